@@ -1,0 +1,40 @@
+#version 460
+#extension GL_ARB_fragment_shader_interlock : require
+// Inserts the particle's segment into the texel's curve, one fragment of a texel at a time, in drawing order.
+// Source: seed 000 (Pixel Shader Ordering). Inputs: light, particles. In and out: nodes.
+// Invariant: `nodes` is coherent, since the interlock orders accesses but does not make writes visible.
+#include "avsm/curve.glsl"
+#include "list/texel_segment.glsl"
+
+layout(pixel_interlock_ordered) in;
+
+layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Particles { Particle particles[]; };
+layout(set = 1, binding = 0, scalar) coherent buffer Nodes { Node nodes[]; };
+
+layout(location = 0) flat in uint particle_index;
+
+void main() {
+    uvec2 texel = uvec2(gl_FragCoord.xy);
+    vec2 depth;
+    float optical_depth;
+    bool hit = texel_segment(lights[0].volume, texel, particles[particle_index], depth, optical_depth);
+    uint first = (texel.y * lights[0].volume.width + texel.x) * NODES;
+    beginInvocationInterlockARB();
+    if (hit) {
+        for (int i = 0; i < NODES; ++i) {
+            Node node = nodes[first + i];
+            node_depths[i] = node.depth;
+            node_values[i] = node.value;
+        }
+        node_depths[NODES] = EMPTY;
+        node_depths[NODES + 1] = EMPTY;
+        node_values[NODES] = node_values[NODES - 1];
+        node_values[NODES + 1] = node_values[NODES - 1];
+        curve_insert(depth.x, depth.y, optical_depth);
+        for (int i = 0; i < NODES; ++i) {
+            nodes[first + i] = Node(node_depths[i], node_values[i]);
+        }
+    }
+    endInvocationInterlockARB();
+}

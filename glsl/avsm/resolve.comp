@@ -1,0 +1,97 @@
+#version 460
+// Sorts each texel's list by entry depth and compresses it to NODES nodes. Source: seed 000 (compression stage).
+// Inputs: light, heads, segments. Outputs: nodes; the lists' links are rewritten by the sort.
+// Invariant: a list of any length is inserted whole; ties go by particle index, so that the result does not depend on
+// the order in which the fragments were captured.
+#include "avsm/curve.glsl"
+#include "list/segments.glsl"
+#include "common/light.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+// 1: by entry depth. 0: as captured, which differs from run to run.
+layout(constant_id = 2) const uint SORTED = 1u;
+
+layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
+layout(set = 1, binding = 0, r32ui) uniform uimage2D heads;
+layout(set = 1, binding = 1, scalar) buffer Segments { Segment segments[]; };
+layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { Node nodes[]; };
+
+bool before(uint a, uint b) {
+    float entry_a = segments[a].entry, entry_b = segments[b].entry;
+    return entry_a < entry_b || (entry_a == entry_b && segments[a].particle < segments[b].particle);
+}
+
+// Merges two sorted lists by rewriting their links.
+uint merge(uint a, uint b) {
+    uint head = NO_SEGMENT, tail = NO_SEGMENT;
+    while (a != NO_SEGMENT && b != NO_SEGMENT) {
+        uint least;
+        if (before(b, a)) {
+            least = b;
+            b = segments[b].next;
+        } else {
+            least = a;
+            a = segments[a].next;
+        }
+        if (tail == NO_SEGMENT) {
+            head = least;
+        } else {
+            segments[tail].next = least;
+        }
+        tail = least;
+    }
+    uint rest = a != NO_SEGMENT ? a : b;
+    if (tail == NO_SEGMENT) {
+        return rest;
+    }
+    segments[tail].next = rest;
+    return head;
+}
+
+// Bottom-up merge sort of a linked list: in place, no limit on its length. runs[i] is empty or holds 2^i segments.
+uint sort(uint head) {
+    uint runs[32];
+    for (int i = 0; i < 32; ++i) {
+        runs[i] = NO_SEGMENT;
+    }
+    int used = 0;
+    while (head != NO_SEGMENT) {
+        uint run = head;
+        head = segments[head].next;
+        segments[run].next = NO_SEGMENT;
+        int i = 0;
+        for (; i < 31 && runs[i] != NO_SEGMENT; ++i) {
+            run = merge(runs[i], run);
+            runs[i] = NO_SEGMENT;
+        }
+        runs[i] = run;
+        used = max(used, i + 1);
+    }
+    uint sorted = NO_SEGMENT;
+    for (int i = 0; i < used; ++i) {
+        sorted = merge(runs[i], sorted);
+    }
+    return sorted;
+}
+
+void main() {
+    uvec2 texel = gl_GlobalInvocationID.xy;
+    uvec2 size = uvec2(lights[0].volume.width, lights[0].volume.height);
+    if (any(greaterThanEqual(texel, size))) {
+        return;
+    }
+    uint index = imageLoad(heads, ivec2(texel)).r;
+    if (SORTED == 1u) {
+        index = sort(index);
+    }
+    curve_clear();
+    while (index != NO_SEGMENT) {
+        Segment segment = segments[index];
+        curve_insert(segment.entry, segment.exit, segment.optical_depth);
+        index = segment.next;
+    }
+    uint first = (texel.y * size.x + texel.x) * NODES;
+    for (int i = 0; i < NODES; ++i) {
+        nodes[first + i] = Node(node_depths[i], node_values[i]);
+    }
+}

@@ -1,0 +1,26 @@
+#version 460
+// Second half of deferred shading: the position comes back from z, the visibility is looked up once a pixel.
+// Inputs: light, camera, albedo, normal, z, the technique. Output: colour.
+#extension GL_EXT_samplerless_texture_functions : require
+#include "common/shading.glsl"
+#include "visibility.glsl"
+
+layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
+layout(set = 2, binding = 0) uniform texture2D albedos;
+layout(set = 2, binding = 1) uniform texture2D normals;
+layout(set = 2, binding = 2) uniform texture2D distances;
+
+layout(location = 0) out vec4 color;
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec4 albedo = texelFetch(albedos, pixel, 0);
+    if (albedo.a == 0.0) {
+        discard;  // the sky stays
+    }
+    Ray ray = view_ray(camera, gl_FragCoord.xy);
+    vec3 position = ray.origin + texelFetch(distances, pixel, 0).r * ray.direction;
+    float visibility = light_visibility(0u, position);
+    color = vec4(shade_surface(lights[0], position, texelFetch(normals, pixel, 0).xyz, albedo.rgb, visibility), 1.0);
+}

@@ -1,0 +1,21 @@
+#version 460
+// Draws the meshes as the light sees them. Inputs: light, triangles.
+#include "common/light.glsl"
+#include "common/triangle.glsl"
+
+layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Triangles { Triangle triangles[]; };
+
+layout(location = 0) out float z;
+
+void main() {
+    View view = lights[0].opaque;
+    vec3 offset = triangles[gl_VertexIndex / 3].corners[gl_VertexIndex % 3] - view.origin;
+    z = dot(offset, view.forward);
+    vec2 across = vec2(dot(offset, view.right) * view.scale_x, dot(offset, view.up) * view.scale_y);
+    if (view.projection == VIEW_PARALLEL) {
+        gl_Position = vec4(across, view_depth(view, z), 1.0);
+    } else {
+        gl_Position = vec4(across, (z - view.near) * view.far / (view.far - view.near), z);
+    }
+}

@@ -1,0 +1,62 @@
+//! `gobo devices`
+
+use crate::Result;
+use crate::gpu::{Features, devices};
+use crate::technique::REGISTRY;
+use clap::Args;
+use serde_json::json;
+use std::process::ExitCode;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// All facts as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// (technique, path, what is missing).
+fn paths(features: &Features) -> Vec<(&'static str, &'static str, Option<String>)> {
+    let mut all = Vec::new();
+    for entry in REGISTRY {
+        for path in entry.paths {
+            let missing = features
+                .below_floor
+                .clone()
+                .or_else(|| path.requires.iter().find_map(|r| features.lacks(*r)).map(str::to_owned));
+            all.push((entry.name, path.name, missing));
+        }
+    }
+    all
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let all = devices()?;
+    if arguments.json {
+        let list: Vec<_> = all
+            .iter()
+            .enumerate()
+            .map(|(index, features)| {
+                let paths: Vec<_> = paths(features)
+                    .into_iter()
+                    .map(|(technique, path, missing)| {
+                        json!({ "technique": technique, "path": path, "runs": missing.is_none(), "missing": missing })
+                    })
+                    .collect();
+                json!({ "index": index, "facts": features, "paths": paths })
+            })
+            .collect();
+        println!("{}", serde_json::Value::from(list));
+        return Ok(ExitCode::SUCCESS);
+    }
+    for (index, features) in all.iter().enumerate() {
+        println!("{index}  {} ({}, {}, Vulkan {})", features.name, features.kind, features.driver, features.api);
+        for (technique, path, missing) in paths(features) {
+            let answer = missing.map_or("yes".to_owned(), |m| format!("needs {m}"));
+            println!("     {:<24} {answer}", format!("{technique}:{path}"));
+        }
+    }
+    if all.is_empty() {
+        println!("no Vulkan device: install a driver (./setup.sh installs a software driver)");
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,133 @@
+//! The command line: one file a subcommand.
+
+mod compare;
+mod devices;
+mod render;
+mod slice;
+
+use crate::gpu::{Context, Messages, Options};
+use crate::scene::{BUILT_IN, Scene};
+use crate::technique::{REGISTRY, Spec, Values, parse};
+use crate::{Error, Result};
+use clap::{Args, Parser, Subcommand};
+use std::process::ExitCode;
+
+/// How much of a light reaches a point? Gobo builds shadow techniques for smoke and other things that let some light
+/// pass, and measures their run time against their error, side by side, on any Vulkan 1.3 device.
+#[derive(Parser)]
+#[command(version, max_term_width = 110, after_long_help = techniques())]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Measure techniques on scenes: time, memory and error against the f64 reference, as table, JSON, CSV and a page
+    #[command(after_long_help = techniques())]
+    Compare(compare::Arguments),
+    /// Draw a scene, lit by one technique or by the reference
+    #[command(after_long_help = techniques())]
+    Render(render::Arguments),
+    /// Paint visibility at one depth of the light's range over the light's view, or a sweep through all depths
+    #[command(after_long_help = techniques())]
+    Slice(slice::Arguments),
+    /// List Vulkan devices and, for each path of each technique, yes or the missing feature
+    Devices(devices::Arguments),
+}
+
+/// Which device.
+#[derive(Args)]
+struct DeviceArguments {
+    /// Device, by index or part of the name in `gobo devices` [default: discrete > integrated > virtual > CPU]
+    #[arg(long, value_name = "INDEX|NAME")]
+    device: Option<String>,
+    /// Run under the validation layer with synchronization validation (slow); its messages make the run fail
+    #[arg(long)]
+    validation: bool,
+}
+
+impl DeviceArguments {
+    fn open(&self) -> Result<Context> {
+        Context::new(&Options {
+            device: self.device.clone(),
+            validation: self.validation,
+            messages: Messages::default(),
+        })
+    }
+}
+
+/// Which scene.
+#[derive(Args)]
+struct TimeArgument {
+    /// How long the emitters of three-emitters have been running, seconds
+    #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
+    time: f64,
+}
+
+fn techniques() -> String {
+    let mut text = String::from("Technique specs, NAME:key=value,key=value; several values as a|b make a sweep:\n");
+    for entry in REGISTRY {
+        text += &format!("\n  {}: {}\n", entry.name, entry.about);
+        for key in entry.keys {
+            let values = match key.values {
+                Values::OneOf(words) => words.join("|"),
+                Values::Number(low, high) => format!("{low}..{high}"),
+            };
+            text += &format!("    {:<9} {} (default {}; {values})\n", key.name, key.about, key.default);
+        }
+    }
+    text + &format!("\nScenes: a scene file (*.toml) or one of {}\n", BUILT_IN.join(", "))
+}
+
+/// The one spec that a command for a single picture takes.
+fn one_spec(text: &str) -> Result<Spec> {
+    let mut specs = parse(text)?;
+    match (specs.pop(), specs.is_empty()) {
+        (Some(spec), true) => Ok(spec),
+        _ => Err(Error::input(format!("--technique {text}"), "a sweep", "name one value a key, or use compare")),
+    }
+}
+
+/// The scene with a name that is safe in file names.
+fn load(name: &str, time: &TimeArgument) -> Result<Scene> {
+    let mut scene = Scene::load(name, time.time)?;
+    scene.name = scene.name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect();
+    Ok(scene)
+}
+
+/// Fails where the validation layer said something.
+fn check_messages(context: &Context) -> Result<()> {
+    match context.messages().all().first() {
+        None => Ok(()),
+        Some(first) => Err(Error::Gpu {
+            operation: "pass",
+            name: "validation".into(),
+            cause: first.replace('\n', " "),
+            way_out: "report this as a bug, with the driver's version".into(),
+        }),
+    }
+}
+
+/// Writes an eight-bit RGB picture.
+fn write_png(path: &std::path::Path, size: [u32; 2], rgb8: &[u8]) -> Result<()> {
+    image::save_buffer_with_format(path, rgb8, size[0], size[1], image::ColorType::Rgb8, image::ImageFormat::Png)
+        .map_err(|e| Error::output(path, e))
+}
+
+/// Runs the program.
+pub fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Slice(arguments) => slice::run(&arguments),
+        Command::Devices(arguments) => devices::run(&arguments),
+    };
+    match result {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("gobo: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

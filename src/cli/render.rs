@@ -1,0 +1,76 @@
+//! `gobo render`
+
+use super::{DeviceArguments, TimeArgument, check_messages, load, one_spec, write_png};
+use crate::measure::{Renderer, Shading};
+use crate::reference::{Casters, picture};
+use crate::scene::View;
+use crate::technique::{LightData, SceneData, map_size};
+use crate::{Error, Result};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Mesh {
+    Forward,
+    Deferred,
+}
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Scene file or built-in scene
+    scene: String,
+    /// Technique spec, or "reference" for the f64 reference on the CPU
+    #[arg(long, default_value = "avsm", value_name = "SPEC")]
+    technique: String,
+    /// The PNG to write
+    #[arg(short, long, default_value = "gobo-render.png")]
+    out: PathBuf,
+    /// Width of the picture, pixels
+    #[arg(long, default_value_t = 1280, value_parser = clap::value_parser!(u32).range(1..=16384))]
+    width: u32,
+    /// Height of the picture, pixels
+    #[arg(long, default_value_t = 720, value_parser = clap::value_parser!(u32).range(1..=16384))]
+    height: u32,
+    /// How meshes are shaded
+    #[arg(long, value_enum, default_value = "forward")]
+    meshes: Mesh,
+    #[command(flatten)]
+    time: TimeArgument,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let scene = load(&arguments.scene, &arguments.time)?;
+    let size = [arguments.width, arguments.height];
+    let camera = View::camera(&scene.camera, &scene, size);
+    if arguments.technique == "reference" {
+        let picture = picture(&Casters::new(&scene), &scene, &camera);
+        write_png(&arguments.out, size, &picture.to_srgb8())?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let spec = one_spec(&arguments.technique)?;
+    let context = arguments.device.open()?;
+    let data = SceneData::new(&context, &scene)?;
+    let mut technique = (spec.entry.open)(&context, &scene, &data, &spec)?;
+    technique.build()?;
+    let light = LightData::new(&scene, map_size(&spec));
+    let renderer = Renderer::new(&context, &scene, &data, &light, &camera)?;
+    let shading = match arguments.meshes {
+        Mesh::Forward => Shading::Forward,
+        Mesh::Deferred => Shading::Deferred,
+    };
+    let (picture, _) = renderer.picture(&technique.visibility(), shading)?;
+    if let Some(bad) = picture.pixels.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
+        return Err(Error::input(
+            format!("pixel {bad} of the picture"),
+            "not a number",
+            "report this as a bug, with the scene",
+        ));
+    }
+    write_png(&arguments.out, size, &picture.to_srgb8())?;
+    check_messages(&context)?;
+    println!("{}: {spec} on {}, path {}", arguments.out.display(), context.features().name, technique.path());
+    Ok(ExitCode::SUCCESS)
+}

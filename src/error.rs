@@ -1,0 +1,65 @@
+//! The one error type of the library: what failed, the thing's name, the cause and the way out.
+
+use std::path::{Path, PathBuf};
+
+/// Everything that can go wrong, each printed as one line.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Something the user handed in (a file, an option, a scene) cannot be used.
+    #[error("{name}: {cause}; {way_out}")]
+    Input {
+        /// The file, option or scene.
+        name: String,
+        /// What is wrong with it.
+        cause: String,
+        /// What the user can do.
+        way_out: String,
+    },
+    /// A Vulkan operation failed.
+    #[error("cannot {operation} {name}: {cause}; {way_out}")]
+    Gpu {
+        /// What was being done ("create buffer").
+        operation: &'static str,
+        /// The object's debug name.
+        name: String,
+        /// The driver's or allocator's answer.
+        cause: String,
+        /// What the user can do.
+        way_out: String,
+    },
+    /// A result could not be written.
+    #[error("cannot write {}: {cause}; {way_out}", path.display())]
+    Output {
+        /// The file that was to be written.
+        path: PathBuf,
+        /// The system's answer.
+        cause: String,
+        /// What the user can do.
+        way_out: String,
+    },
+    /// The device lacks a feature that a technique's path needs. A result, not a failure.
+    #[error("refused: needs {needs}")]
+    Refused {
+        /// The missing feature by its Vulkan name.
+        needs: String,
+    },
+}
+
+/// Short for a result with [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// An [`Error::Input`].
+    pub fn input(name: impl Into<String>, cause: impl ToString, way_out: impl Into<String>) -> Self {
+        Self::Input { name: name.into(), cause: cause.to_string(), way_out: way_out.into() }
+    }
+
+    /// An [`Error::Output`] with the way out that fits most causes.
+    pub fn output(path: &Path, cause: impl ToString) -> Self {
+        Self::Output {
+            path: path.to_path_buf(),
+            cause: cause.to_string(),
+            way_out: "check free space and permissions, or choose another place with --out".into(),
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Descriptor sets: a list of resources, binding number = place in the list.
+
+use super::{Buffer, Context, Image, vk_error};
+use crate::Result;
+use ash::vk;
+use std::sync::Arc;
+
+/// Something a shader can be given.
+#[derive(Clone)]
+pub enum Resource {
+    /// `buffer` in GLSL.
+    Buffer(Buffer),
+    /// `image2D`, `uimage2D` in GLSL.
+    StorageImage(Image),
+    /// `texture2D` in GLSL, read with `texelFetch`.
+    Texture(Image),
+}
+
+/// A descriptor set and its layout. Clones share it.
+#[derive(Clone)]
+pub struct Bindings(Arc<Inner>);
+
+struct Inner {
+    context: Context,
+    layout: vk::DescriptorSetLayout,
+    pool: vk::DescriptorPool,
+    set: vk::DescriptorSet,
+    /// Kept alive as long as a recorded command may use the set.
+    _resources: Vec<Resource>,
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        // SAFETY: recorded commands keep a clone; null handles are ignored.
+        unsafe {
+            self.context.device().destroy_descriptor_pool(self.pool, None);
+            self.context.device().destroy_descriptor_set_layout(self.layout, None);
+        }
+    }
+}
+
+impl Bindings {
+    /// A set in which `resources[i]` is binding i, visible to every stage.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the driver runs out of memory.
+    pub fn new(context: &Context, name: &str, resources: &[Resource]) -> Result<Self> {
+        let device = context.device();
+        let fail = |r| vk_error("create bindings", name, r);
+        let kind = |r: &Resource| match r {
+            Resource::Buffer(_) => vk::DescriptorType::STORAGE_BUFFER,
+            Resource::StorageImage(_) => vk::DescriptorType::STORAGE_IMAGE,
+            Resource::Texture(_) => vk::DescriptorType::SAMPLED_IMAGE,
+        };
+        let slots: Vec<_> = (0u32..)
+            .zip(resources)
+            .map(|(binding, r)| {
+                vk::DescriptorSetLayoutBinding::default()
+                    .binding(binding)
+                    .descriptor_type(kind(r))
+                    .descriptor_count(1)
+                    .stage_flags(vk::ShaderStageFlags::ALL)
+            })
+            .collect();
+        let sizes: Vec<_> =
+            resources.iter().map(|r| vk::DescriptorPoolSize::default().ty(kind(r)).descriptor_count(1)).collect();
+        let mut inner = Inner {
+            context: context.clone(),
+            layout: vk::DescriptorSetLayout::null(),
+            pool: vk::DescriptorPool::null(),
+            set: vk::DescriptorSet::null(),
+            _resources: resources.to_vec(),
+        };
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&slots);
+        // SAFETY: `info` is complete.
+        inner.layout = unsafe { device.create_descriptor_set_layout(&info, None) }.map_err(fail)?;
+        let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
+        // SAFETY: as above.
+        inner.pool = unsafe { device.create_descriptor_pool(&info, None) }.map_err(fail)?;
+        let layouts = [inner.layout];
+        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(inner.pool).set_layouts(&layouts);
+        // SAFETY: the pool was made for exactly this set.
+        let sets = unsafe { device.allocate_descriptor_sets(&info) }.map_err(fail)?;
+        inner.set = sets.first().copied().unwrap_or_default();
+        for (binding, resource) in (0u32..).zip(resources) {
+            let write = vk::WriteDescriptorSet::default()
+                .dst_set(inner.set)
+                .dst_binding(binding)
+                .descriptor_type(kind(resource));
+            let image = |i: &Image| {
+                [vk::DescriptorImageInfo::default().image_view(i.view()).image_layout(vk::ImageLayout::GENERAL)]
+            };
+            match resource {
+                Resource::Buffer(b) => {
+                    let info = [vk::DescriptorBufferInfo::default().buffer(b.handle()).range(vk::WHOLE_SIZE)];
+                    // SAFETY: the set is not in use yet, and the buffer lives as long as the set.
+                    unsafe { device.update_descriptor_sets(&[write.buffer_info(&info)], &[]) };
+                }
+                Resource::StorageImage(i) | Resource::Texture(i) => {
+                    let info = image(i);
+                    // SAFETY: as above.
+                    unsafe { device.update_descriptor_sets(&[write.image_info(&info)], &[]) };
+                }
+            }
+        }
+        context.set_name(inner.set, name);
+        Ok(Self(Arc::new(inner)))
+    }
+
+    pub(super) fn layout(&self) -> vk::DescriptorSetLayout {
+        self.0.layout
+    }
+
+    pub(super) fn set(&self) -> vk::DescriptorSet {
+        self.0.set
+    }
+}

@@ -1,0 +1,179 @@
+//! Owned buffers.
+
+use super::context::allocation_error;
+use super::{Context, vk_error};
+use crate::{Error, Result};
+use ash::vk;
+use bytemuck::Pod;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Where a buffer lives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Memory {
+    /// On the device; read and written through a staging copy.
+    Device,
+    /// Visible to the host, written by it.
+    Upload,
+    /// Visible to the host, read by it.
+    Readback,
+}
+
+/// A buffer of bytes: storage, copies and indirect arguments. Clones share it; the last one frees it.
+#[derive(Clone)]
+pub struct Buffer(Arc<Inner>);
+
+struct Inner {
+    context: Context,
+    handle: vk::Buffer,
+    allocation: Mutex<Option<Allocation>>,
+    name: String,
+    bytes: u64,
+    memory: Memory,
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        // SAFETY: recorded commands keep a clone, so the device no longer uses the buffer.
+        unsafe { self.context.device().destroy_buffer(self.handle, None) };
+        let allocation = self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner).take();
+        if let (Some(allocation), Some(allocator)) = (allocation, self.context.allocator().get()) {
+            // A failed free shows up as a leak when the context closes.
+            let _ = allocator.free(allocation);
+        }
+    }
+}
+
+impl Buffer {
+    /// A buffer of `bytes` (at least 4, so that an empty scene needs no special case). The content is undefined.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device has too little memory or `bytes` exceeds its largest storage buffer.
+    pub fn new(context: &Context, name: &str, bytes: u64, memory: Memory) -> Result<Self> {
+        let bytes = bytes.max(4).next_multiple_of(4);
+        let limit = u64::from(context.features().max_storage_buffer_range);
+        if bytes > limit {
+            return Err(Error::Gpu {
+                operation: "create buffer",
+                name: name.into(),
+                cause: format!("{bytes} bytes, and this device binds at most {limit} (maxStorageBufferRange)"),
+                way_out: "use a smaller map (size=), fewer particles or another device".into(),
+            });
+        }
+        let device = context.device();
+        let info = vk::BufferCreateInfo::default().size(bytes).usage(
+            vk::BufferUsageFlags::STORAGE_BUFFER
+                | vk::BufferUsageFlags::TRANSFER_SRC
+                | vk::BufferUsageFlags::TRANSFER_DST
+                | vk::BufferUsageFlags::INDIRECT_BUFFER,
+        );
+        // SAFETY: `info` is complete.
+        let handle = unsafe { device.create_buffer(&info, None) }.map_err(|r| vk_error("create buffer", name, r))?;
+        let inner =
+            Inner { context: context.clone(), handle, allocation: Mutex::new(None), name: name.into(), bytes, memory };
+        // SAFETY: the buffer was just created.
+        let requirements = unsafe { device.get_buffer_memory_requirements(handle) };
+        let allocation = context
+            .allocator()
+            .get()
+            .ok_or_else(|| vk_error("create buffer", name, vk::Result::ERROR_DEVICE_LOST))?
+            .allocate(&AllocationCreateDesc {
+                name,
+                requirements,
+                location: match memory {
+                    Memory::Device => MemoryLocation::GpuOnly,
+                    Memory::Upload => MemoryLocation::CpuToGpu,
+                    Memory::Readback => MemoryLocation::GpuToCpu,
+                },
+                linear: true,
+                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+            })
+            .map_err(|e| allocation_error(name, &e))?;
+        // SAFETY: memory and offset are the allocator's, made for this buffer's requirements.
+        let (memory_handle, offset) = (unsafe { allocation.memory() }, allocation.offset());
+        *inner.allocation.lock().unwrap_or_else(PoisonError::into_inner) = Some(allocation);
+        // SAFETY: as above; the buffer is bound once.
+        unsafe { device.bind_buffer_memory(handle, memory_handle, offset) }
+            .map_err(|r| vk_error("bind buffer", name, r))?;
+        context.set_name(handle, name);
+        Ok(Self(Arc::new(inner)))
+    }
+
+    /// A device buffer that holds `data`.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`].
+    pub fn with_data<T: Pod>(context: &Context, name: &str, data: &[T]) -> Result<Self> {
+        let buffer = Self::new(context, name, size_of_val(data) as u64, Memory::Device)?;
+        buffer.write(data)?;
+        Ok(buffer)
+    }
+
+    /// Writes `data` to the start of the buffer.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where `data` is larger than the buffer or the copy fails.
+    pub fn write<T: Pod>(&self, data: &[T]) -> Result<()> {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        if bytes.len() as u64 > self.0.bytes {
+            return Err(self.error("write", format!("{} bytes into {}", bytes.len(), self.0.bytes)));
+        }
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        if self.0.memory == Memory::Device {
+            let staging = Self::new(&self.0.context, "staging", bytes.len() as u64, Memory::Upload)?;
+            staging.write(bytes)?;
+            self.0
+                .context
+                .submit(|commands| commands.pass("upload", |pass| pass.copy(&staging, self, bytes.len() as u64)))?;
+            return Ok(());
+        }
+        let mut allocation = self.0.allocation.lock().unwrap_or_else(PoisonError::into_inner);
+        match allocation.as_mut().and_then(Allocation::mapped_slice_mut) {
+            Some(mapped) => {
+                mapped[..bytes.len()].copy_from_slice(bytes);
+                Ok(())
+            }
+            None => Err(self.error("map", "its memory is not visible to the host".into())),
+        }
+    }
+
+    /// Reads the first `count` elements.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the buffer is smaller than that or the copy fails.
+    pub fn read<T: Pod>(&self, count: usize) -> Result<Vec<T>> {
+        let bytes = (count * size_of::<T>()) as u64;
+        if bytes > self.0.bytes {
+            return Err(self.error("read", format!("{bytes} bytes from {}", self.0.bytes)));
+        }
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        if self.0.memory == Memory::Device {
+            let staging = Self::new(&self.0.context, "readback", bytes, Memory::Readback)?;
+            self.0.context.submit(|commands| commands.pass("readback", |pass| pass.copy(self, &staging, bytes)))?;
+            return staging.read(count);
+        }
+        let allocation = self.0.allocation.lock().unwrap_or_else(PoisonError::into_inner);
+        match allocation.as_ref().and_then(Allocation::mapped_slice) {
+            Some(mapped) => Ok(bytemuck::pod_collect_to_vec(&mapped[..bytes as usize])),
+            None => Err(self.error("map", "its memory is not visible to the host".into())),
+        }
+    }
+
+    /// Size in bytes.
+    pub fn bytes(&self) -> u64 {
+        self.0.bytes
+    }
+
+    pub(super) fn handle(&self) -> vk::Buffer {
+        self.0.handle
+    }
+
+    fn error(&self, operation: &'static str, cause: String) -> Error {
+        Error::Gpu { operation, name: self.0.name.clone(), cause, way_out: "report this as a bug".into() }
+    }
+}

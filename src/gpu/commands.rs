@@ -1,0 +1,379 @@
+//! Recording and running commands: one call a pass writes the barrier, the label and the two timestamps.
+
+use super::pipeline::PUSH_BYTES;
+use super::{Bindings, Buffer, Context, Image, Pipeline, vk_error};
+use crate::{Error, Result};
+use ash::vk;
+use std::any::Any;
+use std::ffi::CString;
+use std::sync::PoisonError;
+
+/// Passes in one submission, at most: two timestamps each.
+const MAX_PASSES: u32 = 256;
+
+/// When a pass ran.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassTime {
+    /// The pass's label.
+    pub name: String,
+    /// Device time since the first pass of the submission began, nanoseconds.
+    pub start_ns: f64,
+    /// Likewise.
+    pub end_ns: f64,
+}
+
+/// The one command buffer of a context. Not an owner of the context, which owns it.
+pub(super) struct Recorder {
+    device: ash::Device,
+    pool: vk::CommandPool,
+    buffer: vk::CommandBuffer,
+    fence: vk::Fence,
+    queries: vk::QueryPool,
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        // SAFETY: the context waits for the device before it drops this; null handles are ignored.
+        unsafe {
+            self.device.destroy_query_pool(self.queries, None);
+            self.device.destroy_fence(self.fence, None);
+            self.device.destroy_command_pool(self.pool, None);
+        }
+    }
+}
+
+impl Recorder {
+    pub(super) fn new(context: &Context) -> Result<Self> {
+        let device = context.device().clone();
+        let fail = |r| vk_error("create", "the command recorder", r);
+        let mut recorder = Self {
+            device,
+            pool: vk::CommandPool::null(),
+            buffer: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            queries: vk::QueryPool::null(),
+        };
+        let device = &recorder.device;
+        let info = vk::CommandPoolCreateInfo::default().queue_family_index(context.shared().queue_family);
+        // SAFETY: the family is the one the device was opened with.
+        recorder.pool = unsafe { device.create_command_pool(&info, None) }.map_err(fail)?;
+        let info = vk::CommandBufferAllocateInfo::default().command_pool(recorder.pool).command_buffer_count(1);
+        // SAFETY: the pool was just made.
+        let buffers = unsafe { device.allocate_command_buffers(&info) }.map_err(fail)?;
+        recorder.buffer = buffers.first().copied().unwrap_or_default();
+        // SAFETY: the info is complete.
+        recorder.fence = unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }.map_err(fail)?;
+        if context.features().timestamp_valid_bits > 0 {
+            let info =
+                vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2 * MAX_PASSES);
+            // SAFETY: the info is complete and the queue has timestamps.
+            recorder.queries = unsafe { device.create_query_pool(&info, None) }.map_err(fail)?;
+        }
+        Ok(recorder)
+    }
+}
+
+/// A submission being recorded.
+pub struct Commands<'a> {
+    context: &'a Context,
+    buffer: vk::CommandBuffer,
+    queries: vk::QueryPool,
+    names: Vec<String>,
+    /// Whatever a recorded command uses, kept alive until the device is done.
+    used: Vec<Box<dyn Any>>,
+}
+
+/// A pass being recorded.
+pub struct Pass<'c, 'a> {
+    commands: &'c mut Commands<'a>,
+}
+
+/// A target of a render.
+pub struct Target<'a> {
+    /// Drawn to.
+    pub image: &'a Image,
+    /// Cleared to this first; else kept. Depth takes the first number.
+    pub clear: Option<[f32; 4]>,
+}
+
+/// Draws being recorded.
+pub struct Draw<'d, 'c, 'a> {
+    pass: &'d mut Pass<'c, 'a>,
+}
+
+impl Context {
+    /// Records and runs commands, waits for them, and returns the time of each pass (none where the device has no
+    /// timestamps). One submission runs at a time.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device is lost, or more than 256 passes are recorded.
+    pub fn submit(&self, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
+        let device = self.device();
+        let fail = |r| vk_error("run", "a submission", r);
+        let guard = self.shared().recorder.lock().unwrap_or_else(PoisonError::into_inner);
+        let recorder = guard.as_ref().ok_or_else(|| fail(vk::Result::ERROR_DEVICE_LOST))?;
+        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the last submission was waited for, so the pool's only buffer is idle.
+        unsafe {
+            device.reset_command_pool(recorder.pool, vk::CommandPoolResetFlags::empty()).map_err(fail)?;
+            device.begin_command_buffer(recorder.buffer, &begin).map_err(fail)?;
+            if recorder.queries != vk::QueryPool::null() {
+                device.cmd_reset_query_pool(recorder.buffer, recorder.queries, 0, 2 * MAX_PASSES);
+            }
+        }
+        let mut commands = Commands {
+            context: self,
+            buffer: recorder.buffer,
+            queries: recorder.queries,
+            names: Vec::new(),
+            used: Vec::new(),
+        };
+        record(&mut commands);
+        commands.barrier(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
+        let Commands { names, used, .. } = commands;
+        let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(recorder.buffer)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
+        // SAFETY: everything recorded is kept in `used` until the fence is signalled.
+        unsafe {
+            device.end_command_buffer(recorder.buffer).map_err(fail)?;
+            device.reset_fences(&[recorder.fence]).map_err(fail)?;
+            device.queue_submit2(self.shared().queue, &submit, recorder.fence).map_err(fail)?;
+            device.wait_for_fences(&[recorder.fence], true, u64::MAX).map_err(fail)?;
+        }
+        drop(used);
+        if names.len() > MAX_PASSES as usize {
+            return Err(Error::Gpu {
+                operation: "time",
+                name: "a submission".into(),
+                cause: format!("{} passes, and at most {MAX_PASSES} are timed", names.len()),
+                way_out: "report this as a bug".into(),
+            });
+        }
+        if names.is_empty() || recorder.queries == vk::QueryPool::null() {
+            return Ok(Vec::new());
+        }
+        let mut ticks = vec![0u64; 2 * names.len()];
+        let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
+        // SAFETY: all of these queries were written by the submission that just ended.
+        unsafe { device.get_query_pool_results(recorder.queries, 0, &mut ticks, flags) }.map_err(fail)?;
+        let features = self.features();
+        let mask = u64::MAX >> (64 - features.timestamp_valid_bits.clamp(1, 64));
+        let first = ticks[0];
+        // Differences modulo the valid bits: a counter may wrap within a submission.
+        let ns = |tick: u64| (tick.wrapping_sub(first) & mask) as f64 * f64::from(features.timestamp_period_ns);
+        Ok(names
+            .into_iter()
+            .zip(ticks.chunks_exact(2))
+            .map(|(name, t)| PassTime { name, start_ns: ns(t[0]), end_ns: ns(t[1]) })
+            .collect())
+    }
+}
+
+impl<'a> Commands<'a> {
+    /// Records a pass: waits for all that came before, labels, and times what `record` adds.
+    pub fn pass(&mut self, name: &str, record: impl FnOnce(&mut Pass<'_, 'a>)) {
+        self.barrier(
+            vk::PipelineStageFlags2::ALL_COMMANDS,
+            vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
+        );
+        let index = self.names.len() as u32;
+        self.names.push(name.into());
+        if let (Some(labels), Ok(text)) = (&self.context.shared().labels, CString::new(name)) {
+            let label = vk::DebugUtilsLabelEXT::default().label_name(&text);
+            // SAFETY: the command buffer is being recorded.
+            unsafe { labels.cmd_begin_debug_utils_label(self.buffer, &label) };
+        }
+        self.timestamp(2 * index);
+        self.settle();
+        record(&mut Pass { commands: self });
+        self.settle();
+        self.timestamp(2 * index + 1);
+        if let Some(labels) = &self.context.shared().labels {
+            // SAFETY: as above; the label was begun above.
+            unsafe { labels.cmd_end_debug_utils_label(self.buffer) };
+        }
+    }
+
+    fn device(&self) -> &'a ash::Device {
+        self.context.device()
+    }
+
+    /// Software drivers only. lavapipe 22.3 writes both timestamps of a dispatch when it next flushes, after the work;
+    /// a barrier makes it flush. On GPUs the timestamps need no help, and the barriers would cost time.
+    fn settle(&self) {
+        if self.context.features().kind == "cpu" {
+            self.barrier(
+                vk::PipelineStageFlags2::ALL_COMMANDS,
+                vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
+            );
+        }
+    }
+
+    fn timestamp(&self, query: u32) {
+        if self.queries != vk::QueryPool::null() && query < 2 * MAX_PASSES {
+            let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
+            // SAFETY: the command buffer is being recorded and the query was reset at its start.
+            unsafe { self.device().cmd_write_timestamp2(self.buffer, stage, self.queries, query) };
+        }
+    }
+
+    fn barrier(&self, stage: vk::PipelineStageFlags2, access: vk::AccessFlags2) {
+        let barriers = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+            .dst_stage_mask(stage)
+            .dst_access_mask(access)];
+        let info = vk::DependencyInfo::default().memory_barriers(&barriers);
+        // SAFETY: the command buffer is being recorded, outside a render.
+        unsafe { self.device().cmd_pipeline_barrier2(self.buffer, &info) };
+    }
+
+    /// Brings a new image into the layout it keeps.
+    pub(super) fn make_general(&mut self, image: &Image) {
+        let range = vk::ImageSubresourceRange::default().aspect_mask(image.aspect()).level_count(1).layer_count(1);
+        let barriers = [vk::ImageMemoryBarrier2::default()
+            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
+            .new_layout(vk::ImageLayout::GENERAL)
+            .image(image.handle())
+            .subresource_range(range)];
+        let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+        // SAFETY: the command buffer is being recorded; the image is new.
+        unsafe { self.device().cmd_pipeline_barrier2(self.buffer, &info) };
+        self.used.push(Box::new(image.clone()));
+    }
+}
+
+impl<'a> Pass<'_, 'a> {
+    /// Runs a compute shader over `groups` workgroups.
+    pub fn dispatch(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], groups: [u32; 3]) {
+        self.bind(pipeline, sets, push);
+        let buffer = self.commands.buffer;
+        // SAFETY: pipeline and sets are bound and kept alive.
+        unsafe { self.commands.device().cmd_dispatch(buffer, groups[0], groups[1], groups[2]) };
+    }
+
+    /// Sets every 32-bit word of `buffer`.
+    pub fn fill(&mut self, buffer: &Buffer, value: u32) {
+        let commands = self.commands.buffer;
+        // SAFETY: the buffer is kept alive and allows copies.
+        unsafe { self.commands.device().cmd_fill_buffer(commands, buffer.handle(), 0, vk::WHOLE_SIZE, value) };
+        self.commands.used.push(Box::new(buffer.clone()));
+    }
+
+    /// Sets every texel of an image of unsigned integers.
+    pub fn clear_image(&mut self, image: &Image, value: u32) {
+        let commands = self.commands.buffer;
+        let color = vk::ClearColorValue { uint32: [value; 4] };
+        let ranges = [vk::ImageSubresourceRange::default().aspect_mask(image.aspect()).level_count(1).layer_count(1)];
+        let general = vk::ImageLayout::GENERAL;
+        // SAFETY: the image is kept alive, in GENERAL, and allows copies.
+        unsafe { self.commands.device().cmd_clear_color_image(commands, image.handle(), general, &color, &ranges) };
+        self.commands.used.push(Box::new(image.clone()));
+    }
+
+    /// Copies the first `bytes`.
+    pub fn copy(&mut self, from: &Buffer, to: &Buffer, bytes: u64) {
+        let regions = [vk::BufferCopy::default().size(bytes.min(from.bytes()).min(to.bytes()))];
+        let commands = self.commands.buffer;
+        // SAFETY: both buffers are kept alive and are as large as the region.
+        unsafe { self.commands.device().cmd_copy_buffer(commands, from.handle(), to.handle(), &regions) };
+        self.commands.used.push(Box::new(from.clone()));
+        self.commands.used.push(Box::new(to.clone()));
+    }
+
+    /// Copies all texels, row by row; `to` must have room.
+    pub(super) fn copy_image(&mut self, from: &Image, to: &Buffer) {
+        let size = from.size();
+        let regions = [vk::BufferImageCopy::default()
+            .image_subresource(vk::ImageSubresourceLayers::default().aspect_mask(from.aspect()).layer_count(1))
+            .image_extent(vk::Extent3D { width: size[0], height: size[1], depth: 1 })];
+        let commands = self.commands.buffer;
+        let general = vk::ImageLayout::GENERAL;
+        // SAFETY: both are kept alive; the caller made the buffer as large as the image.
+        unsafe {
+            self.commands.device().cmd_copy_image_to_buffer(commands, from.handle(), general, to.handle(), &regions);
+        }
+        self.commands.used.push(Box::new(from.clone()));
+        self.commands.used.push(Box::new(to.clone()));
+    }
+
+    /// Draws into `colors` and `depth` (either may be none), over `size` texels.
+    pub fn render(
+        &mut self,
+        size: [u32; 2],
+        colors: &[Target],
+        depth: Option<Target>,
+        record: impl FnOnce(&mut Draw<'_, '_, 'a>),
+    ) {
+        let attachment = |t: &Target| {
+            vk::RenderingAttachmentInfo::default()
+                .image_view(t.image.view())
+                .image_layout(vk::ImageLayout::GENERAL)
+                .load_op(if t.clear.is_some() { vk::AttachmentLoadOp::CLEAR } else { vk::AttachmentLoadOp::LOAD })
+                .store_op(vk::AttachmentStoreOp::STORE)
+        };
+        let color_infos: Vec<_> = colors
+            .iter()
+            .map(|t| {
+                let float32 = t.clear.unwrap_or_default();
+                attachment(t).clear_value(vk::ClearValue { color: vk::ClearColorValue { float32 } })
+            })
+            .collect();
+        let depth_info = depth.as_ref().map(|t| {
+            let depth_stencil = vk::ClearDepthStencilValue { depth: t.clear.unwrap_or_default()[0], stencil: 0 };
+            attachment(t).clear_value(vk::ClearValue { depth_stencil })
+        });
+        let area = vk::Rect2D { extent: vk::Extent2D { width: size[0], height: size[1] }, ..Default::default() };
+        let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&color_infos);
+        if let Some(depth_info) = &depth_info {
+            info = info.depth_attachment(depth_info);
+        }
+        let viewport =
+            [vk::Viewport { width: size[0] as f32, height: size[1] as f32, max_depth: 1.0, ..Default::default() }];
+        let buffer = self.commands.buffer;
+        let device = self.commands.device();
+        // SAFETY: the attachments are kept alive, in GENERAL; the area is within them, as callers size them alike.
+        unsafe {
+            device.cmd_begin_rendering(buffer, &info);
+            device.cmd_set_viewport(buffer, 0, &viewport);
+            device.cmd_set_scissor(buffer, 0, &[area]);
+        }
+        record(&mut Draw { pass: self });
+        // SAFETY: the render was begun above.
+        unsafe { device.cmd_end_rendering(buffer) };
+        for target in colors.iter().chain(&depth) {
+            self.commands.used.push(Box::new(target.image.clone()));
+        }
+    }
+
+    fn bind(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8]) {
+        let handles: Vec<_> = sets.iter().map(|s| s.set()).collect();
+        let buffer = self.commands.buffer;
+        let device = self.commands.device();
+        let push = &push[..push.len().min(PUSH_BYTES as usize)];
+        // SAFETY: pipeline and sets are kept alive; the sets' layouts are those the pipeline was made with.
+        unsafe {
+            device.cmd_bind_pipeline(buffer, pipeline.bind_point(), pipeline.handle());
+            if !handles.is_empty() {
+                let layout = pipeline.layout();
+                device.cmd_bind_descriptor_sets(buffer, pipeline.bind_point(), layout, 0, &handles, &[]);
+            }
+            if !push.is_empty() {
+                device.cmd_push_constants(buffer, pipeline.layout(), vk::ShaderStageFlags::ALL, 0, push);
+            }
+        }
+        self.commands.used.push(Box::new(pipeline.clone()));
+        self.commands.used.extend(sets.iter().map(|s| Box::new((*s).clone()) as Box<dyn Any>));
+    }
+}
+
+impl Draw<'_, '_, '_> {
+    /// Draws `vertices` vertices, three a triangle.
+    pub fn draw(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], vertices: u32) {
+        self.pass.bind(pipeline, sets, push);
+        let buffer = self.pass.commands.buffer;
+        // SAFETY: a render is begun, pipeline and sets are bound.
+        unsafe { self.pass.commands.device().cmd_draw(buffer, vertices, 1, 0, 0) };
+    }
+}

@@ -1,0 +1,172 @@
+//! What a device can do beyond the floor of Vulkan 1.3.
+
+use ash::{ext, khr, vk};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// Facts of one device, as `gobo devices --json` prints them.
+#[derive(Clone, Debug, Serialize)]
+pub struct Features {
+    /// The device's name.
+    pub name: String,
+    /// Driver name and version.
+    pub driver: String,
+    /// Vulkan version of the device.
+    pub api: String,
+    /// discrete, integrated, virtual, cpu or other.
+    #[serde(rename = "type")]
+    pub kind: &'static str,
+    /// The floor that is missing, or none: Vulkan 1.3 with synchronization2, dynamic rendering and scalar block layout.
+    pub below_floor: Option<String>,
+    /// VK_EXT_fragment_shader_interlock, fragmentShaderPixelInterlock.
+    pub fragment_shader_pixel_interlock: bool,
+    /// VK_EXT_rasterization_order_attachment_access, rasterizationOrderColorAttachmentAccess.
+    pub rasterization_order_color_attachment_access: bool,
+    /// VK_KHR_dynamic_rendering_local_read.
+    pub dynamic_rendering_local_read: bool,
+    /// geometryShader.
+    pub geometry_shader: bool,
+    /// tessellationShader.
+    pub tessellation_shader: bool,
+    /// shaderOutputLayer and shaderOutputViewportIndex: a vertex shader may choose the layer.
+    pub vertex_layer_output: bool,
+    /// multiViewport.
+    pub multi_viewport: bool,
+    /// fragmentStoresAndAtomics: a fragment shader may write buffers.
+    pub fragment_stores_and_atomics: bool,
+    /// Blending into VK_FORMAT_R32G32B32A32_SFLOAT.
+    pub float32_blend: bool,
+    /// Threads a subgroup.
+    pub subgroup_size: u32,
+    /// Subgroup arithmetic in compute shaders.
+    pub subgroup_arithmetic: bool,
+    /// Largest storage buffer, bytes.
+    pub max_storage_buffer_range: u32,
+    /// Largest side of a 2D image, texels.
+    pub max_image_dimension_2d: u32,
+    /// Largest side of a 3D image, texels.
+    pub max_image_dimension_3d: u32,
+    /// Shared memory of a workgroup, bytes.
+    pub max_compute_shared_memory_bytes: u32,
+    /// Nanoseconds a timestamp tick.
+    pub timestamp_period_ns: f32,
+    /// Valid bits of a timestamp; 0 is no timestamps.
+    pub timestamp_valid_bits: u32,
+}
+
+/// A feature that some path needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Requirement {
+    /// [`Features::fragment_shader_pixel_interlock`].
+    PixelInterlock,
+    /// [`Features::fragment_stores_and_atomics`].
+    FragmentStores,
+}
+
+impl Features {
+    /// The Vulkan name of `requirement` if this device lacks it.
+    pub fn lacks(&self, requirement: Requirement) -> Option<&'static str> {
+        let (has, name) = match requirement {
+            Requirement::PixelInterlock => (self.fragment_shader_pixel_interlock, "fragmentShaderPixelInterlock"),
+            Requirement::FragmentStores => (self.fragment_stores_and_atomics, "fragmentStoresAndAtomics"),
+        };
+        (!has).then_some(name)
+    }
+
+    /// Every fact as name → value, for results and tables.
+    pub fn facts(&self) -> BTreeMap<String, serde_json::Value> {
+        match serde_json::to_value(self) {
+            Ok(serde_json::Value::Object(map)) => map.into_iter().collect(),
+            _ => BTreeMap::new(),
+        }
+    }
+
+    pub(super) fn read(instance: &ash::Instance, physical: vk::PhysicalDevice, queue_family: Option<u32>) -> Self {
+        // SAFETY: `physical` comes from this instance.
+        let extensions = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();
+        let has = |name: &std::ffi::CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
+        // SAFETY: the chain holds structures of Vulkan 1.2, which a 1.3 instance accepts.
+        unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
+        let properties = properties.properties;
+
+        let mut features12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut features13 = vk::PhysicalDeviceVulkan13Features::default();
+        let mut interlock = vk::PhysicalDeviceFragmentShaderInterlockFeaturesEXT::default();
+        let mut order = vk::PhysicalDeviceRasterizationOrderAttachmentAccessFeaturesEXT::default();
+        let mut local_read = vk::PhysicalDeviceDynamicRenderingLocalReadFeaturesKHR::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut features12);
+        let is_13 = properties.api_version >= vk::API_VERSION_1_3;
+        if is_13 {
+            features = features.push_next(&mut features13);
+        }
+        if has(ext::fragment_shader_interlock::NAME) {
+            features = features.push_next(&mut interlock);
+        }
+        if has(ext::rasterization_order_attachment_access::NAME) {
+            features = features.push_next(&mut order);
+        }
+        if has(khr::dynamic_rendering_local_read::NAME) {
+            features = features.push_next(&mut local_read);
+        }
+        // SAFETY: the chain holds only structures whose version or extension the device offers.
+        unsafe { instance.get_physical_device_features2(physical, &mut features) };
+        let core = features.features;
+
+        let missing = [
+            (is_13, "Vulkan 1.3"),
+            (features13.synchronization2 != 0, "synchronization2"),
+            (features13.dynamic_rendering != 0, "dynamicRendering"),
+            (features12.scalar_block_layout != 0, "scalarBlockLayout"),
+            (queue_family.is_some(), "a queue with graphics and compute"),
+        ];
+        // SAFETY: `physical` comes from this instance.
+        let format =
+            unsafe { instance.get_physical_device_format_properties(physical, vk::Format::R32G32B32A32_SFLOAT) };
+        // SAFETY: as above.
+        let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
+        let limits = properties.limits;
+        let text = |t: std::result::Result<&std::ffi::CStr, _>| {
+            t.map(|c| c.to_string_lossy().into_owned()).unwrap_or_default()
+        };
+        Self {
+            name: text(properties.device_name_as_c_str()),
+            driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
+            api: format!(
+                "{}.{}.{}",
+                vk::api_version_major(properties.api_version),
+                vk::api_version_minor(properties.api_version),
+                vk::api_version_patch(properties.api_version)
+            ),
+            kind: match properties.device_type {
+                vk::PhysicalDeviceType::DISCRETE_GPU => "discrete",
+                vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated",
+                vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual",
+                vk::PhysicalDeviceType::CPU => "cpu",
+                _ => "other",
+            },
+            below_floor: missing.iter().find(|(has, _)| !has).map(|(_, name)| (*name).into()),
+            fragment_shader_pixel_interlock: interlock.fragment_shader_pixel_interlock != 0,
+            rasterization_order_color_attachment_access: order.rasterization_order_color_attachment_access != 0,
+            dynamic_rendering_local_read: local_read.dynamic_rendering_local_read != 0,
+            geometry_shader: core.geometry_shader != 0,
+            tessellation_shader: core.tessellation_shader != 0,
+            vertex_layer_output: features12.shader_output_layer != 0 && features12.shader_output_viewport_index != 0,
+            multi_viewport: core.multi_viewport != 0,
+            fragment_stores_and_atomics: core.fragment_stores_and_atomics != 0,
+            float32_blend: format.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND),
+            subgroup_size: subgroup.subgroup_size,
+            subgroup_arithmetic: subgroup.supported_operations.contains(vk::SubgroupFeatureFlags::ARITHMETIC)
+                && subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE),
+            max_storage_buffer_range: limits.max_storage_buffer_range,
+            max_image_dimension_2d: limits.max_image_dimension2_d,
+            max_image_dimension_3d: limits.max_image_dimension3_d,
+            max_compute_shared_memory_bytes: limits.max_compute_shared_memory_size,
+            timestamp_period_ns: limits.timestamp_period,
+            timestamp_valid_bits: queue_family.map_or(0, |f| families[f as usize].timestamp_valid_bits),
+        }
+    }
+}

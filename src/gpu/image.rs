@@ -1,0 +1,181 @@
+//! Owned images. They stay in the GENERAL layout for life.
+
+use super::context::allocation_error;
+use super::{Buffer, Context, Memory, vk_error};
+use crate::{Error, Result};
+use ash::vk;
+use bytemuck::Pod;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use std::sync::Arc;
+
+/// What an image is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageUse {
+    /// Written and read by shaders (`imageLoad`, `imageAtomic…`).
+    Storage,
+    /// Drawn to, then fetched by shaders.
+    Color,
+    /// A depth buffer that shaders may fetch from.
+    Depth,
+}
+
+/// A 2D image. Clones share it; the last one frees it.
+#[derive(Clone)]
+pub struct Image(Arc<Inner>);
+
+struct Inner {
+    context: Context,
+    handle: vk::Image,
+    view: vk::ImageView,
+    allocation: Option<Allocation>,
+    name: String,
+    size: [u32; 2],
+    texel_bytes: u32,
+    aspect: vk::ImageAspectFlags,
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        // SAFETY: recorded commands keep a clone, so the device no longer uses the image; null handles are ignored.
+        unsafe {
+            self.context.device().destroy_image_view(self.view, None);
+            self.context.device().destroy_image(self.handle, None);
+        }
+        if let (Some(allocation), Some(allocator)) = (self.allocation.take(), self.context.allocator().get()) {
+            // A failed free shows up as a leak when the context closes.
+            let _ = allocator.free(allocation);
+        }
+    }
+}
+
+fn texel_bytes(format: vk::Format) -> u32 {
+    match format {
+        vk::Format::R32G32B32A32_SFLOAT => 16,
+        vk::Format::R16G16B16A16_SFLOAT => 8,
+        _ => 4,
+    }
+}
+
+impl Image {
+    /// An image of `size` texels with undefined content.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the size is past the device's limit or memory runs out.
+    pub fn new(context: &Context, name: &str, format: vk::Format, size: [u32; 2], usage: ImageUse) -> Result<Self> {
+        let limit = context.features().max_image_dimension_2d;
+        if size.iter().any(|s| *s == 0 || *s > limit) {
+            return Err(Error::Gpu {
+                operation: "create image",
+                name: name.into(),
+                cause: format!("{} × {} texels, and this device takes 1 to {limit} a side", size[0], size[1]),
+                way_out: "use a size in that range".into(),
+            });
+        }
+        let copies = vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST;
+        let (flags, aspect) = match usage {
+            ImageUse::Storage => (vk::ImageUsageFlags::STORAGE, vk::ImageAspectFlags::COLOR),
+            ImageUse::Color => {
+                (vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED, vk::ImageAspectFlags::COLOR)
+            }
+            ImageUse::Depth => (
+                vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::SAMPLED,
+                vk::ImageAspectFlags::DEPTH,
+            ),
+        };
+        let info = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(format)
+            .extent(vk::Extent3D { width: size[0], height: size[1], depth: 1 })
+            .mip_levels(1)
+            .array_layers(1)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .tiling(vk::ImageTiling::OPTIMAL)
+            .usage(flags | copies);
+        let device = context.device();
+        // SAFETY: `info` is complete and within the limits checked above.
+        let handle = unsafe { device.create_image(&info, None) }.map_err(|r| vk_error("create image", name, r))?;
+        let mut inner = Inner {
+            context: context.clone(),
+            handle,
+            view: vk::ImageView::null(),
+            allocation: None,
+            name: name.into(),
+            size,
+            texel_bytes: texel_bytes(format),
+            aspect,
+        };
+        // SAFETY: the image was just created.
+        let requirements = unsafe { device.get_image_memory_requirements(handle) };
+        let allocation = context
+            .allocator()
+            .get()
+            .ok_or_else(|| vk_error("create image", name, vk::Result::ERROR_DEVICE_LOST))?
+            .allocate(&AllocationCreateDesc {
+                name,
+                requirements,
+                location: MemoryLocation::GpuOnly,
+                linear: false,
+                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+            })
+            .map_err(|e| allocation_error(name, &e))?;
+        // SAFETY: memory and offset are the allocator's, made for this image's requirements; it is bound once.
+        let bound = unsafe { device.bind_image_memory(handle, allocation.memory(), allocation.offset()) };
+        inner.allocation = Some(allocation);
+        bound.map_err(|r| vk_error("bind image", name, r))?;
+        let range = vk::ImageSubresourceRange::default().aspect_mask(aspect).level_count(1).layer_count(1);
+        let info = vk::ImageViewCreateInfo::default()
+            .image(handle)
+            .view_type(vk::ImageViewType::TYPE_2D)
+            .format(format)
+            .subresource_range(range);
+        // SAFETY: the image is bound and the view matches it.
+        inner.view =
+            unsafe { device.create_image_view(&info, None) }.map_err(|r| vk_error("create view of", name, r))?;
+        context.set_name(handle, name);
+        let image = Self(Arc::new(inner));
+        context.submit(|commands| commands.make_general(&image))?;
+        Ok(image)
+    }
+
+    /// Reads all texels, row by row.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where memory runs out or `T` is not as large as a texel.
+    pub fn read<T: Pod>(&self) -> Result<Vec<T>> {
+        let texels = self.0.size[0] as usize * self.0.size[1] as usize;
+        if size_of::<T>() != self.0.texel_bytes as usize {
+            return Err(Error::Gpu {
+                operation: "read image",
+                name: self.0.name.clone(),
+                cause: format!("a texel has {} bytes, not {}", self.0.texel_bytes, size_of::<T>()),
+                way_out: "report this as a bug".into(),
+            });
+        }
+        let staging = Buffer::new(&self.0.context, "readback", self.bytes(), Memory::Readback)?;
+        self.0.context.submit(|commands| commands.pass("readback", |pass| pass.copy_image(self, &staging)))?;
+        staging.read(texels)
+    }
+
+    /// Width and height, texels.
+    pub fn size(&self) -> [u32; 2] {
+        self.0.size
+    }
+
+    /// Size in bytes, padding left aside.
+    pub fn bytes(&self) -> u64 {
+        u64::from(self.0.size[0]) * u64::from(self.0.size[1]) * u64::from(self.0.texel_bytes)
+    }
+
+    pub(super) fn handle(&self) -> vk::Image {
+        self.0.handle
+    }
+
+    pub(super) fn view(&self) -> vk::ImageView {
+        self.0.view
+    }
+
+    pub(super) fn aspect(&self) -> vk::ImageAspectFlags {
+        self.0.aspect
+    }
+}

@@ -1,0 +1,43 @@
+//! Vulkan: the only module with `unsafe`. Knows no technique.
+//!
+//! Every handle lives in an owner that destroys it, owners are cheap to clone, and a recorded command keeps what it
+//! uses alive until the device is done with it, so the functions here are safe to call in any order.
+
+mod bindings;
+mod buffer;
+mod commands;
+mod context;
+mod features;
+mod image;
+mod pipeline;
+mod spirv;
+mod validation;
+
+pub use bindings::{Bindings, Resource};
+pub use buffer::{Buffer, Memory};
+pub use commands::{Commands, Draw, Pass, PassTime, Target};
+pub use context::{Context, Options, devices};
+pub use features::{Features, Requirement};
+pub use image::{Image, ImageUse};
+pub use pipeline::{Blend, Graphics, Pipeline};
+pub use spirv::{SHADERS, Shader, shader};
+pub use validation::{ALLOWED, Allowed, Messages};
+
+/// Image formats, as Vulkan names them.
+pub use ash::vk::Format;
+
+use crate::Error;
+use ash::vk;
+
+/// The error for a failed Vulkan call, with the way out that its code suggests.
+fn vk_error(operation: &'static str, name: &str, result: vk::Result) -> Error {
+    let way_out = match result {
+        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
+            "use a smaller map (size=), fewer particles or a device with more memory"
+        }
+        vk::Result::ERROR_DEVICE_LOST => "update the driver, or choose another device with --device",
+        vk::Result::ERROR_INCOMPATIBLE_DRIVER => "install a Vulkan 1.3 driver (./setup.sh installs lavapipe)",
+        _ => "run `gobo devices`, update the driver, or choose another device with --device",
+    };
+    Error::Gpu { operation, name: name.into(), cause: format!("{result:?}"), way_out: way_out.into() }
+}

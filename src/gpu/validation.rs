@@ -1,0 +1,81 @@
+//! Messages of the validation layer, collected so that tests can fail on them.
+
+use ash::vk;
+use std::ffi::{CStr, c_void};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A validation message that is known to be wrong or harmless.
+#[derive(Clone, Copy, Debug)]
+pub struct Allowed {
+    /// The message's id.
+    pub id: &'static str,
+    /// Only where the text has this, so that the entry hides nothing else.
+    pub contains: &'static str,
+    /// Why it may be ignored.
+    pub reason: &'static str,
+    /// Where it is discussed.
+    pub link: &'static str,
+}
+
+/// Every message that does not count.
+pub const ALLOWED: [Allowed; 0] = [];
+
+/// What the validation layer said, warnings and errors only. Clones share one list, which outlives the context.
+#[derive(Clone, Debug, Default)]
+pub struct Messages(Arc<Mutex<Vec<String>>>);
+
+impl Messages {
+    /// All messages so far that are not in [`ALLOWED`].
+    pub fn all(&self) -> Vec<String> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Adds one, unless it is allowed.
+    pub(super) fn push(&self, id: &str, text: &str) {
+        if !ALLOWED.iter().any(|a| a.id == id && text.contains(a.contains)) {
+            self.0.lock().unwrap_or_else(PoisonError::into_inner).push(format!("{id}: {text}"));
+        }
+    }
+
+    /// The pointer handed to the messenger; valid as long as any clone lives.
+    pub(super) fn user_data(&self) -> *mut c_void {
+        Arc::as_ptr(&self.0).cast_mut().cast()
+    }
+}
+
+/// The messenger's settings. `messages` must outlive the instance.
+pub(super) fn messenger_info(messages: &Messages) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
+    vk::DebugUtilsMessengerCreateInfoEXT {
+        p_user_data: messages.user_data(),
+        ..vk::DebugUtilsMessengerCreateInfoEXT::default()
+            .message_severity(
+                vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+            )
+            .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
+            .pfn_user_callback(Some(on_message))
+    }
+}
+
+/// Called by the layer, from any thread.
+unsafe extern "system" fn on_message(
+    _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    user: *mut c_void,
+) -> vk::Bool32 {
+    let text = |p: *const std::ffi::c_char| {
+        if p.is_null() {
+            String::new()
+        } else {
+            // SAFETY: the layer hands over NUL-terminated strings that live for the length of this call.
+            unsafe { CStr::from_ptr(p) }.to_string_lossy().into_owned()
+        }
+    };
+    // SAFETY: the layer hands over a valid structure; `user` is the list of `messenger_info`, kept alive by the context.
+    let (data, list) = unsafe { (&*data, &*user.cast::<Mutex<Vec<String>>>()) };
+    let (id, message) = (text(data.p_message_id_name), text(data.p_message));
+    if !ALLOWED.iter().any(|a| a.id == id && message.contains(a.contains)) {
+        list.lock().unwrap_or_else(PoisonError::into_inner).push(format!("{id}: {message}"));
+    }
+    vk::FALSE
+}

@@ -1,0 +1,19 @@
+//! How much of light `l` reaches point `p`? Shadow techniques for what lets some light pass, measured side by side.
+//!
+//! A [`technique`] builds a representation on the GPU from a [`scene`] and answers with one GLSL function,
+//! `light_visibility`; [`measure`] asks it at the same points as the f64 [`reference`] and times it; [`report`] shows
+//! what came out. [`gpu`] is Vulkan and knows none of them.
+
+#![deny(missing_docs, unsafe_code)]
+
+pub mod cli;
+mod error;
+#[allow(unsafe_code)]
+pub mod gpu;
+pub mod measure;
+pub mod reference;
+pub mod report;
+pub mod scene;
+pub mod technique;
+
+pub use error::{Error, Result};

@@ -1,0 +1,15 @@
+//! Asks techniques, times them and compares their answers with the truth.
+
+mod compare;
+mod consume;
+mod error_metrics;
+mod picture_error;
+mod results;
+mod timing;
+
+pub use compare::{Case, Effort, LOOKUPS};
+pub use consume::{Query, Renderer, Shading, slice};
+pub use error_metrics::{PointError, point_error};
+pub use picture_error::{difference_srgb8, picture_error};
+pub use results::{DeviceFacts, ImageError, PassTiming, Results, Row, RowError, Status};
+pub use timing::Timing;

@@ -1,0 +1,126 @@
+//! The schema of `results.json`, version 1.
+
+use crate::measure::{PointError, Timing};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A whole comparison.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Results {
+    /// Always 1.
+    pub schema: u32,
+    /// The version of this crate.
+    pub gobo: String,
+    /// The command that made it.
+    pub command: String,
+    /// What it ran on.
+    pub device: DeviceFacts,
+    /// One a scene and variant, in the order they were measured.
+    pub rows: Vec<Row>,
+}
+
+/// The device and driver.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DeviceFacts {
+    /// The device's own name.
+    pub name: String,
+    /// Driver name and version.
+    pub driver: String,
+    /// The Vulkan version it speaks.
+    pub api: String,
+    /// discrete, integrated, virtual, cpu or other.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// Feature name → value, as `gobo devices` prints them.
+    pub features: BTreeMap<String, serde_json::Value>,
+}
+
+/// How a row ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// Measured.
+    Ok,
+    /// The device lacks a feature; `reason` names it.
+    Refused,
+    /// Something broke; `reason` says what.
+    Failed,
+}
+
+/// One technique variant on one scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Scene name.
+    pub scene: String,
+    /// Technique name.
+    pub technique: String,
+    /// Key → value of the spec, every key spelt out.
+    pub variant: BTreeMap<String, String>,
+    /// The path that ran.
+    pub path: String,
+    /// How it ended.
+    pub status: Status,
+    /// Why this path, why refused, or what failed.
+    pub reason: String,
+    /// One build of the representation, device time.
+    pub build_ns: Option<Timing>,
+    /// A million look-ups at random points, device time.
+    pub lookup_ns_per_million: Option<Timing>,
+    /// The passes of a build, in order.
+    pub passes: Vec<PassTiming>,
+    /// Bytes that the look-up needs.
+    pub bytes_resident: u64,
+    /// Bytes needed only while building.
+    pub bytes_transient: u64,
+    /// Counts such as `fragments`, `overflowed`, `covered_texels`.
+    pub counters: BTreeMap<String, u64>,
+    /// Against the f64 reference.
+    pub error: Option<RowError>,
+    /// The lowest mean absolute map error of any curve of as many nodes with its vertices on the true curve.
+    pub limit_mean_abs: Option<f64>,
+    /// The picture's file name in the output folder.
+    pub picture: Option<String>,
+    /// The difference picture's file name in the output folder.
+    pub difference: Option<String>,
+}
+
+/// The time of one pass.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PassTiming {
+    /// The pass's label.
+    pub name: String,
+    /// Nanoseconds.
+    pub median_ns: f64,
+    /// Nanoseconds.
+    pub p05_ns: f64,
+    /// Nanoseconds.
+    pub p95_ns: f64,
+}
+
+/// Errors of one row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RowError {
+    /// At the centres of covered texels: the representation's own error.
+    pub map: PointError,
+    /// At low-discrepancy points in the casters' bounds.
+    pub space: PointError,
+    /// Of the shaded picture.
+    pub image: ImageError,
+}
+
+/// Error of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ImageError {
+    /// Root mean square over pixels and channels, display-referred [0, 1].
+    pub rmse: f64,
+    /// Mean of the FLIP map.
+    pub flip_mean: f64,
+}
+
+impl Row {
+    /// The spec that made this row, short enough for a table: `avsm:nodes=8,curve=linear,…`.
+    pub fn spec(&self) -> String {
+        let keys: Vec<_> = self.variant.iter().map(|(k, v)| format!("{k}={v}")).collect();
+        format!("{}:{}", self.technique, keys.join(","))
+    }
+}

@@ -1,0 +1,81 @@
+//! Particles sorted into cells over a view, to find those that a ray may meet.
+
+use crate::scene::{Particle, Projection, View};
+use glam::{DVec2, DVec3};
+use std::ops::Range;
+
+/// One cell a texel of the view it was made for.
+pub(super) struct Grid {
+    width: u32,
+    height: u32,
+    /// Particle indices of cell i: `members[starts[i]..starts[i + 1]]`, in the order they were given.
+    starts: Vec<u32>,
+    members: Vec<u32>,
+}
+
+impl Grid {
+    /// Sorts the particles named by `order` into the texels of `view`.
+    pub fn new(view: &View, particles: &[Particle], order: &[u32]) -> Self {
+        let ranges: Vec<_> = order.iter().map(|&i| (i, cells(view, &particles[i as usize]))).collect();
+        let width = view.width as usize;
+        let each = |visit: &mut dyn FnMut(usize, u32)| {
+            for (index, [x, y]) in &ranges {
+                for row in y.clone() {
+                    for column in x.clone() {
+                        visit(row * width + column, *index);
+                    }
+                }
+            }
+        };
+        let mut starts = vec![0u32; view.texels() + 1];
+        each(&mut |cell, _| starts[cell + 1] += 1);
+        for i in 0..view.texels() {
+            starts[i + 1] += starts[i];
+        }
+        let mut next = starts.clone();
+        let mut members = vec![0u32; starts[view.texels()] as usize];
+        each(&mut |cell, index| {
+            members[next[cell] as usize] = index;
+            next[cell] += 1;
+        });
+        Self { width: view.width, height: view.height, starts, members }
+    }
+
+    /// The candidates of the cell at `texel`; none outside.
+    pub fn at(&self, texel: DVec2) -> &[u32] {
+        let size = DVec2::new(self.width.into(), self.height.into());
+        if !(texel.cmpge(DVec2::ZERO).all() && texel.cmplt(size).all()) {
+            return &[];
+        }
+        let cell = texel.y as usize * self.width as usize + texel.x as usize;
+        &self.members[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+}
+
+/// The cells that a particle may touch, columns and rows; one more on each side against rounding.
+fn cells(view: &View, particle: &Particle) -> [Range<usize>; 2] {
+    let offset = DVec3::from(particle.position.map(f64::from)) - DVec3::from(view.origin.map(f64::from));
+    let dot = |v: [f32; 3]| offset.dot(DVec3::from(v.map(f64::from)));
+    let (z, radius) = (dot(view.forward), f64::from(particle.radius));
+    if view.projection() == Projection::Perspective && z + radius <= 0.0 {
+        return [0..0, 0..0];
+    }
+    let range = |across: f64, scale: f32, count: u32| {
+        let (a, b) = match view.projection() {
+            Projection::Parallel => (across - radius, across + radius),
+            Projection::Perspective if z <= radius => (f64::NEG_INFINITY, f64::INFINITY),
+            Projection::Perspective => {
+                // The tangents of the angles at which the circle is seen.
+                let angle = across.atan2(z);
+                let half = (radius / across.hypot(z)).asin();
+                ((angle - half).tan(), (angle + half).tan())
+            }
+        };
+        let cell = |t: f64| (t * f64::from(scale) * 0.5 + 0.5) * f64::from(count);
+        let (low, high) = (cell(a).min(cell(b)), cell(a).max(cell(b)));
+        let low = (low.floor() - 1.0).clamp(0.0, count.into()) as usize;
+        let high = (high.floor() + 2.0).clamp(0.0, count.into()) as usize;
+        low..high
+    };
+    [range(dot(view.right), view.scale_x, view.width), range(dot(view.up), view.scale_y, view.height)]
+}

@@ -1,0 +1,117 @@
+//! The *limit*: the lowest mean absolute error of any curve of K nodes whose vertices lie on the true curve.
+
+use super::points::texel_curve;
+use super::{Casters, MapTruth, TrueCurve};
+use crate::scene::View;
+use rayon::prelude::*;
+
+/// Texels that the limit is taken over: an even sample of the covered ones.
+pub const LIMIT_TEXELS: usize = 93;
+
+/// Depths that an error is summed over, evenly through the light's range: four times the map points, so that no curve
+/// gets by between them.
+const DEPTHS: usize = 253;
+
+/// The mean over a fixed sample of covered texels, for each of `nodes`. Interpolation is of optical depth, as the true
+/// curve's own, between vertices chosen from the true curve's by dynamic programming.
+pub fn limit_mean_abs(casters: &Casters, view: &View, truth: &MapTruth, nodes: &[usize]) -> Vec<f64> {
+    let count = truth.texels.len().min(LIMIT_TEXELS);
+    let most = nodes.iter().copied().max().unwrap_or(0);
+    let per_texel: Vec<Vec<f64>> = (0..count)
+        .into_par_iter()
+        .map(|i| {
+            let texel = truth.texels[i * truth.texels.len() / count];
+            let best = texel_limit(&texel_curve(casters, view, texel), most);
+            nodes.iter().map(|k| best[k.min(&(best.len() - 1)).to_owned()]).collect()
+        })
+        .collect();
+    (0..nodes.len()).map(|k| per_texel.iter().map(|t: &Vec<f64>| t[k]).sum::<f64>() / count.max(1) as f64).collect()
+}
+
+/// Element k: the lowest mean absolute error of k nodes, k = 0 to `most`.
+fn texel_limit(curve: &TrueCurve, most: usize) -> Vec<f64> {
+    let vertices = curve.depths.len();
+    let sample = |k: usize| k as f64 / (DEPTHS - 1) as f64;
+    let truth: Vec<f64> = (0..DEPTHS).map(|k| curve.transmittance(sample(k))).collect();
+    let none = truth.iter().map(|t| 1.0 - t).sum::<f64>() / DEPTHS as f64;
+    let mut best = vec![none];
+    if vertices == 0 {
+        best.resize(most + 1, 0.0);
+        return best;
+    }
+    // First sample at or behind each vertex.
+    let behind: Vec<usize> =
+        curve.depths.iter().map(|d| (0..DEPTHS).find(|&k| sample(k) >= *d).unwrap_or(DEPTHS)).collect();
+    // Error of the samples from vertex i up to vertex j when both are nodes and none between.
+    let span = |i: usize, j: usize| {
+        let (d0, d1) = (curve.depths[i], curve.depths[j]);
+        let (t0, t1) = (curve.optical_depths[i], curve.optical_depths[j]);
+        if behind[i] == behind[j] {
+            return 0.0;
+        }
+        let slope = (t1 - t0) / (d1 - d0);
+        // Even samples of an exponential: each is the last times a constant.
+        let mut transmittance = (-(t0 + slope * (sample(behind[i]) - d0))).exp();
+        let ratio = (-slope * sample(1)).exp();
+        let mut error = 0.0;
+        for true_transmittance in &truth[behind[i]..behind[j]] {
+            error += (transmittance - true_transmittance).abs();
+            transmittance *= ratio;
+        }
+        error
+    };
+    // In front of the first node the light is whole; behind the last it stays as it is there.
+    let head: Vec<f64> = (0..vertices).map(|i| truth[..behind[i]].iter().map(|t| 1.0 - t).sum()).collect();
+    let tail: Vec<f64> = (0..vertices)
+        .map(|i| {
+            let last = (-curve.optical_depths[i]).exp();
+            truth[behind[i]..].iter().map(|t| (last - t).abs()).sum()
+        })
+        .collect();
+    let spans: Vec<f64> = (0..vertices * vertices)
+        .map(|ij| (ij / vertices, ij % vertices))
+        .map(|(i, j)| if i < j { span(i, j) } else { 0.0 })
+        .collect();
+    let mut reach = head;
+    for k in 1..=most {
+        let least = reach.iter().zip(&tail).map(|(r, t)| r + t).fold(f64::INFINITY, f64::min);
+        // More nodes can never be worse: the last may repeat.
+        best.push((least / DEPTHS as f64).min(best[k - 1]));
+        reach = (0..vertices)
+            .map(|j| (0..j).map(|i| reach[i] + spans[i * vertices + j]).fold(f64::INFINITY, f64::min))
+            .collect();
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two separate segments have four vertices: four nodes are exact, three are not, and brute force over all triples
+    /// finds nothing better than the program.
+    #[test]
+    fn finds_the_best_of_all_subsets() {
+        let curve = TrueCurve::new(&[(0.1, 0.3, 0.7), (0.5, 0.6, 1.2), (0.55, 0.9, 0.4)]);
+        let limit = texel_limit(&curve, 6);
+        assert!(limit[6] < 1e-12, "six vertices, six nodes: {}", limit[6]);
+        let sample = |k: usize| k as f64 / (DEPTHS - 1) as f64;
+        let mut least = f64::INFINITY;
+        let n = curve.depths.len();
+        for a in 0..n {
+            for b in a + 1..n {
+                for c in b + 1..n {
+                    let pick = TrueCurve {
+                        depths: [a, b, c].map(|i| curve.depths[i]).to_vec(),
+                        optical_depths: [a, b, c].map(|i| curve.optical_depths[i]).to_vec(),
+                    };
+                    let error = (0..DEPTHS)
+                        .map(|k| (pick.transmittance(sample(k)) - curve.transmittance(sample(k))).abs())
+                        .sum::<f64>();
+                    least = least.min(error / DEPTHS as f64);
+                }
+            }
+        }
+        assert!((limit[3] - least).abs() < 1e-12, "{} is not {least}", limit[3]);
+    }
+}

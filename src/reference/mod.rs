@@ -1,0 +1,18 @@
+//! The truth in f64, and a CPU twin in f32 of each GPU pass that computes something. Never touches the GPU.
+
+pub mod avsm;
+mod casters;
+mod grid;
+mod limit;
+pub mod list;
+mod meshes;
+mod picture;
+mod points;
+mod true_curve;
+
+pub use casters::Casters;
+pub use limit::{LIMIT_TEXELS, limit_mean_abs};
+pub use meshes::{Hit, Meshes};
+pub use picture::{SKY, far_to_near, picture};
+pub use points::{MAP_DEPTHS, MapTruth, map_truth, space_points};
+pub use true_curve::TrueCurve;

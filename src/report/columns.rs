@@ -1,0 +1,165 @@
+//! The measured columns that the table and the page share.
+
+use super::wording::{NOTHING, bytes, milliseconds, signed, significant, spread_milliseconds};
+use crate::measure::{PointError, Row};
+
+/// One measured column.
+pub(super) struct Column {
+    /// What neighbouring columns have in common.
+    pub(super) group: &'static str,
+    /// What it is, within the group.
+    pub(super) name: &'static str,
+    /// Group and name together, short enough for a terminal, with the unit.
+    pub(super) heading: &'static str,
+    /// One sentence for who points at it.
+    pub(super) meaning: &'static str,
+    /// Columns of a larger number are the first to go on a narrow terminal.
+    pub(super) dispensable: u8,
+    /// The number that it is sorted by.
+    pub(super) value: fn(&Row) -> Option<f64>,
+    /// How the number reads.
+    pub(super) text: fn(f64) -> String,
+    /// What stands behind the number, in small.
+    pub(super) spread: fn(&Row) -> Option<String>,
+}
+
+impl Column {
+    /// The number and its spread as one text.
+    pub(super) fn cell(&self, row: &Row) -> String {
+        let Some(value) = (self.value)(row) else { return NOTHING.into() };
+        match (self.spread)(row) {
+            Some(spread) => format!("{} {spread}", (self.text)(value)),
+            None => (self.text)(value),
+        }
+    }
+}
+
+const fn column(
+    group: &'static str,
+    name: &'static str,
+    heading: &'static str,
+    meaning: &'static str,
+    dispensable: u8,
+    value: fn(&Row) -> Option<f64>,
+    text: fn(f64) -> String,
+) -> Column {
+    Column { group, name, heading, meaning, dispensable, value, text, spread: |_| None }
+}
+
+fn times(value: f64) -> String {
+    format!("{}×", significant(value))
+}
+
+fn bytes_text(value: f64) -> String {
+    bytes(value as u64)
+}
+
+fn map(row: &Row) -> Option<PointError> {
+    row.error.as_ref().map(|error| error.map)
+}
+
+fn times_limit(row: &Row) -> Option<f64> {
+    let limit = row.limit_mean_abs?;
+    // Without a limit above zero there is no multiple of it.
+    (limit > 0.0).then_some(map(row)?.mean_abs / limit)
+}
+
+/// In the order in which they are shown.
+pub(super) const COLUMNS: [Column; 13] = [
+    Column {
+        spread: |row| row.build_ns.as_ref().map(spread_milliseconds),
+        ..column(
+            "Time, ms",
+            "build",
+            "build ms",
+            "One build of the representation on the device: median [5th–95th percentile]",
+            0,
+            |row| Some(row.build_ns?.median),
+            milliseconds,
+        )
+    },
+    column(
+        "Time, ms",
+        "10⁶ look-ups",
+        "look-up ms/M",
+        "A million look-ups at random points on the device, median",
+        3,
+        |row| Some(row.lookup_ns_per_million?.median),
+        milliseconds,
+    ),
+    column(
+        "Memory",
+        "resident",
+        "resident",
+        "Bytes that the look-up needs",
+        4,
+        |row| Some(row.bytes_resident as f64),
+        bytes_text,
+    ),
+    column(
+        "Memory",
+        "transient",
+        "transient",
+        "Bytes that only the build needs",
+        6,
+        |row| Some(row.bytes_transient as f64),
+        bytes_text,
+    ),
+    column(
+        "Error at map points",
+        "mean abs",
+        "map |err|",
+        "Mean absolute error of visibility at covered texel centres",
+        1,
+        |row| Some(map(row)?.mean_abs),
+        significant,
+    ),
+    column(
+        "Error at map points",
+        "× limit",
+        "× limit",
+        "Mean absolute error as a multiple of the limit of as many nodes",
+        2,
+        times_limit,
+        times,
+    ),
+    column(
+        "Error at map points",
+        "bias",
+        "bias",
+        "Signed mean: positive is too bright",
+        7,
+        |row| Some(map(row)?.bias),
+        signed,
+    ),
+    column("Error at map points", "RMS", "RMS", "Root mean square", 12, |row| Some(map(row)?.rms), significant),
+    column("Error at map points", "p99", "p99", "99th percentile", 11, |row| Some(map(row)?.p99), significant),
+    column("Error at map points", "max", "max", "Largest absolute error", 8, |row| Some(map(row)?.max), significant),
+    column(
+        "In space",
+        "mean abs",
+        "space |err|",
+        "Mean absolute error at points all over the casters' bounds",
+        5,
+        |row| Some(row.error.as_ref()?.space.mean_abs),
+        significant,
+    ),
+    column(
+        "Image",
+        "RMSE",
+        "image RMSE",
+        "Root mean square error of the shaded picture, display-referred",
+        9,
+        |row| Some(row.error.as_ref()?.image.rmse),
+        significant,
+    ),
+    column(
+        "Image",
+        "FLIP",
+        "FLIP",
+        "Mean of the FLIP map of the shaded picture",
+        10,
+        |row| Some(row.error.as_ref()?.image.flip_mean),
+        significant,
+    ),
+];

@@ -1,0 +1,26 @@
+//! What a person gets to see of [`Results`](crate::measure::Results), and how it reaches the disk.
+//!
+//! | what | where it goes |
+//! |---|---|
+//! | [`Store::write`] | `results.json` and `results.csv`, after every row, atomically |
+//! | [`table`](fn@table) | the terminal |
+//! | [`time_versus_error`] | `time-vs-error.svg` |
+//! | [`page`](fn@page) | `report.html`: the above, the pictures and the definitions in one file without network |
+//!
+//! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the
+//! page share are listed once, in `columns.rs`. Same results, same bytes out.
+
+mod columns;
+mod page;
+mod pareto;
+mod plot;
+mod series;
+mod store;
+mod table;
+mod wording;
+
+pub use page::page;
+pub use pareto::pareto_front;
+pub use plot::time_versus_error;
+pub use store::Store;
+pub use table::table;

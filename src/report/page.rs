@@ -1,0 +1,266 @@
+//! The HTML page: everything in one file.
+
+use crate::measure::{DeviceFacts, PointError, Results, Row, Status};
+use crate::report::columns::COLUMNS;
+use crate::report::pareto::{rows_on_front, scenes};
+use crate::report::plot::time_versus_error;
+use crate::report::store::is_plain_name;
+use crate::report::wording::{NOTHING, Specs, grouped, milliseconds, outcome, signed, significant, status_word};
+use crate::{Error, Result};
+use base64::Engine;
+use minijinja::value::{Serde, Value};
+use minijinja::{Environment, UndefinedBehavior};
+use serde::Serialize;
+use std::path::Path;
+
+/// Colours for passes in the style sheet.
+const PASS_COLOURS: usize = 8;
+
+/// All that the template gets. Everything but the plot and the pictures is escaped there.
+#[derive(Serialize)]
+struct Page<'a> {
+    gobo: &'a str,
+    command: &'a str,
+    device: &'a DeviceFacts,
+    features: Vec<(&'a str, String)>,
+    tally: String,
+    shared: Option<String>,
+    plot: Option<String>,
+    groups: Vec<Group>,
+    columns: Vec<Heading>,
+    scenes: Vec<Scene<'a>>,
+}
+
+#[derive(Serialize)]
+struct Group {
+    name: &'static str,
+    columns: usize,
+}
+
+#[derive(Serialize)]
+struct Heading {
+    name: &'static str,
+    meaning: &'static str,
+    opens_group: bool,
+}
+
+#[derive(Serialize)]
+struct Scene<'a> {
+    name: &'a str,
+    rows: Vec<PageRow<'a>>,
+    reference: Picture,
+    passes: Vec<Pass>,
+}
+
+#[derive(Serialize)]
+struct PageRow<'a> {
+    spec: String,
+    /// The same, cut where a line may break.
+    spec_parts: Vec<String>,
+    full_spec: String,
+    path: &'a str,
+    status: &'static str,
+    outcome: String,
+    reason: &'a str,
+    on_front: bool,
+    cells: Vec<PageCell>,
+    bars: Vec<Bar>,
+    statistics: Vec<[String; 3]>,
+    counters: Vec<(&'a str, String)>,
+    picture: Picture,
+    difference: Picture,
+}
+
+#[derive(Serialize)]
+struct PageCell {
+    text: String,
+    spread: String,
+    value: Option<f64>,
+}
+
+/// A pass and its colour.
+#[derive(Serialize)]
+struct Pass {
+    name: String,
+    colour: usize,
+}
+
+#[derive(Serialize)]
+struct Bar {
+    name: String,
+    colour: usize,
+    percent: String,
+    milliseconds: String,
+    spread: String,
+}
+
+/// An embedded picture, or why there is none.
+#[derive(Serialize)]
+struct Picture {
+    uri: Option<String>,
+    note: String,
+}
+
+/// The page as HTML. Pictures are read from `dir`; one that is missing is left out with a note.
+///
+/// # Errors
+/// Only if the template itself is broken, which a test rules out.
+pub fn page(results: &Results, dir: &Path) -> Result<String> {
+    let specs = Specs::of(&results.rows);
+    let on_front = rows_on_front(results);
+    let page = Page {
+        gobo: &results.gobo,
+        command: &results.command,
+        device: &results.device,
+        features: results.device.features.iter().map(|(name, value)| (name.as_str(), plain(value))).collect(),
+        tally: tally(results),
+        shared: specs.shared_line(),
+        plot: time_versus_error(results),
+        groups: groups(),
+        columns: headings(),
+        scenes: scenes(results).into_iter().map(|name| scene(results, name, &specs, &on_front, dir)).collect(),
+    };
+    let mut environment = Environment::new();
+    // A misspelt name in the template must fail in a test, not leave a gap in a report.
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    let broken = |cause: minijinja::Error| Error::input("report.html", format!("{cause:#}"), "report this as a bug");
+    // The name's ending turns autoescape on.
+    environment.add_template("page.html", include_str!("page.html")).map_err(broken)?;
+    environment
+        .get_template("page.html")
+        .and_then(|template| template.render(Value::from(Serde(&page))))
+        .map_err(broken)
+}
+
+fn scene<'a>(results: &'a Results, name: &'a str, specs: &Specs, on_front: &[usize], dir: &Path) -> Scene<'a> {
+    let rows: Vec<(usize, &Row)> = results.rows.iter().enumerate().filter(|(_, row)| row.scene == name).collect();
+    // Numbered over the whole run, so that a pass has one colour in every scene.
+    let all_passes = pass_names(results.rows.iter());
+    let colour_of = |name: &str| all_passes.iter().position(|&known| known == name).unwrap_or(0) % PASS_COLOURS;
+    let passes = pass_names(rows.iter().map(|&(_, row)| row));
+    let passes = passes.into_iter().map(|name| Pass { name: name.to_owned(), colour: colour_of(name) }).collect();
+    let longest_ns = rows.iter().map(|(_, row)| passes_ns(row)).fold(0.0, f64::max);
+    let rows = rows.into_iter().map(|(index, row)| {
+        let bars = row.passes.iter().map(|pass| Bar {
+            name: pass.name.clone(),
+            colour: colour_of(&pass.name),
+            percent: format!("{:.2}", if longest_ns > 0.0 { 100.0 * pass.median_ns / longest_ns } else { 0.0 }),
+            milliseconds: milliseconds(pass.median_ns),
+            spread: format!("{}–{}", milliseconds(pass.p05_ns), milliseconds(pass.p95_ns)),
+        });
+        let cells = COLUMNS.iter().map(|column| PageCell {
+            text: (column.value)(row).map(column.text).unwrap_or_else(|| NOTHING.into()),
+            spread: (column.spread)(row).unwrap_or_default(),
+            value: (column.value)(row).filter(|value| value.is_finite()),
+        });
+        PageRow {
+            spec_parts: specs.compact(row).split_inclusive(',').map(String::from).collect(),
+            spec: specs.compact(row),
+            full_spec: row.spec(),
+            path: &row.path,
+            status: status_word(row.status),
+            outcome: outcome(row),
+            reason: &row.reason,
+            on_front: on_front.contains(&index),
+            cells: cells.collect(),
+            bars: bars.collect(),
+            statistics: statistics(row),
+            counters: row.counters.iter().map(|(name, &count)| (name.as_str(), grouped(count))).collect(),
+            picture: embedded(dir, row.picture.as_deref()),
+            difference: embedded(dir, row.difference.as_deref()),
+        }
+    });
+    let rows = rows.collect();
+    let reference = embedded(dir, Some(&format!("{name}-reference.png")));
+    Scene { name, rows, reference, passes }
+}
+
+/// In the order in which they first ran.
+fn pass_names<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<&'a str> {
+    let mut names: Vec<&str> = Vec::new();
+    for pass in rows.flat_map(|row| &row.passes) {
+        if !names.contains(&pass.name.as_str()) {
+            names.push(&pass.name);
+        }
+    }
+    names
+}
+
+fn passes_ns(row: &Row) -> f64 {
+    row.passes.iter().map(|pass| pass.median_ns).filter(|ns| ns.is_finite()).sum()
+}
+
+/// Name, at map points, in space.
+fn statistics(row: &Row) -> Vec<[String; 3]> {
+    let Some(error) = &row.error else { return Vec::new() };
+    let line = |name: &str, pick: fn(&PointError) -> f64, text: fn(f64) -> String| {
+        [name.to_owned(), text(pick(&error.map)), text(pick(&error.space))]
+    };
+    vec![
+        line("mean abs", |e| e.mean_abs, significant),
+        line("bias", |e| e.bias, signed),
+        line("RMS", |e| e.rms, significant),
+        line("p99", |e| e.p99, significant),
+        line("max", |e| e.max, significant),
+    ]
+}
+
+/// A picture as a data URI. Only PNG files right in `dir`: the name comes from a file that anyone may have edited.
+fn embedded(dir: &Path, name: Option<&str>) -> Picture {
+    let missing = |note: String| Picture { uri: None, note };
+    let Some(name) = name else { return missing("no picture".into()) };
+    if !is_plain_name(name) {
+        return missing(format!("{name} is not in the output folder"));
+    }
+    match std::fs::read(dir.join(name)) {
+        Ok(png) if png.starts_with(b"\x89PNG\r\n\x1a\n") => {
+            let text = base64::engine::general_purpose::STANDARD.encode(png);
+            Picture { uri: Some(format!("data:image/png;base64,{text}")), note: String::new() }
+        }
+        Ok(_) => missing(format!("{name} is not a PNG")),
+        Err(cause) => missing(format!("{name}: {cause}")),
+    }
+}
+
+fn groups() -> Vec<Group> {
+    let mut groups: Vec<Group> = Vec::new();
+    for column in &COLUMNS {
+        match groups.last_mut() {
+            Some(group) if group.name == column.group => group.columns += 1,
+            _ => groups.push(Group { name: column.group, columns: 1 }),
+        }
+    }
+    groups
+}
+
+fn headings() -> Vec<Heading> {
+    let mut before = "";
+    let headings = COLUMNS.iter().map(|column| {
+        let opens_group = column.group != before;
+        before = column.group;
+        Heading { name: column.name, meaning: column.meaning, opens_group }
+    });
+    headings.collect()
+}
+
+/// `12 measured, 2 refused`.
+fn tally(results: &Results) -> String {
+    let count = |status| results.rows.iter().filter(|row| row.status == status).count();
+    let mut parts = vec![format!("{} measured", count(Status::Ok))];
+    for (status, word) in [(Status::Refused, "refused"), (Status::Failed, "failed")] {
+        if count(status) > 0 {
+            parts.push(format!("{} {word}", count(status)));
+        }
+    }
+    parts.join(", ")
+}
+
+/// A feature's value without JSON's quotes.
+fn plain(value: &serde_json::Value) -> String {
+    match value {
+        serde_json::Value::String(text) => text.clone(),
+        serde_json::Value::Bool(true) => "yes".into(),
+        serde_json::Value::Bool(false) => "no".into(),
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,100 @@
+//! Which points nothing beats in both time and error.
+
+use crate::measure::{Results, Row, Status};
+
+/// The indices of the points that no other point beats: none is at most as large in both coordinates and smaller in
+/// one. Sorted by the first coordinate. Equal points stay together; a point that is not a number is never on the front.
+pub fn pareto_front(points: &[(f64, f64)]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..points.len()).filter(|&i| !points[i].0.is_nan() && !points[i].1.is_nan()).collect();
+    // The index last, so that equal points keep the caller's order.
+    order.sort_unstable_by(|&a, &b| {
+        points[a].0.total_cmp(&points[b].0).then(points[a].1.total_cmp(&points[b].1)).then(a.cmp(&b))
+    });
+    let mut front: Vec<usize> = Vec::new();
+    for index in order {
+        // Sorted by the first coordinate, so only the last of the front can be at least as good in the second.
+        let stays = front.last().is_none_or(|&last| points[index].1 < points[last].1 || points[index] == points[last]);
+        if stays {
+            front.push(index);
+        }
+    }
+    front
+}
+
+/// Build time in milliseconds and mean absolute map error, of a row that has both as finite numbers.
+pub(super) fn time_and_error(row: &Row) -> Option<(f64, f64)> {
+    if row.status != Status::Ok {
+        return None;
+    }
+    let point = (row.build_ns?.median / 1e6, row.error.as_ref()?.map.mean_abs);
+    (point.0.is_finite() && point.1.is_finite()).then_some(point)
+}
+
+/// Indices into `results.rows` of the rows on the front of their scene, in measured order.
+pub(super) fn rows_on_front(results: &Results) -> Vec<usize> {
+    let mut on_front = Vec::new();
+    for scene in scenes(results) {
+        let (rows, points): (Vec<_>, Vec<_>) = results
+            .rows
+            .iter()
+            .enumerate()
+            .filter(|(_, row)| row.scene == scene)
+            .filter_map(|(index, row)| Some((index, time_and_error(row)?)))
+            .unzip();
+        on_front.extend(pareto_front(&points).into_iter().map(|place| rows[place]));
+    }
+    on_front.sort_unstable();
+    on_front
+}
+
+/// The scenes in the order in which they were first measured.
+pub(super) fn scenes(results: &Results) -> Vec<&str> {
+    let mut scenes: Vec<&str> = Vec::new();
+    for row in &results.rows {
+        if !scenes.contains(&row.scene.as_str()) {
+            scenes.push(&row.scene);
+        }
+    }
+    scenes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Straight from the definition, for every pair.
+    fn by_definition(points: &[(f64, f64)]) -> Vec<usize> {
+        let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && (a.0 < b.0 || a.1 < b.1);
+        (0..points.len()).filter(|&i| !points.iter().any(|&other| beats(other, points[i]))).collect()
+    }
+
+    #[test]
+    fn known_front() {
+        // (3, 3) is beaten by (2, 2); (2, 5) by both (1, 5) and (2, 2); (5, 1) by (4, 1).
+        let points = [(3.0, 3.0), (1.0, 5.0), (2.0, 2.0), (2.0, 5.0), (4.0, 1.0), (5.0, 1.0)];
+        assert_eq!(pareto_front(&points), [1, 2, 4]);
+    }
+
+    #[test]
+    fn ties_and_not_a_number() {
+        assert_eq!(pareto_front(&[]), [] as [usize; 0]);
+        assert_eq!(pareto_front(&[(1.0, 1.0), (1.0, 1.0)]), [0, 1]);
+        assert_eq!(pareto_front(&[(f64::NAN, 0.0), (1.0, 0.0), (0.0, f64::NAN)]), [1]);
+    }
+
+    #[test]
+    fn agrees_with_the_definition_on_a_grid_of_small_sets() {
+        // Every set of five points whose coordinates are in {0, 1, 2}, thinned by a stride without a common factor.
+        for code in (0..9u32.pow(5)).step_by(7) {
+            let points: Vec<(f64, f64)> = (0..5)
+                .map(|place| {
+                    let cell = code / 9u32.pow(place) % 9;
+                    (f64::from(cell / 3), f64::from(cell % 3))
+                })
+                .collect();
+            let mut front = pareto_front(&points);
+            front.sort_unstable();
+            assert_eq!(front, by_definition(&points), "{points:?}");
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! The output folder. Whatever is written there is whole or was not written at all.
+
+use crate::measure::{PointError, Results, Row};
+use crate::report::wording::status_word;
+use crate::{Error, Result};
+use std::collections::BTreeSet;
+use std::io::Write;
+use std::path::{Component, Path, PathBuf};
+
+/// A folder that takes results.
+#[derive(Clone, Debug)]
+pub struct Store {
+    dir: PathBuf,
+}
+
+impl Store {
+    /// Creates the folder, with those above it, unless it is there.
+    ///
+    /// # Errors
+    /// [`Error::Output`] when there is something else of that name or no permission.
+    pub fn open(dir: &Path) -> Result<Self> {
+        std::fs::create_dir_all(dir).map_err(|cause| Error::output(dir, cause))?;
+        Ok(Self { dir: dir.to_path_buf() })
+    }
+
+    /// The folder.
+    pub fn dir(&self) -> &Path {
+        &self.dir
+    }
+
+    /// Writes `results.json` and `results.csv`. Meant to be called after every row, so that an interrupted run keeps
+    /// what it measured.
+    ///
+    /// # Errors
+    /// [`Error::Output`] names the file; the file of that name, if any, is as it was.
+    pub fn write(&self, results: &Results) -> Result<()> {
+        let mut json =
+            serde_json::to_vec_pretty(results).map_err(|cause| Error::output(&self.dir.join("results.json"), cause))?;
+        json.push(b'\n');
+        self.write_bytes("results.json", &json)?;
+        let csv = comma_separated(results).map_err(|cause| Error::output(&self.dir.join("results.csv"), cause))?;
+        self.write_bytes("results.csv", &csv)
+    }
+
+    /// Writes a text, such as `report.html` or `time-vs-error.svg`.
+    ///
+    /// # Errors
+    /// As for [`Store::write`].
+    pub fn write_text(&self, name: &str, text: &str) -> Result<()> {
+        self.write_bytes(name, text.as_bytes())
+    }
+
+    /// Writes a PNG of `width` × `height` pixels from `rgb8`: rows from the top, three bytes a pixel.
+    ///
+    /// # Errors
+    /// As for [`Store::write`]; also when `rgb8` has not `width * height * 3` bytes.
+    pub fn write_picture(&self, name: &str, width: u32, height: u32, rgb8: &[u8]) -> Result<()> {
+        let path = self.dir.join(name);
+        if rgb8.len() as u64 != u64::from(width) * u64::from(height) * 3 {
+            return Err(Error::output(&path, format!("{} bytes for {width} × {height} pixels", rgb8.len())));
+        }
+        let mut png = Vec::new();
+        image::ImageEncoder::write_image(
+            image::codecs::png::PngEncoder::new(&mut png),
+            rgb8,
+            width,
+            height,
+            image::ExtendedColorType::Rgb8,
+        )
+        .map_err(|cause| Error::output(&path, cause))?;
+        self.write_bytes(name, &png)
+    }
+
+    /// A new file next to the old one takes its name once it is on the disk: a reader, a crash or a full disk finds
+    /// the old file or the new one, never half of one.
+    fn write_bytes(&self, name: &str, bytes: &[u8]) -> Result<()> {
+        let path = self.dir.join(name);
+        let written = || -> std::io::Result<()> {
+            if !is_plain_name(name) {
+                return Err(std::io::Error::other("the name must be that of a file in the output folder"));
+            }
+            let mut builder = tempfile::Builder::new();
+            let prefix = format!(".{name}.");
+            builder.prefix(&prefix);
+            // A temporary file is its owner's alone, unless told otherwise; a result is as readable as any other file.
+            #[cfg(unix)]
+            builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+            let mut file = builder.tempfile_in(&self.dir)?;
+            file.write_all(bytes)?;
+            file.as_file().sync_all()?;
+            file.persist(&path)?;
+            Ok(())
+        };
+        // tempfile adds the temporary file's path to the cause, which would be the second path on the line.
+        written().map_err(|cause| {
+            let told = cause.to_string();
+            Error::output(&path, told.split(" at path \"").next().unwrap_or(&told))
+        })
+    }
+}
+
+/// Whether a name stays in the folder that it is joined to.
+pub(super) fn is_plain_name(name: &str) -> bool {
+    let mut components = Path::new(name).components();
+    matches!((components.next(), components.next()), (Some(Component::Normal(only)), None) if only == name)
+}
+
+/// One line a row, flat. Numbers in full precision; a value that is missing is an empty field.
+fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn std::error::Error>> {
+    let counters: BTreeSet<&str> =
+        results.rows.iter().flat_map(|row| row.counters.keys()).map(String::as_str).collect();
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let mut names: Vec<String> = ["scene", "technique", "variant", "path", "status", "reason"].map(String::from).into();
+    names.extend(["build_median_ns", "build_p05_ns", "build_p95_ns", "samples"].map(String::from));
+    names.extend(["lookup_median_ns_per_million", "bytes_resident", "bytes_transient"].map(String::from));
+    for points in ["map", "space"] {
+        names.extend(["mean_abs", "bias", "rms", "p99", "max"].map(|statistic| format!("{points}_{statistic}")));
+    }
+    names.extend(["image_rmse", "image_flip_mean", "limit_mean_abs"].map(String::from));
+    // A prefix, for a counter may be called like a column.
+    names.extend(counters.iter().map(|name| format!("counter_{name}")));
+    writer.write_record(&names)?;
+    for row in &results.rows {
+        writer.write_record(fields(row, &counters))?;
+    }
+    Ok(writer.into_inner().map_err(|failed| failed.into_error())?)
+}
+
+fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
+    let number = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
+    let mut fields = vec![
+        row.scene.clone(),
+        row.technique.clone(),
+        row.spec(),
+        row.path.clone(),
+        status_word(row.status).into(),
+        row.reason.clone(),
+    ];
+    fields.extend([
+        number(row.build_ns.map(|timing| timing.median)),
+        number(row.build_ns.map(|timing| timing.p05)),
+        number(row.build_ns.map(|timing| timing.p95)),
+        row.build_ns.map(|timing| timing.samples.to_string()).unwrap_or_default(),
+        number(row.lookup_ns_per_million.map(|timing| timing.median)),
+        row.bytes_resident.to_string(),
+        row.bytes_transient.to_string(),
+    ]);
+    for points in [row.error.as_ref().map(|error| error.map), row.error.as_ref().map(|error| error.space)] {
+        let statistics = |e: PointError| [e.mean_abs, e.bias, e.rms, e.p99, e.max];
+        match points {
+            Some(error) => fields.extend(statistics(error).map(|value| value.to_string())),
+            None => fields.extend([const { String::new() }; 5]),
+        }
+    }
+    fields.push(number(row.error.as_ref().map(|error| error.image.rmse)));
+    fields.push(number(row.error.as_ref().map(|error| error.image.flip_mean)));
+    fields.push(number(row.limit_mean_abs));
+    fields.extend(counters.iter().map(|&name| row.counters.get(name).map(u64::to_string).unwrap_or_default()));
+    fields
+}

@@ -1,0 +1,209 @@
+//! The table for the terminal.
+
+use crate::measure::{Results, Row, Status};
+use crate::report::columns::{COLUMNS, Column};
+use crate::report::pareto::scenes;
+use crate::report::wording::{Specs, one_line, outcome, shortened};
+use comfy_table::presets::NOTHING;
+use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
+
+/// Blanks between two columns.
+const GAP: usize = 2;
+/// Columns that every row has: the spec and the path.
+const NAMING_COLUMNS: usize = 2;
+
+/// One row a line, grouped by scene in the order in which they were measured. On a terminal that is too narrow, the
+/// columns that say least go first, and a last line names them. Never any colour, so that a file or pipe gets the same
+/// text in full width.
+pub fn table(results: &Results) -> String {
+    table_of_width(results, Table::new().width().map(usize::from))
+}
+
+fn table_of_width(results: &Results, width: Option<usize>) -> String {
+    let specs = Specs::of(&results.rows);
+    let device = &results.device;
+    let mut text = one_line(&format!("{} ({}), {}, Vulkan {}", device.name, device.kind, device.driver, device.api));
+    text.push('\n');
+    if let Some(shared) = specs.shared_line() {
+        text += &format!("the same in every row that has it: {shared}\n");
+    }
+    if results.rows.is_empty() {
+        return text + "nothing measured\n";
+    }
+
+    let mut columns: Vec<&Column> = COLUMNS.iter().collect();
+    let mut left_out = Vec::new();
+    let mut longest_spec = usize::MAX;
+    let lines = loop {
+        let lines = lines(results, &specs, &columns, longest_spec);
+        let widest = lines.iter().map(|line| line.chars().count()).max().unwrap_or(0);
+        let Some(excess) = width.and_then(|width| widest.checked_sub(width)).filter(|&excess| excess > 0) else {
+            break lines;
+        };
+        let most_dispensable = (0..columns.len()).max_by_key(|&place| columns[place].dispensable);
+        match most_dispensable.filter(|&place| columns[place].dispensable > 1) {
+            Some(place) => left_out.push(columns.remove(place).heading),
+            // Build time and error stay: then the spec has to give, as far as it can still be told from others.
+            None if longest_spec == usize::MAX => {
+                let longest = results.rows.iter().map(|row| specs.compact(row).chars().count()).max().unwrap_or(0);
+                longest_spec = longest.saturating_sub(excess).max(16);
+            }
+            None => break lines,
+        }
+    };
+    for line in lines {
+        text += &line;
+        text.push('\n');
+    }
+    if !left_out.is_empty() {
+        left_out.reverse();
+        text += &format!("left out for this width: {}\n", left_out.join(", "));
+    }
+    text
+}
+
+/// Heading, rule, then each scene's name above its rows.
+fn lines(results: &Results, specs: &Specs, columns: &[&Column], longest_spec: usize) -> Vec<String> {
+    let spec = |row: &Row| shortened(&specs.compact(row), longest_spec);
+    let mut table = Table::new();
+    table.load_style(NOTHING).set_content_arrangement(ContentArrangement::Disabled);
+    let naming = ["  technique", "path"].map(String::from);
+    table.set_header(naming.into_iter().chain(columns.iter().map(|column| column.heading.to_owned())));
+    let mut shown: Vec<&Row> = Vec::new();
+    for scene in scenes(results) {
+        for row in results.rows.iter().filter(|row| row.scene == scene) {
+            let naming = [format!("  {}", spec(row)), one_line(&row.path)].map(Cell::new);
+            let cells = columns.iter().map(|column| match row.status {
+                Status::Ok => Cell::new(column.cell(row)).set_alignment(CellAlignment::Right),
+                Status::Refused | Status::Failed => Cell::new(""),
+            });
+            table.add_row(naming.into_iter().chain(cells));
+            shown.push(row);
+        }
+    }
+    for (place, column) in table.column_iter_mut().enumerate() {
+        column.set_padding((0, GAP as u16));
+        if place >= NAMING_COLUMNS {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    let widths: Vec<usize> = table.column_max_content_widths().iter().map(|&width| usize::from(width) + GAP).collect();
+    let reason_starts: usize = widths.iter().take(NAMING_COLUMNS).sum();
+    let table_width = widths.iter().sum::<usize>().saturating_sub(GAP);
+
+    let mut rendered = table.lines();
+    let mut lines: Vec<String> = rendered.next().map(|heading| heading.trim_end().to_owned()).into_iter().collect();
+    lines.push("─".repeat(table_width));
+    let mut scene = None;
+    for (row, line) in shown.into_iter().zip(rendered) {
+        if scene != Some(&row.scene) {
+            lines.push(one_line(&row.scene));
+            scene = Some(&row.scene);
+        }
+        match row.status {
+            Status::Ok => lines.push(line.trim_end().to_owned()),
+            // The crate has no cells that span columns: the reason goes where the measured columns would stand.
+            Status::Refused | Status::Failed => {
+                let mut start: String = line.chars().take(reason_starts).collect();
+                for part in wrapped(&outcome(row), table_width.saturating_sub(reason_starts).max(24)) {
+                    lines.push(format!("{start}{part}"));
+                    start = " ".repeat(reason_starts);
+                }
+            }
+        }
+    }
+    lines
+}
+
+/// Breaks at blanks; a word that is longer than a line has one to itself.
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::{DeviceFacts, ImageError, PointError, RowError, Timing};
+
+    fn row(nodes: &str, status: Status, reason: &str) -> Row {
+        let measured = status == Status::Ok;
+        let point = PointError { mean_abs: 0.0142, bias: -0.002, rms: 0.03, p99: 0.2, max: 0.5 };
+        Row {
+            scene: "plume_8k".into(),
+            technique: "avsm".into(),
+            variant: [("nodes", nodes), ("size", "256")].map(|(k, v)| (k.to_owned(), v.to_owned())).into(),
+            path: "two-pass".into(),
+            status,
+            reason: reason.into(),
+            build_ns: measured.then_some(Timing { median: 2e6, p05: 1.9e6, p95: 2.5e6, samples: 30 }),
+            lookup_ns_per_million: None,
+            passes: vec![],
+            bytes_resident: 2 << 20,
+            bytes_transient: 0,
+            counters: Default::default(),
+            error: measured.then_some(RowError {
+                map: point,
+                space: point,
+                image: ImageError { rmse: 0.01, flip_mean: 0.02 },
+            }),
+            limit_mean_abs: Some(0.0071),
+            picture: None,
+            difference: None,
+        }
+    }
+
+    fn results(rows: Vec<Row>) -> Results {
+        let device = DeviceFacts { name: "llvmpipe".into(), driver: "Mesa 26.1".into(), ..DeviceFacts::default() };
+        Results { schema: 1, device, rows, ..Results::default() }
+    }
+
+    #[test]
+    fn says_shared_keys_once_and_numbers_with_three_digits() {
+        let text = table_of_width(&results(vec![row("4", Status::Ok, ""), row("8", Status::Ok, "")]), None);
+        assert_eq!(text.matches("size=256").count(), 1, "{text}");
+        let line = text.lines().find(|line| line.contains("nodes=8")).expect("the row");
+        // 0.0142 / 0.0071 is 2.
+        for part in ["avsm:nodes=8", "2.00 [1.90–2.50]", "2.00 MiB", "0.0142", "2.00×", "−0.00200", "0.500"] {
+            assert!(line.contains(part), "{part} is not in {line}");
+        }
+        assert!(text.starts_with("llvmpipe") && text.contains("Mesa 26.1"), "{text}");
+    }
+
+    #[test]
+    fn refused_rows_say_why_across() {
+        let reason = "fragmentShaderSampleInterlock or fragmentShaderPixelInterlock of VK_EXT_fragment_shader_interlock, \
+                      which this driver does not have, and neither has it another way to keep fragments in order here";
+        let text = table_of_width(&results(vec![row("8", Status::Ok, ""), row("16", Status::Refused, reason)]), None);
+        let told: Vec<&str> = text.lines().skip_while(|line| !line.contains("nodes=16")).collect();
+        assert!(told[0].contains("refused: fragmentShaderSampleInterlock"), "{text}");
+        let words: Vec<&str> = told.iter().flat_map(|line| line.split_whitespace()).collect();
+        assert!(words.join(" ").ends_with(reason), "{text}");
+        let width = text.lines().find(|line| line.starts_with('─')).map_or(0, |line| line.chars().count());
+        assert!(told.iter().all(|line| line.chars().count() <= width), "{text}");
+    }
+
+    #[test]
+    fn narrow_terminals_lose_columns_and_say_so() {
+        let rows = vec![row("4", Status::Ok, ""), row("8", Status::Failed, "device lost\nat \u{1b}[31mresolve")];
+        let text = table_of_width(&results(rows), Some(80));
+        assert!(text.lines().skip(2).take(5).all(|line| line.chars().count() <= 80), "{text}");
+        assert!(text.contains("left out for this width:"), "{text}");
+        assert!(text.contains("map |err|") && text.contains("build ms"), "{text}");
+        assert!(text.contains("failed: device lost at") && !text.contains('\u{1b}'), "{text}");
+    }
+
+    #[test]
+    fn no_rows() {
+        assert!(table_of_width(&results(vec![]), Some(40)).contains("nothing measured"));
+    }
+}

@@ -1,0 +1,204 @@
+//! Numbers, units and specs as a reader wants them.
+
+use crate::measure::{Row, Status, Timing};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Stands where a row has no value.
+pub(super) const NOTHING: &str = "–";
+
+/// Three significant digits: `0.0142`, `1.20`, `4.70e-5`; `0` for exactly zero.
+pub(super) fn significant(value: f64) -> String {
+    if !value.is_finite() {
+        return NOTHING.into();
+    }
+    if value == 0.0 {
+        return "0".into();
+    }
+    // The formatter rounds first, so that 9.996 counts as 10.0 and not as 9.996.
+    let scientific = format!("{value:.2e}");
+    let exponent = scientific.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()).unwrap_or(0);
+    match exponent {
+        -4..=5 => format!("{value:.*}", (2 - exponent).max(0) as usize),
+        _ => scientific,
+    }
+}
+
+/// Like [`significant`], with a sign that is always there unless the value is zero.
+pub(super) fn signed(value: f64) -> String {
+    match value {
+        v if v > 0.0 => format!("+{}", significant(v)),
+        v if v < 0.0 => format!("−{}", significant(-v)),
+        v => significant(v),
+    }
+}
+
+/// Nanoseconds as milliseconds, without the unit.
+pub(super) fn milliseconds(nanoseconds: f64) -> String {
+    significant(nanoseconds / 1e6)
+}
+
+/// `[p05–p95]` in milliseconds.
+pub(super) fn spread_milliseconds(timing: &Timing) -> String {
+    format!("[{}–{}]", milliseconds(timing.p05), milliseconds(timing.p95))
+}
+
+/// Bytes in the largest binary unit that leaves at least one before the point.
+pub(super) fn bytes(count: u64) -> String {
+    let value = count as f64;
+    match count {
+        0 => "0".into(),
+        1..1024 => format!("{count} B"),
+        1024..0x10_0000 => format!("{} KiB", significant(value / 1024.0)),
+        0x10_0000..0x4000_0000 => format!("{} MiB", significant(value / 1_048_576.0)),
+        _ => format!("{} GiB", significant(value / 1_073_741_824.0)),
+    }
+}
+
+/// Digits in threes, with narrow blanks that no line breaks at.
+pub(super) fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if place > 0 && (digits.len() - place).is_multiple_of(3) {
+            text.push('\u{202f}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// One line without characters that would move a terminal's cursor or break XML.
+pub(super) fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>().trim().to_owned()
+}
+
+/// At most `limit` characters: the middle goes, for specs tell themselves apart at both ends.
+pub(super) fn shortened(text: &str, limit: usize) -> String {
+    let characters: Vec<char> = text.chars().collect();
+    if characters.len() <= limit {
+        return text.to_owned();
+    }
+    let kept = limit.saturating_sub(1);
+    let head = kept.div_ceil(2);
+    let tail = &characters[characters.len() - (kept - head)..];
+    characters[..head].iter().chain(&['…']).chain(tail).collect()
+}
+
+/// `refused: …` or `failed: …`, once.
+pub(super) fn outcome(row: &Row) -> String {
+    let status = status_word(row.status);
+    let reason = one_line(&row.reason);
+    match reason.as_str() {
+        "" => status.into(),
+        told if told.starts_with(status) => reason,
+        _ => format!("{status}: {reason}"),
+    }
+}
+
+/// The word of `results.json`.
+pub(super) fn status_word(status: Status) -> &'static str {
+    match status {
+        Status::Ok => "ok",
+        Status::Refused => "refused",
+        Status::Failed => "failed",
+    }
+}
+
+/// Which keys of the specs tell rows apart, and which are said once above the table.
+pub(super) struct Specs {
+    /// Key → its one value and the techniques that have it, or nobody named when every row has it.
+    shared: BTreeMap<String, (String, Vec<String>)>,
+}
+
+impl Specs {
+    /// A key is shared when every row that has it agrees. A single row keeps all its keys: it has nobody to share with.
+    pub(super) fn of(rows: &[Row]) -> Self {
+        let mut values: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+        for (key, value) in rows.iter().flat_map(|row| &row.variant) {
+            values.entry(key).or_default().insert(value);
+        }
+        if rows.len() < 2 {
+            values.clear();
+        }
+        let shared = values.into_iter().filter_map(|(key, values)| {
+            let [value] = values.into_iter().collect::<Vec<_>>()[..] else { return None };
+            let techniques: BTreeSet<_> =
+                rows.iter().filter(|row| row.variant.contains_key(key)).map(|row| row.technique.clone()).collect();
+            let everywhere = rows.iter().all(|row| row.variant.contains_key(key));
+            let named = if everywhere { Vec::new() } else { techniques.into_iter().collect() };
+            Some((key.to_owned(), (value.to_owned(), named)))
+        });
+        // The path that ran has a column of its own, whatever the spec asked for.
+        Self { shared: shared.filter(|(key, _)| key != "path").collect() }
+    }
+
+    /// The keys of a row that differ between rows, without the path, as `key=value`.
+    pub(super) fn differing<'a>(&'a self, row: &'a Row) -> impl Iterator<Item = (&'a str, &'a str)> {
+        row.variant
+            .iter()
+            .filter(|(key, _)| key.as_str() != "path" && !self.shared.contains_key(*key))
+            .map(|(key, value)| (key.as_str(), value.as_str()))
+    }
+
+    /// `avsm:curve=linear,nodes=8` with only what tells this row from others.
+    pub(super) fn compact(&self, row: &Row) -> String {
+        let keys: Vec<_> = self.differing(row).map(|(key, value)| format!("{key}={value}")).collect();
+        let colon = if keys.is_empty() { "" } else { ":" };
+        one_line(&format!("{}{colon}{}", row.technique, keys.join(",")))
+    }
+
+    /// `size=256, order=sorted (avsm)`; none when every key differs.
+    pub(super) fn shared_line(&self) -> Option<String> {
+        let keys: Vec<_> = self
+            .shared
+            .iter()
+            .map(|(key, (value, techniques))| match techniques.is_empty() {
+                true => format!("{key}={value}"),
+                false => format!("{key}={value} ({})", techniques.join(", ")),
+            })
+            .collect();
+        (!keys.is_empty()).then(|| one_line(&keys.join(", ")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn three_significant_digits() {
+        let cases = [
+            (0.0142, "0.0142"),
+            (9.996, "10.0"),
+            (0.00047, "0.000470"),
+            (0.000047, "4.70e-5"),
+            (1.0, "1.00"),
+            (123_456.0, "123456"),
+            (0.0, "0"),
+            (f64::NAN, NOTHING),
+        ];
+        for (value, text) in cases {
+            assert_eq!(significant(value), text);
+        }
+        assert_eq!([signed(0.5), signed(-0.5), signed(0.0)], ["+0.500", "−0.500", "0"]);
+    }
+
+    #[test]
+    fn binary_units() {
+        assert_eq!([bytes(0), bytes(1023), bytes(1024), bytes(3 << 20)], ["0", "1023 B", "1.00 KiB", "3.00 MiB"]);
+    }
+
+    #[test]
+    fn digits_in_threes() {
+        let blank = '\u{202f}';
+        let expected = ["0".into(), "999".into(), format!("1{blank}000"), format!("12{blank}345{blank}678")];
+        assert_eq!([0, 999, 1000, 12_345_678].map(grouped), expected);
+    }
+
+    #[test]
+    fn the_middle_goes() {
+        assert_eq!(shortened("abcdefghij", 5), "ab…ij");
+        assert_eq!(shortened("abcde", 5), "abcde");
+        assert_eq!(one_line("a\u{1b}[31m\nb"), "a [31m b");
+    }
+}

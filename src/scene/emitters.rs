@@ -1,0 +1,256 @@
+//! The built-in scene `three-emitters`: two smoke plumes and a steam jet over a ground plane.
+//!
+//! A particle's path depends on its emitter, its number and the time alone, so the scene at any time is computed from
+//! the particles that live then, however long the emitters have been running. Only operations whose result IEEE 754
+//! fixes are used (no `sin`, no `exp`): the same bytes on every machine.
+
+use super::{Camera, Light, LightKind, Mesh, Particle, Scene, input};
+use crate::{Error, Result};
+use glam::{DVec2, DVec3};
+use rand::Rng;
+use rand_pcg::Pcg32;
+use rayon::prelude::*;
+
+/// The longest `time_s`, seconds.
+const MAX_TIME_S: f64 = 3600.0;
+
+/// The simulation's step, seconds. A particle takes whole steps from its birth and one shorter step at the end.
+const STEP_S: f64 = 1.0 / 30.0;
+
+/// Random numbers set aside for each particle; more than it draws.
+const DRAWS_PER_PARTICLE: u64 = 16;
+
+/// Half the side of the square ground plane at z = 0.
+const GROUND_HALF_WORLD: f32 = 5.0;
+
+/// What one emitter lets out, steadily.
+struct Emitter {
+    /// State and stream of its random numbers.
+    seed: [u64; 2],
+    /// Particles alive at once, from `lifetime_s` on.
+    capacity: u64,
+    lifetime_s: f64,
+    position: DVec3,
+    /// Particles start on a disc of this radius about `position`.
+    nozzle_radius_world: f64,
+    /// Velocity at birth, units / s.
+    velocity: DVec3,
+    /// Longest random addition to `velocity`, units / s.
+    velocity_spread: f64,
+    /// How fast the air carries a particle up, units / s: hot at birth, cooled at the end of its life.
+    rise: [f64; 2],
+    /// How fast a particle takes on the air's velocity, 1 / s.
+    drag: f64,
+    /// Speed of the swirling air, units / s.
+    swirl: f64,
+    /// Longest random sideways drift, units / s: turbulence finer than the swirl widens the plume.
+    drift: f64,
+    /// Radius at birth and at the end of life.
+    radius_world: [f64; 2],
+    /// Optical depth across a particle's diameter where it is densest.
+    optical_depth: f64,
+}
+
+/// The seed's three: plume (particles live 15 s), plume (18 s), steam jet (6 s); 5,000 particles together.
+const EMITTERS: [Emitter; 3] = [
+    Emitter {
+        seed: [0x5eed_0001, 11],
+        capacity: 1_800,
+        lifetime_s: 15.0,
+        position: DVec3::new(-2.7, -1.3, 0.25),
+        nozzle_radius_world: 0.25,
+        velocity: DVec3::new(0.0, 0.0, 0.7),
+        velocity_spread: 0.25,
+        rise: [0.55, 0.22],
+        drag: 1.5,
+        swirl: 0.16,
+        drift: 0.06,
+        radius_world: [0.15, 0.5],
+        optical_depth: 0.09,
+    },
+    Emitter {
+        seed: [0x5eed_0002, 22],
+        capacity: 2_000,
+        lifetime_s: 18.0,
+        position: DVec3::new(-0.3, 0.9, 0.25),
+        nozzle_radius_world: 0.35,
+        velocity: DVec3::new(0.0, 0.0, 0.5),
+        velocity_spread: 0.25,
+        rise: [0.45, 0.14],
+        drag: 1.5,
+        swirl: 0.16,
+        drift: 0.07,
+        radius_world: [0.18, 0.55],
+        optical_depth: 0.09,
+    },
+    Emitter {
+        seed: [0x5eed_0003, 33],
+        capacity: 1_200,
+        lifetime_s: 6.0,
+        position: DVec3::new(4.0, -2.6, 0.35),
+        nozzle_radius_world: 0.06,
+        velocity: DVec3::new(-1.9, 0.3, 1.9),
+        velocity_spread: 0.35,
+        rise: [0.1, 0.2],
+        drag: 0.75,
+        swirl: 0.16,
+        drift: 0.05,
+        radius_world: [0.06, 0.42],
+        optical_depth: 0.1,
+    },
+];
+
+/// A mode of the swirling air: a wave across `wave_vector` (periods / unit).
+struct SwirlMode {
+    wave_vector: DVec3,
+    /// Crossed with the wave vector it gives the direction of the air.
+    potential: DVec3,
+    /// Periods / s.
+    frequency: f64,
+    /// Periods.
+    phase: f64,
+    /// Share of the emitter's swirl.
+    strength: f64,
+}
+
+/// Few and incommensurable, from the size of the scene down to the size of a plume.
+const SWIRL_MODES: [SwirlMode; 6] = [
+    mode([0.11, 0.07, 0.13], [0.3, -0.8, 0.4], 0.031, 0.10, 1.0),
+    mode([-0.09, 0.15, 0.08], [0.9, 0.2, 0.5], -0.043, 0.55, 1.0),
+    mode([0.23, -0.12, 0.21], [-0.2, 0.7, 0.6], 0.071, 0.31, 0.8),
+    mode([0.14, 0.27, -0.24], [0.6, 0.5, -0.4], -0.083, 0.83, 0.8),
+    mode([-0.43, 0.31, 0.37], [0.5, -0.1, 0.9], 0.127, 0.47, 0.5),
+    mode([0.38, 0.45, 0.52], [-0.7, 0.6, 0.1], -0.149, 0.69, 0.5),
+];
+
+const fn mode(wave_vector: [f64; 3], potential: [f64; 3], frequency: f64, phase: f64, strength: f64) -> SwirlMode {
+    SwirlMode {
+        wave_vector: DVec3::from_array(wave_vector),
+        potential: DVec3::from_array(potential),
+        frequency,
+        phase,
+        strength,
+    }
+}
+
+/// The scene after the emitters have been running for `time_s` seconds, in units of about a metre, z up: 5,000
+/// particles from 18 s on. The light is slanted so that one plume's shadow falls on the other and on the ground.
+///
+/// # Errors
+/// [`Error::Input`]: `time_s` is not in [0, 3600].
+pub(super) fn three_emitters(time_s: f64) -> Result<Scene> {
+    if !(0.0..=MAX_TIME_S).contains(&time_s) {
+        let cause = format!("time {time_s} s is not in [0, {MAX_TIME_S}]");
+        return Err(Error::input("three-emitters", input::one_line(cause), "give a time in seconds in that range"));
+    }
+    // The air's direction in each mode: across the wave vector, so that the air is free of divergence.
+    let directions = SWIRL_MODES.map(|mode| {
+        let direction = mode.wave_vector.cross(mode.potential).normalize_or_zero();
+        (mode, direction)
+    });
+    let particles = EMITTERS.iter().flat_map(|emitter| emit(emitter, &directions, time_s)).collect();
+    let half = GROUND_HALF_WORLD;
+    let ground = Mesh {
+        name: "ground".into(),
+        positions: vec![[-half, -half, 0.0], [half, -half, 0.0], [half, half, 0.0], [-half, half, 0.0]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        albedo: [0.6; 3],
+    };
+    Ok(Scene {
+        name: "three-emitters".into(),
+        particles,
+        meshes: vec![ground],
+        light: Light {
+            kind: LightKind::Directional { direction: DVec3::new(0.47, 0.3, -0.83).normalize() },
+            radiance: [1.0; 3],
+        },
+        camera: Camera {
+            position: DVec3::new(3.5, -17.0, 8.5),
+            target: DVec3::new(-0.2, 0.0, 2.6),
+            up: DVec3::Z,
+            fov_y_degrees: 33.0,
+        },
+    })
+}
+
+/// The emitter's living particles, oldest first.
+fn emit(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], time_s: f64) -> Vec<Particle> {
+    let interval_s = emitter.lifetime_s / emitter.capacity as f64;
+    let newest = (time_s / interval_s) as u64;
+    let oldest = (newest + 1).saturating_sub(emitter.capacity);
+    let living = (oldest..=newest).into_par_iter().map(|number| {
+        let birth_s = number as f64 * interval_s;
+        trace(emitter, modes, number, birth_s, (time_s - birth_s).max(0.0))
+    });
+    living.collect()
+}
+
+/// The particle of that number, `age_s` after its birth.
+fn trace(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], number: u64, birth_s: f64, age_s: f64) -> Particle {
+    let mut random = Pcg32::new(emitter.seed[0], emitter.seed[1]);
+    random.advance(number * DRAWS_PER_PARTICLE);
+    let mut fraction = || f64::from(random.next_u32()) / f64::from(u32::MAX);
+    // The root makes the disc evenly filled.
+    let start = direction(fraction()) * fraction().sqrt() * emitter.nozzle_radius_world;
+    let kick = direction(fraction()) * fraction() * emitter.velocity_spread;
+    let drift = direction(fraction()) * fraction() * emitter.drift;
+    let rise_factor = 0.85 + 0.3 * fraction();
+    let size_factor = 0.85 + 0.3 * fraction();
+
+    let mut position = emitter.position + start.extend(0.0);
+    let mut velocity = emitter.velocity + kick.extend(0.0);
+    for step in 0..(age_s / STEP_S).ceil() as u32 {
+        let done_s = f64::from(step) * STEP_S;
+        let step_s = STEP_S.min((age_s - done_s).max(0.0));
+        let rise = mix(emitter.rise, done_s / emitter.lifetime_s) * rise_factor;
+        // The air is calm at the nozzle.
+        let swirl = swirl(modes, position, birth_s + done_s) * emitter.swirl * done_s.min(1.0);
+        let air = drift.extend(rise) + swirl;
+        // Implicit, so that no drag is too strong for the step.
+        velocity = (velocity + emitter.drag * step_s * air) / (1.0 + emitter.drag * step_s);
+        position += velocity * step_s;
+    }
+    let age = (age_s / emitter.lifetime_s).min(1.0);
+    let radius = mix(emitter.radius_world, age) * size_factor;
+    // Fades in at the nozzle and out over the second half of life: no particle pops.
+    let fade = smooth(age / 0.06) * smooth((1.0 - age) / 0.6);
+    Particle {
+        // Smoke may touch the ground but not sink into it.
+        position: position.with_z(position.z.max(radius)).as_vec3().to_array(),
+        radius: radius as f32,
+        extinction: (emitter.optical_depth * fade / (2.0 * radius)) as f32,
+    }
+}
+
+/// The velocity of the swirling air, at most a few units / s. Any function of the phase alone is free of divergence
+/// where its direction lies across the wave vector.
+fn swirl(modes: &[(SwirlMode, DVec3)], position: DVec3, time_s: f64) -> DVec3 {
+    let velocity = |(mode, direction): &(SwirlMode, DVec3)| {
+        let periods = mode.wave_vector.dot(position) + mode.frequency * time_s + mode.phase;
+        *direction * mode.strength * wave(periods)
+    };
+    modes.iter().map(velocity).sum()
+}
+
+/// A wave of period 1 and height 1, made of two parabolas: smooth enough to stand in for a sine.
+fn wave(periods: f64) -> f64 {
+    // Rounds towards zero, in place of `floor`, which is a call on x86-64 without SSE 4.1.
+    let rest = periods - periods as i64 as f64;
+    let saw = 2.0 * (if rest < 0.0 { rest + 1.0 } else { rest }) - 1.0;
+    4.0 * saw * (saw.abs() - 1.0)
+}
+
+/// The unit vector a fraction of a full turn away from +x.
+fn direction(turn: f64) -> DVec2 {
+    DVec2::new(wave(turn + 0.25), wave(turn)).normalize_or_zero()
+}
+
+fn mix([from, to]: [f64; 2], fraction: f64) -> f64 {
+    from + (to - from) * fraction
+}
+
+/// 0 below 0, 1 above 1, smooth between.
+fn smooth(fraction: f64) -> f64 {
+    let fraction = fraction.clamp(0.0, 1.0);
+    fraction * fraction * (3.0 - 2.0 * fraction)
+}

@@ -1,0 +1,295 @@
+//! Adaptive volumetric shadow maps: a compressed transmittance curve a texel. Source: seed 000, Salvi et al. 2010.
+//!
+//! - *two-pass*: [`super::list`] captures every segment, [`Avsm::resolve`] sorts each texel's and compresses them.
+//! - *interlock*: [`Avsm::insert`] inserts each fragment's segment into its texel's curve as it is drawn, one fragment of
+//!   a texel at a time.
+//!
+//! The same input gives the same bytes on the same device, except for `path=two-pass,order=captured`, whose lists stand
+//! in the order in which the device happened to run the fragments.
+
+use super::light::{LightData, SceneData};
+use super::list::{List, scene_bindings};
+use super::opaque::OpaqueMap;
+use super::{Entry, Key, Path, Spec, Technique, Values, Visibility};
+use crate::Result;
+use crate::gpu::{
+    Bindings, Buffer, Commands, Context, Graphics, Memory, PassTime, Pipeline, Requirement, Resource, shader,
+};
+use crate::scene::{Scene, View};
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "avsm",
+    about: "adaptive volumetric shadow maps: a compressed transmittance curve a texel (seed 000)",
+    keys: &[
+        Key {
+            name: "nodes",
+            values: Values::OneOf(&["4", "8", "16"]),
+            default: "8",
+            about: "nodes of a texel's curve, 8 bytes each",
+        },
+        Key {
+            name: "curve",
+            values: Values::OneOf(&["linear", "exponential"]),
+            default: "exponential",
+            about: "interpolate transmittance (linear, the seed's) or optical depth (exponential)",
+        },
+        Key {
+            name: "path",
+            values: Values::OneOf(&["auto", "two-pass", "interlock"]),
+            default: "auto",
+            about: "auto: interlock where the device has it, else two-pass",
+        },
+        Key {
+            name: "size",
+            values: Values::Number(1, 16384),
+            default: "256",
+            about: "texels a side of the light's map",
+        },
+        Key {
+            name: "order",
+            values: Values::OneOf(&["sorted", "captured"]),
+            default: "sorted",
+            about: "insert by depth (interlock: particles drawn by depth) or as drawn",
+        },
+        Key {
+            name: "capacity",
+            values: Values::Number(1, 1 << 28),
+            default: "auto",
+            about: "segments that the list holds (two-pass); auto grows to the demand",
+        },
+    ],
+    paths: &[
+        Path { name: TWO_PASS, requires: &[Requirement::FragmentStores] },
+        Path { name: INTERLOCK, requires: &[Requirement::FragmentStores, Requirement::PixelInterlock] },
+    ],
+    open: |context, scene, data, spec| Ok(Box::new(Avsm::new(context, scene, data, spec)?)),
+};
+
+const TWO_PASS: &str = "two-pass";
+const INTERLOCK: &str = "interlock";
+
+/// Depth of an unused node. Twin: EMPTY in glsl/avsm/curve.glsl.
+const EMPTY: f32 = 3e38;
+
+/// Twin: Node in glsl/avsm/curve.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct NodeData {
+    /// Depth in the light's range.
+    pub depth: f32,
+    /// Transmittance or optical depth.
+    pub value: f32,
+}
+
+enum Build {
+    TwoPass { list: Box<List>, resolve: Pipeline },
+    Interlock { scene: Bindings, clear: Pipeline, insert: Pipeline },
+}
+
+/// The technique, opened for one scene.
+pub struct Avsm {
+    context: Context,
+    size: [u32; 2],
+    /// [`NodeData`]: texel rows, then the nodes of a texel in order of depth.
+    pub nodes: Buffer,
+    node_count: u32,
+    particle_count: u32,
+    nodes_bindings: Bindings,
+    opaque: OpaqueMap,
+    build: Build,
+    visibility: Bindings,
+    /// NODES and EXPONENTIAL.
+    constants: [u32; 2],
+    reason: String,
+}
+
+impl Avsm {
+    /// Opens the path that `spec` names for `scene`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, scene: &Scene, data: &SceneData, spec: &Spec) -> Result<Self> {
+        let (path, reason) = choose(context, spec.value("path"));
+        for known in ENTRY.paths.iter().filter(|p| p.name == path) {
+            super::require(context, known.requires)?;
+        }
+        let light = LightData::new(scene, spec.number("size"));
+        let lights = Buffer::with_data(context, "lights", &[light])?;
+        let opaque = OpaqueMap::new(context, data, &light, &lights)?;
+        let node_count = spec.number("nodes");
+        let bytes = light.volume.texels() as u64 * u64::from(node_count) * size_of::<NodeData>() as u64;
+        let nodes = Buffer::new(context, "avsm.nodes", bytes, Memory::Device)?;
+        let nodes_bindings = Bindings::new(context, "avsm.nodes", &[Resource::Buffer(nodes.clone())])?;
+        let constants = [node_count, u32::from(spec.value("curve") == "exponential")];
+        let sorted = spec.value("order") == "sorted";
+        let build = if path == INTERLOCK {
+            let order = if sorted { near_to_far(scene, &light.volume) } else { (0..data.particle_count).collect() };
+            let scene = scene_bindings(context, data, &lights, &order)?;
+            let state = Graphics {
+                vertex: shader("list/particle.vert")?,
+                fragment: shader("avsm/insert.frag")?,
+                colors: &[],
+                depth: false,
+            };
+            Build::Interlock {
+                clear: Pipeline::compute(context, shader("avsm/clear.comp")?, &[&nodes_bindings], &constants)?,
+                insert: Pipeline::graphics(context, &state, &[&scene, &nodes_bindings], &constants)?,
+                scene,
+            }
+        } else {
+            let capacity = match spec.number("capacity") {
+                0 => None,
+                n => Some(n),
+            };
+            let list = List::new(context, data, &light, &lights, capacity)?;
+            let sets = [list.scene_bindings(), list.bindings(), &nodes_bindings];
+            let constants = [constants[0], constants[1], sorted.into()];
+            let resolve = Pipeline::compute(context, shader("avsm/resolve.comp")?, &sets, &constants)?;
+            Build::TwoPass { list: Box::new(list), resolve }
+        };
+        let resources =
+            [Resource::Buffer(lights), Resource::Buffer(nodes.clone()), Resource::Texture(opaque.image.clone())];
+        Ok(Self {
+            context: context.clone(),
+            size: [light.volume.width, light.volume.height],
+            nodes,
+            node_count,
+            particle_count: data.particle_count,
+            nodes_bindings,
+            opaque,
+            build,
+            visibility: Bindings::new(context, "avsm.visibility", &resources)?,
+            constants,
+            reason,
+        })
+    }
+
+    /// Two-pass: sorts and compresses each texel's list.
+    fn resolve(&self, commands: &mut Commands, list: &List, pipeline: &Pipeline) {
+        commands.pass("avsm.resolve", |pass| {
+            let sets = [list.scene_bindings(), list.bindings(), &self.nodes_bindings];
+            pass.dispatch(pipeline, &sets, &[], [self.size[0].div_ceil(8), self.size[1].div_ceil(8), 1]);
+        });
+    }
+
+    /// Interlock: empties every curve.
+    fn clear(&self, commands: &mut Commands, pipeline: &Pipeline) {
+        let count = self.size[0] * self.size[1] * self.node_count;
+        commands.pass("avsm.clear", |pass| {
+            let groups = [count.div_ceil(256), 1, 1];
+            pass.dispatch(pipeline, &[&self.nodes_bindings], bytemuck::bytes_of(&count), groups);
+        });
+    }
+
+    /// Interlock: draws all particles into the curves.
+    fn insert(&self, commands: &mut Commands, scene: &Bindings, pipeline: &Pipeline) {
+        commands.pass("avsm.insert", |pass| {
+            pass.render(self.size, &[], None, |draw| {
+                draw.draw(pipeline, &[scene, &self.nodes_bindings], &[], 6 * self.particle_count);
+            });
+        });
+    }
+
+    /// Texels whose curve has a node.
+    fn covered_texels(&self) -> Result<u64> {
+        let texels = (self.size[0] * self.size[1]) as usize;
+        let nodes: Vec<NodeData> = self.nodes.read(texels * self.node_count as usize)?;
+        Ok(nodes.chunks_exact(self.node_count as usize).filter(|n| n[0].depth < EMPTY).count() as u64)
+    }
+}
+
+/// The path and why.
+fn choose(context: &Context, wanted: &str) -> (&'static str, String) {
+    match wanted {
+        INTERLOCK => (INTERLOCK, "asked for".into()),
+        TWO_PASS => (TWO_PASS, "asked for".into()),
+        _ => match context.features().lacks(Requirement::PixelInterlock) {
+            None => (INTERLOCK, "auto: the device has fragmentShaderPixelInterlock".into()),
+            Some(missing) => (TWO_PASS, format!("auto: the device lacks {missing}")),
+        },
+    }
+}
+
+/// Particle indices by rising depth of their nearest point in the light's view; ties by index. It is near the order of
+/// entry depths in each texel, which a drawing order cannot match in all texels at once.
+pub fn near_to_far(scene: &Scene, view: &View) -> Vec<u32> {
+    let nearest = |i: &u32| {
+        let particle = &scene.particles[*i as usize];
+        view.project(DVec3::from(particle.position.map(f64::from))).1 - f64::from(particle.radius)
+    };
+    let mut order: Vec<u32> = (0..scene.particles.len() as u32).collect();
+    order.sort_by(|a, b| nearest(a).total_cmp(&nearest(b)).then(a.cmp(b)));
+    order
+}
+
+impl Technique for Avsm {
+    fn build(&mut self) -> Result<Vec<PassTime>> {
+        loop {
+            let passes = self.context.submit(|commands| {
+                self.opaque.depth(commands);
+                match &self.build {
+                    Build::TwoPass { list, resolve } => {
+                        list.clear(commands);
+                        list.capture(commands);
+                        self.resolve(commands, list, resolve);
+                    }
+                    Build::Interlock { scene, clear, insert } => {
+                        self.clear(commands, clear);
+                        self.insert(commands, scene, insert);
+                    }
+                }
+            })?;
+            let again = match &mut self.build {
+                Build::TwoPass { list, .. } => list.grow()?,
+                Build::Interlock { .. } => false,
+            };
+            if !again {
+                return Ok(passes);
+            }
+        }
+    }
+
+    fn visibility(&self) -> Visibility<'_> {
+        Visibility { folder: ENTRY.name, bindings: &self.visibility, constants: &self.constants }
+    }
+
+    fn path(&self) -> &'static str {
+        match self.build {
+            Build::TwoPass { .. } => TWO_PASS,
+            Build::Interlock { .. } => INTERLOCK,
+        }
+    }
+
+    fn reason(&self) -> String {
+        match &self.build {
+            Build::TwoPass { list, .. } if list.overflowed() > 0 => {
+                format!("{}; overflowed: {}", self.reason, list.overflowed())
+            }
+            _ => self.reason.clone(),
+        }
+    }
+
+    fn bytes_resident(&self) -> u64 {
+        self.nodes.bytes() + self.opaque.image.bytes()
+    }
+
+    fn bytes_transient(&self) -> u64 {
+        match &self.build {
+            Build::TwoPass { list, .. } => list.bytes(),
+            Build::Interlock { .. } => 0,
+        }
+    }
+
+    fn counters(&self) -> Result<BTreeMap<String, u64>> {
+        let mut counters = BTreeMap::from([("covered_texels".to_owned(), self.covered_texels()?)]);
+        if let Build::TwoPass { list, .. } = &self.build {
+            counters.insert("fragments".into(), list.fragments().into());
+            counters.insert("overflowed".into(), list.overflowed().into());
+        }
+        Ok(counters)
+    }
+}

@@ -1,0 +1,99 @@
+//! Shadow techniques. Each is passes that build a representation, and one GLSL function that answers from it.
+//!
+//! To add one: a folder in glsl/ with its passes and a visibility.glsl, a module here, its line in [`REGISTRY`] and its
+//! folder in build.rs's list.
+
+mod avsm;
+mod light;
+mod list;
+mod opaque;
+mod spec;
+mod uncompressed;
+
+pub use avsm::Avsm;
+pub use light::{LightData, SceneData, TriangleData};
+pub use list::SegmentData;
+pub use spec::{Key, Spec, Values, parse};
+
+use crate::Result;
+use crate::gpu::{Bindings, Context, PassTime, Requirement};
+use crate::scene::Scene;
+use std::collections::BTreeMap;
+
+/// A technique, opened for one scene on one device.
+pub trait Technique {
+    /// Builds the representation anew and returns the time of each pass.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out or the device is lost.
+    fn build(&mut self) -> Result<Vec<PassTime>>;
+
+    /// What a shader with `#include "visibility.glsl"` needs to ask this technique.
+    fn visibility(&self) -> Visibility<'_>;
+
+    /// The path that runs.
+    fn path(&self) -> &'static str;
+
+    /// Why this path.
+    fn reason(&self) -> String;
+
+    /// Bytes that the look-up needs.
+    fn bytes_resident(&self) -> u64;
+
+    /// Bytes needed only while building.
+    fn bytes_transient(&self) -> u64;
+
+    /// Counts of the last build.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where they cannot be read back.
+    fn counters(&self) -> Result<BTreeMap<String, u64>>;
+}
+
+/// How to ask a technique.
+pub struct Visibility<'a> {
+    /// Folder in glsl/, prefix of the names of the shaders built with it.
+    pub folder: &'static str,
+    /// Descriptor set 1.
+    pub bindings: &'a Bindings,
+    /// Specialization constants 0, 1, …
+    pub constants: &'a [u32],
+}
+
+/// A path of a technique, for `gobo devices`.
+pub struct Path {
+    /// Its name in specs.
+    pub name: &'static str,
+    /// What the device must have.
+    pub requires: &'static [Requirement],
+}
+
+/// A line of the registry.
+pub struct Entry {
+    /// Its name in specs.
+    pub name: &'static str,
+    /// One line.
+    pub about: &'static str,
+    /// The keys of its specs.
+    pub keys: &'static [Key],
+    /// Its paths.
+    pub paths: &'static [Path],
+    /// Opens it for the scene whose data is on the device.
+    pub open: fn(&Context, &Scene, &SceneData, &Spec) -> Result<Box<dyn Technique>>,
+}
+
+/// Every technique.
+pub const REGISTRY: &[&Entry] = &[&avsm::ENTRY, &uncompressed::ENTRY];
+
+/// Texels a side of the light's map, for a spec of any technique.
+pub fn map_size(spec: &Spec) -> u32 {
+    spec.number("size")
+}
+
+/// An error where the device lacks one of `requirements`.
+fn require(context: &Context, requirements: &[Requirement]) -> Result<()> {
+    match requirements.iter().find_map(|r| context.features().lacks(*r)) {
+        Some(missing) => Err(crate::Error::Refused { needs: missing.into() }),
+        None => Ok(()),
+    }
+}

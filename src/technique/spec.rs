@@ -1,0 +1,155 @@
+//! Specs such as `avsm:nodes=4|8,curve=linear`: which technique, with which settings.
+
+use super::{Entry, REGISTRY};
+use crate::{Error, Result};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// A setting of a technique.
+pub struct Key {
+    /// Its name.
+    pub name: &'static str,
+    /// What it may be.
+    pub values: Values,
+    /// What it is where a spec does not say.
+    pub default: &'static str,
+    /// One line.
+    pub about: &'static str,
+}
+
+/// What a setting may be.
+pub enum Values {
+    /// One of these words.
+    OneOf(&'static [&'static str]),
+    /// A whole number in this range, or the default word.
+    Number(u32, u32),
+}
+
+/// A technique with every setting spelt out.
+#[derive(Clone)]
+pub struct Spec {
+    /// The technique.
+    pub entry: &'static Entry,
+    values: BTreeMap<&'static str, String>,
+}
+
+impl Spec {
+    /// The value of a key of this technique; empty for keys it does not have.
+    pub fn value(&self, key: &str) -> &str {
+        self.values.get(key).map_or("", String::as_str)
+    }
+
+    /// The value of a numeric key; 0 where it is a word or not a key.
+    pub fn number(&self, key: &str) -> u32 {
+        self.value(key).parse().unwrap_or(0)
+    }
+
+    /// Key → value, as results list them.
+    pub fn variant(&self) -> BTreeMap<String, String> {
+        self.values.iter().map(|(k, v)| ((*k).to_owned(), v.clone())).collect()
+    }
+}
+
+/// `avsm:capacity=auto,curve=exponential,…`
+impl fmt::Display for Spec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let pairs: Vec<_> = self.values.iter().map(|(k, v)| format!("{k}={v}")).collect();
+        write!(f, "{}:{}", self.entry.name, pairs.join(","))
+    }
+}
+
+impl fmt::Debug for Spec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+/// Reads a spec. Several values with `|` make a sweep: every combination, the last key varying fastest.
+///
+/// # Errors
+/// [`Error::Input`] that lists the known techniques, keys or values.
+pub fn parse(text: &str) -> Result<Vec<Spec>> {
+    let (name, settings) = text.split_once(':').unwrap_or((text, ""));
+    let fail = |cause: String, way_out: String| Error::input(format!("--technique {text}"), cause, way_out);
+    let entry = *REGISTRY.iter().find(|e| e.name == name).ok_or_else(|| {
+        let known: Vec<_> = REGISTRY.iter().map(|e| e.name).collect();
+        fail(format!("no technique \"{name}\""), format!("choose one of: {}", known.join(", ")))
+    })?;
+    let defaults = entry.keys.iter().map(|k| (k.name, k.default.to_owned())).collect();
+    let mut specs = vec![Spec { entry, values: defaults }];
+    let mut seen = Vec::new();
+    for setting in settings.split(',').filter(|s| !s.is_empty()) {
+        let known = || entry.keys.iter().map(|k| k.name).collect::<Vec<_>>().join(", ");
+        let (name, values) = setting.split_once('=').ok_or_else(|| {
+            fail(format!("\"{setting}\" has no value"), format!("write key=value; keys: {}", known()))
+        })?;
+        let key = entry
+            .keys
+            .iter()
+            .find(|k| k.name == name)
+            .ok_or_else(|| fail(format!("no key \"{name}\""), format!("choose one of: {}", known())))?;
+        if seen.contains(&key.name) {
+            return Err(fail(format!("key \"{name}\" is given twice"), "write several values as a|b".into()));
+        }
+        seen.push(key.name);
+        let mut next = Vec::new();
+        for spec in &specs {
+            for value in values.split('|') {
+                check(key, value).map_err(|known| fail(format!("{name}={value} is not known"), known))?;
+                let mut spec = spec.clone();
+                spec.values.insert(key.name, value.to_owned());
+                next.push(spec);
+            }
+        }
+        specs = next;
+    }
+    Ok(specs)
+}
+
+/// What would be right, if `value` is not.
+fn check(key: &Key, value: &str) -> std::result::Result<(), String> {
+    match key.values {
+        Values::OneOf(words) if words.contains(&value) => Ok(()),
+        Values::OneOf(words) => Err(format!("choose one of: {}", words.join(", "))),
+        // Leading zeros or signs would make two names for one variant.
+        Values::Number(low, high) => match value.parse::<u32>() {
+            Ok(n) if (low..=high).contains(&n) && n.to_string() == value => Ok(()),
+            _ if value == key.default => Ok(()),
+            _ if key.default.parse::<u32>().is_err() => {
+                Err(format!("give a whole number from {low} to {high}, or {}", key.default))
+            }
+            _ => Err(format!("give a whole number from {low} to {high}")),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sweep_is_every_combination() {
+        let specs = parse("avsm:nodes=4|8,curve=linear|exponential").expect("valid");
+        let picked: Vec<_> = specs.iter().map(|s| (s.number("nodes"), s.value("curve"))).collect();
+        assert_eq!(picked, [(4, "linear"), (4, "exponential"), (8, "linear"), (8, "exponential")]);
+        assert!(specs.iter().all(|s| s.number("size") == 256), "unset keys take their defaults");
+    }
+
+    #[test]
+    fn errors_list_what_is_known() {
+        for (text, known) in [
+            ("vsm", "avsm"),
+            ("avsm:knots=4", "nodes"),
+            ("avsm:nodes=5", "4, 8, 16"),
+            ("avsm:nodes", "key=value"),
+            ("avsm:size=0", "whole number"),
+            ("avsm:size=0256", "whole number"),
+            ("avsm:capacity=-1", "auto"),
+            ("avsm:nodes=4,nodes=8", "a|b"),
+            ("avsm:nodes=", "4, 8, 16"),
+        ] {
+            let error = parse(text).expect_err(text).to_string();
+            assert!(error.contains(known) && error.contains(text) && !error.contains('\n'), "{error}");
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! The built-in scenes: deterministic, full, inside their bounds.
+
+use crate::*;
+use gobo::scene::{BUILT_IN, Particle, Scene};
+
+#[test]
+fn built_in_scenes_are_deterministic_and_sane() {
+    for name in BUILT_IN {
+        for time_s in [0.0, 0.01, 3.0, 20.0, 3600.0] {
+            let scene = Scene::load(name, time_s).expect("built in");
+            assert_eq!(scene, Scene::load(name, time_s).expect("built in"));
+            assert_eq!(scene.name, name);
+            for particle in &scene.particles {
+                assert!(particle.position.iter().all(|value| (-8.0..=14.0).contains(value)), "{particle:?}");
+                assert!(particle.position[2] >= particle.radius, "{particle:?} is below the ground");
+                assert!(particle.radius > 0.0 && particle.radius < 1.0, "{particle:?}");
+                assert!((0.0..10.0).contains(&particle.extinction), "{particle:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn three_emitters_fills_up_and_flows() {
+    let count = |time_s| Scene::load("three-emitters", time_s).expect("in range").particles.len();
+    // One particle of each emitter at once; the jet saturates at 6 s, the plumes at 15 s and 18 s.
+    assert_eq!(count(0.0), 3);
+    assert!((2_500..3_500).contains(&count(6.0)), "{}", count(6.0));
+    for time_s in [18.0, 20.0, 1000.1] {
+        assert_eq!(count(time_s), 5_000);
+    }
+    let scene = Scene::load("three-emitters", 20.0).expect("in range");
+    assert_eq!((scene.meshes.len(), scene.meshes[0].albedo), (1, [0.6; 3]));
+
+    // In a thousandth of a second nothing jumps: the same particles, moved by at most 6 units / s.
+    let later = Scene::load("three-emitters", 20.001).expect("in range");
+    let moved = scene.particles.iter().zip(&later.particles);
+    let furthest = moved.flat_map(|(a, b)| (0..3).map(|axis| (a.position[axis] - b.position[axis]).abs()));
+    assert!(furthest.fold(0.0, f32::max) < 0.006);
+
+    for time_s in [-0.1, f64::NAN, f64::INFINITY, 3600.1] {
+        message(Scene::load("three-emitters", time_s), "three-emitters", "not in [0, 3600]");
+    }
+}
+
+#[test]
+fn big_8k_fills_its_cube() {
+    let scene = Scene::load("big-8k", f64::NAN).expect("stands still, so ignores the time");
+    assert_eq!(scene.particles.len(), 8_192);
+    assert!(scene.particles.iter().all(|particle| particle.radius == 0.5));
+    let edge = |particle: &Particle| particle.position.iter().all(|value| (0.5..=7.5).contains(value));
+    assert!(scene.particles.iter().all(edge), "a sphere sticks out of the cube");
+    // Straight through the middle, averaged over a few rays, the optical depth is the 4 that the scene promises.
+    let mut sum = 0.0;
+    for (x, y) in (0..8).flat_map(|x| (0..8).map(move |y| (2.25 + 0.5 * x as f32, 2.25 + 0.5 * y as f32))) {
+        for particle in &scene.particles {
+            let [px, py, _] = particle.position;
+            let quarter = particle.radius.powi(2) - (px - x).powi(2) - (py - y).powi(2);
+            sum += 2.0 * quarter.max(0.0).sqrt() * particle.extinction;
+        }
+    }
+    assert!((sum / 64.0 - 4.0).abs() < 0.4, "optical depth {}", sum / 64.0);
+}

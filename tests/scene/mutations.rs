@@ -1,0 +1,76 @@
+//! Damaged files: loaded or refused in one line, never a panic.
+
+use crate::*;
+use gobo::scene::Scene;
+use proptest::prelude::*;
+
+/// Replaces, inserts or removes bytes, then may cut the end off.
+fn mutated(bytes: &[u8], edits: &[(prop::sample::Index, u8, u8)], cut: Option<prop::sample::Index>) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    for (at, kind, value) in edits {
+        let at = at.index(bytes.len());
+        match kind % 4 {
+            0 => bytes[at] = *value,
+            1 => bytes.insert(at, *value),
+            2 if bytes.len() > 1 => drop(bytes.remove(at)),
+            // Digits keep text well formed, so that the damage reaches deeper than the parser.
+            _ => bytes[at] = b'0' + value % 10,
+        }
+    }
+    bytes.truncate(cut.map_or(bytes.len(), |cut| cut.index(bytes.len())));
+    bytes
+}
+
+fn edits() -> impl Strategy<Value = Vec<(prop::sample::Index, u8, u8)>> {
+    prop::collection::vec(any::<(prop::sample::Index, u8, u8)>(), 0..6)
+}
+
+/// Loaded or refused in one line; whatever is loaded keeps the promises of the types.
+fn check_any(result: gobo::Result<Scene>) {
+    match result {
+        Ok(scene) => {
+            for particle in &scene.particles {
+                assert!(particle.position.iter().all(|value| value.is_finite()));
+                assert!(particle.radius.is_finite() && particle.radius > 0.0);
+                assert!(particle.extinction.is_finite() && particle.extinction >= 0.0);
+            }
+            for mesh in &scene.meshes {
+                assert!(mesh.positions.iter().flatten().all(|value| value.is_finite()));
+                assert!(mesh.triangles.iter().flatten().all(|&index| (index as usize) < mesh.positions.len()));
+            }
+        }
+        Err(error) => assert!(!error.to_string().contains(['\n', '\r']), "{error}"),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn mutated_particles_never_panic(kind in 0..3, edits in edits(), cut: Option<prop::sample::Index>) {
+        let rows = [[1.0, -2.5, 3.25, 0.5, 0.75], [0.0, 0.125, -4.0, 2.0, 0.0]];
+        let bytes = match kind {
+            0 => ascii_ply(&FIELDS, &rows),
+            1 => binary_ply(Order::Little, "float", &FIELDS, &rows),
+            _ => binary_ply(Order::Big, "double", &["x", "y", "z", "radius", "opacity"], &rows),
+        };
+        check_any(load_caster("particles", "smoke.ply", &mutated(&bytes, &edits, cut), ""));
+    }
+
+    #[test]
+    fn mutated_meshes_never_panic(kind in 0..3, edits in edits(), cut: Option<prop::sample::Index>) {
+        let (name, bytes) = match kind {
+            0 => ("tri.ply", TRIANGLE_PLY.as_bytes().to_vec()),
+            1 => ("leaf.gltf", gltf(&data_uri()).into_bytes()),
+            _ => ("leaf.glb", glb()),
+        };
+        check_any(load_caster("meshes", name, &mutated(&bytes, &edits, cut), ""));
+    }
+
+    #[test]
+    fn mutated_scenes_never_panic(edits in edits(), cut: Option<prop::sample::Index>) {
+        let text = format!("[[particles]]\nfile = \"smoke.ply\"\nscale = 2.0\n[[meshes]]\nfile = \"tri.ply\"\n{LIGHT}{CAMERA}");
+        let bytes = mutated(text.as_bytes(), &edits, cut);
+        check_any(scene_file(&String::from_utf8_lossy(&bytes)));
+    }
+}

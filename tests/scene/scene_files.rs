@@ -1,0 +1,91 @@
+//! Scene files: what loads, and what is refused.
+
+use crate::*;
+use gobo::scene::{LightKind, Particle, Scene};
+
+#[test]
+fn files_that_are_not_files_are_refused() {
+    let scene = |file: &str| scene_file(&format!("[[particles]]\nfile = {file:?}\n{LIGHT}{CAMERA}"));
+    message(scene("absent.ply"), "absent.ply", "No such file");
+    message(scene("."), "not a regular file", "give a file");
+    message(Scene::load("/nowhere/absent.toml", 0.0), "/nowhere/absent.toml", "No such file");
+    message(Scene::load("unknown", 0.0), "unknown", "three-emitters");
+    #[cfg(unix)]
+    message(scene("/dev/zero"), "/dev/zero", "not a regular file");
+}
+
+#[test]
+fn scene_files_place_their_casters() {
+    let text = format!(
+        "[[particles]]\nfile = \"smoke.ply\"\n[[particles]]\nfile = \"smoke.ply\"\nscale = 2.0\ntranslate = [1, 0.0, 0.0]\n\
+         [[meshes]]\nfile = \"tri.ply\"\nscale = 3\ntranslate = [0.0, 0.0, 1.0]\nalbedo = [0.1, 0.2, 0.3]\n\
+         [light]\nkind = \"spot\"\nposition = [0.0, 0.0, 9.0]\ntarget = [0.0, 0.0, 1.0]\ncone_degrees = 60\nradiance = [1, 2, 3]\n{CAMERA}"
+    );
+    let scene = scene_file(&text).expect("a scene");
+    assert_eq!(scene.name, "scene");
+    let first = Particle { position: [1.0, 2.0, 3.0], radius: 0.5, extinction: 0.8 };
+    let second = Particle { position: [3.0, 4.0, 6.0], radius: 1.0, extinction: 0.4 };
+    assert_eq!(scene.particles, [first, second]);
+    assert_eq!(scene.meshes[0].positions[4], [1.5, 1.5, 4.0]);
+    assert_eq!(scene.meshes[0].albedo, [0.1, 0.2, 0.3]);
+    assert_eq!(scene.light.radiance, [1.0, 2.0, 3.0]);
+    let LightKind::Spot { direction, cone_degrees, .. } = scene.light.kind else { panic!("a spot light") };
+    assert_eq!((direction.to_array(), cone_degrees), ([0.0, 0.0, -1.0], 60.0));
+
+    let scene = scene_file(&format!("[[particles]]\nfile = \"smoke.ply\"\n{LIGHT}{CAMERA}")).expect("a scene");
+    let LightKind::Directional { direction } = scene.light.kind else { panic!("a directional light") };
+    assert_eq!((direction.to_array(), scene.light.radiance), ([0.0, 0.0, -1.0], [1.0; 3]));
+}
+
+#[test]
+fn broken_scene_files_are_refused() {
+    let particles = "[[particles]]\nfile = \"smoke.ply\"\n";
+    let mesh = "[[meshes]]\nfile = \"tri.ply\"\n";
+    let spot = "[light]\nkind = \"spot\"\nposition = [0.0, 0.0, 9.0]\ntarget = [0.0, 0.0, 1.0]\ncone_degrees = 60\n";
+    let whole = format!("{particles}{mesh}{LIGHT}{CAMERA}");
+    let spotted = format!("{particles}{mesh}{spot}{CAMERA}");
+    scene_file(&whole).expect("whole");
+    scene_file(&spotted).expect("spotted");
+    for (text, from, to, words) in [
+        (&whole, "file = \"smoke.ply\"\n", "file = \"smoke.ply\"\nopacity = 1.0\n", "line 3: unknown field `opacity`"),
+        (&whole, "fov_y_degrees", "fov", "unknown field `fov`"),
+        (&whole, "kind =", "radius = 3\nkind =", "unknown field `radius`"),
+        (&whole, "[camera]", "[kamera]", "unknown field `kamera`"),
+        (&whole, CAMERA, "", "missing field `camera`"),
+        (&whole, LIGHT, "", "missing field `light`"),
+        (&whole, "directional", "point", "point"),
+        (&whole, "kind = \"directional\"\n", "", "kind"),
+        (&whole, "[light]", "[light", "line 5"),
+        (&whole, "[0.0, 0.0, -2.0]", "[0.0, 0.0]", "line"),
+        (&whole, "[0.0, 0.0, -2.0]", "[0.0, 0.0, 0.0]", "direction has no length"),
+        (&whole, "[0.0, 0.0, -2.0]", "[nan, 0.0, 0.0]", "not finite"),
+        (&whole, "[0.0, 0.0, -2.0]", "[inf, 0.0, 0.0]", "not finite"),
+        (&whole, "-2.0]\n", "-2.0]\nradiance = [-1.0, 0.0, 0.0]\n", "radiance"),
+        (&whole, "-2.0]\n", "-2.0]\nradiance = [1e39, 0.0, 0.0]\n", "radiance"),
+        (&whole, "position = [3, 0, 0]", "position = [0, 0, 0]", "same point"),
+        (&whole, "up = [0.0, 0.0, 1.0]", "up = [-3.0, 0.0, 0.0]", "parallel"),
+        (&whole, "up = [0.0, 0.0, 1.0]", "up = [0.0, 0.0, 0.0]", "up has no length"),
+        (&whole, "fov_y_degrees = 40.0", "fov_y_degrees = 0.0", "(0, 180)"),
+        (&whole, "fov_y_degrees = 40.0", "fov_y_degrees = 180.0", "(0, 180)"),
+        (&whole, "fov_y_degrees = 40.0", "fov_y_degrees = nan", "(0, 180)"),
+        (&whole, "smoke.ply\"\n", "smoke.ply\"\nscale = 0\n", "particles smoke.ply: scale"),
+        (&whole, "smoke.ply\"\n", "smoke.ply\"\nscale = 1e60\n", "placed particle 0"),
+        (&whole, "smoke.ply\"\n", "smoke.ply\"\ntranslate = [0.0, nan, 0.0]\n", "translate"),
+        (&whole, "tri.ply\"\n", "tri.ply\"\nscale = -1.0\n", "meshes tri.ply: scale"),
+        (&whole, "tri.ply\"\n", "tri.ply\"\nscale = 1e60\n", "out of range"),
+        (&whole, "tri.ply\"\n", "tri.ply\"\nalbedo = [0.0, 1.1, 0.0]\n", "albedo"),
+        (&whole, particles, "", ""),
+        (&spotted, "cone_degrees = 60", "cone_degrees = 171", "(0, 170]"),
+        (&spotted, "cone_degrees = 60", "cone_degrees = 0", "(0, 170]"),
+        (&spotted, "cone_degrees = 60", "cone_degrees = nan", "(0, 170]"),
+        (&spotted, "target = [0.0, 0.0, 1.0]", "target = [0.0, 0.0, 9.0]", "same point"),
+        (&spotted, "cone_degrees", "direction", "direction"),
+    ] {
+        let mut broken = text.replace(from, to);
+        assert_ne!(&broken, text);
+        if from == particles {
+            broken = broken.replace(mesh, "");
+        }
+        message(scene_file(&broken), "scene.toml", words);
+    }
+}
