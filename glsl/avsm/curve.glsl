@@ -91,10 +91,9 @@ void curve_insert(float entry, float exit, float optical_depth) {
     if (!(optical_depth > 0.0) || !(entry <= exit)) {
         return;  // nothing to lose, or not a number
     }
-    float transmittance = exp(-optical_depth);
     float value_entry = curve_value(entry);
     float value_exit = curve_value(exit);
-    value_exit = EXPONENTIAL == 1u ? value_exit + optical_depth : value_exit * transmittance;
+    value_exit = EXPONENTIAL == 1u ? value_exit + optical_depth : value_exit * exp(-optical_depth);
 
     // Both new nodes go behind nodes of equal depth: the curve has its step behind them.
     int at_entry = 0, at_exit = 1;
@@ -102,8 +101,10 @@ void curve_insert(float entry, float exit, float optical_depth) {
         float depth = node_depths[i];
         // Compared first, so that a segment of no length is a step and not 0/0.
         float ramp = depth <= entry ? 0.0 : depth >= exit ? 1.0 : (depth - entry) / (exit - entry);
+        // What the part of the segment in front of the node really takes away: the seed ramps the transmittance
+        // linearly instead, which leaves nodes inside a segment off the curve and too bright.
         node_values[i] = EXPONENTIAL == 1u ? node_values[i] + optical_depth * ramp
-                                           : node_values[i] * (1.0 - (1.0 - transmittance) * ramp);
+                                           : node_values[i] * exp(-optical_depth * ramp);
         at_entry += int(depth <= entry);
         at_exit += int(depth <= exit);
     }

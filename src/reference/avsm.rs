@@ -78,12 +78,11 @@ impl Curve {
             return;
         }
         let k = self.depths.len() - 2;
-        let transmittance = (-optical_depth).exp();
         let value_entry = self.value(entry);
         let mut value_exit = self.value(exit);
         match self.interpolation {
             Interpolation::Exponential => value_exit += optical_depth,
-            Interpolation::Linear => value_exit *= transmittance,
+            Interpolation::Linear => value_exit *= (-optical_depth).exp(),
         }
         for (depth, value) in self.depths[..k].iter().zip(&mut self.values) {
             let ramp = if *depth <= entry {
@@ -95,7 +94,7 @@ impl Curve {
             };
             match self.interpolation {
                 Interpolation::Exponential => *value += optical_depth * ramp,
-                Interpolation::Linear => *value *= 1.0 - (1.0 - transmittance) * ramp,
+                Interpolation::Linear => *value *= (-optical_depth * ramp).exp(),
             }
         }
         let at_entry = self.depths[..k].iter().filter(|d| **d <= entry).count();

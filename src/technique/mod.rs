@@ -10,7 +10,7 @@ mod opaque;
 mod spec;
 mod uncompressed;
 
-pub use avsm::Avsm;
+pub use avsm::{Avsm, NodeData, near_to_far};
 pub use light::{LightData, SceneData, TriangleData};
 pub use list::SegmentData;
 pub use spec::{Key, Spec, Values, parse};

@@ -73,7 +73,7 @@ const TWO_PASS: &str = "two-pass";
 const INTERLOCK: &str = "interlock";
 
 /// Depth of an unused node. Twin: EMPTY in glsl/avsm/curve.glsl.
-const EMPTY: f32 = 3e38;
+pub const EMPTY: f32 = 3e38;
 
 /// Twin: Node in glsl/avsm/curve.glsl.
 #[repr(C)]
