@@ -1,6 +1,6 @@
 #version 460
 // Empties every curve, for the interlock path. Output: nodes.
-#include "avsm/curve.glsl"
+#include "avsm/node.glsl"
 #extension GL_EXT_scalar_block_layout : require
 
 layout(local_size_x = 256) in;

@@ -1,89 +1,160 @@
-// A transmittance curve of NODES nodes and the streaming insertion of a segment into it.
-// Source: seed 000 (compression stage), Salvi et al. 2010. Twin: reference::avsm::Curve.
-// Invariants: depths never fall; transmittance never rises with depth; unused nodes have depth EMPTY and the value of
-// the last used one, so that attenuating them too keeps the tail equal to the product of all segments.
+// A transmittance curve being built: streaming insertion of segments into WORK nodes, and reduction to NODES.
+// Source: seed 000 (compression stage), Salvi et al. 2010; nudging and the free first node are ours.
+// Twin: reference::avsm::Curve.
+// Invariants: depths never fall; transmittance never rises with depth; in front of the first node the light is whole,
+// behind the last it is the product of all segments, whatever was removed.
 #ifndef AVSM_CURVE_GLSL
 #define AVSM_CURVE_GLSL
+#include "avsm/node.glsl"
 
-layout(constant_id = 0) const int NODES = 8;
-// 0: values are transmittances, interpolated linearly (the seed). 1: values are optical depths, interpolated linearly,
-// which is exact within a sphere of constant extinction.
-layout(constant_id = 1) const uint EXPONENTIAL = 1u;
+// Nodes while segments are inserted, >= NODES. More cost time and lose less.
+layout(constant_id = 2) const int WORK = 8;
+// 1: a removal moves its neighbours so that the area under the transmittance is kept, and the first node may go too,
+// which leaves a step there. 0: the survivors stay as they are, the first and last are exempt (the seed).
+layout(constant_id = 3) const uint NUDGE = 1u;
 
-const float EMPTY = 3e38;
-
-struct Node {
-    float depth;  // in the light's range, 0 to 1
-    float value;
-};
-
-float node_depths[NODES + 2];
-float node_values[NODES + 2];
-
-float curve_unshadowed() { return EXPONENTIAL == 1u ? 0.0 : 1.0; }
-
-float curve_transmittance(float value) { return EXPONENTIAL == 1u ? exp(-value) : value; }
+int node_count;
+float node_depths[WORK + 2];
+float node_values[WORK + 2];
 
 void curve_clear() {
-    for (int i = 0; i < NODES + 2; ++i) {
-        node_depths[i] = EMPTY;
-        node_values[i] = curve_unshadowed();
-    }
+    node_count = 0;
 }
 
 // The value just behind `depth`, if there is a step.
 float curve_value(float depth) {
     float value = curve_unshadowed();
-    for (int i = 0; i < NODES; ++i) {
-        float low = node_depths[i], high = node_depths[i + 1];
-        if (low <= depth && depth < high) {
-            value = mix(node_values[i], node_values[i + 1], (depth - low) / (high - low));
+    for (int i = 0; i < WORK; ++i) {
+        if (i < node_count && node_depths[i] <= depth) {
+            bool last = i + 1 == node_count;
+            float length = last ? 1.0 : node_depths[i + 1] - node_depths[i];
+            float along = last || length <= 0.0 ? 0.0 : min((depth - node_depths[i]) / length, 1.0);
+            value = last ? node_values[i] : mix(node_values[i], node_values[i + 1], along);
         }
     }
     return value;
 }
 
-// Mean of exp(-t) as t goes linearly from 0 to `rise`; a series where the quotient would cancel.
-float mean_transmittance(float rise) {
-    return rise < 0.02 ? 1.0 - rise * (0.5 - rise * (1.0 / 6.0 - rise / 24.0)) : (1.0 - exp(-rise)) / rise;
+// A piece of an exponential curve.
+struct Span {
+    float extent;
+    float start;  // transmittance
+    float end;
+    float rise;   // of the optical depth
+    float mean;   // transmittance
+};
+
+Span span_of(float depth_0, float value_0, float depth_1, float value_1) {
+    Span span;
+    span.extent = depth_1 - depth_0;
+    span.start = exp(-value_0);
+    span.end = exp(-value_1);
+    span.rise = value_1 - value_0;
+    float square = span.rise * span.rise;
+    // A series where the quotient would cancel.
+    span.mean = span.rise < 0.25 ? 0.5 * (span.start + span.end) * (1.0 - square * (1.0 / 12.0 - square / 120.0))
+                                 : (span.start - span.end) / span.rise;
+    return span;
 }
 
-// Integral of the transmittance between two nodes of optical depth.
-float span_integral(float depth_0, float value_0, float depth_1, float value_1) {
-    return (depth_1 - depth_0) * exp(-value_0) * mean_transmittance(value_1 - value_0);
+float span_area(Span span) { return span.extent * span.mean; }
+
+// Change of the area when the optical depth of the start, of the end grows.
+float span_by_start(Span span) {
+    float slope = span.rise < 0.05 ? -span.start * (0.5 - span.rise / 6.0) : (span.mean - span.start) / span.rise;
+    return span.extent * slope;
+}
+
+float span_by_end(Span span) {
+    float slope = span.rise < 0.05 ? -span.start * (0.5 - span.rise / 3.0) : (span.end - span.mean) / span.rise;
+    return span.extent * slope;
 }
 
 // How much the area under the transmittance changes if node `i` goes.
 float removal_cost(int i) {
-    float d0 = node_depths[i - 1], d1 = node_depths[i], d2 = node_depths[i + 1];
-    float v0 = node_values[i - 1], v1 = node_values[i], v2 = node_values[i + 1];
+    float d1 = node_depths[i], v1 = node_values[i];
+    float d2 = node_depths[i + 1], v2 = node_values[i + 1];
+    if (i == 0) {
+        return d2 - d1 - span_area(span_of(d1, v1, d2, v2));
+    }
+    float d0 = node_depths[i - 1], v0 = node_values[i - 1];
     if (EXPONENTIAL == 1u) {
-        return abs(span_integral(d0, v0, d1, v1) + span_integral(d1, v1, d2, v2) - span_integral(d0, v0, d2, v2));
+        return abs(span_area(span_of(d0, v0, d1, v1)) + span_area(span_of(d1, v1, d2, v2)) -
+                   span_area(span_of(d0, v0, d2, v2)));
     }
     return 0.5 * abs((d1 - d0) * (v2 - v0) - (d2 - d0) * (v1 - v0));
 }
 
-// Removes one node if all of 0..last are used; the first and the last are exempt.
-void remove_cheapest(int last) {
-    if (node_depths[last] >= EMPTY) {
-        return;
+// After the first node went: the step moves towards the light until the area is what it was.
+void nudge_first(float gone_depth, float gone_value) {
+    float d1 = node_depths[0], v1 = node_values[0], d2 = node_depths[1], v2 = node_values[1];
+    Span next = span_of(d1, v1, d2, v2);
+    float area = span_area(span_of(gone_depth, gone_value, d1, v1)) + span_area(next);
+    if (next.mean < 0.999) {
+        node_depths[0] = clamp((area + gone_depth - d2 * next.mean) / (1.0 - next.mean), gone_depth, d1);
     }
-    int cheapest = 1;
-    float least = removal_cost(1);
-    for (int i = 2; i < last; ++i) {
-        float cost = removal_cost(i);
-        if (cost < least) {
-            least = cost;
-            cheapest = i;
+}
+
+// After the node between a = `before` and c = before + 1 went: both, save the first and the last node, change their
+// optical depth alike until the area from the node before a to the node behind c is what it was (one Newton step).
+void nudge(int before, float gone_depth, float gone_value) {
+    float da = 0.0, va = 0.0, dc = 0.0, vc = 0.0, dp = 0.0, vp = 0.0, dq = 0.0, vq = 0.0;
+    for (int i = 0; i < WORK + 2; ++i) {
+        if (i == before - 1) { dp = node_depths[i]; vp = node_values[i]; }
+        if (i == before) { da = node_depths[i]; va = node_values[i]; }
+        if (i == before + 1) { dc = node_depths[i]; vc = node_values[i]; }
+        if (i == before + 2) { dq = node_depths[i]; vq = node_values[i]; }
+    }
+    bool move_a = before > 0, move_c = before + 2 < node_count;
+    Span merged = span_of(da, va, dc, vc);
+    float excess = span_area(merged) - span_area(span_of(da, va, gone_depth, gone_value)) -
+                   span_area(span_of(gone_depth, gone_value, dc, vc));
+    float slope = (move_a ? span_by_start(merged) + span_by_end(span_of(dp, vp, da, va)) : 0.0) +
+                  (move_c ? span_by_end(merged) + span_by_start(span_of(dc, vc, dq, vq)) : 0.0);
+    if (slope > -1e-12) {
+        return;  // nothing to move, or dark
+    }
+    float low = max(move_a ? vp - va : -1e30, move_a || !move_c ? -1e30 : va - vc);
+    float high = min(move_c ? vq - vc : 1e30, move_c || !move_a ? 1e30 : vc - va);
+    float shift = clamp(-excess / slope, low, high);
+    for (int i = 0; i < WORK + 2; ++i) {
+        if ((i == before && move_a) || (i == before + 1 && move_c)) {
+            node_values[i] += shift;
         }
     }
-    for (int i = 1; i < last; ++i) {
+}
+
+// Removes the node that changes the area least.
+void remove_cheapest() {
+    bool nudged = EXPONENTIAL == 1u && NUDGE == 1u;
+    int cheapest = nudged ? 0 : 1;
+    float least = removal_cost(cheapest);
+    for (int i = 1; i < WORK + 1; ++i) {
+        if (i < node_count - 1) {
+            float cost = removal_cost(i);
+            if (cost < least) {
+                least = cost;
+                cheapest = i;
+            }
+        }
+    }
+    float gone_depth = 0.0, gone_value = 0.0;
+    for (int i = 0; i < WORK + 1; ++i) {
+        if (i == cheapest) {
+            gone_depth = node_depths[i];
+            gone_value = node_values[i];
+        }
         if (i >= cheapest) {
             node_depths[i] = node_depths[i + 1];
             node_values[i] = node_values[i + 1];
         }
     }
-    node_depths[last] = EMPTY;
+    node_count -= 1;
+    if (nudged && cheapest == 0) {
+        nudge_first(gone_depth, gone_value);
+    } else if (nudged) {
+        nudge(cheapest - 1, gone_depth, gone_value);
+    }
 }
 
 // Attenuates the curve by a segment from `entry` to `exit`, both in the light's range, entry <= exit.
@@ -97,7 +168,7 @@ void curve_insert(float entry, float exit, float optical_depth) {
 
     // Both new nodes go behind nodes of equal depth: the curve has its step behind them.
     int at_entry = 0, at_exit = 1;
-    for (int i = 0; i < NODES; ++i) {
+    for (int i = 0; i < WORK; ++i) {
         float depth = node_depths[i];
         // Compared first, so that a segment of no length is a step and not 0/0.
         float ramp = depth <= entry ? 0.0 : depth >= exit ? 1.0 : (depth - entry) / (exit - entry);
@@ -105,34 +176,47 @@ void curve_insert(float entry, float exit, float optical_depth) {
         // linearly instead, which leaves nodes inside a segment off the curve and too bright.
         node_values[i] = EXPONENTIAL == 1u ? node_values[i] + optical_depth * ramp
                                            : node_values[i] * exp(-optical_depth * ramp);
-        at_entry += int(depth <= entry);
-        at_exit += int(depth <= exit);
+        at_entry += int(i < node_count && depth <= entry);
+        at_exit += int(i < node_count && depth <= exit);
     }
-    float tail = at_exit == 1 + NODES ? value_exit : node_values[NODES - 1];
-    for (int i = NODES + 1; i >= 0; --i) {
-        float depth = i < NODES ? node_depths[i] : EMPTY;
-        float value = i < NODES ? node_values[i] : tail;
+    for (int i = WORK + 1; i >= 0; --i) {
         if (i > at_exit) {
-            depth = node_depths[max(i - 2, 0)];
-            value = node_values[max(i - 2, 0)];
+            node_depths[i] = node_depths[max(i - 2, 0)];
+            node_values[i] = node_values[max(i - 2, 0)];
         } else if (i == at_exit) {
-            depth = exit;
-            value = value_exit;
+            node_depths[i] = exit;
+            node_values[i] = value_exit;
         } else if (i > at_entry) {
-            depth = node_depths[max(i - 1, 0)];
-            value = node_values[max(i - 1, 0)];
+            node_depths[i] = node_depths[max(i - 1, 0)];
+            node_values[i] = node_values[max(i - 1, 0)];
         } else if (i == at_entry) {
-            depth = entry;
-            value = value_entry;
+            node_depths[i] = entry;
+            node_values[i] = value_entry;
         }
-        node_depths[i] = depth;
-        node_values[i] = value;
     }
-    remove_cheapest(NODES + 1);
-    remove_cheapest(NODES);
-    node_depths[NODES] = EMPTY;
-    node_depths[NODES + 1] = EMPTY;
-    node_values[NODES] = node_values[NODES - 1];
-    node_values[NODES + 1] = node_values[NODES - 1];
+    node_count += 2;
+    for (int i = 0; i < 2; ++i) {
+        if (node_count > WORK) {
+            remove_cheapest();
+        }
+    }
+}
+
+// Down to the nodes that are stored.
+void curve_reduce() {
+    for (int i = 0; i < WORK - NODES; ++i) {
+        if (node_count > NODES) {
+            remove_cheapest();
+        }
+    }
+}
+
+// Node i < NODES as it is stored; unused ones carry the last value on.
+Node curve_node(int i) {
+    float tail = curve_unshadowed();
+    for (int k = 0; k < NODES; ++k) {
+        tail = k + 1 == node_count ? node_values[k] : tail;
+    }
+    return i < node_count ? Node(node_depths[i], node_values[i]) : Node(EMPTY, tail);
 }
 #endif

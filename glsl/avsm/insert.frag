@@ -22,18 +22,16 @@ void main() {
     uint first = (texel.y * lights[0].volume.width + texel.x) * NODES;
     beginInvocationInterlockARB();
     if (hit) {
+        curve_clear();
         for (int i = 0; i < NODES; ++i) {
             Node node = nodes[first + i];
             node_depths[i] = node.depth;
             node_values[i] = node.value;
+            node_count += int(node.depth < EMPTY);
         }
-        node_depths[NODES] = EMPTY;
-        node_depths[NODES + 1] = EMPTY;
-        node_values[NODES] = node_values[NODES - 1];
-        node_values[NODES + 1] = node_values[NODES - 1];
         curve_insert(depth.x, depth.y, optical_depth);
         for (int i = 0; i < NODES; ++i) {
-            nodes[first + i] = Node(node_depths[i], node_values[i]);
+            nodes[first + i] = curve_node(i);
         }
     }
     endInvocationInterlockARB();

@@ -9,7 +9,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 // 1: by entry depth. 0: as captured, which differs from run to run.
-layout(constant_id = 2) const uint SORTED = 1u;
+layout(constant_id = 4) const uint SORTED = 1u;
 
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 1, binding = 0, r32ui) uniform uimage2D heads;
@@ -90,8 +90,9 @@ void main() {
         curve_insert(segment.entry, segment.exit, segment.optical_depth);
         index = segment.next;
     }
+    curve_reduce();
     uint first = (texel.y * size.x + texel.x) * NODES;
     for (int i = 0; i < NODES; ++i) {
-        nodes[first + i] = Node(node_depths[i], node_values[i]);
+        nodes[first + i] = curve_node(i);
     }
 }

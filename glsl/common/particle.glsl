@@ -45,27 +45,36 @@ vec2 particle_tangents(float across, float z, float radius) {
                 (across * side + radius * z) / (z * side - radius * across));
 }
 
-// Corner 0..5 of two triangles over the sphere's bounds. They are a 16th of a texel too large, against rounding; the
-// fragment shader decides what the sphere really covers.
-vec4 particle_corner(View view, Particle particle, uint corner) {
-    vec2 select = vec2(corner == 1u || corner == 2u || corner == 4u, corner == 2u || corner == 4u || corner == 5u);
+// Bounds of the sphere in NDC, low corner and high corner; false where it is behind the view. They are a 16th of a
+// texel too large, against rounding: whoever draws or bins with them decides exactly afterwards.
+bool particle_bounds(View view, Particle particle, out vec2 low, out vec2 high) {
     vec3 offset = particle.position - view.origin;
     vec3 centre = vec3(dot(offset, view.right), dot(offset, view.up), dot(offset, view.forward));
-    vec2 x, y;
-    if (view.projection == VIEW_PARALLEL) {
-        x = centre.x + vec2(-particle.radius, particle.radius);
-        y = centre.y + vec2(-particle.radius, particle.radius);
-    } else {
+    vec2 x = centre.x + vec2(-particle.radius, particle.radius);
+    vec2 y = centre.y + vec2(-particle.radius, particle.radius);
+    low = high = vec2(2.0);
+    if (view.projection == VIEW_PERSPECTIVE) {
         if (centre.z + particle.radius <= view.near) {
-            return vec4(2.0, 2.0, 0.0, 1.0);
+            return false;
         }
         x = particle_tangents(centre.x, centre.z, particle.radius);
         y = particle_tangents(centre.y, centre.z, particle.radius);
     }
     x *= view.scale_x;
     y *= view.scale_y;
-    vec2 low = vec2(min(x.x, x.y), min(y.x, y.y)), high = vec2(max(x.x, x.y), max(y.x, y.y));
     vec2 margin = 0.125 / vec2(view.width, view.height);
-    return vec4(clamp(mix(low - margin, high + margin, select), -1.1, 1.1), 0.5, 1.0);
+    low = vec2(min(x.x, x.y), min(y.x, y.y)) - margin;
+    high = vec2(max(x.x, x.y), max(y.x, y.y)) + margin;
+    return true;
+}
+
+// Corner 0..5 of two triangles over the sphere's bounds.
+vec4 particle_corner(View view, Particle particle, uint corner) {
+    vec2 low, high;
+    if (!particle_bounds(view, particle, low, high)) {
+        return vec4(2.0, 2.0, 0.0, 1.0);
+    }
+    vec2 select = vec2(corner == 1u || corner == 2u || corner == 4u, corner == 2u || corner == 4u || corner == 5u);
+    return vec4(clamp(mix(low, high, select), -1.1, 1.1), 0.5, 1.0);
 }
 #endif

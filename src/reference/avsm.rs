@@ -2,9 +2,6 @@
 
 use super::list::Segment;
 
-/// Twin: EMPTY.
-pub const EMPTY: f32 = 3e38;
-
 /// Twin: EXPONENTIAL. What the nodes hold and how it is interpolated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
@@ -14,50 +11,57 @@ pub enum Interpolation {
     Exponential,
 }
 
-/// A curve of K nodes (depth, value) with room for two more, as glsl/avsm/curve.glsl has it.
+/// How a curve is built. Twin: the specialization constants of glsl/avsm/curve.glsl.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Build {
+    /// NODES: nodes that are stored.
+    pub nodes: usize,
+    /// WORK: nodes while segments are inserted, ≥ `nodes`.
+    pub work: usize,
+    /// EXPONENTIAL.
+    pub interpolation: Interpolation,
+    /// NUDGE: removals keep the area under the curve, and the first node may go.
+    pub nudge: bool,
+}
+
+/// A transmittance curve, as glsl/avsm/curve.glsl builds it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    interpolation: Interpolation,
-    depths: Vec<f32>,
-    values: Vec<f32>,
+    build: Build,
+    /// (depth, value), depths rising.
+    nodes: Vec<(f32, f32)>,
     /// Smallest relative gap between the cheapest and the second cheapest removal so far. Where it is tiny, a device
     /// that rounds differently may rightly remove another node.
     pub margin: f32,
 }
 
 impl Curve {
-    /// An unshadowed curve of `nodes` nodes.
-    pub fn new(nodes: usize, interpolation: Interpolation) -> Self {
-        let unshadowed = match interpolation {
-            Interpolation::Linear => 1.0,
-            Interpolation::Exponential => 0.0,
-        };
-        Self {
-            interpolation,
-            depths: vec![EMPTY; nodes + 2],
-            values: vec![unshadowed; nodes + 2],
-            margin: f32::INFINITY,
-        }
+    /// An unshadowed curve.
+    pub fn new(build: Build) -> Self {
+        Self { build, nodes: Vec::new(), margin: f32::INFINITY }
     }
 
-    /// The nodes (depth, value); unused ones have depth [`EMPTY`].
-    pub fn nodes(&self) -> impl Iterator<Item = (f32, f32)> {
-        self.depths.iter().copied().zip(self.values.iter().copied()).take(self.depths.len() - 2)
+    /// The nodes (depth, value) in use, depths rising.
+    pub fn nodes(&self) -> &[(f32, f32)] {
+        &self.nodes
     }
 
     fn unshadowed(&self) -> f32 {
-        match self.interpolation {
+        match self.build.interpolation {
             Interpolation::Linear => 1.0,
             Interpolation::Exponential => 0.0,
         }
     }
 
+    /// Twin: curve_value.
     fn value(&self, depth: f32) -> f32 {
         let mut value = self.unshadowed();
-        for i in 0..self.depths.len() - 2 {
-            let (low, high) = (self.depths[i], self.depths[i + 1]);
-            if low <= depth && depth < high {
-                value = mix(self.values[i], self.values[i + 1], (depth - low) / (high - low));
+        for (i, &(low, v0)) in self.nodes.iter().enumerate() {
+            if low <= depth {
+                value = match self.nodes.get(i + 1) {
+                    Some(&(high, v1)) if high > low => mix(v0, v1, ((depth - low) / (high - low)).min(1.0)),
+                    _ => v0,
+                };
             }
         }
         value
@@ -65,7 +69,7 @@ impl Curve {
 
     /// Transmittance at `depth`. Twin: texel_transmittance in glsl/avsm/visibility.glsl.
     pub fn transmittance(&self, depth: f32) -> f32 {
-        match self.interpolation {
+        match self.build.interpolation {
             Interpolation::Linear => self.value(depth),
             Interpolation::Exponential => (-self.value(depth)).exp(),
         }
@@ -77,72 +81,118 @@ impl Curve {
         if optical_depth.is_nan() || optical_depth <= 0.0 || entry.is_nan() || exit.is_nan() || entry > exit {
             return;
         }
-        let k = self.depths.len() - 2;
         let value_entry = self.value(entry);
         let mut value_exit = self.value(exit);
-        match self.interpolation {
+        match self.build.interpolation {
             Interpolation::Exponential => value_exit += optical_depth,
             Interpolation::Linear => value_exit *= (-optical_depth).exp(),
         }
-        for (depth, value) in self.depths[..k].iter().zip(&mut self.values) {
+        for (depth, value) in &mut self.nodes {
             let ramp = if *depth <= entry {
                 0.0
             } else if *depth >= exit {
                 1.0
             } else {
-                (depth - entry) / (exit - entry)
+                (*depth - entry) / (exit - entry)
             };
-            match self.interpolation {
+            match self.build.interpolation {
                 Interpolation::Exponential => *value += optical_depth * ramp,
                 Interpolation::Linear => *value *= (-optical_depth * ramp).exp(),
             }
         }
-        let at_entry = self.depths[..k].iter().filter(|d| **d <= entry).count();
-        let at_exit = 1 + self.depths[..k].iter().filter(|d| **d <= exit).count();
-        self.depths.truncate(k);
-        self.values.truncate(k);
-        self.depths.insert(at_entry, entry);
-        self.values.insert(at_entry, value_entry);
-        self.depths.insert(at_exit, exit);
-        self.values.insert(at_exit, value_exit);
-        self.remove_cheapest(k + 1);
-        self.remove_cheapest(k);
-        for i in k..k + 2 {
-            self.depths[i] = EMPTY;
-            self.values[i] = self.values[k - 1];
+        let at_entry = self.nodes.iter().filter(|n| n.0 <= entry).count();
+        let at_exit = 1 + self.nodes.iter().filter(|n| n.0 <= exit).count();
+        self.nodes.insert(at_entry, (entry, value_entry));
+        self.nodes.insert(at_exit, (exit, value_exit));
+        self.shrink(self.build.work);
+    }
+
+    /// Twin: curve_reduce.
+    pub fn reduce(&mut self) {
+        self.shrink(self.build.nodes);
+    }
+
+    fn shrink(&mut self, count: usize) {
+        while self.nodes.len() > count {
+            self.remove_cheapest();
         }
     }
 
-    fn remove_cheapest(&mut self, last: usize) {
-        if self.depths[last] >= EMPTY {
-            return;
-        }
-        let costs: Vec<f32> = (1..last).map(|i| self.removal_cost(i)).collect();
+    /// Twin: remove_cheapest.
+    fn remove_cheapest(&mut self) {
+        let nudged = self.build.interpolation == Interpolation::Exponential && self.build.nudge;
+        let first = usize::from(!nudged);
+        let costs: Vec<f32> = (first..self.nodes.len() - 1).map(|i| self.removal_cost(i)).collect();
         let mut cheapest = 0;
         for (i, cost) in costs.iter().enumerate() {
             if *cost < costs[cheapest] {
                 cheapest = i;
             }
         }
-        let second =
-            costs.iter().enumerate().filter(|(i, _)| *i != cheapest).map(|(_, c)| *c).fold(f32::INFINITY, f32::min);
+        let others = costs.iter().enumerate().filter(|(i, _)| *i != cheapest).map(|(_, c)| *c);
+        let second = others.fold(f32::INFINITY, f32::min);
         // Relative to the area of the whole range, 1: two removals that cost next to nothing are no choice either.
         self.margin = self.margin.min((second - costs[cheapest]) / second.max(1e-5));
-        let gone = cheapest + 1;
-        self.depths.remove(gone);
-        self.values.remove(gone);
-        self.depths.insert(last, EMPTY);
-        self.values.insert(last, self.values[last - 1]);
+        let gone = self.nodes.remove(first + cheapest);
+        match (nudged, first + cheapest) {
+            (false, _) => {}
+            (true, 0) => self.nudge_first(gone),
+            (true, i) => self.nudge(i - 1, gone),
+        }
     }
 
+    /// Twin: removal_cost.
     fn removal_cost(&self, i: usize) -> f32 {
-        let [d0, d1, d2] = [self.depths[i - 1], self.depths[i], self.depths[i + 1]];
-        let [v0, v1, v2] = [self.values[i - 1], self.values[i], self.values[i + 1]];
-        match self.interpolation {
+        let (node, next) = (self.nodes[i], self.nodes[i + 1]);
+        if i == 0 {
+            return next.0 - node.0 - Span::new(node, next).area();
+        }
+        let last = self.nodes[i - 1];
+        match self.build.interpolation {
             Interpolation::Exponential => {
-                (span_integral(d0, v0, d1, v1) + span_integral(d1, v1, d2, v2) - span_integral(d0, v0, d2, v2)).abs()
+                (Span::new(last, node).area() + Span::new(node, next).area() - Span::new(last, next).area()).abs()
             }
-            Interpolation::Linear => 0.5 * ((d1 - d0) * (v2 - v0) - (d2 - d0) * (v1 - v0)).abs(),
+            Interpolation::Linear => {
+                0.5 * ((node.0 - last.0) * (next.1 - last.1) - (next.0 - last.0) * (node.1 - last.1)).abs()
+            }
+        }
+    }
+
+    /// Twin: nudge_first.
+    fn nudge_first(&mut self, gone: (f32, f32)) {
+        let (first, second) = (self.nodes[0], self.nodes[1]);
+        let next = Span::new(first, second);
+        let area = Span::new(gone, first).area() + next.area();
+        if next.mean < 0.999 {
+            self.nodes[0].0 = ((area + gone.0 - second.0 * next.mean) / (1.0 - next.mean)).clamp(gone.0, first.0);
+        }
+    }
+
+    /// Twin: nudge.
+    fn nudge(&mut self, before: usize, gone: (f32, f32)) {
+        let (a, c) = (self.nodes[before], self.nodes[before + 1]);
+        let p = before.checked_sub(1).map(|i| self.nodes[i]);
+        let q = self.nodes.get(before + 2).copied();
+        let merged = Span::new(a, c);
+        let excess = merged.area() - Span::new(a, gone).area() - Span::new(gone, c).area();
+        let by_a = p.map_or(0.0, |p| merged.by_start() + Span::new(p, a).by_end());
+        let by_c = q.map_or(0.0, |q| merged.by_end() + Span::new(c, q).by_start());
+        let slope = by_a + by_c;
+        if slope > -1e-12 {
+            return;
+        }
+        let (low, high) = match (p, q) {
+            (Some(p), Some(q)) => (p.1 - a.1, q.1 - c.1),
+            (Some(p), None) => (p.1 - a.1, c.1 - a.1),
+            (None, Some(q)) => (a.1 - c.1, q.1 - c.1),
+            (None, None) => (0.0, 0.0),
+        };
+        let shift = (-excess / slope).max(low).min(high);
+        if p.is_some() {
+            self.nodes[before].1 += shift;
+        }
+        if q.is_some() {
+            self.nodes[before + 1].1 += shift;
         }
     }
 }
@@ -151,12 +201,43 @@ fn mix(a: f32, b: f32, t: f32) -> f32 {
     a * (1.0 - t) + b * t
 }
 
-fn mean_transmittance(rise: f32) -> f32 {
-    if rise < 0.02 { 1.0 - rise * (0.5 - rise * (1.0 / 6.0 - rise / 24.0)) } else { (1.0 - (-rise).exp()) / rise }
+/// Twin: Span.
+struct Span {
+    extent: f32,
+    start: f32,
+    end: f32,
+    rise: f32,
+    mean: f32,
 }
 
-fn span_integral(depth_0: f32, value_0: f32, depth_1: f32, value_1: f32) -> f32 {
-    (depth_1 - depth_0) * (-value_0).exp() * mean_transmittance(value_1 - value_0)
+impl Span {
+    fn new(from: (f32, f32), to: (f32, f32)) -> Self {
+        let (extent, rise) = (to.0 - from.0, to.1 - from.1);
+        let (start, end) = ((-from.1).exp(), (-to.1).exp());
+        let square = rise * rise;
+        let mean = if rise < 0.25 {
+            0.5 * (start + end) * (1.0 - square * (1.0 / 12.0 - square / 120.0))
+        } else {
+            (start - end) / rise
+        };
+        Self { extent, start, end, rise, mean }
+    }
+
+    fn area(&self) -> f32 {
+        self.extent * self.mean
+    }
+
+    fn by_start(&self) -> f32 {
+        let slope =
+            if self.rise < 0.05 { -self.start * (0.5 - self.rise / 6.0) } else { (self.mean - self.start) / self.rise };
+        self.extent * slope
+    }
+
+    fn by_end(&self) -> f32 {
+        let slope =
+            if self.rise < 0.05 { -self.start * (0.5 - self.rise / 3.0) } else { (self.end - self.mean) / self.rise };
+        self.extent * slope
+    }
 }
 
 #[cfg(test)]
@@ -179,14 +260,22 @@ mod tests {
 
     proptest! {
         #[test]
-        fn invariants(list in segments(), nodes in prop::sample::select(vec![4usize, 8, 16]), linear: bool) {
+        fn invariants(
+            list in segments(),
+            nodes in prop::sample::select(vec![4usize, 8, 16]),
+            more in prop::sample::select(vec![0usize, 8, 48]),
+            linear: bool,
+            nudge: bool,
+        ) {
             let interpolation = if linear { Interpolation::Linear } else { Interpolation::Exponential };
-            let mut curve = Curve::new(nodes, interpolation);
+            let mut curve = Curve::new(Build { nodes, work: nodes + more, interpolation, nudge });
             let mut total = 0.0f64;
             for s in &list {
                 curve.insert(*s);
                 total += f64::from(s.optical_depth);
             }
+            curve.reduce();
+            prop_assert!(curve.nodes().len() <= nodes);
             let mut last = 1.0f32;
             for i in 0..=64 {
                 let t = curve.transmittance(i as f32 / 32.0);
@@ -202,7 +291,8 @@ mod tests {
         #[test]
         fn exact_while_there_is_room(list in segments()) {
             let list = &list[..list.len().min(8)];
-            let mut curve = Curve::new(16, Interpolation::Exponential);
+            let interpolation = Interpolation::Exponential;
+            let mut curve = Curve::new(Build { nodes: 16, work: 16, interpolation, nudge: true });
             list.iter().for_each(|s| curve.insert(*s));
             let as_f64 = |s: &Segment| (f64::from(s.entry), f64::from(s.exit), f64::from(s.optical_depth));
             let truth = super::super::TrueCurve::new(&list.iter().map(as_f64).collect::<Vec<_>>());

@@ -4,6 +4,7 @@
 //! folder in build.rs's list.
 
 mod avsm;
+mod bins;
 mod light;
 mod list;
 mod opaque;
