@@ -59,7 +59,7 @@ void main() {
     }
     curve_reduce();
     uint at = (texel.y * view.width + texel.x) * NODES;
-    for (int i = 0; i < NODES; ++i) {
+    [[unroll]] for (int i = 0; i < NODES; ++i) {
         nodes[at + i] = curve_node(i);
     }
 }

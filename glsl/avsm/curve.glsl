@@ -3,8 +3,12 @@
 // Twin: reference::avsm::Curve.
 // Invariants: depths never fall; transmittance never rises with depth; in front of the first node the light is whole,
 // behind the last it is the product of all segments, whatever was removed.
+//
+// The arrays are meant for registers: loops are unrolled, every index is a constant, and a node that is picked at run
+// time is picked by comparison.
 #ifndef AVSM_CURVE_GLSL
 #define AVSM_CURVE_GLSL
+#extension GL_EXT_control_flow_attributes : require
 #include "avsm/node.glsl"
 
 // Nodes while segments are inserted, >= NODES. More cost time and lose less.
@@ -14,147 +18,155 @@ layout(constant_id = 2) const int WORK = 8;
 layout(constant_id = 3) const uint NUDGE = 1u;
 
 int node_count;
+// Unused nodes have depth EMPTY.
 float node_depths[WORK + 2];
 float node_values[WORK + 2];
+// Transmittance of each node, kept beside its value since every removal needs it.
+float node_transmittance[WORK + 2];
 
 void curve_clear() {
     node_count = 0;
+    [[unroll]] for (int i = 0; i < WORK + 2; ++i) {
+        node_depths[i] = EMPTY;
+        node_values[i] = curve_unshadowed();
+        node_transmittance[i] = 1.0;
+    }
+}
+
+// Appends a stored node.
+void curve_load(int i, Node node) {
+    node_depths[i] = node.depth;
+    node_values[i] = node.value;
+    node_transmittance[i] = curve_transmittance(node.value);
+    node_count += int(node.depth < EMPTY);
 }
 
 // The value just behind `depth`, if there is a step.
 float curve_value(float depth) {
-    float value = curve_unshadowed();
-    for (int i = 0; i < WORK; ++i) {
-        if (i < node_count && node_depths[i] <= depth) {
-            bool last = i + 1 == node_count;
-            float length = last ? 1.0 : node_depths[i + 1] - node_depths[i];
-            float along = last || length <= 0.0 ? 0.0 : min((depth - node_depths[i]) / length, 1.0);
-            value = last ? node_values[i] : mix(node_values[i], node_values[i + 1], along);
+    float low = depth, high = EMPTY, value_low = curve_unshadowed(), value_high = value_low;
+    [[unroll]] for (int i = 0; i < WORK; ++i) {
+        if (node_depths[i] <= depth) {
+            low = node_depths[i];
+            high = node_depths[i + 1];
+            value_low = node_values[i];
+            value_high = node_values[i + 1];
         }
     }
-    return value;
+    // Behind the last node `high` is EMPTY, whose share is 0.
+    return high > low ? mix(value_low, value_high, min((depth - low) / (high - low), 1.0)) : value_low;
 }
 
-// A piece of an exponential curve.
-struct Span {
-    float extent;
-    float start;  // transmittance
-    float end;
-    float rise;   // of the optical depth
-    float mean;   // transmittance
+// Mean transmittance between two nodes of optical depth: (T0 − T1) / rise, by a series where that would cancel.
+float span_mean(float through_0, float through_1, float rise) {
+    float square = rise * rise;
+    return rise < 0.25 ? 0.5 * (through_0 + through_1) * (1.0 - square * (1.0 / 12.0 - square / 120.0))
+                       : (through_0 - through_1) / rise;
+}
+
+float span_area(int i, int k) {
+    return (node_depths[k] - node_depths[i]) *
+           span_mean(node_transmittance[i], node_transmittance[k], node_values[k] - node_values[i]);
+}
+
+// Change of a span's mean when the optical depth of its start, of its end grows.
+float span_by_start(float through_0, float mean, float rise) {
+    return rise < 0.05 ? -through_0 * (0.5 - rise / 6.0) : (mean - through_0) / rise;
+}
+
+float span_by_end(float through_0, float through_1, float mean, float rise) {
+    return rise < 0.05 ? -through_0 * (0.5 - rise / 3.0) : (through_1 - mean) / rise;
+}
+
+float area_between(vec3 a, vec3 b) {
+    return (b.x - a.x) * span_mean(a.z, b.z, b.y - a.y);
+}
+
+// A node and its neighbours, each (depth, value, transmittance): p, a before it, c, q behind it.
+struct Neighbours {
+    vec3 p, a, gone, c, q;
 };
 
-Span span_of(float depth_0, float value_0, float depth_1, float value_1) {
-    Span span;
-    span.extent = depth_1 - depth_0;
-    span.start = exp(-value_0);
-    span.end = exp(-value_1);
-    span.rise = value_1 - value_0;
-    float square = span.rise * span.rise;
-    // A series where the quotient would cancel.
-    span.mean = span.rise < 0.25 ? 0.5 * (span.start + span.end) * (1.0 - square * (1.0 / 12.0 - square / 120.0))
-                                 : (span.start - span.end) / span.rise;
-    return span;
+vec3 node_at(int i) {
+    return vec3(node_depths[i], node_values[i], node_transmittance[i]);
 }
 
-float span_area(Span span) { return span.extent * span.mean; }
-
-// Change of the area when the optical depth of the start, of the end grows.
-float span_by_start(Span span) {
-    float slope = span.rise < 0.05 ? -span.start * (0.5 - span.rise / 6.0) : (span.mean - span.start) / span.rise;
-    return span.extent * slope;
+// After the first node went: where its successor's step must move, towards the light, for the area to be what it was.
+float nudged_depth(Neighbours n) {
+    float mean = span_mean(n.c.z, n.q.z, n.q.y - n.c.y);
+    float area = area_between(n.gone, n.c) + (n.q.x - n.c.x) * mean;
+    return mean < 0.999 ? clamp((area + n.gone.x - n.q.x * mean) / (1.0 - mean), n.gone.x, n.c.x) : n.c.x;
 }
 
-float span_by_end(Span span) {
-    float slope = span.rise < 0.05 ? -span.start * (0.5 - span.rise / 3.0) : (span.end - span.mean) / span.rise;
-    return span.extent * slope;
+// After the node between a and c went: by how much the optical depths of both, save the first and the last node, must
+// change alike for the area from p to q to be what it was (one Newton step).
+float nudged_shift(Neighbours n, bool move_a, bool move_c) {
+    float rise = n.c.y - n.a.y, extent = n.c.x - n.a.x;
+    float mean = span_mean(n.a.z, n.c.z, rise);
+    float excess = extent * mean - area_between(n.a, n.gone) - area_between(n.gone, n.c);
+    float rise_p = n.a.y - n.p.y, rise_q = n.q.y - n.c.y;
+    float mean_p = span_mean(n.p.z, n.a.z, rise_p), mean_q = span_mean(n.c.z, n.q.z, rise_q);
+    float slope_a = extent * span_by_start(n.a.z, mean, rise) +
+                    (n.a.x - n.p.x) * span_by_end(n.p.z, n.a.z, mean_p, rise_p);
+    float slope_c = extent * span_by_end(n.a.z, n.c.z, mean, rise) +
+                    (n.q.x - n.c.x) * span_by_start(n.c.z, mean_q, rise_q);
+    float slope = (move_a ? slope_a : 0.0) + (move_c ? slope_c : 0.0);
+    float low = max(move_a ? -rise_p : -1e30, move_a || !move_c ? -1e30 : -rise);
+    float high = min(move_c ? rise_q : 1e30, move_c || !move_a ? 1e30 : rise);
+    // Nothing to move, or dark: no change.
+    return slope > -1e-12 ? 0.0 : clamp(-excess / slope, low, high);
 }
 
-// How much the area under the transmittance changes if node `i` goes.
-float removal_cost(int i) {
-    float d1 = node_depths[i], v1 = node_values[i];
-    float d2 = node_depths[i + 1], v2 = node_values[i + 1];
-    if (i == 0) {
-        return d2 - d1 - span_area(span_of(d1, v1, d2, v2));
-    }
-    float d0 = node_depths[i - 1], v0 = node_values[i - 1];
-    if (EXPONENTIAL == 1u) {
-        return abs(span_area(span_of(d0, v0, d1, v1)) + span_area(span_of(d1, v1, d2, v2)) -
-                   span_area(span_of(d0, v0, d2, v2)));
-    }
-    return 0.5 * abs((d1 - d0) * (v2 - v0) - (d2 - d0) * (v1 - v0));
-}
-
-// After the first node went: the step moves towards the light until the area is what it was.
-void nudge_first(float gone_depth, float gone_value) {
-    float d1 = node_depths[0], v1 = node_values[0], d2 = node_depths[1], v2 = node_values[1];
-    Span next = span_of(d1, v1, d2, v2);
-    float area = span_area(span_of(gone_depth, gone_value, d1, v1)) + span_area(next);
-    if (next.mean < 0.999) {
-        node_depths[0] = clamp((area + gone_depth - d2 * next.mean) / (1.0 - next.mean), gone_depth, d1);
-    }
-}
-
-// After the node between a = `before` and c = before + 1 went: both, save the first and the last node, change their
-// optical depth alike until the area from the node before a to the node behind c is what it was (one Newton step).
-void nudge(int before, float gone_depth, float gone_value) {
-    float da = 0.0, va = 0.0, dc = 0.0, vc = 0.0, dp = 0.0, vp = 0.0, dq = 0.0, vq = 0.0;
-    for (int i = 0; i < WORK + 2; ++i) {
-        if (i == before - 1) { dp = node_depths[i]; vp = node_values[i]; }
-        if (i == before) { da = node_depths[i]; va = node_values[i]; }
-        if (i == before + 1) { dc = node_depths[i]; vc = node_values[i]; }
-        if (i == before + 2) { dq = node_depths[i]; vq = node_values[i]; }
-    }
-    bool move_a = before > 0, move_c = before + 2 < node_count;
-    Span merged = span_of(da, va, dc, vc);
-    float excess = span_area(merged) - span_area(span_of(da, va, gone_depth, gone_value)) -
-                   span_area(span_of(gone_depth, gone_value, dc, vc));
-    float slope = (move_a ? span_by_start(merged) + span_by_end(span_of(dp, vp, da, va)) : 0.0) +
-                  (move_c ? span_by_end(merged) + span_by_start(span_of(dc, vc, dq, vq)) : 0.0);
-    if (slope > -1e-12) {
-        return;  // nothing to move, or dark
-    }
-    float low = max(move_a ? vp - va : -1e30, move_a || !move_c ? -1e30 : va - vc);
-    float high = min(move_c ? vq - vc : 1e30, move_c || !move_a ? 1e30 : vc - va);
-    float shift = clamp(-excess / slope, low, high);
-    for (int i = 0; i < WORK + 2; ++i) {
-        if ((i == before && move_a) || (i == before + 1 && move_c)) {
-            node_values[i] += shift;
-        }
-    }
-}
-
-// Removes the node that changes the area least.
+// Removes the node whose going changes the area under the transmittance least.
 void remove_cheapest() {
     bool nudged = EXPONENTIAL == 1u && NUDGE == 1u;
     int cheapest = nudged ? 0 : 1;
-    float least = removal_cost(cheapest);
-    for (int i = 1; i < WORK + 1; ++i) {
-        if (i < node_count - 1) {
-            float cost = removal_cost(i);
-            if (cost < least) {
-                least = cost;
-                cheapest = i;
+    float least = 1e30;
+    float last_area = 0.0;
+    Neighbours n;
+    n.p = n.a = n.gone = n.c = n.q = vec3(0.0);
+    [[unroll]] for (int i = 0; i < WORK + 1; ++i) {
+        float cost = 1e30;
+        if (EXPONENTIAL == 1u) {
+            float area = span_area(i, i + 1);
+            if (i > 0) {
+                cost = abs(last_area + area - span_area(max(i - 1, 0), i + 1));
+            } else if (nudged) {
+                cost = node_depths[1] - node_depths[0] - area;
             }
+            last_area = area;
+        } else if (i > 0) {
+            float d0 = node_depths[max(i - 1, 0)], v0 = node_values[max(i - 1, 0)];
+            cost = 0.5 * abs((node_depths[i] - d0) * (node_values[i + 1] - v0) -
+                             (node_depths[i + 1] - d0) * (node_values[i] - v0));
+        }
+        if (i < node_count - 1 && cost < least) {
+            least = cost;
+            cheapest = i;
+            // Kept along the way: to look them up afterwards would put the arrays into memory.
+            n.p = node_at(max(i - 2, 0));
+            n.a = node_at(max(i - 1, 0));
+            n.gone = node_at(i);
+            n.c = node_at(i + 1);
+            n.q = node_at(min(i + 2, WORK + 1));
         }
     }
-    float gone_depth = 0.0, gone_value = 0.0;
-    for (int i = 0; i < WORK + 1; ++i) {
-        if (i == cheapest) {
-            gone_depth = node_depths[i];
-            gone_value = node_values[i];
-        }
-        if (i >= cheapest) {
-            node_depths[i] = node_depths[i + 1];
-            node_values[i] = node_values[i + 1];
-        }
-    }
-    node_count -= 1;
+    bool move_a = nudged && cheapest > 1, move_c = nudged && cheapest > 0 && cheapest + 2 < node_count;
+    float shift = move_a || move_c ? nudged_shift(n, move_a, move_c) : 0.0;
+    float moved_a = exp(-n.a.y - shift), moved_c = exp(-n.c.y - shift);
     if (nudged && cheapest == 0) {
-        nudge_first(gone_depth, gone_value);
-    } else if (nudged) {
-        nudge(cheapest - 1, gone_depth, gone_value);
+        node_depths[1] = nudged_depth(n);
     }
+    [[unroll]] for (int i = 0; i < WORK + 1; ++i) {
+        bool behind = i >= cheapest, is_a = move_a && i + 1 == cheapest, is_c = move_c && i == cheapest;
+        node_depths[i] = behind ? node_depths[i + 1] : node_depths[i];
+        node_values[i] = (behind ? node_values[i + 1] : node_values[i]) + (is_a || is_c ? shift : 0.0);
+        node_transmittance[i] = is_a   ? moved_a
+                                : is_c ? moved_c
+                                : behind ? node_transmittance[i + 1]
+                                         : node_transmittance[i];
+    }
+    node_depths[WORK + 1] = EMPTY;
+    node_count -= 1;
 }
 
 // Attenuates the curve by a segment from `entry` to `exit`, both in the light's range, entry <= exit.
@@ -168,34 +180,40 @@ void curve_insert(float entry, float exit, float optical_depth) {
 
     // Both new nodes go behind nodes of equal depth: the curve has its step behind them.
     int at_entry = 0, at_exit = 1;
-    for (int i = 0; i < WORK; ++i) {
+    float per_depth = 1.0 / (exit - entry);
+    [[unroll]] for (int i = 0; i < WORK; ++i) {
         float depth = node_depths[i];
         // Compared first, so that a segment of no length is a step and not 0/0.
-        float ramp = depth <= entry ? 0.0 : depth >= exit ? 1.0 : (depth - entry) / (exit - entry);
+        float ramp = depth <= entry ? 0.0 : depth >= exit ? 1.0 : (depth - entry) * per_depth;
         // What the part of the segment in front of the node really takes away: the seed ramps the transmittance
         // linearly instead, which leaves nodes inside a segment off the curve and too bright.
-        node_values[i] = EXPONENTIAL == 1u ? node_values[i] + optical_depth * ramp
-                                           : node_values[i] * exp(-optical_depth * ramp);
-        at_entry += int(i < node_count && depth <= entry);
-        at_exit += int(i < node_count && depth <= exit);
+        float taken = optical_depth * ramp;
+        node_values[i] = EXPONENTIAL == 1u ? node_values[i] + taken : node_values[i] * exp(-taken);
+        node_transmittance[i] = curve_transmittance(node_values[i]);
+        at_entry += int(depth <= entry);
+        at_exit += int(depth <= exit);
     }
-    for (int i = WORK + 1; i >= 0; --i) {
+    [[unroll]] for (int i = WORK + 1; i >= 0; --i) {
         if (i > at_exit) {
             node_depths[i] = node_depths[max(i - 2, 0)];
             node_values[i] = node_values[max(i - 2, 0)];
+            node_transmittance[i] = node_transmittance[max(i - 2, 0)];
         } else if (i == at_exit) {
             node_depths[i] = exit;
             node_values[i] = value_exit;
+            node_transmittance[i] = curve_transmittance(value_exit);
         } else if (i > at_entry) {
             node_depths[i] = node_depths[max(i - 1, 0)];
             node_values[i] = node_values[max(i - 1, 0)];
+            node_transmittance[i] = node_transmittance[max(i - 1, 0)];
         } else if (i == at_entry) {
             node_depths[i] = entry;
             node_values[i] = value_entry;
+            node_transmittance[i] = curve_transmittance(value_entry);
         }
     }
     node_count += 2;
-    for (int i = 0; i < 2; ++i) {
+    [[dont_unroll]] for (int i = 0; i < 2; ++i) {
         if (node_count > WORK) {
             remove_cheapest();
         }
@@ -204,7 +222,7 @@ void curve_insert(float entry, float exit, float optical_depth) {
 
 // Down to the nodes that are stored.
 void curve_reduce() {
-    for (int i = 0; i < WORK - NODES; ++i) {
+    [[dont_unroll]] for (int i = 0; i < WORK - NODES; ++i) {
         if (node_count > NODES) {
             remove_cheapest();
         }
@@ -214,7 +232,7 @@ void curve_reduce() {
 // Node i < NODES as it is stored; unused ones carry the last value on.
 Node curve_node(int i) {
     float tail = curve_unshadowed();
-    for (int k = 0; k < NODES; ++k) {
+    [[unroll]] for (int k = 0; k < NODES; ++k) {
         tail = k + 1 == node_count ? node_values[k] : tail;
     }
     return i < node_count ? Node(node_depths[i], node_values[i]) : Node(EMPTY, tail);

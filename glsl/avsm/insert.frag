@@ -23,14 +23,11 @@ void main() {
     beginInvocationInterlockARB();
     if (hit) {
         curve_clear();
-        for (int i = 0; i < NODES; ++i) {
-            Node node = nodes[first + i];
-            node_depths[i] = node.depth;
-            node_values[i] = node.value;
-            node_count += int(node.depth < EMPTY);
+        [[unroll]] for (int i = 0; i < NODES; ++i) {
+            curve_load(i, nodes[first + i]);
         }
         curve_insert(depth.x, depth.y, optical_depth);
-        for (int i = 0; i < NODES; ++i) {
+        [[unroll]] for (int i = 0; i < NODES; ++i) {
             nodes[first + i] = curve_node(i);
         }
     }

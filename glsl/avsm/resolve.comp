@@ -92,7 +92,7 @@ void main() {
     }
     curve_reduce();
     uint first = (texel.y * size.x + texel.x) * NODES;
-    for (int i = 0; i < NODES; ++i) {
+    [[unroll]] for (int i = 0; i < NODES; ++i) {
         nodes[first + i] = curve_node(i);
     }
 }
