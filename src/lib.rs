@@ -1,7 +1,7 @@
 //! How much of light `l` reaches point `p`? Shadow techniques for what lets some light pass, measured side by side.
 //!
 //! A [`technique`] builds a representation on the GPU from a [`scene`] and answers with one GLSL function,
-//! `light_visibility`; [`measure`] asks it at the same points as the f64 [`reference`] and times it; [`report`] shows
+//! `light_visibility`; [`measure`] asks it at the same points as the f64 [`mod@reference`] and times it; [`report`] shows
 //! what came out. [`gpu`] is Vulkan and knows none of them.
 
 #![deny(missing_docs, unsafe_code)]

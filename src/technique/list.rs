@@ -19,7 +19,7 @@ pub struct SegmentData {
     pub optical_depth: f32,
     /// The particle that made it.
     pub particle: u32,
-    /// Next in the list, or [`NO_SEGMENT`].
+    /// Next in the list, or `0xFFFFFFFF`.
     pub next: u32,
 }
 

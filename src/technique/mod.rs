@@ -69,6 +69,9 @@ pub struct Path {
     pub requires: &'static [Requirement],
 }
 
+/// Opens a technique.
+pub type Open = fn(&Context, &Scene, &SceneData, &Spec) -> Result<Box<dyn Technique>>;
+
 /// A line of the registry.
 pub struct Entry {
     /// Its name in specs.
@@ -80,7 +83,7 @@ pub struct Entry {
     /// Its paths.
     pub paths: &'static [Path],
     /// Opens it for the scene whose data is on the device.
-    pub open: fn(&Context, &Scene, &SceneData, &Spec) -> Result<Box<dyn Technique>>,
+    pub open: Open,
 }
 
 /// Every technique.
