@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand.
 
 mod compare;
+mod curve;
 mod devices;
 mod render;
 mod slice;
@@ -32,6 +33,9 @@ enum Command {
     /// Paint visibility at one depth of the light's range over the light's view, or a sweep through all depths
     #[command(after_long_help = techniques())]
     Slice(slice::Arguments),
+    /// Plot the transmittance along one light ray: the truth, each technique and its nodes
+    #[command(after_long_help = techniques())]
+    Curve(curve::Arguments),
     /// List Vulkan devices and, for each path of each technique, yes or the missing feature
     Devices(devices::Arguments),
 }
@@ -121,6 +125,7 @@ pub fn main() -> ExitCode {
         Command::Compare(arguments) => compare::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
         Command::Slice(arguments) => slice::run(&arguments),
+        Command::Curve(arguments) => curve::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
     };
     match result {

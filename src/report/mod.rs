@@ -11,6 +11,7 @@
 //! page share are listed once, in `columns.rs`. Same results, same bytes out.
 
 mod columns;
+mod curve;
 mod page;
 mod pareto;
 mod plot;
@@ -19,6 +20,7 @@ mod store;
 mod table;
 mod wording;
 
+pub use curve::{Line, Points, curve};
 pub use page::page;
 pub use pareto::pareto_front;
 pub use plot::time_versus_error;

@@ -32,6 +32,14 @@ pub trait Technique {
     /// What a shader with `#include "visibility.glsl"` needs to ask this technique.
     fn visibility(&self) -> Visibility<'_>;
 
+    /// The nodes of a texel's curve after a build, (depth, transmittance); none for a technique without nodes.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where they cannot be read back.
+    fn nodes(&self, _texel: [u32; 2]) -> Result<Vec<(f64, f64)>> {
+        Ok(Vec::new())
+    }
+
     /// The path that runs.
     fn path(&self) -> &'static str;
 

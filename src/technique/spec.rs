@@ -44,6 +44,14 @@ impl Spec {
         self.value(key).parse().unwrap_or(0)
     }
 
+    /// The technique and what differs from the defaults: `avsm:nodes=4`.
+    pub fn short(&self) -> String {
+        let default = |key: &str| self.entry.keys.iter().find(|k| k.name == key).map_or("", |k| k.default);
+        let pairs: Vec<_> =
+            self.values.iter().filter(|(k, v)| default(k) != *v).map(|(k, v)| format!("{k}={v}")).collect();
+        if pairs.is_empty() { self.entry.name.into() } else { format!("{}:{}", self.entry.name, pairs.join(",")) }
+    }
+
     /// Key → value, as results list them.
     pub fn variant(&self) -> BTreeMap<String, String> {
         self.values.iter().map(|(k, v)| ((*k).to_owned(), v.clone())).collect()

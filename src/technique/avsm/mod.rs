@@ -347,6 +347,23 @@ impl Technique for Avsm {
         Visibility { folder: ENTRY.name, bindings: &self.visibility, constants: &self.constants }
     }
 
+    fn nodes(&self, [x, y]: [u32; 2]) -> Result<Vec<(f64, f64)>> {
+        let texel = (y * self.size[0] + x) as usize;
+        let in_use = match &self.build {
+            Build::Binned { bins, .. } => bins.texels_in_use(self.size)?[texel],
+            _ => true,
+        };
+        if !in_use {
+            return Ok(Vec::new());
+        }
+        let count = self.node_count as usize;
+        let all: Vec<NodeData> = self.nodes.read((texel + 1) * count)?;
+        let exponential = self.constants[1] == 1;
+        let transmittance = |value: f32| if exponential { (-f64::from(value)).exp() } else { value.into() };
+        let used = all.iter().skip(texel * count).filter(|n| n.depth < EMPTY);
+        Ok(used.map(|n| (n.depth.into(), transmittance(n.value))).collect())
+    }
+
     fn path(&self) -> &'static str {
         match self.build {
             Build::TwoPass { .. } => TWO_PASS,

@@ -1,0 +1,90 @@
+//! `gobo curve`
+
+use super::{DeviceArguments, TimeArgument, check_messages, load};
+use crate::measure::Query;
+use crate::reference::Casters;
+use crate::report::{Line, Points, curve};
+use crate::scene::View;
+use crate::technique::{SceneData, map_size, parse};
+use crate::{Error, Result};
+use clap::Args;
+use glam::DVec2;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Points that a line is drawn through.
+const SAMPLES: u32 = 1024;
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Scene file or built-in scene
+    scene: String,
+    /// The texel, from the map's upper left
+    #[arg(long, value_name = "X,Y", value_parser = texel)]
+    texel: [u32; 2],
+    /// Technique spec, repeatable; all of one map size
+    #[arg(long = "technique", value_name = "SPEC", default_value = "avsm:nodes=8,curve=linear|exponential")]
+    techniques: Vec<String>,
+    /// The SVG to write
+    #[arg(short, long, default_value = "gobo-curve.svg")]
+    out: PathBuf,
+    #[command(flatten)]
+    time: TimeArgument,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+fn texel(text: &str) -> std::result::Result<[u32; 2], String> {
+    let numbers: Vec<u32> = text.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+    <[u32; 2]>::try_from(numbers).map_err(|_| "give two whole numbers, X,Y".into())
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let scene = load(&arguments.scene, &arguments.time)?;
+    let mut specs = Vec::new();
+    for text in &arguments.techniques {
+        specs.extend(parse(text)?);
+    }
+    let size = specs.first().map_or(0, map_size);
+    let [x, y] = arguments.texel;
+    let name = format!("--texel {x},{y}");
+    if specs.iter().any(|s| map_size(s) != size) {
+        return Err(Error::input("--technique", "maps of different sizes", "give all the same size="));
+    }
+    if x >= size || y >= size {
+        return Err(Error::input(name, format!("outside the map of {size} texels a side"), "choose one inside"));
+    }
+    let view = View::volume(&scene, size);
+    let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+    let casters = Casters::new(&scene);
+    let (true_curve, segments) = casters.true_curve(&view, &ray);
+    if segments == 0 {
+        return Err(Error::input(name, "no particle covers it", "choose another (`gobo slice` shows the map)"));
+    }
+    let depths: Vec<f64> = (0..=SAMPLES).map(|i| f64::from(i) / f64::from(SAMPLES)).collect();
+    let truth: Points = depths.iter().map(|d| (*d, true_curve.transmittance(*d))).collect();
+    let positions: Vec<[f32; 3]> = depths.iter().map(|d| ray.at(view.z(*d)).as_vec3().into()).collect();
+
+    let context = arguments.device.open()?;
+    let data = SceneData::new(&context, &scene)?;
+    let query = Query::new(&context, &positions)?;
+    let mut lines = Vec::new();
+    for spec in &specs {
+        let mut technique = (spec.entry.open)(&context, &scene, &data, spec)?;
+        technique.build()?;
+        let visibility = technique.visibility();
+        query.query(&query.pipeline(&visibility)?, &visibility)?;
+        let answers = query.answers()?;
+        lines.push(Line {
+            name: format!("{} ({})", spec.short(), technique.path()),
+            points: depths.iter().copied().zip(answers.into_iter().map(f64::from)).collect(),
+            nodes: technique.nodes([x, y])?,
+        });
+    }
+    let title = format!("{}, texel {x},{y}: {segments} segments", scene.name);
+    let svg = curve(&title, &truth, &lines)?;
+    std::fs::write(&arguments.out, svg).map_err(|e| Error::output(&arguments.out, e))?;
+    check_messages(&context)?;
+    println!("{}: {} on {}", arguments.out.display(), title, context.features().name);
+    Ok(ExitCode::SUCCESS)
+}

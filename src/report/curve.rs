@@ -1,0 +1,92 @@
+//! The transmittance along one light ray, as each technique has it, as an SVG.
+
+use crate::{Error, Result};
+use plotters::prelude::*;
+
+/// Okabe and Ito's colours: told apart with any colour vision.
+const COLOURS: [RGBColor; 6] = [
+    RGBColor(0xd5, 0x5e, 0x00),
+    RGBColor(0x00, 0x72, 0xb2),
+    RGBColor(0x00, 0x9e, 0x73),
+    RGBColor(0xcc, 0x79, 0xa7),
+    RGBColor(0xe6, 0x9f, 0x00),
+    RGBColor(0x56, 0xb4, 0xe9),
+];
+
+/// Points (depth in the light's range, transmittance).
+pub type Points = Vec<(f64, f64)>;
+
+/// One line of the plot.
+pub struct Line {
+    /// For the legend.
+    pub name: String,
+    /// Drawn through.
+    pub points: Points,
+    /// Marked; empty for a technique without nodes.
+    pub nodes: Points,
+}
+
+/// Draws the true curve in black and each line in a colour of its own.
+///
+/// # Errors
+/// [`Error::Input`] where there is nothing to draw.
+pub fn curve(title: &str, truth: &Points, lines: &[Line]) -> Result<String> {
+    if truth.is_empty() {
+        return Err(Error::input(title, "no points to draw", "choose a texel that casters cover"));
+    }
+    let mut svg = String::new();
+    draw(&mut svg, title, truth, lines)
+        .map_err(|e| Error::input(title, format!("cannot be drawn: {e}"), "report this as a bug"))?;
+    Ok(svg)
+}
+
+fn draw(
+    svg: &mut String,
+    title: &str,
+    truth: &Points,
+    lines: &[Line],
+) -> std::result::Result<(), Box<dyn std::error::Error>> {
+    // A fifth of the range in front of the casters and behind them is enough.
+    let covered = truth.iter().filter(|(_, t)| *t < 1.0).map(|p| p.0);
+    let last = truth.last().map_or(1.0, |p| p.1);
+    let first = covered.clone().fold(1.0, f64::min);
+    let settled = truth.iter().filter(|(_, t)| *t > last + 1e-4).map(|p| p.0).fold(first, f64::max);
+    let margin = 0.2 * (settled - first).max(0.01);
+    let root = SVGBackend::with_string(svg, (960, 540)).into_drawing_area();
+    root.fill(&WHITE)?;
+    let mut chart = ChartBuilder::on(&root)
+        .caption(title, ("sans-serif", 16))
+        .margin(12)
+        .x_label_area_size(44)
+        .y_label_area_size(56)
+        .build_cartesian_2d((first - margin).max(0.0)..(settled + margin).min(1.0), 0.0..1.02)?;
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .x_desc("depth in the light's range")
+        .y_desc("transmittance")
+        .label_style(("sans-serif", 13))
+        .draw()?;
+    let path = |points: &Points, style: ShapeStyle| PathElement::new(points.clone(), style);
+    chart
+        .draw_series(std::iter::once(path(truth, BLACK.stroke_width(3))))?
+        .label("true")
+        .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], BLACK.stroke_width(3)));
+    for (i, line) in lines.iter().enumerate() {
+        let color = COLOURS[i % COLOURS.len()];
+        chart
+            .draw_series(std::iter::once(path(&line.points, color.stroke_width(2))))?
+            .label(&line.name)
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)));
+        chart.draw_series(line.nodes.iter().map(|p| Circle::new(*p, 4, color.filled())))?;
+    }
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .background_style(WHITE.mix(0.9))
+        .border_style(BLACK.mix(0.3))
+        .label_font(("sans-serif", 13))
+        .draw()?;
+    root.present()?;
+    Ok(())
+}
