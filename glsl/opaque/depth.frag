@@ -1,15 +1,28 @@
 #version 460
-// Writes depth in the light's range, pushed away by what it changes over one texel in each direction and by its own
-// rounding. Input: light. Output: depth.
+// Writes depth in the light's range, pushed away by what the triangle's plane changes over one texel in each direction
+// and by its own rounding. Inputs: light, the triangle's plane. Output: depth.
 // Invariant: a plane's stored depth lies behind the plane everywhere within one texel of the texel's centre.
 #include "common/light.glsl"
 
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 
 layout(location = 0) in float z;
+layout(location = 1) flat in vec3 normal;
 
 void main() {
-    float depth = view_depth(lights[0].opaque, z);
+    View view = lights[0].opaque;
+    // From the plane and not by dFdx: lavapipe 22.3 has wrong derivatives where a quad of fragments crosses the triangle's
+    // edge, and light leaked in along every edge.
+    vec3 right = view.right * (2.0 / (float(view.width) * view.scale_x));
+    vec3 up = view.up * (2.0 / (float(view.height) * view.scale_y));
+    vec3 direction = view_ray(view, gl_FragCoord.xy).direction;
+    float across = abs(dot(normal, right)) + abs(dot(normal, up));
+    float facing = abs(dot(normal, direction));
+    // The plane's z one texel on, where it is farthest: along parallel rays z is linear in the texel, along rays from a
+    // point its reciprocal is. Past the horizon of the plane, infinity.
+    float farthest = view.projection == VIEW_PARALLEL ? z + across / facing
+                     : facing > across                ? z * facing / (facing - across)
+                                                      : view.far;
     // 4e-6 of the range: the rounding of a depth near 1 and of the look-up's projection.
-    gl_FragDepth = depth + abs(dFdx(depth)) + abs(dFdy(depth)) + 4e-6;
+    gl_FragDepth = view_depth(view, farthest) + 4e-6;
 }

@@ -7,9 +7,11 @@ layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Triangles { Triangle triangles[]; };
 
 layout(location = 0) out float z;
+layout(location = 1) flat out vec3 normal;
 
 void main() {
     View view = lights[0].opaque;
+    normal = triangle_normal(triangles[gl_VertexIndex / 3]);
     vec3 offset = triangles[gl_VertexIndex / 3].corners[gl_VertexIndex % 3] - view.origin;
     z = dot(offset, view.forward);
     vec2 across = vec2(dot(offset, view.right) * view.scale_x, dot(offset, view.up) * view.scale_y);

@@ -7,6 +7,8 @@ mod mutations;
 mod particle_files;
 mod scene_files;
 mod shared_data;
+#[path = "../support/mod.rs"]
+mod support;
 
 use gobo::scene::{Mesh, Particle, Scene};
 use std::path::Path;

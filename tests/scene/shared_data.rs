@@ -1,23 +1,7 @@
 //! The project's own data, where it is there.
 
+use crate::support::shared_data;
 use crate::*;
-use std::io::Write;
-use std::path::{Path, PathBuf};
-
-/// The data that the project's own checkout has beside it, or `None` and a line that says so.
-fn shared_data(test: &str) -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    let reason = "../shared/data is absent";
-    println!("skipped: {test}: {reason}");
-    if let Some(log) = std::env::var_os("GOBO_TEST_LOG") {
-        let file = std::fs::OpenOptions::new().append(true).create(true).open(log);
-        writeln!(file.expect("open GOBO_TEST_LOG"), "skipped\t{test}\t{reason}").expect("write to GOBO_TEST_LOG");
-    }
-    None
-}
 
 #[test]
 fn shared_scenes_load() {

@@ -1,0 +1,96 @@
+//! The look-up of glsl/avsm/visibility.glsl: nodes of four texels, weighted bilinearly, all computed again here.
+
+use super::ask;
+use crate::support::{built_avsm, gpu_test, scenes};
+use glam::{DVec2, DVec3};
+use gobo::scene::{Projection, Scene, View};
+use gobo::technique::NodeData;
+
+/// Texels a side.
+const SIZE: u32 = 12;
+
+/// A depth is rounded by about this much on the way, and a step may lie within it.
+const DEPTH_ROUNDING: f64 = 1e-5;
+
+/// Optical depth of a texel's curve at `depth`, in f64: linear between the last node at or in front and the next.
+fn optical_depth(nodes: &[NodeData], depth: f64) -> f64 {
+    let Some(last) = nodes.iter().rposition(|n| f64::from(n.depth) <= depth) else { return 0.0 };
+    let near = nodes[last];
+    match nodes.get(last + 1) {
+        Some(far) if far.depth < 2.0 => {
+            let along = (depth - f64::from(near.depth)) / (f64::from(far.depth) - f64::from(near.depth));
+            f64::from(near.value) + (f64::from(far.value) - f64::from(near.value)) * along
+        }
+        _ => near.value.into(),
+    }
+}
+
+/// The bilinear mean of the four texels about `position`; light passes everywhere outside the map.
+fn visibility(view: &View, nodes: &[NodeData], count: usize, position: DVec3, depth_error: f64) -> f64 {
+    let (texel, z) = view.project(position);
+    if z <= f64::from(view.near) {
+        return 1.0;
+    }
+    let depth = view.depth(z) + depth_error;
+    let corner = (texel - 0.5).floor();
+    let weight = texel - 0.5 - corner;
+    let mut sum = 0.0;
+    for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
+        let at = corner + DVec2::new(dx, dy);
+        let inside = at.cmpge(DVec2::ZERO).all() && at.cmplt(DVec2::splat(SIZE.into())).all();
+        let first = if inside { (at.y as usize * SIZE as usize + at.x as usize) * count } else { 0 };
+        let through = if inside { (-optical_depth(&nodes[first..first + count], depth)).exp() } else { 1.0 };
+        let weights = (weight * DVec2::new(dx, dy)) + (1.0 - weight) * (1.0 - DVec2::new(dx, dy));
+        sum += weights.x * weights.y * through;
+    }
+    sum
+}
+
+/// Texel centres at many depths, points anywhere between, and far outside the map on every side.
+fn points(scene: &Scene, view: &View) -> Vec<DVec3> {
+    let mut points = Vec::new();
+    for texel in 0..SIZE * SIZE {
+        let at = DVec2::new(f64::from(texel % SIZE) + 0.5, f64::from(texel / SIZE) + 0.5);
+        points.extend((0..=16).map(|i| view.ray(at).at(view.z(f64::from(i) / 16.0))));
+    }
+    let mut random = scenes::Random::new(77);
+    let mut point = |reach: f32| DVec3::from(random.point(-reach, reach).map(f64::from));
+    points.extend((0..3000).map(|_| point(1.4)));
+    points.extend((0..200).map(|_| point(50.0)));
+    if view.projection() == Projection::Perspective {
+        // Behind the light the projection means nothing, and nothing is in the way.
+        let behind = DVec3::from(view.origin.map(f64::from)) - DVec3::from(view.forward.map(f64::from));
+        points.push(behind);
+    }
+    assert!(!scene.particles.is_empty());
+    points
+}
+
+#[test]
+fn looks_up_what_the_nodes_say() {
+    gpu_test("looks_up_what_the_nodes_say", |context| {
+        for scene in [scenes::random(), scenes::spot([1.5, 1.0, 2.5], 70.0, scenes::opaque())] {
+            for count in [4, 8, 16] {
+                let text = format!("avsm:nodes={count},curve=exponential,path=two-pass,size={SIZE}");
+                let avsm = built_avsm(context, &scene, &text);
+                let nodes: Vec<NodeData> = avsm.nodes.read((SIZE * SIZE) as usize * count).expect("the nodes");
+                let view = View::volume(&scene, SIZE);
+                // Rounded to what the device is asked for.
+                let asked: Vec<_> = points(&scene, &view).iter().map(|p| p.as_vec3().to_array()).collect();
+                let answers = ask(context, &avsm, &asked);
+                let mut shadowed = 0;
+                for (point, answer) in asked.iter().zip(answers) {
+                    let at = DVec3::from(point.map(f64::from));
+                    let high = visibility(&view, &nodes, count, at, -DEPTH_ROUNDING);
+                    let low = visibility(&view, &nodes, count, at, DEPTH_ROUNDING);
+                    let answer = f64::from(answer);
+                    // Weights are rounded too: 1e-6 of a texel, times what neighbours differ by, at most 1.
+                    let fits = (low - 2e-5..=high + 2e-5).contains(&answer);
+                    assert!(fits, "{} {text} at {point:?}: {answer}, not {low} to {high}", scene.name);
+                    shadowed += u32::from(answer < 0.9);
+                }
+                assert!(shadowed > 500, "only {shadowed} points are in shadow");
+            }
+        }
+    });
+}

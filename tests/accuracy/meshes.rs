@@ -1,0 +1,137 @@
+//! The opaque map: planes do not shadow themselves, and shadows fall where the reference says.
+
+use super::{ask, built};
+use crate::support::{gpu_test, scenes};
+use glam::{DVec2, DVec3};
+use gobo::reference::Casters;
+use gobo::scene::{Scene, View};
+use gobo::technique::LightData;
+
+/// Half the side of the ground, at z = 0.
+const HALF: f32 = 5.0;
+
+/// Visible through all four texels: four weights whose sum is rounded.
+const LIT: f32 = 1.0 - 1e-6;
+
+/// A ground plane under a light of that direction.
+fn ground(direction: [f64; 3]) -> Scene {
+    let mut scene = scenes::directional("ground", direction, Vec::new());
+    scene.meshes.push(scenes::level(0.0, HALF, [0.0, 0.0]));
+    scene
+}
+
+/// The light's view of the meshes, as the opaque map has it.
+fn opaque_view(scene: &Scene) -> View {
+    LightData::new(scene, 8).opaque
+}
+
+/// Points of the ground, not within `margin` of its edge.
+fn on_ground(count: usize, margin: f32) -> Vec<[f32; 3]> {
+    let mut random = scenes::Random::new(9);
+    let reach = HALF - margin;
+    (0..count).map(|_| [random.between(-reach, reach), random.between(-reach, reach), 0.0]).collect()
+}
+
+/// From overhead to grazing (3.4° above the plane), directional and spot.
+fn lights() -> Vec<Scene> {
+    let slants = [[0.0, 0.0, -1.0], [0.5, 0.3, -0.81], [1.0, 0.4, -0.3], [1.0, 0.2, -0.06]];
+    let mut all: Vec<_> = slants.into_iter().map(ground).collect();
+    all.push(scenes::spot([1.0, 2.0, 6.0], 100.0, ground(slants[0])));
+    all.push(scenes::spot([6.0, -3.0, 1.0], 90.0, ground(slants[0])));
+    all
+}
+
+#[test]
+fn a_plane_does_not_shadow_itself() {
+    gpu_test("a_plane_does_not_shadow_itself", |context| {
+        for scene in lights() {
+            let (technique, view) = (built(context, &scene, "uncompressed:size=8"), opaque_view(&scene));
+            let points = on_ground(5000, 0.05);
+            let moved = |by: f32| -> Vec<[f32; 3]> { points.iter().map(|[x, y, z]| [*x, *y, z + by]).collect() };
+            let light = scene.light.kind;
+            for answer in ask(context, technique.as_ref(), &points) {
+                assert!(answer >= LIT, "{light:?}: {answer}: a point of the plane is in its shadow");
+            }
+            for answer in ask(context, technique.as_ref(), &moved(0.02)) {
+                assert!(answer >= LIT, "{light:?}: {answer}: a point above the plane is in shadow");
+            }
+            // Below by 1 % of the light's range, which is more than the bias: one texel of pushing away and one of reach of
+            // the bilinear weights. Where the plane changes by more than that over two texels, as it does towards the
+            // horizon of a grazing light, the bias has to be larger than 1 %, and the point does not count.
+            let range = f64::from(view.far - view.near);
+            let (mut below, mut checked) = (Vec::new(), 0);
+            for point in &points {
+                let (texel, z) = view.project(DVec3::from(point.map(f64::from)));
+                let deeper = z + 0.01 * range;
+                if texel.cmplt(DVec2::splat(2.0)).any() || texel.cmpgt(DVec2::splat(f64::from(view.width) - 2.0)).any()
+                {
+                    continue;
+                }
+                let corners = [(-2.0, -2.0), (2.0, -2.0), (-2.0, 2.0), (2.0, 2.0)].map(|(dx, dy)| {
+                    let ray = view.ray(texel + DVec2::new(dx, dy));
+                    let hit = ray.at(-ray.origin.z / ray.direction.z);
+                    (hit.x.abs().max(hit.y.abs()) < f64::from(HALF), view.project(hit).1)
+                });
+                if corners.iter().all(|(on_plane, z)| *on_plane && (0.0..deeper).contains(z)) {
+                    below.push(view.ray(texel).at(deeper).as_vec3().to_array());
+                    checked += 1;
+                }
+            }
+            assert!(checked > 500, "{light:?}: {checked} points");
+            for (answer, point) in ask(context, technique.as_ref(), &below).into_iter().zip(&below) {
+                assert_eq!(answer, 0.0, "{light:?}: {point:?}, under the plane, is lit");
+            }
+        }
+    });
+}
+
+/// On the ground under a quad: lit or dark as the reference says, but for a seam about the shadow's edge: two texels, of
+/// which the rasterizer and the bilinear weights may take one and a half.
+#[test]
+fn an_occluder_shadows_what_the_reference_says() {
+    gpu_test("an_occluder_shadows_what_the_reference_says", |context| {
+        for mut scene in lights() {
+            scene.meshes.push(scenes::level(0.2, 0.8, [0.3, -0.2]));
+            let (casters, view) = (Casters::new(&scene), opaque_view(&scene));
+            let points = on_ground(8000, 0.05);
+            let answers = ask(context, built(context, &scene, "uncompressed:size=8").as_ref(), &points);
+            let (mut lit, mut dark, mut seam) = (0, 0, 0);
+            for (point, answer) in points.iter().zip(answers) {
+                let at = DVec3::from(point.map(f64::from));
+                let (texel, _) = view.project(at);
+                // Points of the ground in the rays two texels around: if they do not agree, this is the seam.
+                let around = [(-2.0, -2.0), (2.0, -2.0), (-2.0, 2.0), (2.0, 2.0), (0.0, 0.0)].map(|(dx, dy)| {
+                    let ray = view.ray(texel + DVec2::new(dx, dy));
+                    casters.unblocked(ray.at(-ray.origin.z / ray.direction.z))
+                });
+                if around.iter().any(|a| *a != around[0]) {
+                    seam += 1;
+                    continue;
+                }
+                let expected = if around[0] { LIT..=1.0 } else { 0.0..=0.0 };
+                assert!(expected.contains(&answer), "{:?} at {point:?}: {answer}", scene.light.kind);
+                if around[0] { lit += 1 } else { dark += 1 }
+            }
+            println!("{:?}: {lit} lit, {dark} dark, {seam} in the seam", scene.light.kind);
+            assert!(dark > 50 && lit > 1000 && seam < 400, "{lit} lit, {dark} dark, {seam} in the seam");
+        }
+    });
+}
+
+/// Particles and meshes multiply: behind both, nothing; behind the particle alone, its transmittance.
+#[test]
+fn particles_and_meshes_multiply() {
+    gpu_test("particles_and_meshes_multiply", |context| {
+        let sphere = gobo::scene::Particle { position: [0.0, 0.0, 3.0], radius: 0.5, extinction: 1.0 };
+        let mut scene = scenes::directional("both", [0.0, 0.0, -1.0], vec![sphere]);
+        scene.meshes.push(scenes::level(0.0, HALF, [0.0, 0.0]));
+        let behind = (-1.0f32).exp();
+        for text in ["uncompressed:size=9", "avsm:size=9,nodes=8,path=two-pass"] {
+            let points = [[0.0, 0.0, 4.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, -0.2], [3.0, 0.0, 0.0]];
+            let answers = ask(context, built(context, &scene, text).as_ref(), &points);
+            for (answer, expected) in answers.into_iter().zip([1.0, behind, behind, 0.0, 1.0]) {
+                assert!((answer - expected).abs() < 1e-4, "{text}: {answer}, not {expected}");
+            }
+        }
+    });
+}

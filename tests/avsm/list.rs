@@ -1,0 +1,102 @@
+//! The per-texel lists lose nothing, and say so when they must.
+
+use crate::support::{built_avsm, gpu_test, scenes, spec};
+use crate::twin::{Twins, look_up};
+use gobo::gpu::Context;
+use gobo::reference::avsm::Interpolation;
+use gobo::scene::Scene;
+use gobo::technique::{Avsm, NodeData, SceneData, Technique};
+
+/// Texels a side.
+const SIZE: u32 = 8;
+
+/// What a build of `text` counts.
+fn counters(context: &Context, scene: &Scene, text: &str) -> (u64, u64, String) {
+    let avsm = built_avsm(context, scene, text);
+    let counters = avsm.counters().expect("counted");
+    (counters["fragments"], counters["overflowed"], avsm.reason())
+}
+
+/// A list that starts too small grows and holds all: its nodes are those of a list that was large enough from the start.
+#[test]
+fn growing_loses_nothing() {
+    gpu_test("growing_loses_nothing", |context| {
+        let scene = scenes::crowd();
+        let twins = Twins::new(&scene, SIZE);
+        let (fragments, overflowed, reason) = counters(context, &scene, "avsm:path=two-pass,size=8");
+        assert_eq!(overflowed, 0, "{reason}");
+        assert!(!reason.contains("overflowed"), "{reason}");
+        let first_capacity = 16 * u64::from(SIZE * SIZE);
+        assert!(fragments > 2 * first_capacity, "{fragments} fragments do not make the list grow");
+        let (expected, grazing) = (twins.fragments(), twins.grazing());
+        println!("{fragments} fragments, the twin has {expected}, {grazing} graze");
+        assert!(fragments.abs_diff(expected) <= grazing, "{fragments}, the twin has {expected}, {grazing} graze");
+
+        let grown = built_avsm(context, &scene, "avsm:path=two-pass,size=8");
+        let roomy = built_avsm(context, &scene, "avsm:path=two-pass,size=8,capacity=1000000");
+        let read = |avsm: &Avsm| avsm.nodes.read::<u32>(8 * 8 * 8 * 2).expect("the nodes");
+        assert!(read(&grown) == read(&roomy), "the grown list lost or doubled something");
+    });
+}
+
+/// The twin's count in every scene: one fragment a texel that a particle's ray meets.
+#[test]
+fn fragments_are_counted_exactly() {
+    gpu_test("fragments_are_counted_exactly", |context| {
+        let fixed = [scenes::random(), scenes::duplicates(), scenes::nested(), scenes::opaque()];
+        let spot = [[2.0, 1.0, 3.0], [0.3, 0.2, 0.9]].map(|p| scenes::spot(p, 70.0, scenes::random()));
+        for scene in fixed.iter().chain(&spot) {
+            let twins = Twins::new(scene, 24);
+            let (fragments, _, _) = counters(context, scene, "avsm:path=two-pass,size=24");
+            let (expected, grazing) = (twins.fragments(), twins.grazing());
+            println!("{}: {fragments} fragments, the twin has {expected}, {grazing} graze", scene.name);
+            assert!(fragments.abs_diff(expected) <= grazing, "{}: {fragments} not {expected}", scene.name);
+        }
+    });
+}
+
+/// A fixed capacity loses what does not fit, neither more nor less, and the row says how much.
+#[test]
+fn a_fixed_capacity_says_what_it_lost() {
+    gpu_test("a_fixed_capacity_says_what_it_lost", |context| {
+        let scene = scenes::crowd();
+        let (fragments, _, _) = counters(context, &scene, "avsm:path=two-pass,size=8");
+        let tails = |capacity: u64| -> Vec<f32> {
+            let avsm = built_avsm(context, &scene, &format!("avsm:path=two-pass,size=8,capacity={capacity}"));
+            let nodes: Vec<NodeData> = avsm.nodes.read(8 * 8 * 8).expect("the nodes");
+            nodes.chunks_exact(8).map(|texel| look_up(texel, 2.0, Interpolation::Exponential)).collect()
+        };
+        let whole = tails(fragments + 1);
+        assert_eq!(tails(fragments), whole, "a list that just fits holds all");
+        // The last segment that came is missing, and with it the light that it takes from its texel.
+        let brighter = tails(fragments - 1).iter().zip(&whole).filter(|(t, w)| **t > **w * 1.0001).count();
+        assert_eq!(brighter, 1, "one segment less makes one texel brighter");
+        for (capacity, lost) in
+            [(100, fragments - 100), (fragments - 1, 1), (fragments, 0), (fragments + 1, 0), (1, fragments - 1)]
+        {
+            let text = format!("avsm:path=two-pass,size=8,capacity={capacity}");
+            let (demand, overflowed, reason) = counters(context, &scene, &text);
+            assert_eq!((demand, overflowed), (fragments, lost), "{text}");
+            assert_eq!(reason.contains(&format!("overflowed: {lost}")), lost > 0, "{text}: {reason}");
+            assert_eq!(reason.contains("overflowed"), lost > 0, "{text}: {reason}");
+        }
+    });
+}
+
+/// A scene of nothing is a scene: no fragments, no covered texels, no error.
+#[test]
+fn nothing_casts_nothing() {
+    gpu_test("nothing_casts_nothing", |context| {
+        let mut scene = scenes::directional("empty", [0.0, 0.3, -1.0], Vec::new());
+        scene.meshes.push(scenes::level(0.0, 1.0, [0.0, 0.0]));
+        let data = SceneData::new(context, &scene).expect("room for nothing");
+        let mut avsm = Avsm::new(context, &scene, &data, &spec("avsm:path=two-pass,size=8")).expect("opens");
+        let passes = avsm.build().expect("builds");
+        let counters = avsm.counters().expect("counted");
+        assert_eq!((counters["fragments"], counters["overflowed"], counters["covered_texels"]), (0, 0, 0));
+        let names: Vec<_> = passes.iter().map(|p| p.name.as_str()).collect();
+        if context.features().timestamp_valid_bits > 0 {
+            assert_eq!(names, ["opaque.depth", "list.clear", "list.capture", "avsm.resolve"]);
+        }
+    });
+}

@@ -1,0 +1,145 @@
+//! Depths that are the same f32: segments so short that entry and exit are, and segments that begin together.
+
+use crate::support::{built_avsm, gpu_test_needing, scenes, spec};
+use crate::twin::{DEPTHS, build, check_invariants, curve, depth, look_up};
+use glam::DVec2;
+use gobo::gpu::Requirement;
+use gobo::reference::list::{Segment, sort, texel_segment};
+use gobo::scene::{Particle, Scene, View};
+
+const SIZE: u32 = 8;
+
+/// z at which the tiny spheres stand. Just below a power of two floats are twice as dense as just above, so that a sphere
+/// of less than that spacing is cut from the float below to the power of two itself: longer than nothing, but by so little
+/// that depth in the light's range, whose floats are sparser there, may be the same at both ends.
+const Z: f32 = 128.0;
+
+/// Half the chord, 0.66 of the spacing of floats below 128: cut off above, rounded away below.
+const RADIUS: f32 = 5e-6;
+
+/// A light along −z over a deep and narrow box that two spheres at opposite corners hold open, and in the light ray of
+/// some texels' centres a tiny dense sphere. Nothing else is in their texels.
+///
+/// The light is along an axis so that every operation from a particle to z is exact, on any device.
+fn scene(deep: f32) -> Scene {
+    let anchor = |x: f32, z: f32| Particle { position: [x, x, z], radius: 0.125, extinction: 0.5 };
+    let mut scene = scenes::directional("steps", [0.0, 0.0, -1.0], vec![anchor(-0.875, 0.0), anchor(0.875, -deep)]);
+    let view = View::volume(&scene, SIZE);
+    for (x, y) in [(2, 1), (3, 3), (1, 6), (5, 2)] {
+        let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+        let [x, y] = [ray.origin.x as f32, ray.origin.y as f32];
+        let position = [x, y, view.origin[2] - Z];
+        scene.particles.push(Particle { position, radius: RADIUS, extinction: 1e5 });
+        // Exactly where it already is, thinner: equal depths and zero length at once.
+        scene.particles.push(Particle { position, radius: RADIUS, extinction: 4e4 });
+    }
+    assert_eq!(View::volume(&scene, SIZE), view, "the tiny spheres stand within the box");
+    scene
+}
+
+fn segments(scene: &Scene, view: &View, texel: u32) -> Vec<Segment> {
+    let cut = |(i, p)| texel_segment(view, [texel % SIZE, texel / SIZE], p).map(|s| (i, s));
+    let mut all: Vec<_> = (0u32..).zip(&scene.particles).filter_map(cut).collect();
+    sort(&mut all);
+    all.into_iter().map(|(_, s)| s).collect()
+}
+
+/// A scene in which all tiny spheres' segments have no length and still take light, by the twin.
+fn scene_of_steps() -> (Scene, View) {
+    for i in 0..200 {
+        let scene = scene(150.0 + 0.5 * i as f32);
+        let view = View::volume(&scene, SIZE);
+        let all: Vec<_> = (0..SIZE * SIZE).flat_map(|t| segments(&scene, &view, t)).collect();
+        if all.iter().filter(|s| s.entry == s.exit && s.optical_depth > 0.1).count() == 8 {
+            return (scene, view);
+        }
+    }
+    panic!("no depth of the box makes a segment of no length");
+}
+
+/// A segment of no length is a step: not 0/0, not nothing, and the whole of it lies at its depth.
+fn steps(name: &str, needs: &[Requirement], path: &str) {
+    gpu_test_needing(name, needs, |context| {
+        let (scene, view) = scene_of_steps();
+        for count in [4, 8, 16] {
+            for values in ["linear", "exponential"] {
+                let text = format!("avsm:nodes={count},curve={values},size={SIZE},path={path}");
+                let build = build(&spec(&text));
+                let interpolation = build.interpolation;
+                let avsm = built_avsm(context, &scene, &text);
+                let nodes = avsm.nodes.read((SIZE * SIZE) as usize * count).expect("the nodes");
+                for (texel, nodes) in (0..).zip(nodes.chunks_exact(count)) {
+                    let segments = segments(&scene, &view, texel);
+                    let what = format!("{text}, texel {texel}");
+                    check_invariants(&what, nodes, &segments, interpolation);
+                    // At most two segments: four nodes hold them without a removal, so that nothing is ambiguous.
+                    let twin = curve(&segments, build);
+                    for i in 0..DEPTHS {
+                        let (got, wanted) = (look_up(nodes, depth(i), interpolation), twin.transmittance(depth(i)));
+                        assert!((got - wanted).abs() < 1e-5, "{what} at {}: {got}, not {wanted}", depth(i));
+                    }
+                    if segments.iter().any(|s| s.entry == s.exit) {
+                        let step = segments[0].entry;
+                        assert_eq!(look_up(nodes, step.next_down(), interpolation), 1.0, "{what}: in front");
+                        let behind = look_up(nodes, step, interpolation);
+                        let product = (-segments.iter().map(|s| s.optical_depth).sum::<f32>()).exp();
+                        assert!((behind - product).abs() < 1e-5, "{what}: {behind} behind, not {product}");
+                        assert!(behind < 0.9, "{what}: the step takes light");
+                    }
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn two_pass_makes_steps() {
+    steps("two_pass_makes_steps", &[], "two-pass");
+}
+
+#[test]
+fn interlock_makes_steps() {
+    steps("interlock_makes_steps", &[Requirement::PixelInterlock], "interlock");
+}
+
+/// Spheres that touch at the same point, where the one light ray of a map of one texel enters them all at once. Along an
+/// axis, with every number a multiple of 1/8 and the light's plane some 10 units off, no operation rounds.
+fn tangent(order: impl Iterator<Item = u8>) -> Scene {
+    let at = |z: f32, radius: f32, extinction: f32| Particle { position: [0.0, 0.0, z], radius, extinction };
+    // Longer ones are thinner; the two of extinction 0 hold the box open.
+    let mut particles: Vec<_> =
+        order.map(|i| f32::from(i) / 8.0).map(|radius| at(-radius, radius, 0.1 / radius)).collect();
+    particles.extend([at(9.5, 0.5, 0.0), at(-9.5, 0.5, 0.0)]);
+    scenes::directional("tangent", [0.0, 0.0, -1.0], particles)
+}
+
+/// Segments of equal entry depth go in the order of their particles: another order is another curve.
+#[test]
+fn ties_go_by_index() {
+    gpu_test_needing("ties_go_by_index", &[], |context| {
+        for curve_of in ["linear", "exponential,nudge=off", "exponential,nudge=on"] {
+            let text = format!("avsm:nodes=4,curve={curve_of},size=1,path=two-pass");
+            let build = build(&spec(&text));
+            let both = [tangent(1..=10), tangent((1..=10).rev())].map(|scene| {
+                let view = View::volume(&scene, 1);
+                let cut = |(i, p)| texel_segment(&view, [0, 0], p).map(|s| (i, s));
+                let mut all: Vec<_> = (0u32..).zip(&scene.particles).filter_map(cut).collect();
+                all.retain(|(_, s)| s.optical_depth > 0.0);
+                assert!(all.len() == 10 && all.iter().all(|(_, s)| s.entry == all[0].1.entry), "{all:?}");
+                sort(&mut all);
+                let twin = curve(&all.into_iter().map(|(_, s)| s).collect::<Vec<_>>(), build);
+                let avsm = built_avsm(context, &scene, &text);
+                let nodes = avsm.nodes.read(4).expect("the nodes");
+                for i in 0..DEPTHS {
+                    let (got, wanted) = (look_up(&nodes, depth(i), build.interpolation), twin.transmittance(depth(i)));
+                    assert!((got - wanted).abs() < 1e-5, "{text} at {}: {got}, not {wanted}\n{twin:?}", depth(i));
+                }
+                twin
+            });
+            let apart = |i| (both[0].transmittance(depth(i)) - both[1].transmittance(depth(i))).abs();
+            let apart = (0..DEPTHS).map(apart).fold(0.0, f32::max);
+            println!("{text}: {apart} apart");
+            assert!(apart > 1e-3, "{text}: the order makes no difference, so that the test says nothing of it");
+        }
+    });
+}

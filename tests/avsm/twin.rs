@@ -1,0 +1,211 @@
+//! What the CPU twins say about a scene: each texel's curve, and whether rounding alone could make another one.
+
+use crate::support::scenes::Random;
+use gobo::reference::avsm::{Build, Curve, Interpolation};
+use gobo::reference::list::{Segment, sort, texel_segment};
+use gobo::scene::{Scene, View};
+use gobo::technique::{NodeData, Spec, near_to_far};
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+/// Depths at which curves are compared, 0 to 1.
+pub const DEPTHS: usize = 65;
+
+/// How far apart two f32 computations of the same depth may lie: some tens of roundings of numbers up to 1.
+pub const DEPTH_ROUNDING: f32 = 1e-5;
+
+/// Transmittances that differ by more than this under rounding alone make a texel ambiguous.
+const UNSTABLE: f32 = 1e-4;
+
+/// Two removals whose costs (areas, of a range of 1) lie closer than this are a tie. A cost is the small difference of
+/// larger areas: with optical depths, three of up to some tenths, each off by a few roundings, `exp` included, which Vulkan
+/// allows 3 units in the last place; with transmittances two products, rounded alone.
+fn tie(interpolation: Interpolation) -> f32 {
+    match interpolation {
+        Interpolation::Linear => 1e-8,
+        Interpolation::Exponential => 1e-7,
+    }
+}
+
+/// [`Curve::margin`] is the gap over the larger cost, or over this where that is less.
+const MARGIN_FLOOR: f32 = 1e-5;
+
+/// Trials of rounding otherwise.
+const TRIALS: u64 = 12;
+
+/// How far a trial moves depths (in the light's range), over the share of the light that the texel takes; and optical
+/// depths, relative. Some tens of roundings.
+const MOVED: f32 = 2e-5;
+
+/// No trial moves depths farther than this.
+const MOVED_AT_MOST: f32 = 1e-3;
+
+/// The order in which segments meet the curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Two-pass, order=sorted: by entry depth in each texel, ties by index.
+    Entry,
+    /// Interlock, order=captured: by particle index.
+    Index,
+    /// Interlock, order=sorted: particles by nearest depth.
+    Near,
+}
+
+/// A texel as the twin has it.
+pub struct Texel {
+    pub segments: Vec<Segment>,
+    pub curve: Curve,
+    /// Rounding alone may change the curve, because two removals cost nearly the same or two entries lie nearly at the
+    /// same depth: there is no one right answer.
+    pub ambiguous: bool,
+}
+
+/// The look-up in the light's view of a curve of nodes, as glsl/avsm/visibility.glsl states it: between the last node
+/// at or in front of `depth` and the next.
+pub fn look_up(nodes: &[NodeData], depth: f32, interpolation: Interpolation) -> f32 {
+    let before = nodes.iter().filter(|n| n.depth <= depth).count();
+    if before == 0 {
+        return 1.0;
+    }
+    let (near, far) = (nodes[before - 1], nodes[before.min(nodes.len() - 1)]);
+    let along =
+        if far.depth > near.depth { ((depth - near.depth) / (far.depth - near.depth)).clamp(0.0, 1.0) } else { 0.0 };
+    let value = near.value * (1.0 - along) + far.value * along;
+    match interpolation {
+        Interpolation::Linear => value,
+        Interpolation::Exponential => (-value).exp(),
+    }
+}
+
+/// How the twin builds what `spec` says.
+pub fn build(spec: &Spec) -> Build {
+    let nodes = spec.number("nodes") as usize;
+    Build {
+        nodes,
+        // Whole curves are compressed from 16 nodes more than are stored (technique::avsm, WHOLE_NODES).
+        work: nodes + if spec.value("resolve") == "whole" { 16 } else { 0 },
+        interpolation: match spec.value("curve") {
+            "linear" => Interpolation::Linear,
+            _ => Interpolation::Exponential,
+        },
+        nudge: spec.value("nudge") == "on",
+    }
+}
+
+/// The twin's curve of these segments in this order.
+pub fn curve(segments: &[Segment], build: Build) -> Curve {
+    let mut curve = Curve::new(build);
+    segments.iter().for_each(|s| curve.insert(*s));
+    curve.reduce();
+    curve
+}
+
+/// The twins of a scene at one map size.
+pub struct Twins<'a> {
+    scene: &'a Scene,
+    pub view: View,
+    near: Vec<u32>,
+}
+
+impl<'a> Twins<'a> {
+    pub fn new(scene: &'a Scene, size: u32) -> Self {
+        let view = View::volume(scene, size);
+        Self { scene, view, near: near_to_far(scene, &view) }
+    }
+
+    /// The segments of a texel in the order of insertion, each as `rounded`.
+    fn segments(&self, texel: u32, order: Order, rounded: impl Fn(Segment) -> Segment) -> Vec<Segment> {
+        let at = [texel % self.view.width, texel / self.view.width];
+        let cut = |i: u32| {
+            texel_segment(&self.view, at, &self.scene.particles[i as usize]).map(|segment| (i, rounded(segment)))
+        };
+        let mut all: Vec<(u32, Segment)> = match order {
+            Order::Near => self.near.iter().filter_map(|i| cut(*i)).collect(),
+            _ => (0..self.scene.particles.len() as u32).filter_map(cut).collect(),
+        };
+        if order == Order::Entry {
+            sort(&mut all);
+        }
+        all.into_iter().map(|(_, s)| s).collect()
+    }
+
+    pub fn texel(&self, texel: u32, order: Order, build: Build) -> Texel {
+        let segments = self.segments(texel, order, |s| s);
+        let curve = curve(&segments, build);
+        let lost = 1.0 - (-segments.iter().map(|s| s.optical_depth).sum::<f32>()).exp();
+        let moved = (MOVED / lost).min(MOVED_AT_MOST);
+        // Copies of a particle make pairs of nodes of which either may go, at no cost: their margin is 0 and means nothing.
+        let tied = self.scene.name != "duplicates" && curve.margin < tie(build.interpolation) / MARGIN_FLOOR;
+        let ambiguous = tied
+            || (0..TRIALS).any(|trial| {
+                let rounded = self.segments(texel, order, |s| rounded_otherwise(s, moved, trial));
+                let other = self::curve(&rounded, build);
+                (0..DEPTHS).any(|i| beyond(&curve, depth(i), other.transmittance(depth(i)), moved) > UNSTABLE)
+            });
+        Texel { segments, curve, ambiguous }
+    }
+
+    /// Segments of all texels.
+    pub fn fragments(&self) -> u64 {
+        (0..self.view.texels() as u32).map(|t| self.segments(t, Order::Index, |s| s).len() as u64).sum()
+    }
+
+    /// Pairs of texel and particle whose ray grazes the sphere so closely that rounding decides whether it meets it.
+    pub fn grazing(&self) -> u64 {
+        let mut grazing = 0;
+        for texel in 0..self.view.texels() as u32 {
+            let (x, y) = (texel % self.view.width, texel / self.view.width);
+            let ray = self.view.ray(glam::DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+            for particle in &self.scene.particles {
+                let offset = glam::DVec3::from(particle.position.map(f64::from)) - ray.origin;
+                let across = offset.reject_from(ray.direction).length() / f64::from(particle.radius);
+                grazing += u64::from((across - 1.0).abs() < 1e-5);
+            }
+        }
+        grazing
+    }
+}
+
+pub fn depth(i: usize) -> f32 {
+    i as f32 / (DEPTHS - 1) as f32
+}
+
+/// How far `transmittance` at `depth` lies outside what `curve` has within `rounding` of that depth. A step, whose place
+/// is rounded, is no difference. Transmittance falls with depth, so that the ends of the interval have its extremes.
+pub fn beyond(curve: &Curve, depth: f32, transmittance: f32, rounding: f32) -> f32 {
+    let high = curve.transmittance(depth - rounding);
+    let low = curve.transmittance(depth + rounding);
+    (transmittance - high).max(low - transmittance)
+}
+
+/// A segment with its depths moved by up to `by` and its optical depth by more than rounding would. Equal numbers are
+/// moved equally: equal depths stay equal.
+fn rounded_otherwise(segment: Segment, by: f32, trial: u64) -> Segment {
+    let moved = |number: f32, by: f32| {
+        let mut hasher = DefaultHasher::new();
+        (trial, number.to_bits()).hash(&mut hasher);
+        Random::new(hasher.finish()).between(-by, by)
+    };
+    let entry = segment.entry + moved(segment.entry, by);
+    Segment {
+        entry,
+        exit: (segment.exit + moved(segment.exit, by)).max(entry),
+        optical_depth: segment.optical_depth * (1.0 + moved(segment.optical_depth, MOVED)),
+    }
+}
+
+/// Checks what holds of any curve, whatever was removed: transmittance in [0, 1], never rising with depth, and behind
+/// everything the product of all segments.
+pub fn check_invariants(what: &str, nodes: &[NodeData], segments: &[Segment], interpolation: Interpolation) {
+    assert!(nodes.iter().all(|n| n.value.is_finite() && n.depth.is_finite()), "{what}: {nodes:?}");
+    assert!(nodes.windows(2).all(|n| n[0].depth <= n[1].depth), "{what}: depths fall: {nodes:?}");
+    let mut last = 1.0f32;
+    for i in 0..DEPTHS {
+        let transmittance = look_up(nodes, depth(i), interpolation);
+        assert!((0.0..=1.0).contains(&transmittance), "{what}: {transmittance} at {}: {nodes:?}", depth(i));
+        assert!(transmittance <= last + 1e-6, "{what}: rises to {transmittance} at {}: {nodes:?}", depth(i));
+        last = transmittance;
+    }
+    let product = (-segments.iter().map(|s| f64::from(s.optical_depth)).sum::<f64>()).exp();
+    let tail = f64::from(look_up(nodes, 2.0, interpolation));
+    assert!((tail - product).abs() <= 1e-5, "{what}: the tail is {tail}, the product of all segments {product}");
+}

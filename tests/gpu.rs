@@ -1,0 +1,191 @@
+//! The Vulkan layer by itself: is the validation layer awake, do bytes come back as they went, are limits errors, are
+//! timestamps sane, and do the Rust structs lie in memory as the shaders read them.
+
+mod support;
+
+#[path = "gpu/layout.rs"]
+mod layout;
+
+use gobo::Error;
+use gobo::gpu::{Buffer, Format, Image, ImageUse, Memory, Messages};
+use proptest::prelude::*;
+use support::{gpu_test, log, open};
+
+/// A device on which `wrong` is done; what the layer said to it.
+fn said_to(name: &str, wrong: impl FnOnce(&gobo::gpu::Context)) -> Vec<String> {
+    let messages = Messages::default();
+    let context = open(&messages);
+    log("exercised", name, &format!("{}, {}", context.features().name, context.features().driver));
+    wrong(&context);
+    drop(context);
+    messages.all()
+}
+
+/// The canaries: if these errors are not reported, no test of this suite can see any error.
+#[test]
+fn the_layer_reports_core_errors() {
+    let said = said_to("the_layer_reports_core_errors", |context| {
+        let buffer = Buffer::new(context, "canary", 64, Memory::Device).expect("64 bytes");
+        // Source and destination are the same bytes, which vkCmdCopyBuffer forbids.
+        context.submit(|c| c.pass("overlap", |pass| pass.copy(&buffer, &buffer, 64))).expect("submitted");
+    });
+    assert!(said.iter().any(|m| m.contains("VUID-vkCmdCopyBuffer-pRegions-00117")), "{said:#?}");
+}
+
+#[test]
+fn the_layer_reports_hazards() {
+    let said = said_to("the_layer_reports_hazards", |context| {
+        let buffer = Buffer::new(context, "canary", 64, Memory::Device).expect("64 bytes");
+        // Two writes of the same bytes in one pass, with no barrier between them.
+        let twice = |pass: &mut gobo::gpu::Pass| {
+            pass.fill(&buffer, 1);
+            pass.fill(&buffer, 2);
+        };
+        context.submit(|c| c.pass("hazard", twice)).expect("submitted");
+    });
+    assert!(said.iter().any(|m| m.contains("SYNC-HAZARD-WRITE-AFTER-WRITE")), "{said:#?}");
+}
+
+/// The same two writes in two passes are in order: the barrier between passes is there, and the layer is not crying
+/// wolf.
+#[test]
+fn passes_wait_for_each_other() {
+    gpu_test("passes_wait_for_each_other", |context| {
+        let buffer = Buffer::new(context, "twice", 64, Memory::Device).expect("64 bytes");
+        let run = context.submit(|commands| {
+            commands.pass("one", |pass| pass.fill(&buffer, 1));
+            commands.pass("two", |pass| pass.fill(&buffer, 2));
+        });
+        run.expect("submitted");
+        assert_eq!(buffer.read::<u32>(16).expect("read"), [2; 16]);
+    });
+}
+
+#[test]
+fn buffers_give_back_what_they_were_given() {
+    gpu_test("buffers_give_back_what_they_were_given", |context| {
+        let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig::with_cases(24));
+        // Sizes about the staging copy's word size, and some thousands of bytes.
+        let size = prop_oneof![0usize..9, 4090usize..4100];
+        let bytes = size.prop_flat_map(|n| prop::collection::vec(any::<u8>(), n));
+        let memory = prop::sample::select(vec![Memory::Device, Memory::Upload, Memory::Readback]);
+        let result = runner.run(&(bytes, memory), |(bytes, memory)| {
+            let buffer = Buffer::new(context, "bytes", bytes.len() as u64, memory).expect("a few bytes");
+            buffer.write(&bytes).expect("it fits");
+            prop_assert_eq!(buffer.read::<u8>(bytes.len()).expect("it is there"), bytes);
+            Ok(())
+        });
+        result.unwrap_or_else(|e| panic!("{e}"));
+
+        let data = [1.5f32, -0.0, f32::MIN_POSITIVE];
+        let buffer = Buffer::with_data(context, "floats", &data).expect("12 bytes");
+        let back = buffer.read::<f32>(3).expect("it is there");
+        assert_eq!(back.map(f32::to_bits), data.map(f32::to_bits));
+    });
+}
+
+trait Bits {
+    fn map(self, f: fn(f32) -> u32) -> Vec<u32>;
+}
+
+impl Bits for Vec<f32> {
+    fn map(self, f: fn(f32) -> u32) -> Vec<u32> {
+        self.into_iter().map(f).collect()
+    }
+}
+
+/// The error is about a Vulkan object of that name, on one line.
+#[track_caller]
+fn names<T>(result: gobo::Result<T>, name: &str, words: &str) {
+    let Err(error) = result else { panic!("{name} must be refused") };
+    let text = error.to_string();
+    assert!(matches!(error, Error::Gpu { .. }), "{text}");
+    assert!(text.contains(name) && text.contains(words) && !text.contains('\n'), "{text}");
+}
+
+#[test]
+fn limits_are_errors() {
+    gpu_test("limits_are_errors", |context| {
+        let features = context.features();
+        let limit = u64::from(features.max_storage_buffer_range);
+        names(Buffer::new(context, "too-large", limit + 1, Memory::Device), "too-large", "maxStorageBufferRange");
+        // No device has this much: an attempt to allocate would fail with other words, or bring the machine down.
+        names(Buffer::new(context, "absurd", u64::MAX / 2, Memory::Device), "absurd", "maxStorageBufferRange");
+
+        let buffer = Buffer::new(context, "small", 8, Memory::Device).expect("8 bytes");
+        names(buffer.write(&[0u8; 9]), "small", "9 bytes into 8");
+        names(buffer.read::<u64>(2), "small", "16 bytes from 8");
+
+        let side = features.max_image_dimension_2d;
+        for size in [[0, 4], [4, 0], [side + 1, 1], [1, side + 1], [u32::MAX, 1]] {
+            let image = Image::new(context, "misfit", Format::R32_UINT, size, ImageUse::Storage);
+            names(image, "misfit", &format!("{} × {}", size[0], size[1]));
+        }
+        let image = Image::new(context, "four", Format::R32_UINT, [4, 4], ImageUse::Storage).expect("16 texels");
+        names(image.read::<u64>(), "four", "not 8");
+    });
+}
+
+#[test]
+fn images_are_cleared_and_read_row_by_row() {
+    gpu_test("images_are_cleared_and_read_row_by_row", |context| {
+        let image = Image::new(context, "image", Format::R32_UINT, [5, 3], ImageUse::Storage).expect("15 texels");
+        context.submit(|c| c.pass("clear", |pass| pass.clear_image(&image, 0xdead_beef))).expect("submitted");
+        assert_eq!(image.read::<u32>().expect("read"), [0xdead_beef; 15]);
+        assert_eq!((image.size(), image.bytes()), ([5, 3], 60));
+    });
+}
+
+#[test]
+fn passes_are_timed_in_order() {
+    gpu_test("passes_are_timed_in_order", |context| {
+        let buffer = Buffer::new(context, "filled", 1 << 22, Memory::Device).expect("4 MiB");
+        let times = context
+            .submit(|commands| {
+                for i in 0..20 {
+                    commands.pass(&format!("fill.{i}"), |pass| pass.fill(&buffer, i));
+                }
+            })
+            .expect("submitted");
+        if context.features().timestamp_valid_bits == 0 {
+            assert!(times.is_empty());
+            return;
+        }
+        let labels: Vec<_> = (0..20).map(|i| format!("fill.{i}")).collect();
+        assert_eq!(times.iter().map(|t| t.name.clone()).collect::<Vec<_>>(), labels);
+        assert_eq!(times[0].start_ns, 0.0, "the first pass starts the clock");
+        assert!(times.iter().all(|t| t.start_ns <= t.end_ns), "{times:?}");
+        assert!(times.windows(2).all(|t| t[0].end_ns <= t[1].start_ns), "{times:?}");
+        // 80 MiB were written: a clock that stands still is no clock.
+        assert!(times[19].end_ns > times[0].start_ns, "{times:?}");
+        assert!(context.submit(|_| {}).expect("an empty submission").is_empty());
+    });
+}
+
+#[test]
+fn more_passes_than_can_be_timed_are_an_error() {
+    gpu_test("more_passes_than_can_be_timed_are_an_error", |context| {
+        let buffer = Buffer::new(context, "filled", 4, Memory::Device).expect("4 bytes");
+        let run = |count: u32| {
+            context.submit(|commands| {
+                (0..count).for_each(|i| commands.pass("fill", |pass| pass.fill(&buffer, i)));
+            })
+        };
+        assert!(run(256).is_ok());
+        names(run(257), "a submission", "257 passes");
+        assert!(run(1).is_ok(), "the context is still good");
+    });
+}
+
+/// The wrong device is the user's mistake, and the message lists the right ones.
+#[test]
+fn unknown_devices_are_refused() {
+    for wanted in ["no such device", "99"] {
+        let options = gobo::gpu::Options { device: Some(wanted.into()), ..Default::default() };
+        let Err(error) = gobo::gpu::Context::new(&options) else { panic!("{wanted} must be refused") };
+        let text = error.to_string();
+        assert!(matches!(error, Error::Input { .. }) && text.contains(wanted) && !text.contains('\n'), "{text}");
+        let first = &gobo::gpu::devices().expect("devices")[0].name;
+        assert!(text.contains(first.as_str()), "{text} does not list {first}");
+    }
+}

@@ -1,0 +1,247 @@
+//! Every buffer block and push constant of every shader, as the SPIR-V lays it out, against the Rust struct that is
+//! copied into it.
+//!
+//! The build strips names from the SPIR-V, so that which struct lies at which binding, and what its members are called,
+//! is read from the GLSL; types, offsets and strides come from the SPIR-V. Both have to agree with Rust.
+
+use gobo::gpu::{SHADERS, Shader};
+use gobo::scene::{Particle, View};
+use gobo::technique::{LightData, NodeData, SegmentData, TriangleData};
+use spirq::ReflectConfig;
+use spirq::ty::{ScalarType, Type};
+use spirq::var::Variable;
+use std::collections::{BTreeMap, BTreeSet};
+use std::mem::offset_of;
+use std::path::Path;
+
+/// A field of a Rust struct: name, offset, type.
+type Field = (&'static str, usize, &'static str);
+
+/// A Rust struct: size and fields.
+struct Twin {
+    size: usize,
+    fields: Vec<Field>,
+}
+
+fn type_of<S, T>(_: fn(&S) -> &T) -> &'static str {
+    std::any::type_name::<T>()
+}
+
+macro_rules! twin {
+    ($type:ty, $($field:ident),+) => {
+        Twin {
+            size: size_of::<$type>(),
+            fields: vec![$((stringify!($field), offset_of!($type, $field), type_of(|s: &$type| &s.$field))),+],
+        }
+    };
+}
+
+/// GLSL struct → Rust struct.
+fn twins() -> BTreeMap<&'static str, Twin> {
+    BTreeMap::from([
+        ("Light", twin!(LightData, volume, opaque, radiance, has_opaque, cos_cone)),
+        ("View", twin!(View, origin, projection, right, scale_x, up, scale_y, forward, near, far, width, height)),
+        ("Particle", twin!(Particle, position, radius, extinction)),
+        ("Segment", twin!(SegmentData, entry, exit, optical_depth, particle, next)),
+        ("Node", twin!(NodeData, depth, value)),
+        ("Triangle", twin!(TriangleData, corners, albedo)),
+    ])
+}
+
+/// The GLSL of a shader with all that it includes, comments removed.
+fn source(shader: &str) -> String {
+    let glsl = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
+    // avsm/consume/query.comp is consume/query.comp, built with avsm/visibility.glsl.
+    let (file, technique) = match shader.split_once('/') {
+        Some((technique, rest)) if !glsl.join(shader).exists() => (rest, Some(technique)),
+        _ => (shader, None),
+    };
+    let (mut text, mut seen, mut open) = (String::new(), BTreeSet::new(), vec![file.to_owned()]);
+    while let Some(file) = open.pop() {
+        let path = match technique {
+            Some(technique) if file == "visibility.glsl" => glsl.join(technique).join(&file),
+            _ => glsl.join(&file),
+        };
+        if !seen.insert(path.clone()) {
+            continue;
+        }
+        for line in std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).lines() {
+            if let Some(included) = line.strip_prefix("#include \"") {
+                open.push(included.trim_end_matches('"').to_owned());
+            }
+            text += line.split("//").next().unwrap_or_default();
+            text.push('\n');
+        }
+    }
+    text
+}
+
+/// (type, name) of the members between the braces after `at`. An array says so in its type: `vec3[3]`.
+fn members(text: &str, at: usize) -> Vec<(String, String)> {
+    let open = at + text[at..].find('{').expect("{");
+    let close = open + text[open..].find('}').expect("}");
+    let mut all = Vec::new();
+    for declaration in text[open + 1..close].split(';').map(str::trim).filter(|d| !d.is_empty()) {
+        let (kind, name) = declaration.split_once(' ').unwrap_or_else(|| panic!("{declaration}"));
+        let (name, array) = name.split_once('[').map_or((name, String::new()), |(n, a)| (n, format!("[{a}")));
+        all.push((format!("{kind}{array}"), name.trim().to_owned()));
+    }
+    all
+}
+
+/// The blocks that a text declares: set and binding, or none for push constants → members.
+fn blocks(text: &str) -> BTreeMap<Option<(u32, u32)>, Vec<(String, String)>> {
+    let mut all = BTreeMap::new();
+    for (at, _) in text.match_indices("layout(") {
+        let close = at + text[at..].find(')').expect(")");
+        let rest = &text[close + 1..];
+        let head = rest.split(['{', ';']).next().unwrap_or_default();
+        let number = |key: &str| {
+            let value = text[at + 7..close].split(',').find_map(|p| p.split_once('=').filter(|(k, _)| k.trim() == key));
+            value.map(|(_, v)| match v.trim() {
+                "GOBO_SET" => 1,
+                v => v.parse().unwrap_or_else(|_| panic!("{key} = {v}")),
+            })
+        };
+        let place = match (number("set"), number("binding")) {
+            (Some(set), Some(binding)) if head.contains(" buffer ") => Some((set, binding)),
+            _ if text[at..close].contains("push_constant") => None,
+            _ => continue,
+        };
+        all.insert(place, members(text, close));
+    }
+    all
+}
+
+/// How Rust calls a SPIR-V type that is not a struct.
+fn rust_name(ty: &Type) -> String {
+    match ty {
+        Type::Scalar(ScalarType::Float { bits: 32 }) => "f32".into(),
+        Type::Scalar(ScalarType::Integer { bits: 32, is_signed: false }) => "u32".into(),
+        Type::Vector(v) => format!("[{}; {}]", rust_name(&Type::Scalar(v.scalar_ty.clone())), v.nscalar),
+        Type::Array(a) => {
+            let (stride, size) = (a.stride.expect("a stride"), size(&a.element_ty));
+            assert_eq!(stride, size, "Rust arrays have no padding");
+            format!("[{}; {}]", rust_name(&a.element_ty), a.nelement.expect("a length"))
+        }
+        other => panic!("no Rust type for {other:?}"),
+    }
+}
+
+/// Bytes of a type, padding between and not after members counted.
+fn size(ty: &Type) -> usize {
+    match ty {
+        Type::Scalar(_) => 4,
+        Type::Vector(v) => 4 * v.nscalar as usize,
+        Type::Array(a) => a.stride.expect("a stride") * a.nelement.expect("a length") as usize,
+        Type::Struct(s) => s.members.last().map_or(0, |m| m.offset.expect("an offset") + size(&m.ty)),
+        other => panic!("{other:?} has no size"),
+    }
+}
+
+/// Checks a value of the GLSL type `glsl` against its twin; notes which structs were seen.
+fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) {
+    let Type::Struct(s) = ty else {
+        let known = match glsl {
+            "float" => "f32",
+            "uint" => "u32",
+            "uvec2" => "[u32; 2]",
+            "vec3" => "[f32; 3]",
+            "vec3[3]" => "[[f32; 3]; 3]",
+            _ => panic!("{what}: {glsl} has no Rust type here"),
+        };
+        assert_eq!(rust_name(ty), known, "{what}: {glsl}");
+        return;
+    };
+    let all = twins();
+    let twin = all.get(glsl).unwrap_or_else(|| panic!("{what}: struct {glsl} has no twin in this test; add it"));
+    *seen.entry(glsl.into()).or_default() += 1;
+    let text = struct_source(glsl);
+    assert_eq!(s.members.len(), text.len(), "{what}: {glsl} in SPIR-V and in GLSL");
+    assert_eq!(s.members.len(), twin.fields.len(), "{what}: {glsl} in SPIR-V and in Rust");
+    for ((member, (kind, name)), (field, offset, rust)) in s.members.iter().zip(&text).zip(&twin.fields) {
+        assert_eq!(name, field, "{what}: {glsl}");
+        assert_eq!(member.offset, Some(*offset), "{what}: {glsl}.{name}");
+        if matches!(member.ty, Type::Struct(_)) {
+            assert!(rust.ends_with(&format!("::{kind}")), "{what}: {glsl}.{name} is {rust} in Rust");
+        } else {
+            assert_eq!(rust_name(&member.ty), *rust, "{what}: {glsl}.{name}");
+        }
+        check(&format!("{what}: {glsl}.{name}"), kind, &member.ty, seen);
+    }
+    assert_eq!(size(ty), twin.size, "{what}: size of {glsl}");
+}
+
+/// The members of a GLSL struct, wherever it is declared.
+fn struct_source(name: &str) -> Vec<(String, String)> {
+    let head = format!("struct {name} {{");
+    let text = SHADERS.iter().map(|s| source(s.name)).find(|t| t.contains(&head)).expect("some shader declares it");
+    members(&text, text.find(&head).expect("found above"))
+}
+
+/// The words with every OpSpecConstantOp (52) of logic or choice (166 to 169) made an OpConstantNull (46) of the same type
+/// and id: spirq cannot compute `EXPONENTIAL == 1u ? 0.0 : 1.0` and gives up. No block's layout depends on one.
+fn without_constant_choices(words: &[u32]) -> Vec<u32> {
+    let (header, mut rest) = words.split_at(5);
+    let mut out = header.to_vec();
+    while let Some(first) = rest.first() {
+        let (instruction, after) = rest.split_at((first >> 16) as usize);
+        match first & 0xffff {
+            52 if (166..=169).contains(&instruction[3]) => out.extend([3 << 16 | 46, instruction[1], instruction[2]]),
+            _ => out.extend(instruction),
+        }
+        rest = after;
+    }
+    out
+}
+
+fn variables(shader: &Shader) -> Vec<Variable> {
+    let mut config = ReflectConfig::new();
+    let entry_points = config.spv(without_constant_choices(shader.words)).ref_all_rscs(true).reflect();
+    entry_points.unwrap_or_else(|e| panic!("{}: {e}", shader.name)).remove(0).vars
+}
+
+#[test]
+fn structs_lie_as_the_shaders_read_them() {
+    let mut seen = BTreeMap::new();
+    let mut pushes = 0;
+    for shader in SHADERS {
+        let blocks = blocks(&source(shader.name));
+        for variable in variables(shader) {
+            let (place, ty) = match &variable {
+                Variable::Descriptor { desc_bind, ty: ty @ Type::Struct(_), .. } => {
+                    (Some((desc_bind.set(), desc_bind.bind())), ty)
+                }
+                Variable::PushConstant { ty, .. } => (None, ty),
+                _ => continue,
+            };
+            let what = format!("{} at {place:?}", shader.name);
+            let Type::Struct(block) = ty else { panic!("{what}: {ty:?}") };
+            let declared = blocks.get(&place).unwrap_or_else(|| panic!("{what}: not declared in the GLSL"));
+            assert_eq!(block.members.len(), declared.len(), "{what}");
+            for (member, (kind, name)) in block.members.iter().zip(declared) {
+                let what = format!("{what}: {name}");
+                match (&member.ty, kind.strip_suffix("[]")) {
+                    // A runtime array: the stride is what `[T]` has in Rust.
+                    (Type::Array(a), Some(element)) => {
+                        assert_eq!((member.offset, a.nelement), (Some(0), None), "{what}");
+                        assert_eq!(a.stride, Some(size(&a.element_ty)), "{what}: stride");
+                        check(&what, element, &a.element_ty, &mut seen);
+                    }
+                    (ty, _) => check(&what, kind, ty, &mut seen),
+                }
+            }
+            if place.is_none() {
+                // Every push constant is a row of four-byte numbers, and 128 bytes are what pipelines declare.
+                pushes += 1;
+                let offsets: Vec<_> = block.members.iter().map(|m| m.offset).collect();
+                assert_eq!(offsets, (0..block.members.len()).map(|i| Some(4 * i)).collect::<Vec<_>>(), "{what}");
+                assert!(size(ty) <= 128, "{what}");
+            }
+        }
+    }
+    for name in twins().keys() {
+        assert!(seen.contains_key(*name), "struct {name} is in no shader: the test proves nothing of it");
+    }
+    assert!(pushes >= 4, "capacity, count, count, slice");
+}

@@ -1,0 +1,140 @@
+//! Everything that a user can get wrong ends with one line that names it.
+
+use crate::{folder, ok, run, small_scene, text, write_scene};
+
+/// Fails, with one line on standard error that contains every one of `words`, and nothing on standard output.
+#[track_caller]
+fn fails(arguments: &[&str], words: &[&str]) {
+    let output = run(arguments);
+    let error = String::from_utf8(output.stderr).expect("UTF-8");
+    assert!(!output.status.success(), "{arguments:?} must fail");
+    assert_eq!(error.trim_end().lines().count(), 1, "{arguments:?}: not one line:\n{error}");
+    for word in words {
+        assert!(error.contains(word), "{arguments:?}: {error:?} does not say {word:?}");
+    }
+    assert!(output.stdout.is_empty(), "{arguments:?}: {:?}", String::from_utf8_lossy(&output.stdout));
+}
+
+#[test]
+fn a_scene_that_is_not_there() {
+    for command in ["compare", "render", "slice"] {
+        fails(&[command, "/nowhere/absent.toml"], &["/nowhere/absent.toml"]);
+        fails(&[command, "no-such-scene"], &["no-such-scene", "three-emitters"]);
+    }
+}
+
+#[test]
+fn a_broken_particle_file() {
+    let folder = folder();
+    for (name, row, words) in [
+        ("nan", "0 nan 0 1 1", "1 (the first is 0)"),
+        ("radius", "0 0 0 -1 1", "radius"),
+        ("infinite", "0 0 0 1 inf", "1 (the first is 0)"),
+        ("short", "0 0 0", "truncated"),
+    ] {
+        let scene = write_scene(folder.path(), name, &["0 0 0 1 1".to_owned(), row.to_owned()]);
+        let out = folder.path().join("out");
+        let file = format!("{name}.ply");
+        fails(&["compare", text(&scene), "--out", text(&out)], &[&file, words]);
+        assert!(!out.exists(), "nothing is written for a scene that cannot be read");
+    }
+}
+
+#[test]
+fn a_technique_that_is_not_known() {
+    for (spec, words) in [
+        ("vsm", &["vsm", "avsm", "uncompressed"][..]),
+        ("avsm:knots=4", &["knots", "nodes"]),
+        ("avsm:nodes=5", &["nodes=5", "4, 8, 16"]),
+        ("avsm:nodes", &["nodes", "key=value"]),
+        ("avsm:size=0", &["size=0", "from 1 to"]),
+        ("avsm:size=99999999999", &["size=99999999999"]),
+    ] {
+        for command in ["compare", "render", "slice"] {
+            fails(&[command, "big-8k", "--technique", spec], words);
+        }
+    }
+    for command in ["render", "slice"] {
+        fails(&[command, "big-8k", "--technique", "avsm:nodes=4|8"], &["avsm:nodes=4|8", "sweep"]);
+    }
+}
+
+#[test]
+fn a_device_that_is_not_there() {
+    let folder = folder();
+    let scene = small_scene(folder.path());
+    let out = folder.path().join("out.png");
+    for device in ["no such device", "99"] {
+        for command in ["compare", "render", "slice"] {
+            let arguments = [command, text(&scene), "--device", device, "--out", text(&out)];
+            fails(&arguments, &["--device", device, "0 = "]);
+            assert!(!out.exists());
+        }
+    }
+}
+
+/// A path that the device cannot run is a row in a comparison and an error where one picture was asked for.
+#[test]
+fn a_path_that_is_refused() {
+    if crate::runs("avsm", "interlock").1 {
+        return crate::support::skipped("a_path_that_is_refused", "the device runs every path");
+    }
+    let folder = folder();
+    let (scene, out) = (small_scene(folder.path()), folder.path().join("out.png"));
+    let arguments = ["render", text(&scene), "--technique", "avsm:path=interlock", "--out", text(&out)];
+    fails(&arguments, &["fragmentShaderPixelInterlock"]);
+}
+
+#[test]
+fn a_place_that_cannot_be_written() {
+    let folder = folder();
+    let scene = small_scene(folder.path());
+    let file = folder.path().join("file");
+    std::fs::write(&file, "a regular file").expect("write");
+    // Not made unwritable by permissions, which do not bind the superuser.
+    let under = file.join("out");
+    let quick = ["--technique", "avsm:size=8,path=two-pass"];
+    for out in [&under, &file] {
+        let arguments = [&["compare", text(&scene), "--quick", "--out", text(out)][..], &quick].concat();
+        fails(&arguments, &[text(out), "cannot write"]);
+    }
+    for command in ["render", "slice"] {
+        let out = under.with_extension("png");
+        let arguments = [&[command, text(&scene), "--out", text(&out)][..], &quick].concat();
+        fails(&arguments, &[text(&out), "cannot write"]);
+    }
+    assert_eq!(std::fs::read_to_string(&file).expect("still there"), "a regular file");
+}
+
+#[test]
+fn a_depth_outside_the_range() {
+    for depth in ["2", "-0.5", "nan", "inf"] {
+        let argument = format!("--depth={depth}");
+        let words = ["--depth", "from 0 to 1"];
+        fails(&["slice", "big-8k", &argument], &words);
+    }
+}
+
+#[test]
+fn a_map_larger_than_the_device() {
+    let folder = folder();
+    let (scene, out) = (small_scene(folder.path()), folder.path().join("out.png"));
+    let arguments = ["render", text(&scene), "--technique", "avsm:size=16384,nodes=16,path=two-pass"];
+    fails(&[&arguments[..], &["--out", text(&out)]].concat(), &["avsm.nodes", "maxStorageBufferRange"]);
+}
+
+#[test]
+fn help_says_what_there_is() {
+    let all = ok(&["--help"]);
+    for command in ["compare", "render", "slice", "devices"] {
+        assert!(all.contains(command), "{all}");
+        let help = ok(&[command, "--help"]);
+        assert!(help.contains("Usage: gobo"), "{help}");
+        assert!(help.lines().all(|line| line.chars().count() <= 160), "{help}");
+    }
+    let help = ok(&["compare", "--help"]);
+    for word in ["avsm", "uncompressed", "nodes", "three-emitters", "--quick", "--out"] {
+        assert!(help.contains(word), "{word} is not in:\n{help}");
+    }
+    assert!(ok(&["--version"]).contains(env!("CARGO_PKG_VERSION")));
+}

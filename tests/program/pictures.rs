@@ -1,0 +1,69 @@
+//! `gobo render` and `gobo slice`.
+
+use crate::support::log;
+use crate::{decodes, folder, ok, runs, small_scene, text};
+use std::path::Path;
+
+fn bytes(path: &Path) -> Vec<u8> {
+    std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// The same command gives the same bytes, forward or deferred, with and without validation.
+#[test]
+fn render_is_repeatable() {
+    log("exercised", "render_is_repeatable", &runs("avsm", "two-pass").0);
+    let folder = folder();
+    let scene = small_scene(folder.path());
+    let render = |name: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let base = ["render", text(&scene), "--width", "160", "--height", "90", "--out", text(&out)];
+        let said = ok(&[&base, more].concat());
+        assert!(said.is_empty() || said.contains(name), "{said}");
+        decodes(&out, [160, 90]);
+        bytes(&out)
+    };
+    let first = render("first.png", &["--technique", "avsm:size=32"]);
+    assert_eq!(first, render("second.png", &["--technique", "avsm:size=32", "--validation"]), "another run");
+    let thin = render("other.png", &["--technique", "avsm:size=4,nodes=4,curve=linear"]);
+    assert_ne!(first, thin, "another map is another picture");
+    let two_pass = ["--technique", "avsm:size=32,path=two-pass"];
+    let deferred = render("deferred.png", &[&two_pass[..], &["--meshes", "deferred"]].concat());
+    render("reference.png", &["--technique", "reference"]);
+    let [deferred, forward] = [deferred, render("forward.png", &two_pass)].map(|b| pixels(&b));
+    let largest = deferred.iter().zip(&forward).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(largest <= Some(1), "forward and deferred differ by {largest:?} of 255");
+}
+
+fn pixels(png: &[u8]) -> Vec<u8> {
+    image::load_from_memory(png).expect("a PNG").to_rgb8().into_raw()
+}
+
+/// One PNG a frame and one animation, from all light to what the smoke leaves.
+#[test]
+fn slice_paints_a_sweep() {
+    use image::AnimationDecoder;
+    log("exercised", "slice_paints_a_sweep", &runs("avsm", "two-pass").0);
+    let folder = folder();
+    let scene = small_scene(folder.path());
+    let out = folder.path().join("sweep.png");
+    let size = ["--size", "40", "--technique", "avsm:size=40", "--validation"];
+    ok(&[&["slice", text(&scene), "--frames", "4", "--out", text(&out)][..], &size].concat());
+    let frames: Vec<_> = (0..4).map(|i| folder.path().join(format!("sweep-{i}.png"))).collect();
+    let mean = |path: &Path| {
+        decodes(path, [40, 40]);
+        let pixels = pixels(&bytes(path));
+        pixels.iter().map(|p| f64::from(*p)).sum::<f64>() / pixels.len() as f64
+    };
+    let means: Vec<_> = frames.iter().map(|f| mean(f)).collect();
+    assert_eq!(means[0], 255.0, "nothing is in front of the nearest depth");
+    assert!(means.windows(2).all(|m| m[1] < m[0]), "deeper is darker: {means:?}");
+    let file = std::io::Cursor::new(bytes(&out.with_extension("gif")));
+    let animation = image::codecs::gif::GifDecoder::new(file).expect("a GIF");
+    let animated = animation.into_frames().collect_frames().expect("frames");
+    assert_eq!(animated.len(), 4);
+    assert!(animated.iter().all(|f| f.buffer().dimensions() == (40, 40)));
+
+    let last = folder.path().join("last.png");
+    ok(&[&["slice", text(&scene), "--depth", "1", "--out", text(&last)][..], &size].concat());
+    assert_eq!(bytes(&last), bytes(&frames[3]), "depth 1 is the last frame of the sweep");
+}

@@ -1,0 +1,89 @@
+//! What the tests on a device share: how one is opened and watched, what is skipped and how it is logged, small scenes.
+
+// Every file in tests/ is a program of its own and uses only a part of this.
+#![allow(dead_code)]
+
+pub mod scenes;
+
+use gobo::gpu::{Context, Messages, Options, Requirement};
+use gobo::scene::Scene;
+use gobo::technique::{Avsm, SceneData, Spec, parse};
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::path::{Path, PathBuf};
+
+/// Runs `body` on the default device under the validation layer, and fails if the layer or the allocator has said
+/// anything by the time that the device is closed. Without a device or the layer that is a failure too: a suite that
+/// steps aside proves nothing.
+pub fn gpu_test(name: &str, body: impl FnOnce(&Context)) {
+    gpu_test_needing(name, &[], body);
+}
+
+/// As [`gpu_test`], but skipped, and logged as skipped, where the device lacks one of `requirements`.
+pub fn gpu_test_needing(name: &str, requirements: &[Requirement], body: impl FnOnce(&Context)) {
+    let messages = Messages::default();
+    let context = open(&messages);
+    if let Some(missing) = requirements.iter().find_map(|r| context.features().lacks(*r)) {
+        return skipped(name, &format!("needs {missing}"));
+    }
+    let features = context.features();
+    log("exercised", name, &format!("{}, {}", features.name, features.driver));
+    let outcome = catch_unwind(AssertUnwindSafe(|| body(&context)));
+    // Destruction is watched too: what the body made is gone, and leaks are reported as the device closes.
+    drop(context);
+    let said = messages.all();
+    if let Err(panic) = outcome {
+        said.iter().for_each(|message| eprintln!("{message}"));
+        resume_unwind(panic);
+    }
+    assert!(said.is_empty(), "{name}: {} messages:\n{}", said.len(), said.join("\n"));
+}
+
+/// The default device with validation; `messages` outlives it.
+pub fn open(messages: &Messages) -> Context {
+    let options = Options { device: None, validation: true, messages: messages.clone() };
+    Context::new(&options).expect("a Vulkan 1.3 device and VK_LAYER_KHRONOS_validation; ./setup.sh installs both")
+}
+
+/// Says that a test stood aside, and why.
+pub fn skipped(name: &str, reason: &str) {
+    println!("skipped: {name}: {reason}");
+    log("skipped", name, reason);
+}
+
+/// Appends a line to the file that GOBO_TEST_LOG names, from which .ci/run reports what really ran.
+pub fn log(what: &str, name: &str, detail: &str) {
+    let line = format!("{what}\t{name}\t{detail}\n");
+    print!("{line}");
+    if let Some(path) = std::env::var_os("GOBO_TEST_LOG") {
+        let mut file = std::fs::OpenOptions::new().append(true).create(true).open(path).expect("open GOBO_TEST_LOG");
+        // One write, so that lines of tests that run side by side do not mix.
+        file.write_all(line.as_bytes()).expect("write to GOBO_TEST_LOG");
+    }
+}
+
+/// The data beside the project's own checkout, or `None` and a line that says so.
+pub fn shared_data(test: &str) -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    skipped(test, "../shared/data is absent");
+    None
+}
+
+/// The one spec of a text that is no sweep.
+pub fn spec(text: &str) -> Spec {
+    let mut specs = parse(text).expect(text);
+    assert_eq!(specs.len(), 1, "{text} is a sweep");
+    specs.remove(0)
+}
+
+/// An AVSM of `scene`, built once.
+pub fn built_avsm(context: &Context, scene: &Scene, text: &str) -> Avsm {
+    use gobo::technique::Technique;
+    let data = SceneData::new(context, scene).expect("room for the scene");
+    let mut avsm = Avsm::new(context, scene, &data, &spec(text)).expect(text);
+    avsm.build().expect(text);
+    avsm
+}
