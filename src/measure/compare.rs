@@ -12,6 +12,9 @@ use std::collections::BTreeMap;
 /// Look-ups that are timed at once.
 pub const LOOKUPS: usize = 1_000_000;
 
+/// Shortest warm-up.
+const WARM_UP: std::time::Duration = std::time::Duration::from_millis(200);
+
 /// When to stop timing look-ups after three samples.
 const LOOKUP_BUDGET: std::time::Duration = std::time::Duration::from_secs(3);
 
@@ -148,11 +151,15 @@ impl<'a> Case<'a> {
 
     fn time_builds(&self, technique: &mut dyn Technique) -> Result<Vec<Vec<PassTime>>> {
         let mut frames = Vec::with_capacity(self.effort.frames);
-        for frame in 0..self.effort.warm_up + self.effort.frames {
-            let passes = technique.build()?;
-            if frame >= self.effort.warm_up {
-                frames.push(passes);
-            }
+        // By frames and by time: a GPU that idled needs some milliseconds of work to reach its clock.
+        let start = std::time::Instant::now();
+        let mut warm_up = 0;
+        while warm_up < self.effort.warm_up || start.elapsed() < WARM_UP {
+            technique.build()?;
+            warm_up += 1;
+        }
+        for _ in 0..self.effort.frames {
+            frames.push(technique.build()?);
         }
         Ok(frames)
     }

@@ -26,7 +26,8 @@ pub struct Bins {
     totals: Buffer,
     entries: Buffer,
     capacity: u32,
-    last: [u32; 3],
+    /// What `totals` held after the first build. The casters do not change, nor does this.
+    read: Option<[u32; 3]>,
     scene: Bindings,
     bindings: Bindings,
     count: Pipeline,
@@ -67,7 +68,7 @@ impl Bins {
             totals,
             entries,
             capacity,
-            last: [0; 3],
+            read: None,
             scene: scene_bindings,
             bindings,
             particle_count: scene.particle_count,
@@ -118,17 +119,22 @@ impl Bins {
         self.per_particle(commands, "bins.scatter", &self.scatter);
     }
 
-    /// Reads the totals of the last build. Where the entries did not fit, makes room and says that the build must run
+    /// Reads the totals of the first build. Where the entries did not fit, makes room and says that the build must run
     /// again.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device has no room for them.
     pub fn grow(&mut self) -> Result<bool> {
-        self.last.copy_from_slice(&self.totals.read::<u32>(3)?);
-        if self.last[0] <= self.capacity {
+        if self.read.is_some() {
             return Ok(false);
         }
-        self.capacity = self.last[0].saturating_add(self.last[0] / 8);
+        let totals = self.totals.read::<u32>(3)?;
+        let entries = totals[0];
+        self.read = totals.try_into().ok();
+        if entries <= self.capacity {
+            return Ok(false);
+        }
+        self.capacity = entries.saturating_add(entries / 8);
         let bytes = u64::from(self.capacity) * ENTRY_BYTES;
         self.entries = Buffer::new(&self.context, "bins.entries", bytes, Memory::Device)?;
         let buffers = [&self.counts, &self.offsets, &self.cursors, &self.totals, &self.entries];
@@ -136,9 +142,9 @@ impl Bins {
         Ok(true)
     }
 
-    /// Counts of the last build, by name.
+    /// Counts of a build, by name.
     pub fn counters(&self) -> [(String, u64); 5] {
-        let [entries, culled, used] = self.last.map(u64::from);
+        let [entries, culled, used] = self.read.unwrap_or_default().map(u64::from);
         let all = u64::from(self.tiles[0]) * u64::from(self.tiles[1]);
         [
             ("bin_entries".into(), entries),

@@ -40,8 +40,8 @@ pub struct List {
     capacity: u32,
     /// The user fixed the capacity: what does not fit is lost, and counted.
     fixed: bool,
-    /// Fragments of the last capture, stored or not.
-    fragments: u32,
+    /// Fragments of a capture, stored or not; none before the first. The casters do not change, nor does this.
+    fragments: Option<u32>,
     scene_bindings: Bindings,
     bindings: Bindings,
     pipeline: Pipeline,
@@ -105,7 +105,7 @@ impl List {
             counters,
             capacity: capacity_now,
             fixed: capacity.is_some(),
-            fragments: 0,
+            fragments: None,
             scene_bindings,
             bindings,
             pipeline,
@@ -141,34 +141,38 @@ impl List {
         });
     }
 
-    /// Reads the demand of the last capture. Where it did not fit, and the capacity is not fixed, makes room and says
+    /// Reads the demand of the first capture. Where it did not fit, and the capacity is not fixed, makes room and says
     /// that the capture must run again.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device has no room for the demand.
     pub fn grow(&mut self) -> Result<bool> {
-        self.fragments = self.counters.read::<u32>(1)?.first().copied().unwrap_or(0);
-        if self.fixed || self.fragments <= self.capacity {
+        if self.fragments.is_some() {
+            return Ok(false);
+        }
+        let fragments = self.counters.read::<u32>(1)?.first().copied().unwrap_or(0);
+        self.fragments = Some(fragments);
+        if self.fixed || fragments <= self.capacity {
             return Ok(false);
         }
         // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
         let limit = u64::from(self.context.features().max_storage_buffer_range) / size_of::<SegmentData>() as u64;
-        let wanted = u64::from(self.fragments) + u64::from(self.fragments) / 8;
-        let capacity = wanted.min(limit).max(self.fragments.into()).min(u32::MAX.into()) as u32;
+        let wanted = u64::from(fragments) + u64::from(fragments) / 8;
+        let capacity = wanted.min(limit).max(fragments.into()).min(u32::MAX.into()) as u32;
         self.segments = segment_buffer(&self.context, capacity)?;
         self.bindings = bindings(&self.context, &self.heads, &self.segments, &self.counters)?;
         self.capacity = capacity;
         Ok(true)
     }
 
-    /// Segments of the last capture.
+    /// Segments of a capture; 0 before the first.
     pub fn fragments(&self) -> u32 {
-        self.fragments
+        self.fragments.unwrap_or(0)
     }
 
-    /// Segments of the last capture that were lost.
+    /// Segments of a capture that were lost.
     pub fn overflowed(&self) -> u32 {
-        self.fragments.saturating_sub(self.capacity)
+        self.fragments().saturating_sub(self.capacity)
     }
 
     /// Heads, segments and counters.
