@@ -14,8 +14,13 @@ bool texel_segment(View view, uvec2 texel, Particle particle, out vec2 depth, ou
         return false;
     }
     z.x = max(z.x, view.near);
+    optical_depth = particle.extinction * (z.y - z.x) * length(ray.direction);
+    if (optical_depth > MAX_OPTICAL_DEPTH) {
+        // Cut off where nothing is left, so that the light fades as fast as it should.
+        z.y = z.x + (z.y - z.x) * (MAX_OPTICAL_DEPTH / optical_depth);
+        optical_depth = MAX_OPTICAL_DEPTH;
+    }
     depth = vec2(view_depth(view, z.x), view_depth(view, z.y));
-    optical_depth = particle_optical_depth(ray, particle, z);
     return true;
 }
 #endif

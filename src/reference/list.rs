@@ -41,7 +41,9 @@ pub fn texel_segment(view: &View, texel: [u32; 2], particle: &Particle) -> Optio
     }
     let low = low.max(view.near);
     let depth = |z: f32| (z - view.near) / (view.far - view.near);
-    let optical_depth = (particle.extinction * (high - low) * direction.length()).min(MAX_OPTICAL_DEPTH);
+    let whole = particle.extinction * (high - low) * direction.length();
+    let optical_depth = whole.min(MAX_OPTICAL_DEPTH);
+    let high = if whole > MAX_OPTICAL_DEPTH { low + (high - low) * (MAX_OPTICAL_DEPTH / whole) } else { high };
     Some(Segment { entry: depth(low), exit: depth(high), optical_depth })
 }
 

@@ -76,8 +76,11 @@ fn source(shader: &str) -> String {
     text
 }
 
-/// (type, name) of the members between the braces after `at`. An array says so in its type: `vec3[3]`.
-fn members(text: &str, at: usize) -> Vec<(String, String)> {
+/// GLSL type and name of each member.
+type Members = Vec<(String, String)>;
+
+/// The members between the braces after `at`. An array says so in its type: `vec3[3]`.
+fn members(text: &str, at: usize) -> Members {
     let open = at + text[at..].find('{').expect("{");
     let close = open + text[open..].find('}').expect("}");
     let mut all = Vec::new();
@@ -90,7 +93,7 @@ fn members(text: &str, at: usize) -> Vec<(String, String)> {
 }
 
 /// The blocks that a text declares: set and binding, or none for push constants → members.
-fn blocks(text: &str) -> BTreeMap<Option<(u32, u32)>, Vec<(String, String)>> {
+fn blocks(text: &str) -> BTreeMap<Option<(u32, u32)>, Members> {
     let mut all = BTreeMap::new();
     for (at, _) in text.match_indices("layout(") {
         let close = at + text[at..].find(')').expect(")");
@@ -173,7 +176,7 @@ fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) 
 }
 
 /// The members of a GLSL struct, wherever it is declared.
-fn struct_source(name: &str) -> Vec<(String, String)> {
+fn struct_source(name: &str) -> Members {
     let head = format!("struct {name} {{");
     let text = SHADERS.iter().map(|s| source(s.name)).find(|t| t.contains(&head)).expect("some shader declares it");
     members(&text, text.find(&head).expect("found above"))
