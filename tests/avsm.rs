@@ -20,10 +20,15 @@ use twin::{DEPTH_ROUNDING, DEPTHS, Order, Twins, beyond, build, check_invariants
 /// that the trials of the twin and the device's own rounding may lie on opposite sides.
 const TOLERANCE: f32 = 2e-4;
 
-/// The largest share of the covered texels that may be ambiguous, from what the twin alone says of either curve: at most
-/// 27 %, and 67 % in `crowd`, whose hundreds of insertions a texel each choose two nodes to remove.
-fn most_ambiguous(scene: &Scene) -> f64 {
-    if scene.name == "crowd" { 0.7 } else { 0.3 }
+/// The largest share of the covered texels that may be ambiguous, from what the twin alone says, whatever the device: at
+/// most 27 %, 36 % with the binned path's four more nodes, among which there are more near-ties, and 67 % in `crowd`, whose
+/// hundreds of insertions a texel each choose two nodes to remove. It is there so that most texels are checked.
+fn most_ambiguous(scene: &Scene, order: Order) -> f64 {
+    match order {
+        _ if scene.name == "crowd" => 0.7,
+        Order::Tile => 0.5,
+        _ => 0.3,
+    }
 }
 
 /// Where another node may rightly be removed, the curve is another but no worse: its mean distance from the twin's is at
@@ -49,6 +54,9 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
             for (texel, nodes) in all.chunks_exact(count).enumerate() {
                 let what = format!("{}, {text}, texel {texel}", scene.name);
                 let twin = twins.texel(texel as u32, order, build);
+                if order == Order::Tile && twin.segments.is_empty() {
+                    continue; // the binned path writes no tile without particles
+                }
                 check_invariants(&what, nodes, &twin.segments, interpolation);
                 covered += u32::from(!twin.segments.is_empty());
                 if twin.ambiguous {
@@ -79,7 +87,11 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
                 scene.name,
                 100.0 * share,
             );
-            assert!(share <= most_ambiguous(scene), "{} {text}: {share} of the texels are ambiguous", scene.name);
+            assert!(
+                share <= most_ambiguous(scene, order),
+                "{} {text}: {share} of the texels are ambiguous",
+                scene.name
+            );
             assert!(covered > 0, "{} {text}: nothing was compared", scene.name);
         }
     }
@@ -98,6 +110,12 @@ fn interlock(name: &str, scene: &Scene, size: u32) {
     });
 }
 
+fn binned(name: &str, scene: &Scene, size: u32) {
+    gpu_test(&format!("binned_{name}"), |context| {
+        compare(context, scene, size, "path=binned", Order::Tile);
+    });
+}
+
 macro_rules! twin_tests {
     ($($scene:ident $size:literal),+) => {
         mod two_pass_equals_its_twin { $(#[test] fn $scene() {
@@ -105,6 +123,9 @@ macro_rules! twin_tests {
         })+ }
         mod interlock_equals_its_twin { $(#[test] fn $scene() {
             super::interlock(stringify!($scene), &super::scenes::$scene(), $size);
+        })+ }
+        mod binned_equals_its_twin { $(#[test] fn $scene() {
+            super::binned(stringify!($scene), &super::scenes::$scene(), $size);
         })+ }
     };
 }

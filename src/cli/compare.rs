@@ -13,7 +13,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// What is compared when no technique is named, as far as the device has what it needs.
-const DEFAULT: [&str; 2] = ["avsm:nodes=4|8|16,curve=linear|exponential,path=two-pass|interlock", "uncompressed"];
+const DEFAULT: [&str; 3] =
+    ["avsm:nodes=4|8|16,curve=linear|exponential,path=two-pass|interlock", "avsm:nodes=8,path=binned", "uncompressed"];
 
 /// Texels a side of the light's map in [`DEFAULT`] on a software device, which would take minutes for 256.
 const DEFAULT_SIZE_ON_CPU: u32 = 128;

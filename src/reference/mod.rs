@@ -1,6 +1,7 @@
 //! The truth in f64, and a CPU twin in f32 of each GPU pass that computes something. Never touches the GPU.
 
 pub mod avsm;
+pub mod bins;
 mod casters;
 mod grid;
 mod limit;

@@ -2,6 +2,7 @@
 
 use crate::support::scenes::Random;
 use gobo::reference::avsm::{Build, Curve, Interpolation};
+use gobo::reference::bins::{TILE_TEXELS, tile_key};
 use gobo::reference::list::{Segment, sort, texel_segment};
 use gobo::scene::{Scene, View};
 use gobo::technique::{NodeData, Spec, near_to_far};
@@ -48,6 +49,8 @@ pub enum Order {
     Index,
     /// Interlock, order=sorted: particles by nearest depth.
     Near,
+    /// Binned: particles by nearest depth within the texel's tile of 8×8, ties by index.
+    Tile,
 }
 
 /// A texel as the twin has it.
@@ -82,7 +85,13 @@ pub fn build(spec: &Spec) -> Build {
     Build {
         nodes,
         // Whole curves are compressed from 16 nodes more than are stored (technique::avsm, WHOLE_NODES).
-        work: nodes + if spec.value("resolve") == "whole" { 16 } else { 0 },
+        // The binned path has room for 4 more (BINNED_NODES).
+        work: nodes
+            + match (spec.value("resolve"), spec.value("path")) {
+                ("whole", _) => 16,
+                (_, "binned") => 4,
+                _ => 0,
+            },
         interpolation: match spec.value("curve") {
             "linear" => Interpolation::Linear,
             _ => Interpolation::Exponential,
@@ -118,7 +127,19 @@ impl<'a> Twins<'a> {
         let cut = |i: u32| {
             texel_segment(&self.view, at, &self.scene.particles[i as usize]).map(|segment| (i, rounded(segment)))
         };
+        let tile_order = || {
+            // Two keys may lie so close that rounding alone orders them: a trial moves them as it moves depths.
+            let key = |i: u32| {
+                let particle = &self.scene.particles[i as usize];
+                let depth = tile_key(&self.view, particle, at.map(|t| t / TILE_TEXELS))?;
+                Some((rounded(Segment { entry: depth, exit: depth, optical_depth: 1.0 }).entry, i))
+            };
+            let mut keys: Vec<(f32, u32)> = (0..self.scene.particles.len() as u32).filter_map(key).collect();
+            keys.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            keys
+        };
         let mut all: Vec<(u32, Segment)> = match order {
+            Order::Tile => tile_order().into_iter().filter_map(|(_, i)| cut(i)).collect(),
             Order::Near => self.near.iter().filter_map(|i| cut(*i)).collect(),
             _ => (0..self.scene.particles.len() as u32).filter_map(cut).collect(),
         };
