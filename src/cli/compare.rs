@@ -17,7 +17,7 @@ const DEFAULT: [&str; 3] =
     ["avsm:nodes=4|8|16,curve=linear|exponential,path=two-pass|interlock", "avsm:nodes=8,path=binned", "uncompressed"];
 
 /// Texels a side of the light's map in [`DEFAULT`] on a software device, which would take minutes for 256.
-const DEFAULT_SIZE_ON_CPU: u32 = 128;
+const DEFAULT_SIZE_ON_CPU: u32 = 64;
 
 #[derive(Args)]
 pub struct Arguments {
