@@ -7,7 +7,13 @@ use std::{env, fs};
 
 /// The one list of variants: a shader that includes "visibility.glsl" is built once for each of these folders, from
 /// which it takes that file and so `light_visibility`. All other shaders are built once.
-const TECHNIQUES: &[&str] = &["avsm", "uncompressed"];
+const TECHNIQUES: &[&str] = &["avsm", "psm", "uncompressed"];
+
+/// A shader that includes "avsm/attachments.glsl" is built once for each of these values of ATTACHMENTS.
+const ATTACHMENTS: &[u32] = &[2, 4, 8];
+
+/// A shader that includes "psm/format.glsl" is built once for each of these values of BITS.
+const BITS: &[u32] = &[8, 16];
 
 fn main() {
     if let Err(message) = build() {
@@ -32,10 +38,21 @@ fn build() -> Result<(), String> {
         if source.contains("#include \"visibility.glsl\"") {
             for technique in TECHNIQUES {
                 let name = format!("{technique}/{name}");
-                compile(&compiler, file, &source, kind, Some(technique), &name, &mut table)?;
+                compile(&compiler, file, &source, kind, Variant::Technique(technique), &name, &mut table)?;
+            }
+        } else if source.contains("#include \"avsm/attachments.glsl\"") {
+            for count in ATTACHMENTS {
+                let name = format!("{name}/{count}");
+                let variant = Variant::Defined("ATTACHMENTS", *count);
+                compile(&compiler, file, &source, kind, variant, &name, &mut table)?;
+            }
+        } else if source.contains("#include \"psm/format.glsl\"") {
+            for bits in BITS {
+                let variant = Variant::Defined("BITS", *bits);
+                compile(&compiler, file, &source, kind, variant, &format!("{name}/{bits}"), &mut table)?;
             }
         } else {
-            compile(&compiler, file, &source, kind, None, &name, &mut table)?;
+            compile(&compiler, file, &source, kind, Variant::Only, &name, &mut table)?;
         }
     }
     table.push_str("];\n");
@@ -67,12 +84,21 @@ fn kind(name: &str) -> Option<ShaderKind> {
     }
 }
 
+/// What a shader is built for.
+#[derive(Clone, Copy)]
+enum Variant {
+    Only,
+    Technique(&'static str),
+    /// A macro and its value.
+    Defined(&'static str, u32),
+}
+
 fn compile(
     compiler: &Compiler,
     file: &Path,
     source: &str,
     kind: ShaderKind,
-    technique: Option<&str>,
+    variant: Variant,
     name: &str,
     table: &mut String,
 ) -> Result<(), String> {
@@ -80,9 +106,14 @@ fn compile(
     options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);
     options.set_optimization_level(OptimizationLevel::Performance);
     options.set_warnings_as_errors();
+    if let Variant::Defined(name, value) = variant {
+        options.add_macro_definition(name, Some(&value.to_string()));
+    }
     options.set_include_callback(move |wanted, _, _, _| {
-        let path = match technique {
-            Some(technique) if wanted == "visibility.glsl" => Path::new("glsl").join(technique).join(wanted),
+        let path = match variant {
+            Variant::Technique(technique) if wanted == "visibility.glsl" => {
+                Path::new("glsl").join(technique).join(wanted)
+            }
             _ => Path::new("glsl").join(wanted),
         };
         let content = fs::read_to_string(&path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;

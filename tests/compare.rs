@@ -119,9 +119,10 @@ fn compare_writes_everything() {
         rows,
         [("avsm", "two-pass", Status::Ok), ("avsm", "interlock", second), ("uncompressed", "list", Status::Ok)]
     );
+    let culling = ["opaque.depth", "bins.clear", "bins.horizon", "bins.count", "bins.place"];
     let passes = [
-        &["opaque.depth", "list.clear", "list.capture", "avsm.resolve"][..],
-        &["opaque.depth", "avsm.clear", "avsm.insert"],
+        &[&culling[..], &["list.clear", "bins.compact", "list.capture", "avsm.resolve"]].concat()[..],
+        &[&culling[..], &["bins.compact", "avsm.clear", "avsm.insert"]].concat(),
         &["opaque.depth", "list.clear", "list.capture"],
     ];
     for (row, passes) in results.rows.iter().zip(passes) {

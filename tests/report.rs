@@ -1,7 +1,7 @@
 //! Results on their way to a reader: the store, the plot and the page, through the public API.
 
 use gobo::measure::{DeviceFacts, ImageError, PassTiming, PointError, Results, Row, RowError, Status, Timing};
-use gobo::report::{Store, page, table, time_versus_error};
+use gobo::report::{Store, page, passes, table, time_versus_error};
 
 fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) -> Row {
     let ns = milliseconds * 1e6;
@@ -259,4 +259,18 @@ fn page_and_table_of_an_interrupted_run() {
     let empty = results(vec![]);
     assert!(page(&empty, dir.path()).expect("a page").contains("No plot"));
     assert!(table(&empty).contains("nothing measured"));
+}
+
+#[test]
+fn passes_stand_in_columns_with_the_whole_build() {
+    let mut rows = vec![row("a", "psm", 4, 3.5, 0.01), row("a", "psm", 8, 2.0, 0.01), refused("a", "no geometry")];
+    let pass = |name: &str, ms: f64| PassTiming { name: name.into(), median_ns: ms * 1e6, p05_ns: 0.0, p95_ns: 0.0 };
+    rows[0].passes = vec![pass("psm.clear", 0.25), pass("psm.propagate", 1.75)];
+    rows[1].passes = vec![pass("psm.fused", 1.5)];
+    let text = passes(&results(rows));
+    let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split_whitespace().collect()).collect();
+    assert_eq!(lines.len(), 3, "a heading and the measured rows: {text}");
+    assert_eq!(lines[0], ["a:", "passes,", "ms", "path", "psm.clear", "psm.propagate", "psm.fused", "total"]);
+    assert_eq!(lines[1][2..], ["0.250", "1.75", "–", "3.50"]);
+    assert_eq!(lines[2][2..], ["–", "–", "1.50", "2.00"]);
 }

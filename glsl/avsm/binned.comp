@@ -1,44 +1,52 @@
 #version 460
-// Builds the curves of one tile of 8×8 texels: sorts the tile's particles, then each thread inserts their segments into
+// Builds the curves of one tile of 8×8 texels: sorts the tile's casters, then each thread inserts their segments into
 // its texel's curve and writes it once. No lists, no blending, no interlock.
-// Inputs: light, particles, counts, offsets, entries. Outputs: nodes of tiles that have particles.
-// Invariant: the result depends only on the particles, not on the order in which they were binned.
+// Inputs: map, casters, counts, offsets, entries. Outputs: nodes of tiles that have casters.
+// Invariant: the result depends only on the casters, not on the order in which they were binned.
 #include "avsm/curve.glsl"
+#include "bins/totals.glsl"
 #include "list/texel_segment.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Particles { Particle particles[]; };
+layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
 layout(set = 1, binding = 0, scalar) readonly buffer Counts { uint counts[]; };
 layout(set = 1, binding = 1, scalar) readonly buffer Offsets { uint offsets[]; };
 layout(set = 1, binding = 4, scalar) coherent buffer Entries { uvec2 entries[]; };
-layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { Node nodes[]; };
+layout(set = 1, binding = 3, scalar) readonly buffer Totals { BinTotals totals[]; };
+layout(set = 1, binding = 7, scalar) readonly buffer InUse { uint tiles_in_use[]; };
+layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
+layout(push_constant, scalar) uniform Push { uint map; };
+
+#include "bins/in_use.glsl"
+#include "avsm/store.glsl"
 #include "bins/sort.glsl"
 
-// Some of the sorted particles, fetched together.
+// Some of the sorted casters, fetched together.
 const uint BATCH = 256u;
-shared Particle batch[BATCH];
+shared Caster batch[BATCH];
 
 void main() {
-    uint tile = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    uint first = offsets[tile], count = counts[tile];
-    if (count == 0u) {
-        return;  // the look-up does not read this tile
+    uint tile;
+    if (!listed_tile(map, tile)) {
+        return;
     }
+    View view = maps[map].volume;
+    uvec2 tiles = (uvec2(view.width, view.height) + 7u) / 8u;
+    uint count = counts[map * tiles.x * tiles.y + tile], first = count > 0u ? offsets[tile] : 0u;
     sort_tile(first, count);
-    View view = lights[0].volume;
-    uvec2 texel = gl_GlobalInvocationID.xy;
+    uvec2 texel = uvec2(tile % tiles.x, tile / tiles.x) * 8u + gl_LocalInvocationID.xy;
     curve_clear();
     for (uint begin = 0u; begin < count; begin += BATCH) {
         uint filled = min(BATCH, count - begin);
         for (uint i = gl_LocalInvocationIndex; i < filled; i += TILE_THREADS) {
-            batch[i] = particles[sort_entry(first, count, begin + i).y];
+            batch[i] = casters[sort_entry(first, count, begin + i).y];
         }
         barrier();
         // Each thread looks for its next hit before any inserts: the threads of a subgroup then insert together, as
-        // often as the busiest of them has hits, and not once for every particle that one of them meets.
+        // often as the busiest of them has hits, and not once for every caster that one of them meets.
         uint next = 0u;
         while (next < filled) {
             vec2 depth;
@@ -58,8 +66,5 @@ void main() {
         return;
     }
     curve_reduce();
-    uint at = (texel.y * view.width + texel.x) * NODES;
-    [[unroll]] for (int i = 0; i < NODES; ++i) {
-        nodes[at + i] = curve_node(i);
-    }
+    store_curve((map * view.height + texel.y) * view.width + texel.x);
 }

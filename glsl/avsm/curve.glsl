@@ -220,6 +220,22 @@ void curve_insert(float entry, float exit, float optical_depth) {
     }
 }
 
+// Appends a node behind all others, of the optical depth up to there.
+void curve_append(float depth, float optical_depth) {
+    float value = EXPONENTIAL == 1u ? optical_depth : exp(-optical_depth);
+    [[unroll]] for (int i = 0; i < WORK + 1; ++i) {
+        if (i == node_count) {
+            node_depths[i] = depth;
+            node_values[i] = value;
+            node_transmittance[i] = curve_transmittance(value);
+        }
+    }
+    node_count += 1;
+    if (node_count > WORK) {
+        remove_cheapest();
+    }
+}
+
 // Down to the nodes that are stored.
 void curve_reduce() {
     [[dont_unroll]] for (int i = 0; i < WORK - NODES; ++i) {

@@ -1,9 +1,10 @@
 #version 460
 // Sorts each texel's list by entry depth and compresses it to NODES nodes. Source: seed 000 (compression stage).
-// Inputs: light, heads, segments. Outputs: nodes; the lists' links are rewritten by the sort.
-// Invariant: a list of any length is inserted whole; ties go by particle index, so that the result does not depend on
+// Inputs: map, heads, segments, counts. Outputs: nodes; the lists' links are rewritten by the sort.
+// Invariant: a list of any length is inserted whole; ties go by caster index, so that the result does not depend on
 // the order in which the fragments were captured.
 #include "avsm/curve.glsl"
+#include "avsm/tiled.glsl"
 #include "list/segments.glsl"
 #include "common/light.glsl"
 
@@ -11,14 +12,19 @@ layout(local_size_x = 8, local_size_y = 8) in;
 // 1: by entry depth. 0: as captured, which differs from run to run.
 layout(constant_id = 4) const uint SORTED = 1u;
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
+layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
 layout(set = 1, binding = 0, r32ui) uniform uimage2D heads;
 layout(set = 1, binding = 1, scalar) buffer Segments { Segment segments[]; };
-layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { Node nodes[]; };
+layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
+layout(set = 2, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
+
+layout(push_constant, scalar) uniform Push { uint map; };
+
+#include "avsm/store.glsl"
 
 bool before(uint a, uint b) {
     float entry_a = segments[a].entry, entry_b = segments[b].entry;
-    return entry_a < entry_b || (entry_a == entry_b && segments[a].particle < segments[b].particle);
+    return entry_a < entry_b || (entry_a == entry_b && segments[a].caster < segments[b].caster);
 }
 
 // Merges two sorted lists by rewriting their links.
@@ -76,8 +82,8 @@ uint sort(uint head) {
 
 void main() {
     uvec2 texel = gl_GlobalInvocationID.xy;
-    uvec2 size = uvec2(lights[0].volume.width, lights[0].volume.height);
-    if (any(greaterThanEqual(texel, size))) {
+    uvec2 size = uvec2(maps[map].volume.width, maps[map].volume.height);
+    if (any(greaterThanEqual(texel, size)) || tile_skipped(counts[tile_place(map)])) {
         return;
     }
     uint index = imageLoad(heads, ivec2(texel)).r;
@@ -91,8 +97,5 @@ void main() {
         index = segment.next;
     }
     curve_reduce();
-    uint first = (texel.y * size.x + texel.x) * NODES;
-    [[unroll]] for (int i = 0; i < NODES; ++i) {
-        nodes[first + i] = curve_node(i);
-    }
+    store_curve((map * size.y + texel.y) * size.x + texel.x);
 }

@@ -1,41 +1,44 @@
 #version 460
-// Counts the particles of each tile. Inputs: light, particles. Outputs: counts (cleared before), culled particles.
+// Counts the casters of each tile of a map. Inputs: map, casters, horizon. Outputs: counts, met, totals (all cleared
+// before). A caster that meets no tile, because it lies outside the light's volume or in the dark behind the meshes, is
+// culled: nothing is drawn or binned of it.
 #include "bins/tiles.glsl"
+#include "bins/totals.glsl"
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Particles { Particle particles[]; };
+layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
 layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
-layout(set = 1, binding = 3, scalar) buffer Totals {
-    uint entry_total;
-    uint culled;
-    uint tiles_used;
-};
+layout(set = 1, binding = 3, scalar) buffer Totals { BinTotals totals[]; };
+layout(set = 1, binding = 5, scalar) buffer Met { uint met[]; };
+layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };
 
 layout(push_constant, scalar) uniform Push {
-    uint particle_count;
+    uint map;
+    uint caster_count;
     uint capacity;
 };
 
 void main() {
-    uint index = gl_GlobalInvocationID.x;
-    if (index >= particle_count) {
-        return;
-    }
-    View view = lights[0].volume;
-    Particle particle = particles[index];
+    uint index = gl_GlobalInvocationID.x / TILE_LANES, lane = gl_GlobalInvocationID.x % TILE_LANES;
     uvec2 low, high;
-    if (!particle_tiles(view, particle, low, high)) {
-        atomicAdd(culled, 1u);
+    if (index >= caster_count || !caster_tiles(maps[map].volume, casters[index], low, high)) {
         return;
     }
-    uint columns = tile_counts(view).x;
-    for (uint y = low.y; y <= high.y; ++y) {
-        for (uint x = low.x; x <= high.x; ++x) {
-            if (!tile_missed(tile_distance(view, particle, uvec2(x, y)))) {
-                atomicAdd(counts[y * columns + x], 1u);
-            }
+    View view = maps[map].volume;
+    Caster caster = casters[index];
+    uvec2 tiles = tile_counts(view), size = high - low + 1u;
+    bool any = false;
+    for (uint i = lane; i < size.x * size.y; i += TILE_LANES) {
+        uvec2 tile = low + uvec2(i % size.x, i / size.x);
+        uint place = (map * tiles.y + tile.y) * tiles.x + tile.x;
+        if (!tile_missed(tile_distance(view, caster, tile)) && !tile_hidden(view, caster, horizon[place])) {
+            atomicAdd(counts[place], 1u);
+            any = true;
         }
+    }
+    if (any && atomicOr(met[map * caster_count + index], 1u) == 0u) {
+        atomicAdd(totals[map].met, 1u);
     }
 }

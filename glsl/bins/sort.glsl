@@ -1,4 +1,4 @@
-// Sorts a tile's entries by key, then particle, with one workgroup of TILE_THREADS threads: a bitonic network in shared
+// Sorts a tile's entries by key, then caster, with one workgroup of TILE_THREADS threads: a bitonic network in shared
 // memory, or in the entries' own memory where a tile has more than fit. No limit on their number.
 // Needs, declared before: a coherent buffer `uvec2 entries[]`.
 #ifndef BINS_SORT_GLSL

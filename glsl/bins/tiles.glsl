@@ -1,20 +1,27 @@
-// Particles binned to tiles of 8×8 texels of the light's map. Twin: reference::bins.
+// Casters binned to tiles of 8×8 texels of the light's map. Twin: reference::bins.
 #ifndef BINS_TILES_GLSL
 #define BINS_TILES_GLSL
 #include "common/light.glsl"
-#include "common/particle.glsl"
+#include "common/caster.glsl"
 
 const uint TILE_TEXELS = 8u;
+// Threads that share the tiles of a caster: 16, or 1 where threads do not run at the same time anyway.
+layout(constant_id = 2) const uint TILE_LANES = 16u;
+// z of a horizon where light goes on.
+const float INFINITY = 3e38;
+
+// 1: casters that stand in the dark behind the meshes are left out of a tile.
+layout(constant_id = 0) const uint HIDE = 0u;
 
 uvec2 tile_counts(View view) {
     return (uvec2(view.width, view.height) + TILE_TEXELS - 1u) / TILE_TEXELS;
 }
 
-// The tiles that hold a texel centre within the particle's bounds: low to high, both included; false where none does.
-bool particle_tiles(View view, Particle particle, out uvec2 low_tile, out uvec2 high_tile) {
+// The tiles that hold a texel centre within the caster's bounds: low to high, both included; false where none does.
+bool caster_tiles(View view, Caster caster, out uvec2 low_tile, out uvec2 high_tile) {
     vec2 low, high;
     low_tile = high_tile = uvec2(0u);
-    if (!particle_bounds(view, particle, low, high)) {
+    if (!caster_bounds(view, caster, low, high)) {
         return false;
     }
     vec2 size = vec2(view.width, view.height);
@@ -29,30 +36,62 @@ bool particle_tiles(View view, Particle particle, out uvec2 low_tile, out uvec2 
     return true;
 }
 
-// Squared distance, in units of the radius, from the particle's centre to the nearest texel centre's ray of the tile.
-// Exact for parallel views; 0 for perspective ones, whose tiles are not rectangles across the rays.
-float tile_distance(View view, Particle particle, uvec2 tile) {
+// Place along the strand's axis of the point nearest to the ray through the tile's middle, and its offset from that ray.
+float tile_along(View view, Caster strand, uvec2 tile, out vec3 across) {
+    vec3 start, axis;
+    float along;
+    bool aslant = strand_along(view_ray(view, vec2(tile * TILE_TEXELS) + 0.5 * float(TILE_TEXELS)), strand, start, axis, along);
+    along = aslant ? clamp(along, 0.0, 1.0) : 0.0;
+    across = start + along * axis;
+    return along;
+}
+
+// Squared distance, in units of the radius, from the caster to the tile, never more than the true one to the nearest
+// ray of a texel centre. Exact for a sphere in a parallel view; for a strand to the circle about the tile, half a texel
+// too small and more; 0 in perspective, whose tiles are not rectangles across the rays.
+float tile_distance(View view, Caster caster, uvec2 tile) {
     if (view.projection == VIEW_PERSPECTIVE) {
         return 0.0;
     }
-    vec3 offset = particle.position - view.origin;
     vec2 scale = vec2(view.scale_x, view.scale_y), size = vec2(view.width, view.height);
+    if (caster_is_strand(caster)) {
+        vec3 across;
+        tile_along(view, caster, tile, across);
+        float apart = max(length(across) - length(float(TILE_TEXELS) / (size * scale)), 0.0) / caster.radius;
+        return apart * apart;
+    }
+    vec3 offset = caster.position - view.origin;
     vec2 centre = vec2(dot(offset, view.right), dot(offset, view.up));
     vec2 low = ((vec2(tile * TILE_TEXELS) + 0.5) / size * 2.0 - 1.0) / scale;
     vec2 high = ((vec2(tile * TILE_TEXELS + TILE_TEXELS) - 0.5) / size * 2.0 - 1.0) / scale;
-    vec2 apart = max(max(low - centre, centre - high), vec2(0.0)) / particle.radius;
+    vec2 apart = max(max(low - centre, centre - high), vec2(0.0)) / caster.radius;
     return dot(apart, apart);
 }
 
-// A tile may be left out where no ray of it meets the sphere; the margin is against rounding.
+// A tile may be left out where no ray of it meets the caster; the margin is against rounding.
 bool tile_missed(float distance_square) {
     return distance_square > 1.0001;
 }
 
-// Sorts as the depth at which the sphere begins, nearest within the tile: non-negative floats order as their bits do.
-uint tile_key(View view, Particle particle, float distance_square) {
-    float centre = dot(particle.position - view.origin, view.forward);
-    float nearest = centre - particle.radius * sqrt(max(1.0 - distance_square, 0.0));
+// Whether no light gets to the caster in a tile: what it takes away is never seen. The margin is against rounding.
+bool tile_hidden(View view, Caster caster, float horizon) {
+    if (HIDE == 0u) {
+        return false;
+    }
+    float start = dot(caster.position - view.origin, view.forward);
+    float nearest = caster_is_strand(caster) ? min(start, start + dot(caster.axis, view.forward)) : start - caster.radius;
+    return nearest > horizon + 1e-5 * (view.far - view.near);
+}
+
+// Sorts as the depth at which the sphere begins, nearest within the tile, or of the strand's point nearest to the tile's
+// middle: non-negative floats order as their bits do.
+uint tile_key(View view, Caster caster, uvec2 tile, float distance_square) {
+    float centre = dot(caster.position - view.origin, view.forward);
+    float nearest = centre - caster.radius * sqrt(max(1.0 - distance_square, 0.0));
+    if (caster_is_strand(caster)) {
+        vec3 across;
+        nearest = centre + tile_along(view, caster, tile, across) * dot(caster.axis, view.forward);
+    }
     return floatBitsToUint(max(view_depth(view, nearest), 0.0));
 }
 #endif

@@ -1,25 +1,28 @@
 // Visibility past the meshes: a plain depth map, compared at four texels and weighted bilinearly.
 // The map holds depths in the light's range (1 where there is nothing), pushed away by what the surface's depth changes over one
 // texel (opaque/depth.frag): a compare is up to one texel from a texel's centre, so a plane never shadows itself.
+// All maps stand in one texture, one above the other.
 #ifndef COMMON_OPAQUE_MAP_GLSL
 #define COMMON_OPAQUE_MAP_GLSL
 #extension GL_EXT_samplerless_texture_functions : require
 #include "common/light.glsl"
 
-float opaque_visibility(Light light, texture2D depth_map, vec3 position) {
+// Through map `map` of the light, whose opaque view is `view`.
+float opaque_visibility(Light light, View view, uint map, texture2D depth_map, vec3 position) {
     if (light.has_opaque == 0u) {
         return 1.0;
     }
-    vec3 at = view_project(light.opaque, position);
-    if (!(at.z > light.opaque.near)) {
+    vec3 at = view_project(view, position);
+    if (!(at.z > view.near)) {
         return 1.0;
     }
-    float depth = view_depth(light.opaque, at.z);
-    Footprint footprint = view_footprint(light.opaque, at.xy);
+    float depth = view_depth(view, at.z);
+    Footprint footprint = view_footprint(view, at.xy);
     float visible = 0.0;
     for (int i = 0; i < 4; ++i) {
         ivec2 texel = footprint.corner + ivec2(i & 1, i >> 1);
-        float hit = view_has(light.opaque, texel) ? texelFetch(depth_map, texel, 0).r : 1.0;
+        ivec2 row = ivec2(0, map * view.height);
+        float hit = view_has(view, texel) ? texelFetch(depth_map, texel + row, 0).r : 1.0;
         bool lit = hit >= 1.0 || depth <= hit;
         visible += lit ? footprint.weights[i] : 0.0;
     }

@@ -1,6 +1,6 @@
 #version 460
-// Second half of deferred shading: the position comes back from z, the visibility is looked up once a pixel.
-// Inputs: light, camera, albedo, normal, z, the technique. Output: colour.
+// Second half of deferred shading: the position comes back from z, the visibility of each light is looked up once a pixel.
+// Inputs: lights, camera, albedo, normal, z, the technique. Output: colour.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "common/shading.glsl"
 #include "visibility.glsl"
@@ -21,6 +21,10 @@ void main() {
     }
     Ray ray = view_ray(camera, gl_FragCoord.xy);
     vec3 position = ray.origin + texelFetch(distances, pixel, 0).r * ray.direction;
-    float visibility = light_visibility(0u, position);
-    color = vec4(shade_surface(lights[0], position, texelFetch(normals, pixel, 0).xyz, albedo.rgb, visibility), 1.0);
+    vec3 normal = texelFetch(normals, pixel, 0).xyz;
+    vec3 light = vec3(0.0);
+    for (uint i = 0u; i < lights.length(); ++i) {
+        light += light_on_surface(lights[i], position, normal, light_visibility(i, position));
+    }
+    color = vec4(shade_surface(albedo.rgb, light), 1.0);
 }

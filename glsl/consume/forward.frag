@@ -1,5 +1,5 @@
 #version 460
-// Shades the meshes in the pass that draws them. Inputs: light, camera, the technique. Outputs: colour, z.
+// Shades the meshes in the pass that draws them. Inputs: lights, camera, the technique. Outputs: colour, z.
 #include "common/shading.glsl"
 #include "visibility.glsl"
 
@@ -13,7 +13,10 @@ layout(location = 0) out vec4 color;
 layout(location = 1) out float z;
 
 void main() {
-    float visibility = light_visibility(0u, position);
-    color = vec4(shade_surface(lights[0], position, normal, albedo, visibility), 1.0);
+    vec3 light = vec3(0.0);
+    for (uint i = 0u; i < lights.length(); ++i) {
+        light += light_on_surface(lights[i], position, normal, light_visibility(i, position));
+    }
+    color = vec4(shade_surface(albedo, light), 1.0);
     z = dot(position - camera.origin, camera.forward);
 }

@@ -1,5 +1,5 @@
 #version 460
-// Answers the one question for a list of points. Inputs: points, the technique. Output: one number a point.
+// Answers the one question for a list of points. Inputs: points, a light, the technique. Output: one number a point.
 #include "common/view.glsl"
 #include "visibility.glsl"
 
@@ -8,11 +8,14 @@ layout(local_size_x = 64) in;
 layout(set = 0, binding = 0, scalar) readonly buffer Points { vec3 points[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer Answers { float answers[]; };
 
-layout(push_constant, scalar) uniform Push { uint count; };
+layout(push_constant, scalar) uniform Push {
+    uint light;
+    uint count;
+};
 
 void main() {
     uint index = gl_GlobalInvocationID.x;
     if (index < count) {
-        answers[index] = light_visibility(0u, points[index]);
+        answers[index] = light_visibility(light, points[index]);
     }
 }

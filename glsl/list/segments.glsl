@@ -8,7 +8,7 @@ struct Segment {
     float entry;
     float exit;
     float optical_depth;
-    uint particle;
+    uint caster;
     uint next;  // or NO_SEGMENT
 };
 #endif

@@ -1,21 +1,24 @@
 #version 460
 // Writes depth in the light's range, pushed away by what the triangle's plane changes over one texel in each direction
-// and by its own rounding. Inputs: light, the triangle's plane. Output: depth.
+// and by its own rounding. Inputs: map, the triangle's plane. Output: depth.
 // Invariant: a plane's stored depth lies behind the plane everywhere within one texel of the texel's centre.
 #include "common/light.glsl"
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
+layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
+
+layout(push_constant, scalar) uniform Push { uint map; };
 
 layout(location = 0) in float z;
 layout(location = 1) flat in vec3 normal;
 
 void main() {
-    View view = lights[0].opaque;
+    View view = maps[map].opaque;
     // From the plane and not by dFdx: lavapipe 22.3 has wrong derivatives where a quad of fragments crosses the triangle's
     // edge, and light leaked in along every edge.
     vec3 right = view.right * (2.0 / (float(view.width) * view.scale_x));
     vec3 up = view.up * (2.0 / (float(view.height) * view.scale_y));
-    vec3 direction = view_ray(view, gl_FragCoord.xy).direction;
+    vec2 at = gl_FragCoord.xy - vec2(0.0, map * view.height);
+    vec3 direction = view_ray(view, at).direction;
     float across = abs(dot(normal, right)) + abs(dot(normal, up));
     float facing = abs(dot(normal, direction));
     // The plane's z one texel on, where it is farthest: along parallel rays z is linear in the texel, along rays from a

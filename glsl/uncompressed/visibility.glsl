@@ -1,5 +1,8 @@
 // Look-up in the whole per-texel list: exact at texel centres, as slow as the lists are long. The yardstick that the
-// seed's own demonstration compares with. Bindings as in avsm/visibility.glsl, with the lists for nodes.
+// seed's own demonstration compares with. Bindings: lights, heads (the maps one above the other), segments, the opaque
+// map, maps. Specialization constants 0 and 1: those of common/filter.glsl.
+#define FILTER_CONSTANT 0
+#include "common/filter.glsl"
 #include "common/opaque_map.glsl"
 #include "list/segments.glsl"
 
@@ -11,16 +14,17 @@ layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityLights { L
 layout(set = GOBO_SET, binding = 1, r32ui) uniform readonly uimage2D visibility_heads;
 layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilitySegments { Segment visibility_segments[]; };
 layout(set = GOBO_SET, binding = 3) uniform texture2D visibility_opaque;
+layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityMaps { Map visibility_maps[]; };
 
 float texel_transmittance(ivec2 texel, float depth) {
     float optical_depth = 0.0;
     uint index = imageLoad(visibility_heads, texel).r;
     while (index != NO_SEGMENT) {
         Segment segment = visibility_segments[index];
-        // Compared first, so that a segment of no length is a step and not 0/0.
-        float ramp = depth <= segment.entry ? 0.0
-                     : depth >= segment.exit ? 1.0
-                                             : (depth - segment.entry) / (segment.exit - segment.entry);
+        // Compared first, so that a segment of no length is a step and not 0/0; its own depth lies behind it.
+        float ramp = depth >= segment.exit ? 1.0
+                     : depth <= segment.entry ? 0.0
+                                              : (depth - segment.entry) / (segment.exit - segment.entry);
         optical_depth += segment.optical_depth * ramp;
         index = segment.next;
     }
@@ -28,19 +32,21 @@ float texel_transmittance(ivec2 texel, float depth) {
 }
 
 float light_visibility(uint light, vec3 position) {
-    View view = visibility_lights[light].volume;
+    uint map = light_map(visibility_lights[light], position);
+    View view = visibility_maps[map].volume, opaque_view = visibility_maps[map].opaque;
+    float opaque = opaque_visibility(visibility_lights[light], opaque_view, map, visibility_opaque, position);
     vec3 at = view_project(view, position);
-    float opaque = opaque_visibility(visibility_lights[light], visibility_opaque, position);
     if (!(at.z > view.near)) {
         return opaque;  // in front of all casters
     }
     float depth = view_depth(view, at.z);
-    Footprint footprint = view_footprint(view, at.xy);
+    Filter f = filter_at(view, at.xy);
+    ivec2 row = ivec2(0, map * view.height);
     float transmittance = 0.0;
-    for (int i = 0; i < 4; ++i) {
-        ivec2 texel = footprint.corner + ivec2(i & 1, i >> 1);
-        float through = view_has(view, texel) ? texel_transmittance(texel, depth) : 1.0;
-        transmittance += footprint.weights[i] * through;
+    for (int i = 0; i < filter_side() * filter_side(); ++i) {
+        ivec2 texel = filter_texel(f, i);
+        float through = view_has(view, texel) ? texel_transmittance(texel + row, depth) : 1.0;
+        transmittance += filter_weight(f, i) * through;
     }
     return transmittance * opaque;
 }

@@ -4,7 +4,7 @@ use super::{DeviceArguments, TimeArgument, check_messages, load};
 use crate::Result;
 use crate::gpu::{Context, Features};
 use crate::measure::{Case, DeviceFacts, Effort, Results, Row, Status, difference_srgb8};
-use crate::report::{Store, page, table, time_versus_error};
+use crate::report::{Store, page, passes, table, time_versus_error};
 use crate::scene::Picture;
 use crate::technique::{Spec, parse};
 use clap::Args;
@@ -13,8 +13,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// What is compared when no technique is named, as far as the device has what it needs.
-const DEFAULT: [&str; 3] =
-    ["avsm:nodes=4|8|16,curve=linear|exponential,path=two-pass|interlock", "avsm:nodes=8,path=binned", "uncompressed"];
+const DEFAULT: [&str; 4] = [
+    "avsm:nodes=4|8|16,curve=linear|exponential,path=two-pass|interlock",
+    "avsm:nodes=8,path=raster-order|binned",
+    "psm:path=raster|fused",
+    "uncompressed",
+];
 
 /// Texels a side of the light's map in [`DEFAULT`] on a software device, which would take minutes for 256.
 const DEFAULT_SIZE_ON_CPU: u32 = 64;
@@ -36,6 +40,12 @@ pub struct Arguments {
     /// A quick look: 8 frames, an eighth of the space points, a quarter of the picture
     #[arg(long)]
     quick: bool,
+    /// Build everything, also what no look-up misses and where nothing has changed: skip=off for every technique
+    #[arg(long)]
+    no_skip: bool,
+    /// Print the time of each pass of a build too
+    #[arg(long)]
+    passes: bool,
     #[command(flatten)]
     time: TimeArgument,
     #[command(flatten)]
@@ -73,6 +83,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let context = arguments.device.open()?;
     if specs.is_empty() {
         specs = default_specs(context.features())?;
+    }
+    if arguments.no_skip {
+        specs.iter_mut().for_each(|spec| spec.set("skip", "off"));
     }
     let store = Store::open(&arguments.out)?;
     let mut results = Results {
@@ -115,6 +128,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     store.write_text("report.html", &page(&results, store.dir())?)?;
     println!("{}", table(&results));
+    if arguments.passes {
+        println!("{}", passes(&results));
+    }
     println!("{}", arguments.out.join("report.html").display());
     check_messages(&context)?;
     Ok(exit_code(&context, &results))

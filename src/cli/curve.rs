@@ -1,6 +1,6 @@
 //! `gobo curve`
 
-use super::{DeviceArguments, TimeArgument, check_messages, load};
+use super::{DeviceArguments, MapArguments, TimeArgument, check_messages, load};
 use crate::measure::Query;
 use crate::reference::Casters;
 use crate::report::{Line, Points, curve};
@@ -22,6 +22,8 @@ pub struct Arguments {
     /// The texel, from the map's upper left
     #[arg(long, value_name = "X,Y", value_parser = texel)]
     texel: [u32; 2],
+    #[command(flatten)]
+    map: MapArguments,
     /// Technique spec, repeatable; all of one map size
     #[arg(long = "technique", value_name = "SPEC", default_value = "avsm:nodes=8,curve=linear|exponential")]
     techniques: Vec<String>,
@@ -41,6 +43,7 @@ fn texel(text: &str) -> std::result::Result<[u32; 2], String> {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene = load(&arguments.scene, &arguments.time)?;
+    let (light, map) = (arguments.map.light, arguments.map.of(&scene)?);
     let mut specs = Vec::new();
     for text in &arguments.techniques {
         specs.extend(parse(text)?);
@@ -54,12 +57,15 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if x >= size || y >= size {
         return Err(Error::input(name, format!("outside the map of {size} texels a side"), "choose one inside"));
     }
-    let view = View::volume(&scene, size);
+    let view = View::volumes(&scene, size)[map];
     let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+    if scene.first_map(light) + scene.lights[light].map_at(ray.at(view.z(1.0)).as_vec3().into()) != map {
+        return Err(Error::input(name, "in the margin of the face, which another face is asked for", "go further in"));
+    }
     let casters = Casters::new(&scene);
-    let (true_curve, segments) = casters.true_curve(&view, &ray);
+    let (true_curve, segments) = casters.true_curve(map, &view, &ray);
     if segments == 0 {
-        return Err(Error::input(name, "no particle covers it", "choose another (`gobo slice` shows the map)"));
+        return Err(Error::input(name, "nothing translucent covers it", "choose another (`gobo slice` shows the map)"));
     }
     let depths: Vec<f64> = (0..=SAMPLES).map(|i| f64::from(i) / f64::from(SAMPLES)).collect();
     let truth: Points = depths.iter().map(|d| (*d, true_curve.transmittance(*d))).collect();
@@ -67,7 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 
     let context = arguments.device.open()?;
     let data = SceneData::new(&context, &scene)?;
-    let query = Query::new(&context, &positions)?;
+    let query = Query::new(&context, light, &positions)?;
     let mut lines = Vec::new();
     for spec in &specs {
         let mut technique = (spec.entry.open)(&context, &scene, &data, spec)?;
@@ -78,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         lines.push(Line {
             name: format!("{} ({})", spec.short(), technique.path()),
             points: depths.iter().copied().zip(answers.into_iter().map(f64::from)).collect(),
-            nodes: technique.nodes([x, y])?,
+            nodes: technique.nodes(map, [x, y])?,
         });
     }
     let title = format!("{}, texel {x},{y}: {segments} segments", scene.name);

@@ -7,7 +7,7 @@ mod render;
 mod slice;
 
 use crate::gpu::{Context, Messages, Options};
-use crate::scene::{BUILT_IN, Scene};
+use crate::scene::{BUILT_IN, FACES, Scene};
 use crate::technique::{REGISTRY, Spec, Values, parse};
 use crate::{Error, Result};
 use clap::{Args, Parser, Subcommand};
@@ -64,9 +64,46 @@ impl DeviceArguments {
 /// Which scene.
 #[derive(Args)]
 struct TimeArgument {
-    /// How long the emitters of three-emitters have been running, seconds
+    /// How long the emitters of three-emitters and lantern have been running, seconds
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
     time: f64,
+}
+
+/// Which map of which light.
+#[derive(Args)]
+struct MapArguments {
+    /// The light, from 0 in the scene's order
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    light: usize,
+    /// Of a point light, the face of the cube around it: +x, -x, +y, -y, +z or -z
+    #[arg(long, allow_hyphen_values = true)]
+    face: Option<String>,
+}
+
+impl MapArguments {
+    /// The map among those of all lights.
+    fn of(&self, scene: &Scene) -> Result<usize> {
+        let Some(light) = scene.lights.get(self.light) else {
+            let cause = format!("the scene has {} lights, from 0", scene.lights.len());
+            return Err(Error::input(format!("--light {}", self.light), cause, "choose one of them"));
+        };
+        let names = FACES.map(|(name, _)| name).join(", ");
+        let face = match (&self.face, light.map_count()) {
+            (None, 1) => 0,
+            (None, _) => {
+                let cause = "a point light has six maps";
+                return Err(Error::input(format!("--light {}", self.light), cause, format!("add --face: {names}")));
+            }
+            (Some(face), 1) => {
+                let cause = format!("light {} is no point light", self.light);
+                return Err(Error::input(format!("--face {face}"), cause, "leave it out or choose another --light"));
+            }
+            (Some(face), _) => FACES.iter().position(|(name, _)| name == face).ok_or_else(|| {
+                Error::input(format!("--face {face}"), "no such face", format!("choose one of: {names}"))
+            })?,
+        };
+        Ok(scene.first_map(self.light) + face)
+    }
 }
 
 fn techniques() -> String {

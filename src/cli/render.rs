@@ -4,7 +4,7 @@ use super::{DeviceArguments, TimeArgument, check_messages, load, one_spec, write
 use crate::measure::{Renderer, Shading};
 use crate::reference::{Casters, picture};
 use crate::scene::View;
-use crate::technique::{LightData, SceneData, map_size};
+use crate::technique::SceneData;
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -55,8 +55,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let data = SceneData::new(&context, &scene)?;
     let mut technique = (spec.entry.open)(&context, &scene, &data, &spec)?;
     technique.build()?;
-    let light = LightData::new(&scene, map_size(&spec));
-    let renderer = Renderer::new(&context, &scene, &data, &light, &camera)?;
+    let renderer = Renderer::new(&context, &scene, &data, &camera)?;
     let shading = match arguments.meshes {
         Mesh::Forward => Shading::Forward,
         Mesh::Deferred => Shading::Deferred,

@@ -1,8 +1,9 @@
 //! `gobo slice`
 
-use super::{DeviceArguments, TimeArgument, check_messages, load, one_spec, write_png};
+use super::{DeviceArguments, MapArguments, TimeArgument, check_messages, load, one_spec, write_png};
 use crate::measure::slice;
-use crate::technique::{LightData, SceneData, map_size};
+use crate::scene::View;
+use crate::technique::{SceneData, map_size};
 use crate::{Error, Result};
 use clap::Args;
 use image::codecs::gif::{GifEncoder, Repeat};
@@ -20,6 +21,8 @@ pub struct Arguments {
     /// Technique spec
     #[arg(long, default_value = "avsm", value_name = "SPEC")]
     technique: String,
+    #[command(flatten)]
+    map: MapArguments,
     /// Depth in the light's range: 0 nearest to the light, 1 farthest
     #[arg(long, default_value_t = 1.0)]
     depth: f32,
@@ -50,15 +53,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         return Err(Error::input(name, "outside the light's range", "give a number from 0 to 1"));
     }
     let scene = load(&arguments.scene, &arguments.time)?;
+    let map = arguments.map.of(&scene)?;
     let spec = one_spec(&arguments.technique)?;
     let context = arguments.device.open()?;
     let data = SceneData::new(&context, &scene)?;
     let mut technique = (spec.entry.open)(&context, &scene, &data, &spec)?;
     technique.build()?;
-    let light = LightData::new(&scene, map_size(&spec));
+    let view = View::volumes(&scene, map_size(&spec))[map];
     let size = [arguments.size; 2];
     let at = |depth: f32| -> Result<Vec<u8>> {
-        Ok(gray(&slice(&context, &light, &technique.visibility(), depth, size)?, size))
+        Ok(gray(&slice(&context, arguments.map.light, &view, &technique.visibility(), depth, size)?, size))
     };
     match arguments.frames {
         None => write_png(&arguments.out, size, &at(arguments.depth)?)?,

@@ -14,6 +14,19 @@ pub enum Resource {
     StorageImage(Image),
     /// `texture2D` in GLSL, read with `texelFetch`.
     Texture(Image),
+    /// `sampler2D`, `sampler3D` in GLSL, linear, with what lies outside.
+    Sampled(Image, Border),
+    /// `subpassInput` in GLSL, for fragment shaders alone.
+    InputAttachment(Image),
+}
+
+/// What a sampler finds outside its image, in every channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Border {
+    /// 0.
+    Zero,
+    /// 1.
+    One,
 }
 
 /// A descriptor set and its layout. Clones share it.
@@ -25,6 +38,7 @@ struct Inner {
     layout: vk::DescriptorSetLayout,
     pool: vk::DescriptorPool,
     set: vk::DescriptorSet,
+    samplers: Vec<vk::Sampler>,
     /// Kept alive as long as a recorded command may use the set.
     _resources: Vec<Resource>,
 }
@@ -34,13 +48,14 @@ impl Drop for Inner {
         // SAFETY: recorded commands keep a clone; null handles are ignored.
         unsafe {
             self.context.device().destroy_descriptor_pool(self.pool, None);
+            self.samplers.iter().for_each(|s| self.context.device().destroy_sampler(*s, None));
             self.context.device().destroy_descriptor_set_layout(self.layout, None);
         }
     }
 }
 
 impl Bindings {
-    /// A set in which `resources[i]` is binding i, visible to every stage.
+    /// A set in which `resources[i]` is binding i, visible to every stage that may have it.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver runs out of memory.
@@ -51,6 +66,12 @@ impl Bindings {
             Resource::Buffer(_) => vk::DescriptorType::STORAGE_BUFFER,
             Resource::StorageImage(_) => vk::DescriptorType::STORAGE_IMAGE,
             Resource::Texture(_) => vk::DescriptorType::SAMPLED_IMAGE,
+            Resource::Sampled(..) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            Resource::InputAttachment(_) => vk::DescriptorType::INPUT_ATTACHMENT,
+        };
+        let stages = |r: &Resource| match r {
+            Resource::InputAttachment(_) => vk::ShaderStageFlags::FRAGMENT,
+            _ => vk::ShaderStageFlags::ALL,
         };
         let slots: Vec<_> = (0u32..)
             .zip(resources)
@@ -59,7 +80,7 @@ impl Bindings {
                     .binding(binding)
                     .descriptor_type(kind(r))
                     .descriptor_count(1)
-                    .stage_flags(vk::ShaderStageFlags::ALL)
+                    .stage_flags(stages(r))
             })
             .collect();
         let sizes: Vec<_> =
@@ -69,6 +90,7 @@ impl Bindings {
             layout: vk::DescriptorSetLayout::null(),
             pool: vk::DescriptorPool::null(),
             set: vk::DescriptorSet::null(),
+            samplers: Vec::new(),
             _resources: resources.to_vec(),
         };
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&slots);
@@ -96,7 +118,15 @@ impl Bindings {
                     // SAFETY: the set is not in use yet, and the buffer lives as long as the set.
                     unsafe { device.update_descriptor_sets(&[write.buffer_info(&info)], &[]) };
                 }
-                Resource::StorageImage(i) | Resource::Texture(i) => {
+                Resource::Sampled(i, border) => {
+                    // SAFETY: the info is complete and names no extension.
+                    let sampler = unsafe { device.create_sampler(&sampler_info(*border), None) }.map_err(fail)?;
+                    inner.samplers.push(sampler);
+                    let info = image(i).map(|i| i.sampler(sampler));
+                    // SAFETY: as above; the sampler lives as long as the set.
+                    unsafe { device.update_descriptor_sets(&[write.image_info(&info)], &[]) };
+                }
+                Resource::StorageImage(i) | Resource::Texture(i) | Resource::InputAttachment(i) => {
                     let info = image(i);
                     // SAFETY: as above.
                     unsafe { device.update_descriptor_sets(&[write.image_info(&info)], &[]) };
@@ -114,4 +144,18 @@ impl Bindings {
     pub(super) fn set(&self) -> vk::DescriptorSet {
         self.0.set
     }
+}
+
+fn sampler_info(border: Border) -> vk::SamplerCreateInfo<'static> {
+    let outside = vk::SamplerAddressMode::CLAMP_TO_BORDER;
+    vk::SamplerCreateInfo::default()
+        .mag_filter(vk::Filter::LINEAR)
+        .min_filter(vk::Filter::LINEAR)
+        .address_mode_u(outside)
+        .address_mode_v(outside)
+        .address_mode_w(outside)
+        .border_color(match border {
+            Border::Zero => vk::BorderColor::FLOAT_TRANSPARENT_BLACK,
+            Border::One => vk::BorderColor::FLOAT_OPAQUE_WHITE,
+        })
 }

@@ -1,7 +1,8 @@
 //! Recording and running commands: one call a pass writes the barrier, the label and the two timestamps.
 
+use super::ordered_attachments::AFTER_CLEAR;
 use super::pipeline::PUSH_BYTES;
-use super::{Bindings, Buffer, Context, Image, Pipeline, vk_error};
+use super::{Bindings, Buffer, Context, Image, OrderedAttachments, Pipeline, vk_error};
 use crate::{Error, Result};
 use ash::vk;
 use std::any::Any;
@@ -9,7 +10,7 @@ use std::ffi::CString;
 use std::sync::PoisonError;
 
 /// Passes in one submission, at most: two timestamps each.
-const MAX_PASSES: u32 = 256;
+const MAX_PASSES: u32 = 512;
 
 /// When a pass ran.
 #[derive(Clone, Debug, PartialEq)]
@@ -106,7 +107,7 @@ impl Context {
     /// timestamps). One submission runs at a time.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device is lost, or more than 256 passes are recorded.
+    /// [`Error::Gpu`] where the device is lost, or more than 512 passes are recorded.
     pub fn submit(&self, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
         let device = self.device();
         let fail = |r| vk_error("run", "a submission", r);
@@ -253,6 +254,22 @@ impl<'a> Pass<'_, 'a> {
         unsafe { self.commands.device().cmd_dispatch(buffer, groups[0], groups[1], groups[2]) };
     }
 
+    /// Runs a compute shader over the workgroups that the VkDispatchIndirectCommand at `offset` of `groups` says.
+    pub fn dispatch_indirect(
+        &mut self,
+        pipeline: &Pipeline,
+        sets: &[&Bindings],
+        push: &[u8],
+        groups: &Buffer,
+        offset: u64,
+    ) {
+        self.bind(pipeline, sets, push);
+        let buffer = self.commands.buffer;
+        // SAFETY: pipeline and sets are bound; the buffer is kept alive and allows indirect dispatches.
+        unsafe { self.commands.device().cmd_dispatch_indirect(buffer, groups.handle(), offset) };
+        self.commands.used.push(Box::new(groups.clone()));
+    }
+
     /// Sets every 32-bit word of `buffer`.
     pub fn fill(&mut self, buffer: &Buffer, value: u32) {
         let commands = self.commands.buffer;
@@ -263,8 +280,16 @@ impl<'a> Pass<'_, 'a> {
 
     /// Sets every texel of an image of unsigned integers.
     pub fn clear_image(&mut self, image: &Image, value: u32) {
+        self.clear_color(image, vk::ClearColorValue { uint32: [value; 4] });
+    }
+
+    /// Sets every channel of every texel of an image of numbers.
+    pub fn clear_volume(&mut self, image: &Image, value: f32) {
+        self.clear_color(image, vk::ClearColorValue { float32: [value; 4] });
+    }
+
+    fn clear_color(&mut self, image: &Image, color: vk::ClearColorValue) {
         let commands = self.commands.buffer;
-        let color = vk::ClearColorValue { uint32: [value; 4] };
         let ranges = [vk::ImageSubresourceRange::default().aspect_mask(image.aspect()).level_count(1).layer_count(1)];
         let general = vk::ImageLayout::GENERAL;
         // SAFETY: the image is kept alive, in GENERAL, and allows copies.
@@ -287,7 +312,7 @@ impl<'a> Pass<'_, 'a> {
         let size = from.size();
         let regions = [vk::BufferImageCopy::default()
             .image_subresource(vk::ImageSubresourceLayers::default().aspect_mask(from.aspect()).layer_count(1))
-            .image_extent(vk::Extent3D { width: size[0], height: size[1], depth: 1 })];
+            .image_extent(vk::Extent3D { width: size[0], height: size[1], depth: from.depth() })];
         let commands = self.commands.buffer;
         let general = vk::ImageLayout::GENERAL;
         // SAFETY: both are kept alive; the caller made the buffer as large as the image.
@@ -301,6 +326,18 @@ impl<'a> Pass<'_, 'a> {
     /// Draws into `colors` and `depth` (either may be none), over `size` texels.
     pub fn render(
         &mut self,
+        size: [u32; 2],
+        colors: &[Target],
+        depth: Option<Target>,
+        record: impl FnOnce(&mut Draw<'_, '_, 'a>),
+    ) {
+        self.render_rows(0, size, colors, depth, record);
+    }
+
+    /// As [`Pass::render`], over the rows from `first_row` on; those above and below are neither drawn to nor cleared.
+    pub fn render_rows(
+        &mut self,
+        first_row: u32,
         size: [u32; 2],
         colors: &[Target],
         depth: Option<Target>,
@@ -324,19 +361,17 @@ impl<'a> Pass<'_, 'a> {
             let depth_stencil = vk::ClearDepthStencilValue { depth: t.clear.unwrap_or_default()[0], stencil: 0 };
             attachment(t).clear_value(vk::ClearValue { depth_stencil })
         });
-        let area = vk::Rect2D { extent: vk::Extent2D { width: size[0], height: size[1] }, ..Default::default() };
+        let area = area(first_row, size);
         let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&color_infos);
         if let Some(depth_info) = &depth_info {
             info = info.depth_attachment(depth_info);
         }
-        let viewport =
-            [vk::Viewport { width: size[0] as f32, height: size[1] as f32, max_depth: 1.0, ..Default::default() }];
         let buffer = self.commands.buffer;
         let device = self.commands.device();
         // SAFETY: the attachments are kept alive, in GENERAL; the area is within them, as callers size them alike.
         unsafe {
             device.cmd_begin_rendering(buffer, &info);
-            device.cmd_set_viewport(buffer, 0, &viewport);
+            device.cmd_set_viewport(buffer, 0, &viewport(first_row, size));
             device.cmd_set_scissor(buffer, 0, &[area]);
         }
         record(&mut Draw { pass: self });
@@ -345,6 +380,69 @@ impl<'a> Pass<'_, 'a> {
         for target in colors.iter().chain(&depth) {
             self.commands.used.push(Box::new(target.image.clone()));
         }
+    }
+
+    /// Draws into the layers of a volume, with pipelines of [`Pipeline::layered`]. Each viewport is a square at
+    /// the upper left of so many texels a side.
+    pub fn render_layers(&mut self, volume: &Image, viewports: &[u32], record: impl FnOnce(&mut Draw<'_, '_, 'a>)) {
+        let colors = [vk::RenderingAttachmentInfo::default()
+            .image_view(volume.attachment_view())
+            .image_layout(vk::ImageLayout::GENERAL)
+            .load_op(vk::AttachmentLoadOp::LOAD)
+            .store_op(vk::AttachmentStoreOp::STORE)];
+        let info = vk::RenderingInfo::default()
+            .render_area(area(0, volume.size()))
+            .layer_count(volume.depth())
+            .color_attachments(&colors);
+        let scissors: Vec<_> = viewports.iter().map(|side| area(0, [*side, *side])).collect();
+        let viewports: Vec<_> = viewports.iter().flat_map(|side| viewport(0, [*side, *side])).collect();
+        let buffer = self.commands.buffer;
+        let device = self.commands.device();
+        // SAFETY: the volume is kept alive, in GENERAL; the area and the layers are all of it.
+        unsafe {
+            device.cmd_begin_rendering(buffer, &info);
+            device.cmd_set_viewport(buffer, 0, &viewports);
+            device.cmd_set_scissor(buffer, 0, &scissors);
+        }
+        record(&mut Draw { pass: self });
+        // SAFETY: the render was begun above.
+        unsafe { device.cmd_end_rendering(buffer) };
+        self.commands.used.push(Box::new(volume.clone()));
+    }
+
+    /// Draws into attachments that fragments read and write back in drawing order, each cleared to `clear` first, with
+    /// pipelines of [`Pipeline::ordered`].
+    pub fn render_ordered(
+        &mut self,
+        attachments: &OrderedAttachments,
+        clear: [f32; 4],
+        record: impl FnOnce(&mut Draw<'_, '_, 'a>),
+    ) {
+        let size = attachments.size();
+        let clears = vec![vk::ClearValue { color: vk::ClearColorValue { float32: clear } }; attachments.images().len()];
+        let info = vk::RenderPassBeginInfo::default()
+            .render_pass(attachments.render_pass())
+            .framebuffer(attachments.framebuffer())
+            .render_area(area(0, size))
+            .clear_values(&clears);
+        let barriers = [vk::MemoryBarrier::default()
+            .src_access_mask(AFTER_CLEAR.src_access_mask)
+            .dst_access_mask(AFTER_CLEAR.dst_access_mask)];
+        let (from, to, by_region) =
+            (AFTER_CLEAR.src_stage_mask, AFTER_CLEAR.dst_stage_mask, AFTER_CLEAR.dependency_flags);
+        let buffer = self.commands.buffer;
+        let device = self.commands.device();
+        // SAFETY: the attachments are kept alive, in GENERAL; the barrier is the render pass's self-dependency.
+        unsafe {
+            device.cmd_begin_render_pass(buffer, &info, vk::SubpassContents::INLINE);
+            device.cmd_pipeline_barrier(buffer, from, to, by_region, &barriers, &[], &[]);
+            device.cmd_set_viewport(buffer, 0, &viewport(0, size));
+            device.cmd_set_scissor(buffer, 0, &[area(0, size)]);
+        }
+        record(&mut Draw { pass: self });
+        // SAFETY: the render pass was begun above.
+        unsafe { device.cmd_end_render_pass(buffer) };
+        self.commands.used.push(Box::new(attachments.clone()));
     }
 
     fn bind(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8]) {
@@ -369,11 +467,32 @@ impl<'a> Pass<'_, 'a> {
 }
 
 impl Draw<'_, '_, '_> {
-    /// Draws `vertices` vertices, three a triangle.
+    /// Draws what the VkDrawIndirectCommand at `offset` of `draws` says, three vertices a triangle.
+    pub fn draw_indirect(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], draws: &Buffer, offset: u64) {
+        self.pass.bind(pipeline, sets, push);
+        let buffer = self.pass.commands.buffer;
+        // SAFETY: a render is begun, pipeline and sets are bound; the buffer is kept alive and allows indirect draws.
+        unsafe { self.pass.commands.device().cmd_draw_indirect(buffer, draws.handle(), offset, 1, 16) };
+        self.pass.commands.used.push(Box::new(draws.clone()));
+    }
+
+    /// Draws `vertices` vertices, three a triangle, or one a point for a pipeline with a geometry shader.
     pub fn draw(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], vertices: u32) {
         self.pass.bind(pipeline, sets, push);
         let buffer = self.pass.commands.buffer;
         // SAFETY: a render is begun, pipeline and sets are bound.
         unsafe { self.pass.commands.device().cmd_draw(buffer, vertices, 1, 0, 0) };
     }
+}
+
+fn area(first_row: u32, size: [u32; 2]) -> vk::Rect2D {
+    vk::Rect2D {
+        offset: vk::Offset2D { x: 0, y: first_row as i32 },
+        extent: vk::Extent2D { width: size[0], height: size[1] },
+    }
+}
+
+fn viewport(first_row: u32, size: [u32; 2]) -> [vk::Viewport; 1] {
+    let (y, width, height) = (first_row as f32, size[0] as f32, size[1] as f32);
+    [vk::Viewport { x: 0.0, y, width, height, min_depth: 0.0, max_depth: 1.0 }]
 }

@@ -338,10 +338,15 @@ fn create_device(
 ) -> Result<ash::Device> {
     let mut extensions = Vec::new();
     let mut interlock = vk::PhysicalDeviceFragmentShaderInterlockFeaturesEXT::default();
-    let mut features12 = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
+    let mut order = vk::PhysicalDeviceRasterizationOrderAttachmentAccessFeaturesEXT::default();
+    let mut features12 = vk::PhysicalDeviceVulkan12Features::default()
+        .scalar_block_layout(true)
+        .shader_output_layer(features.vertex_layer_output)
+        .shader_output_viewport_index(features.vertex_layer_output);
     let mut features13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
     let core = vk::PhysicalDeviceFeatures::default()
         .geometry_shader(features.geometry_shader)
+        .multi_viewport(features.multi_viewport)
         .fragment_stores_and_atomics(features.fragment_stores_and_atomics);
     let mut all =
         vk::PhysicalDeviceFeatures2::default().features(core).push_next(&mut features12).push_next(&mut features13);
@@ -349,6 +354,11 @@ fn create_device(
         extensions.push(ext::fragment_shader_interlock::NAME.as_ptr());
         interlock = interlock.fragment_shader_pixel_interlock(true);
         all = all.push_next(&mut interlock);
+    }
+    if features.rasterization_order_color_attachment_access {
+        extensions.push(ext::rasterization_order_attachment_access::NAME.as_ptr());
+        order = order.rasterization_order_color_attachment_access(true);
+        all = all.push_next(&mut order);
     }
     // SAFETY: `physical` comes from this instance.
     let offered = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();

@@ -42,10 +42,22 @@ pub struct Features {
     pub subgroup_arithmetic: bool,
     /// Largest storage buffer, bytes.
     pub max_storage_buffer_range: u32,
+    /// Colour attachments of a render pass.
+    pub max_color_attachments: u32,
+    /// Colour attachments that a fragment shader may write.
+    pub max_fragment_output_attachments: u32,
+    /// Input attachments that a fragment shader may read.
+    pub max_per_stage_descriptor_input_attachments: u32,
+    /// Colour attachments, storage buffers and storage images of a fragment shader together.
+    pub max_fragment_combined_output_resources: u32,
     /// Largest side of a 2D image, texels.
     pub max_image_dimension_2d: u32,
     /// Largest side of a 3D image, texels.
     pub max_image_dimension_3d: u32,
+    /// Viewports of a render.
+    pub max_viewports: u32,
+    /// Layers of a render.
+    pub max_framebuffer_layers: u32,
     /// Shared memory of a workgroup, bytes.
     pub max_compute_shared_memory_bytes: u32,
     /// Nanoseconds a timestamp tick.
@@ -61,16 +73,51 @@ pub enum Requirement {
     PixelInterlock,
     /// [`Features::fragment_stores_and_atomics`].
     FragmentStores,
+    /// [`Features::rasterization_order_color_attachment_access`].
+    RasterOrder,
+    /// [`Features::geometry_shader`] and [`Features::multi_viewport`].
+    GeometryLayers,
+    /// [`Features::vertex_layer_output`].
+    VertexLayers,
+    /// One of the two before.
+    Layers,
 }
 
 impl Features {
     /// The Vulkan name of `requirement` if this device lacks it.
     pub fn lacks(&self, requirement: Requirement) -> Option<&'static str> {
+        let geometry_layers = self.geometry_shader && self.multi_viewport;
         let (has, name) = match requirement {
             Requirement::PixelInterlock => (self.fragment_shader_pixel_interlock, "fragmentShaderPixelInterlock"),
             Requirement::FragmentStores => (self.fragment_stores_and_atomics, "fragmentStoresAndAtomics"),
+            Requirement::RasterOrder => {
+                (self.rasterization_order_color_attachment_access, "rasterizationOrderColorAttachmentAccess")
+            }
+            Requirement::GeometryLayers => (geometry_layers, "geometryShader and multiViewport"),
+            Requirement::VertexLayers => (self.vertex_layer_output, "shaderOutputLayer and shaderOutputViewportIndex"),
+            Requirement::Layers => (
+                geometry_layers || self.vertex_layer_output,
+                "shaderOutputLayer and shaderOutputViewportIndex, or geometryShader and multiViewport",
+            ),
         };
         (!has).then_some(name)
+    }
+
+    /// The limit, by its Vulkan name, that leaves no room for a fragment shader with `buffers` storage buffers and
+    /// `attachments` colour attachments which it also reads.
+    pub fn attachment_limit(&self, attachments: u32, buffers: u32) -> Option<String> {
+        let limits = [
+            ("maxColorAttachments", self.max_color_attachments, attachments),
+            ("maxFragmentOutputAttachments", self.max_fragment_output_attachments, attachments),
+            ("maxPerStageDescriptorInputAttachments", self.max_per_stage_descriptor_input_attachments, attachments),
+            (
+                "maxFragmentCombinedOutputResources",
+                self.max_fragment_combined_output_resources,
+                attachments.saturating_add(buffers),
+            ),
+        ];
+        let short = limits.into_iter().find(|(_, has, needs)| has < needs);
+        short.map(|(name, has, needs)| format!("{name} of at least {needs} (this device has {has})"))
     }
 
     /// Every fact as name → value, for results and tables.
@@ -162,8 +209,14 @@ impl Features {
             subgroup_arithmetic: subgroup.supported_operations.contains(vk::SubgroupFeatureFlags::ARITHMETIC)
                 && subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE),
             max_storage_buffer_range: limits.max_storage_buffer_range,
+            max_color_attachments: limits.max_color_attachments,
+            max_fragment_output_attachments: limits.max_fragment_output_attachments,
+            max_per_stage_descriptor_input_attachments: limits.max_per_stage_descriptor_input_attachments,
+            max_fragment_combined_output_resources: limits.max_fragment_combined_output_resources,
             max_image_dimension_2d: limits.max_image_dimension2_d,
             max_image_dimension_3d: limits.max_image_dimension3_d,
+            max_viewports: if core.multi_viewport != 0 { limits.max_viewports } else { 1 },
+            max_framebuffer_layers: limits.max_framebuffer_layers,
             max_compute_shared_memory_bytes: limits.max_compute_shared_memory_size,
             timestamp_period_ns: limits.timestamp_period,
             timestamp_valid_bits: queue_family.map_or(0, |f| families[f as usize].timestamp_valid_bits),

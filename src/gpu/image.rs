@@ -16,11 +16,15 @@ pub enum ImageUse {
     Storage,
     /// Drawn to, then fetched by shaders.
     Color,
+    /// Drawn to in [`super::OrderedAttachments`], then fetched by shaders.
+    OrderedColor,
     /// A depth buffer that shaders may fetch from.
     Depth,
+    /// Three-dimensional: drawn to layer by layer, written, read and sampled by shaders.
+    Volume,
 }
 
-/// A 2D image. Clones share it; the last one frees it.
+/// A 2D or a 3D image. Clones share it; the last one frees it.
 #[derive(Clone)]
 pub struct Image(Arc<Inner>);
 
@@ -28,9 +32,11 @@ struct Inner {
     context: Context,
     handle: vk::Image,
     view: vk::ImageView,
+    /// Of a volume, its layers as an array of 2D images; else null.
+    layers: vk::ImageView,
     allocation: Option<Allocation>,
     name: String,
-    size: [u32; 2],
+    size: [u32; 3],
     texel_bytes: u32,
     aspect: vk::ImageAspectFlags,
 }
@@ -39,6 +45,7 @@ impl Drop for Inner {
     fn drop(&mut self) {
         // SAFETY: recorded commands keep a clone, so the device no longer uses the image; null handles are ignored.
         unsafe {
+            self.context.device().destroy_image_view(self.layers, None);
             self.context.device().destroy_image_view(self.view, None);
             self.context.device().destroy_image(self.handle, None);
         }
@@ -63,12 +70,38 @@ impl Image {
     /// # Errors
     /// [`Error::Gpu`] where the size is past the device's limit or memory runs out.
     pub fn new(context: &Context, name: &str, format: vk::Format, size: [u32; 2], usage: ImageUse) -> Result<Self> {
-        let limit = context.features().max_image_dimension_2d;
-        if size.iter().any(|s| *s == 0 || *s > limit) {
+        Self::with_depth(context, name, format, [size[0], size[1], 1], usage)
+    }
+
+    /// A 3D image of `size` texels with undefined content, for [`ImageUse::Volume`].
+    ///
+    /// # Errors
+    /// As [`Image::new`], and where a render cannot have as many layers.
+    pub fn volume(context: &Context, name: &str, format: vk::Format, size: [u32; 3]) -> Result<Self> {
+        let limit = context.features().max_framebuffer_layers;
+        if size[2] > limit {
             return Err(Error::Gpu {
                 operation: "create image",
                 name: name.into(),
-                cause: format!("{} × {} texels, and this device takes 1 to {limit} a side", size[0], size[1]),
+                cause: format!("{} layers, and this device draws to at most {limit} (maxFramebufferLayers)", size[2]),
+                way_out: "use fewer slices (slices=) or fewer lights".into(),
+            });
+        }
+        Self::with_depth(context, name, format, size, ImageUse::Volume)
+    }
+
+    fn with_depth(context: &Context, name: &str, format: vk::Format, size: [u32; 3], usage: ImageUse) -> Result<Self> {
+        let is_volume = usage == ImageUse::Volume;
+        let features = context.features();
+        let limit = if is_volume { features.max_image_dimension_3d } else { features.max_image_dimension_2d };
+        if size.iter().any(|s| *s == 0 || *s > limit) {
+            let [width, height, depth] = size;
+            let texels =
+                if is_volume { format!("{width} × {height} × {depth}") } else { format!("{width} × {height}") };
+            return Err(Error::Gpu {
+                operation: "create image",
+                name: name.into(),
+                cause: format!("{texels} texels, and this device takes 1 to {limit} a side"),
                 way_out: "use a size in that range".into(),
             });
         }
@@ -78,15 +111,32 @@ impl Image {
             ImageUse::Color => {
                 (vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED, vk::ImageAspectFlags::COLOR)
             }
+            ImageUse::OrderedColor => (
+                vk::ImageUsageFlags::COLOR_ATTACHMENT
+                    | vk::ImageUsageFlags::INPUT_ATTACHMENT
+                    | vk::ImageUsageFlags::SAMPLED,
+                vk::ImageAspectFlags::COLOR,
+            ),
             ImageUse::Depth => (
                 vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::SAMPLED,
                 vk::ImageAspectFlags::DEPTH,
             ),
+            ImageUse::Volume => (
+                vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED,
+                vk::ImageAspectFlags::COLOR,
+            ),
+        };
+        let (image_type, view_type, create) = if is_volume {
+            let create = vk::ImageCreateFlags::TYPE_2D_ARRAY_COMPATIBLE;
+            (vk::ImageType::TYPE_3D, vk::ImageViewType::TYPE_3D, create)
+        } else {
+            (vk::ImageType::TYPE_2D, vk::ImageViewType::TYPE_2D, vk::ImageCreateFlags::empty())
         };
         let info = vk::ImageCreateInfo::default()
-            .image_type(vk::ImageType::TYPE_2D)
+            .flags(create)
+            .image_type(image_type)
             .format(format)
-            .extent(vk::Extent3D { width: size[0], height: size[1], depth: 1 })
+            .extent(vk::Extent3D { width: size[0], height: size[1], depth: size[2] })
             .mip_levels(1)
             .array_layers(1)
             .samples(vk::SampleCountFlags::TYPE_1)
@@ -99,6 +149,7 @@ impl Image {
             context: context.clone(),
             handle,
             view: vk::ImageView::null(),
+            layers: vk::ImageView::null(),
             allocation: None,
             name: name.into(),
             size,
@@ -126,24 +177,31 @@ impl Image {
         let range = vk::ImageSubresourceRange::default().aspect_mask(aspect).level_count(1).layer_count(1);
         let info = vk::ImageViewCreateInfo::default()
             .image(handle)
-            .view_type(vk::ImageViewType::TYPE_2D)
+            .view_type(view_type)
             .format(format)
             .subresource_range(range);
         // SAFETY: the image is bound and the view matches it.
         inner.view =
             unsafe { device.create_image_view(&info, None) }.map_err(|r| vk_error("create view of", name, r))?;
+        if is_volume {
+            let range = range.layer_count(size[2]);
+            let info = info.view_type(vk::ImageViewType::TYPE_2D_ARRAY).subresource_range(range);
+            // SAFETY: the image is bound, three-dimensional, and made to be seen as an array of 2D images.
+            inner.layers =
+                unsafe { device.create_image_view(&info, None) }.map_err(|r| vk_error("create view of", name, r))?;
+        }
         context.set_name(handle, name);
         let image = Self(Arc::new(inner));
         context.submit(|commands| commands.make_general(&image))?;
         Ok(image)
     }
 
-    /// Reads all texels, row by row.
+    /// Reads all texels, row by row, of a volume layer by layer.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out or `T` is not as large as a texel.
     pub fn read<T: Pod>(&self) -> Result<Vec<T>> {
-        let texels = self.0.size[0] as usize * self.0.size[1] as usize;
+        let texels = self.0.size.iter().map(|s| *s as usize).product();
         if size_of::<T>() != self.0.texel_bytes as usize {
             return Err(Error::Gpu {
                 operation: "read image",
@@ -159,12 +217,17 @@ impl Image {
 
     /// Width and height, texels.
     pub fn size(&self) -> [u32; 2] {
-        self.0.size
+        [self.0.size[0], self.0.size[1]]
+    }
+
+    /// Layers of a volume, else 1.
+    pub fn depth(&self) -> u32 {
+        self.0.size[2]
     }
 
     /// Size in bytes, padding left aside.
     pub fn bytes(&self) -> u64 {
-        u64::from(self.0.size[0]) * u64::from(self.0.size[1]) * u64::from(self.0.texel_bytes)
+        self.0.size.iter().map(|s| u64::from(*s)).product::<u64>() * u64::from(self.0.texel_bytes)
     }
 
     pub(super) fn handle(&self) -> vk::Image {
@@ -173,6 +236,11 @@ impl Image {
 
     pub(super) fn view(&self) -> vk::ImageView {
         self.0.view
+    }
+
+    /// What a render draws to.
+    pub(super) fn attachment_view(&self) -> vk::ImageView {
+        if self.0.layers == vk::ImageView::null() { self.0.view } else { self.0.layers }
     }
 
     pub(super) fn aspect(&self) -> vk::ImageAspectFlags {

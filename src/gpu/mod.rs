@@ -9,17 +9,19 @@ mod commands;
 mod context;
 mod features;
 mod image;
+mod ordered_attachments;
 mod pipeline;
 mod spirv;
 mod validation;
 
-pub use bindings::{Bindings, Resource};
+pub use bindings::{Bindings, Border, Resource};
 pub use buffer::{Buffer, Memory};
 pub use commands::{Commands, Draw, Pass, PassTime, Target};
 pub use context::{Context, Options, devices};
 pub use features::{Features, Requirement};
 pub use image::{Image, ImageUse};
-pub use pipeline::{Blend, Graphics, Pipeline};
+pub use ordered_attachments::OrderedAttachments;
+pub use pipeline::{Blend, Graphics, Layered, Pipeline};
 pub use spirv::{SHADERS, Shader, shader};
 pub use validation::{ALLOWED, Allowed, Messages};
 

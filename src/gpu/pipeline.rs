@@ -1,6 +1,6 @@
 //! Compute and graphics pipelines.
 
-use super::{Bindings, Context, Shader, vk_error};
+use super::{Bindings, Context, OrderedAttachments, Shader, vk_error};
 use crate::Result;
 use ash::vk;
 use std::sync::Arc;
@@ -15,6 +15,10 @@ pub enum Blend {
     None,
     /// Premultiplied over: new + (1 − new alpha) · old.
     Over,
+    /// new · old, in every channel.
+    Multiply,
+    /// new + old, in every channel.
+    Add,
 }
 
 /// A graphics pipeline's state. Triangles, no culling, no vertex buffers: vertex shaders fetch by index.
@@ -27,6 +31,23 @@ pub struct Graphics<'a> {
     pub colors: &'a [(vk::Format, Blend)],
     /// Write and test depth (D32, less) or not.
     pub depth: bool,
+}
+
+/// How primitives reach the layers of a volume.
+pub struct Layered<'a> {
+    /// Makes triangles of points and chooses their layers and viewports; without one the vertex shader chooses them for
+    /// its triangles.
+    pub geometry: Option<&'a Shader>,
+    /// How many viewports [`super::Pass::render_layers`] is given.
+    pub viewports: u32,
+}
+
+/// What a pipeline draws to.
+#[derive(Clone, Copy)]
+enum Into<'a> {
+    Targets,
+    Ordered(&'a OrderedAttachments),
+    Layers(&'a Layered<'a>),
 }
 
 /// A pipeline. Clones share it.
@@ -114,25 +135,69 @@ impl Pipeline {
     /// # Errors
     /// As [`Pipeline::compute`].
     pub fn graphics(context: &Context, state: &Graphics, sets: &[&Bindings], constants: &[u32]) -> Result<Self> {
+        Self::drawing(context, state, Into::Targets, sets, constants)
+    }
+
+    /// A graphics pipeline for [`super::Pass::render_layers`]; sets and constants for all its stages.
+    ///
+    /// # Errors
+    /// As [`Pipeline::compute`].
+    pub fn layered(
+        context: &Context,
+        state: &Graphics,
+        layered: &Layered,
+        sets: &[&Bindings],
+        constants: &[u32],
+    ) -> Result<Self> {
+        Self::drawing(context, state, Into::Layers(layered), sets, constants)
+    }
+
+    /// A graphics pipeline for [`super::Pass::render_ordered`] into `attachments`, which are what its fragment shader reads
+    /// and writes: it runs for one fragment of a texel at a time, in drawing order. Sets and constants as above.
+    ///
+    /// # Errors
+    /// As [`Pipeline::compute`].
+    pub fn ordered(
+        context: &Context,
+        [vertex, fragment]: [&Shader; 2],
+        attachments: &OrderedAttachments,
+        sets: &[&Bindings],
+        constants: &[u32],
+    ) -> Result<Self> {
+        let colors = vec![(OrderedAttachments::FORMAT, Blend::None); attachments.images().len()];
+        let state = Graphics { vertex, fragment, colors: &colors, depth: false };
+        Self::drawing(context, &state, Into::Ordered(attachments), sets, constants)
+    }
+
+    fn drawing(context: &Context, state: &Graphics, into: Into, sets: &[&Bindings], constants: &[u32]) -> Result<Self> {
         let name = state.fragment.name;
         let mut inner = layout(context, name, sets, vk::PipelineBindPoint::GRAPHICS)?;
-        let modules = [
+        let mut modules = vec![
             (vk::ShaderStageFlags::VERTEX, module(context, state.vertex)?),
             (vk::ShaderStageFlags::FRAGMENT, module(context, state.fragment)?),
         ];
+        let (mut topology, mut viewports) = (vk::PrimitiveTopology::TRIANGLE_LIST, 1);
+        if let Into::Layers(layered) = into {
+            viewports = layered.viewports;
+            if let Some(geometry) = layered.geometry {
+                modules.push((vk::ShaderStageFlags::GEOMETRY, module(context, geometry)?));
+                topology = vk::PrimitiveTopology::POINT_LIST;
+            }
+        }
         let map = entries(constants);
         let specialization = vk::SpecializationInfo::default().map_entries(&map).data(bytemuck::cast_slice(constants));
-        let stages = modules.each_ref().map(|(stage, module)| {
+        let stage = |(stage, module): &(vk::ShaderStageFlags, Module)| {
             vk::PipelineShaderStageCreateInfo::default()
                 .stage(*stage)
                 .module(module.1)
                 .name(c"main")
                 .specialization_info(&specialization)
-        });
+        };
+        let stages: Vec<_> = modules.iter().map(stage).collect();
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
-        let assembly =
-            vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
-        let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
+        let viewport =
+            vk::PipelineViewportStateCreateInfo::default().viewport_count(viewports).scissor_count(viewports);
         let raster = vk::PipelineRasterizationStateCreateInfo::default()
             .polygon_mode(vk::PolygonMode::FILL)
             .cull_mode(vk::CullModeFlags::NONE)
@@ -144,7 +209,7 @@ impl Pipeline {
             .depth_write_enable(state.depth)
             .depth_compare_op(vk::CompareOp::LESS);
         let blends: Vec<_> = state.colors.iter().map(|(_, blend)| attachment(*blend)).collect();
-        let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
+        let mut blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
         let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
         let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
         let formats: Vec<_> = state.colors.iter().map(|(format, _)| *format).collect();
@@ -152,7 +217,10 @@ impl Pipeline {
         if state.depth {
             rendering = rendering.depth_attachment_format(vk::Format::D32_SFLOAT);
         }
-        let info = [vk::GraphicsPipelineCreateInfo::default()
+        if matches!(into, Into::Ordered(_)) {
+            blend = blend.flags(vk::PipelineColorBlendStateCreateFlags::RASTERIZATION_ORDER_ATTACHMENT_ACCESS_EXT);
+        }
+        let info = vk::GraphicsPipelineCreateInfo::default()
             .stages(&stages)
             .vertex_input_state(&vertex_input)
             .input_assembly_state(&assembly)
@@ -162,8 +230,11 @@ impl Pipeline {
             .depth_stencil_state(&depth)
             .color_blend_state(&blend)
             .dynamic_state(&dynamic)
-            .layout(inner.layout)
-            .push_next(&mut rendering)];
+            .layout(inner.layout);
+        let info = [match into {
+            Into::Ordered(attachments) => info.render_pass(attachments.render_pass()),
+            Into::Targets | Into::Layers(_) => info.push_next(&mut rendering),
+        }];
         // SAFETY: everything `info` points to is alive.
         let made = unsafe { context.device().create_graphics_pipelines(vk::PipelineCache::null(), &info, None) };
         inner.handle = first(made).map_err(|r| vk_error("create pipeline", name, r))?;
@@ -193,15 +264,18 @@ fn first(
 
 fn attachment(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
     let base = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
-    match blend {
-        Blend::None => base,
-        Blend::Over => base
-            .blend_enable(true)
-            .src_color_blend_factor(vk::BlendFactor::ONE)
-            .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
-            .color_blend_op(vk::BlendOp::ADD)
-            .src_alpha_blend_factor(vk::BlendFactor::ONE)
-            .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
-            .alpha_blend_op(vk::BlendOp::ADD),
-    }
+    let (new, old) = match blend {
+        Blend::None => return base,
+        Blend::Over => (vk::BlendFactor::ONE, vk::BlendFactor::ONE_MINUS_SRC_ALPHA),
+        Blend::Multiply => (vk::BlendFactor::ZERO, vk::BlendFactor::SRC_COLOR),
+        Blend::Add => (vk::BlendFactor::ONE, vk::BlendFactor::ONE),
+    };
+    // The alpha of a colour factor is the alpha factor.
+    base.blend_enable(true)
+        .src_color_blend_factor(new)
+        .dst_color_blend_factor(old)
+        .color_blend_op(vk::BlendOp::ADD)
+        .src_alpha_blend_factor(new)
+        .dst_alpha_blend_factor(old)
+        .alpha_blend_op(vk::BlendOp::ADD)
 }

@@ -4,8 +4,8 @@ use crate::{Error, Result};
 
 /// A compiled shader.
 pub struct Shader {
-    /// Its place in glsl/, with the technique in front for shaders built once a technique: `avsm/resolve.comp`,
-    /// `avsm/consume/query.comp`.
+    /// Its place in glsl/, with the technique in front for shaders built once a technique, and ATTACHMENTS behind for
+    /// those built once for each: `avsm/resolve.comp`, `avsm/consume/query.comp`, `avsm/unpack.comp/4`.
     pub name: &'static str,
     /// SPIR-V.
     pub words: &'static [u32],

@@ -1,15 +1,15 @@
 //! One row of a comparison: build, time, ask, draw, compare with the truth.
 
 use super::consume::{Query, Renderer, Shading};
-use super::{PassTiming, Row, RowError, Status, Timing, picture_error, point_error};
+use super::{PassTiming, PointError, Row, RowError, Status, Timing, picture_error, point_error};
 use crate::gpu::{Context, PassTime};
-use crate::reference::{Casters, MapTruth, limit_mean_abs, map_truth, picture, space_points};
+use crate::reference::{Casters, MapTruth, limit_mean_abs, map_truths, picture, space_points};
 use crate::scene::{Picture, Scene, View};
-use crate::technique::{LightData, SceneData, Spec, Technique, map_size};
+use crate::technique::{SceneData, Spec, Technique, map_size};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
-/// Look-ups that are timed at once.
+/// Look-ups that are timed at once, in equal shares through each light.
 pub const LOOKUPS: usize = 1_000_000;
 
 /// Shortest warm-up.
@@ -28,7 +28,7 @@ pub struct Effort {
     pub frames: usize,
     /// Frames before them that are not.
     pub warm_up: usize,
-    /// Space points that are compared with the truth.
+    /// Space points that are compared with the truth, for each light.
     pub space_points: usize,
     /// Size of the picture, pixels.
     pub picture: [u32; 2],
@@ -45,10 +45,16 @@ pub struct Case<'a> {
     casters: Casters<'a>,
     camera: View,
     effort: Effort,
-    space: Vec<[f32; 3]>,
-    space_truth: Vec<f64>,
-    /// Map size → truth and limits there.
-    maps: BTreeMap<u32, (MapTruth, Vec<f64>)>,
+    space: Vec<Space>,
+    /// Map size → truth in each map, and limits over all.
+    maps: BTreeMap<u32, (Vec<MapTruth>, Vec<f64>)>,
+}
+
+/// The space points of one light.
+struct Space {
+    points: Vec<[f32; 3]>,
+    /// At the first of them.
+    truth: Vec<f64>,
 }
 
 impl<'a> Case<'a> {
@@ -60,12 +66,12 @@ impl<'a> Case<'a> {
         use rayon::prelude::*;
         let casters = Casters::new(scene);
         let camera = View::camera(&scene.camera, scene, effort.picture);
-        let space = space_points(&casters, scene, LOOKUPS);
-        let space_truth = space
-            .par_iter()
-            .take(effort.space_points)
-            .map(|p| casters.visibility(glam::DVec3::from(p.map(f64::from))))
-            .collect();
+        let space = |light| {
+            let points = space_points(scene, light, effort.space_points.max(LOOKUPS / scene.lights.len()));
+            let visibility = |p: &[f32; 3]| casters.visibility(light, glam::DVec3::from(p.map(f64::from)));
+            Space { truth: points.par_iter().take(effort.space_points).map(visibility).collect(), points }
+        };
+        let space = (0..scene.lights.len()).map(space).collect();
         Ok(Self {
             reference: picture(&casters, scene, &camera),
             context: context.clone(),
@@ -75,7 +81,6 @@ impl<'a> Case<'a> {
             camera,
             effort,
             space,
-            space_truth,
             maps: BTreeMap::new(),
         })
     }
@@ -120,33 +125,47 @@ impl<'a> Case<'a> {
         row.bytes_resident = technique.bytes_resident();
         row.bytes_transient = technique.bytes_transient();
         row.counters = technique.counters()?;
+        row.counters.insert("passes_if_unchanged".into(), technique.build()?.len() as u64);
         row.lookup_ns_per_million = self.time_lookups(technique.as_ref())?;
 
         let size = map_size(spec);
         let limit = LIMIT_NODES.iter().position(|k| *k == spec.number("nodes") as usize);
-        let space = self.ask(technique.as_ref(), &self.space[..self.space_truth.len()])?;
-        let space = point_error(&space, &self.space_truth)?;
-        let (truth, limits) = self.map(size);
+        let space = self.space.iter().enumerate().map(|(light, s)| (light, &s.points[..s.truth.len()], &s.truth[..]));
+        let space = self.error(technique.as_ref(), space)?;
+        let (truths, limits) = self.maps(size);
         row.limit_mean_abs = limit.map(|i| limits[i]);
-        row.counters.insert("reference_covered_texels".into(), truth.texels.len() as u64);
-        row.counters.insert("reference_fragments".into(), truth.segments);
-        let map = self.ask(technique.as_ref(), &self.maps[&size].0.points)?;
-        let map = point_error(&map, &self.maps[&size].0.visibility)?;
+        let sum = |of: fn(&MapTruth) -> u64| truths.iter().map(of).sum();
+        row.counters.insert("reference_covered_texels".into(), sum(|t| t.texels.len() as u64));
+        row.counters.insert("reference_fragments".into(), sum(|t| t.segments));
+        let maps = self.maps[&size].0.iter().map(|t| (t.light, &t.points[..], &t.visibility[..]));
+        let map = self.error(technique.as_ref(), maps)?;
 
-        let light = LightData::new(self.scene, size);
-        let renderer = Renderer::new(&self.context, self.scene, &self.data, &light, &self.camera)?;
+        let renderer = Renderer::new(&self.context, self.scene, &self.data, &self.camera)?;
         let (picture, _) = renderer.picture(&technique.visibility(), Shading::Forward)?;
         row.error = Some(RowError { map, space, image: picture_error(&picture, &self.reference) });
         Ok(picture)
     }
 
-    fn map(&mut self, size: u32) -> &(MapTruth, Vec<f64>) {
+    fn maps(&mut self, size: u32) -> &(Vec<MapTruth>, Vec<f64>) {
         self.maps.entry(size).or_insert_with(|| {
-            let view = View::volume(self.scene, size);
-            let truth = map_truth(&self.casters, &view, self.scene);
-            let limits = limit_mean_abs(&self.casters, &view, &truth, &LIMIT_NODES);
-            (truth, limits)
+            let truths = map_truths(&self.casters, self.scene, size);
+            let limits = limit_mean_abs(&self.casters, &View::volumes(self.scene, size), &truths, &LIMIT_NODES);
+            (truths, limits)
         })
+    }
+
+    /// Over all points of all lights together; each item is a light, points and the truth there.
+    fn error<'p>(
+        &self,
+        technique: &dyn Technique,
+        parts: impl Iterator<Item = (usize, &'p [[f32; 3]], &'p [f64])>,
+    ) -> Result<PointError> {
+        let (mut answers, mut all) = (Vec::new(), Vec::new());
+        for (light, points, truth) in parts {
+            answers.extend(self.ask(technique, light, points)?);
+            all.extend(truth);
+        }
+        point_error(&answers, &all)
     }
 
     fn time_builds(&self, technique: &mut dyn Technique) -> Result<Vec<Vec<PassTime>>> {
@@ -155,19 +174,27 @@ impl<'a> Case<'a> {
         let start = std::time::Instant::now();
         let mut warm_up = 0;
         while warm_up < self.effort.warm_up || start.elapsed() < WARM_UP {
+            technique.changed();
             technique.build()?;
             warm_up += 1;
         }
         for _ in 0..self.effort.frames {
+            technique.changed();
             frames.push(technique.build()?);
         }
         Ok(frames)
     }
 
     fn time_lookups(&self, technique: &dyn Technique) -> Result<Option<Timing>> {
-        let query = Query::new(&self.context, &self.space)?;
         let visibility = technique.visibility();
-        let pipeline = query.pipeline(&visibility)?;
+        let mut queries = Vec::new();
+        let mut points = 0;
+        for (light, space) in self.space.iter().enumerate() {
+            let share = &space.points[..space.points.len().min(LOOKUPS / self.space.len())];
+            points += share.len();
+            let query = Query::new(&self.context, light, share)?;
+            queries.push((query.pipeline(&visibility)?, query));
+        }
         let mut samples = Vec::new();
         let start = std::time::Instant::now();
         for frame in 0..1 + self.effort.frames {
@@ -175,20 +202,24 @@ impl<'a> Case<'a> {
             if frame > 1 && start.elapsed() > LOOKUP_BUDGET {
                 break;
             }
-            let time = query.query(&pipeline, &visibility)?;
-            if let (Some(time), true) = (time, frame > 0) {
-                samples.push((time.end_ns - time.start_ns) * 1e6 / self.space.len().max(1) as f64);
+            let mut time_ns = Some(0.0);
+            for (pipeline, query) in &queries {
+                let time = query.query(pipeline, &visibility)?;
+                time_ns = time_ns.zip(time).map(|(sum, time)| sum + time.end_ns - time.start_ns);
+            }
+            if let (Some(time_ns), true) = (time_ns, frame > 0) {
+                samples.push(time_ns * 1e6 / points.max(1) as f64);
             }
         }
         Ok(Timing::of(&samples))
     }
 
-    /// Visibility at `points`, asked a million at a time.
-    fn ask(&self, technique: &dyn Technique, points: &[[f32; 3]]) -> Result<Vec<f32>> {
+    /// Visibility of a light at `points`, asked a million at a time.
+    fn ask(&self, technique: &dyn Technique, light: usize, points: &[[f32; 3]]) -> Result<Vec<f32>> {
         let mut answers = Vec::with_capacity(points.len());
         let visibility = technique.visibility();
         for chunk in points.chunks(LOOKUPS) {
-            let query = Query::new(&self.context, chunk)?;
+            let query = Query::new(&self.context, light, chunk)?;
             let pipeline = query.pipeline(&visibility)?;
             query.query(&pipeline, &visibility)?;
             answers.extend(query.answers()?);
@@ -202,21 +233,36 @@ fn frame_ns(passes: &[PassTime]) -> Option<f64> {
     Some(passes.last()?.end_ns - passes.first()?.start_ns)
 }
 
-/// One timing a pass, in the order of the first frame.
+/// One timing a pass name, in the order of the first frame: the time of all passes of that name in a frame, since a
+/// build runs a pass once for each map.
 fn pass_timings(frames: &[Vec<PassTime>]) -> Vec<PassTiming> {
     let Some(first) = frames.first() else { return Vec::new() };
-    first
-        .iter()
-        .enumerate()
-        .filter_map(|(i, pass)| {
-            let samples: Vec<_> = frames.iter().filter_map(|f| f.get(i)).map(|p| p.end_ns - p.start_ns).collect();
-            let timing = Timing::of(&samples)?;
-            Some(PassTiming {
-                name: pass.name.clone(),
-                median_ns: timing.median,
-                p05_ns: timing.p05,
-                p95_ns: timing.p95,
-            })
-        })
-        .collect()
+    let mut names: Vec<&str> = Vec::new();
+    for pass in first {
+        if !names.contains(&pass.name.as_str()) {
+            names.push(&pass.name);
+        }
+    }
+    let timing = |name: &str| {
+        let frame_ns = |f: &Vec<PassTime>| f.iter().filter(|p| p.name == name).map(|p| p.end_ns - p.start_ns).sum();
+        let timing = Timing::of(&frames.iter().map(frame_ns).collect::<Vec<f64>>())?;
+        Some(PassTiming { name: name.into(), median_ns: timing.median, p05_ns: timing.p05, p95_ns: timing.p95 })
+    };
+    names.into_iter().filter_map(timing).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_of_one_name_are_summed() {
+        let pass = |name: &str, start_ns: f64, end_ns: f64| PassTime { name: name.into(), start_ns, end_ns };
+        let frame = |by: f64| {
+            vec![pass("a", 0.0, by), pass("b", 10.0, 12.0), pass("a", 20.0, 21.0), pass("b", 30.0, 30.0 + by)]
+        };
+        let timings = pass_timings(&[frame(1.0), frame(3.0), frame(5.0)]);
+        let medians: Vec<_> = timings.iter().map(|t| (t.name.as_str(), t.median_ns)).collect();
+        assert_eq!(medians, [("a", 4.0), ("b", 5.0)]);
+    }
 }

@@ -1,6 +1,7 @@
 //! CPU twin of glsl/avsm/curve.glsl and of the look-up in one texel, in f32.
 
 use super::list::Segment;
+use super::packed::{pack, unpack};
 
 /// Twin: EXPONENTIAL. What the nodes hold and how it is interpolated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +45,12 @@ impl Curve {
     /// The nodes (depth, value) in use, depths rising.
     pub fn nodes(&self) -> &[(f32, f32)] {
         &self.nodes
+    }
+
+    /// What is left of it where it is stored packed.
+    pub fn packed(&self) -> Self {
+        let Build { nodes, interpolation, .. } = self.build;
+        Self { nodes: unpack(&pack(&self.nodes, nodes, interpolation), interpolation), ..self.clone() }
     }
 
     fn unshadowed(&self) -> f32 {
@@ -104,6 +111,16 @@ impl Curve {
         let at_exit = 1 + self.nodes.iter().filter(|n| n.0 <= exit).count();
         self.nodes.insert(at_entry, (entry, value_entry));
         self.nodes.insert(at_exit, (exit, value_exit));
+        self.shrink(self.build.work);
+    }
+
+    /// Twin: curve_append.
+    pub fn append(&mut self, depth: f32, optical_depth: f32) {
+        let value = match self.build.interpolation {
+            Interpolation::Exponential => optical_depth,
+            Interpolation::Linear => (-optical_depth).exp(),
+        };
+        self.nodes.push((depth, value));
         self.shrink(self.build.work);
     }
 

@@ -1,32 +1,66 @@
-//! CPU twin of glsl/bins/tiles.glsl: where a particle stands in the order of a tile, in f32.
+//! CPU twin of glsl/bins: where a caster stands in the order of a tile, and how far light gets in a tile, in f32.
 
-use crate::scene::{Particle, Projection, View};
-use glam::{Vec2, Vec3};
+use super::list::{ray, strand_along};
+use crate::scene::{Caster, Projection, View};
+use glam::{IVec2, Vec2, Vec3};
 
 /// Texels a side of a tile. Twin: TILE_TEXELS.
 pub const TILE_TEXELS: u32 = 8;
 
-/// The key that a tile's particles are sorted by, ties by particle index; none where the sphere misses all rays through
-/// the tile's texel centres. `tile` counts tiles across and down. Twin: tile_distance, tile_missed, tile_key.
-pub fn tile_key(view: &View, particle: &Particle, tile: [u32; 2]) -> Option<f32> {
-    let offset = Vec3::from(particle.position) - Vec3::from(view.origin);
+/// The key that a tile's casters are sorted by, ties by caster index; none where the caster misses all rays through the
+/// tile's texel centres. `tile` counts tiles across and down. Twin: tile_along, tile_distance, tile_missed, tile_key.
+pub fn tile_key(view: &View, caster: &Caster, tile: [u32; 2]) -> Option<f32> {
+    let offset = Vec3::from(caster.position) - Vec3::from(view.origin);
     let dot = |axis: [f32; 3]| offset.dot(Vec3::from(axis));
-    let distance_square = match view.projection() {
-        Projection::Perspective => 0.0,
-        Projection::Parallel => {
-            let scale = Vec2::new(view.scale_x, view.scale_y);
-            let size = Vec2::new(view.width as f32, view.height as f32);
-            let centre = Vec2::new(dot(view.right), dot(view.up));
-            let first = Vec2::new((tile[0] * TILE_TEXELS) as f32, (tile[1] * TILE_TEXELS) as f32);
-            let low = ((first + 0.5) / size * 2.0 - 1.0) / scale;
-            let high = ((first + TILE_TEXELS as f32 - 0.5) / size * 2.0 - 1.0) / scale;
-            let apart = (low - centre).max(centre - high).max(Vec2::ZERO) / particle.radius;
-            apart.dot(apart)
-        }
+    let scale = Vec2::new(view.scale_x, view.scale_y);
+    let size = Vec2::new(view.width as f32, view.height as f32);
+    let first = Vec2::new((tile[0] * TILE_TEXELS) as f32, (tile[1] * TILE_TEXELS) as f32);
+    let parallel = view.projection() == Projection::Parallel;
+    let (distance_square, nearest) = if caster.is_strand() {
+        let (start, axis, along) = strand_along(ray(view, first + 0.5 * TILE_TEXELS as f32), caster);
+        let along = along.map_or(0.0, |along| along.clamp(0.0, 1.0));
+        let circle = (TILE_TEXELS as f32 / (size * scale)).length();
+        let apart = ((start + along * axis).length() - circle).max(0.0) / caster.radius;
+        let forward = Vec3::from(caster.axis).dot(Vec3::from(view.forward));
+        (if parallel { apart * apart } else { 0.0 }, dot(view.forward) + along * forward)
+    } else {
+        let centre = Vec2::new(dot(view.right), dot(view.up));
+        let low = ((first + 0.5) / size * 2.0 - 1.0) / scale;
+        let high = ((first + TILE_TEXELS as f32 - 0.5) / size * 2.0 - 1.0) / scale;
+        let apart = (low - centre).max(centre - high).max(Vec2::ZERO) / caster.radius;
+        let square = if parallel { apart.dot(apart) } else { 0.0 };
+        (square, dot(view.forward) - caster.radius * (1.0 - square).max(0.0).sqrt())
     };
-    if distance_square > 1.0001 {
-        return None;
+    (distance_square <= 1.0001).then(|| ((nearest - view.near) / (view.far - view.near)).max(0.0))
+}
+
+/// How far light gets in a tile: the farthest z at which a mesh ends it, over the tile and `reach` texels around it; 3e38
+/// where some of it goes on. `depths` is the opaque map, rows of texels. Twin: glsl/bins/horizon.comp.
+pub fn horizon(volume: &View, opaque: &View, depths: &[f32], tile: [u32; 2], reach: u32) -> f32 {
+    let in_opaque = |texel: Vec2| {
+        let (origin, direction) = ray(volume, texel);
+        let offset = origin + direction - Vec3::from(opaque.origin);
+        let dot = |axis: [f32; 3]| offset.dot(Vec3::from(axis));
+        let w = if opaque.projection() == Projection::Parallel { 1.0 } else { dot(opaque.forward) };
+        let ndc = Vec2::new(dot(opaque.right) * opaque.scale_x, dot(opaque.up) * opaque.scale_y) / w;
+        (ndc * 0.5 + 0.5) * Vec2::new(opaque.width as f32, opaque.height as f32)
+    };
+    let first = Vec2::new((tile[0] * TILE_TEXELS) as f32, (tile[1] * TILE_TEXELS) as f32);
+    let (a, b) = (in_opaque(first - reach as f32), in_opaque(first + (TILE_TEXELS + reach) as f32));
+    let size = IVec2::new(opaque.width as i32, opaque.height as i32);
+    let texel = |at: Vec2| (at - 0.5).floor().clamp(Vec2::splat(-2.0), size.as_vec2()).as_ivec2();
+    let (low, high) = (texel(a.min(b)) - 1, texel(a.max(b)) + 2);
+    let mut far = if low.min_element() < 0 || high.cmpge(size).any() { 1.0f32 } else { 0.0 };
+    if far < 1.0 {
+        for y in low.y..=high.y {
+            for x in low.x..=high.x {
+                far = far.max(depths[(y * size.x + x) as usize]);
+            }
+        }
     }
-    let nearest = dot(view.forward) - particle.radius * (1.0 - distance_square).max(0.0).sqrt();
-    Some(((nearest - view.near) / (view.far - view.near)).max(0.0))
+    if far >= 1.0 {
+        return 3e38;
+    }
+    let apart = (Vec3::from(opaque.origin) - Vec3::from(volume.origin)).dot(Vec3::from(volume.forward));
+    opaque.near + far * (opaque.far - opaque.near) + apart
 }

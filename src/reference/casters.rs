@@ -1,114 +1,131 @@
-//! The truth: how much of the light reaches a point, in f64.
+//! The truth: how much of a light reaches a point, in f64.
 
 use super::grid::Grid;
 use super::{Meshes, TrueCurve};
-use crate::scene::{LightKind, Particle, Projection, Ray, Scene, View};
+use crate::scene::{Caster, LightKind, Projection, Ray, Scene, View};
 use glam::DVec3;
 
-/// Cells a side of the grid over the light's view. It only finds candidates: any number gives the same answers.
+/// Cells a side of the grid over a map's view. It only finds candidates: any number gives the same answers.
 const CELLS: u32 = 192;
 
-/// All casters of a scene, with a grid over the light's view so that a look-up meets only those near its ray.
+/// The map size whose point lights' faces are the widest: a grid over it has the rays of every map size.
+const WIDEST: u32 = 4;
+
+/// All casters of a scene, with a grid over each map's view so that a look-up meets only those near its ray.
 pub struct Casters<'a> {
     scene: &'a Scene,
-    view: View,
+    /// Spheres, then strands.
+    pub(super) all: Vec<Caster>,
     /// The meshes.
     pub meshes: Meshes,
-    grid: Grid,
+    /// Of each map of each light.
+    maps: Vec<(View, Grid)>,
 }
 
 impl<'a> Casters<'a> {
-    /// Sorts the casters of `scene` for its light.
+    /// Sorts the casters of `scene` for its lights.
     pub fn new(scene: &'a Scene) -> Self {
-        let view = View::volume(scene, CELLS);
-        let order: Vec<u32> = (0..scene.particles.len() as u32).collect();
-        let grid = Grid::new(&view, &scene.particles, &order);
-        Self { scene, view, meshes: Meshes::new(&scene.meshes), grid }
+        let all = scene.casters();
+        let order: Vec<u32> = (0..all.len() as u32).collect();
+        let with_grid = |view: View| {
+            let view = View { width: CELLS, height: CELLS, ..view };
+            (view, Grid::new(&view, &all, &order))
+        };
+        let maps = View::volumes(scene, WIDEST).into_iter().map(with_grid).collect();
+        Self { scene, meshes: Meshes::new(&scene.meshes), maps, all }
     }
 
-    /// The particles whose shadow may reach the ray through `position`.
-    fn near(&self, position: DVec3) -> &[u32] {
-        let (texel, z) = self.view.project(position);
-        if self.view.projection() == Projection::Perspective && z <= 0.0 { &[] } else { self.grid.at(texel) }
+    /// The casters whose shadow may reach the ray through `position` in map `map`.
+    fn near(&self, map: usize, position: DVec3) -> &[u32] {
+        let (view, grid) = &self.maps[map];
+        let (texel, z) = view.project(position);
+        if view.projection() == Projection::Perspective && z <= 0.0 { &[] } else { grid.at(texel) }
     }
 
-    /// Optical depth of the particles between the light and `position`.
-    pub fn optical_depth(&self, position: DVec3) -> f64 {
-        let ray = self.view.ray_through(position);
-        let (_, z) = self.view.project(position);
-        let length = ray.direction.length();
-        let nearest = self.nearest();
-        self.near(position)
+    /// Optical depth of the casters between light `light` and `position`; of a strand at that very depth too.
+    pub fn optical_depth(&self, light: usize, position: DVec3) -> f64 {
+        let map = self.scene.first_map(light) + self.scene.lights[light].map_at(position.as_vec3().into());
+        let view = &self.maps[map].0;
+        let ray = view.ray_through(position);
+        let (_, z) = view.project(position);
+        // z from which the light shines: its own place, or from infinitely far.
+        let nearest = match view.projection() {
+            Projection::Parallel => f64::NEG_INFINITY,
+            Projection::Perspective => 0.0,
+        };
+        self.near(map, position)
             .iter()
             .filter_map(|&i| {
-                let particle = &self.scene.particles[i as usize];
-                let (entry, exit) = overlap(&ray, particle)?;
-                let passed = exit.min(z) - entry.max(nearest);
-                (passed > 0.0).then(|| f64::from(particle.extinction) * passed * length)
+                let caster = &self.all[i as usize];
+                let (entry, exit) = overlap(&ray, caster)?;
+                let (entry, exit) = (entry.max(nearest), exit.min(z));
+                (exit >= entry).then(|| optical_depth(&ray, caster, entry, exit))
             })
             .sum()
     }
 
-    /// z from which the light shines: its own place, or from infinitely far.
-    fn nearest(&self) -> f64 {
-        match self.view.projection() {
-            Projection::Parallel => f64::NEG_INFINITY,
-            Projection::Perspective => 0.0,
-        }
-    }
-
-    /// Whether no mesh stands between the light and `position`.
-    pub fn unblocked(&self, position: DVec3) -> bool {
-        match self.scene.light.kind {
+    /// Whether no mesh stands between light `light` and `position`.
+    pub fn unblocked(&self, light: usize, position: DVec3) -> bool {
+        match self.scene.lights[light].kind {
             LightKind::Directional { direction } => self.meshes.free(position, -direction, f64::INFINITY),
-            LightKind::Spot { position: light, .. } => self.meshes.free(position, light - position, 1.0),
-        }
-    }
-
-    /// How much of the light reaches `position`, 0 to 1.
-    pub fn visibility(&self, position: DVec3) -> f64 {
-        if self.unblocked(position) { (-self.optical_depth(position)).exp() } else { 0.0 }
-    }
-
-    /// Whether the light sends anything towards `position` if nothing stands between.
-    pub fn lights(&self, position: DVec3) -> bool {
-        match self.scene.light.kind {
-            LightKind::Directional { .. } => true,
-            LightKind::Spot { position: light, direction, cone_degrees } => {
-                let towards = (position - light).normalize_or_zero();
-                towards.dot(direction) >= (cone_degrees.to_radians() * 0.5).cos()
+            LightKind::Spot { position: light, .. } | LightKind::Point { position: light } => {
+                self.meshes.free(position, light - position, 1.0)
             }
         }
     }
 
-    /// The exact curve along `ray`, over depth in the range of `view`, and how many particles made it.
-    pub fn true_curve(&self, view: &View, ray: &Ray) -> (TrueCurve, u32) {
-        let length = ray.direction.length();
+    /// How much of light `light` reaches `position`, 0 to 1.
+    pub fn visibility(&self, light: usize, position: DVec3) -> f64 {
+        if self.unblocked(light, position) { (-self.optical_depth(light, position)).exp() } else { 0.0 }
+    }
+
+    /// The exact curve along `ray` of map `map` (of all lights' maps), over depth in the range of the map's `view`, and
+    /// how many casters made it.
+    pub fn true_curve(&self, map: usize, view: &View, ray: &Ray) -> (TrueCurve, u32) {
         let middle = ray.at(view.z(0.5));
         let segments: Vec<_> = self
-            .near(middle)
+            .near(map, middle)
             .iter()
             .filter_map(|&i| {
-                let particle = &self.scene.particles[i as usize];
-                let (entry, exit) = overlap(ray, particle)?;
-                let entry = entry.max(f64::from(view.near));
-                (exit > entry).then(|| {
-                    let optical_depth = f64::from(particle.extinction) * (exit - entry) * length;
-                    (view.depth(entry), view.depth(exit), optical_depth)
-                })
+                let caster = &self.all[i as usize];
+                let (entry, exit) = overlap(ray, caster)?;
+                let near = f64::from(view.near);
+                let entry = entry.max(near);
+                (exit > near).then(|| (view.depth(entry), view.depth(exit), optical_depth(ray, caster, entry, exit)))
             })
             .collect();
         (TrueCurve::new(&segments), segments.len() as u32)
     }
 }
 
-/// Where the ray is inside the sphere, z from and to; nothing where it misses.
-pub(super) fn overlap(ray: &Ray, particle: &Particle) -> Option<(f64, f64)> {
-    let offset = DVec3::from(particle.position.map(f64::from)) - ray.origin;
+/// Squared sine of the angle between ray and axis below which a strand is edge on and missed. Twin: EDGE_ON.
+const EDGE_ON: f64 = 1e-10;
+
+/// Where the ray is inside the caster, z from and to; nothing where it misses. A strand's step has no length.
+pub(super) fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
+    let offset = caster.start() - ray.origin;
     let square = ray.direction.length_squared();
+    let radius = f64::from(caster.radius);
+    if caster.is_strand() {
+        let axis = DVec3::from(caster.axis.map(f64::from));
+        let across = |v: DVec3| v - v.dot(ray.direction) / square * ray.direction;
+        let (start, side) = (across(offset), across(axis));
+        if side.length_squared() <= EDGE_ON * axis.length_squared() {
+            return None;
+        }
+        let along = -start.dot(side) / side.length_squared();
+        let z = (offset + along * axis).dot(ray.direction) / square;
+        let hit = (0.0..1.0).contains(&along) && (start + along * side).length_squared() < radius * radius;
+        return hit.then_some((z, z));
+    }
     let middle = offset.dot(ray.direction) / square;
     let across = offset - middle * ray.direction;
-    let radius = f64::from(particle.radius);
     let half_square = (radius * radius - across.length_squared()) / square;
     (half_square > 0.0).then(|| (middle - half_square.sqrt(), middle + half_square.sqrt()))
+}
+
+/// What the ray loses in the caster from z `entry` to `exit`, both within its overlap.
+pub(super) fn optical_depth(ray: &Ray, caster: &Caster, entry: f64, exit: f64) -> f64 {
+    let thickness = if caster.is_strand() { 1.0 } else { (exit - entry) * ray.direction.length() };
+    f64::from(caster.density) * thickness
 }

@@ -1,6 +1,6 @@
-//! Particles sorted into cells over a view, to find those that a ray may meet.
+//! Casters sorted into cells over a view, to find those that a ray may meet.
 
-use crate::scene::{Particle, Projection, View};
+use crate::scene::{Caster, Projection, View};
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 
@@ -8,15 +8,15 @@ use std::ops::Range;
 pub(super) struct Grid {
     width: u32,
     height: u32,
-    /// Particle indices of cell i: `members[starts[i]..starts[i + 1]]`, in the order they were given.
+    /// Caster indices of cell i: `members[starts[i]..starts[i + 1]]`, in the order they were given.
     starts: Vec<u32>,
     members: Vec<u32>,
 }
 
 impl Grid {
-    /// Sorts the particles named by `order` into the texels of `view`.
-    pub fn new(view: &View, particles: &[Particle], order: &[u32]) -> Self {
-        let ranges: Vec<_> = order.iter().map(|&i| (i, cells(view, &particles[i as usize]))).collect();
+    /// Sorts the casters named by `order` into the texels of `view`.
+    pub fn new(view: &View, casters: &[Caster], order: &[u32]) -> Self {
+        let ranges: Vec<_> = order.iter().map(|&i| (i, cells(view, &casters[i as usize]))).collect();
         let width = view.width as usize;
         let each = |visit: &mut dyn FnMut(usize, u32)| {
             for (index, [x, y]) in &ranges {
@@ -52,30 +52,40 @@ impl Grid {
     }
 }
 
-/// The cells that a particle may touch, columns and rows; one more on each side against rounding.
-fn cells(view: &View, particle: &Particle) -> [Range<usize>; 2] {
-    let offset = DVec3::from(particle.position.map(f64::from)) - DVec3::from(view.origin.map(f64::from));
-    let dot = |v: [f32; 3]| offset.dot(DVec3::from(v.map(f64::from)));
-    let (z, radius) = (dot(view.forward), f64::from(particle.radius));
-    if view.projection() == Projection::Perspective && z + radius <= 0.0 {
+/// The cells that a caster may touch, columns and rows; one more on each side against rounding.
+fn cells(view: &View, caster: &Caster) -> [Range<usize>; 2] {
+    let ends = [caster.start(), caster.end()];
+    let radius = f64::from(caster.radius);
+    let dot = |end: DVec3, axis: [f32; 3]| (end - DVec3::from(view.origin.map(f64::from))).dot(axis_of(axis));
+    let perspective = view.projection() == Projection::Perspective;
+    if perspective && ends.iter().all(|end| dot(*end, view.forward) + radius <= 0.0) {
         return [0..0, 0..0];
     }
-    let range = |across: f64, scale: f32, count: u32| {
-        let (a, b) = match view.projection() {
-            Projection::Parallel => (across - radius, across + radius),
-            Projection::Perspective if z <= radius => (f64::NEG_INFINITY, f64::INFINITY),
-            Projection::Perspective => {
-                // The tangents of the angles at which the circle is seen.
-                let angle = across.atan2(z);
-                let half = (radius / across.hypot(z)).asin();
-                ((angle - half).tan(), (angle + half).tan())
-            }
-        };
+    let range = |axis: [f32; 3], scale: f32, count: u32| {
         let cell = |t: f64| (t * f64::from(scale) * 0.5 + 0.5) * f64::from(count);
-        let (low, high) = (cell(a).min(cell(b)), cell(a).max(cell(b)));
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for end in ends {
+            let (across, z) = (dot(end, axis), dot(end, view.forward));
+            let (a, b) = match view.projection() {
+                Projection::Parallel => (across - radius, across + radius),
+                Projection::Perspective if z <= radius => (f64::NEG_INFINITY, f64::INFINITY),
+                Projection::Perspective => {
+                    // The tangents of the angles at which the circle is seen.
+                    let angle = across.atan2(z);
+                    let half = (radius / across.hypot(z)).asin();
+                    ((angle - half).tan(), (angle + half).tan())
+                }
+            };
+            low = low.min(cell(a)).min(cell(b));
+            high = high.max(cell(a)).max(cell(b));
+        }
         let low = (low.floor() - 1.0).clamp(0.0, count.into()) as usize;
         let high = (high.floor() + 2.0).clamp(0.0, count.into()) as usize;
         low..high
     };
-    [range(dot(view.right), view.scale_x, view.width), range(dot(view.up), view.scale_y, view.height)]
+    [range(view.right, view.scale_x, view.width), range(view.up, view.scale_y, view.height)]
+}
+
+fn axis_of(axis: [f32; 3]) -> DVec3 {
+    DVec3::from(axis.map(f64::from))
 }

@@ -5,7 +5,7 @@ use super::{Casters, MapTruth, TrueCurve};
 use crate::scene::View;
 use rayon::prelude::*;
 
-/// Texels that the limit is taken over: an even sample of the covered ones.
+/// Texels that the limit is taken over: an even sample of the covered ones of all maps.
 pub const LIMIT_TEXELS: usize = 93;
 
 /// Depths that an error is summed over, evenly through the light's range: four times the map points, so that no curve
@@ -14,14 +14,15 @@ const DEPTHS: usize = 253;
 
 /// The mean over a fixed sample of covered texels, for each of `nodes`. Interpolation is of optical depth, as the true
 /// curve's own, between vertices chosen from the true curve's by dynamic programming.
-pub fn limit_mean_abs(casters: &Casters, view: &View, truth: &MapTruth, nodes: &[usize]) -> Vec<f64> {
-    let count = truth.texels.len().min(LIMIT_TEXELS);
+pub fn limit_mean_abs(casters: &Casters, views: &[View], truths: &[MapTruth], nodes: &[usize]) -> Vec<f64> {
+    let texels: Vec<_> = truths.iter().flat_map(|t| t.texels.iter().map(|texel| (t.map, *texel))).collect();
+    let count = texels.len().min(LIMIT_TEXELS);
     let most = nodes.iter().copied().max().unwrap_or(0);
     let per_texel: Vec<Vec<f64>> = (0..count)
         .into_par_iter()
         .map(|i| {
-            let texel = truth.texels[i * truth.texels.len() / count];
-            let best = texel_limit(&texel_curve(casters, view, texel), most);
+            let (map, texel) = texels[i * texels.len() / count];
+            let best = texel_limit(&texel_curve(casters, map, &views[map], texel), most);
             nodes.iter().map(|k| best[k.min(&(best.len() - 1)).to_owned()]).collect()
         })
         .collect();
@@ -88,12 +89,21 @@ fn texel_limit(curve: &TrueCurve, most: usize) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// Two separate segments have four vertices: four nodes are exact, three are not, and brute force over all triples
+    /// Three segments have six vertices, steps among them or not: six nodes are exact, and brute force over all triples
     /// finds nothing better than the program.
     #[test]
     fn finds_the_best_of_all_subsets() {
-        let curve = TrueCurve::new(&[(0.1, 0.3, 0.7), (0.5, 0.6, 1.2), (0.55, 0.9, 0.4)]);
-        let limit = texel_limit(&curve, 6);
+        for segments in [
+            [(0.1, 0.3, 0.7), (0.5, 0.6, 1.2), (0.55, 0.9, 0.4)],
+            [(0.1, 0.1, 0.7), (0.5, 0.5, 1.2), (0.55, 0.9, 0.4)],
+            [(0.1, 0.1, 0.7), (0.5, 0.5, 0.3), (0.75, 0.75, 0.4)],
+        ] {
+            finds_the_best(&TrueCurve::new(&segments));
+        }
+    }
+
+    fn finds_the_best(curve: &TrueCurve) {
+        let limit = texel_limit(curve, 6);
         assert!(limit[6] < 1e-12, "six vertices, six nodes: {}", limit[6]);
         let sample = |k: usize| k as f64 / (DEPTHS - 1) as f64;
         let mut least = f64::INFINITY;

@@ -1,12 +1,15 @@
-//! CPU twin of glsl/list/capture.frag: the segment that a particle cuts out of a texel's light ray, in f32.
+//! CPU twin of glsl/list/capture.frag: the segment that a caster cuts out of a texel's light ray, in f32.
 
-use crate::scene::{Particle, Projection, View};
+use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};
 
-/// Twin: MAX_OPTICAL_DEPTH in glsl/common/particle.glsl.
+/// Twin: MAX_OPTICAL_DEPTH in glsl/common/caster.glsl.
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
-/// A segment of a light ray inside a particle.
+/// Twin: EDGE_ON in glsl/common/caster.glsl.
+const EDGE_ON: f32 = 1e-10;
+
+/// A segment of a light ray inside a caster; a strand's has no length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Segment {
     /// Depth in the light's range.
@@ -17,21 +20,51 @@ pub struct Segment {
     pub optical_depth: f32,
 }
 
-/// Twin: texel_segment. None where the ray misses the particle or leaves it before the near plane.
-pub fn texel_segment(view: &View, texel: [u32; 2], particle: &Particle) -> Option<Segment> {
-    let size = Vec2::new(view.width as f32, view.height as f32);
-    let ndc = (Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5) / size * 2.0 - 1.0;
+/// Twin: view_ray: origin and direction of the ray through a point given in texels.
+pub(super) fn ray(view: &View, texel: Vec2) -> (Vec3, Vec3) {
+    let ndc = texel / Vec2::new(view.width as f32, view.height as f32) * 2.0 - 1.0;
     let (right, up, forward) = (Vec3::from(view.right), Vec3::from(view.up), Vec3::from(view.forward));
     let across = right * (ndc.x / view.scale_x) + up * (ndc.y / view.scale_y);
-    let (origin, direction) = match view.projection() {
+    match view.projection() {
         Projection::Parallel => (Vec3::from(view.origin) + across, forward),
         Projection::Perspective => (Vec3::from(view.origin), forward + across),
-    };
-    let offset = Vec3::from(particle.position) - origin;
+    }
+}
+
+/// Twin: strand_along. The start and the axis across the ray and the place along the axis; none where edge on.
+pub(super) fn strand_along((origin, direction): (Vec3, Vec3), strand: &Caster) -> (Vec3, Vec3, Option<f32>) {
+    let scale = 1.0 / direction.dot(direction);
+    let (offset, axis) = (Vec3::from(strand.position) - origin, Vec3::from(strand.axis));
+    let start = offset - offset.dot(direction) * scale * direction;
+    let across = axis - axis.dot(direction) * scale * direction;
+    let square = across.dot(across);
+    let along = (square > EDGE_ON * axis.dot(axis)).then(|| -start.dot(across) / square);
+    (start, across, along)
+}
+
+/// Twin: strand_overlap. z of the step.
+fn strand_step(ray: (Vec3, Vec3), strand: &Caster) -> Option<f32> {
+    let (start, axis, along) = strand_along(ray, strand);
+    let along = along.filter(|along| (0.0..1.0).contains(along))?;
+    let across = start + along * axis;
+    let (offset, direction) = (Vec3::from(strand.position) - ray.0, ray.1);
+    let z = (offset.dot(direction) + along * Vec3::from(strand.axis).dot(direction)) / direction.dot(direction);
+    (across.dot(across) < strand.radius * strand.radius).then_some(z)
+}
+
+/// Twin: texel_segment. None where the ray misses the caster or leaves it before the near plane.
+pub fn texel_segment(view: &View, texel: [u32; 2], caster: &Caster) -> Option<Segment> {
+    let (origin, direction) = ray(view, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5);
+    let depth = |z: f32| (z - view.near) / (view.far - view.near);
+    if caster.is_strand() {
+        let z = strand_step((origin, direction), caster).filter(|z| *z > view.near)?;
+        return Some(Segment { entry: depth(z), exit: depth(z), optical_depth: caster.density });
+    }
+    let offset = Vec3::from(caster.position) - origin;
     let scale = 1.0 / direction.dot(direction);
     let middle = offset.dot(direction) * scale;
     let rest = offset - middle * direction;
-    let half_square = (particle.radius * particle.radius - rest.dot(rest)) * scale;
+    let half_square = (caster.radius * caster.radius - rest.dot(rest)) * scale;
     if half_square.is_nan() || half_square <= 0.0 {
         return None;
     }
@@ -40,14 +73,13 @@ pub fn texel_segment(view: &View, texel: [u32; 2], particle: &Particle) -> Optio
         return None;
     }
     let low = low.max(view.near);
-    let depth = |z: f32| (z - view.near) / (view.far - view.near);
-    let whole = particle.extinction * (high - low) * direction.length();
+    let whole = caster.density * (high - low) * direction.length();
     let optical_depth = whole.min(MAX_OPTICAL_DEPTH);
     let high = if whole > MAX_OPTICAL_DEPTH { low + (high - low) * (MAX_OPTICAL_DEPTH / whole) } else { high };
     Some(Segment { entry: depth(low), exit: depth(high), optical_depth })
 }
 
-/// Sorts as glsl/list/ lists are sorted: by entry depth, ties by particle index.
+/// Sorts as glsl/list/ lists are sorted: by entry depth, ties by caster index.
 pub fn sort(segments: &mut [(u32, Segment)]) {
     segments.sort_by(|a, b| a.1.entry.total_cmp(&b.1.entry).then(a.0.cmp(&b.0)));
 }

@@ -3,17 +3,21 @@
 pub mod avsm;
 pub mod bins;
 mod casters;
+pub mod cells;
+pub mod filter;
 mod grid;
 mod limit;
 pub mod list;
 mod meshes;
+pub mod packed;
 mod picture;
 mod points;
+pub mod psm;
 mod true_curve;
 
 pub use casters::Casters;
 pub use limit::{LIMIT_TEXELS, limit_mean_abs};
 pub use meshes::{Hit, Meshes};
 pub use picture::{SKY, far_to_near, picture};
-pub use points::{MAP_DEPTHS, MapTruth, map_truth, space_points};
+pub use points::{MAP_DEPTHS, MapTruth, map_truths, space_points};
 pub use true_curve::TrueCurve;

@@ -1,14 +1,16 @@
 //! The shaded picture, lit by the truth. Twin: glsl/consume/ with glsl/common/shading.glsl.
 
-use super::casters::overlap;
+use super::casters::{optical_depth, overlap};
 use super::grid::Grid;
 use super::{Casters, Hit};
-use crate::scene::{LightKind, Picture, Ray, Scene, View};
+use crate::scene::{Caster, Picture, Ray, Scene, View};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 /// Twin: PARTICLE_ALBEDO.
 const PARTICLE_ALBEDO: DVec3 = DVec3::new(0.92, 0.92, 0.95);
+/// Twin: STRAND_ALBEDO.
+const STRAND_ALBEDO: DVec3 = DVec3::new(0.70, 0.42, 0.20);
 /// Twin: AMBIENT.
 const AMBIENT: DVec3 = DVec3::new(0.10, 0.12, 0.15);
 /// What the camera sees where nothing is, linear RGB.
@@ -17,12 +19,12 @@ pub const SKY: [f32; 3] = [0.16, 0.22, 0.32];
 /// Pixels a side of a grid cell, which only finds candidates.
 const CELL_PIXELS: u32 = 8;
 
-/// Renders `scene` as `camera` sees it. Particles are blended from far to near by the z of their centres, as the
+/// Renders `scene` as `camera` sees it. Casters are blended from far to near by the z of their middles, as the
 /// device draws them.
 pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
     let cells =
         View { width: camera.width.div_ceil(CELL_PIXELS), height: camera.height.div_ceil(CELL_PIXELS), ..*camera };
-    let grid = Grid::new(&cells, &scene.particles, &far_to_near(scene, camera));
+    let grid = Grid::new(&cells, &casters.all, &far_to_near(scene, camera));
     let share =
         DVec2::new(cells.width.into(), cells.height.into()) / DVec2::new(camera.width.into(), camera.height.into());
     let pixels = (0..camera.width * camera.height)
@@ -35,15 +37,16 @@ pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
     Picture { width: camera.width, height: camera.height, pixels }
 }
 
-/// Particle indices by falling z of their centres in `camera`; ties by index.
+/// Caster indices by falling z of their middles in `camera`; ties by index.
 pub fn far_to_near(scene: &Scene, camera: &View) -> Vec<u32> {
-    let z = |i: &u32| camera.project(DVec3::from(scene.particles[*i as usize].position.map(f64::from))).1;
-    let mut order: Vec<u32> = (0..scene.particles.len() as u32).collect();
-    order.sort_by(|a, b| z(b).total_cmp(&z(a)).then(a.cmp(b)));
+    let z = |caster: &Caster| camera.project(0.5 * (caster.start() + caster.end())).1;
+    let z: Vec<f64> = scene.casters().iter().map(z).collect();
+    let mut order: Vec<u32> = (0..z.len() as u32).collect();
+    order.sort_by(|a, b| z[*b as usize].total_cmp(&z[*a as usize]).then(a.cmp(b)));
     order
 }
 
-fn pixel(casters: &Casters, scene: &Scene, camera: &View, ray: &Ray, particles: &[u32]) -> DVec3 {
+fn pixel(casters: &Casters, scene: &Scene, camera: &View, ray: &Ray, candidates: &[u32]) -> DVec3 {
     let mut color = DVec3::from(SKY.map(f64::from));
     let mut farthest = f64::from(camera.far);
     if let Some(hit) = casters.meshes.hit(ray.origin, ray.direction)
@@ -52,31 +55,36 @@ fn pixel(casters: &Casters, scene: &Scene, camera: &View, ray: &Ray, particles: 
         farthest = hit.distance;
         color = surface(casters, scene, ray.at(hit.distance), &hit);
     }
-    let length = ray.direction.length();
-    for &i in particles {
-        let particle = &scene.particles[i as usize];
-        let Some((entry, exit)) = overlap(ray, particle) else { continue };
+    for &i in candidates {
+        let caster = &casters.all[i as usize];
+        let Some((entry, exit)) = overlap(ray, caster) else { continue };
         let (entry, exit) = (entry.max(camera.near.into()), exit.min(farthest));
-        if exit <= entry {
+        if exit < entry {
             continue;
         }
-        let opacity = 1.0 - (-f64::from(particle.extinction) * (exit - entry) * length).exp();
+        let opacity = 1.0 - (-optical_depth(ray, caster, entry, exit)).exp();
         let position = ray.at(0.5 * (entry + exit));
-        let light = radiance(casters, scene, position) * casters.visibility(position);
-        color = PARTICLE_ALBEDO * (AMBIENT + light) * opacity + color * (1.0 - opacity);
+        let lift = if caster.is_strand() { 2.0 * f64::from(caster.radius) } else { 0.0 };
+        let light = light(casters, scene, position, lift, |_| 1.0);
+        let albedo = if caster.is_strand() { STRAND_ALBEDO } else { PARTICLE_ALBEDO };
+        color = albedo * (AMBIENT + light) * opacity + color * (1.0 - opacity);
     }
     color
 }
 
 fn surface(casters: &Casters, scene: &Scene, position: DVec3, hit: &Hit) -> DVec3 {
-    let towards = match scene.light.kind {
-        LightKind::Directional { direction } => -direction,
-        LightKind::Spot { position: light, .. } => (light - position).normalize_or_zero(),
-    };
-    let light = radiance(casters, scene, position) * casters.visibility(position);
-    DVec3::from(hit.albedo.map(f64::from)) * (AMBIENT + light * hit.normal.dot(towards).abs())
+    let light = light(casters, scene, position, 0.0, |towards| hit.normal.dot(towards).abs());
+    DVec3::from(hit.albedo.map(f64::from)) * (AMBIENT + light)
 }
 
-fn radiance(casters: &Casters, scene: &Scene, position: DVec3) -> DVec3 {
-    if casters.lights(position) { DVec3::from(scene.light.radiance.map(f64::from)) } else { DVec3::ZERO }
+/// What arrives from all lights, each times `turn` of the direction towards it and asked for `lift` towards it (twin:
+/// lit_side).
+fn light(casters: &Casters, scene: &Scene, position: DVec3, lift: f64, turn: impl Fn(DVec3) -> f64) -> DVec3 {
+    let mut sum = DVec3::ZERO;
+    for (i, light) in scene.lights.iter().enumerate().filter(|(_, light)| light.shines_on(position)) {
+        let radiance = DVec3::from(light.radiance.map(f64::from));
+        let towards = light.towards(position);
+        sum += radiance * turn(towards) * casters.visibility(i, position + lift * towards);
+    }
+    sum
 }

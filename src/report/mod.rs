@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`Store::write`] | `results.json` and `results.csv`, after every row, atomically |
 //! | [`table`](fn@table) | the terminal |
+//! | [`passes`](fn@passes) | the terminal, where it is asked for |
 //! | [`time_versus_error`] | `time-vs-error.svg` |
 //! | [`page`](fn@page) | `report.html`: the above, the pictures and the definitions in one file without network |
 //!
@@ -14,6 +15,7 @@ mod columns;
 mod curve;
 mod page;
 mod pareto;
+mod passes;
 mod plot;
 mod series;
 mod store;
@@ -23,6 +25,7 @@ mod wording;
 pub use curve::{Line, Points, curve};
 pub use page::page;
 pub use pareto::pareto_front;
+pub use passes::passes;
 pub use plot::time_versus_error;
 pub use store::Store;
 pub use table::table;

@@ -44,11 +44,12 @@ pub(super) fn big_8k() -> Scene {
     Scene {
         name: "big-8k".into(),
         particles,
+        strands: Vec::new(),
         meshes: Vec::new(),
-        light: Light {
+        lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.2, 0.12, -0.97).normalize() },
             radiance: [1.0; 3],
-        },
+        }],
         camera: Camera {
             position: DVec3::new(17.0, -11.0, 11.0),
             target: DVec3::splat(SIDE_WORLD / 2.0),

@@ -20,35 +20,35 @@ const STEP_S: f64 = 1.0 / 30.0;
 /// Random numbers set aside for each particle; more than it draws.
 const DRAWS_PER_PARTICLE: u64 = 16;
 
-/// Half the side of the square ground plane at z = 0.
+/// Half the side of the ground.
 const GROUND_HALF_WORLD: f32 = 5.0;
 
 /// What one emitter lets out, steadily.
-struct Emitter {
+pub(super) struct Emitter {
     /// State and stream of its random numbers.
-    seed: [u64; 2],
+    pub(super) seed: [u64; 2],
     /// Particles alive at once, from `lifetime_s` on.
-    capacity: u64,
-    lifetime_s: f64,
-    position: DVec3,
+    pub(super) capacity: u64,
+    pub(super) lifetime_s: f64,
+    pub(super) position: DVec3,
     /// Particles start on a disc of this radius about `position`.
-    nozzle_radius_world: f64,
+    pub(super) nozzle_radius_world: f64,
     /// Velocity at birth, units / s.
-    velocity: DVec3,
+    pub(super) velocity: DVec3,
     /// Longest random addition to `velocity`, units / s.
-    velocity_spread: f64,
+    pub(super) velocity_spread: f64,
     /// How fast the air carries a particle up, units / s: hot at birth, cooled at the end of its life.
-    rise: [f64; 2],
+    pub(super) rise: [f64; 2],
     /// How fast a particle takes on the air's velocity, 1 / s.
-    drag: f64,
+    pub(super) drag: f64,
     /// Speed of the swirling air, units / s.
-    swirl: f64,
+    pub(super) swirl: f64,
     /// Longest random sideways drift, units / s: turbulence finer than the swirl widens the plume.
-    drift: f64,
+    pub(super) drift: f64,
     /// Radius at birth and at the end of life.
-    radius_world: [f64; 2],
+    pub(super) radius_world: [f64; 2],
     /// Optical depth across a particle's diameter where it is densest.
-    optical_depth: f64,
+    pub(super) optical_depth: f64,
 }
 
 /// The seed's three: plume (particles live 15 s), plume (18 s), steam jet (6 s); 5,000 particles together.
@@ -133,37 +133,49 @@ const fn mode(wave_vector: [f64; 3], potential: [f64; 3], frequency: f64, phase:
     }
 }
 
-/// The scene after the emitters have been running for `time_s` seconds, in units of about a metre, z up: 5,000
-/// particles from 18 s on. The light is slanted so that one plume's shadow falls on the other and on the ground.
+/// The particles of `emitters` after they have been running for `time_s` seconds; `scene` is for messages.
 ///
 /// # Errors
 /// [`Error::Input`]: `time_s` is not in [0, 3600].
-pub(super) fn three_emitters(time_s: f64) -> Result<Scene> {
+pub(super) fn smoke(scene: &str, emitters: &[Emitter], time_s: f64) -> Result<Vec<Particle>> {
     if !(0.0..=MAX_TIME_S).contains(&time_s) {
         let cause = format!("time {time_s} s is not in [0, {MAX_TIME_S}]");
-        return Err(Error::input("three-emitters", input::one_line(cause), "give a time in seconds in that range"));
+        return Err(Error::input(scene, input::one_line(cause), "give a time in seconds in that range"));
     }
     // The air's direction in each mode: across the wave vector, so that the air is free of divergence.
     let directions = SWIRL_MODES.map(|mode| {
         let direction = mode.wave_vector.cross(mode.potential).normalize_or_zero();
         (mode, direction)
     });
-    let particles = EMITTERS.iter().flat_map(|emitter| emit(emitter, &directions, time_s)).collect();
-    let half = GROUND_HALF_WORLD;
-    let ground = Mesh {
+    Ok(emitters.iter().flat_map(|emitter| emit(emitter, &directions, time_s)).collect())
+}
+
+/// The square ground plane at z = 0.
+pub(super) fn ground(half: f32) -> Mesh {
+    Mesh {
         name: "ground".into(),
         positions: vec![[-half, -half, 0.0], [half, -half, 0.0], [half, half, 0.0], [-half, half, 0.0]],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         albedo: [0.6; 3],
-    };
+    }
+}
+
+/// The scene after the emitters have been running for `time_s` seconds, in units of about a metre, z up: 5,000
+/// particles from 18 s on. The light is slanted so that one plume's shadow falls on the other and on the ground.
+///
+/// # Errors
+/// As [`smoke`].
+pub(super) fn three_emitters(time_s: f64) -> Result<Scene> {
+    let particles = smoke("three-emitters", &EMITTERS, time_s)?;
     Ok(Scene {
         name: "three-emitters".into(),
         particles,
-        meshes: vec![ground],
-        light: Light {
+        strands: Vec::new(),
+        meshes: vec![ground(GROUND_HALF_WORLD)],
+        lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.47, 0.3, -0.83).normalize() },
             radiance: [1.0; 3],
-        },
+        }],
         camera: Camera {
             position: DVec3::new(3.5, -17.0, 8.5),
             target: DVec3::new(-0.2, 0.0, 2.6),

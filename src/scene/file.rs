@@ -1,4 +1,4 @@
-//! Scene files: TOML that names particle and mesh files, a light and a camera.
+//! Scene files: TOML that names particle, hair and mesh files, lights and a camera.
 //!
 //! ```toml
 //! [[particles]]                 # any number of them
@@ -6,14 +6,22 @@
 //! scale = 2.0                   # optional, about the file's origin; optical depths stay as they are
 //! translate = [0.0, 0.0, 1.0]   # optional, after the scale
 //!
+//! [[hair]]                      # any number of them
+//! file = "head.hair"            # Cem Yuksel's HAIR format
+//! scale = 1.0                   # optional, also of the thickness
+//! translate = [0.0, 0.0, 0.0]   # optional
+//! radius = 0.01                 # optional, world units, replaces half the file's thickness
+//! opacity = 0.5                 # optional, replaces the file's
+//!
 //! [[meshes]]                    # any number of them
 //! file = "ground.gltf"          # .ply, .gltf or .glb
 //! scale = 1.0                   # optional
 //! translate = [0.0, 0.0, 0.0]   # optional
 //! albedo = [0.6, 0.6, 0.6]      # optional, replaces the file's
 //!
-//! [light]
-//! kind = "directional"          # or "spot" with position, target and cone_degrees in place of direction
+//! [light]                       # or [[light]], any number of them
+//! kind = "directional"          # or "spot" with position, target and cone_degrees in place of direction, or "point"
+//!                               # with position
 //! direction = [0.5, 0.3, -0.81] # the way the light travels
 //! radiance = [1.0, 1.0, 1.0]    # optional
 //!
@@ -24,10 +32,13 @@
 //! fov_y_degrees = 38.0          # full vertical angle
 //! ```
 
-use super::{Camera, Light, LightKind, Mesh, Particle, Scene, input, mesh_file, particle_file};
+use super::hair_file::Overrides;
+use super::{Camera, Light, LightKind, Mesh, Particle, Scene, hair_file, input, mesh_file, particle_file};
 use crate::Result;
 use glam::DVec3;
-use serde::Deserialize;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use std::path::Path;
 
 const WAY_OUT: &str = "correct the scene file";
@@ -41,8 +52,11 @@ struct SceneFile {
     #[serde(default)]
     particles: Vec<ParticlesEntry>,
     #[serde(default)]
+    hair: Vec<HairEntry>,
+    #[serde(default)]
     meshes: Vec<MeshesEntry>,
-    light: LightEntry,
+    #[serde(deserialize_with = "one_or_more")]
+    light: Vec<LightEntry>,
     camera: CameraEntry,
 }
 
@@ -54,6 +68,18 @@ struct ParticlesEntry {
     translate: [f64; 3],
     #[serde(default = "one")]
     scale: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct HairEntry {
+    file: String,
+    #[serde(default)]
+    translate: [f64; 3],
+    #[serde(default = "one")]
+    scale: f64,
+    radius: Option<f64>,
+    opacity: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -82,6 +108,32 @@ enum LightEntry {
         #[serde(default = "white")]
         radiance: [f64; 3],
     },
+    Point {
+        position: [f64; 3],
+        #[serde(default = "white")]
+        radiance: [f64; 3],
+    },
+}
+
+/// A table or an array of tables. Not an untagged enum, whose errors do not say what is wrong.
+fn one_or_more<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Vec<LightEntry>, D::Error> {
+    struct Lights;
+    impl<'de> Visitor<'de> for Lights {
+        type Value = Vec<LightEntry>;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+            f.write_str("[light] or [[light]]")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<Self::Value, A::Error> {
+            Ok(vec![LightEntry::deserialize(MapAccessDeserializer::new(map))?])
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, sequence: A) -> std::result::Result<Self::Value, A::Error> {
+            Vec::deserialize(SeqAccessDeserializer::new(sequence))
+        }
+    }
+    deserializer.deserialize_any(Lights)
 }
 
 #[derive(Deserialize)]
@@ -115,14 +167,24 @@ pub(super) fn load(path: &Path) -> Result<Scene> {
         input::error(path, format!("{line}{}", cause.message()), WAY_OUT)
     })?;
     let wrong = |cause: String| input::error(path, cause, WAY_OUT);
-    if parsed.particles.is_empty() && parsed.meshes.is_empty() {
-        return Err(wrong("nothing casts a shadow: no [[particles]] and no [[meshes]]".into()));
+    if parsed.particles.is_empty() && parsed.hair.is_empty() && parsed.meshes.is_empty() {
+        return Err(wrong("nothing casts a shadow: no [[particles]], no [[hair]] and no [[meshes]]".into()));
     }
-    let light = light(&parsed.light).map_err(wrong)?;
+    if parsed.light.is_empty() {
+        return Err(wrong("no light: nothing would be seen".into()));
+    }
+    let lights = parsed.light.iter().map(light).collect::<std::result::Result<Vec<_>, _>>().map_err(wrong)?;
     let camera = camera(&parsed.camera).map_err(wrong)?;
 
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut scene = Scene { name: input::stem(path), particles: Vec::new(), meshes: Vec::new(), light, camera };
+    let mut scene = Scene {
+        name: input::stem(path),
+        particles: Vec::new(),
+        strands: Vec::new(),
+        meshes: Vec::new(),
+        lights,
+        camera,
+    };
     for entry in &parsed.particles {
         let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         for (number, particle) in particle_file::load(&folder.join(&entry.file))?.iter().enumerate() {
@@ -130,6 +192,12 @@ pub(super) fn load(path: &Path) -> Result<Scene> {
             let cause = |cause| entry.cause(format!("placed particle {number} (the first is 0): {cause}"));
             scene.particles.push(placed.map_err(|text| wrong(cause(text)))?);
         }
+    }
+    for entry in &parsed.hair {
+        let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
+        let overrides = entry.overrides().map_err(|cause| wrong(entry.cause(cause)))?;
+        let place = |position| placement.position(position);
+        scene.strands.extend(hair_file::load(&folder.join(&entry.file), place, entry.scale, overrides)?);
     }
     for entry in &parsed.meshes {
         let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
@@ -147,6 +215,23 @@ pub(super) fn load(path: &Path) -> Result<Scene> {
 impl ParticlesEntry {
     fn cause(&self, cause: String) -> String {
         format!("particles {}: {cause}", self.file)
+    }
+}
+
+impl HairEntry {
+    fn cause(&self, cause: String) -> String {
+        format!("hair {}: {cause}", self.file)
+    }
+
+    fn overrides(&self) -> std::result::Result<Overrides, String> {
+        let Self { radius, opacity, .. } = *self;
+        if let Some(radius) = radius.filter(|r| !((*r as f32).is_finite() && *r as f32 > 0.0)) {
+            return Err(format!("radius {radius} is not finite and greater than 0"));
+        }
+        if let Some(opacity) = opacity.filter(|o| !(0.0..=1.0).contains(o)) {
+            return Err(format!("opacity {opacity} is not in [0, 1]"));
+        }
+        Ok(Overrides { radius, opacity })
     }
 }
 
@@ -208,6 +293,9 @@ fn light(entry: &LightEntry) -> std::result::Result<Light, String> {
                 return Err(format!("light cone_degrees {cone_degrees} is not in (0, 170]"));
             }
             (LightKind::Spot { position, direction, cone_degrees }, radiance)
+        }
+        LightEntry::Point { position, radiance } => {
+            (LightKind::Point { position: finite("light position", position)? }, radiance)
         }
     };
     let radiance = radiance.map(|value| value as f32);

@@ -1,17 +1,25 @@
-//! What casts shadows, the light and the camera. Knows nothing of Vulkan.
+//! What casts shadows, the lights and the camera. Knows nothing of Vulkan.
 
+mod caster;
 mod cube;
 mod emitters;
 mod file;
+mod hair;
+mod hair_file;
 mod input;
+mod lantern;
+mod light;
 mod mesh_file;
 mod particle_file;
 mod picture;
 mod ply;
+mod sparse;
 mod view;
 
+pub use caster::Caster;
+pub use light::{FACES, Light, LightKind};
 pub use picture::Picture;
-pub use view::{Projection, Ray, View};
+pub use view::{Projection, Ray, View, gutter_texels};
 
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
@@ -29,6 +37,22 @@ pub struct Particle {
     pub extinction: f32,
 }
 
+/// A straight piece of a hair: a caster of no thickness along any ray. It is a ribbon that faces every ray, `2 · radius`
+/// wide: a ray that passes its axis within the radius loses `opacity` of its light in one step, at the point of the axis
+/// that is nearest to the ray, if that point is at the start or between start and end (so a joint of two counts once). A
+/// ray along the axis misses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Strand {
+    /// World units.
+    pub start: [f32; 3],
+    /// Half the ribbon's width, world units, > 0.
+    pub radius: f32,
+    /// World units, not `start`.
+    pub end: [f32; 3],
+    /// In [0, 1]; the optical depth is −ln(1 − opacity), at most [`MAX_OPTICAL_DEPTH`].
+    pub opacity: f32,
+}
+
 /// An opaque triangle mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
@@ -40,34 +64,6 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Diffuse reflectance in [0, 1].
     pub albedo: [f32; 3],
-}
-
-/// Where a light stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LightKind {
-    /// Parallel rays.
-    Directional {
-        /// The way the light travels, unit length.
-        direction: DVec3,
-    },
-    /// A cone.
-    Spot {
-        /// World units.
-        position: DVec3,
-        /// The axis, unit length.
-        direction: DVec3,
-        /// Full opening angle, degrees, in (0, 170].
-        cone_degrees: f64,
-    },
-}
-
-/// A light.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Light {
-    /// Where it stands.
-    pub kind: LightKind,
-    /// Radiance scale, linear RGB; 1 lights a white surface fully.
-    pub radiance: [f32; 3],
 }
 
 /// A pinhole camera.
@@ -90,10 +86,12 @@ pub struct Scene {
     pub name: String,
     /// Translucent casters.
     pub particles: Vec<Particle>,
+    /// Hair: translucent casters too.
+    pub strands: Vec<Strand>,
     /// Opaque casters and receivers.
     pub meshes: Vec<Mesh>,
-    /// The light.
-    pub light: Light,
+    /// At least one.
+    pub lights: Vec<Light>,
     /// The camera.
     pub camera: Camera,
 }
@@ -103,11 +101,11 @@ pub struct Scene {
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 /// Names that [`Scene::load`] knows without a file.
-pub const BUILT_IN: [&str; 2] = ["three-emitters", "big-8k"];
+pub const BUILT_IN: [&str; 5] = ["three-emitters", "big-8k", "hair", "lantern", "sparse"];
 
 impl Scene {
     /// Loads a scene file (`*.toml`) or makes a built-in scene. `time_s` is how long the emitters of `three-emitters`
-    /// have been running, in seconds; other scenes stand still and ignore it.
+    /// and `lantern` have been running, in seconds; other scenes stand still and ignore it.
     ///
     /// # Errors
     /// [`Error::Input`] names the file and what is wrong with it.
@@ -115,6 +113,9 @@ impl Scene {
         match name {
             "three-emitters" => emitters::three_emitters(time_s),
             "big-8k" => Ok(cube::big_8k()),
+            "sparse" => Ok(sparse::sparse()),
+            "hair" => Ok(hair::hair()),
+            "lantern" => lantern::lantern(time_s),
             path if path.ends_with(".toml") => file::load(path.as_ref()),
             _ => Err(Error::input(
                 name,
@@ -122,5 +123,15 @@ impl Scene {
                 format!("give a scene file (*.toml) or one of {}", BUILT_IN.join(", ")),
             )),
         }
+    }
+
+    /// Maps of all lights: those of the first light first.
+    pub fn map_count(&self) -> usize {
+        self.first_map(self.lights.len())
+    }
+
+    /// Where the maps of light `light` begin among the maps of all lights.
+    pub fn first_map(&self, light: usize) -> usize {
+        self.lights.iter().take(light).map(Light::map_count).sum()
     }
 }

@@ -1,6 +1,8 @@
 //! Per-texel linked lists of all segments, captured with atomics. Shared by the techniques that start from them.
 
-use super::{LightData, SceneData};
+use super::bins::Bins;
+use super::drawn::Drawn;
+use super::light::{Maps, stacked};
 use crate::Result;
 use crate::gpu::{
     Bindings, Buffer, Commands, Context, Format, Graphics, Image, ImageUse, Memory, Pipeline, Resource, shader,
@@ -17,8 +19,8 @@ pub struct SegmentData {
     pub exit: f32,
     /// Optical depth of the segment.
     pub optical_depth: f32,
-    /// The particle that made it.
-    pub particle: u32,
+    /// The caster that made it.
+    pub caster: u32,
     /// Next in the list, or `0xFFFFFFFF`.
     pub next: u32,
 }
@@ -32,30 +34,43 @@ const FIRST_CAPACITY: u64 = 16;
 /// The lists and the pass that captures them.
 pub struct List {
     context: Context,
-    /// R32UI: index of each texel's first segment.
+    /// R32UI: index of each texel's first segment. Of one map, or of all, one above the other.
     pub heads: Image,
     /// [`SegmentData`].
     pub segments: Buffer,
+    /// Fragments of each map; of all in the first where all are kept.
     counters: Buffer,
     capacity: u32,
+    keep: Keep,
+    map_count: u32,
+    size: [u32; 2],
     /// The user fixed the capacity: what does not fit is lost, and counted.
     fixed: bool,
-    /// Fragments of a capture, stored or not; none before the first. The casters do not change, nor does this.
-    fragments: Option<u32>,
-    scene_bindings: Bindings,
+    /// What `counters` held after the first build: fragments, stored or not. The casters do not change, nor does this.
+    fragments: Option<Vec<u32>>,
+    drawn: Drawn,
     bindings: Bindings,
     pipeline: Pipeline,
-    particle_count: u32,
 }
 
-/// The set that glsl/list/particle.vert reads: lights, particles, drawing order.
-pub fn scene_bindings(context: &Context, scene: &SceneData, lights: &Buffer, order: &[u32]) -> Result<Bindings> {
-    let resources = [
-        Resource::Buffer(lights.clone()),
-        Resource::Buffer(scene.particles.clone()),
-        Resource::Buffer(Buffer::with_data(context, "scene.order", order)?),
-    ];
-    Bindings::new(context, "list.scene", &resources)
+/// Which maps' lists stand at the same time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// Each map's are used up before the next map's are captured.
+    One,
+    /// All.
+    All,
+}
+
+/// What glsl/list/caster.vert and capture.frag are pushed.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Push {
+    map: u32,
+    order_first: u32,
+    counter: u32,
+    first_row: u32,
+    capacity: u32,
 }
 
 fn bindings(context: &Context, heads: &Image, segments: &Buffer, counters: &Buffer) -> Result<Bindings> {
@@ -70,46 +85,42 @@ fn segment_buffer(context: &Context, capacity: u32) -> Result<Buffer> {
 }
 
 impl List {
-    /// Lists over the light's volume map. `capacity` fixes the number of segments; without it the buffer grows.
+    /// Lists over the volume maps of the casters that are drawn. `capacity` fixes the number of segments at once; without
+    /// it the buffer grows.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(
-        context: &Context,
-        scene: &SceneData,
-        light: &LightData,
-        lights: &Buffer,
-        capacity: Option<u32>,
-    ) -> Result<Self> {
-        let size = [light.volume.width, light.volume.height];
-        let heads = Image::new(context, "list.heads", Format::R32_UINT, size, ImageUse::Storage)?;
-        let first = (light.volume.texels() as u64 * FIRST_CAPACITY)
+    /// [`crate::Error::Gpu`] where memory runs out, or the maps to keep are more than fit into an image.
+    pub fn new(context: &Context, maps: &Maps, drawn: Drawn, keep: Keep, capacity: Option<u32>) -> Result<Self> {
+        let size = maps.size();
+        let heads_size = stacked(context, "list.heads", size, if keep == Keep::All { maps.count() } else { 1 })?;
+        let heads = Image::new(context, "list.heads", Format::R32_UINT, heads_size, ImageUse::Storage)?;
+        let first = (u64::from(heads_size[0]) * u64::from(heads_size[1]) * FIRST_CAPACITY)
             .min(u64::from(context.features().max_storage_buffer_range) / size_of::<SegmentData>() as u64);
         let capacity_now = capacity.unwrap_or(first as u32);
         let segments = segment_buffer(context, capacity_now)?;
-        let counters = Buffer::new(context, "list.counters", 4, Memory::Device)?;
-        let order: Vec<u32> = (0..scene.particle_count).collect();
-        let scene_bindings = scene_bindings(context, scene, lights, &order)?;
+        let counters = Buffer::new(context, "list.counters", 4 * u64::from(maps.count()), Memory::Device)?;
         let bindings = bindings(context, &heads, &segments, &counters)?;
         let state = Graphics {
-            vertex: shader("list/particle.vert")?,
+            vertex: shader("list/caster.vert")?,
             fragment: shader("list/capture.frag")?,
             colors: &[],
             depth: false,
         };
-        let pipeline = Pipeline::graphics(context, &state, &[&scene_bindings, &bindings], &[])?;
+        let pipeline = Pipeline::graphics(context, &state, &[drawn.bindings(), &bindings], &[])?;
         Ok(Self {
             context: context.clone(),
             heads,
             segments,
             counters,
             capacity: capacity_now,
+            keep,
+            map_count: maps.count(),
+            size,
             fixed: capacity.is_some(),
             fragments: None,
-            scene_bindings,
+            drawn,
             bindings,
             pipeline,
-            particle_count: scene.particle_count,
         })
     }
 
@@ -118,25 +129,34 @@ impl List {
         &self.bindings
     }
 
-    /// The set with lights and particles.
+    /// The set with maps and casters.
     pub fn scene_bindings(&self) -> &Bindings {
-        &self.scene_bindings
+        self.drawn.bindings()
     }
 
-    /// Empties the lists.
-    pub fn clear(&self, commands: &mut Commands) {
+    /// Empties the lists before map `map` is captured, and the counters before the first. No pass where there is nothing
+    /// to empty.
+    pub fn clear(&self, commands: &mut Commands, map: u32) {
+        if map > 0 && self.keep == Keep::All {
+            return;
+        }
         commands.pass("list.clear", |pass| {
             pass.clear_image(&self.heads, NO_SEGMENT);
-            pass.fill(&self.counters, 0);
+            if map == 0 {
+                pass.fill(&self.counters, 0);
+            }
         });
     }
 
-    /// Draws all particles into the lists.
-    pub fn capture(&self, commands: &mut Commands) {
+    /// Draws the casters into the lists of map `map`: all, or those that `bins` has counted.
+    pub fn capture(&self, commands: &mut Commands, map: u32, bins: Option<&Bins>) {
+        self.drawn.compact(commands, map, bins);
+        let (counter, first_row) = if self.keep == Keep::All { (0, map * self.size[1]) } else { (map, 0) };
+        let push = Push { map, order_first: self.drawn.first(map), counter, first_row, capacity: self.capacity };
         commands.pass("list.capture", |pass| {
-            pass.render(self.heads.size(), &[], None, |draw| {
-                let sets = [&self.scene_bindings, &self.bindings];
-                draw.draw(&self.pipeline, &sets, bytemuck::bytes_of(&self.capacity), 6 * self.particle_count);
+            pass.render(self.size, &[], None, |draw| {
+                let sets = [self.drawn.bindings(), &self.bindings];
+                self.drawn.draw(draw, &self.pipeline, &sets, bytemuck::bytes_of(&push), map);
             });
         });
     }
@@ -150,8 +170,9 @@ impl List {
         if self.fragments.is_some() {
             return Ok(false);
         }
-        let fragments = self.counters.read::<u32>(1)?.first().copied().unwrap_or(0);
-        self.fragments = Some(fragments);
+        let counted = self.counters.read::<u32>(self.map_count as usize)?;
+        let fragments = counted.iter().copied().max().unwrap_or(0);
+        self.fragments = Some(counted);
         if self.fixed || fragments <= self.capacity {
             return Ok(false);
         }
@@ -165,18 +186,18 @@ impl List {
         Ok(true)
     }
 
-    /// Segments of a capture; 0 before the first.
-    pub fn fragments(&self) -> u32 {
-        self.fragments.unwrap_or(0)
+    /// Segments of all maps' captures; 0 before the first.
+    pub fn fragments(&self) -> u64 {
+        self.fragments.iter().flatten().copied().map(u64::from).sum()
     }
 
-    /// Segments of a capture that were lost.
-    pub fn overflowed(&self) -> u32 {
-        self.fragments().saturating_sub(self.capacity)
+    /// Segments that were lost.
+    pub fn overflowed(&self) -> u64 {
+        self.fragments.iter().flatten().map(|f| u64::from(f.saturating_sub(self.capacity))).sum()
     }
 
-    /// Heads, segments and counters.
+    /// Heads, segments, counters and what is drawn.
     pub fn bytes(&self) -> u64 {
-        self.heads.bytes() + self.segments.bytes() + self.counters.bytes()
+        self.drawn.bytes() + self.heads.bytes() + self.segments.bytes() + self.counters.bytes()
     }
 }

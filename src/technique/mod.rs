@@ -5,15 +5,20 @@
 
 mod avsm;
 mod bins;
+mod drawn;
+mod filter;
 mod light;
 mod list;
 mod opaque;
+mod psm;
 mod spec;
 mod uncompressed;
 
 pub use avsm::{Avsm, NodeData, near_to_far};
-pub use light::{LightData, SceneData, TriangleData};
+pub use bins::BinTotals;
+pub use light::{LightData, MapData, SceneData, TriangleData};
 pub use list::SegmentData;
+pub use psm::Psm;
 pub use spec::{Key, Spec, Values, parse};
 
 use crate::Result;
@@ -23,20 +28,25 @@ use std::collections::BTreeMap;
 
 /// A technique, opened for one scene on one device.
 pub trait Technique {
-    /// Builds the representation anew and returns the time of each pass.
+    /// Builds the representation and returns the time of each pass; none where neither scene nor light has changed since
+    /// the last build, unless the spec says `skip=off`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out or the device is lost.
     fn build(&mut self) -> Result<Vec<PassTime>>;
 
+    /// Says that the casters' or the lights' buffers have changed: the next build starts anew.
+    fn changed(&mut self);
+
     /// What a shader with `#include "visibility.glsl"` needs to ask this technique.
     fn visibility(&self) -> Visibility<'_>;
 
-    /// The nodes of a texel's curve after a build, (depth, transmittance); none for a technique without nodes.
+    /// The nodes of a texel's curve after a build, (depth, transmittance); none for a technique without nodes. `map`
+    /// counts the maps of all lights.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
-    fn nodes(&self, _texel: [u32; 2]) -> Result<Vec<(f64, f64)>> {
+    fn nodes(&self, _map: usize, _texel: [u32; 2]) -> Result<Vec<(f64, f64)>> {
         Ok(Vec::new())
     }
 
@@ -94,10 +104,18 @@ pub struct Entry {
     pub open: Open,
 }
 
-/// Every technique.
-pub const REGISTRY: &[&Entry] = &[&avsm::ENTRY, &uncompressed::ENTRY];
+/// A key that several techniques have.
+const SKIP: Key = Key {
+    name: "skip",
+    values: Values::OneOf(&["on", "off"]),
+    default: "on",
+    about: "leave out casters and tiles that no look-up misses, and builds where nothing has changed",
+};
 
-/// Texels a side of the light's map, for a spec of any technique.
+/// Every technique.
+pub const REGISTRY: &[&Entry] = &[&avsm::ENTRY, &psm::ENTRY, &uncompressed::ENTRY];
+
+/// Texels a side of a light's map, for a spec of any technique.
 pub fn map_size(spec: &Spec) -> u32 {
     spec.number("size")
 }

@@ -44,6 +44,13 @@ impl Spec {
         self.value(key).parse().unwrap_or(0)
     }
 
+    /// Sets a key that this technique has to a value that it knows; others are left alone.
+    pub fn set(&mut self, key: &str, value: &str) {
+        if let Some(known) = self.entry.keys.iter().find(|k| k.name == key && check(k, value).is_ok()) {
+            self.values.insert(known.name, value.to_owned());
+        }
+    }
+
     /// The technique and what differs from the defaults: `avsm:nodes=4`.
     pub fn short(&self) -> String {
         let default = |key: &str| self.entry.keys.iter().find(|k| k.name == key).map_or("", |k| k.default);

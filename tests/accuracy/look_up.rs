@@ -1,8 +1,9 @@
-//! The look-up of glsl/avsm/visibility.glsl: nodes of four texels, weighted bilinearly, all computed again here.
+//! The look-up of glsl/avsm/visibility.glsl: nodes of some texels, weighted by a filter, all computed again here.
 
 use super::ask;
-use crate::support::{built_avsm, gpu_test, scenes};
+use crate::support::{built_avsm, gpu_test, nodes_of, scenes};
 use glam::{DVec2, DVec3};
+use gobo::reference::filter::Filter;
 use gobo::scene::{Projection, Scene, View};
 use gobo::technique::NodeData;
 
@@ -62,7 +63,7 @@ fn points(scene: &Scene, view: &View) -> Vec<DVec3> {
         let behind = DVec3::from(view.origin.map(f64::from)) - DVec3::from(view.forward.map(f64::from));
         points.push(behind);
     }
-    assert!(!scene.particles.is_empty());
+    assert!(!scene.has_only_meshes());
     points
 }
 
@@ -70,11 +71,11 @@ fn points(scene: &Scene, view: &View) -> Vec<DVec3> {
 fn looks_up_what_the_nodes_say() {
     gpu_test("looks_up_what_the_nodes_say", |context| {
         for scene in [scenes::random(), scenes::spot([1.5, 1.0, 2.5], 70.0, scenes::opaque())] {
-            for count in [4, 8, 16] {
-                let text = format!("avsm:nodes={count},curve=exponential,path=two-pass,size={SIZE}");
+            for (count, storage) in [4, 8, 16].into_iter().flat_map(|n| [(n, "full"), (n, "packed")]) {
+                let text = format!("avsm:nodes={count},curve=exponential,path=two-pass,size={SIZE},storage={storage}");
                 let avsm = built_avsm(context, &scene, &text);
-                let nodes: Vec<NodeData> = avsm.nodes.read((SIZE * SIZE) as usize * count).expect("the nodes");
-                let view = View::volume(&scene, SIZE);
+                let nodes = nodes_of(&avsm, &text, (SIZE * SIZE) as usize);
+                let view = View::volumes(&scene, SIZE)[0];
                 // Rounded to what the device is asked for.
                 let asked: Vec<_> = points(&scene, &view).iter().map(|p| p.as_vec3().to_array()).collect();
                 let answers = ask(context, &avsm, &asked);
@@ -86,6 +87,51 @@ fn looks_up_what_the_nodes_say() {
                     let answer = f64::from(answer);
                     // Weights are rounded too: 1e-6 of a texel, times what neighbours differ by, at most 1.
                     let fits = (low - 2e-5..=high + 2e-5).contains(&answer);
+                    assert!(fits, "{} {text} at {point:?}: {answer}, not {low} to {high}", scene.name);
+                    shadowed += u32::from(answer < 0.9);
+                }
+                assert!(shadowed > 500, "only {shadowed} points are in shadow");
+            }
+        }
+    });
+}
+
+/// Box and Gaussian look-ups against the twin's weights, over the edges of the map too.
+#[test]
+fn filters_weigh_as_their_twins() {
+    gpu_test("filters_weigh_as_their_twins", |context| {
+        for scene in [scenes::random(), scenes::spot([1.5, 1.0, 2.5], 70.0, scenes::opaque())] {
+            for (name, radius, filter) in [
+                ("box", 1, Filter::Box(1)),
+                ("box", 3, Filter::Box(3)),
+                ("gaussian", 1, Filter::Gaussian(1)),
+                ("gaussian", 3, Filter::Gaussian(3)),
+            ] {
+                let text = format!("avsm:nodes=8,path=two-pass,size={SIZE},filter={name},radius={radius}");
+                let avsm = built_avsm(context, &scene, &text);
+                let nodes: Vec<NodeData> = avsm.nodes.read((SIZE * SIZE) as usize * 8).expect("the nodes");
+                let view = View::volumes(&scene, SIZE)[0];
+                let asked: Vec<_> = points(&scene, &view).iter().map(|p| p.as_vec3().to_array()).collect();
+                let visibility = |at: DVec3, depth_error: f64| {
+                    let (texel, z) = view.project(at);
+                    if z <= f64::from(view.near) {
+                        return 1.0;
+                    }
+                    let depth = view.depth(z) + depth_error;
+                    let size = glam::Vec2::splat(SIZE as f32);
+                    let through = |t: glam::IVec2| {
+                        let inside = t.min_element() >= 0 && t.max_element() < SIZE as i32;
+                        let first = if inside { (t.y * SIZE as i32 + t.x) as usize * 8 } else { 0 };
+                        if inside { (-optical_depth(&nodes[first..first + 8], depth)).exp() } else { 1.0 }
+                    };
+                    filter.weights(size, texel.as_vec2()).iter().map(|(t, w)| f64::from(*w) * through(*t)).sum()
+                };
+                let mut shadowed = 0;
+                for (point, answer) in asked.iter().zip(ask(context, &avsm, &asked)) {
+                    let at = DVec3::from(point.map(f64::from));
+                    let (high, low) = (visibility(at, -DEPTH_ROUNDING), visibility(at, DEPTH_ROUNDING));
+                    // As for the bilinear weights above.
+                    let fits = (low - 2e-5..=high + 2e-5).contains(&f64::from(answer));
                     assert!(fits, "{} {text} at {point:?}: {answer}, not {low} to {high}", scene.name);
                     shadowed += u32::from(answer < 0.9);
                 }

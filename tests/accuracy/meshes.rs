@@ -5,7 +5,7 @@ use crate::support::{gpu_test, scenes};
 use glam::{DVec2, DVec3};
 use gobo::reference::Casters;
 use gobo::scene::{Scene, View};
-use gobo::technique::LightData;
+use gobo::technique::MapData;
 
 /// Half the side of the ground, at z = 0.
 const HALF: f32 = 5.0;
@@ -20,9 +20,10 @@ fn ground(direction: [f64; 3]) -> Scene {
     scene
 }
 
-/// The light's view of the meshes, as the opaque map has it.
-fn opaque_view(scene: &Scene) -> View {
-    LightData::new(scene, 8).opaque
+/// The light's view of the meshes that answers for a point, as the opaque map has it.
+fn opaque_view(scene: &Scene) -> impl Fn(&[f32; 3]) -> View {
+    let (light, maps) = (scene.lights[0], MapData::all(scene, 8));
+    move |point| maps[light.map_at(*point)].opaque
 }
 
 /// Points of the ground, not within `margin` of its edge.
@@ -32,12 +33,14 @@ fn on_ground(count: usize, margin: f32) -> Vec<[f32; 3]> {
     (0..count).map(|_| [random.between(-reach, reach), random.between(-reach, reach), 0.0]).collect()
 }
 
-/// From overhead to grazing (3.4° above the plane), directional and spot.
+/// From overhead to grazing (3.4° above the plane), directional, spot and point: the edges of three faces lie on the
+/// ground.
 fn lights() -> Vec<Scene> {
     let slants = [[0.0, 0.0, -1.0], [0.5, 0.3, -0.81], [1.0, 0.4, -0.3], [1.0, 0.2, -0.06]];
     let mut all: Vec<_> = slants.into_iter().map(ground).collect();
     all.push(scenes::spot([1.0, 2.0, 6.0], 100.0, ground(slants[0])));
     all.push(scenes::spot([6.0, -3.0, 1.0], 90.0, ground(slants[0])));
+    all.push(scenes::point([1.0, 2.0, 2.5], ground(slants[0])));
     all
 }
 
@@ -48,7 +51,7 @@ fn a_plane_does_not_shadow_itself() {
             let (technique, view) = (built(context, &scene, "uncompressed:size=8"), opaque_view(&scene));
             let points = on_ground(5000, 0.05);
             let moved = |by: f32| -> Vec<[f32; 3]> { points.iter().map(|[x, y, z]| [*x, *y, z + by]).collect() };
-            let light = scene.light.kind;
+            let light = scene.lights[0].kind;
             for answer in ask(context, technique.as_ref(), &points) {
                 assert!(answer >= LIT, "{light:?}: {answer}: a point of the plane is in its shadow");
             }
@@ -58,9 +61,10 @@ fn a_plane_does_not_shadow_itself() {
             // Below by 1 % of the light's range, which is more than the bias: one texel of pushing away and one of reach of
             // the bilinear weights. Where the plane changes by more than that over two texels, as it does towards the
             // horizon of a grazing light, the bias has to be larger than 1 %, and the point does not count.
-            let range = f64::from(view.far - view.near);
             let (mut below, mut checked) = (Vec::new(), 0);
             for point in &points {
+                let view = view(point);
+                let range = f64::from(view.far - view.near);
                 let (texel, z) = view.project(DVec3::from(point.map(f64::from)));
                 let deeper = z + 0.01 * range;
                 if texel.cmplt(DVec2::splat(2.0)).any() || texel.cmpgt(DVec2::splat(f64::from(view.width) - 2.0)).any()
@@ -98,21 +102,22 @@ fn an_occluder_shadows_what_the_reference_says() {
             let (mut lit, mut dark, mut seam) = (0, 0, 0);
             for (point, answer) in points.iter().zip(answers) {
                 let at = DVec3::from(point.map(f64::from));
+                let view = view(point);
                 let (texel, _) = view.project(at);
                 // Points of the ground in the rays two texels around: if they do not agree, this is the seam.
                 let around = [(-2.0, -2.0), (2.0, -2.0), (-2.0, 2.0), (2.0, 2.0), (0.0, 0.0)].map(|(dx, dy)| {
                     let ray = view.ray(texel + DVec2::new(dx, dy));
-                    casters.unblocked(ray.at(-ray.origin.z / ray.direction.z))
+                    casters.unblocked(0, ray.at(-ray.origin.z / ray.direction.z))
                 });
                 if around.iter().any(|a| *a != around[0]) {
                     seam += 1;
                     continue;
                 }
                 let expected = if around[0] { LIT..=1.0 } else { 0.0..=0.0 };
-                assert!(expected.contains(&answer), "{:?} at {point:?}: {answer}", scene.light.kind);
+                assert!(expected.contains(&answer), "{:?} at {point:?}: {answer}", scene.lights[0].kind);
                 if around[0] { lit += 1 } else { dark += 1 }
             }
-            println!("{:?}: {lit} lit, {dark} dark, {seam} in the seam", scene.light.kind);
+            println!("{:?}: {lit} lit, {dark} dark, {seam} in the seam", scene.lights[0].kind);
             assert!(dark > 50 && lit > 1000 && seam < 400, "{lit} lit, {dark} dark, {seam} in the seam");
         }
     });

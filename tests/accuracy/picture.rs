@@ -1,13 +1,13 @@
 //! The shaded picture against its twin, and forward against deferred shading.
 
 use super::built;
-use crate::support::{gpu_test, scenes, spec};
+use crate::support::{gpu_test, scenes};
 use glam::DVec3;
 use gobo::gpu::Context;
 use gobo::measure::{Renderer, Shading, picture_error};
 use gobo::reference::{Casters, picture};
-use gobo::scene::{Camera, Picture, Scene, View};
-use gobo::technique::{LightData, SceneData, map_size};
+use gobo::scene::{Camera, Picture, Scene, Strand, View};
+use gobo::technique::SceneData;
 
 const SIZE: [u32; 2] = [96, 54];
 
@@ -15,8 +15,7 @@ const SIZE: [u32; 2] = [96, 54];
 fn pictures(context: &Context, scene: &Scene, text: &str, shading: Shading) -> (Picture, Picture) {
     let camera = View::camera(&scene.camera, scene, SIZE);
     let data = SceneData::new(context, scene).expect("room for the scene");
-    let light = LightData::new(scene, map_size(&spec(text)));
-    let renderer = Renderer::new(context, scene, &data, &light, &camera).expect("a renderer");
+    let renderer = Renderer::new(context, scene, &data, &camera).expect("a renderer");
     let technique = built(context, scene, text);
     let (drawn, _) = renderer.picture(&technique.visibility(), shading).expect("drawn");
     (drawn, picture(&Casters::new(scene), scene, &camera))
@@ -52,14 +51,51 @@ fn smoke_over_ground(extinction: f32) -> Scene {
 #[test]
 fn shading_equals_its_twin() {
     gpu_test("shading_equals_its_twin", |context| {
-        for scene in [smoke_over_ground(1e-4), scenes::spot([3.0, 2.0, 9.0], 120.0, smoke_over_ground(1e-4))] {
+        let [one, spot, point] = [
+            smoke_over_ground(1e-4),
+            scenes::spot([3.0, 2.0, 9.0], 120.0, smoke_over_ground(1e-4)),
+            scenes::point([-1.0, 0.5, 3.0], smoke_over_ground(1e-4)),
+        ];
+        // Of different colours, so that a light that is mistaken for another shows.
+        let mut three = one.clone();
+        three.lights = [&one, &spot, &point].map(|s| s.lights[0]).to_vec();
+        for (light, radiance) in three.lights.iter_mut().zip([[0.5, 0.1, 0.0], [0.0, 0.6, 0.2], [0.3, 0.0, 0.7]]) {
+            light.radiance = radiance;
+        }
+        for scene in [one, spot, point, three] {
             let (drawn, reference) = pictures(context, &scene, "uncompressed:size=64", Shading::Forward);
             let difference = largest_difference(&drawn, &reference);
-            println!("{:?}: largest difference {difference:.1e}", scene.light.kind);
-            assert!(difference < 2e-3, "{:?}: {difference}", scene.light.kind);
+            println!("{:?}: largest difference {difference:.1e}", scene.lights);
+            assert!(difference < 2e-3, "{:?}: {difference}", scene.lights);
             let sky = gobo::reference::SKY;
             assert!(reference.pixels.iter().all(|p| *p != sky), "the ground fills the picture");
         }
+    });
+}
+
+/// A layer of strands across the light: none shadows another, so that pictures differ only where rounding decides whether a
+/// pixel's ray meets a ribbon.
+#[test]
+fn strands_are_drawn_where_the_reference_has_them() {
+    gpu_test("strands_are_drawn_where_the_reference_has_them", |context| {
+        let mut random = scenes::Random::new(21);
+        let mut scene = looking_down(scenes::directional("layer", [0.0, 0.0, -1.0], Vec::new()));
+        for _ in 0..150 {
+            let [x, y, dx] = random.point(-1.5, 1.5);
+            let dy = random.between(-1.5, 1.5);
+            let opacity = random.between(0.2, 1.0);
+            scene.strands.push(Strand { start: [x, y, 1.0], radius: 0.04, end: [x + dx, y + dy, 1.0], opacity });
+        }
+        let (drawn, reference) = pictures(context, &scene, "uncompressed:size=64", Shading::Forward);
+        let apart = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).any(|i| (a[i] - b[i]).abs() > 2e-3);
+        let differing = drawn.pixels.iter().zip(&reference.pixels).filter(|p| apart(*p)).count();
+        let covered = reference.pixels.iter().filter(|p| **p != gobo::reference::SKY).count();
+        println!("{differing} pixels differ of {covered} that are covered");
+        assert!(covered > 1000, "{covered} pixels are covered");
+        assert!(differing <= 2, "{differing} of {covered} pixels differ");
+        // Lit in full by the light: a strand does not shadow itself.
+        let brightest = drawn.pixels.iter().map(|p| p[0]).fold(0.0, f32::max);
+        assert!((brightest - 0.70 * 1.10).abs() < 0.03, "{brightest}");
     });
 }
 
@@ -89,13 +125,17 @@ fn forward_and_deferred_agree() {
     gpu_test("forward_and_deferred_agree", |context| {
         let mut scene = smoke_over_ground(1.0);
         scene.meshes.push(scenes::level(1.0, 0.6, [0.4, 0.3]));
-        for scene in [scene.clone(), scenes::spot([3.0, 2.0, 9.0], 120.0, scene)] {
+        let spot = scenes::spot([3.0, 2.0, 9.0], 120.0, scene.clone());
+        let point = scenes::point([-1.0, 0.5, 3.0], scene.clone());
+        let mut three = scene.clone();
+        three.lights = [&scene, &spot, &point].map(|s| s.lights[0]).to_vec();
+        for scene in [scene, spot, point, three] {
             for text in ["uncompressed:size=64", "avsm:size=64,path=two-pass"] {
                 let (forward, reference) = pictures(context, &scene, text, Shading::Forward);
                 let (deferred, _) = pictures(context, &scene, text, Shading::Deferred);
                 let difference = largest_difference(&forward, &deferred);
-                println!("{text}, {:?}: largest difference {difference:.1e}", scene.light.kind);
-                assert!(difference <= 1e-3, "{text}, {:?}: {difference}", scene.light.kind);
+                println!("{text}, {:?}: largest difference {difference:.1e}", scene.lights[0].kind);
+                assert!(difference <= 1e-3, "{text}, {:?}: {difference}", scene.lights[0].kind);
                 let error = picture_error(&deferred, &reference);
                 assert!(error.rmse < 0.05, "{text}: both may be wrong alike: {error:?}");
             }

@@ -43,8 +43,10 @@ fn growing_loses_nothing() {
 #[test]
 fn fragments_are_counted_exactly() {
     gpu_test("fragments_are_counted_exactly", |context| {
-        let fixed = [scenes::random(), scenes::duplicates(), scenes::nested(), scenes::opaque()];
-        let spot = [[2.0, 1.0, 3.0], [0.3, 0.2, 0.9]].map(|p| scenes::spot(p, 70.0, scenes::random()));
+        let fixed = [scenes::random(), scenes::duplicates(), scenes::nested(), scenes::opaque(), scenes::strands()];
+        let spot = [[2.0, 1.0, 3.0], [0.3, 0.2, 0.9]];
+        let spot = spot.iter().flat_map(|p| [scenes::random(), scenes::locks()].map(|s| scenes::spot(*p, 70.0, s)));
+        let spot: Vec<_> = spot.collect();
         for scene in fixed.iter().chain(&spot) {
             let twins = Twins::new(scene, 24);
             let (fragments, _, _) = counters(context, scene, "avsm:path=two-pass,size=24");
@@ -90,7 +92,7 @@ fn nothing_casts_nothing() {
         let mut scene = scenes::directional("empty", [0.0, 0.3, -1.0], Vec::new());
         scene.meshes.push(scenes::level(0.0, 1.0, [0.0, 0.0]));
         let data = SceneData::new(context, &scene).expect("room for nothing");
-        let mut avsm = Avsm::new(context, &scene, &data, &spec("avsm:path=two-pass,size=8")).expect("opens");
+        let mut avsm = Avsm::new(context, &scene, &data, &spec("avsm:path=two-pass,size=8,skip=off")).expect("opens");
         let passes = avsm.build().expect("builds");
         let counters = avsm.counters().expect("counted");
         assert_eq!((counters["fragments"], counters["overflowed"], counters["covered_texels"]), (0, 0, 0));

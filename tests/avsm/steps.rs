@@ -5,7 +5,7 @@ use crate::twin::{DEPTHS, build, check_invariants, curve, depth, look_up};
 use glam::DVec2;
 use gobo::gpu::Requirement;
 use gobo::reference::list::{Segment, sort, texel_segment};
-use gobo::scene::{Particle, Scene, View};
+use gobo::scene::{Caster, Particle, Scene, Strand, View};
 
 const SIZE: u32 = 8;
 
@@ -24,7 +24,7 @@ const RADIUS: f32 = 5e-6;
 fn scene(deep: f32) -> Scene {
     let anchor = |x: f32, z: f32| Particle { position: [x, x, z], radius: 0.125, extinction: 0.5 };
     let mut scene = scenes::directional("steps", [0.0, 0.0, -1.0], vec![anchor(-0.875, 0.0), anchor(0.875, -deep)]);
-    let view = View::volume(&scene, SIZE);
+    let view = View::volumes(&scene, SIZE)[0];
     for (x, y) in [(2, 1), (3, 3), (1, 6), (5, 2)] {
         let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
         let [x, y] = [ray.origin.x as f32, ray.origin.y as f32];
@@ -33,12 +33,12 @@ fn scene(deep: f32) -> Scene {
         // Exactly where it already is, thinner: equal depths and zero length at once.
         scene.particles.push(Particle { position, radius: RADIUS, extinction: 4e4 });
     }
-    assert_eq!(View::volume(&scene, SIZE), view, "the tiny spheres stand within the box");
+    assert_eq!(View::volumes(&scene, SIZE)[0], view, "the tiny spheres stand within the box");
     scene
 }
 
 fn segments(scene: &Scene, view: &View, texel: u32) -> Vec<Segment> {
-    let cut = |(i, p)| texel_segment(view, [texel % SIZE, texel / SIZE], p).map(|s| (i, s));
+    let cut = |(i, p)| texel_segment(view, [texel % SIZE, texel / SIZE], &Caster::from(p)).map(|s| (i, s));
     let mut all: Vec<_> = (0u32..).zip(&scene.particles).filter_map(cut).collect();
     sort(&mut all);
     all.into_iter().map(|(_, s)| s).collect()
@@ -48,7 +48,7 @@ fn segments(scene: &Scene, view: &View, texel: u32) -> Vec<Segment> {
 fn scene_of_steps() -> (Scene, View) {
     for i in 0..200 {
         let scene = scene(150.0 + 0.5 * i as f32);
-        let view = View::volume(&scene, SIZE);
+        let view = View::volumes(&scene, SIZE)[0];
         let all: Vec<_> = (0..SIZE * SIZE).flat_map(|t| segments(&scene, &view, t)).collect();
         if all.iter().filter(|s| s.entry == s.exit && s.optical_depth > 0.1).count() == 8 {
             return (scene, view);
@@ -71,9 +71,9 @@ fn steps(name: &str, needs: &[Requirement], path: &str) {
                 for (texel, nodes) in (0..).zip(nodes.chunks_exact(count)) {
                     let segments = segments(&scene, &view, texel);
                     let what = format!("{text}, texel {texel}");
-                    check_invariants(&what, nodes, &segments, interpolation);
+                    check_invariants(&what, nodes, &segments, interpolation, 1e-5);
                     // At most two segments: four nodes hold them without a removal, so that nothing is ambiguous.
-                    let twin = curve(&segments, build);
+                    let twin = curve(&segments, None, build);
                     for i in 0..DEPTHS {
                         let (got, wanted) = (look_up(nodes, depth(i), interpolation), twin.transmittance(depth(i)));
                         assert!((got - wanted).abs() < 1e-5, "{what} at {}: {got}, not {wanted}", depth(i));
@@ -102,6 +102,11 @@ fn interlock_makes_steps() {
     steps("interlock_makes_steps", &[Requirement::PixelInterlock], "interlock");
 }
 
+#[test]
+fn raster_order_makes_steps() {
+    steps("raster_order_makes_steps", &[Requirement::RasterOrder], "raster-order");
+}
+
 /// Spheres that touch at the same point, where the one light ray of a map of one texel enters them all at once. Along an
 /// axis, with every number a multiple of 1/8 and the light's plane some 10 units off, no operation rounds.
 fn tangent(order: impl Iterator<Item = u8>) -> Scene {
@@ -121,13 +126,13 @@ fn ties_go_by_index() {
             let text = format!("avsm:nodes=4,curve={curve_of},size=1,path=two-pass");
             let build = build(&spec(&text));
             let both = [tangent(1..=10), tangent((1..=10).rev())].map(|scene| {
-                let view = View::volume(&scene, 1);
-                let cut = |(i, p)| texel_segment(&view, [0, 0], p).map(|s| (i, s));
+                let view = View::volumes(&scene, 1)[0];
+                let cut = |(i, p)| texel_segment(&view, [0, 0], &Caster::from(p)).map(|s| (i, s));
                 let mut all: Vec<_> = (0u32..).zip(&scene.particles).filter_map(cut).collect();
                 all.retain(|(_, s)| s.optical_depth > 0.0);
                 assert!(all.len() == 10 && all.iter().all(|(_, s)| s.entry == all[0].1.entry), "{all:?}");
                 sort(&mut all);
-                let twin = curve(&all.into_iter().map(|(_, s)| s).collect::<Vec<_>>(), build);
+                let twin = curve(&all.into_iter().map(|(_, s)| s).collect::<Vec<_>>(), None, build);
                 let avsm = built_avsm(context, &scene, &text);
                 let nodes = avsm.nodes.read(4).expect("the nodes");
                 for i in 0..DEPTHS {
@@ -141,4 +146,46 @@ fn ties_go_by_index() {
             assert!(apart > 1e-3, "{text}: the order makes no difference, so that the test says nothing of it");
         }
     });
+}
+
+/// A hair that the light meets head on: a bundle of strands behind each other, each one step. The light goes along an
+/// axis and every number is a multiple of 1/8, so that no operation rounds.
+fn bundle() -> Scene {
+    let across = |z: f32, opacity: f32| Strand { start: [-1.0, -0.125, z], radius: 0.5, end: [1.0, 0.125, z], opacity };
+    let mut scene = scenes::directional("bundle", [0.0, 0.0, -1.0], Vec::new());
+    scene.strands = [(4.0, 0.25), (2.0, 0.5), (2.0, 0.5), (-1.0, 0.0), (-2.0, 1.0)].map(|(z, o)| across(z, o)).to_vec();
+    // Along the light, through the same ray: edge on, which takes nothing.
+    scene.strands.push(Strand { start: [0.0, 0.0, 5.0], radius: 0.5, end: [0.0, 0.0, -5.0], opacity: 1.0 });
+    scene
+}
+
+/// Four steps at three depths, by hand: 3/4 behind the first, a quarter of that behind the two at z = 2, and nothing,
+/// e⁻⁸⁰, behind the last.
+fn strand_steps(name: &str, needs: &[Requirement], path: &str) {
+    gpu_test_needing(name, needs, |context| {
+        let scene = bundle();
+        let view = View::volumes(&scene, 1)[0];
+        for values in ["linear", "exponential"] {
+            let text = format!("avsm:nodes=8,curve={values},size=1,path={path}");
+            let interpolation = build(&spec(&text)).interpolation;
+            let nodes: Vec<_> = built_avsm(context, &scene, &text).nodes.read(8).expect("the nodes");
+            for (z, wanted) in [(4.5, 1.0), (3.0, 0.75), (1.5, 0.1875), (-0.5, 0.1875), (-1.5, 0.1875), (-2.5, 0.0)] {
+                let depth = view.depth(f64::from(view.origin[2]) - z) as f32;
+                let got = look_up(&nodes, depth, interpolation);
+                assert!((got - wanted).abs() < 1e-5, "{text} at z = {z}: {got}, not {wanted}: {nodes:?}");
+            }
+            let first = view.depth(f64::from(view.origin[2]) - 4.0) as f32;
+            assert_eq!(look_up(&nodes, first - 1e-5, interpolation), 1.0, "{text}: in front of the first step");
+            assert!((look_up(&nodes, first + 1e-5, interpolation) - 0.75).abs() < 1e-5, "{text}: behind it");
+        }
+    });
+}
+
+#[test]
+fn strands_are_steps() {
+    strand_steps("strands_are_steps_two_pass", &[], "two-pass");
+    strand_steps("strands_are_steps_whole", &[], "two-pass,resolve=whole");
+    strand_steps("strands_are_steps_binned", &[], "binned");
+    strand_steps("strands_are_steps_interlock", &[Requirement::PixelInterlock], "interlock");
+    strand_steps("strands_are_steps_raster_order", &[Requirement::RasterOrder], "raster-order");
 }

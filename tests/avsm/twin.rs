@@ -1,10 +1,12 @@
 //! What the CPU twins say about a scene: each texel's curve, and whether rounding alone could make another one.
 
 use crate::support::scenes::Random;
+use glam::DVec2;
 use gobo::reference::avsm::{Build, Curve, Interpolation};
 use gobo::reference::bins::{TILE_TEXELS, tile_key};
+use gobo::reference::cells::{self, Cells};
 use gobo::reference::list::{Segment, sort, texel_segment};
-use gobo::scene::{Scene, View};
+use gobo::scene::{Caster, Ray, Scene, View};
 use gobo::technique::{NodeData, Spec, near_to_far};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -45,12 +47,14 @@ const MOVED_AT_MOST: f32 = 1e-3;
 pub enum Order {
     /// Two-pass, order=sorted: by entry depth in each texel, ties by index.
     Entry,
-    /// Interlock, order=captured: by particle index.
+    /// Interlock and raster order, order=captured: by particle index.
     Index,
-    /// Interlock, order=sorted: particles by nearest depth.
+    /// Interlock and raster order, order=sorted: particles by nearest depth.
     Near,
     /// Binned: particles by nearest depth within the texel's tile of 8×8, ties by index.
     Tile,
+    /// Binned, resolve=cells: sums, which have no order.
+    Cells,
 }
 
 /// A texel as the twin has it.
@@ -85,11 +89,12 @@ pub fn build(spec: &Spec) -> Build {
     Build {
         nodes,
         // Whole curves are compressed from 16 nodes more than are stored (technique::avsm, WHOLE_NODES).
-        // The binned path has room for 4 more (BINNED_NODES).
+        // The binned path has room for 4 more (BINNED_NODES), from cells for 2 (CELLS_NODES).
         work: nodes
             + match (spec.value("resolve"), spec.value("path")) {
                 ("whole", _) => 16,
-                (_, "binned") => 4,
+                ("streaming", "binned") => 4,
+                (_, "binned") => 2,
                 _ => 0,
             },
         interpolation: match spec.value("curve") {
@@ -100,48 +105,56 @@ pub fn build(spec: &Spec) -> Build {
     }
 }
 
-/// The twin's curve of these segments in this order.
-pub fn curve(segments: &[Segment], build: Build) -> Curve {
+/// The twin's curve of these segments in this order, or in any from sums in cells with this `bound`.
+pub fn curve(segments: &[Segment], bound: Option<u32>, build: Build) -> Curve {
     let mut curve = Curve::new(build);
+    if let Some(bound) = bound {
+        return Cells::new(segments, bound).map_or(curve, |cells| cells.curve(build));
+    }
     segments.iter().for_each(|s| curve.insert(*s));
     curve.reduce();
     curve
 }
 
-/// The twins of a scene at one map size.
+/// The twins of one map of a scene at one size.
 pub struct Twins<'a> {
     scene: &'a Scene,
+    casters: Vec<Caster>,
     pub view: View,
     near: Vec<u32>,
 }
 
 impl<'a> Twins<'a> {
+    /// Of the first map.
     pub fn new(scene: &'a Scene, size: u32) -> Self {
-        let view = View::volume(scene, size);
-        Self { scene, view, near: near_to_far(scene, &view) }
+        Self::of_map(scene, 0, size)
+    }
+
+    /// Of one of the maps of all lights.
+    pub fn of_map(scene: &'a Scene, map: usize, size: u32) -> Self {
+        let view = View::volumes(scene, size)[map];
+        Self { scene, casters: scene.casters(), view, near: near_to_far(scene, &view) }
     }
 
     /// The segments of a texel in the order of insertion, each as `rounded`.
     fn segments(&self, texel: u32, order: Order, rounded: impl Fn(Segment) -> Segment) -> Vec<Segment> {
         let at = [texel % self.view.width, texel / self.view.width];
-        let cut = |i: u32| {
-            texel_segment(&self.view, at, &self.scene.particles[i as usize]).map(|segment| (i, rounded(segment)))
-        };
+        let cut =
+            |i: u32| texel_segment(&self.view, at, &self.casters[i as usize]).map(|segment| (i, rounded(segment)));
         let tile_order = || {
             // Two keys may lie so close that rounding alone orders them: a trial moves them as it moves depths.
             let key = |i: u32| {
-                let particle = &self.scene.particles[i as usize];
-                let depth = tile_key(&self.view, particle, at.map(|t| t / TILE_TEXELS))?;
+                let depth = tile_key(&self.view, &self.casters[i as usize], at.map(|t| t / TILE_TEXELS))?;
                 Some((rounded(Segment { entry: depth, exit: depth, optical_depth: 1.0 }).entry, i))
             };
-            let mut keys: Vec<(f32, u32)> = (0..self.scene.particles.len() as u32).filter_map(key).collect();
+            let mut keys: Vec<(f32, u32)> = (0..self.casters.len() as u32).filter_map(key).collect();
             keys.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             keys
         };
         let mut all: Vec<(u32, Segment)> = match order {
             Order::Tile => tile_order().into_iter().filter_map(|(_, i)| cut(i)).collect(),
             Order::Near => self.near.iter().filter_map(|i| cut(*i)).collect(),
-            _ => (0..self.scene.particles.len() as u32).filter_map(cut).collect(),
+            _ => (0..self.casters.len() as u32).filter_map(cut).collect(),
         };
         if order == Order::Entry {
             sort(&mut all);
@@ -149,17 +162,27 @@ impl<'a> Twins<'a> {
         all.into_iter().map(|(_, s)| s).collect()
     }
 
+    /// Bound of the optical depth in the texel's tile.
+    fn bound(&self, texel: u32) -> u32 {
+        let tile = [texel % self.view.width, texel / self.view.width].map(|t| t / TILE_TEXELS);
+        let met = |c: &&Caster| tile_key(&self.view, c, tile).is_some();
+        cells::bound(&self.casters.iter().filter(met).copied().collect::<Vec<_>>())
+    }
+
     pub fn texel(&self, texel: u32, order: Order, build: Build) -> Texel {
         let segments = self.segments(texel, order, |s| s);
-        let curve = curve(&segments, build);
+        let bound = (order == Order::Cells).then(|| self.bound(texel));
+        let curve = curve(&segments, bound, build);
         let lost = 1.0 - (-segments.iter().map(|s| s.optical_depth).sum::<f32>()).exp();
         let moved = (MOVED / lost).min(MOVED_AT_MOST);
-        // Copies of a particle make pairs of nodes of which either may go, at no cost: their margin is 0 and means nothing.
-        let tied = self.scene.name != "duplicates" && curve.margin < tie(build.interpolation) / MARGIN_FLOOR;
+        // Copies of a particle, and spheres around the light, which all begin at the near plane, make pairs of nodes of which
+        // either may go, at no cost: their margin is 0 and means nothing.
+        let tied = !["duplicates", "inside"].contains(&self.scene.name.as_str())
+            && curve.margin < tie(build.interpolation) / MARGIN_FLOOR;
         let ambiguous = tied
             || (0..TRIALS).any(|trial| {
                 let rounded = self.segments(texel, order, |s| rounded_otherwise(s, moved, trial));
-                let other = self::curve(&rounded, build);
+                let other = self::curve(&rounded, bound, build);
                 (0..DEPTHS).any(|i| beyond(&curve, depth(i), other.transmittance(depth(i)), moved) > UNSTABLE)
             });
         Texel { segments, curve, ambiguous }
@@ -170,20 +193,42 @@ impl<'a> Twins<'a> {
         (0..self.view.texels() as u32).map(|t| self.segments(t, Order::Index, |s| s).len() as u64).sum()
     }
 
-    /// Pairs of texel and particle whose ray grazes the sphere so closely that rounding decides whether it meets it.
-    pub fn grazing(&self) -> u64 {
-        let mut grazing = 0;
-        for texel in 0..self.view.texels() as u32 {
-            let (x, y) = (texel % self.view.width, texel / self.view.width);
-            let ray = self.view.ray(glam::DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-            for particle in &self.scene.particles {
-                let offset = glam::DVec3::from(particle.position.map(f64::from)) - ray.origin;
-                let across = offset.reject_from(ray.direction).length() / f64::from(particle.radius);
-                grazing += u64::from((across - 1.0).abs() < 1e-5);
-            }
-        }
-        grazing
+    /// Casters that the texel's ray grazes so closely that rounding decides whether it meets them.
+    pub fn grazed(&self, texel: u32) -> u64 {
+        let (x, y) = (texel % self.view.width, texel / self.view.width);
+        let ray = self.view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+        self.casters.iter().filter(|caster| grazes(&ray, caster)).count() as u64
     }
+
+    /// The same of all texels.
+    pub fn grazing(&self) -> u64 {
+        (0..self.view.texels() as u32).map(|texel| self.grazed(texel)).sum()
+    }
+}
+
+/// How close, world units, a ray may pass a strand's outline before rounding decides: positions here are of some units,
+/// whose floats are 2e-7 apart, and a hit is some ten operations.
+const OUTLINE_ROUNDING: f64 = 4e-6;
+
+/// Whether the ray passes the caster's outline too closely to tell on which side. A sphere's is within a share of its
+/// radius; a strand's is its ribbon, two edges and two ends, seen along the ray.
+fn grazes(ray: &Ray, caster: &Caster) -> bool {
+    let offset = caster.start() - ray.origin;
+    let radius = f64::from(caster.radius);
+    let across = offset.reject_from(ray.direction);
+    if !caster.is_strand() {
+        return (across.length() / radius - 1.0).abs() < 1e-5;
+    }
+    let axis = (caster.end() - caster.start()).reject_from(ray.direction);
+    let length = axis.length();
+    if length < 1e-4 * (caster.end() - caster.start()).length() {
+        return length > 1e-6; // nearly edge on: a sliver
+    }
+    let along = -across.dot(axis) / length;
+    let side = (across.reject_from(axis).length() - radius).abs();
+    let before_edge = along > -OUTLINE_ROUNDING && along < length + OUTLINE_ROUNDING && side < OUTLINE_ROUNDING;
+    let at_end = along.abs().min((along - length).abs()) < OUTLINE_ROUNDING;
+    before_edge || (at_end && across.reject_from(axis).length() < radius + OUTLINE_ROUNDING)
 }
 
 pub fn depth(i: usize) -> f32 {
@@ -214,9 +259,31 @@ fn rounded_otherwise(segment: Segment, by: f32, trial: u64) -> Segment {
     }
 }
 
+/// What packing may do to a transmittance at a node: half a code, and a little for the rounding of the code. A code is
+/// 1/65,535 of T, or 1/65,536 of t / (1 + t), by which T falls at most by 4/e of that.
+pub fn half_code(interpolation: Interpolation) -> f64 {
+    0.51 / 65535.0 * if interpolation == Interpolation::Linear { 1.0 } else { 4.0 / std::f64::consts::E }
+}
+
+/// What two codes that are next to each other may do to a transmittance on a ramp from 1 to where the optical depth is
+/// `deepest`. Past 1 that is most where 1/e is left, a share 1 / t down the ramp, and a code is (1 + t)² / 65,536 wide.
+pub fn code(interpolation: Interpolation, deepest: f32) -> f32 {
+    let deepest = deepest.max(1.0);
+    match interpolation {
+        Interpolation::Linear => 1.0 / 65535.0,
+        Interpolation::Exponential => (1.0 + deepest).powi(2) / (std::f32::consts::E * deepest) / 65536.0,
+    }
+}
+
 /// Checks what holds of any curve, whatever was removed: transmittance in [0, 1], never rising with depth, and behind
-/// everything the product of all segments.
-pub fn check_invariants(what: &str, nodes: &[NodeData], segments: &[Segment], interpolation: Interpolation) {
+/// everything the product of all segments, to `rounding`.
+pub fn check_invariants(
+    what: &str,
+    nodes: &[NodeData],
+    segments: &[Segment],
+    interpolation: Interpolation,
+    rounding: f64,
+) {
     assert!(nodes.iter().all(|n| n.value.is_finite() && n.depth.is_finite()), "{what}: {nodes:?}");
     assert!(nodes.windows(2).all(|n| n[0].depth <= n[1].depth), "{what}: depths fall: {nodes:?}");
     let mut last = 1.0f32;
@@ -228,5 +295,5 @@ pub fn check_invariants(what: &str, nodes: &[NodeData], segments: &[Segment], in
     }
     let product = (-segments.iter().map(|s| f64::from(s.optical_depth)).sum::<f64>()).exp();
     let tail = f64::from(look_up(nodes, 2.0, interpolation));
-    assert!((tail - product).abs() <= 1e-5, "{what}: the tail is {tail}, the product of all segments {product}");
+    assert!((tail - product).abs() <= rounding, "{what}: the tail is {tail}, the product of all segments {product}");
 }

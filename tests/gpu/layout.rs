@@ -5,8 +5,8 @@
 //! is read from the GLSL; types, offsets and strides come from the SPIR-V. Both have to agree with Rust.
 
 use gobo::gpu::{SHADERS, Shader};
-use gobo::scene::{Particle, View};
-use gobo::technique::{LightData, NodeData, SegmentData, TriangleData};
+use gobo::scene::{Caster, View};
+use gobo::technique::{BinTotals, LightData, MapData, NodeData, SegmentData, TriangleData};
 use spirq::ReflectConfig;
 use spirq::ty::{ScalarType, Type};
 use spirq::var::Variable;
@@ -39,10 +39,12 @@ macro_rules! twin {
 /// GLSL struct → Rust struct.
 fn twins() -> BTreeMap<&'static str, Twin> {
     BTreeMap::from([
-        ("Light", twin!(LightData, volume, opaque, radiance, has_opaque, cos_cone)),
+        ("Light", twin!(LightData, position, kind, direction, cos_cone, radiance, first_map, map_count, has_opaque)),
+        ("Map", twin!(MapData, volume, opaque)),
+        ("BinTotals", twin!(BinTotals, entries, met, tiles_used, tiles_listed, groups_x, groups_y, groups_z)),
         ("View", twin!(View, origin, projection, right, scale_x, up, scale_y, forward, near, far, width, height)),
-        ("Particle", twin!(Particle, position, radius, extinction)),
-        ("Segment", twin!(SegmentData, entry, exit, optical_depth, particle, next)),
+        ("Caster", twin!(Caster, position, radius, axis, density)),
+        ("Segment", twin!(SegmentData, entry, exit, optical_depth, caster, next)),
         ("Node", twin!(NodeData, depth, value)),
         ("Triangle", twin!(TriangleData, corners, albedo)),
     ])
@@ -51,6 +53,8 @@ fn twins() -> BTreeMap<&'static str, Twin> {
 /// The GLSL of a shader with all that it includes, comments removed.
 fn source(shader: &str) -> String {
     let glsl = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
+    // avsm/unpack.comp/4 is avsm/unpack.comp with ATTACHMENTS 4.
+    let shader = shader.trim_end_matches(|c: char| c == '/' || c.is_ascii_digit());
     // avsm/consume/query.comp is consume/query.comp, built with avsm/visibility.glsl.
     let (file, technique) = match shader.split_once('/') {
         Some((technique, rest)) if !glsl.join(shader).exists() => (rest, Some(technique)),
@@ -68,6 +72,9 @@ fn source(shader: &str) -> String {
         for line in std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).lines() {
             if let Some(included) = line.strip_prefix("#include \"") {
                 open.push(included.trim_end_matches('"').to_owned());
+            }
+            if line.starts_with("#define") {
+                continue; // declares nothing
             }
             text += line.split("//").next().unwrap_or_default();
             text.push('\n');
@@ -182,16 +189,24 @@ fn struct_source(name: &str) -> Members {
     members(&text, text.find(&head).expect("found above"))
 }
 
-/// The words with every OpSpecConstantOp (52) of logic or choice (166 to 169) made an OpConstantNull (46) of the same type
-/// and id: spirq cannot compute `EXPONENTIAL == 1u ? 0.0 : 1.0` and gives up. No block's layout depends on one.
+/// The words with every OpSpecConstantOp (52) of logic or choice (166 to 169) or of a part of a vector (81), and those
+/// computed from one, made an OpConstantNull (46) of the same type and id: spirq cannot compute
+/// `EXPONENTIAL == 1u ? 0.0 : 1.0` and gives up. No block's layout depends on one.
 fn without_constant_choices(words: &[u32]) -> Vec<u32> {
     let (header, mut rest) = words.split_at(5);
     let mut out = header.to_vec();
+    let mut nulls = BTreeSet::new();
     while let Some(first) = rest.first() {
         let (instruction, after) = rest.split_at((first >> 16) as usize);
-        match first & 0xffff {
-            52 if (166..=169).contains(&instruction[3]) => out.extend([3 << 16 | 46, instruction[1], instruction[2]]),
-            _ => out.extend(instruction),
+        let made_null = || {
+            [81, 166, 167, 168, 169].contains(&instruction[3])
+                || instruction[4..].iter().any(|operand| nulls.contains(operand))
+        };
+        if first & 0xffff == 52 && made_null() {
+            out.extend([3 << 16 | 46, instruction[1], instruction[2]]);
+            nulls.insert(instruction[2]);
+        } else {
+            out.extend(instruction);
         }
         rest = after;
     }

@@ -43,12 +43,15 @@ fn a_broken_particle_file() {
 #[test]
 fn a_technique_that_is_not_known() {
     for (spec, words) in [
-        ("vsm", &["vsm", "avsm", "uncompressed"][..]),
+        ("vsm", &["vsm", "avsm", "psm", "uncompressed"][..]),
         ("avsm:knots=4", &["knots", "nodes"]),
         ("avsm:nodes=5", &["nodes=5", "4, 8, 16"]),
         ("avsm:nodes", &["nodes", "key=value"]),
         ("avsm:size=0", &["size=0", "from 1 to"]),
         ("avsm:size=99999999999", &["size=99999999999"]),
+        ("psm:size=1024", &["size=1024", "from 8 to 512"]),
+        ("psm:slices=512", &["slices=512", "from 4 to 256"]),
+        ("psm:storage=r8", &["storage=r8", "rgba16f"]),
     ] {
         for command in ["compare", "render", "slice"] {
             fails(&[command, "big-8k", "--technique", spec], words);
@@ -113,6 +116,21 @@ fn a_depth_outside_the_range() {
         let words = ["--depth", "from 0 to 1"];
         fails(&["slice", "big-8k", &argument], &words);
     }
+}
+
+#[test]
+fn a_light_or_a_face_that_is_not_there() {
+    for (more, words) in [
+        (&["--light", "3"][..], &["--light 3", "3 lights"][..]),
+        (&["--light", "0"], &["--light 0", "six maps", "+x, -x"]),
+        (&["--light", "0", "--face", "-w"], &["--face -w", "no such face"]),
+        (&["--light", "1", "--face", "+x"], &["--face +x", "no point light"]),
+    ] {
+        fails(&[&["slice", "lantern"][..], more].concat(), words);
+        fails(&[&["curve", "lantern", "--texel", "20,20"][..], more].concat(), words);
+    }
+    let gutter = ["curve", "lantern", "--texel", "0,0", "--face", "-z", "--technique", "avsm:size=32"];
+    fails(&gutter, &["--texel 0,0", "margin"]);
 }
 
 #[test]

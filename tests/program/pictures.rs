@@ -67,3 +67,29 @@ fn slice_paints_a_sweep() {
     ok(&[&["slice", text(&scene), "--depth", "1", "--out", text(&last)][..], &size].concat());
     assert_eq!(bytes(&last), bytes(&frames[3]), "depth 1 is the last frame of the sweep");
 }
+
+/// Slices and curves of particle shadow maps, whichever path, as of any technique.
+#[test]
+fn slices_and_curves_know_psm() {
+    let device = runs("psm", "raster").0;
+    log("exercised", "slices_and_curves_know_psm", &device);
+    let folder = folder();
+    let scene = small_scene(folder.path());
+    let paint = |path: &str| {
+        let out = folder.path().join(format!("{path}.png"));
+        let technique = format!("psm:path={path},size=40,slices=32,storage=rgba16f");
+        let more = ["--size", "40", "--depth", "0.7", "--technique", &technique, "--validation"];
+        ok(&[&["slice", text(&scene), "--out", text(&out)][..], &more].concat());
+        pixels(&bytes(&out))
+    };
+    let [raster, fused] = ["raster", "fused"].map(paint);
+    assert!(raster.iter().any(|p| *p != raster[0]), "a shadow");
+    // 32 slices, blended in half floats by the one and added up by the other.
+    let largest = raster.iter().zip(&fused).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(largest <= Some(2), "raster and fused differ by {largest:?} of 255");
+    let out = folder.path().join("curve.svg");
+    let techniques = ["--technique", "psm:size=40,slices=32", "--technique", "avsm:size=40"];
+    ok(&[&["curve", text(&scene), "--texel", "20,20", "--out", text(&out)][..], &techniques].concat());
+    let svg = std::fs::read_to_string(&out).expect("an SVG");
+    assert!(svg.contains("psm:") && svg.contains("avsm:"), "a line for each");
+}

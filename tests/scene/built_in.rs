@@ -10,6 +10,7 @@ fn built_in_scenes_are_deterministic_and_sane() {
             let scene = Scene::load(name, time_s).expect("built in");
             assert_eq!(scene, Scene::load(name, time_s).expect("built in"));
             assert_eq!(scene.name, name);
+            assert!(!scene.has_only_meshes());
             for particle in &scene.particles {
                 assert!(particle.position.iter().all(|value| (-8.0..=14.0).contains(value)), "{particle:?}");
                 assert!(particle.position[2] >= particle.radius, "{particle:?} is below the ground");
@@ -60,4 +61,41 @@ fn big_8k_fills_its_cube() {
         }
     }
     assert!((sum / 64.0 - 4.0).abs() < 0.4, "optical depth {}", sum / 64.0);
+}
+
+#[test]
+fn hair_grows_outside_its_head() {
+    let scene = Scene::load("hair", f64::NAN).expect("stands still, so ignores the time");
+    assert_eq!(scene.strands.len(), 48_000);
+    // The head is an ellipsoid: its widest vertices are its half axes.
+    let half = |axis: usize| scene.meshes[0].positions.iter().map(|p| p[axis]).fold(0.0, f32::max);
+    let half = [half(0), half(1), half(2)];
+    let outside = |p: &[f32; 3]| (0..3).map(|i| (p[i] / half[i]).powi(2)).sum::<f32>();
+    for strand in &scene.strands {
+        assert!(outside(&strand.start) > 0.999 && outside(&strand.end) > 0.999, "{strand:?}");
+        assert!([strand.start, strand.end].iter().flatten().all(|value| value.abs() < 2.5), "{strand:?}");
+        assert!(strand.start != strand.end && strand.radius > 0.0 && (0.3..=0.6).contains(&strand.opacity));
+    }
+    // Hairs hang together: each segment but the last of a hair ends where the next begins.
+    let joints = scene.strands.windows(2).filter(|pair| pair[0].end == pair[1].start).count();
+    assert_eq!(joints, 3_000 * 15);
+    // Half a texel to one texel wide on a map of 256².
+    let view = gobo::scene::View::volumes(&scene, 256)[0];
+    let texel = 2.0 / (256.0 * view.scale_x.max(view.scale_y));
+    let width = 2.0 * scene.strands[0].radius / texel;
+    assert!((0.5..=1.0).contains(&width), "{width} texels wide");
+}
+
+#[test]
+fn lantern_has_three_kinds_of_light() {
+    use gobo::scene::LightKind;
+    let scene = Scene::load("lantern", 20.0).expect("in range");
+    assert_eq!(scene.particles.len(), 1_500);
+    assert_eq!(scene, Scene::load("lantern", 20.0).expect("in range"), "the same bytes on every call");
+    let kinds = scene.lights.iter().map(|l| l.kind);
+    assert_eq!(kinds.clone().filter(|k| matches!(k, LightKind::Point { .. })).count(), 1);
+    assert_eq!(kinds.clone().filter(|k| matches!(k, LightKind::Spot { .. })).count(), 1);
+    assert_eq!(kinds.filter(|k| matches!(k, LightKind::Directional { .. })).count(), 1);
+    assert_eq!(scene.map_count(), 8);
+    message(Scene::load("lantern", -1.0), "lantern", "not in [0, 3600]");
 }

@@ -2,6 +2,7 @@
 //! [`Scene::load`], as the program does.
 
 mod built_in;
+mod hair_files;
 mod mesh_files;
 mod mutations;
 mod particle_files;
@@ -10,7 +11,7 @@ mod shared_data;
 #[path = "../support/mod.rs"]
 mod support;
 
-use gobo::scene::{Mesh, Particle, Scene};
+use gobo::scene::{Mesh, Particle, Scene, Strand};
 use std::path::Path;
 use tempfile::TempDir;
 
@@ -34,6 +35,10 @@ fn load_caster(table: &str, name: &str, bytes: &[u8], keys: &str) -> gobo::Resul
 
 fn particles(bytes: &[u8]) -> gobo::Result<Vec<Particle>> {
     Ok(load_caster("particles", "smoke.ply", bytes, "")?.particles)
+}
+
+fn strands(bytes: &[u8], keys: &str) -> gobo::Result<Vec<Strand>> {
+    Ok(load_caster("hair", "head.hair", bytes, keys)?.strands)
 }
 
 fn meshes(name: &str, bytes: &[u8]) -> gobo::Result<Vec<Mesh>> {

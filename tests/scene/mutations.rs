@@ -34,6 +34,15 @@ fn check_any(result: gobo::Result<Scene>) {
                 assert!(particle.radius.is_finite() && particle.radius > 0.0);
                 assert!(particle.extinction.is_finite() && particle.extinction >= 0.0);
             }
+            for strand in &scene.strands {
+                assert!(strand.start.iter().chain(&strand.end).all(|value| value.is_finite()));
+                assert!(strand.radius.is_finite() && strand.radius > 0.0 && strand.start != strand.end);
+                assert!((0.0..=1.0).contains(&strand.opacity));
+            }
+            for caster in scene.casters() {
+                assert!(caster.axis.iter().all(|value| value.is_finite()));
+                assert!((0.0..=80.0).contains(&caster.density) || !caster.is_strand());
+            }
             for mesh in &scene.meshes {
                 assert!(mesh.positions.iter().flatten().all(|value| value.is_finite()));
                 assert!(mesh.triangles.iter().flatten().all(|&index| (index as usize) < mesh.positions.len()));
@@ -55,6 +64,12 @@ proptest! {
             _ => binary_ply(Order::Big, "double", &["x", "y", "z", "radius", "opacity"], &rows),
         };
         check_any(load_caster("particles", "smoke.ply", &mutated(&bytes, &edits, cut), ""));
+    }
+
+    #[test]
+    fn mutated_hair_never_panics(kind in 0usize..3, edits in edits(), cut: Option<prop::sample::Index>) {
+        let bytes = crate::hair_files::samples()[kind].clone();
+        check_any(load_caster("hair", "head.hair", &mutated(&bytes, &edits, cut), ""));
     }
 
     #[test]

@@ -28,13 +28,52 @@ fn scene_files_place_their_casters() {
     assert_eq!(scene.particles, [first, second]);
     assert_eq!(scene.meshes[0].positions[4], [1.5, 1.5, 4.0]);
     assert_eq!(scene.meshes[0].albedo, [0.1, 0.2, 0.3]);
-    assert_eq!(scene.light.radiance, [1.0, 2.0, 3.0]);
-    let LightKind::Spot { direction, cone_degrees, .. } = scene.light.kind else { panic!("a spot light") };
+    assert_eq!(scene.lights[0].radiance, [1.0, 2.0, 3.0]);
+    let LightKind::Spot { direction, cone_degrees, .. } = scene.lights[0].kind else { panic!("a spot light") };
     assert_eq!((direction.to_array(), cone_degrees), ([0.0, 0.0, -1.0], 60.0));
 
     let scene = scene_file(&format!("[[particles]]\nfile = \"smoke.ply\"\n{LIGHT}{CAMERA}")).expect("a scene");
-    let LightKind::Directional { direction } = scene.light.kind else { panic!("a directional light") };
-    assert_eq!((direction.to_array(), scene.light.radiance), ([0.0, 0.0, -1.0], [1.0; 3]));
+    let LightKind::Directional { direction } = scene.lights[0].kind else { panic!("a directional light") };
+    assert_eq!((direction.to_array(), scene.lights[0].radiance), ([0.0, 0.0, -1.0], [1.0; 3]));
+    assert_eq!(scene.map_count(), 1);
+}
+
+#[test]
+fn scene_files_have_several_lights() {
+    let light = |kind: &str, keys: &str| format!("[[light]]\nkind = \"{kind}\"\n{keys}\n");
+    let text = [
+        "[[particles]]\nfile = \"smoke.ply\"\n".to_owned(),
+        light("directional", "direction = [0, 0, -3]"),
+        light("point", "position = [1, 2, 3]\nradiance = [0.5, 0, 0]"),
+        light("spot", "position = [0, 0, 9]\ntarget = [0, 0, 1]\ncone_degrees = 60"),
+        CAMERA.to_owned(),
+    ];
+    let scene = scene_file(&text.concat()).expect("a scene");
+    let [directional, point, spot] = &scene.lights[..] else { panic!("three lights: {:?}", scene.lights) };
+    assert!(matches!(directional.kind, LightKind::Directional { .. }));
+    assert_eq!(point.kind, LightKind::Point { position: [1.0, 2.0, 3.0].into() });
+    assert_eq!(point.radiance, [0.5, 0.0, 0.0]);
+    assert!(matches!(spot.kind, LightKind::Spot { .. }));
+    assert_eq!([0, 1, 2, 3].map(|light| scene.first_map(light)), [0, 1, 7, 8]);
+
+    // One point light as a table.
+    let one = text.concat().replace(&text[1], "").replace(&text[3], "").replace("[[light]]", "[light]");
+    assert_eq!(scene_file(&one).expect("a scene").lights, [*point]);
+    for (from, to, words) in [
+        ("kind = \"point\"", "kind = \"point\"\ndirection = [0, 0, 1]", "unknown field `direction`"),
+        ("position = [1, 2, 3]", "position = [1, nan, 3]", "not finite"),
+        ("position = [1, 2, 3]\n", "", "missing field `position`"),
+        ("kind = \"point\"", "kind = \"area\"", "area"),
+        ("cone_degrees = 60", "cone_degrees = 180", "(0, 170]"),
+        ("[[light]]", "[[lights]]", "unknown field `lights`"),
+    ] {
+        let broken = text.concat().replace(from, to);
+        assert_ne!(broken, text.concat());
+        message(scene_file(&broken), "scene.toml", words);
+    }
+    let none = format!("light = []\n{}{CAMERA}", text[0]);
+    message(scene_file(&none), "scene.toml", "no light");
+    message(scene_file(&none.replace("light = []", "light = 3")), "scene.toml", "[light] or [[light]]");
 }
 
 #[test]
@@ -53,7 +92,7 @@ fn broken_scene_files_are_refused() {
         (&whole, "[camera]", "[kamera]", "unknown field `kamera`"),
         (&whole, CAMERA, "", "missing field `camera`"),
         (&whole, LIGHT, "", "missing field `light`"),
-        (&whole, "directional", "point", "point"),
+        (&whole, "directional", "area", "area"),
         (&whole, "kind = \"directional\"\n", "", "kind"),
         (&whole, "[light]", "[light", "line 5"),
         (&whole, "[0.0, 0.0, -2.0]", "[0.0, 0.0]", "line"),

@@ -6,8 +6,10 @@
 pub mod scenes;
 
 use gobo::gpu::{Context, Messages, Options, Requirement};
+use gobo::reference::avsm::Interpolation;
+use gobo::reference::packed::{Packed, unpack};
 use gobo::scene::Scene;
-use gobo::technique::{Avsm, SceneData, Spec, parse};
+use gobo::technique::{Avsm, NodeData, SceneData, Spec, parse};
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
@@ -86,4 +88,23 @@ pub fn built_avsm(context: &Context, scene: &Scene, text: &str) -> Avsm {
     let mut avsm = Avsm::new(context, scene, &data, &spec(text)).expect(text);
     avsm.build().expect(text);
     avsm
+}
+
+/// The curves of the first `texels` texels as `text` stores them; the packed ones are unpacked.
+pub fn nodes_of(avsm: &Avsm, text: &str, texels: usize) -> Vec<NodeData> {
+    let spec = spec(text);
+    let count = spec.number("nodes") as usize;
+    if spec.value("storage") == "full" {
+        return avsm.nodes.read(texels * count).expect("the nodes");
+    }
+    let interpolation =
+        if spec.value("curve") == "linear" { Interpolation::Linear } else { Interpolation::Exponential };
+    let words: Vec<u32> = avsm.nodes.read(texels * (2 + count)).expect("the words");
+    let texel = |words: &[u32]| {
+        let packed =
+            Packed { first: f32::from_bits(words[0]), extent: f32::from_bits(words[1]), words: words[2..].to_vec() };
+        unpack(&packed, interpolation)
+    };
+    let nodes = words.chunks_exact(2 + count).flat_map(texel);
+    nodes.map(|(depth, value)| NodeData { depth, value }).collect()
 }

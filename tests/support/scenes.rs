@@ -1,7 +1,7 @@
 //! Small scenes that make the cases a shadow technique goes wrong at.
 
 use glam::DVec3;
-use gobo::scene::{Camera, Light, LightKind, Mesh, Particle, Scene};
+use gobo::scene::{Camera, Light, LightKind, Mesh, Particle, Scene, Strand};
 use rand::Rng;
 use rand_pcg::Pcg32;
 
@@ -10,11 +10,12 @@ pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) ->
     Scene {
         name: name.into(),
         particles,
+        strands: Vec::new(),
         meshes: Vec::new(),
-        light: Light {
+        lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::from(direction).normalize() },
             radiance: [1.0; 3],
-        },
+        }],
         camera: Camera { position: DVec3::new(4.0, -5.0, 3.0), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
     }
 }
@@ -23,7 +24,13 @@ pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) ->
 pub fn spot(position: [f64; 3], cone_degrees: f64, scene: Scene) -> Scene {
     let position = DVec3::from(position);
     let kind = LightKind::Spot { position, direction: -position.normalize(), cone_degrees };
-    Scene { light: Light { kind, radiance: [1.0; 3] }, ..scene }
+    Scene { lights: vec![Light { kind, radiance: [1.0; 3] }], ..scene }
+}
+
+/// The same under a point light.
+pub fn point(position: [f64; 3], scene: Scene) -> Scene {
+    let kind = LightKind::Point { position: DVec3::from(position) };
+    Scene { lights: vec![Light { kind, radiance: [1.0; 3] }], ..scene }
 }
 
 /// Numbers that are the same on every machine.
@@ -113,6 +120,84 @@ pub fn crowd() -> Scene {
         })
         .collect();
     directional("crowd", SLANTED, particles)
+}
+
+/// A point moved along a direction.
+fn moved(point: [f32; 3], direction: [f32; 3], by: f32) -> [f32; 3] {
+    [0, 1, 2].map(|i| point[i] + by * direction[i])
+}
+
+/// Strands every way: some along the light, some across it, some of opacity 0 and some of 1, some that share both ends.
+pub fn strands() -> Scene {
+    let mut random = Random::new(6);
+    let mut scene = directional("strands", SLANTED, Vec::new());
+    let light = match scene.lights[0].kind {
+        LightKind::Directional { direction } => direction.as_vec3().to_array(),
+        _ => unreachable!("directional"),
+    };
+    for i in 0..260 {
+        let start = random.point(-1.0, 1.0);
+        let length = random.between(0.1, 0.9);
+        let end = match i % 13 {
+            // Edge on: nothing, and no 0/0.
+            0 => moved(start, light, length),
+            1 => moved(start, light, -length),
+            _ => moved(start, random.point(-1.0, 1.0), length),
+        };
+        let opacity = match i % 8 {
+            0 => 0.0,
+            1 => 1.0,
+            _ => random.between(0.05, 0.6),
+        };
+        scene.strands.push(Strand { start, radius: random.between(0.03, 0.12), end, opacity });
+        if i % 20 == 2 {
+            scene.strands.push(Strand { start, radius: 0.1, end, opacity: 0.3 });
+        }
+    }
+    scene
+}
+
+/// Locks of polylines among smoke: joints, strands within spheres, more steps in most texels than a curve has nodes.
+pub fn locks() -> Scene {
+    let mut scene = directional("locks", SLANTED, random().particles);
+    scene.particles.truncate(40);
+    let mut random = Random::new(7);
+    for _ in 0..100 {
+        let mut start = random.point(-0.8, 0.8);
+        let (radius, opacity) = (random.between(0.04, 0.1), random.between(0.02, 0.4));
+        let direction = random.point(-0.2, 0.2);
+        for _ in 0..10 {
+            let end = moved(moved(start, direction, 1.0), random.point(-1.0, 1.0), 0.1);
+            scene.strands.push(Strand { start, radius, end, opacity });
+            start = end;
+        }
+    }
+    scene
+}
+
+/// A point light in the middle of smoke: spheres around it, across the edges of its faces and partly behind them.
+pub fn inside() -> Scene {
+    let mut scene = point([0.2, -0.1, 0.3], random());
+    scene.particles.truncate(120);
+    scene.name = "inside".into();
+    scene
+}
+
+/// A point light beside smoke: some of its faces see nothing.
+pub fn beside() -> Scene {
+    let mut scene = point([2.5, 0.3, 0.2], random());
+    scene.particles.truncate(120);
+    scene.name = "beside".into();
+    scene
+}
+
+/// Two point lights, a spot and a directional light on the same smoke.
+pub fn four_lights() -> Scene {
+    let mut scene = random();
+    let lights = [inside(), spot([2.0, 1.0, 3.0], 60.0, random()), random(), beside()];
+    scene.lights = lights.into_iter().flat_map(|s| s.lights).collect();
+    scene.name = "four-lights".into();
+    scene
 }
 
 /// A flat quad, two triangles, facing any way.

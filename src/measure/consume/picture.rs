@@ -1,4 +1,4 @@
-//! The shaded picture: meshes forward or deferred, then particles from far to near. Twin: reference::picture.
+//! The shaded picture: meshes forward or deferred, then casters from far to near. Twin: reference::picture.
 
 use super::built_for;
 use crate::Result;
@@ -33,7 +33,7 @@ pub struct Renderer {
     color_format: Format,
     far: f32,
     triangle_vertices: u32,
-    particle_vertices: u32,
+    caster_vertices: u32,
 }
 
 impl Renderer {
@@ -41,7 +41,7 @@ impl Renderer {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, scene: &Scene, data: &SceneData, light: &LightData, camera: &View) -> Result<Self> {
+    pub fn new(context: &Context, scene: &Scene, data: &SceneData, camera: &View) -> Result<Self> {
         let size = [camera.width, camera.height];
         // Blending into 32-bit floats is optional; half floats are everywhere, at a thousandth of precision.
         let color_format =
@@ -53,10 +53,10 @@ impl Renderer {
         let normal = image("picture.normal", Format::R32G32B32A32_SFLOAT, ImageUse::Color)?;
         let distance = image("picture.distance", Format::R32_SFLOAT, ImageUse::Color)?;
         let resources = [
-            Resource::Buffer(Buffer::with_data(context, "picture.lights", &[*light])?),
+            Resource::Buffer(Buffer::with_data(context, "picture.lights", &LightData::all(scene))?),
             Resource::Buffer(Buffer::with_data(context, "picture.camera", &[*camera])?),
             Resource::Buffer(data.triangles.clone()),
-            Resource::Buffer(data.particles.clone()),
+            Resource::Buffer(data.casters.clone()),
             Resource::Buffer(Buffer::with_data(context, "picture.order", &far_to_near(scene, camera))?),
         ];
         let textures = [albedo.clone(), normal.clone(), distance.clone()].map(Resource::Texture);
@@ -73,7 +73,7 @@ impl Renderer {
             color_format,
             far: camera.far,
             triangle_vertices: 3 * data.triangle_count,
-            particle_vertices: 6 * data.particle_count,
+            caster_vertices: 6 * data.caster_count,
         })
     }
 
@@ -91,7 +91,7 @@ impl Renderer {
                     self.deferred(commands, &pipelines, visibility);
                 }
             }
-            self.particles(commands, &pipelines, visibility);
+            self.casters(commands, &pipelines, visibility);
         })?;
         let pixels = if self.color_format == Format::R32G32B32A32_SFLOAT {
             self.color.read::<[f32; 4]>()?.into_iter().map(|[r, g, b, _]| [r, g, b]).collect()
@@ -143,12 +143,12 @@ impl Renderer {
         });
     }
 
-    fn particles(&self, commands: &mut Commands, pipelines: &Pipelines, visibility: &Visibility) {
-        commands.pass("consume.particle", |pass| {
+    fn casters(&self, commands: &mut Commands, pipelines: &Pipelines, visibility: &Visibility) {
+        commands.pass("consume.caster", |pass| {
             let colors = [Target { image: &self.color, clear: None }];
             pass.render(self.color.size(), &colors, None, |draw| {
                 let sets = [&self.scene, visibility.bindings, &self.distances];
-                draw.draw(&pipelines.particle, &sets, &[], self.particle_vertices);
+                draw.draw(&pipelines.caster, &sets, &[], self.caster_vertices);
             });
         });
     }
@@ -158,7 +158,7 @@ struct Pipelines {
     forward: Pipeline,
     gbuffer: Pipeline,
     deferred: Pipeline,
-    particle: Pipeline,
+    caster: Pipeline,
 }
 
 impl Pipelines {
@@ -182,9 +182,9 @@ impl Pipelines {
                 false,
                 &[scene, asked, &renderer.buffers],
             )?,
-            particle: make(
-                shader("consume/particle.vert")?,
-                built_for(visibility, "particle.frag")?,
+            caster: make(
+                shader("consume/caster.vert")?,
+                built_for(visibility, "caster.frag")?,
                 &[(renderer.color_format, Blend::Over)],
                 false,
                 &[scene, asked, &renderer.distances],

@@ -1,29 +1,30 @@
-//! Visibility at a list of points.
+//! Visibility of a light at a list of points.
 
 use super::built_for;
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Context, Memory, PassTime, Pipeline, Resource};
 use crate::technique::Visibility;
 
-/// Points on the device, and room for an answer each.
+/// Points on the device, the light that is asked about, and room for an answer each.
 pub struct Query {
     context: Context,
+    light: u32,
     points: u32,
     answers: Buffer,
     bindings: Bindings,
 }
 
 impl Query {
-    /// Uploads world positions.
+    /// Uploads world positions; `light` counts the scene's lights.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, points: &[[f32; 3]]) -> Result<Self> {
+    pub fn new(context: &Context, light: usize, points: &[[f32; 3]]) -> Result<Self> {
         let answers = Buffer::new(context, "query.answers", points.len() as u64 * 4, Memory::Device)?;
         let resources =
             [Resource::Buffer(Buffer::with_data(context, "query.points", points)?), Resource::Buffer(answers.clone())];
         let bindings = Bindings::new(context, "query", &resources)?;
-        Ok(Self { context: context.clone(), points: points.len() as u32, answers, bindings })
+        Ok(Self { context: context.clone(), light: light as u32, points: points.len() as u32, answers, bindings })
     }
 
     /// The pipeline that asks `visibility`.
@@ -44,7 +45,7 @@ impl Query {
             commands.pass("query", |pass| {
                 let sets = [&self.bindings, visibility.bindings];
                 let groups = [self.points.div_ceil(64), 1, 1];
-                pass.dispatch(pipeline, &sets, bytemuck::bytes_of(&self.points), groups);
+                pass.dispatch(pipeline, &sets, bytemuck::bytes_of(&[self.light, self.points]), groups);
             });
         })?;
         Ok(times.into_iter().next())

@@ -3,24 +3,31 @@
 //! - *two-pass*: [`super::list`] captures every segment, [`Avsm::resolve`] sorts each texel's and compresses them.
 //! - *interlock*: [`Avsm::insert`] inserts each fragment's segment into its texel's curve as it is drawn, one fragment of
 //!   a texel at a time.
-//! - *binned*: [`super::bins`] bins particles to tiles, [`Avsm::binned`] sorts each tile's and inserts their segments into
-//!   its texels' curves in registers.
+//! - *raster-order*: [`Avsm::raster_order`] does the same with the curves in colour attachments, which the device lets one
+//!   fragment of a texel at a time read and write; [`Avsm::unpack`] moves them to where the look-up reads.
+//! - *binned*: [`super::bins`] bins casters to tiles. [`Avsm::cells`] adds them up in even cells of depth and compresses
+//!   the sums; [`Avsm::binned`] sorts each tile's and inserts their segments into its texels' curves in registers.
 //!
 //! The same input gives the same bytes on the same device, except for `path=two-pass,order=captured`, whose lists stand
 //! in the order in which the device happened to run the fragments.
 
-use super::bins::Bins;
-use super::light::{LightData, SceneData};
-use super::list::{List, scene_bindings};
+mod packed;
+mod raster_order;
+
+use self::packed::Full;
+use self::raster_order::RasterOrder;
+use super::bins::{Bins, TILE_TEXELS, Use};
+use super::drawn::Drawn;
+use super::light::{MapData, Maps, SceneData};
+use super::list::{Keep, List};
 use super::opaque::OpaqueMap;
-use super::{Entry, Key, Path, Spec, Technique, Values, Visibility};
+use super::{Entry, Key, Path, Spec, Technique, Values, Visibility, filter};
 use crate::Result;
 use crate::gpu::{
     Bindings, Buffer, Commands, Context, Graphics, Memory, PassTime, Pipeline, Requirement, Resource, shader,
 };
-use crate::scene::{Scene, View};
+use crate::scene::{Caster, Scene, View};
 use bytemuck::{Pod, Zeroable};
-use glam::DVec3;
 use std::collections::BTreeMap;
 
 /// For the registry.
@@ -32,7 +39,7 @@ pub const ENTRY: Entry = Entry {
             name: "nodes",
             values: Values::OneOf(&["4", "8", "16"]),
             default: "8",
-            about: "nodes of a texel's curve, 8 bytes each",
+            about: "nodes of a texel's curve",
         },
         Key {
             name: "curve",
@@ -42,27 +49,22 @@ pub const ENTRY: Entry = Entry {
         },
         Key {
             name: "path",
-            values: Values::OneOf(&["auto", "two-pass", "interlock", "binned"]),
+            values: Values::OneOf(&["auto", "two-pass", "interlock", "raster-order", "binned"]),
             default: "auto",
             about: "auto: binned on GPUs; on software devices interlock where there is one, else two-pass",
         },
-        Key {
-            name: "size",
-            values: Values::Number(1, 16384),
-            default: "256",
-            about: "texels a side of the light's map",
-        },
+        Key { name: "size", values: Values::Number(1, 16384), default: "256", about: "texels a side of a light's map" },
         Key {
             name: "order",
             values: Values::OneOf(&["sorted", "captured"]),
             default: "sorted",
-            about: "insert by depth (interlock: particles drawn by depth) or as drawn",
+            about: "insert by depth (single-pass paths: casters drawn by depth) or as drawn",
         },
         Key {
             name: "resolve",
-            values: Values::OneOf(&["streaming", "whole"]),
-            default: "streaming",
-            about: "compress segment by segment, or the whole curve of a texel at once (two-pass only)",
+            values: Values::OneOf(&["auto", "streaming", "whole", "cells"]),
+            default: "auto",
+            about: "segment by segment, whole curves (two-pass, binned) or sums in cells (binned); auto chooses",
         },
         Key {
             name: "nudge",
@@ -70,17 +72,27 @@ pub const ENTRY: Entry = Entry {
             default: "on",
             about: "keep the area under the curve when a node is removed (exponential only); off: the seed's",
         },
+        super::SKIP,
         Key {
             name: "capacity",
             values: Values::Number(1, 1 << 28),
             default: "auto",
             about: "segments that the list holds (two-pass); auto grows to the demand",
         },
+        Key {
+            name: "storage",
+            values: Values::OneOf(&["full", "packed"]),
+            default: "full",
+            about: "full: 8 bytes a node; packed: 4, and 8 a texel",
+        },
+        filter::FILTER,
+        filter::RADIUS,
     ],
     paths: &[
         Path { name: TWO_PASS, requires: &[Requirement::FragmentStores] },
         Path { name: BINNED, requires: &[] },
         Path { name: INTERLOCK, requires: &[Requirement::FragmentStores, Requirement::PixelInterlock] },
+        Path { name: RASTER_ORDER, requires: &[Requirement::RasterOrder] },
     ],
     open: |context, scene, data, spec| Ok(Box::new(Avsm::new(context, scene, data, spec)?)),
 };
@@ -92,9 +104,17 @@ const WHOLE_NODES: u32 = 16;
 /// WORK − NODES of the binned path, whose curves stay in registers. They make up for sorting by tile and not by texel.
 const BINNED_NODES: u32 = 4;
 
+/// WORK − NODES of curves from cells: ends of cells come in order and few, so that little is gained by more.
+const CELLS_NODES: u32 = 2;
+
 const TWO_PASS: &str = "two-pass";
 const INTERLOCK: &str = "interlock";
+const RASTER_ORDER: &str = "raster-order";
 const BINNED: &str = "binned";
+const CELLS: &str = "cells";
+
+/// Shared memory of glsl/avsm/cells.comp: 64 cells of 64 texels, 128 casters, ends, ranges and the bound.
+const CELLS_SHARED_BYTES: u32 = 64 * 64 * 4 + 128 * 32 + 4 * 64 * 8 + 2 * 64 * 4 + 4;
 
 /// Depth of an unused node. Twin: EMPTY in glsl/avsm/curve.glsl.
 pub const EMPTY: f32 = 3e38;
@@ -112,24 +132,32 @@ pub struct NodeData {
 /// What a path builds with.
 enum Build {
     TwoPass { list: Box<List>, resolve: Pipeline },
-    Interlock { scene: Bindings, clear: Pipeline, insert: Pipeline },
-    Binned { bins: Box<Bins>, insert: Pipeline },
+    Interlock { drawn: Drawn, clear: Pipeline, insert: Pipeline, full: Option<Full> },
+    RasterOrder(Box<RasterOrder>),
+    Binned { insert: Pipeline, cells: bool },
 }
 
 /// The technique, opened for one scene.
 pub struct Avsm {
     context: Context,
+    /// Of a map.
     size: [u32; 2],
-    /// [`NodeData`]: texel rows, then the nodes of a texel in order of depth.
+    map_count: u32,
+    /// Map after map, texel rows, then the curve of a texel, as glsl/avsm/node.glsl states it: [`NodeData`] in order of
+    /// depth, or those packed.
     pub nodes: Buffer,
     node_count: u32,
-    particle_count: u32,
     nodes_bindings: Bindings,
-    opaque: OpaqueMap,
+    /// The meshes.
+    pub opaque: OpaqueMap,
+    /// Which casters meet which tiles: for `path=binned`, and for what `skip=on` leaves out.
+    pub bins: Option<Bins>,
     build: Build,
+    skip: bool,
+    built: bool,
     visibility: Bindings,
-    /// NODES, EXPONENTIAL, WORK, NUDGE, SORTED, TILED.
-    constants: [u32; 6],
+    /// NODES, EXPONENTIAL, WORK, NUDGE, SORTED, TILED, FILTER, FILTER_RADIUS, PACKED, GROUPS, STRANDS, GROUPS.
+    constants: [u32; 12],
     reason: String,
 }
 
@@ -139,135 +167,253 @@ impl Avsm {
     /// # Errors
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, scene: &Scene, data: &SceneData, spec: &Spec) -> Result<Self> {
-        let (path, reason) = choose(context, spec);
+        let (path, mut reason) = choose(context, spec);
         for known in ENTRY.paths.iter().filter(|p| p.name == path) {
             super::require(context, known.requires)?;
         }
-        let light = LightData::new(scene, spec.number("size"));
-        let lights = Buffer::with_data(context, "lights", &[light])?;
-        let opaque = OpaqueMap::new(context, data, &light, &lights)?;
+        let [filter, radius] = filter::constants(scene, spec)?;
+        let maps = Maps::new(context, scene, spec.number("size"))?;
+        let opaque = OpaqueMap::new(context, data, &maps)?;
         let node_count = spec.number("nodes");
-        let bytes = light.volume.texels() as u64 * u64::from(node_count) * size_of::<NodeData>() as u64;
+        let texels: u64 = maps.data.iter().map(|m| m.volume.texels() as u64).sum();
+        let packed = spec.value("storage") == "packed";
+        let bytes = texels * packed::pairs(node_count, packed) as u64 * size_of::<NodeData>() as u64;
         let nodes = Buffer::new(context, "avsm.nodes", bytes, Memory::Device)?;
-        let nodes_bindings = Bindings::new(context, "avsm.nodes", &[Resource::Buffer(nodes.clone())])?;
-        let whole = spec.value("resolve") == "whole";
+        let skip = spec.value("skip") == "on";
+        // A look-up reads a texel from as far as the filter reaches, and bilinear weights from one texel away.
+        let reach = 1 + if spec.value("filter") == "bilinear" { 0 } else { radius };
+        let bins = if skip || path == BINNED {
+            let what = Use { entries: path == BINNED, skip, reach };
+            Some(Bins::new(context, data, &maps, &opaque, what)?)
+        } else {
+            None
+        };
+        let size = maps.size();
+        let tiles = match &bins {
+            Some(bins) => bins.counts.clone(),
+            None => {
+                let tiles = size.map(|s| u64::from(s.div_ceil(TILE_TEXELS)));
+                Buffer::new(context, "avsm.tiles", tiles[0] * tiles[1] * u64::from(maps.count()) * 4, Memory::Device)?
+            }
+        };
+        // The nodes twice: glsl/avsm/store.glsl says why.
+        let resources = [&nodes, &tiles, &nodes].map(|b| Resource::Buffer(b.clone()));
+        let nodes_bindings = Bindings::new(context, "avsm.nodes", &resources)?;
+        let resolve = match spec.value("resolve") {
+            "auto" if path == BINNED && scene.strands.is_empty() => CELLS,
+            "auto" => "streaming",
+            asked => asked,
+        };
+        let (whole, cells) = (resolve == "whole", resolve == CELLS);
         let sorted = spec.value("order") == "sorted";
-        if whole && path == INTERLOCK {
-            let needs = "every segment of a texel (resolve=whole), which path=interlock does not keep".into();
+        if whole && [INTERLOCK, RASTER_ORDER].contains(&path) {
+            let needs = format!("every segment of a texel (resolve=whole), which path={path} does not keep");
             return Err(crate::Error::Refused { needs });
+        }
+        if cells && path != BINNED {
+            return Err(crate::Error::Refused { needs: "path=binned: resolve=cells adds up a tile's casters".into() });
+        }
+        let shared = context.features().max_compute_shared_memory_bytes;
+        if cells && shared < CELLS_SHARED_BYTES {
+            let needs =
+                format!("maxComputeSharedMemorySize of at least {CELLS_SHARED_BYTES} (this device has {shared})");
+            return Err(crate::Error::Refused { needs });
+        }
+        if path == BINNED && spec.value("resolve") == "auto" {
+            reason = format!("{reason}; resolve={resolve}: {}", if cells { "no hair" } else { "hair is steps" });
         }
         if !sorted && path == BINNED {
             return Err(crate::Error::Refused { needs: "order=sorted: path=binned has no other".into() });
         }
         let more_nodes = match path {
             _ if whole => WHOLE_NODES,
+            _ if cells => CELLS_NODES,
             BINNED => BINNED_NODES,
             _ => 0,
         };
+        // Threads of a workgroup take turns on a CPU: more groups only repeat work there.
+        let groups = if context.features().kind == "cpu" { 1 } else { 4 };
         let constants = [
             node_count,
             u32::from(spec.value("curve") == "exponential"),
             node_count + more_nodes,
             u32::from(spec.value("nudge") == "on"),
             sorted.into(),
-            u32::from(path == BINNED),
+            skip.into(),
+            filter,
+            radius,
+            packed.into(),
+            groups,
+            u32::from(!scene.strands.is_empty()),
+            groups,
         ];
-        let mut tiles = Buffer::new(context, "avsm.tiles", 4, Memory::Device)?;
-        let build = if path == BINNED {
-            let bins = Bins::new(context, data, &light, &lights)?;
+        // Single-pass paths insert casters in the order in which they are drawn, which each map has its own of.
+        let drawn = || {
+            let captured = || (0..data.caster_count).collect();
+            let order = |map: &MapData| if sorted { near_to_far(scene, &map.volume) } else { captured() };
+            let orders: Vec<u32> = maps.data.iter().flat_map(order).collect();
+            Drawn::new(context, data, &maps, &orders, bins.as_ref())
+        };
+        let build = if let (BINNED, Some(bins)) = (path, &bins) {
             let sets = [bins.scene_bindings(), bins.bindings(), &nodes_bindings];
-            let insert = Pipeline::compute(context, shader("avsm/binned.comp")?, &sets, &constants)?;
-            tiles = bins.counts.clone();
-            Build::Binned { bins: Box::new(bins), insert }
+            let insert = shader(if cells { "avsm/cells.comp" } else { "avsm/binned.comp" })?;
+            let insert = Pipeline::compute(context, insert, &sets, &constants)?;
+            Build::Binned { insert, cells }
         } else if path == INTERLOCK {
-            let order = if sorted { near_to_far(scene, &light.volume) } else { (0..data.particle_count).collect() };
-            let scene = scene_bindings(context, data, &lights, &order)?;
+            let drawn = drawn()?;
             let state = Graphics {
-                vertex: shader("list/particle.vert")?,
+                vertex: shader("list/caster.vert")?,
                 fragment: shader("avsm/insert.frag")?,
                 colors: &[],
                 depth: false,
             };
+            let full = if packed { Some(Full::new(context, size, &nodes_bindings, &tiles, &constants)?) } else { None };
+            let curves = full.as_ref().map_or(&nodes_bindings, Full::bindings);
             Build::Interlock {
-                clear: Pipeline::compute(context, shader("avsm/clear.comp")?, &[&nodes_bindings], &constants)?,
-                insert: Pipeline::graphics(context, &state, &[&scene, &nodes_bindings], &constants)?,
-                scene,
+                clear: Pipeline::compute(context, shader("avsm/clear.comp")?, &[curves], &constants)?,
+                insert: Pipeline::graphics(context, &state, &[drawn.bindings(), curves], &constants)?,
+                drawn,
+                full,
             }
+        } else if path == RASTER_ORDER {
+            let path = RasterOrder::new(context, size, drawn()?, &nodes_bindings, &constants)?;
+            Build::RasterOrder(Box::new(path))
         } else {
             let capacity = match spec.number("capacity") {
                 0 => None,
                 n => Some(n),
             };
-            let list = List::new(context, data, &light, &lights, capacity)?;
+            let orders: Vec<u32> = (0..maps.count()).flat_map(|_| 0..data.caster_count).collect();
+            let drawn = Drawn::new(context, data, &maps, &orders, bins.as_ref())?;
+            let list = List::new(context, &maps, drawn, Keep::One, capacity)?;
             let sets = [list.scene_bindings(), list.bindings(), &nodes_bindings];
             let resolve = Pipeline::compute(context, shader("avsm/resolve.comp")?, &sets, &constants)?;
             Build::TwoPass { list: Box::new(list), resolve }
         };
         let resources = [
-            Resource::Buffer(lights),
+            Resource::Buffer(maps.lights.clone()),
             Resource::Buffer(nodes.clone()),
             Resource::Texture(opaque.image.clone()),
             Resource::Buffer(tiles),
+            Resource::Buffer(maps.buffer.clone()),
         ];
         Ok(Self {
             context: context.clone(),
-            size: [light.volume.width, light.volume.height],
+            size,
+            map_count: maps.count(),
             nodes,
             node_count,
-            particle_count: data.particle_count,
             nodes_bindings,
             opaque,
+            bins,
             build,
+            skip,
+            built: false,
             visibility: Bindings::new(context, "avsm.visibility", &resources)?,
             constants,
             reason,
         })
     }
 
-    /// Two-pass: sorts and compresses each texel's list.
-    fn resolve(&self, commands: &mut Commands, list: &List, pipeline: &Pipeline) {
+    /// A workgroup a tile.
+    fn tiles(&self) -> [u32; 3] {
+        [self.size[0].div_ceil(TILE_TEXELS), self.size[1].div_ceil(TILE_TEXELS), 1]
+    }
+
+    /// Two-pass: sorts and compresses each list of a map.
+    fn resolve(&self, commands: &mut Commands, map: u32, list: &List, pipeline: &Pipeline) {
         commands.pass("avsm.resolve", |pass| {
             let sets = [list.scene_bindings(), list.bindings(), &self.nodes_bindings];
-            pass.dispatch(pipeline, &sets, &[], [self.size[0].div_ceil(8), self.size[1].div_ceil(8), 1]);
+            pass.dispatch(pipeline, &sets, bytemuck::bytes_of(&map), self.tiles());
         });
     }
 
-    /// Interlock: empties every curve.
-    fn clear(&self, commands: &mut Commands, pipeline: &Pipeline) {
-        let count = self.size[0] * self.size[1] * self.node_count;
+    /// Interlock: empties every curve of a map.
+    fn clear(&self, commands: &mut Commands, map: u32, curves: &Bindings, pipeline: &Pipeline) {
         commands.pass("avsm.clear", |pass| {
-            let groups = [count.div_ceil(256), 1, 1];
-            pass.dispatch(pipeline, &[&self.nodes_bindings], bytemuck::bytes_of(&count), groups);
+            let push = [map, self.size[0], self.size[1]];
+            pass.dispatch(pipeline, &[curves], bytemuck::bytes_of(&push), self.tiles());
         });
     }
 
-    /// Interlock: draws all particles into the curves.
-    fn insert(&self, commands: &mut Commands, scene: &Bindings, pipeline: &Pipeline) {
+    /// Interlock: draws the casters into the curves of a map, in the map's order.
+    fn insert(&self, commands: &mut Commands, map: u32, drawn: &Drawn, curves: &Bindings, pipeline: &Pipeline) {
+        let push = [map, drawn.first(map)];
         commands.pass("avsm.insert", |pass| {
             pass.render(self.size, &[], None, |draw| {
-                draw.draw(pipeline, &[scene, &self.nodes_bindings], &[], 6 * self.particle_count);
+                let sets = [drawn.bindings(), curves];
+                drawn.draw(draw, pipeline, &sets, bytemuck::bytes_of(&push), map);
             });
         });
     }
 
-    /// Binned: builds the curves of each tile.
-    fn binned(&self, commands: &mut Commands, bins: &Bins, pipeline: &Pipeline) {
+    /// Binned: builds the curves of each tile of a map segment by segment.
+    fn binned(&self, commands: &mut Commands, map: u32, bins: &Bins, pipeline: &Pipeline) {
         commands.pass("avsm.binned", |pass| {
             let sets = [bins.scene_bindings(), bins.bindings(), &self.nodes_bindings];
-            pass.dispatch(pipeline, &sets, &[], [bins.tiles[0], bins.tiles[1], 1]);
+            bins.per_tile(pass, map, pipeline, &sets);
         });
     }
 
-    /// Texels whose curve has a node.
+    /// Binned: builds the curves of each tile of a map from sums in cells.
+    fn cells(&self, commands: &mut Commands, map: u32, bins: &Bins, pipeline: &Pipeline) {
+        commands.pass("avsm.cells", |pass| {
+            let sets = [bins.scene_bindings(), bins.bindings(), &self.nodes_bindings];
+            bins.per_tile(pass, map, pipeline, &sets);
+        });
+    }
+
+    fn build_map(&self, commands: &mut Commands, map: u32) {
+        if let Some(bins) = &self.bins {
+            bins.horizon(commands, map);
+            bins.count(commands, map);
+            bins.place(commands, map);
+        }
+        match (&self.build, &self.bins) {
+            (Build::TwoPass { list, resolve }, bins) => {
+                list.clear(commands, map);
+                list.capture(commands, map, bins.as_ref());
+                self.resolve(commands, map, list, resolve);
+            }
+            (Build::Interlock { drawn, clear, insert, full }, bins) => {
+                let curves = full.as_ref().map_or(&self.nodes_bindings, Full::bindings);
+                drawn.compact(commands, map, bins.as_ref());
+                self.clear(commands, map, curves, clear);
+                self.insert(commands, map, drawn, curves, insert);
+                if let Some(full) = full {
+                    self.pack(commands, map, full);
+                }
+            }
+            (Build::RasterOrder(path), bins) => {
+                path.drawn.compact(commands, map, bins.as_ref());
+                self.raster_order(commands, map, path);
+                self.unpack(commands, map, path);
+            }
+            (Build::Binned { insert, cells }, Some(bins)) => {
+                bins.scatter(commands, map);
+                if *cells {
+                    self.cells(commands, map, bins, insert);
+                } else {
+                    self.binned(commands, map, bins, insert);
+                }
+            }
+            // Binned never is without bins.
+            (Build::Binned { .. }, None) => {}
+        }
+    }
+
+    /// Texels whose curve has a node, of all maps.
     fn covered_texels(&self) -> Result<u64> {
-        let texels = (self.size[0] * self.size[1]) as usize;
-        let nodes: Vec<NodeData> = self.nodes.read(texels * self.node_count as usize)?;
-        let in_use = match &self.build {
-            Build::Binned { bins, .. } => bins.texels_in_use(self.size)?,
+        let texels = (self.map_count * self.size[0] * self.size[1]) as usize;
+        let pairs = packed::pairs(self.node_count, self.packed());
+        let curves: Vec<NodeData> = self.nodes.read(texels * pairs)?;
+        let in_use = match &self.bins {
+            Some(bins) if self.skip => bins.texels_in_use(self.size)?,
             _ => vec![true; texels],
         };
+        // Packed or not, a curve begins with the depth of its first node.
         let covered = |(n, in_use): &(&[NodeData], bool)| *in_use && n[0].depth < EMPTY;
-        Ok(nodes.chunks_exact(self.node_count as usize).zip(in_use).filter(covered).count() as u64)
+        Ok(curves.chunks_exact(pairs).zip(in_use).filter(covered).count() as u64)
     }
 }
 
@@ -281,7 +427,7 @@ impl Avsm {
 ///
 /// `resolve=whole` and `order=captured` are left to the paths that have them.
 fn choose(context: &Context, spec: &Spec) -> (&'static str, String) {
-    if let Some(asked) = [INTERLOCK, TWO_PASS, BINNED].into_iter().find(|p| *p == spec.value("path")) {
+    if let Some(asked) = [INTERLOCK, RASTER_ORDER, TWO_PASS, BINNED].into_iter().find(|p| *p == spec.value("path")) {
         return (asked, "asked for".into());
     }
     let features = context.features();
@@ -296,48 +442,40 @@ fn choose(context: &Context, spec: &Spec) -> (&'static str, String) {
     }
 }
 
-/// Particle indices by rising depth of their nearest point in the light's view; ties by index. It is near the order of
+/// Caster indices by rising depth of their nearest point in the light's view; ties by index. It is near the order of
 /// entry depths in each texel, which a drawing order cannot match in all texels at once.
 pub fn near_to_far(scene: &Scene, view: &View) -> Vec<u32> {
-    let nearest = |i: &u32| {
-        let particle = &scene.particles[*i as usize];
-        view.project(DVec3::from(particle.position.map(f64::from))).1 - f64::from(particle.radius)
+    let nearest = |caster: &Caster| {
+        let [start, end] = [caster.start(), caster.end()].map(|p| view.project(p).1);
+        if caster.is_strand() { start.min(end) } else { start - f64::from(caster.radius) }
     };
-    let mut order: Vec<u32> = (0..scene.particles.len() as u32).collect();
-    order.sort_by(|a, b| nearest(a).total_cmp(&nearest(b)).then(a.cmp(b)));
+    let nearest: Vec<f64> = scene.casters().iter().map(nearest).collect();
+    let mut order: Vec<u32> = (0..nearest.len() as u32).collect();
+    order.sort_by(|a, b| nearest[*a as usize].total_cmp(&nearest[*b as usize]).then(a.cmp(b)));
     order
 }
 
 impl Technique for Avsm {
+    fn changed(&mut self) {
+        self.built = false;
+    }
+
     fn build(&mut self) -> Result<Vec<PassTime>> {
+        if self.built && self.skip {
+            return Ok(Vec::new());
+        }
         loop {
             let passes = self.context.submit(|commands| {
                 self.opaque.depth(commands);
-                match &self.build {
-                    Build::TwoPass { list, resolve } => {
-                        list.clear(commands);
-                        list.capture(commands);
-                        self.resolve(commands, list, resolve);
-                    }
-                    Build::Interlock { scene, clear, insert } => {
-                        self.clear(commands, clear);
-                        self.insert(commands, scene, insert);
-                    }
-                    Build::Binned { bins, insert } => {
-                        bins.clear(commands);
-                        bins.count(commands);
-                        bins.scan(commands);
-                        bins.scatter(commands);
-                        self.binned(commands, bins, insert);
-                    }
+                if let Some(bins) = &self.bins {
+                    bins.clear(commands);
                 }
+                (0..self.map_count).for_each(|map| self.build_map(commands, map));
             })?;
-            let again = match &mut self.build {
-                Build::TwoPass { list, .. } => list.grow()?,
-                Build::Binned { bins, .. } => bins.grow()?,
-                Build::Interlock { .. } => false,
-            };
-            if !again {
+            let lists = if let Build::TwoPass { list, .. } = &mut self.build { list.grow()? } else { false };
+            let bins = self.bins.as_mut().map_or(Ok(false), Bins::grow)?;
+            if !lists && !bins {
+                self.built = true;
                 return Ok(passes);
             }
         }
@@ -347,27 +485,34 @@ impl Technique for Avsm {
         Visibility { folder: ENTRY.name, bindings: &self.visibility, constants: &self.constants }
     }
 
-    fn nodes(&self, [x, y]: [u32; 2]) -> Result<Vec<(f64, f64)>> {
-        let texel = (y * self.size[0] + x) as usize;
-        let in_use = match &self.build {
-            Build::Binned { bins, .. } => bins.texels_in_use(self.size)?[texel],
+    fn nodes(&self, map: usize, [x, y]: [u32; 2]) -> Result<Vec<(f64, f64)>> {
+        let texel = ((map as u32 * self.size[1] + y) * self.size[0] + x) as usize;
+        let in_use = match &self.bins {
+            Some(bins) if self.skip => bins.texels_in_use(self.size)?[texel],
             _ => true,
         };
         if !in_use {
             return Ok(Vec::new());
         }
-        let count = self.node_count as usize;
-        let all: Vec<NodeData> = self.nodes.read((texel + 1) * count)?;
+        let pairs = packed::pairs(self.node_count, self.packed());
+        let all: Vec<[u32; 2]> = self.nodes.read((texel + 1) * pairs)?;
         let exponential = self.constants[1] == 1;
-        let transmittance = |value: f32| if exponential { (-f64::from(value)).exp() } else { value.into() };
-        let used = all.iter().skip(texel * count).filter(|n| n.depth < EMPTY);
-        Ok(used.map(|n| (n.depth.into(), transmittance(n.value))).collect())
+        let transmittance = |value: f64| if exponential { (-value).exp() } else { value };
+        let nodes = if self.packed() {
+            packed::unpack(&all[texel * pairs..], exponential)
+        } else {
+            let bits = |n: &[u32; 2]| (f32::from_bits(n[0]).into(), f32::from_bits(n[1]).into());
+            all[texel * pairs..].iter().map(bits).collect()
+        };
+        let used = nodes.into_iter().filter(|n| n.0 < f64::from(EMPTY));
+        Ok(used.map(|(depth, value)| (depth, transmittance(value))).collect())
     }
 
     fn path(&self) -> &'static str {
         match self.build {
             Build::TwoPass { .. } => TWO_PASS,
             Build::Interlock { .. } => INTERLOCK,
+            Build::RasterOrder(_) => RASTER_ORDER,
             Build::Binned { .. } => BINNED,
         }
     }
@@ -382,27 +527,26 @@ impl Technique for Avsm {
     }
 
     fn bytes_resident(&self) -> u64 {
-        let tiles = if let Build::Binned { bins, .. } = &self.build { bins.counts.bytes() } else { 0 };
+        let tiles = self.bins.as_ref().map_or(0, |b| b.counts.bytes());
         self.nodes.bytes() + tiles + self.opaque.image.bytes()
     }
 
     fn bytes_transient(&self) -> u64 {
-        match &self.build {
+        let bins = self.bins.as_ref().map_or(0, Bins::bytes_transient);
+        bins + match &self.build {
             Build::TwoPass { list, .. } => list.bytes(),
-            Build::Binned { bins, .. } => bins.bytes_transient(),
-            Build::Interlock { .. } => 0,
+            Build::Interlock { drawn, full, .. } => drawn.bytes() + full.as_ref().map_or(0, Full::bytes),
+            Build::RasterOrder(path) => path.bytes(),
+            Build::Binned { .. } => 0,
         }
     }
 
     fn counters(&self) -> Result<BTreeMap<String, u64>> {
         let mut counters = BTreeMap::from([("covered_texels".to_owned(), self.covered_texels()?)]);
-        match &self.build {
-            Build::TwoPass { list, .. } => {
-                counters.insert("fragments".into(), list.fragments().into());
-                counters.insert("overflowed".into(), list.overflowed().into());
-            }
-            Build::Binned { bins, .. } => counters.extend(bins.counters()),
-            Build::Interlock { .. } => {}
+        counters.extend(self.bins.iter().flat_map(Bins::counters));
+        if let Build::TwoPass { list, .. } = &self.build {
+            counters.insert("fragments".into(), list.fragments());
+            counters.insert("overflowed".into(), list.overflowed());
         }
         Ok(counters)
     }

@@ -1,0 +1,220 @@
+#version 460
+// Builds the curves of one tile of 8×8 texels in any order of the casters: adds up their optical depth in CELLS even
+// cells of each texel's own depth range, then compresses the curve through the cells' ends, which is exact there.
+// Inputs: map, casters, counts, offsets, entries. Outputs: nodes of tiles that have casters.
+// Invariant: cells are whole numbers, so the result depends only on the casters, not on the order they come in.
+// Source: ours. Twin: reference::cells.
+
+// 0: there are no strands, and their arithmetic is left out.
+layout(constant_id = 10) const uint STRANDS = 1u;
+#define CASTER_STRANDS (STRANDS == 1u)
+#include "avsm/curve.glsl"
+#include "bins/totals.glsl"
+#include "list/texel_segment.glsl"
+
+const uint TEXELS = 64u;
+// Casters that are looked at at the same time, each by one thread a texel; thresholds that are tried at the same time.
+// 4, or 1 where threads of a workgroup do not run at the same time anyway.
+layout(local_size_x = 64, local_size_y_id = 9) in;
+// The same number: what is read of a specialized workgroup size is no constant to every tool.
+layout(constant_id = 11) const uint GROUPS = 4u;
+
+layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
+layout(set = 1, binding = 0, scalar) readonly buffer Counts { uint counts[]; };
+layout(set = 1, binding = 1, scalar) readonly buffer Offsets { uint offsets[]; };
+layout(set = 1, binding = 4, scalar) readonly buffer Entries { uvec2 entries[]; };
+layout(set = 1, binding = 3, scalar) readonly buffer Totals { BinTotals totals[]; };
+layout(set = 1, binding = 7, scalar) readonly buffer InUse { uint tiles_in_use[]; };
+layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
+
+layout(push_constant, scalar) uniform Push { uint map; };
+
+#include "bins/in_use.glsl"
+#include "avsm/store.glsl"
+
+const int CELLS = 64;
+// Where a segment has taken this, nothing is left: exp(-16) is about a ten-millionth.
+const float DARK = 16.0;
+// The bound of a texel's optical depth is added up in 256ths.
+const float BOUND_UNITS = 256.0;
+// A cell end stays out of the curve where that changes the area under it by less than LEFT_OUT / NODES², at least a
+// hundredth of what NODES nodes lose on smoke; where more than 5/2 NODES ends would stay, COARSER times as much, and again.
+const float LEFT_OUT = 6.4e-4;
+const float COARSER = 2.5;
+const uint THRESHOLDS = 4u;
+
+// Cell c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. Units of optical depth,
+// in the end summed from the first cell on.
+shared uint cells[CELLS * TEXELS];
+// Bits of non-negative floats, which order as the floats do.
+shared uint low_bits[TEXELS];
+shared uint high_bits[TEXELS];
+shared uint bound;
+// Bit i: the end of cell i stays, at each threshold.
+shared uvec2 ends[THRESHOLDS][TEXELS];
+
+const uint BATCH = 128u;
+shared Caster batch[BATCH];
+
+// Fetches the tile's casters begin, begin + 1, … into `batch`; how many there are.
+uint fetch(uint first, uint count, uint begin) {
+    uint filled = min(BATCH, count - begin);
+    barrier();
+    for (uint i = gl_LocalInvocationIndex; i < filled; i += TEXELS * GROUPS) {
+        batch[i] = casters[entries[first + begin + i].y];
+    }
+    barrier();
+    return filled;
+}
+
+// A segment, cut off where nothing is left, so that the light fades as fast as it should.
+bool dark_segment(View view, uvec2 texel, Caster caster, out vec2 depth, out float optical_depth) {
+    bool hit = texel_segment(view, texel, caster, depth, optical_depth);
+    depth = max(depth, 0.0);
+    depth.y = depth.x + (depth.y - depth.x) * min(DARK / optical_depth, 1.0);
+    optical_depth = min(optical_depth, DARK);
+    return hit;
+}
+
+// The most that a caster can take, rounded up.
+uint caster_bound(Caster caster) {
+    float most = caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
+    return uint(min(most, DARK) * BOUND_UNITS) + 1u;
+}
+
+// Adds a segment from cell to cell; `at` is where it enters and leaves, in cells, `whole` its optical depth in units.
+void add_segment(uint texel, vec2 at, float whole) {
+    int cell = min(int(at.x), CELLS - 1), last = min(int(at.y), CELLS - 1);
+    float rate = whole / max(at.y - at.x, 1e-6);
+    uint before = 0u;
+    for (; cell <= last; ++cell) {
+        // Rounded where it stands at the cell's end, so that the roundings of a segment cancel.
+        uint upto = uint((cell == last ? whole : min((float(cell + 1) - at.x) * rate, whole)) + 0.5);
+        atomicAdd(cells[uint(cell) * TEXELS + texel], upto - before);
+        before = upto;
+    }
+}
+
+// The ends that stay: the last, and those whose triangle with the end that stayed before and the next end, times the
+// transmittance at the former, is at least `loss` (in cells times optical depth).
+uvec2 ends_that_stay(uint texel, float unit, float loss) {
+    uvec2 mask = uvec2(0u, 0x80000000u);
+    float before = 0.0, light = 1.0, extent = 1.0, here = float(cells[texel]) * unit;
+    for (int i = 0; i < CELLS - 1; ++i) {
+        float next = float(cells[uint(i + 1) * TEXELS + texel]) * unit;
+        float triangle = (here - before) * (extent + 1.0) - (next - before) * extent;
+        bool stays = abs(triangle) * light >= loss;
+        mask.x |= stays && i < 32 ? 1u << i : 0u;
+        mask.y |= stays && i >= 32 ? 1u << (i - 32) : 0u;
+        before = stays ? here : before;
+        light = stays ? exp(-here) : light;
+        extent = stays ? 1.0 : extent + 1.0;
+        here = next;
+    }
+    return mask;
+}
+
+bool few_enough(uvec2 mask) {
+    return bitCount(mask.x) + bitCount(mask.y) <= 5 * NODES / 2;
+}
+
+void main() {
+    uint tile;
+    if (!listed_tile(map, tile)) {
+        return;
+    }
+    View view = maps[map].volume;
+    uvec2 tiles = (uvec2(view.width, view.height) + 7u) / 8u;
+    uint count = counts[map * tiles.x * tiles.y + tile], first = count > 0u ? offsets[tile] : 0u;
+    uint t = gl_LocalInvocationID.x, group = gl_LocalInvocationID.y;
+    uvec2 texel = uvec2(tile % tiles.x, tile / tiles.x) * 8u + uvec2(t % 8u, t / 8u);
+    for (uint i = gl_LocalInvocationIndex; i < uint(CELLS) * TEXELS; i += TEXELS * GROUPS) {
+        cells[i] = 0u;
+    }
+    if (group == 0u) {
+        low_bits[t] = 0x7F800000u;
+        high_bits[t] = 0u;
+    }
+    if (gl_LocalInvocationIndex == 0u) {
+        bound = 0u;
+    }
+    vec2 depth;
+    float optical_depth;
+
+    // The depths that each texel's segments span, and a bound of the optical depth in any texel.
+    float low = 3e38, high = -1.0;
+    uint most = 0u;
+    for (uint begin = 0u; begin < count; begin += BATCH) {
+        uint filled = fetch(first, count, begin);
+        for (uint i = group; i < filled; i += GROUPS) {
+            if (dark_segment(view, texel, batch[i], depth, optical_depth)) {
+                low = min(low, depth.x);
+                high = max(high, depth.y);
+            }
+        }
+        for (uint i = gl_LocalInvocationIndex; i < filled; i += TEXELS * GROUPS) {
+            most += caster_bound(batch[i]);
+        }
+    }
+    if (high >= 0.0) {
+        atomicMin(low_bits[t], floatBitsToUint(low));
+        // One more than the bits, so that 0 says that nothing was hit.
+        atomicMax(high_bits[t], floatBitsToUint(high) + 1u);
+    }
+    atomicAdd(bound, most);
+    barrier();
+    bool covered = high_bits[t] > 0u;
+    low = covered ? uintBitsToFloat(low_bits[t]) : 0.0;
+    float extent = max(covered ? uintBitsToFloat(high_bits[t] - 1u) - low : 0.0, 1e-6);
+    float per_cell = float(CELLS) / extent;
+    // As fine as it gets without a texel's sum passing 32 bits.
+    float scale = exp2(float(min(22, 38 - findMSB(bound))));
+    float unit = 1.0 / scale;
+
+    for (uint begin = 0u; begin < count; begin += BATCH) {
+        uint filled = fetch(first, count, begin);
+        for (uint i = group; i < filled; i += GROUPS) {
+            if (dark_segment(view, texel, batch[i], depth, optical_depth)) {
+                vec2 at = clamp((depth - low) * per_cell, 0.0, float(CELLS));
+                add_segment(t, at, optical_depth * scale);
+            }
+        }
+    }
+    barrier();
+    if (group == 0u) {
+        uint sum = 0u;
+        for (int i = 0; i < CELLS; ++i) {
+            sum += cells[uint(i) * TEXELS + t];
+            cells[uint(i) * TEXELS + t] = sum;
+        }
+    }
+    barrier();
+    // The finest threshold that leaves few enough ends is taken.
+    for (uint i = group; i < THRESHOLDS; i += GROUPS) {
+        float loss = 2.0 * LEFT_OUT / float(NODES * NODES) * per_cell * pow(COARSER, float(i));
+        ends[i][t] = ends_that_stay(t, unit, loss);
+        if (GROUPS == 1u && few_enough(ends[i][t])) {
+            break;
+        }
+    }
+    barrier();
+    if (group != 0u || any(greaterThanEqual(texel, uvec2(view.width, view.height)))) {
+        return;
+    }
+    curve_clear();
+    if (covered) {
+        uvec2 mask = ends[0][t];
+        for (uint i = 1u; i < THRESHOLDS && !few_enough(mask); ++i) {
+            mask = ends[i][t];
+        }
+        curve_append(low, 0.0);
+        while (mask != uvec2(0u)) {
+            int i = mask.x != 0u ? findLSB(mask.x) : 32 + findLSB(mask.y);
+            mask = mask.x != 0u ? uvec2(mask.x & (mask.x - 1u), mask.y) : uvec2(0u, mask.y & (mask.y - 1u));
+            curve_append(low + float(i + 1) / per_cell, float(cells[uint(i) * TEXELS + t]) * unit);
+        }
+    }
+    curve_reduce();
+    store_curve((map * view.height + texel.y) * view.width + texel.x);
+}

@@ -1,0 +1,19 @@
+// What binning counts, for each map. Twin: technique::BinTotals.
+#ifndef BINS_TOTALS_GLSL
+#define BINS_TOTALS_GLSL
+#extension GL_EXT_scalar_block_layout : require
+
+// Workgroups of listed tiles, across. Wide enough that the limit on rows, 65,535, is never met.
+const uint BIN_GROUPS_X = 64u;
+
+struct BinTotals {
+    uint entries;
+    uint met;  // casters in some tile
+    uint tiles_used;
+    uint tiles_listed;
+    // VkDispatchIndirectCommand: a workgroup a listed tile, and up to 63 more.
+    uint groups_x;
+    uint groups_y;
+    uint groups_z;
+};
+#endif

@@ -1,0 +1,10 @@
+// The format of the volume as a storage image, which GLSL wants to know: a shader that includes this is built once for
+// each value of BITS, bits a channel.
+#ifndef PSM_FORMAT_GLSL
+#define PSM_FORMAT_GLSL
+#if BITS == 8
+#define VOLUME_FORMAT rgba8
+#else
+#define VOLUME_FORMAT rgba16f
+#endif
+#endif

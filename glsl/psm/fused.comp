@@ -1,0 +1,144 @@
+#version 460
+// Builds the rays of one tile of 8×8 texels in any order of the casters: adds up their optical depth in the slices, CHUNK
+// slices at a time, and writes what is left of the light behind each slice once. No clear, no blending, no propagation.
+// Inputs: maps, casters, counts, offsets, entries. Output: volume, every texel of it.
+// Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
+// Source: ours. Twin: reference::psm::fused.
+#extension GL_EXT_control_flow_attributes : require
+#include "list/texel_segment.glsl"
+#include "psm/format.glsl"
+#include "psm/place.glsl"
+
+const uint TEXELS = 64u;
+// Casters that are looked at at the same time, each by one thread a texel; runs of slices that are summed at the same time.
+const uint GROUPS = 4u;
+layout(local_size_x = TEXELS, local_size_y = GROUPS) in;
+
+layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
+layout(set = 1, binding = 0, scalar) readonly buffer Counts { uint counts[]; };
+layout(set = 1, binding = 1, scalar) readonly buffer Offsets { uint offsets[]; };
+layout(set = 1, binding = 4, scalar) readonly buffer Entries { uvec2 entries[]; };
+layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
+
+layout(push_constant, scalar) uniform Push { uint map; };
+
+const uint CHUNK = 64u;
+// Slices that a group sums.
+const uint RUN = CHUNK / GROUPS;
+const uint THREADS = TEXELS * GROUPS;
+// Where a caster has taken this in a slice, nothing is left: exp(-16) is about a ten-millionth.
+const float DARK = 16.0;
+// The bound of a texel's optical depth is added up in 256ths.
+const float BOUND_UNITS = 256.0;
+
+// Slice c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank.
+shared uint slices[CHUNK * TEXELS];
+shared uint run_sums[GROUPS * TEXELS];
+shared uint bound;
+// Some of the tile's casters that reach into the chunk, in any order.
+shared Caster batch[THREADS];
+shared Place places[THREADS];
+shared uint filled;
+
+// The most that a caster can take, rounded up.
+uint caster_bound(Caster caster) {
+    float most = caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
+    return uint(min(most, DARK * float(1u + SPLIT)) * BOUND_UNITS) + 1u;
+}
+
+void write(ivec3 at, vec4 transmittance) {
+    imageStore(volume, at, ADDITIVE == 1u ? 1.0 - transmittance : transmittance);
+}
+
+void main() {
+    uint tile = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint first = offsets[tile], count = counts[map * gl_NumWorkGroups.x * gl_NumWorkGroups.y + tile];
+    View view = maps[map].volume;
+    uint t = gl_LocalInvocationID.x, group = gl_LocalInvocationID.y;
+    uvec2 texel = gl_WorkGroupID.xy * 8u + uvec2(t % 8u, t / 8u);
+    bool inside = all(lessThan(texel, uvec2(view.width, view.height)));
+    if (count == 0u) {
+        for (uint layer = group; inside && layer < SLICES / 4u; layer += GROUPS) {
+            write(ivec3(texel, map * LAYERS + layer), vec4(1.0));
+        }
+        return;
+    }
+    if (gl_LocalInvocationIndex == 0u) {
+        bound = 0u;
+    }
+    barrier();
+    uint most = 0u;
+    for (uint i = gl_LocalInvocationIndex; i < count; i += THREADS) {
+        most += caster_bound(casters[entries[first + i].y]);
+    }
+    atomicAdd(bound, most);
+    barrier();
+    // As fine as it gets without a ray's sum passing 32 bits.
+    float scale = exp2(float(min(22, 38 - findMSB(bound))));
+    float unit = 1.0 / scale;
+
+    uint before = 0u;  // units of all slices of this texel before the chunk
+    for (uint base = 0u; base < SLICES; base += CHUNK) {
+        for (uint i = gl_LocalInvocationIndex; i < CHUNK * TEXELS; i += THREADS) {
+            slices[i] = 0u;
+        }
+        for (uint begin = 0u; begin < count; begin += THREADS) {
+            if (gl_LocalInvocationIndex == 0u) {
+                filled = 0u;
+            }
+            barrier();
+            uint entry = begin + gl_LocalInvocationIndex;
+            if (entry < count) {
+                Caster caster = casters[entries[first + entry].y];
+                Place place = caster_place(view, caster);
+                if (place.slice + 1u >= base && place.slice < base + CHUNK) {
+                    uint slot = atomicAdd(filled, 1u);
+                    batch[slot] = caster;
+                    places[slot] = place;
+                }
+            }
+            barrier();
+            for (uint i = group; i < filled; i += GROUPS) {
+                vec2 depth;
+                float optical_depth;
+                if (!texel_segment(view, texel, batch[i], depth, optical_depth)) {
+                    continue;
+                }
+                float share = places[i].share;
+                uint here = uint(min(optical_depth * (1.0 - share), DARK) * scale + 0.5);
+                uint slice = places[i].slice - base;  // wraps for the slice before the chunk
+                if (slice < CHUNK) {
+                    atomicAdd(slices[slice * TEXELS + t], here);
+                }
+                if (SPLIT == 1u && slice + 1u < CHUNK) {
+                    atomicAdd(slices[(slice + 1u) * TEXELS + t], uint(min(optical_depth * share, DARK) * scale + 0.5));
+                }
+            }
+            barrier();
+        }
+        uint sum = 0u;
+        for (uint i = 0u; i < RUN; ++i) {
+            sum += slices[(group * RUN + i) * TEXELS + t];
+        }
+        run_sums[group * TEXELS + t] = sum;
+        barrier();
+        sum = before;
+        for (uint i = 0u; i < GROUPS; ++i) {
+            sum += i < group ? run_sums[i * TEXELS + t] : 0u;
+            before += run_sums[i * TEXELS + t];
+        }
+        for (uint i = 0u; i < RUN; i += 4u) {
+            vec4 depths;
+            [[unroll]] for (uint c = 0u; c < 4u; ++c) {
+                sum += slices[(group * RUN + i + c) * TEXELS + t];
+                depths[c] = float(sum) * unit;
+            }
+            uint slice = base + group * RUN + i;
+            if (inside && slice < SLICES) {
+                write(ivec3(texel, map * LAYERS + slice / 4u), exp(-depths));
+            }
+        }
+        barrier();
+    }
+}

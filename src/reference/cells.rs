@@ -1,0 +1,178 @@
+//! CPU twin of glsl/avsm/cells.comp: a texel's curve from sums of optical depth in even cells, in f32.
+
+use super::avsm::{Build, Curve};
+use super::list::Segment;
+use crate::scene::Caster;
+
+/// Cells of a texel. Twin: CELLS.
+pub const CELLS: usize = 64;
+
+const DARK: f32 = 16.0;
+const BOUND_UNITS: f32 = 256.0;
+const LEFT_OUT: f32 = 6.4e-4;
+const COARSER: f32 = 2.5;
+const GROUPS: i32 = 4;
+
+/// Bound of the optical depth that casters of a tile can take, in 256ths. Twin: caster_bound.
+pub fn bound(casters: &[Caster]) -> u32 {
+    let most = |c: &Caster| if c.is_strand() { c.density } else { 2.0 * c.radius * c.density };
+    casters.iter().map(|c| (most(c).min(DARK) * BOUND_UNITS) as u32 + 1).sum()
+}
+
+/// The sums of a texel's segments.
+pub struct Cells {
+    /// Depth at which the first cell begins.
+    low: f32,
+    per_cell: f32,
+    /// Optical depth of a unit.
+    unit: f32,
+    /// Units up to the end of each cell.
+    sums: [u32; CELLS],
+}
+
+impl Cells {
+    /// Adds up segments, in any order; none of no segments. `bound` is that of the texel's tile.
+    pub fn new(segments: &[Segment], bound: u32) -> Option<Self> {
+        if segments.is_empty() {
+            return None;
+        }
+        let segments: Vec<_> = segments.iter().map(dark_segment).collect();
+        let low = segments.iter().map(|s| s.entry).fold(f32::INFINITY, f32::min);
+        let high = segments.iter().map(|s| s.exit).fold(0.0, f32::max);
+        let per_cell = CELLS as f32 / (high - low).max(1e-6);
+        let scale = (22.min(38 - bound.ilog2() as i32) as f32).exp2();
+        let mut sums = [0u32; CELLS];
+        for s in segments {
+            let at = |depth: f32| ((depth - low) * per_cell).clamp(0.0, CELLS as f32);
+            add_segment(&mut sums, at(s.entry), at(s.exit), s.optical_depth * scale);
+        }
+        for i in 1..CELLS {
+            sums[i] += sums[i - 1];
+        }
+        Some(Self { low, per_cell, unit: 1.0 / scale, sums })
+    }
+
+    fn optical_depth(&self, cell: usize) -> f32 {
+        self.sums[cell] as f32 * self.unit
+    }
+
+    /// Twin: ends_that_stay.
+    fn ends_that_stay(&self, loss: f32) -> Vec<usize> {
+        let mut ends = Vec::new();
+        let (mut before, mut extent) = (0.0f32, 1.0);
+        for i in 0..CELLS - 1 {
+            let (here, next) = (self.optical_depth(i), self.optical_depth(i + 1));
+            let triangle = (here - before) * (extent + 1.0) - (next - before) * extent;
+            if triangle.abs() * (-before).exp() >= loss {
+                ends.push(i);
+                before = here;
+                extent = 1.0;
+            } else {
+                extent += 1.0;
+            }
+        }
+        ends.push(CELLS - 1);
+        ends
+    }
+
+    /// The curve through the ends that stay, compressed. Twin: the rest of main.
+    pub fn curve(&self, build: Build) -> Curve {
+        let nodes = build.nodes as f32;
+        let ends_at =
+            |group: i32| self.ends_that_stay(2.0 * LEFT_OUT / (nodes * nodes) * self.per_cell * COARSER.powi(group));
+        let mut ends = ends_at(0);
+        for group in 1..GROUPS {
+            if ends.len() > 5 * build.nodes / 2 {
+                ends = ends_at(group);
+            }
+        }
+        let mut curve = Curve::new(build);
+        curve.append(self.low, 0.0);
+        for end in ends {
+            curve.append(self.low + (end + 1) as f32 / self.per_cell, self.optical_depth(end));
+        }
+        curve.reduce();
+        curve
+    }
+}
+
+/// Twin: dark_segment.
+fn dark_segment(segment: &Segment) -> Segment {
+    let (entry, exit) = (segment.entry.max(0.0), segment.exit.max(0.0));
+    let share = (DARK / segment.optical_depth).min(1.0);
+    Segment { entry, exit: entry + (exit - entry) * share, optical_depth: segment.optical_depth.min(DARK) }
+}
+
+/// Twin: add_segment.
+fn add_segment(cells: &mut [u32; CELLS], entry: f32, exit: f32, whole: f32) {
+    let (first, last) = ((entry as usize).min(CELLS - 1), (exit as usize).min(CELLS - 1));
+    let rate = whole / (exit - entry).max(1e-6);
+    let mut before = 0;
+    for (cell, sum) in cells.iter_mut().enumerate().take(last + 1).skip(first) {
+        let upto = if cell == last { whole } else { (((cell + 1) as f32 - entry) * rate).min(whole) };
+        let upto = (upto + 0.5) as u32;
+        *sum += upto - before;
+        before = upto;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::TrueCurve;
+    use super::super::avsm::Interpolation;
+    use super::*;
+    use proptest::prelude::*;
+
+    fn segments() -> impl Strategy<Value = Vec<Segment>> {
+        let opacity = prop_oneof![0.0..2.0f32, Just(0.0), Just(80.0), Just(1e-7)];
+        prop::collection::vec((0.0..1.0f32, 0.0..0.4f32, opacity), 1..60).prop_map(|list| {
+            list.into_iter()
+                .map(|(entry, length, optical_depth)| Segment { entry, exit: (entry + length).min(1.0), optical_depth })
+                .collect()
+        })
+    }
+
+    /// Of each segment, as if it were a sphere of that optical depth.
+    fn bound_of(segments: &[Segment]) -> u32 {
+        let casters: Vec<_> = segments
+            .iter()
+            .map(|s| Caster { position: [0.0; 3], radius: 0.5, axis: [0.0; 3], density: s.optical_depth })
+            .collect();
+        bound(&casters)
+    }
+
+    proptest! {
+        /// At the ends of cells the sums are the truth, and the order of the segments is no matter.
+        #[test]
+        fn sums_are_exact_at_the_ends(list in segments()) {
+            let cells = Cells::new(&list, bound_of(&list)).expect("some segments");
+            let as_f64 = |s: &Segment| (f64::from(s.entry), f64::from(s.exit), f64::from(s.optical_depth));
+            let truth = TrueCurve::new(&list.iter().map(as_f64).collect::<Vec<_>>());
+            for cell in 0..CELLS {
+                let end = f64::from(cells.low) + (cell + 1) as f64 / f64::from(cells.per_cell);
+                let through = (-f64::from(cells.optical_depth(cell))).exp();
+                // The end is known to some roundings of 1; dense short segments are steep there. Past 16 all is dark.
+                let (before, behind) = (truth.transmittance(end - 1e-6), truth.transmittance(end + 1e-6));
+                prop_assert!(through <= before + 2e-5 && through >= behind - 2e-5, "{through}, not {before} to {behind}");
+            }
+            let backwards: Vec<_> = list.iter().rev().copied().collect();
+            prop_assert_eq!(cells.sums, Cells::new(&backwards, bound_of(&list)).expect("the same").sums);
+        }
+
+        #[test]
+        fn invariants(list in segments(), nodes in prop::sample::select(vec![4usize, 8, 16]), linear: bool, nudge: bool) {
+            let interpolation = if linear { Interpolation::Linear } else { Interpolation::Exponential };
+            let cells = Cells::new(&list, bound_of(&list)).expect("some segments");
+            let curve = cells.curve(Build { nodes, work: nodes + 2, interpolation, nudge });
+            prop_assert!(curve.nodes().len() <= nodes);
+            let mut last = 1.0f32;
+            for i in 0..=64 {
+                let t = curve.transmittance(i as f32 / 32.0);
+                prop_assert!((0.0..=1.0).contains(&t) && t <= last + 1e-6, "{t} after {last}");
+                last = t;
+            }
+            let total: f64 = list.iter().map(|s| f64::from(s.optical_depth)).sum();
+            prop_assert!((f64::from(last) - (-total).exp()).abs() < 1e-5, "{last} is not {}", (-total).exp());
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! CPU twins of glsl/psm/: what is left of the light behind each slice of a texel's ray, in f32.
+
+use super::list::texel_segment;
+use crate::scene::{Caster, View};
+use glam::Vec3;
+
+/// How a ray is cut.
+#[derive(Clone, Copy, Debug)]
+pub struct Slices {
+    /// How many.
+    pub count: u32,
+    /// A caster is shared by the two slices about its centre.
+    pub split: bool,
+}
+
+/// Which slices take a caster's optical depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// The first of them.
+    pub slice: usize,
+    /// Of the optical depth, that the next one takes.
+    pub share: f32,
+}
+
+/// Where among the slices a caster's centre lies, in slices. Twin: the first half of caster_place.
+pub fn depth_in_slices(view: &View, caster: &Caster, count: u32) -> f32 {
+    let middle = Vec3::from(caster.position) + 0.5 * Vec3::from(caster.axis) - Vec3::from(view.origin);
+    (middle.dot(Vec3::from(view.forward)) - view.near) / (view.far - view.near) * count as f32
+}
+
+/// Twin: caster_place in glsl/psm/place.glsl.
+pub fn place(view: &View, caster: &Caster, slices: Slices) -> Place {
+    let at = depth_in_slices(view, caster, slices.count) - if slices.split { 0.5 } else { 0.0 };
+    let at = at.clamp(0.0, (slices.count - 1) as f32);
+    Place { slice: at as usize, share: if slices.split { at.fract() } else { 0.0 } }
+}
+
+/// Optical depth in each slice of a texel's ray. Twin: voxelize.frag, and what is blended from it.
+pub fn voxelize(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices) -> Vec<f32> {
+    let mut local = vec![0.0; slices.count as usize];
+    for caster in casters {
+        let Some(segment) = texel_segment(view, texel, caster) else { continue };
+        let place = place(view, caster, slices);
+        local[place.slice] += segment.optical_depth * (1.0 - place.share);
+        if place.share > 0.0 {
+            local[place.slice + 1] += segment.optical_depth * place.share;
+        }
+    }
+    local
+}
+
+/// What is left behind each slice, of what each leaves. Twin: propagate.comp.
+pub fn propagate(leaves: &[f32]) -> Vec<f32> {
+    let product = |before: &mut f32, leaves: &f32| {
+        *before *= leaves;
+        Some(*before)
+    };
+    leaves.iter().scan(1.0, product).collect()
+}
+
+/// The same of optical depths. Twin: propagate.comp, ADDITIVE.
+pub fn propagate_depths(local: &[f32]) -> Vec<f32> {
+    let sum = |before: &mut f32, local: &f32| {
+        *before += local;
+        Some((-*before).exp())
+    };
+    local.iter().scan(0.0, sum).collect()
+}
+
+/// Twin: DARK.
+const DARK: f32 = 16.0;
+
+/// Twin: BOUND_UNITS.
+const BOUND_UNITS: f32 = 256.0;
+
+/// Bound of the optical depth that casters of a tile can take, in 256ths. Twin: caster_bound in fused.comp.
+pub fn bound(casters: &[Caster], split: bool) -> u32 {
+    let dark = if split { 2.0 * DARK } else { DARK };
+    let most = |c: &Caster| if c.is_strand() { c.density } else { 2.0 * c.radius * c.density };
+    casters.iter().map(|c| (most(c).min(dark) * BOUND_UNITS) as u32 + 1).sum()
+}
+
+/// What is left behind each slice, from sums of whole numbers; `bound` is [`bound`](fn@bound) of the casters of the texel's
+/// tile. Twin: fused.comp.
+pub fn fused(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices, bound: u32) -> Vec<f32> {
+    let scale = (22.min(38 - bound.max(1).ilog2() as i32) as f32).exp2();
+    let mut sums = vec![0u32; slices.count as usize];
+    for caster in casters {
+        let Some(segment) = texel_segment(view, texel, caster) else { continue };
+        let place = place(view, caster, slices);
+        let units = |share: f32| ((segment.optical_depth * share).min(DARK) * scale + 0.5) as u32;
+        sums[place.slice] += units(1.0 - place.share);
+        if place.share > 0.0 {
+            sums[place.slice + 1] += units(place.share);
+        }
+    }
+    let run = |before: &mut u32, sum: &u32| {
+        *before += sum;
+        Some((-(*before as f32 / scale)).exp())
+    };
+    sums.iter().scan(0, run).collect()
+}
+
+/// What of the light reaches `depth`, 0 to 1 in the light's range, on a ray of which `behind` is left behind its slices.
+/// Twin: light_visibility in glsl/psm/visibility.glsl.
+pub fn look_up(behind: &[f32], depth: f32) -> f32 {
+    let at = depth.clamp(0.0, 1.0) * behind.len() as f32;
+    let face = (at as usize).min(behind.len() - 1);
+    let near = if face == 0 { 1.0 } else { behind[face - 1] };
+    near + (behind[face] - near) * (at - face as f32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const VIEW_SIZE: u32 = 1;
+
+    fn view() -> View {
+        let particle = |z| crate::scene::Particle { position: [0.0, 0.0, z], radius: 1.0, extinction: 0.0 };
+        let scene = crate::scene::Scene {
+            name: String::new(),
+            particles: vec![particle(-1.0), particle(1.0)],
+            strands: vec![],
+            meshes: vec![],
+            lights: vec![crate::scene::Light {
+                kind: crate::scene::LightKind::Directional { direction: glam::DVec3::NEG_Z },
+                radiance: [1.0; 3],
+            }],
+            camera: crate::scene::Camera {
+                position: glam::DVec3::ONE,
+                target: glam::DVec3::ZERO,
+                up: glam::DVec3::Z,
+                fov_y_degrees: 40.0,
+            },
+        };
+        View::volumes(&scene, VIEW_SIZE)[0]
+    }
+
+    fn casters() -> impl Strategy<Value = Vec<Caster>> {
+        prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, prop_oneof![0.0..3.0f32, Just(0.0), Just(1e6)]), 0..40)
+            .prop_map(|all| {
+                let caster = |(z, radius, density)| Caster { position: [0.0, 0.0, z], radius, axis: [0.0; 3], density };
+                all.into_iter().map(caster).collect()
+            })
+    }
+
+    proptest! {
+        /// The three ways to the same ray agree; transmittance never rises and ends at the product of all.
+        #[test]
+        fn one_ray_three_ways(casters in casters(), count in prop::sample::select(vec![4u32, 8, 64, 256]), split: bool) {
+            let (view, slices) = (view(), Slices { count, split });
+            let local = voxelize(&view, [0, 0], &casters, slices);
+            let added = propagate_depths(&local);
+            let multiplied = propagate(&local.iter().map(|d| (-d).exp()).collect::<Vec<_>>());
+            let whole = fused(&view, [0, 0], &casters, slices, bound(&casters, split));
+            let mut last = 1.0;
+            for i in 0..count as usize {
+                prop_assert!((added[i] - multiplied[i]).abs() < 1e-5 && (added[i] - whole[i]).abs() < 1e-4);
+                prop_assert!(whole[i] <= last && whole[i] >= 0.0);
+                last = whole[i];
+            }
+            let segments = casters.iter().filter_map(|c| texel_segment(&view, [0, 0], c));
+            let product = (-segments.map(|s| f64::from(s.optical_depth)).sum::<f64>()).exp();
+            prop_assert!((f64::from(last) - product).abs() < 1e-4, "{last}, not {product}");
+            let backwards: Vec<_> = casters.iter().rev().copied().collect();
+            prop_assert_eq!(whole, fused(&view, [0, 0], &backwards, slices, bound(&casters, split)));
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! The built-in scene `lantern`: three kinds of light at once.
+
+use super::emitters::{Emitter, ground, smoke};
+use super::{Camera, Light, LightKind, Mesh, Scene};
+use crate::Result;
+use glam::DVec3;
+
+/// Half the side of the ground.
+const GROUND_HALF_WORLD: f32 = 6.0;
+
+/// The lantern's flame.
+const FLAME: DVec3 = DVec3::new(0.0, 0.0, 1.25);
+
+/// Posts around the flame: middle of each, on the ground.
+const POSTS: [[f32; 2]; 3] = [[0.9, 0.5], [-0.85, 0.6], [0.05, -1.05]];
+
+/// A post's half width and its height.
+const POST_WORLD: [f32; 2] = [0.07, 2.0];
+
+/// Smouldering heaps about the lantern: 1,500 particles from 8 s on.
+const HEAPS: [Emitter; 3] =
+    [heap([0x1a7e_0001, 41], [1.5, -0.5]), heap([0x1a7e_0002, 42], [-0.5, 1.4]), heap([0x1a7e_0003, 43], [-1.4, -0.9])];
+
+const fn heap(seed: [u64; 2], [x, y]: [f64; 2]) -> Emitter {
+    Emitter {
+        seed,
+        capacity: 500,
+        lifetime_s: 8.0,
+        position: DVec3::new(x, y, 0.2),
+        nozzle_radius_world: 0.3,
+        velocity: DVec3::new(0.0, 0.0, 0.3),
+        velocity_spread: 0.2,
+        rise: [0.42, 0.2],
+        drag: 1.5,
+        swirl: 0.16,
+        drift: 0.08,
+        radius_world: [0.14, 0.4],
+        optical_depth: 0.16,
+    }
+}
+
+/// A warm point light between smoking heaps and posts, a cold spot light from the side and a dim directional light from
+/// above, after `time_s` seconds; in units of about a metre, z up.
+///
+/// # Errors
+/// As [`smoke`].
+pub(super) fn lantern(time_s: f64) -> Result<Scene> {
+    let spot = DVec3::new(-4.5, -3.0, 4.5);
+    let lights = vec![
+        Light { kind: LightKind::Point { position: FLAME }, radiance: [1.0, 0.62, 0.28] },
+        Light {
+            kind: LightKind::Spot {
+                position: spot,
+                direction: (DVec3::new(0.0, 0.3, 0.8) - spot).normalize(),
+                cone_degrees: 42.0,
+            },
+            radiance: [0.2, 0.38, 0.75],
+        },
+        Light {
+            kind: LightKind::Directional { direction: DVec3::new(-0.35, 0.4, -0.85).normalize() },
+            radiance: [0.14, 0.15, 0.17],
+        },
+    ];
+    Ok(Scene {
+        name: "lantern".into(),
+        particles: smoke("lantern", &HEAPS, time_s)?,
+        strands: Vec::new(),
+        meshes: std::iter::once(ground(GROUND_HALF_WORLD)).chain(POSTS.map(post)).collect(),
+        lights,
+        camera: Camera {
+            position: DVec3::new(3.2, -9.5, 4.6),
+            target: DVec3::new(0.0, 0.1, 1.0),
+            up: DVec3::Z,
+            fov_y_degrees: 38.0,
+        },
+    })
+}
+
+/// A box that stands on the ground.
+fn post([x, y]: [f32; 2]) -> Mesh {
+    let [half, height] = POST_WORLD;
+    let corner = |i: u32| {
+        let side = |bit: u32| if i >> bit & 1 == 1 { half } else { -half };
+        [x + side(0), y + side(1), if i & 4 == 4 { height } else { 0.0 }]
+    };
+    // Two triangles a side, but for the one below; both sides of a triangle cast.
+    let quads = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6]];
+    Mesh {
+        name: "post".into(),
+        positions: (0..8).map(corner).collect(),
+        triangles: quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect(),
+        albedo: [0.45, 0.36, 0.3],
+    }
+}

@@ -1,0 +1,212 @@
+//! Point lights in every direction, the edges and corners of the cube included, and several lights at once.
+
+use super::{ask, ask_light, built};
+use crate::support::{gpu_test, gpu_test_needing, scenes};
+use glam::DVec3;
+use gobo::gpu::Requirement;
+use gobo::reference::Casters;
+use gobo::scene::{Particle, Scene, View, gutter_texels};
+
+/// Where the light stands; no coordinate is a short binary number.
+const LIGHT: [f64; 3] = [0.3, -1.1, 0.7];
+
+fn light() -> DVec3 {
+    DVec3::from(LIGHT).as_vec3().as_dvec3()
+}
+
+/// A point light and one sphere.
+fn sphere(centre: DVec3, radius: f32, extinction: f32) -> Scene {
+    let particle = Particle { position: centre.as_vec3().into(), radius, extinction };
+    scenes::point(LIGHT, scenes::directional("sphere", [0.0, 0.0, -1.0], vec![particle]))
+}
+
+/// Unit vectors: the axes, exactly along and a hair to each side of the cube's edges and corners, and at random.
+fn directions() -> Vec<DVec3> {
+    let mut all = Vec::new();
+    let signs = [-1.0, 0.0, 1.0];
+    for (x, y, z) in signs.iter().flat_map(|x| signs.iter().flat_map(move |y| signs.map(|z| (*x, *y, z)))) {
+        let corner = DVec3::new(x, y, z);
+        if corner == DVec3::ZERO {
+            continue;
+        }
+        all.push(corner);
+        for hair in [1e-6, 1e-3] {
+            all.extend([DVec3::X, DVec3::Y, DVec3::Z].map(|axis| corner + hair * axis));
+        }
+    }
+    let mut random = scenes::Random::new(21);
+    // Along the edges: two coordinates equal and largest.
+    for _ in 0..200 {
+        let [a, b, c] = random.point(-1.0, 1.0).map(f64::from);
+        all.extend([DVec3::new(a, a, a * b), DVec3::new(a * b, a, -a), DVec3::new(-a, a * c, a)]);
+        all.push(DVec3::new(a, b, c));
+    }
+    all.retain(|d| d.length() > 1e-3);
+    all.into_iter().map(DVec3::normalize).collect()
+}
+
+/// Around the light stands a sphere: exp(−σ d) at distance d inside it, exp(−σ r) behind it, in every direction. Behind it
+/// every ray of a map has lost the same, so that no filter changes anything, unless it reads past the edge of a face.
+#[test]
+fn a_sphere_around_a_point_light_has_a_closed_form() {
+    gpu_test("a_sphere_around_a_point_light_has_a_closed_form", |context| {
+        let (radius, extinction) = (1.25f32, 0.9f32);
+        let scene = sphere(light(), radius, extinction);
+        let casters = Casters::new(&scene);
+        let behind: Vec<_> = directions().iter().map(|d| light() + *d * f64::from(radius) * 2.5).collect();
+        let expected = (-f64::from(radius) * f64::from(extinction)).exp();
+        for point in &behind {
+            assert!((casters.visibility(0, *point) - expected).abs() < 1e-6, "the reference at {point}");
+        }
+        let points: Vec<_> = behind.iter().map(|p| p.as_vec3().to_array()).collect();
+        for text in [
+            "uncompressed:size=4",
+            "uncompressed:size=33",
+            "uncompressed:size=24,filter=box",
+            "uncompressed:size=72,filter=gaussian,radius=8",
+            "avsm:size=32,nodes=4,path=two-pass",
+            "avsm:size=32,nodes=8,path=binned",
+            "avsm:size=72,path=two-pass,filter=box,radius=8",
+        ] {
+            let answers = ask(context, built(context, &scene, text).as_ref(), &points);
+            for (answer, point) in answers.iter().zip(&points) {
+                assert!((f64::from(*answer) - expected).abs() < 1e-5, "{text} at {point:?}: {answer}, not {expected}");
+            }
+        }
+
+        // Along the rays of texel centres the way through the sphere is the distance, inside it too.
+        const SIZE: u32 = 32;
+        let (mut points, mut expected) = (Vec::new(), Vec::new());
+        for (face, view) in View::volumes(&scene, SIZE).iter().enumerate() {
+            for (x, y, share) in
+                (4..28).flat_map(|x| (4..28).map(move |y| (x, y, 0.05 + 0.03 * f64::from((x + y) % 29))))
+            {
+                let ray = view.ray(glam::DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+                let distance = share * f64::from(radius);
+                let point = ray.at(distance / ray.direction.length()).as_vec3().to_array();
+                assert_eq!(scene.lights[0].map_at(point), face, "within 45 degrees");
+                points.push(point);
+                expected.push((-distance * f64::from(extinction)).exp());
+            }
+        }
+        let answers = ask(context, built(context, &scene, "uncompressed:size=32").as_ref(), &points);
+        for ((answer, expected), point) in answers.iter().zip(expected).zip(&points) {
+            assert!((f64::from(*answer) - expected).abs() < 1e-5, "at {point:?}: {answer}, not {expected}");
+        }
+    });
+}
+
+/// A sphere across an edge and one across a corner of the cube. Behind it a look-up is a mean over the rays of the four
+/// texels about the point, each of which passes the sphere's centre at a distance that differs from the point's own by at
+/// most the reach of these texels: the answer lies between what those distances give, whichever face it comes from. Two
+/// points on either side of an edge are so close that this bounds the seam as well.
+#[test]
+fn faces_agree_across_their_edges() {
+    gpu_test("faces_agree_across_their_edges", |context| {
+        const SIZE: u32 = 96;
+        let (radius, extinction, away) = (0.5f64, 2.0f64, 1.3);
+        let texel = 2.0 / (f64::from(SIZE) - 2.0 * f64::from(gutter_texels(SIZE)));
+        // A texel centre is less than a texel away in x and in y; a unit of tangent at most a radian.
+        let reach = away * texel * 2.0f64.sqrt();
+        let chord = |b: f64| 2.0 * (radius * radius - b * b).max(0.0).sqrt();
+        let through = |b: f64| (-extinction * chord(b)).exp();
+        for towards in [DVec3::new(1.0, -1.0, 0.2), DVec3::new(-1.0, 1.0, 1.0), DVec3::new(0.0, -1.0, -1.0)] {
+            let centre = light() + towards.normalize() * away;
+            let scene = sphere(centre, radius as f32, extinction as f32);
+            let mut random = scenes::Random::new(5);
+            let mut points = Vec::new();
+            for direction in directions() {
+                points.push(light() + direction * 3.0);
+            }
+            // Most of them across the sphere, on both sides of the edges between its faces.
+            while points.len() < 4000 {
+                let near = towards.normalize() + 0.5 * DVec3::from(random.point(-1.0, 1.0).map(f64::from));
+                let far = near.abs().max_element();
+                let on_edge = near.map(|c| if c.abs() > 0.8 * far { c.signum() * far } else { c });
+                let hair = 1e-6 * DVec3::from(random.point(-1.0, 1.0).map(f64::from));
+                points.extend([near, on_edge + hair, on_edge - hair].map(|d| light() + d.normalize() * 3.0));
+            }
+            let asked: Vec<_> = points.iter().map(|p| p.as_vec3().to_array()).collect();
+            for text in ["uncompressed", "avsm:nodes=16,path=two-pass", "avsm:nodes=16,path=binned"] {
+                let text =
+                    if text.contains(':') { format!("{text},size={SIZE}") } else { format!("{text}:size={SIZE}") };
+                let answers = ask(context, built(context, &scene, &text).as_ref(), &asked);
+                let mut shadowed = 0;
+                for (answer, point) in answers.iter().zip(&asked) {
+                    let offset = DVec3::from(point.map(f64::from)) - light();
+                    let to_centre = centre.as_vec3().as_dvec3() - light();
+                    let passes = if to_centre.dot(offset) > 0.0 {
+                        to_centre.reject_from(offset).length()
+                    } else {
+                        f64::INFINITY
+                    };
+                    let (low, high) = (through((passes - reach).max(0.0)), through(passes + reach));
+                    let fits = (low - 1e-5..=high + 1e-5).contains(&f64::from(*answer));
+                    assert!(fits, "{text} at {point:?}: {answer}, not {low} to {high}");
+                    shadowed += u32::from(*answer < 0.5);
+                }
+                assert!(shadowed > 500, "{text}: {shadowed} points in shadow");
+            }
+        }
+    });
+}
+
+/// Each light is looked up as if it were alone.
+#[test]
+fn lights_do_not_disturb_each_other() {
+    let run = |name: &str, needs: &[Requirement], text: &str, tolerance: f32| {
+        gpu_test_needing(name, needs, |context| {
+            let mut scene = scenes::four_lights();
+            scene.meshes.push(scenes::level(-0.9, 2.0, [0.0, 0.0]));
+            let mut random = scenes::Random::new(31);
+            let points: Vec<_> = (0..4000).map(|_| random.point(-1.3, 1.3)).collect();
+            let all = built(context, &scene, text);
+            let mut answers = Vec::new();
+            for light in 0..scene.lights.len() {
+                let together = ask_light(context, all.as_ref(), light, &points);
+                let alone = Scene { lights: vec![scene.lights[light]], ..scene.clone() };
+                let alone = ask(context, built(context, &alone, text).as_ref(), &points);
+                let most = together.iter().zip(&alone).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+                assert!(most <= tolerance, "{text}, light {light}: {most}");
+                assert!(together.iter().filter(|t| **t < 0.9).count() > 400, "{text}, light {light} casts shadows");
+                answers.push(together);
+            }
+            assert!(answers.windows(2).all(|a| a[0] != a[1]), "{text}: two lights answer alike");
+        });
+    };
+    run("lights_two_pass", &[], "avsm:path=two-pass,size=24", 0.0);
+    run("lights_binned", &[], "avsm:path=binned,size=24", 0.0);
+    run("lights_raster_order", &[Requirement::RasterOrder], "avsm:path=raster-order,size=24", 0.0);
+    run("lights_interlock", &[Requirement::PixelInterlock], "avsm:path=interlock,size=24", 0.0);
+    // Its lists are summed in the order of capture, which differs from run to run: rounding.
+    run("lights_uncompressed", &[], "uncompressed:size=24", 1e-5);
+}
+
+/// What cannot be built is refused by name before anything is allocated.
+#[test]
+fn limits_of_lights_are_errors() {
+    gpu_test("limits_of_lights_are_errors", |context| {
+        let open = |scene: &Scene, text: &str| {
+            let spec = crate::support::spec(text);
+            let data = gobo::technique::SceneData::new(context, scene).expect("room for the scene");
+            (spec.entry.open)(context, scene, &data, &spec).map(|_| ()).expect_err(text).to_string()
+        };
+        let point = scenes::inside();
+        for (text, words) in [
+            ("uncompressed:size=3", "size=4"),
+            ("avsm:size=16,filter=box", "size=24"),
+            ("avsm:size=71,filter=gaussian,radius=8", "size=72"),
+        ] {
+            let error = open(&point, text);
+            assert!(error.contains(words) && !error.contains('\n'), "{text}: {error}");
+        }
+        let mut many = scenes::random();
+        many.lights = vec![many.lights[0]; 49];
+        let error = open(&many, "avsm:size=8");
+        assert!(error.contains("49 maps"), "{error}");
+        many.lights.truncate(40);
+        let rows = context.features().max_image_dimension_2d / 40 + 1;
+        let error = open(&many, &format!("uncompressed:size={rows}"));
+        assert!(error.contains("list.heads") && error.contains("40 maps"), "{error}");
+    });
+}

@@ -1,0 +1,274 @@
+//! Particle shadow maps: every pass against its CPU twin, routes and coverages against each other byte for byte, and what
+//! the storages and the ways to assign casters to slices are for.
+
+mod support;
+
+#[allow(dead_code)]
+#[path = "avsm/twin.rs"]
+mod twin;
+
+#[path = "psm/coverage.rs"]
+mod coverage;
+#[path = "psm/look_up.rs"]
+mod look_up;
+
+use gobo::gpu::Context;
+use gobo::reference::bins::{TILE_TEXELS, tile_key};
+use gobo::reference::psm;
+use gobo::scene::{Scene, View};
+use gobo::technique::{Psm, SceneData, Spec, Technique};
+use support::{gpu_test, scenes, spec};
+use twin::Twins;
+
+/// What a volume holds: for each texel of each map, its slices.
+struct Rays {
+    size: u32,
+    rays: Vec<Vec<f32>>,
+}
+
+impl Rays {
+    fn at(&self, map: usize, texel: u32) -> &[f32] {
+        &self.rays[map * (self.size * self.size) as usize + texel as usize]
+    }
+}
+
+fn half(bits: u16) -> f32 {
+    let (sign, exponent, mantissa) = (bits >> 15, i32::from(bits >> 10 & 31), f32::from(bits & 1023));
+    let size = match exponent {
+        0 => mantissa * (-24f32).exp2(),
+        31 if mantissa == 0.0 => f32::INFINITY,
+        31 => f32::NAN,
+        _ => (1024.0 + mantissa) * ((exponent - 25) as f32).exp2(),
+    };
+    if sign == 0 { size } else { -size }
+}
+
+/// Reads the slices, and leaves out a layer for coverage.
+fn rays(psm: &Psm, spec: &Spec, maps: usize) -> Rays {
+    let (size, slices) = (spec.number("size"), spec.number("slices") as usize);
+    let texels: Vec<[f32; 4]> = if spec.value("storage") == "rgba8" {
+        let bytes: Vec<[u8; 4]> = psm.volume.read().expect("read");
+        bytes.into_iter().map(|t| t.map(|c| f32::from(c) / 255.0)).collect()
+    } else {
+        let halves: Vec<[u16; 4]> = psm.volume.read().expect("read");
+        halves.into_iter().map(|t| t.map(half)).collect()
+    };
+    let layer = (size * size) as usize;
+    let layers = texels.len() / layer / maps;
+    let ray = |i: usize| {
+        let (map, texel) = (i / layer, i % layer);
+        (0..slices).map(|k| texels[(map * layers + k / 4) * layer + texel][k % 4]).collect()
+    };
+    Rays { size, rays: (0..maps * layer).map(ray).collect() }
+}
+
+fn opened(context: &Context, scene: &Scene, text: &str) -> Psm {
+    let data = SceneData::new(context, scene).expect("room for the scene");
+    Psm::new(context, scene, &data, &spec(text)).expect(text)
+}
+
+fn built(context: &Context, scene: &Scene, text: &str) -> Psm {
+    let mut psm = opened(context, scene, text);
+    psm.build().expect(text);
+    psm
+}
+
+/// What is kept of the light, where with optical-depth the volume keeps what is lost.
+fn kept(spec: &Spec, values: &[f32]) -> Vec<f32> {
+    let additive = spec.value("storage") == "optical-depth";
+    values.iter().map(|v| if additive { 1.0 - v } else { *v }).collect()
+}
+
+fn slices(spec: &Spec) -> psm::Slices {
+    psm::Slices { count: spec.number("slices"), split: spec.value("assign") == "split" }
+}
+
+/// Slices that a caster so near to a face may or may not be in, by rounding: depths are some 1e-7 off, times the slices.
+fn ambiguous_slices(scene: &Scene, view: &View, slices: psm::Slices) -> Vec<usize> {
+    if slices.split {
+        return Vec::new();
+    }
+    let face = |c| {
+        let at = psm::depth_in_slices(view, &c, slices.count);
+        ((at - at.round()).abs() < 1e-4).then_some(at.round() as usize)
+    };
+    scene.casters().into_iter().filter_map(face).flat_map(|face| [face.saturating_sub(1), face]).collect()
+}
+
+/// One step of a stored number: 8 bits, or 11 of a half float in [0.5, 1], which some drivers cut off.
+fn step(spec: &Spec) -> f32 {
+    if spec.value("storage") == "rgba8" { 1.0 / 255.0 } else { 1.0 / 2048.0 }
+}
+
+/// What arithmetic alone may change of a transmittance: chords of rays that nearly graze lose digits to cancellation.
+const ARITHMETIC: f32 = 5e-4;
+
+const STORAGES: [&str; 3] = ["rgba8", "rgba16f", "optical-depth"];
+
+/// Scenes with a size that is not whole tiles, numbers of slices that are not whole chunks, and all kinds of casters.
+fn cases() -> Vec<(Scene, &'static str)> {
+    vec![
+        (scenes::random(), "size=28,slices=64"),
+        (scenes::random(), "size=16,slices=256"),
+        (scenes::duplicates(), "size=17,slices=4"),
+        (scenes::nested(), "size=20,slices=132"),
+        (scenes::opaque(), "size=24,slices=20"),
+        (scenes::crowd(), "size=16,slices=64"),
+        (scenes::locks(), "size=24,slices=64"),
+        (scenes::spot([0.3, 0.2, 0.9], 80.0, scenes::random()), "size=20,slices=64"),
+        (scenes::inside(), "size=16,slices=32"),
+    ]
+}
+
+/// Calls `check` for every texel of every map that no caster grazes, and wants nearly all of them to be such.
+fn each_ray(scene: &Scene, spec: &Spec, mut check: impl FnMut(usize, &View, u32, [u32; 2])) {
+    let (mut seen, mut grazed) = (0, 0);
+    for (map, view) in View::volumes(scene, spec.number("size")).iter().enumerate() {
+        let twins = Twins::of_map(scene, map, spec.number("size"));
+        for texel in 0..view.texels() as u32 {
+            seen += 1;
+            if twins.grazed(texel) > 0 {
+                grazed += 1;
+            } else {
+                check(map, view, texel, [texel % view.width, texel / view.width]);
+            }
+        }
+    }
+    assert!(grazed * 20 <= seen, "{}: {grazed} of {seen} texels are grazed", scene.name);
+}
+
+#[test]
+fn voxelize_and_propagate_equal_their_twins() {
+    gpu_test("voxelize_and_propagate_equal_their_twins", |context| {
+        for (scene, keys) in cases() {
+            for storage in STORAGES {
+                for assign in ["nearest", "split"] {
+                    let text = format!("psm:path=raster,storage={storage},assign={assign},{keys}");
+                    let spec = spec(&text);
+                    voxelize_and_propagate(context, &scene, &spec, &format!("{} {text}", scene.name));
+                }
+            }
+        }
+    });
+}
+
+fn voxelize_and_propagate(context: &Context, scene: &Scene, spec: &Spec, what: &str) {
+    let psm = opened(context, scene, &spec.to_string());
+    let (maps, casters, slices) = (scene.map_count(), scene.casters(), slices(spec));
+    let each_map = |commands: &mut gobo::gpu::Commands, pass: fn(&Psm, &mut gobo::gpu::Commands, u32)| {
+        (0..maps as u32).for_each(|map| pass(&psm, commands, map));
+    };
+    context
+        .submit(|commands| {
+            psm.clear(commands);
+            each_map(commands, Psm::voxelize);
+        })
+        .expect(what);
+    let local = rays(&psm, spec, maps);
+    context.submit(|commands| each_map(commands, Psm::propagate)).expect(what);
+    let behind = rays(&psm, spec, maps);
+    let additive = spec.value("storage") == "optical-depth";
+    each_ray(scene, spec, |map, view, texel, at| {
+        let met: Vec<_> =
+            casters.iter().filter(|c| gobo::reference::list::texel_segment(view, at, c).is_some()).copied().collect();
+        let twin = psm::voxelize(view, at, &met, slices);
+        let ambiguous = ambiguous_slices(scene, view, slices);
+        let mut blended = vec![0.0f32; twin.len()];
+        for place in met.iter().map(|c| psm::place(view, c, slices)) {
+            blended[place.slice] += 1.0;
+            if place.share > 0.0 {
+                blended[place.slice + 1] += 1.0;
+            }
+        }
+        for (k, (found, depth)) in
+            local.at(map, texel).iter().zip(&twin).enumerate().filter(|(k, _)| !ambiguous.contains(k))
+        {
+            // Each blend rounds what is drawn and what it makes of it, by up to a step each.
+            let blends = 2.0 * blended[k];
+            if additive {
+                // Steps are relative to the sum, and τ exp(−τ) is at most 1/e.
+                let (found, expected) = ((-found).exp(), (-depth).exp());
+                let tolerance = blends * 2.0 * step(spec) / std::f32::consts::E + ARITHMETIC;
+                assert!((found - expected).abs() <= tolerance, "{what}: {found}, not {expected}, in {map} {at:?} {k}");
+            } else {
+                let tolerance = if blends == 0.0 { 0.0 } else { blends * step(spec) + ARITHMETIC };
+                let expected = (-depth).exp();
+                assert!((found - expected).abs() <= tolerance, "{what}: {found}, not {expected}, in {map} {at:?} {k}");
+            }
+        }
+        // What was really blended, propagated.
+        let local = local.at(map, texel);
+        let expected = if additive { psm::propagate_depths(local) } else { psm::propagate(local) };
+        for (found, expected) in kept(spec, behind.at(map, texel)).iter().zip(expected) {
+            let tolerance = step(spec) + 1e-5;
+            assert!((found - expected).abs() <= tolerance, "{what}: {found}, not {expected}, in {map} {at:?}");
+        }
+    });
+}
+
+#[test]
+fn fused_equals_its_twin() {
+    gpu_test("fused_equals_its_twin", |context| {
+        for (scene, keys) in cases() {
+            for storage in STORAGES {
+                for assign in ["nearest", "split"] {
+                    let text = format!("psm:path=fused,storage={storage},assign={assign},{keys}");
+                    let spec = spec(&text);
+                    fused(context, &scene, &spec, &format!("{} {text}", scene.name));
+                }
+            }
+        }
+    });
+}
+
+fn fused(context: &Context, scene: &Scene, spec: &Spec, what: &str) {
+    let mut psm = built(context, scene, &spec.to_string());
+    let (maps, casters, slices) = (scene.map_count(), scene.casters(), slices(spec));
+    let behind = rays(&psm, spec, maps);
+    psm.changed();
+    psm.build().expect(what);
+    assert!(behind.rays == rays(&psm, spec, maps).rays, "{what}: the second build differs");
+    each_ray(scene, spec, |map, view, texel, at| {
+        let tile = at.map(|t| t / TILE_TEXELS);
+        let near: Vec<_> = casters.iter().filter(|c| tile_key(view, c, tile).is_some()).copied().collect();
+        let twin = psm::fused(view, at, &casters, slices, psm::bound(&near, slices.split));
+        let ambiguous = ambiguous_slices(scene, view, slices);
+        let mut last = 1.0;
+        for (k, (found, expected)) in kept(spec, behind.at(map, texel)).into_iter().zip(twin).enumerate() {
+            assert!((0.0..=last).contains(&found), "{what}: {found} after {last}");
+            last = found;
+            if !ambiguous.contains(&k) {
+                let tolerance = step(spec) + ARITHMETIC;
+                assert!((found - expected).abs() <= tolerance, "{what}: {found}, not {expected}, in {map} {at:?} {k}");
+            }
+        }
+        let segments = casters.iter().filter_map(|c| gobo::reference::list::texel_segment(view, at, c));
+        let product = (-segments.map(|s| s.optical_depth).sum::<f32>()).exp();
+        assert!((last - product).abs() <= step(spec) + ARITHMETIC, "{what}: the tail is {last}, not {product}");
+    });
+}
+
+/// What a user can get wrong is one line that says what would be right.
+#[test]
+fn bad_specs_are_refused_in_one_line() {
+    gpu_test("bad_specs_are_refused_in_one_line", |context| {
+        let mut lights = scenes::random();
+        lights.lights = (0..40).flat_map(|_| scenes::random().lights).collect();
+        let scene = scenes::random();
+        let layers = context.features().max_framebuffer_layers.min(context.features().max_image_dimension_3d);
+        let mut cases = vec![
+            (&scene, "psm:slices=6", "slices=8"),
+            (&scene, "psm:slices=255", "slices=252 or slices=256"),
+            (&scene, "psm:path=fused,coverage=tiles", "path=raster"),
+            (&scene, "psm:path=fused,route=vertex", "path=raster"),
+        ];
+        if layers < 40 * 64 {
+            cases.push((&lights, "psm:size=8,slices=256", "fewer"));
+        }
+        for (scene, text, expected) in cases {
+            let data = SceneData::new(context, scene).expect("room for the scene");
+            let error = Psm::new(context, scene, &data, &spec(text)).err().expect(text).to_string();
+            assert!(error.contains(expected) && !error.contains('\n'), "{text}: {error}");
+        }
+    });
+}

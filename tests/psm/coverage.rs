@@ -1,0 +1,119 @@
+//! Ways to the same bytes: geometry and vertex routes, and coverages, which never skip a covered ray.
+
+use super::{STORAGES, built, cases, opened, rays};
+use crate::support::scenes::{self, Random};
+use crate::support::{gpu_test, gpu_test_needing, spec};
+use gobo::gpu::Requirement;
+use gobo::scene::{Particle, Scene, View};
+
+#[test]
+fn geometry_and_vertex_routes_give_the_same_bytes() {
+    let name = "geometry_and_vertex_routes_give_the_same_bytes";
+    gpu_test_needing(name, &[Requirement::GeometryLayers, Requirement::VertexLayers], |context| {
+        for (scene, keys) in cases() {
+            for storage in STORAGES {
+                for more in ["assign=nearest", "assign=split", "assign=split,coverage=viewport"] {
+                    let bytes = ["geometry", "vertex"].map(|route| {
+                        let text = format!("psm:path=raster,storage={storage},{more},route={route},{keys}");
+                        let psm = built(context, &scene, &text);
+                        rays(&psm, &spec(&text), scene.map_count()).rays
+                    });
+                    assert!(bytes[0] == bytes[1], "{}: {storage}, {more}, {keys}", scene.name);
+                    assert!(bytes[0].iter().flatten().any(|v| *v != bytes[0][0][0]), "{}: empty", scene.name);
+                }
+            }
+        }
+    });
+}
+
+/// Many particles far smaller than a texel, and some at the very edges: only rays through texel centres meet them, and
+/// few do. Two without extinction hold the view.
+fn specks(seed: u64, texel: f32) -> Scene {
+    let mut random = Random::new(seed);
+    let mut particles: Vec<_> =
+        [-1.0, 1.0].map(|at| Particle { position: [at, at, at], radius: 0.01, extinction: 0.0 }).into_iter().collect();
+    for i in 0..3000 {
+        let mut position = random.point(-1.0, 1.0);
+        if i % 8 == 0 {
+            position[i / 8 % 2] = if i % 16 == 0 { -1.0 } else { 1.0 };
+        }
+        particles.push(Particle { position, radius: texel * random.between(0.05, 0.6), extinction: 30.0 / texel });
+    }
+    // Half of the map stays empty, so that there is something to skip.
+    particles.retain(|p| p.position[0] < 0.0 || p.extinction == 0.0 || p.position[1] > 0.98);
+    scenes::directional("specks", [0.0, 0.0, -1.0], particles)
+}
+
+/// Skipped rays keep what they were cleared to. Without coverage none is skipped: the same bytes prove that none was that
+/// has something to propagate.
+#[test]
+fn no_covered_ray_is_skipped() {
+    gpu_test("no_covered_ray_is_skipped", |context| {
+        let mut all: Vec<(Scene, String)> = cases().into_iter().map(|(scene, keys)| (scene, keys.to_owned())).collect();
+        for (seed, size) in [(1, 64), (2, 60), (3, 41), (4, 128)] {
+            let scene = specks(seed, 2.0 / size as f32);
+            let slanted = Scene { lights: scenes::random().lights, ..scene.clone() };
+            for scene in [scenes::spot([0.4, 0.3, 3.5], 50.0, scene.clone()), slanted, scene] {
+                all.push((scene, format!("size={size},slices=16")));
+            }
+        }
+        for (scene, keys) in all {
+            for storage in STORAGES {
+                let [off, viewport, tiles] = ["off", "viewport", "tiles"].map(|coverage| {
+                    let text = format!("psm:path=raster,storage={storage},coverage={coverage},{keys}");
+                    rays(&built(context, &scene, &text), &spec(&text), scene.map_count()).rays
+                });
+                let covered = off.iter().filter(|ray| ray.iter().any(|v| *v != off_value(storage))).count();
+                assert!(covered > 0, "{} {keys}: nothing is covered", scene.name);
+                assert!(off == viewport, "{} {keys} {storage}: viewport", scene.name);
+                assert!(off == tiles, "{} {keys} {storage}: tiles", scene.name);
+            }
+        }
+    });
+}
+
+fn off_value(storage: &str) -> f32 {
+    if storage == "optical-depth" { 0.0 } else { 1.0 }
+}
+
+/// Coverage does skip: its layer is marked where casters are and nowhere far from them.
+#[test]
+fn coverage_marks_what_casters_touch() {
+    gpu_test("coverage_marks_what_casters_touch", |context| {
+        for (size, tiles) in [(64u32, 8u32), (60, 8)] {
+            let scene = specks(7, 2.0 / size as f32);
+            let text = format!("psm:path=raster,coverage=viewport,size={size},slices=16");
+            let psm = opened(context, &scene, &text);
+            context
+                .submit(|commands| {
+                    psm.clear(commands);
+                    psm.voxelize(commands, 0);
+                })
+                .expect(&text);
+            let texels: Vec<[u8; 4]> = psm.volume.read().expect("read");
+            let coverage = &texels[(4 * size * size) as usize..];
+            let view = View::volumes(&scene, size)[0];
+            let (mut marked, mut all) = (0, 0);
+            for y in 0..tiles {
+                for x in 0..tiles {
+                    let mark = coverage[(y * size + x) as usize] == [0; 4];
+                    // Distance from the tile, texels, to the nearest caster's outline, as a square about it.
+                    let nearest = scene.particles.iter().map(|p| {
+                        let (at, _) = view.project(glam::DVec3::from(p.position.map(f64::from)));
+                        let radius = f64::from(p.radius * view.scale_x) * 0.5 * f64::from(size);
+                        let low = glam::DVec2::new(f64::from(8 * x), f64::from(8 * y));
+                        let apart = (low - at).max(at - low - 8.0);
+                        apart.max_element() - radius
+                    });
+                    let nearest = nearest.fold(f64::INFINITY, f64::min);
+                    // Bounds are a 16th of a texel too large.
+                    assert!(mark || nearest > 0.0, "{size}: tile {x},{y} is not marked, {nearest} from a caster");
+                    assert!(!mark || nearest < 0.1, "{size}: tile {x},{y} is marked, {nearest} from a caster");
+                    marked += u32::from(mark);
+                    all += 1;
+                }
+            }
+            assert!(4 * marked < 3 * all && marked > 0, "{marked} of {all}");
+        }
+    });
+}

@@ -1,0 +1,191 @@
+//! The look-up, and what storages and assignments do to it.
+
+use super::{built, kept, rays};
+use crate::support::scenes::{self, Random};
+use crate::support::{gpu_test, spec};
+use glam::{DVec2, DVec3};
+use gobo::gpu::Context;
+use gobo::measure::{PointError, Query, point_error};
+use gobo::reference::{Casters, map_truths, psm};
+use gobo::scene::{Particle, Scene, View};
+use gobo::technique::{Psm, Technique};
+
+fn ask(context: &Context, psm: &Psm, points: &[[f32; 3]]) -> Vec<f32> {
+    let visibility = psm.visibility();
+    let query = Query::new(context, 0, points).expect("room for the points");
+    query.query(&query.pipeline(&visibility).expect("a pipeline"), &visibility).expect("asked");
+    query.answers().expect("answered")
+}
+
+/// Particles along the light's axis, which goes down: at each depth (0 to 1 of the range) one of that optical depth along the
+/// axis. Two without extinction, whose ends are the range, hold the view.
+fn column(casters: &[(f64, f64)]) -> Scene {
+    let held = [-2.0, 2.0].map(|z| Particle { position: [0.0, 0.0, z], radius: 1.0, extinction: 0.0 });
+    let mut scene = scenes::directional("column", [0.0, 0.0, -1.0], held.to_vec());
+    let view = View::volumes(&scene, 9)[0];
+    for (depth, optical_depth) in casters {
+        let at = view.ray(DVec2::splat(4.5)).at(view.z(*depth));
+        let (radius, position) = (0.01, at.as_vec3().into());
+        scene.particles.push(Particle { position, radius, extinction: *optical_depth as f32 / (2.0 * radius) });
+    }
+    scene
+}
+
+fn on_axis(scene: &Scene, depth: f64) -> [f32; 3] {
+    let view = View::volumes(scene, 9)[0];
+    view.ray(DVec2::splat(4.5)).at(view.z(depth)).as_vec3().into()
+}
+
+/// A caster at its slice's middle: light in front of the slice, half of the shadow half a slice behind its near face, all
+/// of it behind. At both ends of the volume, and on both sides of texels' packing.
+#[test]
+fn a_shadow_begins_and_ends_with_its_slice() {
+    gpu_test("a_shadow_begins_and_ends_with_its_slice", |context| {
+        let slices = 32u32;
+        for slice in [2, 3, 4, 5, 15, 16, 28, 29] {
+            let face = |k: f64| k / f64::from(slices);
+            let depth = face(f64::from(slice) + 0.5);
+            let scene = column(&[(depth, 0.7)]);
+            let left = (-0.7f64).exp();
+            let from = f64::from(slice);
+            let places = [0.0, face(from - 1.0), face(from), depth, face(from + 1.0), face(from + 2.0), 1.0];
+            let expected = [1.0, 1.0, 1.0, 0.5 + 0.5 * left, left, left, left];
+            let points: Vec<_> = places.iter().map(|d| on_axis(&scene, *d)).collect();
+            for keys in ["path=raster", "path=fused", "path=fused,assign=split", "path=raster,storage=optical-depth"] {
+                let psm = built(context, &scene, &format!("psm:size=9,slices={slices},{keys}"));
+                for (answer, expected) in ask(context, &psm, &points).into_iter().zip(expected) {
+                    // Half a code of 8 bits, and blending's own.
+                    let difference = (f64::from(answer) - expected).abs();
+                    assert!(difference < 1.0 / 255.0, "{keys}, slice {slice}: {answer}, not {expected}");
+                }
+            }
+        }
+    });
+}
+
+#[test]
+fn look_up_equals_its_twin() {
+    gpu_test("look_up_equals_its_twin", |context| {
+        let mut random = Random::new(11);
+        for (scene, storage) in [(scenes::random(), "rgba8"), (scenes::locks(), "optical-depth")] {
+            let text = format!("psm:size=24,slices=24,storage={storage}");
+            let psm = built(context, &scene, &text);
+            let spec = spec(&text);
+            let rays = rays(&psm, &spec, 1);
+            let view = View::volumes(&scene, 24)[0];
+            let mut points = Vec::new();
+            let mut expected = Vec::new();
+            for _ in 0..4000 {
+                // Past the edges too, where all of the light is.
+                let at = DVec2::new(random.between(-1.0, 25.0).into(), random.between(-1.0, 25.0).into());
+                let depth = random.between(0.001, 1.1);
+                points.push(view.ray(at).at(view.z(depth.into())).as_vec3().into());
+                let corner = (at - 0.5).floor();
+                let share = at - 0.5 - corner;
+                let mut sum = 0.0;
+                for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                    let texel = corner + DVec2::new(f64::from(x), f64::from(y));
+                    let inside = texel.min_element() >= 0.0 && texel.max_element() < 24.0;
+                    let weight = |share: f64, i: i32| if i == 1 { share } else { 1.0 - share };
+                    let ray = || kept(&spec, rays.at(0, texel.y as u32 * 24 + texel.x as u32));
+                    let value = if inside { psm::look_up(&ray(), depth) } else { 1.0 };
+                    sum += weight(share.x, x) * weight(share.y, y) * f64::from(value);
+                }
+                expected.push(sum);
+            }
+            for (answer, expected) in ask(context, &psm, &points).into_iter().zip(expected) {
+                // Samplers may weigh in 256ths, in each direction.
+                assert!((f64::from(answer) - expected).abs() < 2.0 / 256.0, "{text}: {answer}, not {expected}");
+            }
+        }
+    });
+}
+
+/// Particles of one opacity, about a thousand of them on every ray.
+fn thin(opacity: f64) -> Scene {
+    let mut random = Random::new(12);
+    let radius = 1.0f32;
+    let extinction = -(1.0 - opacity).ln() as f32 / (2.0 * radius);
+    let particles = (0..1000)
+        .map(|_| Particle {
+            position: [random.between(-0.1, 0.1), random.between(-0.1, 0.1), random.between(-20.0, 20.0)],
+            radius,
+            extinction,
+        })
+        .collect();
+    scenes::directional("thin", [0.0, 0.0, -1.0], particles)
+}
+
+fn map_error(context: &Context, scene: &Scene, text: &str) -> PointError {
+    let truth = map_truths(&Casters::new(scene), scene, 32).remove(0);
+    point_error(&ask(context, &built(context, scene, text), &truth.points), &truth.visibility).expect("numbers")
+}
+
+/// Multiplying in 8 bits stalls on thin media; adding optical depths does not.
+#[test]
+fn thin_media_need_optical_depths() {
+    gpu_test("thin_media_need_optical_depths", |context| {
+        for opacity in [0.002, 0.02] {
+            let scene = thin(opacity);
+            let error = |keys: &str| {
+                let error = map_error(context, &scene, &format!("psm:size=32,{keys}"));
+                println!("opacity {opacity}, {keys}: {error:?}");
+                error.mean_abs
+            };
+            let added = error("path=raster,storage=optical-depth");
+            let multiplied = error("path=raster,storage=rgba8");
+            error("path=raster,storage=rgba16f");
+            let fused = error("path=fused,storage=rgba8");
+            assert!(added <= 0.003 && error("path=fused,storage=optical-depth") <= 0.003, "{added}");
+            // A stored 8-bit transmittance is half a code off at most.
+            assert!(fused <= 0.003 + 0.5 / 255.0, "{fused}");
+            if opacity == 0.002 {
+                assert!(multiplied > 10.0 * added, "{multiplied}, {added}");
+            }
+        }
+    });
+}
+
+/// Behind the slices that a particle moves through, its shadow comes in one step with assign=nearest. With assign=split
+/// its optical depth τ flows from slice to slice: over a frame of `moved` slices no value can change by more than
+/// τ · moved, the slope of T^(1 − w) in w, give or take a step of the storage.
+#[test]
+fn nothing_pops_when_it_is_split() {
+    gpu_test("nothing_pops_when_it_is_split", |context| {
+        let (slices, optical_depth, moved) = (16.0, 1.0f64, 1.0 / 8.0);
+        let largest = |assign: &str, path: &str| {
+            let mut last: Option<Vec<f32>> = None;
+            let mut largest = 0.0f64;
+            for frame in 0..33 {
+                let at = (6.0 + moved * f64::from(frame)) / slices;
+                let scene = column(&[(at, optical_depth)]);
+                let text = format!("psm:size=9,slices=16,storage=rgba16f,assign={assign},path={path}");
+                let points: Vec<_> = (0..=32).map(|i| on_axis(&scene, f64::from(i) / 32.0)).collect();
+                let now = ask(context, &built(context, &scene, &text), &points);
+                for (now, before) in now.iter().zip(last.iter().flatten()) {
+                    largest = largest.max(f64::from((now - before).abs()));
+                }
+                last = Some(now);
+            }
+            largest
+        };
+        for path in ["raster", "fused"] {
+            let (nearest, split) = (largest("nearest", path), largest("split", path));
+            println!("{path}: largest step of a frame: nearest {nearest}, split {split}");
+            assert!(nearest > 0.95 * (1.0 - (-optical_depth).exp()), "{path}: {nearest}");
+            assert!(split <= optical_depth * moved + 4.0 / 2048.0, "{path}: {split}");
+        }
+    });
+}
+
+#[test]
+fn the_view_holds() {
+    let views = [0.3, 0.6].map(|depth| View::volumes(&column(&[(depth, 1.0)]), 9)[0]);
+    assert_eq!(bytes_of(&views[0]), bytes_of(&views[1]), "casters inside do not move the view");
+    let point = DVec3::from(on_axis(&column(&[]), 0.5).map(f64::from));
+    assert!(point.length() < 1e-6, "{point}");
+}
+
+fn bytes_of(view: &View) -> Vec<u8> {
+    bytemuck::bytes_of(view).to_vec()
+}
