@@ -56,14 +56,16 @@ impl Cells {
         self.sums[cell] as f32 * self.unit
     }
 
-    /// Twin: ends_that_stay.
-    fn ends_that_stay(&self, loss: f32) -> Vec<usize> {
-        let mut ends = Vec::new();
+    /// The ends, and how close any came to the other choice, over `loss`. Twin: ends_that_stay.
+    fn ends_that_stay(&self, loss: f32) -> (Vec<usize>, f32) {
+        let (mut ends, mut margin) = (Vec::new(), f32::INFINITY);
         let (mut before, mut extent) = (0.0f32, 1.0);
         for i in 0..CELLS - 1 {
             let (here, next) = (self.optical_depth(i), self.optical_depth(i + 1));
             let triangle = (here - before) * (extent + 1.0) - (next - before) * extent;
-            if triangle.abs() * (-before).exp() >= loss {
+            let lost = triangle.abs() * (-before).exp();
+            margin = margin.min((lost - loss).abs() / loss);
+            if lost >= loss {
                 ends.push(i);
                 before = here;
                 extent = 1.0;
@@ -72,7 +74,7 @@ impl Cells {
             }
         }
         ends.push(CELLS - 1);
-        ends
+        (ends, margin)
     }
 
     /// The curve through the ends that stay, compressed. Twin: the rest of main.
@@ -80,13 +82,15 @@ impl Cells {
         let nodes = build.nodes as f32;
         let ends_at =
             |group: i32| self.ends_that_stay(2.0 * LEFT_OUT / (nodes * nodes) * self.per_cell * COARSER.powi(group));
-        let mut ends = ends_at(0);
+        let (mut ends, mut margin) = ends_at(0);
         for group in 1..GROUPS {
             if ends.len() > 5 * build.nodes / 2 {
-                ends = ends_at(group);
+                let coarser = ends_at(group);
+                (ends, margin) = (coarser.0, margin.min(coarser.1));
             }
         }
         let mut curve = Curve::new(build);
+        curve.ends_margin = margin;
         curve.append(self.low, 0.0);
         for end in ends {
             curve.append(self.low + (end + 1) as f32 / self.per_cell, self.optical_depth(end));
