@@ -46,8 +46,14 @@ fn nodes(avsm: &gobo::technique::Avsm, texels: usize, count: usize) -> Vec<NodeD
 
 /// Compares every texel of every map of `scene` for 4, 8 and 16 nodes and both curves.
 fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: Order) {
-    let twins: Vec<_> = (0..scene.map_count()).map(|map| Twins::of_map(scene, map, size)).collect();
-    let texels = (size * size) as usize;
+    // A strand that the device meets and the twin does not is a whole step.
+    let met_alike = |twins: &Twins, texel| {
+        (scene.strands.is_empty() || twins.grazed(texel) == 0).then(|| twins.texel(texel, order))
+    };
+    let twins: Vec<_> = (0..scene.map_count())
+        .map(|map| Twins::of_map(scene, map, size))
+        .flat_map(|twins| (0..size * size).map(|texel| met_alike(&twins, texel)).collect::<Vec<_>>())
+        .collect();
     for count in [4, 8, 16] {
         for curve in ["linear", "exponential,nudge=off", "exponential,nudge=on"] {
             // Every tile is written, also those without casters.
@@ -55,47 +61,45 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
             let build = build(&spec(&text));
             let interpolation = build.interpolation;
             let avsm = built_avsm(context, scene, &text);
-            let all = nodes_of(&avsm, &text, twins.len() * texels);
+            let all = nodes_of(&avsm, &text, twins.len());
             let packed = text.contains("storage=packed");
             let (mut covered, mut ambiguous, mut grazed, mut worst, mut farthest) = (0, 0, 0, 0.0f32, 0.0f32);
-            for (texel, nodes) in all.chunks_exact(count).enumerate() {
+            for (texel, (nodes, twin)) in all.chunks_exact(count).zip(&twins).enumerate() {
                 let what = format!("{}, {text}, texel {texel}", scene.name);
-                let (twins, texel) = (&twins[texel / texels], (texel % texels) as u32);
-                // A strand that the device meets and the twin does not is a whole step.
-                if !scene.strands.is_empty() && twins.grazed(texel) > 0 {
+                let Some(twin) = twin else {
                     grazed += 1;
                     continue;
-                }
-                let mut twin = twins.texel(texel, order, build);
+                };
+                let segments = &twin.segments;
+                let (mut curve, is_ambiguous) = twin.curve(build);
                 // What a packed texel may differ by: one code of depth, one of value, half a one at the tail.
                 let (mut tail, mut tolerance, mut rounding) = (1e-5, TOLERANCE, DEPTH_ROUNDING);
                 if packed {
-                    twin.curve = twin.curve.packed();
+                    curve = curve.packed();
                     tail += half_code(interpolation);
-                    tolerance += code(interpolation, twin.segments.iter().map(|s| s.optical_depth).sum());
+                    tolerance += code(interpolation, segments.iter().map(|s| s.optical_depth).sum());
                     rounding += 1.0 / 65535.0;
                 }
-                check_invariants(&what, nodes, &twin.segments, interpolation, tail);
-                covered += u32::from(!twin.segments.is_empty());
-                if twin.ambiguous {
+                check_invariants(&what, nodes, segments, interpolation, tail);
+                covered += u32::from(!segments.is_empty());
+                if is_ambiguous {
                     ambiguous += 1;
-                    let distance =
-                        |i| (look_up(nodes, depth(i), interpolation) - twin.curve.transmittance(depth(i))).abs();
+                    let distance = |i| (look_up(nodes, depth(i), interpolation) - curve.transmittance(depth(i))).abs();
                     let mean = (0..DEPTHS).map(distance).sum::<f32>() / DEPTHS as f32;
                     farthest = farthest.max(mean);
-                    assert!(mean <= AMBIGUOUS_TOLERANCE, "{what}: {mean} from the twin\n{nodes:?}\n{:?}", twin.curve);
+                    assert!(mean <= AMBIGUOUS_TOLERANCE, "{what}: {mean} from the twin\n{nodes:?}\n{:?}", curve);
                     continue;
                 }
                 for i in 0..DEPTHS {
                     let transmittance = look_up(nodes, depth(i), interpolation);
-                    let difference = beyond(&twin.curve, depth(i), transmittance, rounding);
+                    let difference = beyond(&curve, depth(i), transmittance, rounding);
                     worst = worst.max(difference);
                     assert!(
                         difference <= tolerance,
                         "{what}: {transmittance} at {}, the twin has {}\n{nodes:?}\n{:?}",
                         depth(i),
-                        twin.curve.transmittance(depth(i)),
-                        twin.curve,
+                        curve.transmittance(depth(i)),
+                        curve,
                     );
                 }
             }

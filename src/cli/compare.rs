@@ -23,6 +23,9 @@ const DEFAULT: [&str; 4] = [
 /// Texels a side of the light's map in [`DEFAULT`] on a software device, which would take minutes for 256.
 const DEFAULT_SIZE_ON_CPU: u32 = 64;
 
+/// Pixels of a picture of a quick look, and of [`DEFAULT`] on a software device.
+const SMALL_PICTURE: [u32; 2] = [320, 180];
+
 #[derive(Args)]
 pub struct Arguments {
     /// Scene files or built-in scenes [default: three-emitters]
@@ -52,13 +55,13 @@ pub struct Arguments {
     device: DeviceArguments,
 }
 
-fn effort(arguments: &Arguments) -> Effort {
+fn effort(arguments: &Arguments, features: &Features) -> Effort {
+    let frames = arguments.frames as usize;
     if arguments.quick {
-        let frames = arguments.frames.min(8) as usize;
-        Effort { frames, warm_up: 2, space_points: 8192, picture: [320, 180] }
-    } else {
-        Effort { frames: arguments.frames as usize, warm_up: 5, space_points: 65536, picture: [640, 360] }
+        return Effort { frames: frames.min(8), warm_up: 2, space_points: 8192, picture: SMALL_PICTURE };
     }
+    let small = arguments.techniques.is_empty() && features.kind == "cpu";
+    Effort { frames, warm_up: 5, space_points: 65536, picture: if small { SMALL_PICTURE } else { [640, 360] } }
 }
 
 fn device_facts(features: &Features) -> DeviceFacts {
@@ -102,7 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     for scene in &scenes {
         bar.set_message(format!("{}: reference", scene.name));
         bar.tick();
-        let mut case = Case::new(&context, scene, effort(arguments))?;
+        let mut case = Case::new(&context, scene, effort(arguments, context.features()))?;
         let reference = format!("{}-reference.png", scene.name);
         write_picture(&store, &reference, &case.reference, &case.reference.to_srgb8())?;
         for spec in &specs {

@@ -16,7 +16,7 @@ pub const LOOKUPS: usize = 1_000_000;
 const WARM_UP: std::time::Duration = std::time::Duration::from_millis(200);
 
 /// When to stop timing look-ups, after one sample at least.
-const LOOKUP_BUDGET: std::time::Duration = std::time::Duration::from_secs(3);
+const LOOKUP_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
 
 /// Node counts that the limit is computed for.
 const LIMIT_NODES: [usize; 3] = [4, 8, 16];

@@ -28,6 +28,7 @@ struct Page<'a> {
     plot: Option<String>,
     groups: Vec<Group>,
     columns: Vec<Heading>,
+    column_count: usize,
     scenes: Vec<Scene<'a>>,
 }
 
@@ -118,6 +119,7 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         plot: time_versus_error(results),
         groups: groups(),
         columns: headings(),
+        column_count: COLUMNS.len(),
         scenes: scenes(results).into_iter().map(|name| scene(results, name, &specs, &on_front, dir)).collect(),
     };
     let mut environment = Environment::new();

@@ -18,13 +18,14 @@ const PATHS: [(&str, &[Requirement]); 6] = [
     ("raster-order", &[Requirement::RasterOrder]),
 ];
 
-/// Insertions into one texel: 10,000 where each of them stores the curve, so that it could drift. The other paths, which
-/// store once, get fewer: on lavapipe 22.3 an invocation's loops end after some 65,536 rounds altogether (README).
-fn insertions(path: &str) -> usize {
+/// Insertions into one texel, and sizes of curves: 10,000 and all where each insertion stores the curve, so that it could
+/// drift. The other paths, which store once, get fewer: on lavapipe 22.3 an invocation's loops end after some 65,536 rounds
+/// altogether (README).
+fn insertions(path: &str) -> (usize, &'static [u32]) {
     match path {
-        "binned,resolve=streaming" => 500,
-        "two-pass" | "two-pass,resolve=whole" | "binned,resolve=cells" => 3_000,
-        _ => 10_000,
+        "binned,resolve=streaming" => (500, &[4, 16]),
+        "two-pass" | "two-pass,resolve=whole" | "binned,resolve=cells" => (3_000, &[8]),
+        _ => (10_000, &[4, 8, 16]),
     }
 }
 
@@ -49,7 +50,7 @@ fn column(mixed: bool, count: usize) -> Scene {
 fn thousands_of_insertions_do_not_drift() {
     for (path, needs) in PATHS {
         gpu_test_needing(&format!("thousands_of_insertions_{path}"), needs, |context| {
-            let count = insertions(path);
+            let (count, sizes) = insertions(path);
             for scene in [column(false, count), column(true, count)] {
                 let view = View::volumes(&scene, 1)[0];
                 let segments: Vec<_> =
@@ -57,7 +58,7 @@ fn thousands_of_insertions_do_not_drift() {
                 assert_eq!(segments.len(), count);
                 let product = (-segments.iter().map(|s| f64::from(s.optical_depth)).sum::<f64>()).exp();
                 for curve in ["linear", "exponential"] {
-                    for nodes in [4, 8, 16] {
+                    for nodes in sizes {
                         let text = format!("avsm:nodes={nodes},curve={curve},size=1,path={path}");
                         let interpolation = build(&spec(&text)).interpolation;
                         let avsm = built_avsm(context, &scene, &text);
@@ -123,7 +124,8 @@ fn bytes_and_nodes_of_packed_curves() {
                 assert_eq!(covered(&packed), covered(&full), "{text}");
                 let unpacked = nodes_of(&packed, &text, texels as usize);
                 let mut drawn = 0;
-                for (texel, nodes) in (0u32..).zip(unpacked.chunks_exact(count as usize)) {
+                // Each is read back with all before it: one in five, in every row and column.
+                for (texel, nodes) in (0u32..).zip(unpacked.chunks_exact(count as usize)).step_by(5) {
                     let (map, at) = (texel / 256, [texel % 16, texel % 256 / 16]);
                     let told = packed.nodes(map as usize, at).expect("the nodes");
                     let full = full.nodes(map as usize, at).expect("the nodes");
@@ -141,7 +143,7 @@ fn bytes_and_nodes_of_packed_curves() {
                         drawn += 1;
                     }
                 }
-                assert!(drawn > 100, "{text}: {drawn} texels");
+                assert!(drawn > 30, "{text}: {drawn} texels");
             }
         });
     }

@@ -64,13 +64,33 @@ pub enum Order {
     Cells,
 }
 
-/// A texel as the twin has it.
+/// A texel's segments in the order of insertion: what every curve of it is made of.
 pub struct Texel {
     pub segments: Vec<Segment>,
-    pub curve: Curve,
-    /// Rounding alone may change the curve, because two removals cost nearly the same or two entries lie nearly at the
-    /// same depth: there is no one right answer.
-    pub ambiguous: bool,
+    /// The same as rounded otherwise, trial by trial.
+    rounded: Vec<Vec<Segment>>,
+    /// How far their depths were moved.
+    moved: f32,
+    /// Of its tile, where sums in cells are what curves are made of.
+    bound: Option<u32>,
+    /// Copies of a particle, and spheres around the light, which all begin at the near plane, make pairs of nodes of which
+    /// either may go, at no cost: their margin is 0 and means nothing.
+    has_pairs: bool,
+}
+
+impl Texel {
+    /// Its curve, and whether rounding alone may change it, because two removals cost nearly the same or two entries lie
+    /// nearly at the same depth: there is no one right answer.
+    pub fn curve(&self, build: Build) -> (Curve, bool) {
+        let curve = curve(&self.segments, self.bound, build);
+        let tied = !self.has_pairs && curve.margin < tie(build.interpolation) / MARGIN_FLOOR;
+        let another = |rounded: &Vec<Segment>| {
+            let other = self::curve(rounded, self.bound, build);
+            (0..DEPTHS).any(|i| beyond(&curve, depth(i), other.transmittance(depth(i)), self.moved) > UNSTABLE)
+        };
+        let ambiguous = tied || curve.ends_margin < ends_tie(build.nodes) || self.rounded.iter().any(another);
+        (curve, ambiguous)
+    }
 }
 
 /// The look-up in the light's view of a curve of nodes, as glsl/avsm/visibility.glsl states it: between the last node
@@ -176,24 +196,18 @@ impl<'a> Twins<'a> {
         cells::bound(&self.casters.iter().filter(met).copied().collect::<Vec<_>>())
     }
 
-    pub fn texel(&self, texel: u32, order: Order, build: Build) -> Texel {
+    pub fn texel(&self, texel: u32, order: Order) -> Texel {
         let segments = self.segments(texel, order, |s| s);
-        let bound = (order == Order::Cells).then(|| self.bound(texel));
-        let curve = curve(&segments, bound, build);
         let lost = 1.0 - (-segments.iter().map(|s| s.optical_depth).sum::<f32>()).exp();
         let moved = (MOVED / lost).min(MOVED_AT_MOST);
-        // Copies of a particle, and spheres around the light, which all begin at the near plane, make pairs of nodes of which
-        // either may go, at no cost: their margin is 0 and means nothing.
-        let tied = !["duplicates", "inside"].contains(&self.scene.name.as_str())
-            && curve.margin < tie(build.interpolation) / MARGIN_FLOOR;
-        let ambiguous = tied
-            || curve.ends_margin < ends_tie(build.nodes)
-            || (0..TRIALS).any(|trial| {
-                let rounded = self.segments(texel, order, |s| rounded_otherwise(s, moved, trial));
-                let other = self::curve(&rounded, bound, build);
-                (0..DEPTHS).any(|i| beyond(&curve, depth(i), other.transmittance(depth(i)), moved) > UNSTABLE)
-            });
-        Texel { segments, curve, ambiguous }
+        let rounded = |trial| self.segments(texel, order, |s| rounded_otherwise(s, moved, trial));
+        Texel {
+            rounded: (0..TRIALS).map(rounded).collect(),
+            bound: (order == Order::Cells).then(|| self.bound(texel)),
+            has_pairs: ["duplicates", "inside"].contains(&self.scene.name.as_str()),
+            segments,
+            moved,
+        }
     }
 
     /// Segments of all texels.
