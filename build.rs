@@ -15,6 +15,9 @@ const ATTACHMENTS: &[u32] = &[2, 4, 8];
 /// A shader that includes "psm/format.glsl" is built once for each of these values of BITS.
 const BITS: &[u32] = &[8, 16];
 
+/// A shader that includes "bins/batch.glsl" is built once for each of these values of LANES.
+const LANES: &[u32] = &[0, 1];
+
 fn main() {
     if let Err(message) = build() {
         // Cargo shows standard error of a failed build script; the lines read file:line: error: …
@@ -50,6 +53,11 @@ fn build() -> Result<(), String> {
             for bits in BITS {
                 let variant = Variant::Defined("BITS", *bits);
                 compile(&compiler, file, &source, kind, variant, &format!("{name}/{bits}"), &mut table)?;
+            }
+        } else if source.contains("#include \"bins/batch.glsl\"") {
+            for lanes in LANES {
+                let variant = Variant::Defined("LANES", *lanes);
+                compile(&compiler, file, &source, kind, variant, &format!("{name}/{lanes}"), &mut table)?;
             }
         } else {
             compile(&compiler, file, &source, kind, Variant::Only, &name, &mut table)?;

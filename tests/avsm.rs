@@ -300,9 +300,19 @@ fn paths_are_what_the_device_can_do() {
                 assert!(matches!(&error, Error::Refused { needs } if needs == feature), "{error}");
             }
         }
-        let auto = open("avsm:size=8").expect("auto always runs");
-        assert!(auto.reason().contains(INTERLOCK), "{}", auto.reason());
-        assert_eq!(auto.path(), if interlock { "interlock" } else { "two-pass" });
+        let cpu = features.kind == "cpu";
+        let auto = |scene: &Scene, text: &str| {
+            let data = SceneData::new(context, scene).expect("room for the scene");
+            let auto = Avsm::new(context, scene, &data, &spec(text)).expect("auto always runs");
+            assert!(auto.reason().starts_with("auto: "), "{}", auto.reason());
+            auto.path()
+        };
+        let segment_by_segment = if cpu { "two-pass" } else { "binned" };
+        assert_eq!(auto(&scene, "avsm:size=8"), "binned");
+        assert_eq!(auto(&scenes::strands(), "avsm:size=8"), segment_by_segment);
+        assert_eq!(auto(&scene, "avsm:size=8,resolve=whole"), segment_by_segment);
+        let captured = if interlock { "interlock" } else { "two-pass" };
+        assert_eq!(auto(&scene, "avsm:size=8,order=captured"), captured);
     });
 }
 

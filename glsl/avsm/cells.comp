@@ -1,5 +1,5 @@
 #version 460
-// Builds the curves of one tile of 8×8 texels in any order of the casters: adds up their optical depth in CELLS even
+// Builds the curves of half a tile of 8×8 texels in any order of the casters: adds up their optical depth in CELLS even
 // cells of each texel's own depth range, then compresses the curve through the cells' ends, which is exact there.
 // Inputs: map, casters, counts, offsets, entries. Outputs: nodes of tiles that have casters.
 // Invariant: cells are whole numbers, so the result depends only on the casters, not on the order they come in.
@@ -9,15 +9,18 @@
 layout(constant_id = 10) const uint STRANDS = 1u;
 #define CASTER_STRANDS (STRANDS == 1u)
 #include "avsm/curve.glsl"
+#include "bins/sums.glsl"
 #include "bins/totals.glsl"
-#include "list/texel_segment.glsl"
+#include "common/light.glsl"
 
-const uint TEXELS = 64u;
+// Half a tile: what a whole one would need of shared memory is more than many devices have.
+const uint TEXELS = 32u;
 // Casters that are looked at at the same time, each by one thread a texel; thresholds that are tried at the same time.
 // 4, or 1 where threads of a workgroup do not run at the same time anyway.
-layout(local_size_x = 64, local_size_y_id = 9) in;
+layout(local_size_x = TEXELS, local_size_y_id = 9) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
 layout(constant_id = 11) const uint GROUPS = 4u;
+const uint THREADS = TEXELS * GROUPS;
 
 layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
@@ -32,21 +35,20 @@ layout(push_constant, scalar) uniform Push { uint map; };
 
 #include "bins/in_use.glsl"
 #include "avsm/store.glsl"
+#include "bins/batch.glsl"
 
 const int CELLS = 64;
-// Where a segment has taken this, nothing is left: exp(-16) is about a ten-millionth.
-const float DARK = 16.0;
-// The bound of a texel's optical depth is added up in 256ths.
-const float BOUND_UNITS = 256.0;
 // A cell end stays out of the curve where that changes the area under it by less than LEFT_OUT / NODES², at least a
 // hundredth of what NODES nodes lose on smoke; where more than 5/2 NODES ends would stay, COARSER times as much, and again.
 const float LEFT_OUT = 6.4e-4;
 const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;
 
-// Cell c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. Units of optical depth,
-// in the end summed from the first cell on.
+// Cell c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. Units of optical depth that
+// segments take in a cell, in the end summed from the first cell on; and by how much what they take in every cell changes
+// from a cell on, so that a segment is at most five numbers however many cells it spans.
 shared uint cells[CELLS * TEXELS];
+shared uint slopes[CELLS * TEXELS];
 // Bits of non-negative floats, which order as the floats do.
 shared uint low_bits[TEXELS];
 shared uint high_bits[TEXELS];
@@ -54,46 +56,53 @@ shared uint bound;
 // Bit i: the end of cell i stays, at each threshold.
 shared uvec2 ends[THRESHOLDS][TEXELS];
 
-const uint BATCH = 128u;
-shared Caster batch[BATCH];
-
-// Fetches the tile's casters begin, begin + 1, … into `batch`; how many there are.
-uint fetch(uint first, uint count, uint begin) {
-    uint filled = min(BATCH, count - begin);
-    barrier();
-    for (uint i = gl_LocalInvocationIndex; i < filled; i += TEXELS * GROUPS) {
-        batch[i] = casters[entries[first + begin + i].y];
-    }
-    barrier();
-    return filled;
-}
-
 // A segment, cut off where nothing is left, so that the light fades as fast as it should.
-bool dark_segment(View view, uvec2 texel, Caster caster, out vec2 depth, out float optical_depth) {
-    bool hit = texel_segment(view, texel, caster, depth, optical_depth);
-    depth = max(depth, 0.0);
-    depth.y = depth.x + (depth.y - depth.x) * min(DARK / optical_depth, 1.0);
-    optical_depth = min(optical_depth, DARK);
+bool dark_segment(View view, Ray ray, float ray_length, Caster caster, out vec2 z, out float optical_depth) {
+    bool hit = view_segment(view, ray, ray_length, caster, z, optical_depth);
+    if (optical_depth > DARK) {
+        z.y = z.x + (z.y - z.x) * (DARK / optical_depth);
+        optical_depth = DARK;
+    }
     return hit;
 }
 
-// The most that a caster can take, rounded up.
-uint caster_bound(Caster caster) {
-    float most = caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
-    return uint(min(most, DARK) * BOUND_UNITS) + 1u;
+// Adds to a sum that wraps around on its way.
+void add(bool to_slopes, uint place, uint units) {
+    // Alone, a thread has its texel for itself; software devices take their time for atomics.
+    if (to_slopes) {
+        if (GROUPS == 1u) {
+            slopes[place] += units;
+        } else {
+            atomicAdd(slopes[place], units);
+        }
+    } else if (GROUPS == 1u) {
+        cells[place] += units;
+    } else {
+        atomicAdd(cells[place], units);
+    }
 }
 
-// Adds a segment from cell to cell; `at` is where it enters and leaves, in cells, `whole` its optical depth in units.
+// Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units.
 void add_segment(uint texel, vec2 at, float whole) {
-    int cell = min(int(at.x), CELLS - 1), last = min(int(at.y), CELLS - 1);
-    float rate = whole / max(at.y - at.x, 1e-6);
-    uint before = 0u;
-    for (; cell <= last; ++cell) {
-        // Rounded where it stands at the cell's end, so that the roundings of a segment cancel.
-        uint upto = uint((cell == last ? whole : min((float(cell + 1) - at.x) * rate, whole)) + 0.5);
-        atomicAdd(cells[uint(cell) * TEXELS + texel], upto - before);
-        before = upto;
+    uint first = min(uint(at.x), uint(CELLS - 1)), last = min(uint(at.y), uint(CELLS - 1));
+    uint units = uint(whole + 0.5), place = first * TEXELS + texel;
+    if (first == last) {
+        add(false, place, units);
+        return;
     }
+    // What it has taken by the end of its first cell and by the begin of its last.
+    float rate = whole / max(at.y - at.x, 1e-6);
+    uint early = uint(min((float(first + 1u) - at.x) * rate, whole) + 0.5);
+    uint late = uint(min((float(last) - at.x) * rate, whole) + 0.5);
+    add(false, place, early);
+    if (last > first + 1u) {
+        // In even shares, whole numbers: the last `rest` cells in between take one more.
+        uint count = last - first - 1u, share = (late - early) / count, rest = (late - early) % count;
+        add(true, place + TEXELS, share);
+        add(true, (last - rest) * TEXELS + texel, 1u);
+        add(true, last * TEXELS + texel, -(share + 1u));
+    }
+    add(false, last * TEXELS + texel, units - late);
 }
 
 // The ends that stay: the last, and those whose triangle with the end that stayed before and the next end, times the
@@ -128,9 +137,9 @@ void main() {
     uvec2 tiles = (uvec2(view.width, view.height) + 7u) / 8u;
     uint count = counts[map * tiles.x * tiles.y + tile], first = count > 0u ? offsets[tile] : 0u;
     uint t = gl_LocalInvocationID.x, group = gl_LocalInvocationID.y;
-    uvec2 texel = uvec2(tile % tiles.x, tile / tiles.x) * 8u + uvec2(t % 8u, t / 8u);
-    for (uint i = gl_LocalInvocationIndex; i < uint(CELLS) * TEXELS; i += TEXELS * GROUPS) {
-        cells[i] = 0u;
+    uvec2 texel = uvec2(tile % tiles.x, tile / tiles.x) * 8u + uvec2(t % 8u, gl_WorkGroupID.z * 4u + t / 8u);
+    for (uint i = gl_LocalInvocationIndex; i < uint(CELLS) * TEXELS; i += THREADS) {
+        cells[i] = slopes[i] = 0u;
     }
     if (group == 0u) {
         low_bits[t] = 0x7F800000u;
@@ -139,24 +148,30 @@ void main() {
     if (gl_LocalInvocationIndex == 0u) {
         bound = 0u;
     }
-    vec2 depth;
+    Ray ray = view_texel_ray(view, texel);
+    float ray_length = length(ray.direction);
+    float per_depth = 1.0 / (view.far - view.near);
+    vec2 z;
     float optical_depth;
 
     // The depths that each texel's segments span, and a bound of the optical depth in any texel.
-    float low = 3e38, high = -1.0;
+    float low = 3e38, high = -3e38;
     uint most = 0u;
-    for (uint begin = 0u; begin < count; begin += BATCH) {
-        uint filled = fetch(first, count, begin);
+    for (uint begin = 0u; begin < count; begin += batch_size()) {
+        uint filled = min(batch_size(), count - begin);
+        fetch_batch(view, first + begin, filled);
         for (uint i = group; i < filled; i += GROUPS) {
-            if (dark_segment(view, texel, batch[i], depth, optical_depth)) {
-                low = min(low, depth.x);
-                high = max(high, depth.y);
+            if (dark_segment(view, ray, ray_length, batch_caster(i), z, optical_depth)) {
+                low = min(low, z.x);
+                high = max(high, z.y);
             }
         }
-        for (uint i = gl_LocalInvocationIndex; i < filled; i += TEXELS * GROUPS) {
-            most += caster_bound(batch[i]);
-        }
     }
+    for (uint i = gl_LocalInvocationIndex; i < count; i += THREADS) {
+        most += caster_bound(casters[entries[first + i].y], DARK);
+    }
+    low = max((low - view.near) * per_depth, 0.0);
+    high = (high - view.near) * per_depth;
     if (high >= 0.0) {
         atomicMin(low_bits[t], floatBitsToUint(low));
         // One more than the bits, so that 0 says that nothing was hit.
@@ -168,25 +183,26 @@ void main() {
     low = covered ? uintBitsToFloat(low_bits[t]) : 0.0;
     float extent = max(covered ? uintBitsToFloat(high_bits[t] - 1u) - low : 0.0, 1e-6);
     float per_cell = float(CELLS) / extent;
-    // As fine as it gets without a texel's sum passing 32 bits.
-    float scale = exp2(float(min(22, 38 - findMSB(bound))));
+    float scale = sum_scale(bound);
     float unit = 1.0 / scale;
 
-    for (uint begin = 0u; begin < count; begin += BATCH) {
-        uint filled = fetch(first, count, begin);
+    for (uint begin = 0u; begin < count; begin += batch_size()) {
+        uint filled = min(batch_size(), count - begin);
+        fetch_batch(view, first + begin, filled);
         for (uint i = group; i < filled; i += GROUPS) {
-            if (dark_segment(view, texel, batch[i], depth, optical_depth)) {
-                vec2 at = clamp((depth - low) * per_cell, 0.0, float(CELLS));
+            if (dark_segment(view, ray, ray_length, batch_caster(i), z, optical_depth)) {
+                vec2 at = clamp(((z - view.near) * per_depth - low) * per_cell, 0.0, float(CELLS));
                 add_segment(t, at, optical_depth * scale);
             }
         }
     }
     barrier();
     if (group == 0u) {
-        uint sum = 0u;
-        for (int i = 0; i < CELLS; ++i) {
-            sum += cells[uint(i) * TEXELS + t];
-            cells[uint(i) * TEXELS + t] = sum;
+        uint sum = 0u, slope = 0u;
+        for (uint place = t; place < uint(CELLS) * TEXELS; place += TEXELS) {
+            slope += slopes[place];
+            sum += cells[place] + slope;
+            cells[place] = sum;
         }
     }
     barrier();

@@ -6,6 +6,8 @@
 
 layout(local_size_x = 64) in;
 
+// Workgroups a tile.
+layout(constant_id = 4) const uint PARTS = 1u;
 // 1: tiles without casters are listed too.
 layout(constant_id = 3) const uint EVERY = 0u;
 
@@ -24,7 +26,7 @@ void main() {
     uint tile = gl_GlobalInvocationID.x;
     if (tile == 0u) {
         totals[map].groups_x = BIN_GROUPS_X;
-        totals[map].groups_z = 1u;
+        totals[map].groups_z = PARTS;
     }
     if (tile >= tile_total) {
         return;

@@ -40,6 +40,8 @@ pub struct Features {
     pub subgroup_size: u32,
     /// Subgroup arithmetic in compute shaders.
     pub subgroup_arithmetic: bool,
+    /// Subgroup ballots and broadcasts in compute shaders.
+    pub subgroup_ballot: bool,
     /// Largest storage buffer, bytes.
     pub max_storage_buffer_range: u32,
     /// Colour attachments of a render pass.
@@ -176,6 +178,10 @@ impl Features {
         // SAFETY: as above.
         let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
         let limits = properties.limits;
+        let in_subgroups = |operations| {
+            subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
+                && subgroup.supported_operations.contains(operations)
+        };
         let text = |t: std::result::Result<&std::ffi::CStr, _>| {
             t.map(|c| c.to_string_lossy().into_owned()).unwrap_or_default()
         };
@@ -206,8 +212,8 @@ impl Features {
             fragment_stores_and_atomics: core.fragment_stores_and_atomics != 0,
             float32_blend: format.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND),
             subgroup_size: subgroup.subgroup_size,
-            subgroup_arithmetic: subgroup.supported_operations.contains(vk::SubgroupFeatureFlags::ARITHMETIC)
-                && subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE),
+            subgroup_arithmetic: in_subgroups(vk::SubgroupFeatureFlags::ARITHMETIC),
+            subgroup_ballot: in_subgroups(vk::SubgroupFeatureFlags::BALLOT),
             max_storage_buffer_range: limits.max_storage_buffer_range,
             max_color_attachments: limits.max_color_attachments,
             max_fragment_output_attachments: limits.max_fragment_output_attachments,

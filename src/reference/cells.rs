@@ -41,13 +41,17 @@ impl Cells {
         let high = segments.iter().map(|s| s.exit).fold(0.0, f32::max);
         let per_cell = CELLS as f32 / (high - low).max(1e-6);
         let scale = (22.min(38 - bound.ilog2() as i32) as f32).exp2();
-        let mut sums = [0u32; CELLS];
+        let (mut cells, mut slopes) = ([0u32; CELLS], [0u32; CELLS]);
         for s in segments {
             let at = |depth: f32| ((depth - low) * per_cell).clamp(0.0, CELLS as f32);
-            add_segment(&mut sums, at(s.entry), at(s.exit), s.optical_depth * scale);
+            add_segment(&mut cells, &mut slopes, at(s.entry), at(s.exit), s.optical_depth * scale);
         }
-        for i in 1..CELLS {
-            sums[i] += sums[i - 1];
+        let mut sums = [0u32; CELLS];
+        let (mut sum, mut slope) = (0u32, 0u32);
+        for i in 0..CELLS {
+            slope = slope.wrapping_add(slopes[i]);
+            sum = sum.wrapping_add(cells[i]).wrapping_add(slope);
+            sums[i] = sum;
         }
         Some(Self { low, per_cell, unit: 1.0 / scale, sums })
     }
@@ -108,16 +112,25 @@ fn dark_segment(segment: &Segment) -> Segment {
 }
 
 /// Twin: add_segment.
-fn add_segment(cells: &mut [u32; CELLS], entry: f32, exit: f32, whole: f32) {
+fn add_segment(cells: &mut [u32; CELLS], slopes: &mut [u32; CELLS], entry: f32, exit: f32, whole: f32) {
     let (first, last) = ((entry as usize).min(CELLS - 1), (exit as usize).min(CELLS - 1));
-    let rate = whole / (exit - entry).max(1e-6);
-    let mut before = 0;
-    for (cell, sum) in cells.iter_mut().enumerate().take(last + 1).skip(first) {
-        let upto = if cell == last { whole } else { (((cell + 1) as f32 - entry) * rate).min(whole) };
-        let upto = (upto + 0.5) as u32;
-        *sum += upto - before;
-        before = upto;
+    let units = (whole + 0.5) as u32;
+    let add = |sum: &mut u32, units: u32| *sum = sum.wrapping_add(units);
+    if first == last {
+        return add(&mut cells[first], units);
     }
+    let rate = whole / (exit - entry).max(1e-6);
+    let taken = |cell: usize| (((cell as f32 - entry) * rate).min(whole) + 0.5) as u32;
+    let (early, late) = (taken(first + 1), taken(last));
+    add(&mut cells[first], early);
+    if last > first + 1 {
+        let count = (last - first - 1) as u32;
+        let (share, rest) = ((late - early) / count, (late - early) % count);
+        add(&mut slopes[first + 1], share);
+        add(&mut slopes[last - rest as usize], 1);
+        add(&mut slopes[last], (share + 1).wrapping_neg());
+    }
+    add(&mut cells[last], units - late);
 }
 
 #[cfg(test)]

@@ -73,6 +73,12 @@ pub struct Bins {
     caster_count: u32,
 }
 
+/// Which variant of a shader that includes glsl/bins/batch.glsl, LANES: on software devices the threads of a subgroup show
+/// each other casters, where they can.
+pub fn by_lanes(context: &Context) -> bool {
+    context.features().kind == "cpu" && context.features().subgroup_ballot
+}
+
 /// What bins are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Use {
@@ -82,6 +88,8 @@ pub struct Use {
     pub skip: bool,
     /// Texels around a tile from which look-ups read it.
     pub reach: u32,
+    /// Workgroups that share a tile in [`Bins::per_tile`].
+    pub parts: u32,
 }
 
 impl Bins {
@@ -115,7 +123,7 @@ impl Bins {
         let bindings = bindings(context, [&counts, &offsets, &cursors, &totals, &entries, &met, &horizon, &in_use])?;
         let sets = [&scene_bindings, &bindings];
         let lanes = if context.features().kind == "cpu" { 1 } else { 16 };
-        let constants = [u32::from(hide), what.reach, lanes, u32::from(!what.skip)];
+        let constants = [u32::from(hide), what.reach, lanes, u32::from(!what.skip), what.parts];
         Ok(Self {
             context: context.clone(),
             tiles,
@@ -196,7 +204,7 @@ impl Bins {
         });
     }
 
-    /// Runs a shader with a workgroup for each tile of a map that is built, and its map as push constant.
+    /// Runs a shader with a workgroup for each part of each tile of a map that is built, and its map as push constant.
     pub fn per_tile(&self, pass: &mut Pass, map: u32, pipeline: &Pipeline, sets: &[&Bindings]) {
         let totals = u64::from(map) * size_of::<BinTotals>() as u64;
         let groups = totals + std::mem::offset_of!(BinTotals, groups_x) as u64;

@@ -12,11 +12,13 @@
 //! in the order in which the device happened to run the fragments.
 
 mod packed;
+mod plan;
 mod raster_order;
 
 use self::packed::Full;
+use self::plan::Plan;
 use self::raster_order::RasterOrder;
-use super::bins::{Bins, TILE_TEXELS, Use};
+use super::bins::{Bins, TILE_TEXELS, Use, by_lanes};
 use super::drawn::Drawn;
 use super::light::{MapData, Maps, SceneData};
 use super::list::{Keep, List};
@@ -51,7 +53,7 @@ pub const ENTRY: Entry = Entry {
             name: "path",
             values: Values::OneOf(&["auto", "two-pass", "interlock", "raster-order", "binned"]),
             default: "auto",
-            about: "auto: binned on GPUs; on software devices interlock where there is one, else two-pass",
+            about: "auto: binned, save for what software devices do faster and for order=captured",
         },
         Key { name: "size", values: Values::Number(1, 16384), default: "256", about: "texels a side of a light's map" },
         Key {
@@ -97,24 +99,14 @@ pub const ENTRY: Entry = Entry {
     open: |context, scene, data, spec| Ok(Box::new(Avsm::new(context, scene, data, spec)?)),
 };
 
-/// WORK − NODES where a texel's whole curve is compressed at once. With 16 the error on plume_8k is within 2 % of what
-/// 112 give, which hold almost every curve exactly; what does go on the way is what changes the area least.
-const WHOLE_NODES: u32 = 16;
-
-/// WORK − NODES of the binned path, whose curves stay in registers. They make up for sorting by tile and not by texel.
-const BINNED_NODES: u32 = 4;
-
-/// WORK − NODES of curves from cells: ends of cells come in order and few, so that little is gained by more.
-const CELLS_NODES: u32 = 2;
-
 const TWO_PASS: &str = "two-pass";
 const INTERLOCK: &str = "interlock";
 const RASTER_ORDER: &str = "raster-order";
 const BINNED: &str = "binned";
 const CELLS: &str = "cells";
 
-/// Shared memory of glsl/avsm/cells.comp: 64 cells of 64 texels, 128 casters, ends, ranges and the bound.
-const CELLS_SHARED_BYTES: u32 = 64 * 64 * 4 + 128 * 32 + 4 * 64 * 8 + 2 * 64 * 4 + 4;
+/// Workgroups of glsl/avsm/cells.comp that share a tile.
+const CELLS_PARTS: u32 = 2;
 
 /// Depth of an unused node. Twin: EMPTY in glsl/avsm/curve.glsl.
 pub const EMPTY: f32 = 3e38;
@@ -167,11 +159,7 @@ impl Avsm {
     /// # Errors
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, scene: &Scene, data: &SceneData, spec: &Spec) -> Result<Self> {
-        let (path, mut reason) = choose(context, spec);
-        for known in ENTRY.paths.iter().filter(|p| p.name == path) {
-            super::require(context, known.requires)?;
-        }
-        let [filter, radius] = filter::constants(scene, spec)?;
+        let Plan { path, cells, reason, reach, constants } = Plan::new(context, scene, spec)?;
         let maps = Maps::new(context, scene, spec.number("size"))?;
         let opaque = OpaqueMap::new(context, data, &maps)?;
         let node_count = spec.number("nodes");
@@ -180,10 +168,8 @@ impl Avsm {
         let bytes = texels * packed::pairs(node_count, packed) as u64 * size_of::<NodeData>() as u64;
         let nodes = Buffer::new(context, "avsm.nodes", bytes, Memory::Device)?;
         let skip = spec.value("skip") == "on";
-        // A look-up reads a texel from as far as the filter reaches, and bilinear weights from one texel away.
-        let reach = 1 + if spec.value("filter") == "bilinear" { 0 } else { radius };
         let bins = if skip || path == BINNED {
-            let what = Use { entries: path == BINNED, skip, reach };
+            let what = Use { entries: path == BINNED, skip, reach, parts: if cells { CELLS_PARTS } else { 1 } };
             Some(Bins::new(context, data, &maps, &opaque, what)?)
         } else {
             None
@@ -199,64 +185,18 @@ impl Avsm {
         // The nodes twice: glsl/avsm/store.glsl says why.
         let resources = [&nodes, &tiles, &nodes].map(|b| Resource::Buffer(b.clone()));
         let nodes_bindings = Bindings::new(context, "avsm.nodes", &resources)?;
-        let resolve = match spec.value("resolve") {
-            "auto" if path == BINNED && scene.strands.is_empty() => CELLS,
-            "auto" => "streaming",
-            asked => asked,
-        };
-        let (whole, cells) = (resolve == "whole", resolve == CELLS);
-        let sorted = spec.value("order") == "sorted";
-        if whole && [INTERLOCK, RASTER_ORDER].contains(&path) {
-            let needs = format!("every segment of a texel (resolve=whole), which path={path} does not keep");
-            return Err(crate::Error::Refused { needs });
-        }
-        if cells && path != BINNED {
-            return Err(crate::Error::Refused { needs: "path=binned: resolve=cells adds up a tile's casters".into() });
-        }
-        let shared = context.features().max_compute_shared_memory_bytes;
-        if cells && shared < CELLS_SHARED_BYTES {
-            let needs =
-                format!("maxComputeSharedMemorySize of at least {CELLS_SHARED_BYTES} (this device has {shared})");
-            return Err(crate::Error::Refused { needs });
-        }
-        if path == BINNED && spec.value("resolve") == "auto" {
-            reason = format!("{reason}; resolve={resolve}: {}", if cells { "no hair" } else { "hair is steps" });
-        }
-        if !sorted && path == BINNED {
-            return Err(crate::Error::Refused { needs: "order=sorted: path=binned has no other".into() });
-        }
-        let more_nodes = match path {
-            _ if whole => WHOLE_NODES,
-            _ if cells => CELLS_NODES,
-            BINNED => BINNED_NODES,
-            _ => 0,
-        };
-        // Threads of a workgroup take turns on a CPU: more groups only repeat work there.
-        let groups = if context.features().kind == "cpu" { 1 } else { 4 };
-        let constants = [
-            node_count,
-            u32::from(spec.value("curve") == "exponential"),
-            node_count + more_nodes,
-            u32::from(spec.value("nudge") == "on"),
-            sorted.into(),
-            skip.into(),
-            filter,
-            radius,
-            packed.into(),
-            groups,
-            u32::from(!scene.strands.is_empty()),
-            groups,
-        ];
         // Single-pass paths insert casters in the order in which they are drawn, which each map has its own of.
         let drawn = || {
             let captured = || (0..data.caster_count).collect();
+            let sorted = spec.value("order") == "sorted";
             let order = |map: &MapData| if sorted { near_to_far(scene, &map.volume) } else { captured() };
             let orders: Vec<u32> = maps.data.iter().flat_map(order).collect();
             Drawn::new(context, data, &maps, &orders, bins.as_ref())
         };
         let build = if let (BINNED, Some(bins)) = (path, &bins) {
             let sets = [bins.scene_bindings(), bins.bindings(), &nodes_bindings];
-            let insert = shader(if cells { "avsm/cells.comp" } else { "avsm/binned.comp" })?;
+            let cells_shader = format!("avsm/cells.comp/{}", u32::from(by_lanes(context)));
+            let insert = shader(if cells { &cells_shader } else { "avsm/binned.comp" })?;
             let insert = Pipeline::compute(context, insert, &sets, &constants)?;
             Build::Binned { insert, cells }
         } else if path == INTERLOCK {
@@ -414,31 +354,6 @@ impl Avsm {
         // Packed or not, a curve begins with the depth of its first node.
         let covered = |(n, in_use): &(&[NodeData], bool)| *in_use && n[0].depth < EMPTY;
         Ok(curves.chunks_exact(pairs).zip(in_use).filter(covered).count() as u64)
-    }
-}
-
-/// The path and why. `auto` follows what was measured (README, "Which path"):
-///
-/// | device | path |
-/// |---|---|
-/// | a GPU | binned: fastest on the H200, by far less memory than two-pass, and exact order does not matter |
-/// | a software device with pixel interlock | interlock: fastest on lavapipe 26.1 |
-/// | a software device without | two-pass: fastest on lavapipe 22.3 |
-///
-/// `resolve=whole` and `order=captured` are left to the paths that have them.
-fn choose(context: &Context, spec: &Spec) -> (&'static str, String) {
-    if let Some(asked) = [INTERLOCK, RASTER_ORDER, TWO_PASS, BINNED].into_iter().find(|p| *p == spec.value("path")) {
-        return (asked, "asked for".into());
-    }
-    let features = context.features();
-    let captured = spec.value("order") == "captured";
-    if features.kind != "cpu" && !captured {
-        return (BINNED, format!("auto: {} device", features.kind));
-    }
-    match features.lacks(Requirement::PixelInterlock) {
-        _ if spec.value("resolve") == "whole" => (TWO_PASS, "auto: resolve=whole on a software device".into()),
-        None => (INTERLOCK, "auto: a software device with fragmentShaderPixelInterlock".into()),
-        Some(missing) => (TWO_PASS, format!("auto: a software device that lacks {missing}")),
     }
 }
 

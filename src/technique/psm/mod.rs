@@ -140,7 +140,7 @@ impl Psm {
         let storage = Bindings::new(context, "psm.volume", &[Resource::StorageImage(volume.clone())])?;
         let build = if path == FUSED {
             let reach = 1 + if filter[0] == 0 { 0 } else { filter[1] };
-            let what = Use { entries: true, skip, reach };
+            let what = Use { entries: true, skip, reach, parts: 1 };
             let bins = Box::new(Bins::new(context, data, &maps, &opaque, what)?);
             let sets = [bins.scene_bindings(), bins.bindings(), &storage];
             let shader = shader(&format!("psm/fused.comp/{}", layout.bits))?;
@@ -245,7 +245,7 @@ impl Raster {
         let bins = match layout.coverage {
             COVERAGE_TILES => {
                 // All tiles that casters meet, whether light gets there or not.
-                let what = Use { entries: false, skip: false, reach: 0 };
+                let what = Use { entries: false, skip: false, reach: 0, parts: 1 };
                 Some(Box::new(Bins::new(context, data, maps, opaque, what)?))
             }
             _ => None,

@@ -1,0 +1,50 @@
+// A tile's casters, some at a time, in the view's axes; each is looked at by all threads of a workgroup alike. A shader that
+// includes this is built once for each value of LANES.
+// LANES 0: they stand in shared memory. LANES 1: each thread of a subgroup keeps one of them, which it shows the others;
+// there is no wait, and every subgroup fetches them for itself. For software devices, on which what all threads read of one
+// place in memory is read by one after the other.
+// Needs, declared before: readonly buffers `Caster casters[]` and `uvec2 entries[]`; THREADS, of a workgroup.
+#ifndef BINS_BATCH_GLSL
+#define BINS_BATCH_GLSL
+#include "bins/view_caster.glsl"
+
+#if LANES == 1
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_ballot : require
+
+Caster lane_caster;
+
+uint batch_size() { return gl_SubgroupSize; }
+
+void fetch_batch(View view, uint first, uint filled) {
+    uint lane = min(gl_SubgroupInvocationID, filled - 1u);
+    lane_caster = view_caster(view, casters[entries[first + lane].y]);
+}
+
+Caster batch_caster(uint i) {
+    Caster caster;
+    caster.position = subgroupBroadcast(lane_caster.position, i);
+    caster.radius = subgroupBroadcast(lane_caster.radius, i);
+    caster.axis = CASTER_STRANDS ? subgroupBroadcast(lane_caster.axis, i) : vec3(0.0);
+    caster.density = subgroupBroadcast(lane_caster.density, i);
+    return caster;
+}
+#else
+const uint BATCH = 128u;
+shared Caster batch[BATCH];
+
+uint batch_size() { return BATCH; }
+
+// Entries first, first + 1, …, as many as `filled`, of which there are 1 to batch_size(). All threads call it alike.
+void fetch_batch(View view, uint first, uint filled) {
+    barrier();
+    for (uint i = gl_LocalInvocationIndex; i < filled; i += THREADS) {
+        batch[i] = view_caster(view, casters[entries[first + i].y]);
+    }
+    barrier();
+}
+
+// Caster i < filled.
+Caster batch_caster(uint i) { return batch[i]; }
+#endif
+#endif

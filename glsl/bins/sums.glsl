@@ -1,0 +1,22 @@
+// Sums of optical depth in whole numbers: they depend on the casters alone, not on the order these come in.
+// Twin: reference::sums.
+#ifndef BINS_SUMS_GLSL
+#define BINS_SUMS_GLSL
+#include "common/caster.glsl"
+
+// Where this has been taken, nothing is left: exp(-16) is about a ten-millionth.
+const float DARK = 16.0;
+// The bound of a texel's optical depth is added up in 256ths.
+const float BOUND_UNITS = 256.0;
+
+// The most that a caster can take of any ray, `dark` at most; rounded up.
+uint caster_bound(Caster caster, float dark) {
+    float most = caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
+    return uint(min(most, dark) * BOUND_UNITS) + 1u;
+}
+
+// Units an optical depth of 1: as fine as it gets without a sum of at most `bound` passing 32 bits.
+float sum_scale(uint bound) {
+    return exp2(float(min(22, 38 - findMSB(bound))));
+}
+#endif

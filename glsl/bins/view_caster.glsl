@@ -1,0 +1,35 @@
+// Casters and rays in the axes of a view: what is the same for all texels of a tile is worked out once a caster. Distances
+// and z are what they were.
+#ifndef BINS_VIEW_CASTER_GLSL
+#define BINS_VIEW_CASTER_GLSL
+#include "common/caster.glsl"
+
+Caster view_caster(View view, Caster caster) {
+    caster.position = view_axes(view, caster.position - view.origin);
+    if (caster_is_strand(caster)) {
+        caster.axis = view_axes(view, caster.axis);
+    }
+    return caster;
+}
+
+// view_ray through a texel's centre.
+Ray view_texel_ray(View view, uvec2 texel) {
+    vec2 ndc = (vec2(texel) + 0.5) / vec2(view.width, view.height) * 2.0 - 1.0;
+    vec2 across = ndc / vec2(view.scale_x, view.scale_y);
+    return view.projection == VIEW_PARALLEL ? Ray(vec3(across, 0.0), vec3(0.0, 0.0, 1.0))
+                                            : Ray(vec3(0.0), vec3(across, 1.0));
+}
+
+// z between which a caster takes light of a ray, and its optical depth there; false where the ray misses it or leaves it
+// before the near plane. `ray_length` is that of the ray's direction.
+bool view_segment(View view, Ray ray, float ray_length, Caster caster, out vec2 z, out float optical_depth) {
+    bool hit = caster_overlap(ray, caster, z) && z.y > view.near;
+    if (caster_is_strand(caster)) {
+        optical_depth = caster.density;
+        return hit;
+    }
+    z.x = max(z.x, view.near);
+    optical_depth = caster.density * (z.y - z.x) * ray_length;
+    return hit;
+}
+#endif
