@@ -476,7 +476,7 @@ impl Draw<'_, '_, '_> {
         self.pass.commands.used.push(Box::new(draws.clone()));
     }
 
-    /// Draws `vertices` vertices, three a triangle, or one a point for a pipeline with a geometry shader.
+    /// Draws `vertices` vertices, three a triangle, one a point for a pipeline with a geometry shader, or one a patch.
     pub fn draw(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], vertices: u32) {
         self.pass.bind(pipeline, sets, push);
         let buffer = self.pass.commands.buffer;
