@@ -21,10 +21,10 @@ layout(location = 1) patch in vec4 patch_corners;
 layout(location = 0) flat out uint caster_index;
 layout(location = 1) out vec3 light;
 
-// Where a vertex asks for its light. Of a sphere: where caster.frag does, at the middle of what the ray sees; past its
-// silhouette where the ray comes nearest to the centre, which goes on smoothly. A mesh that cuts the sphere cuts this
-// too. One that stands in front of all of it hides this vertex, but perhaps not the pixels beside it: as if it were not there.
-// Of a strand: on its axis, where that comes nearest to the ray; most of a strand's quad is far from the strand.
+// Where a vertex asks for its light. Of a sphere: where caster.frag does, at the middle of what the ray sees; past the
+// silhouette at its nearest point, since farther out there may be more light than anywhere inside. A mesh that cuts the
+// sphere cuts this too. One that stands in front of all of it hides this vertex, but perhaps not the pixels beside it: as
+// if it were not there. Of a strand: on its axis, where that comes nearest to the ray; most of a strand's quad is far off.
 vec3 caster_asked(Ray ray, Caster caster, float farthest) {
     if (caster_is_strand(caster)) {
         vec3 start, axis;
@@ -34,13 +34,12 @@ vec3 caster_asked(Ray ray, Caster caster, float farthest) {
     }
     float square = dot(ray.direction, ray.direction);
     float middle = dot(caster.position - ray.origin, ray.direction) / square;
-    vec2 z;
-    if (!caster_overlap(ray, caster, z)) {
-        z = vec2(middle);
-    }
+    vec3 across = ray.origin + middle * ray.direction - caster.position;
+    float half_chord = sqrt(max(caster.radius * caster.radius - dot(across, across), 0.0) / square);
     bool in_front = farthest < middle - caster.radius * inversesqrt(square);
-    z = max(min(z, in_front ? camera.far : farthest), camera.near);
-    return ray.origin + 0.5 * (z.x + z.y) * ray.direction;
+    vec2 z = max(min(middle + vec2(-half_chord, half_chord), in_front ? camera.far : farthest), camera.near);
+    across *= caster.radius / max(length(across), caster.radius);
+    return caster.position + across + (0.5 * (z.x + z.y) - middle) * ray.direction;
 }
 
 void main() {

@@ -476,7 +476,20 @@ impl Draw<'_, '_, '_> {
         self.pass.commands.used.push(Box::new(draws.clone()));
     }
 
-    /// Draws `vertices` vertices, three a triangle, one a point for a pipeline with a geometry shader, or one a patch.
+    /// Draws `patches` patches with a pipeline of [`Pipeline::tessellated`], cut into 64 parts a side at most.
+    pub fn draw_patches(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], patches: u32) {
+        self.pass.bind(pipeline, sets, push);
+        let buffer = self.pass.commands.buffer;
+        // lavapipe numbers the vertices that a draw's patches are cut into with 16 bits: 65² of a patch, 15 patches.
+        let cpu = self.pass.commands.context.features().kind == "cpu";
+        let most = if cpu { 15 } else { patches.max(1) };
+        for first in (0..patches).step_by(most as usize) {
+            // SAFETY: a render is begun, pipeline and sets are bound.
+            unsafe { self.pass.commands.device().cmd_draw(buffer, most.min(patches - first), 1, first, 0) };
+        }
+    }
+
+    /// Draws `vertices` vertices, three a triangle, or one a point for a pipeline with a geometry shader.
     pub fn draw(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], vertices: u32) {
         self.pass.bind(pipeline, sets, push);
         let buffer = self.pass.commands.buffer;

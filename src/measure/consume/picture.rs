@@ -201,7 +201,7 @@ impl Renderer {
         let colors = [Target { image: &self.color, clear: None }];
         pass.render(self.color.size(), &colors, None, |draw| {
             let sets = [&self.scene, visibility.bindings, &self.distances];
-            draw.draw(pipeline, &sets, bytemuck::bytes_of(&spacing), self.caster_count);
+            draw.draw_patches(pipeline, &sets, bytemuck::bytes_of(&spacing), self.caster_count);
         });
     }
 
