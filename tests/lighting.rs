@@ -292,11 +292,9 @@ fn lines_are_drawn_over_casters_alone() {
         let mut technique = (spec.entry.open)(context, &scene, &data, &spec).expect("opened");
         technique.build().expect("built");
         let visibility = technique.visibility();
-        let before = renderer.picture(&visibility, Shading::Forward, vertex(16.0)).expect("drawn");
         let count = |spacing: f32| {
-            renderer.picture(&visibility, Shading::Forward, vertex(16.0)).expect("drawn");
-            renderer.wireframe(&visibility, spacing).expect("lines");
-            let after = renderer.read().expect("read");
+            let before = renderer.picture(&visibility, Shading::Forward, vertex(spacing)).expect("drawn");
+            let after = renderer.wireframe(&visibility, Shading::Forward, spacing).expect("drawn");
             let mut changed = 0;
             for (i, (a, b)) in before.pixels.iter().zip(&after.pixels).enumerate() {
                 if a != b {

@@ -35,7 +35,7 @@ pub struct Arguments {
     /// How meshes are shaded
     #[arg(long, value_enum, default_value = "forward")]
     meshes: Mesh,
-    /// Draw the triangles of lighting=vertex over the picture
+    /// Draw the triangles of lighting=vertex over the casters
     #[arg(long)]
     wireframe: bool,
     #[command(flatten)]
@@ -68,17 +68,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         Mesh::Deferred => Shading::Deferred,
     };
     let visibility = technique.visibility();
-    let mut picture = renderer.picture(&visibility, shading, lighting)?;
+    let picture = match spacing {
+        Some(spacing) => renderer.wireframe(&visibility, shading, spacing)?,
+        None => renderer.picture(&visibility, shading, lighting)?,
+    };
     if let Some(bad) = picture.pixels.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
         return Err(Error::input(
             format!("pixel {bad} of the picture"),
             "not a number",
             "report this as a bug, with the scene",
         ));
-    }
-    if let Some(spacing) = spacing {
-        renderer.wireframe(&visibility, spacing)?;
-        picture = renderer.read()?;
     }
     write_png(&arguments.out, size, &picture.to_srgb8())?;
     check_messages(&context)?;

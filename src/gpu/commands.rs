@@ -7,6 +7,7 @@ use crate::{Error, Result};
 use ash::vk;
 use std::any::Any;
 use std::ffi::CString;
+use std::ops::Range;
 use std::sync::PoisonError;
 
 /// Passes in one submission, at most: two timestamps each.
@@ -476,16 +477,17 @@ impl Draw<'_, '_, '_> {
         self.pass.commands.used.push(Box::new(draws.clone()));
     }
 
-    /// Draws `patches` patches with a pipeline of [`Pipeline::tessellated`], cut into 64 parts a side at most.
-    pub fn draw_patches(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], patches: u32) {
+    /// Draws patches with a pipeline of [`Pipeline::tessellated`], cut into 64 parts a side at most.
+    pub fn draw_patches(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], patches: Range<u32>) {
         self.pass.bind(pipeline, sets, push);
         let buffer = self.pass.commands.buffer;
         // lavapipe numbers the vertices that a draw's patches are cut into with 16 bits: 65² of a patch, 15 patches.
         let cpu = self.pass.commands.context.features().kind == "cpu";
-        let most = if cpu { 15 } else { patches.max(1) };
-        for first in (0..patches).step_by(most as usize) {
+        let most = if cpu { 15 } else { patches.len().max(1) };
+        for first in patches.clone().step_by(most) {
+            let count = (patches.end - first).min(most as u32);
             // SAFETY: a render is begun, pipeline and sets are bound.
-            unsafe { self.pass.commands.device().cmd_draw(buffer, most.min(patches - first), 1, first, 0) };
+            unsafe { self.pass.commands.device().cmd_draw(buffer, count, 1, first, 0) };
         }
     }
 

@@ -117,7 +117,7 @@ const LIGHTING: Key = Key {
     name: "lighting",
     values: Values::OneOf(&["fragment", "vertex"]),
     default: "fragment",
-    about: "where the picture's casters ask for light: at each pixel, or at the vertices of a tessellated quad (seeds 000, 002)",
+    about: "the picture's casters ask for light at each pixel, or at the vertices of tessellated quads",
 };
 
 /// Every technique.

@@ -9,6 +9,7 @@ use crate::gpu::{
 use crate::reference::{SKY, far_to_near};
 use crate::scene::{Picture, Scene, View};
 use crate::technique::{LightData, SceneData, Visibility};
+use std::ops::Range;
 
 /// How meshes are shaded; the picture is the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,13 +102,7 @@ impl Renderer {
     /// [`crate::Error::Gpu`] where the device is lost.
     pub fn draw(&self, pipelines: &Pipelines, visibility: &Visibility, shading: Shading) -> Result<Vec<PassTime>> {
         self.context.submit(|commands| {
-            match shading {
-                Shading::Forward => self.forward(commands, pipelines, visibility),
-                Shading::Deferred => {
-                    self.gbuffer(commands, pipelines);
-                    self.deferred(commands, pipelines, visibility);
-                }
-            }
+            self.meshes(commands, pipelines, visibility, shading);
             match pipelines.lighting {
                 Lighting::Fragment => self.caster(commands, pipelines, visibility),
                 Lighting::Vertex { spacing } => self.vertex_lit(commands, pipelines, visibility, spacing),
@@ -115,17 +110,22 @@ impl Renderer {
         })
     }
 
-    /// Draws, over the picture, the sides of the triangles that `lighting=vertex` makes of the casters.
+    /// Draws the picture and, over each caster, the sides of the triangles that it is made of; what is nearer hides them.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::pipelines`].
-    pub fn wireframe(&self, visibility: &Visibility, spacing: f32) -> Result<()> {
+    /// [`crate::Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::picture`].
+    pub fn wireframe(&self, visibility: &Visibility, shading: Shading, spacing: f32) -> Result<Picture> {
         self.context.features().require(&[Requirement::Tessellation, Requirement::Lines])?;
+        let pipelines = self.pipelines(visibility, Lighting::Vertex { spacing })?;
         let lines = self.tessellated(visibility, shader("consume/wireframe.frag")?, true)?;
         self.context.submit(|commands| {
-            commands.pass("consume.wireframe", |pass| self.patches(pass, &lines, visibility, spacing));
+            self.meshes(commands, &pipelines, visibility, shading);
+            commands.pass("consume.wireframe", |pass| {
+                let both = (0..self.caster_count).flat_map(|i| [(&pipelines.casters, i..i + 1), (&lines, i..i + 1)]);
+                self.patches(pass, visibility, spacing, both);
+            });
         })?;
-        Ok(())
+        self.read()
     }
 
     /// The picture that was drawn last.
@@ -145,6 +145,16 @@ impl Renderer {
 
     fn sky(&self) -> Option<[f32; 4]> {
         Some([SKY[0], SKY[1], SKY[2], 1.0])
+    }
+
+    fn meshes(&self, commands: &mut Commands, pipelines: &Pipelines, visibility: &Visibility, shading: Shading) {
+        match shading {
+            Shading::Forward => self.forward(commands, pipelines, visibility),
+            Shading::Deferred => {
+                self.gbuffer(commands, pipelines);
+                self.deferred(commands, pipelines, visibility);
+            }
+        }
     }
 
     fn forward(&self, commands: &mut Commands, pipelines: &Pipelines, visibility: &Visibility) {
@@ -194,14 +204,24 @@ impl Renderer {
     }
 
     fn vertex_lit(&self, commands: &mut Commands, pipelines: &Pipelines, visibility: &Visibility, spacing: f32) {
-        commands.pass("consume.vertex_lit", |pass| self.patches(pass, &pipelines.casters, visibility, spacing));
+        let all = [(&pipelines.casters, 0..self.caster_count)];
+        commands.pass("consume.vertex_lit", |pass| self.patches(pass, visibility, spacing, all));
     }
 
-    fn patches(&self, pass: &mut Pass, pipeline: &Pipeline, visibility: &Visibility, spacing: f32) {
+    /// Draws casters as patches, with each pipeline those of a range from far to near.
+    fn patches<'p>(
+        &self,
+        pass: &mut Pass,
+        visibility: &Visibility,
+        spacing: f32,
+        draws: impl IntoIterator<Item = (&'p Pipeline, Range<u32>)>,
+    ) {
         let colors = [Target { image: &self.color, clear: None }];
         pass.render(self.color.size(), &colors, None, |draw| {
             let sets = [&self.scene, visibility.bindings, &self.distances];
-            draw.draw_patches(pipeline, &sets, bytemuck::bytes_of(&spacing), self.caster_count);
+            for (pipeline, casters) in draws {
+                draw.draw_patches(pipeline, &sets, bytemuck::bytes_of(&spacing), casters);
+            }
         });
     }
 
