@@ -81,6 +81,8 @@ fn results_come_back_as_they_were() {
     let records: Vec<_> = csv.records().map(|record| record.expect("as long as the heading")).collect();
     assert_eq!(records.len(), 2);
     let at = |line: usize, name: &str| &records[line][names.iter().position(|n| n == name).expect(name)];
+    assert_eq!(at(0, "draw_p95_ns").parse::<f64>().ok(), written.rows[0].draw_ns.map(|timing| timing.p95));
+    assert_eq!(at(0, "draw_samples"), "12");
     assert_eq!(at(0, "build_median_ns").parse::<f64>().ok(), written.rows[0].build_ns.map(|timing| timing.median));
     assert_eq!([at(0, "samples"), at(0, "map_bias"), at(0, "space_max")], ["30", "-0.05", "0.8"]);
     assert_eq!([at(0, "counter_fragments"), at(0, "counter_overflowed")], ["12", ""]);

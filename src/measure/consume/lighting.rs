@@ -3,8 +3,8 @@
 use crate::gpu::Requirement;
 use crate::technique::Spec;
 
-/// Pixels from vertex to vertex, at most. Half as many take twice the time of the vertices' stage for a difference that is
-/// already below that of the techniques (README, "Light at the vertices").
+/// Pixels from vertex to vertex, at most: so far the picture of three-emitters at 640×360 is no farther from that of light
+/// at each pixel (image RMSE 0.0022) than AVSM's of 8 nodes is from the truth (0.0024).
 pub const VERTEX_SPACING: f32 = 8.0;
 
 /// Where the casters of a picture ask for their light. Meshes ask at each pixel.
