@@ -86,6 +86,8 @@ fn kind(name: &str) -> Option<ShaderKind> {
     match name.rsplit('.').next() {
         Some("vert") => Some(ShaderKind::Vertex),
         Some("frag") => Some(ShaderKind::Fragment),
+        Some("tesc") => Some(ShaderKind::TessControl),
+        Some("tese") => Some(ShaderKind::TessEvaluation),
         Some("geom") => Some(ShaderKind::Geometry),
         Some("comp") => Some(ShaderKind::Compute),
         _ => None,

@@ -102,11 +102,12 @@ fn compare_writes_everything() {
     let out = folder();
     // At 1.5 s the emitters have let out some hundred particles.
     let arguments = ["compare", "three-emitters", "--time", "1.5", "--quick", "--frames", "2", "--validation"];
-    let techniques = ["avsm:nodes=4,path=two-pass|interlock,size=64", "uncompressed:size=64"];
+    let techniques = ["avsm:nodes=4,path=two-pass|interlock,size=64", "uncompressed:size=64,lighting=vertex"];
     let mut all = arguments.to_vec();
     techniques.iter().for_each(|t| all.extend(["--technique", t]));
     all.extend(["--out", text(out.path())]);
     let table = ok(&all);
+    assert!(table.contains("draw ms"), "{table}");
 
     let results = results(out.path());
     assert_eq!((results.schema, results.gobo.as_str()), (1, env!("CARGO_PKG_VERSION")));
@@ -135,6 +136,8 @@ fn compare_writes_everything() {
         assert_eq!(row.passes.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(), passes);
         let build = row.build_ns.expect("timed");
         assert_eq!(build.samples, 2);
+        let draw = row.draw_ns.expect("timed");
+        assert!((1..=2).contains(&draw.samples) && draw.p05 > 0.0, "{draw:?}");
         assert!(row.passes.iter().all(|p| p.p05_ns <= p.median_ns && p.median_ns <= p.p95_ns), "{:?}", row.passes);
         let sum: f64 = row.passes.iter().map(|p| p.p05_ns).sum();
         assert!(0.0 < sum && sum <= build.p95 * 1.001, "passes are parts of the build: {:?} {build:?}", row.passes);

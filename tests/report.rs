@@ -16,6 +16,7 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
         reason: String::new(),
         build_ns: Some(Timing { median: ns, p05: ns * 0.9, p95: ns * 1.2, samples: 30 }),
         lookup_ns_per_million: Some(Timing { median: 3e6, p05: 2e6, p95: 4e6, samples: 30 }),
+        draw_ns: Some(Timing { median: 5e6, p05: 4e6, p95: 7e6, samples: 12 }),
         passes: vec![PassTiming { name: format!("{technique}.resolve"), median_ns: ns, p05_ns: ns, p95_ns: ns }],
         bytes_resident: 1 << 20,
         bytes_transient: 1 << 10,
@@ -34,6 +35,7 @@ fn refused(scene: &str, reason: &str) -> Row {
         reason: reason.into(),
         build_ns: None,
         lookup_ns_per_million: None,
+        draw_ns: None,
         passes: vec![],
         error: None,
         limit_mean_abs: None,
@@ -79,6 +81,8 @@ fn results_come_back_as_they_were() {
     let records: Vec<_> = csv.records().map(|record| record.expect("as long as the heading")).collect();
     assert_eq!(records.len(), 2);
     let at = |line: usize, name: &str| &records[line][names.iter().position(|n| n == name).expect(name)];
+    assert_eq!(at(0, "draw_p95_ns").parse::<f64>().ok(), written.rows[0].draw_ns.map(|timing| timing.p95));
+    assert_eq!(at(0, "draw_samples"), "12");
     assert_eq!(at(0, "build_median_ns").parse::<f64>().ok(), written.rows[0].build_ns.map(|timing| timing.median));
     assert_eq!([at(0, "samples"), at(0, "map_bias"), at(0, "space_max")], ["30", "-0.05", "0.8"]);
     assert_eq!([at(0, "counter_fragments"), at(0, "counter_overflowed")], ["12", ""]);

@@ -1,8 +1,8 @@
 //! `gobo devices`
 
 use crate::Result;
-use crate::gpu::{Features, devices};
-use crate::technique::REGISTRY;
+use crate::gpu::{Features, Requirement, devices};
+use crate::technique::{Entry, REGISTRY};
 use clap::Args;
 use serde_json::json;
 use std::process::ExitCode;
@@ -14,19 +14,21 @@ pub struct Arguments {
     json: bool,
 }
 
+/// What any technique takes, beside its paths.
+const ANY: [(&str, &[Requirement]); 2] = [
+    ("lighting=vertex", &[Requirement::Tessellation]),
+    ("render --wireframe", &[Requirement::Tessellation, Requirement::Lines]),
+];
+
 /// (technique, path, what is missing).
 fn paths(features: &Features) -> Vec<(&'static str, &'static str, Option<String>)> {
-    let mut all = Vec::new();
-    for entry in REGISTRY {
-        for path in entry.paths {
-            let missing = features
-                .below_floor
-                .clone()
-                .or_else(|| path.requires.iter().find_map(|r| features.lacks(*r)).map(str::to_owned));
-            all.push((entry.name, path.name, missing));
-        }
-    }
-    all
+    let of = |entry: &'static Entry| entry.paths.iter().map(move |path| (entry.name, path.name, path.requires));
+    let all = REGISTRY.iter().flat_map(|entry| of(entry)).chain(ANY.map(|(name, requires)| ("any", name, requires)));
+    all.map(|(technique, path, requires)| {
+        let missing = || requires.iter().find_map(|r| features.lacks(*r)).map(str::to_owned);
+        (technique, path, features.below_floor.clone().or_else(missing))
+    })
+    .collect()
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {

@@ -1,7 +1,7 @@
 //! `gobo render`
 
 use super::{DeviceArguments, TimeArgument, check_messages, load, one_spec, write_png};
-use crate::measure::{Renderer, Shading};
+use crate::measure::{Lighting, Renderer, Shading};
 use crate::reference::{Casters, picture};
 use crate::scene::View;
 use crate::technique::SceneData;
@@ -35,6 +35,9 @@ pub struct Arguments {
     /// How meshes are shaded
     #[arg(long, value_enum, default_value = "forward")]
     meshes: Mesh,
+    /// Draw the triangles of lighting=vertex over the casters
+    #[arg(long)]
+    wireframe: bool,
     #[command(flatten)]
     time: TimeArgument,
     #[command(flatten)]
@@ -46,12 +49,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let size = [arguments.width, arguments.height];
     let camera = View::camera(&scene.camera, &scene, size);
     if arguments.technique == "reference" {
+        lines_spacing(arguments, Lighting::Fragment)?;
         let picture = picture(&Casters::new(&scene), &scene, &camera);
         write_png(&arguments.out, size, &picture.to_srgb8())?;
         return Ok(ExitCode::SUCCESS);
     }
     let spec = one_spec(&arguments.technique)?;
+    let lighting = Lighting::of(&spec);
+    let spacing = lines_spacing(arguments, lighting)?;
     let context = arguments.device.open()?;
+    context.features().require(lighting.requires())?;
     let data = SceneData::new(&context, &scene)?;
     let mut technique = (spec.entry.open)(&context, &scene, &data, &spec)?;
     technique.build()?;
@@ -60,7 +67,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         Mesh::Forward => Shading::Forward,
         Mesh::Deferred => Shading::Deferred,
     };
-    let (picture, _) = renderer.picture(&technique.visibility(), shading)?;
+    let visibility = technique.visibility();
+    let picture = match spacing {
+        Some(spacing) => renderer.wireframe(&visibility, shading, spacing)?,
+        None => renderer.picture(&visibility, shading, lighting)?,
+    };
     if let Some(bad) = picture.pixels.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
         return Err(Error::input(
             format!("pixel {bad} of the picture"),
@@ -72,4 +83,17 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     check_messages(&context)?;
     println!("{}: {spec} on {}, path {}", arguments.out.display(), context.features().name, technique.path());
     Ok(ExitCode::SUCCESS)
+}
+
+/// The spacing of the vertices whose triangles `--wireframe` draws, where it is given.
+fn lines_spacing(arguments: &Arguments, lighting: Lighting) -> Result<Option<f32>> {
+    match lighting {
+        _ if !arguments.wireframe => Ok(None),
+        Lighting::Vertex { spacing } => Ok(Some(spacing)),
+        Lighting::Fragment => Err(Error::input(
+            "--wireframe",
+            format!("--technique {} tessellates nothing", arguments.technique),
+            "name a technique with lighting=vertex, such as avsm:lighting=vertex",
+        )),
+    }
 }

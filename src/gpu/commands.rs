@@ -7,6 +7,7 @@ use crate::{Error, Result};
 use ash::vk;
 use std::any::Any;
 use std::ffi::CString;
+use std::ops::Range;
 use std::sync::PoisonError;
 
 /// Passes in one submission, at most: two timestamps each.
@@ -474,6 +475,20 @@ impl Draw<'_, '_, '_> {
         // SAFETY: a render is begun, pipeline and sets are bound; the buffer is kept alive and allows indirect draws.
         unsafe { self.pass.commands.device().cmd_draw_indirect(buffer, draws.handle(), offset, 1, 16) };
         self.pass.commands.used.push(Box::new(draws.clone()));
+    }
+
+    /// Draws patches with a pipeline of [`Pipeline::tessellated`], cut into 64 parts a side at most.
+    pub fn draw_patches(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], patches: Range<u32>) {
+        self.pass.bind(pipeline, sets, push);
+        let buffer = self.pass.commands.buffer;
+        // lavapipe numbers the vertices that a draw's patches are cut into with 16 bits: 65² of a patch, 15 patches.
+        let cpu = self.pass.commands.context.features().kind == "cpu";
+        let most = if cpu { 15 } else { patches.len().max(1) };
+        for first in patches.clone().step_by(most) {
+            let count = (patches.end - first).min(most as u32);
+            // SAFETY: a render is begun, pipeline and sets are bound.
+            unsafe { self.pass.commands.device().cmd_draw(buffer, count, 1, first, 0) };
+        }
     }
 
     /// Draws `vertices` vertices, three a triangle, or one a point for a pipeline with a geometry shader.

@@ -346,6 +346,8 @@ fn create_device(
     let mut features13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
     let core = vk::PhysicalDeviceFeatures::default()
         .geometry_shader(features.geometry_shader)
+        .tessellation_shader(features.tessellation_shader)
+        .fill_mode_non_solid(features.fill_mode_non_solid)
         .multi_viewport(features.multi_viewport)
         .fragment_stores_and_atomics(features.fragment_stores_and_atomics);
     let mut all =

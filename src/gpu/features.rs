@@ -1,5 +1,6 @@
 //! What a device can do beyond the floor of Vulkan 1.3.
 
+use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -28,6 +29,8 @@ pub struct Features {
     pub geometry_shader: bool,
     /// tessellationShader.
     pub tessellation_shader: bool,
+    /// fillModeNonSolid: triangles may be drawn as lines.
+    pub fill_mode_non_solid: bool,
     /// shaderOutputLayer and shaderOutputViewportIndex: a vertex shader may choose the layer.
     pub vertex_layer_output: bool,
     /// multiViewport.
@@ -83,6 +86,10 @@ pub enum Requirement {
     VertexLayers,
     /// One of the two before.
     Layers,
+    /// [`Features::tessellation_shader`].
+    Tessellation,
+    /// [`Features::fill_mode_non_solid`].
+    Lines,
 }
 
 impl Features {
@@ -101,8 +108,21 @@ impl Features {
                 geometry_layers || self.vertex_layer_output,
                 "shaderOutputLayer and shaderOutputViewportIndex, or geometryShader and multiViewport",
             ),
+            Requirement::Tessellation => (self.tessellation_shader, "tessellationShader"),
+            Requirement::Lines => (self.fill_mode_non_solid, "fillModeNonSolid"),
         };
         (!has).then_some(name)
+    }
+
+    /// Whether this device has all of `requirements`.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] that names the first missing.
+    pub fn require(&self, requirements: &[Requirement]) -> Result<()> {
+        match requirements.iter().find_map(|r| self.lacks(*r)) {
+            Some(missing) => Err(Error::Refused { needs: missing.into() }),
+            None => Ok(()),
+        }
     }
 
     /// The limit, by its Vulkan name, that leaves no room for a fragment shader with `buffers` storage buffers and
@@ -207,6 +227,7 @@ impl Features {
             dynamic_rendering_local_read: local_read.dynamic_rendering_local_read != 0,
             geometry_shader: core.geometry_shader != 0,
             tessellation_shader: core.tessellation_shader != 0,
+            fill_mode_non_solid: core.fill_mode_non_solid != 0,
             vertex_layer_output: features12.shader_output_layer != 0 && features12.shader_output_viewport_index != 0,
             multi_viewport: core.multi_viewport != 0,
             fragment_stores_and_atomics: core.fragment_stores_and_atomics != 0,

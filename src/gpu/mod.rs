@@ -21,7 +21,7 @@ pub use context::{Context, Options, devices};
 pub use features::{Features, Requirement};
 pub use image::{Image, ImageUse};
 pub use ordered_attachments::OrderedAttachments;
-pub use pipeline::{Blend, Graphics, Layered, Pipeline};
+pub use pipeline::{Blend, Graphics, Layered, Pipeline, Tessellated};
 pub use spirv::{SHADERS, Shader, shader};
 pub use validation::{ALLOWED, Allowed, Messages};
 

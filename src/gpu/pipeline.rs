@@ -42,10 +42,21 @@ pub struct Layered<'a> {
     pub viewports: u32,
 }
 
-/// What a pipeline draws to.
+/// Stages between vertices and triangles. A patch is one vertex.
+pub struct Tessellated<'a> {
+    /// Says into how many parts a patch is cut.
+    pub control: &'a Shader,
+    /// Makes the triangles' corners.
+    pub evaluation: &'a Shader,
+    /// Draw the triangles' sides, and not what is inside.
+    pub lines: bool,
+}
+
+/// What a pipeline draws, and to what.
 #[derive(Clone, Copy)]
 enum Into<'a> {
     Targets,
+    Patches(&'a Tessellated<'a>),
     Ordered(&'a OrderedAttachments),
     Layers(&'a Layered<'a>),
 }
@@ -138,6 +149,20 @@ impl Pipeline {
         Self::drawing(context, state, Into::Targets, sets, constants)
     }
 
+    /// A graphics pipeline for [`super::Pass::render`] that tessellates; sets and constants for all its stages.
+    ///
+    /// # Errors
+    /// As [`Pipeline::compute`].
+    pub fn tessellated(
+        context: &Context,
+        state: &Graphics,
+        tessellated: &Tessellated,
+        sets: &[&Bindings],
+        constants: &[u32],
+    ) -> Result<Self> {
+        Self::drawing(context, state, Into::Patches(tessellated), sets, constants)
+    }
+
     /// A graphics pipeline for [`super::Pass::render_layers`]; sets and constants for all its stages.
     ///
     /// # Errors
@@ -184,6 +209,13 @@ impl Pipeline {
                 topology = vk::PrimitiveTopology::POINT_LIST;
             }
         }
+        let mut mode = vk::PolygonMode::FILL;
+        if let Into::Patches(tessellated) = into {
+            modules.push((vk::ShaderStageFlags::TESSELLATION_CONTROL, module(context, tessellated.control)?));
+            modules.push((vk::ShaderStageFlags::TESSELLATION_EVALUATION, module(context, tessellated.evaluation)?));
+            topology = vk::PrimitiveTopology::PATCH_LIST;
+            mode = if tessellated.lines { vk::PolygonMode::LINE } else { mode };
+        }
         let map = entries(constants);
         let specialization = vk::SpecializationInfo::default().map_entries(&map).data(bytemuck::cast_slice(constants));
         let stage = |(stage, module): &(vk::ShaderStageFlags, Module)| {
@@ -196,10 +228,12 @@ impl Pipeline {
         let stages: Vec<_> = modules.iter().map(stage).collect();
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
         let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
+        // Looked at for patches alone.
+        let tessellation = vk::PipelineTessellationStateCreateInfo::default().patch_control_points(1);
         let viewport =
             vk::PipelineViewportStateCreateInfo::default().viewport_count(viewports).scissor_count(viewports);
         let raster = vk::PipelineRasterizationStateCreateInfo::default()
-            .polygon_mode(vk::PolygonMode::FILL)
+            .polygon_mode(mode)
             .cull_mode(vk::CullModeFlags::NONE)
             .line_width(1.0);
         let multisample =
@@ -224,6 +258,7 @@ impl Pipeline {
             .stages(&stages)
             .vertex_input_state(&vertex_input)
             .input_assembly_state(&assembly)
+            .tessellation_state(&tessellation)
             .viewport_state(&viewport)
             .rasterization_state(&raster)
             .multisample_state(&multisample)
@@ -233,7 +268,7 @@ impl Pipeline {
             .layout(inner.layout);
         let info = [match into {
             Into::Ordered(attachments) => info.render_pass(attachments.render_pass()),
-            Into::Targets | Into::Layers(_) => info.push_next(&mut rendering),
+            Into::Targets | Into::Patches(_) | Into::Layers(_) => info.push_next(&mut rendering),
         }];
         // SAFETY: everything `info` points to is alive.
         let made = unsafe { context.device().create_graphics_pipelines(vk::PipelineCache::null(), &info, None) };

@@ -1,6 +1,6 @@
 //! One row of a comparison: build, time, ask, draw, compare with the truth.
 
-use super::consume::{Query, Renderer, Shading};
+use super::consume::{Lighting, Query, Renderer, Shading};
 use super::{PassTiming, PointError, Row, RowError, Status, Timing, picture_error, point_error};
 use crate::gpu::{Context, PassTime};
 use crate::reference::{Casters, MapTruth, limit_mean_abs, map_truths, picture, space_points};
@@ -17,6 +17,9 @@ const WARM_UP: std::time::Duration = std::time::Duration::from_millis(200);
 
 /// When to stop timing look-ups, after one sample at least.
 const LOOKUP_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
+
+/// When to stop timing pictures, after one at least.
+const DRAW_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
 
 /// Node counts that the limit is computed for.
 const LIMIT_NODES: [usize; 3] = [4, 8, 16];
@@ -96,6 +99,7 @@ impl<'a> Case<'a> {
             reason: String::new(),
             build_ns: None,
             lookup_ns_per_million: None,
+            draw_ns: None,
             passes: Vec::new(),
             bytes_resident: 0,
             bytes_transient: 0,
@@ -116,6 +120,8 @@ impl<'a> Case<'a> {
     }
 
     fn fill(&mut self, spec: &Spec, row: &mut Row) -> Result<Picture> {
+        let lighting = Lighting::of(spec);
+        self.context.features().require(lighting.requires())?;
         let mut technique = (spec.entry.open)(&self.context, self.scene, &self.data, spec)?;
         row.path = technique.path().into();
         let frames = self.time_builds(technique.as_mut())?;
@@ -141,7 +147,10 @@ impl<'a> Case<'a> {
         let map = self.error(technique.as_ref(), maps)?;
 
         let renderer = Renderer::new(&self.context, self.scene, &self.data, &self.camera)?;
-        let (picture, _) = renderer.picture(&technique.visibility(), Shading::Forward)?;
+        let visibility = technique.visibility();
+        let pipelines = renderer.pipelines(&visibility, lighting)?;
+        row.draw_ns = self.time_draws(|| renderer.draw(&pipelines, &visibility, Shading::Forward))?;
+        let picture = renderer.read()?;
         row.error = Some(RowError { map, space, image: picture_error(&picture, &self.reference) });
         Ok(picture)
     }
@@ -212,6 +221,20 @@ impl<'a> Case<'a> {
             }
         }
         Ok(Timing::of(&samples))
+    }
+
+    /// The time of the last pass of each drawing. The first warms up; where it takes the whole budget it is the only one.
+    fn time_draws(&self, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Option<Timing>> {
+        let mut samples = Vec::new();
+        let start = std::time::Instant::now();
+        for frame in 0..1 + self.effort.frames {
+            if frame > 0 && start.elapsed() > DRAW_BUDGET {
+                break;
+            }
+            samples.extend(draw()?.last().map(|pass| pass.end_ns - pass.start_ns));
+        }
+        let warm_up = usize::from(samples.len() > 1);
+        Ok(Timing::of(&samples[warm_up..]))
     }
 
     /// Visibility of a light at `points`, asked a million at a time.

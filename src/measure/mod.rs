@@ -8,7 +8,7 @@ mod results;
 mod timing;
 
 pub use compare::{Case, Effort, LOOKUPS};
-pub use consume::{Query, Renderer, Shading, slice};
+pub use consume::{Lighting, Pipelines, Query, Renderer, Shading, VERTEX_SPACING, slice};
 pub use error_metrics::{PointError, point_error};
 pub use picture_error::{difference_srgb8, picture_error};
 pub use results::{DeviceFacts, ImageError, PassTiming, Results, Row, RowError, Status};

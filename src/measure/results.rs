@@ -1,4 +1,4 @@
-//! The schema of `results.json`, version 1.
+//! The schema of `results.json`, version 1. Fields may be added to a version: `draw_ns` was, and is missing in older files.
 
 use crate::measure::{PointError, Timing};
 use serde::{Deserialize, Serialize};
@@ -66,6 +66,8 @@ pub struct Row {
     pub build_ns: Option<Timing>,
     /// A million look-ups at random points, device time.
     pub lookup_ns_per_million: Option<Timing>,
+    /// The picture's casters, drawn and lit once, device time. On slow devices of one sample, which is not warmed up.
+    pub draw_ns: Option<Timing>,
     /// The passes of a build, in order.
     pub passes: Vec<PassTiming>,
     /// Bytes that the look-up needs.

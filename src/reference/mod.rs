@@ -14,6 +14,7 @@ mod picture;
 mod points;
 pub mod psm;
 mod true_curve;
+pub mod vertex_lit;
 
 pub use casters::Casters;
 pub use limit::{LIMIT_TEXELS, limit_mean_abs};

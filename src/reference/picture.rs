@@ -22,16 +22,31 @@ const CELL_PIXELS: u32 = 8;
 /// Renders `scene` as `camera` sees it. Casters are blended from far to near by the z of their middles, as the
 /// device draws them.
 pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
+    camera_rays(casters, scene, camera, &far_to_near(scene, camera), |_, index, position| {
+        light(casters, scene, position, lift(&casters.all[index as usize]), |_| 1.0)
+    })
+}
+
+/// A ray a pixel through casters in this order; what arrives at a caster is `light` of the pixel, the caster's index and
+/// the middle of what the ray sees of it.
+pub(super) fn camera_rays(
+    casters: &Casters,
+    scene: &Scene,
+    camera: &View,
+    order: &[u32],
+    light: impl Fn(DVec2, u32, DVec3) -> DVec3 + Sync,
+) -> Picture {
     let cells =
         View { width: camera.width.div_ceil(CELL_PIXELS), height: camera.height.div_ceil(CELL_PIXELS), ..*camera };
-    let grid = Grid::new(&cells, &casters.all, &far_to_near(scene, camera));
+    let grid = Grid::new(&cells, &casters.all, order);
     let share =
         DVec2::new(cells.width.into(), cells.height.into()) / DVec2::new(camera.width.into(), camera.height.into());
     let pixels = (0..camera.width * camera.height)
         .into_par_iter()
         .map(|i| {
             let at = DVec2::new(f64::from(i % camera.width) + 0.5, f64::from(i / camera.width) + 0.5);
-            pixel(casters, scene, camera, &camera.ray(at), grid.at(at * share)).as_vec3().into()
+            let light = |index, position| light(at, index, position);
+            pixel(casters, scene, camera, &camera.ray(at), grid.at(at * share), light).as_vec3().into()
         })
         .collect();
     Picture { width: camera.width, height: camera.height, pixels }
@@ -46,7 +61,14 @@ pub fn far_to_near(scene: &Scene, camera: &View) -> Vec<u32> {
     order
 }
 
-fn pixel(casters: &Casters, scene: &Scene, camera: &View, ray: &Ray, candidates: &[u32]) -> DVec3 {
+fn pixel(
+    casters: &Casters,
+    scene: &Scene,
+    camera: &View,
+    ray: &Ray,
+    candidates: &[u32],
+    light: impl Fn(u32, DVec3) -> DVec3,
+) -> DVec3 {
     let mut color = DVec3::from(SKY.map(f64::from));
     let mut farthest = f64::from(camera.far);
     if let Some(hit) = casters.meshes.hit(ray.origin, ray.direction)
@@ -63,9 +85,7 @@ fn pixel(casters: &Casters, scene: &Scene, camera: &View, ray: &Ray, candidates:
             continue;
         }
         let opacity = 1.0 - (-optical_depth(ray, caster, entry, exit)).exp();
-        let position = ray.at(0.5 * (entry + exit));
-        let lift = if caster.is_strand() { 2.0 * f64::from(caster.radius) } else { 0.0 };
-        let light = light(casters, scene, position, lift, |_| 1.0);
+        let light = light(i, ray.at(0.5 * (entry + exit)));
         let albedo = if caster.is_strand() { STRAND_ALBEDO } else { PARTICLE_ALBEDO };
         color = albedo * (AMBIENT + light) * opacity + color * (1.0 - opacity);
     }
@@ -77,9 +97,20 @@ fn surface(casters: &Casters, scene: &Scene, position: DVec3, hit: &Hit) -> DVec
     DVec3::from(hit.albedo.map(f64::from)) * (AMBIENT + light)
 }
 
+/// How far towards the light a caster asks for it.
+pub(super) fn lift(caster: &Caster) -> f64 {
+    if caster.is_strand() { 2.0 * f64::from(caster.radius) } else { 0.0 }
+}
+
 /// What arrives from all lights, each times `turn` of the direction towards it and asked for `lift` towards it (twin:
 /// lit_side).
-fn light(casters: &Casters, scene: &Scene, position: DVec3, lift: f64, turn: impl Fn(DVec3) -> f64) -> DVec3 {
+pub(super) fn light(
+    casters: &Casters,
+    scene: &Scene,
+    position: DVec3,
+    lift: f64,
+    turn: impl Fn(DVec3) -> f64,
+) -> DVec3 {
     let mut sum = DVec3::ZERO;
     for (i, light) in scene.lights.iter().enumerate().filter(|(_, light)| light.shines_on(position)) {
         let radiance = DVec3::from(light.radiance.map(f64::from));

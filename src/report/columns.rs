@@ -65,7 +65,7 @@ fn times_limit(row: &Row) -> Option<f64> {
 }
 
 /// In the order in which they are shown.
-pub(super) const COLUMNS: [Column; 13] = [
+pub(super) const COLUMNS: [Column; 14] = [
     Column {
         spread: |row| row.build_ns.as_ref().map(spread_milliseconds),
         ..column(
@@ -85,6 +85,15 @@ pub(super) const COLUMNS: [Column; 13] = [
         "A million look-ups at random points on the device, median",
         3,
         |row| Some(row.lookup_ns_per_million?.median),
+        milliseconds,
+    ),
+    column(
+        "Time, ms",
+        "draw",
+        "draw ms",
+        "The picture's casters, drawn and lit once on the device, median",
+        7,
+        |row| Some(row.draw_ns?.median),
         milliseconds,
     ),
     column(
@@ -128,13 +137,13 @@ pub(super) const COLUMNS: [Column; 13] = [
         "bias",
         "bias",
         "Signed mean: positive is too bright",
-        7,
+        8,
         |row| Some(map(row)?.bias),
         signed,
     ),
-    column("Error at map points", "RMS", "RMS", "Root mean square", 12, |row| Some(map(row)?.rms), significant),
-    column("Error at map points", "p99", "p99", "99th percentile", 11, |row| Some(map(row)?.p99), significant),
-    column("Error at map points", "max", "max", "Largest absolute error", 8, |row| Some(map(row)?.max), significant),
+    column("Error at map points", "RMS", "RMS", "Root mean square", 13, |row| Some(map(row)?.rms), significant),
+    column("Error at map points", "p99", "p99", "99th percentile", 12, |row| Some(map(row)?.p99), significant),
+    column("Error at map points", "max", "max", "Largest absolute error", 9, |row| Some(map(row)?.max), significant),
     column(
         "In space",
         "mean abs",
@@ -149,7 +158,7 @@ pub(super) const COLUMNS: [Column; 13] = [
         "RMSE",
         "image RMSE",
         "Root mean square error of the shaded picture, display-referred",
-        9,
+        10,
         |row| Some(row.error.as_ref()?.image.rmse),
         significant,
     ),
@@ -158,7 +167,7 @@ pub(super) const COLUMNS: [Column; 13] = [
         "FLIP",
         "FLIP",
         "Mean of the FLIP map of the shaded picture",
-        10,
+        11,
         |row| Some(row.error.as_ref()?.image.flip_mean),
         significant,
     ),

@@ -1,6 +1,6 @@
 //! The output folder. Whatever is written there is whole or was not written at all.
 
-use crate::measure::{PointError, Results, Row};
+use crate::measure::{PointError, Results, Row, Timing};
 use crate::report::wording::status_word;
 use crate::{Error, Result};
 use std::collections::BTreeSet;
@@ -112,7 +112,9 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     let mut writer = csv::Writer::from_writer(Vec::new());
     let mut names: Vec<String> = ["scene", "technique", "variant", "path", "status", "reason"].map(String::from).into();
     names.extend(["build_median_ns", "build_p05_ns", "build_p95_ns", "samples"].map(String::from));
-    names.extend(["lookup_median_ns_per_million", "bytes_resident", "bytes_transient"].map(String::from));
+    names.push("lookup_median_ns_per_million".into());
+    names.extend(["draw_median_ns", "draw_p05_ns", "draw_p95_ns", "draw_samples"].map(String::from));
+    names.extend(["bytes_resident", "bytes_transient"].map(String::from));
     for points in ["map", "space"] {
         names.extend(["mean_abs", "bias", "rms", "p99", "max"].map(|statistic| format!("{points}_{statistic}")));
     }
@@ -136,15 +138,15 @@ fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
         status_word(row.status).into(),
         row.reason.clone(),
     ];
-    fields.extend([
-        number(row.build_ns.map(|timing| timing.median)),
-        number(row.build_ns.map(|timing| timing.p05)),
-        number(row.build_ns.map(|timing| timing.p95)),
-        row.build_ns.map(|timing| timing.samples.to_string()).unwrap_or_default(),
-        number(row.lookup_ns_per_million.map(|timing| timing.median)),
-        row.bytes_resident.to_string(),
-        row.bytes_transient.to_string(),
-    ]);
+    let timing = |timing: Option<Timing>| {
+        let [median, p05, p95] =
+            [|t: Timing| t.median, |t: Timing| t.p05, |t: Timing| t.p95].map(|of| number(timing.map(of)));
+        [median, p05, p95, timing.map(|t| t.samples.to_string()).unwrap_or_default()]
+    };
+    fields.extend(timing(row.build_ns));
+    fields.push(number(row.lookup_ns_per_million.map(|timing| timing.median)));
+    fields.extend(timing(row.draw_ns));
+    fields.extend([row.bytes_resident.to_string(), row.bytes_transient.to_string()]);
     for points in [row.error.as_ref().map(|error| error.map), row.error.as_ref().map(|error| error.space)] {
         let statistics = |e: PointError| [e.mean_abs, e.bias, e.rms, e.p99, e.max];
         match points {

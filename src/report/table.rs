@@ -147,6 +147,7 @@ mod tests {
             reason: reason.into(),
             build_ns: measured.then_some(Timing { median: 2e6, p05: 1.9e6, p95: 2.5e6, samples: 30 }),
             lookup_ns_per_million: None,
+            draw_ns: None,
             passes: vec![],
             bytes_resident: 2 << 20,
             bytes_transient: 0,

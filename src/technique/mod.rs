@@ -112,6 +112,14 @@ const SKIP: Key = Key {
     about: "leave out casters and tiles that no look-up misses, and builds where nothing has changed",
 };
 
+/// A key that every technique has and none reads: whoever draws the picture does.
+const LIGHTING: Key = Key {
+    name: "lighting",
+    values: Values::OneOf(&["fragment", "vertex"]),
+    default: "fragment",
+    about: "the picture's casters ask for light at each pixel, or at the vertices of tessellated quads",
+};
+
 /// Every technique.
 pub const REGISTRY: &[&Entry] = &[&avsm::ENTRY, &psm::ENTRY, &uncompressed::ENTRY];
 
@@ -122,8 +130,5 @@ pub fn map_size(spec: &Spec) -> u32 {
 
 /// An error where the device lacks one of `requirements`.
 fn require(context: &Context, requirements: &[Requirement]) -> Result<()> {
-    match requirements.iter().find_map(|r| context.features().lacks(*r)) {
-        Some(missing) => Err(crate::Error::Refused { needs: missing.into() }),
-        None => Ok(()),
-    }
+    context.features().require(requirements)
 }

@@ -20,6 +20,7 @@ pub const ENTRY: Entry = Entry {
         filter::FILTER,
         filter::RADIUS,
         super::SKIP,
+        super::LIGHTING,
     ],
     paths: &[Path { name: "list", requires: &[Requirement::FragmentStores] }],
     open: |context, scene, data, spec| Ok(Box::new(Uncompressed::new(context, scene, data, spec)?)),

@@ -4,7 +4,7 @@ use super::built;
 use crate::support::{gpu_test, scenes};
 use glam::DVec3;
 use gobo::gpu::Context;
-use gobo::measure::{Renderer, Shading, picture_error};
+use gobo::measure::{Lighting, Renderer, Shading, picture_error};
 use gobo::reference::{Casters, picture};
 use gobo::scene::{Camera, Picture, Scene, Strand, View};
 use gobo::technique::SceneData;
@@ -17,7 +17,7 @@ fn pictures(context: &Context, scene: &Scene, text: &str, shading: Shading) -> (
     let data = SceneData::new(context, scene).expect("room for the scene");
     let renderer = Renderer::new(context, scene, &data, &camera).expect("a renderer");
     let technique = built(context, scene, text);
-    let (drawn, _) = renderer.picture(&technique.visibility(), shading).expect("drawn");
+    let drawn = renderer.picture(&technique.visibility(), shading, Lighting::Fragment).expect("drawn");
     (drawn, picture(&Casters::new(scene), scene, &camera))
 }
 

@@ -109,6 +109,18 @@ fn a_place_that_cannot_be_written() {
     assert_eq!(std::fs::read_to_string(&file).expect("still there"), "a regular file");
 }
 
+/// Only lighting=vertex makes triangles whose sides could be drawn.
+#[test]
+fn a_wireframe_of_nothing() {
+    let folder = folder();
+    let (scene, out) = (small_scene(folder.path()), folder.path().join("out.png"));
+    for technique in ["avsm:size=8", "psm:size=8,lighting=fragment", "reference"] {
+        let arguments = ["render", text(&scene), "--technique", technique, "--wireframe", "--out", text(&out)];
+        fails(&arguments, &["--wireframe", technique, "lighting=vertex"]);
+        assert!(!out.exists());
+    }
+}
+
 #[test]
 fn a_depth_outside_the_range() {
     for depth in ["2", "-0.5", "nan", "inf"] {

@@ -34,6 +34,33 @@ fn render_is_repeatable() {
     assert!(largest <= Some(1), "forward and deferred differ by {largest:?} of 255");
 }
 
+/// Light at the vertices is nearly that at each pixel; the lines of its triangles are dark, and over casters alone.
+#[test]
+fn render_draws_lines() {
+    let (device, runs) = runs("any", "render --wireframe");
+    if !runs {
+        return crate::support::skipped("render_draws_lines", "needs tessellationShader and fillModeNonSolid");
+    }
+    log("exercised", "render_draws_lines", &device);
+    let folder = folder();
+    let scene = small_scene(folder.path());
+    let render = |name: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let base = ["render", text(&scene), "--width", "160", "--height", "90", "--validation", "--out", text(&out)];
+        ok(&[&base, more].concat());
+        pixels(&bytes(&out))
+    };
+    let fragment = render("fragment.png", &["--technique", "avsm:size=32"]);
+    let vertex = render("vertex.png", &["--technique", "avsm:size=32,lighting=vertex"]);
+    let lines = render("lines.png", &["--technique", "avsm:size=32,lighting=vertex", "--wireframe"]);
+    let differing = |a: &[u8], b: &[u8], by: u8| a.iter().zip(b).filter(|(a, b)| a.abs_diff(**b) > by).count();
+    assert!(differing(&fragment, &vertex, 0) > 0, "it is another way to light");
+    assert_eq!(differing(&fragment, &vertex, 32), 0, "with nearly the same picture");
+    let dark = differing(&vertex, &lines, 32);
+    assert!(dark > 300 && dark < vertex.len() / 4, "{dark} of {} values are under lines", vertex.len());
+    assert!(vertex.iter().zip(&lines).all(|(a, b)| b <= a), "lines are darker than what they are drawn over");
+}
+
 fn pixels(png: &[u8]) -> Vec<u8> {
     image::load_from_memory(png).expect("a PNG").to_rgb8().into_raw()
 }

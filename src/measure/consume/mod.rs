@@ -1,11 +1,13 @@
 //! Whoever needs the answer: the point query, the depth slice and the shaded picture. They know no technique, only its
 //! [`crate::technique::Visibility`].
 
+mod lighting;
 mod picture;
 mod query;
 mod slice;
 
-pub use picture::{Renderer, Shading};
+pub use lighting::{Lighting, VERTEX_SPACING};
+pub use picture::{Pipelines, Renderer, Shading};
 pub use query::Query;
 pub use slice::slice;
 

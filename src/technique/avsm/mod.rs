@@ -75,6 +75,7 @@ pub const ENTRY: Entry = Entry {
             about: "keep the area under the curve when a node is removed (exponential only); off: the seed's",
         },
         super::SKIP,
+        super::LIGHTING,
         Key {
             name: "capacity",
             values: Values::Number(1, 1 << 28),

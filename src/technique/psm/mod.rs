@@ -69,6 +69,7 @@ pub const ENTRY: Entry = Entry {
         filter::FILTER,
         filter::RADIUS,
         SKIP,
+        super::LIGHTING,
     ],
     paths: &[Path { name: FUSED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::Layers] }],
     open: |context, scene, data, spec| Ok(Box::new(Psm::new(context, scene, data, spec)?)),

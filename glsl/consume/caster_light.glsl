@@ -1,0 +1,15 @@
+// Light that arrives at a point of a caster, summed over all lights.
+// Needs, declared before: lights[] and light_visibility.
+#ifndef CONSUME_CASTER_LIGHT_GLSL
+#define CONSUME_CASTER_LIGHT_GLSL
+#include "common/shading.glsl"
+
+vec3 caster_light(Caster caster, vec3 position) {
+    vec3 light = vec3(0.0);
+    for (uint i = 0u; i < lights.length(); ++i) {
+        float visibility = light_visibility(i, lit_side(lights[i], caster, position));
+        light += light_radiance(lights[i], position) * visibility;
+    }
+    return light;
+}
+#endif

@@ -1,0 +1,41 @@
+#version 460
+// lighting=vertex, second stage: a caster's quad, as large as caster_corner draws it, and into how many parts it is cut
+// along x and y, by its size on the screen. Source: seed 000 (Tessellation). Twin: reference::vertex_lit.
+// Inputs: camera, casters. Outputs: the quad, levels. Invariant: what is not on the screen has level 0 and no triangles.
+#include "common/caster.glsl"
+
+layout(vertices = 1) out;
+
+layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
+layout(set = 0, binding = 3, scalar) readonly buffer Casters { Caster casters[]; };
+
+layout(push_constant, scalar) uniform Push {
+    float spacing;  // pixels from vertex to vertex, at most
+};
+
+// What every device with tessellation can do.
+const float MAX_LEVEL = 64.0;
+
+// Parts of a side of so many pixels. One part has vertices at the ends alone, on or past the silhouette, where there is
+// the most light: so two from half of `spacing` on, below which a caster has fewer pixels than the nine vertices.
+float parts(float pixels) {
+    return clamp(ceil(pixels / spacing), pixels > 0.5 * spacing ? 2.0 : 1.0, MAX_LEVEL);
+}
+
+layout(location = 0) in uint caster_index[];
+layout(location = 0) patch out uint patch_caster;
+layout(location = 1) patch out vec4 patch_corners;  // NDC, low then high
+
+void main() {
+    vec2 low, high;
+    bool seen = caster_bounds(camera, casters[caster_index[0]], low, high)
+             && all(lessThan(low, vec2(1.0))) && all(greaterThan(high, vec2(-1.0)));
+    low = clamp(low, -1.1, 1.1);
+    high = clamp(high, -1.1, 1.1);
+    vec2 pixels = 0.5 * (high - low) * vec2(camera.width, camera.height);
+    vec2 level = seen ? vec2(parts(pixels.x), parts(pixels.y)) : vec2(0.0);
+    gl_TessLevelOuter[0] = gl_TessLevelOuter[2] = gl_TessLevelInner[1] = level.y;
+    gl_TessLevelOuter[1] = gl_TessLevelOuter[3] = gl_TessLevelInner[0] = level.x;
+    patch_caster = caster_index[0];
+    patch_corners = vec4(low, high);
+}

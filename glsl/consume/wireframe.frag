@@ -1,0 +1,23 @@
+#version 460
+// The sides of the triangles of lighting=vertex, black and as dense as the caster that is made of them is in its middle, so
+// that smoke does not drown in the lines of what is thin. Inputs: camera, casters, z of the meshes. Output: premultiplied
+// colour, blended over.
+#extension GL_EXT_samplerless_texture_functions : require
+#include "common/caster.glsl"
+
+layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
+layout(set = 0, binding = 3, scalar) readonly buffer Casters { Caster casters[]; };
+layout(set = 2, binding = 0) uniform texture2D distances;
+
+layout(location = 0) flat in uint caster_index;
+layout(location = 0) out vec4 color;
+
+void main() {
+    Caster caster = casters[caster_index];
+    float z = dot(caster.position + 0.5 * caster.axis - camera.origin, camera.forward);
+    if (z > texelFetch(distances, ivec2(gl_FragCoord.xy), 0).r) {
+        discard;
+    }
+    float optical_depth = caster.density * (caster_is_strand(caster) ? 1.0 : 2.0 * caster.radius);
+    color = vec4(vec3(0.0), 1.0 - exp(-optical_depth));
+}

@@ -1,0 +1,35 @@
+//! Where the casters of a picture ask for their light.
+
+use crate::gpu::Requirement;
+use crate::technique::Spec;
+
+/// Pixels from vertex to vertex, at most: so far the picture of three-emitters at 640×360 is no farther from that of light
+/// at each pixel (image RMSE 0.0022) than AVSM's of 8 nodes is from the truth (0.0024).
+pub const VERTEX_SPACING: f32 = 8.0;
+
+/// Where the casters of a picture ask for their light. Meshes ask at each pixel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Lighting {
+    /// At each pixel.
+    Fragment,
+    /// At the vertices of each caster's tessellated quad. Between them light is interpolated.
+    Vertex {
+        /// Pixels from vertex to vertex, at most; a quad has 64 parts a side at most.
+        spacing: f32,
+    },
+}
+
+impl Lighting {
+    /// What `lighting=` of a spec says.
+    pub fn of(spec: &Spec) -> Self {
+        if spec.value("lighting") == "vertex" { Self::Vertex { spacing: VERTEX_SPACING } } else { Self::Fragment }
+    }
+
+    /// What the device must have.
+    pub fn requires(self) -> &'static [Requirement] {
+        match self {
+            Self::Fragment => &[],
+            Self::Vertex { .. } => &[Requirement::Tessellation],
+        }
+    }
+}

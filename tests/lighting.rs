@@ -1,0 +1,354 @@
+//! `lighting=vertex` against `lighting=fragment`, against its CPU twin and against closed forms, for every technique.
+
+mod support;
+
+use glam::DVec3;
+use gobo::Error;
+use gobo::gpu::{Context, Requirement};
+use gobo::measure::{Lighting, Renderer, Shading, VERTEX_SPACING, picture_error};
+use gobo::reference::{Casters, vertex_lit};
+use gobo::scene::{Camera, Light, LightKind, Particle, Picture, Scene, Strand, View};
+use gobo::technique::SceneData;
+use support::{gpu_test_needing, scenes, spec};
+
+const TECHNIQUES: [&str; 3] = ["avsm:size=128,path=two-pass", "psm:size=128", "uncompressed:size=128"];
+
+const NEEDS: &[Requirement] = &[Requirement::Tessellation];
+
+const FRAGMENT: Lighting = Lighting::Fragment;
+
+fn vertex(spacing: f32) -> Lighting {
+    Lighting::Vertex { spacing }
+}
+
+fn camera(scene: &Scene, size: [u32; 2]) -> View {
+    View::camera(&scene.camera, scene, size)
+}
+
+/// The pictures of `scene` as the technique of a spec lights it.
+fn pictures<const N: usize>(
+    context: &Context,
+    scene: &Scene,
+    size: [u32; 2],
+    text: &str,
+    lightings: [Lighting; N],
+) -> [Picture; N] {
+    let data = SceneData::new(context, scene).expect("room for the scene");
+    let renderer = Renderer::new(context, scene, &data, &camera(scene, size)).expect("a renderer");
+    let spec = spec(text);
+    let mut technique = (spec.entry.open)(context, scene, &data, &spec).expect(text);
+    technique.build().expect(text);
+    let drawn = lightings.map(|l| renderer.picture(&technique.visibility(), Shading::Forward, l).expect("drawn"));
+    assert!(drawn.iter().flat_map(|p| p.pixels.iter().flatten()).all(|c| c.is_finite()), "{text}: not a number");
+    drawn
+}
+
+fn differences<'a>(a: &'a Picture, b: &'a Picture) -> impl Iterator<Item = f32> + 'a {
+    a.pixels.iter().flatten().zip(b.pixels.iter().flatten()).map(|(a, b)| (a - b).abs())
+}
+
+fn largest(a: &Picture, b: &Picture) -> f32 {
+    differences(a, b).fold(0.0, f32::max)
+}
+
+fn rms(a: &Picture, b: &Picture) -> f64 {
+    let squares: f64 = differences(a, b).map(|d| f64::from(d).powi(2)).sum();
+    (squares / (3 * a.pixels.len()) as f64).sqrt()
+}
+
+/// Seen from 5 away along y.
+fn from_the_front(scene: Scene, fov_y_degrees: f64) -> Scene {
+    let position = DVec3::new(0.0, -5.0, 0.0);
+    Scene { camera: Camera { position, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees }, ..scene }
+}
+
+/// Radius, extinction and z of a sphere beside the picture, 8 to the left: all light goes through its upper half.
+const OCCLUDER: (f32, f32, f32) = (4.0, 0.15, -2.8);
+
+/// One sphere of radius 1 that fills the picture, and light from the left through the flank of a sphere that is not in it:
+/// across the picture's height light falls smoothly. The one in the picture is so thin, and the light so strong, that it
+/// does not shadow itself.
+fn flank() -> Scene {
+    let (radius, extinction, z) = OCCLUDER;
+    let particles = vec![
+        Particle { position: [0.0; 3], radius: 1.0, extinction: 5e-4 },
+        Particle { position: [-8.0, 0.0, z], radius, extinction },
+    ];
+    let mut scene = from_the_front(scenes::directional("flank", [1.0, 0.0, 0.0], particles), 24.0);
+    scene.lights[0].radiance = [1e3; 3];
+    scene
+}
+
+/// As vertices come nearer to each other the picture tends to that of light at each pixel: at least twice as near for half
+/// the distance. (Where light is smooth, four times; at the silhouette, where vertices are outside, less.)
+#[test]
+fn finer_vertices_come_nearer() {
+    gpu_test_needing("finer_vertices_come_nearer", NEEDS, |context| {
+        for text in TECHNIQUES {
+            let [pixels, drawn @ ..] = pictures(
+                context,
+                &flank(),
+                [160, 160],
+                text,
+                [FRAGMENT, vertex(40.0), vertex(20.0), vertex(10.0), vertex(5.0)],
+            );
+            let errors = drawn.map(|p| rms(&p, &pixels));
+            println!("{text}: {errors:.5?}");
+            assert!(errors.windows(2).all(|e| e[1] < e[0] / 2.0), "{text}: {errors:?}");
+            assert!(errors[0] > 1e-3, "{text}: nothing to be seen: {errors:?}");
+        }
+    });
+}
+
+/// Behind the flank of the sphere light is exp(−σ · 2 √(R² − d²)) at d from its middle's ray, which over the parts of a quad
+/// is almost linear: interpolated light is that of the closed form.
+#[test]
+fn light_has_its_closed_form() {
+    gpu_test_needing("light_has_its_closed_form", NEEDS, |context| {
+        let scene = flank();
+        let size = [160, 160];
+        let camera = camera(&scene, size);
+        let [drawn] = pictures(context, &scene, size, "uncompressed:size=512", [vertex(8.0)]);
+        let (radius, extinction, z) = OCCLUDER;
+        let (mut least, mut most, mut seen) = (f64::INFINITY, 0.0f64, 0);
+        for (i, pixel) in drawn.pixels.iter().enumerate() {
+            let at = glam::DVec2::new((i as u32 % size[0]) as f64 + 0.5, (i as u32 / size[0]) as f64 + 0.5);
+            let ray = camera.ray(at);
+            let square = ray.direction.length_squared();
+            let middle = ray.at(-ray.origin.dot(ray.direction) / square);
+            // Well inside the silhouette, so that all corners of the part are.
+            if middle.length() > 0.7 {
+                continue;
+            }
+            let opacity = -(-5e-4 * 2.0 * (1.0 - middle.length_squared()).sqrt()).exp_m1();
+            let across = middle.y.powi(2) + (middle.z - f64::from(z)).powi(2);
+            let chord = 2.0 * (f64::from(radius).powi(2) - across).max(0.0).sqrt();
+            let light = (-f64::from(extinction) * chord).exp();
+            let expected = 0.92 * (0.10 + 1e3 * light) * opacity + f64::from(gobo::reference::SKY[0]) * (1.0 - opacity);
+            let relative = f64::from(pixel[0]) / expected - 1.0;
+            assert!(relative.abs() < 0.01, "pixel {at}: {} and not {expected}", pixel[0]);
+            (least, most, seen) = (least.min(light), most.max(light), seen + 1);
+        }
+        assert!(seen > 3000 && most > 1.3 * least, "{seen} pixels, light from {least} to {most}");
+    });
+}
+
+/// Spheres and strands, one sphere cut by the ground, one cut by the picture's edge, one behind a wall, one behind the camera,
+/// under three lights of different colours.
+fn still_life() -> Scene {
+    let sphere = |position, radius, extinction| Particle { position, radius, extinction };
+    let particles = vec![
+        sphere([0.1, 0.2, 0.1], 0.7, 0.8),
+        sphere([0.9, -0.4, -0.4], 0.5, 1.5),
+        sphere([-1.6, 0.3, 0.9], 0.9, 0.4),
+        sphere([-0.7, 1.6, -0.2], 0.4, 1.0),
+        sphere([0.3, -7.0, 0.0], 0.8, 1.0),
+    ];
+    let mut scene = from_the_front(scenes::directional("still-life", [0.4, 0.3, -0.8], particles), 40.0);
+    let strand = |start, end, radius, opacity| Strand { start, end, radius, opacity };
+    scene.strands = vec![
+        strand([-1.2, -0.5, -0.6], [0.7, -0.6, 1.2], 0.06, 0.7),
+        strand([0.5, 0.0, 1.3], [1.4, 0.1, 1.25], 0.1, 0.5),
+    ];
+    scene.meshes = vec![scenes::level(-0.6, 6.0, [0.0, 0.0])];
+    let wall = [[-1.0, 0.9, -0.6], [-0.5, 0.9, -0.6], [-0.5, 0.9, 0.3], [-1.0, 0.9, 0.3]];
+    scene.meshes.push(scenes::quad(wall, 0.5));
+    let spot = LightKind::Spot {
+        position: DVec3::new(3.0, -3.0, 4.0),
+        direction: DVec3::new(-3.0, 3.0, -4.0).normalize(),
+        cone_degrees: 70.0,
+    };
+    let point = LightKind::Point { position: DVec3::new(-2.5, -1.0, 1.5) };
+    scene.lights[0].radiance = [0.5, 0.1, 0.0];
+    scene.lights.push(Light { kind: spot, radiance: [0.0, 0.6, 0.2] });
+    scene.lights.push(Light { kind: point, radiance: [0.3, 0.0, 0.7] });
+    scene
+}
+
+/// Which diagonal cuts a part of a quad is the device's choice: every pixel lies between the twin's darkest and brightest
+/// picture, up to the map's resolution. A twin whose vertices stand elsewhere, or that asks at each pixel, is well outside.
+#[test]
+fn the_device_draws_what_its_twin_does() {
+    gpu_test_needing("the_device_draws_what_its_twin_does", NEEDS, |context| {
+        let scene = still_life();
+        let size = [160, 120];
+        let camera = camera(&scene, size);
+        let casters = Casters::new(&scene);
+        let spacing = 18.0;
+        let [drawn] = pictures(context, &scene, size, "uncompressed:size=256", [vertex(spacing)]);
+        // The mean over all pixels and channels of what lies outside the bounds, and how many are outside by much.
+        let outside = |[low, high]: &[Picture; 2]| {
+            let bounds = low.pixels.iter().flatten().zip(high.pixels.iter().flatten());
+            let by =
+                drawn.pixels.iter().flatten().zip(bounds).map(|(d, (l, h))| f64::from((l - d).max(d - h).max(0.0)));
+            let by: Vec<_> = by.collect();
+            (by.iter().sum::<f64>() / by.len() as f64, by.iter().filter(|b| **b > 0.02).count())
+        };
+        let twin = vertex_lit::picture(&casters, &scene, &camera, f64::from(spacing));
+        let (mean, far) = outside(&twin);
+        let room = rms(&twin[0], &twin[1]);
+        let elsewhere = outside(&vertex_lit::picture(&casters, &scene, &camera, f64::from(spacing) * 1.3));
+        let pixels = gobo::reference::picture(&casters, &scene, &camera);
+        let fragment = outside(&[pixels.clone(), pixels]);
+        println!("outside by {mean:.1e}, {far} values by more than 0.02; diagonals are {room:.1e} apart");
+        println!("elsewhere {elsewhere:.5?}, at each pixel {fragment:.5?}");
+        let values = 3 * drawn.pixels.len();
+        assert!(mean < 5e-4 && far < values / 500, "outside by {mean}, {far} of {values} by more than 0.02");
+        assert!(
+            elsewhere.0 > 3.0 * mean && fragment.0 > 3.0 * mean,
+            "{elsewhere:?}, {fragment:?}: the test proves nothing"
+        );
+    });
+}
+
+/// Where every point has the same light, it does not matter where it is asked for.
+#[test]
+fn even_light_is_the_same_everywhere() {
+    gpu_test_needing("even_light_is_the_same_everywhere", NEEDS, |context| {
+        // None: a spot that looks away. Every edge of every caster counts.
+        let mut dark = still_life();
+        let direction = DVec3::X;
+        let kind = LightKind::Spot { position: DVec3::new(9.0, 0.0, 0.0), direction, cone_degrees: 20.0 };
+        dark.lights = vec![Light { kind, radiance: [1.0; 3] }];
+        // All: strands in one layer across the light, none of which shadows another or itself.
+        let mut layer = from_the_front(scenes::directional("layer", [0.0, 1.0, 0.0], Vec::new()), 40.0);
+        let mut random = scenes::Random::new(31);
+        for _ in 0..60 {
+            let [x, z, dx] = random.point(-1.5, 1.5);
+            let end = [x + dx, 0.0, z + random.between(-1.5, 1.5)];
+            layer.strands.push(Strand { start: [x, 0.0, z], end, radius: 0.04, opacity: random.between(0.2, 1.0) });
+        }
+        for (scene, brightest) in [(&dark, 0.15 * 0.95), (&layer, 0.7 * 1.1)] {
+            for text in TECHNIQUES {
+                let [pixels, drawn] = pictures(context, scene, [128, 96], text, [FRAGMENT, vertex(8.0)]);
+                let difference = largest(&pixels, &drawn);
+                println!("{}, {text}: largest difference {difference:.1e}", scene.name);
+                assert!(difference < 1e-4, "{}, {text}: {difference}", scene.name);
+                let seen = drawn.pixels.iter().flatten().fold(0.0f32, |a, b| a.max(*b));
+                assert!(seen > 0.9 * brightest, "{}, {text}: {seen}", scene.name);
+            }
+        }
+    });
+}
+
+/// The camera inside a particle, among others that its near plane cuts and strands that pass by it and point at it: no vertex
+/// asks at a point that is none. (`pictures` looks at every pixel.)
+#[test]
+fn a_camera_inside_smoke_sees_numbers() {
+    gpu_test_needing("a_camera_inside_smoke_sees_numbers", NEEDS, |context| {
+        let mut scene = from_the_front(scenes::random(), 60.0);
+        let eye = [0.0f32, -5.0, 0.0];
+        scene.particles.truncate(60);
+        for radius in [0.0004, 0.01, 0.3, 2.0, 5.0] {
+            scene.particles.push(Particle { position: eye, radius, extinction: 0.1 });
+            scene.particles.push(Particle { position: [0.1, -5.0 - radius, 0.0], radius, extinction: 0.1 });
+        }
+        let strand = |start, end| Strand { start, end, radius: 0.05, opacity: 0.3 };
+        scene.strands.push(strand(eye, [0.0, 0.0, 0.0]));
+        scene.strands.push(strand([0.0, -6.0, 0.0], [0.0, 1.0, 0.0]));
+        scene.strands.push(strand([-1.0, -5.0, 0.01], [1.0, -5.0, 0.01]));
+        scene.meshes.push(scenes::level(-0.5, 6.0, [0.0, 0.0]));
+        let point = scenes::point([0.0, -5.0, 0.0], scene.clone());
+        for scene in [scene, point] {
+            for text in TECHNIQUES {
+                let [pixels, drawn] = pictures(context, &scene, [96, 54], text, [FRAGMENT, vertex(4.0)]);
+                let apart = rms(&pixels, &drawn);
+                println!("{text}: {apart:.1e} apart");
+                assert!(apart < 0.05, "{text}: {apart}");
+            }
+        }
+    });
+}
+
+/// On real smoke the two are nearly identical, as seed 000 says; hair is finer than its quads' vertices.
+#[test]
+fn smoke_is_nearly_identical() {
+    gpu_test_needing("smoke_is_nearly_identical", NEEDS, |context| {
+        for (name, size, bound) in [("three-emitters", [640, 360], 0.003), ("hair", [320, 240], 0.02)] {
+            let scene = Scene::load(name, 20.0).expect("built in");
+            let lightings = [FRAGMENT, vertex(16.0), vertex(VERTEX_SPACING), vertex(4.0)];
+            let [pixels, drawn @ ..] = pictures(context, &scene, size, "avsm:size=128,path=two-pass", lightings);
+            let errors = drawn.map(|p| picture_error(&p, &pixels));
+            println!("{name}, 16, {VERTEX_SPACING} and 4 pixels from vertex to vertex: {errors:?}");
+            assert!(errors[1].rmse < bound, "{name}: {errors:?}");
+            assert!(errors.windows(2).all(|e| e[1].rmse < e[0].rmse), "{name}: {errors:?}");
+        }
+    });
+}
+
+/// More vertices than 16 bits can number, which lavapipe loses when they are of one draw.
+#[test]
+fn many_vertices_are_all_drawn() {
+    gpu_test_needing("many_vertices_are_all_drawn", NEEDS, |context| {
+        let sphere = |i: u16| Particle { position: [f32::from(i) * 0.02, 0.0, 0.0], radius: 1.0, extinction: 0.1 };
+        let scene = from_the_front(scenes::directional("row", [0.5, 0.3, -0.81], (0..20).map(sphere).collect()), 40.0);
+        // 20 quads of 65² vertices.
+        let [pixels, drawn] =
+            pictures(context, &scene, [128, 128], "avsm:size=64,path=two-pass", [FRAGMENT, vertex(1.0)]);
+        let quads =
+            scene.casters().iter().map(|c| vertex_lit::quad(&camera(&scene, [128, 128]), c, 1.0)).collect::<Vec<_>>();
+        assert!(quads.iter().flatten().filter(|q| q.parts == [64, 64]).count() == 20, "{quads:?}");
+        let apart = rms(&pixels, &drawn);
+        println!("{apart:.1e} apart");
+        assert!(apart < 2e-3, "{apart}");
+    });
+}
+
+/// The lines are drawn over what is there, and where no caster is there are none.
+#[test]
+fn lines_are_drawn_over_casters_alone() {
+    let needs = [Requirement::Tessellation, Requirement::Lines];
+    gpu_test_needing("lines_are_drawn_over_casters_alone", &needs, |context| {
+        let scene = still_life();
+        let size = [160, 120];
+        let data = SceneData::new(context, &scene).expect("room for the scene");
+        let camera = camera(&scene, size);
+        let renderer = Renderer::new(context, &scene, &data, &camera).expect("a renderer");
+        let spec = spec("psm:size=64");
+        let mut technique = (spec.entry.open)(context, &scene, &data, &spec).expect("opened");
+        technique.build().expect("built");
+        let visibility = technique.visibility();
+        let count = |spacing: f32| {
+            let before = renderer.picture(&visibility, Shading::Forward, vertex(spacing)).expect("drawn");
+            let after = renderer.wireframe(&visibility, Shading::Forward, spacing).expect("drawn");
+            let mut changed = 0;
+            for (i, (a, b)) in before.pixels.iter().zip(&after.pixels).enumerate() {
+                if a != b {
+                    let at = glam::DVec2::new((i as u32 % size[0]) as f64, (i as u32 / size[0]) as f64) + 0.5;
+                    let ndc = at / glam::DVec2::from(size.map(f64::from)) * 2.0 - 1.0;
+                    let quads = scene.casters().into_iter().filter_map(|c| vertex_lit::quad(&camera, &c, 16.0));
+                    // A line is one pixel wide.
+                    let inside = |q: vertex_lit::Quad| {
+                        let wide = glam::DVec2::splat(2.0 / f64::from(size[1]));
+                        ndc.cmpge(q.corners[0] - wide).all() && ndc.cmple(q.corners[1] + wide).all()
+                    };
+                    assert!(quads.into_iter().any(inside), "a line at {at}, where no quad is");
+                    changed += 1;
+                }
+            }
+            changed
+        };
+        let (coarse, fine) = (count(16.0), count(8.0));
+        println!("{coarse} and {fine} pixels under lines");
+        assert!(coarse > 500 && fine > coarse + coarse / 4, "{coarse}, {fine}");
+    });
+}
+
+/// What a device lacks is named, in the words that a row of a comparison has.
+#[test]
+fn a_device_without_tessellation_refuses() {
+    gpu_test_needing("a_device_without_tessellation_refuses", &[], |context| {
+        let mut features = context.features().clone();
+        (features.tessellation_shader, features.fill_mode_non_solid) = (false, false);
+        let lighting = |text: &str| Lighting::of(&spec(text));
+        for technique in ["avsm", "psm", "uncompressed"] {
+            features.require(lighting(technique).requires()).expect("light at each pixel needs nothing");
+            let error = features.require(lighting(&format!("{technique}:lighting=vertex")).requires());
+            assert_eq!(error.map_err(|e| e.to_string()), Err("refused: needs tessellationShader".into()));
+        }
+        let error = features.require(&[Requirement::Lines]).expect_err("lines");
+        assert!(matches!(&error, Error::Refused { needs } if needs == "fillModeNonSolid"), "{error}");
+        (features.tessellation_shader, features.fill_mode_non_solid) = (true, true);
+        features.require(&[Requirement::Tessellation, Requirement::Lines]).expect("both are there");
+    });
+}
