@@ -5,7 +5,13 @@
 // Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
 // Source: ours. Twin: reference::psm::fused.
 #extension GL_EXT_control_flow_attributes : require
-#include "list/texel_segment.glsl"
+
+// 0: there are no strands, and their arithmetic is left out.
+layout(constant_id = 7) const uint STRANDS = 1u;
+#define CASTER_STRANDS (STRANDS == 1u)
+#include "bins/sums.glsl"
+#include "bins/view_caster.glsl"
+#include "common/light.glsl"
 #include "psm/format.glsl"
 #include "psm/place.glsl"
 
@@ -27,25 +33,14 @@ const uint CHUNK = 64u;
 // Slices that a group sums.
 const uint RUN = CHUNK / GROUPS;
 const uint THREADS = TEXELS * GROUPS;
-// Where a caster has taken this in a slice, nothing is left: exp(-16) is about a ten-millionth.
-const float DARK = 16.0;
-// The bound of a texel's optical depth is added up in 256ths.
-const float BOUND_UNITS = 256.0;
-
 // Slice c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank.
 shared uint slices[CHUNK * TEXELS];
 shared uint run_sums[GROUPS * TEXELS];
 shared uint bound;
-// Some of the tile's casters that reach into the chunk, in any order.
+// Some of the tile's casters that reach into the chunk, in any order and in the view's axes.
 shared Caster batch[THREADS];
 shared Place places[THREADS];
 shared uint filled;
-
-// The most that a caster can take, rounded up.
-uint caster_bound(Caster caster) {
-    float most = caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
-    return uint(min(most, DARK * float(1u + SPLIT)) * BOUND_UNITS) + 1u;
-}
 
 void write(ivec3 at, vec4 transmittance) {
     imageStore(volume, at, ADDITIVE == 1u ? 1.0 - transmittance : transmittance);
@@ -70,13 +65,13 @@ void main() {
     barrier();
     uint most = 0u;
     for (uint i = gl_LocalInvocationIndex; i < count; i += THREADS) {
-        most += caster_bound(casters[entries[first + i].y]);
+        most += caster_bound(casters[entries[first + i].y], DARK * float(1u + SPLIT));
     }
     atomicAdd(bound, most);
     barrier();
-    // As fine as it gets without a ray's sum passing 32 bits.
-    float scale = exp2(float(min(22, 38 - findMSB(bound))));
-    float unit = 1.0 / scale;
+    float scale = sum_scale(bound), unit = 1.0 / scale;
+    Ray ray = view_texel_ray(view, texel);
+    float ray_length = length(ray.direction);
 
     uint before = 0u;  // units of all slices of this texel before the chunk
     for (uint base = 0u; base < SLICES; base += CHUNK) {
@@ -90,8 +85,8 @@ void main() {
             barrier();
             uint entry = begin + gl_LocalInvocationIndex;
             if (entry < count) {
-                Caster caster = casters[entries[first + entry].y];
-                Place place = caster_place(view, caster);
+                Caster caster = view_caster(view, casters[entries[first + entry].y]);
+                Place place = depth_place(view_depth(view, caster.position.z + 0.5 * caster.axis.z));
                 if (place.slice + 1u >= base && place.slice < base + CHUNK) {
                     uint slot = atomicAdd(filled, 1u);
                     batch[slot] = caster;
@@ -100,12 +95,13 @@ void main() {
             }
             barrier();
             for (uint i = group; i < filled; i += GROUPS) {
-                vec2 depth;
+                vec2 z;
                 float optical_depth;
-                if (!texel_segment(view, texel, batch[i], depth, optical_depth)) {
+                if (!view_segment(view, ray, ray_length, batch[i], z, optical_depth)) {
                     continue;
                 }
-                float share = places[i].share;
+                optical_depth = min(optical_depth, MAX_OPTICAL_DEPTH);
+                float share = SPLIT == 1u ? places[i].share : 0.0;
                 uint here = uint(min(optical_depth * (1.0 - share), DARK) * scale + 0.5);
                 uint slice = places[i].slice - base;  // wraps for the slice before the chunk
                 if (slice < CHUNK) {

@@ -12,12 +12,15 @@ struct Place {
     float share;  // of the optical depth, that the next slice takes
 };
 
+Place depth_place(float depth) {
+    float at = clamp(depth * float(SLICES) - (SPLIT == 1u ? 0.5 : 0.0), 0.0, float(SLICES - 1u));
+    uint slice = uint(at);
+    return Place(slice, SPLIT == 1u ? at - float(slice) : 0.0);
+}
+
 // By a sphere's centre, a strand's middle.
 Place caster_place(View view, Caster caster) {
     float z = dot(caster.position + 0.5 * caster.axis - view.origin, view.forward);
-    float at = view_depth(view, z) * float(SLICES) - (SPLIT == 1u ? 0.5 : 0.0);
-    at = clamp(at, 0.0, float(SLICES - 1u));
-    uint slice = uint(at);
-    return Place(slice, SPLIT == 1u ? at - float(slice) : 0.0);
+    return depth_place(view_depth(view, z));
 }
 #endif

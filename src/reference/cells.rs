@@ -2,22 +2,14 @@
 
 use super::avsm::{Build, Curve};
 use super::list::Segment;
-use crate::scene::Caster;
+use super::sums::{DARK, scale};
 
 /// Cells of a texel. Twin: CELLS.
 pub const CELLS: usize = 64;
 
-const DARK: f32 = 16.0;
-const BOUND_UNITS: f32 = 256.0;
 const LEFT_OUT: f32 = 6.4e-4;
 const COARSER: f32 = 2.5;
 const GROUPS: i32 = 4;
-
-/// Bound of the optical depth that casters of a tile can take, in 256ths. Twin: caster_bound.
-pub fn bound(casters: &[Caster]) -> u32 {
-    let most = |c: &Caster| if c.is_strand() { c.density } else { 2.0 * c.radius * c.density };
-    casters.iter().map(|c| (most(c).min(DARK) * BOUND_UNITS) as u32 + 1).sum()
-}
 
 /// The sums of a texel's segments.
 pub struct Cells {
@@ -40,7 +32,7 @@ impl Cells {
         let low = segments.iter().map(|s| s.entry).fold(f32::INFINITY, f32::min);
         let high = segments.iter().map(|s| s.exit).fold(0.0, f32::max);
         let per_cell = CELLS as f32 / (high - low).max(1e-6);
-        let scale = (22.min(38 - bound.ilog2() as i32) as f32).exp2();
+        let scale = scale(bound);
         let (mut cells, mut slopes) = ([0u32; CELLS], [0u32; CELLS]);
         for s in segments {
             let at = |depth: f32| ((depth - low) * per_cell).clamp(0.0, CELLS as f32);
@@ -137,7 +129,9 @@ fn add_segment(cells: &mut [u32; CELLS], slopes: &mut [u32; CELLS], entry: f32, 
 mod tests {
     use super::super::TrueCurve;
     use super::super::avsm::Interpolation;
+    use super::super::sums::bound;
     use super::*;
+    use crate::scene::Caster;
     use proptest::prelude::*;
 
     fn segments() -> impl Strategy<Value = Vec<Segment>> {
@@ -155,7 +149,7 @@ mod tests {
             .iter()
             .map(|s| Caster { position: [0.0; 3], radius: 0.5, axis: [0.0; 3], density: s.optical_depth })
             .collect();
-        bound(&casters)
+        bound(&casters, DARK)
     }
 
     proptest! {

@@ -13,6 +13,7 @@ pub mod packed;
 mod picture;
 mod points;
 pub mod psm;
+pub mod sums;
 mod true_curve;
 pub mod vertex_lit;
 

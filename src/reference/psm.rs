@@ -1,6 +1,7 @@
 //! CPU twins of glsl/psm/: what is left of the light behind each slice of a texel's ray, in f32.
 
 use super::list::texel_segment;
+use super::sums::{self, DARK};
 use crate::scene::{Caster, View};
 use glam::Vec3;
 
@@ -67,23 +68,15 @@ pub fn propagate_depths(local: &[f32]) -> Vec<f32> {
     local.iter().scan(0.0, sum).collect()
 }
 
-/// Twin: DARK.
-const DARK: f32 = 16.0;
-
-/// Twin: BOUND_UNITS.
-const BOUND_UNITS: f32 = 256.0;
-
-/// Bound of the optical depth that casters of a tile can take, in 256ths. Twin: caster_bound in fused.comp.
+/// Bound of the optical depth that casters of a tile can take, for [`fused`].
 pub fn bound(casters: &[Caster], split: bool) -> u32 {
-    let dark = if split { 2.0 * DARK } else { DARK };
-    let most = |c: &Caster| if c.is_strand() { c.density } else { 2.0 * c.radius * c.density };
-    casters.iter().map(|c| (most(c).min(dark) * BOUND_UNITS) as u32 + 1).sum()
+    sums::bound(casters, if split { 2.0 * DARK } else { DARK })
 }
 
 /// What is left behind each slice, from sums of whole numbers; `bound` is [`bound`](fn@bound) of the casters of the texel's
 /// tile. Twin: fused.comp.
 pub fn fused(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices, bound: u32) -> Vec<f32> {
-    let scale = (22.min(38 - bound.max(1).ilog2() as i32) as f32).exp2();
+    let scale = sums::scale(bound);
     let mut sums = vec![0u32; slices.count as usize];
     for caster in casters {
         let Some(segment) = texel_segment(view, texel, caster) else { continue };

@@ -4,8 +4,9 @@ use crate::support::scenes::Random;
 use glam::DVec2;
 use gobo::reference::avsm::{Build, Curve, Interpolation};
 use gobo::reference::bins::{TILE_TEXELS, tile_key};
-use gobo::reference::cells::{self, Cells};
+use gobo::reference::cells::Cells;
 use gobo::reference::list::{Segment, sort, texel_segment};
+use gobo::reference::sums::{DARK, bound};
 use gobo::scene::{Caster, Ray, Scene, View};
 use gobo::technique::{NodeData, Spec, near_to_far};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -193,7 +194,7 @@ impl<'a> Twins<'a> {
     fn bound(&self, texel: u32) -> u32 {
         let tile = [texel % self.view.width, texel / self.view.width].map(|t| t / TILE_TEXELS);
         let met = |c: &&Caster| tile_key(&self.view, c, tile).is_some();
-        cells::bound(&self.casters.iter().filter(met).copied().collect::<Vec<_>>())
+        bound(&self.casters.iter().filter(met).copied().collect::<Vec<_>>(), DARK)
     }
 
     pub fn texel(&self, texel: u32, order: Order) -> Texel {

@@ -115,8 +115,8 @@ pub struct Psm {
     opaque: OpaqueMap,
     build: Build,
     visibility: Bindings,
-    /// SLICES, SPLIT, ADDITIVE, LAYERS, COVERAGE, FILTER, FILTER_RADIUS.
-    constants: [u32; 7],
+    /// SLICES, SPLIT, ADDITIVE, LAYERS, COVERAGE, FILTER, FILTER_RADIUS, STRANDS.
+    constants: [u32; 8],
     reason: String,
     /// Whether an unchanged scene is not built again.
     skip: bool,
@@ -136,7 +136,7 @@ impl Psm {
         let maps = Maps::new(context, scene, layout.size)?;
         let volume = layout.image(context, maps.count())?;
         let opaque = OpaqueMap::new(context, data, &maps)?;
-        let constants = layout.constants(filter);
+        let constants = layout.constants(filter, !scene.strands.is_empty());
         let skip = spec.value("skip") == "on";
         let storage = Bindings::new(context, "psm.volume", &[Resource::StorageImage(volume.clone())])?;
         let build = if path == FUSED {

@@ -72,10 +72,10 @@ impl Volume {
         Image::volume(context, "psm.volume", self.format, [self.size, self.size, maps.saturating_mul(self.layers())])
     }
 
-    /// SLICES, SPLIT, ADDITIVE, LAYERS, COVERAGE and those of the filter.
-    pub fn constants(&self, [filter, radius]: [u32; 2]) -> [u32; 7] {
-        let [split, additive] = [self.split, self.additive].map(u32::from);
-        [self.slices, split, additive, self.layers(), self.coverage, filter, radius]
+    /// SLICES, SPLIT, ADDITIVE, LAYERS, COVERAGE, those of the filter, STRANDS.
+    pub fn constants(&self, [filter, radius]: [u32; 2], strands: bool) -> [u32; 8] {
+        let [split, additive, strands] = [self.split, self.additive, strands].map(u32::from);
+        [self.slices, split, additive, self.layers(), self.coverage, filter, radius, strands]
     }
 
     /// Workgroups, tiles or coverage texels of a map.
