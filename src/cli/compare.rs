@@ -3,7 +3,7 @@
 use super::{DeviceArguments, TimeArgument, check_messages, load};
 use crate::Result;
 use crate::gpu::{Context, Features};
-use crate::measure::{Case, DeviceFacts, Effort, Results, Row, Status, difference_srgb8};
+use crate::measure::{Case, DeviceFacts, Effort, Results, Row, Status, copy_bytes_per_second, difference_srgb8};
 use crate::report::{Store, page, passes, table, time_versus_error};
 use crate::scene::Picture;
 use crate::technique::{Spec, parse};
@@ -46,7 +46,7 @@ pub struct Arguments {
     /// Build everything, also what no look-up misses and where nothing has changed: skip=off for every technique
     #[arg(long)]
     no_skip: bool,
-    /// Print the time of each pass of a build too
+    /// Print the time of each pass of a build too, and the whole over that of copying as many bytes as it leaves behind
     #[arg(long)]
     passes: bool,
     #[command(flatten)]
@@ -71,6 +71,7 @@ fn device_facts(features: &Features) -> DeviceFacts {
         api: features.api.clone(),
         kind: features.kind.into(),
         features: features.facts(),
+        copy_bytes_per_second: None,
     }
 }
 
@@ -98,6 +99,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         device: device_facts(context.features()),
         rows: Vec::new(),
     };
+    if arguments.passes {
+        results.device.copy_bytes_per_second = copy_bytes_per_second(&context)?;
+    }
     let bar = ProgressBar::new((specs.len() * scenes.len()) as u64);
     if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed} {wide_msg}") {
         bar.set_style(style);

@@ -2,6 +2,7 @@
 
 mod compare;
 mod consume;
+mod copy;
 mod error_metrics;
 mod picture_error;
 mod results;
@@ -9,6 +10,7 @@ mod timing;
 
 pub use compare::{Case, Effort, LOOKUPS};
 pub use consume::{Lighting, Pipelines, Query, Renderer, Shading, VERTEX_SPACING, slice};
+pub use copy::copy_bytes_per_second;
 pub use error_metrics::{PointError, point_error};
 pub use picture_error::{difference_srgb8, picture_error};
 pub use results::{DeviceFacts, ImageError, PassTiming, Results, Row, RowError, Status};

@@ -1,4 +1,5 @@
-//! The schema of `results.json`, version 1. Fields may be added to a version: `draw_ns` was, and is missing in older files.
+//! The schema of `results.json`, version 1. Fields may be added to a version: `draw_ns` and
+//! `copy_bytes_per_second` were, and are missing in older files.
 
 use crate::measure::{PointError, Timing};
 use serde::{Deserialize, Serialize};
@@ -33,6 +34,9 @@ pub struct DeviceFacts {
     pub kind: String,
     /// Feature name → value, as `gobo devices` prints them.
     pub features: BTreeMap<String, serde_json::Value>,
+    /// How fast it copies, where that was measured (`compare --passes`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub copy_bytes_per_second: Option<f64>,
 }
 
 /// How a row ended.

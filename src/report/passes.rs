@@ -2,11 +2,12 @@
 
 use crate::measure::{Results, Row, Status};
 use crate::report::pareto::scenes;
-use crate::report::wording::{NOTHING, Specs, milliseconds, one_line};
+use crate::report::wording::{NOTHING, Specs, milliseconds, one_line, significant};
 use comfy_table::presets;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 
-/// A scene's measured rows one a line, a column for each pass: median milliseconds, and those of the whole build.
+/// A scene's measured rows one a line, a column for each pass: median milliseconds, and those of the whole build. Where it
+/// is known how fast the device copies, also the whole over the floor: the time of copying the bytes that look-ups need.
 pub fn passes(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();
@@ -21,7 +22,7 @@ pub fn passes(results: &Results) -> String {
         let mut table = Table::new();
         table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
         let title = format!("{}: passes, ms", one_line(scene));
-        table.set_header([title.as_str(), "path"].into_iter().chain(names.iter().copied()).chain(["total"]));
+        table.set_header([title.as_str(), "path"].into_iter().chain(names.iter().copied()).chain(["total", "× floor"]));
         for row in rows {
             let of = |name: &&str| row.passes.iter().find(|p| p.name == *name).map(|p| p.median_ns);
             let times = names.iter().map(of).chain([row.build_ns.map(|t| t.median)]);
@@ -29,7 +30,10 @@ pub fn passes(results: &Results) -> String {
             let number = |time: Option<f64>| {
                 Cell::new(time.map_or(NOTHING.into(), milliseconds)).set_alignment(CellAlignment::Right)
             };
-            table.add_row(naming.into_iter().chain(times.map(number)));
+            let floor_ns = results.device.copy_bytes_per_second.map(|rate| row.bytes_resident as f64 * 1e9 / rate);
+            let over = row.build_ns.zip(floor_ns).map(|(build, floor)| significant(build.median / floor));
+            let over = Cell::new(over.unwrap_or(NOTHING.into())).set_alignment(CellAlignment::Right);
+            table.add_row(naming.into_iter().chain(times.map(number)).chain([over]));
         }
         for (place, column) in table.column_iter_mut().enumerate() {
             column.set_padding((0, 2));
@@ -41,6 +45,9 @@ pub fn passes(results: &Results) -> String {
             text += line.trim_end();
             text.push('\n');
         }
+    }
+    if let Some(rate) = results.device.copy_bytes_per_second {
+        text += &format!("floor: copying as many bytes as look-ups need, at {} GB/s\n", significant(rate / 1e9));
     }
     text
 }

@@ -112,7 +112,7 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     let mut writer = csv::Writer::from_writer(Vec::new());
     let mut names: Vec<String> = ["scene", "technique", "variant", "path", "status", "reason"].map(String::from).into();
     names.extend(["build_median_ns", "build_p05_ns", "build_p95_ns", "samples"].map(String::from));
-    names.push("lookup_median_ns_per_million".into());
+    names.extend(["pass_median_ns", "lookup_median_ns_per_million"].map(String::from));
     names.extend(["draw_median_ns", "draw_p05_ns", "draw_p95_ns", "draw_samples"].map(String::from));
     names.extend(["bytes_resident", "bytes_transient"].map(String::from));
     for points in ["map", "space"] {
@@ -144,6 +144,8 @@ fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
         [median, p05, p95, timing.map(|t| t.samples.to_string()).unwrap_or_default()]
     };
     fields.extend(timing(row.build_ns));
+    let passes: Vec<_> = row.passes.iter().map(|pass| format!("{}={}", pass.name, pass.median_ns)).collect();
+    fields.push(passes.join(" "));
     fields.push(number(row.lookup_ns_per_million.map(|timing| timing.median)));
     fields.extend(timing(row.draw_ns));
     fields.extend([row.bytes_resident.to_string(), row.bytes_transient.to_string()]);
