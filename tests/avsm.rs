@@ -150,7 +150,10 @@ fn binned(name: &str, scene: &Scene, size: u32) {
 
 fn cells(name: &str, scene: &Scene, size: u32) {
     gpu_test(&format!("cells_{name}"), |context| {
-        compare(context, scene, size, "path=binned,resolve=cells", Order::Cells);
+        compare(context, scene, size, "path=binned,resolve=cells,batch=shared", Order::Cells);
+        if context.features().subgroup_ballot {
+            compare(context, scene, size, "path=binned,resolve=cells,batch=lanes", Order::Cells);
+        }
     });
 }
 

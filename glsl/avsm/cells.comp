@@ -1,5 +1,5 @@
 #version 460
-// Builds the curves of half a tile of 8×8 texels in any order of the casters: adds up their optical depth in CELLS even
+// Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters: adds up their optical depth in CELLS even
 // cells of each texel's own depth range, then compresses the curve through the cells' ends, which is exact there.
 // Inputs: map, casters, counts, offsets, entries. Outputs: nodes of tiles that have casters.
 // Invariant: cells are whole numbers, so the result depends only on the casters, not on the order they come in.
@@ -13,8 +13,12 @@ layout(constant_id = 10) const uint STRANDS = 1u;
 #include "bins/totals.glsl"
 #include "common/light.glsl"
 
-// Half a tile: what a whole one would need of shared memory is more than many devices have.
+#if LANES == 1
+// Half a tile: what a whole one would need of shared memory is more than software devices have.
 const uint TEXELS = 32u;
+#else
+const uint TEXELS = 64u;
+#endif
 // Casters that are looked at at the same time, each by one thread a texel; thresholds that are tried at the same time.
 // 4, or 1 where threads of a workgroup do not run at the same time anyway.
 layout(local_size_x = TEXELS, local_size_y_id = 9) in;
@@ -45,10 +49,13 @@ const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;
 
 // Cell c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. Units of optical depth that
-// segments take in a cell, in the end summed from the first cell on; and by how much what they take in every cell changes
-// from a cell on, so that a segment is at most five numbers however many cells it spans.
+// segments take in a cell, in the end summed from the first cell on.
 shared uint cells[CELLS * TEXELS];
+#if LANES == 1
+// By how much what segments take in every cell changes from a cell on: a segment is at most five numbers however many cells
+// it spans. Software devices reach for shared memory one thread after the other.
 shared uint slopes[CELLS * TEXELS];
+#endif
 // Bits of non-negative floats, which order as the floats do.
 shared uint low_bits[TEXELS];
 shared uint high_bits[TEXELS];
@@ -66,44 +73,43 @@ bool dark_segment(View view, Ray ray, float ray_length, Caster caster, out vec2 
     return hit;
 }
 
-// Adds to a sum that wraps around on its way.
-void add(bool to_slopes, uint place, uint units) {
-    // Alone, a thread has its texel for itself; software devices take their time for atomics.
-    if (to_slopes) {
-        if (GROUPS == 1u) {
-            slopes[place] += units;
-        } else {
-            atomicAdd(slopes[place], units);
-        }
-    } else if (GROUPS == 1u) {
-        cells[place] += units;
-    } else {
-        atomicAdd(cells[place], units);
-    }
-}
-
-// Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units.
+// Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units. Roundings of a segment
+// cancel: what it has taken by the end of a cell is rounded, not what it takes in the cell.
+#if LANES == 1
+// A thread has its texel for itself. Sums may wrap around on their way.
 void add_segment(uint texel, vec2 at, float whole) {
     uint first = min(uint(at.x), uint(CELLS - 1)), last = min(uint(at.y), uint(CELLS - 1));
-    uint units = uint(whole + 0.5), place = first * TEXELS + texel;
+    uint units = uint(whole + 0.5);
     if (first == last) {
-        add(false, place, units);
+        cells[first * TEXELS + texel] += units;
         return;
     }
     // What it has taken by the end of its first cell and by the begin of its last.
     float rate = whole / max(at.y - at.x, 1e-6);
     uint early = uint(min((float(first + 1u) - at.x) * rate, whole) + 0.5);
     uint late = uint(min((float(last) - at.x) * rate, whole) + 0.5);
-    add(false, place, early);
+    cells[first * TEXELS + texel] += early;
     if (last > first + 1u) {
         // In even shares, whole numbers: the last `rest` cells in between take one more.
         uint count = last - first - 1u, share = (late - early) / count, rest = (late - early) % count;
-        add(true, place + TEXELS, share);
-        add(true, (last - rest) * TEXELS + texel, 1u);
-        add(true, last * TEXELS + texel, -(share + 1u));
+        slopes[(first + 1u) * TEXELS + texel] += share;
+        slopes[(last - rest) * TEXELS + texel] += 1u;
+        slopes[last * TEXELS + texel] -= share + 1u;
     }
-    add(false, last * TEXELS + texel, units - late);
+    cells[last * TEXELS + texel] += units - late;
 }
+#else
+void add_segment(uint texel, vec2 at, float whole) {
+    int cell = min(int(at.x), CELLS - 1), last = min(int(at.y), CELLS - 1);
+    float rate = whole / max(at.y - at.x, 1e-6);
+    uint before = 0u;
+    for (; cell <= last; ++cell) {
+        uint upto = uint((cell == last ? whole : min((float(cell + 1) - at.x) * rate, whole)) + 0.5);
+        atomicAdd(cells[uint(cell) * TEXELS + texel], upto - before);
+        before = upto;
+    }
+}
+#endif
 
 // The ends that stay: the last, and those whose triangle with the end that stayed before and the next end, times the
 // transmittance at the former, is at least `loss` (in cells times optical depth).
@@ -139,7 +145,10 @@ void main() {
     uint t = gl_LocalInvocationID.x, group = gl_LocalInvocationID.y;
     uvec2 texel = uvec2(tile % tiles.x, tile / tiles.x) * 8u + uvec2(t % 8u, gl_WorkGroupID.z * 4u + t / 8u);
     for (uint i = gl_LocalInvocationIndex; i < uint(CELLS) * TEXELS; i += THREADS) {
-        cells[i] = slopes[i] = 0u;
+        cells[i] = 0u;
+#if LANES == 1
+        slopes[i] = 0u;
+#endif
     }
     if (group == 0u) {
         low_bits[t] = 0x7F800000u;
@@ -200,7 +209,9 @@ void main() {
     if (group == 0u) {
         uint sum = 0u, slope = 0u;
         for (uint place = t; place < uint(CELLS) * TEXELS; place += TEXELS) {
+#if LANES == 1
             slope += slopes[place];
+#endif
             sum += cells[place] + slope;
             cells[place] = sum;
         }

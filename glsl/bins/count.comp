@@ -1,16 +1,13 @@
 #version 460
-// Counts the casters of each tile of a map. Inputs: map, casters, horizon. Outputs: counts, met, totals (all cleared
-// before). A caster that meets no tile, because it lies outside the light's volume or in the dark behind the meshes, is
+// Counts the casters of each tile of a map. Inputs: map, casters, horizon. Outputs: counts, met (both cleared before). A caster that meets no tile, because it lies outside the light's volume or in the dark behind the meshes, is
 // culled: nothing is drawn or binned of it.
 #include "bins/tiles.glsl"
-#include "bins/totals.glsl"
 
 layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
 layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
-layout(set = 1, binding = 3, scalar) buffer Totals { BinTotals totals[]; };
 layout(set = 1, binding = 5, scalar) buffer Met { uint met[]; };
 layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };
 
@@ -38,7 +35,7 @@ void main() {
             any = true;
         }
     }
-    if (any && atomicOr(met[map * caster_count + index], 1u) == 0u) {
-        atomicAdd(totals[map].met, 1u);
+    if (any) {
+        met[map * caster_count + index] = 1u;
     }
 }

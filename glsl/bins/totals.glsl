@@ -8,7 +8,6 @@ const uint BIN_GROUPS_X = 64u;
 
 struct BinTotals {
     uint entries;
-    uint met;  // casters in some tile
     uint tiles_used;
     uint tiles_listed;
     // VkDispatchIndirectCommand: a workgroup a listed tile, and up to 63 more.

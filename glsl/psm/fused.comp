@@ -37,13 +37,36 @@ const uint THREADS = TEXELS * GROUPS;
 shared uint slices[CHUNK * TEXELS];
 shared uint run_sums[GROUPS * TEXELS];
 shared uint bound;
-// Some of the tile's casters that reach into the chunk, in any order and in the view's axes.
+// Casters in the view's axes: all of a tile's, chunk after chunk, where there is room; or some of those that reach into the
+// chunk at hand.
 shared Caster batch[THREADS];
 shared Place places[THREADS];
 shared uint filled;
+const uint MAX_CHUNKS = 4u;
+shared uint chunk_counts[MAX_CHUNKS];
 
 void write(ivec3 at, vec4 transmittance) {
     imageStore(volume, at, ADDITIVE == 1u ? 1.0 - transmittance : transmittance);
+}
+
+// Adds what a caster of the batch takes of a texel's ray to the chunk that begins at slice `base`.
+void add_caster(View view, Ray ray, float ray_length, uint i, uint base, float scale) {
+    vec2 z;
+    float optical_depth;
+    if (!view_segment(view, ray, ray_length, batch[i], z, optical_depth)) {
+        return;
+    }
+    uint t = gl_LocalInvocationID.x;
+    optical_depth = min(optical_depth, MAX_OPTICAL_DEPTH);
+    float share = SPLIT == 1u ? places[i].share : 0.0;
+    uint here = uint(min(optical_depth * (1.0 - share), DARK) * scale + 0.5);
+    uint slice = places[i].slice - base;  // wraps for the slice before the chunk
+    if (slice < CHUNK) {
+        atomicAdd(slices[slice * TEXELS + t], here);
+    }
+    if (SPLIT == 1u && slice + 1u < CHUNK) {
+        atomicAdd(slices[(slice + 1u) * TEXELS + t], uint(min(optical_depth * share, DARK) * scale + 0.5));
+    }
 }
 
 void main() {
@@ -59,82 +82,96 @@ void main() {
         }
         return;
     }
-    if (gl_LocalInvocationIndex == 0u) {
+    uint thread = gl_LocalInvocationIndex;
+    if (thread == 0u) {
         bound = 0u;
     }
+    if (thread < MAX_CHUNKS) {
+        chunk_counts[thread] = 0u;
+    }
     barrier();
-    uint most = 0u;
-    for (uint i = gl_LocalInvocationIndex; i < count; i += THREADS) {
-        most += caster_bound(casters[entries[first + i].y], DARK * float(1u + SPLIT));
+    // Split, a caster may reach into two chunks.
+    bool once = SPLIT == 0u && count <= THREADS;
+    Caster mine;
+    Place place;
+    uint most = 0u, slot = 0u;
+    for (uint i = thread; i < count; i += THREADS) {
+        mine = casters[entries[first + i].y];
+        most += caster_bound(mine, DARK * float(1u + SPLIT));
     }
     atomicAdd(bound, most);
+    if (once && thread < count) {
+        mine = view_caster(view, mine);
+        place = depth_place(view_depth(view, mine.position.z + 0.5 * mine.axis.z));
+        slot = atomicAdd(chunk_counts[place.slice / CHUNK], 1u);
+    }
     barrier();
+    if (once && thread < count) {
+        for (uint c = 0u; c < place.slice / CHUNK; ++c) {
+            slot += chunk_counts[c];
+        }
+        batch[slot] = mine;
+        places[slot] = place;
+    }
     float scale = sum_scale(bound), unit = 1.0 / scale;
     Ray ray = view_texel_ray(view, texel);
     float ray_length = length(ray.direction);
 
+    for (uint i = gl_LocalInvocationIndex; i < CHUNK * TEXELS; i += THREADS) {
+        slices[i] = 0u;
+    }
     uint before = 0u;  // units of all slices of this texel before the chunk
+    uint chunk_first = 0u;
     for (uint base = 0u; base < SLICES; base += CHUNK) {
-        for (uint i = gl_LocalInvocationIndex; i < CHUNK * TEXELS; i += THREADS) {
-            slices[i] = 0u;
+        barrier();
+        if (once) {
+            uint end = chunk_first + chunk_counts[base / CHUNK];
+            for (uint i = chunk_first + group; i < end; i += GROUPS) {
+                add_caster(view, ray, ray_length, i, base, scale);
+            }
+            chunk_first = end;
         }
-        for (uint begin = 0u; begin < count; begin += THREADS) {
-            if (gl_LocalInvocationIndex == 0u) {
+        for (uint begin = 0u; !once && begin < count; begin += THREADS) {
+            if (thread == 0u) {
                 filled = 0u;
             }
             barrier();
-            uint entry = begin + gl_LocalInvocationIndex;
-            if (entry < count) {
-                Caster caster = view_caster(view, casters[entries[first + entry].y]);
-                Place place = depth_place(view_depth(view, caster.position.z + 0.5 * caster.axis.z));
+            if (begin + thread < count) {
+                mine = view_caster(view, casters[entries[first + begin + thread].y]);
+                place = depth_place(view_depth(view, mine.position.z + 0.5 * mine.axis.z));
                 if (place.slice + 1u >= base && place.slice < base + CHUNK) {
-                    uint slot = atomicAdd(filled, 1u);
-                    batch[slot] = caster;
+                    slot = atomicAdd(filled, 1u);
+                    batch[slot] = mine;
                     places[slot] = place;
                 }
             }
             barrier();
             for (uint i = group; i < filled; i += GROUPS) {
-                vec2 z;
-                float optical_depth;
-                if (!view_segment(view, ray, ray_length, batch[i], z, optical_depth)) {
-                    continue;
-                }
-                optical_depth = min(optical_depth, MAX_OPTICAL_DEPTH);
-                float share = SPLIT == 1u ? places[i].share : 0.0;
-                uint here = uint(min(optical_depth * (1.0 - share), DARK) * scale + 0.5);
-                uint slice = places[i].slice - base;  // wraps for the slice before the chunk
-                if (slice < CHUNK) {
-                    atomicAdd(slices[slice * TEXELS + t], here);
-                }
-                if (SPLIT == 1u && slice + 1u < CHUNK) {
-                    atomicAdd(slices[(slice + 1u) * TEXELS + t], uint(min(optical_depth * share, DARK) * scale + 0.5));
-                }
+                add_caster(view, ray, ray_length, i, base, scale);
             }
             barrier();
         }
-        uint sum = 0u;
-        for (uint i = 0u; i < RUN; ++i) {
-            sum += slices[(group * RUN + i) * TEXELS + t];
+        barrier();
+        uint run[RUN], sum = 0u;
+        [[unroll]] for (uint i = 0u; i < RUN; ++i) {
+            uint slice = (group * RUN + i) * TEXELS + t;
+            sum += slices[slice];
+            run[i] = sum;
+            slices[slice] = 0u;
         }
         run_sums[group * TEXELS + t] = sum;
         barrier();
         sum = before;
-        for (uint i = 0u; i < GROUPS; ++i) {
+        [[unroll]] for (uint i = 0u; i < GROUPS; ++i) {
             sum += i < group ? run_sums[i * TEXELS + t] : 0u;
             before += run_sums[i * TEXELS + t];
         }
-        for (uint i = 0u; i < RUN; i += 4u) {
-            vec4 depths;
-            [[unroll]] for (uint c = 0u; c < 4u; ++c) {
-                sum += slices[(group * RUN + i + c) * TEXELS + t];
-                depths[c] = float(sum) * unit;
-            }
+        [[unroll]] for (uint i = 0u; i < RUN; i += 4u) {
             uint slice = base + group * RUN + i;
             if (inside && slice < SLICES) {
+                vec4 depths = vec4(uvec4(run[i], run[i + 1u], run[i + 2u], run[i + 3u]) + sum) * unit;
                 write(ivec3(texel, map * LAYERS + slice / 4u), exp(-depths));
             }
         }
-        barrier();
     }
 }

@@ -21,8 +21,11 @@ pub fn passes(results: &Results) -> String {
         }
         let mut table = Table::new();
         table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
+        let floor = results.device.copy_bytes_per_second.map(|_| "× floor");
         let title = format!("{}: passes, ms", one_line(scene));
-        table.set_header([title.as_str(), "path"].into_iter().chain(names.iter().copied()).chain(["total", "× floor"]));
+        table.set_header(
+            [title.as_str(), "path"].into_iter().chain(names.iter().copied()).chain(["total"]).chain(floor),
+        );
         for row in rows {
             let of = |name: &&str| row.passes.iter().find(|p| p.name == *name).map(|p| p.median_ns);
             let times = names.iter().map(of).chain([row.build_ns.map(|t| t.median)]);
@@ -31,9 +34,11 @@ pub fn passes(results: &Results) -> String {
                 Cell::new(time.map_or(NOTHING.into(), milliseconds)).set_alignment(CellAlignment::Right)
             };
             let floor_ns = results.device.copy_bytes_per_second.map(|rate| row.bytes_resident as f64 * 1e9 / rate);
-            let over = row.build_ns.zip(floor_ns).map(|(build, floor)| significant(build.median / floor));
-            let over = Cell::new(over.unwrap_or(NOTHING.into())).set_alignment(CellAlignment::Right);
-            table.add_row(naming.into_iter().chain(times.map(number)).chain([over]));
+            let over = floor_ns.map(|floor| {
+                let over = row.build_ns.map_or(NOTHING.into(), |build| significant(build.median / floor));
+                Cell::new(over).set_alignment(CellAlignment::Right)
+            });
+            table.add_row(naming.into_iter().chain(times.map(number)).chain(over));
         }
         for (place, column) in table.column_iter_mut().enumerate() {
             column.set_padding((0, 2));

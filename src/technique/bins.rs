@@ -23,8 +23,6 @@ const ENTRY_BYTES: u64 = 8;
 pub struct BinTotals {
     /// Of all tiles of a map.
     pub entries: u32,
-    /// Casters in some tile.
-    pub met: u32,
     /// Tiles with casters.
     pub tiles_used: u32,
     /// Tiles that are built: those, or all.
@@ -64,6 +62,8 @@ pub struct Bins {
     capacity: u32,
     /// What `totals` held after the first build. The casters do not change, nor does this.
     read: Option<Vec<BinTotals>>,
+    /// Casters that were in some tile then, over all maps.
+    met_casters: u64,
     scene: Bindings,
     bindings: Bindings,
     find_horizon: Pipeline,
@@ -71,12 +71,6 @@ pub struct Bins {
     place: Pipeline,
     scatter: Pipeline,
     caster_count: u32,
-}
-
-/// Which variant of a shader that includes glsl/bins/batch.glsl, LANES: on software devices the threads of a subgroup show
-/// each other casters, where they can.
-pub fn by_lanes(context: &Context) -> bool {
-    context.features().kind == "cpu" && context.features().subgroup_ballot
 }
 
 /// What bins are for.
@@ -145,6 +139,7 @@ impl Bins {
             keeps_entries: what.entries,
             capacity,
             read: None,
+            met_casters: 0,
             scene: scene_bindings,
             bindings,
             caster_count: scene.caster_count,
@@ -228,6 +223,8 @@ impl Bins {
         let totals: Vec<BinTotals> = self.totals.read(self.map_count as usize)?;
         let entries = totals.iter().map(|t| t.entries).max().unwrap_or(0);
         self.read = Some(totals);
+        let met: Vec<u32> = self.met.read(self.map_count as usize * self.caster_count as usize)?;
+        self.met_casters = met.into_iter().map(u64::from).sum();
         if entries <= self.capacity || !self.keeps_entries {
             return Ok(false);
         }
@@ -251,8 +248,8 @@ impl Bins {
     /// Counts of a build over all maps, by name; a caster is culled once for each map that does not see it.
     pub fn counters(&self) -> [(String, u64); 5] {
         let sum = |of: fn(&BinTotals) -> u32| self.read.iter().flatten().map(|t| u64::from(of(t))).sum::<u64>();
-        let (entries, met, used) = (sum(|t| t.entries), sum(|t| t.met), sum(|t| t.tiles_used));
-        let culled = u64::from(self.caster_count) * u64::from(self.map_count) - met;
+        let (entries, used) = (sum(|t| t.entries), sum(|t| t.tiles_used));
+        let culled = u64::from(self.caster_count) * u64::from(self.map_count) - self.met_casters;
         let all = u64::from(self.tiles[0]) * u64::from(self.tiles[1]) * u64::from(self.map_count);
         [
             ("bin_entries".into(), entries),

@@ -41,7 +41,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
     BTreeMap::from([
         ("Light", twin!(LightData, position, kind, direction, cos_cone, radiance, first_map, map_count, has_opaque)),
         ("Map", twin!(MapData, volume, opaque)),
-        ("BinTotals", twin!(BinTotals, entries, met, tiles_used, tiles_listed, groups_x, groups_y, groups_z)),
+        ("BinTotals", twin!(BinTotals, entries, tiles_used, tiles_listed, groups_x, groups_y, groups_z)),
         ("View", twin!(View, origin, projection, right, scale_x, up, scale_y, forward, near, far, width, height)),
         ("Caster", twin!(Caster, position, radius, axis, density)),
         ("Segment", twin!(SegmentData, entry, exit, optical_depth, caster, next)),
@@ -156,6 +156,7 @@ fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) 
             "float" => "f32",
             "uint" => "u32",
             "uvec2" => "[u32; 2]",
+            "uvec4" => "[u32; 4]",
             "vec3" => "[f32; 3]",
             "vec3[3]" => "[[f32; 3]; 3]",
             _ => panic!("{what}: {glsl} has no Rust type here"),

@@ -18,7 +18,7 @@ mod raster_order;
 use self::packed::Full;
 use self::plan::Plan;
 use self::raster_order::RasterOrder;
-use super::bins::{Bins, TILE_TEXELS, Use, by_lanes};
+use super::bins::{Bins, TILE_TEXELS, Use};
 use super::drawn::Drawn;
 use super::light::{MapData, Maps, SceneData};
 use super::list::{Keep, List};
@@ -88,6 +88,12 @@ pub const ENTRY: Entry = Entry {
             default: "full",
             about: "full: 8 bytes a node; packed: 4, and 8 a texel",
         },
+        Key {
+            name: "batch",
+            values: Values::OneOf(&["auto", "shared", "lanes"]),
+            default: "auto",
+            about: "resolve=cells: casters stand in shared memory or in the lanes of subgroups; auto: lanes on software devices",
+        },
         filter::FILTER,
         filter::RADIUS,
     ],
@@ -105,9 +111,6 @@ const INTERLOCK: &str = "interlock";
 const RASTER_ORDER: &str = "raster-order";
 const BINNED: &str = "binned";
 const CELLS: &str = "cells";
-
-/// Workgroups of glsl/avsm/cells.comp that share a tile.
-const CELLS_PARTS: u32 = 2;
 
 /// Depth of an unused node. Twin: EMPTY in glsl/avsm/curve.glsl.
 pub const EMPTY: f32 = 3e38;
@@ -160,7 +163,7 @@ impl Avsm {
     /// # Errors
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, scene: &Scene, data: &SceneData, spec: &Spec) -> Result<Self> {
-        let Plan { path, cells, reason, reach, constants } = Plan::new(context, scene, spec)?;
+        let Plan { path, cells, lanes, reason, reach, constants } = Plan::new(context, scene, spec)?;
         let maps = Maps::new(context, scene, spec.number("size"))?;
         let opaque = OpaqueMap::new(context, data, &maps)?;
         let node_count = spec.number("nodes");
@@ -170,7 +173,7 @@ impl Avsm {
         let nodes = Buffer::new(context, "avsm.nodes", bytes, Memory::Device)?;
         let skip = spec.value("skip") == "on";
         let bins = if skip || path == BINNED {
-            let what = Use { entries: path == BINNED, skip, reach, parts: if cells { CELLS_PARTS } else { 1 } };
+            let what = Use { entries: path == BINNED, skip, reach, parts: if cells && lanes { 2 } else { 1 } };
             Some(Bins::new(context, data, &maps, &opaque, what)?)
         } else {
             None
@@ -196,7 +199,7 @@ impl Avsm {
         };
         let build = if let (BINNED, Some(bins)) = (path, &bins) {
             let sets = [bins.scene_bindings(), bins.bindings(), &nodes_bindings];
-            let cells_shader = format!("avsm/cells.comp/{}", u32::from(by_lanes(context)));
+            let cells_shader = format!("avsm/cells.comp/{}", u32::from(lanes));
             let insert = shader(if cells { &cells_shader } else { "avsm/binned.comp" })?;
             let insert = Pipeline::compute(context, insert, &sets, &constants)?;
             Build::Binned { insert, cells }

@@ -16,14 +16,16 @@ const BINNED_NODES: u32 = 4;
 /// WORK − NODES of curves from cells: ends of cells come in order and few, so that little is gained by more.
 const CELLS_NODES: u32 = 2;
 
-/// Shared memory of glsl/avsm/cells.comp: 64 cells of 32 texels, twice; 128 casters; ends, ranges and the bound.
-const CELLS_SHARED_BYTES: u32 = 2 * 64 * 32 * 4 + 128 * 32 + 4 * 32 * 8 + 2 * 32 * 4 + 4;
+/// Shared memory of glsl/avsm/cells.comp: 64 cells of 64 texels, or of 32 twice, 128 casters, ends, ranges and the bound.
+const CELLS_SHARED_BYTES: u32 = 64 * 64 * 4 + 128 * 32 + 4 * 64 * 8 + 2 * 64 * 4 + 4;
 
 /// What is decided before anything is made.
 pub struct Plan {
     pub path: &'static str,
     /// resolve=cells, asked for or chosen.
     pub cells: bool,
+    /// LANES of glsl/bins/batch.glsl.
+    pub lanes: bool,
     /// Why this path.
     pub reason: String,
     /// Texels around a texel from which look-ups read it.
@@ -71,8 +73,14 @@ impl Plan {
             BINNED => BINNED_NODES,
             _ => 0,
         };
+        let ballot = context.features().subgroup_ballot;
+        let lanes = match spec.value("batch") {
+            "lanes" if !ballot => return Err(Error::Refused { needs: "subgroup ballots in compute shaders".into() }),
+            "auto" => ballot && context.features().kind == "cpu",
+            asked => asked == "lanes",
+        };
         // Threads of a workgroup take turns on a CPU: more groups only repeat work there.
-        let groups = if context.features().kind == "cpu" { 1 } else { 4 };
+        let groups = if lanes || context.features().kind == "cpu" { 1 } else { 4 };
         let [filter, radius] = filter::constants(scene, spec)?;
         let on = |key: &str, value: &str| u32::from(spec.value(key) == value);
         let nodes = spec.number("nodes");
@@ -92,7 +100,7 @@ impl Plan {
         ];
         // Bilinear weights reach one texel away.
         let reach = 1 + if spec.value("filter") == "bilinear" { 0 } else { radius };
-        Ok(Self { path, cells, reason, reach, constants })
+        Ok(Self { path, cells, lanes, reason, reach, constants })
     }
 }
 

@@ -80,7 +80,7 @@ const FUSED: &str = "fused";
 const OPTICAL_DEPTH: &str = "optical-depth";
 
 /// Shared memory of glsl/psm/fused.comp: 64 slices of 64 texels, 4 sums a texel, 256 casters and their places, three words.
-const FUSED_SHARED_BYTES: u32 = 64 * 64 * 4 + 4 * 64 * 4 + 256 * (32 + 8) + 12;
+const FUSED_SHARED_BYTES: u32 = 64 * 64 * 4 + 4 * 64 * 4 + 256 * (32 + 8) + 4 * 4 + 8;
 
 /// What a path builds with.
 enum Build {
