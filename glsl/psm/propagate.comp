@@ -4,6 +4,7 @@
 // Invariants: the product runs in float, so that rounding does not add up; rays whose 8×8 neighbours meet no caster are left
 // as they were cleared, which means all of the light. With ADDITIVE what is lost of the light is kept, for the same reason.
 // Twin: reference::psm::propagate.
+#extension GL_EXT_control_flow_attributes : require
 #include "common/light.glsl"
 #include "psm/constants.glsl"
 #include "psm/format.glsl"
@@ -29,6 +30,25 @@ bool covered() {
     return true;
 }
 
+// Layers that are read before the first of them is written: a ray's reads would otherwise wait for its writes one by one.
+const uint AHEAD = 8u;
+
+// From what each of four slices leaves to what is left behind it.
+vec4 propagated(vec4 slices, float before) {
+    if (ADDITIVE == 1u) {
+        slices.x += before;
+        slices.y += slices.x;
+        slices.z += slices.y;
+        slices.w += slices.z;
+    } else {
+        slices.x *= before;
+        slices.y *= slices.x;
+        slices.z *= slices.y;
+        slices.w *= slices.z;
+    }
+    return slices;
+}
+
 void main() {
     View view = maps[map].volume;
     ivec3 at = ivec3(gl_GlobalInvocationID.xy, map * LAYERS);
@@ -36,20 +56,18 @@ void main() {
         return;
     }
     float before = ADDITIVE == 1u ? 0.0 : 1.0;
-    for (uint layer = 0u; layer < SLICES / 4u; ++layer, ++at.z) {
-        vec4 slices = imageLoad(volume, at);
-        if (ADDITIVE == 1u) {
-            slices.x += before;
-            slices.y += slices.x;
-            slices.z += slices.y;
-            slices.w += slices.z;
-        } else {
-            slices.x *= before;
-            slices.y *= slices.x;
-            slices.z *= slices.y;
-            slices.w *= slices.z;
+    for (uint base = 0u; base < SLICES / 4u; base += AHEAD) {
+        vec4 slices[AHEAD];
+        [[unroll]] for (uint i = 0u; i < AHEAD; ++i) {
+            slices[i] = base + i < SLICES / 4u ? imageLoad(volume, at + ivec3(0, 0, i)) : vec4(0.0);
         }
-        before = slices.w;
-        imageStore(volume, at, ADDITIVE == 1u ? 1.0 - exp(-slices) : slices);
+        [[unroll]] for (uint i = 0u; i < AHEAD; ++i) {
+            if (base + i < SLICES / 4u) {
+                vec4 behind = propagated(slices[i], before);
+                before = behind.w;
+                imageStore(volume, at + ivec3(0, 0, i), ADDITIVE == 1u ? 1.0 - exp(-behind) : behind);
+            }
+        }
+        at.z += int(AHEAD);
     }
 }
