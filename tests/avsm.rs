@@ -179,6 +179,18 @@ macro_rules! twin_tests {
 
 twin_tests!(random 24, duplicates 16, nested 16, opaque 16, crowd 8, strands 24, locks 16, inside 12, beside 12);
 
+/// A tile with more entries than are sorted in shared memory.
+#[test]
+fn a_tile_of_many_casters() {
+    let scene = scenes::dense();
+    gpu_test("a_tile_of_many_casters_is_one", |context| {
+        let avsm = built_avsm(context, &scene, "avsm:path=binned,resolve=streaming,size=8");
+        let counters = gobo::technique::Technique::counters(&avsm).expect("counted");
+        assert!(counters["tiles"] == 1 && counters["bin_entries"] > 1024, "{counters:?}");
+    });
+    binned("a_tile_of_many_casters", &scene, 8);
+}
+
 /// Every path, stored packed.
 fn packed(name: &str, scene: &Scene, size: u32) {
     gpu_test(&format!("packed_{name}"), |context| {

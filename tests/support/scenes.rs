@@ -122,6 +122,19 @@ pub fn crowd() -> Scene {
     directional("crowd", SLANTED, particles)
 }
 
+/// So many small spheres that a tile has more of them than its sort keeps in shared memory, 1,024, few a texel.
+pub fn dense() -> Scene {
+    let mut random = Random::new(11);
+    let particles = (0..2500)
+        .map(|_| Particle {
+            position: random.point(-1.0, 1.0),
+            radius: random.between(0.1, 0.16),
+            extinction: random.between(0.2, 2.0),
+        })
+        .collect();
+    directional("dense", SLANTED, particles)
+}
+
 /// A point moved along a direction.
 fn moved(point: [f32; 3], direction: [f32; 3], by: f32) -> [f32; 3] {
     [0, 1, 2].map(|i| point[i] + by * direction[i])
