@@ -124,8 +124,8 @@ fn bytes_and_nodes_of_packed_curves() {
                 assert_eq!(covered(&packed), covered(&full), "{text}");
                 let unpacked = nodes_of(&packed, &text, texels as usize);
                 let mut drawn = 0;
-                // Each is read back with all before it: one in five, in every row and column.
-                for (texel, nodes) in (0u32..).zip(unpacked.chunks_exact(count as usize)).step_by(5) {
+                // Each is read back with all before it: one in eleven, in every row and column.
+                for (texel, nodes) in (0u32..).zip(unpacked.chunks_exact(count as usize)).step_by(11) {
                     let (map, at) = (texel / 256, [texel % 16, texel % 256 / 16]);
                     let told = packed.nodes(map as usize, at).expect("the nodes");
                     let full = full.nodes(map as usize, at).expect("the nodes");
@@ -143,7 +143,7 @@ fn bytes_and_nodes_of_packed_curves() {
                         drawn += 1;
                     }
                 }
-                assert!(drawn > 30, "{text}: {drawn} texels");
+                assert!(drawn > 15, "{text}: {drawn} texels");
             }
         });
     }
