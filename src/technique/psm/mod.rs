@@ -261,8 +261,8 @@ impl Raster {
     }
 }
 
-/// The path and why. `auto` is fused on GPUs: it writes each voxel once and blends nothing. On lavapipe 22.3, where storing to
-/// an image costs more than blending, raster was measured to be faster (README, "Particle shadow maps").
+/// The path and why. `auto` is fused on GPUs: it writes each voxel once and blends nothing. On lavapipe 22.3 raster was measured
+/// to be faster (README, "Particle shadow maps"); why is not known.
 fn choose(context: &Context, spec: &Spec) -> Result<(&'static str, String)> {
     let has = context.features().max_compute_shared_memory_bytes;
     let lacks_room = (has < FUSED_SHARED_BYTES)
