@@ -1,7 +1,7 @@
 #version 460
 // Builds the curves of one tile of 8×8 texels: sorts the tile's casters, then each thread inserts their segments into
 // its texel's curve and writes it once. No lists, no blending, no interlock.
-// Inputs: map, casters, counts, offsets, entries. Outputs: nodes of tiles that have casters.
+// Inputs: map, casters, parts, entries. Outputs: nodes of tiles that have casters.
 // Invariant: the result depends only on the casters, not on the order in which they were binned.
 #include "avsm/curve.glsl"
 #include "bins/totals.glsl"
@@ -11,11 +11,9 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
-layout(set = 1, binding = 0, scalar) readonly buffer Counts { uint counts[]; };
-layout(set = 1, binding = 1, scalar) readonly buffer Offsets { uint offsets[]; };
+layout(set = 1, binding = 1, scalar) readonly buffer Parts { TilePart parts[]; };
 layout(set = 1, binding = 4, scalar) coherent buffer Entries { uvec2 entries[]; };
 layout(set = 1, binding = 3, scalar) readonly buffer Totals { BinTotals totals[]; };
-layout(set = 1, binding = 7, scalar) readonly buffer InUse { uint tiles_in_use[]; };
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
 layout(push_constant, scalar) uniform Push { uint map; };
@@ -29,15 +27,15 @@ const uint BATCH = 256u;
 shared Caster batch[BATCH];
 
 void main() {
-    uint tile;
-    if (!listed_tile(map, tile)) {
+    TilePart part;
+    if (!listed_part(map, part)) {
         return;
     }
     View view = maps[map].volume;
     uvec2 tiles = (uvec2(view.width, view.height) + 7u) / 8u;
-    uint count = counts[map * tiles.x * tiles.y + tile], first = count > 0u ? offsets[tile] : 0u;
+    uint first = part.first, count = part.count;
     sort_tile(first, count);
-    uvec2 texel = uvec2(tile % tiles.x, tile / tiles.x) * 8u + gl_LocalInvocationID.xy;
+    uvec2 texel = uvec2(part.tile % tiles.x, part.tile / tiles.x) * 8u + gl_LocalInvocationID.xy;
     curve_clear();
     for (uint begin = 0u; begin < count; begin += BATCH) {
         uint filled = min(BATCH, count - begin);

@@ -1,7 +1,7 @@
 #version 460
 // Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters: adds up their optical depth in CELLS even
 // cells of each texel's own depth range, then compresses the curve through the cells' ends, which is exact there.
-// Inputs: map, casters, counts, offsets, entries. Outputs: nodes of tiles that have casters.
+// Inputs: map, casters, parts, entries. Outputs: nodes of tiles that have casters.
 // Invariant: cells are whole numbers, so the result depends only on the casters, not on the order they come in.
 // Source: ours. Twin: reference::cells.
 
@@ -28,11 +28,9 @@ const uint THREADS = TEXELS * GROUPS;
 
 layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
-layout(set = 1, binding = 0, scalar) readonly buffer Counts { uint counts[]; };
-layout(set = 1, binding = 1, scalar) readonly buffer Offsets { uint offsets[]; };
+layout(set = 1, binding = 1, scalar) readonly buffer Parts { TilePart parts[]; };
 layout(set = 1, binding = 4, scalar) readonly buffer Entries { uvec2 entries[]; };
 layout(set = 1, binding = 3, scalar) readonly buffer Totals { BinTotals totals[]; };
-layout(set = 1, binding = 7, scalar) readonly buffer InUse { uint tiles_in_use[]; };
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
 layout(push_constant, scalar) uniform Push { uint map; };
@@ -135,15 +133,15 @@ bool few_enough(uvec2 mask) {
 }
 
 void main() {
-    uint tile;
-    if (!listed_tile(map, tile)) {
+    TilePart part;
+    if (!listed_part(map, part)) {
         return;
     }
     View view = maps[map].volume;
     uvec2 tiles = (uvec2(view.width, view.height) + 7u) / 8u;
-    uint count = counts[map * tiles.x * tiles.y + tile], first = count > 0u ? offsets[tile] : 0u;
+    uint first = part.first, count = part.count;
     uint t = gl_LocalInvocationID.x, group = gl_LocalInvocationID.y;
-    uvec2 texel = uvec2(tile % tiles.x, tile / tiles.x) * 8u + uvec2(t % 8u, gl_WorkGroupID.z * 4u + t / 8u);
+    uvec2 texel = uvec2(part.tile % tiles.x, part.tile / tiles.x) * 8u + uvec2(t % 8u, part.part * 4u + t / 8u);
     for (uint i = gl_LocalInvocationIndex; i < uint(CELLS) * TEXELS; i += THREADS) {
         cells[i] = 0u;
 #if LANES == 1

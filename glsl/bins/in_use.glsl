@@ -1,12 +1,11 @@
-// The tile of a workgroup, for passes with one workgroup a listed tile. Needs, declared before: totals, tiles_in_use.
+// What a workgroup builds, for passes with one workgroup a listed part. Needs, declared before: totals, parts.
 #ifndef BINS_IN_USE_GLSL
 #define BINS_IN_USE_GLSL
 
-// False where the list has ended.
-bool listed_tile(uint map, out uint tile) {
+// False where the list has ended; there is room behind it, so that both reads can be under way at once.
+bool listed_part(uint map, out TilePart part) {
     uint place = gl_WorkGroupID.y * BIN_GROUPS_X + gl_WorkGroupID.x;
-    bool listed = place < totals[map].tiles_listed;
-    tile = listed ? tiles_in_use[place] : 0u;
-    return listed;
+    part = parts[place];
+    return place < totals[map].parts;
 }
 #endif

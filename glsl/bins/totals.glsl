@@ -3,16 +3,24 @@
 #define BINS_TOTALS_GLSL
 #extension GL_EXT_scalar_block_layout : require
 
-// Workgroups of listed tiles, across. Wide enough that the limit on rows, 65,535, is never met.
+// Workgroups of listed parts, across. Wide enough that the limit on rows, 65,535, is never met.
 const uint BIN_GROUPS_X = 64u;
 
 struct BinTotals {
     uint entries;
     uint tiles_used;
-    uint tiles_listed;
-    // VkDispatchIndirectCommand: a workgroup a listed tile, and up to 63 more.
+    uint parts;  // of tiles, listed
+    // VkDispatchIndirectCommand: a workgroup a listed part, and up to 63 more.
     uint groups_x;
     uint groups_y;
     uint groups_z;
+};
+
+// What a workgroup builds: a tile, or a part of one.
+struct TilePart {
+    uint tile;
+    uint part;
+    uint first;  // of the tile's entries
+    uint count;  // of the tile's casters
 };
 #endif

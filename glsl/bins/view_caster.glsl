@@ -23,7 +23,17 @@ Ray view_texel_ray(View view, uvec2 texel) {
 // z between which a caster takes light of a ray, and its optical depth there; false where the ray misses it or leaves it
 // before the near plane. `ray_length` is that of the ray's direction.
 bool view_segment(View view, Ray ray, float ray_length, Caster caster, out vec2 z, out float optical_depth) {
-    bool hit = caster_overlap(ray, caster, z) && z.y > view.near;
+    bool hit;
+    if (view.projection == VIEW_PARALLEL && !caster_is_strand(caster)) {
+        // caster_overlap, where the ray's direction is (0, 0, 1).
+        vec2 across = caster.position.xy - ray.origin.xy;
+        float half_square = caster.radius * caster.radius - dot(across, across);
+        float half_chord = sqrt(max(half_square, 0.0));
+        z = vec2(caster.position.z - half_chord, caster.position.z + half_chord);
+        hit = half_square > 0.0 && z.y > view.near;
+    } else {
+        hit = caster_overlap(ray, caster, z) && z.y > view.near;
+    }
     if (caster_is_strand(caster)) {
         optical_depth = caster.density;
         return hit;

@@ -11,6 +11,15 @@ use bytemuck::{Pod, Zeroable};
 /// Texels a side of a tile. Twin: TILE_TEXELS in glsl/bins/tiles.glsl.
 pub const TILE_TEXELS: u32 = 8;
 
+/// Parts of a tile, at most.
+const TILE_PARTS: u32 = 2;
+
+/// Bytes of a part. Twin: TilePart in glsl/bins/totals.glsl.
+const PART_BYTES: u64 = 16;
+
+/// Room behind the list, which workgroups past its end read: a row of BIN_GROUPS_X of them.
+const PARTS_BEHIND: u64 = 64;
+
 /// Entries a caster that the buffer starts with. It grows to what a scene demands.
 const FIRST_ENTRIES: u64 = 8;
 
@@ -25,9 +34,9 @@ pub struct BinTotals {
     pub entries: u32,
     /// Tiles with casters.
     pub tiles_used: u32,
-    /// Tiles that are built: those, or all.
-    pub tiles_listed: u32,
-    /// VkDispatchIndirectCommand of a workgroup a listed tile.
+    /// Parts of tiles that are built.
+    pub parts: u32,
+    /// VkDispatchIndirectCommand of a workgroup a listed part.
     pub groups_x: u32,
     /// Likewise.
     pub groups_y: u32,
@@ -43,13 +52,13 @@ pub struct Bins {
     map_count: u32,
     /// Casters of each tile: map after map, rows of tiles.
     pub counts: Buffer,
-    offsets: Buffer,
+    /// The listed parts of tiles of a map.
+    parts: Buffer,
+    /// Where the next entry of each tile goes.
     cursors: Buffer,
     /// [`BinTotals`] of each map.
     totals: Buffer,
     entries: Buffer,
-    /// The listed tiles of a map.
-    in_use: Buffer,
     /// Whether a caster of a map is in some tile.
     met: Buffer,
     /// z in the map's volume view behind which no light gets: map after map, rows of tiles.
@@ -78,12 +87,12 @@ pub struct Bins {
 pub struct Use {
     /// Entries are wanted, and not only which casters and tiles meet.
     pub entries: bool,
-    /// Tiles without casters may be left out, and casters that stand in the dark behind meshes.
+    /// Casters that stand in the dark behind meshes may be left out.
     pub skip: bool,
     /// Texels around a tile from which look-ups read it.
     pub reach: u32,
-    /// Workgroups that share a tile in [`Bins::per_tile`].
-    pub parts: u32,
+    /// Workgroups a tile in [`Bins::per_part`], at most [`TILE_PARTS`]: of one with casters, of one without.
+    pub parts: [u32; 2],
 }
 
 impl Bins {
@@ -97,7 +106,8 @@ impl Bins {
         let words = u64::from(tiles[0]) * u64::from(tiles[1]) * 4;
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
         let counts = buffer("bins.counts", count * words)?;
-        let offsets = buffer("bins.offsets", words)?;
+        let most_parts = u64::from(tiles[0]) * u64::from(tiles[1]) * u64::from(TILE_PARTS) + PARTS_BEHIND;
+        let parts = buffer("bins.parts", most_parts * PART_BYTES)?;
         let cursors = buffer("bins.cursors", words)?;
         let totals = buffer("bins.totals", count * size_of::<BinTotals>() as u64)?;
         let limit = u64::from(context.features().max_storage_buffer_range) / ENTRY_BYTES;
@@ -106,7 +116,6 @@ impl Bins {
         let met = buffer("bins.met", count * u64::from(scene.caster_count.max(1)) * 4)?;
         let horizon = buffer("bins.horizon", count * words)?;
         let hide = what.skip && scene.triangle_count > 0;
-        let in_use = buffer("bins.in_use", words)?;
         let entries = buffer("bins.entries", u64::from(capacity) * ENTRY_BYTES)?;
         let resources = [
             Resource::Buffer(maps.buffer.clone()),
@@ -114,10 +123,10 @@ impl Bins {
             Resource::Texture(opaque.image.clone()),
         ];
         let scene_bindings = Bindings::new(context, "bins.scene", &resources)?;
-        let bindings = bindings(context, [&counts, &offsets, &cursors, &totals, &entries, &met, &horizon, &in_use])?;
+        let bindings = bindings(context, [&counts, &parts, &cursors, &totals, &entries, &met, &horizon])?;
         let sets = [&scene_bindings, &bindings];
         let lanes = if context.features().kind == "cpu" { 1 } else { 16 };
-        let constants = [u32::from(hide), what.reach, lanes, u32::from(!what.skip), what.parts];
+        let constants = [u32::from(hide), what.reach, lanes, what.parts[0], what.parts[1]];
         Ok(Self {
             context: context.clone(),
             tiles,
@@ -127,11 +136,10 @@ impl Bins {
             place: Pipeline::compute(context, shader("bins/place.comp")?, &sets, &constants)?,
             scatter: Pipeline::compute(context, shader("bins/scatter.comp")?, &sets, &constants)?,
             counts,
-            offsets,
+            parts,
             cursors,
             totals,
             entries,
-            in_use,
             met,
             horizon,
             hide,
@@ -151,7 +159,7 @@ impl Bins {
         &self.scene
     }
 
-    /// The set with counts, offsets, cursors, totals, entries, met, horizon and listed tiles.
+    /// The set with counts, listed parts, cursors, totals, entries, met and horizon.
     pub fn bindings(&self) -> &Bindings {
         &self.bindings
     }
@@ -199,8 +207,8 @@ impl Bins {
         });
     }
 
-    /// Runs a shader with a workgroup for each part of each tile of a map that is built, and its map as push constant.
-    pub fn per_tile(&self, pass: &mut Pass, map: u32, pipeline: &Pipeline, sets: &[&Bindings]) {
+    /// Runs a shader with a workgroup for each listed part of a tile of a map, and the map as push constant.
+    pub fn per_part(&self, pass: &mut Pass, map: u32, pipeline: &Pipeline, sets: &[&Bindings]) {
         let totals = u64::from(map) * size_of::<BinTotals>() as u64;
         let groups = totals + std::mem::offset_of!(BinTotals, groups_x) as u64;
         pass.dispatch_indirect(pipeline, sets, bytemuck::bytes_of(&map), &self.totals, groups);
@@ -231,16 +239,7 @@ impl Bins {
         self.capacity = entries.saturating_add(entries / 8);
         let bytes = u64::from(self.capacity) * ENTRY_BYTES;
         self.entries = Buffer::new(&self.context, "bins.entries", bytes, Memory::Device)?;
-        let buffers = [
-            &self.counts,
-            &self.offsets,
-            &self.cursors,
-            &self.totals,
-            &self.entries,
-            &self.met,
-            &self.horizon,
-            &self.in_use,
-        ];
+        let buffers = [&self.counts, &self.parts, &self.cursors, &self.totals, &self.entries, &self.met, &self.horizon];
         self.bindings = bindings(&self.context, buffers)?;
         Ok(true)
     }
@@ -274,12 +273,11 @@ impl Bins {
 
     /// All but the counts, which look-ups need.
     pub fn bytes_transient(&self) -> u64 {
-        let buffers =
-            [&self.offsets, &self.cursors, &self.totals, &self.entries, &self.met, &self.horizon, &self.in_use];
+        let buffers = [&self.parts, &self.cursors, &self.totals, &self.entries, &self.met, &self.horizon];
         buffers.into_iter().map(Buffer::bytes).sum()
     }
 }
 
-fn bindings(context: &Context, buffers: [&Buffer; 8]) -> Result<Bindings> {
+fn bindings(context: &Context, buffers: [&Buffer; 7]) -> Result<Bindings> {
     Bindings::new(context, "bins", &buffers.map(|b| Resource::Buffer(b.clone())))
 }

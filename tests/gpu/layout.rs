@@ -41,7 +41,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
     BTreeMap::from([
         ("Light", twin!(LightData, position, kind, direction, cos_cone, radiance, first_map, map_count, has_opaque)),
         ("Map", twin!(MapData, volume, opaque)),
-        ("BinTotals", twin!(BinTotals, entries, tiles_used, tiles_listed, groups_x, groups_y, groups_z)),
+        ("BinTotals", twin!(BinTotals, entries, tiles_used, parts, groups_x, groups_y, groups_z)),
         ("View", twin!(View, origin, projection, right, scale_x, up, scale_y, forward, near, far, width, height)),
         ("Caster", twin!(Caster, position, radius, axis, density)),
         ("Segment", twin!(SegmentData, entry, exit, optical_depth, caster, next)),

@@ -173,7 +173,8 @@ impl Avsm {
         let nodes = Buffer::new(context, "avsm.nodes", bytes, Memory::Device)?;
         let skip = spec.value("skip") == "on";
         let bins = if skip || path == BINNED {
-            let what = Use { entries: path == BINNED, skip, reach, parts: if cells && lanes { 2 } else { 1 } };
+            let parts = if cells && lanes { 2 } else { 1 };
+            let what = Use { entries: path == BINNED, skip, reach, parts: [parts, if skip { 0 } else { parts }] };
             Some(Bins::new(context, data, &maps, &opaque, what)?)
         } else {
             None
@@ -295,7 +296,7 @@ impl Avsm {
     fn binned(&self, commands: &mut Commands, map: u32, bins: &Bins, pipeline: &Pipeline) {
         commands.pass("avsm.binned", |pass| {
             let sets = [bins.scene_bindings(), bins.bindings(), &self.nodes_bindings];
-            bins.per_tile(pass, map, pipeline, &sets);
+            bins.per_part(pass, map, pipeline, &sets);
         });
     }
 
@@ -303,7 +304,7 @@ impl Avsm {
     fn cells(&self, commands: &mut Commands, map: u32, bins: &Bins, pipeline: &Pipeline) {
         commands.pass("avsm.cells", |pass| {
             let sets = [bins.scene_bindings(), bins.bindings(), &self.nodes_bindings];
-            bins.per_tile(pass, map, pipeline, &sets);
+            bins.per_part(pass, map, pipeline, &sets);
         });
     }
 

@@ -79,8 +79,14 @@ const RASTER: &str = "raster";
 const FUSED: &str = "fused";
 const OPTICAL_DEPTH: &str = "optical-depth";
 
-/// Shared memory of glsl/psm/fused.comp: 64 slices of 64 texels, 4 sums a texel, 256 casters and their places, three words.
-const FUSED_SHARED_BYTES: u32 = 64 * 64 * 4 + 4 * 64 * 4 + 256 * (32 + 8) + 4 * 4 + 8;
+/// Workgroups of glsl/psm/fused.comp: two halves of a tile that has casters, one of a tile to be written over.
+const FUSED_PARTS: [u32; 2] = [2, 1];
+
+/// Its shared memory, bytes a slice: half a tile's texels.
+const FUSED_SLICE_BYTES: u32 = 32 * 4;
+
+/// Its threads a workgroup: on GPUs, and where they do not run at the same time anyway.
+const FUSED_THREADS: [u32; 2] = [512, 32];
 
 /// What a path builds with.
 enum Build {
@@ -141,10 +147,13 @@ impl Psm {
         let storage = Bindings::new(context, "psm.volume", &[Resource::StorageImage(volume.clone())])?;
         let build = if path == FUSED {
             let reach = 1 + if filter[0] == 0 { 0 } else { filter[1] };
-            let what = Use { entries: true, skip, reach, parts: 1 };
+            let what = Use { entries: true, skip, reach, parts: FUSED_PARTS };
             let bins = Box::new(Bins::new(context, data, &maps, &opaque, what)?);
             let sets = [bins.scene_bindings(), bins.bindings(), &storage];
-            let shader = shader(&format!("psm/fused.comp/{}", layout.bits))?;
+            let name = std::env::var("FUSED").unwrap_or("fused".into());
+            let shader = shader(&format!("psm/{name}.comp/{}", layout.bits))?;
+            let threads = FUSED_THREADS[usize::from(context.features().kind == "cpu")];
+            let constants = [&constants[..], &[threads, threads]].concat();
             let pipeline = Pipeline::compute(context, shader, &sets, &constants)?;
             Build::Fused { bins, pipeline }
         } else {
@@ -203,8 +212,7 @@ impl Psm {
     /// Fused: builds each tile of a map.
     fn fused(&self, commands: &mut Commands, map: u32, bins: &Bins, pipeline: &Pipeline) {
         commands.pass("psm.fused", |pass| {
-            let sets = [bins.scene_bindings(), bins.bindings(), &self.storage];
-            pass.dispatch(pipeline, &sets, bytemuck::bytes_of(&map), self.layout.tiles());
+            bins.per_part(pass, map, pipeline, &[bins.scene_bindings(), bins.bindings(), &self.storage]);
         });
     }
 }
@@ -246,7 +254,7 @@ impl Raster {
         let bins = match layout.coverage {
             COVERAGE_TILES => {
                 // All tiles that casters meet, whether light gets there or not.
-                let what = Use { entries: false, skip: false, reach: 0, parts: 1 };
+                let what = Use { entries: false, skip: false, reach: 0, parts: [0, 0] };
                 Some(Box::new(Bins::new(context, data, maps, opaque, what)?))
             }
             _ => None,
@@ -254,7 +262,8 @@ impl Raster {
         let counts = bins.as_ref().map_or(&maps.buffer, |b| &b.counts);
         let resources = [Resource::Buffer(maps.buffer.clone()), Resource::Buffer(counts.clone())];
         let rays = Bindings::new(context, "psm.rays", &resources)?;
-        let propagate = shader(&format!("psm/propagate.comp/{}", layout.bits))?;
+        let name = std::env::var("PROP").unwrap_or("propagate".into());
+        let propagate = shader(&format!("psm/{name}.comp/{}", layout.bits))?;
         let propagate = Pipeline::compute(context, propagate, &[&rays, storage], constants)?;
         let vertices = if by_geometry { 1 } else { 6 * quads };
         Ok(Self { scene, voxelize, vertices, viewports, rays, propagate, bins })
@@ -264,9 +273,9 @@ impl Raster {
 /// The path and why. `auto` is fused on GPUs: it writes each voxel once and blends nothing. On lavapipe 22.3 raster was measured
 /// to be faster (README, "Particle shadow maps"); why is not known.
 fn choose(context: &Context, spec: &Spec) -> Result<(&'static str, String)> {
-    let has = context.features().max_compute_shared_memory_bytes;
-    let lacks_room = (has < FUSED_SHARED_BYTES)
-        .then(|| format!("maxComputeSharedMemorySize of at least {FUSED_SHARED_BYTES} (this device has {has})"));
+    let (has, wants) = (context.features().max_compute_shared_memory_bytes, spec.number("slices") * FUSED_SLICE_BYTES);
+    let lacks_room = (has < wants)
+        .then(|| format!("maxComputeSharedMemorySize of at least {wants} for as many slices (this device has {has})"));
     let wants_raster = [("coverage", "off"), ("route", "auto")].into_iter().find(|(k, v)| spec.value(k) != *v);
     let (path, reason) = match (spec.value("path"), &lacks_room, wants_raster) {
         (RASTER, ..) => (RASTER, "asked for".to_owned()),
