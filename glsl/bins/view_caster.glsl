@@ -20,6 +20,16 @@ Ray view_texel_ray(View view, uvec2 texel) {
                                             : Ray(vec3(0.0), vec3(across, 1.0));
 }
 
+// The ray so far to the right of a view_texel_ray, in units of its plane.
+Ray view_ray_beside(View view, Ray ray, float right) {
+    if (view.projection == VIEW_PARALLEL) {
+        ray.origin.x += right;
+    } else {
+        ray.direction.x += right;
+    }
+    return ray;
+}
+
 // z between which a caster takes light of a ray, and its optical depth there; false where the ray misses it or leaves it
 // before the near plane. `ray_length` is that of the ray's direction.
 bool view_segment(View view, Ray ray, float ray_length, Caster caster, out vec2 z, out float optical_depth) {

@@ -1,7 +1,8 @@
 #version 460
 // Builds the rays of half a tile, 8×4 texels, in any order of the casters: adds up their optical depth in the slices and
-// writes what is left of the light behind each slice once. No clear, no blending, no propagation.
-// Inputs: maps, casters, parts, entries. Output: volume, every texel of it.
+// writes what is left of the light behind each slice once. No clear, no blending, no propagation. Of a tile without casters,
+// one workgroup writes all.
+// Inputs: maps, casters, totals, parts, entries. Output: volume, every texel of it.
 // Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
 // Source: ours. Twin: reference::psm::fused.
 
@@ -15,7 +16,7 @@ layout(constant_id = 7) const uint STRANDS = 1u;
 #include "psm/format.glsl"
 #include "psm/place.glsl"
 
-// 512, or 32 where the threads of a workgroup do not run at the same time anyway.
+// 512, or 32 where the threads of a workgroup do not run at the same time anyway; a multiple of TEXELS.
 layout(local_size_x_id = 8) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
 layout(constant_id = 9) const uint THREADS = 512u;
@@ -32,40 +33,34 @@ layout(push_constant, scalar) uniform Push { uint map; };
 #include "bins/in_use.glsl"
 
 const uint ROW = 8u, ROWS = 4u, TEXELS = ROW * ROWS;
-// Texels of a row that a thread looks at for a caster; casters that are looked at at the same time. Few threads save more by
-// fetching a caster for more texels.
+// Texels of a row that a thread looks at for a caster, and casters that are looked at at the same time. Few threads gain more
+// from fetching a caster less often.
 const uint SPAN = THREADS > TEXELS ? 4u : 8u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
 // Runs of slices that are summed at the same time, each by one thread a texel, and slices of a run: whole layers.
-const uint RUNS = THREADS / TEXELS;
-const uint RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
+const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
 
-// Slice k of texel t at k · TEXELS + t, so that the threads of a subgroup never meet in a bank: units of optical depth.
-// With 256 slices it is all the shared memory that many devices have, so the first word is a bound before it is a sum.
+// Slice k of texel t at k · TEXELS + t, so that the threads of a subgroup never meet in a bank: units of optical depth. With
+// 256 slices it is all the shared memory that many devices have, so the first word is the bound before it is a sum.
 shared uint slices[SLICES * TEXELS];
 
-void write(ivec3 at, vec4 transmittance) {
+void write(uvec2 texel, uint slice, vec4 transmittance) {
+    ivec3 at = ivec3(texel, map * LAYERS + slice / 4u);
     imageStore(volume, at, ADDITIVE == 1u ? 1.0 - transmittance : transmittance);
 }
 
-// Adds what a caster, in the view's axes, takes of the rays of a span of texels, the first of which stands at `first` of all
-// and at `local` of the half tile.
-void add_caster(View view, uvec2 first, uint local, uint rotation, Caster caster, float scale) {
+// Adds what a caster, in the view's axes, takes of the rays of a span, the first of which is `ray`, `place_in_part` among the
+// texels.
+void add_caster(View view, Ray ray, uint place_in_part, uint rotation, Caster caster, float scale) {
     Place place = depth_place(view_depth(view, caster.position.z + 0.5 * caster.axis.z));
-    Ray begin = view_texel_ray(view, first);
-    float step = 2.0 / (float(view.width) * view.scale_x);
+    float texel_width = 2.0 / (float(view.width) * view.scale_x);
     for (uint i = 0u; i < SPAN; ++i) {
-        // Casters begin at different texels, for the banks again.
+        // Casters begin at different texels of a span, for the banks again.
         uint x = (i + rotation) % SPAN;
-        Ray ray = begin;
-        if (view.projection == VIEW_PARALLEL) {
-            ray.origin.x += float(x) * step;
-        } else {
-            ray.direction.x += float(x) * step;
-        }
+        Ray beside = view_ray_beside(view, ray, float(x) * texel_width);
         vec2 z;
         float optical_depth;
-        if (view_segment(view, ray, length(ray.direction), caster, z, optical_depth)) {
-            uint at = place.slice * TEXELS + local + x;
+        if (view_segment(view, beside, length(beside.direction), caster, z, optical_depth)) {
+            uint at = place.slice * TEXELS + place_in_part + x;
             optical_depth = min(optical_depth, MAX_OPTICAL_DEPTH);
             atomicAdd(slices[at], uint(min(optical_depth * (1.0 - place.share), DARK) * scale + 0.5));
             if (SPLIT == 1u && place.slice + 1u < SLICES) {
@@ -81,25 +76,24 @@ void main() {
         return;
     }
     View view = maps[map].volume;
-    uvec2 tiles = (uvec2(view.width, view.height) + ROW - 1u) / ROW;
-    uvec2 corner = uvec2(part.tile % tiles.x, part.tile / tiles.x) * ROW;
-    uint count = part.count, thread = gl_LocalInvocationIndex;
+    uint across = (view.width + ROW - 1u) / ROW, thread = gl_LocalInvocationIndex;
+    uvec2 corner = uvec2(part.tile % across, part.tile / across) * ROW;
     uint t = thread % TEXELS, begin = thread / TEXELS * RUN, end = min(begin + RUN, SLICES);
     uvec2 texel = corner + uvec2(t % ROW, t / ROW);
-    if (count == 0u) {
-        // All of the tile.
+    if (part.count == 0u) {
         for (; texel.y < min(corner.y + ROW, view.height); texel.y += ROWS) {
             for (uint k = begin; k < end && texel.x < view.width; k += 4u) {
-                write(ivec3(texel, map * LAYERS + k / 4u), vec4(1.0));
+                write(texel, k, vec4(1.0));
             }
         }
         return;
     }
-    texel.y += part.part * ROWS;
     corner.y += part.part * ROWS;
-    uint first = part.first, most = 0u, local = thread % SPANS * SPAN;
-    for (uint i = thread; i < count; i += THREADS) {
-        most += caster_bound(casters[entries[first + i].y], DARK * float(1u + SPLIT));
+    texel.y += part.part * ROWS;
+
+    uint most = 0u;
+    for (uint i = thread; i < part.count; i += THREADS) {
+        most += caster_bound(casters[entries[part.first + i].y], DARK * float(1u + SPLIT));
     }
     for (uint i = thread; i < SLICES * TEXELS; i += THREADS) {
         slices[i] = 0u;
@@ -113,37 +107,40 @@ void main() {
         slices[0] = 0u;
     }
     barrier();
-    for (uint i = thread / SPANS; i < count; i += CASTERS) {
-        Caster caster = casters[entries[first + i].y];
-        uvec2 begin = corner + uvec2(local % ROW, local / ROW);
-        add_caster(view, begin, local, thread / SPANS, view_caster(view, caster), scale);
+
+    uint span = thread % SPANS * SPAN;
+    Ray ray = view_texel_ray(view, corner + uvec2(span % ROW, span / ROW));
+    for (uint i = thread / SPANS; i < part.count; i += CASTERS) {
+        Caster caster = view_caster(view, casters[entries[part.first + i].y]);
+        add_caster(view, ray, span, thread / SPANS, caster, scale);
     }
     barrier();
+
     // The sum of each run stands where its last slice was; then that of the runs before it.
-    uint total = 0u, sum = 0u;
+    uint before = 0u, upto = 0u;
     if (RUNS > 1u) {
         for (uint k = begin; k < end; ++k) {
-            total += slices[k * TEXELS + t];
+            upto += slices[k * TEXELS + t];
         }
         if (begin < end) {
-            slices[(end - 1u) * TEXELS + t] = total;
+            slices[(end - 1u) * TEXELS + t] = upto;
         }
         barrier();
         for (uint last = RUN - 1u; last < begin; last += RUN) {
-            sum += slices[last * TEXELS + t];
+            before += slices[last * TEXELS + t];
         }
     }
-    total += sum;
+    upto += before;
     if (any(greaterThanEqual(texel, uvec2(view.width, view.height)))) {
         return;
     }
     for (uint k = begin; k < end; k += 4u) {
-        uvec4 behind;
+        uvec4 sums;
         for (uint i = 0u; i < 4u; ++i) {
-            sum += slices[(k + i) * TEXELS + t];
-            behind[i] = sum;
+            before += slices[(k + i) * TEXELS + t];
+            sums[i] = before;
         }
-        behind.w = RUNS > 1u && k + 4u == end ? total : behind.w;
-        write(ivec3(texel, map * LAYERS + k / 4u), exp(-vec4(behind) * unit));
+        sums.w = RUNS > 1u && k + 4u == end ? upto : sums.w;
+        write(texel, k, exp(-vec4(sums) * unit));
     }
 }

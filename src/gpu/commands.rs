@@ -2,12 +2,11 @@
 
 use super::ordered_attachments::AFTER_CLEAR;
 use super::pipeline::PUSH_BYTES;
-use super::{Bindings, Buffer, Context, Image, OrderedAttachments, Pipeline, vk_error};
+use super::{Bindings, Buffer, Context, Draw, Image, OrderedAttachments, Pipeline, vk_error};
 use crate::{Error, Result};
 use ash::vk;
 use std::any::Any;
 use std::ffi::CString;
-use std::ops::Range;
 use std::sync::PoisonError;
 
 /// Passes in one submission, at most: two timestamps each.
@@ -77,17 +76,17 @@ impl Recorder {
 
 /// A submission being recorded.
 pub struct Commands<'a> {
-    context: &'a Context,
-    buffer: vk::CommandBuffer,
+    pub(super) context: &'a Context,
+    pub(super) buffer: vk::CommandBuffer,
     queries: vk::QueryPool,
     names: Vec<String>,
     /// Whatever a recorded command uses, kept alive until the device is done.
-    used: Vec<Box<dyn Any>>,
+    pub(super) used: Vec<Box<dyn Any>>,
 }
 
 /// A pass being recorded.
 pub struct Pass<'c, 'a> {
-    commands: &'c mut Commands<'a>,
+    pub(super) commands: &'c mut Commands<'a>,
 }
 
 /// A target of a render.
@@ -96,11 +95,6 @@ pub struct Target<'a> {
     pub image: &'a Image,
     /// Cleared to this first; else kept. Depth takes the first number.
     pub clear: Option<[f32; 4]>,
-}
-
-/// Draws being recorded.
-pub struct Draw<'d, 'c, 'a> {
-    pass: &'d mut Pass<'c, 'a>,
 }
 
 impl Context {
@@ -196,7 +190,7 @@ impl<'a> Commands<'a> {
         }
     }
 
-    fn device(&self) -> &'a ash::Device {
+    pub(super) fn device(&self) -> &'a ash::Device {
         self.context.device()
     }
 
@@ -446,7 +440,7 @@ impl<'a> Pass<'_, 'a> {
         self.commands.used.push(Box::new(attachments.clone()));
     }
 
-    fn bind(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8]) {
+    pub(super) fn bind(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8]) {
         let handles: Vec<_> = sets.iter().map(|s| s.set()).collect();
         let buffer = self.commands.buffer;
         let device = self.commands.device();
@@ -464,39 +458,6 @@ impl<'a> Pass<'_, 'a> {
         }
         self.commands.used.push(Box::new(pipeline.clone()));
         self.commands.used.extend(sets.iter().map(|s| Box::new((*s).clone()) as Box<dyn Any>));
-    }
-}
-
-impl Draw<'_, '_, '_> {
-    /// Draws what the VkDrawIndirectCommand at `offset` of `draws` says, three vertices a triangle.
-    pub fn draw_indirect(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], draws: &Buffer, offset: u64) {
-        self.pass.bind(pipeline, sets, push);
-        let buffer = self.pass.commands.buffer;
-        // SAFETY: a render is begun, pipeline and sets are bound; the buffer is kept alive and allows indirect draws.
-        unsafe { self.pass.commands.device().cmd_draw_indirect(buffer, draws.handle(), offset, 1, 16) };
-        self.pass.commands.used.push(Box::new(draws.clone()));
-    }
-
-    /// Draws patches with a pipeline of [`Pipeline::tessellated`], cut into 64 parts a side at most.
-    pub fn draw_patches(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], patches: Range<u32>) {
-        self.pass.bind(pipeline, sets, push);
-        let buffer = self.pass.commands.buffer;
-        // lavapipe numbers the vertices that a draw's patches are cut into with 16 bits: 65² of a patch, 15 patches.
-        let cpu = self.pass.commands.context.features().kind == "cpu";
-        let most = if cpu { 15 } else { patches.len().max(1) };
-        for first in patches.clone().step_by(most) {
-            let count = (patches.end - first).min(most as u32);
-            // SAFETY: a render is begun, pipeline and sets are bound.
-            unsafe { self.pass.commands.device().cmd_draw(buffer, count, 1, first, 0) };
-        }
-    }
-
-    /// Draws `vertices` vertices, three a triangle, or one a point for a pipeline with a geometry shader.
-    pub fn draw(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], vertices: u32) {
-        self.pass.bind(pipeline, sets, push);
-        let buffer = self.pass.commands.buffer;
-        // SAFETY: a render is begun, pipeline and sets are bound.
-        unsafe { self.pass.commands.device().cmd_draw(buffer, vertices, 1, 0, 0) };
     }
 }
 

@@ -65,6 +65,8 @@ pub struct Features {
     pub max_framebuffer_layers: u32,
     /// Shared memory of a workgroup, bytes.
     pub max_compute_shared_memory_bytes: u32,
+    /// Threads of a workgroup.
+    pub max_compute_workgroup_threads: u32,
     /// Nanoseconds a timestamp tick.
     pub timestamp_period_ns: f32,
     /// Valid bits of a timestamp; 0 is no timestamps.
@@ -245,6 +247,9 @@ impl Features {
             max_viewports: if core.multi_viewport != 0 { limits.max_viewports } else { 1 },
             max_framebuffer_layers: limits.max_framebuffer_layers,
             max_compute_shared_memory_bytes: limits.max_compute_shared_memory_size,
+            max_compute_workgroup_threads: limits
+                .max_compute_work_group_invocations
+                .min(limits.max_compute_work_group_size[0]),
             timestamp_period_ns: limits.timestamp_period,
             timestamp_valid_bits: queue_family.map_or(0, |f| families[f as usize].timestamp_valid_bits),
         }

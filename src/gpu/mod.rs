@@ -7,6 +7,7 @@ mod bindings;
 mod buffer;
 mod commands;
 mod context;
+mod draw;
 mod features;
 mod image;
 mod ordered_attachments;
@@ -16,8 +17,9 @@ mod validation;
 
 pub use bindings::{Bindings, Border, Resource};
 pub use buffer::{Buffer, Memory};
-pub use commands::{Commands, Draw, Pass, PassTime, Target};
+pub use commands::{Commands, Pass, PassTime, Target};
 pub use context::{Context, Options, devices};
+pub use draw::Draw;
 pub use features::{Features, Requirement};
 pub use image::{Image, ImageUse};
 pub use ordered_attachments::OrderedAttachments;

@@ -14,9 +14,6 @@ pub const TILE_TEXELS: u32 = 8;
 /// Parts of a tile, at most.
 const TILE_PARTS: u32 = 2;
 
-/// Bytes of a part. Twin: TilePart in glsl/bins/totals.glsl.
-const PART_BYTES: u64 = 16;
-
 /// Room behind the list, which workgroups past its end read: a row of BIN_GROUPS_X of them.
 const PARTS_BEHIND: u64 = 64;
 
@@ -42,6 +39,20 @@ pub struct BinTotals {
     pub groups_y: u32,
     /// Likewise.
     pub groups_z: u32,
+}
+
+/// What a workgroup of [`Bins::per_part`] builds. Twin: TilePart in glsl/bins/totals.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TilePart {
+    /// Row after row of tiles.
+    pub tile: u32,
+    /// Which part of it.
+    pub part: u32,
+    /// The first of the tile's entries.
+    pub first: u32,
+    /// The tile's casters.
+    pub count: u32,
 }
 
 /// The bins and the passes that fill them.
@@ -107,7 +118,7 @@ impl Bins {
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
         let counts = buffer("bins.counts", count * words)?;
         let most_parts = u64::from(tiles[0]) * u64::from(tiles[1]) * u64::from(TILE_PARTS) + PARTS_BEHIND;
-        let parts = buffer("bins.parts", most_parts * PART_BYTES)?;
+        let parts = buffer("bins.parts", most_parts * size_of::<TilePart>() as u64)?;
         let cursors = buffer("bins.cursors", words)?;
         let totals = buffer("bins.totals", count * size_of::<BinTotals>() as u64)?;
         let limit = u64::from(context.features().max_storage_buffer_range) / ENTRY_BYTES;

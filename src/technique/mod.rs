@@ -15,7 +15,7 @@ mod spec;
 mod uncompressed;
 
 pub use avsm::{Avsm, NodeData, near_to_far};
-pub use bins::BinTotals;
+pub use bins::{BinTotals, TilePart};
 pub use light::{LightData, MapData, SceneData, TriangleData};
 pub use list::SegmentData;
 pub use psm::Psm;

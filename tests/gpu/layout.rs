@@ -6,7 +6,7 @@
 
 use gobo::gpu::{SHADERS, Shader};
 use gobo::scene::{Caster, View};
-use gobo::technique::{BinTotals, LightData, MapData, NodeData, SegmentData, TriangleData};
+use gobo::technique::{BinTotals, LightData, MapData, NodeData, SegmentData, TilePart, TriangleData};
 use spirq::ReflectConfig;
 use spirq::ty::{ScalarType, Type};
 use spirq::var::Variable;
@@ -42,6 +42,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Light", twin!(LightData, position, kind, direction, cos_cone, radiance, first_map, map_count, has_opaque)),
         ("Map", twin!(MapData, volume, opaque)),
         ("BinTotals", twin!(BinTotals, entries, tiles_used, parts, groups_x, groups_y, groups_z)),
+        ("TilePart", twin!(TilePart, tile, part, first, count)),
         ("View", twin!(View, origin, projection, right, scale_x, up, scale_y, forward, near, far, width, height)),
         ("Caster", twin!(Caster, position, radius, axis, density)),
         ("Segment", twin!(SegmentData, entry, exit, optical_depth, caster, next)),

@@ -33,7 +33,7 @@ pub const ENTRY: Entry = Entry {
             name: "path",
             values: Values::OneOf(&["auto", RASTER, FUSED]),
             default: "auto",
-            about: "auto: fused on GPUs, raster on software devices",
+            about: "auto: fused where the device can",
         },
         Key { name: "size", values: Values::Number(8, 512), default: "256", about: "texels a side of a light's map" },
         Key {
@@ -85,8 +85,8 @@ const FUSED_PARTS: [u32; 2] = [2, 1];
 /// Its shared memory, bytes a slice: half a tile's texels.
 const FUSED_SLICE_BYTES: u32 = 32 * 4;
 
-/// Its threads a workgroup: on GPUs, and where they do not run at the same time anyway.
-const FUSED_THREADS: [u32; 2] = [512, 32];
+/// Its threads a workgroup, 32 at least and at most.
+const FUSED_THREADS: [u32; 2] = [32, 512];
 
 /// What a path builds with.
 enum Build {
@@ -150,9 +150,12 @@ impl Psm {
             let what = Use { entries: true, skip, reach, parts: FUSED_PARTS };
             let bins = Box::new(Bins::new(context, data, &maps, &opaque, what)?);
             let sets = [bins.scene_bindings(), bins.bindings(), &storage];
-            let name = std::env::var("FUSED").unwrap_or("fused".into());
-            let shader = shader(&format!("psm/{name}.comp/{}", layout.bits))?;
-            let threads = FUSED_THREADS[usize::from(context.features().kind == "cpu")];
+            let shader = shader(&format!("psm/fused.comp/{}", layout.bits))?;
+            let [least, most] = FUSED_THREADS;
+            // The threads of a software device do not run at the same time, and each costs it something.
+            let cpu = context.features().kind == "cpu";
+            let room = context.features().max_compute_workgroup_threads / least * least;
+            let threads = if cpu { least } else { room.clamp(least, most) };
             let constants = [&constants[..], &[threads, threads]].concat();
             let pipeline = Pipeline::compute(context, shader, &sets, &constants)?;
             Build::Fused { bins, pipeline }
@@ -262,16 +265,14 @@ impl Raster {
         let counts = bins.as_ref().map_or(&maps.buffer, |b| &b.counts);
         let resources = [Resource::Buffer(maps.buffer.clone()), Resource::Buffer(counts.clone())];
         let rays = Bindings::new(context, "psm.rays", &resources)?;
-        let name = std::env::var("PROP").unwrap_or("propagate".into());
-        let propagate = shader(&format!("psm/{name}.comp/{}", layout.bits))?;
+        let propagate = shader(&format!("psm/propagate.comp/{}", layout.bits))?;
         let propagate = Pipeline::compute(context, propagate, &[&rays, storage], constants)?;
         let vertices = if by_geometry { 1 } else { 6 * quads };
         Ok(Self { scene, voxelize, vertices, viewports, rays, propagate, bins })
     }
 }
 
-/// The path and why. `auto` is fused on GPUs: it writes each voxel once and blends nothing. On lavapipe 22.3 raster was measured
-/// to be faster (README, "Particle shadow maps"); why is not known.
+/// The path and why. `auto` is fused wherever it runs: it writes each voxel once and blends nothing.
 fn choose(context: &Context, spec: &Spec) -> Result<(&'static str, String)> {
     let (has, wants) = (context.features().max_compute_shared_memory_bytes, spec.number("slices") * FUSED_SLICE_BYTES);
     let lacks_room = (has < wants)
@@ -287,8 +288,7 @@ fn choose(context: &Context, spec: &Spec) -> Result<(&'static str, String)> {
         (FUSED, ..) => (FUSED, "asked for".to_owned()),
         (_, _, Some((key, _))) => (RASTER, format!("auto: {key}={}", spec.value(key))),
         (_, Some(missing), _) => (RASTER, format!("auto: fused needs {missing}")),
-        _ if context.features().kind == "cpu" => (RASTER, "auto: a software device".to_owned()),
-        _ => (FUSED, format!("auto: {} device", context.features().kind)),
+        _ => (FUSED, "auto: the fastest measured".to_owned()),
     };
     for known in ENTRY.paths.iter().filter(|p| p.name == path) {
         super::require(context, known.requires)?;
