@@ -105,7 +105,7 @@ const ARITHMETIC: f32 = 5e-4;
 
 const STORAGES: [&str; 3] = ["rgba8", "rgba16f", "optical-depth"];
 
-/// Scenes with a size that is not whole tiles, numbers of slices that are not whole chunks, and all kinds of casters.
+/// Scenes with a size that is not whole tiles, numbers of slices that are not whole runs, and all kinds of casters.
 fn cases() -> Vec<(Scene, &'static str)> {
     vec![
         (scenes::random(), "size=28,slices=64"),
@@ -214,20 +214,41 @@ fn fused_equals_its_twin() {
                 for assign in ["nearest", "split"] {
                     let text = format!("psm:path=fused,storage={storage},assign={assign},{keys}");
                     let spec = spec(&text);
-                    fused(context, &scene, &spec, &format!("{} {text}", scene.name));
+                    let mut psm = opened(context, &scene, &text);
+                    fused(&mut psm, &scene, &spec, &format!("{} {text}", scene.name));
                 }
             }
         }
     });
 }
 
-fn fused(context: &Context, scene: &Scene, spec: &Spec, what: &str) {
-    let mut psm = built(context, scene, &spec.to_string());
+/// Software devices take 32; runs of slices that are shared by threads are a GPU's business, and even only by luck.
+#[test]
+fn fused_equals_its_twin_with_many_threads() {
+    gpu_test("fused_equals_its_twin_with_many_threads", |context| {
+        let has = context.features().max_compute_workgroup_threads;
+        for (scene, keys) in cases() {
+            for (assign, threads) in [("nearest", 512), ("split", 384), ("nearest", 96)] {
+                if threads > has {
+                    println!("skipped: {threads} threads, and this device has {has}");
+                    continue;
+                }
+                let text = format!("psm:path=fused,storage=optical-depth,assign={assign},{keys}");
+                let data = SceneData::new(context, &scene).expect("room for the scene");
+                let mut psm = Psm::with_threads(context, &scene, &data, &spec(&text), threads).expect(&text);
+                fused(&mut psm, &scene, &spec(&text), &format!("{} {text}, {threads} threads", scene.name));
+            }
+        }
+    });
+}
+
+fn fused(psm: &mut Psm, scene: &Scene, spec: &Spec, what: &str) {
+    psm.build().expect(what);
     let (maps, casters, slices) = (scene.map_count(), scene.casters(), slices(spec));
-    let behind = rays(&psm, spec, maps);
+    let behind = rays(psm, spec, maps);
     psm.changed();
     psm.build().expect(what);
-    assert!(behind.rays == rays(&psm, spec, maps).rays, "{what}: the second build differs");
+    assert!(behind.rays == rays(psm, spec, maps).rays, "{what}: the second build differs");
     each_ray(scene, spec, |map, view, texel, at| {
         let tile = at.map(|t| t / TILE_TEXELS);
         let near: Vec<_> = casters.iter().filter(|c| tile_key(view, c, tile).is_some()).copied().collect();

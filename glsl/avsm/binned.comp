@@ -18,7 +18,7 @@ layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
 layout(push_constant, scalar) uniform Push { uint map; };
 
-#include "bins/in_use.glsl"
+#include "bins/part.glsl"
 #include "avsm/store.glsl"
 #include "bins/sort.glsl"
 

@@ -17,6 +17,7 @@ layout(set = 1, binding = 3, scalar) buffer Totals { BinTotals totals[]; };
 layout(push_constant, scalar) uniform Push {
     uint map;
     uint tile_total;  // of a map
+    uint capacity;    // of the entries
 };
 
 void main() {
@@ -34,11 +35,13 @@ void main() {
         cursors[tile] = first;
         atomicAdd(totals[map].tiles_used, 1u);
     }
+    // Where the entries are too few, which is found out and mended after the build, nobody reads past them.
+    uint readable = first < capacity ? min(count, capacity - first) : 0u;
     uint wanted = count > 0u ? PARTS : EMPTY_PARTS;
     if (wanted > 0u) {
         uint place = atomicAdd(totals[map].parts, wanted);
         for (uint i = 0u; i < wanted; ++i) {
-            parts[place + i] = TilePart(tile, i, first, count);
+            parts[place + i] = TilePart(tile, i, first, readable);
         }
         atomicMax(totals[map].groups_y, (place + wanted - 1u) / BIN_GROUPS_X + 1u);
     }

@@ -3,7 +3,8 @@
 #define BINS_TOTALS_GLSL
 #extension GL_EXT_scalar_block_layout : require
 
-// Workgroups of listed parts, across. Wide enough that the limit on rows, 65,535, is never met.
+// Workgroups of listed parts, across. Wide enough that the limit on rows, 65,535, is never met. Twin: PARTS_BEHIND
+// in technique::bins.
 const uint BIN_GROUPS_X = 64u;
 
 struct BinTotals {
@@ -21,6 +22,6 @@ struct TilePart {
     uint tile;
     uint part;
     uint first;  // of the tile's entries
-    uint count;  // of the tile's casters
+    uint count;  // of them
 };
 #endif

@@ -16,7 +16,7 @@ layout(constant_id = 7) const uint STRANDS = 1u;
 #include "psm/format.glsl"
 #include "psm/place.glsl"
 
-// 512, or 32 where the threads of a workgroup do not run at the same time anyway; a multiple of TEXELS.
+// A multiple of TEXELS: as many as the device has, up to 512; TEXELS where threads do not run at the same time anyway.
 layout(local_size_x_id = 8) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
 layout(constant_id = 9) const uint THREADS = 512u;
@@ -30,12 +30,12 @@ layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
 
 layout(push_constant, scalar) uniform Push { uint map; };
 
-#include "bins/in_use.glsl"
+#include "bins/part.glsl"
 
 const uint ROW = 8u, ROWS = 4u, TEXELS = ROW * ROWS;
 // Texels of a row that a thread looks at for a caster, and casters that are looked at at the same time. Few threads gain more
 // from fetching a caster less often.
-const uint SPAN = THREADS > TEXELS ? 4u : 8u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
+const uint SPAN = THREADS == TEXELS ? 8u : 4u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
 // Runs of slices that are summed at the same time, each by one thread a texel, and slices of a run: whole layers.
 const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
 
@@ -118,7 +118,7 @@ void main() {
 
     // The sum of each run stands where its last slice was; then that of the runs before it.
     uint before = 0u, upto = 0u;
-    if (RUNS > 1u) {
+    if (RUNS != 1u) {
         for (uint k = begin; k < end; ++k) {
             upto += slices[k * TEXELS + t];
         }
@@ -126,7 +126,7 @@ void main() {
             slices[(end - 1u) * TEXELS + t] = upto;
         }
         barrier();
-        for (uint last = RUN - 1u; last < begin; last += RUN) {
+        for (uint last = RUN - 1u; last < min(begin, SLICES); last += RUN) {
             before += slices[last * TEXELS + t];
         }
     }
@@ -140,7 +140,7 @@ void main() {
             before += slices[(k + i) * TEXELS + t];
             sums[i] = before;
         }
-        sums.w = RUNS > 1u && k + 4u == end ? upto : sums.w;
+        sums.w = RUNS != 1u && k + 4u == end ? upto : sums.w;
         write(texel, k, exp(-vec4(sums) * unit));
     }
 }

@@ -11,10 +11,7 @@ use bytemuck::{Pod, Zeroable};
 /// Texels a side of a tile. Twin: TILE_TEXELS in glsl/bins/tiles.glsl.
 pub const TILE_TEXELS: u32 = 8;
 
-/// Parts of a tile, at most.
-const TILE_PARTS: u32 = 2;
-
-/// Room behind the list, which workgroups past its end read: a row of BIN_GROUPS_X of them.
+/// Room behind the list, which workgroups past its end read: a row of them. Twin: BIN_GROUPS_X in glsl/bins/totals.glsl.
 const PARTS_BEHIND: u64 = 64;
 
 /// Entries a caster that the buffer starts with. It grows to what a scene demands.
@@ -51,7 +48,7 @@ pub struct TilePart {
     pub part: u32,
     /// The first of the tile's entries.
     pub first: u32,
-    /// The tile's casters.
+    /// Of them, as far as there is room for them.
     pub count: u32,
 }
 
@@ -102,7 +99,7 @@ pub struct Use {
     pub skip: bool,
     /// Texels around a tile from which look-ups read it.
     pub reach: u32,
-    /// Workgroups a tile in [`Bins::per_part`], at most [`TILE_PARTS`]: of one with casters, of one without.
+    /// Workgroups a tile in [`Bins::per_part`]: of one with casters, of one without.
     pub parts: [u32; 2],
 }
 
@@ -117,7 +114,8 @@ impl Bins {
         let words = u64::from(tiles[0]) * u64::from(tiles[1]) * 4;
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
         let counts = buffer("bins.counts", count * words)?;
-        let most_parts = u64::from(tiles[0]) * u64::from(tiles[1]) * u64::from(TILE_PARTS) + PARTS_BEHIND;
+        let most_parts =
+            u64::from(tiles[0]) * u64::from(tiles[1]) * u64::from(what.parts[0].max(what.parts[1])) + PARTS_BEHIND;
         let parts = buffer("bins.parts", most_parts * size_of::<TilePart>() as u64)?;
         let cursors = buffer("bins.cursors", words)?;
         let totals = buffer("bins.totals", count * size_of::<BinTotals>() as u64)?;
@@ -208,11 +206,11 @@ impl Bins {
         self.per_caster(commands, map, "bins.count", &self.count);
     }
 
-    /// Finds each tile's place among the entries, and lists the tiles of a map that are built.
+    /// Finds each tile's place among the entries, and lists the parts of tiles of a map that are built.
     pub fn place(&self, commands: &mut Commands, map: u32) {
         commands.pass("bins.place", |pass| {
             let tiles = self.tiles[0] * self.tiles[1];
-            let push = [map, tiles];
+            let push = [map, tiles, self.capacity];
             let groups = [tiles.div_ceil(64), 1, 1];
             pass.dispatch(&self.place, &[&self.scene, &self.bindings], bytemuck::bytes_of(&push), groups);
         });

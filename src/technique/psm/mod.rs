@@ -85,7 +85,7 @@ const FUSED_PARTS: [u32; 2] = [2, 1];
 /// Its shared memory, bytes a slice: half a tile's texels.
 const FUSED_SLICE_BYTES: u32 = 32 * 4;
 
-/// Its threads a workgroup, 32 at least and at most.
+/// Its threads a workgroup, at least and at most; multiples of the former.
 const FUSED_THREADS: [u32; 2] = [32, 512];
 
 /// What a path builds with.
@@ -136,6 +136,24 @@ impl Psm {
     /// [`Error::Input`] where the number of slices is not divisible by 4, [`Error::Refused`] where the device lacks what
     /// the path needs, [`Error::Gpu`] where the volume is past its limits or memory runs out.
     pub fn new(context: &Context, scene: &Scene, data: &SceneData, spec: &Spec) -> Result<Self> {
+        let [least, most] = FUSED_THREADS;
+        // The threads of a software device do not run at the same time, and each costs it something.
+        let cpu = context.features().kind == "cpu";
+        let room = context.features().max_compute_workgroup_threads / least * least;
+        Self::with_threads(context, scene, data, spec, if cpu { least } else { room.clamp(least, most) })
+    }
+
+    /// As [`Psm::new`], with so many threads a workgroup of path=fused, a multiple of 32, instead of what suits the device.
+    ///
+    /// # Errors
+    /// As [`Psm::new`].
+    pub fn with_threads(
+        context: &Context,
+        scene: &Scene,
+        data: &SceneData,
+        spec: &Spec,
+        fused_threads: u32,
+    ) -> Result<Self> {
         let layout = Volume::new(spec)?;
         let (path, reason) = choose(context, spec)?;
         let filter = filter::constants(scene, spec)?;
@@ -151,12 +169,7 @@ impl Psm {
             let bins = Box::new(Bins::new(context, data, &maps, &opaque, what)?);
             let sets = [bins.scene_bindings(), bins.bindings(), &storage];
             let shader = shader(&format!("psm/fused.comp/{}", layout.bits))?;
-            let [least, most] = FUSED_THREADS;
-            // The threads of a software device do not run at the same time, and each costs it something.
-            let cpu = context.features().kind == "cpu";
-            let room = context.features().max_compute_workgroup_threads / least * least;
-            let threads = if cpu { least } else { room.clamp(least, most) };
-            let constants = [&constants[..], &[threads, threads]].concat();
+            let constants = [&constants[..], &[fused_threads, fused_threads]].concat();
             let pipeline = Pipeline::compute(context, shader, &sets, &constants)?;
             Build::Fused { bins, pipeline }
         } else {
@@ -288,7 +301,7 @@ fn choose(context: &Context, spec: &Spec) -> Result<(&'static str, String)> {
         (FUSED, ..) => (FUSED, "asked for".to_owned()),
         (_, _, Some((key, _))) => (RASTER, format!("auto: {key}={}", spec.value(key))),
         (_, Some(missing), _) => (RASTER, format!("auto: fused needs {missing}")),
-        _ => (FUSED, "auto: the fastest measured".to_owned()),
+        _ => (FUSED, format!("auto: {} device", context.features().kind)),
     };
     for known in ENTRY.paths.iter().filter(|p| p.name == path) {
         super::require(context, known.requires)?;
