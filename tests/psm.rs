@@ -278,8 +278,6 @@ fn bad_specs_are_refused_in_one_line() {
         let scene = scenes::random();
         let layers = context.features().max_framebuffer_layers.min(context.features().max_image_dimension_3d);
         let mut cases = vec![
-            (&scene, "psm:slices=6", "slices=8"),
-            (&scene, "psm:slices=255", "slices=252 or slices=256"),
             (&scene, "psm:path=fused,coverage=tiles", "path=raster"),
             (&scene, "psm:path=fused,route=vertex", "path=raster"),
         ];

@@ -114,6 +114,7 @@ fn techniques() -> String {
             let values = match key.values {
                 Values::OneOf(words) => words.join("|"),
                 Values::Number(low, high) => format!("{low}..{high}"),
+                Values::Multiple(step, low, high) => format!("{low}..{high} by {step}"),
             };
             text += &format!("    {:<9} {} (default {}; {values})\n", key.name, key.about, key.default);
         }

@@ -23,6 +23,8 @@ pub enum Values {
     OneOf(&'static [&'static str]),
     /// A whole number in this range, or the default word.
     Number(u32, u32),
+    /// A multiple of the first number, from the second to the third.
+    Multiple(u32, u32, u32),
 }
 
 /// A technique with every setting spelt out.
@@ -134,6 +136,10 @@ fn check(key: &Key, value: &str) -> std::result::Result<(), String> {
                 Err(format!("give a whole number from {low} to {high}, or {}", key.default))
             }
             _ => Err(format!("give a whole number from {low} to {high}")),
+        },
+        Values::Multiple(step, low, high) => match value.parse::<u32>() {
+            Ok(n) if (low..=high).contains(&n) && n.is_multiple_of(step) && n.to_string() == value => Ok(()),
+            _ => Err(format!("give a whole number from {low} to {high} that is divisible by {step}")),
         },
     }
 }

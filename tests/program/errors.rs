@@ -51,6 +51,7 @@ fn a_technique_that_is_not_known() {
         ("avsm:size=99999999999", &["size=99999999999"]),
         ("psm:size=1024", &["size=1024", "from 8 to 512"]),
         ("psm:slices=512", &["slices=512", "from 4 to 256"]),
+        ("psm:slices=6", &["slices=6", "divisible by 4"]),
         ("psm:storage=r8", &["storage=r8", "rgba16f"]),
     ] {
         for command in ["compare", "render", "slice"] {

@@ -117,3 +117,31 @@ fn coverage_marks_what_casters_touch() {
         }
     });
 }
+
+/// Rays of tiles without casters keep whatever they hold, and only they.
+#[test]
+fn rays_without_casters_are_skipped() {
+    gpu_test("rays_without_casters_are_skipped", |context| {
+        let scene = specks(8, 2.0 / 64.0);
+        let text = "psm:path=raster,coverage=tiles,size=64,slices=16";
+        let psm = built(context, &scene, text);
+        let whole = rays(&psm, &spec(text), 1).rays;
+        context
+            .submit(|commands| {
+                commands.pass("half", |pass| pass.clear_volume(&psm.volume, 0.5));
+                psm.propagate(commands, 0);
+            })
+            .expect(text);
+        let halves = rays(&psm, &spec(text), 1).rays;
+        let half = halves[0][0].max(halves[0][1]);
+        let kept = |ray: &Vec<f32>| ray.iter().all(|v| *v == half);
+        let (mut skipped, mut covered) = (0, 0);
+        for (whole, halves) in whole.iter().zip(&halves) {
+            let met = whole.iter().any(|v| *v != 1.0);
+            assert!(!met || !kept(halves), "a ray that meets a caster was not propagated");
+            covered += u32::from(met);
+            skipped += u32::from(kept(halves));
+        }
+        assert!(covered > 0 && skipped > 1000, "{covered} covered, {skipped} of 4096 skipped");
+    });
+}

@@ -3,16 +3,17 @@
 use super::{built, kept, rays};
 use crate::support::scenes::{self, Random};
 use crate::support::{gpu_test, spec};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec2};
 use gobo::gpu::Context;
 use gobo::measure::{PointError, Query, point_error};
+use gobo::reference::filter::Filter;
 use gobo::reference::{Casters, map_truths, psm};
 use gobo::scene::{Particle, Scene, View};
 use gobo::technique::{Psm, Technique};
 
-fn ask(context: &Context, psm: &Psm, points: &[[f32; 3]]) -> Vec<f32> {
+fn ask(context: &Context, psm: &Psm, light: usize, points: &[[f32; 3]]) -> Vec<f32> {
     let visibility = psm.visibility();
-    let query = Query::new(context, 0, points).expect("room for the points");
+    let query = Query::new(context, light, points).expect("room for the points");
     query.query(&query.pipeline(&visibility).expect("a pipeline"), &visibility).expect("asked");
     query.answers().expect("answered")
 }
@@ -53,7 +54,7 @@ fn a_shadow_begins_and_ends_with_its_slice() {
             let points: Vec<_> = places.iter().map(|d| on_axis(&scene, *d)).collect();
             for keys in ["path=raster", "path=fused", "path=fused,assign=split", "path=raster,storage=optical-depth"] {
                 let psm = built(context, &scene, &format!("psm:size=9,slices={slices},{keys}"));
-                for (answer, expected) in ask(context, &psm, &points).into_iter().zip(expected) {
+                for (answer, expected) in ask(context, &psm, 0, &points).into_iter().zip(expected) {
                     // Half a code of 8 bits, and blending's own.
                     let difference = (f64::from(answer) - expected).abs();
                     assert!(difference < 1.0 / 255.0, "{keys}, slice {slice}: {answer}, not {expected}");
@@ -63,16 +64,29 @@ fn a_shadow_begins_and_ends_with_its_slice() {
     });
 }
 
+/// The second map's layers stand behind those of the first, and behind its coverage where that is drawn.
 #[test]
 fn look_up_equals_its_twin() {
     gpu_test("look_up_equals_its_twin", |context| {
         let mut random = Random::new(11);
-        for (scene, storage) in [(scenes::random(), "rgba8"), (scenes::locks(), "optical-depth")] {
-            let text = format!("psm:size=24,slices=24,storage={storage}");
+        let two = || {
+            let mut scene = scenes::random();
+            scene.lights.extend(scenes::directional("", [0.5, -0.4, -0.7], vec![]).lights);
+            scene
+        };
+        for (scene, light, keys, filter) in [
+            (scenes::random(), 0, "storage=rgba8", Filter::Bilinear),
+            (scenes::locks(), 0, "storage=optical-depth", Filter::Bilinear),
+            (two(), 1, "path=fused", Filter::Bilinear),
+            (two(), 1, "path=raster,coverage=viewport", Filter::Bilinear),
+            (two(), 1, "path=raster,coverage=viewport,filter=box,radius=2", Filter::Box(2)),
+            (two(), 1, "path=fused,storage=optical-depth,filter=gaussian,radius=1", Filter::Gaussian(1)),
+        ] {
+            let text = format!("psm:size=24,slices=24,{keys}");
             let psm = built(context, &scene, &text);
             let spec = spec(&text);
-            let rays = rays(&psm, &spec, 1);
-            let view = View::volumes(&scene, 24)[0];
+            let rays = rays(&psm, &spec, scene.map_count());
+            let view = View::volumes(&scene, 24)[light];
             let mut points = Vec::new();
             let mut expected = Vec::new();
             for _ in 0..4000 {
@@ -80,24 +94,42 @@ fn look_up_equals_its_twin() {
                 let at = DVec2::new(random.between(-1.0, 25.0).into(), random.between(-1.0, 25.0).into());
                 let depth = random.between(0.001, 1.1);
                 points.push(view.ray(at).at(view.z(depth.into())).as_vec3().into());
-                let corner = (at - 0.5).floor();
-                let share = at - 0.5 - corner;
-                let mut sum = 0.0;
-                for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                    let texel = corner + DVec2::new(f64::from(x), f64::from(y));
-                    let inside = texel.min_element() >= 0.0 && texel.max_element() < 24.0;
-                    let weight = |share: f64, i: i32| if i == 1 { share } else { 1.0 - share };
-                    let ray = || kept(&spec, rays.at(0, texel.y as u32 * 24 + texel.x as u32));
-                    let value = if inside { psm::look_up(&ray(), depth) } else { 1.0 };
-                    sum += weight(share.x, x) * weight(share.y, y) * f64::from(value);
-                }
-                expected.push(sum);
+                let sum = filter.weights(Vec2::splat(24.0), at.as_vec2()).into_iter().map(|(texel, weight)| {
+                    let inside = texel.min_element() >= 0 && texel.max_element() < 24;
+                    let ray = || kept(&spec, rays.at(light, texel.y as u32 * 24 + texel.x as u32));
+                    f64::from(weight) * if inside { f64::from(psm::look_up(&ray(), depth)) } else { 1.0 }
+                });
+                expected.push(sum.sum::<f64>());
             }
-            for (answer, expected) in ask(context, &psm, &points).into_iter().zip(expected) {
+            let darkest = expected.iter().copied().fold(1.0, f64::min);
+            assert!(darkest < 0.5, "{text}: nothing but light, {darkest}");
+            for (answer, expected) in ask(context, &psm, light, &points).into_iter().zip(expected) {
                 // Samplers may weigh in 256ths, in each direction.
                 assert!((f64::from(answer) - expected).abs() < 2.0 / 256.0, "{text}: {answer}, not {expected}");
             }
         }
+    });
+}
+
+/// Casters in the dark behind a mesh are left out of the bins, and nobody sees it.
+#[test]
+fn skipping_changes_no_answer() {
+    gpu_test("skipping_changes_no_answer", |context| {
+        let mut scene = scenes::random();
+        scene.lights = scenes::directional("", [0.0, 0.0, -1.0], vec![]).lights;
+        scene.meshes.push(scenes::level(0.0, 3.0, [0.0, 0.0]));
+        let mut random = Random::new(13);
+        let points: Vec<_> = (0..4000).map(|_| random.point(-1.3, 1.3)).collect();
+        let [on, off] = ["on", "off"].map(|skip| {
+            let psm = built(context, &scene, &format!("psm:path=fused,size=40,slices=64,skip={skip}"));
+            (ask(context, &psm, 0, &points), psm.counters().expect("counted")["culled_casters"])
+        });
+        assert!(on.1 > off.1, "nothing is culled");
+        for (on, off) in on.0.iter().zip(&off.0) {
+            // Fewer casters are summed in finer units: a code of 8 bits may differ.
+            assert!((on - off).abs() <= 1.01 / 255.0, "{on} with skip=on, {off} without");
+        }
+        assert!(on.0.contains(&0.0) && on.0.iter().any(|v| *v > 0.5), "no dark and light");
     });
 }
 
@@ -118,7 +150,7 @@ fn thin(opacity: f64) -> Scene {
 
 fn map_error(context: &Context, scene: &Scene, text: &str) -> PointError {
     let truth = map_truths(&Casters::new(scene), scene, 32).remove(0);
-    point_error(&ask(context, &built(context, scene, text), &truth.points), &truth.visibility).expect("numbers")
+    point_error(&ask(context, &built(context, scene, text), 0, &truth.points), &truth.visibility).expect("numbers")
 }
 
 /// Multiplying in 8 bits stalls on thin media; adding optical depths does not.
@@ -161,7 +193,7 @@ fn nothing_pops_when_it_is_split() {
                 let scene = column(&[(at, optical_depth)]);
                 let text = format!("psm:size=9,slices=16,storage=rgba16f,assign={assign},path={path}");
                 let points: Vec<_> = (0..=32).map(|i| on_axis(&scene, f64::from(i) / 32.0)).collect();
-                let now = ask(context, &built(context, &scene, &text), &points);
+                let now = ask(context, &built(context, &scene, &text), 0, &points);
                 for (now, before) in now.iter().zip(last.iter().flatten()) {
                     largest = largest.max(f64::from((now - before).abs()));
                 }

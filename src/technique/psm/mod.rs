@@ -38,9 +38,9 @@ pub const ENTRY: Entry = Entry {
         Key { name: "size", values: Values::Number(8, 512), default: "256", about: "texels a side of a light's map" },
         Key {
             name: "slices",
-            values: Values::Number(4, 256),
+            values: Values::Multiple(4, 4, 256),
             default: "256",
-            about: "slices of the volume, divisible by 4",
+            about: "slices of the volume, four a texel",
         },
         Key {
             name: "storage",
@@ -133,8 +133,7 @@ impl Psm {
     /// Opens the path that `spec` names for `scene`.
     ///
     /// # Errors
-    /// [`Error::Input`] where the number of slices is not divisible by 4, [`Error::Refused`] where the device lacks what
-    /// the path needs, [`Error::Gpu`] where the volume is past its limits or memory runs out.
+    /// [`Error::Refused`] where the device lacks what the path needs, [`Error::Gpu`] where the volume is past its limits or memory runs out.
     pub fn new(context: &Context, scene: &Scene, data: &SceneData, spec: &Spec) -> Result<Self> {
         let [least, most] = FUSED_THREADS;
         // The threads of a software device do not run at the same time, and each costs it something.
@@ -154,7 +153,7 @@ impl Psm {
         spec: &Spec,
         fused_threads: u32,
     ) -> Result<Self> {
-        let layout = Volume::new(spec)?;
+        let layout = Volume::new(spec);
         let (path, reason) = choose(context, spec)?;
         let filter = filter::constants(scene, spec)?;
         let maps = Maps::new(context, scene, layout.size)?;

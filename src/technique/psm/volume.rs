@@ -1,9 +1,9 @@
 //! How a volume is laid out. Twin: glsl/psm/constants.glsl.
 
 use super::OPTICAL_DEPTH;
+use crate::Result;
 use crate::gpu::{Context, Format, Image};
 use crate::technique::Spec;
-use crate::{Error, Result};
 
 /// Twins of the same names.
 pub const COVERAGE_VIEWPORT: u32 = 1;
@@ -31,22 +31,12 @@ pub struct Volume {
 }
 
 impl Volume {
-    /// # Errors
-    /// [`Error::Input`] where the number of slices is not divisible by 4.
-    pub fn new(spec: &Spec) -> Result<Self> {
-        let slices = spec.number("slices");
-        if !slices.is_multiple_of(4) {
-            let way_out = format!("use slices={} or slices={}", (slices / 4 * 4).max(4), slices.div_ceil(4) * 4);
-            return Err(Error::input(
-                format!("slices={slices}"),
-                "four slices share a texel: not divisible by 4",
-                way_out,
-            ));
-        }
+    /// What `spec` says.
+    pub fn new(spec: &Spec) -> Self {
         let rgba8 = spec.value("storage") == "rgba8";
-        Ok(Self {
+        Self {
             size: spec.number("size"),
-            slices,
+            slices: spec.number("slices"),
             split: spec.value("assign") == "split",
             additive: spec.value("storage") == OPTICAL_DEPTH,
             coverage: match spec.value("coverage") {
@@ -56,7 +46,7 @@ impl Volume {
             },
             format: if rgba8 { Format::R8G8B8A8_UNORM } else { Format::R16G16B16A16_SFLOAT },
             bits: if rgba8 { 8 } else { 16 },
-        })
+        }
     }
 
     /// Layers of a map.
@@ -67,7 +57,7 @@ impl Volume {
     /// The image for `maps` maps.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where it is past the device's limits.
+    /// [`crate::Error::Gpu`] where it is past the device's limits.
     pub fn image(&self, context: &Context, maps: u32) -> Result<Image> {
         Image::volume(context, "psm.volume", self.format, [self.size, self.size, maps.saturating_mul(self.layers())])
     }
