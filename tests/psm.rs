@@ -276,13 +276,16 @@ fn bad_specs_are_refused_in_one_line() {
         let mut lights = scenes::random();
         lights.lights = (0..40).flat_map(|_| scenes::random().lights).collect();
         let scene = scenes::random();
-        let layers = context.features().max_framebuffer_layers.min(context.features().max_image_dimension_3d);
+        let (layers, depth) = (context.features().max_framebuffer_layers, context.features().max_image_dimension_3d);
         let mut cases = vec![
             (&scene, "psm:path=fused,coverage=tiles", "path=raster"),
             (&scene, "psm:path=fused,route=vertex", "path=raster"),
         ];
-        if layers < 40 * 64 {
-            cases.push((&lights, "psm:size=8,slices=256", "fewer"));
+        if layers.min(depth) < 40 * 64 {
+            cases.push((&lights, "psm:path=raster,size=8,slices=256", "fewer"));
+        }
+        if depth < 40 * 64 {
+            cases.push((&lights, "psm:path=fused,size=8,slices=256", "fewer"));
         }
         for (scene, text, expected) in cases {
             let data = SceneData::new(context, scene).expect("room for the scene");

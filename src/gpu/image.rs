@@ -20,8 +20,10 @@ pub enum ImageUse {
     OrderedColor,
     /// A depth buffer that shaders may fetch from.
     Depth,
-    /// Three-dimensional: drawn to layer by layer, written, read and sampled by shaders.
+    /// Three-dimensional: written, read and sampled by shaders.
     Volume,
+    /// As [`ImageUse::Volume`], and drawn to layer by layer.
+    DrawnVolume,
 }
 
 /// A 2D or a 3D image. Clones share it; the last one frees it.
@@ -32,7 +34,7 @@ struct Inner {
     context: Context,
     handle: vk::Image,
     view: vk::ImageView,
-    /// Of a volume, its layers as an array of 2D images; else null.
+    /// Of a volume that is drawn to, its layers as an array of 2D images; else null.
     layers: vk::ImageView,
     allocation: Option<Allocation>,
     name: String,
@@ -73,13 +75,13 @@ impl Image {
         Self::with_depth(context, name, format, [size[0], size[1], 1], usage)
     }
 
-    /// A 3D image of `size` texels with undefined content, for [`ImageUse::Volume`].
+    /// A 3D image of `size` texels with undefined content.
     ///
     /// # Errors
-    /// As [`Image::new`], and where a render cannot have as many layers.
-    pub fn volume(context: &Context, name: &str, format: vk::Format, size: [u32; 3]) -> Result<Self> {
+    /// As [`Image::new`], and where it is drawn to and a render cannot have as many layers.
+    pub fn volume(context: &Context, name: &str, format: vk::Format, size: [u32; 3], drawn: bool) -> Result<Self> {
         let limit = context.features().max_framebuffer_layers;
-        if size[2] > limit {
+        if drawn && size[2] > limit {
             return Err(Error::Gpu {
                 operation: "create image",
                 name: name.into(),
@@ -87,11 +89,11 @@ impl Image {
                 way_out: "use fewer slices (slices=) or fewer lights".into(),
             });
         }
-        Self::with_depth(context, name, format, size, ImageUse::Volume)
+        Self::with_depth(context, name, format, size, if drawn { ImageUse::DrawnVolume } else { ImageUse::Volume })
     }
 
     fn with_depth(context: &Context, name: &str, format: vk::Format, size: [u32; 3], usage: ImageUse) -> Result<Self> {
-        let is_volume = usage == ImageUse::Volume;
+        let is_volume = matches!(usage, ImageUse::Volume | ImageUse::DrawnVolume);
         let features = context.features();
         let limit = if is_volume { features.max_image_dimension_3d } else { features.max_image_dimension_2d };
         if size.iter().any(|s| *s == 0 || *s > limit) {
@@ -102,7 +104,11 @@ impl Image {
                 operation: "create image",
                 name: name.into(),
                 cause: format!("{texels} texels, and this device takes 1 to {limit} a side"),
-                way_out: "use a size in that range".into(),
+                way_out: if is_volume {
+                    "use a smaller map (size=), fewer slices (slices=) or fewer lights".into()
+                } else {
+                    "use a size in that range".into()
+                },
             });
         }
         let copies = vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST;
@@ -121,17 +127,22 @@ impl Image {
                 vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | vk::ImageUsageFlags::SAMPLED,
                 vk::ImageAspectFlags::DEPTH,
             ),
-            ImageUse::Volume => (
+            ImageUse::Volume => {
+                (vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED, vk::ImageAspectFlags::COLOR)
+            }
+            ImageUse::DrawnVolume => (
                 vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED,
                 vk::ImageAspectFlags::COLOR,
             ),
         };
-        let (image_type, view_type, create) = if is_volume {
-            let create = vk::ImageCreateFlags::TYPE_2D_ARRAY_COMPATIBLE;
-            (vk::ImageType::TYPE_3D, vk::ImageViewType::TYPE_3D, create)
+        let (image_type, view_type) = if is_volume {
+            (vk::ImageType::TYPE_3D, vk::ImageViewType::TYPE_3D)
         } else {
-            (vk::ImageType::TYPE_2D, vk::ImageViewType::TYPE_2D, vk::ImageCreateFlags::empty())
+            (vk::ImageType::TYPE_2D, vk::ImageViewType::TYPE_2D)
         };
+        let drawn_volume = usage == ImageUse::DrawnVolume;
+        let create =
+            if drawn_volume { vk::ImageCreateFlags::TYPE_2D_ARRAY_COMPATIBLE } else { vk::ImageCreateFlags::empty() };
         let info = vk::ImageCreateInfo::default()
             .flags(create)
             .image_type(image_type)
@@ -183,7 +194,7 @@ impl Image {
         // SAFETY: the image is bound and the view matches it.
         inner.view =
             unsafe { device.create_image_view(&info, None) }.map_err(|r| vk_error("create view of", name, r))?;
-        if is_volume {
+        if drawn_volume {
             let range = range.layer_count(size[2]);
             let info = info.view_type(vk::ImageViewType::TYPE_2D_ARRAY).subresource_range(range);
             // SAFETY: the image is bound, three-dimensional, and made to be seen as an array of 2D images.

@@ -38,7 +38,7 @@ pub struct BinTotals {
     pub groups_z: u32,
 }
 
-/// What a workgroup of [`Bins::per_part`] builds. Twin: TilePart in glsl/bins/totals.glsl.
+/// What a workgroup builds. Twin: TilePart in glsl/bins/totals.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TilePart {

@@ -157,7 +157,7 @@ impl Psm {
         let (path, reason) = choose(context, spec)?;
         let filter = filter::constants(scene, spec)?;
         let maps = Maps::new(context, scene, layout.size)?;
-        let volume = layout.image(context, maps.count())?;
+        let volume = layout.image(context, maps.count(), path == RASTER)?;
         let opaque = OpaqueMap::new(context, data, &maps)?;
         let constants = layout.constants(filter, !scene.strands.is_empty());
         let skip = spec.value("skip") == "on";

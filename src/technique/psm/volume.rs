@@ -54,12 +54,18 @@ impl Volume {
         self.slices / 4 + u32::from(self.coverage == COVERAGE_VIEWPORT)
     }
 
-    /// The image for `maps` maps.
+    /// The image for `maps` maps; whether it is drawn to.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where it is past the device's limits.
-    pub fn image(&self, context: &Context, maps: u32) -> Result<Image> {
-        Image::volume(context, "psm.volume", self.format, [self.size, self.size, maps.saturating_mul(self.layers())])
+    pub fn image(&self, context: &Context, maps: u32, drawn: bool) -> Result<Image> {
+        Image::volume(
+            context,
+            "psm.volume",
+            self.format,
+            [self.size, self.size, maps.saturating_mul(self.layers())],
+            drawn,
+        )
     }
 
     /// SLICES, SPLIT, ADDITIVE, LAYERS, COVERAGE, those of the filter, STRANDS.
