@@ -11,14 +11,18 @@ use gobo::technique::SceneData;
 
 const SIZE: [u32; 2] = [96, 54];
 
-/// The device's picture and the reference's.
-fn pictures(context: &Context, scene: &Scene, text: &str, shading: Shading) -> (Picture, Picture) {
+/// The device's picture.
+fn drawn(context: &Context, scene: &Scene, text: &str, shading: Shading) -> Picture {
     let camera = View::camera(&scene.camera, scene, SIZE);
     let data = SceneData::new(context, scene).expect("room for the scene");
     let renderer = Renderer::new(context, scene, &data, &camera).expect("a renderer");
     let technique = built(context, scene, text);
-    let drawn = renderer.picture(&technique.visibility(), shading, Lighting::Fragment).expect("drawn");
-    (drawn, picture(&Casters::new(scene), scene, &camera))
+    renderer.picture(&technique.visibility(), shading, Lighting::Fragment).expect("drawn")
+}
+
+/// The reference's.
+fn reference(scene: &Scene) -> Picture {
+    picture(&Casters::new(scene), scene, &View::camera(&scene.camera, scene, SIZE))
 }
 
 fn largest_difference(a: &Picture, b: &Picture) -> f32 {
@@ -63,7 +67,8 @@ fn shading_equals_its_twin() {
             light.radiance = radiance;
         }
         for scene in [one, spot, point, three] {
-            let (drawn, reference) = pictures(context, &scene, "uncompressed:size=64", Shading::Forward);
+            let drawn = drawn(context, &scene, "uncompressed:size=64", Shading::Forward);
+            let reference = reference(&scene);
             let difference = largest_difference(&drawn, &reference);
             println!("{:?}: largest difference {difference:.1e}", scene.lights);
             assert!(difference < 2e-3, "{:?}: {difference}", scene.lights);
@@ -86,7 +91,8 @@ fn strands_are_drawn_where_the_reference_has_them() {
             let opacity = random.between(0.2, 1.0);
             scene.strands.push(Strand { start: [x, y, 1.0], radius: 0.04, end: [x + dx, y + dy, 1.0], opacity });
         }
-        let (drawn, reference) = pictures(context, &scene, "uncompressed:size=64", Shading::Forward);
+        let drawn = drawn(context, &scene, "uncompressed:size=64", Shading::Forward);
+        let reference = reference(&scene);
         let apart = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).any(|i| (a[i] - b[i]).abs() > 2e-3);
         let differing = drawn.pixels.iter().zip(&reference.pixels).filter(|p| apart(*p)).count();
         let covered = reference.pixels.iter().filter(|p| **p != gobo::reference::SKY).count();
@@ -104,15 +110,15 @@ fn strands_are_drawn_where_the_reference_has_them() {
 fn the_picture_is_near_the_reference() {
     gpu_test("the_picture_is_near_the_reference", |context| {
         let scene = Scene::load("three-emitters", 20.0).expect("built in");
-        let (drawn, reference) = pictures(context, &scene, "uncompressed:size=400", Shading::Forward);
-        let error = picture_error(&drawn, &reference);
+        let reference = reference(&scene);
+        let error = picture_error(&drawn(context, &scene, "uncompressed:size=400", Shading::Forward), &reference);
         println!("three-emitters: {error:?}");
         assert!(error.rmse < 0.01, "{error:?}");
 
         // The same picture without shadows is far off: the bound above means something.
         let mut thin = scene.clone();
         thin.particles.iter_mut().for_each(|p| p.extinction *= 1e-4);
-        let (unshadowed, _) = pictures(context, &thin, "uncompressed:size=400", Shading::Forward);
+        let unshadowed = drawn(context, &thin, "uncompressed:size=400", Shading::Forward);
         let without = picture_error(&unshadowed, &reference);
         assert!(without.rmse > 5.0 * error.rmse.max(0.01), "{without:?}");
     });
@@ -130,10 +136,10 @@ fn forward_and_deferred_agree() {
         let mut three = scene.clone();
         three.lights = [&scene, &spot, &point].map(|s| s.lights[0]).to_vec();
         for scene in [scene, spot, point, three] {
+            let reference = reference(&scene);
             for text in ["uncompressed:size=64", "avsm:size=64,path=two-pass"] {
-                let (forward, reference) = pictures(context, &scene, text, Shading::Forward);
-                let (deferred, _) = pictures(context, &scene, text, Shading::Deferred);
-                let difference = largest_difference(&forward, &deferred);
+                let deferred = drawn(context, &scene, text, Shading::Deferred);
+                let difference = largest_difference(&drawn(context, &scene, text, Shading::Forward), &deferred);
                 println!("{text}, {:?}: largest difference {difference:.1e}", scene.lights[0].kind);
                 assert!(difference <= 1e-3, "{text}, {:?}: {difference}", scene.lights[0].kind);
                 let error = picture_error(&deferred, &reference);
