@@ -1,6 +1,6 @@
 #version 460
-// Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters: adds up their optical depth in CELLS even
-// cells of each texel's own depth range, then compresses the curve through the cells' ends, which is exact there.
+// Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters: adds up their optical depth in
+// CELLS even cells of each texel's own depth range, then compresses the curve through the cells' ends, which is exact there.
 // Inputs: map, casters, parts, entries. Outputs: nodes of tiles that have casters.
 // Invariant: cells are whole numbers, so the result depends only on the casters, not on the order they come in.
 // Source: ours. Twin: reference::cells.

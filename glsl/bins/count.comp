@@ -1,6 +1,7 @@
 #version 460
-// Counts the casters of each tile of a map. Inputs: map, casters, horizon. Outputs: counts, met (both cleared before). A caster that meets no tile, because it lies outside the light's volume or in the dark behind the meshes, is
-// culled: nothing is drawn or binned of it.
+// Counts the casters of each tile of a map. A caster that meets no tile, because it lies outside the light's volume or in
+// the dark behind the meshes, is culled: nothing is drawn or binned of it.
+// Inputs: map, casters, horizon. Outputs: counts, met (both cleared before).
 #include "bins/tiles.glsl"
 
 layout(local_size_x = 64) in;

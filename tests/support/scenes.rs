@@ -109,30 +109,25 @@ pub fn opaque() -> Scene {
     directional("opaque", SLANTED, particles)
 }
 
+/// Spheres at random in a cube of that half side; radius and extinction between two numbers.
+fn cloud(seed: u64, count: usize, half: f32, radius: [f32; 2], extinction: [f32; 2]) -> Vec<Particle> {
+    let mut random = Random::new(seed);
+    let particle = |_| Particle {
+        position: random.point(-half, half),
+        radius: random.between(radius[0], radius[1]),
+        extinction: random.between(extinction[0], extinction[1]),
+    };
+    (0..count).map(particle).collect()
+}
+
 /// Hundreds of large thin spheres over each other: many more segments a texel than the list starts with.
 pub fn crowd() -> Scene {
-    let mut random = Random::new(5);
-    let particles = (0..400)
-        .map(|_| Particle {
-            position: random.point(-0.7, 0.7),
-            radius: random.between(0.5, 0.9),
-            extinction: random.between(0.002, 0.02),
-        })
-        .collect();
-    directional("crowd", SLANTED, particles)
+    directional("crowd", SLANTED, cloud(5, 400, 0.7, [0.5, 0.9], [0.002, 0.02]))
 }
 
 /// So many small spheres that a tile has more of them than its sort keeps in shared memory, 1,024, few a texel.
 pub fn dense() -> Scene {
-    let mut random = Random::new(11);
-    let particles = (0..2500)
-        .map(|_| Particle {
-            position: random.point(-1.0, 1.0),
-            radius: random.between(0.1, 0.16),
-            extinction: random.between(0.2, 2.0),
-        })
-        .collect();
-    directional("dense", SLANTED, particles)
+    directional("dense", SLANTED, cloud(11, 2500, 1.0, [0.1, 0.16], [0.2, 2.0]))
 }
 
 /// A point moved along a direction.

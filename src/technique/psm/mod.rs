@@ -133,7 +133,8 @@ impl Psm {
     /// Opens the path that `spec` names for `scene`.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device lacks what the path needs, [`Error::Gpu`] where the volume is past its limits or memory runs out.
+    /// [`Error::Refused`] where the device lacks what the path needs, [`Error::Gpu`] where the
+    /// volume is past its limits or memory runs out.
     pub fn new(context: &Context, scene: &Scene, data: &SceneData, spec: &Spec) -> Result<Self> {
         let [least, most] = FUSED_THREADS;
         // The threads of a software device do not run at the same time, and each costs it something.
