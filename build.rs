@@ -1,22 +1,18 @@
-//! Compiles every shader under glsl/ to SPIR-V and embeds it. A shader that does not compile fails the build.
+//! Compiles every shader under glsl/ to SPIR-V and generates `shaders.rs`, which src/shaders.rs includes: a constant for
+//! each shader, for each specialization constant and for each technique. It holds no list: all is read from glsl/.
+//!
+//! - A technique is a folder with a visibility.glsl. A shader that includes "visibility.glsl" is built once for each.
+//! - `CONSTANT(type, NAME, value)` declares a specialization constant. Each name has one id, ID_NAME, in all shaders.
+//! - `// variants: LANES 0 1` at the top of a shader builds it once for each value of that macro.
 
 use shaderc::{CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, TargetEnv};
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use std::{env, fs};
+use std::{env, fs, thread};
 
-/// The one list of variants: a shader that includes "visibility.glsl" is built once for each of these folders, from
-/// which it takes that file and so `light_visibility`. All other shaders are built once.
-const TECHNIQUES: &[&str] = &["avsm", "psm", "uncompressed"];
-
-/// A shader that includes "avsm/attachments.glsl" is built once for each of these values of ATTACHMENTS.
-const ATTACHMENTS: &[u32] = &[2, 4, 8];
-
-/// A shader that includes "psm/format.glsl" is built once for each of these values of BITS.
-const BITS: &[u32] = &[8, 16];
-
-/// A shader that includes "bins/batch.glsl" is built once for each of these values of LANES.
-const LANES: &[u32] = &[0, 1];
+/// What includes are replaced by, folder by folder.
+const LOOK_UP: &str = "visibility.glsl";
 
 fn main() {
     if let Err(message) = build() {
@@ -26,64 +22,56 @@ fn main() {
     }
 }
 
+/// The texts of glsl/, by their places in it.
+type Sources = BTreeMap<String, String>;
+
+/// A shader, once for each technique or value that it is built for.
+struct Job {
+    /// `avsm/cells.comp`.
+    file: String,
+    kind: ShaderKind,
+    /// What includes of visibility.glsl mean.
+    technique: Option<String>,
+    /// A macro and its value.
+    variant: Option<(String, String)>,
+}
+
 fn build() -> Result<(), String> {
     // The folder stands for all files in it, so that included files are tracked too.
     println!("cargo:rerun-if-changed=glsl");
-    let mut files = Vec::new();
-    collect(Path::new("glsl"), &mut files)?;
-    files.sort();
-    let compiler = Compiler::new().map_err(|e| format!("cannot start shaderc: {e}"))?;
-    let mut table = String::from("/// Every shader of the program.\npub const SHADERS: &[Shader] = &[\n");
-    for file in &files {
-        let name = file.strip_prefix("glsl").map_err(|e| e.to_string())?.to_string_lossy().into_owned();
-        let Some(kind) = kind(&name) else { continue };
-        let source = fs::read_to_string(file).map_err(|e| format!("cannot read {}: {e}", file.display()))?;
-        if source.contains("#include \"visibility.glsl\"") {
-            for technique in TECHNIQUES {
-                let name = format!("{technique}/{name}");
-                compile(&compiler, file, &source, kind, Variant::Technique(technique), &name, &mut table)?;
-            }
-        } else if source.contains("#include \"avsm/attachments.glsl\"") {
-            for count in ATTACHMENTS {
-                let name = format!("{name}/{count}");
-                let variant = Variant::Defined("ATTACHMENTS", *count);
-                compile(&compiler, file, &source, kind, variant, &name, &mut table)?;
-            }
-        } else if source.contains("#include \"psm/format.glsl\"") {
-            for bits in BITS {
-                let variant = Variant::Defined("BITS", *bits);
-                compile(&compiler, file, &source, kind, variant, &format!("{name}/{bits}"), &mut table)?;
-            }
-        } else if source.contains("#include \"bins/batch.glsl\"") {
-            for lanes in LANES {
-                let variant = Variant::Defined("LANES", *lanes);
-                compile(&compiler, file, &source, kind, variant, &format!("{name}/{lanes}"), &mut table)?;
-            }
-        } else {
-            compile(&compiler, file, &source, kind, Variant::Only, &name, &mut table)?;
-        }
-    }
-    table.push_str("];\n");
-    let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?).join("shaders.rs");
-    fs::write(&out, table).map_err(|e| format!("cannot write {}: {e}", out.display()))
+    let mut sources = Sources::new();
+    collect(Path::new("glsl"), &mut sources)?;
+    let techniques: Vec<_> =
+        sources.keys().filter_map(|f| f.strip_suffix(LOOK_UP)?.strip_suffix('/')).map(str::to_owned).collect();
+    let constants = constants(&sources)?;
+    let jobs: Vec<_> = sources.iter().filter_map(|(f, s)| Some((f, s, kind(f)?))).flat_map(|(f, s, k)| jobs(f, s, k, &techniques)).collect();
+    let spirv = compile_all(&sources, &jobs, &constants)?;
+    let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
+    let table = table(&out, &sources, &techniques, &constants, &jobs, &spirv)?;
+    write(&out.join("shaders.rs"), table.as_bytes())
 }
 
-fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), String> {
-    let fail = |e: std::io::Error| format!("cannot read {}: {e}", folder.display());
-    for entry in fs::read_dir(folder).map_err(fail)? {
-        let path = entry.map_err(fail)?.path();
+fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    fs::write(path, bytes).map_err(|e| format!("cannot write {}: {e}", path.display()))
+}
+
+fn collect(folder: &Path, sources: &mut Sources) -> Result<(), String> {
+    let fail = |path: &Path, e: std::io::Error| format!("cannot read {}: {e}", path.display());
+    for entry in fs::read_dir(folder).map_err(|e| fail(folder, e))? {
+        let path = entry.map_err(|e| fail(folder, e))?.path();
         if path.is_dir() {
-            collect(&path, files)?;
+            collect(&path, sources)?;
         } else {
-            files.push(path);
+            let name = path.strip_prefix("glsl").map_err(|e| e.to_string())?.to_string_lossy().into_owned();
+            sources.insert(name, fs::read_to_string(&path).map_err(|e| fail(&path, e))?);
         }
     }
     Ok(())
 }
 
 /// The stage, or nothing for a file that is only included.
-fn kind(name: &str) -> Option<ShaderKind> {
-    match name.rsplit('.').next() {
+fn kind(file: &str) -> Option<ShaderKind> {
+    match file.rsplit('.').next() {
         Some("vert") => Some(ShaderKind::Vertex),
         Some("frag") => Some(ShaderKind::Fragment),
         Some("tesc") => Some(ShaderKind::TessControl),
@@ -94,48 +82,179 @@ fn kind(name: &str) -> Option<ShaderKind> {
     }
 }
 
-/// What a shader is built for.
-#[derive(Clone, Copy)]
-enum Variant {
-    Only,
-    Technique(&'static str),
-    /// A macro and its value.
-    Defined(&'static str, u32),
+/// Name → Rust type, in the order of the ids.
+fn constants(sources: &Sources) -> Result<BTreeMap<String, &'static str>, String> {
+    let mut all = BTreeMap::new();
+    for (file, text) in sources {
+        for line in text.lines().filter_map(|l| l.strip_prefix("CONSTANT(")) {
+            let mut words = line.split([',', ')']).map(str::trim);
+            let (glsl, name) = (words.next().unwrap_or_default(), words.next().unwrap_or_default().to_owned());
+            let rust = match glsl {
+                "uint" | "int" => "u32",
+                "bool" => "bool",
+                "float" => "f32",
+                _ => return Err(format!("{file}: CONSTANT({line}: {glsl} is no type of a constant")),
+            };
+            if all.insert(name.clone(), rust).is_some_and(|before| before != rust) {
+                return Err(format!("{file}: error: the constant {name} has another type elsewhere"));
+            }
+        }
+        // Sizes of workgroups: `local_size_x_id = ID_NAME`.
+        for name in text.split("_id = ID_").skip(1) {
+            all.insert(name.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default().into(), "u32");
+        }
+    }
+    Ok(all)
+}
+
+fn jobs(file: &str, text: &str, kind: ShaderKind, techniques: &[String]) -> Vec<Job> {
+    let job = |technique: Option<&String>, variant| Job { file: file.into(), kind, technique: technique.cloned(), variant };
+    if text.contains("#include \"visibility.glsl\"") {
+        return techniques.iter().map(|t| job(Some(t), None)).collect();
+    }
+    let Some(line) = text.lines().find_map(|l| l.strip_prefix("// variants: ")) else { return vec![job(None, None)] };
+    let mut words = line.split_whitespace().map(str::to_owned);
+    let name = words.next().unwrap_or_default();
+    words.map(|value| job(None, Some((name.clone(), value)))).collect()
+}
+
+/// Where `wanted` is, as `job` means it.
+fn included(job: &Job, wanted: &str) -> String {
+    match &job.technique {
+        Some(technique) if wanted == LOOK_UP => format!("{technique}/{wanted}"),
+        _ => wanted.into(),
+    }
+}
+
+/// On as many threads as there are processors: a fresh machine waits for this.
+fn compile_all(sources: &Sources, jobs: &[Job], constants: &BTreeMap<String, &'static str>) -> Result<Vec<Vec<u8>>, String> {
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    let share = jobs.len().div_ceil(threads).max(1);
+    let work = |share: &[Job]| -> Result<Vec<Vec<u8>>, String> {
+        let compiler = Compiler::new().map_err(|e| format!("cannot start shaderc: {e}"))?;
+        share.iter().map(|job| compile(&compiler, sources, job, constants)).collect()
+    };
+    let shares: Result<Vec<_>, String> = thread::scope(|scope| {
+        let running: Vec<_> = jobs.chunks(share).map(|share| scope.spawn(move || work(share))).collect();
+        running.into_iter().map(|t| t.join().unwrap_or_else(|_| Err("a compiling thread panicked".into()))).collect()
+    });
+    Ok(shares?.into_iter().flatten().collect())
 }
 
 fn compile(
     compiler: &Compiler,
-    file: &Path,
-    source: &str,
-    kind: ShaderKind,
-    variant: Variant,
-    name: &str,
-    table: &mut String,
-) -> Result<(), String> {
+    sources: &Sources,
+    job: &Job,
+    constants: &BTreeMap<String, &'static str>,
+) -> Result<Vec<u8>, String> {
     let mut options = CompileOptions::new().map_err(|e| format!("cannot start shaderc: {e}"))?;
     options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);
     options.set_optimization_level(OptimizationLevel::Performance);
     options.set_warnings_as_errors();
-    if let Variant::Defined(name, value) = variant {
-        options.add_macro_definition(name, Some(&value.to_string()));
+    options.add_macro_definition(
+        "CONSTANT(type, name, value)",
+        Some("layout(constant_id = ID_##name) const type name = value;"),
+    );
+    for (id, name) in constants.keys().enumerate() {
+        options.add_macro_definition(&format!("ID_{name}"), Some(&id.to_string()));
+    }
+    if let Some((name, value)) = &job.variant {
+        options.add_macro_definition(name, Some(value));
     }
     options.set_include_callback(move |wanted, _, _, _| {
-        let path = match variant {
-            Variant::Technique(technique) if wanted == "visibility.glsl" => {
-                Path::new("glsl").join(technique).join(wanted)
-            }
-            _ => Path::new("glsl").join(wanted),
-        };
-        let content = fs::read_to_string(&path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
-        Ok(ResolvedInclude { resolved_name: path.to_string_lossy().into_owned(), content })
+        let place = included(job, wanted);
+        let content = sources.get(&place).ok_or_else(|| format!("no file glsl/{place}"))?.clone();
+        Ok(ResolvedInclude { resolved_name: format!("glsl/{place}"), content })
     });
-    let spirv = compiler
-        .compile_into_spirv(source, kind, &file.to_string_lossy(), "main", Some(&options))
-        .map_err(|e| format!("{name}: {e}"))?;
-    let _ = write!(table, "    Shader {{ name: {name:?}, words: &[");
-    for word in spirv.as_binary() {
-        let _ = write!(table, "{word:#x},");
+    compiler
+        .compile_into_spirv(&sources[&job.file], job.kind, &format!("glsl/{}", job.file), "main", Some(&options))
+        .map(|spirv| spirv.as_binary_u8().to_vec())
+        .map_err(|e| match &job.technique {
+            Some(technique) => format!("with {technique}/{LOOK_UP}: {e}"),
+            None => e.to_string(),
+        })
+}
+
+/// `RESOLVE` for a compute shader, `CAPTURE_FRAG` for the others, `CELLS_LANES_1` for a variant.
+fn constant_name(job: &Job) -> String {
+    let file = job.file.rsplit('/').next().unwrap_or(&job.file);
+    let name = file.strip_suffix(".comp").unwrap_or(file).replace(['.', '-'], "_").to_uppercase();
+    match &job.variant {
+        Some((variant, value)) => format!("{name}_{variant}_{value}"),
+        None => name,
     }
-    table.push_str("] },\n");
-    Ok(())
+}
+
+/// The name of a module for a folder of glsl/.
+fn module_name(folder: &str) -> String {
+    folder.replace('-', "_")
+}
+
+fn table(
+    out: &Path,
+    sources: &Sources,
+    techniques: &[String],
+    constants: &BTreeMap<String, &'static str>,
+    jobs: &[Job],
+    spirv: &[Vec<u8>],
+) -> Result<String, String> {
+    // Folder → (name → what is of that name).
+    let mut modules: BTreeMap<String, BTreeMap<String, Vec<String>>> = BTreeMap::new();
+    let mut all = String::new();
+    for (i, (job, words)) in jobs.iter().zip(spirv).enumerate() {
+        write(&out.join(format!("{i}.spv")), words)?;
+        let folder = module_name(job.file.rsplit_once('/').map_or("", |(folder, _)| folder));
+        let mut name = job.file.clone();
+        name = job.technique.as_ref().map_or(name.clone(), |t| format!("{t}/{name}"));
+        name = job.variant.as_ref().map_or(name.clone(), |(_, value)| format!("{name}/{value}"));
+        let push = push_block(sources, job);
+        let shader = format!("Shader {{ name: {name:?}, push: {push:?}, spirv: &Spirv(*include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{i}.spv\"))) }}");
+        let constant = constant_name(job);
+        let place = modules.entry(folder.clone()).or_default().entry(constant.clone()).or_default();
+        let index = place.len();
+        place.push(shader);
+        let of = if job.technique.is_some() { format!(".0[{index}]") } else { String::new() };
+        let _ = writeln!(all, "    &{folder}::{constant}{of},");
+    }
+    let mut text = String::new();
+    for (folder, shaders) in &modules {
+        let _ = writeln!(text, "/// Shaders of glsl/{folder}/.\npub mod {folder} {{\n    use super::*;");
+        for (name, of) in shaders {
+            let asks = jobs.iter().any(|j| j.technique.is_some() && constant_name(j) == *name && module_name(&j.file).starts_with(&format!("{folder}/")));
+            let (kind, value) = match &of[..] {
+                _ if asks => ("PerTechnique", format!("PerTechnique(&[{}])", of.join(", "))),
+                [one] => ("Shader", one.clone()),
+                _ => return Err(format!("glsl/{folder}: two shaders of the name {name}")),
+            };
+            let _ = writeln!(text, "    /// {name}\n    pub static {name}: {kind} = {value};");
+        }
+        text.push_str("}\n");
+    }
+    text.push_str("/// The folders of glsl/ that answer: each has a visibility.glsl.\npub mod folder {\n    use super::*;\n");
+    for (i, technique) in techniques.iter().enumerate() {
+        let name = module_name(technique).to_uppercase();
+        let _ = writeln!(text, "    /// glsl/{technique}/\n    pub const {name}: Folder = Folder {{ place: {i}, name: {technique:?} }};");
+    }
+    text.push_str("}\n/// Specialization constants, by their names in GLSL.\npub mod constant {\n    use crate::gpu::Constant;\n");
+    for (id, (name, rust)) in constants.iter().enumerate() {
+        let _ = writeln!(text, "    /// {name}\n    pub const {name}: Constant<{rust}> = Constant::new({id});");
+    }
+    let _ = write!(text, "}}\n/// Every shader of the program.\npub static ALL: &[&Shader] = &[\n{all}];\n");
+    Ok(text)
+}
+
+/// The push constants' block, `Name { type member; … }` in one line, of a shader with all that it includes; empty where it
+/// has none. gpu::Kernel holds the Rust struct against it.
+fn push_block(sources: &Sources, job: &Job) -> String {
+    let (mut open, mut seen) = (vec![job.file.clone()], BTreeSet::new());
+    while let Some(file) = open.pop() {
+        let Some(text) = sources.get(&file).filter(|_| seen.insert(file.clone())) else { continue };
+        let code: Vec<_> = text.lines().map(|l| l.split("//").next().unwrap_or_default().trim()).collect();
+        if let Some((_, block)) = code.join(" ").split_once("layout(push_constant, scalar) uniform ") {
+            let block = block.split('}').next().unwrap_or_default();
+            return format!("{} }}", block.split_whitespace().collect::<Vec<_>>().join(" "));
+        }
+        open.extend(text.lines().filter_map(|l| l.strip_prefix("#include \"")).map(|l| included(job, l.trim_end_matches('"'))));
+    }
+    String::new()
 }

@@ -1,5 +1,5 @@
 // What avsm/raster_order.frag and avsm/unpack.comp say once for each of the ATTACHMENTS colour attachments that hold the
-// curves: attachment i has nodes 2i and 2i + 1 as (depth, value, depth, value). The build sets ATTACHMENTS, NODES / 2.
+// curves: attachment i has nodes 2i and 2i + 1 as (depth, value, depth, value). ATTACHMENTS is NODES / 2.
 // Input attachments and outputs are single variables, since a portable shader may index neither by a loop.
 #ifndef AVSM_ATTACHMENTS_GLSL
 #define AVSM_ATTACHMENTS_GLSL

@@ -1,17 +1,13 @@
 #version 460
 // Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters: adds up their optical depth in
 // CELLS even cells of each texel's own depth range, then compresses the curve through the cells' ends, which is exact there.
-// Inputs: map, casters, parts, entries. Outputs: nodes of tiles that have casters.
+// Inputs: maps, casters, parts, entries. Outputs: nodes of tiles that have casters.
 // Invariant: cells are whole numbers, so the result depends only on the casters, not on the order they come in.
-// Source: ours. Twin: reference::cells.
+// Source: ours. Twin: reference::twin::avsm::cells.
 
-// 0: there are no strands, and their arithmetic is left out.
-layout(constant_id = 10) const uint STRANDS = 1u;
-#define CASTER_STRANDS (STRANDS == 1u)
+// variants: LANES 0 1
 #include "avsm/curve.glsl"
 #include "bins/sums.glsl"
-#include "bins/totals.glsl"
-#include "common/light.glsl"
 
 #if LANES == 1
 // Half a tile: what a whole one would need of shared memory is more than software devices have.
@@ -21,21 +17,13 @@ const uint TEXELS = 64u;
 #endif
 // Casters that are looked at at the same time, each by one thread a texel; thresholds that are tried at the same time.
 // 4, or 1 where threads of a workgroup do not run at the same time anyway.
-layout(local_size_x = TEXELS, local_size_y_id = 9) in;
+layout(local_size_x = TEXELS, local_size_y_id = ID_WORKGROUP) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
-layout(constant_id = 11) const uint GROUPS = 4u;
+CONSTANT(uint, GROUPS, 4u)
 const uint THREADS = TEXELS * GROUPS;
 
-layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
-layout(set = 1, binding = 1, scalar) readonly buffer Parts { TilePart parts[]; };
-layout(set = 1, binding = 4, scalar) readonly buffer Entries { uvec2 entries[]; };
-layout(set = 1, binding = 3, scalar) readonly buffer Totals { BinTotals totals[]; };
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
-layout(push_constant, scalar) uniform Push { uint map; };
-
-#include "bins/part.glsl"
 #include "avsm/store.glsl"
 #include "bins/batch.glsl"
 
@@ -60,16 +48,6 @@ shared uint high_bits[TEXELS];
 shared uint bound;
 // Bit i: the end of cell i stays, at each threshold.
 shared uvec2 ends[THRESHOLDS][TEXELS];
-
-// A segment, cut off where nothing is left, so that the light fades as fast as it should.
-bool dark_segment(View view, Ray ray, float ray_length, Caster caster, out vec2 z, out float optical_depth) {
-    bool hit = view_segment(view, ray, ray_length, caster, z, optical_depth);
-    if (optical_depth > DARK) {
-        z.y = z.x + (z.y - z.x) * (DARK / optical_depth);
-        optical_depth = DARK;
-    }
-    return hit;
-}
 
 // Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units. Roundings of a segment
 // cancel: what it has taken by the end of a cell is rounded, not what it takes in the cell.
@@ -134,14 +112,14 @@ bool few_enough(uvec2 mask) {
 
 void main() {
     TilePart part;
-    if (!listed_part(map, part)) {
+    if (!listed_part(part)) {
         return;
     }
+    uint map = part_map(part);
     View view = maps[map].volume;
-    uvec2 tiles = (uvec2(view.width, view.height) + 7u) / 8u;
     uint first = part.first, count = part.count;
     uint t = gl_LocalInvocationID.x, group = gl_LocalInvocationID.y;
-    uvec2 texel = uvec2(part.tile % tiles.x, part.tile / tiles.x) * 8u + uvec2(t % 8u, part.part * 4u + t / 8u);
+    uvec2 texel = part_corner(part) + uvec2(t % 8u, part_of_tile(part) * 4u + t / 8u);
     for (uint i = gl_LocalInvocationIndex; i < uint(CELLS) * TEXELS; i += THREADS) {
         cells[i] = 0u;
 #if LANES == 1
@@ -162,13 +140,13 @@ void main() {
     float optical_depth;
 
     // The depths that each texel's segments span, and a bound of the optical depth in any texel.
-    float low = 3e38, high = -3e38;
+    float low = FARTHEST, high = -FARTHEST;
     uint most = 0u;
     for (uint begin = 0u; begin < count; begin += batch_size()) {
         uint filled = min(batch_size(), count - begin);
         fetch_batch(view, first + begin, filled);
         for (uint i = group; i < filled; i += GROUPS) {
-            if (dark_segment(view, ray, ray_length, batch_caster(i), z, optical_depth)) {
+            if (view_segment(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth)) {
                 low = min(low, z.x);
                 high = max(high, z.y);
             }
@@ -197,7 +175,7 @@ void main() {
         uint filled = min(batch_size(), count - begin);
         fetch_batch(view, first + begin, filled);
         for (uint i = group; i < filled; i += GROUPS) {
-            if (dark_segment(view, ray, ray_length, batch_caster(i), z, optical_depth)) {
+            if (view_segment(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth)) {
                 vec2 at = clamp(((z - view.near) * per_depth - low) * per_cell, 0.0, float(CELLS));
                 add_segment(t, at, optical_depth * scale);
             }

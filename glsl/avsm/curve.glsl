@@ -1,6 +1,6 @@
 // A transmittance curve being built: streaming insertion of segments into WORK nodes, and reduction to NODES.
-// Source: seed 000 (compression stage), Salvi et al. 2010; nudging and the free first node are ours.
-// Twin: reference::avsm::Curve.
+// Source: Salvi et al. 2010, Fife and Strugar 2013, Compression stage; nudging and the free first node are ours.
+// Twin: reference::twin::avsm::curve.
 // Invariants: depths never fall; transmittance never rises with depth; in front of the first node the light is whole,
 // behind the last it is the product of all segments, whatever was removed.
 //
@@ -12,10 +12,10 @@
 #include "avsm/node.glsl"
 
 // Nodes while segments are inserted, >= NODES. More cost time and lose less.
-layout(constant_id = 2) const int WORK = 8;
-// 1: a removal moves its neighbours so that the area under the transmittance is kept, and the first node may go too,
-// which leaves a step there. 0: the survivors stay as they are, the first and last are exempt (the seed).
-layout(constant_id = 3) const uint NUDGE = 1u;
+CONSTANT(int, WORK, 8)
+// True: a removal moves its neighbours so that the area under the transmittance is kept, and the first node may go too,
+// which leaves a step there. False: the survivors stay as they are, the first and last are exempt (Salvi et al. 2010).
+CONSTANT(bool, NUDGE, true)
 
 int node_count;
 // Unused nodes have depth EMPTY.
@@ -118,7 +118,7 @@ float nudged_shift(Neighbours n, bool move_a, bool move_c) {
 
 // Removes the node whose going changes the area under the transmittance least.
 void remove_cheapest() {
-    bool nudged = EXPONENTIAL == 1u && NUDGE == 1u;
+    bool nudged = EXPONENTIAL && NUDGE;
     int cheapest = nudged ? 0 : 1;
     float least = 1e30;
     float last_area = 0.0;
@@ -126,7 +126,7 @@ void remove_cheapest() {
     n.p = n.a = n.gone = n.c = n.q = vec3(0.0);
     [[unroll]] for (int i = 0; i < WORK + 1; ++i) {
         float cost = 1e30;
-        if (EXPONENTIAL == 1u) {
+        if (EXPONENTIAL) {
             float area = span_area(i, i + 1);
             if (i > 0) {
                 cost = abs(last_area + area - span_area(max(i - 1, 0), i + 1));
@@ -176,7 +176,7 @@ void curve_insert(float entry, float exit, float optical_depth) {
     }
     float value_entry = curve_value(entry);
     float value_exit = curve_value(exit);
-    value_exit = EXPONENTIAL == 1u ? value_exit + optical_depth : value_exit * exp(-optical_depth);
+    value_exit = EXPONENTIAL ? value_exit + optical_depth : value_exit * exp(-optical_depth);
 
     // Both new nodes go behind nodes of equal depth: the curve has its step behind them.
     int at_entry = 0, at_exit = 1;
@@ -185,10 +185,10 @@ void curve_insert(float entry, float exit, float optical_depth) {
         float depth = node_depths[i];
         // Compared first, so that a segment of no length is a step and not 0/0.
         float ramp = depth <= entry ? 0.0 : depth >= exit ? 1.0 : (depth - entry) * per_depth;
-        // What the part of the segment in front of the node really takes away: the seed ramps the transmittance
+        // What the part of the segment in front of the node really takes away: the sample ramps the transmittance
         // linearly instead, which leaves nodes inside a segment off the curve and too bright.
         float taken = optical_depth * ramp;
-        node_values[i] = EXPONENTIAL == 1u ? node_values[i] + taken : node_values[i] * exp(-taken);
+        node_values[i] = EXPONENTIAL ? node_values[i] + taken : node_values[i] * exp(-taken);
         node_transmittance[i] = curve_transmittance(node_values[i]);
         at_entry += int(depth <= entry);
         at_exit += int(depth <= exit);
@@ -222,7 +222,7 @@ void curve_insert(float entry, float exit, float optical_depth) {
 
 // Appends a node behind all others, of the optical depth up to there.
 void curve_append(float depth, float optical_depth) {
-    float value = EXPONENTIAL == 1u ? optical_depth : exp(-optical_depth);
+    float value = EXPONENTIAL ? optical_depth : exp(-optical_depth);
     [[unroll]] for (int i = 0; i < WORK + 1; ++i) {
         if (i == node_count) {
             node_depths[i] = depth;

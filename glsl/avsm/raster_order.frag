@@ -1,22 +1,20 @@
 #version 460
 // Inserts the caster's segment into the texel's curve, which lies in colour attachments: read as input attachments,
-// written back as outputs, one fragment of a texel at a time, in drawing order. Source: seed 000 (Pixel Shader Ordering).
-// Inputs: map, casters. In and out: the attachments.
+// written back as outputs, one fragment of a texel at a time, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
+// Inputs: maps, casters. In and out: the attachments.
 // Invariant: the order is the pipeline's (VK_EXT_rasterization_order_attachment_access); nothing is stored to memory.
-#include "avsm/curve.glsl"
+// variants: ATTACHMENTS 2 4 8
+#define SPLAT_FRAGMENT
 #include "avsm/attachments.glsl"
-#include "list/texel_segment.glsl"
+#include "avsm/curve.glsl"
+#include "maps/scene.glsl"
+#include "maps/segment.glsl"
+#include "maps/splat.glsl"
 
-layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
-#define STORED(i) layout(input_attachment_index = i, set = 1, binding = i) uniform subpassInput stored_##i;
+#define STORED(i) layout(input_attachment_index = i, set = 2, binding = i) uniform subpassInput stored_##i;
 #define INSERTED(i) layout(location = i) out vec4 inserted_##i;
 EACH_ATTACHMENT(STORED)
 EACH_ATTACHMENT(INSERTED)
-
-layout(push_constant, scalar) uniform Push { uint map; };
-
-layout(location = 0) flat in uint caster_index;
 
 void load(int i, vec4 pair) {
     curve_load(2 * i, Node(pair.x, pair.y));
@@ -31,8 +29,8 @@ vec4 pair(int i) {
 void main() {
     vec2 depth;
     float optical_depth;
-    uvec2 texel = uvec2(gl_FragCoord.xy);
-    if (!texel_segment(maps[map].volume, texel, casters[caster_index], depth, optical_depth)) {
+    View view = maps[map].volume;
+    if (!texel_segment(view, splat_texel(view), casters[caster_index], depth, optical_depth)) {
         discard;  // the attachments keep what they have
     }
     curve_clear();

@@ -1,24 +1,21 @@
 #version 460
-// Sorts each texel's list by entry depth and compresses it to NODES nodes. Source: seed 000 (compression stage).
-// Inputs: map, heads, segments, counts. Outputs: nodes; the lists' links are rewritten by the sort.
+// Sorts each texel's list by entry depth and compresses it to NODES nodes. Source: Fife and Strugar 2013, Compression stage.
+// Inputs: maps, heads, segments, counts. Outputs: nodes; the lists' links are rewritten by the sort.
 // Invariant: a list of any length is inserted whole; ties go by caster index, so that the result does not depend on
 // the order in which the fragments were captured.
 #include "avsm/curve.glsl"
+#include "avsm/maps.glsl"
 #include "avsm/tiled.glsl"
 #include "list/segments.glsl"
-#include "common/light.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
-// 1: by entry depth. 0: as captured, which differs from run to run.
-layout(constant_id = 4) const uint SORTED = 1u;
+// True: by entry depth. False: as captured, which differs from run to run.
+CONSTANT(bool, SORTED, true)
 
-layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
 layout(set = 1, binding = 0, r32ui) uniform uimage2D heads;
 layout(set = 1, binding = 1, scalar) buffer Segments { Segment segments[]; };
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 layout(set = 2, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
-
-layout(push_constant, scalar) uniform Push { uint map; };
 
 #include "avsm/store.glsl"
 
@@ -81,13 +78,13 @@ uint sort(uint head) {
 }
 
 void main() {
-    uvec2 texel = gl_GlobalInvocationID.xy;
-    uvec2 size = uvec2(maps[map].volume.width, maps[map].volume.height);
-    if (any(greaterThanEqual(texel, size)) || tile_skipped(counts[tile_place(map)])) {
+    uvec2 size = map_size();
+    if (any(greaterThanEqual(gl_GlobalInvocationID.xy, size)) || tile_skipped(counts[group_tile()])) {
         return;
     }
-    uint index = imageLoad(heads, ivec2(texel)).r;
-    if (SORTED == 1u) {
+    // The maps of the group stand one above the other.
+    uint index = imageLoad(heads, ivec2(gl_GlobalInvocationID.xy + uvec2(0u, gl_WorkGroupID.z * size.y))).r;
+    if (SORTED) {
         index = sort(index);
     }
     curve_clear();
@@ -97,5 +94,5 @@ void main() {
         index = segment.next;
     }
     curve_reduce();
-    store_curve((map * size.y + texel.y) * size.x + texel.x);
+    store_curve(group_texel(group_map()));
 }

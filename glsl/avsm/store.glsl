@@ -7,7 +7,7 @@
 
 void store_curve(uint texel, Node curve[NODES]) {
     uint at = texel * curve_pairs();
-    if (PACKED == 0u) {
+    if (!PACKED) {
         [[unroll]] for (int i = 0; i < NODES; ++i) {
             nodes[at + i] = uvec2(floatBitsToUint(curve[i].depth), floatBitsToUint(curve[i].value));
         }
@@ -34,7 +34,7 @@ layout(set = 2, binding = 2, scalar) writeonly buffer FullNodes { Node full_node
 
 // Of the curve in avsm/curve.glsl.
 void store_curve(uint texel) {
-    if (PACKED == 1u) {
+    if (PACKED) {
         Node curve[NODES];
         [[unroll]] for (int i = 0; i < NODES; ++i) {
             curve[i] = curve_node(i);

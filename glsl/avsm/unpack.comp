@@ -1,29 +1,28 @@
 #version 460
-#extension GL_EXT_samplerless_texture_functions : require
-#extension GL_EXT_scalar_block_layout : require
-// Moves the curves of a map out of the attachments of avsm/raster_order.frag into the buffer that the look-up reads on every path.
-// Inputs: the attachments, counts. Output: nodes.
+// Moves the curves of a group of maps out of the attachments of avsm/raster_order.frag into the buffer that the look-up
+// reads on every path. Inputs: the attachments, counts. Output: nodes.
+// variants: ATTACHMENTS 2 4 8
 #include "avsm/attachments.glsl"
+#include "avsm/maps.glsl"
 #include "avsm/node.glsl"
 #include "avsm/tiled.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
-#define STORED(i) layout(set = 1, binding = i) uniform texture2D stored_##i;
+layout(set = 1, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
+layout(set = 1, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
+#define STORED(i) layout(set = 2, binding = i) uniform texture2D stored_##i;
 EACH_ATTACHMENT(STORED)
-
-layout(push_constant, scalar) uniform Push { uint map; };
 
 #include "avsm/store.glsl"
 
 void main() {
-    ivec2 texel = ivec2(gl_GlobalInvocationID.xy), size = textureSize(stored_0, 0);
-    if (any(greaterThanEqual(texel, size)) || tile_skipped(counts[tile_place(map)])) {
+    uvec2 size = map_size();
+    if (any(greaterThanEqual(gl_GlobalInvocationID.xy, size)) || tile_skipped(counts[group_tile()])) {
         return;
     }
-    uint index = (map * uint(size.y) + uint(texel.y)) * uint(size.x) + uint(texel.x);
+    // The maps of the group stand one above the other.
+    ivec2 texel = ivec2(gl_GlobalInvocationID.xy + uvec2(0u, gl_WorkGroupID.z * size.y));
     vec4 pairs[ATTACHMENTS];
 #define UNPACK(i) pairs[i] = texelFetch(stored_##i, texel, 0);
     EACH_ATTACHMENT(UNPACK)
@@ -32,5 +31,5 @@ void main() {
         curve[i] = Node(pairs[i / 2].x, pairs[i / 2].y);
         curve[i + 1] = Node(pairs[i / 2].z, pairs[i / 2].w);
     }
-    store_curve(index, curve);
+    store_curve(group_texel(group_map()), curve);
 }

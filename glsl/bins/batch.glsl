@@ -1,12 +1,18 @@
-// A tile's casters, some at a time, in the view's axes; each is looked at by all threads of a workgroup alike. A shader that
-// includes this is built once for each value of LANES.
+// A tile's casters, some at a time, in the view's axes; each is looked at by all threads of a workgroup alike.
 // LANES 0: they stand in shared memory. LANES 1: each thread of a subgroup keeps one of them, which it shows the others;
 // there is no wait, and every subgroup fetches them for itself. For software devices, on which what all threads read of one
 // place in memory is read by one after the other.
-// Needs, declared before: readonly buffers `Caster casters[]` and `uvec2 entries[]`; THREADS, of a workgroup.
+// Needs, declared before: THREADS, of a workgroup. Who keeps the entries in another order defines BATCH_SOURCE before.
 #ifndef BINS_BATCH_GLSL
 #define BINS_BATCH_GLSL
-#include "bins/view_caster.glsl"
+#include "bins/part.glsl"
+
+#ifndef LANES
+#define LANES 0
+#endif
+#ifndef BATCH_SOURCE
+#define BATCH_SOURCE(view, entry) tile_caster(view, entry)
+#endif
 
 #if LANES == 1
 #extension GL_KHR_shader_subgroup_basic : require
@@ -18,14 +24,14 @@ uint batch_size() { return gl_SubgroupSize; }
 
 void fetch_batch(View view, uint first, uint filled) {
     uint lane = min(gl_SubgroupInvocationID, filled - 1u);
-    lane_caster = view_caster(view, casters[entries[first + lane].y]);
+    lane_caster = BATCH_SOURCE(view, first + lane);
 }
 
 Caster batch_caster(uint i) {
     Caster caster;
     caster.position = subgroupBroadcast(lane_caster.position, i);
     caster.radius = subgroupBroadcast(lane_caster.radius, i);
-    caster.axis = CASTER_STRANDS ? subgroupBroadcast(lane_caster.axis, i) : vec3(0.0);
+    caster.axis = STRANDS ? subgroupBroadcast(lane_caster.axis, i) : vec3(0.0);
     caster.density = subgroupBroadcast(lane_caster.density, i);
     return caster;
 }
@@ -39,7 +45,7 @@ uint batch_size() { return BATCH; }
 void fetch_batch(View view, uint first, uint filled) {
     barrier();
     for (uint i = gl_LocalInvocationIndex; i < filled; i += THREADS) {
-        batch[i] = view_caster(view, casters[entries[first + i].y]);
+        batch[i] = BATCH_SOURCE(view, first + i);
     }
     barrier();
 }

@@ -1,6 +1,6 @@
 #version 460
-// The casters of a map that meet some tile, in their drawing order, and how many vertices they have. One workgroup, a run
-// of casters a thread. Inputs: met, order. Outputs: drawn, the draw's command.
+// The casters of each map that meet some tile, in their drawing order, and how many vertices they have. One workgroup a
+// map, a run of casters a thread. Inputs: met, order. Outputs: drawn, the draw's command.
 #extension GL_EXT_scalar_block_layout : require
 
 layout(local_size_x = 256) in;
@@ -11,15 +11,12 @@ layout(set = 1, binding = 1, scalar) writeonly buffer Drawn { uint drawn[]; };
 // VkDrawIndirectCommand: vertices, instances, first vertex, first instance.
 layout(set = 1, binding = 2, scalar) writeonly buffer Draws { uint draws[]; };
 
-layout(push_constant, scalar) uniform Push {
-    uint map;
-    uint caster_count;
-};
+layout(push_constant, scalar) uniform CompactPush { uint caster_count; };
 
 shared uint sums[256];
 
 void main() {
-    uint thread = gl_LocalInvocationID.x, first = map * caster_count;
+    uint map = gl_WorkGroupID.z, thread = gl_LocalInvocationID.x, first = map * caster_count;
     uint run = (caster_count + 255u) / 256u;
     uint begin = min(thread * run, caster_count), end = min(begin + run, caster_count);
     uint sum = 0u;

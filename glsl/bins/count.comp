@@ -1,25 +1,18 @@
 #version 460
-// Counts the casters of each tile of a map. A caster that meets no tile, because it lies outside the light's volume or in
+// Counts the casters of each tile of each map. A caster that meets no tile, because it lies outside the light's volume or in
 // the dark behind the meshes, is culled: nothing is drawn or binned of it.
-// Inputs: map, casters, horizon. Outputs: counts, met (both cleared before).
+// Inputs: maps, casters, horizon. Outputs: counts, met (both cleared before).
 #include "bins/tiles.glsl"
+#include "bins/totals.glsl"
 
 layout(local_size_x = 64) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
 layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
 layout(set = 1, binding = 5, scalar) buffer Met { uint met[]; };
 layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };
 
-layout(push_constant, scalar) uniform Push {
-    uint map;
-    uint caster_count;
-    uint capacity;
-};
-
 void main() {
-    uint index = gl_GlobalInvocationID.x / TILE_LANES, lane = gl_GlobalInvocationID.x % TILE_LANES;
+    uint map = gl_WorkGroupID.z, index = map_thread() / TILE_LANES, lane = map_thread() % TILE_LANES;
     uvec2 low, high;
     if (index >= caster_count || !caster_tiles(maps[map].volume, casters[index], low, high)) {
         return;

@@ -1,38 +1,34 @@
 #version 460
-// How far light gets in each tile of a map: the farthest z at which a mesh ends it, over the tile and the texels from which a
-// look-up may come here; INFINITY where some of it goes on. One workgroup a tile.
-// Inputs: map, the opaque map. Outputs: horizon. Twin: reference::bins::horizon.
+// How far light gets in each tile of each map: the farthest z at which a mesh ends it, over the tile and the texels from which a
+// look-up may come here; FARTHEST where some of it goes on. One workgroup a tile.
+// Inputs: maps, the opaque map. Outputs: horizon. Twin: reference::twin::bins::horizon.
 // Invariant: where a point is behind the horizon of a tile that its look-up reads, its opaque visibility is 0.
-#extension GL_EXT_samplerless_texture_functions : require
 #include "bins/tiles.glsl"
 
 layout(local_size_x = 64) in;
 
 // Texels around a tile from which look-ups come: one for the bilinear weights, and a filter's radius.
-layout(constant_id = 1) const uint REACH = 1u;
+CONSTANT(uint, REACH, 1u)
 
-layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
-layout(set = 0, binding = 2) uniform texture2D opaque_map;
 layout(set = 1, binding = 6, scalar) writeonly buffer Horizon { float horizon[]; };
-
-layout(push_constant, scalar) uniform Push { uint map; };
 
 shared uint farthest;
 
 // Both views look along the same rays: where a texel of one stands in the other is the same at every z.
-vec2 in_opaque(vec2 texel) {
+vec2 in_opaque(uint map, vec2 texel) {
     Ray ray = view_ray(maps[map].volume, texel);
     return view_project(maps[map].opaque, ray.origin + ray.direction).xy;
 }
 
 void main() {
+    uint map = gl_WorkGroupID.z;
     View view = maps[map].volume, opaque = maps[map].opaque;
     if (gl_LocalInvocationIndex == 0u) {
         farthest = 0u;
     }
     barrier();
-    vec2 a = in_opaque(vec2(gl_WorkGroupID.xy * TILE_TEXELS) - float(REACH));
-    vec2 b = in_opaque(vec2(gl_WorkGroupID.xy * TILE_TEXELS + TILE_TEXELS) + float(REACH));
+    vec2 a = in_opaque(map, vec2(gl_WorkGroupID.xy * TILE_TEXELS) - float(REACH));
+    vec2 b = in_opaque(map, vec2(gl_WorkGroupID.xy * TILE_TEXELS + TILE_TEXELS) + float(REACH));
     // The four texels of a compare, and one more against rounding; past the map's edge nothing ends the light.
     ivec2 size = ivec2(opaque.width, opaque.height);
     ivec2 low = ivec2(clamp(floor(min(a, b) - 0.5), vec2(-2.0), vec2(size))) - 1;
@@ -49,6 +45,6 @@ void main() {
         float depth = uintBitsToFloat(farthest);
         float z = opaque.near + depth * (opaque.far - opaque.near) + dot(opaque.origin - view.origin, view.forward);
         uint place = (map * gl_NumWorkGroups.y + gl_WorkGroupID.y) * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-        horizon[place] = depth >= 1.0 ? INFINITY : z;
+        horizon[place] = depth >= 1.0 ? FARTHEST : z;
     }
 }

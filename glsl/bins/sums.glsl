@@ -1,8 +1,8 @@
 // Sums of optical depth in whole numbers: they depend on the casters alone, not on the order these come in.
-// Twin: reference::sums.
+// Twin: reference::twin::sums.
 #ifndef BINS_SUMS_GLSL
 #define BINS_SUMS_GLSL
-#include "common/caster.glsl"
+#include "world/caster.glsl"
 
 // Where this has been taken, nothing is left: exp(-16) is about a ten-millionth.
 const float DARK = 16.0;

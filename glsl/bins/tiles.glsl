@@ -1,17 +1,24 @@
-// Casters binned to tiles of 8×8 texels of the light's map. Twin: reference::bins.
+// Casters binned to tiles of 8×8 texels of the light's map. Twin: reference::twin::bins.
 #ifndef BINS_TILES_GLSL
 #define BINS_TILES_GLSL
-#include "common/light.glsl"
-#include "common/caster.glsl"
+#include "maps/scene.glsl"
+
+layout(push_constant, scalar) uniform BinPush {
+    uint caster_count;
+    uint capacity;  // of the entries
+};
 
 const uint TILE_TEXELS = 8u;
 // Threads that share the tiles of a caster: 16, or 1 where threads do not run at the same time anyway.
-layout(constant_id = 2) const uint TILE_LANES = 16u;
-// z of a horizon where light goes on.
-const float INFINITY = 3e38;
+CONSTANT(uint, TILE_LANES, 16u)
 
-// 1: casters that stand in the dark behind the meshes are left out of a tile.
-layout(constant_id = 0) const uint HIDE = 0u;
+// Casters that stand in the dark behind the meshes are left out of a tile.
+CONSTANT(bool, HIDE, false)
+
+// Place of a pass's thread among all of its map, whatever the number of workgroups a dimension.
+uint map_thread() {
+    return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationIndex;
+}
 
 uvec2 tile_counts(View view) {
     return (uvec2(view.width, view.height) + TILE_TEXELS - 1u) / TILE_TEXELS;
@@ -75,7 +82,7 @@ bool tile_missed(float distance_square) {
 
 // Whether no light gets to the caster in a tile: what it takes away is never seen. The margin is against rounding.
 bool tile_hidden(View view, Caster caster, float horizon) {
-    if (HIDE == 0u) {
+    if (!HIDE) {
         return false;
     }
     float start = dot(caster.position - view.origin, view.forward);

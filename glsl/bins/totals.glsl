@@ -1,10 +1,10 @@
-// What binning counts, for each map. Twin: technique::BinTotals.
+// What binning counts, over all maps. Twins: maps::BinTotals, maps::TilePart.
 #ifndef BINS_TOTALS_GLSL
 #define BINS_TOTALS_GLSL
 #extension GL_EXT_scalar_block_layout : require
 
 // Workgroups of listed parts, across. Wide enough that the limit on rows, 65,535, is never met. Twin: PARTS_BEHIND
-// in technique::bins.
+// in maps::bins.
 const uint BIN_GROUPS_X = 64u;
 
 struct BinTotals {
@@ -19,9 +19,13 @@ struct BinTotals {
 
 // What a workgroup builds: a tile, or a part of one.
 struct TilePart {
-    uint tile;
-    uint part;
+    uint tile;      // of its map, row after row
+    uint map_part;  // which of the maps · 256 + which part of the tile
     uint first;  // of the tile's entries
     uint count;  // of them
 };
+
+uint part_map(TilePart part) { return part.map_part >> 8; }
+
+uint part_of_tile(TilePart part) { return part.map_part & 255u; }
 #endif

@@ -2,7 +2,7 @@
 // and z are what they were.
 #ifndef BINS_VIEW_CASTER_GLSL
 #define BINS_VIEW_CASTER_GLSL
-#include "common/caster.glsl"
+#include "maps/segment.glsl"
 
 Caster view_caster(View view, Caster caster) {
     caster.position = view_axes(view, caster.position - view.origin);
@@ -30,9 +30,8 @@ Ray view_ray_beside(View view, Ray ray, float right) {
     return ray;
 }
 
-// z between which a caster takes light of a ray, and its optical depth there; false where the ray misses it or leaves it
-// before the near plane. `ray_length` is that of the ray's direction.
-bool view_segment(View view, Ray ray, float ray_length, Caster caster, out vec2 z, out float optical_depth) {
+// As segment_cut, of a ray and a caster in the view's axes.
+bool view_segment(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     bool hit;
     if (view.projection == VIEW_PARALLEL && !caster_is_strand(caster)) {
         // caster_overlap, where the ray's direction is (0, 0, 1).
@@ -40,16 +39,10 @@ bool view_segment(View view, Ray ray, float ray_length, Caster caster, out vec2 
         float half_square = caster.radius * caster.radius - dot(across, across);
         float half_chord = sqrt(max(half_square, 0.0));
         z = vec2(caster.position.z - half_chord, caster.position.z + half_chord);
-        hit = half_square > 0.0 && z.y > view.near;
+        hit = half_square > 0.0;
     } else {
-        hit = caster_overlap(ray, caster, z) && z.y > view.near;
+        hit = caster_overlap(ray, caster, z);
     }
-    if (caster_is_strand(caster)) {
-        optical_depth = caster.density;
-        return hit;
-    }
-    z.x = max(z.x, view.near);
-    optical_depth = caster.density * (z.y - z.x) * ray_length;
-    return hit;
+    return segment_cut(view, ray_length, caster, dark, hit, z, optical_depth);
 }
 #endif

@@ -1,6 +1,6 @@
 #version 460
 // Draws casters as the camera sees them, far to near. Six vertices a caster. Inputs: camera, casters, order.
-#include "common/caster.glsl"
+#include "world/caster.glsl"
 
 layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
 layout(set = 0, binding = 3, scalar) readonly buffer Casters { Caster casters[]; };

@@ -2,7 +2,7 @@
 // Needs, declared before: lights[] and light_visibility.
 #ifndef CONSUME_CASTER_LIGHT_GLSL
 #define CONSUME_CASTER_LIGHT_GLSL
-#include "common/shading.glsl"
+#include "consume/shading.glsl"
 
 vec3 caster_light(Caster caster, vec3 position) {
     vec3 light = vec3(0.0);

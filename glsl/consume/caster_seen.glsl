@@ -1,7 +1,7 @@
 // What a camera ray sees of a caster, and its colour there.
 #ifndef CONSUME_CASTER_SEEN_GLSL
 #define CONSUME_CASTER_SEEN_GLSL
-#include "common/shading.glsl"
+#include "consume/shading.glsl"
 
 // From z.x to z.y, between the near plane and the mesh at `farthest`; false where the ray sees nothing of it.
 bool caster_seen(View camera, Ray ray, Caster caster, float farthest, out vec2 z) {

@@ -2,7 +2,7 @@
 // Second half of deferred shading: the position comes back from z, the visibility of each light is looked up once a pixel.
 // Inputs: lights, camera, albedo, normal, z, the technique. Output: colour.
 #extension GL_EXT_samplerless_texture_functions : require
-#include "common/shading.glsl"
+#include "consume/shading.glsl"
 #include "visibility.glsl"
 
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };

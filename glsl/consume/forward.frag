@@ -1,6 +1,6 @@
 #version 460
 // Shades the meshes in the pass that draws them. Inputs: lights, camera, the technique. Outputs: colour, z.
-#include "common/shading.glsl"
+#include "consume/shading.glsl"
 #include "visibility.glsl"
 
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };

@@ -1,6 +1,6 @@
 #version 460
 // First half of deferred shading. Inputs: camera. Outputs: albedo, normal, z.
-#include "common/view.glsl"
+#include "world/view.glsl"
 
 layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
 

@@ -1,6 +1,6 @@
 #version 460
 // Answers the one question for a list of points. Inputs: points, a light, the technique. Output: one number a point.
-#include "common/view.glsl"
+#include "world/view.glsl"
 #include "visibility.glsl"
 
 layout(local_size_x = 64) in;
@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 layout(set = 0, binding = 0, scalar) readonly buffer Points { vec3 points[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer Answers { float answers[]; };
 
-layout(push_constant, scalar) uniform Push {
+layout(push_constant, scalar) uniform QueryPush {
     uint light;
     uint count;
 };

@@ -1,7 +1,7 @@
 #version 460
-// The debug view: visibility at one depth of a map's range, over its view. Source: seed 000 (debug view).
+// The debug view: visibility at one depth of a map's range, over its view. Source: Fife and Strugar 2013, Debug view.
 // Inputs: view, light, depth, the technique. Output: one number a pixel, rows from the top.
-#include "common/view.glsl"
+#include "world/view.glsl"
 #include "visibility.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -9,7 +9,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0, scalar) readonly buffer Views { View view; };
 layout(set = 0, binding = 1, scalar) writeonly buffer Answers { float answers[]; };
 
-layout(push_constant, scalar) uniform Push {
+layout(push_constant, scalar) uniform SlicePush {
     uint light;
     float depth;  // 0 to 1
     uint width;

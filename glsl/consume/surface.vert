@@ -1,7 +1,7 @@
 #version 460
 // Draws the meshes as the camera sees them. Inputs: camera, triangles.
-#include "common/light.glsl"
-#include "common/triangle.glsl"
+#include "world/light.glsl"
+#include "world/triangle.glsl"
 
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };

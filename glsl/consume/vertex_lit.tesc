@@ -1,15 +1,15 @@
 #version 460
 // lighting=vertex, second stage: a caster's quad, as large as caster_corner draws it, and into how many parts it is cut
-// along x and y, by its size on the screen. Source: seed 000 (Tessellation). Twin: reference::vertex_lit.
+// along x and y, by its size on the screen. Source: Fife and Strugar 2013, Tessellation. Twin: reference::twin::vertex_lit.
 // Inputs: camera, casters. Outputs: the quad, levels. Invariant: what is not on the screen has level 0 and no triangles.
-#include "common/caster.glsl"
+#include "world/caster.glsl"
 
 layout(vertices = 1) out;
 
 layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
 layout(set = 0, binding = 3, scalar) readonly buffer Casters { Caster casters[]; };
 
-layout(push_constant, scalar) uniform Push {
+layout(push_constant, scalar) uniform SpacingPush {
     float spacing;  // pixels from vertex to vertex, at most
 };
 

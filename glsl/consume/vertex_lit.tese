@@ -1,10 +1,10 @@
 #version 460
-// lighting=vertex, third stage: light that arrives at a vertex of a caster's quad. Source: seeds 000 (Tessellation) and
-// 002 (Particle Lighting with DX11). Twin: reference::vertex_lit.
+// lighting=vertex, third stage: light that arrives at a vertex of a caster's quad. Source: Fife and Strugar 2013, Tessellation and
+// Bavoil and Jansen 2013, Particle Lighting with DX11. Twin: reference::twin::vertex_lit.
 // Inputs: lights, camera, casters, z of the meshes, the technique. Output: light.
 // Invariant: w is 1, so that light runs linearly over the screen between vertices, whatever the interpolation.
 #extension GL_EXT_samplerless_texture_functions : require
-#include "common/caster.glsl"
+#include "world/caster.glsl"
 #include "visibility.glsl"
 
 layout(quads, equal_spacing) in;

@@ -3,7 +3,7 @@
 // that smoke does not drown in the lines of what is thin. Inputs: camera, casters, z of the meshes. Output: premultiplied
 // colour, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
-#include "common/caster.glsl"
+#include "world/caster.glsl"
 
 layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
 layout(set = 0, binding = 3, scalar) readonly buffer Casters { Caster casters[]; };

@@ -1,36 +1,28 @@
 #version 460
-// Pushes the caster's segment at the head of the texel's list. Source: seed 000 (capturing fragments).
-// Inputs: map, casters. Outputs: heads, segments, the count of fragments.
+// Pushes the caster's segment at the head of the texel's list. Source: Fife and Strugar 2013, Capturing fragments.
+// Inputs: maps, casters. Outputs: heads, segments, the count of fragments.
 // Invariant: `fragments` counts the whole demand, also past the capacity, so that the caller can grow the buffer.
+#define SPLAT_FRAGMENT
 #include "list/segments.glsl"
-#include "list/texel_segment.glsl"
+#include "maps/scene.glsl"
+#include "maps/segment.glsl"
+#include "maps/splat.glsl"
 
-layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
-layout(set = 1, binding = 0, r32ui) uniform uimage2D heads;
-layout(set = 1, binding = 1, scalar) writeonly buffer Segments { Segment segments[]; };
-layout(set = 1, binding = 2, scalar) buffer Counters { uint fragments[]; };
-
-layout(push_constant, scalar) uniform Push {
-    uint map;
-    uint order_first;
-    uint counter;    // which of `fragments`
-    uint first_row;  // of the map among the heads
-    uint capacity;
-};
-
-layout(location = 0) flat in uint caster_index;
+layout(set = 2, binding = 0, r32ui) uniform uimage2D heads;
+layout(set = 2, binding = 1, scalar) writeonly buffer Segments { Segment segments[]; };
+// Of each group of maps that are captured at once.
+layout(set = 2, binding = 2, scalar) buffer Counters { uint fragments[]; };
 
 void main() {
-    uvec2 texel = uvec2(gl_FragCoord.xy);
+    View view = maps[map].volume;
     vec2 depth;
     float optical_depth;
-    if (!texel_segment(maps[map].volume, texel, casters[caster_index], depth, optical_depth)) {
+    if (!texel_segment(view, splat_texel(view), casters[caster_index], depth, optical_depth)) {
         return;
     }
-    uint index = atomicAdd(fragments[counter], 1u);
-    if (index < capacity) {
-        uint next = imageAtomicExchange(heads, ivec2(texel) + ivec2(0, first_row), index);
+    uint index = atomicAdd(fragments[group], 1u);
+    if (index < segments.length()) {
+        uint next = imageAtomicExchange(heads, ivec2(gl_FragCoord.xy), index);
         segments[index] = Segment(depth.x, depth.y, optical_depth, caster_index, next);
     }
 }

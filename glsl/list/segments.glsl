@@ -1,4 +1,4 @@
-// The per-texel lists of all segments. Source: seed 000 (capturing fragments). Twin: technique::list::Segment.
+// The per-texel lists of all segments. Source: Fife and Strugar 2013, Capturing fragments. Twin: maps::SegmentData.
 #ifndef LIST_SEGMENTS_GLSL
 #define LIST_SEGMENTS_GLSL
 

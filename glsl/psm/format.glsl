@@ -1,5 +1,4 @@
-// The format of the volume as a storage image, which GLSL wants to know: a shader that includes this is built once for
-// each value of BITS, bits a channel.
+// The format of the volume as a storage image, which GLSL wants to know. BITS: bits a channel.
 #ifndef PSM_FORMAT_GLSL
 #define PSM_FORMAT_GLSL
 #if BITS == 8

@@ -4,33 +4,20 @@
 // one workgroup writes all.
 // Inputs: maps, casters, totals, parts, entries. Output: volume, every texel of it.
 // Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
-// Source: ours. Twin: reference::psm::fused.
+// Source: ours. Twin: reference::twin::psm::fused.
 
-// 0: there are no strands, and their arithmetic is left out.
-layout(constant_id = 7) const uint STRANDS = 1u;
-#define CASTER_STRANDS (STRANDS == 1u)
+// variants: BITS 8 16
+#include "bins/part.glsl"
 #include "bins/sums.glsl"
-#include "bins/totals.glsl"
-#include "bins/view_caster.glsl"
-#include "common/light.glsl"
 #include "psm/format.glsl"
 #include "psm/place.glsl"
 
 // A multiple of TEXELS: as many as the device has, up to 512; TEXELS where threads do not run at the same time anyway.
-layout(local_size_x_id = 8) in;
+layout(local_size_x_id = ID_WORKGROUP) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
-layout(constant_id = 9) const uint THREADS = 512u;
+CONSTANT(uint, THREADS, 512u)
 
-layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
-layout(set = 1, binding = 1, scalar) readonly buffer Parts { TilePart parts[]; };
-layout(set = 1, binding = 3, scalar) readonly buffer Totals { BinTotals totals[]; };
-layout(set = 1, binding = 4, scalar) readonly buffer Entries { uvec2 entries[]; };
 layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
-
-layout(push_constant, scalar) uniform Push { uint map; };
-
-#include "bins/part.glsl"
 
 const uint ROW = 8u, ROWS = 4u, TEXELS = ROW * ROWS;
 // Texels of a row that a thread looks at for a caster, and casters that are looked at at the same time. Few threads gain more
@@ -43,9 +30,9 @@ const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
 // 256 slices it is all the shared memory that many devices have, so the first word is the bound before it is a sum.
 shared uint slices[SLICES * TEXELS];
 
-void write(uvec2 texel, uint slice, vec4 transmittance) {
+void write(uint map, uvec2 texel, uint slice, vec4 transmittance) {
     ivec3 at = ivec3(texel, map * LAYERS + slice / 4u);
-    imageStore(volume, at, ADDITIVE == 1u ? 1.0 - transmittance : transmittance);
+    imageStore(volume, at, ADDITIVE ? 1.0 - transmittance : transmittance);
 }
 
 // Adds what a caster, in the view's axes, takes of the rays of a span, the first of which is `ray`, `place_in_part` among the
@@ -59,11 +46,10 @@ void add_caster(View view, Ray ray, uint place_in_part, uint rotation, Caster ca
         Ray beside = view_ray_beside(view, ray, float(x) * texel_width);
         vec2 z;
         float optical_depth;
-        if (view_segment(view, beside, length(beside.direction), caster, z, optical_depth)) {
+        if (view_segment(view, beside, length(beside.direction), caster, MAX_OPTICAL_DEPTH, z, optical_depth)) {
             uint at = place.slice * TEXELS + place_in_part + x;
-            optical_depth = min(optical_depth, MAX_OPTICAL_DEPTH);
             atomicAdd(slices[at], uint(min(optical_depth * (1.0 - place.share), DARK) * scale + 0.5));
-            if (SPLIT == 1u && place.slice + 1u < SLICES) {
+            if (SPLIT && place.slice + 1u < SLICES) {
                 atomicAdd(slices[at + TEXELS], uint(min(optical_depth * place.share, DARK) * scale + 0.5));
             }
         }
@@ -72,28 +58,29 @@ void add_caster(View view, Ray ray, uint place_in_part, uint rotation, Caster ca
 
 void main() {
     TilePart part;
-    if (!listed_part(map, part)) {
+    if (!listed_part(part)) {
         return;
     }
+    uint map = part_map(part);
     View view = maps[map].volume;
-    uint across = (view.width + ROW - 1u) / ROW, thread = gl_LocalInvocationIndex;
-    uvec2 corner = uvec2(part.tile % across, part.tile / across) * ROW;
+    uint thread = gl_LocalInvocationIndex;
+    uvec2 corner = part_corner(part);
     uint t = thread % TEXELS, begin = thread / TEXELS * RUN, end = min(begin + RUN, SLICES);
     uvec2 texel = corner + uvec2(t % ROW, t / ROW);
     if (part.count == 0u) {
         for (; texel.y < min(corner.y + ROW, view.height); texel.y += ROWS) {
             for (uint k = begin; k < end && texel.x < view.width; k += 4u) {
-                write(texel, k, vec4(1.0));
+                write(map, texel, k, vec4(1.0));
             }
         }
         return;
     }
-    corner.y += part.part * ROWS;
-    texel.y += part.part * ROWS;
+    corner.y += part_of_tile(part) * ROWS;
+    texel.y += part_of_tile(part) * ROWS;
 
     uint most = 0u;
     for (uint i = thread; i < part.count; i += THREADS) {
-        most += caster_bound(casters[entries[part.first + i].y], DARK * float(1u + SPLIT));
+        most += caster_bound(casters[entries[part.first + i].y], DARK * (SPLIT ? 2.0 : 1.0));
     }
     for (uint i = thread; i < SLICES * TEXELS; i += THREADS) {
         slices[i] = 0u;
@@ -111,7 +98,7 @@ void main() {
     uint span = thread % SPANS * SPAN;
     Ray ray = view_texel_ray(view, corner + uvec2(span % ROW, span / ROW));
     for (uint i = thread / SPANS; i < part.count; i += CASTERS) {
-        Caster caster = view_caster(view, casters[entries[part.first + i].y]);
+        Caster caster = tile_caster(view, part.first + i);
         add_caster(view, ray, span, thread / SPANS, caster, scale);
     }
     barrier();
@@ -141,6 +128,6 @@ void main() {
             sums[i] = before;
         }
         sums.w = RUNS != 1u && k + 4u == end ? upto : sums.w;
-        write(texel, k, exp(-vec4(sums) * unit));
+        write(map, texel, k, exp(-vec4(sums) * unit));
     }
 }

@@ -1,10 +1,10 @@
 // Which slice takes a caster's whole optical depth: slice k spans the depths k / SLICES to (k + 1) / SLICES of the light's
 // range. SPLIT shares it between the two slices whose middles are about its own, so that the mean depth is the caster's
 // and nothing jumps as it moves; T^(1 - share) and T^share are the slices' transmittances.
-// Twin: reference::psm::place.
+// Twin: reference::twin::psm::place.
 #ifndef PSM_PLACE_GLSL
 #define PSM_PLACE_GLSL
-#include "common/caster.glsl"
+#include "world/caster.glsl"
 #include "psm/constants.glsl"
 
 struct Place {
@@ -13,9 +13,9 @@ struct Place {
 };
 
 Place depth_place(float depth) {
-    float at = clamp(depth * float(SLICES) - (SPLIT == 1u ? 0.5 : 0.0), 0.0, float(SLICES - 1u));
+    float at = clamp(depth * float(SLICES) - (SPLIT ? 0.5 : 0.0), 0.0, float(SLICES - 1u));
     uint slice = uint(at);
-    return Place(slice, SPLIT == 1u ? at - float(slice) : 0.0);
+    return Place(slice, SPLIT ? at - float(slice) : 0.0);
 }
 
 // By a sphere's centre, a strand's middle.

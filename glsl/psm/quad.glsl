@@ -2,7 +2,6 @@
 // another; with COVERAGE_VIEWPORT one over the coverage, which has a texel for 8×8 rays.
 #ifndef PSM_QUAD_GLSL
 #define PSM_QUAD_GLSL
-#include "common/light.glsl"
 #include "psm/place.glsl"
 
 struct Quad {
@@ -13,7 +12,9 @@ struct Quad {
     vec4 shares;   // of the optical depth, for each channel; negative: this is coverage
 };
 
-uint quad_count() { return COVERAGE == COVERAGE_VIEWPORT ? 2u + SPLIT : 1u + SPLIT; }
+uint slice_quads() { return SPLIT ? 2u : 1u; }
+
+uint quad_count() { return slice_quads() + (COVERAGE == COVERAGE_VIEWPORT ? 1u : 0u); }
 
 // Quad `index` < quad_count() of the caster; false where there is none.
 bool caster_quad(View view, uint map, Caster caster, uint index, out Quad quad) {
@@ -23,7 +24,7 @@ bool caster_quad(View view, uint map, Caster caster, uint index, out Quad quad) 
         return false;
     }
     quad.layer = map * LAYERS;
-    if (index > SPLIT) {
+    if (index >= slice_quads()) {
         // From NDC of the map to NDC of whole coverage texels, the last of which may reach past the map; and half a coverage
         // texel more on each side: then each that the bounds touch has its centre inside.
         vec2 size = vec2(view.width, view.height), tiles = ceil(size / 8.0);

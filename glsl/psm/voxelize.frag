@@ -1,23 +1,20 @@
 #version 460
 // What a caster leaves of the light in its slices, blended by multiplication, or with ADDITIVE its optical depth, blended by
-// addition; channels of other slices get 1, or 0. Source: seed 002 (step 2). Inputs: maps, casters.
+// addition; channels of other slices get 1, or 0. Source: Bavoil and Jansen 2013, Step 2. Inputs: maps, casters.
 // Invariant: order matters only as far as blending rounds, and primitives blend in drawing order.
-// Twin: reference::psm::voxelize.
-#include "list/texel_segment.glsl"
+// Twin: reference::twin::psm::voxelize.
+#include "maps/scene.glsl"
+#include "maps/segment.glsl"
 #include "psm/constants.glsl"
-
-layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
-
-layout(push_constant, scalar) uniform Push { uint map; };
 
 layout(location = 0) flat in uint caster_index;
 layout(location = 1) flat in vec4 shares;
+layout(location = 2) flat in uint map;
 layout(location = 0) out vec4 color;
 
 void main() {
     if (shares.x < 0.0) {
-        color = vec4(ADDITIVE == 1u ? 1.0 : 0.0);
+        color = vec4(ADDITIVE ? 1.0 : 0.0);
         return;
     }
     vec2 depth;
@@ -26,5 +23,5 @@ void main() {
         discard;
     }
     vec4 depths = optical_depth * shares;
-    color = ADDITIVE == 1u ? depths : exp(-depths);
+    color = ADDITIVE ? depths : exp(-depths);
 }

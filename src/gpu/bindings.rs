@@ -3,7 +3,7 @@
 use super::{Buffer, Context, Image, vk_error};
 use crate::Result;
 use ash::vk;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Something a shader can be given.
 #[derive(Clone)]
@@ -40,7 +40,7 @@ struct Inner {
     set: vk::DescriptorSet,
     samplers: Vec<vk::Sampler>,
     /// Kept alive as long as a recorded command may use the set.
-    _resources: Vec<Resource>,
+    resources: Mutex<Vec<Resource>>,
 }
 
 impl Drop for Inner {
@@ -91,7 +91,7 @@ impl Bindings {
             pool: vk::DescriptorPool::null(),
             set: vk::DescriptorSet::null(),
             samplers: Vec::new(),
-            _resources: resources.to_vec(),
+            resources: Mutex::new(resources.to_vec()),
         };
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&slots);
         // SAFETY: `info` is complete.
@@ -135,6 +135,26 @@ impl Bindings {
         }
         context.set_name(inner.set, name);
         Ok(Self(Arc::new(inner)))
+    }
+
+    /// Puts another buffer where binding `binding` has one; every kernel that was made with the set reads it from now on.
+    /// Not while commands are recorded.
+    pub fn replace(&self, binding: usize, buffer: &Buffer) {
+        // Whoever submits holds this until the device is done.
+        let idle = self.0.context.shared().recorder.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut resources = self.0.resources.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(resource @ Resource::Buffer(_)) = resources.get_mut(binding) {
+            let info = [vk::DescriptorBufferInfo::default().buffer(buffer.handle()).range(vk::WHOLE_SIZE)];
+            let write = vk::WriteDescriptorSet::default()
+                .dst_set(self.0.set)
+                .dst_binding(binding as u32)
+                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                .buffer_info(&info);
+            // SAFETY: no submission is under way, and the buffer lives as long as the set names it.
+            unsafe { self.0.context.device().update_descriptor_sets(&[write], &[]) };
+            *resource = Resource::Buffer(buffer.clone());
+        }
+        drop(idle);
     }
 
     pub(super) fn layout(&self) -> vk::DescriptorSetLayout {

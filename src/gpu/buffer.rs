@@ -1,7 +1,7 @@
 //! Owned buffers.
 
 use super::context::allocation_error;
-use super::{Context, vk_error};
+use super::{Commands, Context, vk_error};
 use crate::{Error, Result};
 use ash::vk;
 use bytemuck::Pod;
@@ -145,21 +145,30 @@ impl Buffer {
     /// # Errors
     /// [`Error::Gpu`] where the buffer is smaller than that or the copy fails.
     pub fn read<T: Pod>(&self, count: usize) -> Result<Vec<T>> {
-        let bytes = (count * size_of::<T>()) as u64;
-        if bytes > self.0.bytes {
-            return Err(self.error("read", format!("{bytes} bytes from {}", self.0.bytes)));
+        self.read_from(0, count)
+    }
+
+    /// Reads `count` elements from element `first` on.
+    ///
+    /// # Errors
+    /// As [`Buffer::read`].
+    pub fn read_from<T: Pod>(&self, first: usize, count: usize) -> Result<Vec<T>> {
+        let (offset, bytes) = ((first * size_of::<T>()) as u64, (count * size_of::<T>()) as u64);
+        if offset + bytes > self.0.bytes {
+            return Err(self.error("read", format!("{bytes} bytes from byte {offset} of {}", self.0.bytes)));
         }
         if count == 0 {
             return Ok(Vec::new());
         }
         if self.0.memory == Memory::Device {
             let staging = Self::new(&self.0.context, "readback", bytes, Memory::Readback)?;
-            self.0.context.submit(|commands| commands.pass("readback", |pass| pass.copy(self, &staging, bytes)))?;
+            let copy = |commands: &mut Commands| commands.pass("readback", |pass| pass.copy_from(self, offset, &staging, bytes));
+            self.0.context.submit(copy)?;
             return staging.read(count);
         }
         let allocation = self.0.allocation.lock().unwrap_or_else(PoisonError::into_inner);
         match allocation.as_ref().and_then(Allocation::mapped_slice) {
-            Some(mapped) => Ok(bytemuck::pod_collect_to_vec(&mapped[..bytes as usize])),
+            Some(mapped) => Ok(bytemuck::pod_collect_to_vec(&mapped[offset as usize..(offset + bytes) as usize])),
             None => Err(self.error("map", "its memory is not visible to the host".into())),
         }
     }

@@ -1,8 +1,8 @@
 //! Recording and running commands: one call a pass writes the barrier, the label and the two timestamps.
 
 use super::ordered_attachments::AFTER_CLEAR;
-use super::pipeline::PUSH_BYTES;
-use super::{Bindings, Buffer, Context, Draw, Image, OrderedAttachments, Pipeline, vk_error};
+use super::kernel::PUSH_BYTES;
+use super::{Buffer, Context, Draw, Image, Kernel, OrderedAttachments, Push, vk_error};
 use crate::{Error, Result};
 use ash::vk;
 use std::any::Any;
@@ -11,6 +11,9 @@ use std::sync::PoisonError;
 
 /// Passes in one submission, at most: two timestamps each.
 const MAX_PASSES: u32 = 512;
+
+/// What Vulkan takes in one vkCmdUpdateBuffer.
+pub const MAX_UPDATE_BYTES: usize = 65536;
 
 /// When a pass ran.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,6 +85,8 @@ pub struct Commands<'a> {
     names: Vec<String>,
     /// Whatever a recorded command uses, kept alive until the device is done.
     pub(super) used: Vec<Box<dyn Any>>,
+    /// Copied behind the last pass.
+    read_backs: Vec<(Buffer, Buffer)>,
 }
 
 /// A pass being recorded.
@@ -104,6 +109,17 @@ impl Context {
     /// # Errors
     /// [`Error::Gpu`] where the device is lost, or more than 512 passes are recorded.
     pub fn submit(&self, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
+        self.try_submit(|commands| {
+            record(commands);
+            Ok(())
+        })
+    }
+
+    /// As [`Context::submit`], but nothing runs where recording fails.
+    ///
+    /// # Errors
+    /// That of `record`, else as [`Context::submit`].
+    pub fn try_submit(&self, record: impl FnOnce(&mut Commands) -> Result<()>) -> Result<Vec<PassTime>> {
         let device = self.device();
         let fail = |r| vk_error("run", "a submission", r);
         let guard = self.shared().recorder.lock().unwrap_or_else(PoisonError::into_inner);
@@ -123,8 +139,10 @@ impl Context {
             queries: recorder.queries,
             names: Vec::new(),
             used: Vec::new(),
+            read_backs: Vec::new(),
         };
-        record(&mut commands);
+        record(&mut commands)?;
+        commands.copy_read_backs();
         commands.barrier(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
         let Commands { names, used, .. } = commands;
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(recorder.buffer)];
@@ -190,6 +208,34 @@ impl<'a> Commands<'a> {
         }
     }
 
+    /// A pass that writes `data` to the start of `to`.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where memory runs out.
+    pub fn upload<T: bytemuck::Pod>(&mut self, name: &str, to: &Buffer, data: &[T]) -> Result<()> {
+        let bytes = size_of_val(data) as u64;
+        let staging = Buffer::new(self.context, "staging", bytes, super::Memory::Upload)?;
+        staging.write(data)?;
+        self.pass(name, |pass| pass.copy(&staging, to, bytes));
+        Ok(())
+    }
+
+    /// Copies `from` to `to`, which the host reads, behind the last pass: in nobody's time.
+    pub fn read_back(&mut self, from: &Buffer, to: &Buffer) {
+        self.read_backs.push((from.clone(), to.clone()));
+    }
+
+    fn copy_read_backs(&mut self) {
+        let read_backs = std::mem::take(&mut self.read_backs);
+        if !read_backs.is_empty() {
+            self.barrier(vk::PipelineStageFlags2::COPY, vk::AccessFlags2::TRANSFER_READ | vk::AccessFlags2::TRANSFER_WRITE);
+        }
+        for (from, to) in read_backs {
+            let bytes = from.bytes().min(to.bytes());
+            Pass { commands: self }.copy(&from, &to, bytes);
+        }
+    }
+
     pub(super) fn device(&self) -> &'a ash::Device {
         self.context.device()
     }
@@ -197,7 +243,7 @@ impl<'a> Commands<'a> {
     /// Software drivers only. lavapipe 22.3 writes both timestamps of a dispatch when it next flushes, after the work;
     /// a barrier makes it flush. On GPUs the timestamps need no help, and the barriers would cost time.
     fn settle(&self) {
-        if self.context.features().kind == "cpu" {
+        if self.context.features().is_software() {
             self.barrier(
                 vk::PipelineStageFlags2::ALL_COMMANDS,
                 vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
@@ -242,27 +288,32 @@ impl<'a> Commands<'a> {
 
 impl<'a> Pass<'_, 'a> {
     /// Runs a compute shader over `groups` workgroups.
-    pub fn dispatch(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], groups: [u32; 3]) {
-        self.bind(pipeline, sets, push);
+    pub fn dispatch<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, groups: [u32; 3]) {
+        self.bind(kernel, push);
         let buffer = self.commands.buffer;
-        // SAFETY: pipeline and sets are bound and kept alive.
+        // SAFETY: kernel and sets are bound and kept alive.
         unsafe { self.commands.device().cmd_dispatch(buffer, groups[0], groups[1], groups[2]) };
     }
 
     /// Runs a compute shader over the workgroups that the VkDispatchIndirectCommand at `offset` of `groups` says.
-    pub fn dispatch_indirect(
-        &mut self,
-        pipeline: &Pipeline,
-        sets: &[&Bindings],
-        push: &[u8],
-        groups: &Buffer,
-        offset: u64,
-    ) {
-        self.bind(pipeline, sets, push);
+    pub fn dispatch_indirect<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, groups: &Buffer, offset: u64) {
+        self.bind(kernel, push);
         let buffer = self.commands.buffer;
-        // SAFETY: pipeline and sets are bound; the buffer is kept alive and allows indirect dispatches.
+        // SAFETY: kernel and sets are bound; the buffer is kept alive and allows indirect dispatches.
         unsafe { self.commands.device().cmd_dispatch_indirect(buffer, groups.handle(), offset) };
         self.commands.used.push(Box::new(groups.clone()));
+    }
+
+    /// Writes `data`, at most 64 KiB, to the start of `buffer`; it travels in the commands themselves.
+    pub fn update<T: bytemuck::Pod>(&mut self, buffer: &Buffer, data: &[T]) {
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        let bytes = &bytes[..bytes.len().min(MAX_UPDATE_BYTES).min(buffer.bytes() as usize)];
+        if !bytes.is_empty() {
+            let commands = self.commands.buffer;
+            // SAFETY: the buffer is kept alive, allows copies and is as large; all data are whole words.
+            unsafe { self.commands.device().cmd_update_buffer(commands, buffer.handle(), 0, bytes) };
+            self.commands.used.push(Box::new(buffer.clone()));
+        }
     }
 
     /// Sets every 32-bit word of `buffer`.
@@ -294,7 +345,13 @@ impl<'a> Pass<'_, 'a> {
 
     /// Copies the first `bytes`.
     pub fn copy(&mut self, from: &Buffer, to: &Buffer, bytes: u64) {
-        let regions = [vk::BufferCopy::default().size(bytes.min(from.bytes()).min(to.bytes()))];
+        self.copy_from(from, 0, to, bytes);
+    }
+
+    /// Copies `bytes` from byte `offset` of `from` on to the start of `to`, as far as both have them.
+    pub(super) fn copy_from(&mut self, from: &Buffer, offset: u64, to: &Buffer, bytes: u64) {
+        let bytes = bytes.min(from.bytes().saturating_sub(offset)).min(to.bytes());
+        let regions = [vk::BufferCopy::default().src_offset(offset).size(bytes)];
         let commands = self.commands.buffer;
         // SAFETY: both buffers are kept alive and are as large as the region.
         unsafe { self.commands.device().cmd_copy_buffer(commands, from.handle(), to.handle(), &regions) };
@@ -326,18 +383,6 @@ impl<'a> Pass<'_, 'a> {
         depth: Option<Target>,
         record: impl FnOnce(&mut Draw<'_, '_, 'a>),
     ) {
-        self.render_rows(0, size, colors, depth, record);
-    }
-
-    /// As [`Pass::render`], over the rows from `first_row` on; those above and below are neither drawn to nor cleared.
-    pub fn render_rows(
-        &mut self,
-        first_row: u32,
-        size: [u32; 2],
-        colors: &[Target],
-        depth: Option<Target>,
-        record: impl FnOnce(&mut Draw<'_, '_, 'a>),
-    ) {
         let attachment = |t: &Target| {
             vk::RenderingAttachmentInfo::default()
                 .image_view(t.image.view())
@@ -356,7 +401,7 @@ impl<'a> Pass<'_, 'a> {
             let depth_stencil = vk::ClearDepthStencilValue { depth: t.clear.unwrap_or_default()[0], stencil: 0 };
             attachment(t).clear_value(vk::ClearValue { depth_stencil })
         });
-        let area = area(first_row, size);
+        let area = area(0, size);
         let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&color_infos);
         if let Some(depth_info) = &depth_info {
             info = info.depth_attachment(depth_info);
@@ -366,7 +411,7 @@ impl<'a> Pass<'_, 'a> {
         // SAFETY: the attachments are kept alive, in GENERAL; the area is within them, as callers size them alike.
         unsafe {
             device.cmd_begin_rendering(buffer, &info);
-            device.cmd_set_viewport(buffer, 0, &viewport(first_row, size));
+            device.cmd_set_viewport(buffer, 0, &viewport(0, size));
             device.cmd_set_scissor(buffer, 0, &[area]);
         }
         record(&mut Draw { pass: self });
@@ -377,7 +422,7 @@ impl<'a> Pass<'_, 'a> {
         }
     }
 
-    /// Draws into the layers of a volume, with pipelines of [`Pipeline::layered`]. Each viewport is a square at
+    /// Draws into the layers of a volume, with pipelines of [`Kernel::layered`]. Each viewport is a square at
     /// the upper left of so many texels a side.
     pub fn render_layers(&mut self, volume: &Image, viewports: &[u32], record: impl FnOnce(&mut Draw<'_, '_, 'a>)) {
         let colors = [vk::RenderingAttachmentInfo::default()
@@ -406,7 +451,7 @@ impl<'a> Pass<'_, 'a> {
     }
 
     /// Draws into attachments that fragments read and write back in drawing order, each cleared to `clear` first, with
-    /// pipelines of [`Pipeline::ordered`].
+    /// pipelines of [`Kernel::ordered`].
     pub fn render_ordered(
         &mut self,
         attachments: &OrderedAttachments,
@@ -440,35 +485,43 @@ impl<'a> Pass<'_, 'a> {
         self.commands.used.push(Box::new(attachments.clone()));
     }
 
-    pub(super) fn bind(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8]) {
-        let handles: Vec<_> = sets.iter().map(|s| s.set()).collect();
+    pub(super) fn bind<P: Push>(&mut self, kernel: &Kernel<P>, push: &P) {
+        let kernel = kernel.inner();
+        let sets: Vec<_> = kernel.sets.iter().map(|s| s.set()).collect();
         let buffer = self.commands.buffer;
         let device = self.commands.device();
+        let push = bytemuck::bytes_of(push);
         let push = &push[..push.len().min(PUSH_BYTES as usize)];
-        // SAFETY: pipeline and sets are kept alive; the sets' layouts are those the pipeline was made with.
+        // SAFETY: kernel and sets are kept alive; the sets' layouts are those that the kernel was made with.
         unsafe {
-            device.cmd_bind_pipeline(buffer, pipeline.bind_point(), pipeline.handle());
-            if !handles.is_empty() {
-                let layout = pipeline.layout();
-                device.cmd_bind_descriptor_sets(buffer, pipeline.bind_point(), layout, 0, &handles, &[]);
+            device.cmd_bind_pipeline(buffer, kernel.bind_point, kernel.handle);
+            if !sets.is_empty() {
+                device.cmd_bind_descriptor_sets(buffer, kernel.bind_point, kernel.layout, 0, &sets, &[]);
             }
             if !push.is_empty() {
-                device.cmd_push_constants(buffer, pipeline.layout(), vk::ShaderStageFlags::ALL, 0, push);
+                device.cmd_push_constants(buffer, kernel.layout, vk::ShaderStageFlags::ALL, 0, push);
             }
         }
-        self.commands.used.push(Box::new(pipeline.clone()));
-        self.commands.used.extend(sets.iter().map(|s| Box::new((*s).clone()) as Box<dyn Any>));
+        self.commands.used.push(Box::new(kernel.clone()));
     }
 }
 
-fn area(first_row: u32, size: [u32; 2]) -> vk::Rect2D {
+/// So many workgroups as x and y of a dispatch that every device takes, or a few more. A shader numbers its workgroups
+/// row after row.
+pub fn groups(count: u64) -> [u32; 2] {
+    const MOST: u64 = 65535;
+    let rows = count.div_ceil(MOST).max(1);
+    [count.div_ceil(rows) as u32, rows as u32]
+}
+
+pub(super) fn area(first_row: u32, size: [u32; 2]) -> vk::Rect2D {
     vk::Rect2D {
         offset: vk::Offset2D { x: 0, y: first_row as i32 },
         extent: vk::Extent2D { width: size[0], height: size[1] },
     }
 }
 
-fn viewport(first_row: u32, size: [u32; 2]) -> [vk::Viewport; 1] {
+pub(super) fn viewport(first_row: u32, size: [u32; 2]) -> [vk::Viewport; 1] {
     let (y, width, height) = (first_row as f32, size[0] as f32, size[1] as f32);
     [vk::Viewport { x: 0.0, y, width, height, min_depth: 0.0, max_depth: 1.0 }]
 }

@@ -311,8 +311,7 @@ fn choose(all: Vec<Found>, wanted: Option<&str>) -> Result<Found> {
         },
         None => {
             let rank = |d: &Found| {
-                let kinds = ["discrete", "integrated", "virtual", "cpu"];
-                (d.2.below_floor.is_some(), kinds.iter().position(|k| *k == d.2.kind).unwrap_or(kinds.len()))
+                (d.2.below_floor.is_some(), d.2.kind)
             };
             all.into_iter().min_by_key(rank)
         }
@@ -349,6 +348,7 @@ fn create_device(
         .tessellation_shader(features.tessellation_shader)
         .fill_mode_non_solid(features.fill_mode_non_solid)
         .multi_viewport(features.multi_viewport)
+        .shader_storage_image_extended_formats(features.storage_image_extended_formats)
         .fragment_stores_and_atomics(features.fragment_stores_and_atomics);
     let mut all =
         vk::PhysicalDeviceFeatures2::default().features(core).push_next(&mut features12).push_next(&mut features13);

@@ -1,7 +1,7 @@
 //! Draws of a render that is being recorded.
 
-use super::commands::Pass;
-use super::{Bindings, Buffer, Pipeline};
+use super::commands::{Pass, area, viewport};
+use super::{Buffer, Kernel, Push};
 use std::ops::Range;
 
 /// Draws being recorded.
@@ -10,34 +10,46 @@ pub struct Draw<'d, 'c, 'a> {
 }
 
 impl Draw<'_, '_, '_> {
-    /// Draws what the VkDrawIndirectCommand at `offset` of `draws` says, three vertices a triangle.
-    pub fn draw_indirect(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], draws: &Buffer, offset: u64) {
-        self.pass.bind(pipeline, sets, push);
+    /// From here on, draws cover the `size` texels from row `first_row` on and nothing else: one of the maps that stand one
+    /// above the other.
+    pub fn rows(&mut self, first_row: u32, size: [u32; 2]) {
         let buffer = self.pass.commands.buffer;
-        // SAFETY: a render is begun, pipeline and sets are bound; the buffer is kept alive and allows indirect draws.
+        let device = self.pass.commands.device();
+        // SAFETY: a render is begun; kernels leave viewport and scissor to the commands.
+        unsafe {
+            device.cmd_set_viewport(buffer, 0, &viewport(first_row, size));
+            device.cmd_set_scissor(buffer, 0, &[area(first_row, size)]);
+        }
+    }
+
+    /// Draws what the VkDrawIndirectCommand at `offset` of `draws` says, three vertices a triangle.
+    pub fn draw_indirect<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, draws: &Buffer, offset: u64) {
+        self.pass.bind(kernel, push);
+        let buffer = self.pass.commands.buffer;
+        // SAFETY: a render is begun, kernel and sets are bound; the buffer is kept alive and allows indirect draws.
         unsafe { self.pass.commands.device().cmd_draw_indirect(buffer, draws.handle(), offset, 1, 16) };
         self.pass.commands.used.push(Box::new(draws.clone()));
     }
 
-    /// Draws patches with a pipeline of [`Pipeline::tessellated`], cut into 64 parts a side at most.
-    pub fn draw_patches(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], patches: Range<u32>) {
-        self.pass.bind(pipeline, sets, push);
+    /// Draws patches with a kernel of [`Kernel::tessellated`], cut into 64 parts a side at most.
+    pub fn draw_patches<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, patches: Range<u32>) {
+        self.pass.bind(kernel, push);
         let buffer = self.pass.commands.buffer;
         // lavapipe numbers the vertices that a draw's patches are cut into with 16 bits: 65² of a patch, 15 patches.
-        let cpu = self.pass.commands.context.features().kind == "cpu";
-        let most = if cpu { 15 } else { patches.len().max(1) };
+        let software = self.pass.commands.context.features().is_software();
+        let most = if software { 15 } else { patches.len().max(1) };
         for first in patches.clone().step_by(most) {
             let count = (patches.end - first).min(most as u32);
-            // SAFETY: a render is begun, pipeline and sets are bound.
+            // SAFETY: a render is begun, kernel and sets are bound.
             unsafe { self.pass.commands.device().cmd_draw(buffer, count, 1, first, 0) };
         }
     }
 
-    /// Draws `vertices` vertices, three a triangle, or one a point for a pipeline with a geometry shader.
-    pub fn draw(&mut self, pipeline: &Pipeline, sets: &[&Bindings], push: &[u8], vertices: u32) {
-        self.pass.bind(pipeline, sets, push);
+    /// Draws `instances` times `vertices` vertices, three a triangle, or one a point for a kernel with a geometry shader.
+    pub fn draw<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, vertices: u32, instances: u32) {
+        self.pass.bind(kernel, push);
         let buffer = self.pass.commands.buffer;
-        // SAFETY: a render is begun, pipeline and sets are bound.
-        unsafe { self.pass.commands.device().cmd_draw(buffer, vertices, 1, 0, 0) };
+        // SAFETY: a render is begun, kernel and sets are bound.
+        unsafe { self.pass.commands.device().cmd_draw(buffer, vertices, instances, 0, 0) };
     }
 }

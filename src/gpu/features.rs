@@ -5,6 +5,34 @@ use ash::{ext, khr, vk};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+/// What a device is, by its own word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DeviceKind {
+    /// A GPU with memory of its own.
+    Discrete,
+    /// A GPU in the processor.
+    Integrated,
+    /// A GPU that is shared with others.
+    Virtual,
+    /// A driver that runs on the processor.
+    Cpu,
+    /// None of these.
+    Other,
+}
+
+impl std::fmt::Display for DeviceKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Discrete => "discrete",
+            Self::Integrated => "integrated",
+            Self::Virtual => "virtual",
+            Self::Cpu => "cpu",
+            Self::Other => "other",
+        })
+    }
+}
+
 /// Facts of one device, as `gobo devices --json` prints them.
 #[derive(Clone, Debug, Serialize)]
 pub struct Features {
@@ -16,7 +44,7 @@ pub struct Features {
     pub api: String,
     /// discrete, integrated, virtual, cpu or other.
     #[serde(rename = "type")]
-    pub kind: &'static str,
+    pub kind: DeviceKind,
     /// The floor that is missing, or none: Vulkan 1.3 with synchronization2, dynamic rendering and scalar block layout.
     pub below_floor: Option<String>,
     /// VK_EXT_fragment_shader_interlock, fragmentShaderPixelInterlock.
@@ -35,6 +63,8 @@ pub struct Features {
     pub vertex_layer_output: bool,
     /// multiViewport.
     pub multi_viewport: bool,
+    /// shaderStorageImageExtendedFormats: shaders may write images of one channel of 8 or 16 bits.
+    pub storage_image_extended_formats: bool,
     /// fragmentStoresAndAtomics: a fragment shader may write buffers.
     pub fragment_stores_and_atomics: bool,
     /// Blending into VK_FORMAT_R32G32B32A32_SFLOAT.
@@ -82,6 +112,8 @@ pub enum Requirement {
     FragmentStores,
     /// [`Features::rasterization_order_color_attachment_access`].
     RasterOrder,
+    /// [`Features::storage_image_extended_formats`].
+    ExtendedFormats,
     /// [`Features::geometry_shader`] and [`Features::multi_viewport`].
     GeometryLayers,
     /// [`Features::vertex_layer_output`].
@@ -95,6 +127,12 @@ pub enum Requirement {
 }
 
 impl Features {
+    /// Whether threads of a workgroup take turns on a processor and do not run at the same time, so that more of them only
+    /// repeat work, and what all of them read is read by one after the other.
+    pub fn is_software(&self) -> bool {
+        self.kind == DeviceKind::Cpu
+    }
+
     /// The Vulkan name of `requirement` if this device lacks it.
     pub fn lacks(&self, requirement: Requirement) -> Option<&'static str> {
         let geometry_layers = self.geometry_shader && self.multi_viewport;
@@ -104,6 +142,7 @@ impl Features {
             Requirement::RasterOrder => {
                 (self.rasterization_order_color_attachment_access, "rasterizationOrderColorAttachmentAccess")
             }
+            Requirement::ExtendedFormats => (self.storage_image_extended_formats, "shaderStorageImageExtendedFormats"),
             Requirement::GeometryLayers => (geometry_layers, "geometryShader and multiViewport"),
             Requirement::VertexLayers => (self.vertex_layer_output, "shaderOutputLayer and shaderOutputViewportIndex"),
             Requirement::Layers => (
@@ -217,11 +256,11 @@ impl Features {
                 vk::api_version_patch(properties.api_version)
             ),
             kind: match properties.device_type {
-                vk::PhysicalDeviceType::DISCRETE_GPU => "discrete",
-                vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated",
-                vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual",
-                vk::PhysicalDeviceType::CPU => "cpu",
-                _ => "other",
+                vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
+                vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
+                vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
+                vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
+                _ => DeviceKind::Other,
             },
             below_floor: missing.iter().find(|(has, _)| !has).map(|(_, name)| (*name).into()),
             fragment_shader_pixel_interlock: interlock.fragment_shader_pixel_interlock != 0,
@@ -232,6 +271,7 @@ impl Features {
             fill_mode_non_solid: core.fill_mode_non_solid != 0,
             vertex_layer_output: features12.shader_output_layer != 0 && features12.shader_output_viewport_index != 0,
             multi_viewport: core.multi_viewport != 0,
+            storage_image_extended_formats: core.shader_storage_image_extended_formats != 0,
             fragment_stores_and_atomics: core.fragment_stores_and_atomics != 0,
             float32_blend: format.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND),
             subgroup_size: subgroup.subgroup_size,

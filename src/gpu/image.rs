@@ -12,10 +12,12 @@ use std::sync::Arc;
 /// What an image is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ImageUse {
-    /// Written and read by shaders (`imageLoad`, `imageAtomic…`).
+    /// Written, read and fetched by shaders (`imageLoad`, `imageAtomic…`, `texelFetch`).
     Storage,
     /// Drawn to, then fetched by shaders.
     Color,
+    /// Drawn to, written and read by shaders, and fetched by shaders.
+    DrawnStorage,
     /// Drawn to in [`super::OrderedAttachments`], then fetched by shaders.
     OrderedColor,
     /// A depth buffer that shaders may fetch from.
@@ -58,12 +60,16 @@ impl Drop for Inner {
     }
 }
 
-fn texel_bytes(format: vk::Format) -> u32 {
-    match format {
+/// Bytes of a texel; none for a format that is not listed here, of which no image is made.
+fn texel_bytes(format: vk::Format) -> Option<u32> {
+    Some(match format {
+        vk::Format::R8_UNORM => 1,
+        vk::Format::R16_SFLOAT => 2,
+        vk::Format::R32_UINT | vk::Format::R32_SFLOAT | vk::Format::D32_SFLOAT | vk::Format::R8G8B8A8_UNORM => 4,
+        vk::Format::R32G32_SFLOAT | vk::Format::R16G16B16A16_SFLOAT => 8,
         vk::Format::R32G32B32A32_SFLOAT => 16,
-        vk::Format::R16G16B16A16_SFLOAT => 8,
-        _ => 4,
-    }
+        _ => return None,
+    })
 }
 
 impl Image {
@@ -93,6 +99,14 @@ impl Image {
     }
 
     fn with_depth(context: &Context, name: &str, format: vk::Format, size: [u32; 3], usage: ImageUse) -> Result<Self> {
+        let Some(texel_bytes) = texel_bytes(format) else {
+            return Err(Error::Gpu {
+                operation: "create image",
+                name: name.into(),
+                cause: format!("how many bytes a texel of {format:?} has is not known here"),
+                way_out: "report this as a bug".into(),
+            });
+        };
         let is_volume = matches!(usage, ImageUse::Volume | ImageUse::DrawnVolume);
         let features = context.features();
         let limit = if is_volume { features.max_image_dimension_3d } else { features.max_image_dimension_2d };
@@ -113,10 +127,14 @@ impl Image {
         }
         let copies = vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST;
         let (flags, aspect) = match usage {
-            ImageUse::Storage => (vk::ImageUsageFlags::STORAGE, vk::ImageAspectFlags::COLOR),
+            ImageUse::Storage => (vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED, vk::ImageAspectFlags::COLOR),
             ImageUse::Color => {
                 (vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED, vk::ImageAspectFlags::COLOR)
             }
+            ImageUse::DrawnStorage => (
+                vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED,
+                vk::ImageAspectFlags::COLOR,
+            ),
             ImageUse::OrderedColor => (
                 vk::ImageUsageFlags::COLOR_ATTACHMENT
                     | vk::ImageUsageFlags::INPUT_ATTACHMENT
@@ -164,7 +182,7 @@ impl Image {
             allocation: None,
             name: name.into(),
             size,
-            texel_bytes: texel_bytes(format),
+            texel_bytes,
             aspect,
         };
         // SAFETY: the image was just created.

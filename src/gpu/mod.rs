@@ -6,25 +6,29 @@
 mod bindings;
 mod buffer;
 mod commands;
+mod constants;
 mod context;
 mod draw;
 mod features;
 mod image;
+mod kernel;
 mod ordered_attachments;
-mod pipeline;
+mod push;
 mod spirv;
 mod validation;
 
 pub use bindings::{Bindings, Border, Resource};
 pub use buffer::{Buffer, Memory};
-pub use commands::{Commands, Pass, PassTime, Target};
+pub use commands::{Commands, MAX_UPDATE_BYTES, Pass, PassTime, Target, groups};
+pub use constants::{Constant, ConstantValue, Constants};
 pub use context::{Context, Options, devices};
 pub use draw::Draw;
-pub use features::{Features, Requirement};
+pub use features::{DeviceKind, Features, Requirement};
 pub use image::{Image, ImageUse};
+pub use kernel::{Blend, Graphics, Kernel, Layered, Tessellated};
 pub use ordered_attachments::OrderedAttachments;
-pub use pipeline::{Blend, Graphics, Layered, Pipeline, Tessellated};
-pub use spirv::{SHADERS, Shader, shader};
+pub use push::{Push, PushMember, push_struct};
+pub use spirv::{Shader, Spirv};
 pub use validation::{ALLOWED, Allowed, Messages};
 
 /// Image formats, as Vulkan names them.

@@ -1,27 +1,23 @@
-//! The shaders that the build compiled.
+//! A compiled shader. Those of the program are in [`crate::shaders`].
 
-use crate::{Error, Result};
+/// SPIR-V, aligned for Vulkan, which reads it in words.
+#[repr(C, align(4))]
+pub struct Spirv<T: ?Sized = [u8]>(pub T);
 
 /// A compiled shader.
 pub struct Shader {
-    /// Its place in glsl/, with the technique in front for shaders built once a technique, and ATTACHMENTS behind for
-    /// those built once for each: `avsm/resolve.comp`, `avsm/consume/query.comp`, `avsm/unpack.comp/4`.
+    /// Its place in glsl/, with the technique in front for shaders built once a technique, and the value behind for those
+    /// built once for each of some: `avsm/resolve.comp`, `avsm/consume/query.comp`, `avsm/unpack.comp/4`.
     pub name: &'static str,
-    /// SPIR-V.
-    pub words: &'static [u32],
+    /// The block of its push constants, `Name { type member; … }`; empty where it has none.
+    pub push: &'static str,
+    /// What is handed to Vulkan.
+    pub spirv: &'static Spirv,
 }
 
-include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
-
-/// The shader of that name.
-///
-/// # Errors
-/// [`Error::Gpu`] where build.rs lists none.
-pub fn shader(name: &str) -> Result<&'static Shader> {
-    SHADERS.iter().find(|s| s.name == name).ok_or_else(|| Error::Gpu {
-        operation: "find shader",
-        name: name.into(),
-        cause: "build.rs lists no such variant".into(),
-        way_out: "report this as a bug".into(),
-    })
+impl Shader {
+    /// SPIR-V.
+    pub fn words(&self) -> &'static [u32] {
+        bytemuck::cast_slice(&self.spirv.0)
+    }
 }

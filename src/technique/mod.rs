@@ -1,45 +1,59 @@
 //! Shadow techniques. Each is passes that build a representation, and one GLSL function that answers from it.
 //!
-//! To add one: a folder in glsl/ with its passes and a visibility.glsl, a module here, its line in [`REGISTRY`] and its
-//! folder in build.rs's list.
+//! To add one: a folder in glsl/ with its passes and a visibility.glsl, a module here, its line in
+//! [`registry`]. docs/add-a-technique.md goes through it.
 
 mod avsm;
-mod bins;
-mod drawn;
-mod filter;
-mod light;
-mod list;
-mod opaque;
+mod build;
+pub mod keys;
 mod psm;
+mod registry;
 mod spec;
 mod uncompressed;
 
-pub use avsm::{Avsm, NodeData, near_to_far};
-pub use bins::{BinTotals, TilePart};
-pub use light::{LightData, MapData, SceneData, TriangleData};
-pub use list::SegmentData;
+pub use avsm::{Avsm, NodeData};
+pub use build::{Built, Opened, open};
+pub use keys::{Key, Values};
 pub use psm::Psm;
-pub use spec::{Key, Spec, Values, parse};
+pub use registry::REGISTRY;
+pub use spec::{Spec, parse};
+pub use uncompressed::Uncompressed;
 
 use crate::Result;
-use crate::gpu::{Bindings, Context, PassTime, Requirement};
+use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
+use crate::maps::Map;
 use crate::scene::Scene;
+use crate::shaders::Folder;
+use crate::world::World;
 use std::collections::BTreeMap;
 
-/// A technique, opened for one scene on one device.
+/// A technique, opened for one world. [`build`](mod@build) runs it; it submits, waits and loops by nothing of its own.
 pub trait Technique {
-    /// Builds the representation and returns the time of each pass; none where neither scene nor light has changed since
-    /// the last build, unless the spec says `skip=off`.
+    /// Records the passes of one build for the world as it is now.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out or the device is lost.
-    fn build(&mut self) -> Result<Vec<PassTime>>;
+    /// [`crate::Error::Gpu`] where memory runs out.
+    fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()>;
 
-    /// Says that the casters' or the lights' buffers have changed: the next build starts anew.
-    fn changed(&mut self);
+    /// After the submission: done, or a buffer grew and all has to be recorded again.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the device has no room for the demand.
+    fn settle(&mut self) -> Result<Settled> {
+        Ok(Settled::Done)
+    }
 
-    /// What a shader with `#include "visibility.glsl"` needs to ask this technique.
-    fn visibility(&self) -> Visibility<'_>;
+    /// How to ask it.
+    fn answer(&self) -> Answer<'_>;
+
+    /// The maps that it stands in; none for what has no maps.
+    fn maps(&self) -> &[Map];
+
+    /// What the last build came to.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where counts cannot be read back.
+    fn facts(&self) -> Result<Facts>;
 
     /// The nodes of a texel's curve after a build, (depth, transmittance); none for a technique without nodes. `map`
     /// counts the maps of all lights.
@@ -49,34 +63,50 @@ pub trait Technique {
     fn nodes(&self, _map: usize, _texel: [u32; 2]) -> Result<Vec<(f64, f64)>> {
         Ok(Vec::new())
     }
-
-    /// The path that runs.
-    fn path(&self) -> &'static str;
-
-    /// Why this path.
-    fn reason(&self) -> String;
-
-    /// Bytes that the look-up needs.
-    fn bytes_resident(&self) -> u64;
-
-    /// Bytes needed only while building.
-    fn bytes_transient(&self) -> u64;
-
-    /// Counts of the last build.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`] where they cannot be read back.
-    fn counters(&self) -> Result<BTreeMap<String, u64>>;
 }
 
-/// How to ask a technique.
-pub struct Visibility<'a> {
-    /// Folder in glsl/, prefix of the names of the shaders built with it.
-    pub folder: &'static str,
+/// What a build came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Settled {
+    /// All of it stands.
+    Done,
+    /// Something did not fit, and has room now: record again.
+    Grew,
+}
+
+impl Settled {
+    /// Grown where any of them grew.
+    pub fn of(grew: bool) -> Self {
+        if grew { Self::Grew } else { Self::Done }
+    }
+}
+
+/// How to ask a technique: what a shader with `#include "visibility.glsl"` is built with and given.
+#[derive(Clone, Copy)]
+pub struct Answer<'a> {
+    /// Whose visibility.glsl.
+    pub folder: Folder,
     /// Descriptor set 1.
     pub bindings: &'a Bindings,
-    /// Specialization constants 0, 1, …
-    pub constants: &'a [u32],
+    /// Specialization constants.
+    pub constants: &'a Constants,
+}
+
+/// What there is to say of a technique after a build.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Facts {
+    /// The path that runs.
+    pub path: &'static str,
+    /// Why this path.
+    pub reason: String,
+    /// Bytes that the look-up needs.
+    pub bytes_resident: u64,
+    /// Bytes needed only while building.
+    pub bytes_transient: u64,
+    /// Nodes of a texel's curve, for a technique that has them.
+    pub nodes: Option<u32>,
+    /// Counts of the last build, by name.
+    pub counters: BTreeMap<String, u64>,
 }
 
 /// A path of a technique, for `gobo devices`.
@@ -87,8 +117,46 @@ pub struct Path {
     pub requires: &'static [Requirement],
 }
 
+/// What a technique casts shadows from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Casts {
+    /// Spheres of smoke.
+    pub particles: bool,
+    /// Hair.
+    pub strands: bool,
+    /// Opaque triangles.
+    pub meshes: bool,
+}
+
+impl Casts {
+    /// From all that a scene may have.
+    pub const ALL: Self = Self { particles: true, strands: true, meshes: true };
+
+    /// Whether it casts from anything in `scene`, or there is nothing to cast from.
+    fn any_of(self, scene: &Scene) -> bool {
+        let has = [!scene.particles.is_empty(), !scene.strands.is_empty(), !scene.meshes.is_empty()];
+        let casts = [self.particles, self.strands, self.meshes];
+        has == [false; 3] || has.iter().zip(casts).any(|(has, casts)| *has && casts)
+    }
+
+    /// What it casts from, for messages.
+    fn names(self) -> String {
+        let names = [(self.particles, "particles"), (self.strands, "strands"), (self.meshes, "meshes")];
+        names.into_iter().filter(|n| n.0).map(|n| n.1).collect::<Vec<_>>().join(" or ")
+    }
+}
+
+/// How often a representation is built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lifetime {
+    /// Whenever the world has moved.
+    Frame,
+    /// Once, for what never moves.
+    Baked,
+}
+
 /// Opens a technique.
-pub type Open = fn(&Context, &Scene, &SceneData, &Spec) -> Result<Box<dyn Technique>>;
+pub type Open = fn(&Context, &World, &Spec) -> Result<Box<dyn Technique>>;
 
 /// A line of the registry.
 pub struct Entry {
@@ -96,39 +164,30 @@ pub struct Entry {
     pub name: &'static str,
     /// One line.
     pub about: &'static str,
-    /// The keys of its specs.
+    /// What it casts from.
+    pub casts: Casts,
+    /// How often it is built.
+    pub lifetime: Lifetime,
+    /// The keys of its specs, besides those of [`keys::EVERY`].
     pub keys: &'static [Key],
     /// Its paths.
     pub paths: &'static [Path],
-    /// Opens it for the scene whose data is on the device.
+    /// Opens it for a world that has what it casts from.
     pub open: Open,
 }
 
-/// A key that several techniques have.
-const SKIP: Key = Key {
-    name: "skip",
-    values: Values::OneOf(&["on", "off"]),
-    default: "on",
-    about: "leave out casters and tiles that no look-up misses, and builds where nothing has changed",
-};
+impl Entry {
+    /// Its own keys and those of every technique.
+    pub fn all_keys(&self) -> impl Iterator<Item = &'static Key> {
+        self.keys.iter().chain(keys::EVERY)
+    }
 
-/// A key that every technique has and none reads: whoever draws the picture does.
-const LIGHTING: Key = Key {
-    name: "lighting",
-    values: Values::OneOf(&["fragment", "vertex"]),
-    default: "fragment",
-    about: "the picture's casters ask for light at each pixel, or at the vertices of tessellated quads",
-};
-
-/// Every technique.
-pub const REGISTRY: &[&Entry] = &[&avsm::ENTRY, &psm::ENTRY, &uncompressed::ENTRY];
-
-/// Texels a side of a light's map, for a spec of any technique.
-pub fn map_size(spec: &Spec) -> u32 {
-    spec.number("size")
-}
-
-/// An error where the device lacks one of `requirements`.
-fn require(context: &Context, requirements: &[Requirement]) -> Result<()> {
-    context.features().require(requirements)
+    /// An error where the device lacks what the path of that name needs.
+    ///
+    /// # Errors
+    /// [`crate::Error::Refused`] that names the first missing.
+    pub fn require(&self, context: &Context, path: &str) -> Result<()> {
+        let known = self.paths.iter().find(|p| p.name == path);
+        known.map_or(Ok(()), |path| context.features().require(path.requires))
+    }
 }

@@ -1,31 +1,10 @@
 //! Specs such as `avsm:nodes=4|8,curve=linear`: which technique, with which settings.
 
+use super::keys::{Key, Values, Word};
 use super::{Entry, REGISTRY};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::fmt;
-
-/// A setting of a technique.
-pub struct Key {
-    /// Its name.
-    pub name: &'static str,
-    /// What it may be.
-    pub values: Values,
-    /// What it is where a spec does not say.
-    pub default: &'static str,
-    /// One line.
-    pub about: &'static str,
-}
-
-/// What a setting may be.
-pub enum Values {
-    /// One of these words.
-    OneOf(&'static [&'static str]),
-    /// A whole number in this range, or the default word.
-    Number(u32, u32),
-    /// A multiple of the first number, from the second to the third.
-    Multiple(u32, u32, u32),
-}
 
 /// A technique with every setting spelt out.
 #[derive(Clone)]
@@ -46,16 +25,26 @@ impl Spec {
         self.value(key).parse().unwrap_or(0)
     }
 
+    /// What the word of a key means; none for words that a `T` does not have, such as `auto`.
+    pub fn word<T: Word>(&self, key: &str) -> Option<T> {
+        T::ALL.iter().find(|(word, _)| *word == self.value(key)).map(|(_, value)| *value)
+    }
+
+    /// Whether a key of two words, yes and no, says yes.
+    pub fn is_on(&self, key: &str) -> bool {
+        self.value(key) == "on"
+    }
+
     /// Sets a key that this technique has to a value that it knows; others are left alone.
     pub fn set(&mut self, key: &str, value: &str) {
-        if let Some(known) = self.entry.keys.iter().find(|k| k.name == key && check(k, value).is_ok()) {
+        if let Some(known) = self.entry.all_keys().find(|k| k.name == key && check(k, value).is_ok()) {
             self.values.insert(known.name, value.to_owned());
         }
     }
 
     /// The technique and what differs from the defaults: `avsm:nodes=4`.
     pub fn short(&self) -> String {
-        let default = |key: &str| self.entry.keys.iter().find(|k| k.name == key).map_or("", |k| k.default);
+        let default = |key: &str| self.entry.all_keys().find(|k| k.name == key).map_or("", |k| k.default);
         let pairs: Vec<_> =
             self.values.iter().filter(|(k, v)| default(k) != *v).map(|(k, v)| format!("{k}={v}")).collect();
         if pairs.is_empty() { self.entry.name.into() } else { format!("{}:{}", self.entry.name, pairs.join(",")) }
@@ -92,17 +81,16 @@ pub fn parse(text: &str) -> Result<Vec<Spec>> {
         let known: Vec<_> = REGISTRY.iter().map(|e| e.name).collect();
         fail(format!("no technique \"{name}\""), format!("choose one of: {}", known.join(", ")))
     })?;
-    let defaults = entry.keys.iter().map(|k| (k.name, k.default.to_owned())).collect();
+    let defaults = entry.all_keys().map(|k| (k.name, k.default.to_owned())).collect();
     let mut specs = vec![Spec { entry, values: defaults }];
     let mut seen = Vec::new();
     for setting in settings.split(',').filter(|s| !s.is_empty()) {
-        let known = || entry.keys.iter().map(|k| k.name).collect::<Vec<_>>().join(", ");
+        let known = || entry.all_keys().map(|k| k.name).collect::<Vec<_>>().join(", ");
         let (name, values) = setting.split_once('=').ok_or_else(|| {
             fail(format!("\"{setting}\" has no value"), format!("write key=value; keys: {}", known()))
         })?;
         let key = entry
-            .keys
-            .iter()
+            .all_keys()
             .find(|k| k.name == name)
             .ok_or_else(|| fail(format!("no key \"{name}\""), format!("choose one of: {}", known())))?;
         if seen.contains(&key.name) {
@@ -126,8 +114,12 @@ pub fn parse(text: &str) -> Result<Vec<Spec>> {
 /// What would be right, if `value` is not.
 fn check(key: &Key, value: &str) -> std::result::Result<(), String> {
     match key.values {
-        Values::OneOf(words) if words.contains(&value) => Ok(()),
-        Values::OneOf(words) => Err(format!("choose one of: {}", words.join(", "))),
+        Values::OneOf(words) if words.contains(&value) || value == key.default => Ok(()),
+        Values::OneOf(words) => {
+            let default = Some(&key.default).filter(|default| !words.contains(default));
+            let known: Vec<_> = default.into_iter().chain(words).copied().collect();
+            Err(format!("choose one of: {}", known.join(", ")))
+        }
         // Leading zeros or signs would make two names for one variant.
         Values::Number(low, high) => match value.parse::<u32>() {
             Ok(n) if (low..=high).contains(&n) && n.to_string() == value => Ok(()),

@@ -1,9 +1,13 @@
 //! What a spec comes to with a device and a scene: the path, how curves are made, the constants of its shaders; or why not.
 
-use super::{BINNED, CELLS, ENTRY, INTERLOCK, RASTER_ORDER, TWO_PASS};
-use crate::gpu::{Context, Requirement};
+use super::ENTRY;
+use super::settings::{Batch, Resolve, Settings, Way};
+use crate::gpu::{Constants, Context, Requirement};
 use crate::scene::Scene;
-use crate::technique::{Spec, filter};
+use crate::shaders::constant::{
+    EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TILED, WORK, WORKGROUP,
+};
+use crate::technique::keys::Word;
 use crate::{Error, Result};
 
 /// WORK − NODES where a texel's whole curve is compressed at once. With 16 the error on plume_8k is within 2 % of what
@@ -21,90 +25,83 @@ const CELLS_SHARED_BYTES: u32 = 64 * 64 * 4 + 128 * 32 + 4 * 64 * 8 + 2 * 64 * 4
 
 /// What is decided before anything is made.
 pub struct Plan {
-    pub path: &'static str,
+    pub settings: Settings,
+    pub way: Way,
     /// resolve=cells, asked for or chosen.
     pub cells: bool,
-    /// LANES of glsl/bins/batch.glsl.
+    /// Casters stand in the lanes of subgroups.
     pub lanes: bool,
     /// Why this path.
     pub reason: String,
-    /// Texels around a texel from which look-ups read it.
-    pub reach: u32,
-    /// NODES, EXPONENTIAL, WORK, NUDGE, SORTED, TILED, FILTER, FILTER_RADIUS, PACKED, GROUPS, STRANDS, GROUPS.
-    pub constants: [u32; 12],
+    pub constants: Constants,
 }
 
 impl Plan {
     /// # Errors
-    /// [`Error::Refused`] where the device lacks what the path needs, or the path what the spec asks of it.
-    pub fn new(context: &Context, scene: &Scene, spec: &Spec) -> Result<Self> {
-        let (path, mut reason) = choose(context, scene, spec);
-        for known in ENTRY.paths.iter().filter(|p| p.name == path) {
-            crate::technique::require(context, known.requires)?;
+    /// [`Error::Refused`] where the device lacks what the path needs, or the path what the settings ask of it.
+    pub fn new(context: &Context, scene: &Scene, settings: Settings) -> Result<Self> {
+        let (way, mut reason) = choose(context, scene, &settings);
+        ENTRY.require(context, way.name())?;
+        let resolve = settings.resolve.unwrap_or(match way {
+            Way::Binned if scene.strands.is_empty() => Resolve::Cells,
+            _ => Resolve::Streaming,
+        });
+        let cells = resolve == Resolve::Cells;
+        let refused = |needs: String| Err(Error::Refused { needs });
+        if resolve == Resolve::Whole && matches!(way, Way::Interlock | Way::RasterOrder) {
+            return refused(format!("every segment of a texel (resolve=whole), which path={} does not keep", way.name()));
         }
-        let resolve = match spec.value("resolve") {
-            "auto" if path == BINNED && scene.strands.is_empty() => CELLS,
-            "auto" => "streaming",
-            asked => asked,
-        };
-        let (whole, cells, sorted) = (resolve == "whole", resolve == CELLS, spec.value("order") == "sorted");
-        if whole && [INTERLOCK, RASTER_ORDER].contains(&path) {
-            let needs = format!("every segment of a texel (resolve=whole), which path={path} does not keep");
-            return Err(Error::Refused { needs });
-        }
-        if cells && path != BINNED {
-            return Err(Error::Refused { needs: "path=binned: resolve=cells adds up a tile's casters".into() });
+        if cells && way != Way::Binned {
+            return refused("path=binned: resolve=cells adds up a tile's casters".into());
         }
         let shared = context.features().max_compute_shared_memory_bytes;
         if cells && shared < CELLS_SHARED_BYTES {
-            let needs =
-                format!("maxComputeSharedMemorySize of at least {CELLS_SHARED_BYTES} (this device has {shared})");
-            return Err(Error::Refused { needs });
+            return refused(format!(
+                "maxComputeSharedMemorySize of at least {CELLS_SHARED_BYTES} (this device has {shared})"
+            ));
         }
-        if !sorted && path == BINNED {
-            return Err(Error::Refused { needs: "order=sorted: path=binned has no other".into() });
+        if !settings.sorted && way == Way::Binned {
+            return refused("order=sorted: path=binned has no other".into());
         }
-        if path == BINNED && spec.value("resolve") == "auto" {
-            reason = format!("{reason}; resolve={resolve}: {}", if cells { "no hair" } else { "hair is steps" });
+        if way == Way::Binned && settings.resolve.is_none() {
+            reason = format!("{reason}; resolve={}: {}", word(resolve), if cells { "no hair" } else { "hair is steps" });
         }
-        let more_nodes = match path {
-            _ if whole => WHOLE_NODES,
-            _ if cells => CELLS_NODES,
-            BINNED => BINNED_NODES,
-            _ => 0,
+        let more_nodes = match (resolve, way) {
+            (Resolve::Whole, _) => WHOLE_NODES,
+            (Resolve::Cells, _) => CELLS_NODES,
+            (Resolve::Streaming, Way::Binned) => BINNED_NODES,
+            (Resolve::Streaming, _) => 0,
         };
-        let ballot = context.features().subgroup_ballot;
-        let lanes = match spec.value("batch") {
-            "lanes" if !ballot => return Err(Error::Refused { needs: "subgroup ballots in compute shaders".into() }),
-            "auto" => ballot && context.features().kind == "cpu",
-            asked => asked == "lanes",
+        let (ballot, software) = (context.features().subgroup_ballot, context.features().is_software());
+        let lanes = match settings.batch {
+            Some(Batch::Lanes) if !ballot => return refused("subgroup ballots in compute shaders".into()),
+            Some(batch) => batch == Batch::Lanes,
+            None => ballot && software,
         };
-        // Threads of a workgroup take turns on a CPU: more groups only repeat work there.
-        let groups = if lanes || context.features().kind == "cpu" { 1 } else { 4 };
-        let [filter, radius] = filter::constants(scene, spec)?;
-        let on = |key: &str, value: &str| u32::from(spec.value(key) == value);
-        let nodes = spec.number("nodes");
-        let constants = [
-            nodes,
-            on("curve", "exponential"),
-            nodes + more_nodes,
-            on("nudge", "on"),
-            sorted.into(),
-            on("skip", "on"),
-            filter,
-            radius,
-            on("storage", "packed"),
-            groups,
-            u32::from(!scene.strands.is_empty()),
-            groups,
-        ];
-        // Bilinear weights reach one texel away.
-        let reach = 1 + if spec.value("filter") == "bilinear" { 0 } else { radius };
-        Ok(Self { path, cells, lanes, reason, reach, constants })
+        // More groups only repeat work where threads take turns.
+        let groups = if lanes || software { 1 } else { 4 };
+        settings.filter.check(scene, settings.size)?;
+        let constants = Constants::new()
+            .set(NODES, settings.nodes)
+            .set(EXPONENTIAL, settings.exponential)
+            .set(WORK, settings.nodes + more_nodes)
+            .set(NUDGE, settings.nudge)
+            .set(SORTED, settings.sorted)
+            .set(TILED, settings.skip)
+            .set(PACKED, settings.packed)
+            .set(GROUPS, groups)
+            .set(WORKGROUP, groups)
+            .set(STRANDS, !scene.strands.is_empty());
+        let constants = settings.filter.constants(constants);
+        Ok(Self { settings, way, cells, lanes, reason, constants })
     }
 }
 
-/// The path and why. `auto` follows what was measured (README, "Which path"):
+fn word(resolve: Resolve) -> &'static str {
+    Resolve::ALL.iter().find(|(_, r)| *r == resolve).map_or("", |(word, _)| word)
+}
+
+/// The path and why. `auto` follows what was measured (docs/avsm-paths.md):
 ///
 /// | device | path |
 /// |---|---|
@@ -113,23 +110,23 @@ impl Plan {
 /// | a software device, hair or `resolve=streaming` or `whole` | two-pass: fastest on both |
 ///
 /// Binned has no `order=captured`, which is left to interlock, where there is one, and to two-pass.
-fn choose(context: &Context, scene: &Scene, spec: &Spec) -> (&'static str, String) {
-    if let Some(asked) = [INTERLOCK, RASTER_ORDER, TWO_PASS, BINNED].into_iter().find(|p| *p == spec.value("path")) {
+fn choose(context: &Context, scene: &Scene, settings: &Settings) -> (Way, String) {
+    if let Some(asked) = settings.way {
         return (asked, "asked for".into());
     }
     let features = context.features();
-    if spec.value("order") == "captured" {
+    if !settings.sorted {
         return match features.lacks(Requirement::PixelInterlock) {
-            None => (INTERLOCK, "auto: order=captured with fragmentShaderPixelInterlock".into()),
-            Some(missing) => (TWO_PASS, format!("auto: order=captured on a device that lacks {missing}")),
+            None => (Way::Interlock, "auto: order=captured with fragmentShaderPixelInterlock".into()),
+            Some(missing) => (Way::TwoPass, format!("auto: order=captured on a device that lacks {missing}")),
         };
     }
-    if features.kind != "cpu" {
-        return (BINNED, format!("auto: {} device", features.kind));
+    if !features.is_software() {
+        return (Way::Binned, format!("auto: {} device", features.kind));
     }
-    match spec.value("resolve") {
-        "auto" if !scene.strands.is_empty() => (TWO_PASS, "auto: hair on a software device".into()),
-        "auto" | CELLS => (BINNED, "auto: a software device".into()),
-        resolve => (TWO_PASS, format!("auto: resolve={resolve} on a software device")),
+    match settings.resolve {
+        None if !scene.strands.is_empty() => (Way::TwoPass, "auto: hair on a software device".into()),
+        None | Some(Resolve::Cells) => (Way::Binned, "auto: a software device".into()),
+        Some(resolve) => (Way::TwoPass, format!("auto: resolve={} on a software device", word(resolve))),
     }
 }

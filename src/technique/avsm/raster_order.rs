@@ -1,70 +1,90 @@
-//! The curves in colour attachments, into which fragments insert in drawing order, and the way from there to the nodes.
+//! path=raster-order: the curves in colour attachments, which the device lets one fragment of a texel at a time read and
+//! write, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
 
-use super::{Avsm, EMPTY};
-use crate::gpu::{Bindings, Commands, Context, OrderedAttachments, Pipeline, Resource, shader};
-use crate::technique::drawn::Drawn;
+use super::{Curves, GroupPush, Plan};
+use crate::gpu::{Bindings, Commands, Context, Image, Kernel, OrderedAttachments, Resource};
+use crate::maps::{Bins, Maps, Splat, SplatPush};
+use crate::scene::FARTHEST;
+use crate::shaders::{self, avsm};
+use crate::world::World;
 use crate::{Error, Result};
+use std::ops::Range;
 
-/// Storage buffers that avsm/raster_order.frag reads: maps and casters.
+/// Storage buffers that a fragment shader reads: maps, casters and triangles, which stand in one set.
 const BUFFERS: u32 = 2;
 
-/// What path=raster-order builds with.
+/// What the path builds with.
 pub struct RasterOrder {
-    /// What is drawn.
-    pub drawn: Drawn,
+    splat: Splat,
     attachments: OrderedAttachments,
-    curves: Bindings,
-    insert: Pipeline,
-    unpack: Pipeline,
+    insert: Kernel<SplatPush>,
+    unpack: Kernel<GroupPush>,
+    /// Value of a curve that nothing was inserted into.
+    unshadowed: f32,
+    /// Maps that are drawn at once.
+    at_once: u32,
 }
 
 impl RasterOrder {
-    /// Makes attachments of `size` texels, which all maps use in turn, for the NODES of `constants`; `drawn` has maps,
-    /// casters and drawing orders.
-    ///
-    /// # Errors
-    /// [`Error::Refused`] where the device takes too few attachments, [`Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, size: [u32; 2], drawn: Drawn, nodes: &Bindings, constants: &[u32]) -> Result<Self> {
+    pub fn new(
+        context: &Context,
+        world: &World,
+        maps: &Maps,
+        bins: Option<&Bins>,
+        curves: &Curves,
+        plan: &Plan,
+    ) -> Result<Self> {
         // Two nodes an attachment.
-        let count = constants[0] / 2;
+        let count = plan.settings.nodes / 2;
         if let Some(limit) = context.features().attachment_limit(count, BUFFERS) {
             return Err(Error::Refused { needs: limit });
         }
+        let (insert, unpack) = match count {
+            2 => (&avsm::RASTER_ORDER_FRAG_ATTACHMENTS_2, &avsm::UNPACK_ATTACHMENTS_2),
+            4 => (&avsm::RASTER_ORDER_FRAG_ATTACHMENTS_4, &avsm::UNPACK_ATTACHMENTS_4),
+            _ => (&avsm::RASTER_ORDER_FRAG_ATTACHMENTS_8, &avsm::UNPACK_ATTACHMENTS_8),
+        };
+        let splat = Splat::new(context, world, maps, plan.drawing_order(), bins)?;
+        let at_once = maps.stacked_at_once(context);
+        let size = [maps.size()[0], maps.size()[1] * at_once];
         let attachments = OrderedAttachments::new(context, "avsm.attachments", size, count)?;
         let textures: Vec<_> = attachments.images().iter().cloned().map(Resource::Texture).collect();
-        let curves = Bindings::new(context, "avsm.attachments", &textures)?;
-        let stages = [shader("list/caster.vert")?, shader(&format!("avsm/raster_order.frag/{count}"))?];
-        let sets = [drawn.bindings(), attachments.inputs()];
-        let insert = Pipeline::ordered(context, stages, &attachments, &sets, constants)?;
-        let unpack = shader(&format!("avsm/unpack.comp/{count}"))?;
-        let unpack = Pipeline::compute(context, unpack, &[nodes, &curves], constants)?;
-        Ok(Self { drawn, attachments, curves, insert, unpack })
+        let drawn = Bindings::new(context, "avsm.attachments", &textures)?;
+        let stages = [&shaders::maps::SPLAT_VERT, insert];
+        let sets = [maps.scene(), splat.set(), attachments.inputs()];
+        let insert = Kernel::ordered(context, stages, &attachments, &sets, &plan.constants)?;
+        let unpack = Kernel::compute(context, unpack, &[maps.scene(), &curves.set, &drawn], &plan.constants)?;
+        let unshadowed = if plan.settings.exponential { 0.0 } else { 1.0 };
+        Ok(Self { splat, attachments, insert, unpack, unshadowed, at_once })
+    }
+
+    pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) -> Result<()> {
+        self.splat.record(commands, world, maps, bins)?;
+        for (group, of) in (0..).zip(maps.groups(self.at_once)) {
+            self.raster_order(commands, of.clone(), group);
+            self.unpack(commands, maps, of);
+        }
+        Ok(())
+    }
+
+    /// Empties every curve and draws the casters into them, in each map's order.
+    fn raster_order(&self, commands: &mut Commands, of: Range<u32>, group: u32) {
+        let clear = [FARTHEST, self.unshadowed, FARTHEST, self.unshadowed];
+        commands.pass("avsm.raster_order", |pass| {
+            pass.render_ordered(&self.attachments, clear, |draw| self.splat.draw(draw, &self.insert, of, group));
+        });
+    }
+
+    /// Moves the curves to where the look-up reads.
+    fn unpack(&self, commands: &mut Commands, maps: &Maps, group: Range<u32>) {
+        let [x, y] = maps.tiles();
+        commands.pass("avsm.unpack", |pass| {
+            pass.dispatch(&self.unpack, &GroupPush { first_map: group.start }, [x, y, group.len() as u32]);
+        });
     }
 
     /// Bytes of the attachments and of what is drawn.
     pub fn bytes(&self) -> u64 {
-        self.drawn.bytes() + self.attachments.images().iter().map(crate::gpu::Image::bytes).sum::<u64>()
-    }
-}
-
-impl Avsm {
-    /// Raster order: empties every curve and draws the casters into those of a map, in the map's order.
-    pub(super) fn raster_order(&self, commands: &mut Commands, map: u32, path: &RasterOrder) {
-        let push = [map, path.drawn.first(map)];
-        let unshadowed = if self.constants[1] == 1 { 0.0 } else { 1.0 };
-        commands.pass("avsm.raster_order", |pass| {
-            pass.render_ordered(&path.attachments, [EMPTY, unshadowed, EMPTY, unshadowed], |draw| {
-                let sets = [path.drawn.bindings(), path.attachments.inputs()];
-                path.drawn.draw(draw, &path.insert, &sets, bytemuck::bytes_of(&push), map);
-            });
-        });
-    }
-
-    /// Raster order: moves the curves of a map into `nodes`, which the look-up reads.
-    pub(super) fn unpack(&self, commands: &mut Commands, map: u32, path: &RasterOrder) {
-        commands.pass("avsm.unpack", |pass| {
-            let groups = [self.size[0].div_ceil(8), self.size[1].div_ceil(8), 1];
-            pass.dispatch(&path.unpack, &[&self.nodes_bindings, &path.curves], bytemuck::bytes_of(&map), groups);
-        });
+        self.splat.bytes() + self.attachments.images().iter().map(Image::bytes).sum::<u64>()
     }
 }

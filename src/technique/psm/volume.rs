@@ -1,57 +1,100 @@
-//! How a volume is laid out. Twin: glsl/psm/constants.glsl.
+//! How a volume is laid out, from the keys of a spec. Twin: glsl/psm/constants.glsl.
 
-use super::OPTICAL_DEPTH;
 use crate::Result;
-use crate::gpu::{Context, Format, Image};
+use crate::gpu::{Blend, Border, Constants, Context, Format, Image};
+use crate::maps::{Filter, TILE_TEXELS};
+use crate::scene::Scene;
+use crate::shaders::constant::{ADDITIVE, COVERAGE, LAYERS, SLICES, SPLIT, STRANDS};
 use crate::technique::Spec;
+use crate::technique::keys::{SIZE, filter, words};
 
-/// Twins of the same names.
-pub const COVERAGE_VIEWPORT: u32 = 1;
-/// As above.
-pub const COVERAGE_TILES: u32 = 2;
+words! {
+    /// What the volume holds.
+    pub enum Storage {
+        /// Transmittances in 8 bits.
+        Rgba8 = "rgba8",
+        /// Transmittances in half floats.
+        Rgba16f = "rgba16f",
+        /// What is lost of the light, from sums of optical depths, in half floats.
+        OpticalDepth = "optical-depth",
+    }
+}
 
-/// Rays a side of what coverage knows as one. Twin: the workgroup of glsl/psm/propagate.comp.
-const TILE_TEXELS: u32 = 8;
+words! {
+    /// Which slices a caster goes to.
+    pub enum Assign {
+        /// That of its centre.
+        Nearest = "nearest",
+        /// The two about its centre.
+        Split = "split",
+    }
+}
+
+words! {
+    /// How rays without casters are known. Twins: COVERAGE_OFF and so on.
+    pub enum Coverage {
+        /// They are not.
+        Off = "off",
+        /// From a second viewport.
+        Viewport = "viewport",
+        /// From the bins.
+        Tiles = "tiles",
+    }
+}
 
 /// What the keys of a spec make of a volume.
+#[derive(Clone, Copy, Debug)]
 pub struct Volume {
     /// Texels a side of a map.
     pub size: u32,
-    slices: u32,
-    /// assign=split
+    pub slices: u32,
+    pub storage: Storage,
     pub split: bool,
-    /// Optical depths are added.
-    pub additive: bool,
-    /// COVERAGE.
-    pub coverage: u32,
-    /// Of the image.
-    pub format: Format,
-    /// Bits a channel.
-    pub bits: u32,
+    pub coverage: Coverage,
+    pub filter: Filter,
 }
 
 impl Volume {
     /// What `spec` says.
-    pub fn new(spec: &Spec) -> Self {
-        let rgba8 = spec.value("storage") == "rgba8";
+    pub fn of(spec: &Spec) -> Self {
         Self {
-            size: spec.number("size"),
+            size: spec.number(SIZE.name),
             slices: spec.number("slices"),
-            split: spec.value("assign") == "split",
-            additive: spec.value("storage") == OPTICAL_DEPTH,
-            coverage: match spec.value("coverage") {
-                "viewport" => COVERAGE_VIEWPORT,
-                "tiles" => COVERAGE_TILES,
-                _ => 0,
-            },
-            format: if rgba8 { Format::R8G8B8A8_UNORM } else { Format::R16G16B16A16_SFLOAT },
-            bits: if rgba8 { 8 } else { 16 },
+            storage: spec.word("storage").unwrap_or(Storage::Rgba8),
+            split: spec.word("assign") == Some(Assign::Split),
+            coverage: spec.word("coverage").unwrap_or(Coverage::Off),
+            filter: filter(spec),
         }
+    }
+
+    /// Optical depths are added.
+    fn additive(&self) -> bool {
+        self.storage == Storage::OpticalDepth
+    }
+
+    /// Channels of 8 bits, not of 16.
+    pub fn is_8_bit(&self) -> bool {
+        self.storage == Storage::Rgba8
+    }
+
+    /// Of the image.
+    pub fn format(&self) -> Format {
+        if self.is_8_bit() { Format::R8G8B8A8_UNORM } else { Format::R16G16B16A16_SFLOAT }
+    }
+
+    /// How a caster combines with those before it.
+    pub fn blend(&self) -> Blend {
+        if self.additive() { Blend::Add } else { Blend::Multiply }
+    }
+
+    /// What an empty slice holds, and what a sampler finds past the edge.
+    pub fn empty(&self) -> (f32, Border) {
+        if self.additive() { (0.0, Border::Zero) } else { (1.0, Border::One) }
     }
 
     /// Layers of a map.
     fn layers(&self) -> u32 {
-        self.slices / 4 + u32::from(self.coverage == COVERAGE_VIEWPORT)
+        self.slices / 4 + u32::from(self.coverage == Coverage::Viewport)
     }
 
     /// The image for `maps` maps; whether it is drawn to.
@@ -59,30 +102,25 @@ impl Volume {
     /// # Errors
     /// [`crate::Error::Gpu`] where it is past the device's limits.
     pub fn image(&self, context: &Context, maps: u32, drawn: bool) -> Result<Image> {
-        Image::volume(
-            context,
-            "psm.volume",
-            self.format,
-            [self.size, self.size, maps.saturating_mul(self.layers())],
-            drawn,
-        )
+        let size = [self.size, self.size, maps.saturating_mul(self.layers())];
+        Image::volume(context, "psm.volume", self.format(), size, drawn)
     }
 
-    /// SLICES, SPLIT, ADDITIVE, LAYERS, COVERAGE, those of the filter, STRANDS.
-    pub fn constants(&self, [filter, radius]: [u32; 2], strands: bool) -> [u32; 8] {
-        let [split, additive, strands] = [self.split, self.additive, strands].map(u32::from);
-        [self.slices, split, additive, self.layers(), self.coverage, filter, radius, strands]
-    }
-
-    /// Workgroups, tiles or coverage texels of a map.
-    pub fn tiles(&self) -> [u32; 3] {
-        let tiles = self.size.div_ceil(TILE_TEXELS);
-        [tiles, tiles, 1]
+    /// With those of the filter.
+    pub fn constants(&self, scene: &Scene) -> Constants {
+        let constants = Constants::new()
+            .set(SLICES, self.slices)
+            .set(SPLIT, self.split)
+            .set(ADDITIVE, self.additive())
+            .set(LAYERS, self.layers())
+            .set(COVERAGE, self.coverage as u32)
+            .set(STRANDS, !scene.strands.is_empty());
+        self.filter.constants(constants)
     }
 
     /// Of the slices and, where it is drawn, of the coverage, a texel for each tile.
     pub fn viewports(&self) -> Vec<u32> {
         let all = [self.size, self.size.div_ceil(TILE_TEXELS)];
-        all[..if self.coverage == COVERAGE_VIEWPORT { 2 } else { 1 }].to_vec()
+        all[..if self.coverage == Coverage::Viewport { 2 } else { 1 }].to_vec()
     }
 }

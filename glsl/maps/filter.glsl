@@ -1,0 +1,64 @@
+// Weights of the texels that a look-up averages, separable in x and y. Twin: reference::twin::filter.
+//   bilinear: the four texels about the position;
+//   box:      a square that reaches FILTER_RADIUS texels from the position, each texel by the share of it inside;
+//   gaussian: the same texels, times exp(-d²/(2 s²)) of their centres' distance, s = FILTER_RADIUS / 2.
+// Invariants: weights are continuous in the position and sum to 1. The box's share fades the Gaussian's last texels
+// in and out too, where a plain cut would make its weights jump.
+#ifndef MAPS_FILTER_GLSL
+#define MAPS_FILTER_GLSL
+#include "world/view.glsl"
+
+CONSTANT(uint, FILTER, 0u)
+CONSTANT(uint, FILTER_RADIUS, 2u)  // texels
+
+const uint FILTER_BILINEAR = 0u;
+const uint FILTER_BOX = 1u;
+
+struct Filter {
+    Footprint near;  // bilinear
+    ivec2 corner;    // box, gaussian: the first texel,
+    vec2 rest;       // and what was left of the position when it was rounded down to that texel, 0 to 1
+    float total;     // of the weights before they are divided by it
+};
+
+// Texels a side.
+int filter_side() { return FILTER == FILTER_BILINEAR ? 2 : 2 * int(FILTER_RADIUS) + 1; }
+
+// Weights in x and in y of the texels `i` after the first.
+vec2 filter_axis(vec2 rest, int i) {
+    float radius = float(FILTER_RADIUS);
+    vec2 distance = abs(float(i) + 0.5 - radius - rest);
+    vec2 share = clamp(radius + 0.5 - distance, 0.0, 1.0);
+    return FILTER == FILTER_BOX ? share : share * exp(-2.0 * distance * distance / (radius * radius));
+}
+
+// About a point given in texels.
+Filter filter_at(View view, vec2 at) {
+    Filter f;
+    f.near = view_footprint(view, at);
+    // Far outside, all texels are outside: clamped so that the conversion to integers is defined.
+    float radius = float(FILTER_RADIUS);
+    at = clamp(at, vec2(-radius - 2.0), vec2(view.width, view.height) + radius + 2.0) - radius;
+    f.corner = ivec2(floor(at));
+    f.rest = at - floor(at);
+    vec2 total = vec2(0.0);
+    for (int i = 0; i < filter_side(); ++i) {
+        total += filter_axis(f.rest, i);
+    }
+    f.total = total.x * total.y;
+    return f;
+}
+
+// Texels i < filter_side()², rows first, and their weights.
+ivec2 filter_texel(Filter f, int i) {
+    ivec2 corner = FILTER == FILTER_BILINEAR ? f.near.corner : f.corner;
+    return corner + ivec2(i % filter_side(), i / filter_side());
+}
+
+float filter_weight(Filter f, int i) {
+    if (FILTER == FILTER_BILINEAR) {
+        return f.near.weights[i];
+    }
+    return filter_axis(f.rest, i % filter_side()).x * filter_axis(f.rest, i / filter_side()).y / f.total;
+}
+#endif

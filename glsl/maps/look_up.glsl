@@ -1,0 +1,68 @@
+// The look-up of every technique with maps: which map answers, what the meshes leave, and the texels that are averaged.
+// To use one elsewhere: define GOBO_SET (a descriptor set number, default 1) if set 1 is taken, include the technique's
+// visibility.glsl, and bind
+//   binding 0  readonly buffer: Light[] (world/light.glsl)
+//   binding 1  readonly buffer: Map[] (world/light.glsl)
+//   binding 2  texture2D: the opaque map of maps/opaque.glsl (any 1×1 image where has_opaque is 0)
+//   binding 3… what the technique says
+// with the specialization constants that it was built with, and FILTER and FILTER_RADIUS of maps/filter.glsl. A point
+// light's faces have room for every filter about their 90 degrees, so that no look-up needs two of them.
+// Bound by maps::Maps::look_up.
+#ifndef MAPS_LOOK_UP_GLSL
+#define MAPS_LOOK_UP_GLSL
+#include "maps/filter.glsl"
+#include "maps/opaque.glsl"
+
+#ifndef GOBO_SET
+#define GOBO_SET 1
+#endif
+
+layout(set = GOBO_SET, binding = 0, scalar) readonly buffer LookUpLights { Light look_up_lights[]; };
+layout(set = GOBO_SET, binding = 1, scalar) readonly buffer LookUpMaps { Map look_up_maps[]; };
+layout(set = GOBO_SET, binding = 2) uniform texture2D look_up_opaque;
+
+// Where a point is looked up.
+struct LookUp {
+    uint map;
+    View view;
+    vec2 at;         // texels
+    float depth;     // in the light's range
+    bool in_front;   // of all casters: there is nothing to lose light to
+    float opaque;    // what the meshes leave
+};
+
+LookUp look_up(uint light, vec3 position) {
+    LookUp l;
+    l.map = light_map(look_up_lights[light], position);
+    l.view = look_up_maps[l.map].volume;
+    l.opaque = opaque_visibility(look_up_lights[light], look_up_maps[l.map].opaque, l.map, look_up_opaque, position);
+    vec3 at = view_project(l.view, position);
+    l.at = at.xy;
+    l.in_front = !(at.z > l.view.near);
+    l.depth = view_depth(l.view, at.z);
+    return l;
+}
+
+// The first row of a map in an image in which the maps stand one above the other.
+ivec2 stacked(LookUp l, ivec2 texel) { return texel + ivec2(0, l.map * l.view.height); }
+
+#ifndef OWN_FILTER
+// What is left of the light at a depth of one texel's ray. A technique with texels defines it.
+float texel_transmittance(LookUp l, ivec2 texel);
+
+float light_visibility(uint light, vec3 position) {
+    LookUp l = look_up(light, position);
+    if (l.in_front) {
+        return l.opaque;
+    }
+    Filter f = filter_at(l.view, l.at);
+    float transmittance = 0.0;
+    for (int i = 0; i < filter_side() * filter_side(); ++i) {
+        ivec2 texel = filter_texel(f, i);
+        // The map is fitted to the casters: past its edge there is nothing to lose light to.
+        transmittance += filter_weight(f, i) * (view_has(l.view, texel) ? texel_transmittance(l, texel) : 1.0);
+    }
+    return transmittance * l.opaque;
+}
+#endif
+#endif

@@ -1,0 +1,29 @@
+#version 460
+// Writes depth in the light's range, pushed away by what the triangle's plane changes over one texel in each direction
+// and by its own rounding. Inputs: map, the triangle's plane. Output: depth.
+// Invariant: a plane's stored depth lies behind the plane everywhere within one texel of the texel's centre.
+#include "maps/scene.glsl"
+
+layout(push_constant, scalar) uniform MapPush { uint map; };
+
+layout(location = 0) in float z;
+layout(location = 1) flat in vec3 normal;
+
+void main() {
+    View view = maps[map].opaque;
+    // From the plane and not by dFdx: lavapipe 22.3 has wrong derivatives where a quad of fragments crosses the triangle's
+    // edge, and light leaked in along every edge.
+    vec3 right = view.right * (2.0 / (float(view.width) * view.scale_x));
+    vec3 up = view.up * (2.0 / (float(view.height) * view.scale_y));
+    vec2 at = gl_FragCoord.xy - vec2(0.0, map * view.height);
+    vec3 direction = view_ray(view, at).direction;
+    float across = abs(dot(normal, right)) + abs(dot(normal, up));
+    float facing = abs(dot(normal, direction));
+    // The plane's z one texel on, where it is farthest: along parallel rays z is linear in the texel, along rays from a
+    // point its reciprocal is. Past the horizon of the plane, infinity.
+    float farthest = view.projection == VIEW_PARALLEL ? z + across / facing
+                     : facing > across                ? z * facing / (facing - across)
+                                                      : view.far;
+    // 4e-6 of the range: the rounding of a depth near 1 and of the look-up's projection.
+    gl_FragDepth = view_depth(view, farthest) + 4e-6;
+}

@@ -1,0 +1,31 @@
+// Visibility past the meshes: a plain depth map, compared at four texels and weighted bilinearly.
+// The map holds depths in the light's range (1 where there is nothing), pushed away by what the surface's depth changes over one
+// texel (maps/opaque.frag): a compare is up to one texel from a texel's centre, so a plane never shadows itself.
+// All maps stand in one texture, one above the other.
+#ifndef MAPS_OPAQUE_GLSL
+#define MAPS_OPAQUE_GLSL
+#extension GL_EXT_samplerless_texture_functions : require
+#include "world/light.glsl"
+
+// Through map `map` of the light, whose opaque view is `view`.
+float opaque_visibility(Light light, View view, uint map, texture2D depth_map, vec3 position) {
+    if (light.has_opaque == 0u) {
+        return 1.0;
+    }
+    vec3 at = view_project(view, position);
+    if (!(at.z > view.near)) {
+        return 1.0;
+    }
+    float depth = view_depth(view, at.z);
+    Footprint footprint = view_footprint(view, at.xy);
+    float visible = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        ivec2 texel = footprint.corner + ivec2(i & 1, i >> 1);
+        ivec2 row = ivec2(0, map * view.height);
+        float hit = view_has(view, texel) ? texelFetch(depth_map, texel + row, 0).r : 1.0;
+        bool lit = hit >= 1.0 || depth <= hit;
+        visible += lit ? footprint.weights[i] : 0.0;
+    }
+    return visible;
+}
+#endif

@@ -1,0 +1,17 @@
+// Set 0 of every pass over the maps of the lights. Bound by maps::Maps::scene.
+#ifndef MAPS_SCENE_GLSL
+#define MAPS_SCENE_GLSL
+#extension GL_EXT_samplerless_texture_functions : require
+#include "world/caster.glsl"
+#include "world/light.glsl"
+#include "world/triangle.glsl"
+
+layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
+layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+// The opaque maps, one above the other: see maps/opaque.glsl.
+layout(set = 0, binding = 3) uniform texture2D opaque_map;
+
+// Texels across and down a volume map: all have the same.
+uvec2 map_size() { return uvec2(maps[0].volume.width, maps[0].volume.height); }
+#endif

@@ -1,0 +1,139 @@
+// What lets some light pass: a sphere of constant extinction, or a strand, a line segment drawn as a ribbon that faces
+// every ray. Their overlap with a ray and the quad that covers them. Twin: scene::Caster, reference::twin::segment,
+// reference::truth.
+#ifndef WORLD_CASTER_GLSL
+#define WORLD_CASTER_GLSL
+#include "world/view.glsl"
+
+struct Caster {
+    vec3 position;  // a sphere's centre, a strand's start
+    float radius;
+    vec3 axis;      // from a strand's start to its end; 0 for a sphere
+    float density;  // a sphere's extinction, 1 / world unit; a strand's optical depth
+};
+
+// False: there are none, and their arithmetic is left out.
+CONSTANT(bool, STRANDS, true)
+
+bool caster_is_strand(Caster caster) {
+    return STRANDS && any(notEqual(caster.axis, vec3(0.0)));
+}
+
+// Optical depth from which a caster counts as opaque: exp(-80) is still a normal float, and sums of many stay finite.
+const float MAX_OPTICAL_DEPTH = 80.0;
+
+// Squared sine of the angle between ray and axis below which a ribbon is edge on: it has no width there, and the
+// nearest point of its axis is no one point.
+const float EDGE_ON = 1e-10;
+
+// Where the axis comes nearest to the ray: 0 at the strand's start, 1 at its end, not clamped. `start` and `axis` are
+// both without their share along the ray: start + along · axis is the offset from the ray. False where edge on.
+bool strand_along(Ray ray, Caster strand, out vec3 start, out vec3 axis, out float along) {
+    float scale = 1.0 / dot(ray.direction, ray.direction);
+    vec3 offset = strand.position - ray.origin;
+    start = offset - dot(offset, ray.direction) * scale * ray.direction;
+    axis = strand.axis - dot(strand.axis, ray.direction) * scale * ray.direction;
+    float square = dot(axis, axis);
+    along = -dot(start, axis) / square;
+    return square > EDGE_ON * dot(strand.axis, strand.axis);
+}
+
+// A strand takes its light in one step, z.x = z.y, at the point of its axis that is nearest to the ray. Its start
+// belongs to it and its end does not, so that a joint of two counts once.
+bool strand_overlap(Ray ray, Caster strand, out vec2 z) {
+    vec3 start, axis;
+    float along;
+    z = vec2(0.0);
+    if (!strand_along(ray, strand, start, axis, along) || !(along >= 0.0 && along < 1.0)) {
+        return false;
+    }
+    vec3 across = start + along * axis;
+    vec3 offset = strand.position - ray.origin;
+    z = vec2((dot(offset, ray.direction) + along * dot(strand.axis, ray.direction)) / dot(ray.direction, ray.direction));
+    return dot(across, across) < strand.radius * strand.radius;
+}
+
+// Where the ray is inside the caster, z from .x to .y. The offset from the ray is squared after the subtraction, so
+// that a far origin costs no digits.
+bool caster_overlap(Ray ray, Caster caster, out vec2 z) {
+    if (caster_is_strand(caster)) {
+        return strand_overlap(ray, caster, z);
+    }
+    vec3 offset = caster.position - ray.origin;
+    float scale = 1.0 / dot(ray.direction, ray.direction);
+    float middle = dot(offset, ray.direction) * scale;
+    vec3 across = offset - middle * ray.direction;
+    float half_square = (caster.radius * caster.radius - dot(across, across)) * scale;
+    if (!(half_square > 0.0)) {
+        z = vec2(0.0);
+        return false;
+    }
+    float half_chord = sqrt(half_square);
+    z = vec2(middle - half_chord, middle + half_chord);
+    return true;
+}
+
+// Of what the ray is inside from z.x to z.y.
+float caster_optical_depth(Ray ray, Caster caster, vec2 z) {
+    float thickness = caster_is_strand(caster) ? 1.0 : (z.y - z.x) * length(ray.direction);
+    return min(caster.density * thickness, MAX_OPTICAL_DEPTH);
+}
+
+// Range of tan(angle) that a circle of radius r at (across, z) covers, seen from the origin; all of it when the circle
+// reaches behind the eye.
+vec2 sphere_tangents(float across, float z, float radius) {
+    if (z <= radius) {
+        return vec2(-1e9, 1e9);
+    }
+    float side = sqrt(max(across * across + z * z - radius * radius, 0.0));
+    return vec2((across * side - radius * z) / (z * side + radius * across),
+                (across * side + radius * z) / (z * side - radius * across));
+}
+
+// What a sphere about `centre`, given along the view's axes, covers: low to high along right (x, y) and along up (z, w),
+// world units in a parallel view, tangents in perspective.
+vec4 sphere_extent(View view, vec3 centre, float radius) {
+    return view.projection == VIEW_PERSPECTIVE
+               ? vec4(sphere_tangents(centre.x, centre.z, radius), sphere_tangents(centre.y, centre.z, radius))
+               : vec4(centre.x - radius, centre.x + radius, centre.y - radius, centre.y + radius);
+}
+
+vec3 view_axes(View view, vec3 offset) {
+    return vec3(dot(offset, view.right), dot(offset, view.up), dot(offset, view.forward));
+}
+
+// Bounds of the caster in NDC, low corner and high corner; false where it is behind the view. They are a 16th of a
+// texel too large, against rounding: whoever draws or bins with them decides exactly afterwards.
+bool caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
+    vec3 centre = view_axes(view, caster.position - view.origin);
+    vec4 extent = sphere_extent(view, centre, caster.radius);
+    float farthest = centre.z;
+    if (caster_is_strand(caster)) {
+        // A strand lies in the hull of the spheres about its ends.
+        vec3 end = centre + view_axes(view, caster.axis);
+        vec4 other = sphere_extent(view, end, caster.radius);
+        extent = vec4(min(extent.x, other.x), max(extent.y, other.y), min(extent.z, other.z), max(extent.w, other.w));
+        farthest = max(farthest, end.z);
+    }
+    low = high = vec2(2.0);
+    if (view.projection == VIEW_PERSPECTIVE && farthest + caster.radius <= view.near) {
+        return false;
+    }
+    vec2 x = extent.xy * view.scale_x;
+    vec2 y = extent.zw * view.scale_y;
+    vec2 margin = 0.125 / vec2(view.width, view.height);
+    low = vec2(min(x.x, x.y), min(y.x, y.y)) - margin;
+    high = vec2(max(x.x, x.y), max(y.x, y.y)) + margin;
+    return true;
+}
+
+// Corner 0..5 of two triangles over the caster's bounds.
+vec4 caster_corner(View view, Caster caster, uint corner) {
+    vec2 low, high;
+    if (!caster_bounds(view, caster, low, high)) {
+        return vec4(2.0, 2.0, 0.0, 1.0);
+    }
+    vec2 select = vec2(corner == 1u || corner == 2u || corner == 4u, corner == 2u || corner == 4u || corner == 5u);
+    return vec4(clamp(mix(low, high, select), -1.1, 1.1), 0.5, 1.0);
+}
+#endif

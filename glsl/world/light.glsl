@@ -1,0 +1,47 @@
+// A light, and the maps through which it is looked up: one for a directional or a spot light, for a point light the six
+// faces of a cube. Twins: world::LightData, maps::Map, scene::Light.
+#ifndef WORLD_LIGHT_GLSL
+#define WORLD_LIGHT_GLSL
+#include "world/view.glsl"
+
+const uint LIGHT_DIRECTIONAL = 0u;
+const uint LIGHT_SPOT = 1u;
+const uint LIGHT_POINT = 2u;
+
+struct Light {
+    vec3 position;    // of a spot or a point light
+    uint kind;        // LIGHT_DIRECTIONAL, LIGHT_SPOT or LIGHT_POINT
+    vec3 direction;   // the way a directional light travels, the axis of a spot light; 0 for a point light
+    float cos_cone;   // cosine of half the cone of a spot light; -2 for the others
+    vec3 radiance;
+    uint first_map;
+    uint map_count;   // 6 for a point light, else 1
+    uint has_opaque;  // 0: nothing opaque casts, and the opaque map is a dummy
+};
+
+struct Map {
+    View volume;  // of the translucent casters: fitted to them
+    View opaque;  // of the meshes and all that they may shadow
+};
+
+// Direction from a point towards the light, unit length.
+vec3 light_direction(Light light, vec3 position) {
+    return light.kind == LIGHT_DIRECTIONAL ? -light.direction : normalize(light.position - position);
+}
+
+// What the light sends towards a point if nothing stands between.
+vec3 light_radiance(Light light, vec3 position) {
+    float cosine = dot(-light_direction(light, position), light.direction);
+    return cosine >= light.cos_cone ? light.radiance : vec3(0.0);
+}
+
+// The map that answers for a point: of a point light the face +x, -x, +y, -y, +z or -z towards which the point lies
+// farthest. Where two lie equally far, at the cube's edges, the first of x, y, z.
+uint light_map(Light light, vec3 position) {
+    vec3 offset = position - light.position;
+    vec3 far = abs(offset);
+    uint axis = far.x >= far.y && far.x >= far.z ? 0u : far.y >= far.z ? 1u : 2u;
+    uint face = 2u * axis + uint(offset[axis] < 0.0);
+    return light.first_map + (light.kind == LIGHT_POINT ? face : 0u);
+}
+#endif

@@ -1,0 +1,64 @@
+//! Specialization constants by name. build.rs gives each name one id in all shaders: see [`crate::shaders::constant`].
+
+use std::collections::BTreeMap;
+use std::marker::PhantomData;
+
+/// A specialization constant whose values are `T`.
+pub struct Constant<T> {
+    id: u32,
+    value: PhantomData<T>,
+}
+
+impl<T> Constant<T> {
+    /// The constant of that id.
+    pub const fn new(id: u32) -> Self {
+        Self { id, value: PhantomData }
+    }
+}
+
+/// What a specialization constant may hold: four bytes.
+pub trait ConstantValue {
+    /// As Vulkan takes it.
+    fn word(self) -> u32;
+}
+
+impl ConstantValue for u32 {
+    fn word(self) -> u32 {
+        self
+    }
+}
+
+impl ConstantValue for bool {
+    fn word(self) -> u32 {
+        self.into()
+    }
+}
+
+impl ConstantValue for f32 {
+    fn word(self) -> u32 {
+        self.to_bits()
+    }
+}
+
+/// Values of specialization constants. What is not set keeps the value that the shader states; what a shader does not
+/// declare is no matter.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Constants(BTreeMap<u32, u32>);
+
+impl Constants {
+    /// None set.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// With this one set.
+    pub fn set<T: ConstantValue>(mut self, constant: Constant<T>, value: T) -> Self {
+        self.0.insert(constant.id, value.word());
+        self
+    }
+
+    /// Ids, and their values in the same order.
+    pub(super) fn ids_and_words(&self) -> (Vec<u32>, Vec<u32>) {
+        self.0.iter().unzip()
+    }
+}

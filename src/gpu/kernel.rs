@@ -1,0 +1,330 @@
+//! Kernels: pipelines together with the sets that they are given and the push constants that they take.
+
+use super::{Bindings, Constants, Context, OrderedAttachments, Push, Shader, vk_error};
+use crate::{Error, Result};
+use ash::vk;
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+/// Bytes of push constants that every kernel takes; Vulkan guarantees them everywhere.
+pub(super) const PUSH_BYTES: u32 = 128;
+
+/// How a colour target combines with what is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Blend {
+    /// Replace.
+    None,
+    /// Premultiplied over: new + (1 − new alpha) · old.
+    Over,
+    /// new · old, in every channel.
+    Multiply,
+    /// new + old, in every channel.
+    Add,
+    /// The greater of new and old in colour, new + old in alpha.
+    MaxAndAdd,
+}
+
+/// A graphics kernel's state. Triangles, no culling, no vertex buffers: vertex shaders fetch by index.
+pub struct Graphics<'a> {
+    /// Vertex shader.
+    pub vertex: &'a Shader,
+    /// Fragment shader.
+    pub fragment: &'a Shader,
+    /// Colour targets in order.
+    pub colors: &'a [(vk::Format, Blend)],
+    /// Write and test depth (D32, less) or not.
+    pub depth: bool,
+}
+
+/// How primitives reach the layers of a volume.
+pub struct Layered<'a> {
+    /// Makes triangles of points and chooses their layers and viewports; without one the vertex shader chooses them for
+    /// its triangles.
+    pub geometry: Option<&'a Shader>,
+    /// How many viewports [`super::Pass::render_layers`] is given.
+    pub viewports: u32,
+}
+
+/// Stages between vertices and triangles. A patch is one vertex.
+pub struct Tessellated<'a> {
+    /// Says into how many parts a patch is cut.
+    pub control: &'a Shader,
+    /// Makes the triangles' corners.
+    pub evaluation: &'a Shader,
+    /// Draw the triangles' sides, and not what is inside.
+    pub lines: bool,
+}
+
+/// What a kernel draws, and to what.
+#[derive(Clone, Copy)]
+enum Into<'a> {
+    Targets,
+    Patches(&'a Tessellated<'a>),
+    Ordered(&'a OrderedAttachments),
+    Layers(&'a Layered<'a>),
+}
+
+/// A compute or a graphics pipeline with its sets, which is pushed a `P`. Clones share it.
+pub struct Kernel<P = ()>(Arc<Inner>, PhantomData<fn(P)>);
+
+impl<P> Clone for Kernel<P> {
+    fn clone(&self) -> Self {
+        Self(self.0.clone(), PhantomData)
+    }
+}
+
+pub(super) struct Inner {
+    context: Context,
+    pub(super) handle: vk::Pipeline,
+    pub(super) layout: vk::PipelineLayout,
+    pub(super) bind_point: vk::PipelineBindPoint,
+    /// Set i of the shaders.
+    pub(super) sets: Vec<Bindings>,
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        // SAFETY: recorded commands keep a clone; null handles are ignored.
+        unsafe {
+            self.context.device().destroy_pipeline(self.handle, None);
+            self.context.device().destroy_pipeline_layout(self.layout, None);
+        }
+    }
+}
+
+/// A shader module, needed only while the pipeline is made.
+struct Module<'a>(&'a Context, vk::ShaderModule);
+
+impl Drop for Module<'_> {
+    fn drop(&mut self) {
+        // SAFETY: pipelines do not need their modules once they are made.
+        unsafe { self.0.device().destroy_shader_module(self.1, None) };
+    }
+}
+
+/// The shader's module, if what it is pushed is a `P` or nothing.
+fn module<'a, P: Push>(context: &'a Context, shader: &Shader) -> Result<Module<'a>> {
+    if !shader.push.is_empty() && shader.push != P::block() {
+        return Err(Error::Gpu {
+            operation: "load shader",
+            name: shader.name.into(),
+            cause: format!("its push constants are `{}`, and Rust has `{}`", shader.push, P::block()),
+            way_out: "report this as a bug".into(),
+        });
+    }
+    let info = vk::ShaderModuleCreateInfo::default().code(shader.words());
+    // SAFETY: the words are SPIR-V that the build compiled.
+    unsafe { context.device().create_shader_module(&info, None) }
+        .map(|m| Module(context, m))
+        .map_err(|r| vk_error("load shader", shader.name, r))
+}
+
+fn layout(context: &Context, name: &str, sets: &[&Bindings], bind_point: vk::PipelineBindPoint) -> Result<Inner> {
+    let layouts: Vec<_> = sets.iter().map(|b| b.layout()).collect();
+    let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::ALL).size(PUSH_BYTES)];
+    let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(&push);
+    // SAFETY: the set layouts are alive.
+    let layout = unsafe { context.device().create_pipeline_layout(&info, None) }
+        .map_err(|r| vk_error("create pipeline layout", name, r))?;
+    let sets = sets.iter().map(|b| (*b).clone()).collect();
+    Ok(Inner { context: context.clone(), handle: vk::Pipeline::null(), layout, bind_point, sets })
+}
+
+/// Where each constant's four bytes stand.
+fn entries(ids: &[u32]) -> Vec<vk::SpecializationMapEntry> {
+    let entry = |(i, id): (u32, &u32)| vk::SpecializationMapEntry::default().constant_id(*id).offset(i * 4).size(4);
+    (0u32..).zip(ids).map(entry).collect()
+}
+
+impl<P: Push> Kernel<P> {
+    /// A compute shader. Set i is `sets[i]`.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the driver rejects the shader, or `P` is not what it is pushed.
+    pub fn compute(context: &Context, shader: &Shader, sets: &[&Bindings], constants: &Constants) -> Result<Self> {
+        let mut inner = layout(context, shader.name, sets, vk::PipelineBindPoint::COMPUTE)?;
+        let module = module::<P>(context, shader)?;
+        let (ids, words) = constants.ids_and_words();
+        let map = entries(&ids);
+        let specialization = vk::SpecializationInfo::default().map_entries(&map).data(bytemuck::cast_slice(&words));
+        let stage = vk::PipelineShaderStageCreateInfo::default()
+            .stage(vk::ShaderStageFlags::COMPUTE)
+            .module(module.1)
+            .name(c"main")
+            .specialization_info(&specialization);
+        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(inner.layout)];
+        // SAFETY: everything `info` points to is alive.
+        let made = unsafe { context.device().create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
+        inner.handle = first(made).map_err(|r| vk_error("create pipeline", shader.name, r))?;
+        context.set_name(inner.handle, shader.name);
+        Ok(Self(Arc::new(inner), PhantomData))
+    }
+
+    /// What draws into the targets of [`super::Pass::render`]; sets and constants as for [`Kernel::compute`], for both stages.
+    ///
+    /// # Errors
+    /// As [`Kernel::compute`].
+    pub fn graphics(context: &Context, state: &Graphics, sets: &[&Bindings], constants: &Constants) -> Result<Self> {
+        Self::drawing(context, state, Into::Targets, sets, constants)
+    }
+
+    /// The same with stages that tessellate; sets and constants for all its stages.
+    ///
+    /// # Errors
+    /// As [`Kernel::compute`].
+    pub fn tessellated(
+        context: &Context,
+        state: &Graphics,
+        tessellated: &Tessellated,
+        sets: &[&Bindings],
+        constants: &Constants,
+    ) -> Result<Self> {
+        Self::drawing(context, state, Into::Patches(tessellated), sets, constants)
+    }
+
+    /// What draws in [`super::Pass::render_layers`]; sets and constants for all its stages.
+    ///
+    /// # Errors
+    /// As [`Kernel::compute`].
+    pub fn layered(
+        context: &Context,
+        state: &Graphics,
+        layered: &Layered,
+        sets: &[&Bindings],
+        constants: &Constants,
+    ) -> Result<Self> {
+        Self::drawing(context, state, Into::Layers(layered), sets, constants)
+    }
+
+    /// What draws in [`super::Pass::render_ordered`] into `attachments`, which are what its fragment shader reads
+    /// and writes: it runs for one fragment of a texel at a time, in drawing order. Sets and constants as above.
+    ///
+    /// # Errors
+    /// As [`Kernel::compute`].
+    pub fn ordered(
+        context: &Context,
+        [vertex, fragment]: [&Shader; 2],
+        attachments: &OrderedAttachments,
+        sets: &[&Bindings],
+        constants: &Constants,
+    ) -> Result<Self> {
+        let colors = vec![(OrderedAttachments::FORMAT, Blend::None); attachments.images().len()];
+        let state = Graphics { vertex, fragment, colors: &colors, depth: false };
+        Self::drawing(context, &state, Into::Ordered(attachments), sets, constants)
+    }
+
+    fn drawing(context: &Context, state: &Graphics, into: Into, sets: &[&Bindings], constants: &Constants) -> Result<Self> {
+        let name = state.fragment.name;
+        let mut inner = layout(context, name, sets, vk::PipelineBindPoint::GRAPHICS)?;
+        let mut modules = vec![
+            (vk::ShaderStageFlags::VERTEX, module::<P>(context, state.vertex)?),
+            (vk::ShaderStageFlags::FRAGMENT, module::<P>(context, state.fragment)?),
+        ];
+        let (mut topology, mut viewports) = (vk::PrimitiveTopology::TRIANGLE_LIST, 1);
+        if let Into::Layers(layered) = into {
+            viewports = layered.viewports;
+            if let Some(geometry) = layered.geometry {
+                modules.push((vk::ShaderStageFlags::GEOMETRY, module::<P>(context, geometry)?));
+                topology = vk::PrimitiveTopology::POINT_LIST;
+            }
+        }
+        let mut mode = vk::PolygonMode::FILL;
+        if let Into::Patches(tessellated) = into {
+            modules.push((vk::ShaderStageFlags::TESSELLATION_CONTROL, module::<P>(context, tessellated.control)?));
+            modules.push((vk::ShaderStageFlags::TESSELLATION_EVALUATION, module::<P>(context, tessellated.evaluation)?));
+            topology = vk::PrimitiveTopology::PATCH_LIST;
+            mode = if tessellated.lines { vk::PolygonMode::LINE } else { mode };
+        }
+        let (ids, words) = constants.ids_and_words();
+        let map = entries(&ids);
+        let specialization = vk::SpecializationInfo::default().map_entries(&map).data(bytemuck::cast_slice(&words));
+        let stage = |(stage, module): &(vk::ShaderStageFlags, Module)| {
+            vk::PipelineShaderStageCreateInfo::default()
+                .stage(*stage)
+                .module(module.1)
+                .name(c"main")
+                .specialization_info(&specialization)
+        };
+        let stages: Vec<_> = modules.iter().map(stage).collect();
+        let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
+        let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(topology);
+        // Looked at for patches alone.
+        let tessellation = vk::PipelineTessellationStateCreateInfo::default().patch_control_points(1);
+        let viewport =
+            vk::PipelineViewportStateCreateInfo::default().viewport_count(viewports).scissor_count(viewports);
+        let raster = vk::PipelineRasterizationStateCreateInfo::default()
+            .polygon_mode(mode)
+            .cull_mode(vk::CullModeFlags::NONE)
+            .line_width(1.0);
+        let multisample =
+            vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
+        let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+            .depth_test_enable(state.depth)
+            .depth_write_enable(state.depth)
+            .depth_compare_op(vk::CompareOp::LESS);
+        let blends: Vec<_> = state.colors.iter().map(|(_, blend)| attachment(*blend)).collect();
+        let mut blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
+        let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
+        let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
+        let formats: Vec<_> = state.colors.iter().map(|(format, _)| *format).collect();
+        let mut rendering = vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&formats);
+        if state.depth {
+            rendering = rendering.depth_attachment_format(vk::Format::D32_SFLOAT);
+        }
+        if matches!(into, Into::Ordered(_)) {
+            blend = blend.flags(vk::PipelineColorBlendStateCreateFlags::RASTERIZATION_ORDER_ATTACHMENT_ACCESS_EXT);
+        }
+        let info = vk::GraphicsPipelineCreateInfo::default()
+            .stages(&stages)
+            .vertex_input_state(&vertex_input)
+            .input_assembly_state(&assembly)
+            .tessellation_state(&tessellation)
+            .viewport_state(&viewport)
+            .rasterization_state(&raster)
+            .multisample_state(&multisample)
+            .depth_stencil_state(&depth)
+            .color_blend_state(&blend)
+            .dynamic_state(&dynamic)
+            .layout(inner.layout);
+        let info = [match into {
+            Into::Ordered(attachments) => info.render_pass(attachments.render_pass()),
+            Into::Targets | Into::Patches(_) | Into::Layers(_) => info.push_next(&mut rendering),
+        }];
+        // SAFETY: everything `info` points to is alive.
+        let made = unsafe { context.device().create_graphics_pipelines(vk::PipelineCache::null(), &info, None) };
+        inner.handle = first(made).map_err(|r| vk_error("create pipeline", name, r))?;
+        context.set_name(inner.handle, name);
+        Ok(Self(Arc::new(inner), PhantomData))
+    }
+
+    /// What a pass binds, and keeps alive.
+    pub(super) fn inner(&self) -> &Arc<Inner> {
+        &self.0
+    }
+}
+
+/// One pipeline is asked for at a time; a failed one is null and needs no destroying.
+fn first(
+    made: std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
+) -> std::result::Result<vk::Pipeline, vk::Result> {
+    made.map_err(|(_, r)| r)?.first().copied().ok_or(vk::Result::ERROR_UNKNOWN)
+}
+
+fn attachment(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
+    let base = vk::PipelineColorBlendAttachmentState::default().color_write_mask(vk::ColorComponentFlags::RGBA);
+    let (new, old) = match blend {
+        Blend::None => return base,
+        Blend::Over => (vk::BlendFactor::ONE, vk::BlendFactor::ONE_MINUS_SRC_ALPHA),
+        Blend::Multiply => (vk::BlendFactor::ZERO, vk::BlendFactor::SRC_COLOR),
+        Blend::Add | Blend::MaxAndAdd => (vk::BlendFactor::ONE, vk::BlendFactor::ONE),
+    };
+    let color_op = if blend == Blend::MaxAndAdd { vk::BlendOp::MAX } else { vk::BlendOp::ADD };
+    // The alpha of a colour factor is the alpha factor.
+    base.blend_enable(true)
+        .src_color_blend_factor(new)
+        .dst_color_blend_factor(old)
+        .color_blend_op(color_op)
+        .src_alpha_blend_factor(new)
+        .dst_alpha_blend_factor(old)
+        .alpha_blend_op(vk::BlendOp::ADD)
+}

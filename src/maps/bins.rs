@@ -1,0 +1,319 @@
+//! Casters binned to tiles of all lights' maps: count, place, scatter. Shared by the techniques that walk tiles, and by
+//! those that only want to know which casters meet some tile and which tiles have casters.
+
+use super::Maps;
+use crate::gpu::{
+    Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Pass, Push, Resource, groups, push_struct,
+};
+use crate::shaders;
+use crate::shaders::constant::{EMPTY_PARTS, HIDE, PARTS, REACH, TILE_LANES};
+use crate::world::World;
+use crate::{Error, Result};
+use bytemuck::{Pod, Zeroable};
+
+/// Texels a side of a tile. Twin: TILE_TEXELS in glsl/bins/tiles.glsl.
+pub const TILE_TEXELS: u32 = 8;
+
+/// Workgroups of listed parts, across. Twin: BIN_GROUPS_X in glsl/bins/totals.glsl.
+const GROUPS_X: u64 = 64;
+
+/// Room behind the list, which workgroups past its end read: a row of them.
+const PARTS_BEHIND: u64 = GROUPS_X;
+
+/// Rows of workgroups that every device takes.
+const MAX_ROWS: u64 = 65535;
+
+/// Entries a caster that the buffer starts with. It grows to what a scene demands.
+const FIRST_ENTRIES: u64 = 8;
+
+/// Bytes of an entry: key and caster.
+const ENTRY_BYTES: u64 = 8;
+
+/// Where `entries` stands in the set.
+const ENTRIES: usize = 4;
+
+/// Twin: BinTotals in glsl/bins/totals.glsl. Over all maps.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct BinTotals {
+    /// Of all tiles.
+    pub entries: u32,
+    /// Tiles with casters.
+    pub tiles_used: u32,
+    /// Parts of tiles that are built.
+    pub parts: u32,
+    /// VkDispatchIndirectCommand of a workgroup a listed part.
+    pub groups_x: u32,
+    /// Likewise.
+    pub groups_y: u32,
+    /// Likewise.
+    pub groups_z: u32,
+}
+
+/// What a workgroup builds. Twin: TilePart in glsl/bins/totals.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TilePart {
+    /// Of its map, row after row.
+    pub tile: u32,
+    /// Which of the maps · 256 + which part of the tile.
+    pub map_part: u32,
+    /// The first of the tile's entries.
+    pub first: u32,
+    /// Of them, as far as there is room for them.
+    pub count: u32,
+}
+
+push_struct! {
+    /// Twin: BinPush in glsl/bins/tiles.glsl.
+    struct BinPush {
+        caster_count: u32,
+        /// Of the entries.
+        capacity: u32,
+    }
+}
+
+/// The bins and the passes that fill them.
+pub struct Bins {
+    context: Context,
+    map_count: u32,
+    tiles: [u32; 2],
+    /// Casters of each tile: map after map, rows of tiles.
+    pub counts: Buffer,
+    /// The listed parts of tiles.
+    parts: Buffer,
+    /// Where the next entry of each tile goes.
+    cursors: Buffer,
+    /// [`BinTotals`].
+    totals: Buffer,
+    /// Its copy for the host.
+    totalled: Buffer,
+    entries: Buffer,
+    /// Whether a caster of a map is in some tile.
+    met: Buffer,
+    /// z in the map's volume view behind which no light gets: map after map, rows of tiles.
+    pub horizon: Buffer,
+    /// Whether casters behind the horizon are left out.
+    hide: bool,
+    /// Threads a caster.
+    lanes: u32,
+    lists_parts: bool,
+    keeps_entries: bool,
+    capacity: u32,
+    caster_count: u32,
+    /// What `totals` held after the last build.
+    last: BinTotals,
+    set: Bindings,
+    find_horizon: Kernel<BinPush>,
+    count: Kernel<BinPush>,
+    place: Kernel<BinPush>,
+    scatter: Kernel<BinPush>,
+}
+
+/// What bins are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Use {
+    /// Entries are wanted, and not only which casters and tiles meet.
+    pub entries: bool,
+    /// Casters that stand in the dark behind meshes may be left out.
+    pub skip: bool,
+    /// Texels around a tile from which look-ups read it.
+    pub reach: u32,
+    /// Workgroups a tile in [`Bins::per_part`]: of one with casters, of one without.
+    pub parts: [u32; 2],
+}
+
+impl Bins {
+    /// Bins over the volume maps.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where memory runs out, or the tiles are more than a dispatch takes.
+    pub fn new(context: &Context, world: &World, maps: &Maps, what: Use) -> Result<Self> {
+        let tiles = maps.tiles();
+        let count = u64::from(maps.count());
+        let tile_count = u64::from(tiles[0]) * u64::from(tiles[1]) * count;
+        let parts_listed = tile_count * u64::from(what.parts[0].max(what.parts[1]));
+        if parts_listed > GROUPS_X * MAX_ROWS {
+            return Err(Error::Gpu {
+                operation: "list",
+                name: "bins.parts".into(),
+                cause: format!("{parts_listed} parts of tiles, and at most {} are dispatched", GROUPS_X * MAX_ROWS),
+                way_out: "use a smaller map (size=) or fewer lights".into(),
+            });
+        }
+        let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
+        let counts = buffer("bins.counts", tile_count * 4)?;
+        let parts = buffer("bins.parts", (parts_listed + PARTS_BEHIND) * size_of::<TilePart>() as u64)?;
+        let cursors = buffer("bins.cursors", tile_count * 4)?;
+        let totals = buffer("bins.totals", size_of::<BinTotals>() as u64)?;
+        let totalled = Buffer::new(context, "bins.totalled", totals.bytes(), Memory::Readback)?;
+        let casters = u64::from(world.caster_capacity());
+        let limit = u64::from(context.features().max_storage_buffer_range) / ENTRY_BYTES;
+        let wanted = if what.entries { casters * FIRST_ENTRIES } else { 1 };
+        let capacity = wanted.clamp(1, limit) as u32;
+        let met = buffer("bins.met", count * casters.max(1) * 4)?;
+        let horizon = buffer("bins.horizon", tile_count * 4)?;
+        let entries = buffer("bins.entries", u64::from(capacity) * ENTRY_BYTES)?;
+        let buffers = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon];
+        let set = Bindings::new(context, "bins", &buffers.map(|b| Resource::Buffer(b.clone())))?;
+        let hide = what.skip && world.triangle_count() > 0;
+        let lanes = if context.features().is_software() { 1 } else { 16 };
+        let constants = Constants::new()
+            .set(HIDE, hide)
+            .set(REACH, what.reach)
+            .set(TILE_LANES, lanes)
+            .set(PARTS, what.parts[0])
+            .set(EMPTY_PARTS, what.parts[1]);
+        let kernel = |shader| Kernel::compute(context, shader, &[maps.scene(), &set], &constants);
+        Ok(Self {
+            context: context.clone(),
+            map_count: maps.count(),
+            tiles,
+            find_horizon: kernel(&shaders::bins::HORIZON)?,
+            count: kernel(&shaders::bins::COUNT)?,
+            place: kernel(&shaders::bins::PLACE)?,
+            scatter: kernel(&shaders::bins::SCATTER)?,
+            counts,
+            parts,
+            cursors,
+            totals,
+            totalled,
+            entries,
+            met,
+            horizon,
+            hide,
+            lanes,
+            lists_parts: what.parts != [0, 0],
+            keeps_entries: what.entries,
+            capacity,
+            caster_count: world.caster_count(),
+            last: BinTotals::default(),
+            set,
+        })
+    }
+
+    /// The set with counts, listed parts, cursors, totals, entries, met and horizon.
+    pub fn set(&self) -> &Bindings {
+        &self.set
+    }
+
+    /// Fills the bins of all maps; the opaque maps stand already.
+    pub fn record(&mut self, commands: &mut Commands, world: &World) {
+        self.caster_count = world.caster_count();
+        commands.pass("bins.clear", |pass| {
+            pass.fill(&self.counts, 0);
+            pass.fill(&self.totals, 0);
+            pass.fill(&self.met, 0);
+        });
+        self.horizon(commands);
+        self.count(commands);
+        if self.lists_parts {
+            self.place(commands);
+        }
+        if self.keeps_entries {
+            self.scatter(commands);
+        }
+        commands.read_back(&self.totals, &self.totalled);
+    }
+
+    fn push(&self) -> BinPush {
+        BinPush { caster_count: self.caster_count, capacity: self.capacity }
+    }
+
+    fn per_caster(&self, commands: &mut Commands, name: &str, kernel: &Kernel<BinPush>) {
+        let [x, y] = groups((u64::from(self.caster_count) * u64::from(self.lanes)).div_ceil(64));
+        commands.pass(name, |pass| pass.dispatch(kernel, &self.push(), [x, y, self.map_count]));
+    }
+
+    /// Finds how far light gets in each tile. No pass where that does not matter.
+    fn horizon(&self, commands: &mut Commands) {
+        if self.hide {
+            let [x, y] = self.tiles;
+            commands.pass("bins.horizon", |pass| pass.dispatch(&self.find_horizon, &self.push(), [x, y, self.map_count]));
+        }
+    }
+
+    /// Counts the casters of each tile; those in no tile are culled here.
+    fn count(&self, commands: &mut Commands) {
+        self.per_caster(commands, "bins.count", &self.count);
+    }
+
+    /// Finds each tile's place among the entries, and lists the parts of tiles that are built.
+    fn place(&self, commands: &mut Commands) {
+        let [x, y] = groups(u64::from(self.tiles[0] * self.tiles[1]).div_ceil(64));
+        commands.pass("bins.place", |pass| pass.dispatch(&self.place, &self.push(), [x, y, self.map_count]));
+    }
+
+    /// Writes the entries.
+    fn scatter(&self, commands: &mut Commands) {
+        self.per_caster(commands, "bins.scatter", &self.scatter);
+    }
+
+    /// Runs a shader with a workgroup for each listed part of a tile.
+    pub fn per_part<P: Push>(&self, pass: &mut Pass, kernel: &Kernel<P>, push: &P) {
+        pass.dispatch_indirect(kernel, push, &self.totals, std::mem::offset_of!(BinTotals, groups_x) as u64);
+    }
+
+    /// Looks at the totals of the last build. Where the entries did not fit, makes room and says that the build must run
+    /// again.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device has no room for them.
+    pub fn settle(&mut self) -> Result<bool> {
+        self.last = self.totalled.read::<BinTotals>(1)?.first().copied().unwrap_or_default();
+        let entries = self.last.entries;
+        if entries <= self.capacity || !self.keeps_entries {
+            return Ok(false);
+        }
+        self.capacity = entries.saturating_add(entries / 8);
+        let bytes = u64::from(self.capacity) * ENTRY_BYTES;
+        self.entries = Buffer::new(&self.context, "bins.entries", bytes, Memory::Device)?;
+        self.set.replace(ENTRIES, &self.entries);
+        Ok(true)
+    }
+
+    /// Counts of the last build over all maps, by name; a caster is culled once for each map that does not see it.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where they cannot be read back.
+    pub fn counters(&self) -> Result<[(String, u64); 5]> {
+        let casters = u64::from(self.caster_count) * u64::from(self.map_count);
+        let met: u64 = self.met.read::<u32>(casters as usize)?.into_iter().map(u64::from).sum();
+        let (entries, used) = (u64::from(self.last.entries), u64::from(self.last.tiles_used));
+        let all = u64::from(self.tiles[0]) * u64::from(self.tiles[1]) * u64::from(self.map_count);
+        Ok([
+            ("bin_entries".into(), entries),
+            ("culled_casters".into(), casters - met),
+            ("tiles".into(), all),
+            ("tiles_used".into(), used),
+            ("tiles_skipped".into(), all - used),
+        ])
+    }
+
+    /// Whether the tile of a texel has casters.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where its count cannot be read back.
+    pub fn texel_in_use(&self, map: usize, [x, y]: [u32; 2]) -> Result<bool> {
+        let tile = (map as u32 * self.tiles[1] + y / TILE_TEXELS) * self.tiles[0] + x / TILE_TEXELS;
+        Ok(self.counts.read_from::<u32>(tile as usize, 1)? != [0])
+    }
+
+    /// Whether each texel is in a tile that has casters: map after map, rows of texels.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the counts cannot be read back.
+    pub fn texels_in_use(&self, size: [u32; 2]) -> Result<Vec<bool>> {
+        let tiles = (self.tiles[0] * self.tiles[1]) as usize;
+        let counts: Vec<u32> = self.counts.read(self.map_count as usize * tiles)?;
+        let tile = |i: u32| (i / size[0] / TILE_TEXELS * self.tiles[0] + i % size[0] / TILE_TEXELS) as usize;
+        let map = |counts: &[u32]| (0..size[0] * size[1]).map(|i| counts[tile(i)] > 0).collect::<Vec<_>>();
+        Ok(counts.chunks_exact(tiles).flat_map(map).collect())
+    }
+
+    /// All but the counts, which look-ups may need.
+    pub fn bytes_transient(&self) -> u64 {
+        let buffers = [&self.parts, &self.cursors, &self.totals, &self.entries, &self.met, &self.horizon];
+        buffers.into_iter().map(Buffer::bytes).sum()
+    }
+}

@@ -1,0 +1,56 @@
+//! How a look-up averages texels, for all techniques with a map of texels. Twin: glsl/maps/filter.glsl.
+
+use crate::gpu::Constants;
+use crate::scene::{LightKind, Scene, gutter_texels};
+use crate::shaders::constant::{FILTER, FILTER_RADIUS};
+use crate::{Error, Result};
+
+/// How texels are weighed. Twins: FILTER_BILINEAR and so on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FilterKind {
+    /// The four texels about the position.
+    Bilinear,
+    /// Each texel by its share of a square.
+    Box,
+    /// The same, times a Gaussian.
+    Gaussian,
+}
+
+/// A filter and how far it reaches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Filter {
+    /// Which.
+    pub kind: FilterKind,
+    /// Texels; of no meaning for the bilinear one.
+    pub radius: u32,
+}
+
+impl Filter {
+    /// With the constants of glsl/maps/filter.glsl.
+    pub fn constants(self, constants: Constants) -> Constants {
+        constants.set(FILTER, self.kind as u32).set(FILTER_RADIUS, self.radius)
+    }
+
+    /// Texels around a texel from which look-ups read it: bilinear weights reach one away.
+    pub fn reach(self) -> u32 {
+        1 + if self.kind == FilterKind::Bilinear { 0 } else { self.radius }
+    }
+
+    /// Whether the filter fits into the margins of a point light's faces of `size` texels a side.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where they are too small for it.
+    pub fn check(self, scene: &Scene, size: u32) -> Result<()> {
+        let bilinear = self.kind == FilterKind::Bilinear;
+        // One texel more than the filter reaches, against rounding.
+        let needed = if bilinear { 1 } else { self.radius + 1 };
+        let has_point_light = scene.lights.iter().any(|l| matches!(l.kind, LightKind::Point { .. }));
+        if has_point_light && (size < 4 || needed > gutter_texels(size)) {
+            let cause = "too small for this filter across the edges of a point light's faces";
+            let least = if bilinear { 4 } else { 8 * needed };
+            let way_out = format!("use size={least} or more, or a smaller radius=");
+            return Err(Error::input(format!("size={size}"), cause, way_out));
+        }
+        Ok(())
+    }
+}

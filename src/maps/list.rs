@@ -1,0 +1,200 @@
+//! Per-texel linked lists of all segments, captured with atomics. Shared by the techniques that start from them.
+
+use super::{Bins, Maps, Splat, stacked};
+use crate::Result;
+use crate::gpu::{
+    Bindings, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, Resource,
+};
+use crate::maps::SplatPush;
+use crate::shaders;
+use crate::world::World;
+use bytemuck::{Pod, Zeroable};
+use std::ops::Range;
+
+/// Twin: Segment in glsl/list/segments.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct SegmentData {
+    /// Depth in the light's range.
+    pub entry: f32,
+    /// Depth in the light's range.
+    pub exit: f32,
+    /// Optical depth of the segment.
+    pub optical_depth: f32,
+    /// The caster that made it.
+    pub caster: u32,
+    /// Next in the list, or `0xFFFFFFFF`.
+    pub next: u32,
+}
+
+/// Twin: NO_SEGMENT.
+pub const NO_SEGMENT: u32 = u32::MAX;
+
+/// Segments a texel that the buffer starts with. It grows to what a scene demands.
+const FIRST_CAPACITY: u64 = 16;
+
+/// Where `segments` stands in the set.
+const SEGMENTS: usize = 1;
+
+/// Which maps' lists stand at the same time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keep {
+    /// As many as there is room for; they are used up before the next are captured.
+    Some,
+    /// All.
+    All,
+}
+
+/// The lists and the pass that captures them.
+pub struct List {
+    context: Context,
+    /// R32UI: index of each texel's first segment, of the maps that are captured at once, one above the other.
+    pub heads: Image,
+    /// [`SegmentData`].
+    pub segments: Buffer,
+    /// Fragments of each group of maps that are captured at once.
+    counters: Buffer,
+    counted: Buffer,
+    capacity: u32,
+    at_once: u32,
+    keep: Keep,
+    map_count: u32,
+    size: [u32; 2],
+    /// The user fixed the capacity: what does not fit is lost, and counted.
+    fixed: bool,
+    /// What `counters` held after the last build: fragments, stored or not.
+    fragments: Vec<u32>,
+    splat: Splat,
+    set: Bindings,
+    kernel: Kernel<SplatPush>,
+}
+
+fn segment_buffer(context: &Context, capacity: u32) -> Result<Buffer> {
+    let bytes = u64::from(capacity) * size_of::<SegmentData>() as u64;
+    Buffer::new(context, "list.segments", bytes, Memory::Device)
+}
+
+impl List {
+    /// Lists over the maps of the casters that are drawn. `capacity` fixes the number of segments at once; without it the buffer
+    /// grows.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out, or the maps to keep are more than fit into an image.
+    pub fn new(context: &Context, maps: &Maps, splat: Splat, keep: Keep, capacity: Option<u32>) -> Result<Self> {
+        let size = maps.size();
+        let at_once = if keep == Keep::All { maps.count() } else { maps.stacked_at_once(context) };
+        let heads_size = stacked(context, "list.heads", size, at_once)?;
+        let heads = Image::new(context, "list.heads", Format::R32_UINT, heads_size, ImageUse::Storage)?;
+        let first = (u64::from(heads_size[0]) * u64::from(heads_size[1]) * FIRST_CAPACITY).min(limit(context));
+        let capacity_now = capacity.unwrap_or(first as u32);
+        let segments = segment_buffer(context, capacity_now)?;
+        let counter_bytes = 4 * u64::from(maps.count());
+        let counters = Buffer::new(context, "list.counters", counter_bytes, Memory::Device)?;
+        let counted = Buffer::new(context, "list.counted", counter_bytes, Memory::Readback)?;
+        let resources =
+            [Resource::StorageImage(heads.clone()), Resource::Buffer(segments.clone()), Resource::Buffer(counters.clone())];
+        let set = Bindings::new(context, "list", &resources)?;
+        let kernel = splat.kernel(context, maps, &shaders::list::CAPTURE_FRAG, &[], &[&set], &Constants::new())?;
+        Ok(Self {
+            context: context.clone(),
+            heads,
+            segments,
+            counters,
+            counted,
+            capacity: capacity_now,
+            at_once,
+            keep,
+            map_count: maps.count(),
+            size,
+            fixed: capacity.is_some(),
+            fragments: Vec::new(),
+            splat,
+            set,
+            kernel,
+        })
+    }
+
+    /// The set with heads, segments and counters.
+    pub fn set(&self) -> &Bindings {
+        &self.set
+    }
+
+    /// Puts the segments where binding `binding` of another set has a buffer.
+    pub fn bind_segments(&self, set: &Bindings, binding: usize) {
+        set.replace(binding, &self.segments);
+    }
+
+    /// Maps that are captured at once.
+    pub fn at_once(&self) -> u32 {
+        self.at_once
+    }
+
+    /// Makes ready for the captures of a build.
+    ///
+    /// # Errors
+    /// As [`Splat::record`].
+    pub fn begin(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) -> Result<()> {
+        commands.read_back(&self.counters, &self.counted);
+        self.splat.record(commands, world, maps, bins)
+    }
+
+    /// Empties the lists and captures those of `maps`, group number `group`.
+    pub fn capture(&self, commands: &mut Commands, maps: Range<u32>, group: u32) {
+        commands.pass("list.clear", |pass| {
+            pass.clear_image(&self.heads, NO_SEGMENT);
+            if group == 0 {
+                pass.fill(&self.counters, 0);
+            }
+        });
+        commands.pass("list.capture", |pass| {
+            let size = [self.size[0], self.size[1] * maps.len() as u32];
+            pass.render(size, &[], None, |draw| self.splat.draw(draw, &self.kernel, maps, group));
+        });
+    }
+
+    /// Looks at the demand of the last build. Where it did not fit, and the capacity is not fixed, makes room, if need be for
+    /// fewer maps at once, and says that the capture must run again.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the device has no room for the demand of one map.
+    pub fn settle(&mut self) -> Result<bool> {
+        let groups = self.map_count.div_ceil(self.at_once) as usize;
+        self.fragments = self.counted.read::<u32>(groups)?;
+        let fragments = self.fragments.iter().copied().max().unwrap_or(0);
+        if self.fixed || fragments <= self.capacity {
+            return Ok(false);
+        }
+        // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
+        let limit = limit(&self.context);
+        if u64::from(fragments) > limit && self.at_once > 1 && self.keep == Keep::Some {
+            self.at_once = self.at_once.div_ceil(2);
+            return Ok(true);
+        }
+        let wanted = u64::from(fragments) + u64::from(fragments) / 8;
+        let capacity = wanted.min(limit).max(fragments.into()).min(u32::MAX.into()) as u32;
+        self.segments = segment_buffer(&self.context, capacity)?;
+        self.set.replace(SEGMENTS, &self.segments);
+        self.capacity = capacity;
+        Ok(true)
+    }
+
+    /// Segments of all maps' captures; 0 before the first.
+    pub fn fragments(&self) -> u64 {
+        self.fragments.iter().copied().map(u64::from).sum()
+    }
+
+    /// Segments that were lost.
+    pub fn overflowed(&self) -> u64 {
+        self.fragments.iter().map(|f| u64::from(f.saturating_sub(self.capacity))).sum()
+    }
+
+    /// Heads, segments, counters and what is drawn.
+    pub fn bytes(&self) -> u64 {
+        self.splat.bytes() + self.heads.bytes() + self.segments.bytes() + self.counters.bytes()
+    }
+}
+
+/// Segments that the device can bind.
+fn limit(context: &Context) -> u64 {
+    u64::from(context.features().max_storage_buffer_range) / size_of::<SegmentData>() as u64
+}

@@ -1,0 +1,179 @@
+//! What techniques share that stand in a light's view: the maps of all lights, what the meshes leave in them, bins of
+//! casters, casters drawn as quads, per-texel lists, filters.
+//!
+//! A light is looked up through one map, a point light through the six faces of a cube. All maps have the same size; in
+//! images they stand one above the other. A pass goes over all of them at once: in a dispatch the map is the workgroup's z,
+//! in a render each map has a draw of its own, since each has its own casters and its own edge.
+
+mod bins;
+mod filter;
+mod list;
+mod opaque;
+mod splat;
+mod texels;
+
+pub use bins::{BinTotals, Bins, TILE_TEXELS, TilePart, Use};
+pub use filter::{Filter, FilterKind};
+pub use list::{Keep, List, SegmentData};
+pub use opaque::OPAQUE_SIZE;
+pub use splat::{DrawingOrder, Splat, SplatPush};
+pub use texels::{TexelKernels, TexelWay, Texels};
+
+use self::opaque::Opaque;
+use crate::gpu::{Bindings, Buffer, Commands, Context, MAX_UPDATE_BYTES, Resource};
+use crate::scene::{Scene, View};
+use crate::world::World;
+use crate::{Error, Result};
+use bytemuck::{Pod, Zeroable};
+use std::ops::Range;
+
+/// A map of a light. Twin: Map in glsl/world/light.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Map {
+    /// The view of the translucent casters.
+    pub volume: View,
+    /// The view of the meshes and all they may shadow.
+    pub opaque: View,
+}
+
+/// Maps of a scene: as many as travel in the commands themselves when the world has moved.
+const MAX_MAPS: usize = MAX_UPDATE_BYTES / size_of::<Map>();
+
+impl Map {
+    /// The maps of all lights of `scene`, those of the first light first, with volume maps of `size` texels a side.
+    pub fn all(scene: &Scene, size: u32) -> Vec<Self> {
+        let opaque_size = if scene.meshes.is_empty() { 1 } else { OPAQUE_SIZE };
+        let views = View::volumes(scene, size).into_iter().zip(View::opaques(scene, opaque_size));
+        views.map(|(volume, opaque)| Self { volume, opaque }).collect()
+    }
+}
+
+/// The maps of all lights, on the device.
+pub struct Maps {
+    all: Vec<Map>,
+    size: u32,
+    /// Of the world that they are fitted to.
+    generation: u64,
+    buffer: Buffer,
+    lights: Buffer,
+    opaque: Opaque,
+    scene: Bindings,
+}
+
+impl Maps {
+    /// Maps of `size` texels a side of all lights of `world`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the lights have too many maps, [`Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, size: u32) -> Result<Self> {
+        let count = world.scene().map_count();
+        if !(1..=MAX_MAPS).contains(&count) {
+            let cause =
+                format!("{count} maps (six for a point light, one for any other), and 1 to {MAX_MAPS} are built");
+            let name = format!("the lights of {}", world.scene().name);
+            return Err(Error::input(name, cause, "change the number of lights"));
+        }
+        let all = Map::all(world.scene(), size);
+        let buffer = Buffer::with_data(context, "maps", &all)?;
+        let opaque_size = all.first().map_or([1, 1], |m| [m.opaque.width, m.opaque.height]);
+        let image = opaque::image(context, opaque_size, count as u32)?;
+        let resources = [
+            Resource::Buffer(buffer.clone()),
+            Resource::Buffer(world.casters.clone()),
+            Resource::Buffer(world.triangles.clone()),
+            Resource::Texture(image.clone()),
+        ];
+        let scene = Bindings::new(context, "maps.scene", &resources)?;
+        let opaque = Opaque::new(context, image, &scene, opaque_size)?;
+        let (lights, generation) = (world.lights.clone(), world.generation());
+        Ok(Self { all, size, generation, buffer, lights, opaque, scene })
+    }
+
+    /// The maps, those of the first light first.
+    pub fn all(&self) -> &[Map] {
+        &self.all
+    }
+
+    /// How many.
+    pub fn count(&self) -> u32 {
+        self.all.len() as u32
+    }
+
+    /// Texels across and down a volume map.
+    pub fn size(&self) -> [u32; 2] {
+        [self.size; 2]
+    }
+
+    /// Texels of all volume maps.
+    pub fn texels(&self) -> u64 {
+        u64::from(self.size).pow(2) * u64::from(self.count())
+    }
+
+    /// Tiles across and down a volume map.
+    pub fn tiles(&self) -> [u32; 2] {
+        self.size().map(|texels| texels.div_ceil(TILE_TEXELS))
+    }
+
+    /// Set 0 of every pass over the maps: glsl/maps/scene.glsl.
+    pub fn scene(&self) -> &Bindings {
+        &self.scene
+    }
+
+    /// The set of a look-up: that of glsl/maps/look_up.glsl, then `more` from binding 3 on.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where memory runs out.
+    pub fn look_up(&self, context: &Context, name: &str, more: &[Resource]) -> Result<Bindings> {
+        let mut resources = vec![
+            Resource::Buffer(self.lights.clone()),
+            Resource::Buffer(self.buffer.clone()),
+            Resource::Texture(self.opaque.image().clone()),
+        ];
+        resources.extend_from_slice(more);
+        Bindings::new(context, name, &resources)
+    }
+
+    /// Fits the maps to a world that has moved, and draws the opaque maps. No pass where there is nothing to do.
+    pub fn record(&mut self, commands: &mut Commands, world: &World) {
+        if self.generation != world.generation() {
+            self.generation = world.generation();
+            self.all = Map::all(world.scene(), self.size);
+            commands.pass("maps.fit", |pass| pass.update(&self.buffer, &self.all));
+        }
+        self.opaque.record(commands, world, self.count());
+    }
+
+    /// The opaque maps, one above the other.
+    pub fn opaque_image(&self) -> &crate::gpu::Image {
+        self.opaque.image()
+    }
+
+    /// The maps in groups of at most `at_once`.
+    pub fn groups(&self, at_once: u32) -> impl Iterator<Item = Range<u32>> + use<> {
+        let count = self.count();
+        (0..count).step_by(at_once.max(1) as usize).map(move |first| first..(first + at_once.max(1)).min(count))
+    }
+
+    /// How many maps may stand one above the other in an image of this device.
+    pub fn stacked_at_once(&self, context: &Context) -> u32 {
+        (context.features().max_image_dimension_2d / self.size).clamp(1, self.count())
+    }
+}
+
+/// The size of an image of `count` maps of `size`, one above the other.
+///
+/// # Errors
+/// [`Error::Gpu`] where the device has no images of so many rows.
+pub(crate) fn stacked(context: &Context, name: &str, size: [u32; 2], count: u32) -> Result<[u32; 2]> {
+    let limit = context.features().max_image_dimension_2d;
+    match size[1].checked_mul(count) {
+        Some(rows) if count == 1 || rows <= limit => Ok([size[0], rows]),
+        _ => Err(Error::Gpu {
+            operation: "create image",
+            name: name.into(),
+            cause: format!("{count} maps of {} rows, and this device takes {limit} rows", size[1]),
+            way_out: "use fewer lights or smaller maps (size=)".into(),
+        }),
+    }
+}

@@ -1,0 +1,24 @@
+//! The shaders of the program, compiled and named by build.rs: `shaders::avsm::RESOLVE` is glsl/avsm/resolve.comp,
+//! `shaders::list::CAPTURE_FRAG` glsl/list/capture.frag, `shaders::avsm::CELLS_LANES_1` a variant of glsl/avsm/cells.comp.
+
+use crate::gpu::{Shader, Spirv};
+
+/// A folder of glsl/ with a visibility.glsl: what consumers are built with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Folder {
+    place: usize,
+    /// Its name in glsl/.
+    pub name: &'static str,
+}
+
+/// A shader that asks for light, once for each technique.
+pub struct PerTechnique(&'static [Shader]);
+
+impl PerTechnique {
+    /// The one that asks the technique of that folder.
+    pub fn of(&self, folder: Folder) -> &'static Shader {
+        &self.0[folder.place]
+    }
+}
+
+include!(concat!(env!("OUT_DIR"), "/shaders.rs"));

@@ -1,0 +1,171 @@
+//! The keys of AVSM's specs, and what they are read into.
+
+use crate::maps::Filter;
+use crate::technique::keys::{FILTER, Key, RADIUS, SIZE, SKIP, Switch, Values, Word, filter, words};
+use crate::technique::Spec;
+
+words! {
+    /// How curves are built.
+    pub enum Way {
+        /// Lists, sorted and compressed.
+        TwoPass = "two-pass",
+        /// Fragment by fragment, under pixel interlock.
+        Interlock = "interlock",
+        /// Fragment by fragment, in ordered colour attachments.
+        RasterOrder = "raster-order",
+        /// Tile by tile, in compute shaders.
+        Binned = "binned",
+    }
+}
+
+words! {
+    /// What is between two nodes a straight line.
+    pub enum Interpolated {
+        /// Transmittance.
+        Transmittance = "linear",
+        /// Optical depth.
+        OpticalDepth = "exponential",
+    }
+}
+
+words! {
+    /// The order of insertion.
+    pub enum Order {
+        /// By depth.
+        Sorted = "sorted",
+        /// As drawn.
+        Captured = "captured",
+    }
+}
+
+words! {
+    /// What a curve is made of.
+    pub enum Resolve {
+        /// Segment by segment.
+        Streaming = "streaming",
+        /// Compressed when all segments are in it.
+        Whole = "whole",
+        /// Sums in even cells.
+        Cells = "cells",
+    }
+}
+
+words! {
+    /// How nodes are stored.
+    pub enum Storage {
+        /// 8 bytes a node.
+        Full = "full",
+        /// 4 bytes a node, and 8 a texel.
+        Packed = "packed",
+    }
+}
+
+words! {
+    /// Where a tile's casters stand while all texels look at them.
+    pub enum Batch {
+        /// In shared memory.
+        Shared = "shared",
+        /// In the lanes of subgroups.
+        Lanes = "lanes",
+    }
+}
+
+/// The keys.
+pub const KEYS: &[Key] = &[
+    Key { name: "nodes", values: Values::OneOf(&["4", "8", "16"]), default: "8", about: "nodes of a texel's curve" },
+    Key {
+        name: "curve",
+        values: Values::OneOf(Interpolated::WORDS),
+        default: "exponential",
+        about: "interpolate transmittance (linear, as published) or optical depth (exponential)",
+    },
+    Key {
+        name: "path",
+        values: Values::OneOf(Way::WORDS),
+        default: "auto",
+        about: "auto: binned, save for what software devices do faster and for order=captured",
+    },
+    SIZE,
+    Key {
+        name: "order",
+        values: Values::OneOf(Order::WORDS),
+        default: "sorted",
+        about: "insert by depth (single-pass paths: casters drawn by depth) or as drawn",
+    },
+    Key {
+        name: "resolve",
+        values: Values::OneOf(Resolve::WORDS),
+        default: "auto",
+        about: "segment by segment, whole curves (two-pass, binned) or sums in cells (binned); auto chooses",
+    },
+    Key {
+        name: "nudge",
+        values: Values::OneOf(Switch::WORDS),
+        default: "on",
+        about: "keep the area under the curve when a node is removed (exponential only); off: as published",
+    },
+    Key {
+        name: "capacity",
+        values: Values::Number(1, 1 << 28),
+        default: "auto",
+        about: "segments that the list holds (two-pass); auto grows to the demand",
+    },
+    Key {
+        name: "storage",
+        values: Values::OneOf(Storage::WORDS),
+        default: "full",
+        about: "full: 8 bytes a node; packed: 4, and 8 a texel",
+    },
+    Key {
+        name: "batch",
+        values: Values::OneOf(Batch::WORDS),
+        default: "auto",
+        about: "resolve=cells: casters stand in shared memory or in the lanes of subgroups; auto: lanes on software devices",
+    },
+    FILTER,
+    RADIUS,
+];
+
+/// What a spec says; none is `auto`.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    pub nodes: u32,
+    /// Optical depth is interpolated.
+    pub exponential: bool,
+    pub way: Option<Way>,
+    pub size: u32,
+    pub sorted: bool,
+    pub resolve: Option<Resolve>,
+    pub nudge: bool,
+    pub skip: bool,
+    pub capacity: Option<u32>,
+    pub packed: bool,
+    pub batch: Option<Batch>,
+    pub filter: Filter,
+}
+
+impl Settings {
+    pub fn of(spec: &Spec) -> Self {
+        Self {
+            nodes: spec.number("nodes"),
+            exponential: spec.word("curve") != Some(Interpolated::Transmittance),
+            way: spec.word("path"),
+            size: spec.number(SIZE.name),
+            sorted: spec.word("order") != Some(Order::Captured),
+            resolve: spec.word("resolve"),
+            nudge: spec.is_on("nudge"),
+            skip: spec.is_on(SKIP.name),
+            capacity: Some(spec.number("capacity")).filter(|n| *n > 0),
+            packed: spec.word("storage") == Some(Storage::Packed),
+            batch: spec.word("batch"),
+            filter: filter(spec),
+        }
+    }
+}
+
+impl Way {
+    /// Its word in specs.
+    pub fn name(self) -> &'static str {
+        <Self as Word>::ALL.iter().find(|(_, way)| *way == self).map_or("", |(word, _)| word)
+    }
+}

@@ -1,0 +1,50 @@
+//! path=two-pass: lists of all segments, each sorted and compressed. Source: Fife and Strugar 2013, Compression stage.
+
+use super::{Curves, GroupPush, Plan};
+use crate::Result;
+use crate::gpu::{Commands, Context, Kernel};
+use crate::maps::{Bins, DrawingOrder, Keep, List, Maps, Splat};
+use crate::shaders;
+use crate::world::World;
+use std::ops::Range;
+
+/// What the path builds with.
+pub struct TwoPass {
+    /// The lists.
+    pub list: List,
+    resolve: Kernel<GroupPush>,
+}
+
+impl TwoPass {
+    pub fn new(
+        context: &Context,
+        world: &World,
+        maps: &Maps,
+        bins: Option<&Bins>,
+        curves: &Curves,
+        plan: &Plan,
+    ) -> Result<Self> {
+        let splat = Splat::new(context, world, maps, DrawingOrder::Index, bins)?;
+        let list = List::new(context, maps, splat, Keep::Some, plan.settings.capacity)?;
+        let sets = [maps.scene(), list.set(), &curves.set];
+        let resolve = Kernel::compute(context, &shaders::avsm::RESOLVE, &sets, &plan.constants)?;
+        Ok(Self { list, resolve })
+    }
+
+    pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) -> Result<()> {
+        self.list.begin(commands, world, maps, bins)?;
+        for (group, of) in (0..).zip(maps.groups(self.list.at_once())) {
+            self.list.capture(commands, of.clone(), group);
+            self.resolve(commands, maps, of);
+        }
+        Ok(())
+    }
+
+    /// Sorts and compresses each list.
+    fn resolve(&self, commands: &mut Commands, maps: &Maps, group: Range<u32>) {
+        let [x, y] = maps.tiles();
+        commands.pass("avsm.resolve", |pass| {
+            pass.dispatch(&self.resolve, &GroupPush { first_map: group.start }, [x, y, group.len() as u32]);
+        });
+    }
+}

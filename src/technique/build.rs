@@ -1,0 +1,76 @@
+//! The one loop that builds.
+
+use super::{Settled, Spec, Technique, keys};
+use crate::gpu::{Context, PassTime};
+use crate::world::World;
+use crate::{Error, Result};
+use std::time::Instant;
+
+/// A technique that is open for a world, and what it was built for last.
+pub struct Opened<T: Technique + ?Sized = dyn Technique> {
+    context: Context,
+    /// The technique.
+    pub technique: Box<T>,
+    /// An unchanged world is not built again.
+    skip: bool,
+    /// The world's generation at the last build.
+    built: Option<u64>,
+}
+
+/// What a build took.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Built {
+    /// Device time of each pass of the last submission; none where nothing was to do or the device has no timestamps.
+    pub passes: Vec<PassTime>,
+    /// The host's time, nanoseconds: recording, submitting, waiting and settling.
+    pub host_ns: f64,
+}
+
+/// Opens the technique that `spec` names.
+///
+/// # Errors
+/// [`Error::Refused`] where the device lacks what it needs or the scene has nothing that it casts from, [`Error::Gpu`] where
+/// memory runs out.
+pub fn open(context: &Context, world: &World, spec: &Spec) -> Result<Opened> {
+    let entry = spec.entry;
+    if !entry.casts.any_of(world.scene()) {
+        let scene = &world.scene().name;
+        return Err(Error::Refused { needs: format!("{} to cast from, which {scene} does not have", entry.casts.names()) });
+    }
+    Ok(Opened::new(context, (entry.open)(context, world, spec)?, spec.is_on(keys::SKIP.name)))
+}
+
+impl<T: Technique + ?Sized> Opened<T> {
+    /// `skip`: an unchanged world is not built again.
+    pub fn new(context: &Context, technique: Box<T>, skip: bool) -> Self {
+        Self { context: context.clone(), technique, skip, built: None }
+    }
+
+    /// Builds for the world as it is now: no pass where it has not changed since the last build, unless the spec says
+    /// `skip=off`. Records and submits again for as long as something did not fit.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where memory runs out or the device is lost.
+    pub fn build(&mut self, world: &World) -> Result<Built> {
+        if self.skip && self.built == Some(world.generation()) {
+            return Ok(Built { passes: Vec::new(), host_ns: 0.0 });
+        }
+        self.rebuild(world)
+    }
+
+    /// As [`Opened::build`], whether the world has changed or not.
+    ///
+    /// # Errors
+    /// As [`Opened::build`].
+    pub fn rebuild(&mut self, world: &World) -> Result<Built> {
+        self.built = None;
+        let start = Instant::now();
+        loop {
+            let passes = self.context.try_submit(|commands| self.technique.record(commands, world))?;
+            if self.technique.settle()? == Settled::Done {
+                self.built = Some(world.generation());
+                return Ok(Built { passes, host_ns: start.elapsed().as_nanos() as f64 });
+            }
+        }
+    }
+}

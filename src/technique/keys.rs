@@ -1,0 +1,127 @@
+//! Keys of specs: what may be set, and the types that settings are read into.
+
+use crate::maps::{Filter, FilterKind};
+use super::Spec;
+
+/// A setting of a technique.
+pub struct Key {
+    /// Its name.
+    pub name: &'static str,
+    /// What it may be.
+    pub values: Values,
+    /// What it is where a spec does not say.
+    pub default: &'static str,
+    /// One line.
+    pub about: &'static str,
+}
+
+/// What a setting may be.
+pub enum Values {
+    /// One of these words, [`Word::WORDS`] of the type that it is read into, or the default word.
+    OneOf(&'static [&'static str]),
+    /// A whole number in this range, or the default word.
+    Number(u32, u32),
+    /// A multiple of the first number, from the second to the third.
+    Multiple(u32, u32, u32),
+}
+
+/// A type whose values are words in specs.
+pub trait Word: Copy + 'static {
+    /// Word and value.
+    const ALL: &'static [(&'static str, Self)];
+    /// The words.
+    const WORDS: &'static [&'static str];
+}
+
+/// Declares an enum whose values are words in specs.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! __words {
+    ($(#[$meta:meta])* $visibility:vis enum $name:ident { $($(#[$variant_meta:meta])* $variant:ident = $word:literal),+ $(,)? }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        $visibility enum $name { $($(#[$variant_meta])* $variant),+ }
+
+        $crate::technique::keys::word!($name { $($variant = $word),+ });
+    };
+}
+
+/// Says which words mean the values of a type that is declared elsewhere.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! __word {
+    ($name:ident { $($variant:ident = $word:literal),+ $(,)? }) => {
+        impl $crate::technique::keys::Word for $name {
+            const ALL: &'static [(&'static str, Self)] = &[$(($word, Self::$variant)),+];
+            const WORDS: &'static [&'static str] = &[$($word),+];
+        }
+    };
+}
+
+pub use crate::{__word as word, __words as words};
+
+word!(FilterKind { Bilinear = "bilinear", Box = "box", Gaussian = "gaussian" });
+
+words! {
+    /// Yes or no.
+    pub enum Switch {
+        /// Yes.
+        On = "on",
+        /// No.
+        Off = "off",
+    }
+}
+
+words! {
+    /// Where the picture's casters ask for their light.
+    pub enum LightingKind {
+        /// At each pixel.
+        Fragment = "fragment",
+        /// At the vertices of tessellated quads.
+        Vertex = "vertex",
+    }
+}
+
+/// Of every technique with maps of any size.
+pub const SIZE: Key =
+    Key { name: "size", values: Values::Number(1, 16384), default: "256", about: "texels a side of a light's map" };
+
+/// How a look-up averages texels.
+pub const FILTER: Key = Key {
+    name: "filter",
+    values: Values::OneOf(FilterKind::WORDS),
+    default: "bilinear",
+    about: "how a look-up weighs texels: the nearest four, or all within a radius",
+};
+
+/// How far it reaches.
+pub const RADIUS: Key = Key {
+    name: "radius",
+    values: Values::Number(1, 8),
+    default: "2",
+    about: "texels that the box and the Gaussian reach; the Gaussian's deviation is half of it",
+};
+
+/// Whether work is left out.
+pub const SKIP: Key = Key {
+    name: "skip",
+    values: Values::OneOf(Switch::WORDS),
+    default: "on",
+    about: "leave out casters and tiles that no look-up misses, and builds where nothing has changed",
+};
+
+/// Read by whoever draws the picture.
+pub const LIGHTING: Key = Key {
+    name: "lighting",
+    values: Values::OneOf(LightingKind::WORDS),
+    default: "fragment",
+    about: "the picture's casters ask for light at each pixel, or at the vertices of tessellated quads",
+};
+
+/// Keys that every technique has.
+pub const EVERY: &[Key] = &[SKIP, LIGHTING];
+
+/// What [`FILTER`] and [`RADIUS`] say.
+pub fn filter(spec: &Spec) -> Filter {
+    Filter { kind: spec.word(FILTER.name).unwrap_or(FilterKind::Bilinear), radius: spec.number(RADIUS.name) }
+}

@@ -1,0 +1,57 @@
+//! path=fused: a workgroup adds up half a tile's casters in shared memory and writes each voxel once. Source: ours.
+
+use super::volume::Volume;
+use crate::Result;
+use crate::gpu::{Bindings, Commands, Constants, Context, Image, Kernel, Resource};
+use crate::maps::{Bins, Maps, Use};
+use crate::shaders::constant::{THREADS, WORKGROUP};
+use crate::shaders::psm;
+use crate::world::World;
+
+/// Workgroups: two halves of a tile that has casters, one of a tile to be written over.
+const PARTS: [u32; 2] = [2, 1];
+
+/// Shared memory, bytes a slice: half a tile's texels.
+pub const SLICE_BYTES: u32 = 32 * 4;
+
+/// Threads a workgroup, at least and at most; multiples of the former.
+const MOST_AND_LEAST_THREADS: [u32; 2] = [512, 32];
+
+/// What the path builds with.
+pub struct Fused {
+    pub bins: Bins,
+    kernel: Kernel,
+}
+
+/// Threads a workgroup that suit the device.
+pub fn threads(context: &Context) -> u32 {
+    let [most, least] = MOST_AND_LEAST_THREADS;
+    // The threads of a software device do not run at the same time, and each costs it something.
+    let room = if context.features().is_software() { least } else { context.features().max_compute_workgroup_threads };
+    (room / least * least).clamp(least, most)
+}
+
+impl Fused {
+    pub fn new(
+        context: &Context,
+        world: &World,
+        maps: &Maps,
+        (layout, skip): (&Volume, bool),
+        volume: &Image,
+        constants: &Constants,
+        threads: u32,
+    ) -> Result<Self> {
+        let what = Use { entries: true, skip, reach: layout.filter.reach(), parts: PARTS };
+        let bins = Bins::new(context, world, maps, what)?;
+        let storage = Bindings::new(context, "psm.volume", &[Resource::StorageImage(volume.clone())])?;
+        let shader = if layout.is_8_bit() { &psm::FUSED_BITS_8 } else { &psm::FUSED_BITS_16 };
+        let constants = constants.clone().set(THREADS, threads).set(WORKGROUP, threads);
+        let kernel = Kernel::compute(context, shader, &[maps.scene(), bins.set(), &storage], &constants)?;
+        Ok(Self { bins, kernel })
+    }
+
+    pub fn record(&mut self, commands: &mut Commands, world: &World) {
+        self.bins.record(commands, world);
+        commands.pass("psm.fused", |pass| self.bins.per_part(pass, &self.kernel, &()));
+    }
+}

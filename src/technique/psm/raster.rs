@@ -1,0 +1,126 @@
+//! path=raster: clear the volume, draw each caster into its slice and blend, run down each ray and multiply what the
+//! slices leave. Source: Bavoil and Jansen 2013, Steps 1 to 3 and Coverage Optimization.
+
+use super::volume::{Coverage, Volume};
+use crate::gpu::{
+    Bindings, Commands, Constants, Context, Graphics, Image, Kernel, Layered, Requirement, Resource,
+};
+use crate::maps::{Bins, Maps, Use};
+use crate::shaders;
+use crate::technique::Spec;
+use crate::technique::keys::words;
+use crate::world::World;
+use crate::{Error, Result};
+
+words! {
+    /// The shader that chooses a caster's layer.
+    pub enum Route {
+        /// The geometry shader.
+        Geometry = "geometry",
+        /// The vertex shader.
+        Vertex = "vertex",
+    }
+}
+
+/// What the path builds with.
+pub struct Raster {
+    volume: Image,
+    empty: f32,
+    voxelize: Kernel,
+    /// Vertices a caster.
+    vertices: u32,
+    /// Texels a side, of the slices and of the coverage.
+    viewports: Vec<u32>,
+    propagate: Kernel,
+    /// For `coverage=tiles`.
+    pub bins: Option<Bins>,
+    caster_count: u32,
+}
+
+impl Raster {
+    pub fn new(
+        context: &Context,
+        world: &World,
+        maps: &Maps,
+        spec: &Spec,
+        layout: &Volume,
+        volume: &Image,
+        constants: &Constants,
+    ) -> Result<Self> {
+        let features = context.features();
+        let route = spec.word("route").unwrap_or(match features.lacks(Requirement::VertexLayers) {
+            Some(_) => Route::Geometry,
+            None => Route::Vertex,
+        });
+        let (needs, vertex, geometry) = match route {
+            Route::Geometry => {
+                (Requirement::GeometryLayers, &shaders::psm::CASTER_VERT, Some(&shaders::psm::VOXELIZE_GEOM))
+            }
+            Route::Vertex => (Requirement::VertexLayers, &shaders::psm::VOXELIZE_VERT, None),
+        };
+        features.require(&[needs])?;
+        let viewports = layout.viewports();
+        if viewports.len() > 1 && features.max_viewports < 2 {
+            return Err(Error::Refused { needs: "multiViewport: coverage=viewport draws to two".into() });
+        }
+        let colors = [(layout.format(), layout.blend())];
+        let state = Graphics { vertex, fragment: &shaders::psm::VOXELIZE_FRAG, colors: &colors, depth: false };
+        let layered = Layered { geometry, viewports: viewports.len() as u32 };
+        let voxelize = Kernel::layered(context, &state, &layered, &[maps.scene()], constants)?;
+        let quads = 1 + u32::from(layout.split) + u32::from(layout.coverage == Coverage::Viewport);
+        let bins = match layout.coverage {
+            Coverage::Tiles => {
+                // All tiles that casters meet, whether light gets there or not.
+                let what = Use { entries: false, skip: false, reach: 0, parts: [0, 0] };
+                Some(Bins::new(context, world, maps, what)?)
+            }
+            _ => None,
+        };
+        let counts = bins.as_ref().map_or(&world.lights, |b| &b.counts);
+        let rays = Bindings::new(context, "psm.rays", &[Resource::Buffer(counts.clone())])?;
+        let storage = Bindings::new(context, "psm.volume", &[Resource::StorageImage(volume.clone())])?;
+        let propagate =
+            if layout.is_8_bit() { &shaders::psm::PROPAGATE_BITS_8 } else { &shaders::psm::PROPAGATE_BITS_16 };
+        let propagate = Kernel::compute(context, propagate, &[maps.scene(), &rays, &storage], constants)?;
+        Ok(Self {
+            volume: volume.clone(),
+            empty: layout.empty().0,
+            voxelize,
+            vertices: if route == Route::Geometry { 1 } else { 6 * quads },
+            viewports,
+            propagate,
+            bins,
+            caster_count: world.caster_count(),
+        })
+    }
+
+    pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps) {
+        self.caster_count = world.caster_count();
+        if let Some(bins) = &mut self.bins {
+            bins.record(commands, world);
+        }
+        self.clear(commands);
+        self.voxelize(commands, maps);
+        self.propagate(commands, maps);
+    }
+
+    /// No caster anywhere.
+    pub fn clear(&self, commands: &mut Commands) {
+        commands.pass("psm.clear", |pass| pass.clear_volume(&self.volume, self.empty));
+    }
+
+    /// Draws all casters into the slices, an instance a map.
+    pub fn voxelize(&self, commands: &mut Commands, maps: &Maps) {
+        commands.pass("psm.voxelize", |pass| {
+            pass.render_layers(&self.volume, &self.viewports, |draw| {
+                draw.draw(&self.voxelize, &(), self.vertices * self.caster_count, maps.count());
+            });
+        });
+    }
+
+    /// From what the slices leave to what is left behind them.
+    pub fn propagate(&self, commands: &mut Commands, maps: &Maps) {
+        let [x, y] = maps.tiles();
+        commands.pass("psm.propagate", |pass| pass.dispatch(&self.propagate, &(), [x, y, maps.count()]));
+    }
+}
