@@ -14,7 +14,7 @@ mod psm;
 mod spec;
 mod uncompressed;
 
-pub use avsm::{Avsm, NodeData, near_to_far};
+pub use avsm::{Avsm, NodeData};
 pub use bins::{BinTotals, TilePart};
 pub use light::{LightData, MapData, SceneData, TriangleData};
 pub use list::SegmentData;

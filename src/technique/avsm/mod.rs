@@ -28,7 +28,7 @@ use crate::Result;
 use crate::gpu::{
     Bindings, Buffer, Commands, Context, Graphics, Memory, PassTime, Pipeline, Requirement, Resource, shader,
 };
-use crate::scene::{Caster, Scene, View};
+use crate::scene::{FARTHEST, Scene, near_to_far};
 use bytemuck::{Pod, Zeroable};
 use std::collections::BTreeMap;
 
@@ -113,7 +113,7 @@ const BINNED: &str = "binned";
 const CELLS: &str = "cells";
 
 /// Depth of an unused node. Twin: EMPTY in glsl/avsm/curve.glsl.
-pub const EMPTY: f32 = 3e38;
+pub const EMPTY: f32 = FARTHEST;
 
 /// Twin: Node in glsl/avsm/curve.glsl.
 #[repr(C)]
@@ -360,19 +360,6 @@ impl Avsm {
         let covered = |(n, in_use): &(&[NodeData], bool)| *in_use && n[0].depth < EMPTY;
         Ok(curves.chunks_exact(pairs).zip(in_use).filter(covered).count() as u64)
     }
-}
-
-/// Caster indices by rising depth of their nearest point in the light's view; ties by index. It is near the order of
-/// entry depths in each texel, which a drawing order cannot match in all texels at once.
-pub fn near_to_far(scene: &Scene, view: &View) -> Vec<u32> {
-    let nearest = |caster: &Caster| {
-        let [start, end] = [caster.start(), caster.end()].map(|p| view.project(p).1);
-        if caster.is_strand() { start.min(end) } else { start - f64::from(caster.radius) }
-    };
-    let nearest: Vec<f64> = scene.casters().iter().map(nearest).collect();
-    let mut order: Vec<u32> = (0..nearest.len() as u32).collect();
-    order.sort_by(|a, b| nearest[*a as usize].total_cmp(&nearest[*b as usize]).then(a.cmp(b)));
-    order
 }
 
 impl Technique for Avsm {
