@@ -19,8 +19,8 @@ mod picture;
 use glam::DVec3;
 use gobo::gpu::Context;
 use gobo::measure::{PointError, Query, point_error};
-use gobo::reference::{Casters, MapTruth, map_truths};
-use gobo::scene::Scene;
+use gobo::reference::truth::{Casters, MapTruth, map_truths};
+use gobo::scene::{Scene, View};
 use gobo::technique::{SceneData, Technique};
 use support::{gpu_test, scenes, shared_data, spec};
 
@@ -67,7 +67,7 @@ fn plume_8k_is_as_accurate_as_the_prototype() {
         let file = data.join("plume_8k.toml");
         let scene = Scene::load(file.to_str().expect("UTF-8"), 0.0).expect("a scene");
         let casters = Casters::new(&scene);
-        let truth = map_truths(&casters, &scene, 128).remove(0);
+        let truth = map_truths(&casters, &scene, &View::volumes(&scene, 128)).remove(0);
         // The prototype had 470,760 segments in 10,002 texels. Its map was turned otherwise about the light's direction,
         // which changes both counts and not their ratio.
         let overlaps = truth.segments as f64 / truth.texels.len() as f64;
@@ -115,7 +115,7 @@ fn uncompressed_is_exact_at_texel_centres() {
         for scene in &lights {
             let technique = built(context, scene, "uncompressed:size=32");
             let mut covered = 0;
-            for truth in map_truths(&Casters::new(scene), scene, 32) {
+            for truth in map_truths(&Casters::new(scene), scene, &View::volumes(scene, 32)) {
                 let what = format!("{}, map {} of light {}", scene.name, truth.map, truth.light);
                 let answers = ask_light(context, technique.as_ref(), truth.light, &truth.points);
                 let error = point_error(&answers, &truth.visibility).expect("numbers");

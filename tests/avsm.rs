@@ -15,6 +15,7 @@ mod steps;
 mod twin;
 
 use gobo::gpu::{Context, Features, Requirement};
+use gobo::reference::twin::avsm::pack;
 use gobo::scene::Scene;
 use gobo::technique::NodeData;
 use support::{built_avsm, gpu_test, gpu_test_needing, nodes_of, scenes, spec};
@@ -75,7 +76,7 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
                 // What a packed texel may differ by: one code of depth, one of value, half a one at the tail.
                 let (mut tail, mut tolerance, mut rounding) = (1e-5, TOLERANCE, DEPTH_ROUNDING);
                 if packed {
-                    curve = curve.packed();
+                    curve = pack::packed(&curve);
                     tail += half_code(interpolation);
                     tolerance += code(interpolation, segments.iter().map(|s| s.optical_depth).sum());
                     rounding += 1.0 / 65535.0;

@@ -6,8 +6,9 @@ use glam::DVec3;
 use gobo::Error;
 use gobo::gpu::{Context, Requirement};
 use gobo::measure::{Lighting, Renderer, Shading, VERTEX_SPACING, picture_error};
-use gobo::reference::{Casters, vertex_lit};
-use gobo::scene::{Camera, Light, LightKind, Particle, Picture, Scene, Strand, View};
+use gobo::reference::truth::{Casters, picture};
+use gobo::reference::twin::vertex_lit;
+use gobo::scene::{Camera, Light, LightKind, Particle, Picture, SKY, Scene, Strand, View};
 use gobo::technique::SceneData;
 use support::{gpu_test_needing, scenes, spec};
 
@@ -124,7 +125,7 @@ fn light_has_its_closed_form() {
             let across = middle.y.powi(2) + (middle.z - f64::from(z)).powi(2);
             let chord = 2.0 * (f64::from(radius).powi(2) - across).max(0.0).sqrt();
             let light = (-f64::from(extinction) * chord).exp();
-            let expected = 0.92 * (0.10 + 1e3 * light) * opacity + f64::from(gobo::reference::SKY[0]) * (1.0 - opacity);
+            let expected = 0.92 * (0.10 + 1e3 * light) * opacity + f64::from(SKY[0]) * (1.0 - opacity);
             let relative = f64::from(pixel[0]) / expected - 1.0;
             assert!(relative.abs() < 0.01, "pixel {at}: {} and not {expected}", pixel[0]);
             (least, most, seen) = (least.min(light), most.max(light), seen + 1);
@@ -188,7 +189,7 @@ fn the_device_draws_what_its_twin_does() {
         let (mean, far) = outside(&twin);
         let room = rms(&twin[0], &twin[1]);
         let elsewhere = outside(&vertex_lit::picture(&casters, &scene, &camera, f64::from(spacing) * 1.3));
-        let pixels = gobo::reference::picture(&casters, &scene, &camera);
+        let pixels = picture(&casters, &scene, &camera);
         let fragment = outside(&[pixels.clone(), pixels]);
         println!("outside by {mean:.1e}, {far} values by more than 0.02; diagonals are {room:.1e} apart");
         println!("elsewhere {elsewhere:.5?}, at each pixel {fragment:.5?}");

@@ -13,8 +13,9 @@ mod coverage;
 mod look_up;
 
 use gobo::gpu::Context;
-use gobo::reference::bins::{TILE_TEXELS, tile_key};
-use gobo::reference::psm;
+use gobo::reference::twin::bins::{TILE_TEXELS, tile_key};
+use gobo::reference::twin::psm;
+use gobo::reference::twin::segment::texel_segment;
 use gobo::scene::{Scene, View};
 use gobo::technique::{Psm, SceneData, Spec, Technique};
 use support::{gpu_test, scenes, spec};
@@ -169,8 +170,7 @@ fn voxelize_and_propagate(context: &Context, scene: &Scene, spec: &Spec, what: &
     let behind = rays(&psm, spec, maps);
     let additive = spec.value("storage") == "optical-depth";
     each_ray(scene, spec, |map, view, texel, at| {
-        let met: Vec<_> =
-            casters.iter().filter(|c| gobo::reference::list::texel_segment(view, at, c).is_some()).copied().collect();
+        let met: Vec<_> = casters.iter().filter(|c| texel_segment(view, at, c).is_some()).copied().collect();
         let twin = psm::voxelize(view, at, &met, slices);
         let ambiguous = ambiguous_slices(scene, view, slices);
         let mut blended = vec![0.0f32; twin.len()];
@@ -263,7 +263,7 @@ fn fused(psm: &mut Psm, scene: &Scene, spec: &Spec, what: &str) {
                 assert!((found - expected).abs() <= tolerance, "{what}: {found}, not {expected}, in {map} {at:?} {k}");
             }
         }
-        let segments = casters.iter().filter_map(|c| gobo::reference::list::texel_segment(view, at, c));
+        let segments = casters.iter().filter_map(|c| texel_segment(view, at, c));
         let product = (-segments.map(|s| s.optical_depth).sum::<f32>()).exp();
         assert!((last - product).abs() <= step(spec) + ARITHMETIC, "{what}: the tail is {last}, not {product}");
     });

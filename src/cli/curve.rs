@@ -2,7 +2,7 @@
 
 use super::{DeviceArguments, MapArguments, TimeArgument, check_messages, load};
 use crate::measure::Query;
-use crate::reference::Casters;
+use crate::reference::truth::Casters;
 use crate::report::{Line, Points, curve};
 use crate::scene::View;
 use crate::technique::{SceneData, map_size, parse};

@@ -2,7 +2,7 @@
 
 use super::{DeviceArguments, TimeArgument, check_messages, load, one_spec, write_png};
 use crate::measure::{Lighting, Renderer, Shading};
-use crate::reference::{Casters, picture};
+use crate::reference::truth::{Casters, picture};
 use crate::scene::View;
 use crate::technique::SceneData;
 use crate::{Error, Result};

@@ -3,7 +3,7 @@
 use super::consume::{Lighting, Query, Renderer, Shading};
 use super::{PassTiming, PointError, Row, RowError, Status, Timing, picture_error, point_error};
 use crate::gpu::{Context, PassTime};
-use crate::reference::{Casters, MapTruth, limit_mean_abs, map_truths, picture, space_points};
+use crate::reference::truth::{Casters, MapTruth, limit_mean_abs, map_truths, picture, space_points};
 use crate::scene::{Picture, Scene, View};
 use crate::technique::{SceneData, Spec, Technique, map_size};
 use crate::{Error, Result};
@@ -157,8 +157,9 @@ impl<'a> Case<'a> {
 
     fn maps(&mut self, size: u32) -> &(Vec<MapTruth>, Vec<f64>) {
         self.maps.entry(size).or_insert_with(|| {
-            let truths = map_truths(&self.casters, self.scene, size);
-            let limits = limit_mean_abs(&self.casters, &View::volumes(self.scene, size), &truths, &LIMIT_NODES);
+            let views = View::volumes(self.scene, size);
+            let truths = map_truths(&self.casters, self.scene, &views);
+            let limits = limit_mean_abs(&self.casters, &views, &truths, &LIMIT_NODES);
             (truths, limits)
         })
     }

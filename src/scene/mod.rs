@@ -10,6 +10,7 @@ mod input;
 mod lantern;
 mod light;
 mod mesh_file;
+mod order;
 mod particle_file;
 mod picture;
 mod ply;
@@ -18,8 +19,9 @@ mod view;
 
 pub use caster::Caster;
 pub use light::{FACES, Light, LightKind};
-pub use picture::Picture;
-pub use view::{Projection, Ray, View, gutter_texels};
+pub use order::{far_to_near, near_to_far};
+pub use picture::{Picture, SKY};
+pub use view::{FARTHEST, Projection, Ray, View, gutter_texels};
 
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};

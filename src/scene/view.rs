@@ -4,6 +4,10 @@ use super::{Camera, FACES, Light, LightKind, Mesh, Scene};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
+/// A depth or a z farther than any: an unused node's, or where light ends that goes on. Twins: EMPTY in
+/// glsl/avsm/node.glsl, INFINITY in glsl/bins/tiles.glsl.
+pub const FARTHEST: f32 = 3e38;
+
 /// Parallel rays or rays from one point.
 #[repr(u32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

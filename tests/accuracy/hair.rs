@@ -2,7 +2,7 @@
 
 use super::map_error;
 use crate::support::gpu_test;
-use gobo::reference::{Casters, limit_mean_abs, map_truths};
+use gobo::reference::truth::{Casters, limit_mean_abs, map_truths};
 use gobo::scene::{Scene, View};
 
 /// Texels a side.
@@ -16,8 +16,9 @@ fn avsm_suits_hair() {
         let mut scene = Scene::load("hair", 0.0).expect("built in");
         scene.meshes.clear();
         let casters = Casters::new(&scene);
-        let truths = map_truths(&casters, &scene, SIZE);
-        let limits = limit_mean_abs(&casters, &View::volumes(&scene, SIZE), &truths, &[4, 8, 16]);
+        let views = View::volumes(&scene, SIZE);
+        let truths = map_truths(&casters, &scene, &views);
+        let limits = limit_mean_abs(&casters, &views, &truths, &[4, 8, 16]);
         let truth = &truths[0];
         println!("{:.1} segments a covered texel", truth.segments as f64 / truth.texels.len() as f64);
         let lists = map_error(context, &scene, &format!("uncompressed:size={SIZE}"), truth).mean_abs;

@@ -4,7 +4,7 @@ use super::{ask, ask_light, built};
 use crate::support::{gpu_test, gpu_test_needing, scenes};
 use glam::DVec3;
 use gobo::gpu::Requirement;
-use gobo::reference::Casters;
+use gobo::reference::truth::Casters;
 use gobo::scene::{Particle, Scene, View, gutter_texels};
 
 /// Where the light stands; no coordinate is a short binary number.

@@ -3,7 +3,7 @@
 use super::ask;
 use crate::support::{built_avsm, gpu_test, nodes_of, scenes};
 use glam::{DVec2, DVec3};
-use gobo::reference::filter::Filter;
+use gobo::reference::twin::filter::Filter;
 use gobo::scene::{Projection, Scene, View};
 use gobo::technique::NodeData;
 

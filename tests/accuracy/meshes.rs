@@ -3,7 +3,7 @@
 use super::{ask, built};
 use crate::support::{gpu_test, scenes};
 use glam::{DVec2, DVec3};
-use gobo::reference::Casters;
+use gobo::reference::truth::Casters;
 use gobo::scene::{Scene, View};
 use gobo::technique::MapData;
 

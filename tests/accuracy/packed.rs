@@ -2,8 +2,8 @@
 
 use super::map_error;
 use crate::support::{gpu_test, shared_data};
-use gobo::reference::{Casters, map_truths};
-use gobo::scene::Scene;
+use gobo::reference::truth::{Casters, map_truths};
+use gobo::scene::{Scene, View};
 
 /// None of the map errors grows by more than a twentieth.
 #[test]
@@ -13,7 +13,7 @@ fn packing_adds_little_to_the_errors() {
     gpu_test(name, |context| {
         let file = data.join("plume_8k.toml");
         let scene = Scene::load(file.to_str().expect("UTF-8"), 0.0).expect("a scene");
-        let truth = map_truths(&Casters::new(&scene), &scene, 128).remove(0);
+        let truth = map_truths(&Casters::new(&scene), &scene, &View::volumes(&scene, 128)).remove(0);
         for curve in ["linear", "exponential"] {
             for nodes in [4, 8, 16] {
                 let [full, packed] = ["full", "packed"].map(|storage| {

@@ -5,8 +5,8 @@ use crate::support::{gpu_test, scenes};
 use glam::DVec3;
 use gobo::gpu::Context;
 use gobo::measure::{Lighting, Renderer, Shading, picture_error};
-use gobo::reference::{Casters, picture};
-use gobo::scene::{Camera, Picture, Scene, Strand, View};
+use gobo::reference::truth::{Casters, picture};
+use gobo::scene::{Camera, Picture, SKY, Scene, Strand, View};
 use gobo::technique::SceneData;
 
 const SIZE: [u32; 2] = [96, 54];
@@ -72,8 +72,7 @@ fn shading_equals_its_twin() {
             let difference = largest_difference(&drawn, &reference);
             println!("{:?}: largest difference {difference:.1e}", scene.lights);
             assert!(difference < 2e-3, "{:?}: {difference}", scene.lights);
-            let sky = gobo::reference::SKY;
-            assert!(reference.pixels.iter().all(|p| *p != sky), "the ground fills the picture");
+            assert!(reference.pixels.iter().all(|p| *p != SKY), "the ground fills the picture");
         }
     });
 }
@@ -95,7 +94,7 @@ fn strands_are_drawn_where_the_reference_has_them() {
         let reference = reference(&scene);
         let apart = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).any(|i| (a[i] - b[i]).abs() > 2e-3);
         let differing = drawn.pixels.iter().zip(&reference.pixels).filter(|p| apart(*p)).count();
-        let covered = reference.pixels.iter().filter(|p| **p != gobo::reference::SKY).count();
+        let covered = reference.pixels.iter().filter(|p| **p != SKY).count();
         println!("{differing} pixels differ of {covered} that are covered");
         assert!(covered > 1000, "{covered} pixels are covered");
         assert!(differing <= 2, "{differing} of {covered} pixels differ");

@@ -3,7 +3,7 @@
 use crate::support::{built_avsm, gpu_test, scenes, spec};
 use crate::twin::{Twins, look_up};
 use gobo::gpu::Context;
-use gobo::reference::avsm::Interpolation;
+use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::scene::Scene;
 use gobo::technique::{Avsm, NodeData, SceneData, Technique};
 

@@ -3,9 +3,9 @@
 use crate::support::{built_avsm, gpu_test_needing, nodes_of, scenes, scenes::Random, spec};
 use crate::twin::{build, half_code};
 use gobo::gpu::Requirement;
-use gobo::reference::avsm::Interpolation;
-use gobo::reference::list::texel_segment;
-use gobo::reference::packed::pack_value;
+use gobo::reference::twin::avsm::node::Interpolation;
+use gobo::reference::twin::avsm::pack::pack_value;
+use gobo::reference::twin::segment::texel_segment;
 use gobo::scene::{Caster, Particle, Scene, View};
 use gobo::technique::{SceneData, Technique};
 

@@ -3,8 +3,8 @@
 use crate::support::{built_avsm, gpu_test, scenes, spec};
 use gobo::gpu::{Context, Requirement};
 use gobo::measure::Query;
-use gobo::reference::bins::{TILE_TEXELS, horizon};
-use gobo::reference::{Casters, space_points};
+use gobo::reference::truth::{Casters, space_points};
+use gobo::reference::twin::bins::{TILE_TEXELS, horizon};
 use gobo::scene::{LightKind, Particle, Scene};
 use gobo::technique::{Avsm, MapData, SceneData, Technique};
 

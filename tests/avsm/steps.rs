@@ -4,7 +4,7 @@ use crate::support::{built_avsm, gpu_test_needing, scenes, spec};
 use crate::twin::{DEPTHS, build, check_invariants, curve, depth, look_up};
 use glam::DVec2;
 use gobo::gpu::Requirement;
-use gobo::reference::list::{Segment, sort, texel_segment};
+use gobo::reference::twin::segment::{Segment, sort, texel_segment};
 use gobo::scene::{Caster, Particle, Scene, Strand, View};
 
 const SIZE: u32 = 8;

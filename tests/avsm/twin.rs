@@ -2,13 +2,14 @@
 
 use crate::support::scenes::Random;
 use glam::DVec2;
-use gobo::reference::avsm::{Build, Curve, Interpolation};
-use gobo::reference::bins::{TILE_TEXELS, tile_key};
-use gobo::reference::cells::Cells;
-use gobo::reference::list::{Segment, sort, texel_segment};
-use gobo::reference::sums::{DARK, bound};
-use gobo::scene::{Caster, Ray, Scene, View};
-use gobo::technique::{NodeData, Spec, near_to_far};
+use gobo::reference::twin::avsm::cells::Cells;
+use gobo::reference::twin::avsm::curve::{Build, Curve};
+use gobo::reference::twin::avsm::node::Interpolation;
+use gobo::reference::twin::bins::{TILE_TEXELS, tile_key};
+use gobo::reference::twin::segment::{Segment, sort, texel_segment};
+use gobo::reference::twin::sums::{DARK, bound};
+use gobo::scene::{Caster, Ray, Scene, View, near_to_far};
+use gobo::technique::{NodeData, Spec};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Depths at which curves are compared, 0 to 1.

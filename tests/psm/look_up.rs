@@ -6,8 +6,9 @@ use crate::support::{gpu_test, spec};
 use glam::{DVec2, DVec3, Vec2};
 use gobo::gpu::Context;
 use gobo::measure::{PointError, Query, point_error};
-use gobo::reference::filter::Filter;
-use gobo::reference::{Casters, map_truths, psm};
+use gobo::reference::truth::{Casters, map_truths};
+use gobo::reference::twin::filter::Filter;
+use gobo::reference::twin::psm;
 use gobo::scene::{Particle, Scene, View};
 use gobo::technique::{Psm, Technique};
 
@@ -149,7 +150,7 @@ fn thin(opacity: f64) -> Scene {
 }
 
 fn map_error(context: &Context, scene: &Scene, text: &str) -> PointError {
-    let truth = map_truths(&Casters::new(scene), scene, 32).remove(0);
+    let truth = map_truths(&Casters::new(scene), scene, &View::volumes(scene, 32)).remove(0);
     point_error(&ask(context, &built(context, scene, text), 0, &truth.points), &truth.visibility).expect("numbers")
 }
 

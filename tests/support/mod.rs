@@ -6,8 +6,8 @@
 pub mod scenes;
 
 use gobo::gpu::{Context, Messages, Options, Requirement};
-use gobo::reference::avsm::Interpolation;
-use gobo::reference::packed::{Packed, unpack};
+use gobo::reference::twin::avsm::node::Interpolation;
+use gobo::reference::twin::avsm::pack::{Packed, unpack};
 use gobo::scene::Scene;
 use gobo::technique::{Avsm, NodeData, SceneData, Spec, parse};
 use std::io::Write;

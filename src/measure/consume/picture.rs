@@ -6,8 +6,7 @@ use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Context, Format, Graphics, Image, ImageUse, Pass, PassTime, Pipeline,
     Requirement, Resource, Shader, Target, Tessellated, shader,
 };
-use crate::reference::{SKY, far_to_near};
-use crate::scene::{Picture, Scene, View};
+use crate::scene::{Picture, SKY, Scene, View, far_to_near};
 use crate::technique::{LightData, SceneData, Visibility};
 use std::ops::Range;
 

@@ -1,8 +1,8 @@
 //! CPU twin of glsl/avsm/cells.comp: a texel's curve from sums of optical depth in even cells, in f32.
 
-use super::avsm::{Build, Curve};
-use super::list::Segment;
-use super::sums::{DARK, scale};
+use super::curve::{Build, Curve};
+use crate::reference::twin::segment::Segment;
+use crate::reference::twin::sums::{DARK, scale};
 
 /// Cells of a texel. Twin: CELLS.
 pub const CELLS: usize = 64;
@@ -127,10 +127,10 @@ fn add_segment(cells: &mut [u32; CELLS], slopes: &mut [u32; CELLS], entry: f32, 
 
 #[cfg(test)]
 mod tests {
-    use super::super::TrueCurve;
-    use super::super::avsm::Interpolation;
-    use super::super::sums::bound;
+    use super::super::node::Interpolation;
     use super::*;
+    use crate::reference::truth::TrueCurve;
+    use crate::reference::twin::sums::bound;
     use crate::scene::Caster;
     use proptest::prelude::*;
 

@@ -1,6 +1,7 @@
 //! Where the techniques are measured, and the truth there.
 
-use super::{Casters, TrueCurve};
+use super::casters::Casters;
+use super::true_curve::TrueCurve;
 use crate::scene::{Scene, View};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -24,11 +25,10 @@ pub struct MapTruth {
     pub segments: u64,
 }
 
-/// The truth in every map of every light, for maps of `size` texels a side.
-pub fn map_truths(casters: &Casters, scene: &Scene, size: u32) -> Vec<MapTruth> {
-    let views = View::volumes(scene, size);
+/// The truth in every map of every light; `views` are those of all maps, the first light's first.
+pub fn map_truths(casters: &Casters, scene: &Scene, views: &[View]) -> Vec<MapTruth> {
     let maps = |light: usize| (0..scene.lights[light].map_count()).map(move |face| (light, face));
-    let all = (0..scene.lights.len()).flat_map(maps).zip(&views).enumerate();
+    let all = (0..scene.lights.len()).flat_map(maps).zip(views).enumerate();
     all.map(|(map, ((light, face), view))| map_truth(casters, scene, light, face, map, view)).collect()
 }
 

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/list/capture.frag: the segment that a caster cuts out of a texel's light ray, in f32.
+//! CPU twin of glsl/list/texel_segment.glsl: the segment that a caster cuts out of a texel's light ray, in f32.
 
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};

@@ -1,16 +1,8 @@
-//! CPU twin of glsl/avsm/curve.glsl and of the look-up in one texel, in f32.
+//! CPU twin of glsl/avsm/curve.glsl and of the look-up in one texel, in f32. Source: Salvi et al. 2010, the streaming
+//! compression, and Intel's sample of 2013, "Compression stage"; nudging and the free first node are ours.
 
-use super::list::Segment;
-use super::packed::{pack, unpack};
-
-/// Twin: EXPONENTIAL. What the nodes hold and how it is interpolated.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Interpolation {
-    /// Transmittance, linearly: the seed's.
-    Linear,
-    /// Optical depth, linearly.
-    Exponential,
-}
+use super::node::Interpolation;
+use crate::reference::twin::segment::Segment;
 
 /// How a curve is built. Twin: the specialization constants of glsl/avsm/curve.glsl.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,9 +20,9 @@ pub struct Build {
 /// A transmittance curve, as glsl/avsm/curve.glsl builds it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    build: Build,
+    pub(super) build: Build,
     /// (depth, value), depths rising.
-    nodes: Vec<(f32, f32)>,
+    pub(super) nodes: Vec<(f32, f32)>,
     /// Smallest relative gap between the cheapest and the second cheapest removal so far. Where it is tiny, a device
     /// that rounds differently may rightly remove another node.
     pub margin: f32,
@@ -48,12 +40,6 @@ impl Curve {
     /// The nodes (depth, value) in use, depths rising.
     pub fn nodes(&self) -> &[(f32, f32)] {
         &self.nodes
-    }
-
-    /// What is left of it where it is stored packed.
-    pub fn packed(&self) -> Self {
-        let Build { nodes, interpolation, .. } = self.build;
-        Self { nodes: unpack(&pack(&self.nodes, nodes, interpolation), interpolation), ..self.clone() }
     }
 
     fn unshadowed(&self) -> f32 {
@@ -263,6 +249,7 @@ impl Span {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reference::truth::TrueCurve;
     use proptest::prelude::*;
 
     fn segments() -> impl Strategy<Value = Vec<Segment>> {
@@ -315,7 +302,7 @@ mod tests {
             let mut curve = Curve::new(Build { nodes: 16, work: 16, interpolation, nudge: true });
             list.iter().for_each(|s| curve.insert(*s));
             let as_f64 = |s: &Segment| (f64::from(s.entry), f64::from(s.exit), f64::from(s.optical_depth));
-            let truth = super::super::TrueCurve::new(&list.iter().map(as_f64).collect::<Vec<_>>());
+            let truth = TrueCurve::new(&list.iter().map(as_f64).collect::<Vec<_>>());
             for i in 0..=100 {
                 let depth = i as f32 / 100.0;
                 let t = curve.transmittance(depth);

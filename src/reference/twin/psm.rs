@@ -1,6 +1,7 @@
-//! CPU twins of glsl/psm/: what is left of the light behind each slice of a texel's ray, in f32.
+//! CPU twins of glsl/psm/: what is left of the light behind each slice of a texel's ray, in f32. Source: NVIDIA's talk at GDC
+//! 2013, "Particle Shadow Mapping", steps 2 to 4; the split, sums of optical depths and [`fused`] are ours.
 
-use super::list::texel_segment;
+use super::segment::texel_segment;
 use super::sums::{self, DARK};
 use crate::scene::{Caster, View};
 use glam::Vec3;
@@ -37,6 +38,7 @@ pub fn place(view: &View, caster: &Caster, slices: Slices) -> Place {
 }
 
 /// Optical depth in each slice of a texel's ray. Twin: voxelize.frag, and what is blended from it.
+/// Source: step 2, "Voxelize Transmittances".
 pub fn voxelize(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices) -> Vec<f32> {
     let mut local = vec![0.0; slices.count as usize];
     for caster in casters {
@@ -50,7 +52,7 @@ pub fn voxelize(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices
     local
 }
 
-/// What is left behind each slice, of what each leaves. Twin: propagate.comp.
+/// What is left behind each slice, of what each leaves. Twin: propagate.comp. Source: step 3, "Propagate Transmittances".
 pub fn propagate(leaves: &[f32]) -> Vec<f32> {
     let product = |before: &mut f32, leaves: &f32| {
         *before *= leaves;
@@ -95,7 +97,7 @@ pub fn fused(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices, b
 }
 
 /// What of the light reaches `depth`, 0 to 1 in the light's range, on a ray of which `behind` is left behind its slices.
-/// Twin: light_visibility in glsl/psm/visibility.glsl.
+/// Twin: light_visibility in glsl/psm/visibility.glsl. Source: step 4, "Sample from PSM".
 pub fn look_up(behind: &[f32], depth: f32) -> f32 {
     let at = depth.clamp(0.0, 1.0) * behind.len() as f32;
     let face = (at as usize).min(behind.len() - 1);

@@ -1,7 +1,7 @@
 //! CPU twin of glsl/bins: where a caster stands in the order of a tile, and how far light gets in a tile, in f32.
 
-use super::list::{ray, strand_along};
-use crate::scene::{Caster, Projection, View};
+use super::segment::{ray, strand_along};
+use crate::scene::{Caster, FARTHEST, Projection, View};
 use glam::{IVec2, Vec2, Vec3};
 
 /// Texels a side of a tile. Twin: TILE_TEXELS.
@@ -34,8 +34,8 @@ pub fn tile_key(view: &View, caster: &Caster, tile: [u32; 2]) -> Option<f32> {
     (distance_square <= 1.0001).then(|| ((nearest - view.near) / (view.far - view.near)).max(0.0))
 }
 
-/// How far light gets in a tile: the farthest z at which a mesh ends it, over the tile and `reach` texels around it; 3e38
-/// where some of it goes on. `depths` is the opaque map, rows of texels. Twin: glsl/bins/horizon.comp.
+/// How far light gets in a tile: the farthest z at which a mesh ends it, over the tile and `reach` texels around it;
+/// [`FARTHEST`] where some of it goes on. `depths` is the opaque map, rows of texels. Twin: glsl/bins/horizon.comp.
 pub fn horizon(volume: &View, opaque: &View, depths: &[f32], tile: [u32; 2], reach: u32) -> f32 {
     let in_opaque = |texel: Vec2| {
         let (origin, direction) = ray(volume, texel);
@@ -59,7 +59,7 @@ pub fn horizon(volume: &View, opaque: &View, depths: &[f32], tile: [u32; 2], rea
         }
     }
     if far >= 1.0 {
-        return 3e38;
+        return FARTHEST;
     }
     let apart = (Vec3::from(opaque.origin) - Vec3::from(volume.origin)).dot(Vec3::from(volume.forward));
     opaque.near + far * (opaque.far - opaque.near) + apart

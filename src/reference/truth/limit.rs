@@ -1,7 +1,8 @@
 //! The *limit*: the lowest mean absolute error of any curve of K nodes whose vertices lie on the true curve.
 
-use super::points::texel_curve;
-use super::{Casters, MapTruth, TrueCurve};
+use super::casters::Casters;
+use super::points::{MapTruth, texel_curve};
+use super::true_curve::TrueCurve;
 use crate::scene::View;
 use rayon::prelude::*;
 

@@ -1,7 +1,8 @@
 //! The truth: how much of a light reaches a point, in f64.
 
 use super::grid::Grid;
-use super::{Meshes, TrueCurve};
+use super::meshes::Meshes;
+use super::true_curve::TrueCurve;
 use crate::scene::{Caster, LightKind, Projection, Ray, Scene, View};
 use glam::DVec3;
 
@@ -15,7 +16,7 @@ const WIDEST: u32 = 4;
 pub struct Casters<'a> {
     scene: &'a Scene,
     /// Spheres, then strands.
-    pub(super) all: Vec<Caster>,
+    pub(in crate::reference) all: Vec<Caster>,
     /// The meshes.
     pub meshes: Meshes,
     /// Of each map of each light.

@@ -1,9 +1,9 @@
 //! The shaded picture, lit by the truth. Twin: glsl/consume/ with glsl/common/shading.glsl.
 
-use super::casters::{optical_depth, overlap};
+use super::casters::{Casters, optical_depth, overlap};
 use super::grid::Grid;
-use super::{Casters, Hit};
-use crate::scene::{Caster, Picture, Ray, Scene, View};
+use super::meshes::Hit;
+use crate::scene::{Caster, Picture, Ray, SKY, Scene, View, far_to_near};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -13,8 +13,6 @@ const PARTICLE_ALBEDO: DVec3 = DVec3::new(0.92, 0.92, 0.95);
 const STRAND_ALBEDO: DVec3 = DVec3::new(0.70, 0.42, 0.20);
 /// Twin: AMBIENT.
 const AMBIENT: DVec3 = DVec3::new(0.10, 0.12, 0.15);
-/// What the camera sees where nothing is, linear RGB.
-pub const SKY: [f32; 3] = [0.16, 0.22, 0.32];
 
 /// Pixels a side of a grid cell, which only finds candidates.
 const CELL_PIXELS: u32 = 8;
@@ -29,7 +27,7 @@ pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
 
 /// A ray a pixel through casters in this order; what arrives at a caster is `light` of the pixel, the caster's index and
 /// the middle of what the ray sees of it.
-pub(super) fn camera_rays(
+pub(in crate::reference) fn camera_rays(
     casters: &Casters,
     scene: &Scene,
     camera: &View,
@@ -50,15 +48,6 @@ pub(super) fn camera_rays(
         })
         .collect();
     Picture { width: camera.width, height: camera.height, pixels }
-}
-
-/// Caster indices by falling z of their middles in `camera`; ties by index.
-pub fn far_to_near(scene: &Scene, camera: &View) -> Vec<u32> {
-    let z = |caster: &Caster| camera.project(0.5 * (caster.start() + caster.end())).1;
-    let z: Vec<f64> = scene.casters().iter().map(z).collect();
-    let mut order: Vec<u32> = (0..z.len() as u32).collect();
-    order.sort_by(|a, b| z[*b as usize].total_cmp(&z[*a as usize]).then(a.cmp(b)));
-    order
 }
 
 fn pixel(
@@ -98,13 +87,13 @@ fn surface(casters: &Casters, scene: &Scene, position: DVec3, hit: &Hit) -> DVec
 }
 
 /// How far towards the light a caster asks for it.
-pub(super) fn lift(caster: &Caster) -> f64 {
+pub(in crate::reference) fn lift(caster: &Caster) -> f64 {
     if caster.is_strand() { 2.0 * f64::from(caster.radius) } else { 0.0 }
 }
 
 /// What arrives from all lights, each times `turn` of the direction towards it and asked for `lift` towards it (twin:
 /// lit_side).
-pub(super) fn light(
+pub(in crate::reference) fn light(
     casters: &Casters,
     scene: &Scene,
     position: DVec3,

@@ -1,9 +1,8 @@
 //! Pictures under `lighting=vertex`: light is asked for at the vertices of each caster's quad and interpolated between them.
 //! Twin: glsl/consume/vertex_lit.tesc ([`quad`]) and vertex_lit.tese ([`asked`]).
 
-use super::picture::{camera_rays, lift, light};
-use super::{Casters, far_to_near};
-use crate::scene::{Caster, Picture, Scene, View};
+use crate::reference::truth::{Casters, camera_rays, lift, light};
+use crate::scene::{Caster, Picture, Scene, View, far_to_near};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 

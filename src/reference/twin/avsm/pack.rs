@@ -1,9 +1,7 @@
 //! CPU twin of glsl/avsm/pack.glsl and glsl/avsm/store.glsl: curves in 16 bits of depth and 16 of value a node, in f32.
 
-use super::avsm::Interpolation;
-
-/// Twin: EMPTY.
-const EMPTY: f32 = 3e38;
+use super::curve::Curve;
+use super::node::{EMPTY, Interpolation};
 
 /// Twin: LEAST_EXTENT.
 const LEAST_EXTENT: f32 = 1e-30;
@@ -11,7 +9,7 @@ const LEAST_EXTENT: f32 = 1e-30;
 /// A packed curve: as many words as it has room for nodes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Packed {
-    /// Depth of the first node; 3e38 where there is none.
+    /// Depth of the first node; [`EMPTY`] where there is none.
     pub first: f32,
     /// How far the last node is behind the first.
     pub extent: f32,
@@ -62,6 +60,13 @@ pub fn unpack(packed: &Packed, interpolation: Interpolation) -> Vec<(f32, f32)> 
     let step = packed.extent * (1.0 / 65535.0);
     let node = |word: &u32| (packed.first + (word >> 16) as f32 * step, unpack_value(word & 0xFFFF, interpolation));
     packed.words.iter().map(node).collect()
+}
+
+/// What is left of a curve where it is stored packed.
+pub fn packed(curve: &Curve) -> Curve {
+    let interpolation = curve.build.interpolation;
+    let nodes = unpack(&pack(&curve.nodes, curve.build.nodes, interpolation), interpolation);
+    Curve { nodes, ..curve.clone() }
 }
 
 #[cfg(test)]

@@ -1,0 +1,7 @@
+//! CPU twins of glsl/avsm/. Source: Salvi et al. 2010, "Adaptive Volumetric Shadow Maps", and Intel's sample of 2013, "AVSM
+//! with pixel shader ordering".
+
+pub mod cells;
+pub mod curve;
+pub mod node;
+pub mod pack;

@@ -1,0 +1,15 @@
+//! CPU twin of glsl/avsm/node.glsl: what the nodes of a curve hold.
+
+use crate::scene::FARTHEST;
+
+/// Depth of an unused node. Twin: EMPTY.
+pub const EMPTY: f32 = FARTHEST;
+
+/// Twin: EXPONENTIAL. What the nodes hold and how it is interpolated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Transmittance, linearly. Source: Intel's sample of 2013, "Sampling from the AVSM data structure".
+    Linear,
+    /// Optical depth, linearly.
+    Exponential,
+}

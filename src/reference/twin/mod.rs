@@ -1,0 +1,10 @@
+//! CPU twins: a file a GPU pass that computes something, in f32 as on the device. Only [`vertex_lit`] is in f64: it asks
+//! the truth for light.
+
+pub mod avsm;
+pub mod bins;
+pub mod filter;
+pub mod psm;
+pub mod segment;
+pub mod sums;
+pub mod vertex_lit;
