@@ -48,7 +48,7 @@ fn ask_light(context: &Context, technique: &dyn Technique, light: usize, points:
 
 fn map_error(context: &Context, scene: &Scene, text: &str, truth: &MapTruth) -> PointError {
     let answers = ask(context, built(context, scene, text).as_ref(), &truth.points);
-    point_error(&answers, &truth.visibility).expect("numbers")
+    point_error(&answers, &truth.visibility).expect("numbers").expect("points")
 }
 
 /// REFERENCES.md, measured by a CPU prototype: linear and exponential, streaming, sorted, K = 4, 8, 16.
@@ -118,7 +118,7 @@ fn uncompressed_is_exact_at_texel_centres() {
             for truth in map_truths(&Casters::new(scene), scene, &View::volumes(scene, 32)) {
                 let what = format!("{}, map {} of light {}", scene.name, truth.map, truth.light);
                 let answers = ask_light(context, technique.as_ref(), truth.light, &truth.points);
-                let error = point_error(&answers, &truth.visibility).expect("numbers");
+                let error = point_error(&answers, &truth.visibility).expect("numbers").expect("points");
                 println!("{what}: {} texels, {error:?}", truth.texels.len());
                 assert!(error.mean_abs < 1e-5 && error.p99 < 1e-4, "{what}: {error:?}");
                 covered += truth.texels.len();

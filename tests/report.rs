@@ -1,12 +1,19 @@
 //! Results on their way to a reader: the store, the plot and the page, through the public API.
 
-use gobo::measure::{DeviceFacts, ImageError, PassTiming, PointError, Results, Row, RowError, Status, Timing};
+use gobo::measure::{DeviceFacts, ImageError, PassTiming, PointError, Results, Row, RowError, SCHEMA, Status, Timing};
 use gobo::report::{Store, page, passes, table, time_versus_error};
 
 fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) -> Row {
     let ns = milliseconds * 1e6;
-    let point =
-        PointError { mean_abs: error, bias: -error / 2.0, rms: error * 2.0, p99: error * 4.0, max: error * 8.0 };
+    let point = PointError {
+        points: Some(640),
+        mean_abs: error,
+        bias: -error / 2.0,
+        rms: error * 2.0,
+        p99: error * 4.0,
+        max: error * 8.0,
+    };
+    let image = ImageError { rmse: 0.25, flip_mean: 0.125 };
     Row {
         scene: scene.into(),
         technique: technique.into(),
@@ -14,14 +21,15 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
         path: "two-pass".into(),
         status: Status::Ok,
         reason: String::new(),
+        host_ns: Some(Timing { median: ns * 1.5, p05: ns, p95: ns * 2.0, samples: 30 }),
         build_ns: Some(Timing { median: ns, p05: ns * 0.9, p95: ns * 1.2, samples: 30 }),
         lookup_ns_per_million: Some(Timing { median: 3e6, p05: 2e6, p95: 4e6, samples: 30 }),
         draw_ns: Some(Timing { median: 5e6, p05: 4e6, p95: 7e6, samples: 12 }),
         passes: vec![PassTiming { name: format!("{technique}.resolve"), median_ns: ns, p05_ns: ns, p95_ns: ns }],
-        bytes_resident: 1 << 20,
-        bytes_transient: 1 << 10,
+        bytes_resident: Some(1 << 20),
+        bytes_transient: Some(1 << 10),
         counters: [("fragments".to_owned(), 12)].into(),
-        error: Some(RowError { map: point, space: point, image: ImageError { rmse: 0.25, flip_mean: 0.125 } }),
+        error: Some(RowError { map: Some(point), space: Some(point), image }),
         limit_mean_abs: Some(error / 2.0),
         picture: None,
         difference: None,
@@ -33,10 +41,13 @@ fn refused(scene: &str, reason: &str) -> Row {
     Row {
         status: Status::Refused,
         reason: reason.into(),
+        host_ns: None,
         build_ns: None,
         lookup_ns_per_million: None,
         draw_ns: None,
         passes: vec![],
+        bytes_resident: None,
+        bytes_transient: None,
         error: None,
         limit_mean_abs: None,
         ..measured
@@ -45,7 +56,7 @@ fn refused(scene: &str, reason: &str) -> Row {
 
 fn results(rows: Vec<Row>) -> Results {
     Results {
-        schema: 1,
+        schema: SCHEMA,
         gobo: "0.1.0".into(),
         command: "gobo compare".into(),
         device: DeviceFacts { name: "llvmpipe".into(), driver: "Mesa".into(), ..DeviceFacts::default() },
@@ -73,8 +84,7 @@ fn results_come_back_as_they_were() {
     store.write(&written).expect("written over");
     assert_eq!(names(store.dir()), ["results.csv", "results.json"], "nothing temporary is left");
 
-    let json = std::fs::read(store.dir().join("results.json")).expect("there");
-    assert_eq!(serde_json::from_slice::<Results>(&json).expect("valid"), written);
+    assert_eq!(Results::read(&store.dir().join("results.json")).expect("valid"), written);
 
     let mut csv = csv::Reader::from_path(store.dir().join("results.csv")).expect("there");
     let names = csv.headers().expect("a heading").clone();
@@ -84,11 +94,60 @@ fn results_come_back_as_they_were() {
     assert_eq!(at(0, "draw_p95_ns").parse::<f64>().ok(), written.rows[0].draw_ns.map(|timing| timing.p95));
     assert_eq!(at(0, "draw_samples"), "12");
     assert_eq!(at(0, "build_median_ns").parse::<f64>().ok(), written.rows[0].build_ns.map(|timing| timing.median));
+    assert_eq!(at(0, "host_median_ns").parse::<f64>().ok(), written.rows[0].host_ns.map(|timing| timing.median));
     assert_eq!([at(0, "samples"), at(0, "map_bias"), at(0, "space_max")], ["30", "-0.05", "0.8"]);
+    assert_eq!([at(0, "map_points"), at(0, "bytes_transient"), at(1, "bytes_transient")], ["640", "1024", ""]);
     assert_eq!([at(0, "counter_fragments"), at(0, "counter_overflowed")], ["12", ""]);
     assert_eq!([at(1, "counter_fragments"), at(1, "counter_overflowed")], ["", "7"]);
     assert_eq!([at(1, "status"), at(1, "build_median_ns"), at(1, "map_max")], ["refused", "", ""]);
     assert_eq!([at(1, "reason"), at(1, "variant")], ["needs, \"this\"\nthing", "avsm:curve=linear,nodes=8"]);
+}
+
+/// Device, times and errors of schema 1 stay; what it did not have is absent.
+#[test]
+fn files_of_schema_1_are_read() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("results/nvidia-h200/results.json");
+    let read = Results::read(&path).expect("in the repository");
+    assert_eq!((read.schema, read.rows.len(), read.device.name.as_str()), (SCHEMA, 116, "NVIDIA H200"));
+    let row = &read.rows[0];
+    assert_eq!((row.scene.as_str(), row.technique.as_str(), row.path.as_str()), ("plume_8k", "avsm", "two-pass"));
+    assert_eq!((row.host_ns, row.build_ns.map(|t| t.median)), (None, Some(2_034_560.0)));
+    assert_eq!((row.bytes_resident, row.bytes_transient), (Some(2_101_252), Some(44_028_556)));
+    let map = row.error.as_ref().and_then(|error| error.map).expect("measured");
+    assert!(map.points.is_none() && (map.mean_abs - 0.013_997_554_370_264_169).abs() < 1e-15, "{map:?}");
+
+    // Zero bytes of what was never built are no bytes at all.
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = dir.path().join("results.json");
+    let mut old = results(vec![refused("plume", "no")]);
+    (old.schema, old.rows[0].bytes_resident) = (1, Some(0));
+    std::fs::write(&path, serde_json::to_vec(&old).expect("JSON")).expect("written");
+    assert_eq!(Results::read(&path).expect("read"), results(vec![refused("plume", "no")]));
+}
+
+#[test]
+fn files_that_cannot_be_read_are_one_line() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let told = |name: &str, json: Option<&str>| {
+        let path = dir.path().join(name);
+        if let Some(json) = json {
+            std::fs::write(&path, json).expect("written");
+        }
+        let error = Results::read(&path).expect_err(name);
+        assert!(matches!(error, gobo::Error::Input { .. }), "{error:?}");
+        let told = error.to_string();
+        assert!(told.starts_with(&*path.to_string_lossy()) && told.lines().count() == 1, "{told}");
+        assert!(told.contains("gobo compare"), "a way out: {told}");
+        told
+    };
+    let whole = serde_json::to_string_pretty(&results(vec![row("plume", "avsm", 8, 1.0, 0.1)])).expect("JSON");
+    told("missing.json", None);
+    assert!(told("half.json", Some(&whole[..whole.len() / 2])).contains("EOF"));
+    assert!(told("empty.json", Some("")).contains("EOF"));
+    assert!(told("other.json", Some("{}")).contains("`schema`"));
+    // What else is in it may be anything.
+    assert!(told("newer.json", Some(r#"{ "schema": 3, "rows": 7 }"#)).contains("schema 3"));
+    assert!(told("older.json", Some(r#"{ "schema": 0 }"#)).contains("schema 0"));
 }
 
 #[cfg(unix)]
@@ -212,6 +271,45 @@ fn plot_of_thirty_rows_with_long_names_stays_inside_and_is_the_same_again() {
     assert!(stays_inside(&svg), "{svg}");
     assert!(svg.contains("&lt;called&gt; &amp; named") && !svg.contains("<called>"), "{svg}");
     assert_eq!(Some(svg), time_versus_error(&results));
+}
+
+/// A technique that paints its picture has no points: no dot, no place on the front, dashes.
+#[test]
+fn what_a_row_does_not_have_is_absent() {
+    let mut painted = row("plume", "half-angle", 8, 0.5, 0.0);
+    painted.limit_mean_abs = None;
+    (painted.bytes_resident, painted.bytes_transient, painted.host_ns) = (None, None, None);
+    let error = painted.error.as_mut().expect("measured");
+    (error.map, error.space) = (None, None);
+    assert_eq!(time_versus_error(&results(vec![painted.clone()])), None);
+
+    let alone = results(vec![row("plume", "avsm", 8, 2.0, 0.01)]);
+    let mut both = results(vec![row("plume", "avsm", 8, 2.0, 0.01), painted]);
+    both.device.copy_bytes_per_second = Some(1e12);
+    assert_eq!(time_versus_error(&both), time_versus_error(&alone));
+    let table = table(&both);
+    let line = table.lines().find(|line| line.contains("half-angle")).expect("the row");
+    // Build, host, look-ups, draw, two of memory, six at map points, one in space, two of the image.
+    let cells = ["0.500 [0.450–0.600]", "–", "3.00", "5.00", "–", "–", "–", "–", "–", "–", "–", "–", "–", "0.250"];
+    assert_eq!(line.split("  ").map(str::trim).filter(|c| !c.is_empty()).skip(2).collect::<Vec<_>>()[..14], cells);
+    let floor = passes(&both).lines().nth(2).map(|line| line.trim_end().ends_with('–'));
+    assert_eq!(floor, Some(true), "no bytes, no floor");
+
+    let dir = tempfile::tempdir().expect("a folder");
+    let html = page(&both, dir.path()).expect("a page");
+    let front = "<td><span class=\"front\"";
+    assert_eq!(html.matches(front).count(), 1, "only the row with an error is on the front");
+    assert_eq!(html.matches("<th scope=\"row\">mean abs</th>").count(), 1, "no table of nothing");
+    let mut csv = csv::Reader::from_reader(std::io::Cursor::new({
+        let store = Store::open(dir.path()).expect("opened");
+        store.write(&both).expect("written");
+        std::fs::read(dir.path().join("results.csv")).expect("there")
+    }));
+    let names = csv.headers().expect("a heading").clone();
+    let record = csv.records().nth(1).expect("a row").expect("as long as the heading");
+    for name in ["host_median_ns", "bytes_resident", "map_points", "map_mean_abs", "space_max", "limit_mean_abs"] {
+        assert_eq!(names.iter().zip(&record).find(|(n, _)| *n == name), Some((name, "")));
+    }
 }
 
 #[test]

@@ -3,7 +3,9 @@
 use super::{DeviceArguments, TimeArgument, check_messages, load};
 use crate::Result;
 use crate::gpu::{Context, Features};
-use crate::measure::{Case, DeviceFacts, Effort, Results, Row, Status, copy_bytes_per_second, difference_srgb8};
+use crate::measure::{
+    Case, DeviceFacts, Effort, Results, Row, SCHEMA, Status, copy_bytes_per_second, difference_srgb8,
+};
 use crate::report::{Store, page, passes, table, time_versus_error};
 use crate::scene::Picture;
 use crate::technique::{Spec, parse};
@@ -93,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let store = Store::open(&arguments.out)?;
     let mut results = Results {
-        schema: 1,
+        schema: SCHEMA,
         gobo: env!("CARGO_PKG_VERSION").into(),
         command: command_line(),
         device: device_facts(context.features()),

@@ -97,12 +97,13 @@ impl<'a> Case<'a> {
             path: spec.value("path").into(),
             status: Status::Ok,
             reason: String::new(),
+            host_ns: None,
             build_ns: None,
             lookup_ns_per_million: None,
             draw_ns: None,
             passes: Vec::new(),
-            bytes_resident: 0,
-            bytes_transient: 0,
+            bytes_resident: None,
+            bytes_transient: None,
             counters: BTreeMap::new(),
             error: None,
             limit_mean_abs: None,
@@ -124,12 +125,13 @@ impl<'a> Case<'a> {
         self.context.features().require(lighting.requires())?;
         let mut technique = (spec.entry.open)(&self.context, self.scene, &self.data, spec)?;
         row.path = technique.path().into();
-        let frames = self.time_builds(technique.as_mut())?;
+        let (frames, host_ns) = self.time_builds(technique.as_mut())?;
+        row.host_ns = Timing::of(&host_ns);
         row.build_ns = Timing::of(&frames.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
         row.passes = pass_timings(&frames);
         row.reason = technique.reason();
-        row.bytes_resident = technique.bytes_resident();
-        row.bytes_transient = technique.bytes_transient();
+        row.bytes_resident = Some(technique.bytes_resident());
+        row.bytes_transient = Some(technique.bytes_transient());
         row.counters = technique.counters()?;
         row.counters.insert("passes_if_unchanged".into(), technique.build()?.len() as u64);
         row.lookup_ns_per_million = self.time_lookups(technique.as_ref())?;
@@ -139,7 +141,8 @@ impl<'a> Case<'a> {
         let space = self.space.iter().enumerate().map(|(light, s)| (light, &s.points[..s.truth.len()], &s.truth[..]));
         let space = self.error(technique.as_ref(), space)?;
         let (truths, limits) = self.maps(size);
-        row.limit_mean_abs = limit.map(|i| limits[i]);
+        let covered = truths.iter().any(|t| !t.texels.is_empty());
+        row.limit_mean_abs = limit.filter(|_| covered).map(|i| limits[i]);
         let sum = |of: fn(&MapTruth) -> u64| truths.iter().map(of).sum();
         row.counters.insert("reference_covered_texels".into(), sum(|t| t.texels.len() as u64));
         row.counters.insert("reference_fragments".into(), sum(|t| t.segments));
@@ -164,12 +167,12 @@ impl<'a> Case<'a> {
         })
     }
 
-    /// Over all points of all lights together; each item is a light, points and the truth there.
+    /// Over all points of all lights together, if there are any; each item is a light, points and the truth there.
     fn error<'p>(
         &self,
         technique: &dyn Technique,
         parts: impl Iterator<Item = (usize, &'p [[f32; 3]], &'p [f64])>,
-    ) -> Result<PointError> {
+    ) -> Result<Option<PointError>> {
         let (mut answers, mut all) = (Vec::new(), Vec::new());
         for (light, points, truth) in parts {
             answers.extend(self.ask(technique, light, points)?);
@@ -178,8 +181,9 @@ impl<'a> Case<'a> {
         point_error(&answers, &all)
     }
 
-    fn time_builds(&self, technique: &mut dyn Technique) -> Result<Vec<Vec<PassTime>>> {
-        let mut frames = Vec::with_capacity(self.effort.frames);
+    /// The passes of each build, and the host's time for each.
+    fn time_builds(&self, technique: &mut dyn Technique) -> Result<(Vec<Vec<PassTime>>, Vec<f64>)> {
+        let (mut frames, mut host_ns) = (Vec::with_capacity(self.effort.frames), Vec::new());
         // By frames and by time: a GPU that idled needs some milliseconds of work to reach its clock.
         let start = std::time::Instant::now();
         let mut warm_up = 0;
@@ -190,9 +194,11 @@ impl<'a> Case<'a> {
         }
         for _ in 0..self.effort.frames {
             technique.changed();
+            let start = std::time::Instant::now();
             frames.push(technique.build()?);
+            host_ns.push(start.elapsed().as_nanos() as f64);
         }
-        Ok(frames)
+        Ok((frames, host_ns))
     }
 
     fn time_lookups(&self, technique: &dyn Technique) -> Result<Option<Timing>> {

@@ -4,8 +4,11 @@ use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
 /// Statistics of `approximate − truth`, both in [0, 1].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PointError {
+    /// How many points. Absent in files of schema 1.
+    #[serde(default)]
+    pub points: Option<u64>,
     /// Mean of the absolute difference.
     pub mean_abs: f64,
     /// Signed mean: positive is too bright.
@@ -18,11 +21,11 @@ pub struct PointError {
     pub max: f64,
 }
 
-/// Compares `approximate` with `truth`, point by point. No points give zeros.
+/// Compares `approximate` with `truth`, point by point. No points have no error, not one of zero: `None`.
 ///
 /// # Errors
 /// A value that is not a number is a failure that names its point, as is a difference in length.
-pub fn point_error(approximate: &[f32], truth: &[f64]) -> Result<PointError> {
+pub fn point_error(approximate: &[f32], truth: &[f64]) -> Result<Option<PointError>> {
     if approximate.len() != truth.len() {
         return Err(Error::input(
             "visibility",
@@ -31,7 +34,7 @@ pub fn point_error(approximate: &[f32], truth: &[f64]) -> Result<PointError> {
         ));
     }
     if truth.is_empty() {
-        return Ok(PointError::default());
+        return Ok(None);
     }
     let mut absolute = Vec::with_capacity(truth.len());
     let (mut sum, mut sum_abs, mut sum_square) = (0.0, 0.0, 0.0);
@@ -53,7 +56,14 @@ pub fn point_error(approximate: &[f32], truth: &[f64]) -> Result<PointError> {
     let rank = ((0.99 * n).ceil() as usize).clamp(1, absolute.len()) - 1;
     let (_, &mut p99, above) = absolute.select_nth_unstable_by(rank, f64::total_cmp);
     let max = above.iter().copied().fold(p99, f64::max);
-    Ok(PointError { mean_abs: sum_abs / n, bias: sum / n, rms: (sum_square / n).sqrt(), p99, max })
+    Ok(Some(PointError {
+        points: Some(truth.len() as u64),
+        mean_abs: sum_abs / n,
+        bias: sum / n,
+        rms: (sum_square / n).sqrt(),
+        p99,
+        max,
+    }))
 }
 
 #[cfg(test)]
@@ -67,7 +77,13 @@ mod tests {
         approximate[3] = 0.75;
         approximate[7] = 0.25;
         let e = point_error(&approximate, &truth).expect("finite");
-        assert_eq!(e, PointError { mean_abs: 0.005, bias: 0.0, rms: (0.125f64 / 100.0).sqrt(), p99: 0.25, max: 0.25 });
+        let rms = (0.125f64 / 100.0).sqrt();
+        assert_eq!(e, Some(PointError { points: Some(100), mean_abs: 0.005, bias: 0.0, rms, p99: 0.25, max: 0.25 }));
+    }
+
+    #[test]
+    fn no_points_are_no_perfect_score() {
+        assert_eq!(point_error(&[], &[]).expect("as many answers as points"), None);
     }
 
     #[test]

@@ -13,5 +13,5 @@ pub use consume::{Lighting, Pipelines, Query, Renderer, Shading, VERTEX_SPACING,
 pub use copy::copy_bytes_per_second;
 pub use error_metrics::{PointError, point_error};
 pub use picture_error::{difference_srgb8, picture_error};
-pub use results::{DeviceFacts, ImageError, PassTiming, Results, Row, RowError, Status};
+pub use results::{DeviceFacts, ImageError, PassTiming, Results, Row, RowError, SCHEMA, Status};
 pub use timing::Timing;

@@ -1,14 +1,19 @@
-//! The schema of `results.json`, version 1. Fields may be added to a version: `draw_ns` and
-//! `copy_bytes_per_second` were, and are missing in older files.
+//! The schema of `results.json`, version 2. What a row does not have is absent, never zero. Fields may be added to a
+//! version, and are missing in older files; [`Results::read`] takes files of version 1 too.
 
 use crate::measure::{PointError, Timing};
+use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The version that is written.
+pub const SCHEMA: u32 = 2;
 
 /// A whole comparison.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Results {
-    /// Always 1.
+    /// [`SCHEMA`], also when it was read from an older file.
     pub schema: u32,
     /// The version of this crate.
     pub gobo: String,
@@ -66,6 +71,9 @@ pub struct Row {
     pub status: Status,
     /// Why this path, why refused, or what failed.
     pub reason: String,
+    /// One build of the representation, host time: recording, submitting, waiting and settling. New in version 2.
+    #[serde(default)]
+    pub host_ns: Option<Timing>,
     /// One build of the representation, device time.
     pub build_ns: Option<Timing>,
     /// A million look-ups at random points, device time.
@@ -74,10 +82,10 @@ pub struct Row {
     pub draw_ns: Option<Timing>,
     /// The passes of a build, in order.
     pub passes: Vec<PassTiming>,
-    /// Bytes that the look-up needs.
-    pub bytes_resident: u64,
-    /// Bytes needed only while building.
-    pub bytes_transient: u64,
+    /// Bytes that the look-up needs. Absent where nothing was built.
+    pub bytes_resident: Option<u64>,
+    /// Bytes needed only while building. Absent where nothing was built.
+    pub bytes_transient: Option<u64>,
     /// Counts such as `fragments`, `overflowed`, `covered_texels`.
     pub counters: BTreeMap<String, u64>,
     /// Against the f64 reference.
@@ -106,10 +114,10 @@ pub struct PassTiming {
 /// Errors of one row.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RowError {
-    /// At the centres of covered texels: the representation's own error.
-    pub map: PointError,
-    /// At low-discrepancy points in the casters' bounds.
-    pub space: PointError,
+    /// At the centres of covered texels: the representation's own error. Absent for a technique without maps.
+    pub map: Option<PointError>,
+    /// At low-discrepancy points in the casters' bounds. Absent for a technique without a look-up.
+    pub space: Option<PointError>,
     /// Of the shaded picture.
     pub image: ImageError,
 }
@@ -121,6 +129,40 @@ pub struct ImageError {
     pub rmse: f64,
     /// Mean of the FLIP map.
     pub flip_mean: f64,
+}
+
+impl Results {
+    /// Reads a `results.json` of this version or an older one, as one of this version.
+    ///
+    /// # Errors
+    /// [`Error::Input`] names the file where it is missing, cut off, no results at all, or of a newer version.
+    pub fn read(path: &Path) -> Result<Self> {
+        /// All that is read before it is known whether the rest can be.
+        #[derive(Deserialize)]
+        struct Version {
+            schema: u32,
+        }
+        const AGAIN: &str = "measure again with gobo compare";
+        let input = |cause: String, way_out: &str| Error::input(path.display().to_string(), cause, way_out);
+        let damaged = |cause: serde_json::Error| input(format!("no whole results.json: {cause}"), AGAIN);
+        let json = std::fs::read(path)
+            .map_err(|cause| input(cause.to_string(), "name the results.json in a folder that gobo compare wrote"))?;
+        let Version { schema } = serde_json::from_slice(&json).map_err(damaged)?;
+        if !(1..=SCHEMA).contains(&schema) {
+            let cause = format!("schema {schema}, and this gobo reads 1 to {SCHEMA}");
+            return Err(input(cause, &format!("use the gobo that wrote it, or {AGAIN}")));
+        }
+        let mut results: Self = serde_json::from_slice(&json).map_err(damaged)?;
+        if schema == 1 {
+            // Version 1 wrote zeros where nothing was built.
+            let unbuilt = |row: &&mut Row| row.status != Status::Ok && row.bytes_resident == Some(0);
+            for row in results.rows.iter_mut().filter(unbuilt) {
+                (row.bytes_resident, row.bytes_transient) = (None, None);
+            }
+        }
+        results.schema = SCHEMA;
+        Ok(results)
+    }
 }
 
 impl Row {

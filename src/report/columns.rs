@@ -55,7 +55,7 @@ fn bytes_text(value: f64) -> String {
 }
 
 fn map(row: &Row) -> Option<PointError> {
-    row.error.as_ref().map(|error| error.map)
+    row.error.as_ref()?.map
 }
 
 fn times_limit(row: &Row) -> Option<f64> {
@@ -65,7 +65,7 @@ fn times_limit(row: &Row) -> Option<f64> {
 }
 
 /// In the order in which they are shown.
-pub(super) const COLUMNS: [Column; 14] = [
+pub(super) const COLUMNS: [Column; 15] = [
     Column {
         spread: |row| row.build_ns.as_ref().map(spread_milliseconds),
         ..column(
@@ -78,6 +78,15 @@ pub(super) const COLUMNS: [Column; 14] = [
             milliseconds,
         )
     },
+    column(
+        "Time, ms",
+        "host",
+        "host ms",
+        "One build on the host: recording, submitting, waiting and settling, median",
+        8,
+        |row| Some(row.host_ns?.median),
+        milliseconds,
+    ),
     column(
         "Time, ms",
         "10⁶ look-ups",
@@ -102,7 +111,7 @@ pub(super) const COLUMNS: [Column; 14] = [
         "resident",
         "Bytes that the look-up needs",
         4,
-        |row| Some(row.bytes_resident as f64),
+        |row| Some(row.bytes_resident? as f64),
         bytes_text,
     ),
     column(
@@ -111,7 +120,7 @@ pub(super) const COLUMNS: [Column; 14] = [
         "transient",
         "Bytes that only the build needs",
         6,
-        |row| Some(row.bytes_transient as f64),
+        |row| Some(row.bytes_transient? as f64),
         bytes_text,
     ),
     column(
@@ -137,20 +146,20 @@ pub(super) const COLUMNS: [Column; 14] = [
         "bias",
         "bias",
         "Signed mean: positive is too bright",
-        8,
+        9,
         |row| Some(map(row)?.bias),
         signed,
     ),
-    column("Error at map points", "RMS", "RMS", "Root mean square", 13, |row| Some(map(row)?.rms), significant),
-    column("Error at map points", "p99", "p99", "99th percentile", 12, |row| Some(map(row)?.p99), significant),
-    column("Error at map points", "max", "max", "Largest absolute error", 9, |row| Some(map(row)?.max), significant),
+    column("Error at map points", "RMS", "RMS", "Root mean square", 14, |row| Some(map(row)?.rms), significant),
+    column("Error at map points", "p99", "p99", "99th percentile", 13, |row| Some(map(row)?.p99), significant),
+    column("Error at map points", "max", "max", "Largest absolute error", 10, |row| Some(map(row)?.max), significant),
     column(
         "In space",
         "mean abs",
         "space |err|",
         "Mean absolute error at points all over the casters' bounds",
         5,
-        |row| Some(row.error.as_ref()?.space.mean_abs),
+        |row| Some(row.error.as_ref()?.space?.mean_abs),
         significant,
     ),
     column(
@@ -158,7 +167,7 @@ pub(super) const COLUMNS: [Column; 14] = [
         "RMSE",
         "image RMSE",
         "Root mean square error of the shaded picture, display-referred",
-        10,
+        11,
         |row| Some(row.error.as_ref()?.image.rmse),
         significant,
     ),
@@ -167,7 +176,7 @@ pub(super) const COLUMNS: [Column; 14] = [
         "FLIP",
         "FLIP",
         "Mean of the FLIP map of the shaded picture",
-        11,
+        12,
         |row| Some(row.error.as_ref()?.image.flip_mean),
         significant,
     ),

@@ -1,17 +1,8 @@
 //! The transmittance along one light ray, as each technique has it, as an SVG.
 
+use crate::report::colours::COLOURS;
 use crate::{Error, Result};
 use plotters::prelude::*;
-
-/// Okabe and Ito's colours: told apart with any colour vision.
-const COLOURS: [RGBColor; 6] = [
-    RGBColor(0xd5, 0x5e, 0x00),
-    RGBColor(0x00, 0x72, 0xb2),
-    RGBColor(0x00, 0x9e, 0x73),
-    RGBColor(0xcc, 0x79, 0xa7),
-    RGBColor(0xe6, 0x9f, 0x00),
-    RGBColor(0x56, 0xb4, 0xe9),
-];
 
 /// Points (depth in the light's range, transmittance).
 pub type Points = Vec<(f64, f64)>;

@@ -11,6 +11,7 @@
 //! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the
 //! page share are listed once, in `columns.rs`. Same results, same bytes out.
 
+mod colours;
 mod columns;
 mod curve;
 mod page;

@@ -3,6 +3,7 @@
 use crate::measure::{DeviceFacts, PointError, Results, Row, Status};
 use crate::report::columns::COLUMNS;
 use crate::report::pareto::{rows_on_front, scenes};
+use crate::report::passes::pass_names;
 use crate::report::plot::time_versus_error;
 use crate::report::store::is_plain_name;
 use crate::report::wording::{NOTHING, Specs, grouped, milliseconds, outcome, signed, significant, status_word};
@@ -177,17 +178,6 @@ fn scene<'a>(results: &'a Results, name: &'a str, specs: &Specs, on_front: &[usi
     Scene { name, rows, reference, passes }
 }
 
-/// In the order in which they first ran.
-fn pass_names<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<&'a str> {
-    let mut names: Vec<&str> = Vec::new();
-    for pass in rows.flat_map(|row| &row.passes) {
-        if !names.contains(&pass.name.as_str()) {
-            names.push(&pass.name);
-        }
-    }
-    names
-}
-
 fn passes_ns(row: &Row) -> f64 {
     row.passes.iter().map(|pass| pass.median_ns).filter(|ns| ns.is_finite()).sum()
 }
@@ -195,10 +185,16 @@ fn passes_ns(row: &Row) -> f64 {
 /// Name, at map points, in space.
 fn statistics(row: &Row) -> Vec<[String; 3]> {
     let Some(error) = &row.error else { return Vec::new() };
+    if error.map.is_none() && error.space.is_none() {
+        return Vec::new();
+    }
     let line = |name: &str, pick: fn(&PointError) -> f64, text: fn(f64) -> String| {
-        [name.to_owned(), text(pick(&error.map)), text(pick(&error.space))]
+        let [map, space] = [&error.map, &error.space].map(|e| e.as_ref().map_or(NOTHING.into(), |e| text(pick(e))));
+        [name.to_owned(), map, space]
     };
+    let count = |e: &Option<PointError>| e.and_then(|e| e.points).map_or(NOTHING.into(), grouped);
     vec![
+        ["points".into(), count(&error.map), count(&error.space)],
         line("mean abs", |e| e.mean_abs, significant),
         line("bias", |e| e.bias, signed),
         line("RMS", |e| e.rms, significant),

@@ -26,7 +26,7 @@ pub(super) fn time_and_error(row: &Row) -> Option<(f64, f64)> {
     if row.status != Status::Ok {
         return None;
     }
-    let point = (row.build_ns?.median / 1e6, row.error.as_ref()?.map.mean_abs);
+    let point = (row.build_ns?.median / 1e6, row.error.as_ref()?.map?.mean_abs);
     (point.0.is_finite() && point.1.is_finite()).then_some(point)
 }
 

@@ -1,4 +1,5 @@
-//! The passes of a build, for the terminal: seed 002's table "PSM generation" for whatever technique.
+//! The passes of a build, for the terminal: the table of timings in NVIDIA's "Particle Shadow Mapping" (2013), for
+//! whatever technique.
 
 use crate::measure::{Results, Row, Status};
 use crate::report::pareto::scenes;
@@ -13,12 +14,7 @@ pub fn passes(results: &Results) -> String {
     let mut text = String::new();
     for scene in scenes(results) {
         let rows: Vec<&Row> = results.rows.iter().filter(|r| r.scene == scene && r.status == Status::Ok).collect();
-        let mut names: Vec<&str> = Vec::new();
-        for pass in rows.iter().flat_map(|row| &row.passes) {
-            if !names.contains(&pass.name.as_str()) {
-                names.push(&pass.name);
-            }
-        }
+        let names = pass_names(rows.iter().copied());
         let mut table = Table::new();
         table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
         let floor = results.device.copy_bytes_per_second.map(|_| "× floor");
@@ -33,10 +29,10 @@ pub fn passes(results: &Results) -> String {
             let number = |time: Option<f64>| {
                 Cell::new(time.map_or(NOTHING.into(), milliseconds)).set_alignment(CellAlignment::Right)
             };
-            let floor_ns = results.device.copy_bytes_per_second.map(|rate| row.bytes_resident as f64 * 1e9 / rate);
-            let over = floor_ns.map(|floor| {
-                let over = row.build_ns.map_or(NOTHING.into(), |build| significant(build.median / floor));
-                Cell::new(over).set_alignment(CellAlignment::Right)
+            let over = results.device.copy_bytes_per_second.map(|rate| {
+                let floor_ns = row.bytes_resident.map(|bytes| bytes as f64 * 1e9 / rate);
+                let over = row.build_ns.zip(floor_ns).map(|(build, floor)| significant(build.median / floor));
+                Cell::new(over.unwrap_or(NOTHING.into())).set_alignment(CellAlignment::Right)
             });
             table.add_row(naming.into_iter().chain(times.map(number)).chain(over));
         }
@@ -55,4 +51,15 @@ pub fn passes(results: &Results) -> String {
         text += &format!("floor: copying as many bytes as look-ups need, at {} GB/s\n", significant(rate / 1e9));
     }
     text
+}
+
+/// In the order in which they first ran.
+pub(super) fn pass_names<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<&'a str> {
+    let mut names: Vec<&str> = Vec::new();
+    for pass in rows.flat_map(|row| &row.passes) {
+        if !names.contains(&pass.name.as_str()) {
+            names.push(&pass.name);
+        }
+    }
+    names
 }

@@ -1,6 +1,7 @@
 //! Build time against error as an SVG.
 
 use crate::measure::Results;
+use crate::report::colours::COLOURS;
 use crate::report::series::{Panel, Point, panels, ticks};
 use crate::report::wording::{one_line, shortened};
 use plotters::coord::Shift;
@@ -32,15 +33,6 @@ const LEGEND_NEXT_LINE: i32 = 15;
 const INK: RGBColor = RGBColor(0x1b, 0x1f, 0x24);
 const FAINT_INK: RGBColor = RGBColor(0x5b, 0x63, 0x6e);
 const GRID: RGBColor = RGBColor(0xe3, 0xe6, 0xea);
-/// Okabe and Ito's colours without the yellow, which is too light for lines: told apart with any colour vision.
-const COLOURS: [RGBColor; 6] = [
-    RGBColor(0x00, 0x72, 0xb2),
-    RGBColor(0xd5, 0x5e, 0x00),
-    RGBColor(0x00, 0x9e, 0x73),
-    RGBColor(0xcc, 0x79, 0xa7),
-    RGBColor(0xe6, 0x9f, 0x00),
-    RGBColor(0x56, 0xb4, 0xe9),
-];
 /// Coprime to the number of colours, so that thirty series have thirty looks.
 const SHAPES: usize = 5;
 

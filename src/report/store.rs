@@ -112,11 +112,13 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     let mut writer = csv::Writer::from_writer(Vec::new());
     let mut names: Vec<String> = ["scene", "technique", "variant", "path", "status", "reason"].map(String::from).into();
     names.extend(["build_median_ns", "build_p05_ns", "build_p95_ns", "samples"].map(String::from));
+    names.extend(["host_median_ns", "host_p05_ns", "host_p95_ns", "host_samples"].map(String::from));
     names.extend(["pass_median_ns", "lookup_median_ns_per_million"].map(String::from));
     names.extend(["draw_median_ns", "draw_p05_ns", "draw_p95_ns", "draw_samples"].map(String::from));
     names.extend(["bytes_resident", "bytes_transient"].map(String::from));
     for points in ["map", "space"] {
-        names.extend(["mean_abs", "bias", "rms", "p99", "max"].map(|statistic| format!("{points}_{statistic}")));
+        let statistics = ["points", "mean_abs", "bias", "rms", "p99", "max"];
+        names.extend(statistics.map(|statistic| format!("{points}_{statistic}")));
     }
     names.extend(["image_rmse", "image_flip_mean", "limit_mean_abs"].map(String::from));
     // A prefix, for a counter may be called like a column.
@@ -130,6 +132,7 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
 
 fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
     let number = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
+    let count = |value: Option<u64>| value.map(|v| v.to_string()).unwrap_or_default();
     let mut fields = vec![
         row.scene.clone(),
         row.technique.clone(),
@@ -144,17 +147,16 @@ fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
         [median, p05, p95, timing.map(|t| t.samples.to_string()).unwrap_or_default()]
     };
     fields.extend(timing(row.build_ns));
+    fields.extend(timing(row.host_ns));
     let passes: Vec<_> = row.passes.iter().map(|pass| format!("{}={}", pass.name, pass.median_ns)).collect();
     fields.push(passes.join(" "));
     fields.push(number(row.lookup_ns_per_million.map(|timing| timing.median)));
     fields.extend(timing(row.draw_ns));
-    fields.extend([row.bytes_resident.to_string(), row.bytes_transient.to_string()]);
-    for points in [row.error.as_ref().map(|error| error.map), row.error.as_ref().map(|error| error.space)] {
-        let statistics = |e: PointError| [e.mean_abs, e.bias, e.rms, e.p99, e.max];
-        match points {
-            Some(error) => fields.extend(statistics(error).map(|value| value.to_string())),
-            None => fields.extend([const { String::new() }; 5]),
-        }
+    fields.extend([row.bytes_resident, row.bytes_transient].map(count));
+    let statistics: [fn(PointError) -> f64; 5] = [|e| e.mean_abs, |e| e.bias, |e| e.rms, |e| e.p99, |e| e.max];
+    for points in [row.error.as_ref().and_then(|error| error.map), row.error.as_ref().and_then(|error| error.space)] {
+        fields.push(count(points.and_then(|e| e.points)));
+        fields.extend(statistics.map(|of| number(points.map(of))));
     }
     fields.push(number(row.error.as_ref().map(|error| error.image.rmse)));
     fields.push(number(row.error.as_ref().map(|error| error.image.flip_mean)));

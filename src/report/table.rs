@@ -133,11 +133,11 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::{DeviceFacts, ImageError, PointError, RowError, Timing};
+    use crate::measure::{DeviceFacts, ImageError, PointError, RowError, SCHEMA, Timing};
 
     fn row(nodes: &str, status: Status, reason: &str) -> Row {
         let measured = status == Status::Ok;
-        let point = PointError { mean_abs: 0.0142, bias: -0.002, rms: 0.03, p99: 0.2, max: 0.5 };
+        let point = PointError { points: Some(64), mean_abs: 0.0142, bias: -0.002, rms: 0.03, p99: 0.2, max: 0.5 };
         Row {
             scene: "plume_8k".into(),
             technique: "avsm".into(),
@@ -146,15 +146,16 @@ mod tests {
             status,
             reason: reason.into(),
             build_ns: measured.then_some(Timing { median: 2e6, p05: 1.9e6, p95: 2.5e6, samples: 30 }),
+            host_ns: None,
             lookup_ns_per_million: None,
             draw_ns: None,
             passes: vec![],
-            bytes_resident: 2 << 20,
-            bytes_transient: 0,
+            bytes_resident: Some(2 << 20),
+            bytes_transient: Some(0),
             counters: Default::default(),
             error: measured.then_some(RowError {
-                map: point,
-                space: point,
+                map: Some(point),
+                space: Some(point),
                 image: ImageError { rmse: 0.01, flip_mean: 0.02 },
             }),
             limit_mean_abs: Some(0.0071),
@@ -165,7 +166,7 @@ mod tests {
 
     fn results(rows: Vec<Row>) -> Results {
         let device = DeviceFacts { name: "llvmpipe".into(), driver: "Mesa 26.1".into(), ..DeviceFacts::default() };
-        Results { schema: 1, device, rows, ..Results::default() }
+        Results { schema: SCHEMA, device, rows, ..Results::default() }
     }
 
     #[test]

@@ -151,7 +151,9 @@ fn thin(opacity: f64) -> Scene {
 
 fn map_error(context: &Context, scene: &Scene, text: &str) -> PointError {
     let truth = map_truths(&Casters::new(scene), scene, &View::volumes(scene, 32)).remove(0);
-    point_error(&ask(context, &built(context, scene, text), 0, &truth.points), &truth.visibility).expect("numbers")
+    point_error(&ask(context, &built(context, scene, text), 0, &truth.points), &truth.visibility)
+        .expect("numbers")
+        .expect("points")
 }
 
 /// Multiplying in 8 bits stalls on thin media; adding optical depths does not.
