@@ -7,13 +7,17 @@
 #![deny(missing_docs, unsafe_code)]
 
 pub mod cli;
+pub mod consume;
 mod error;
 #[allow(unsafe_code)]
 pub mod gpu;
+pub mod maps;
 pub mod measure;
 pub mod reference;
 pub mod report;
 pub mod scene;
+pub mod shaders;
 pub mod technique;
+pub mod world;
 
 pub use error::{Error, Result};

@@ -5,7 +5,7 @@
 #include "bins/tiles.glsl"
 #include "bins/totals.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = BIN_THREADS) in;
 
 layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
 layout(set = 1, binding = 5, scalar) buffer Met { uint met[]; };

@@ -5,7 +5,7 @@
 // Invariant: where a point is behind the horizon of a tile that its look-up reads, its opaque visibility is 0.
 #include "bins/tiles.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = BIN_THREADS) in;
 
 // Texels around a tile from which look-ups come: one for the bilinear weights, and a filter's radius.
 CONSTANT(uint, REACH, 1u)

@@ -5,7 +5,7 @@
 #include "bins/tiles.glsl"
 #include "bins/totals.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = BIN_THREADS) in;
 
 CONSTANT(uint, PARTS, 1u)
 CONSTANT(uint, EMPTY_PARTS, 0u)

@@ -4,7 +4,7 @@
 #include "bins/tiles.glsl"
 #include "bins/totals.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = BIN_THREADS) in;
 
 layout(set = 1, binding = 2, scalar) buffer Cursors { uint cursors[]; };
 layout(set = 1, binding = 4, scalar) writeonly buffer Entries { uvec2 entries[]; };

@@ -15,9 +15,12 @@ CONSTANT(uint, TILE_LANES, 16u)
 // Casters that stand in the dark behind the meshes are left out of a tile.
 CONSTANT(bool, HIDE, false)
 
+// Threads of a workgroup of the passes that bin.
+const uint BIN_THREADS = 64u;
+
 // Place of a pass's thread among all of its map, whatever the number of workgroups a dimension.
 uint map_thread() {
-    return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationIndex;
+    return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * BIN_THREADS + gl_LocalInvocationIndex;
 }
 
 uvec2 tile_counts(View view) {

@@ -14,7 +14,7 @@ layout(push_constant, scalar) uniform QueryPush {
 };
 
 void main() {
-    uint index = gl_GlobalInvocationID.x;
+    uint index = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationIndex;
     if (index < count) {
         answers[index] = light_visibility(light, points[index]);
     }

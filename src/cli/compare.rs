@@ -62,7 +62,7 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     if arguments.quick {
         return Effort { frames: frames.min(8), warm_up: 2, space_points: 8192, picture: SMALL_PICTURE };
     }
-    let small = arguments.techniques.is_empty() && features.kind == "cpu";
+    let small = arguments.techniques.is_empty() && features.is_software();
     Effort { frames, warm_up: 5, space_points: 65536, picture: if small { SMALL_PICTURE } else { [640, 360] } }
 }
 
@@ -71,7 +71,7 @@ fn device_facts(features: &Features) -> DeviceFacts {
         name: features.name.clone(),
         driver: features.driver.clone(),
         api: features.api.clone(),
-        kind: features.kind.into(),
+        kind: features.kind.to_string(),
         features: features.facts(),
         copy_bytes_per_second: None,
     }
@@ -149,7 +149,7 @@ fn default_specs(features: &Features) -> Result<Vec<Spec>> {
     let mut specs = Vec::new();
     for text in DEFAULT {
         let on_cpu = format!("{text}{}size={DEFAULT_SIZE_ON_CPU}", if text.contains(':') { ',' } else { ':' });
-        specs.extend(parse(if features.kind == "cpu" { &on_cpu } else { text })?);
+        specs.extend(parse(if features.is_software() { &on_cpu } else { text })?);
     }
     specs.retain(|spec| {
         let path = spec.entry.paths.iter().find(|p| p.name == spec.value("path"));

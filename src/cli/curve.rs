@@ -1,11 +1,12 @@
 //! `gobo curve`
 
 use super::{DeviceArguments, MapArguments, TimeArgument, check_messages, load};
-use crate::measure::Query;
+use crate::consume::Query;
 use crate::reference::truth::Casters;
 use crate::report::{Line, Points, curve};
-use crate::scene::View;
-use crate::technique::{SceneData, map_size, parse};
+use crate::technique::keys::SIZE;
+use crate::technique::{open, parse};
+use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
 use glam::DVec2;
@@ -48,16 +49,22 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     for text in &arguments.techniques {
         specs.extend(parse(text)?);
     }
-    let size = specs.first().map_or(0, map_size);
+    let size = specs.first().map_or(0, |s| s.number(SIZE.name));
     let [x, y] = arguments.texel;
     let name = format!("--texel {x},{y}");
-    if specs.iter().any(|s| map_size(s) != size) {
+    if specs.iter().any(|s| s.number(SIZE.name) != size) {
         return Err(Error::input("--technique", "maps of different sizes", "give all the same size="));
     }
     if x >= size || y >= size {
         return Err(Error::input(name, format!("outside the map of {size} texels a side"), "choose one inside"));
     }
-    let view = View::volumes(&scene, size)[map];
+    let context = arguments.device.open()?;
+    let world = World::new(&context, &scene)?;
+    let mut opened = specs.iter().map(|spec| open(&context, &world, spec)).collect::<Result<Vec<_>>>()?;
+    // All stand in the same maps.
+    let Some(view) = opened.first().and_then(|o| o.technique.maps().get(map)).map(|m| m.volume) else {
+        return Err(Error::input("--technique", "it has no maps", "name one that has, such as avsm"));
+    };
     let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
     if scene.first_map(light) + scene.lights[light].map_at(ray.at(view.z(1.0)).as_vec3().into()) != map {
         return Err(Error::input(name, "in the margin of the face, which another face is asked for", "go further in"));
@@ -71,18 +78,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let truth: Points = depths.iter().map(|d| (*d, true_curve.transmittance(*d))).collect();
     let positions: Vec<[f32; 3]> = depths.iter().map(|d| ray.at(view.z(*d)).as_vec3().into()).collect();
 
-    let context = arguments.device.open()?;
-    let data = SceneData::new(&context, &scene)?;
     let query = Query::new(&context, light, &positions)?;
     let mut lines = Vec::new();
-    for spec in &specs {
-        let mut technique = (spec.entry.open)(&context, &scene, &data, spec)?;
-        technique.build()?;
-        let visibility = technique.visibility();
-        query.query(&query.pipeline(&visibility)?, &visibility)?;
-        let answers = query.answers()?;
+    for (spec, opened) in specs.iter().zip(&mut opened) {
+        opened.build(&world)?;
+        let technique = &opened.technique;
+        let answers = query.ask(&technique.answer())?;
         lines.push(Line {
-            name: format!("{} ({})", spec.short(), technique.path()),
+            name: format!("{} ({})", spec.short(), technique.facts()?.path),
             points: depths.iter().copied().zip(answers.into_iter().map(f64::from)).collect(),
             nodes: technique.nodes(map, [x, y])?,
         });

@@ -110,7 +110,7 @@ fn techniques() -> String {
     let mut text = String::from("Technique specs, NAME:key=value,key=value; several values as a|b make a sweep:\n");
     for entry in REGISTRY {
         text += &format!("\n  {}: {}\n", entry.name, entry.about);
-        for key in entry.keys {
+        for key in entry.all_keys() {
             let values = match key.values {
                 Values::OneOf(words) => words.join("|"),
                 Values::Number(low, high) => format!("{low}..{high}"),

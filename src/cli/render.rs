@@ -1,10 +1,11 @@
 //! `gobo render`
 
 use super::{DeviceArguments, TimeArgument, check_messages, load, one_spec, write_png};
-use crate::measure::{Lighting, Renderer, Shading};
+use crate::consume::{Lighting, Renderer, Shading};
 use crate::reference::truth::{Casters, picture};
 use crate::scene::View;
-use crate::technique::SceneData;
+use crate::technique::open;
+use crate::world::World;
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -59,18 +60,18 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let spacing = lines_spacing(arguments, lighting)?;
     let context = arguments.device.open()?;
     context.features().require(lighting.requires())?;
-    let data = SceneData::new(&context, &scene)?;
-    let mut technique = (spec.entry.open)(&context, &scene, &data, &spec)?;
-    technique.build()?;
-    let renderer = Renderer::new(&context, &scene, &data, &camera)?;
+    let world = World::new(&context, &scene)?;
+    let mut opened = open(&context, &world, &spec)?;
+    opened.build(&world)?;
+    let renderer = Renderer::new(&context, &world, &camera)?;
     let shading = match arguments.meshes {
         Mesh::Forward => Shading::Forward,
         Mesh::Deferred => Shading::Deferred,
     };
-    let visibility = technique.visibility();
+    let answer = opened.technique.answer();
     let picture = match spacing {
-        Some(spacing) => renderer.wireframe(&visibility, shading, spacing)?,
-        None => renderer.picture(&visibility, shading, lighting)?,
+        Some(spacing) => renderer.wireframe(&answer, shading, spacing)?,
+        None => renderer.picture(&answer, shading, lighting)?,
     };
     if let Some(bad) = picture.pixels.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
         return Err(Error::input(
@@ -81,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     write_png(&arguments.out, size, &picture.to_srgb8())?;
     check_messages(&context)?;
-    println!("{}: {spec} on {}, path {}", arguments.out.display(), context.features().name, technique.path());
+    println!("{}: {spec} on {}, path {}", arguments.out.display(), context.features().name, opened.technique.facts()?.path);
     Ok(ExitCode::SUCCESS)
 }
 

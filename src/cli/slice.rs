@@ -1,9 +1,9 @@
 //! `gobo slice`
 
 use super::{DeviceArguments, MapArguments, TimeArgument, check_messages, load, one_spec, write_png};
-use crate::measure::slice;
-use crate::scene::View;
-use crate::technique::{SceneData, map_size};
+use crate::consume::slice;
+use crate::technique::open;
+use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
 use image::codecs::gif::{GifEncoder, Repeat};
@@ -56,13 +56,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let map = arguments.map.of(&scene)?;
     let spec = one_spec(&arguments.technique)?;
     let context = arguments.device.open()?;
-    let data = SceneData::new(&context, &scene)?;
-    let mut technique = (spec.entry.open)(&context, &scene, &data, &spec)?;
-    technique.build()?;
-    let view = View::volumes(&scene, map_size(&spec))[map];
+    let world = World::new(&context, &scene)?;
+    let mut opened = open(&context, &world, &spec)?;
+    opened.build(&world)?;
+    let technique = &opened.technique;
+    let Some(view) = technique.maps().get(map).map(|m| m.volume) else {
+        return Err(Error::input("--technique", "it has no maps", "name one that has, such as avsm"));
+    };
     let size = [arguments.size; 2];
     let at = |depth: f32| -> Result<Vec<u8>> {
-        Ok(gray(&slice(&context, arguments.map.light, &view, &technique.visibility(), depth, size)?, size))
+        Ok(gray(&slice(&context, arguments.map.light, &view, &technique.answer(), depth, size)?, size))
     };
     match arguments.frames {
         None => write_png(&arguments.out, size, &at(arguments.depth)?)?,
@@ -77,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
     }
     check_messages(&context)?;
-    println!("{}: {spec} on {}, path {}", arguments.out.display(), context.features().name, technique.path());
+    println!("{}: {spec} on {}, path {}", arguments.out.display(), context.features().name, technique.facts()?.path);
     Ok(ExitCode::SUCCESS)
 }
 

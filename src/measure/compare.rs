@@ -1,11 +1,12 @@
 //! One row of a comparison: build, time, ask, draw, compare with the truth.
 
-use super::consume::{Lighting, Query, Renderer, Shading};
 use super::{PassTiming, PointError, Row, RowError, Status, Timing, picture_error, point_error};
+use crate::consume::{Lighting, Query, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{Casters, MapTruth, limit_mean_abs, map_truths, picture, space_points};
 use crate::scene::{Picture, Scene, View};
-use crate::technique::{SceneData, Spec, Technique, map_size};
+use crate::technique::{self, Opened, Spec, Technique};
+use crate::world::World;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
@@ -44,13 +45,19 @@ pub struct Case<'a> {
     /// The picture lit by the truth.
     pub reference: Picture,
     context: Context,
-    data: SceneData,
+    world: World,
     casters: Casters<'a>,
     camera: View,
     effort: Effort,
     space: Vec<Space>,
-    /// Map size → truth in each map, and limits over all.
-    maps: BTreeMap<u32, (Vec<MapTruth>, Vec<f64>)>,
+    maps: Vec<MapsTruth>,
+}
+
+/// The truth in maps of these views, and the limits over all.
+struct MapsTruth {
+    views: Vec<View>,
+    truths: Vec<MapTruth>,
+    limits: Vec<f64>,
 }
 
 /// The space points of one light.
@@ -78,13 +85,13 @@ impl<'a> Case<'a> {
         Ok(Self {
             reference: picture(&casters, scene, &camera),
             context: context.clone(),
-            data: SceneData::new(context, scene)?,
+            world: World::new(context, scene)?,
             scene,
             casters,
             camera,
             effort,
             space,
-            maps: BTreeMap::new(),
+            maps: Vec::new(),
         })
     }
 
@@ -123,48 +130,55 @@ impl<'a> Case<'a> {
     fn fill(&mut self, spec: &Spec, row: &mut Row) -> Result<Picture> {
         let lighting = Lighting::of(spec);
         self.context.features().require(lighting.requires())?;
-        let mut technique = (spec.entry.open)(&self.context, self.scene, &self.data, spec)?;
-        row.path = technique.path().into();
-        let (frames, host_ns) = self.time_builds(technique.as_mut())?;
+        let mut opened = technique::open(&self.context, &self.world, spec)?;
+        let (frames, host_ns) = self.time_builds(&mut opened)?;
         row.host_ns = Timing::of(&host_ns);
         row.build_ns = Timing::of(&frames.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
         row.passes = pass_timings(&frames);
-        row.reason = technique.reason();
-        row.bytes_resident = Some(technique.bytes_resident());
-        row.bytes_transient = Some(technique.bytes_transient());
-        row.counters = technique.counters()?;
-        row.counters.insert("passes_if_unchanged".into(), technique.build()?.len() as u64);
-        row.lookup_ns_per_million = self.time_lookups(technique.as_ref())?;
+        let facts = opened.technique.facts()?;
+        row.path = facts.path.into();
+        row.reason = facts.reason;
+        row.bytes_resident = Some(facts.bytes_resident);
+        row.bytes_transient = Some(facts.bytes_transient);
+        row.counters = facts.counters;
+        row.counters.insert("passes_if_unchanged".into(), opened.build(&self.world)?.passes.len() as u64);
+        let technique = opened.technique.as_ref();
+        row.lookup_ns_per_million = self.time_lookups(technique)?;
 
-        let size = map_size(spec);
-        let limit = LIMIT_NODES.iter().position(|k| *k == spec.number("nodes") as usize);
         let space = self.space.iter().enumerate().map(|(light, s)| (light, &s.points[..s.truth.len()], &s.truth[..]));
-        let space = self.error(technique.as_ref(), space)?;
-        let (truths, limits) = self.maps(size);
-        let covered = truths.iter().any(|t| !t.texels.is_empty());
-        row.limit_mean_abs = limit.filter(|_| covered).map(|i| limits[i]);
-        let sum = |of: fn(&MapTruth) -> u64| truths.iter().map(of).sum();
-        row.counters.insert("reference_covered_texels".into(), sum(|t| t.texels.len() as u64));
-        row.counters.insert("reference_fragments".into(), sum(|t| t.segments));
-        let maps = self.maps[&size].0.iter().map(|t| (t.light, &t.points[..], &t.visibility[..]));
-        let map = self.error(technique.as_ref(), maps)?;
+        let space = self.error(technique, space)?;
+        // What has no maps has no map error.
+        let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
+        let mut map = None;
+        if !views.is_empty() {
+            let place = self.truth_of(views);
+            let MapsTruth { truths, limits, .. } = &self.maps[place];
+            let limit = LIMIT_NODES.iter().position(|k| Some(*k as u32) == facts.nodes);
+            let covered = truths.iter().any(|t| !t.texels.is_empty());
+            row.limit_mean_abs = limit.filter(|_| covered).map(|i| limits[i]);
+            let sum = |of: fn(&MapTruth) -> u64| truths.iter().map(of).sum();
+            row.counters.insert("reference_covered_texels".into(), sum(|t| t.texels.len() as u64));
+            row.counters.insert("reference_fragments".into(), sum(|t| t.segments));
+            map = self.error(technique, truths.iter().map(|t| (t.light, &t.points[..], &t.visibility[..])))?;
+        }
 
-        let renderer = Renderer::new(&self.context, self.scene, &self.data, &self.camera)?;
-        let visibility = technique.visibility();
-        let pipelines = renderer.pipelines(&visibility, lighting)?;
-        row.draw_ns = self.time_draws(|| renderer.draw(&pipelines, &visibility, Shading::Forward))?;
+        let renderer = Renderer::new(&self.context, &self.world, &self.camera)?;
+        let kernels = renderer.kernels(&technique.answer(), lighting)?;
+        row.draw_ns = self.time_draws(|| renderer.draw(&kernels, Shading::Forward))?;
         let picture = renderer.read()?;
         row.error = Some(RowError { map, space, image: picture_error(&picture, &self.reference) });
         Ok(picture)
     }
 
-    fn maps(&mut self, size: u32) -> &(Vec<MapTruth>, Vec<f64>) {
-        self.maps.entry(size).or_insert_with(|| {
-            let views = View::volumes(self.scene, size);
-            let truths = map_truths(&self.casters, self.scene, &views);
-            let limits = limit_mean_abs(&self.casters, &views, &truths, &LIMIT_NODES);
-            (truths, limits)
-        })
+    /// The place of the truth in maps of these views, which many variants share.
+    fn truth_of(&mut self, views: Vec<View>) -> usize {
+        if let Some(place) = self.maps.iter().position(|m| m.views == views) {
+            return place;
+        }
+        let truths = map_truths(&self.casters, self.scene, &views);
+        let limits = limit_mean_abs(&self.casters, &views, &truths, &LIMIT_NODES);
+        self.maps.push(MapsTruth { views, truths, limits });
+        self.maps.len() - 1
     }
 
     /// Over all points of all lights together, if there are any; each item is a light, points and the truth there.
@@ -182,34 +196,26 @@ impl<'a> Case<'a> {
     }
 
     /// The passes of each build, and the host's time for each.
-    fn time_builds(&self, technique: &mut dyn Technique) -> Result<(Vec<Vec<PassTime>>, Vec<f64>)> {
-        let (mut frames, mut host_ns) = (Vec::with_capacity(self.effort.frames), Vec::new());
+    fn time_builds(&self, technique: &mut Opened) -> Result<(Vec<Vec<PassTime>>, Vec<f64>)> {
         // By frames and by time: a GPU that idled needs some milliseconds of work to reach its clock.
         let start = std::time::Instant::now();
         let mut warm_up = 0;
         while warm_up < self.effort.warm_up || start.elapsed() < WARM_UP {
-            technique.changed();
-            technique.build()?;
+            technique.rebuild(&self.world)?;
             warm_up += 1;
         }
-        for _ in 0..self.effort.frames {
-            technique.changed();
-            let start = std::time::Instant::now();
-            frames.push(technique.build()?);
-            host_ns.push(start.elapsed().as_nanos() as f64);
-        }
-        Ok((frames, host_ns))
+        let builds: Result<Vec<_>> = (0..self.effort.frames).map(|_| technique.rebuild(&self.world)).collect();
+        Ok(builds?.into_iter().map(|build| (build.passes, build.host_ns)).unzip())
     }
 
     fn time_lookups(&self, technique: &dyn Technique) -> Result<Option<Timing>> {
-        let visibility = technique.visibility();
         let mut queries = Vec::new();
         let mut points = 0;
         for (light, space) in self.space.iter().enumerate() {
             let share = &space.points[..space.points.len().min(LOOKUPS / self.space.len())];
             points += share.len();
             let query = Query::new(&self.context, light, share)?;
-            queries.push((query.pipeline(&visibility)?, query));
+            queries.push((query.kernel(&technique.answer())?, query));
         }
         let mut samples = Vec::new();
         let start = std::time::Instant::now();
@@ -219,8 +225,8 @@ impl<'a> Case<'a> {
                 break;
             }
             let mut time_ns = Some(0.0);
-            for (pipeline, query) in &queries {
-                let time = query.query(pipeline, &visibility)?;
+            for (kernel, query) in &queries {
+                let time = query.query(kernel)?;
                 time_ns = time_ns.zip(time).map(|(sum, time)| sum + time.end_ns - time.start_ns);
             }
             if let (Some(time_ns), true) = (time_ns, frame > 0) {
@@ -246,15 +252,8 @@ impl<'a> Case<'a> {
 
     /// Visibility of a light at `points`, asked a million at a time.
     fn ask(&self, technique: &dyn Technique, light: usize, points: &[[f32; 3]]) -> Result<Vec<f32>> {
-        let mut answers = Vec::with_capacity(points.len());
-        let visibility = technique.visibility();
-        for chunk in points.chunks(LOOKUPS) {
-            let query = Query::new(&self.context, light, chunk)?;
-            let pipeline = query.pipeline(&visibility)?;
-            query.query(&pipeline, &visibility)?;
-            answers.extend(query.answers()?);
-        }
-        Ok(answers)
+        let ask = |chunk: &[[f32; 3]]| Query::new(&self.context, light, chunk)?.ask(&technique.answer());
+        Ok(points.chunks(LOOKUPS).map(ask).collect::<Result<Vec<_>>>()?.concat())
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::Timing;
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Context, Memory, Pipeline, Resource, shader};
+use crate::gpu::{Bindings, Buffer, Constants, Context, Kernel, Memory, Resource};
+use crate::shaders;
 
 /// Copied at once: past any cache.
 const BYTES: u64 = 256 << 20;
@@ -19,16 +20,16 @@ const GROUPS: u32 = 16384;
 /// # Errors
 /// [`crate::Error::Gpu`] where memory runs out.
 pub fn copy_bytes_per_second(context: &Context) -> Result<Option<f64>> {
-    let bytes = if context.features().kind == "cpu" { BYTES_ON_CPU } else { BYTES };
+    let bytes = if context.features().is_software() { BYTES_ON_CPU } else { BYTES };
     let from = Buffer::new(context, "copy.from", bytes, Memory::Device)?;
     let to = Buffer::new(context, "copy.to", bytes, Memory::Device)?;
     let bindings = Bindings::new(context, "copy", &[Resource::Buffer(from.clone()), Resource::Buffer(to.clone())])?;
-    let pipeline = Pipeline::compute(context, shader("measure/copy.comp")?, &[&bindings], &[])?;
+    let kernel: Kernel = Kernel::compute(context, &shaders::measure::COPY, &[&bindings], &Constants::new())?;
     context.submit(|commands| commands.pass("copy.fill", |pass| pass.fill(&from, 1)))?;
     let (mut by_shader, mut by_driver) = (Vec::new(), Vec::new());
     for copy in 0..COPIES {
         let passes = context.submit(|commands| {
-            commands.pass("copy.shader", |pass| pass.dispatch(&pipeline, &[&bindings], &[], [GROUPS, 1, 1]));
+            commands.pass("measure.copy", |pass| pass.dispatch(&kernel, &(), [GROUPS, 1, 1]));
             commands.pass("copy.driver", |pass| pass.copy(&from, &to, bytes));
         })?;
         // The first two touch the memory.

@@ -1,7 +1,6 @@
 //! Asks techniques, times them and compares their answers with the truth.
 
 mod compare;
-mod consume;
 mod copy;
 mod error_metrics;
 mod picture_error;
@@ -9,7 +8,6 @@ mod results;
 mod timing;
 
 pub use compare::{Case, Effort, LOOKUPS};
-pub use consume::{Lighting, Pipelines, Query, Renderer, Shading, VERTEX_SPACING, slice};
 pub use copy::copy_bytes_per_second;
 pub use error_metrics::{PointError, point_error};
 pub use picture_error::{difference_srgb8, picture_error};

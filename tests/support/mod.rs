@@ -9,7 +9,8 @@ use gobo::gpu::{Context, Messages, Options, Requirement};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::{Packed, unpack};
 use gobo::scene::Scene;
-use gobo::technique::{Avsm, NodeData, SceneData, Spec, parse};
+use gobo::technique::{Avsm, NodeData, Opened, Spec, parse};
+use gobo::world::World;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
@@ -82,12 +83,12 @@ pub fn spec(text: &str) -> Spec {
 }
 
 /// An AVSM of `scene`, built once.
-pub fn built_avsm(context: &Context, scene: &Scene, text: &str) -> Avsm {
-    use gobo::technique::Technique;
-    let data = SceneData::new(context, scene).expect("room for the scene");
-    let mut avsm = Avsm::new(context, scene, &data, &spec(text)).expect(text);
-    avsm.build().expect(text);
-    avsm
+pub fn built_avsm(context: &Context, scene: &Scene, text: &str) -> Box<Avsm> {
+    let world = World::new(context, scene).expect("room for the scene");
+    let avsm = Box::new(Avsm::new(context, &world, &spec(text)).expect(text));
+    let mut opened = Opened::new(context, avsm, true);
+    opened.build(&world).expect(text);
+    opened.technique
 }
 
 /// The curves of the first `texels` texels as `text` stores them; the packed ones are unpacked.
@@ -95,11 +96,11 @@ pub fn nodes_of(avsm: &Avsm, text: &str, texels: usize) -> Vec<NodeData> {
     let spec = spec(text);
     let count = spec.number("nodes") as usize;
     if spec.value("storage") == "full" {
-        return avsm.nodes.read(texels * count).expect("the nodes");
+        return avsm.curves().read(texels * count).expect("the nodes");
     }
     let interpolation =
         if spec.value("curve") == "linear" { Interpolation::Linear } else { Interpolation::Exponential };
-    let words: Vec<u32> = avsm.nodes.read(texels * (2 + count)).expect("the words");
+    let words: Vec<u32> = avsm.curves().read(texels * (2 + count)).expect("the words");
     let texel = |words: &[u32]| {
         let packed =
             Packed { first: f32::from_bits(words[0]), extent: f32::from_bits(words[1]), words: words[2..].to_vec() };

@@ -1,9 +1,17 @@
 //! Visibility of a light at a list of points.
 
-use super::built_for;
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Context, Memory, PassTime, Pipeline, Resource};
-use crate::technique::Visibility;
+use crate::gpu::{Bindings, Buffer, Context, Kernel, Memory, PassTime, Resource, groups, push_struct};
+use crate::shaders;
+use crate::technique::Answer;
+
+push_struct! {
+    /// Twin: QueryPush in glsl/consume/query.comp.
+    struct QueryPush {
+        light: u32,
+        count: u32,
+    }
+}
 
 /// Points on the device, the light that is asked about, and room for an answer each.
 pub struct Query {
@@ -13,6 +21,9 @@ pub struct Query {
     answers: Buffer,
     bindings: Bindings,
 }
+
+/// Asks one technique for the points of one [`Query`].
+pub struct QueryKernel(Kernel<QueryPush>);
 
 impl Query {
     /// Uploads world positions; `light` counts the scene's lights.
@@ -27,25 +38,26 @@ impl Query {
         Ok(Self { context: context.clone(), light: light as u32, points: points.len() as u32, answers, bindings })
     }
 
-    /// The pipeline that asks `visibility`.
+    /// What asks `answer`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver rejects the shader.
-    pub fn pipeline(&self, visibility: &Visibility) -> Result<Pipeline> {
-        let sets = [&self.bindings, visibility.bindings];
-        Pipeline::compute(&self.context, built_for(visibility, "query.comp")?, &sets, visibility.constants)
+    pub fn kernel(&self, answer: &Answer) -> Result<QueryKernel> {
+        let shader = shaders::consume::QUERY.of(answer.folder);
+        let sets = [&self.bindings, answer.bindings];
+        Ok(QueryKernel(Kernel::compute(&self.context, shader, &sets, answer.constants)?))
     }
 
     /// Asks for all points; the answers stay on the device. Returns the pass's time, where the device has timestamps.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.
-    pub fn query(&self, pipeline: &Pipeline, visibility: &Visibility) -> Result<Option<PassTime>> {
+    pub fn query(&self, kernel: &QueryKernel) -> Result<Option<PassTime>> {
         let times = self.context.submit(|commands| {
-            commands.pass("query", |pass| {
-                let sets = [&self.bindings, visibility.bindings];
-                let groups = [self.points.div_ceil(64), 1, 1];
-                pass.dispatch(pipeline, &sets, bytemuck::bytes_of(&[self.light, self.points]), groups);
+            commands.pass("consume.query", |pass| {
+                let push = QueryPush { light: self.light, count: self.points };
+                let [x, y] = groups(u64::from(self.points).div_ceil(64));
+                pass.dispatch(&kernel.0, &push, [x, y, 1]);
             });
         })?;
         Ok(times.into_iter().next())
@@ -57,5 +69,14 @@ impl Query {
     /// As [`Query::query`].
     pub fn answers(&self) -> Result<Vec<f32>> {
         self.answers.read(self.points as usize)
+    }
+
+    /// Asks `answer` for all points and reads what it says.
+    ///
+    /// # Errors
+    /// As [`Query::kernel`] and [`Query::query`].
+    pub fn ask(&self, answer: &Answer) -> Result<Vec<f32>> {
+        self.query(&self.kernel(answer)?)?;
+        self.answers()
     }
 }

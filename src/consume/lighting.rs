@@ -2,6 +2,7 @@
 
 use crate::gpu::Requirement;
 use crate::technique::Spec;
+use crate::technique::keys::{LIGHTING, LightingKind};
 
 /// Pixels from vertex to vertex, at most: so far the picture of three-emitters at 640×360 is no farther from that of light
 /// at each pixel (image RMSE 0.0022) than AVSM's of 8 nodes is from the truth (0.0024).
@@ -22,7 +23,10 @@ pub enum Lighting {
 impl Lighting {
     /// What `lighting=` of a spec says.
     pub fn of(spec: &Spec) -> Self {
-        if spec.value("lighting") == "vertex" { Self::Vertex { spacing: VERTEX_SPACING } } else { Self::Fragment }
+        match spec.word(LIGHTING.name) {
+            Some(LightingKind::Vertex) => Self::Vertex { spacing: VERTEX_SPACING },
+            _ => Self::Fragment,
+        }
     }
 
     /// What the device must have.

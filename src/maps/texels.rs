@@ -1,0 +1,119 @@
+//! An image of one texel a ray, for techniques that keep so little of a ray that blending makes it, or one workgroup a tile.
+
+use super::{Bins, DrawingOrder, Maps, Splat, SplatPush, Use, stacked};
+use crate::Result;
+use crate::gpu::{
+    Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Shader, Target,
+};
+use crate::world::World;
+
+/// How the texels are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TexelWay {
+    /// Casters are drawn and blended.
+    Raster,
+    /// A workgroup of 8×8 threads a tile goes through its casters.
+    Binned,
+}
+
+/// What makes them.
+pub struct TexelKernels<'a> {
+    /// The format of the image.
+    pub format: Format,
+    /// Labels of the raster and of the binned pass.
+    pub labels: [&'static str; 2],
+    /// Draws a caster (maps/splat.glsl).
+    pub fragment: &'a Shader,
+    /// How it combines with those before it.
+    pub blend: Blend,
+    /// What the image is before the first.
+    pub empty: [f32; 4],
+    /// Writes a tile's texels: bins/part.glsl, the image as set 2.
+    pub binned: &'a Shader,
+    /// Of all of them.
+    pub constants: Constants,
+}
+
+/// The image, the maps one above the other, and the way to it.
+pub struct Texels {
+    /// What look-ups fetch.
+    pub image: Image,
+    way: Way,
+}
+
+enum Way {
+    Raster { splat: Splat, draw: Kernel<SplatPush>, empty: [f32; 4], label: &'static str },
+    Binned { bins: Bins, kernel: Kernel, label: &'static str },
+}
+
+impl Texels {
+    /// The image over all maps. `skip`: casters in the dark behind meshes are left out; `reach`: texels around a tile from
+    /// which look-ups read it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out or the maps are more than fit into an image.
+    pub fn new(
+        context: &Context,
+        world: &World,
+        maps: &Maps,
+        way: TexelWay,
+        (skip, reach): (bool, u32),
+        kernels: &TexelKernels,
+    ) -> Result<Self> {
+        let [raster, binned] = kernels.labels;
+        let size = stacked(context, raster, maps.size(), maps.count())?;
+        let usage = if way == TexelWay::Raster { ImageUse::Color } else { ImageUse::Storage };
+        let image = Image::new(context, raster, kernels.format, size, usage)?;
+        let way = match way {
+            TexelWay::Raster => {
+                // Without entries: which casters meet tiles at all.
+                let splat = Splat::new(context, world, maps, DrawingOrder::Index, None)?;
+                let colors = [(kernels.format, kernels.blend)];
+                let draw = splat.kernel(context, maps, kernels.fragment, &colors, &[], &kernels.constants)?;
+                Way::Raster { splat, draw, empty: kernels.empty, label: raster }
+            }
+            TexelWay::Binned => {
+                let bins = Bins::new(context, world, maps, Use { entries: true, skip, reach, parts: [1, 1] })?;
+                let storage = Bindings::new(context, binned, &[Resource::StorageImage(image.clone())])?;
+                let sets = [maps.scene(), bins.set(), &storage];
+                let kernel = Kernel::compute(context, kernels.binned, &sets, &kernels.constants)?;
+                Way::Binned { bins, kernel, label: binned }
+            }
+        };
+        Ok(Self { image, way })
+    }
+
+    /// Makes them for the world as it is now.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps) -> Result<()> {
+        match &mut self.way {
+            Way::Raster { splat, draw: kernel, empty, label } => {
+                splat.record(commands, world, maps, None)?;
+                commands.pass(label, |pass| {
+                    let target = Target { image: &self.image, clear: Some(*empty) };
+                    pass.render(self.image.size(), &[target], None, |draw| splat.draw(draw, kernel, 0..maps.count(), 0));
+                });
+            }
+            Way::Binned { bins, kernel, label } => {
+                bins.record(commands, world);
+                commands.pass(label, |pass| bins.per_part(pass, kernel, &()));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the bins had to grow.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where there is no room for them.
+    pub fn settle(&mut self) -> Result<bool> {
+        if let Way::Binned { bins, .. } = &mut self.way { bins.settle() } else { Ok(false) }
+    }
+
+    /// The bins, where it is made from them.
+    pub fn bins(&self) -> Option<&Bins> {
+        if let Way::Binned { bins, .. } = &self.way { Some(bins) } else { None }
+    }
+}
