@@ -18,36 +18,13 @@ mod picture;
 
 use glam::DVec3;
 use gobo::gpu::Context;
-use gobo::measure::{PointError, Query, point_error};
+use gobo::measure::{PointError, point_error};
 use gobo::reference::truth::{Casters, MapTruth, map_truths};
 use gobo::scene::{Scene, View};
-use gobo::technique::{SceneData, Technique};
-use support::{gpu_test, scenes, shared_data, spec};
-
-/// The technique of a spec, built for `scene`.
-fn built(context: &Context, scene: &Scene, text: &str) -> Box<dyn Technique> {
-    let spec = spec(text);
-    let data = SceneData::new(context, scene).expect("room for the scene");
-    let mut technique = (spec.entry.open)(context, scene, &data, &spec).expect(text);
-    technique.build().expect(text);
-    technique
-}
-
-/// What the technique answers at `points` of the scene's first light.
-fn ask(context: &Context, technique: &dyn Technique, points: &[[f32; 3]]) -> Vec<f32> {
-    ask_light(context, technique, 0, points)
-}
-
-fn ask_light(context: &Context, technique: &dyn Technique, light: usize, points: &[[f32; 3]]) -> Vec<f32> {
-    let visibility = technique.visibility();
-    let query = Query::new(context, light, points).expect("room for the points");
-    let pipeline = query.pipeline(&visibility).expect("a pipeline");
-    query.query(&pipeline, &visibility).expect("asked");
-    query.answers().expect("answered")
-}
+use support::{ask, built, gpu_test, scenes, shared_data};
 
 fn map_error(context: &Context, scene: &Scene, text: &str, truth: &MapTruth) -> PointError {
-    let answers = ask(context, built(context, scene, text).as_ref(), &truth.points);
+    let answers = ask(context, built(context, scene, text).as_ref(), 0, &truth.points);
     point_error(&answers, &truth.visibility).expect("numbers").expect("points")
 }
 
@@ -117,7 +94,7 @@ fn uncompressed_is_exact_at_texel_centres() {
             let mut covered = 0;
             for truth in map_truths(&Casters::new(scene), scene, &View::volumes(scene, 32)) {
                 let what = format!("{}, map {} of light {}", scene.name, truth.map, truth.light);
-                let answers = ask_light(context, technique.as_ref(), truth.light, &truth.points);
+                let answers = ask(context, technique.as_ref(), truth.light, &truth.points);
                 let error = point_error(&answers, &truth.visibility).expect("numbers").expect("points");
                 println!("{what}: {} texels, {error:?}", truth.texels.len());
                 assert!(error.mean_abs < 1e-5 && error.p99 < 1e-4, "{what}: {error:?}");
@@ -163,7 +140,7 @@ fn one_sphere_has_a_closed_form() {
                 "avsm:size=17,nodes=4,path=two-pass,resolve=whole",
                 "avsm:size=9,nodes=8,path=binned",
             ] {
-                let answers = ask(context, built(context, scene, text).as_ref(), &points);
+                let answers = ask(context, built(context, scene, text).as_ref(), 0, &points);
                 for ((answer, expected), (radii, _)) in answers.iter().zip(expected).zip(places) {
                     let difference = (f64::from(*answer) - expected).abs();
                     assert!(difference < 1e-4, "{text} at {radii} radii: {answer}, not {expected}");

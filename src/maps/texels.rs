@@ -18,10 +18,10 @@ pub enum TexelWay {
 
 /// What makes them.
 pub struct TexelKernels<'a> {
-    /// The format of the image.
-    pub format: Format,
     /// Labels of the raster and of the binned pass.
     pub labels: [&'static str; 2],
+    /// The format of the image.
+    pub format: Format,
     /// Draws a caster (maps/splat.glsl).
     pub fragment: &'a Shader,
     /// How it combines with those before it.
@@ -30,8 +30,6 @@ pub struct TexelKernels<'a> {
     pub empty: [f32; 4],
     /// Writes a tile's texels: bins/part.glsl, the image as set 2.
     pub binned: &'a Shader,
-    /// Of all of them.
-    pub constants: Constants,
 }
 
 /// The image, the maps one above the other, and the way to it.
@@ -59,6 +57,7 @@ impl Texels {
         way: TexelWay,
         (skip, reach): (bool, u32),
         kernels: &TexelKernels,
+        constants: &Constants,
     ) -> Result<Self> {
         let [raster, binned] = kernels.labels;
         let size = stacked(context, raster, maps.size(), maps.count())?;
@@ -66,17 +65,16 @@ impl Texels {
         let image = Image::new(context, raster, kernels.format, size, usage)?;
         let way = match way {
             TexelWay::Raster => {
-                // Without entries: which casters meet tiles at all.
                 let splat = Splat::new(context, world, maps, DrawingOrder::Index, None)?;
                 let colors = [(kernels.format, kernels.blend)];
-                let draw = splat.kernel(context, maps, kernels.fragment, &colors, &[], &kernels.constants)?;
+                let draw = splat.kernel(context, maps, kernels.fragment, &colors, &[], constants)?;
                 Way::Raster { splat, draw, empty: kernels.empty, label: raster }
             }
             TexelWay::Binned => {
                 let bins = Bins::new(context, world, maps, Use { entries: true, skip, reach, parts: [1, 1] })?;
                 let storage = Bindings::new(context, binned, &[Resource::StorageImage(image.clone())])?;
                 let sets = [maps.scene(), bins.set(), &storage];
-                let kernel = Kernel::compute(context, kernels.binned, &sets, &kernels.constants)?;
+                let kernel = Kernel::compute(context, kernels.binned, &sets, constants)?;
                 Way::Binned { bins, kernel, label: binned }
             }
         };

@@ -4,11 +4,14 @@
 //! [`registry`]. docs/add-a-technique.md goes through it.
 
 mod avsm;
+mod beer_shadow_map;
 mod build;
 pub mod keys;
 mod psm;
 mod registry;
 mod spec;
+mod texel_map;
+mod translucency_map;
 mod uncompressed;
 
 pub use avsm::{Avsm, NodeData};
@@ -17,6 +20,7 @@ pub use keys::{Key, Values};
 pub use psm::Psm;
 pub use registry::REGISTRY;
 pub use spec::{Spec, parse};
+pub use texel_map::TexelMap;
 pub use uncompressed::Uncompressed;
 
 use crate::Result;

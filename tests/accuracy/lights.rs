@@ -1,7 +1,6 @@
 //! Point lights in every direction, the edges and corners of the cube included, and several lights at once.
 
-use super::{ask, ask_light, built};
-use crate::support::{gpu_test, gpu_test_needing, scenes};
+use crate::support::{ask, built, every_path, gpu_test, scenes, some, spec};
 use glam::DVec3;
 use gobo::gpu::Requirement;
 use gobo::reference::truth::Casters;
@@ -68,7 +67,7 @@ fn a_sphere_around_a_point_light_has_a_closed_form() {
             "avsm:size=32,nodes=8,path=binned",
             "avsm:size=72,path=two-pass,filter=box,radius=8",
         ] {
-            let answers = ask(context, built(context, &scene, text).as_ref(), &points);
+            let answers = ask(context, built(context, &scene, text).as_ref(), 0, &points);
             for (answer, point) in answers.iter().zip(&points) {
                 assert!((f64::from(*answer) - expected).abs() < 1e-5, "{text} at {point:?}: {answer}, not {expected}");
             }
@@ -89,7 +88,7 @@ fn a_sphere_around_a_point_light_has_a_closed_form() {
                 expected.push((-distance * f64::from(extinction)).exp());
             }
         }
-        let answers = ask(context, built(context, &scene, "uncompressed:size=32").as_ref(), &points);
+        let answers = ask(context, built(context, &scene, "uncompressed:size=32").as_ref(), 0, &points);
         for ((answer, expected), point) in answers.iter().zip(expected).zip(&points) {
             assert!((f64::from(*answer) - expected).abs() < 1e-5, "at {point:?}: {answer}, not {expected}");
         }
@@ -130,7 +129,7 @@ fn faces_agree_across_their_edges() {
             for text in ["uncompressed", "avsm:nodes=16,path=two-pass", "avsm:nodes=16,path=binned"] {
                 let text =
                     if text.contains(':') { format!("{text},size={SIZE}") } else { format!("{text}:size={SIZE}") };
-                let answers = ask(context, built(context, &scene, &text).as_ref(), &asked);
+                let answers = ask(context, built(context, &scene, &text).as_ref(), 0, &asked);
                 let mut shadowed = 0;
                 for (answer, point) in answers.iter().zip(&asked) {
                     let offset = DVec3::from(point.map(f64::from)) - light();
@@ -165,7 +164,7 @@ fn lights_do_not_disturb_each_other() {
             for light in 0..scene.lights.len() {
                 let together = ask_light(context, all.as_ref(), light, &points);
                 let alone = Scene { lights: vec![scene.lights[light]], ..scene.clone() };
-                let alone = ask(context, built(context, &alone, text).as_ref(), &points);
+                let alone = ask(context, built(context, &alone, text).as_ref(), 0, &points);
                 let most = together.iter().zip(&alone).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
                 assert!(most <= tolerance, "{text}, light {light}: {most}");
                 assert!(together.iter().filter(|t| **t < 0.9).count() > 400, "{text}, light {light} casts shadows");

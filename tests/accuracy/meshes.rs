@@ -1,7 +1,6 @@
 //! The opaque map: planes do not shadow themselves, and shadows fall where the reference says.
 
-use super::{ask, built};
-use crate::support::{gpu_test, scenes};
+use crate::support::{ask, built, gpu_test, scenes};
 use glam::{DVec2, DVec3};
 use gobo::reference::truth::Casters;
 use gobo::scene::{Scene, View};
@@ -52,10 +51,10 @@ fn a_plane_does_not_shadow_itself() {
             let points = on_ground(5000, 0.05);
             let moved = |by: f32| -> Vec<[f32; 3]> { points.iter().map(|[x, y, z]| [*x, *y, z + by]).collect() };
             let light = scene.lights[0].kind;
-            for answer in ask(context, technique.as_ref(), &points) {
+            for answer in ask(context, technique.as_ref(), 0, &points) {
                 assert!(answer >= LIT, "{light:?}: {answer}: a point of the plane is in its shadow");
             }
-            for answer in ask(context, technique.as_ref(), &moved(0.02)) {
+            for answer in ask(context, technique.as_ref(), 0, &moved(0.02)) {
                 assert!(answer >= LIT, "{light:?}: {answer}: a point above the plane is in shadow");
             }
             // Below by 1 % of the light's range, which is more than the bias: one texel of pushing away and one of reach of
@@ -82,7 +81,7 @@ fn a_plane_does_not_shadow_itself() {
                 }
             }
             assert!(checked > 500, "{light:?}: {checked} points");
-            for (answer, point) in ask(context, technique.as_ref(), &below).into_iter().zip(&below) {
+            for (answer, point) in ask(context, technique.as_ref(), 0, &below).into_iter().zip(&below) {
                 assert_eq!(answer, 0.0, "{light:?}: {point:?}, under the plane, is lit");
             }
         }
@@ -98,7 +97,7 @@ fn an_occluder_shadows_what_the_reference_says() {
             scene.meshes.push(scenes::level(0.2, 0.8, [0.3, -0.2]));
             let (casters, view) = (Casters::new(&scene), opaque_view(&scene));
             let points = on_ground(8000, 0.05);
-            let answers = ask(context, built(context, &scene, "uncompressed:size=8").as_ref(), &points);
+            let answers = ask(context, built(context, &scene, "uncompressed:size=8").as_ref(), 0, &points);
             let (mut lit, mut dark, mut seam) = (0, 0, 0);
             for (point, answer) in points.iter().zip(answers) {
                 let at = DVec3::from(point.map(f64::from));
@@ -133,7 +132,7 @@ fn particles_and_meshes_multiply() {
         let behind = (-1.0f32).exp();
         for text in ["uncompressed:size=9", "avsm:size=9,nodes=8,path=two-pass"] {
             let points = [[0.0, 0.0, 4.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, -0.2], [3.0, 0.0, 0.0]];
-            let answers = ask(context, built(context, &scene, text).as_ref(), &points);
+            let answers = ask(context, built(context, &scene, text).as_ref(), 0, &points);
             for (answer, expected) in answers.into_iter().zip([1.0, behind, behind, 0.0, 1.0]) {
                 assert!((answer - expected).abs() < 1e-4, "{text}: {answer}, not {expected}");
             }

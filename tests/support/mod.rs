@@ -5,15 +5,30 @@
 
 pub mod scenes;
 
+use gobo::consume::Query;
 use gobo::gpu::{Context, Messages, Options, Requirement};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::{Packed, unpack};
 use gobo::scene::Scene;
-use gobo::technique::{Avsm, NodeData, Opened, Spec, parse};
+use gobo::technique::{self, Avsm, NodeData, Opened, REGISTRY, Spec, Technique, parse};
 use gobo::world::World;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
+
+/// Whether everything is asked for: GOBO_TEST_ALL is set and not empty. Without it the costly tests take a part of their
+/// cases, so that the loop of edit and test stays short.
+pub fn all() -> bool {
+    std::env::var_os("GOBO_TEST_ALL").is_some_and(|value| !value.is_empty())
+}
+
+/// All of `cases` where [`all`] are asked for, else the first `few`.
+pub fn some<T>(mut cases: Vec<T>, few: usize) -> Vec<T> {
+    if !all() {
+        cases.truncate(few);
+    }
+    cases
+}
 
 /// Runs `body` on the default device under the validation layer, and fails if the layer or the allocator has said
 /// anything by the time that the device is closed. Without a device or the layer that is a failure too: a suite that
@@ -80,6 +95,33 @@ pub fn spec(text: &str) -> Spec {
     let mut specs = parse(text).expect(text);
     assert_eq!(specs.len(), 1, "{text} is a sweep");
     specs.remove(0)
+}
+
+/// A spec for each path of each technique that this device can run.
+pub fn every_path(context: &Context) -> Vec<Spec> {
+    let mut specs = Vec::new();
+    for entry in REGISTRY {
+        for path in entry.paths.iter().filter(|p| context.features().require(p.requires).is_ok()) {
+            let mut spec = spec(entry.name);
+            spec.set("path", path.name);
+            specs.push(spec);
+        }
+    }
+    specs
+}
+
+/// The technique of a spec, built for `scene`.
+pub fn built(context: &Context, scene: &Scene, text: &str) -> Box<dyn Technique> {
+    let world = World::new(context, scene).expect("room for the scene");
+    let mut opened = technique::open(context, &world, &spec(text)).expect(text);
+    opened.build(&world).expect(text);
+    opened.technique
+}
+
+/// What the technique answers at `points` of one of the scene's lights.
+pub fn ask(context: &Context, technique: &dyn Technique, light: usize, points: &[[f32; 3]]) -> Vec<f32> {
+    let query = Query::new(context, light, points).expect("room for the points");
+    query.ask(&technique.answer()).expect("answered")
 }
 
 /// An AVSM of `scene`, built once.

@@ -1,0 +1,22 @@
+#version 460
+// What a caster adds to a texel: the nearest entry, the farthest exit, the sum of optical depths. Colour is blended by
+// maximum, alpha by addition. Source: Hillaire 2020. Inputs: maps, casters. Output: texel (beer_shadow_map/texel.glsl).
+// Twin: reference::twin::beer_shadow_map::blend.
+// Invariant: order matters only as far as the sum rounds, and primitives blend in drawing order.
+#define SPLAT_FRAGMENT
+#include "beer_shadow_map/texel.glsl"
+#include "maps/scene.glsl"
+#include "maps/segment.glsl"
+#include "maps/splat.glsl"
+
+layout(location = 0) out vec4 texel;
+
+void main() {
+    View view = maps[map].volume;
+    vec2 depth;
+    float optical_depth;
+    if (!texel_segment(view, splat_texel(view), casters[caster_index], depth, optical_depth) || optical_depth <= 0.0) {
+        discard;
+    }
+    texel = beer_texel(depth, optical_depth);
+}

@@ -1,0 +1,58 @@
+//! Translucency maps: what all casters on a texel's ray leave of the light, and nothing of where they stand. Sources: Crytek
+//! 2011; Bavoil and Jansen 2013, External Shadows.
+
+use super::keys::{FILTER, RADIUS, SIZE, Values, Word, words};
+use super::texel_map::{BINNED, PATH, RASTER, TexelMap};
+use super::{Casts, Entry, Key, Lifetime, Path};
+use crate::gpu::{Blend, Format, Requirement};
+use crate::maps::TexelKernels;
+use crate::shaders::{folder, translucency_map};
+
+words! {
+    /// What a texel is kept in.
+    enum Storage {
+        /// 8 bits.
+        R8 = "r8",
+        /// A half float.
+        R16f = "r16f",
+    }
+}
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "translucency-map",
+    about: "one product of transmittances a texel, no self-shadow (Crytek 2011)",
+    casts: Casts::ALL,
+    lifetime: Lifetime::Frame,
+    keys: &[
+        PATH,
+        SIZE,
+        Key {
+            name: "storage",
+            values: Values::OneOf(Storage::WORDS),
+            default: "r8",
+            about: "8 bits a texel (as published), or a half float",
+        },
+        FILTER,
+        RADIUS,
+    ],
+    paths: &[
+        Path { name: BINNED, requires: &[Requirement::ExtendedFormats] },
+        Path { name: RASTER, requires: &[] },
+    ],
+    open: |context, world, spec| {
+        let (format, binned) = match spec.word("storage") {
+            Some(Storage::R16f) => (Format::R16_SFLOAT, &translucency_map::SUM_BITS_16),
+            _ => (Format::R8_UNORM, &translucency_map::SUM_BITS_8),
+        };
+        let kernels = TexelKernels {
+            labels: ["translucency_map.multiply", "translucency_map.sum"],
+            format,
+            fragment: &translucency_map::MULTIPLY_FRAG,
+            blend: Blend::Multiply,
+            empty: [1.0; 4],
+            binned,
+        };
+        Ok(Box::new(TexelMap::new(context, world, spec, folder::TRANSLUCENCY_MAP, &kernels)?))
+    },
+};
