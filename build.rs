@@ -230,6 +230,12 @@ fn table(
         }
         text.push_str("}\n");
     }
+    let folders: Vec<_> = techniques.iter().map(|t| module_name(t)).collect();
+    let _ = write!(
+        text,
+        "/// Hands the folders of glsl/ that answer to a macro.\nmacro_rules! with_folders {{ ($then:ident) => {{ $then! {{ {} }} }}; }}\npub(crate) use with_folders;\n",
+        folders.join(", ")
+    );
     text.push_str("/// The folders of glsl/ that answer: each has a visibility.glsl.\npub mod folder {\n    use super::*;\n");
     for (i, technique) in techniques.iter().enumerate() {
         let name = module_name(technique).to_uppercase();

@@ -21,7 +21,7 @@ use gobo::gpu::Context;
 use gobo::measure::{PointError, point_error};
 use gobo::reference::truth::{Casters, MapTruth, map_truths};
 use gobo::scene::{Scene, View};
-use support::{ask, built, gpu_test, scenes, shared_data};
+use support::{ask, built, gpu_test, scenes, shared_data, some};
 
 fn map_error(context: &Context, scene: &Scene, text: &str, truth: &MapTruth) -> PointError {
     let answers = ask(context, built(context, scene, text).as_ref(), 0, &truth.points);
@@ -51,7 +51,7 @@ fn plume_8k_is_as_accurate_as_the_prototype() {
         println!("{} texels, {overlaps} segments each", truth.texels.len());
         assert!((overlaps / (470_760.0 / 10_002.0) - 1.0).abs() < 0.01, "{overlaps} segments a covered texel");
         for (curve, expected) in PROTOTYPE {
-            for (nodes, expected) in [4, 8, 16].into_iter().zip(expected) {
+            for (nodes, expected) in some([8, 4, 16].into_iter().zip([expected[1], expected[0], expected[2]]), 1) {
                 let text = format!("avsm:nodes={nodes},curve={curve},path=two-pass,size=128");
                 let error = map_error(context, &scene, &text, &truth);
                 println!("{text}: {error:?}, the prototype's {expected}");
@@ -59,7 +59,7 @@ fn plume_8k_is_as_accurate_as_the_prototype() {
             }
         }
         for (keys, expected) in PROTOTYPE_SLICES {
-            for (slices, expected) in [64, 256].into_iter().zip(expected) {
+            for (slices, expected) in some([64, 256].into_iter().zip(expected), 1) {
                 let text = format!("psm:slices={slices},{keys},size=128");
                 let error = map_error(context, &scene, &text, &truth);
                 println!("{text}: {error:?}, the prototype's {expected}");
@@ -95,7 +95,11 @@ fn uncompressed_is_exact_at_texel_centres() {
             for truth in map_truths(&Casters::new(scene), scene, &View::volumes(scene, 32)) {
                 let what = format!("{}, map {} of light {}", scene.name, truth.map, truth.light);
                 let answers = ask(context, technique.as_ref(), truth.light, &truth.points);
-                let error = point_error(&answers, &truth.visibility).expect("numbers").expect("points");
+                // Some faces of the cube around a light beside the smoke see none of it.
+                let Some(error) = point_error(&answers, &truth.visibility).expect("numbers") else {
+                    assert!(truth.texels.is_empty(), "{what}");
+                    continue;
+                };
                 println!("{what}: {} texels, {error:?}", truth.texels.len());
                 assert!(error.mean_abs < 1e-5 && error.p99 < 1e-4, "{what}: {error:?}");
                 covered += truth.texels.len();

@@ -119,11 +119,11 @@ fn compare_writes_everything() {
         rows,
         [("avsm", "two-pass", Status::Ok), ("avsm", "interlock", second), ("uncompressed", "list", Status::Ok)]
     );
-    let culling = ["opaque.depth", "bins.clear", "bins.horizon", "bins.count", "bins.place"];
+    let culling = ["maps.opaque", "bins.clear", "bins.horizon", "bins.count", "bins.place"];
     let passes = [
-        &[&culling[..], &["list.clear", "bins.compact", "list.capture", "avsm.resolve"]].concat()[..],
+        &[&culling[..], &["bins.compact", "list.clear", "list.capture", "avsm.resolve"]].concat()[..],
         &[&culling[..], &["bins.compact", "avsm.clear", "avsm.insert"]].concat(),
-        &["opaque.depth", "list.clear", "list.capture"],
+        &["maps.opaque", "list.clear", "list.capture"],
     ];
     for (row, passes) in results.rows.iter().zip(passes) {
         assert!(table.contains(&row.technique) && table.contains(&row.path), "{table}");

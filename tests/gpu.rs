@@ -7,7 +7,8 @@ mod support;
 mod layout;
 
 use gobo::Error;
-use gobo::gpu::{Buffer, Format, Image, ImageUse, Memory, Messages};
+use gobo::gpu::{Buffer, Constants, Format, Image, ImageUse, Kernel, Memory, Messages, push_struct};
+use gobo::shaders;
 use proptest::prelude::*;
 use support::{gpu_test, log, open};
 
@@ -84,6 +85,24 @@ fn buffers_give_back_what_they_were_given() {
     });
 }
 
+#[test]
+fn buffers_are_read_from_the_middle() {
+    gpu_test("buffers_are_read_from_the_middle", |context| {
+        let data: Vec<u32> = (100..116).collect();
+        for memory in [Memory::Device, Memory::Upload, Memory::Readback] {
+            let buffer = Buffer::new(context, "row", 64, memory).expect("64 bytes");
+            buffer.write(&data).expect("it fits");
+            assert_eq!(buffer.read_from::<u32>(5, 3).expect("it is there"), [105, 106, 107], "{memory:?}");
+            // Elements count, not bytes.
+            assert_eq!(buffer.read_from::<[u32; 4]>(3, 1).expect("it is there"), [[112, 113, 114, 115]], "{memory:?}");
+            assert_eq!(buffer.read_from::<u8>(63, 1).expect("it is there"), [0], "{memory:?}");
+            assert!(buffer.read_from::<u32>(16, 0).expect("nothing is everywhere").is_empty(), "{memory:?}");
+            names(buffer.read_from::<u32>(14, 3), "row", "12 bytes from byte 56 of 64");
+            names(buffer.read_from::<u32>(17, 1), "row", "4 bytes from byte 68 of 64");
+        }
+    });
+}
+
 trait Bits {
     fn map(self, f: fn(f32) -> u32) -> Vec<u32>;
 }
@@ -114,7 +133,7 @@ fn limits_are_errors() {
 
         let buffer = Buffer::new(context, "small", 8, Memory::Device).expect("8 bytes");
         names(buffer.write(&[0u8; 9]), "small", "9 bytes into 8");
-        names(buffer.read::<u64>(2), "small", "16 bytes from 8");
+        names(buffer.read::<u64>(2), "small", "16 bytes from byte 0 of 8");
 
         let side = features.max_image_dimension_2d;
         for size in [[0, 4], [4, 0], [side + 1, 1], [1, side + 1], [u32::MAX, 1]] {
@@ -133,6 +152,64 @@ fn images_are_cleared_and_read_row_by_row() {
         context.submit(|c| c.pass("clear", |pass| pass.clear_image(&image, 0xdead_beef))).expect("submitted");
         assert_eq!(image.read::<u32>().expect("read"), [0xdead_beef; 15]);
         assert_eq!((image.size(), image.bytes()), ([5, 3], 60));
+    });
+}
+
+/// The first edition counted four bytes a texel for every format that it did not know, and made a buffer of half the size.
+#[test]
+fn texels_of_two_floats_have_eight_bytes() {
+    gpu_test("texels_of_two_floats_have_eight_bytes", |context| {
+        let image = Image::new(context, "moments", Format::R32G32_SFLOAT, [5, 3], ImageUse::Color).expect("15 texels");
+        context.submit(|c| c.pass("clear", |pass| pass.clear_volume(&image, 0.25))).expect("submitted");
+        assert_eq!(image.bytes(), 15 * 8);
+        assert_eq!(image.read::<[f32; 2]>().expect("read"), [[0.25; 2]; 15]);
+        names(image.read::<f32>(), "moments", "8 bytes, not 4");
+    });
+}
+
+/// How many bytes its texels have is not known, so that it could not be read back: nothing is made. (Most devices have no
+/// such images, and the layer would say so.)
+#[test]
+fn images_of_other_formats_are_refused() {
+    gpu_test("images_of_other_formats_are_refused", |context| {
+        for usage in [ImageUse::Color, ImageUse::Storage] {
+            let image = Image::new(context, "odd", Format::R8G8B8_UNORM, [4, 4], usage);
+            names(image, "odd", "R8G8B8_UNORM");
+        }
+        // Before the size is looked at, and with it before anything else.
+        names(Image::volume(context, "odd", Format::R8G8B8_UNORM, [0, 4, 4], true), "odd", "R8G8B8_UNORM");
+    });
+}
+
+push_struct! {
+    /// What glsl/bins/compact.comp is pushed, under its name.
+    struct CompactPush { caster_count: u32 }
+}
+
+push_struct! {
+    /// As much, of another type.
+    struct Misread { caster_count: f32 }
+}
+
+push_struct! {
+    /// More than that.
+    struct TooMuch { caster_count: u32, capacity: u32 }
+}
+
+/// A kernel is made only where what Rust pushes is what the shader reads; the error shows both.
+#[test]
+fn the_wrong_push_constants_are_refused() {
+    gpu_test("the_wrong_push_constants_are_refused", |context| {
+        fn make<P: gobo::gpu::Push>(context: &gobo::gpu::Context) -> gobo::Result<Kernel<P>> {
+            Kernel::compute(context, &shaders::bins::COMPACT, &[], &Constants::new())
+        }
+        let reads = "`CompactPush { uint caster_count; }`";
+        let refused = [make::<Misread>(context).map(|_| ()), make::<TooMuch>(context).map(|_| ()), make::<()>(context).map(|_| ())];
+        let has = ["`Misread { float caster_count; }`", "`TooMuch { uint caster_count; uint capacity; }`", "``"];
+        for (result, has) in refused.into_iter().zip(has) {
+            names(result, "bins/compact.comp", &format!("{reads}, and Rust has {has}"));
+        }
+        assert_eq!(<CompactPush as gobo::gpu::Push>::block(), shaders::bins::COMPACT.push);
     });
 }
 

@@ -4,15 +4,26 @@ mod support;
 
 use glam::DVec3;
 use gobo::Error;
+use gobo::consume::{Lighting, Renderer, Shading, VERTEX_SPACING};
 use gobo::gpu::{Context, Requirement};
-use gobo::measure::{Lighting, Renderer, Shading, VERTEX_SPACING, picture_error};
+use gobo::measure::picture_error;
 use gobo::reference::truth::{Casters, picture};
 use gobo::reference::twin::vertex_lit;
 use gobo::scene::{Camera, Light, LightKind, Particle, Picture, SKY, Scene, Strand, View};
-use gobo::technique::SceneData;
-use support::{gpu_test_needing, scenes, spec};
+use gobo::technique::REGISTRY;
+use gobo::world::World;
+use support::{built, gpu_test_needing, scenes, some, spec};
 
-const TECHNIQUES: [&str; 3] = ["avsm:size=128,path=two-pass", "psm:size=128", "uncompressed:size=128"];
+/// A spec of every technique; in a short run of the first.
+fn techniques() -> Vec<String> {
+    let spec = |name| {
+        let mut spec = spec(name);
+        spec.set("size", "128");
+        spec.set("path", "two-pass");
+        spec.short()
+    };
+    some(REGISTRY, 1).into_iter().map(|entry| spec(entry.name)).collect()
+}
 
 const NEEDS: &[Requirement] = &[Requirement::Tessellation];
 
@@ -34,12 +45,10 @@ fn pictures<const N: usize>(
     text: &str,
     lightings: [Lighting; N],
 ) -> [Picture; N] {
-    let data = SceneData::new(context, scene).expect("room for the scene");
-    let renderer = Renderer::new(context, scene, &data, &camera(scene, size)).expect("a renderer");
-    let spec = spec(text);
-    let mut technique = (spec.entry.open)(context, scene, &data, &spec).expect(text);
-    technique.build().expect(text);
-    let drawn = lightings.map(|l| renderer.picture(&technique.visibility(), Shading::Forward, l).expect("drawn"));
+    let world = World::new(context, scene).expect("room for the scene");
+    let renderer = Renderer::new(context, &world, &camera(scene, size)).expect("a renderer");
+    let technique = built(context, scene, text);
+    let drawn = lightings.map(|l| renderer.picture(&technique.answer(), Shading::Forward, l).expect("drawn"));
     assert!(drawn.iter().flat_map(|p| p.pixels.iter().flatten()).all(|c| c.is_finite()), "{text}: not a number");
     drawn
 }
@@ -85,12 +94,12 @@ fn flank() -> Scene {
 #[test]
 fn finer_vertices_come_nearer() {
     gpu_test_needing("finer_vertices_come_nearer", NEEDS, |context| {
-        for text in TECHNIQUES {
+        for text in techniques() {
             let [pixels, drawn @ ..] = pictures(
                 context,
                 &flank(),
                 [160, 160],
-                text,
+                &text,
                 [FRAGMENT, vertex(40.0), vertex(20.0), vertex(10.0), vertex(5.0)],
             );
             let errors = drawn.map(|p| rms(&p, &pixels));
@@ -220,8 +229,8 @@ fn even_light_is_the_same_everywhere() {
             layer.strands.push(Strand { start: [x, 0.0, z], end, radius: 0.04, opacity: random.between(0.2, 1.0) });
         }
         for (scene, brightest) in [(&dark, 0.15 * 0.95), (&layer, 0.7 * 1.1)] {
-            for text in TECHNIQUES {
-                let [pixels, drawn] = pictures(context, scene, [128, 96], text, [FRAGMENT, vertex(8.0)]);
+            for text in techniques() {
+                let [pixels, drawn] = pictures(context, scene, [128, 96], &text, [FRAGMENT, vertex(8.0)]);
                 let difference = largest(&pixels, &drawn);
                 println!("{}, {text}: largest difference {difference:.1e}", scene.name);
                 assert!(difference < 1e-4, "{}, {text}: {difference}", scene.name);
@@ -251,8 +260,8 @@ fn a_camera_inside_smoke_sees_numbers() {
         scene.meshes.push(scenes::level(-0.5, 6.0, [0.0, 0.0]));
         let point = scenes::point([0.0, -5.0, 0.0], scene.clone());
         for scene in [scene, point] {
-            for text in TECHNIQUES {
-                let [pixels, drawn] = pictures(context, &scene, [96, 54], text, [FRAGMENT, vertex(4.0)]);
+            for text in techniques() {
+                let [pixels, drawn] = pictures(context, &scene, [96, 54], &text, [FRAGMENT, vertex(4.0)]);
                 let apart = rms(&pixels, &drawn);
                 println!("{text}: {apart:.1e} apart");
                 assert!(apart < 0.05, "{text}: {apart}");
@@ -265,7 +274,7 @@ fn a_camera_inside_smoke_sees_numbers() {
 #[test]
 fn smoke_is_nearly_identical() {
     gpu_test_needing("smoke_is_nearly_identical", NEEDS, |context| {
-        for (name, size, bound) in [("three-emitters", [640, 360], 0.003), ("hair", [320, 240], 0.02)] {
+        for (name, size, bound) in some([("hair", [320, 240], 0.02), ("three-emitters", [640, 360], 0.003)], 1) {
             let scene = Scene::load(name, 20.0).expect("built in");
             let lightings = [FRAGMENT, vertex(16.0), vertex(VERTEX_SPACING), vertex(4.0)];
             let [pixels, drawn @ ..] = pictures(context, &scene, size, "avsm:size=128,path=two-pass", lightings);
@@ -302,16 +311,14 @@ fn lines_are_drawn_over_casters_alone() {
     gpu_test_needing("lines_are_drawn_over_casters_alone", &needs, |context| {
         let scene = still_life();
         let size = [160, 120];
-        let data = SceneData::new(context, &scene).expect("room for the scene");
+        let world = World::new(context, &scene).expect("room for the scene");
         let camera = camera(&scene, size);
-        let renderer = Renderer::new(context, &scene, &data, &camera).expect("a renderer");
-        let spec = spec("psm:size=64");
-        let mut technique = (spec.entry.open)(context, &scene, &data, &spec).expect("opened");
-        technique.build().expect("built");
-        let visibility = technique.visibility();
+        let renderer = Renderer::new(context, &world, &camera).expect("a renderer");
+        let technique = built(context, &scene, "psm:size=64");
+        let answer = technique.answer();
         let count = |spacing: f32| {
-            let before = renderer.picture(&visibility, Shading::Forward, vertex(spacing)).expect("drawn");
-            let after = renderer.wireframe(&visibility, Shading::Forward, spacing).expect("drawn");
+            let before = renderer.picture(&answer, Shading::Forward, vertex(spacing)).expect("drawn");
+            let after = renderer.wireframe(&answer, Shading::Forward, spacing).expect("drawn");
             let mut changed = 0;
             for (i, (a, b)) in before.pixels.iter().zip(&after.pixels).enumerate() {
                 if a != b {
@@ -342,7 +349,7 @@ fn a_device_without_tessellation_refuses() {
         let mut features = context.features().clone();
         (features.tessellation_shader, features.fill_mode_non_solid) = (false, false);
         let lighting = |text: &str| Lighting::of(&spec(text));
-        for technique in ["avsm", "psm", "uncompressed"] {
+        for technique in REGISTRY.iter().map(|entry| entry.name) {
             features.require(lighting(technique).requires()).expect("light at each pixel needs nothing");
             let error = features.require(lighting(&format!("{technique}:lighting=vertex")).requires());
             assert_eq!(error.map_err(|e| e.to_string()), Err("refused: needs tessellationShader".into()));

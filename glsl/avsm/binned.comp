@@ -30,7 +30,7 @@ void main() {
     uint map = part_map(tile);
     View view = maps[map].volume;
     sort_tile(tile.first, tile.count);
-    uvec2 texel = part_corner(tile) + gl_LocalInvocationID.xy;
+    uvec2 texel = part_corner(view, tile) + gl_LocalInvocationID.xy;
     curve_clear();
     for (uint begin = 0u; begin < tile.count; begin += batch_size()) {
         uint filled = min(batch_size(), tile.count - begin);
@@ -51,7 +51,7 @@ void main() {
             }
         }
     }
-    if (any(greaterThanEqual(texel, map_size()))) {
+    if (any(greaterThanEqual(texel, uvec2(view.width, view.height)))) {
         return;
     }
     curve_reduce();

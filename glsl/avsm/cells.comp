@@ -119,7 +119,7 @@ void main() {
     View view = maps[map].volume;
     uint first = part.first, count = part.count;
     uint t = gl_LocalInvocationID.x, group = gl_LocalInvocationID.y;
-    uvec2 texel = part_corner(part) + uvec2(t % 8u, part_of_tile(part) * 4u + t / 8u);
+    uvec2 texel = part_corner(view, part) + uvec2(t % 8u, part_of_tile(part) * 4u + t / 8u);
     for (uint i = gl_LocalInvocationIndex; i < uint(CELLS) * TEXELS; i += THREADS) {
         cells[i] = 0u;
 #if LANES == 1

@@ -17,7 +17,7 @@ void main() {
     }
     uint map = part_map(part), sum = 0u;
     View view = maps[map].volume;
-    uvec2 texel = part_corner(part) + gl_LocalInvocationID.xy;
+    uvec2 texel = part_corner(view, part) + gl_LocalInvocationID.xy;
     Ray ray = view_texel_ray(view, texel);
     float ray_length = length(ray.direction), scale = tile_scale(part);
     vec2 range = vec2(FARTHEST, -FARTHEST);
@@ -33,7 +33,7 @@ void main() {
             }
         }
     }
-    if (all(lessThan(texel, map_size()))) {
+    if (all(lessThan(texel, uvec2(view.width, view.height)))) {
         vec2 depth = vec2(view_depth(view, range.x), view_depth(view, range.y));
         vec4 value = range.x <= range.y ? beer_texel(depth, float(sum) / scale) : vec4(0.0);
         imageStore(texels, ivec2(texel + uvec2(0u, map * view.height)), value);

@@ -21,8 +21,8 @@ bool listed_part(out TilePart part) {
 }
 
 // The first texel of the part's tile.
-uvec2 part_corner(TilePart part) {
-    uint across = (map_size().x + 7u) / 8u;
+uvec2 part_corner(View view, TilePart part) {
+    uint across = (view.width + 7u) / 8u;
     return uvec2(part.tile % across, part.tile / across) * 8u;
 }
 

@@ -30,7 +30,7 @@ Ray view_ray_beside(View view, Ray ray, float right) {
     return ray;
 }
 
-// As segment_cut, of a ray and a caster in the view's axes.
+// As texel_segment, of a ray and a caster in the view's axes, between z.
 bool view_segment(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     bool hit;
     if (view.projection == VIEW_PARALLEL && !caster_is_strand(caster)) {
@@ -39,10 +39,11 @@ bool view_segment(View view, Ray ray, float ray_length, Caster caster, float dar
         float half_square = caster.radius * caster.radius - dot(across, across);
         float half_chord = sqrt(max(half_square, 0.0));
         z = vec2(caster.position.z - half_chord, caster.position.z + half_chord);
-        hit = half_square > 0.0;
+        hit = half_square > 0.0 && z.y > view.near;
     } else {
-        hit = caster_overlap(ray, caster, z);
+        hit = caster_overlap(ray, caster, z) && z.y > view.near;
     }
-    return segment_cut(view, ray_length, caster, dark, hit, z, optical_depth);
+    optical_depth = segment_cut(view, ray_length, caster, dark, z);
+    return hit;
 }
 #endif

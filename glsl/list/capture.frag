@@ -21,7 +21,7 @@ void main() {
         return;
     }
     uint index = atomicAdd(fragments[group], 1u);
-    if (index < segments.length()) {
+    if (index < capacity) {
         uint next = imageAtomicExchange(heads, ivec2(gl_FragCoord.xy), index);
         segments[index] = Segment(depth.x, depth.y, optical_depth, caster_index, next);
     }

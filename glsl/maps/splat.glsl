@@ -8,6 +8,7 @@ layout(push_constant, scalar) uniform SplatPush {
     uint order_first;
     uint slot;   // of the map among those that are drawn at once
     uint group;  // which of the groups of maps that are drawn at once
+    uint capacity;  // of the lists that are drawn into, if any
 };
 
 #ifdef SPLAT_FRAGMENT

@@ -64,7 +64,7 @@ void main() {
     uint map = part_map(part);
     View view = maps[map].volume;
     uint thread = gl_LocalInvocationIndex;
-    uvec2 corner = part_corner(part);
+    uvec2 corner = part_corner(view, part);
     uint t = thread % TEXELS, begin = thread / TEXELS * RUN, end = min(begin + RUN, SLICES);
     uvec2 texel = corner + uvec2(t % ROW, t / ROW);
     if (part.count == 0u) {

@@ -22,7 +22,7 @@ void main() {
     }
     uint map = part_map(part), sum = 0u;
     View view = maps[map].volume;
-    uvec2 texel = part_corner(part) + gl_LocalInvocationID.xy;
+    uvec2 texel = part_corner(view, part) + gl_LocalInvocationID.xy;
     Ray ray = view_texel_ray(view, texel);
     float ray_length = length(ray.direction), scale = tile_scale(part);
     for (uint begin = 0u; begin < part.count; begin += batch_size()) {
@@ -36,7 +36,7 @@ void main() {
             }
         }
     }
-    if (all(lessThan(texel, map_size()))) {
+    if (all(lessThan(texel, uvec2(view.width, view.height)))) {
         imageStore(product, ivec2(texel + uvec2(0u, map * view.height)), vec4(exp(-float(sum) / scale)));
     }
 }

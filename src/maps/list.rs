@@ -148,7 +148,7 @@ impl List {
         });
         commands.pass("list.capture", |pass| {
             let size = [self.size[0], self.size[1] * maps.len() as u32];
-            pass.render(size, &[], None, |draw| self.splat.draw(draw, &self.kernel, maps, group));
+            pass.render(size, &[], None, |draw| self.splat.draw(draw, &self.kernel, maps, group, self.capacity));
         });
     }
 

@@ -25,6 +25,8 @@ push_struct! {
         slot: u32,
         /// Which of the groups of maps that are drawn at once.
         group: u32,
+        /// Of the lists that are drawn into, if any.
+        capacity: u32,
     }
 }
 
@@ -136,9 +138,9 @@ impl Splat {
     }
 
     /// Draws the casters of each map of `maps`, group number `group`, one map above the other.
-    pub fn draw(&self, draw: &mut Draw, kernel: &Kernel<SplatPush>, maps: Range<u32>, group: u32) {
+    pub fn draw(&self, draw: &mut Draw, kernel: &Kernel<SplatPush>, maps: Range<u32>, group: u32, capacity: u32) {
         for (slot, map) in (0..).zip(maps) {
-            let push = SplatPush { map, order_first: map * self.caster_count, slot, group };
+            let push = SplatPush { map, order_first: map * self.caster_count, slot, group, capacity };
             draw.rows(slot * self.size[1], self.size);
             match &self.culled {
                 None => draw.draw(kernel, &push, 6 * self.caster_count, 1),

@@ -137,3 +137,28 @@ impl Scene {
         self.lights.iter().take(light).map(Light::map_count).sum()
     }
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// The one ray of a map of one texel, along −z from z = 2 to −2, and spheres (z, radius, extinction) about it.
+    pub(crate) fn along_the_axis(spheres: &[(f32, f32, f32)]) -> (View, Vec<Caster>) {
+        let particle = |z| Particle { position: [0.0, 0.0, z], radius: 1.0, extinction: 0.0 };
+        let scene = Scene {
+            name: String::new(),
+            particles: vec![particle(-1.0), particle(1.0)],
+            strands: vec![],
+            meshes: vec![],
+            lights: vec![Light { kind: LightKind::Directional { direction: DVec3::NEG_Z }, radiance: [1.0; 3] }],
+            camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
+        };
+        let caster = |&(z, radius, density): &(f32, f32, f32)| Caster {
+            position: [0.0, 0.0, z],
+            radius,
+            axis: [0.0; 3],
+            density,
+        };
+        (View::volumes(&scene, 1)[0], spheres.iter().map(caster).collect())
+    }
+}

@@ -3,10 +3,12 @@
 
 use super::keys::{FILTER, RADIUS, SIZE};
 use super::texel_map::{BINNED, PATH, RASTER, TexelMap};
-use super::{Casts, Entry, Lifetime, Path};
-use crate::gpu::{Blend, Format};
+use super::{Casts, Entry, Lifetime, Path, Spec};
+use crate::Result;
+use crate::gpu::{Blend, Context, Format};
 use crate::maps::TexelKernels;
-use crate::shaders::{beer_shadow_map, folder};
+use crate::shaders::{beer_shadow_map as shaders, folder};
+use crate::world::World;
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
@@ -16,15 +18,21 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: &[PATH, SIZE, FILTER, RADIUS],
     paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[] }],
-    open: |context, world, spec| {
-        let kernels = TexelKernels {
-            labels: ["beer_shadow_map.blend", "beer_shadow_map.collect"],
-            format: Format::R16G16B16A16_SFLOAT,
-            fragment: &beer_shadow_map::BLEND_FRAG,
-            blend: Blend::MaxAndAdd,
-            empty: [0.0; 4],
-            binned: &beer_shadow_map::COLLECT,
-        };
-        Ok(Box::new(TexelMap::new(context, world, spec, folder::BEER_SHADOW_MAP, &kernels)?))
-    },
+    open: |context, world, spec| Ok(Box::new(beer_shadow_map(context, world, spec)?)),
 };
+
+/// Opens the path that `spec` names.
+///
+/// # Errors
+/// As [`TexelMap::new`].
+pub fn beer_shadow_map(context: &Context, world: &World, spec: &Spec) -> Result<TexelMap> {
+    let kernels = TexelKernels {
+        labels: ["beer_shadow_map.blend", "beer_shadow_map.collect"],
+        format: Format::R16G16B16A16_SFLOAT,
+        fragment: &shaders::BLEND_FRAG,
+        blend: Blend::MaxAndAdd,
+        empty: [0.0; 4],
+        binned: &shaders::COLLECT,
+    };
+    TexelMap::new(context, world, spec, folder::BEER_SHADOW_MAP, &kernels)
+}

@@ -1,26 +1,29 @@
 //! Shadow techniques. Each is passes that build a representation, and one GLSL function that answers from it.
 //!
-//! To add one: a folder in glsl/ with its passes and a visibility.glsl, a module here, its line in
-//! [`registry`]. docs/add-a-technique.md goes through it.
+//! To add one: a folder in glsl/ with its passes and a visibility.glsl, a module here of the same name with an `ENTRY`, its
+//! line in the registry below. docs/add-a-technique.md goes through it.
 
+// The registry: a line a technique. All of them are in REGISTRY.
 mod avsm;
 mod beer_shadow_map;
-mod build;
-pub mod keys;
 mod psm;
-mod registry;
-mod spec;
-mod texel_map;
 mod translucency_map;
 mod uncompressed;
 
+// What they share.
+mod build;
+pub mod keys;
+mod spec;
+mod texel_map;
+
 pub use avsm::{Avsm, NodeData};
+pub use beer_shadow_map::beer_shadow_map;
 pub use build::{Built, Opened, open};
 pub use keys::{Key, Values};
 pub use psm::Psm;
-pub use registry::REGISTRY;
 pub use spec::{Spec, parse};
 pub use texel_map::TexelMap;
+pub use translucency_map::translucency_map;
 pub use uncompressed::Uncompressed;
 
 use crate::Result;
@@ -30,6 +33,14 @@ use crate::scene::Scene;
 use crate::shaders::Folder;
 use crate::world::World;
 use std::collections::BTreeMap;
+
+macro_rules! registry {
+    ($($folder:ident),*) => {
+        /// Every technique: each folder of glsl/ with a visibility.glsl.
+        pub const REGISTRY: &[&Entry] = &[$(&$folder::ENTRY),*];
+    };
+}
+crate::shaders::with_folders!(registry);
 
 /// A technique, opened for one world. [`build`](mod@build) runs it; it submits, waits and loops by nothing of its own.
 pub trait Technique {

@@ -3,10 +3,12 @@
 
 use super::keys::{FILTER, RADIUS, SIZE, Values, Word, words};
 use super::texel_map::{BINNED, PATH, RASTER, TexelMap};
-use super::{Casts, Entry, Key, Lifetime, Path};
-use crate::gpu::{Blend, Format, Requirement};
+use super::{Casts, Entry, Key, Lifetime, Path, Spec};
+use crate::Result;
+use crate::gpu::{Blend, Context, Format, Requirement};
 use crate::maps::TexelKernels;
-use crate::shaders::{folder, translucency_map};
+use crate::shaders::{folder, translucency_map as shaders};
+use crate::world::World;
 
 words! {
     /// What a texel is kept in.
@@ -40,19 +42,25 @@ pub const ENTRY: Entry = Entry {
         Path { name: BINNED, requires: &[Requirement::ExtendedFormats] },
         Path { name: RASTER, requires: &[] },
     ],
-    open: |context, world, spec| {
-        let (format, binned) = match spec.word("storage") {
-            Some(Storage::R16f) => (Format::R16_SFLOAT, &translucency_map::SUM_BITS_16),
-            _ => (Format::R8_UNORM, &translucency_map::SUM_BITS_8),
-        };
-        let kernels = TexelKernels {
-            labels: ["translucency_map.multiply", "translucency_map.sum"],
-            format,
-            fragment: &translucency_map::MULTIPLY_FRAG,
-            blend: Blend::Multiply,
-            empty: [1.0; 4],
-            binned,
-        };
-        Ok(Box::new(TexelMap::new(context, world, spec, folder::TRANSLUCENCY_MAP, &kernels)?))
-    },
+    open: |context, world, spec| Ok(Box::new(translucency_map(context, world, spec)?)),
 };
+
+/// Opens the path that `spec` names.
+///
+/// # Errors
+/// As [`TexelMap::new`].
+pub fn translucency_map(context: &Context, world: &World, spec: &Spec) -> Result<TexelMap> {
+    let (format, binned) = match spec.word("storage") {
+        Some(Storage::R16f) => (Format::R16_SFLOAT, &shaders::SUM_BITS_16),
+        _ => (Format::R8_UNORM, &shaders::SUM_BITS_8),
+    };
+    let kernels = TexelKernels {
+        labels: ["translucency_map.multiply", "translucency_map.sum"],
+        format,
+        fragment: &shaders::MULTIPLY_FRAG,
+        blend: Blend::Multiply,
+        empty: [1.0; 4],
+        binned,
+    };
+    TexelMap::new(context, world, spec, folder::TRANSLUCENCY_MAP, &kernels)
+}

@@ -1,7 +1,7 @@
 //! Seed 000 says that AVSM suits hair: on the built-in hair a few nodes do what the whole lists do.
 
 use super::map_error;
-use crate::support::gpu_test;
+use crate::support::{gpu_test, some};
 use gobo::reference::truth::{Casters, limit_mean_abs, map_truths};
 use gobo::scene::{Scene, View};
 
@@ -24,7 +24,7 @@ fn avsm_suits_hair() {
         let lists = map_error(context, &scene, &format!("uncompressed:size={SIZE}"), truth).mean_abs;
         println!("uncompressed: {lists:.2e}");
         assert!(lists < 1e-5, "{lists}");
-        for (count, limit) in [4, 8, 16].into_iter().zip(limits) {
+        for (count, limit) in some([8, 4, 16].into_iter().zip([limits[1], limits[0], limits[2]]), 1) {
             for path in ["two-pass", "two-pass,resolve=whole", "binned"] {
                 let text = format!("avsm:nodes={count},path={path},size={SIZE}");
                 let error = map_error(context, &scene, &text, truth).mean_abs;

@@ -1,11 +1,10 @@
 //! The look-up of glsl/avsm/visibility.glsl: nodes of some texels, weighted by a filter, all computed again here.
 
-use super::ask;
-use crate::support::{built_avsm, gpu_test, nodes_of, scenes};
+use crate::support::{ask, built_avsm, gpu_test, nodes_of, scenes, some};
 use glam::{DVec2, DVec3};
 use gobo::reference::twin::filter::Filter;
 use gobo::scene::{Projection, Scene, View};
-use gobo::technique::NodeData;
+use gobo::technique::{NodeData, Technique};
 
 /// Texels a side.
 const SIZE: u32 = 12;
@@ -71,14 +70,14 @@ fn points(scene: &Scene, view: &View) -> Vec<DVec3> {
 fn looks_up_what_the_nodes_say() {
     gpu_test("looks_up_what_the_nodes_say", |context| {
         for scene in [scenes::random(), scenes::spot([1.5, 1.0, 2.5], 70.0, scenes::opaque())] {
-            for (count, storage) in [4, 8, 16].into_iter().flat_map(|n| [(n, "full"), (n, "packed")]) {
+            for (count, storage) in some([8, 4, 16], 1).into_iter().flat_map(|n| [(n, "full"), (n, "packed")]) {
                 let text = format!("avsm:nodes={count},curve=exponential,path=two-pass,size={SIZE},storage={storage}");
                 let avsm = built_avsm(context, &scene, &text);
                 let nodes = nodes_of(&avsm, &text, (SIZE * SIZE) as usize);
-                let view = View::volumes(&scene, SIZE)[0];
+                let view = avsm.maps()[0].volume;
                 // Rounded to what the device is asked for.
                 let asked: Vec<_> = points(&scene, &view).iter().map(|p| p.as_vec3().to_array()).collect();
-                let answers = ask(context, &avsm, &asked);
+                let answers = ask(context, avsm.as_ref(), 0, &asked);
                 let mut shadowed = 0;
                 for (point, answer) in asked.iter().zip(answers) {
                     let at = DVec3::from(point.map(f64::from));
@@ -109,8 +108,8 @@ fn filters_weigh_as_their_twins() {
             ] {
                 let text = format!("avsm:nodes=8,path=two-pass,size={SIZE},filter={name},radius={radius}");
                 let avsm = built_avsm(context, &scene, &text);
-                let nodes: Vec<NodeData> = avsm.nodes.read((SIZE * SIZE) as usize * 8).expect("the nodes");
-                let view = View::volumes(&scene, SIZE)[0];
+                let nodes: Vec<NodeData> = avsm.curves().read((SIZE * SIZE) as usize * 8).expect("the nodes");
+                let view = avsm.maps()[0].volume;
                 let asked: Vec<_> = points(&scene, &view).iter().map(|p| p.as_vec3().to_array()).collect();
                 let visibility = |at: DVec3, depth_error: f64| {
                     let (texel, z) = view.project(at);
@@ -127,7 +126,7 @@ fn filters_weigh_as_their_twins() {
                     filter.weights(size, texel.as_vec2()).iter().map(|(t, w)| f64::from(*w) * through(*t)).sum()
                 };
                 let mut shadowed = 0;
-                for (point, answer) in asked.iter().zip(ask(context, &avsm, &asked)) {
+                for (point, answer) in asked.iter().zip(ask(context, avsm.as_ref(), 0, &asked)) {
                     let at = DVec3::from(point.map(f64::from));
                     let (high, low) = (visibility(at, -DEPTH_ROUNDING), visibility(at, DEPTH_ROUNDING));
                     // As for the bilinear weights above.

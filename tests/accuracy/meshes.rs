@@ -4,7 +4,7 @@ use crate::support::{ask, built, gpu_test, scenes};
 use glam::{DVec2, DVec3};
 use gobo::reference::truth::Casters;
 use gobo::scene::{Scene, View};
-use gobo::technique::MapData;
+use gobo::technique::Technique;
 
 /// Half the side of the ground, at z = 0.
 const HALF: f32 = 5.0;
@@ -20,8 +20,8 @@ fn ground(direction: [f64; 3]) -> Scene {
 }
 
 /// The light's view of the meshes that answers for a point, as the opaque map has it.
-fn opaque_view(scene: &Scene) -> impl Fn(&[f32; 3]) -> View {
-    let (light, maps) = (scene.lights[0], MapData::all(scene, 8));
+fn opaque_view(scene: &Scene, technique: &dyn Technique) -> impl Fn(&[f32; 3]) -> View + use<> {
+    let (light, maps) = (scene.lights[0], technique.maps().to_vec());
     move |point| maps[light.map_at(*point)].opaque
 }
 
@@ -47,7 +47,8 @@ fn lights() -> Vec<Scene> {
 fn a_plane_does_not_shadow_itself() {
     gpu_test("a_plane_does_not_shadow_itself", |context| {
         for scene in lights() {
-            let (technique, view) = (built(context, &scene, "uncompressed:size=8"), opaque_view(&scene));
+            let technique = built(context, &scene, "uncompressed:size=8");
+            let view = opaque_view(&scene, technique.as_ref());
             let points = on_ground(5000, 0.05);
             let moved = |by: f32| -> Vec<[f32; 3]> { points.iter().map(|[x, y, z]| [*x, *y, z + by]).collect() };
             let light = scene.lights[0].kind;
@@ -95,9 +96,11 @@ fn an_occluder_shadows_what_the_reference_says() {
     gpu_test("an_occluder_shadows_what_the_reference_says", |context| {
         for mut scene in lights() {
             scene.meshes.push(scenes::level(0.2, 0.8, [0.3, -0.2]));
-            let (casters, view) = (Casters::new(&scene), opaque_view(&scene));
+            let casters = Casters::new(&scene);
+            let technique = built(context, &scene, "uncompressed:size=8");
+            let view = opaque_view(&scene, technique.as_ref());
             let points = on_ground(8000, 0.05);
-            let answers = ask(context, built(context, &scene, "uncompressed:size=8").as_ref(), 0, &points);
+            let answers = ask(context, technique.as_ref(), 0, &points);
             let (mut lit, mut dark, mut seam) = (0, 0, 0);
             for (point, answer) in points.iter().zip(answers) {
                 let at = DVec3::from(point.map(f64::from));

@@ -5,16 +5,16 @@ use crate::twin::{Twins, look_up};
 use gobo::gpu::Context;
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::scene::Scene;
-use gobo::technique::{Avsm, NodeData, SceneData, Technique};
+use gobo::technique::{Avsm, NodeData, Opened, Technique};
+use gobo::world::World;
 
 /// Texels a side.
 const SIZE: u32 = 8;
 
 /// What a build of `text` counts.
 fn counters(context: &Context, scene: &Scene, text: &str) -> (u64, u64, String) {
-    let avsm = built_avsm(context, scene, text);
-    let counters = avsm.counters().expect("counted");
-    (counters["fragments"], counters["overflowed"], avsm.reason())
+    let facts = built_avsm(context, scene, text).facts().expect("counted");
+    (facts.counters["fragments"], facts.counters["overflowed"], facts.reason)
 }
 
 /// A list that starts too small grows and holds all: its nodes are those of a list that was large enough from the start.
@@ -34,7 +34,7 @@ fn growing_loses_nothing() {
 
         let grown = built_avsm(context, &scene, "avsm:path=two-pass,size=8");
         let roomy = built_avsm(context, &scene, "avsm:path=two-pass,size=8,capacity=1000000");
-        let read = |avsm: &Avsm| avsm.nodes.read::<u32>(8 * 8 * 8 * 2).expect("the nodes");
+        let read = |avsm: &Avsm| avsm.curves().read::<u32>(8 * 8 * 8 * 2).expect("the nodes");
         assert!(read(&grown) == read(&roomy), "the grown list lost or doubled something");
     });
 }
@@ -65,7 +65,7 @@ fn a_fixed_capacity_says_what_it_lost() {
         let (fragments, _, _) = counters(context, &scene, "avsm:path=two-pass,size=8");
         let tails = |capacity: u64| -> Vec<f32> {
             let avsm = built_avsm(context, &scene, &format!("avsm:path=two-pass,size=8,capacity={capacity}"));
-            let nodes: Vec<NodeData> = avsm.nodes.read(8 * 8 * 8).expect("the nodes");
+            let nodes: Vec<NodeData> = avsm.curves().read(8 * 8 * 8).expect("the nodes");
             nodes.chunks_exact(8).map(|texel| look_up(texel, 2.0, Interpolation::Exponential)).collect()
         };
         let whole = tails(fragments + 1);
@@ -91,14 +91,15 @@ fn nothing_casts_nothing() {
     gpu_test("nothing_casts_nothing", |context| {
         let mut scene = scenes::directional("empty", [0.0, 0.3, -1.0], Vec::new());
         scene.meshes.push(scenes::level(0.0, 1.0, [0.0, 0.0]));
-        let data = SceneData::new(context, &scene).expect("room for nothing");
-        let mut avsm = Avsm::new(context, &scene, &data, &spec("avsm:path=two-pass,size=8,skip=off")).expect("opens");
-        let passes = avsm.build().expect("builds");
-        let counters = avsm.counters().expect("counted");
+        let world = World::new(context, &scene).expect("room for nothing");
+        let avsm = Avsm::new(context, &world, &spec("avsm:path=two-pass,size=8,skip=off")).expect("opens");
+        let mut avsm = Opened::new(context, Box::new(avsm), false);
+        let passes = avsm.build(&world).expect("builds").passes;
+        let counters = avsm.technique.facts().expect("counted").counters;
         assert_eq!((counters["fragments"], counters["overflowed"], counters["covered_texels"]), (0, 0, 0));
         let names: Vec<_> = passes.iter().map(|p| p.name.as_str()).collect();
         if context.features().timestamp_valid_bits > 0 {
-            assert_eq!(names, ["opaque.depth", "list.clear", "list.capture", "avsm.resolve"]);
+            assert_eq!(names, ["maps.opaque", "list.clear", "list.capture", "avsm.resolve"]);
         }
     });
 }

@@ -150,7 +150,32 @@ pub struct Twins<'a> {
     scene: &'a Scene,
     casters: Vec<Caster>,
     pub view: View,
-    near: Vec<u32>,
+    /// Where each caster stands in [`near_to_far`].
+    places: Vec<u32>,
+}
+
+/// A segment before it is rounded otherwise.
+struct Cut {
+    caster: u32,
+    /// What the caster is sorted by in the texel's tile.
+    key: f32,
+    segment: Segment,
+}
+
+/// Segments in the order of insertion, each as `rounded`.
+fn in_order(cuts: &[Cut], order: Order, rounded: impl Fn(Segment) -> Segment) -> Vec<Segment> {
+    if order == Order::Tile {
+        // Two keys may lie so close that rounding alone orders them: a trial moves them as it moves depths.
+        let key = |key| rounded(Segment { entry: key, exit: key, optical_depth: 1.0 }).entry;
+        let mut all: Vec<_> = cuts.iter().map(|c| (key(c.key), c.caster, rounded(c.segment))).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        return all.into_iter().map(|(_, _, segment)| segment).collect();
+    }
+    let mut all: Vec<_> = cuts.iter().map(|c| (c.caster, rounded(c.segment))).collect();
+    if order == Order::Entry {
+        sort(&mut all);
+    }
+    all.into_iter().map(|(_, segment)| segment).collect()
 }
 
 impl<'a> Twins<'a> {
@@ -162,33 +187,28 @@ impl<'a> Twins<'a> {
     /// Of one of the maps of all lights.
     pub fn of_map(scene: &'a Scene, map: usize, size: u32) -> Self {
         let view = View::volumes(scene, size)[map];
-        Self { scene, casters: scene.casters(), view, near: near_to_far(scene, &view) }
+        let casters = scene.casters();
+        let mut places = vec![0; casters.len()];
+        (0..).zip(near_to_far(scene, &view)).for_each(|(place, caster)| places[caster as usize] = place);
+        Self { scene, casters, view, places }
     }
 
-    /// The segments of a texel in the order of insertion, each as `rounded`.
-    fn segments(&self, texel: u32, order: Order, rounded: impl Fn(Segment) -> Segment) -> Vec<Segment> {
+    /// The texel's segments, in the order of their casters. For [`Order::Tile`] those of casters that are in its tile.
+    fn cuts(&self, texel: u32, order: Order) -> Vec<Cut> {
         let at = [texel % self.view.width, texel / self.view.width];
-        let cut =
-            |i: u32| texel_segment(&self.view, at, &self.casters[i as usize]).map(|segment| (i, rounded(segment)));
-        let tile_order = || {
-            // Two keys may lie so close that rounding alone orders them: a trial moves them as it moves depths.
-            let key = |i: u32| {
-                let depth = tile_key(&self.view, &self.casters[i as usize], at.map(|t| t / TILE_TEXELS))?;
-                Some((rounded(Segment { entry: depth, exit: depth, optical_depth: 1.0 }).entry, i))
-            };
-            let mut keys: Vec<(f32, u32)> = (0..self.casters.len() as u32).filter_map(key).collect();
-            keys.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-            keys
+        let key = |caster: &Caster| match order {
+            Order::Tile => tile_key(&self.view, caster, at.map(|t| t / TILE_TEXELS)),
+            _ => Some(0.0),
         };
-        let mut all: Vec<(u32, Segment)> = match order {
-            Order::Tile => tile_order().into_iter().filter_map(|(_, i)| cut(i)).collect(),
-            Order::Near => self.near.iter().filter_map(|i| cut(*i)).collect(),
-            _ => (0..self.casters.len() as u32).filter_map(cut).collect(),
+        let cut = |(i, caster): (u32, &Caster)| {
+            let segment = texel_segment(&self.view, at, caster)?;
+            Some(Cut { caster: i, key: key(caster)?, segment })
         };
-        if order == Order::Entry {
-            sort(&mut all);
+        let mut cuts: Vec<Cut> = (0..).zip(&self.casters).filter_map(cut).collect();
+        if order == Order::Near {
+            cuts.sort_by_key(|cut| self.places[cut.caster as usize]);
         }
-        all.into_iter().map(|(_, s)| s).collect()
+        cuts
     }
 
     /// Bound of the optical depth in the texel's tile.
@@ -199,10 +219,11 @@ impl<'a> Twins<'a> {
     }
 
     pub fn texel(&self, texel: u32, order: Order) -> Texel {
-        let segments = self.segments(texel, order, |s| s);
+        let cuts = self.cuts(texel, order);
+        let segments = in_order(&cuts, order, |s| s);
         let lost = 1.0 - (-segments.iter().map(|s| s.optical_depth).sum::<f32>()).exp();
         let moved = (MOVED / lost).min(MOVED_AT_MOST);
-        let rounded = |trial| self.segments(texel, order, |s| rounded_otherwise(s, moved, trial));
+        let rounded = |trial| in_order(&cuts, order, |s| rounded_otherwise(s, moved, trial));
         Texel {
             rounded: (0..TRIALS).map(rounded).collect(),
             bound: (order == Order::Cells).then(|| self.bound(texel)),
@@ -214,7 +235,7 @@ impl<'a> Twins<'a> {
 
     /// Segments of all texels.
     pub fn fragments(&self) -> u64 {
-        (0..self.view.texels() as u32).map(|t| self.segments(t, Order::Index, |s| s).len() as u64).sum()
+        (0..self.view.texels() as u32).map(|texel| self.cuts(texel, Order::Index).len() as u64).sum()
     }
 
     /// Casters that the texel's ray grazes so closely that rounding decides whether it meets them.

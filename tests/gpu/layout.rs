@@ -2,17 +2,22 @@
 //! copied into it.
 //!
 //! The build strips names from the SPIR-V, so that which struct lies at which binding, and what its members are called,
-//! is read from the GLSL; types, offsets and strides come from the SPIR-V. Both have to agree with Rust.
+//! is read from the GLSL; types, offsets and strides come from the SPIR-V. Both have to agree with Rust. A push constants'
+//! block has its text in [`Shader::push`], which a kernel holds against its Rust struct when it is made: here that text is
+//! held against the SPIR-V, and against every push_struct! in src/, also those of kernels that no test makes.
 
-use gobo::gpu::{SHADERS, Shader};
+use gobo::gpu::Shader;
+use gobo::maps::{BinTotals, Map, SegmentData, TilePart};
 use gobo::scene::{Caster, View};
-use gobo::technique::{BinTotals, LightData, MapData, NodeData, SegmentData, TilePart, TriangleData};
+use gobo::shaders::ALL;
+use gobo::technique::NodeData;
+use gobo::world::{LightData, TriangleData};
 use spirq::ReflectConfig;
 use spirq::ty::{ScalarType, Type};
 use spirq::var::Variable;
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::offset_of;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A field of a Rust struct: name, offset, type.
 type Field = (&'static str, usize, &'static str);
@@ -40,9 +45,9 @@ macro_rules! twin {
 fn twins() -> BTreeMap<&'static str, Twin> {
     BTreeMap::from([
         ("Light", twin!(LightData, position, kind, direction, cos_cone, radiance, first_map, map_count, has_opaque)),
-        ("Map", twin!(MapData, volume, opaque)),
+        ("Map", twin!(Map, volume, opaque)),
         ("BinTotals", twin!(BinTotals, entries, tiles_used, parts, groups_x, groups_y, groups_z)),
-        ("TilePart", twin!(TilePart, tile, part, first, count)),
+        ("TilePart", twin!(TilePart, tile, map_part, first, count)),
         ("View", twin!(View, origin, projection, right, scale_x, up, scale_y, forward, near, far, width, height)),
         ("Caster", twin!(Caster, position, radius, axis, density)),
         ("Segment", twin!(SegmentData, entry, exit, optical_depth, caster, next)),
@@ -51,16 +56,28 @@ fn twins() -> BTreeMap<&'static str, Twin> {
     ])
 }
 
+/// The file of a shader, and the technique that it was built for.
+fn place(shader: &str) -> (&str, Option<&str>) {
+    let is_file = |file: &str| glsl().join(file).is_file();
+    // avsm/unpack.comp/4 is avsm/unpack.comp with ATTACHMENTS 4.
+    let file = match shader.rsplit_once('/') {
+        Some((file, _)) if is_file(file) => file,
+        _ => shader,
+    };
+    // avsm/consume/query.comp is consume/query.comp, built with avsm/visibility.glsl.
+    match file.split_once('/') {
+        Some((technique, rest)) if !is_file(file) => (rest, Some(technique)),
+        _ => (file, None),
+    }
+}
+
+fn glsl() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl")
+}
+
 /// The GLSL of a shader with all that it includes, comments removed.
 fn source(shader: &str) -> String {
-    let glsl = Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl");
-    // avsm/unpack.comp/4 is avsm/unpack.comp with ATTACHMENTS 4.
-    let shader = shader.trim_end_matches(|c: char| c == '/' || c.is_ascii_digit());
-    // avsm/consume/query.comp is consume/query.comp, built with avsm/visibility.glsl.
-    let (file, technique) = match shader.split_once('/') {
-        Some((technique, rest)) if !glsl.join(shader).exists() => (rest, Some(technique)),
-        _ => (shader, None),
-    };
+    let (glsl, (file, technique)) = (glsl(), place(shader));
     let (mut text, mut seen, mut open) = (String::new(), BTreeSet::new(), vec![file.to_owned()]);
     while let Some(file) = open.pop() {
         let path = match technique {
@@ -100,8 +117,8 @@ fn members(text: &str, at: usize) -> Members {
     all
 }
 
-/// The blocks that a text declares: set and binding, or none for push constants → members.
-fn blocks(text: &str) -> BTreeMap<Option<(u32, u32)>, Members> {
+/// The blocks of buffers that a text declares: set and binding → members.
+fn blocks(text: &str) -> BTreeMap<(u32, u32), Members> {
     let mut all = BTreeMap::new();
     for (at, _) in text.match_indices("layout(") {
         let close = at + text[at..].find(')').expect(")");
@@ -114,12 +131,11 @@ fn blocks(text: &str) -> BTreeMap<Option<(u32, u32)>, Members> {
                 v => v.parse().unwrap_or_else(|_| panic!("{key} = {v}")),
             })
         };
-        let place = match (number("set"), number("binding")) {
-            (Some(set), Some(binding)) if head.contains(" buffer ") => Some((set, binding)),
-            _ if text[at..close].contains("push_constant") => None,
-            _ => continue,
-        };
-        all.insert(place, members(text, close));
+        if let (Some(set), Some(binding)) = (number("set"), number("binding"))
+            && head.contains(" buffer ")
+        {
+            all.insert((set, binding), members(text, close));
+        }
     }
     all
 }
@@ -187,7 +203,7 @@ fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) 
 /// The members of a GLSL struct, wherever it is declared.
 fn struct_source(name: &str) -> Members {
     let head = format!("struct {name} {{");
-    let text = SHADERS.iter().map(|s| source(s.name)).find(|t| t.contains(&head)).expect("some shader declares it");
+    let text = ALL.iter().map(|s| source(s.name)).find(|t| t.contains(&head)).expect("some shader declares it");
     members(&text, text.find(&head).expect("found above"))
 }
 
@@ -217,26 +233,19 @@ fn without_constant_choices(words: &[u32]) -> Vec<u32> {
 
 fn variables(shader: &Shader) -> Vec<Variable> {
     let mut config = ReflectConfig::new();
-    let entry_points = config.spv(without_constant_choices(shader.words)).ref_all_rscs(true).reflect();
+    let entry_points = config.spv(without_constant_choices(shader.words())).ref_all_rscs(true).reflect();
     entry_points.unwrap_or_else(|e| panic!("{}: {e}", shader.name)).remove(0).vars
 }
 
 #[test]
 fn structs_lie_as_the_shaders_read_them() {
     let mut seen = BTreeMap::new();
-    let mut pushes = 0;
-    for shader in SHADERS {
+    for shader in ALL {
         let blocks = blocks(&source(shader.name));
         for variable in variables(shader) {
-            let (place, ty) = match &variable {
-                Variable::Descriptor { desc_bind, ty: ty @ Type::Struct(_), .. } => {
-                    (Some((desc_bind.set(), desc_bind.bind())), ty)
-                }
-                Variable::PushConstant { ty, .. } => (None, ty),
-                _ => continue,
-            };
+            let Variable::Descriptor { desc_bind, ty: Type::Struct(block), .. } = &variable else { continue };
+            let place = (desc_bind.set(), desc_bind.bind());
             let what = format!("{} at {place:?}", shader.name);
-            let Type::Struct(block) = ty else { panic!("{what}: {ty:?}") };
             let declared = blocks.get(&place).unwrap_or_else(|| panic!("{what}: not declared in the GLSL"));
             assert_eq!(block.members.len(), declared.len(), "{what}");
             for (member, (kind, name)) in block.members.iter().zip(declared) {
@@ -251,17 +260,84 @@ fn structs_lie_as_the_shaders_read_them() {
                     (ty, _) => check(&what, kind, ty, &mut seen),
                 }
             }
-            if place.is_none() {
-                // Every push constant is a row of four-byte numbers, and 128 bytes are what pipelines declare.
-                pushes += 1;
-                let offsets: Vec<_> = block.members.iter().map(|m| m.offset).collect();
-                assert_eq!(offsets, (0..block.members.len()).map(|i| Some(4 * i)).collect::<Vec<_>>(), "{what}");
-                assert!(size(ty) <= 128, "{what}");
-            }
         }
     }
     for name in twins().keys() {
         assert!(seen.contains_key(*name), "struct {name} is in no shader: the test proves nothing of it");
     }
-    assert!(pushes >= 4, "capacity, count, count, slice");
+}
+
+/// Every push_struct! under a folder of Rust files, by its name: what a GLSL block of the same name has to be.
+fn push_structs(folder: &Path, all: &mut BTreeMap<String, String>) {
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            push_structs(&path, all);
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).expect("UTF-8");
+        let code: Vec<_> = text.lines().map(|l| l.split("//").next().unwrap_or_default()).collect();
+        for after in code.join(" ").split("push_struct! {").skip(1) {
+            let (head, rest) = after.split_once('{').expect("{");
+            let name = head.split_whitespace().last().expect("a name");
+            let member = |declared: &str| {
+                let (name, kind) = declared.split_once(':').unwrap_or_else(|| panic!("{name}: {declared}"));
+                let kind = match kind.trim() {
+                    "u32" => "uint",
+                    "f32" => "float",
+                    "[u32; 2]" => "uvec2",
+                    other => panic!("{name}: {other} has no GLSL type here; add it"),
+                };
+                format!("{kind} {};", name.split_whitespace().last().expect("a name"))
+            };
+            let members = rest.split('}').next().expect("}").split(',').map(str::trim).filter(|m| !m.is_empty());
+            let block = format!("{name} {{ {} }}", members.map(member).collect::<Vec<_>>().join(" "));
+            let before = all.insert(name.to_owned(), block.clone());
+            assert!(before.is_none_or(|before| before == block), "{name} is declared twice, and not alike");
+        }
+    }
+}
+
+/// What a kernel holds against its Rust struct is what lies in the SPIR-V: a row of numbers without padding, which is how
+/// Rust lays it out. Each block has one Rust struct, and each such struct is in some shader.
+#[test]
+fn push_constants_lie_as_the_shaders_read_them() {
+    let mut structs = BTreeMap::new();
+    push_structs(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut structs);
+    let (mut used, mut read) = (BTreeSet::new(), BTreeSet::new());
+    for shader in ALL {
+        let (what, push) = (shader.name, shader.push);
+        let declared = source(what).contains("push_constant");
+        assert_eq!(declared, !push.is_empty(), "{what}: the build found {push:?}");
+        let mut found = variables(shader).into_iter().filter_map(|v| match v {
+            Variable::PushConstant { ty, .. } => Some(ty),
+            _ => None,
+        });
+        let (in_spirv, second) = (found.next(), found.next());
+        assert!(second.is_none(), "{what}: two blocks of push constants");
+        if push.is_empty() {
+            assert!(in_spirv.is_none(), "{what}: push constants that the build did not find");
+            continue;
+        }
+        let name = push.split_whitespace().next().expect("a name");
+        assert_eq!(structs.get(name).map(String::as_str), Some(push), "{what}: no push_struct! of src/ is this block");
+        used.insert(name);
+        // Declared in what is included, and not read: nothing is left of it.
+        let Some(ty) = in_spirv else { continue };
+        read.insert(name);
+        let Type::Struct(block) = &ty else { panic!("{what}: {ty:?}") };
+        let declared = members(push, 0);
+        assert_eq!(block.members.len(), declared.len(), "{what}: {push}");
+        let mut offset = 0;
+        for (member, (kind, name)) in block.members.iter().zip(&declared) {
+            assert_eq!(member.offset, Some(offset), "{what}: {name}");
+            check(&format!("{what}: {name}"), kind, &member.ty, &mut BTreeMap::new());
+            offset += size(&member.ty);
+        }
+        assert!(size(&ty) == offset && offset <= 128, "{what}: {offset} bytes, and kernels declare 128");
+    }
+    for name in structs.keys().map(String::as_str) {
+        assert!(used.contains(name), "push_struct! {name} is pushed to no shader");
+        assert!(read.contains(name), "push_struct! {name} is read by no shader: the test proves nothing of it");
+    }
 }

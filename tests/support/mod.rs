@@ -23,11 +23,16 @@ pub fn all() -> bool {
 }
 
 /// All of `cases` where [`all`] are asked for, else the first `few`.
-pub fn some<T>(mut cases: Vec<T>, few: usize) -> Vec<T> {
+pub fn some<T>(cases: impl IntoIterator<Item = T>, few: usize) -> Vec<T> {
+    cases.into_iter().take(if all() { usize::MAX } else { few }).collect()
+}
+
+/// Whether a test that is left out of a short run stands aside; it says so.
+pub fn is_left_out(test: &str) -> bool {
     if !all() {
-        cases.truncate(few);
+        skipped(test, "GOBO_TEST_ALL is not set");
     }
-    cases
+    !all()
 }
 
 /// Runs `body` on the default device under the validation layer, and fails if the layer or the allocator has said
@@ -97,14 +102,15 @@ pub fn spec(text: &str) -> Spec {
     specs.remove(0)
 }
 
-/// A spec for each path of each technique that this device can run.
-pub fn every_path(context: &Context) -> Vec<Spec> {
+/// A spec for each path of each technique that this device can run; of the others `test` says that they are skipped.
+pub fn every_path(test: &str, context: &Context) -> Vec<Spec> {
     let mut specs = Vec::new();
-    for entry in REGISTRY {
-        for path in entry.paths.iter().filter(|p| context.features().require(p.requires).is_ok()) {
-            let mut spec = spec(entry.name);
-            spec.set("path", path.name);
-            specs.push(spec);
+    for (entry, path) in REGISTRY.iter().flat_map(|entry| entry.paths.iter().map(move |path| (entry, path))) {
+        let mut spec = spec(entry.name);
+        spec.set("path", path.name);
+        match context.features().require(path.requires) {
+            Ok(()) => specs.push(spec),
+            Err(error) => skipped(test, &format!("{}: {error}", spec.short())),
         }
     }
     specs

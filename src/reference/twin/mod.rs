@@ -2,9 +2,11 @@
 //! the truth for light.
 
 pub mod avsm;
+pub mod beer_shadow_map;
 pub mod bins;
 pub mod filter;
 pub mod psm;
 pub mod segment;
 pub mod sums;
+pub mod translucency_map;
 pub mod vertex_lit;

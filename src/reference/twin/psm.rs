@@ -108,44 +108,19 @@ pub fn look_up(behind: &[f32], depth: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::tests::along_the_axis;
     use proptest::prelude::*;
-
-    const VIEW_SIZE: u32 = 1;
-
-    fn view() -> View {
-        let particle = |z| crate::scene::Particle { position: [0.0, 0.0, z], radius: 1.0, extinction: 0.0 };
-        let scene = crate::scene::Scene {
-            name: String::new(),
-            particles: vec![particle(-1.0), particle(1.0)],
-            strands: vec![],
-            meshes: vec![],
-            lights: vec![crate::scene::Light {
-                kind: crate::scene::LightKind::Directional { direction: glam::DVec3::NEG_Z },
-                radiance: [1.0; 3],
-            }],
-            camera: crate::scene::Camera {
-                position: glam::DVec3::ONE,
-                target: glam::DVec3::ZERO,
-                up: glam::DVec3::Z,
-                fov_y_degrees: 40.0,
-            },
-        };
-        View::volumes(&scene, VIEW_SIZE)[0]
-    }
 
     fn casters() -> impl Strategy<Value = Vec<Caster>> {
         prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, prop_oneof![0.0..3.0f32, Just(0.0), Just(1e6)]), 0..40)
-            .prop_map(|all| {
-                let caster = |(z, radius, density)| Caster { position: [0.0, 0.0, z], radius, axis: [0.0; 3], density };
-                all.into_iter().map(caster).collect()
-            })
+            .prop_map(|all| along_the_axis(&all).1)
     }
 
     proptest! {
         /// The three ways to the same ray agree; transmittance never rises and ends at the product of all.
         #[test]
         fn one_ray_three_ways(casters in casters(), count in prop::sample::select(vec![4u32, 8, 64, 256]), split: bool) {
-            let (view, slices) = (view(), Slices { count, split });
+            let (view, slices) = (along_the_axis(&[]).0, Slices { count, split });
             let local = voxelize(&view, [0, 0], &casters, slices);
             let added = propagate_depths(&local);
             let multiplied = propagate(&local.iter().map(|d| (-d).exp()).collect::<Vec<_>>());

@@ -77,7 +77,7 @@ impl Interlock {
     fn insert(&self, commands: &mut Commands, maps: &Maps, of: Range<u32>, group: u32) {
         let size = [maps.size()[0], maps.size()[1] * of.len() as u32];
         commands.pass("avsm.insert", |pass| {
-            pass.render(size, &[], None, |draw| self.splat.draw(draw, &self.insert, of, group));
+            pass.render(size, &[], None, |draw| self.splat.draw(draw, &self.insert, of, group, 0));
         });
     }
 

@@ -71,7 +71,7 @@ impl RasterOrder {
     fn raster_order(&self, commands: &mut Commands, of: Range<u32>, group: u32) {
         let clear = [FARTHEST, self.unshadowed, FARTHEST, self.unshadowed];
         commands.pass("avsm.raster_order", |pass| {
-            pass.render_ordered(&self.attachments, clear, |draw| self.splat.draw(draw, &self.insert, of, group));
+            pass.render_ordered(&self.attachments, clear, |draw| self.splat.draw(draw, &self.insert, of, group, 0));
         });
     }
 

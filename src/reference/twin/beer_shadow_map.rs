@@ -1,0 +1,97 @@
+//! CPU twins of glsl/beer_shadow_map/: where a texel's medium begins and ends and what it takes in all, in f32.
+
+use super::segment::{Segment, texel_segment};
+use super::sums::{DARK, scale};
+use crate::scene::{Caster, View};
+
+/// What a texel keeps. Twin: glsl/beer_shadow_map/texel.glsl.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Texel {
+    /// 1 − depth of the nearest entry; 0 where nothing is.
+    pub one_minus_front: f32,
+    /// Depth of the farthest exit; 0 where nothing is.
+    pub back: f32,
+    /// Of the whole ray.
+    pub optical_depth: f32,
+}
+
+impl Texel {
+    fn with(self, segment: Segment, optical_depth: f32) -> Self {
+        Self {
+            one_minus_front: self.one_minus_front.max(1.0 - segment.entry),
+            back: self.back.max(segment.exit),
+            optical_depth: self.optical_depth + optical_depth,
+        }
+    }
+
+    /// Twin: beer_optical_depth, and what is left there.
+    pub fn transmittance(&self, depth: f32) -> f32 {
+        let front = 1.0 - self.one_minus_front;
+        let share = if depth >= self.back {
+            1.0
+        } else if depth <= front {
+            0.0
+        } else {
+            ((depth - front) / (self.back - front)).min(1.0)
+        };
+        (-self.optical_depth * share).exp()
+    }
+}
+
+/// Of casters that are drawn and blended, before the storage rounds. Twin: blend.frag, and what is blended from it.
+pub fn blend(view: &View, texel: [u32; 2], casters: &[Caster]) -> Texel {
+    let segments = casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0);
+    segments.fold(Texel::default(), |texel, s| texel.with(s, s.optical_depth))
+}
+
+/// Of a tile's casters, with a sum of whole numbers; `bound` is [`super::sums::bound`] of the casters of the texel's tile.
+/// Twin: collect.comp.
+pub fn collect(view: &View, texel: [u32; 2], casters: &[Caster], bound: u32) -> Texel {
+    let (scale, mut units, mut kept) = (scale(bound), 0u32, Texel::default());
+    for segment in casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0) {
+        let share = (DARK / segment.optical_depth).min(1.0);
+        let exit = segment.entry + (segment.exit - segment.entry) * share;
+        units += (segment.optical_depth.min(DARK) * scale + 0.5) as u32;
+        kept = kept.with(Segment { exit, ..segment }, 0.0);
+    }
+    Texel { optical_depth: units as f32 / scale, ..kept }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sums;
+    use super::*;
+    use crate::scene::tests::along_the_axis;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// In [0, 1], never rising, all light in front, the product of all behind; one caster is exact.
+        #[test]
+        fn invariants(all in prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, 0.0..3.0f32), 0..40)) {
+            let (view, casters) = along_the_axis(&all);
+            let bound = sums::bound(&casters, DARK);
+            let depths = casters.iter().filter_map(|c| texel_segment(&view, [0, 0], c)).map(|s| f64::from(s.optical_depth));
+            let product = (-depths.sum::<f64>()).exp();
+            for texel in [blend(&view, [0, 0], &casters), collect(&view, [0, 0], &casters, bound)] {
+                let mut last = texel.transmittance(-1e-3);
+                prop_assert_eq!(last, 1.0);
+                for i in 0..=64 {
+                    let t = texel.transmittance(i as f32 / 64.0);
+                    prop_assert!((0.0..=last).contains(&t), "{t} after {last}");
+                    last = t;
+                }
+                prop_assert!((f64::from(last) - product).abs() < 1e-4, "{last}, not {product}");
+            }
+        }
+
+        #[test]
+        fn one_sphere_is_exact(z in -1.0..1.0f32, radius in 0.1..0.5f32, density in 0.01..5.0f32, depth in 0.0..1.0f32) {
+            let (view, casters) = along_the_axis(&[(z, radius, density)]);
+            let segment = texel_segment(&view, [0, 0], &casters[0]).expect("on the axis");
+            let share = ((depth - segment.entry) / (segment.exit - segment.entry)).clamp(0.0, 1.0);
+            let expected = (-segment.optical_depth * share).exp();
+            let found = blend(&view, [0, 0], &casters).transmittance(depth);
+            prop_assert!((found - expected).abs() < 1e-5, "{found}, not {expected}");
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! docs/add-a-technique.md, followed to the letter in a copy of the repository: the toy technique is found in `compare`.
+
+mod support;
+
+use std::path::Path;
+use std::process::Command;
+use support::{all, log, skipped};
+
+/// The blocks of the page: the line before each, which says where it goes, and its text.
+fn blocks(page: &str) -> Vec<(String, String)> {
+    let (mut blocks, mut said, mut open): (Vec<(String, String)>, String, Option<String>) = Default::default();
+    for line in page.lines() {
+        match (&mut open, line.starts_with("```")) {
+            (None, true) => open = Some(String::new()),
+            (Some(text), true) => {
+                blocks.push((said.clone(), std::mem::take(text)));
+                open = None;
+            }
+            (Some(text), false) => *text += &format!("{line}\n"),
+            (None, false) if !line.trim().is_empty() => said = line.to_owned(),
+            (None, false) => {}
+        }
+    }
+    blocks
+}
+
+/// What stands between the first two backquotes after `at`.
+fn quoted(line: &str, at: usize) -> &str {
+    line.split('`').nth(at).unwrap_or_else(|| panic!("{line}: no name in backquotes"))
+}
+
+fn copy(from: &Path, to: &Path) {
+    // Links instead of copies: the compiler replaces what it writes and leaves the linked file alone.
+    let done = Command::new("cp").args(["-al"]).arg(from).arg(to).status().expect("cp");
+    assert!(done.success(), "cp -al {} {}", from.display(), to.display());
+}
+
+#[test]
+fn a_toy_technique_is_found_in_compare() {
+    let name = "a_toy_technique_is_found_in_compare";
+    if !all() {
+        return skipped(name, "it builds the crate once more; GOBO_TEST_ALL=1 runs it");
+    }
+    let repository = Path::new(env!("CARGO_MANIFEST_DIR"));
+    // Beside the target folder, so that links may reach it.
+    let program = Path::new(env!("CARGO_BIN_EXE_gobo"));
+    let release = program.parent().expect("a folder");
+    let folder = tempfile::tempdir_in(release).expect("a folder");
+    let toy = folder.path().join("toy");
+    std::fs::create_dir_all(toy.join("target/release")).expect("a folder");
+    for file in ["Cargo.toml", "Cargo.lock", "build.rs", "src", "glsl", ".cargo"] {
+        let done = Command::new("cp").arg("-r").arg(repository.join(file)).arg(&toy).status().expect("cp");
+        assert!(done.success(), "{file}");
+    }
+    // The manifest names no tests of ours, and the dependencies are those that were built for this test.
+    for built in [".fingerprint", "build", "deps"] {
+        copy(&release.join(built), &toy.join("target/release").join(built));
+    }
+    if repository.join(".shaderc").exists() {
+        copy(&repository.join(".shaderc"), &toy.join(".shaderc"));
+    }
+    let page = std::fs::read_to_string(repository.join("docs/add-a-technique.md")).expect("the page");
+    let mut files = Vec::new();
+    for (said, text) in blocks(&page) {
+        if said.starts_with('`') && said.ends_with("`:") {
+            let file = toy.join(quoted(&said, 1));
+            std::fs::create_dir_all(file.parent().expect("a folder")).expect("made");
+            assert!(!file.exists(), "{} is there already", file.display());
+            std::fs::write(&file, text).expect("written");
+            files.push(quoted(&said, 1).to_owned());
+        } else {
+            // In `FILE`, after the line `LINE`:
+            assert!(said.starts_with("In `") && said.contains(", after the line `"), "{said}: where does this go?");
+            let (file, line) = (toy.join(quoted(&said, 1)), format!("{}\n", quoted(&said, 3)));
+            let before = std::fs::read_to_string(&file).expect("there");
+            assert_eq!(before.matches(&line).count(), 1, "{said}");
+            std::fs::write(&file, before.replace(&line, &format!("{line}{text}"))).expect("written");
+            assert_eq!(text.lines().count(), 1, "one line of the registry: {text}");
+        }
+    }
+    assert_eq!(files.len(), 3, "{files:?}");
+
+    let run = |command: &mut Command| {
+        let output = command.current_dir(&toy).output().expect("started");
+        let told = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success(), "{command:?}\n{told}\n{}", String::from_utf8_lossy(&output.stderr));
+        told
+    };
+    run(Command::new(env!("CARGO")).args(["build", "--release", "--offline"]).env_remove("CARGO_TARGET_DIR"));
+    let toy_program = toy.join("target/release/gobo");
+    let mut gobo = match std::env::var_os("GOBO_RUNNER") {
+        Some(runner) => {
+            let mut command = Command::new(runner);
+            command.arg(&toy_program);
+            command
+        }
+        None => Command::new(&toy_program),
+    };
+    let command = page.lines().find_map(|l| l.strip_prefix("    cargo run --release -- ")).expect("the command");
+    let table = run(gobo.args(command.split_whitespace()).arg("--validation"));
+    let row = table.lines().find(|l| l.contains("brute-force")).unwrap_or_else(|| panic!("no such row:\n{table}"));
+    assert!(row.contains("compute"), "{row}");
+    log("exercised", name, "the device of `gobo compare`");
+}
