@@ -44,7 +44,11 @@ fn build() -> Result<(), String> {
     let techniques: Vec<_> =
         sources.keys().filter_map(|f| f.strip_suffix(LOOK_UP)?.strip_suffix('/')).map(str::to_owned).collect();
     let constants = constants(&sources)?;
-    let jobs: Vec<_> = sources.iter().filter_map(|(f, s)| Some((f, s, kind(f)?))).flat_map(|(f, s, k)| jobs(f, s, k, &techniques)).collect();
+    let jobs: Vec<_> = sources
+        .iter()
+        .filter_map(|(f, s)| Some((f, s, kind(f)?)))
+        .flat_map(|(f, s, k)| jobs(f, s, k, &techniques))
+        .collect();
     let spirv = compile_all(&sources, &jobs, &constants)?;
     let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
     let table = table(&out, &sources, &techniques, &constants, &jobs, &spirv)?;
@@ -108,7 +112,8 @@ fn constants(sources: &Sources) -> Result<BTreeMap<String, &'static str>, String
 }
 
 fn jobs(file: &str, text: &str, kind: ShaderKind, techniques: &[String]) -> Vec<Job> {
-    let job = |technique: Option<&String>, variant| Job { file: file.into(), kind, technique: technique.cloned(), variant };
+    let job =
+        |technique: Option<&String>, variant| Job { file: file.into(), kind, technique: technique.cloned(), variant };
     if text.contains("#include \"visibility.glsl\"") {
         return techniques.iter().map(|t| job(Some(t), None)).collect();
     }
@@ -127,7 +132,11 @@ fn included(job: &Job, wanted: &str) -> String {
 }
 
 /// On as many threads as there are processors: a fresh machine waits for this.
-fn compile_all(sources: &Sources, jobs: &[Job], constants: &BTreeMap<String, &'static str>) -> Result<Vec<Vec<u8>>, String> {
+fn compile_all(
+    sources: &Sources,
+    jobs: &[Job],
+    constants: &BTreeMap<String, &'static str>,
+) -> Result<Vec<Vec<u8>>, String> {
     let threads = thread::available_parallelism().map_or(1, usize::from);
     let share = jobs.len().div_ceil(threads).max(1);
     let work = |share: &[Job]| -> Result<Vec<Vec<u8>>, String> {
@@ -208,7 +217,9 @@ fn table(
         name = job.technique.as_ref().map_or(name.clone(), |t| format!("{t}/{name}"));
         name = job.variant.as_ref().map_or(name.clone(), |(_, value)| format!("{name}/{value}"));
         let push = push_block(sources, job);
-        let shader = format!("Shader {{ name: {name:?}, push: {push:?}, spirv: &Spirv(*include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{i}.spv\"))) }}");
+        let shader = format!(
+            "Shader {{ name: {name:?}, push: {push:?}, spirv: &Spirv(*include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{i}.spv\"))) }}"
+        );
         let constant = constant_name(job);
         let place = modules.entry(folder.clone()).or_default().entry(constant.clone()).or_default();
         let index = place.len();
@@ -220,7 +231,11 @@ fn table(
     for (folder, shaders) in &modules {
         let _ = writeln!(text, "/// Shaders of glsl/{folder}/.\npub mod {folder} {{\n    use super::*;");
         for (name, of) in shaders {
-            let asks = jobs.iter().any(|j| j.technique.is_some() && constant_name(j) == *name && module_name(&j.file).starts_with(&format!("{folder}/")));
+            let asks = jobs.iter().any(|j| {
+                j.technique.is_some()
+                    && constant_name(j) == *name
+                    && module_name(&j.file).starts_with(&format!("{folder}/"))
+            });
             let (kind, value) = match &of[..] {
                 _ if asks => ("PerTechnique", format!("PerTechnique(&[{}])", of.join(", "))),
                 [one] => ("Shader", one.clone()),
@@ -236,12 +251,19 @@ fn table(
         "/// Hands the folders of glsl/ that answer to a macro.\nmacro_rules! with_folders {{ ($then:ident) => {{ $then! {{ {} }} }}; }}\npub(crate) use with_folders;\n",
         folders.join(", ")
     );
-    text.push_str("/// The folders of glsl/ that answer: each has a visibility.glsl.\npub mod folder {\n    use super::*;\n");
+    text.push_str(
+        "/// The folders of glsl/ that answer: each has a visibility.glsl.\npub mod folder {\n    use super::*;\n",
+    );
     for (i, technique) in techniques.iter().enumerate() {
         let name = module_name(technique).to_uppercase();
-        let _ = writeln!(text, "    /// glsl/{technique}/\n    pub const {name}: Folder = Folder {{ place: {i}, name: {technique:?} }};");
+        let _ = writeln!(
+            text,
+            "    /// glsl/{technique}/\n    pub const {name}: Folder = Folder {{ place: {i}, name: {technique:?} }};"
+        );
     }
-    text.push_str("}\n/// Specialization constants, by their names in GLSL.\npub mod constant {\n    use crate::gpu::Constant;\n");
+    text.push_str(
+        "}\n/// Specialization constants, by their names in GLSL.\npub mod constant {\n    use crate::gpu::Constant;\n",
+    );
     for (id, (name, rust)) in constants.iter().enumerate() {
         let _ = writeln!(text, "    /// {name}\n    pub const {name}: Constant<{rust}> = Constant::new({id});");
     }
@@ -260,7 +282,9 @@ fn push_block(sources: &Sources, job: &Job) -> String {
             let block = block.split('}').next().unwrap_or_default();
             return format!("{} }}", block.split_whitespace().collect::<Vec<_>>().join(" "));
         }
-        open.extend(text.lines().filter_map(|l| l.strip_prefix("#include \"")).map(|l| included(job, l.trim_end_matches('"'))));
+        open.extend(
+            text.lines().filter_map(|l| l.strip_prefix("#include \"")).map(|l| included(job, l.trim_end_matches('"'))),
+        );
     }
     String::new()
 }

@@ -204,7 +204,11 @@ fn the_wrong_push_constants_are_refused() {
             Kernel::compute(context, &shaders::bins::COMPACT, &[], &Constants::new())
         }
         let reads = "`CompactPush { uint caster_count; }`";
-        let refused = [make::<Misread>(context).map(|_| ()), make::<TooMuch>(context).map(|_| ()), make::<()>(context).map(|_| ())];
+        let refused = [
+            make::<Misread>(context).map(|_| ()),
+            make::<TooMuch>(context).map(|_| ()),
+            make::<()>(context).map(|_| ()),
+        ];
         let has = ["`Misread { float caster_count; }`", "`TooMuch { uint caster_count; uint capacity; }`", "``"];
         for (result, has) in refused.into_iter().zip(has) {
             names(result, "bins/compact.comp", &format!("{reads}, and Rust has {has}"));

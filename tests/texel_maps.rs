@@ -151,11 +151,15 @@ fn beer_shadow_maps_equal_their_twins() {
                     let [one_minus_front, back, _, optical_depth] = stored[place][..] else { panic!("four channels") };
                     // A half float of up to 1 has 11 bits; an end is known to some roundings of a depth more.
                     for (found, expected) in [(one_minus_front, twin.one_minus_front), (back, twin.back)] {
-                        assert!((found - expected).abs() <= 1.0 / 2048.0 + 1e-4, "{what} {at:?}: {found}, not {expected}");
+                        assert!(
+                            (found - expected).abs() <= 1.0 / 2048.0 + 1e-4,
+                            "{what} {at:?}: {found}, not {expected}"
+                        );
                     }
                     let (found, expected) = ((-optical_depth).exp(), (-twin.optical_depth).exp());
                     // Steps are relative to the sum, and τ exp(−τ) is at most 1/e.
-                    let tolerance = if met.is_empty() { 0.0 } else { roundings / 1024.0 / std::f32::consts::E + ARITHMETIC };
+                    let tolerance =
+                        if met.is_empty() { 0.0 } else { roundings / 1024.0 / std::f32::consts::E + ARITHMETIC };
                     assert!((found - expected).abs() <= tolerance, "{what} {at:?}: {found}, not {expected}");
                     covered += u32::from(expected < 0.99);
                 });
@@ -235,7 +239,8 @@ fn meshes_and_nothing() {
             let separator = if text.contains(':') { ',' } else { ':' };
             let text = format!("{text}{separator}size=9");
             for (scene, expected) in [(&both, [(-1.0f32).exp(), 0.0]), (&nothing, [1.0, 0.0])] {
-                for (answer, expected) in ask(context, &built(context, scene, &text), &points).into_iter().zip(expected) {
+                for (answer, expected) in ask(context, &built(context, scene, &text), &points).into_iter().zip(expected)
+                {
                     assert!((answer - expected).abs() < 2.5e-3, "{} {text}: {answer}, not {expected}", scene.name);
                 }
             }

@@ -46,15 +46,11 @@ LookUp look_up(uint light, vec3 position) {
 // The first row of a map in an image in which the maps stand one above the other.
 ivec2 stacked(LookUp l, ivec2 texel) { return texel + ivec2(0, l.map * l.view.height); }
 
-#ifndef OWN_FILTER
-// What is left of the light at a depth of one texel's ray. A technique with texels defines it.
+// What is left of the light at a depth of one texel's ray: a technique with texels defines it.
 float texel_transmittance(LookUp l, ivec2 texel);
 
-float light_visibility(uint light, vec3 position) {
-    LookUp l = look_up(light, position);
-    if (l.in_front) {
-        return l.opaque;
-    }
+// The mean over the filter's texels.
+float filtered_transmittance(LookUp l) {
     Filter f = filter_at(l.view, l.at);
     float transmittance = 0.0;
     for (int i = 0; i < filter_side() * filter_side(); ++i) {
@@ -62,7 +58,18 @@ float light_visibility(uint light, vec3 position) {
         // The map is fitted to the casters: past its edge there is nothing to lose light to.
         transmittance += filter_weight(f, i) * (view_has(l.view, texel) ? texel_transmittance(l, texel) : 1.0);
     }
-    return transmittance * l.opaque;
+    return transmittance;
 }
+
+#ifndef MAP_TRANSMITTANCE
+#define MAP_TRANSMITTANCE filtered_transmittance
+#else
+// Who has a quicker way for some filter.
+float MAP_TRANSMITTANCE(LookUp l);
 #endif
+
+float light_visibility(uint light, vec3 position) {
+    LookUp l = look_up(light, position);
+    return l.in_front ? l.opaque : MAP_TRANSMITTANCE(l) * l.opaque;
+}
 #endif

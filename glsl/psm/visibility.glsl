@@ -10,44 +10,52 @@
 // shadow.) So a slice's shadow begins at its near face and is whole at its far face. At the slice's middle, half a slice
 // from both, half of it has come: of a sphere's shadow on its own centre that is also the truth. In front of the first
 // slice all light is left, behind the last what the last leaves.
-#define OWN_FILTER
+#define MAP_TRANSMITTANCE slices_transmittance
 #include "maps/look_up.glsl"
 #include "psm/constants.glsl"
 
 layout(set = GOBO_SET, binding = 3) uniform sampler3D visibility_volume;
 
-// The four slices of a layer about a point given in texels: one bilinear fetch, or the filter's texels one by one.
-vec4 layer_slices(View view, Filter f, vec2 at, uint layer) {
-    if (FILTER == FILTER_BILINEAR) {
-        // At the layer's own depth, so that its neighbours have no weight.
-        float z = (float(layer) + 0.5) / float(textureSize(visibility_volume, 0).z);
-        return textureLod(visibility_volume, vec3(at / vec2(view.width, view.height), z), 0.0);
-    }
-    vec4 sum = vec4(0.0);
-    for (int i = 0; i < filter_side() * filter_side(); ++i) {
-        ivec2 texel = filter_texel(f, i);
-        vec4 outside = vec4(ADDITIVE ? 0.0 : 1.0);
-        sum += filter_weight(f, i)
-             * (view_has(view, texel) ? texelFetch(visibility_volume, ivec3(texel, layer), 0) : outside);
-    }
-    return sum;
+// The faces about a depth: face i lies behind slice i - 1, face 0 in front of all.
+struct Faces {
+    uint face;    // the one at or in front of the depth
+    uint near;    // the slice in front of it, if there is one
+    float share;  // of the way to the next
+};
+
+Faces depth_faces(float depth) {
+    float place = clamp(depth, 0.0, 1.0) * float(SLICES);
+    uint face = min(uint(place), SLICES - 1u);
+    return Faces(face, max(face, 1u) - 1u, place - float(face));
 }
 
-float light_visibility(uint light, vec3 position) {
-    LookUp l = look_up(light, position);
-    if (l.in_front) {
-        return l.opaque;
-    }
-    float place = clamp(l.depth, 0.0, 1.0) * float(SLICES);
-    Filter f = filter_at(l.view, l.at);
-    // Face i lies behind slice i - 1: face 0 in front of all.
-    uint face = min(uint(place), SLICES - 1u);
-    uint near = max(face, 1u) - 1u;
-    vec4 far_slices = layer_slices(l.view, f, l.at, l.map * LAYERS + face / 4u);
-    // Slices k and k + 1 share a layer, save where k is its last.
-    vec4 near_slices = near / 4u == face / 4u ? far_slices : layer_slices(l.view, f, l.at, l.map * LAYERS + near / 4u);
-    vec2 ends = vec2(near_slices[near % 4u], far_slices[face % 4u]);
+// Between what two slices, `near` and the face's, hold.
+float between(Faces f, vec4 near_slices, vec4 far_slices) {
+    vec2 ends = vec2(near_slices[f.near % 4u], far_slices[f.face % 4u]);
     ends = ADDITIVE ? 1.0 - ends : ends;
-    ends.x = face == 0u ? 1.0 : ends.x;
-    return mix(ends.x, ends.y, place - float(face)) * l.opaque;
+    ends.x = f.face == 0u ? 1.0 : ends.x;
+    return mix(ends.x, ends.y, f.share);
+}
+
+float texel_transmittance(LookUp l, ivec2 texel) {
+    Faces f = depth_faces(l.depth);
+    ivec3 at = ivec3(texel, l.map * LAYERS);
+    vec4 far_slices = texelFetch(visibility_volume, at + ivec3(0, 0, f.face / 4u), 0);
+    return between(f, texelFetch(visibility_volume, at + ivec3(0, 0, f.near / 4u), 0), far_slices);
+}
+
+// One bilinear fetch of a layer's four slices, at the layer's own depth, so that its neighbours have no weight.
+vec4 bilinear_slices(LookUp l, uint slice) {
+    float z = (float(l.map * LAYERS + slice / 4u) + 0.5) / float(textureSize(visibility_volume, 0).z);
+    return textureLod(visibility_volume, vec3(l.at / vec2(l.view.width, l.view.height), z), 0.0);
+}
+
+float slices_transmittance(LookUp l) {
+    if (FILTER != FILTER_BILINEAR) {
+        return filtered_transmittance(l);
+    }
+    Faces f = depth_faces(l.depth);
+    vec4 far_slices = bilinear_slices(l, f.face);
+    // Slices k and k + 1 share a layer, save where k is its last.
+    return between(f, f.near / 4u == f.face / 4u ? far_slices : bilinear_slices(l, f.near), far_slices);
 }

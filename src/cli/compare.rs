@@ -15,10 +15,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// What is compared when no technique is named, as far as the device has what it needs.
-const DEFAULT: [&str; 4] = [
+const DEFAULT: [&str; 6] = [
     "avsm:nodes=4|8|16,curve=linear|exponential,path=two-pass|interlock",
     "avsm:nodes=8,path=raster-order|binned",
     "psm:path=raster|fused",
+    "translucency-map:path=raster|binned",
+    "beer-shadow-map:path=raster|binned",
     "uncompressed",
 ];
 

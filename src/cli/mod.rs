@@ -8,7 +8,7 @@ mod slice;
 
 use crate::gpu::{Context, Messages, Options};
 use crate::scene::{BUILT_IN, FACES, Scene};
-use crate::technique::{REGISTRY, Spec, Values, parse};
+use crate::technique::{Lifetime, REGISTRY, Spec, Values, parse};
 use crate::{Error, Result};
 use clap::{Args, Parser, Subcommand};
 use std::process::ExitCode;
@@ -109,7 +109,12 @@ impl MapArguments {
 fn techniques() -> String {
     let mut text = String::from("Technique specs, NAME:key=value,key=value; several values as a|b make a sweep:\n");
     for entry in REGISTRY {
-        text += &format!("\n  {}: {}\n", entry.name, entry.about);
+        let lifetime = match entry.lifetime {
+            Lifetime::Frame => "built each frame",
+            Lifetime::Baked => "baked once",
+        };
+        let casts = entry.casts.names();
+        text += &format!("\n  {}: {}\n    casts from {casts}; {lifetime}\n", entry.name, entry.about);
         for key in entry.all_keys() {
             let values = match key.values {
                 Values::OneOf(words) => words.join("|"),

@@ -82,7 +82,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     write_png(&arguments.out, size, &picture.to_srgb8())?;
     check_messages(&context)?;
-    println!("{}: {spec} on {}, path {}", arguments.out.display(), context.features().name, opened.technique.facts()?.path);
+    println!(
+        "{}: {spec} on {}, path {}",
+        arguments.out.display(),
+        context.features().name,
+        opened.technique.facts()?.path
+    );
     Ok(ExitCode::SUCCESS)
 }
 

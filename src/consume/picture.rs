@@ -3,8 +3,8 @@
 use super::Lighting;
 use crate::Result;
 use crate::gpu::{
-    Bindings, Blend, Buffer, Commands, Context, Format, Graphics, Image, ImageUse, Kernel, Pass, PassTime,
-    Requirement, Resource, Shader, Target, Tessellated, push_struct,
+    Bindings, Blend, Buffer, Commands, Context, Format, Graphics, Image, ImageUse, Kernel, Pass, PassTime, Requirement,
+    Resource, Shader, Target, Tessellated, push_struct,
 };
 use crate::scene::{Picture, SKY, View, far_to_near};
 use crate::shaders::consume as shaders;
@@ -269,9 +269,10 @@ impl Renderer {
                     let over = [(self.color_format, Blend::Over)];
                     Casters::Fragment(make(&shaders::CASTER_VERT, fragment, &over, false, &sets)?)
                 }
-                Lighting::Vertex { spacing } => {
-                    Casters::Vertex(self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?, SpacingPush { spacing })
-                }
+                Lighting::Vertex { spacing } => Casters::Vertex(
+                    self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?,
+                    SpacingPush { spacing },
+                ),
             },
         })
     }

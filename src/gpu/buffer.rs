@@ -162,7 +162,9 @@ impl Buffer {
         }
         if self.0.memory == Memory::Device {
             let staging = Self::new(&self.0.context, "readback", bytes, Memory::Readback)?;
-            let copy = |commands: &mut Commands| commands.pass("readback", |pass| pass.copy_from(self, offset, &staging, bytes));
+            let copy = |commands: &mut Commands| {
+                commands.pass("readback", |pass| pass.copy_from(self, offset, &staging, bytes))
+            };
             self.0.context.submit(copy)?;
             return staging.read(count);
         }

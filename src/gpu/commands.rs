@@ -1,8 +1,7 @@
 //! Recording and running commands: one call a pass writes the barrier, the label and the two timestamps.
 
-use super::ordered_attachments::AFTER_CLEAR;
 use super::kernel::PUSH_BYTES;
-use super::{Buffer, Context, Draw, Image, Kernel, OrderedAttachments, Push, vk_error};
+use super::{Buffer, Context, Image, Kernel, Push, vk_error};
 use crate::{Error, Result};
 use ash::vk;
 use std::any::Any;
@@ -92,14 +91,6 @@ pub struct Commands<'a> {
 /// A pass being recorded.
 pub struct Pass<'c, 'a> {
     pub(super) commands: &'c mut Commands<'a>,
-}
-
-/// A target of a render.
-pub struct Target<'a> {
-    /// Drawn to.
-    pub image: &'a Image,
-    /// Cleared to this first; else kept. Depth takes the first number.
-    pub clear: Option<[f32; 4]>,
 }
 
 impl Context {
@@ -228,7 +219,10 @@ impl<'a> Commands<'a> {
     fn copy_read_backs(&mut self) {
         let read_backs = std::mem::take(&mut self.read_backs);
         if !read_backs.is_empty() {
-            self.barrier(vk::PipelineStageFlags2::COPY, vk::AccessFlags2::TRANSFER_READ | vk::AccessFlags2::TRANSFER_WRITE);
+            self.barrier(
+                vk::PipelineStageFlags2::COPY,
+                vk::AccessFlags2::TRANSFER_READ | vk::AccessFlags2::TRANSFER_WRITE,
+            );
         }
         for (from, to) in read_backs {
             let bytes = from.bytes().min(to.bytes());
@@ -375,116 +369,6 @@ impl<'a> Pass<'_, 'a> {
         self.commands.used.push(Box::new(to.clone()));
     }
 
-    /// Draws into `colors` and `depth` (either may be none), over `size` texels.
-    pub fn render(
-        &mut self,
-        size: [u32; 2],
-        colors: &[Target],
-        depth: Option<Target>,
-        record: impl FnOnce(&mut Draw<'_, '_, 'a>),
-    ) {
-        let attachment = |t: &Target| {
-            vk::RenderingAttachmentInfo::default()
-                .image_view(t.image.view())
-                .image_layout(vk::ImageLayout::GENERAL)
-                .load_op(if t.clear.is_some() { vk::AttachmentLoadOp::CLEAR } else { vk::AttachmentLoadOp::LOAD })
-                .store_op(vk::AttachmentStoreOp::STORE)
-        };
-        let color_infos: Vec<_> = colors
-            .iter()
-            .map(|t| {
-                let float32 = t.clear.unwrap_or_default();
-                attachment(t).clear_value(vk::ClearValue { color: vk::ClearColorValue { float32 } })
-            })
-            .collect();
-        let depth_info = depth.as_ref().map(|t| {
-            let depth_stencil = vk::ClearDepthStencilValue { depth: t.clear.unwrap_or_default()[0], stencil: 0 };
-            attachment(t).clear_value(vk::ClearValue { depth_stencil })
-        });
-        let area = area(0, size);
-        let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&color_infos);
-        if let Some(depth_info) = &depth_info {
-            info = info.depth_attachment(depth_info);
-        }
-        let buffer = self.commands.buffer;
-        let device = self.commands.device();
-        // SAFETY: the attachments are kept alive, in GENERAL; the area is within them, as callers size them alike.
-        unsafe {
-            device.cmd_begin_rendering(buffer, &info);
-            device.cmd_set_viewport(buffer, 0, &viewport(0, size));
-            device.cmd_set_scissor(buffer, 0, &[area]);
-        }
-        record(&mut Draw { pass: self });
-        // SAFETY: the render was begun above.
-        unsafe { device.cmd_end_rendering(buffer) };
-        for target in colors.iter().chain(&depth) {
-            self.commands.used.push(Box::new(target.image.clone()));
-        }
-    }
-
-    /// Draws into the layers of a volume, with pipelines of [`Kernel::layered`]. Each viewport is a square at
-    /// the upper left of so many texels a side.
-    pub fn render_layers(&mut self, volume: &Image, viewports: &[u32], record: impl FnOnce(&mut Draw<'_, '_, 'a>)) {
-        let colors = [vk::RenderingAttachmentInfo::default()
-            .image_view(volume.attachment_view())
-            .image_layout(vk::ImageLayout::GENERAL)
-            .load_op(vk::AttachmentLoadOp::LOAD)
-            .store_op(vk::AttachmentStoreOp::STORE)];
-        let info = vk::RenderingInfo::default()
-            .render_area(area(0, volume.size()))
-            .layer_count(volume.depth())
-            .color_attachments(&colors);
-        let scissors: Vec<_> = viewports.iter().map(|side| area(0, [*side, *side])).collect();
-        let viewports: Vec<_> = viewports.iter().flat_map(|side| viewport(0, [*side, *side])).collect();
-        let buffer = self.commands.buffer;
-        let device = self.commands.device();
-        // SAFETY: the volume is kept alive, in GENERAL; the area and the layers are all of it.
-        unsafe {
-            device.cmd_begin_rendering(buffer, &info);
-            device.cmd_set_viewport(buffer, 0, &viewports);
-            device.cmd_set_scissor(buffer, 0, &scissors);
-        }
-        record(&mut Draw { pass: self });
-        // SAFETY: the render was begun above.
-        unsafe { device.cmd_end_rendering(buffer) };
-        self.commands.used.push(Box::new(volume.clone()));
-    }
-
-    /// Draws into attachments that fragments read and write back in drawing order, each cleared to `clear` first, with
-    /// pipelines of [`Kernel::ordered`].
-    pub fn render_ordered(
-        &mut self,
-        attachments: &OrderedAttachments,
-        clear: [f32; 4],
-        record: impl FnOnce(&mut Draw<'_, '_, 'a>),
-    ) {
-        let size = attachments.size();
-        let clears = vec![vk::ClearValue { color: vk::ClearColorValue { float32: clear } }; attachments.images().len()];
-        let info = vk::RenderPassBeginInfo::default()
-            .render_pass(attachments.render_pass())
-            .framebuffer(attachments.framebuffer())
-            .render_area(area(0, size))
-            .clear_values(&clears);
-        let barriers = [vk::MemoryBarrier::default()
-            .src_access_mask(AFTER_CLEAR.src_access_mask)
-            .dst_access_mask(AFTER_CLEAR.dst_access_mask)];
-        let (from, to, by_region) =
-            (AFTER_CLEAR.src_stage_mask, AFTER_CLEAR.dst_stage_mask, AFTER_CLEAR.dependency_flags);
-        let buffer = self.commands.buffer;
-        let device = self.commands.device();
-        // SAFETY: the attachments are kept alive, in GENERAL; the barrier is the render pass's self-dependency.
-        unsafe {
-            device.cmd_begin_render_pass(buffer, &info, vk::SubpassContents::INLINE);
-            device.cmd_pipeline_barrier(buffer, from, to, by_region, &barriers, &[], &[]);
-            device.cmd_set_viewport(buffer, 0, &viewport(0, size));
-            device.cmd_set_scissor(buffer, 0, &[area(0, size)]);
-        }
-        record(&mut Draw { pass: self });
-        // SAFETY: the render pass was begun above.
-        unsafe { device.cmd_end_render_pass(buffer) };
-        self.commands.used.push(Box::new(attachments.clone()));
-    }
-
     pub(super) fn bind<P: Push>(&mut self, kernel: &Kernel<P>, push: &P) {
         let kernel = kernel.inner();
         let sets: Vec<_> = kernel.sets.iter().map(|s| s.set()).collect();
@@ -512,16 +396,4 @@ pub fn groups(count: u64) -> [u32; 2] {
     const MOST: u64 = 65535;
     let rows = count.div_ceil(MOST).max(1);
     [count.div_ceil(rows) as u32, rows as u32]
-}
-
-pub(super) fn area(first_row: u32, size: [u32; 2]) -> vk::Rect2D {
-    vk::Rect2D {
-        offset: vk::Offset2D { x: 0, y: first_row as i32 },
-        extent: vk::Extent2D { width: size[0], height: size[1] },
-    }
-}
-
-pub(super) fn viewport(first_row: u32, size: [u32; 2]) -> [vk::Viewport; 1] {
-    let (y, width, height) = (first_row as f32, size[0] as f32, size[1] as f32);
-    [vk::Viewport { x: 0.0, y, width, height, min_depth: 0.0, max_depth: 1.0 }]
 }

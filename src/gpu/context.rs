@@ -310,9 +310,7 @@ fn choose(all: Vec<Found>, wanted: Option<&str>) -> Result<Found> {
             Err(_) => all.into_iter().find(|d| d.2.name.to_lowercase().contains(&wanted.to_lowercase())),
         },
         None => {
-            let rank = |d: &Found| {
-                (d.2.below_floor.is_some(), d.2.kind)
-            };
+            let rank = |d: &Found| (d.2.below_floor.is_some(), d.2.kind);
             all.into_iter().min_by_key(rank)
         }
     };

@@ -1,6 +1,7 @@
 //! Draws of a render that is being recorded.
 
-use super::commands::{Pass, area, viewport};
+use super::commands::Pass;
+use super::render::{area, viewport};
 use super::{Buffer, Kernel, Push};
 use std::ops::Range;
 

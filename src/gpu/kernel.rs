@@ -213,7 +213,13 @@ impl<P: Push> Kernel<P> {
         Self::drawing(context, &state, Into::Ordered(attachments), sets, constants)
     }
 
-    fn drawing(context: &Context, state: &Graphics, into: Into, sets: &[&Bindings], constants: &Constants) -> Result<Self> {
+    fn drawing(
+        context: &Context,
+        state: &Graphics,
+        into: Into,
+        sets: &[&Bindings],
+        constants: &Constants,
+    ) -> Result<Self> {
         let name = state.fragment.name;
         let mut inner = layout(context, name, sets, vk::PipelineBindPoint::GRAPHICS)?;
         let mut modules = vec![
@@ -231,7 +237,8 @@ impl<P: Push> Kernel<P> {
         let mut mode = vk::PolygonMode::FILL;
         if let Into::Patches(tessellated) = into {
             modules.push((vk::ShaderStageFlags::TESSELLATION_CONTROL, module::<P>(context, tessellated.control)?));
-            modules.push((vk::ShaderStageFlags::TESSELLATION_EVALUATION, module::<P>(context, tessellated.evaluation)?));
+            modules
+                .push((vk::ShaderStageFlags::TESSELLATION_EVALUATION, module::<P>(context, tessellated.evaluation)?));
             topology = vk::PrimitiveTopology::PATCH_LIST;
             mode = if tessellated.lines { vk::PolygonMode::LINE } else { mode };
         }

@@ -14,12 +14,13 @@ mod image;
 mod kernel;
 mod ordered_attachments;
 mod push;
+mod render;
 mod spirv;
 mod validation;
 
 pub use bindings::{Bindings, Border, Resource};
 pub use buffer::{Buffer, Memory};
-pub use commands::{Commands, MAX_UPDATE_BYTES, Pass, PassTime, Target, groups};
+pub use commands::{Commands, MAX_UPDATE_BYTES, Pass, PassTime, groups};
 pub use constants::{Constant, ConstantValue, Constants};
 pub use context::{Context, Options, devices};
 pub use draw::Draw;
@@ -28,6 +29,7 @@ pub use image::{Image, ImageUse};
 pub use kernel::{Blend, Graphics, Kernel, Layered, Tessellated};
 pub use ordered_attachments::OrderedAttachments;
 pub use push::{Push, PushMember, push_struct};
+pub use render::Target;
 pub use spirv::{Shader, Spirv};
 pub use validation::{ALLOWED, Allowed, Messages};
 

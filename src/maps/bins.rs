@@ -229,7 +229,8 @@ impl Bins {
     fn horizon(&self, commands: &mut Commands) {
         if self.hide {
             let [x, y] = self.tiles;
-            commands.pass("bins.horizon", |pass| pass.dispatch(&self.find_horizon, &self.push(), [x, y, self.map_count]));
+            commands
+                .pass("bins.horizon", |pass| pass.dispatch(&self.find_horizon, &self.push(), [x, y, self.map_count]));
         }
     }
 

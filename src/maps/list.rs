@@ -2,9 +2,7 @@
 
 use super::{Bins, Maps, Splat, stacked};
 use crate::Result;
-use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, Resource,
-};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, Resource};
 use crate::maps::SplatPush;
 use crate::shaders;
 use crate::world::World;
@@ -91,8 +89,11 @@ impl List {
         let counter_bytes = 4 * u64::from(maps.count());
         let counters = Buffer::new(context, "list.counters", counter_bytes, Memory::Device)?;
         let counted = Buffer::new(context, "list.counted", counter_bytes, Memory::Readback)?;
-        let resources =
-            [Resource::StorageImage(heads.clone()), Resource::Buffer(segments.clone()), Resource::Buffer(counters.clone())];
+        let resources = [
+            Resource::StorageImage(heads.clone()),
+            Resource::Buffer(segments.clone()),
+            Resource::Buffer(counters.clone()),
+        ];
         let set = Bindings::new(context, "list", &resources)?;
         let kernel = splat.kernel(context, maps, &shaders::list::CAPTURE_FRAG, &[], &[&set], &Constants::new())?;
         Ok(Self {

@@ -2,7 +2,9 @@
 
 use super::stacked;
 use crate::Result;
-use crate::gpu::{Bindings, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Target, push_struct};
+use crate::gpu::{
+    Bindings, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Target, push_struct,
+};
 use crate::shaders;
 use crate::world::World;
 

@@ -70,7 +70,13 @@ impl Splat {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, maps: &Maps, sorting: DrawingOrder, bins: Option<&Bins>) -> Result<Self> {
+    pub fn new(
+        context: &Context,
+        world: &World,
+        maps: &Maps,
+        sorting: DrawingOrder,
+        bins: Option<&Bins>,
+    ) -> Result<Self> {
         let capacity = world.caster_capacity();
         let order = Buffer::with_data(context, "splat.order", &orders(world, maps.all(), sorting, capacity))?;
         let culled = match bins {
@@ -89,7 +95,16 @@ impl Splat {
         let drawn = culled.as_ref().map_or(&order, |c| &c.drawn).clone();
         let set = Bindings::new(context, "splat", &[Resource::Buffer(drawn)])?;
         let caster_count = world.caster_count();
-        Ok(Self { sorting, generation: world.generation(), order, set, culled, capacity, caster_count, size: maps.size() })
+        Ok(Self {
+            sorting,
+            generation: world.generation(),
+            order,
+            set,
+            culled,
+            capacity,
+            caster_count,
+            size: maps.size(),
+        })
     }
 
     /// What draws casters with a fragment shader into colour targets: sets 0 and 1 are the maps' and the order, set 2 is

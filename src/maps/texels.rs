@@ -91,7 +91,9 @@ impl Texels {
                 splat.record(commands, world, maps, None)?;
                 commands.pass(label, |pass| {
                     let target = Target { image: &self.image, clear: Some(*empty) };
-                    pass.render(self.image.size(), &[target], None, |draw| splat.draw(draw, kernel, 0..maps.count(), 0, 0));
+                    pass.render(self.image.size(), &[target], None, |draw| {
+                        splat.draw(draw, kernel, 0..maps.count(), 0, 0)
+                    });
                 });
             }
             Way::Binned { bins, kernel, label } => {

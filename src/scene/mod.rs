@@ -142,23 +142,23 @@ impl Scene {
 pub(crate) mod tests {
     use super::*;
 
-    /// The one ray of a map of one texel, along −z from z = 2 to −2, and spheres (z, radius, extinction) about it.
-    pub(crate) fn along_the_axis(spheres: &[(f32, f32, f32)]) -> (View, Vec<Caster>) {
-        let particle = |z| Particle { position: [0.0, 0.0, z], radius: 1.0, extinction: 0.0 };
-        let scene = Scene {
-            name: String::new(),
-            particles: vec![particle(-1.0), particle(1.0)],
+    /// Spheres (z, radius, extinction) about the z axis, along which the light goes down.
+    pub(crate) fn on_the_axis(spheres: &[(f32, f32, f32)]) -> Scene {
+        let particle =
+            |&(z, radius, extinction): &(f32, f32, f32)| Particle { position: [0.0, 0.0, z], radius, extinction };
+        Scene {
+            name: "axis".into(),
+            particles: spheres.iter().map(particle).collect(),
             strands: vec![],
             meshes: vec![],
             lights: vec![Light { kind: LightKind::Directional { direction: DVec3::NEG_Z }, radiance: [1.0; 3] }],
             camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
-        };
-        let caster = |&(z, radius, density): &(f32, f32, f32)| Caster {
-            position: [0.0, 0.0, z],
-            radius,
-            axis: [0.0; 3],
-            density,
-        };
-        (View::volumes(&scene, 1)[0], spheres.iter().map(caster).collect())
+        }
+    }
+
+    /// The one ray of a map of one texel, from z = 2 to −2, and such spheres about it.
+    pub(crate) fn along_the_axis(spheres: &[(f32, f32, f32)]) -> (View, Vec<Caster>) {
+        let held = on_the_axis(&[(-1.0, 1.0, 0.0), (1.0, 1.0, 0.0)]);
+        (View::volumes(&held, 1)[0], on_the_axis(spheres).casters())
     }
 }

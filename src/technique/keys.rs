@@ -1,7 +1,7 @@
 //! Keys of specs: what may be set, and the types that settings are read into.
 
-use crate::maps::{Filter, FilterKind};
 use super::Spec;
+use crate::maps::{Filter, FilterKind};
 
 /// A setting of a technique.
 pub struct Key {

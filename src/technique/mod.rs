@@ -154,10 +154,10 @@ impl Casts {
         has == [false; 3] || has.iter().zip(casts).any(|(has, casts)| *has && casts)
     }
 
-    /// What it casts from, for messages.
-    fn names(self) -> String {
+    /// What it casts from, for people.
+    pub fn names(self) -> String {
         let names = [(self.particles, "particles"), (self.strands, "strands"), (self.meshes, "meshes")];
-        names.into_iter().filter(|n| n.0).map(|n| n.1).collect::<Vec<_>>().join(" or ")
+        names.into_iter().filter(|n| n.0).map(|n| n.1).collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -204,5 +204,22 @@ impl Entry {
     pub fn require(&self, context: &Context, path: &str) -> Result<()> {
         let known = self.paths.iter().find(|p| p.name == path);
         known.map_or(Ok(()), |path| context.features().require(path.requires))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::tests::on_the_axis;
+
+    /// A scene without what a technique casts from is none of its; one without anything is everybody's.
+    #[test]
+    fn casts_from_what_the_scene_has() {
+        let smoke = on_the_axis(&[(0.0, 0.5, 1.0)]);
+        let mut nothing = smoke.clone();
+        nothing.particles.clear();
+        let meshes = Casts { particles: false, strands: false, meshes: true };
+        assert!(Casts::ALL.any_of(&smoke) && !meshes.any_of(&smoke) && meshes.any_of(&nothing));
+        assert_eq!(Casts::ALL.names(), "particles, strands, meshes");
     }
 }

@@ -38,10 +38,7 @@ pub const ENTRY: Entry = Entry {
         FILTER,
         RADIUS,
     ],
-    paths: &[
-        Path { name: BINNED, requires: &[Requirement::ExtendedFormats] },
-        Path { name: RASTER, requires: &[] },
-    ],
+    paths: &[Path { name: BINNED, requires: &[Requirement::ExtendedFormats] }, Path { name: RASTER, requires: &[] }],
     open: |context, world, spec| Ok(Box::new(translucency_map(context, world, spec)?)),
 };
 

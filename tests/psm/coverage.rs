@@ -1,6 +1,6 @@
 //! Ways to the same bytes: geometry and vertex routes, and coverages, which never skip a covered ray.
 
-use super::{storages, built, cases, opened, rays, world};
+use super::{built, cases, opened, rays, storages, world};
 use crate::support::scenes::{self, Random};
 use crate::support::{gpu_test, gpu_test_needing, some, spec};
 use gobo::gpu::Requirement;

@@ -1,10 +1,10 @@
 //! path=binned: a workgroup builds a tile's curves from its casters, by sums in even cells of depth or by insertion of
 //! sorted segments in registers. No lists, no blending, no interlock. Source: ours.
 
-use super::{Curves, Plan};
+use super::Site;
 use crate::Result;
-use crate::gpu::{Commands, Context, Kernel};
-use crate::maps::{Bins, Maps};
+use crate::gpu::{Commands, Kernel};
+use crate::maps::Bins;
 use crate::shaders::avsm;
 
 /// What the path builds with.
@@ -15,7 +15,8 @@ pub struct Binned {
 }
 
 impl Binned {
-    pub fn new(context: &Context, maps: &Maps, bins: &Bins, curves: &Curves, plan: &Plan) -> Result<Self> {
+    pub fn new(site: &Site, bins: &Bins) -> Result<Self> {
+        let Site { context, maps, curves, plan, .. } = *site;
         let shader = match (plan.cells, plan.lanes) {
             (true, true) => &avsm::CELLS_LANES_1,
             (true, false) => &avsm::CELLS_LANES_0,

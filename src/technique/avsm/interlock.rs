@@ -1,10 +1,10 @@
 //! path=interlock: each fragment inserts its segment into its texel's curve as it is drawn, one fragment of a texel at a
 //! time, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
 
-use super::{Curves, GroupPush, NodeData, Plan};
+use super::{GroupPush, NodeData, Site, per_tile};
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Context, Kernel, Memory, Resource};
-use crate::maps::{Bins, DrawingOrder, Maps, Splat, SplatPush};
+use crate::gpu::{Bindings, Buffer, Commands, Kernel, Memory, Resource};
+use crate::maps::{Bins, Maps, Splat, SplatPush};
 use crate::shaders;
 use crate::world::World;
 use std::ops::Range;
@@ -26,20 +26,17 @@ struct Full {
 }
 
 impl Interlock {
-    pub fn new(
-        context: &Context,
-        world: &World,
-        maps: &Maps,
-        bins: Option<&Bins>,
-        curves: &Curves,
-        plan: &Plan,
-    ) -> Result<Self> {
-        let splat = Splat::new(context, world, maps, plan.drawing_order(), bins)?;
+    pub fn new(site: &Site) -> Result<Self> {
+        let Site { context, world, maps, bins, curves, plan } = *site;
+        let splat = Splat::new(context, world, maps, plan.settings.drawing_order(), bins)?;
         let mut at_once = maps.stacked_at_once(context);
         let mut set = curves.set.clone();
         let mut full = None;
         if plan.settings.packed {
-            let map_bytes = u64::from(maps.size()[0]) * u64::from(maps.size()[1]) * plan.full_bytes();
+            let map_bytes = u64::from(maps.size()[0])
+                * u64::from(maps.size()[1])
+                * u64::from(plan.settings.nodes)
+                * size_of::<NodeData>() as u64;
             let fit = u64::from(context.features().max_storage_buffer_range) / map_bytes;
             at_once = fit.clamp(1, at_once.into()) as u32;
             let nodes = Buffer::new(context, "avsm.full", map_bytes * u64::from(at_once), Memory::Device)?;
@@ -67,10 +64,7 @@ impl Interlock {
 
     /// Empties every curve.
     fn clear(&self, commands: &mut Commands, maps: &Maps, group: Range<u32>) {
-        let [x, y] = maps.tiles();
-        commands.pass("avsm.clear", |pass| {
-            pass.dispatch(&self.clear, &GroupPush { first_map: group.start }, [x, y, group.len() as u32]);
-        });
+        per_tile(commands, "avsm.clear", &self.clear, maps, group);
     }
 
     /// Draws the casters into the curves, in each map's order.
@@ -90,21 +84,6 @@ impl Interlock {
 impl Full {
     /// Packs the curves of a group.
     fn pack(&self, commands: &mut Commands, maps: &Maps, group: Range<u32>) {
-        let [x, y] = maps.tiles();
-        commands.pass("avsm.pack", |pass| {
-            pass.dispatch(&self.pack, &GroupPush { first_map: group.start }, [x, y, group.len() as u32]);
-        });
-    }
-}
-
-impl Plan {
-    /// Bytes of a texel's nodes in full.
-    fn full_bytes(&self) -> u64 {
-        u64::from(self.settings.nodes) * size_of::<NodeData>() as u64
-    }
-
-    /// Single-pass paths insert casters in the order in which they are drawn.
-    pub fn drawing_order(&self) -> DrawingOrder {
-        if self.settings.sorted { DrawingOrder::NearToFar } else { DrawingOrder::Index }
+        per_tile(commands, "avsm.pack", &self.pack, maps, group);
     }
 }

@@ -25,10 +25,11 @@ use self::settings::{KEYS, Settings, Way};
 use self::two_pass::TwoPass;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Image, Requirement, Resource, push_struct};
+use crate::gpu::{Bindings, Buffer, Commands, Context, Image, Kernel, Requirement, Resource, push_struct};
 use crate::maps::{Bins, Map, Maps, Use};
 use crate::shaders::folder;
 use crate::world::World;
+use std::ops::Range;
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
@@ -49,6 +50,23 @@ pub const ENTRY: Entry = Entry {
 push_struct! {
     /// Twin: GroupPush in glsl/avsm/maps.glsl.
     struct GroupPush { first_map: u32 }
+}
+
+/// What a path is made from.
+struct Site<'a> {
+    context: &'a Context,
+    world: &'a World,
+    maps: &'a Maps,
+    bins: Option<&'a Bins>,
+    curves: &'a Curves,
+    plan: &'a Plan,
+}
+
+/// A pass with a workgroup for each tile of a group of maps.
+fn per_tile(commands: &mut Commands, label: &str, kernel: &Kernel<GroupPush>, maps: &Maps, group: Range<u32>) {
+    let [x, y] = maps.tiles();
+    let push = GroupPush { first_map: group.start };
+    commands.pass(label, |pass| pass.dispatch(kernel, &push, [x, y, group.len() as u32]));
 }
 
 /// What a path builds with.
@@ -92,18 +110,13 @@ impl Avsm {
             None
         };
         let curves = Curves::new(context, &maps, bins.as_ref(), settings)?;
+        let site = Site { context, world, maps: &maps, bins: bins.as_ref(), curves: &curves, plan: &plan };
         let build = match (plan.way, &bins) {
-            (Way::Binned, Some(bins)) => Build::Binned(Binned::new(context, &maps, bins, &curves, &plan)?),
-            (Way::Interlock, bins) => {
-                Build::Interlock(Interlock::new(context, world, &maps, bins.as_ref(), &curves, &plan)?)
-            }
-            (Way::RasterOrder, bins) => {
-                Build::RasterOrder(RasterOrder::new(context, world, &maps, bins.as_ref(), &curves, &plan)?)
-            }
+            (Way::Binned, Some(bins)) => Build::Binned(Binned::new(&site, bins)?),
+            (Way::Interlock, _) => Build::Interlock(Interlock::new(&site)?),
+            (Way::RasterOrder, _) => Build::RasterOrder(RasterOrder::new(&site)?),
             // Binned never is without bins.
-            (Way::TwoPass | Way::Binned, bins) => {
-                Build::TwoPass(TwoPass::new(context, world, &maps, bins.as_ref(), &curves, &plan)?)
-            }
+            (Way::TwoPass | Way::Binned, _) => Build::TwoPass(TwoPass::new(&site)?),
         };
         let more = [&curves.nodes, &curves.tiles].map(|b| Resource::Buffer(b.clone()));
         let look_up = maps.look_up(context, "avsm.look_up", &more)?;
@@ -153,7 +166,7 @@ impl Technique for Avsm {
     }
 
     fn answer(&self) -> Answer<'_> {
-        Answer { folder: folder::AVSM, bindings: &self.look_up, constants: self.constants() }
+        Answer { folder: folder::AVSM, bindings: &self.look_up, constants: &self.plan.constants }
     }
 
     fn maps(&self) -> &[Map] {
@@ -194,11 +207,5 @@ impl Technique for Avsm {
             Build::Binned(_) => {}
         }
         Ok(facts)
-    }
-}
-
-impl Avsm {
-    fn constants(&self) -> &Constants {
-        &self.plan.constants
     }
 }

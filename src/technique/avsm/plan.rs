@@ -4,9 +4,7 @@ use super::ENTRY;
 use super::settings::{Batch, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Requirement};
 use crate::scene::Scene;
-use crate::shaders::constant::{
-    EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TILED, WORK, WORKGROUP,
-};
+use crate::shaders::constant::{EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TILED, WORK, WORKGROUP};
 use crate::technique::keys::Word;
 use crate::{Error, Result};
 
@@ -49,7 +47,10 @@ impl Plan {
         let cells = resolve == Resolve::Cells;
         let refused = |needs: String| Err(Error::Refused { needs });
         if resolve == Resolve::Whole && matches!(way, Way::Interlock | Way::RasterOrder) {
-            return refused(format!("every segment of a texel (resolve=whole), which path={} does not keep", way.name()));
+            return refused(format!(
+                "every segment of a texel (resolve=whole), which path={} does not keep",
+                way.name()
+            ));
         }
         if cells && way != Way::Binned {
             return refused("path=binned: resolve=cells adds up a tile's casters".into());
@@ -64,7 +65,8 @@ impl Plan {
             return refused("order=sorted: path=binned has no other".into());
         }
         if way == Way::Binned && settings.resolve.is_none() {
-            reason = format!("{reason}; resolve={}: {}", word(resolve), if cells { "no hair" } else { "hair is steps" });
+            reason =
+                format!("{reason}; resolve={}: {}", word(resolve), if cells { "no hair" } else { "hair is steps" });
         }
         let more_nodes = match (resolve, way) {
             (Resolve::Whole, _) => WHOLE_NODES,

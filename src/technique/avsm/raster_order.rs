@@ -1,8 +1,8 @@
 //! path=raster-order: the curves in colour attachments, which the device lets one fragment of a texel at a time read and
 //! write, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
 
-use super::{Curves, GroupPush, Plan};
-use crate::gpu::{Bindings, Commands, Context, Image, Kernel, OrderedAttachments, Resource};
+use super::{GroupPush, Site, per_tile};
+use crate::gpu::{Bindings, Commands, Image, Kernel, OrderedAttachments, Resource};
 use crate::maps::{Bins, Maps, Splat, SplatPush};
 use crate::scene::FARTHEST;
 use crate::shaders::{self, avsm};
@@ -10,7 +10,7 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::ops::Range;
 
-/// Storage buffers that a fragment shader reads: maps, casters and triangles, which stand in one set.
+/// Storage buffers that avsm/raster_order.frag reads: maps and casters.
 const BUFFERS: u32 = 2;
 
 /// What the path builds with.
@@ -26,14 +26,8 @@ pub struct RasterOrder {
 }
 
 impl RasterOrder {
-    pub fn new(
-        context: &Context,
-        world: &World,
-        maps: &Maps,
-        bins: Option<&Bins>,
-        curves: &Curves,
-        plan: &Plan,
-    ) -> Result<Self> {
+    pub fn new(site: &Site) -> Result<Self> {
+        let Site { context, world, maps, bins, curves, plan } = *site;
         // Two nodes an attachment.
         let count = plan.settings.nodes / 2;
         if let Some(limit) = context.features().attachment_limit(count, BUFFERS) {
@@ -44,7 +38,7 @@ impl RasterOrder {
             4 => (&avsm::RASTER_ORDER_FRAG_ATTACHMENTS_4, &avsm::UNPACK_ATTACHMENTS_4),
             _ => (&avsm::RASTER_ORDER_FRAG_ATTACHMENTS_8, &avsm::UNPACK_ATTACHMENTS_8),
         };
-        let splat = Splat::new(context, world, maps, plan.drawing_order(), bins)?;
+        let splat = Splat::new(context, world, maps, plan.settings.drawing_order(), bins)?;
         let at_once = maps.stacked_at_once(context);
         let size = [maps.size()[0], maps.size()[1] * at_once];
         let attachments = OrderedAttachments::new(context, "avsm.attachments", size, count)?;
@@ -77,10 +71,7 @@ impl RasterOrder {
 
     /// Moves the curves to where the look-up reads.
     fn unpack(&self, commands: &mut Commands, maps: &Maps, group: Range<u32>) {
-        let [x, y] = maps.tiles();
-        commands.pass("avsm.unpack", |pass| {
-            pass.dispatch(&self.unpack, &GroupPush { first_map: group.start }, [x, y, group.len() as u32]);
-        });
+        per_tile(commands, "avsm.unpack", &self.unpack, maps, group);
     }
 
     /// Bytes of the attachments and of what is drawn.

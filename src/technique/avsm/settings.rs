@@ -1,8 +1,8 @@
 //! The keys of AVSM's specs, and what they are read into.
 
-use crate::maps::Filter;
-use crate::technique::keys::{FILTER, Key, RADIUS, SIZE, SKIP, Switch, Values, Word, filter, words};
+use crate::maps::{DrawingOrder, Filter};
 use crate::technique::Spec;
+use crate::technique::keys::{FILTER, Key, RADIUS, SIZE, SKIP, Switch, Values, Word, filter, words};
 
 words! {
     /// How curves are built.
@@ -160,6 +160,13 @@ impl Settings {
             batch: spec.word("batch"),
             filter: filter(spec),
         }
+    }
+}
+
+impl Settings {
+    /// Single-pass paths insert casters in the order in which they are drawn.
+    pub fn drawing_order(&self) -> DrawingOrder {
+        if self.sorted { DrawingOrder::NearToFar } else { DrawingOrder::Index }
     }
 }
 

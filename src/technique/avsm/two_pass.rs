@@ -1,8 +1,8 @@
 //! path=two-pass: lists of all segments, each sorted and compressed. Source: Fife and Strugar 2013, Compression stage.
 
-use super::{Curves, GroupPush, Plan};
+use super::{GroupPush, Site, per_tile};
 use crate::Result;
-use crate::gpu::{Commands, Context, Kernel};
+use crate::gpu::{Commands, Kernel};
 use crate::maps::{Bins, DrawingOrder, Keep, List, Maps, Splat};
 use crate::shaders;
 use crate::world::World;
@@ -16,14 +16,8 @@ pub struct TwoPass {
 }
 
 impl TwoPass {
-    pub fn new(
-        context: &Context,
-        world: &World,
-        maps: &Maps,
-        bins: Option<&Bins>,
-        curves: &Curves,
-        plan: &Plan,
-    ) -> Result<Self> {
+    pub fn new(site: &Site) -> Result<Self> {
+        let Site { context, world, maps, bins, curves, plan } = *site;
         let splat = Splat::new(context, world, maps, DrawingOrder::Index, bins)?;
         let list = List::new(context, maps, splat, Keep::Some, plan.settings.capacity)?;
         let sets = [maps.scene(), list.set(), &curves.set];
@@ -42,9 +36,6 @@ impl TwoPass {
 
     /// Sorts and compresses each list.
     fn resolve(&self, commands: &mut Commands, maps: &Maps, group: Range<u32>) {
-        let [x, y] = maps.tiles();
-        commands.pass("avsm.resolve", |pass| {
-            pass.dispatch(&self.resolve, &GroupPush { first_map: group.start }, [x, y, group.len() as u32]);
-        });
+        per_tile(commands, "avsm.resolve", &self.resolve, maps, group);
     }
 }

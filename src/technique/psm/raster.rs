@@ -2,9 +2,7 @@
 //! slices leave. Source: Bavoil and Jansen 2013, Steps 1 to 3 and Coverage Optimization.
 
 use super::volume::{Coverage, Volume};
-use crate::gpu::{
-    Bindings, Commands, Constants, Context, Graphics, Image, Kernel, Layered, Requirement, Resource,
-};
+use crate::gpu::{Bindings, Commands, Constants, Context, Graphics, Image, Kernel, Layered, Requirement, Resource};
 use crate::maps::{Bins, Maps, Use};
 use crate::shaders;
 use crate::technique::Spec;
