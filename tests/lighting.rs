@@ -270,7 +270,7 @@ fn a_camera_inside_smoke_sees_numbers() {
     });
 }
 
-/// On real smoke the two are nearly identical, as seed 000 says; hair is finer than its quads' vertices.
+/// On real smoke the two are nearly identical, as Fife and Strugar (2013) say; hair is finer than its quads' vertices.
 #[test]
 fn smoke_is_nearly_identical() {
     gpu_test_needing("smoke_is_nearly_identical", NEEDS, |context| {

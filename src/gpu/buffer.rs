@@ -9,6 +9,10 @@ use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::sync::{Arc, Mutex, PoisonError};
 
+/// Every buffer begins at a multiple of it: whole lines of a GPU's cache. Drivers ask for as little as 16 bytes, and then
+/// a texel's curve stands across two lines: avsm.insert took 7 % longer on the H200.
+const ALIGNMENT: u64 = 256;
+
 /// Where a buffer lives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
@@ -73,7 +77,8 @@ impl Buffer {
         let inner =
             Inner { context: context.clone(), handle, allocation: Mutex::new(None), name: name.into(), bytes, memory };
         // SAFETY: the buffer was just created.
-        let requirements = unsafe { device.get_buffer_memory_requirements(handle) };
+        let mut requirements = unsafe { device.get_buffer_memory_requirements(handle) };
+        requirements.alignment = requirements.alignment.max(ALIGNMENT);
         let allocation = context
             .allocator()
             .get()

@@ -16,8 +16,6 @@ pub enum ImageUse {
     Storage,
     /// Drawn to, then fetched by shaders.
     Color,
-    /// Drawn to, written and read by shaders, and fetched by shaders.
-    DrawnStorage,
     /// Drawn to in [`super::OrderedAttachments`], then fetched by shaders.
     OrderedColor,
     /// A depth buffer that shaders may fetch from.
@@ -133,10 +131,6 @@ impl Image {
             ImageUse::Color => {
                 (vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED, vk::ImageAspectFlags::COLOR)
             }
-            ImageUse::DrawnStorage => (
-                vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED,
-                vk::ImageAspectFlags::COLOR,
-            ),
             ImageUse::OrderedColor => (
                 vk::ImageUsageFlags::COLOR_ATTACHMENT
                     | vk::ImageUsageFlags::INPUT_ATTACHMENT
