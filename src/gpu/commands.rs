@@ -205,6 +205,9 @@ impl<'a> Commands<'a> {
     /// [`Error::Gpu`] where memory runs out.
     pub fn upload<T: bytemuck::Pod>(&mut self, name: &str, to: &Buffer, data: &[T]) -> Result<()> {
         let bytes = size_of_val(data) as u64;
+        if bytes == 0 {
+            return Ok(());
+        }
         let staging = Buffer::new(self.context, "staging", bytes, super::Memory::Upload)?;
         staging.write(data)?;
         self.pass(name, |pass| pass.copy(&staging, to, bytes));

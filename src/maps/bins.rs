@@ -10,6 +10,7 @@ use crate::shaders::constant::{EMPTY_PARTS, HIDE, PARTS, REACH, TILE_LANES};
 use crate::world::World;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
+use std::collections::BTreeMap;
 
 /// Texels a side of a tile. Twin: TILE_TEXELS in glsl/bins/tiles.glsl.
 pub const TILE_TEXELS: u32 = 8;
@@ -102,7 +103,7 @@ pub struct Bins {
     capacity: u32,
     caster_count: u32,
     /// What `totals` held after the last build.
-    last: BinTotals,
+    last: Option<BinTotals>,
     set: Bindings,
     find_horizon: Kernel<BinPush>,
     count: Kernel<BinPush>,
@@ -187,7 +188,7 @@ impl Bins {
             keeps_entries: what.entries,
             capacity,
             caster_count: world.caster_count(),
-            last: BinTotals::default(),
+            last: None,
             set,
         })
     }
@@ -261,8 +262,9 @@ impl Bins {
     /// # Errors
     /// [`Error::Gpu`] where the device has no room for them.
     pub fn settle(&mut self) -> Result<bool> {
-        self.last = self.totalled.read::<BinTotals>(1)?.first().copied().unwrap_or_default();
-        let entries = self.last.entries;
+        let totals = self.totalled.read::<BinTotals>(1)?.first().copied().unwrap_or_default();
+        self.last = Some(totals);
+        let entries = totals.entries;
         if entries <= self.capacity || !self.keeps_entries {
             return Ok(false);
         }
@@ -273,22 +275,24 @@ impl Bins {
         Ok(true)
     }
 
-    /// Counts of the last build over all maps, by name; a caster is culled once for each map that does not see it.
+    /// Counts of the last build over all maps, by name, none before the first; a caster is culled once for each map that does
+    /// not see it.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read back.
-    pub fn counters(&self) -> Result<[(String, u64); 5]> {
+    pub fn counters(&self) -> Result<BTreeMap<String, u64>> {
+        let Some(last) = self.last else { return Ok(BTreeMap::new()) };
         let casters = u64::from(self.caster_count) * u64::from(self.map_count);
         let met: u64 = self.met.read::<u32>(casters as usize)?.into_iter().map(u64::from).sum();
-        let (entries, used) = (u64::from(self.last.entries), u64::from(self.last.tiles_used));
+        let (entries, used) = (u64::from(last.entries), u64::from(last.tiles_used));
         let all = u64::from(self.tiles[0]) * u64::from(self.tiles[1]) * u64::from(self.map_count);
-        Ok([
+        Ok(BTreeMap::from([
             ("bin_entries".into(), entries),
             ("culled_casters".into(), casters - met),
             ("tiles".into(), all),
             ("tiles_used".into(), used),
             ("tiles_skipped".into(), all - used),
-        ])
+        ]))
     }
 
     /// Whether the tile of a texel has casters.

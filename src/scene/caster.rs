@@ -5,7 +5,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
 /// A caster that lets some light pass. Numbers are rounded to f32 once, here, so that the f64 reference and the device
-/// mean the same. Twin: Caster in glsl/common/caster.glsl.
+/// mean the same. Twin: Caster in glsl/world/caster.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Caster {

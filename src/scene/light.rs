@@ -1,4 +1,4 @@
-//! Lights, and which of its maps a light is looked up through. Twin: glsl/common/light.glsl.
+//! Lights, and which of its maps a light is looked up through. Twin: glsl/world/light.glsl.
 
 use glam::{DVec3, Vec3};
 

@@ -1,4 +1,4 @@
-//! How a light or a camera sees the world. Twin: glsl/common/view.glsl.
+//! How a light or a camera sees the world. Twin: glsl/world/view.glsl.
 
 use super::{Camera, FACES, Light, LightKind, Mesh, Scene};
 use bytemuck::{Pod, Zeroable};

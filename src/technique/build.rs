@@ -15,6 +15,8 @@ pub struct Opened<T: Technique + ?Sized = dyn Technique> {
     skip: bool,
     /// The world's generation at the last build.
     built: Option<u64>,
+    /// A build ended in an error: what stands on the device is a part of it.
+    broken: bool,
 }
 
 /// What a build took.
@@ -43,14 +45,14 @@ pub fn open(context: &Context, world: &World, spec: &Spec) -> Result<Opened> {
 impl<T: Technique + ?Sized> Opened<T> {
     /// `skip`: an unchanged world is not built again.
     pub fn new(context: &Context, technique: Box<T>, skip: bool) -> Self {
-        Self { context: context.clone(), technique, skip, built: None }
+        Self { context: context.clone(), technique, skip, built: None, broken: false }
     }
 
     /// Builds for the world as it is now: no pass where it has not changed since the last build, unless the spec says
     /// `skip=off`. Records and submits again for as long as something did not fit.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out or the device is lost.
+    /// [`Error::Gpu`] where memory runs out, the device is lost, or an earlier build ended in an error: open it anew then.
     pub fn build(&mut self, world: &World) -> Result<Built> {
         if self.skip && self.built == Some(world.generation()) {
             return Ok(Built { passes: Vec::new(), host_ns: 0.0 });
@@ -63,12 +65,20 @@ impl<T: Technique + ?Sized> Opened<T> {
     /// # Errors
     /// As [`Opened::build`].
     pub fn rebuild(&mut self, world: &World) -> Result<Built> {
-        self.built = None;
+        if self.broken {
+            return Err(Error::Gpu {
+                operation: "build",
+                name: self.technique.answer().folder.name.into(),
+                cause: "an earlier build of it ended in an error".into(),
+                way_out: "open it anew".into(),
+            });
+        }
+        (self.built, self.broken) = (None, true);
         let start = Instant::now();
         loop {
             let passes = self.context.try_submit(|commands| self.technique.record(commands, world))?;
             if self.technique.settle()? == Settled::Done {
-                self.built = Some(world.generation());
+                (self.built, self.broken) = (Some(world.generation()), false);
                 return Ok(Built { passes, host_ns: start.elapsed().as_nanos() as f64 });
             }
         }

@@ -56,7 +56,7 @@ impl TexelMap {
             binned?;
         }
         let maps = Maps::new(context, world, size)?;
-        let constants = filter.constants(Constants::new()).set(STRANDS, !world.scene().strands.is_empty());
+        let constants = filter.constants(Constants::new()).set(STRANDS, world.has_strands());
         let skip = (spec.is_on(SKIP.name), filter.reach());
         let texels = Texels::new(context, world, &maps, way, skip, kernels, &constants)?;
         let look_up = maps.look_up(context, folder.name, &[Resource::Texture(texels.image.clone())])?;
@@ -90,7 +90,7 @@ impl Technique for TexelMap {
             bytes_resident: self.texels.image.bytes() + self.maps.opaque_image().bytes(),
             bytes_transient: bins.map_or(0, |b| b.counts.bytes() + b.bytes_transient()),
             nodes: None,
-            counters: bins.map_or(Ok(Default::default()), |b| b.counters().map(Into::into))?,
+            counters: bins.map_or(Ok(Default::default()), |b| b.counters())?,
         })
     }
 }

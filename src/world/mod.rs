@@ -29,6 +29,8 @@ pub struct World {
     /// [`TriangleData`].
     pub triangles: Buffer,
     triangle_count: u32,
+    /// Whether it began with strands: without, kernels are compiled for spheres alone.
+    strands: bool,
     /// [`LightData`].
     pub lights: Buffer,
 }
@@ -45,6 +47,7 @@ impl World {
             caster_capacity: casters.len() as u32,
             triangles: Buffer::with_data(context, "world.triangles", &triangles)?,
             triangle_count: triangles.len() as u32,
+            strands: !scene.strands.is_empty(),
             lights: Buffer::with_data(context, "world.lights", &LightData::all(scene))?,
             scene: scene.clone(),
             generation: 0,
@@ -66,6 +69,11 @@ impl World {
         (self.scene.particles.len() + self.scene.strands.len()) as u32
     }
 
+    /// Whether there may be strands: whether the scene began with some.
+    pub fn has_strands(&self) -> bool {
+        self.strands
+    }
+
     /// Casters that there is room for: as many as the scene began with.
     pub fn caster_capacity(&self) -> u32 {
         self.caster_capacity
@@ -79,14 +87,19 @@ impl World {
     /// Puts another state of the same scene in its place: particles, strands and lights may have moved and changed.
     ///
     /// # Errors
-    /// [`Error::Input`] where there are more casters than the scene began with, or lights or triangles of another number or
-    /// kind, for which everything has to be opened anew; [`Error::Gpu`] where a copy fails.
+    /// [`Error::Input`] where there are more casters than the scene began with, strands where it began with none, or lights or
+    /// meshes of another number or kind, for which everything has to be opened anew; [`Error::Gpu`] where a copy fails.
     pub fn replace(&mut self, scene: &Scene) -> Result<()> {
         let (casters, triangles) = (scene.casters(), triangles(scene));
         let maps = |s: &Scene| s.lights.iter().map(crate::scene::Light::map_count).collect::<Vec<_>>();
         let cause = if casters.len() > self.caster_capacity as usize {
             format!("{} casters, and the world has room for {}", casters.len(), self.caster_capacity)
-        } else if triangles.len() != self.triangle_count as usize || maps(scene) != maps(&self.scene) {
+        } else if !scene.strands.is_empty() && !self.strands {
+            "it has strands, and the world was made without".into()
+        } else if triangles.len() != self.triangle_count as usize
+            || scene.meshes.len() != self.scene.meshes.len()
+            || maps(scene) != maps(&self.scene)
+        {
             "meshes or lights are others than those that the world was made for".into()
         } else {
             self.casters.write(&casters)?;

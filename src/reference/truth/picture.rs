@@ -1,4 +1,4 @@
-//! The shaded picture, lit by the truth. Twin: glsl/consume/ with glsl/common/shading.glsl.
+//! The shaded picture, lit by the truth. Twin: glsl/consume/ with glsl/consume/shading.glsl.
 
 use super::casters::{Casters, optical_depth, overlap};
 use super::grid::Grid;

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/common/filter.glsl: which texels a look-up averages, and how it weighs them, in f32.
+//! CPU twin of glsl/maps/filter.glsl: which texels a look-up averages, and how it weighs them, in f32.
 
 use glam::{IVec2, Vec2};
 

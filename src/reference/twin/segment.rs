@@ -1,12 +1,12 @@
-//! CPU twin of glsl/list/texel_segment.glsl: the segment that a caster cuts out of a texel's light ray, in f32.
+//! CPU twin of glsl/maps/segment.glsl: the segment that a caster cuts out of a texel's light ray, in f32.
 
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};
 
-/// Twin: MAX_OPTICAL_DEPTH in glsl/common/caster.glsl.
+/// Twin: MAX_OPTICAL_DEPTH in glsl/world/caster.glsl.
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
-/// Twin: EDGE_ON in glsl/common/caster.glsl.
+/// Twin: EDGE_ON in glsl/world/caster.glsl.
 const EDGE_ON: f32 = 1e-10;
 
 /// A segment of a light ray inside a caster; a strand's has no length.

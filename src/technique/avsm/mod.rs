@@ -94,7 +94,7 @@ impl Avsm {
     /// # Errors
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, spec: &Spec) -> Result<Self> {
-        let plan = Plan::new(context, world.scene(), Settings::of(spec))?;
+        let plan = Plan::new(context, world, Settings::of(spec))?;
         let settings = plan.settings;
         let maps = Maps::new(context, world, settings.size)?;
         let bins = if settings.skip || plan.way == Way::Binned {

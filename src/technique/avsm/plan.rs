@@ -3,9 +3,9 @@
 use super::ENTRY;
 use super::settings::{Batch, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Requirement};
-use crate::scene::Scene;
 use crate::shaders::constant::{EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TILED, WORK, WORKGROUP};
 use crate::technique::keys::Word;
+use crate::world::World;
 use crate::{Error, Result};
 
 /// WORK − NODES where a texel's whole curve is compressed at once. With 16 the error on plume_8k is within 2 % of what
@@ -37,11 +37,11 @@ pub struct Plan {
 impl Plan {
     /// # Errors
     /// [`Error::Refused`] where the device lacks what the path needs, or the path what the settings ask of it.
-    pub fn new(context: &Context, scene: &Scene, settings: Settings) -> Result<Self> {
-        let (way, mut reason) = choose(context, scene, &settings);
+    pub fn new(context: &Context, world: &World, settings: Settings) -> Result<Self> {
+        let (way, mut reason) = choose(context, world, &settings);
         ENTRY.require(context, way.name())?;
         let resolve = settings.resolve.unwrap_or(match way {
-            Way::Binned if scene.strands.is_empty() => Resolve::Cells,
+            Way::Binned if !world.has_strands() => Resolve::Cells,
             _ => Resolve::Streaming,
         });
         let cells = resolve == Resolve::Cells;
@@ -82,7 +82,7 @@ impl Plan {
         };
         // More groups only repeat work where threads take turns.
         let groups = if lanes || software { 1 } else { 4 };
-        settings.filter.check(scene, settings.size)?;
+        settings.filter.check(world.scene(), settings.size)?;
         let constants = Constants::new()
             .set(NODES, settings.nodes)
             .set(EXPONENTIAL, settings.exponential)
@@ -93,7 +93,7 @@ impl Plan {
             .set(PACKED, settings.packed)
             .set(GROUPS, groups)
             .set(WORKGROUP, groups)
-            .set(STRANDS, !scene.strands.is_empty());
+            .set(STRANDS, world.has_strands());
         let constants = settings.filter.constants(constants);
         Ok(Self { settings, way, cells, lanes, reason, constants })
     }
@@ -112,7 +112,7 @@ fn word(resolve: Resolve) -> &'static str {
 /// | a software device, hair or `resolve=streaming` or `whole` | two-pass: fastest on both |
 ///
 /// Binned has no `order=captured`, which is left to interlock, where there is one, and to two-pass.
-fn choose(context: &Context, scene: &Scene, settings: &Settings) -> (Way, String) {
+fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String) {
     if let Some(asked) = settings.way {
         return (asked, "asked for".into());
     }
@@ -127,7 +127,7 @@ fn choose(context: &Context, scene: &Scene, settings: &Settings) -> (Way, String
         return (Way::Binned, format!("auto: {} device", features.kind));
     }
     match settings.resolve {
-        None if !scene.strands.is_empty() => (Way::TwoPass, "auto: hair on a software device".into()),
+        None if world.has_strands() => (Way::TwoPass, "auto: hair on a software device".into()),
         None | Some(Resolve::Cells) => (Way::Binned, "auto: a software device".into()),
         Some(resolve) => (Way::TwoPass, format!("auto: resolve={} on a software device", word(resolve))),
     }

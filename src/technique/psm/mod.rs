@@ -122,7 +122,7 @@ impl Psm {
         layout.filter.check(world.scene(), layout.size)?;
         let maps = Maps::new(context, world, layout.size)?;
         let volume = layout.image(context, maps.count(), way == Way::Raster)?;
-        let constants = layout.constants(world.scene());
+        let constants = layout.constants(world);
         let build = match way {
             Way::Raster => {
                 let raster = Raster::new(context, world, &maps, spec, &layout, &volume, &constants)?;
@@ -215,7 +215,7 @@ impl Technique for Psm {
     fn facts(&self) -> Result<Facts> {
         let bins = self.bins();
         let counters = match &self.build {
-            Build::Fused(fused) => fused.bins.counters()?.into(),
+            Build::Fused(fused) => fused.bins.counters()?,
             Build::Raster(_) => Default::default(),
         };
         Ok(Facts {

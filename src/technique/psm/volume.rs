@@ -3,10 +3,10 @@
 use crate::Result;
 use crate::gpu::{Blend, Border, Constants, Context, Format, Image};
 use crate::maps::{Filter, TILE_TEXELS};
-use crate::scene::Scene;
 use crate::shaders::constant::{ADDITIVE, COVERAGE, LAYERS, SLICES, SPLIT, STRANDS};
 use crate::technique::Spec;
 use crate::technique::keys::{SIZE, filter, words};
+use crate::world::World;
 
 words! {
     /// What the volume holds.
@@ -107,14 +107,14 @@ impl Volume {
     }
 
     /// With those of the filter.
-    pub fn constants(&self, scene: &Scene) -> Constants {
+    pub fn constants(&self, world: &World) -> Constants {
         let constants = Constants::new()
             .set(SLICES, self.slices)
             .set(SPLIT, self.split)
             .set(ADDITIVE, self.additive())
             .set(LAYERS, self.layers())
             .set(COVERAGE, self.coverage as u32)
-            .set(STRANDS, !scene.strands.is_empty());
+            .set(STRANDS, world.has_strands());
         self.filter.constants(constants)
     }
 
