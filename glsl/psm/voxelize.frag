@@ -6,10 +6,10 @@
 #include "maps/scene.glsl"
 #include "maps/segment.glsl"
 #include "psm/constants.glsl"
+#include "psm/push.glsl"
 
 layout(location = 0) flat in uint caster_index;
 layout(location = 1) flat in vec4 shares;
-layout(location = 2) flat in uint map;
 layout(location = 0) out vec4 color;
 
 void main() {

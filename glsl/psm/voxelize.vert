@@ -1,18 +1,17 @@
 #version 460
 // Draws casters into their slices; this shader chooses the layer (route=vertex). Six vertices a quad, quad_count() quads
-// a caster, an instance a map. Source: Bavoil and Jansen 2013, which needs a geometry shader.
+// a caster, a draw a map. Source: Bavoil and Jansen 2013, which needs a geometry shader.
 // Inputs: maps, casters. Outputs: position, layer, viewport.
 // Invariant: the same bytes as voxelize.geom.
 #extension GL_ARB_shader_viewport_layer_array : require
 #include "maps/scene.glsl"
+#include "psm/push.glsl"
 #include "psm/quad.glsl"
 
 layout(location = 0) flat out uint caster_index;
 layout(location = 1) flat out vec4 shares;
-layout(location = 2) flat out uint map;
 
 void main() {
-    map = gl_InstanceIndex;
     uint index = gl_VertexIndex / 6u;
     caster_index = index / quad_count();
     Quad quad;

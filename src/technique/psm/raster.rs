@@ -2,7 +2,9 @@
 //! slices leave. Source: Bavoil and Jansen 2013, Steps 1 to 3 and Coverage Optimization.
 
 use super::volume::{Coverage, Volume};
-use crate::gpu::{Bindings, Commands, Constants, Context, Graphics, Image, Kernel, Layered, Requirement, Resource};
+use crate::gpu::{
+    Bindings, Commands, Constants, Context, Graphics, Image, Kernel, Layered, Requirement, Resource, push_struct,
+};
 use crate::maps::{Bins, Maps, Use};
 use crate::shaders;
 use crate::technique::Spec;
@@ -20,11 +22,19 @@ words! {
     }
 }
 
+push_struct! {
+    /// Twin: VoxelizePush in glsl/psm/push.glsl.
+    struct VoxelizePush {
+        /// Of all lights' maps.
+        map: u32,
+    }
+}
+
 /// What the path builds with.
 pub struct Raster {
     volume: Image,
     empty: f32,
-    voxelize: Kernel,
+    voxelize: Kernel<VoxelizePush>,
     /// Vertices a caster.
     vertices: u32,
     /// Texels a side, of the slices and of the coverage.
@@ -107,11 +117,13 @@ impl Raster {
         commands.pass("psm.clear", |pass| pass.clear_volume(&self.volume, self.empty));
     }
 
-    /// Draws all casters into the slices, an instance a map.
+    /// Draws all casters into the slices, a draw a map.
     pub fn voxelize(&self, commands: &mut Commands, maps: &Maps) {
         commands.pass("psm.voxelize", |pass| {
             pass.render_layers(&self.volume, &self.viewports, |draw| {
-                draw.draw(&self.voxelize, &(), self.vertices * self.caster_count, maps.count());
+                for map in 0..maps.count() {
+                    draw.draw(&self.voxelize, &VoxelizePush { map }, self.vertices * self.caster_count, 1);
+                }
             });
         });
     }
