@@ -10,6 +10,7 @@
 
 layout(location = 0) flat in uint caster_index;
 layout(location = 1) flat in vec4 shares;
+layout(location = 2) flat in uint instance;
 layout(location = 0) out vec4 color;
 
 void main() {
@@ -17,6 +18,7 @@ void main() {
         color = vec4(ADDITIVE ? 1.0 : 0.0);
         return;
     }
+    uint map = drawn_map(instance);
     vec2 depth;
     float optical_depth;
     if (!texel_segment(maps[map].volume, uvec2(gl_FragCoord.xy), casters[caster_index], depth, optical_depth)) {

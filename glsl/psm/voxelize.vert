@@ -1,6 +1,6 @@
 #version 460
 // Draws casters into their slices; this shader chooses the layer (route=vertex). Six vertices a quad, quad_count() quads
-// a caster, a draw a map. Source: Bavoil and Jansen 2013, which needs a geometry shader.
+// a caster. Source: Bavoil and Jansen 2013, which needs a geometry shader.
 // Inputs: maps, casters. Outputs: position, layer, viewport.
 // Invariant: the same bytes as voxelize.geom.
 #extension GL_ARB_shader_viewport_layer_array : require
@@ -10,8 +10,11 @@
 
 layout(location = 0) flat out uint caster_index;
 layout(location = 1) flat out vec4 shares;
+layout(location = 2) flat out uint instance;
 
 void main() {
+    instance = gl_InstanceIndex;
+    uint map = drawn_map(instance);
     uint index = gl_VertexIndex / 6u;
     caster_index = index / quad_count();
     Quad quad;

@@ -7,6 +7,7 @@ use crate::gpu::{
 };
 use crate::maps::{Bins, Maps, Use};
 use crate::shaders;
+use crate::shaders::constant::MAP_PUSHED;
 use crate::technique::Spec;
 use crate::technique::keys::words;
 use crate::world::World;
@@ -25,8 +26,8 @@ words! {
 push_struct! {
     /// Twin: VoxelizePush in glsl/psm/push.glsl.
     struct VoxelizePush {
-        /// Of all lights' maps.
-        map: u32,
+        /// Of all lights' maps, where each has a draw.
+        pushed_map: u32,
     }
 }
 
@@ -35,6 +36,8 @@ pub struct Raster {
     volume: Image,
     empty: f32,
     voxelize: Kernel<VoxelizePush>,
+    /// A draw a map: see glsl/psm/push.glsl.
+    map_pushed: bool,
     /// Vertices a caster.
     vertices: u32,
     /// Texels a side, of the slices and of the coverage.
@@ -74,7 +77,9 @@ impl Raster {
         let colors = [(layout.format(), layout.blend())];
         let state = Graphics { vertex, fragment: &shaders::psm::VOXELIZE_FRAG, colors: &colors, depth: false };
         let layered = Layered { geometry, viewports: viewports.len() as u32 };
-        let voxelize = Kernel::layered(context, &state, &layered, &[maps.scene()], constants)?;
+        let map_pushed = features.is_software();
+        let drawing = constants.clone().set(MAP_PUSHED, map_pushed);
+        let voxelize = Kernel::layered(context, &state, &layered, &[maps.scene()], &drawing)?;
         let quads = 1 + u32::from(layout.split) + u32::from(layout.coverage == Coverage::Viewport);
         let bins = match layout.coverage {
             Coverage::Tiles => {
@@ -94,6 +99,7 @@ impl Raster {
             volume: volume.clone(),
             empty: layout.empty().0,
             voxelize,
+            map_pushed,
             vertices: if route == Route::Geometry { 1 } else { 6 * quads },
             viewports,
             propagate,
@@ -117,12 +123,18 @@ impl Raster {
         commands.pass("psm.clear", |pass| pass.clear_volume(&self.volume, self.empty));
     }
 
-    /// Draws all casters into the slices, a draw a map.
+    /// Draws all casters into the slices of all maps in one render.
     pub fn voxelize(&self, commands: &mut Commands, maps: &Maps) {
         commands.pass("psm.voxelize", |pass| {
             pass.render_layers(&self.volume, &self.viewports, |draw| {
-                for map in 0..maps.count() {
-                    draw.draw(&self.voxelize, &VoxelizePush { map }, self.vertices * self.caster_count, 1);
+                let (draws, instances) = if self.map_pushed { (maps.count(), 1) } else { (1, maps.count()) };
+                for pushed_map in 0..draws {
+                    draw.draw(
+                        &self.voxelize,
+                        &VoxelizePush { pushed_map },
+                        self.vertices * self.caster_count,
+                        instances,
+                    );
                 }
             });
         });
