@@ -225,6 +225,22 @@ fn what_is_left_out_shows() {
     });
 }
 
+/// More opaque casters on a ray than a half float can count: dark behind them, and lit in front, which is a number.
+#[test]
+fn many_opaque_casters_are_a_number() {
+    gpu_test_needing("many_opaque_casters_are_a_number", &[Requirement::ExtendedFormats], |context| {
+        let sphere = Particle { position: [0.0; 3], radius: 0.75, extinction: 200.0 };
+        let held = Particle { position: [0.0, 0.0, 3.0], radius: 0.75, extinction: 0.0 };
+        let mut scene = scenes::directional("opaque", [0.0, 0.0, -1.0], vec![sphere; 5000]);
+        scene.particles.push(held);
+        for path in ["raster", "binned"] {
+            let text = format!("beer-shadow-map:path={path},size=9");
+            let answers = ask(context, &built(context, &scene, &text), &[[0.0, 0.0, 2.0], [0.0, 0.0, -1.0]]);
+            assert_eq!(answers, [1.0, 0.0], "{text}");
+        }
+    });
+}
+
 /// Particles and meshes multiply, and a scene of nothing but a mesh is lit in front of it and dark behind.
 #[test]
 fn meshes_and_nothing() {

@@ -7,7 +7,7 @@ use gobo::Error;
 use gobo::consume::{Query, QueryKernel};
 use gobo::gpu::{Commands, Context, PassTime};
 use gobo::maps::Map;
-use gobo::scene::{Light, LightKind, Mesh, Particle, Scene, Strand};
+use gobo::scene::{Light, LightKind, Particle, Scene, Strand};
 use gobo::technique::{self, Answer, Avsm, Built, Facts, Lifetime, Opened, Settled, Spec, Technique};
 use gobo::world::World;
 use support::scenes::{self, Random};
@@ -400,7 +400,6 @@ fn what_does_not_fit_changes_nothing() {
             ("101 casters, and the world has room for 100", other(&|s| s.strands.push(strand))),
             ("it has strands", other(&|s| s.strands.extend(s.particles.pop().map(|_| strand)))),
             ("meshes or lights", other(&|s| s.meshes.clear())),
-            ("meshes or lights", other(&|s| s.meshes.push(Mesh { triangles: Vec::new(), ..s.meshes[0].clone() }))),
             ("meshes or lights", other(&|s| s.meshes.push(scenes::level(0.5, 0.3, [0.0, 0.0])))),
             ("meshes or lights", other(&|s| s.lights.truncate(1))),
             ("meshes or lights", other(&|s| s.lights.push(s.lights[0]))),

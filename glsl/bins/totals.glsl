@@ -3,8 +3,8 @@
 #define BINS_TOTALS_GLSL
 #extension GL_EXT_scalar_block_layout : require
 
-// Workgroups of listed parts, across. Wide enough that the limit on rows, 65,535, is never met. Twin: PARTS_BEHIND
-// in maps::bins.
+// Workgroups of listed parts, across. Wide enough that the limit on rows, 65,535, is never met. Twin: GROUPS_X in
+// maps::bins.
 const uint BIN_GROUPS_X = 64u;
 
 struct BinTotals {

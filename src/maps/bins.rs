@@ -111,6 +111,11 @@ pub struct Bins {
     scatter: Kernel<BinPush>,
 }
 
+/// Entries that this device takes.
+fn limit(context: &Context) -> u64 {
+    u64::from(context.features().max_storage_buffer_range) / ENTRY_BYTES
+}
+
 /// What bins are for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Use {
@@ -149,9 +154,8 @@ impl Bins {
         let totals = buffer("bins.totals", size_of::<BinTotals>() as u64)?;
         let totalled = Buffer::new(context, "bins.totalled", totals.bytes(), Memory::Readback)?;
         let casters = u64::from(world.caster_capacity());
-        let limit = u64::from(context.features().max_storage_buffer_range) / ENTRY_BYTES;
         let wanted = if what.entries { casters * FIRST_ENTRIES } else { 1 };
-        let capacity = wanted.clamp(1, limit) as u32;
+        let capacity = wanted.clamp(1, limit(context)) as u32;
         let met = buffer("bins.met", count * casters.max(1) * 4)?;
         let horizon = buffer("bins.horizon", tile_count * 4)?;
         let entries = buffer("bins.entries", u64::from(capacity) * ENTRY_BYTES)?;
@@ -268,7 +272,9 @@ impl Bins {
         if entries <= self.capacity || !self.keeps_entries {
             return Ok(false);
         }
-        self.capacity = entries.saturating_add(entries / 8);
+        // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
+        let wanted = u64::from(entries) + u64::from(entries) / 8;
+        self.capacity = wanted.min(limit(&self.context)).max(entries.into()) as u32;
         let bytes = u64::from(self.capacity) * ENTRY_BYTES;
         self.entries = Buffer::new(&self.context, "bins.entries", bytes, Memory::Device)?;
         self.set.replace(ENTRIES, &self.entries);

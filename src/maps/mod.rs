@@ -43,7 +43,7 @@ const MAX_MAPS: usize = MAX_UPDATE_BYTES / size_of::<Map>();
 impl Map {
     /// The maps of all lights of `scene`, those of the first light first, with volume maps of `size` texels a side.
     pub fn all(scene: &Scene, size: u32) -> Vec<Self> {
-        let opaque_size = if scene.meshes.is_empty() { 1 } else { OPAQUE_SIZE };
+        let opaque_size = if scene.has_triangles() { OPAQUE_SIZE } else { 1 };
         let views = View::volumes(scene, size).into_iter().zip(View::opaques(scene, opaque_size));
         views.map(|(volume, opaque)| Self { volume, opaque }).collect()
     }

@@ -51,7 +51,7 @@ pub(super) struct Emitter {
     pub(super) optical_depth: f64,
 }
 
-/// The seed's three: plume (particles live 15 s), plume (18 s), steam jet (6 s); 5,000 particles together.
+/// Three, as in Intel's AVSM sample: plume (particles live 15 s), plume (18 s), steam jet (6 s); 5,000 particles together.
 const EMITTERS: [Emitter; 3] = [
     Emitter {
         seed: [0x5eed_0001, 11],

@@ -127,6 +127,11 @@ impl Scene {
         }
     }
 
+    /// Whether anything is opaque.
+    pub fn has_triangles(&self) -> bool {
+        self.meshes.iter().any(|mesh| !mesh.triangles.is_empty())
+    }
+
     /// Maps of all lights: those of the first light first.
     pub fn map_count(&self) -> usize {
         self.first_map(self.lights.len())

@@ -44,7 +44,7 @@ impl LightData {
                 radiance: light.radiance,
                 first_map: scene.first_map(i) as u32,
                 map_count: light.map_count() as u32,
-                has_opaque: u32::from(!scene.meshes.is_empty()),
+                has_opaque: u32::from(scene.has_triangles()),
             }
         };
         scene.lights.iter().enumerate().map(data).collect()

@@ -88,7 +88,7 @@ impl World {
     ///
     /// # Errors
     /// [`Error::Input`] where there are more casters than the scene began with, strands where it began with none, or lights or
-    /// meshes of another number or kind, for which everything has to be opened anew; [`Error::Gpu`] where a copy fails.
+    /// meshes of another number, or a point light for another, for which everything has to be opened anew; [`Error::Gpu`] where a copy fails.
     pub fn replace(&mut self, scene: &Scene) -> Result<()> {
         let (casters, triangles) = (scene.casters(), triangles(scene));
         let maps = |s: &Scene| s.lights.iter().map(crate::scene::Light::map_count).collect::<Vec<_>>();
@@ -96,17 +96,15 @@ impl World {
             format!("{} casters, and the world has room for {}", casters.len(), self.caster_capacity)
         } else if !scene.strands.is_empty() && !self.strands {
             "it has strands, and the world was made without".into()
-        } else if triangles.len() != self.triangle_count as usize
-            || scene.meshes.len() != self.scene.meshes.len()
-            || maps(scene) != maps(&self.scene)
-        {
+        } else if triangles.len() != self.triangle_count as usize || maps(scene) != maps(&self.scene) {
             "meshes or lights are others than those that the world was made for".into()
         } else {
+            // First: where a copy fails, what is on the device is of neither scene.
+            self.generation += 1;
             self.casters.write(&casters)?;
             self.triangles.write(&triangles)?;
             self.lights.write(&LightData::all(scene))?;
             self.scene.clone_from(scene);
-            self.generation += 1;
             return Ok(());
         };
         Err(Error::input(scene.name.clone(), cause, "make a new world, and open its techniques anew"))

@@ -1,4 +1,4 @@
-//! Seed 000 says that AVSM suits hair: on the built-in hair a few nodes do what the whole lists do.
+//! Fife and Strugar (2013) say that AVSM suits hair: on the built-in hair a few nodes do what the whole lists do.
 
 use super::map_error;
 use crate::support::{gpu_test, some};

@@ -34,7 +34,7 @@ impl Texel {
         } else {
             ((depth - front) / (self.back - front)).min(1.0)
         };
-        (-self.optical_depth * share).exp()
+        (-self.optical_depth.min(65504.0) * share).exp()
     }
 }
 
