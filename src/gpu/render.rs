@@ -60,7 +60,7 @@ impl<'a> Pass<'_, 'a> {
         }
     }
 
-    /// Draws into the layers of a volume, with pipelines of [`Kernel::layered`]. Each viewport is a square at
+    /// Draws into the layers of a volume, with pipelines of [`super::Kernel::layered`]. Each viewport is a square at
     /// the upper left of so many texels a side.
     pub fn render_layers(&mut self, volume: &Image, viewports: &[u32], record: impl FnOnce(&mut Draw<'_, '_, 'a>)) {
         let colors = [vk::RenderingAttachmentInfo::default()
@@ -89,7 +89,7 @@ impl<'a> Pass<'_, 'a> {
     }
 
     /// Draws into attachments that fragments read and write back in drawing order, each cleared to `clear` first, with
-    /// pipelines of [`Kernel::ordered`].
+    /// pipelines of [`super::Kernel::ordered`].
     pub fn render_ordered(
         &mut self,
         attachments: &OrderedAttachments,

@@ -42,7 +42,7 @@ macro_rules! registry {
 }
 crate::shaders::with_folders!(registry);
 
-/// A technique, opened for one world. [`build`](mod@build) runs it; it submits, waits and loops by nothing of its own.
+/// A technique, opened for one world. [`Opened`] builds it; it submits, waits and loops by nothing of its own.
 pub trait Technique {
     /// Records the passes of one build for the world as it is now.
     ///
