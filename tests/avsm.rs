@@ -20,7 +20,7 @@ use gobo::reference::twin::avsm::pack;
 use gobo::scene::Scene;
 use gobo::technique::{Avsm, NodeData, Opened, Technique};
 use gobo::world::World;
-use support::{all, built_avsm, gpu_test, gpu_test_needing, is_left_out, nodes_of, scenes, some, spec};
+use support::{all, built_avsm, gpu_test, gpu_test_needing, is_left_out, nodes_of, scenes, some, spec, views};
 use twin::{DEPTH_ROUNDING, DEPTHS, Order, Twins, beyond, build, check_invariants, code, depth, half_code, look_up};
 
 /// Largest difference of transmittances where the curve has one right answer. Twice what makes a texel ambiguous, so
@@ -54,8 +54,9 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
     let met_alike = |twins: &Twins, texel| {
         (scene.strands.is_empty() || twins.grazed(texel) == 0).then(|| twins.texel(texel, order))
     };
-    let twins: Vec<_> = (0..scene.map_count())
-        .map(|map| Twins::of_map(scene, map, size))
+    let twins: Vec<_> = views(context, scene, size)
+        .into_iter()
+        .map(|view| Twins::new(scene, view))
         .flat_map(|twins| (0..size * size).map(|texel| met_alike(&twins, texel)).collect::<Vec<_>>())
         .collect();
     for count in some([8, 4, 16], if scene.name == "random" { 3 } else { 1 }) {

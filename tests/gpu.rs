@@ -182,18 +182,18 @@ fn images_of_other_formats_are_refused() {
 }
 
 push_struct! {
-    /// What glsl/bins/compact.comp is pushed, under its name.
-    struct CompactPush { caster_count: u32 }
+    /// What glsl/order/keys.comp is pushed, under its name.
+    struct KeysPush { count: u32, capacity: u32 }
 }
 
 push_struct! {
     /// As much, of another type.
-    struct Misread { caster_count: f32 }
+    struct Misread { count: u32, capacity: f32 }
 }
 
 push_struct! {
     /// More than that.
-    struct TooMuch { caster_count: u32, capacity: u32 }
+    struct TooMuch { count: u32, capacity: u32, more: u32 }
 }
 
 /// A kernel is made only where what Rust pushes is what the shader reads; the error shows both.
@@ -201,19 +201,20 @@ push_struct! {
 fn the_wrong_push_constants_are_refused() {
     gpu_test("the_wrong_push_constants_are_refused", |context| {
         fn make<P: gobo::gpu::Push>(context: &gobo::gpu::Context) -> gobo::Result<Kernel<P>> {
-            Kernel::compute(context, &shaders::bins::COMPACT, &[], &Constants::new())
+            Kernel::compute(context, &shaders::order::KEYS, &[], &Constants::new())
         }
-        let reads = "`CompactPush { uint caster_count; }`";
+        let reads = "`KeysPush { uint count; uint capacity; }`";
         let refused = [
             make::<Misread>(context).map(|_| ()),
             make::<TooMuch>(context).map(|_| ()),
             make::<()>(context).map(|_| ()),
         ];
-        let has = ["`Misread { float caster_count; }`", "`TooMuch { uint caster_count; uint capacity; }`", "``"];
+        let has =
+            ["`Misread { uint count; float capacity; }`", "`TooMuch { uint count; uint capacity; uint more; }`", "``"];
         for (result, has) in refused.into_iter().zip(has) {
-            names(result, "bins/compact.comp", &format!("{reads}, and Rust has {has}"));
+            names(result, "order/keys.comp", &format!("{reads}, and Rust has {has}"));
         }
-        assert_eq!(<CompactPush as gobo::gpu::Push>::block(), shaders::bins::COMPACT.push);
+        assert_eq!(<KeysPush as gobo::gpu::Push>::block(), shaders::order::KEYS.push);
     });
 }
 

@@ -135,7 +135,7 @@ fn cases() -> Vec<(Scene, &'static str)> {
 fn each_ray(scene: &Scene, psm: &Psm, mut check: impl FnMut(usize, &View, u32, [u32; 2])) {
     let (mut seen, mut grazed) = (0, 0);
     for (map, view) in psm.maps().iter().map(|m| &m.volume).enumerate() {
-        let twins = Twins::of_map(scene, map, view.width);
+        let twins = Twins::new(scene, *view);
         for texel in 0..view.texels() as u32 {
             seen += 1;
             if twins.grazed(texel) > 0 {

@@ -58,8 +58,8 @@ fn ask(context: &Context, opened: &Opened, points: &[[f32; 3]]) -> Vec<f32> {
 fn each_texel(scene: &Scene, views: &[View], mut check: impl FnMut(usize, &View, [u32; 2], &[Caster], u32)) {
     let casters = scene.casters();
     let (mut place, mut checked) = (0, 0);
-    for (map, view) in views.iter().enumerate() {
-        let twins = Twins::of_map(scene, map, view.width);
+    for view in views {
+        let twins = Twins::new(scene, *view);
         for texel in 0..view.texels() as u32 {
             let at = [texel % view.width, texel / view.width];
             if twins.grazed(texel) == 0 {

@@ -11,17 +11,20 @@ layout(set = 1, binding = 1, scalar) writeonly buffer Drawn { uint drawn[]; };
 // VkDrawIndirectCommand: vertices, instances, first vertex, first instance.
 layout(set = 1, binding = 2, scalar) writeonly buffer Draws { uint draws[]; };
 
-layout(push_constant, scalar) uniform CompactPush { uint caster_count; };
+layout(push_constant, scalar) uniform CompactPush {
+    uint caster_count;
+    uint capacity;  // of the orders of a map
+};
 
 shared uint sums[256];
 
 void main() {
-    uint map = gl_WorkGroupID.z, thread = gl_LocalInvocationID.x, first = map * caster_count;
+    uint map = gl_WorkGroupID.z, thread = gl_LocalInvocationID.x, met_first = map * caster_count, first = map * capacity;
     uint run = (caster_count + 255u) / 256u;
     uint begin = min(thread * run, caster_count), end = min(begin + run, caster_count);
     uint sum = 0u;
     for (uint i = begin; i < end; ++i) {
-        sum += met[first + order[first + i]];
+        sum += met[met_first + order[first + i]];
     }
     sums[thread] = sum;
     barrier();
@@ -34,7 +37,7 @@ void main() {
     uint place = first + sums[thread] - sum;
     for (uint i = begin; i < end; ++i) {
         uint caster = order[first + i];
-        if (met[first + caster] == 1u) {
+        if (met[met_first + caster] == 1u) {
             drawn[place] = caster;
             ++place;
         }

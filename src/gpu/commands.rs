@@ -88,6 +88,13 @@ pub struct Commands<'a> {
     read_backs: Vec<(Buffer, Buffer)>,
 }
 
+/// Data on their way to a buffer.
+pub struct Staged {
+    from: Buffer,
+    to: Buffer,
+    bytes: u64,
+}
+
 /// A pass being recorded.
 pub struct Pass<'c, 'a> {
     pub(super) commands: &'c mut Commands<'a>,
@@ -199,19 +206,18 @@ impl<'a> Commands<'a> {
         }
     }
 
-    /// A pass that writes `data` to the start of `to`.
+    /// Lays `data` out for a pass that copies it to the start of `to`; nothing where there are no data.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
-    pub fn upload<T: bytemuck::Pod>(&mut self, name: &str, to: &Buffer, data: &[T]) -> Result<()> {
+    pub fn stage<T: bytemuck::Pod>(&self, to: &Buffer, data: &[T]) -> Result<Option<Staged>> {
         let bytes = size_of_val(data) as u64;
         if bytes == 0 {
-            return Ok(());
+            return Ok(None);
         }
-        let staging = Buffer::new(self.context, "staging", bytes, super::Memory::Upload)?;
-        staging.write(data)?;
-        self.pass(name, |pass| pass.copy(&staging, to, bytes));
-        Ok(())
+        let from = Buffer::new(self.context, "staging", bytes, super::Memory::Upload)?;
+        from.write(data)?;
+        Ok(Some(Staged { from, to: to.clone(), bytes }))
     }
 
     /// Copies `from` to `to`, which the host reads, behind the last pass: in nobody's time.
@@ -338,6 +344,11 @@ impl<'a> Pass<'_, 'a> {
         // SAFETY: the image is kept alive, in GENERAL, and allows copies.
         unsafe { self.commands.device().cmd_clear_color_image(commands, image.handle(), general, &color, &ranges) };
         self.commands.used.push(Box::new(image.clone()));
+    }
+
+    /// Copies what was staged.
+    pub fn copy_staged(&mut self, staged: &Staged) {
+        self.copy(&staged.from, &staged.to, staged.bytes);
     }
 
     /// Copies the first `bytes`.

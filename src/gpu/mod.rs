@@ -20,7 +20,7 @@ mod validation;
 
 pub use bindings::{Bindings, Border, Resource};
 pub use buffer::{Buffer, Memory};
-pub use commands::{Commands, MAX_UPDATE_BYTES, Pass, PassTime, groups};
+pub use commands::{Commands, MAX_UPDATE_BYTES, Pass, PassTime, Staged, groups};
 pub use constants::{Constant, ConstantValue, Constants};
 pub use context::{Context, Options, devices};
 pub use draw::Draw;

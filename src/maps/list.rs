@@ -131,12 +131,9 @@ impl List {
     }
 
     /// Makes ready for the captures of a build.
-    ///
-    /// # Errors
-    /// As [`Splat::record`].
-    pub fn begin(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) -> Result<()> {
+    pub fn begin(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) {
         commands.read_back(&self.counters, &self.counted);
-        self.splat.record(commands, world, maps, bins)
+        self.splat.record(commands, world, maps, bins);
     }
 
     /// Empties the lists and captures those of `maps`, group number `group`.

@@ -7,21 +7,26 @@
 
 mod bins;
 mod filter;
+mod fit;
 mod list;
 mod opaque;
+mod order;
 mod splat;
 mod texels;
 
 pub use bins::{BinTotals, Bins, TILE_TEXELS, TilePart, Use};
 pub use filter::{Filter, FilterKind};
+pub use fit::Extents;
 pub use list::{Keep, List, SegmentData};
 pub use opaque::OPAQUE_SIZE;
+pub use order::{ItemData, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
 pub use texels::{TexelKernels, TexelWay, Texels};
 
+use self::fit::Fit;
 use self::opaque::Opaque;
-use crate::gpu::{Bindings, Buffer, Commands, Context, MAX_UPDATE_BYTES, Resource};
-use crate::scene::{Scene, View};
+use crate::gpu::{Bindings, Buffer, Commands, Context, MAX_UPDATE_BYTES, Memory, Resource};
+use crate::scene::{Casting, Scene, View};
 use crate::world::World;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
@@ -41,11 +46,13 @@ pub struct Map {
 const MAX_MAPS: usize = MAX_UPDATE_BYTES / size_of::<Map>();
 
 impl Map {
-    /// The maps of all lights of `scene`, those of the first light first, with volume maps of `size` texels a side.
-    pub fn all(scene: &Scene, size: u32) -> Vec<Self> {
+    /// The maps of all lights of `scene`, those of the first light first, with volume maps of `size` texels a side, before
+    /// they are fitted ([`View::aimed`]).
+    pub fn aimed(scene: &Scene, size: u32) -> Vec<Self> {
         let opaque_size = if scene.has_triangles() { OPAQUE_SIZE } else { 1 };
-        let views = View::volumes(scene, size).into_iter().zip(View::opaques(scene, opaque_size));
-        views.map(|(volume, opaque)| Self { volume, opaque }).collect()
+        let volumes = View::aimed(scene, size, Casting::Volume).into_iter();
+        let opaques = View::aimed(scene, opaque_size, Casting::Opaque);
+        volumes.zip(opaques).map(|(volume, opaque)| Self { volume, opaque }).collect()
     }
 }
 
@@ -53,9 +60,14 @@ impl Map {
 pub struct Maps {
     all: Vec<Map>,
     size: u32,
-    /// Of the world that they are fitted to.
-    generation: u64,
+    /// Of the world that they are fitted to; none before the first.
+    generation: Option<u64>,
     buffer: Buffer,
+    /// Its copy for the host, which is newer than `all` after a fit.
+    fitted: Buffer,
+    /// Whether the last recording fitted them.
+    moved: bool,
+    fit: Fit,
     lights: Buffer,
     opaque: Opaque,
     scene: Bindings,
@@ -74,8 +86,9 @@ impl Maps {
             let name = format!("the lights of {}", world.scene().name);
             return Err(Error::input(name, cause, "change the number of lights"));
         }
-        let all = Map::all(world.scene(), size);
+        let all = Map::aimed(world.scene(), size);
         let buffer = Buffer::with_data(context, "maps", &all)?;
+        let fitted = Buffer::new(context, "maps.fitted", buffer.bytes(), Memory::Readback)?;
         let opaque_size = all.first().map_or([1, 1], |m| [m.opaque.width, m.opaque.height]);
         let image = opaque::image(context, opaque_size, count as u32)?;
         let resources = [
@@ -86,11 +99,12 @@ impl Maps {
         ];
         let scene = Bindings::new(context, "maps.scene", &resources)?;
         let opaque = Opaque::new(context, image, &scene, opaque_size)?;
-        let (lights, generation) = (world.lights.clone(), world.generation());
-        Ok(Self { all, size, generation, buffer, lights, opaque, scene })
+        let fit = Fit::new(context, &buffer, &scene, count as u32)?;
+        let lights = world.lights.clone();
+        Ok(Self { all, size, generation: None, buffer, fitted, moved: false, fit, lights, opaque, scene })
     }
 
-    /// The maps, those of the first light first.
+    /// The maps as the last build fitted them, those of the first light first.
     pub fn all(&self) -> &[Map] {
         &self.all
     }
@@ -136,12 +150,33 @@ impl Maps {
 
     /// Fits the maps to a world that has moved, and draws the opaque maps. No pass where there is nothing to do.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
-        if self.generation != world.generation() {
-            self.generation = world.generation();
-            self.all = Map::all(world.scene(), self.size);
-            commands.pass("maps.fit", |pass| pass.update(&self.buffer, &self.all));
+        self.moved = self.generation != Some(world.generation());
+        if self.moved {
+            self.generation = Some(world.generation());
+            self.fit.record(commands, world, &self.buffer, &Map::aimed(world.scene(), self.size));
+            commands.read_back(&self.buffer, &self.fitted);
         }
         self.opaque.record(commands, world, self.count());
+    }
+
+    /// Whether the last recording fitted them: whoever keeps something that follows from the views makes it anew.
+    pub fn moved(&self) -> bool {
+        self.moved
+    }
+
+    /// After the submission: the host has the maps as they were fitted. Where the build has to run again (`grew`) they are
+    /// fitted again, so that its last submission is all of it.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where they cannot be read.
+    pub fn settle(&mut self, grew: bool) -> Result<()> {
+        if self.moved {
+            self.all = self.fitted.read(self.all.len())?;
+        }
+        if self.moved && grew {
+            self.generation = None;
+        }
+        Ok(())
     }
 
     /// The opaque maps, one above the other.

@@ -1,12 +1,11 @@
 //! The casters drawn as quads over the maps, in order; those that the bins found to meet no tile are left out.
 
-use super::{Bins, Map, Maps};
+use super::{Bins, Maps, Order};
 use crate::Result;
 use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Constants, Context, Draw, Format, Graphics, Kernel, Memory, Resource, Shader,
     push_struct,
 };
-use crate::scene::near_to_far;
 use crate::shaders;
 use crate::world::World;
 use std::ops::Range;
@@ -32,7 +31,11 @@ push_struct! {
 
 push_struct! {
     /// Twin: CompactPush in glsl/bins/compact.comp.
-    struct CompactPush { caster_count: u32 }
+    struct CompactPush {
+        caster_count: u32,
+        /// Of the orders of a map.
+        capacity: u32,
+    }
 }
 
 /// The order in which casters are drawn.
@@ -46,10 +49,8 @@ pub enum DrawingOrder {
 
 /// What is drawn of each map.
 pub struct Splat {
-    sorting: DrawingOrder,
-    /// Of the world whose order stands.
-    generation: u64,
-    order: Buffer,
+    /// What sorts; none where casters are drawn by index.
+    order: Option<Order>,
     set: Bindings,
     culled: Option<Culled>,
     /// Between the orders of two maps.
@@ -77,8 +78,18 @@ impl Splat {
         sorting: DrawingOrder,
         bins: Option<&Bins>,
     ) -> Result<Self> {
-        let capacity = world.caster_capacity();
-        let order = Buffer::with_data(context, "splat.order", &orders(world, maps.all(), sorting, capacity))?;
+        let capacity = world.caster_capacity().max(1);
+        let (sorts, order) = match sorting {
+            DrawingOrder::Index => {
+                let indices: Vec<u32> = (0..maps.count()).flat_map(|_| 0..capacity).collect();
+                (None, Buffer::with_data(context, "splat.order", &indices)?)
+            }
+            DrawingOrder::NearToFar => {
+                let order = Order::new(context, world, maps)?;
+                let sorted = order.sorted.clone();
+                (Some(order), sorted)
+            }
+        };
         let culled = match bins {
             None => None,
             Some(bins) => {
@@ -95,16 +106,7 @@ impl Splat {
         let drawn = culled.as_ref().map_or(&order, |c| &c.drawn).clone();
         let set = Bindings::new(context, "splat", &[Resource::Buffer(drawn)])?;
         let caster_count = world.caster_count();
-        Ok(Self {
-            sorting,
-            generation: world.generation(),
-            order,
-            set,
-            culled,
-            capacity,
-            caster_count,
-            size: maps.size(),
-        })
+        Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size() })
     }
 
     /// What draws casters with a fragment shader into colour targets: sets 0 and 1 are the maps' and the order, set 2 is
@@ -131,31 +133,25 @@ impl Splat {
         &self.set
     }
 
-    /// Brings the orders up to date where the world has moved, and gathers the casters that `bins` has counted. No pass
-    /// where there is nothing to do.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) -> Result<()> {
-        if self.generation != world.generation() {
-            self.generation = world.generation();
-            self.caster_count = world.caster_count();
-            let orders = orders(world, maps.all(), self.sorting, self.capacity);
-            commands.upload("splat.order", &self.order, &orders)?;
+    /// Sorts anew where the maps have moved, and gathers the casters that `bins` has counted. No pass where there is nothing
+    /// to do.
+    pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) {
+        self.caster_count = world.caster_count();
+        if let (Some(order), true) = (&self.order, maps.moved()) {
+            order.record(commands, world);
         }
         if let (Some(culled), Some(_)) = (&self.culled, bins) {
             commands.pass("bins.compact", |pass| {
-                let push = CompactPush { caster_count: self.caster_count };
+                let push = CompactPush { caster_count: self.caster_count, capacity: self.capacity };
                 pass.dispatch(&culled.compact, &push, [1, 1, maps.count()]);
             });
         }
-        Ok(())
     }
 
     /// Draws the casters of each map of `maps`, group number `group`, one map above the other.
     pub fn draw(&self, draw: &mut Draw, kernel: &Kernel<SplatPush>, maps: Range<u32>, group: u32, capacity: u32) {
         for (slot, map) in (0..).zip(maps) {
-            let push = SplatPush { map, order_first: map * self.caster_count, slot, group, capacity };
+            let push = SplatPush { map, order_first: map * self.capacity, slot, group, capacity };
             draw.rows(slot * self.size[1], self.size);
             match &self.culled {
                 None => draw.draw(kernel, &push, 6 * self.caster_count, 1),
@@ -164,19 +160,9 @@ impl Splat {
         }
     }
 
-    /// Bytes of the order that is left and the commands.
+    /// Bytes of the orders and the commands.
     pub fn bytes(&self) -> u64 {
-        self.culled.as_ref().map_or(0, |c| c.drawn.bytes() + c.draws.bytes())
+        let culled = self.culled.as_ref().map_or(0, |c| c.drawn.bytes() + c.draws.bytes());
+        culled + self.order.as_ref().map_or(0, Order::bytes)
     }
-}
-
-/// The orders of all maps, one after the other.
-fn orders(world: &World, maps: &[Map], sorting: DrawingOrder, capacity: u32) -> Vec<u32> {
-    let order = |map: &Map| match sorting {
-        DrawingOrder::Index => (0..world.caster_count()).collect(),
-        DrawingOrder::NearToFar => near_to_far(world.scene(), &map.volume),
-    };
-    let mut all: Vec<u32> = maps.iter().flat_map(order).collect();
-    all.resize(maps.len() * capacity as usize, 0);
-    all
 }

@@ -88,7 +88,7 @@ impl Texels {
     pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps) -> Result<()> {
         match &mut self.way {
             Way::Raster { splat, draw: kernel, empty, label } => {
-                splat.record(commands, world, maps, None)?;
+                splat.record(commands, world, maps, None);
                 commands.pass(label, |pass| {
                     let target = Target { image: &self.image, clear: Some(*empty) };
                     pass.render(self.image.size(), &[target], None, |draw| {

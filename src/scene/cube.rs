@@ -1,6 +1,6 @@
 //! The built-in scene `big-8k`: large particles that fill a volume.
 
-use super::{Camera, Light, LightKind, Particle, Scene};
+use super::{Camera, Light, LightKind, Motion, Particle, Scene};
 use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
@@ -46,6 +46,7 @@ pub(super) fn big_8k() -> Scene {
         particles,
         strands: Vec::new(),
         meshes: Vec::new(),
+        motion: Motion::Still,
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.2, 0.12, -0.97).normalize() },
             radiance: [1.0; 3],

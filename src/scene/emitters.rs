@@ -4,7 +4,7 @@
 //! the particles that live then, however long the emitters have been running. Only operations whose result IEEE 754
 //! fixes are used (no `sin`, no `exp`): the same bytes on every machine.
 
-use super::{Camera, Light, LightKind, Mesh, Particle, Scene, input};
+use super::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene, input};
 use crate::{Error, Result};
 use glam::{DVec2, DVec3};
 use rand::Rng;
@@ -160,15 +160,34 @@ pub(super) fn ground(half: f32) -> Mesh {
     }
 }
 
+/// The smoke of `three-emitters` after so many seconds.
+///
+/// # Errors
+/// As [`smoke`].
+pub(super) fn particles(time_s: f64) -> Result<Vec<Particle>> {
+    smoke("three-emitters", &EMITTERS, time_s)
+}
+
+/// Particles that live at once, at most.
+pub(super) fn most_particles() -> usize {
+    most(&EMITTERS)
+}
+
+/// As [`most_particles`], of other emitters.
+pub(super) fn most(emitters: &[Emitter]) -> usize {
+    emitters.iter().map(|e| e.capacity as usize).sum()
+}
+
 /// The scene after the emitters have been running for `time_s` seconds, in units of about a metre, z up: 5,000
 /// particles from 18 s on. The light is slanted so that one plume's shadow falls on the other and on the ground.
 ///
 /// # Errors
 /// As [`smoke`].
 pub(super) fn three_emitters(time_s: f64) -> Result<Scene> {
-    let particles = smoke("three-emitters", &EMITTERS, time_s)?;
+    let particles = particles(time_s)?;
     Ok(Scene {
         name: "three-emitters".into(),
+        motion: Motion::ThreeEmitters,
         particles,
         strands: Vec::new(),
         meshes: vec![ground(GROUND_HALF_WORLD)],
@@ -245,7 +264,7 @@ fn swirl(modes: &[(SwirlMode, DVec3)], position: DVec3, time_s: f64) -> DVec3 {
 }
 
 /// A wave of period 1 and height 1, made of two parabolas: smooth enough to stand in for a sine.
-fn wave(periods: f64) -> f64 {
+pub(super) fn wave(periods: f64) -> f64 {
     // Rounds towards zero, in place of `floor`, which is a call on x86-64 without SSE 4.1.
     let rest = periods - periods as i64 as f64;
     let saw = 2.0 * (if rest < 0.0 { rest + 1.0 } else { rest }) - 1.0;

@@ -33,7 +33,7 @@
 //! ```
 
 use super::hair_file::Overrides;
-use super::{Camera, Light, LightKind, Mesh, Particle, Scene, hair_file, input, mesh_file, particle_file};
+use super::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene, hair_file, input, mesh_file, particle_file};
 use crate::Result;
 use glam::DVec3;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
@@ -182,6 +182,7 @@ pub(super) fn load(path: &Path) -> Result<Scene> {
         particles: Vec::new(),
         strands: Vec::new(),
         meshes: Vec::new(),
+        motion: Motion::Still,
         lights,
         camera,
     };

@@ -2,7 +2,7 @@
 //!
 //! Only operations whose result IEEE 754 fixes are used (no `sin`): the same bytes on every machine.
 
-use super::{Camera, Light, LightKind, Mesh, Scene, Strand};
+use super::{Camera, Light, LightKind, Mesh, Motion, Scene, Strand};
 use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
@@ -101,6 +101,7 @@ pub(super) fn hair() -> Scene {
         particles: Vec::new(),
         strands,
         meshes: vec![head(), floor()],
+        motion: Motion::Still,
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.5, 0.58, -0.64).normalize() },
             radiance: [1.3; 3],

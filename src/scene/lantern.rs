@@ -1,7 +1,7 @@
 //! The built-in scene `lantern`: three kinds of light at once.
 
-use super::emitters::{Emitter, ground, smoke};
-use super::{Camera, Light, LightKind, Mesh, Scene};
+use super::emitters::{Emitter, ground, most, smoke, wave};
+use super::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
 use crate::Result;
 use glam::DVec3;
 
@@ -39,34 +39,52 @@ const fn heap(seed: [u64; 2], [x, y]: [f64; 2]) -> Emitter {
     }
 }
 
+/// When all lights hang and shine as the constants above say: at the default time.
+const AT_REST_S: f64 = 20.0;
+
+/// The smoke after so many seconds.
+///
+/// # Errors
+/// As [`smoke`].
+pub(super) fn particles(time_s: f64) -> Result<Vec<Particle>> {
+    smoke("lantern", &HEAPS, time_s)
+}
+
+/// Particles that live at once, at most.
+pub(super) fn most_particles() -> usize {
+    most(&HEAPS)
+}
+
+/// The lights after so many seconds: the lantern swings on its chain, the spot light searches, the moon moves on.
+pub(super) fn lights(time_s: f64) -> Vec<Light> {
+    let swing = |period_s: f64| wave((time_s - AT_REST_S) / period_s);
+    let flame = FLAME + DVec3::new(0.3 * swing(2.9), 0.2 * swing(3.7), 0.05 * swing(1.3));
+    let spot = DVec3::new(-4.5, -3.0, 4.5);
+    let target = DVec3::new(0.9 * swing(7.0), 0.3 + 0.6 * swing(9.0), 0.8);
+    let moon = DVec3::new(-0.35 + 0.2 * swing(40.0), 0.4, -0.85);
+    vec![
+        Light { kind: LightKind::Point { position: flame }, radiance: [1.0, 0.62, 0.28] },
+        Light {
+            kind: LightKind::Spot { position: spot, direction: (target - spot).normalize(), cone_degrees: 42.0 },
+            radiance: [0.2, 0.38, 0.75],
+        },
+        Light { kind: LightKind::Directional { direction: moon.normalize() }, radiance: [0.14, 0.15, 0.17] },
+    ]
+}
+
 /// A warm point light between smoking heaps and posts, a cold spot light from the side and a dim directional light from
 /// above, after `time_s` seconds; in units of about a metre, z up.
 ///
 /// # Errors
 /// As [`smoke`].
 pub(super) fn lantern(time_s: f64) -> Result<Scene> {
-    let spot = DVec3::new(-4.5, -3.0, 4.5);
-    let lights = vec![
-        Light { kind: LightKind::Point { position: FLAME }, radiance: [1.0, 0.62, 0.28] },
-        Light {
-            kind: LightKind::Spot {
-                position: spot,
-                direction: (DVec3::new(0.0, 0.3, 0.8) - spot).normalize(),
-                cone_degrees: 42.0,
-            },
-            radiance: [0.2, 0.38, 0.75],
-        },
-        Light {
-            kind: LightKind::Directional { direction: DVec3::new(-0.35, 0.4, -0.85).normalize() },
-            radiance: [0.14, 0.15, 0.17],
-        },
-    ];
     Ok(Scene {
         name: "lantern".into(),
-        particles: smoke("lantern", &HEAPS, time_s)?,
+        motion: Motion::Lantern,
+        particles: particles(time_s)?,
         strands: Vec::new(),
         meshes: std::iter::once(ground(GROUND_HALF_WORLD)).chain(POSTS.map(post)).collect(),
-        lights,
+        lights: lights(time_s),
         camera: Camera {
             position: DVec3::new(3.2, -9.5, 4.6),
             target: DVec3::new(0.0, 0.1, 1.0),

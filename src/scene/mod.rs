@@ -4,6 +4,7 @@ mod caster;
 mod cube;
 mod emitters;
 mod file;
+mod fit;
 mod hair;
 mod hair_file;
 mod input;
@@ -18,10 +19,11 @@ mod sparse;
 mod view;
 
 pub use caster::Caster;
+pub use fit::{Casting, gutter_texels};
 pub use light::{FACES, Light, LightKind};
-pub use order::{far_to_near, near_to_far};
+pub use order::far_to_near;
 pub use picture::{Picture, SKY};
-pub use view::{FARTHEST, Projection, Ray, View, gutter_texels};
+pub use view::{FARTHEST, Projection, Ray, View};
 
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
@@ -96,6 +98,19 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// The camera.
     pub camera: Camera,
+    /// What moves by itself.
+    pub motion: Motion,
+}
+
+/// What of a scene is a function of time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motion {
+    /// Nothing.
+    Still,
+    /// The smoke of `three-emitters`.
+    ThreeEmitters,
+    /// The smoke and the lights of `lantern`.
+    Lantern,
 }
 
 /// The optical depth across the diameter of a particle whose file says `opacity` 1, where the formula has none.
@@ -127,6 +142,38 @@ impl Scene {
         }
     }
 
+    /// The scene at another time: what moves by itself is as it would be `time_s` seconds after the emitters began, all else as
+    /// it is here.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the time is out of range.
+    pub fn at(&self, time_s: f64) -> Result<Self> {
+        let (particles, lights) = match self.motion {
+            Motion::Still => (self.particles.clone(), self.lights.clone()),
+            Motion::ThreeEmitters => (emitters::particles(time_s)?, self.lights.clone()),
+            Motion::Lantern => (lantern::particles(time_s)?, lantern::lights(time_s)),
+        };
+        Ok(Self {
+            name: self.name.clone(),
+            particles,
+            strands: self.strands.clone(),
+            meshes: self.meshes.clone(),
+            lights,
+            camera: self.camera,
+            motion: self.motion,
+        })
+    }
+
+    /// Casters that there are at once, at any time.
+    pub fn most_casters(&self) -> usize {
+        let moving = match self.motion {
+            Motion::Still => 0,
+            Motion::ThreeEmitters => emitters::most_particles(),
+            Motion::Lantern => lantern::most_particles(),
+        };
+        self.particles.len().max(moving) + self.strands.len()
+    }
+
     /// Whether anything is opaque.
     pub fn has_triangles(&self) -> bool {
         self.meshes.iter().any(|mesh| !mesh.triangles.is_empty())
@@ -156,6 +203,7 @@ pub(crate) mod tests {
             particles: spheres.iter().map(particle).collect(),
             strands: vec![],
             meshes: vec![],
+            motion: Motion::Still,
             lights: vec![Light { kind: LightKind::Directional { direction: DVec3::NEG_Z }, radiance: [1.0; 3] }],
             camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
         }

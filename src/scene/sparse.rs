@@ -1,6 +1,6 @@
 //! The built-in scene `sparse`: a few puffs far apart, so that most of the light's map is empty.
 
-use super::{Camera, Light, LightKind, Particle, Scene};
+use super::{Camera, Light, LightKind, Motion, Particle, Scene};
 use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
@@ -39,6 +39,7 @@ pub(super) fn sparse() -> Scene {
         particles,
         strands: Vec::new(),
         meshes: Vec::new(),
+        motion: Motion::Still,
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.1, 0.05, -1.0).normalize() },
             radiance: [1.0; 3],

@@ -71,7 +71,9 @@ impl Technique for TexelMap {
     }
 
     fn settle(&mut self) -> Result<Settled> {
-        Ok(Settled::of(self.texels.settle()?))
+        let grew = self.texels.settle()?;
+        self.maps.settle(grew)?;
+        Ok(Settled::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -54,7 +54,7 @@ impl Uncompressed {
 impl Technique for Uncompressed {
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.maps.record(commands, world);
-        self.list.begin(commands, world, &self.maps, None)?;
+        self.list.begin(commands, world, &self.maps, None);
         self.list.capture(commands, 0..self.maps.count(), 0);
         Ok(())
     }
@@ -64,6 +64,7 @@ impl Technique for Uncompressed {
         if grew {
             self.list.bind_segments(&self.look_up, SEGMENTS);
         }
+        self.maps.settle(grew)?;
         Ok(Settled::of(grew))
     }
 

@@ -4,10 +4,11 @@ mod light;
 
 pub use light::LightData;
 
-use crate::gpu::{Buffer, Context};
-use crate::scene::{Caster, Scene};
+use crate::gpu::{Buffer, Context, Memory, PassTime};
+use crate::scene::{Caster, Motion, Scene};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
+use std::time::Instant;
 
 /// Twin: Triangle in glsl/world/triangle.glsl.
 #[repr(C)]
@@ -21,6 +22,7 @@ pub struct TriangleData {
 
 /// What casts and what shines, on the device. All techniques of a scene share it.
 pub struct World {
+    context: Context,
     scene: Scene,
     generation: u64,
     /// [`Caster`]: spheres, then strands; [`World::caster_count`] of them.
@@ -35,6 +37,16 @@ pub struct World {
     pub lights: Buffer,
 }
 
+/// What moving the world took.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moved {
+    /// Device time of the pass `world.move`, where the device has timestamps.
+    pub pass: Option<PassTime>,
+    /// The host's time from the new scene to its copy on the device, nanoseconds: writing, submitting and waiting. What made
+    /// the scene is not in it.
+    pub host_ns: f64,
+}
+
 impl World {
     /// Uploads `scene`.
     ///
@@ -42,9 +54,14 @@ impl World {
     /// [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, scene: &Scene) -> Result<Self> {
         let (casters, triangles) = (scene.casters(), triangles(scene));
+        let capacity = scene.most_casters();
+        let bytes = (capacity * size_of::<Caster>()) as u64;
+        let buffer = Buffer::new(context, "world.casters", bytes, Memory::Device)?;
+        buffer.write(&casters)?;
         Ok(Self {
-            casters: Buffer::with_data(context, "world.casters", &casters)?,
-            caster_capacity: casters.len() as u32,
+            context: context.clone(),
+            casters: buffer,
+            caster_capacity: capacity as u32,
             triangles: Buffer::with_data(context, "world.triangles", &triangles)?,
             triangle_count: triangles.len() as u32,
             strands: !scene.strands.is_empty(),
@@ -74,7 +91,7 @@ impl World {
         self.strands
     }
 
-    /// Casters that there is room for: as many as the scene began with.
+    /// Casters that there is room for: as many as the scene has at any time, or began with.
     pub fn caster_capacity(&self) -> u32 {
         self.caster_capacity
     }
@@ -84,28 +101,50 @@ impl World {
         self.triangle_count
     }
 
+    /// Moves what moves by itself to where it is `time_s` seconds after the scene's emitters began. A scene of which nothing
+    /// does stays as it is, generation and all.
+    ///
+    /// # Errors
+    /// As [`Scene::at`] and [`World::replace`].
+    pub fn move_to(&mut self, time_s: f64) -> Result<Moved> {
+        if self.scene.motion == Motion::Still {
+            return Ok(Moved { pass: None, host_ns: 0.0 });
+        }
+        self.replace(&self.scene.at(time_s)?)
+    }
+
     /// Puts another state of the same scene in its place: particles, strands and lights may have moved and changed.
     ///
     /// # Errors
-    /// [`Error::Input`] where there are more casters than the scene began with, strands where it began with none, or lights or
+    /// [`Error::Input`] where there are more casters than there is room for, strands where it began with none, or lights or
     /// meshes of another number, or a point light for another, for which everything has to be opened anew; [`Error::Gpu`] where a copy fails.
-    pub fn replace(&mut self, scene: &Scene) -> Result<()> {
-        let (casters, triangles) = (scene.casters(), triangles(scene));
+    pub fn replace(&mut self, scene: &Scene) -> Result<Moved> {
+        let start = Instant::now();
+        let casters = scene.casters();
+        let triangle_count: usize = scene.meshes.iter().map(|m| m.triangles.len()).sum();
         let maps = |s: &Scene| s.lights.iter().map(crate::scene::Light::map_count).collect::<Vec<_>>();
         let cause = if casters.len() > self.caster_capacity as usize {
             format!("{} casters, and the world has room for {}", casters.len(), self.caster_capacity)
         } else if !scene.strands.is_empty() && !self.strands {
             "it has strands, and the world was made without".into()
-        } else if triangles.len() != self.triangle_count as usize || maps(scene) != maps(&self.scene) {
+        } else if triangle_count != self.triangle_count as usize || maps(scene) != maps(&self.scene) {
             "meshes or lights are others than those that the world was made for".into()
         } else {
             // First: where a copy fails, what is on the device is of neither scene.
             self.generation += 1;
-            self.casters.write(&casters)?;
-            self.triangles.write(&triangles)?;
-            self.lights.write(&LightData::all(scene))?;
+            let passes = self.context.try_submit(|commands| {
+                let casters = commands.stage(&self.casters, &casters)?;
+                let lights = commands.stage(&self.lights, &LightData::all(scene))?;
+                let unmoved = scene.meshes == self.scene.meshes;
+                let triangles = if unmoved { None } else { commands.stage(&self.triangles, &triangles(scene))? };
+                commands.pass("world.move", |pass| {
+                    [casters, lights, triangles].iter().flatten().for_each(|staged| pass.copy_staged(staged));
+                });
+                Ok(())
+            })?;
+            let host_ns = start.elapsed().as_nanos() as f64;
             self.scene.clone_from(scene);
-            return Ok(());
+            return Ok(Moved { pass: passes.into_iter().next(), host_ns });
         };
         Err(Error::input(scene.name.clone(), cause, "make a new world, and open its techniques anew"))
     }

@@ -1,6 +1,6 @@
 //! The per-texel lists lose nothing, and say so when they must.
 
-use crate::support::{built_avsm, gpu_test, scenes, spec};
+use crate::support::{built_avsm, gpu_test, scenes, spec, views};
 use crate::twin::{Twins, look_up};
 use gobo::gpu::Context;
 use gobo::reference::twin::avsm::node::Interpolation;
@@ -22,7 +22,7 @@ fn counters(context: &Context, scene: &Scene, text: &str) -> (u64, u64, String) 
 fn growing_loses_nothing() {
     gpu_test("growing_loses_nothing", |context| {
         let scene = scenes::crowd();
-        let twins = Twins::new(&scene, SIZE);
+        let twins = Twins::new(&scene, views(context, &scene, SIZE)[0]);
         let (fragments, overflowed, reason) = counters(context, &scene, "avsm:path=two-pass,size=8");
         assert_eq!(overflowed, 0, "{reason}");
         assert!(!reason.contains("overflowed"), "{reason}");
@@ -48,7 +48,7 @@ fn fragments_are_counted_exactly() {
         let spot = spot.iter().flat_map(|p| [scenes::random(), scenes::locks()].map(|s| scenes::spot(*p, 70.0, s)));
         let spot: Vec<_> = spot.collect();
         for scene in fixed.iter().chain(&spot) {
-            let twins = Twins::new(scene, 24);
+            let twins = Twins::new(scene, views(context, scene, 24)[0]);
             let (fragments, _, _) = counters(context, scene, "avsm:path=two-pass,size=24");
             let (expected, grazing) = (twins.fragments(), twins.grazing());
             println!("{}: {fragments} fragments, the twin has {expected}, {grazing} graze", scene.name);
@@ -99,7 +99,10 @@ fn nothing_casts_nothing() {
         assert_eq!((counters["fragments"], counters["overflowed"], counters["covered_texels"]), (0, 0, 0));
         let names: Vec<_> = passes.iter().map(|p| p.name.as_str()).collect();
         if context.features().timestamp_valid_bits > 0 {
-            assert_eq!(names, ["maps.opaque", "list.clear", "list.capture", "avsm.resolve"]);
+            assert_eq!(
+                names,
+                ["maps.aim", "maps.bounds", "maps.fit", "maps.opaque", "list.clear", "list.capture", "avsm.resolve"]
+            );
         }
     });
 }

@@ -1,12 +1,12 @@
 //! Packed curves: what thousands of insertions leave of them, what they weigh, and what `gobo curve` is told.
 
-use crate::support::{all, built_avsm, gpu_test_needing, nodes_of, scenes, scenes::Random, some, spec};
+use crate::support::{all, built_avsm, gpu_test_needing, nodes_of, scenes, scenes::Random, some, spec, views};
 use crate::twin::{build, half_code};
 use gobo::gpu::Requirement;
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::pack_value;
 use gobo::reference::twin::segment::texel_segment;
-use gobo::scene::{Caster, Particle, Scene, View};
+use gobo::scene::{Caster, Particle, Scene};
 use gobo::technique::{Avsm, Opened, Technique};
 use gobo::world::World;
 
@@ -54,7 +54,7 @@ fn thousands_of_insertions_do_not_drift() {
         gpu_test_needing(&format!("thousands_of_insertions_{path}"), needs, |context| {
             let (count, sizes) = insertions(path);
             for scene in [column(false, count), column(true, count)] {
-                let view = View::volumes(&scene, 1)[0];
+                let view = views(context, &scene, 1)[0];
                 let segments: Vec<_> =
                     scene.particles.iter().filter_map(|p| texel_segment(&view, [0, 0], &Caster::from(p))).collect();
                 assert_eq!(segments.len(), count);

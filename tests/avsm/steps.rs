@@ -1,9 +1,9 @@
 //! Depths that are the same f32: segments so short that entry and exit are, and segments that begin together.
 
-use crate::support::{built_avsm, gpu_test_needing, scenes, some, spec};
+use crate::support::{built_avsm, gpu_test_needing, scenes, some, spec, views};
 use crate::twin::{DEPTHS, build, check_invariants, curve, depth, look_up};
 use glam::DVec2;
-use gobo::gpu::Requirement;
+use gobo::gpu::{Context, Requirement};
 use gobo::reference::twin::segment::{Segment, sort, texel_segment};
 use gobo::scene::{Caster, Particle, Scene, Strand, View};
 
@@ -21,10 +21,10 @@ const RADIUS: f32 = 5e-6;
 /// some texels' centres a tiny dense sphere. Nothing else is in their texels.
 ///
 /// The light is along an axis so that every operation from a particle to z is exact, on any device.
-fn scene(deep: f32) -> Scene {
+fn scene(context: &Context, deep: f32) -> Scene {
     let anchor = |x: f32, z: f32| Particle { position: [x, x, z], radius: 0.125, extinction: 0.5 };
     let mut scene = scenes::directional("steps", [0.0, 0.0, -1.0], vec![anchor(-0.875, 0.0), anchor(0.875, -deep)]);
-    let view = View::volumes(&scene, SIZE)[0];
+    let view = views(context, &scene, SIZE)[0];
     for (x, y) in [(2, 1), (3, 3), (1, 6), (5, 2)] {
         let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
         let [x, y] = [ray.origin.x as f32, ray.origin.y as f32];
@@ -33,7 +33,7 @@ fn scene(deep: f32) -> Scene {
         // Exactly where it already is, thinner: equal depths and zero length at once.
         scene.particles.push(Particle { position, radius: RADIUS, extinction: 4e4 });
     }
-    assert_eq!(View::volumes(&scene, SIZE)[0], view, "the tiny spheres stand within the box");
+    assert_eq!(views(context, &scene, SIZE)[0], view, "the tiny spheres stand within the box");
     scene
 }
 
@@ -45,10 +45,10 @@ fn segments(scene: &Scene, view: &View, texel: u32) -> Vec<Segment> {
 }
 
 /// A scene in which all tiny spheres' segments have no length and still take light, by the twin.
-fn scene_of_steps() -> (Scene, View) {
+fn scene_of_steps(context: &Context) -> (Scene, View) {
     for i in 0..200 {
-        let scene = scene(150.0 + 0.5 * i as f32);
-        let view = View::volumes(&scene, SIZE)[0];
+        let scene = scene(context, 150.0 + 0.5 * i as f32);
+        let view = views(context, &scene, SIZE)[0];
         let all: Vec<_> = (0..SIZE * SIZE).flat_map(|t| segments(&scene, &view, t)).collect();
         if all.iter().filter(|s| s.entry == s.exit && s.optical_depth > 0.1).count() == 8 {
             return (scene, view);
@@ -60,7 +60,7 @@ fn scene_of_steps() -> (Scene, View) {
 /// A segment of no length is a step: not 0/0, not nothing, and the whole of it lies at its depth.
 fn steps(name: &str, needs: &[Requirement], path: &str) {
     gpu_test_needing(name, needs, |context| {
-        let (scene, view) = scene_of_steps();
+        let (scene, view) = scene_of_steps(context);
         for count in some([8, 4, 16], 1) {
             for values in ["linear", "exponential"] {
                 let text = format!("avsm:nodes={count},curve={values},size={SIZE},path={path}");
@@ -126,7 +126,7 @@ fn ties_go_by_index() {
             let text = format!("avsm:nodes=4,curve={curve_of},size=1,path=two-pass");
             let build = build(&spec(&text));
             let both = [tangent(1..=10), tangent((1..=10).rev())].map(|scene| {
-                let view = View::volumes(&scene, 1)[0];
+                let view = views(context, &scene, 1)[0];
                 let cut = |(i, p)| texel_segment(&view, [0, 0], &Caster::from(p)).map(|s| (i, s));
                 let mut all: Vec<_> = (0u32..).zip(&scene.particles).filter_map(cut).collect();
                 all.retain(|(_, s)| s.optical_depth > 0.0);
@@ -164,7 +164,7 @@ fn bundle() -> Scene {
 fn strand_steps(name: &str, needs: &[Requirement], path: &str) {
     gpu_test_needing(name, needs, |context| {
         let scene = bundle();
-        let view = View::volumes(&scene, 1)[0];
+        let view = views(context, &scene, 1)[0];
         for values in ["linear", "exponential"] {
             let text = format!("avsm:nodes=8,curve={values},size=1,path={path}");
             let interpolation = build(&spec(&text)).interpolation;

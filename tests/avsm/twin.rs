@@ -6,9 +6,10 @@ use gobo::reference::twin::avsm::cells::Cells;
 use gobo::reference::twin::avsm::curve::{Build, Curve};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::bins::{TILE_TEXELS, tile_key};
+use gobo::reference::twin::order;
 use gobo::reference::twin::segment::{Segment, sort, texel_segment};
 use gobo::reference::twin::sums::{DARK, bound};
-use gobo::scene::{Caster, Ray, Scene, View, near_to_far};
+use gobo::scene::{Caster, Ray, Scene, View};
 use gobo::technique::{NodeData, Spec};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -150,7 +151,7 @@ pub struct Twins<'a> {
     scene: &'a Scene,
     casters: Vec<Caster>,
     pub view: View,
-    /// Where each caster stands in [`near_to_far`].
+    /// Where each caster stands in the drawing order.
     places: Vec<u32>,
 }
 
@@ -179,17 +180,12 @@ fn in_order(cuts: &[Cut], order: Order, rounded: impl Fn(Segment) -> Segment) ->
 }
 
 impl<'a> Twins<'a> {
-    /// Of the first map.
-    pub fn new(scene: &'a Scene, size: u32) -> Self {
-        Self::of_map(scene, 0, size)
-    }
-
-    /// Of one of the maps of all lights.
-    pub fn of_map(scene: &'a Scene, map: usize, size: u32) -> Self {
-        let view = View::volumes(scene, size)[map];
+    /// Of one of the maps of all lights, as the device fitted it.
+    pub fn new(scene: &'a Scene, view: View) -> Self {
         let casters = scene.casters();
+        let keys: Vec<u32> = order::keys(&view, &casters).into_iter().map(order::float_order).collect();
         let mut places = vec![0; casters.len()];
-        (0..).zip(near_to_far(scene, &view)).for_each(|(place, caster)| places[caster as usize] = place);
+        (0..).zip(order::sort(&keys)).for_each(|(place, caster)| places[caster as usize] = place);
         Self { scene, casters, view, places }
     }
 

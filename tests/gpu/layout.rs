@@ -7,7 +7,7 @@
 //! held against the SPIR-V, and against every push_struct! in src/, also those of kernels that no test makes.
 
 use gobo::gpu::Shader;
-use gobo::maps::{BinTotals, Map, SegmentData, TilePart};
+use gobo::maps::{BinTotals, Extents, ItemData, Map, SegmentData, TilePart};
 use gobo::scene::{Caster, View};
 use gobo::shaders::ALL;
 use gobo::technique::NodeData;
@@ -46,6 +46,8 @@ fn twins() -> BTreeMap<&'static str, Twin> {
     BTreeMap::from([
         ("Light", twin!(LightData, position, kind, direction, cos_cone, radiance, first_map, map_count, has_opaque)),
         ("Map", twin!(Map, volume, opaque)),
+        ("Extents", twin!(Extents, low, high)),
+        ("Item", twin!(ItemData, key, index)),
         ("BinTotals", twin!(BinTotals, entries, tiles_used, parts, groups_x, groups_y, groups_z)),
         ("TilePart", twin!(TilePart, tile, map_part, first, count)),
         ("View", twin!(View, origin, projection, right, scale_x, up, scale_y, forward, near, far, width, height)),
@@ -174,6 +176,7 @@ fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) 
             "uint" => "u32",
             "uvec2" => "[u32; 2]",
             "uvec4" => "[u32; 4]",
+            "uint[6]" => "[u32; 6]",
             "vec3" => "[f32; 3]",
             "vec3[3]" => "[[f32; 3]; 3]",
             _ => panic!("{what}: {glsl} has no Rust type here"),

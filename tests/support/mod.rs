@@ -9,7 +9,7 @@ use gobo::consume::Query;
 use gobo::gpu::{Context, Messages, Options, Requirement};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::{Packed, unpack};
-use gobo::scene::Scene;
+use gobo::scene::{Scene, View};
 use gobo::technique::{self, Avsm, NodeData, Opened, REGISTRY, Spec, Technique, parse};
 use gobo::world::World;
 use std::io::Write;
@@ -122,6 +122,12 @@ pub fn built(context: &Context, scene: &Scene, text: &str) -> Box<dyn Technique>
     let mut opened = technique::open(context, &world, &spec(text)).expect(text);
     opened.build(&world).expect(text);
     opened.technique
+}
+
+/// The volume views that the device fits to `scene`, those of the first light first: twins that are compared text by text
+/// start from the same numbers.
+pub fn views(context: &Context, scene: &Scene, size: u32) -> Vec<View> {
+    built(context, scene, &format!("beer-shadow-map:size={size}")).maps().iter().map(|map| map.volume).collect()
 }
 
 /// What the technique answers at `points` of one of the scene's lights.

@@ -1,7 +1,7 @@
 //! Small scenes that make the cases a shadow technique goes wrong at.
 
 use glam::DVec3;
-use gobo::scene::{Camera, Light, LightKind, Mesh, Particle, Scene, Strand};
+use gobo::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene, Strand};
 use rand::Rng;
 use rand_pcg::Pcg32;
 
@@ -12,6 +12,7 @@ pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) ->
         particles,
         strands: Vec::new(),
         meshes: Vec::new(),
+        motion: Motion::Still,
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::from(direction).normalize() },
             radiance: [1.0; 3],

@@ -5,6 +5,8 @@ pub mod avsm;
 pub mod beer_shadow_map;
 pub mod bins;
 pub mod filter;
+pub mod fit;
+pub mod order;
 pub mod psm;
 pub mod segment;
 pub mod sums;

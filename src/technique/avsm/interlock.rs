@@ -51,7 +51,7 @@ impl Interlock {
     }
 
     pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) -> Result<()> {
-        self.splat.record(commands, world, maps, bins)?;
+        self.splat.record(commands, world, maps, bins);
         for (group, of) in (0..).zip(maps.groups(self.at_once)) {
             self.clear(commands, maps, of.clone());
             self.insert(commands, maps, of.clone(), group);

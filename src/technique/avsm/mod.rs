@@ -162,6 +162,7 @@ impl Technique for Avsm {
     fn settle(&mut self) -> Result<Settled> {
         let lists = if let Build::TwoPass(path) = &mut self.build { path.list.settle()? } else { false };
         let bins = self.bins.as_mut().map_or(Ok(false), Bins::settle)?;
+        self.maps.settle(lists || bins)?;
         Ok(Settled::of(lists || bins))
     }
 

@@ -53,7 +53,7 @@ impl RasterOrder {
     }
 
     pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) -> Result<()> {
-        self.splat.record(commands, world, maps, bins)?;
+        self.splat.record(commands, world, maps, bins);
         for (group, of) in (0..).zip(maps.groups(self.at_once)) {
             self.raster_order(commands, of.clone(), group);
             self.unpack(commands, maps, of);

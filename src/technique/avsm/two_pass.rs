@@ -26,7 +26,7 @@ impl TwoPass {
     }
 
     pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) -> Result<()> {
-        self.list.begin(commands, world, maps, bins)?;
+        self.list.begin(commands, world, maps, bins);
         for (group, of) in (0..).zip(maps.groups(self.list.at_once())) {
             self.list.capture(commands, of.clone(), group);
             self.resolve(commands, maps, of);

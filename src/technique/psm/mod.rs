@@ -201,7 +201,9 @@ impl Technique for Psm {
     }
 
     fn settle(&mut self) -> Result<Settled> {
-        Ok(Settled::of(if let Build::Fused(fused) = &mut self.build { fused.bins.settle()? } else { false }))
+        let grew = if let Build::Fused(fused) = &mut self.build { fused.bins.settle()? } else { false };
+        self.maps.settle(grew)?;
+        Ok(Settled::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -1,0 +1,67 @@
+#version 460
+// How far the casters and the meshes reach in each map's view. Twin: reference::twin::fit.
+// Inputs: maps, of which origin, axes and, in perspective, the scale are set; casters, triangles. Output: extents.
+// Invariant: the extents hold every sphere that the map can see, whatever the order of the atomics.
+#include "maps/extents.glsl"
+#include "maps/scene.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(set = 1, binding = 0, scalar) buffer AllExtents { Extents extents[]; };
+
+layout(push_constant, scalar) uniform BoundsPush {
+    uint caster_count;
+    uint triangle_count;
+    uint threads;  // of a map
+    uint see_all;  // there are strands, which may cross a view that sees none of their ends
+};
+
+shared uint low[6];
+shared uint high[6];
+
+// Whether a spot light or a face of a point light may see a sphere, given along the view's axes: not where it lies
+// outside one of the pyramid's four planes.
+bool sees(View view, vec3 centre, float radius) {
+    float tangent = 1.0 / view.scale_x;
+    float outside = max(abs(centre.x), abs(centre.y)) - tangent * centre.z;
+    // Generous by the rounding of the three coordinates.
+    radius += 1e-5 * (abs(centre.x) + abs(centre.y) + abs(centre.z));
+    return outside < radius * sqrt(1.0 + tangent * tangent) && centre.z + radius > 0.0;
+}
+
+void include(uint first, vec3 centre, float radius) {
+    for (uint axis = 0u; axis < 3u; ++axis) {
+        atomicMin(low[first + axis], float_order(centre[axis] - radius));
+        atomicMax(high[first + axis], float_order(centre[axis] + radius));
+    }
+}
+
+void main() {
+    uint map = gl_WorkGroupID.z;
+    if (gl_LocalInvocationIndex < 6u) {
+        low[gl_LocalInvocationIndex] = 0xFFFFFFFFu;
+        high[gl_LocalInvocationIndex] = 0u;
+    }
+    barrier();
+    View view = maps[map].volume;
+    bool all = view.projection == VIEW_PARALLEL || see_all == 1u;
+    for (uint i = gl_GlobalInvocationID.x; i < caster_count; i += threads) {
+        Caster caster = casters[i];
+        vec3 start = view_axes(view, caster.position - view.origin);
+        if (all || sees(view, start, caster.radius)) {
+            include(0u, start, caster.radius);
+        }
+        if (caster_is_strand(caster)) {
+            include(0u, view_axes(view, caster.position + caster.axis - view.origin), caster.radius);
+        }
+    }
+    for (uint i = gl_GlobalInvocationID.x; i < 3u * triangle_count; i += threads) {
+        include(3u, view_axes(view, triangles[i / 3u].corners[i % 3u] - view.origin), 0.0);
+    }
+    barrier();
+    if (gl_LocalInvocationIndex < 6u) {
+        uint i = gl_LocalInvocationIndex;
+        atomicMin(extents[map].low[i], low[i]);
+        atomicMax(extents[map].high[i], high[i]);
+    }
+}

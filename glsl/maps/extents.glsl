@@ -1,0 +1,22 @@
+// How far casters reach along a view's axes: what maps/bounds.comp leaves to maps/fit.comp. Floats are kept as whole
+// numbers that order as they do, for atomicMin and atomicMax. Twin: reference::twin::fit, maps::fit::Extents.
+#ifndef MAPS_EXTENTS_GLSL
+#define MAPS_EXTENTS_GLSL
+#extension GL_EXT_scalar_block_layout : require
+
+// Of one map: of its casters, then of the meshes; low and high along right, up and forward. Where there is none, low is
+// above high.
+struct Extents {
+    uint low[6];
+    uint high[6];
+};
+
+uint float_order(float value) {
+    uint bits = floatBitsToUint(value);
+    return (bits >> 31) == 1u ? ~bits : bits | 0x80000000u;
+}
+
+float float_of_order(uint order) {
+    return uintBitsToFloat((order >> 31) == 1u ? order & 0x7FFFFFFFu : ~order);
+}
+#endif

@@ -1,0 +1,90 @@
+#version 460
+// The views of all maps, fitted to what they see. Twin: reference::twin::fit; scene::View in f64 is the truth of it.
+// A thread a map. Inputs: extents; maps, whose `near` is the least share of the range at which a perspective view begins,
+// and `far` the range over what the casters need. Output: maps.
+// Invariant: a view holds all that it was fitted to; the margin is more than the rounding of the extents.
+#include "maps/extents.glsl"
+#include "world/light.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(set = 0, binding = 0, scalar) buffer Maps { Map maps[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer AllExtents { Extents extents[]; };
+
+layout(push_constant, scalar) uniform FitPush {
+    uint map_count;
+    uint only_meshes;  // nothing translucent casts: the volume is fitted to the meshes
+};
+
+// Of a range: a hundredth of a texel of the largest map.
+const float MARGIN = 1.00001;
+// Of the distance from the origin: what rounding may take away.
+const float ROUNDING = 5e-7;
+
+struct Range {
+    vec3 low;
+    vec3 high;
+};
+
+Range range_of(uint map, uint first) {
+    Range range;
+    for (uint axis = 0u; axis < 3u; ++axis) {
+        range.low[axis] = float_of_order(extents[map].low[first + axis]);
+        range.high[axis] = float_of_order(extents[map].high[first + axis]);
+    }
+    // The numbers that mean that there is none.
+    if (extents[map].high[first] == 0u) {
+        range.low = vec3(FARTHEST);
+        range.high = vec3(-FARTHEST);
+    }
+    return range;
+}
+
+// Around all of the range; the origin becomes the middle of its near side.
+void fit_parallel(inout View view, Range range) {
+    if (range.low.x > range.high.x) {
+        range = Range(vec3(0.0), vec3(1.0));
+    }
+    vec3 middle = (range.low + range.high) * 0.5;
+    vec3 far = abs(view.origin);
+    float rounding = ROUNDING * max(far.x, max(far.y, far.z));
+    vec3 half_size = max((range.high - range.low) * 0.5 * MARGIN + rounding, vec3(1e-6));
+    view.origin += view.right * middle.x + view.up * middle.y + view.forward * (middle.z - half_size.z);
+    view.scale_x = 1.0 / half_size.x;
+    view.scale_y = 1.0 / half_size.y;
+    view.near = 0.0;
+    view.far = 2.0 * half_size.z * view.far;
+}
+
+// In depth alone.
+void fit_perspective(inout View view, Range range) {
+    float high = max(range.high.z, 1e-3);
+    float near = clamp(range.low.z - ROUNDING * high, high * view.near, high * 0.999);
+    view.far = near + ((high - near) * MARGIN + ROUNDING * high) * view.far;
+    view.near = near;
+}
+
+void fit(inout View view, Range range) {
+    if (view.projection == VIEW_PARALLEL) {
+        fit_parallel(view, range);
+    } else {
+        fit_perspective(view, range);
+    }
+}
+
+void main() {
+    uint map = gl_GlobalInvocationID.x;
+    if (map >= map_count) {
+        return;
+    }
+    Range casters = range_of(map, 0u), meshes = range_of(map, 3u);
+    Range both = Range(min(casters.low, meshes.low), max(casters.high, meshes.high));
+    Map m = maps[map];
+    if (only_meshes == 1u) {
+        fit(m.volume, meshes);
+    } else {
+        fit(m.volume, casters);
+    }
+    fit(m.opaque, both);
+    maps[map] = m;
+}

@@ -1,0 +1,31 @@
+#version 460
+// The depth at which each caster begins in each map's view, as a whole number that orders as the depth does.
+// Twin: reference::twin::order::keys. Inputs: maps, casters. Output: items, indices rising.
+#include "maps/extents.glsl"
+#include "maps/scene.glsl"
+
+struct Item {
+    uint key;
+    uint index;
+};
+
+layout(local_size_x = 64) in;
+
+layout(set = 1, binding = 0, scalar) writeonly buffer Items { Item items[]; };
+
+layout(push_constant, scalar) uniform KeysPush {
+    uint count;
+    uint capacity;  // of a map
+};
+
+void main() {
+    uint i = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
+    if (i >= count) {
+        return;
+    }
+    View view = maps[gl_WorkGroupID.z].volume;
+    Caster caster = casters[i];
+    float start = dot(caster.position - view.origin, view.forward);
+    float nearest = caster_is_strand(caster) ? min(start, start + dot(caster.axis, view.forward)) : start - caster.radius;
+    items[gl_WorkGroupID.z * capacity + i] = Item(float_order(nearest), i);
+}

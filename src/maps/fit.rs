@@ -1,0 +1,97 @@
+//! The views of all maps, fitted on the device to the casters and meshes as they are now.
+//! Twin: [`crate::reference::twin::fit`].
+
+use super::Map;
+use crate::Result;
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, push_struct};
+use crate::shaders::maps::{BOUNDS, FIT};
+use crate::world::World;
+use bytemuck::{Pod, Zeroable};
+
+/// Things that a thread goes through.
+const PER_THREAD: u64 = 8;
+
+/// Workgroups of a map, at most: each ends in a few atomics.
+const MOST_GROUPS: u64 = 1024;
+
+/// Twin: Extents in glsl/maps/extents.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Extents {
+    /// Of casters, then of meshes; along right, up and forward; as whole numbers that order as the floats do.
+    pub low: [u32; 6],
+    /// Likewise.
+    pub high: [u32; 6],
+}
+
+impl Extents {
+    /// Of nothing.
+    pub const NONE: Self = Self { low: [u32::MAX; 6], high: [0; 6] };
+}
+
+push_struct! {
+    /// Twin: BoundsPush in glsl/maps/bounds.comp.
+    struct BoundsPush {
+        caster_count: u32,
+        triangle_count: u32,
+        /// Of a map.
+        threads: u32,
+        /// There are strands.
+        see_all: u32,
+    }
+}
+
+push_struct! {
+    /// Twin: FitPush in glsl/maps/fit.comp.
+    struct FitPush {
+        map_count: u32,
+        /// Nothing translucent casts.
+        only_meshes: u32,
+    }
+}
+
+/// The passes that fit.
+pub(super) struct Fit {
+    /// [`Extents`] of each map.
+    extents: Buffer,
+    bounds: Kernel<BoundsPush>,
+    fit: Kernel<FitPush>,
+}
+
+impl Fit {
+    /// Of `maps`, which stand in set 0, `scene`, too.
+    pub(super) fn new(context: &Context, maps: &Buffer, scene: &Bindings, count: u32) -> Result<Self> {
+        let bytes = size_of::<Extents>() as u64 * u64::from(count);
+        let extents = Buffer::new(context, "maps.extents", bytes, Memory::Device)?;
+        let buffer = |buffer: &Buffer| Resource::Buffer(buffer.clone());
+        let reduced = Bindings::new(context, "maps.bounds", &[buffer(&extents)])?;
+        let fitted = Bindings::new(context, "maps.fit", &[buffer(maps), buffer(&extents)])?;
+        let none = Constants::new();
+        Ok(Self {
+            bounds: Kernel::compute(context, &BOUNDS, &[scene, &reduced], &none)?,
+            fit: Kernel::compute(context, &FIT, &[&fitted], &none)?,
+            extents,
+        })
+    }
+
+    /// Fits `maps` to the world as it is now; `aimed` is what they are before ([`Map::aimed`]).
+    pub(super) fn record(&self, commands: &mut Commands, world: &World, maps: &Buffer, aimed: &[Map]) {
+        let count = aimed.len() as u32;
+        commands.pass("maps.aim", |pass| {
+            pass.update(maps, aimed);
+            pass.update(&self.extents, &vec![Extents::NONE; aimed.len()]);
+        });
+        let (casters, triangles) = (world.caster_count(), world.triangle_count());
+        let things = u64::from(casters).max(3 * u64::from(triangles));
+        let groups = things.div_ceil(64 * PER_THREAD).clamp(1, MOST_GROUPS) as u32;
+        let push = BoundsPush {
+            caster_count: casters,
+            triangle_count: triangles,
+            threads: 64 * groups,
+            see_all: u32::from(!world.scene().strands.is_empty()),
+        };
+        commands.pass("maps.bounds", |pass| pass.dispatch(&self.bounds, &push, [groups, 1, count]));
+        let push = FitPush { map_count: count, only_meshes: u32::from(casters == 0) };
+        commands.pass("maps.fit", |pass| pass.dispatch(&self.fit, &push, [count.div_ceil(64), 1, 1]));
+    }
+}

@@ -1,0 +1,92 @@
+//! CPU twin of glsl/maps/bounds.comp and fit.comp: views fitted to what they see, in f32.
+
+use super::order::{float_of_order, float_order};
+use crate::scene::{Caster, Projection, View};
+use glam::Vec3;
+
+/// Low and high along a view's right, up and forward; low above high where there is nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// World units from the view's origin.
+    pub low: Vec3,
+    /// Likewise.
+    pub high: Vec3,
+}
+
+/// Twin: MARGIN and ROUNDING.
+const MARGIN: f32 = 1.00001;
+const ROUNDING: f32 = 5e-7;
+
+impl Range {
+    /// Of nothing.
+    pub const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
+
+    fn include(&mut self, centre: Vec3, radius: f32) {
+        // By way of the whole numbers, as the device does.
+        let through = |v: Vec3| Vec3::from(v.to_array().map(|c| float_of_order(float_order(c))));
+        self.low = self.low.min(through(centre - radius));
+        self.high = self.high.max(through(centre + radius));
+    }
+
+    fn with(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+}
+
+fn axes(view: &View, position: Vec3) -> Vec3 {
+    let offset = position - Vec3::from(view.origin);
+    Vec3::new(offset.dot(view.right.into()), offset.dot(view.up.into()), offset.dot(view.forward.into()))
+}
+
+/// Whether the view may see a sphere. Twin: sees.
+fn sees(view: &View, centre: Vec3, radius: f32) -> bool {
+    let tangent = 1.0 / view.scale_x;
+    let outside = centre.x.abs().max(centre.y.abs()) - tangent * centre.z;
+    let radius = radius + 1e-5 * (centre.x.abs() + centre.y.abs() + centre.z.abs());
+    outside < radius * (1.0 + tangent * tangent).sqrt() && centre.z + radius > 0.0
+}
+
+/// How far casters reach, and how far mesh vertices do, in an aimed view. Twin: glsl/maps/bounds.comp.
+pub fn bounds(view: &View, casters: &[Caster], vertices: &[[f32; 3]]) -> [Range; 2] {
+    let (mut translucent, mut opaque) = (Range::NONE, Range::NONE);
+    let see_all = view.projection() == Projection::Parallel || casters.iter().any(Caster::is_strand);
+    for caster in casters {
+        let start = Vec3::from(caster.position);
+        let centre = axes(view, start);
+        if see_all || sees(view, centre, caster.radius) {
+            translucent.include(centre, caster.radius);
+        }
+        if caster.is_strand() {
+            translucent.include(axes(view, start + Vec3::from(caster.axis)), caster.radius);
+        }
+    }
+    vertices.iter().for_each(|v| opaque.include(axes(view, (*v).into()), 0.0));
+    [translucent, opaque]
+}
+
+/// The volume and the opaque view of a map, from those that are aimed. Twin: glsl/maps/fit.comp.
+pub fn fit([volume, opaque]: [View; 2], [casters, meshes]: [Range; 2], only_meshes: bool) -> [View; 2] {
+    [fit_view(volume, if only_meshes { meshes } else { casters }), fit_view(opaque, casters.with(meshes))]
+}
+
+fn fit_view(mut view: View, mut range: Range) -> View {
+    if view.projection() == Projection::Perspective {
+        let high = range.high.z.max(1e-3);
+        let near = (range.low.z - ROUNDING * high).max(high * view.near).min(high * 0.999);
+        view.far = near + ((high - near) * MARGIN + ROUNDING * high) * view.far;
+        view.near = near;
+        return view;
+    }
+    if range.low.x > range.high.x {
+        range = Range { low: Vec3::ZERO, high: Vec3::ONE };
+    }
+    let origin = Vec3::from(view.origin);
+    let middle = (range.low + range.high) * 0.5;
+    let rounding = ROUNDING * origin.abs().max_element();
+    let half = ((range.high - range.low) * 0.5 * MARGIN + rounding).max(Vec3::splat(1e-6));
+    let across = Vec3::from(view.right) * middle.x + Vec3::from(view.up) * middle.y;
+    view.origin = (origin + across + Vec3::from(view.forward) * (middle.z - half.z)).into();
+    (view.scale_x, view.scale_y) = (1.0 / half.x, 1.0 / half.y);
+    (view.near, view.far) = (0.0, 2.0 * half.z * view.far);
+    view
+}

@@ -1,0 +1,131 @@
+//! Views of lights, fitted to what they see. The device does the same in f32 (glsl/maps/bounds.comp, fit.comp).
+
+use super::view::{across, caster_spheres, mesh_points, some_up, vec};
+use super::{FACES, LightKind, Projection, Scene, View};
+use glam::DVec3;
+
+/// What a view is fitted to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Casting {
+    /// The translucent casters.
+    Volume,
+    /// The meshes and all that they may shadow.
+    Opaque,
+}
+
+impl Casting {
+    /// A tenth more depth for the opaque map, so that its bias does not push the farthest surface out of range.
+    fn range(self) -> f32 {
+        if self == Self::Opaque { 1.1 } else { 1.0 }
+    }
+}
+
+/// Of a range: a hundredth of a texel of the largest map. Twin: MARGIN in glsl/maps/fit.comp.
+const MARGIN: f64 = 1.00001;
+
+/// Of the distance from the origin: what rounding to f32 may take away. Twin: ROUNDING.
+const ROUNDING: f64 = 5e-7;
+
+/// Texels by which a point light's face of `size` texels reaches past its 90° on each side: room for the widest filter,
+/// which reaches 8 texels, and one more for rounding. Small maps have less, and take narrower filters.
+pub fn gutter_texels(size: u32) -> u32 {
+    (size / 8).clamp(1, 9)
+}
+
+/// Tangent of half the angle that such a face covers; at most 2, also where a map is too small to have a gutter.
+fn face_tangent(size: u32) -> f64 {
+    let share = (f64::from(gutter_texels(size)) / f64::from(size)).min(0.25);
+    1.0 / (1.0 - 2.0 * share)
+}
+
+/// [`View::aimed`].
+pub(super) fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
+    let anchor = caster_spheres(scene).chain(mesh_points(&scene.meshes)).next().map_or(DVec3::ZERO, |(p, _)| p);
+    let view = |origin: DVec3, forward: DVec3, projection: Projection, tangent: f64, nearest: f32| {
+        let (right, up) = across(forward, some_up(forward));
+        let scale = (1.0 / tangent) as f32;
+        View {
+            origin: origin.as_vec3().into(),
+            projection: projection as u32,
+            right: right.as_vec3().into(),
+            scale_x: scale,
+            up: up.as_vec3().into(),
+            scale_y: scale,
+            forward: forward.as_vec3().into(),
+            near: nearest,
+            far: casting.range(),
+            width: size,
+            height: size,
+        }
+    };
+    let maps = |light: &super::Light| match light.kind {
+        LightKind::Directional { direction } => vec![view(anchor, direction, Projection::Parallel, 1.0, 0.0)],
+        LightKind::Spot { position, direction, cone_degrees } => {
+            let tangent = (cone_degrees.to_radians() * 0.5).tan();
+            // Casters around the light itself are cut off at a thousandth of the range.
+            vec![view(position, direction, Projection::Perspective, tangent, 1e-3)]
+        }
+        LightKind::Point { position } => {
+            // Nothing divides by the z of particles, so that those around the light count whole.
+            let nearest = if casting == Casting::Opaque { 1e-3 } else { 0.0 };
+            let face = |(_, forward)| view(position, forward, Projection::Perspective, face_tangent(size), nearest);
+            FACES.map(face).to_vec()
+        }
+    };
+    scene.lights.iter().flat_map(maps).collect()
+}
+
+/// The views of all maps of all lights, in f64, each rounded once.
+pub(super) fn fit_all(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
+    let with_meshes = casting == Casting::Opaque || scene.has_only_meshes();
+    let meshes: Vec<_> = if with_meshes { mesh_points(&scene.meshes).collect() } else { Vec::new() };
+    let casters: Vec<_> = caster_spheres(scene).collect();
+    // A strand may cross a view that sees none of its ends.
+    let see_all = !scene.strands.is_empty();
+    let fitted = |view: View| {
+        let seen = casters.iter().filter(|sphere| see_all || sees(&view, sphere));
+        fit(view, seen.chain(&meshes).copied())
+    };
+    aimed(scene, size, casting).into_iter().map(fitted).collect()
+}
+
+/// Whether the view may see a sphere: in perspective not where it lies outside one of the pyramid's four planes.
+fn sees(view: &View, &(centre, radius): &(DVec3, f64)) -> bool {
+    if view.projection() == Projection::Parallel {
+        return true;
+    }
+    let [x, y, z] = view.axes(centre).to_array();
+    let tangent = 1.0 / f64::from(view.scale_x);
+    let outside = (x.abs().max(y.abs()) - tangent * z) / (1.0 + tangent * tangent).sqrt();
+    outside < radius && z + radius > 0.0
+}
+
+/// A view that holds the spheres: along parallel rays fitted in all three directions, from a point in depth.
+fn fit(mut view: View, spheres: impl Iterator<Item = (DVec3, f64)>) -> View {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for (centre, radius) in spheres {
+        let centre = view.axes(centre);
+        low = low.min(centre - radius);
+        high = high.max(centre + radius);
+    }
+    let range = f64::from(view.far);
+    if view.projection() == Projection::Perspective {
+        let farthest = high.z.max(1e-3);
+        let near = (low.z - ROUNDING * farthest).clamp(farthest * f64::from(view.near), farthest * 0.999);
+        let far = near + ((farthest - near) * MARGIN + ROUNDING * farthest) * range;
+        (view.near, view.far) = (near as f32, far as f32);
+        return view;
+    }
+    if low.x > high.x {
+        (low, high) = (DVec3::ZERO, DVec3::ONE);
+    }
+    let origin = vec(view.origin);
+    let middle = (low + high) * 0.5;
+    let rounding = ROUNDING * origin.abs().max_element();
+    let half = ((high - low) * 0.5 * MARGIN + rounding).max(DVec3::splat(1e-6));
+    let across = vec(view.right) * middle.x + vec(view.up) * middle.y;
+    view.origin = (origin + across + vec(view.forward) * (middle.z - half.z)).as_vec3().into();
+    (view.scale_x, view.scale_y) = ((1.0 / half.x) as f32, (1.0 / half.y) as f32);
+    (view.near, view.far) = (0.0, (2.0 * half.z * range) as f32);
+    view
+}
