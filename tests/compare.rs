@@ -145,7 +145,7 @@ fn compare_writes_everything() {
         for points in [error.map.expect("maps"), error.space.expect("a look-up")] {
             assert!(points.mean_abs < 0.05 && points.points.is_some_and(|n| n > 0), "{error:?}");
         }
-        assert!(error.image.rmse < 0.1, "{error:?}");
+        assert!(error.image.expect("a truth").rmse < 0.1, "{error:?}");
         assert!(row.bytes_resident.is_some_and(|bytes| bytes >= 64 * 64 * 8), "{:?}", row.bytes_resident);
         for name in [&row.picture, &row.difference] {
             decodes(&out.path().join(name.as_ref().expect("a picture")), [320, 180]);

@@ -12,6 +12,7 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
         rms: error * 2.0,
         p99: error * 4.0,
         max: error * 8.0,
+        ..PointError::default()
     };
     let image = ImageError { rmse: 0.25, flip_mean: 0.125 };
     Row {
@@ -21,6 +22,9 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
         path: "two-pass".into(),
         status: Status::Ok,
         reason: String::new(),
+        frame_ns: Some(ns * 3.0),
+        standard_error: Some(error / 50.0),
+        flicker_rms: None,
         host_ns: Some(Timing { median: ns * 1.5, p05: ns, p95: ns * 2.0, samples: 30 }),
         build_ns: Some(Timing { median: ns, p05: ns * 0.9, p95: ns * 1.2, samples: 30 }),
         lookup_ns_per_million: Some(Timing { median: 3e6, p05: 2e6, p95: 4e6, samples: 30 }),
@@ -29,7 +33,7 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
         bytes_resident: Some(1 << 20),
         bytes_transient: Some(1 << 10),
         counters: [("fragments".to_owned(), 12)].into(),
-        error: Some(RowError { map: Some(point), space: Some(point), image }),
+        error: Some(RowError { map: Some(point), space: Some(point), surface: None, image: Some(image) }),
         limit_mean_abs: Some(error / 2.0),
         picture: None,
         difference: None,
@@ -42,6 +46,9 @@ fn refused(scene: &str, reason: &str) -> Row {
         status: Status::Refused,
         reason: reason.into(),
         host_ns: None,
+        frame_ns: None,
+        standard_error: None,
+        flicker_rms: None,
         build_ns: None,
         lookup_ns_per_million: None,
         draw_ns: None,

@@ -105,6 +105,9 @@ impl<'a> Case<'a> {
             status: Status::Ok,
             reason: String::new(),
             host_ns: None,
+            frame_ns: None,
+            standard_error: None,
+            flicker_rms: None,
             build_ns: None,
             lookup_ns_per_million: None,
             draw_ns: None,
@@ -166,7 +169,7 @@ impl<'a> Case<'a> {
         let kernels = renderer.kernels(&technique.answer(), lighting)?;
         row.draw_ns = self.time_draws(|| renderer.draw(&kernels, Shading::Forward))?;
         let picture = renderer.read()?;
-        row.error = Some(RowError { map, space, image: picture_error(&picture, &self.reference) });
+        row.error = Some(RowError { map, space, surface: None, image: Some(picture_error(&picture, &self.reference)) });
         Ok(picture)
     }
 

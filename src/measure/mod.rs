@@ -9,7 +9,7 @@ mod timing;
 
 pub use compare::{Case, Effort, LOOKUPS};
 pub use copy::copy_bytes_per_second;
-pub use error_metrics::{PointError, point_error};
+pub use error_metrics::{Answers, BoundaryError, PointError, point_error};
 pub use picture_error::{difference_srgb8, picture_error};
 pub use results::{DeviceFacts, ImageError, PassTiming, Results, Row, RowError, SCHEMA, Status};
 pub use timing::Timing;

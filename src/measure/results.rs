@@ -80,7 +80,10 @@ pub struct Row {
     pub lookup_ns_per_million: Option<Timing>,
     /// The picture's casters, drawn and lit once, device time. On slow devices of one sample, which is not warmed up.
     pub draw_ns: Option<Timing>,
-    /// The passes of a build, in order.
+    /// A build and the drawing of the picture's casters: what a frame takes whose light has moved. New in version 2.
+    #[serde(default)]
+    pub frame_ns: Option<f64>,
+    /// The passes of a build, in order; where the world moves, `world.move` before them, which is no part of the build.
     pub passes: Vec<PassTiming>,
     /// Bytes that the look-up needs. Absent where nothing was built.
     pub bytes_resident: Option<u64>,
@@ -92,6 +95,14 @@ pub struct Row {
     pub error: Option<RowError>,
     /// The lowest mean absolute map error of any curve of as many nodes with its vertices on the true curve.
     pub limit_mean_abs: Option<f64>,
+    /// What the map error's mean absolute would differ by, had all covered texels been looked at and not a sample of them.
+    /// Absent where all were. New in version 2.
+    #[serde(default)]
+    pub standard_error: Option<f64>,
+    /// Over the frames of a moving world, the root mean square of (change of the answer − change of the truth) at fixed points.
+    /// Absent where nothing moves. New in version 2.
+    #[serde(default)]
+    pub flicker_rms: Option<f64>,
     /// The picture's file name in the output folder.
     pub picture: Option<String>,
     /// The difference picture's file name in the output folder.
@@ -118,8 +129,12 @@ pub struct RowError {
     pub map: Option<PointError>,
     /// At low-discrepancy points in the casters' bounds. Absent for a technique without a look-up.
     pub space: Option<PointError>,
-    /// Of the shaded picture.
-    pub image: ImageError,
+    /// At points on what the camera sees and on all meshes. Absent without meshes. New in version 2.
+    #[serde(default)]
+    pub surface: Option<PointError>,
+    /// Of the shaded picture. Absent where its truth would have taken longer than all else.
+    #[serde(default)]
+    pub image: Option<ImageError>,
 }
 
 /// Error of a picture.

@@ -168,7 +168,7 @@ pub(super) const COLUMNS: [Column; 15] = [
         "image RMSE",
         "Root mean square error of the shaded picture, display-referred",
         11,
-        |row| Some(row.error.as_ref()?.image.rmse),
+        |row| Some(row.error.as_ref()?.image?.rmse),
         significant,
     ),
     column(
@@ -177,7 +177,7 @@ pub(super) const COLUMNS: [Column; 15] = [
         "FLIP",
         "Mean of the FLIP map of the shaded picture",
         12,
-        |row| Some(row.error.as_ref()?.image.flip_mean),
+        |row| Some(row.error.as_ref()?.image?.flip_mean),
         significant,
     ),
 ];

@@ -158,8 +158,8 @@ fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
         fields.push(count(points.and_then(|e| e.points)));
         fields.extend(statistics.map(|of| number(points.map(of))));
     }
-    fields.push(number(row.error.as_ref().map(|error| error.image.rmse)));
-    fields.push(number(row.error.as_ref().map(|error| error.image.flip_mean)));
+    fields.push(number(row.error.as_ref().and_then(|error| error.image).map(|image| image.rmse)));
+    fields.push(number(row.error.as_ref().and_then(|error| error.image).map(|image| image.flip_mean)));
     fields.push(number(row.limit_mean_abs));
     fields.extend(counters.iter().map(|&name| row.counters.get(name).map(u64::to_string).unwrap_or_default()));
     fields

@@ -137,7 +137,15 @@ mod tests {
 
     fn row(nodes: &str, status: Status, reason: &str) -> Row {
         let measured = status == Status::Ok;
-        let point = PointError { points: Some(64), mean_abs: 0.0142, bias: -0.002, rms: 0.03, p99: 0.2, max: 0.5 };
+        let point = PointError {
+            points: Some(64),
+            mean_abs: 0.0142,
+            bias: -0.002,
+            rms: 0.03,
+            p99: 0.2,
+            max: 0.5,
+            ..PointError::default()
+        };
         Row {
             scene: "plume_8k".into(),
             technique: "avsm".into(),
@@ -147,6 +155,9 @@ mod tests {
             reason: reason.into(),
             build_ns: measured.then_some(Timing { median: 2e6, p05: 1.9e6, p95: 2.5e6, samples: 30 }),
             host_ns: None,
+            frame_ns: None,
+            standard_error: None,
+            flicker_rms: None,
             lookup_ns_per_million: None,
             draw_ns: None,
             passes: vec![],
@@ -156,7 +167,8 @@ mod tests {
             error: measured.then_some(RowError {
                 map: Some(point),
                 space: Some(point),
-                image: ImageError { rmse: 0.01, flip_mean: 0.02 },
+                surface: None,
+                image: Some(ImageError { rmse: 0.01, flip_mean: 0.02 }),
             }),
             limit_mean_abs: Some(0.0071),
             picture: None,
