@@ -65,6 +65,12 @@ impl<'a> Casters<'a> {
             .sum()
     }
 
+    /// Casters that [`Casters::visibility`] tries.
+    pub(super) fn candidates(&self, light: usize, position: DVec3) -> usize {
+        let map = self.scene.first_map(light) + self.scene.lights[light].map_at(position.as_vec3().into());
+        1 + self.near(map, position).len()
+    }
+
     /// Whether no mesh stands between light `light` and `position`.
     pub fn unblocked(&self, light: usize, position: DVec3) -> bool {
         match self.scene.lights[light].kind {

@@ -16,7 +16,8 @@ const DEPTHS: usize = 253;
 /// The mean over a fixed sample of covered texels, for each of `nodes`. Interpolation is of optical depth, as the true
 /// curve's own, between vertices chosen from the true curve's by dynamic programming.
 pub fn limit_mean_abs(casters: &Casters, views: &[View], truths: &[MapTruth], nodes: &[usize]) -> Vec<f64> {
-    let texels: Vec<_> = truths.iter().flat_map(|t| t.texels.iter().map(|texel| (t.map, *texel))).collect();
+    let mut texels: Vec<_> = truths.iter().flat_map(|t| t.texels.iter().map(|texel| (t.map, *texel))).collect();
+    texels.sort_unstable();
     let count = texels.len().min(LIMIT_TEXELS);
     let most = nodes.iter().copied().max().unwrap_or(0);
     let per_texel: Vec<Vec<f64>> = (0..count)
@@ -28,6 +29,13 @@ pub fn limit_mean_abs(casters: &Casters, views: &[View], truths: &[MapTruth], no
         })
         .collect();
     (0..nodes.len()).map(|k| per_texel.iter().map(|t: &Vec<f64>| t[k]).sum::<f64>() / count.max(1) as f64).collect()
+}
+
+/// Steps that [`limit_mean_abs`] would take for a texel of that many segments: spans between vertices, each over samples.
+pub fn limit_steps(segments: u64) -> f64 {
+    // Two vertices a segment, and a third of the samples between two of them.
+    let vertices = 2.0 * segments as f64;
+    vertices * vertices / 2.0 * (DEPTHS as f64 / 3.0)
 }
 
 /// Element k: the lowest mean absolute error of k nodes, k = 0 to `most`.

@@ -1,17 +1,20 @@
 //! The truth: how much of each light reaches each point, in f64, and what techniques are measured against.
 
+mod boundary;
 mod casters;
 mod grid;
 mod limit;
 mod meshes;
 mod picture;
 mod points;
+mod surface;
 mod true_curve;
 
 pub use casters::Casters;
-pub use limit::{LIMIT_TEXELS, limit_mean_abs};
+pub use limit::{LIMIT_TEXELS, limit_mean_abs, limit_steps};
 pub use meshes::{Hit, Meshes};
-pub use picture::picture;
 pub(super) use picture::{camera_rays, lift, light};
-pub use points::{MAP_DEPTHS, MapTruth, map_truths, space_points};
+pub use picture::{picture, picture_tests};
+pub use points::{MAP_DEPTHS, MapTruth, bounds, map_truths, points_within, sample_maps, space_points};
+pub use surface::{SurfacePoint, surface_points};
 pub use true_curve::TrueCurve;

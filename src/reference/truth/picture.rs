@@ -25,6 +25,19 @@ pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
     })
 }
 
+/// How many casters [`picture`] would try against rays, by a coarse picture of the same view: what it costs.
+pub fn picture_tests(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
+    let small = View { width: 32, height: 18, ..*camera };
+    let tests = std::sync::atomic::AtomicUsize::new(0);
+    let order: Vec<u32> = (0..casters.all.len() as u32).collect();
+    camera_rays(casters, scene, &small, &order, |_, _, position| {
+        let all = (0..scene.lights.len()).map(|light| casters.candidates(light, position)).sum();
+        tests.fetch_add(all, std::sync::atomic::Ordering::Relaxed);
+        DVec3::ZERO
+    });
+    tests.into_inner() as f64 * camera.texels() as f64 / small.texels() as f64
+}
+
 /// A ray a pixel through casters in this order; what arrives at a caster is `light` of the pixel, the caster's index and
 /// the middle of what the ray sees of it.
 pub(in crate::reference) fn camera_rays(

@@ -2,7 +2,7 @@
 
 use super::casters::Casters;
 use super::true_curve::TrueCurve;
-use crate::scene::{Scene, View};
+use crate::scene::{Light, Scene, View};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -15,7 +15,7 @@ pub struct MapTruth {
     pub light: usize,
     /// Which of all lights' maps.
     pub map: usize,
-    /// Texels that some caster covers, as index y · width + x, rising.
+    /// Texels that some caster covers, as index y · width + x.
     pub texels: Vec<u32>,
     /// World positions, [`MAP_DEPTHS`] a texel, depth rising.
     pub points: Vec<[f32; 3]>,
@@ -25,53 +25,117 @@ pub struct MapTruth {
     pub segments: u64,
 }
 
-/// The truth in every map of every light; `views` are those of all maps, the first light's first.
+/// The truth in every map of every light, at the centres of all covered texels; `views` are those of all maps, the first
+/// light's first. Where a scene has only meshes, every texel counts as covered. Left out are the texels of a point light's
+/// face that another face is asked for.
 pub fn map_truths(casters: &Casters, scene: &Scene, views: &[View]) -> Vec<MapTruth> {
-    let maps = |light: usize| (0..scene.lights[light].map_count()).map(move |face| (light, face));
-    let all = (0..scene.lights.len()).flat_map(maps).zip(views).enumerate();
-    all.map(|(map, ((light, face), view))| map_truth(casters, scene, light, face, map, view)).collect()
+    sample_maps(casters, scene, views, usize::MAX).0
 }
 
-/// The truth at the centres of all covered texels of `view` × [`MAP_DEPTHS`] depths. Where a scene has only meshes,
-/// every texel counts as covered. Left out are the texels of a point light's face that another face is asked for.
-fn map_truth(casters: &Casters, scene: &Scene, light: usize, face: usize, map: usize, view: &View) -> MapTruth {
-    let depths = f64::from(MAP_DEPTHS - 1);
-    let none = || MapTruth { light, map, texels: vec![], points: vec![], visibility: vec![], segments: 0 };
-    // At the light itself any face answers.
-    let asked_for = |p: &[f32; 3]| *p == view.origin || scene.lights[light].map_at(*p) == face;
-    let per_row: Vec<_> = (0..view.height)
-        .into_par_iter()
-        .map(|y| {
-            let mut row = none();
-            for x in 0..view.width {
-                let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-                let position = |k: u32| ray.at(view.z(f64::from(k) / depths));
-                if !(0..MAP_DEPTHS).all(|k| asked_for(&position(k).as_vec3().into())) {
-                    continue;
-                }
-                let (curve, segments) = casters.true_curve(map, view, &ray);
-                if segments == 0 && !scene.has_only_meshes() {
-                    continue;
-                }
-                row.texels.push(y * view.width + x);
-                row.segments += u64::from(segments);
-                for k in 0..MAP_DEPTHS {
-                    let unblocked = scene.meshes.is_empty() || casters.unblocked(light, position(k));
-                    row.points.push(position(k).as_vec3().into());
-                    row.visibility.push(if unblocked { curve.transmittance(f64::from(k) / depths) } else { 0.0 });
-                }
-            }
-            row
+/// As [`map_truths`], but of at most `most` covered texels of all maps together, and the share of all texels that were
+/// looked at for them: 1 where all were. The same for the same views.
+///
+/// Texels are visited in the order of a lattice: every so many-th, by the golden ratio, so that any number of them is
+/// spread evenly, and none comes twice.
+pub fn sample_maps(casters: &Casters, scene: &Scene, views: &[View], most: usize) -> (Vec<MapTruth>, f64) {
+    /// Texels that are visited at once.
+    const CHUNK: usize = 2048;
+    let maps = |light: usize| (0..scene.lights[light].map_count()).map(move |face| (light, face));
+    let places: Vec<_> = (0..scene.lights.len()).flat_map(maps).zip(views).collect();
+    let mut truths: Vec<_> = (0..)
+        .zip(&places)
+        .map(|(map, ((light, _), _))| MapTruth {
+            light: *light,
+            map,
+            texels: vec![],
+            points: vec![],
+            visibility: vec![],
+            segments: 0,
         })
         .collect();
-    let mut truth = none();
-    for row in per_row {
-        truth.texels.extend(row.texels);
-        truth.points.extend(row.points);
-        truth.visibility.extend(row.visibility);
-        truth.segments += row.segments;
+    // All maps have the same size.
+    let per_map = views.first().map_or(0, View::texels);
+    let total = per_map * places.len();
+    let step = lattice_step(total);
+    let (mut seen, mut covered) = (0, 0);
+    while seen < total && covered < most {
+        let chunk = CHUNK.min(total - seen);
+        let visit = |i: usize| {
+            let place = ((i as u128 * step as u128) % total.max(1) as u128) as usize;
+            let (map, texel) = (place / per_map, (place % per_map) as u32);
+            let ((light, face), view) = &places[map];
+            (map, texel_truth(casters, scene, (*light, *face, map), view, texel))
+        };
+        let found: Vec<_> = (seen..seen + chunk).into_par_iter().map(visit).collect();
+        for (map, texel) in found {
+            if covered == most {
+                break;
+            }
+            seen += 1;
+            let Some(texel) = texel else { continue };
+            covered += 1;
+            let truth = &mut truths[map];
+            truth.texels.push(texel.texel);
+            truth.points.extend(texel.points);
+            truth.visibility.extend(texel.visibility);
+            truth.segments += texel.segments;
+        }
     }
-    truth
+    (truths, if seen == total { 1.0 } else { seen as f64 / total as f64 })
+}
+
+/// About a golden section of `total`, and without a divisor in common with it: its multiples visit every place once.
+fn lattice_step(total: usize) -> usize {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let divides = |mut a: usize, mut b: usize| {
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a > 1
+    };
+    let mut step = ((total as f64 * GOLDEN) as usize).max(1);
+    while divides(step, total) {
+        step += 1;
+    }
+    step
+}
+
+/// The truth at one texel.
+struct TexelTruth {
+    texel: u32,
+    points: Vec<[f32; 3]>,
+    visibility: Vec<f64>,
+    segments: u64,
+}
+
+/// The truth at a texel's centre × [`MAP_DEPTHS`] depths; none where nothing covers it, or another face is asked for it.
+fn texel_truth(
+    casters: &Casters,
+    scene: &Scene,
+    (light, face, map): (usize, usize, usize),
+    view: &View,
+    texel: u32,
+) -> Option<TexelTruth> {
+    let depths = f64::from(MAP_DEPTHS - 1);
+    // At the light itself any face answers.
+    let asked_for = |p: &[f32; 3]| *p == view.origin || scene.lights[light].map_at(*p) == face;
+    let (x, y) = (texel % view.width, texel / view.width);
+    let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+    let position = |k: u32| ray.at(view.z(f64::from(k) / depths));
+    if !(0..MAP_DEPTHS).all(|k| asked_for(&position(k).as_vec3().into())) {
+        return None;
+    }
+    let (curve, segments) = casters.true_curve(map, view, &ray);
+    if segments == 0 && !scene.has_only_meshes() {
+        return None;
+    }
+    let mut truth = TexelTruth { texel, points: vec![], visibility: vec![], segments: segments.into() };
+    for k in 0..MAP_DEPTHS {
+        let unblocked = scene.meshes.is_empty() || casters.unblocked(light, position(k));
+        truth.points.push(position(k).as_vec3().into());
+        truth.visibility.push(if unblocked { curve.transmittance(f64::from(k) / depths) } else { 0.0 });
+    }
+    Some(truth)
 }
 
 /// The exact curve at a texel's centre.
@@ -80,11 +144,8 @@ pub(super) fn texel_curve(casters: &Casters, map: usize, view: &View, texel: u32
     casters.true_curve(map, view, &view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))).0
 }
 
-/// The first `count` points of a low-discrepancy sequence in the bounds of the casters (of the meshes where there is
-/// nothing else) that light `light` shines on. The same for the same scene.
-///
-/// The sequence is Roberts' R3: multiples of the powers of the inverse of the real root of x⁴ = x + 1.
-pub fn space_points(scene: &Scene, light: usize, count: usize) -> Vec<[f32; 3]> {
+/// Low and high corner of all casters (of the meshes where there is nothing else); none in an empty scene.
+pub fn bounds(scene: &Scene) -> Option<[DVec3; 2]> {
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     let mut include = |p: [f32; 3], radius: f64| {
         let p = DVec3::from(p.map(f64::from));
@@ -100,9 +161,19 @@ pub fn space_points(scene: &Scene, light: usize, count: usize) -> Vec<[f32; 3]> 
             include(s.end, s.radius.into());
         });
     }
-    if low.x > high.x {
-        return Vec::new();
-    }
+    (low.x <= high.x).then_some([low, high])
+}
+
+/// The first `count` points of a low-discrepancy sequence in the bounds of the casters (of the meshes where there is
+/// nothing else) that light `light` shines on. The same for the same scene.
+pub fn space_points(scene: &Scene, light: usize, count: usize) -> Vec<[f32; 3]> {
+    bounds(scene).map_or_else(Vec::new, |bounds| points_within(bounds, &scene.lights[light], count))
+}
+
+/// The same within other bounds.
+///
+/// The sequence is Roberts' R3: multiples of the powers of the inverse of the real root of x⁴ = x + 1.
+pub fn points_within([low, high]: [DVec3; 2], light: &Light, count: usize) -> Vec<[f32; 3]> {
     const ROOT: f64 = 1.220_744_084_605_759_5;
     let step = DVec3::new(1.0 / ROOT, 1.0 / (ROOT * ROOT), 1.0 / (ROOT * ROOT * ROOT));
     let mut points = Vec::with_capacity(count);
@@ -113,9 +184,50 @@ pub fn space_points(scene: &Scene, light: usize, count: usize) -> Vec<[f32; 3]> 
         }
         let share = (DVec3::splat(0.5) + step * (i as f64)).fract();
         let position = low + share * (high - low);
-        if scene.lights[light].shines_on(position) {
+        if light.shines_on(position) {
             points.push(position.as_vec3().into());
         }
     }
     points
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lattice_visits_every_place_once() {
+        for total in [1, 2, 3, 64, 97, 360, 4096, 6 * 24 * 24] {
+            let step = lattice_step(total);
+            let mut seen: Vec<usize> = (0..total).map(|i| i * step % total).collect();
+            seen.sort_unstable();
+            assert!(seen.into_iter().eq(0..total), "{total}");
+        }
+    }
+
+    /// A sample is a part of all, and the first texels of a larger sample.
+    #[test]
+    fn samples_are_parts_of_the_whole() {
+        let scene = crate::scene::tests::on_the_axis(&[(0.0, 0.5, 1.0), (1.0, 0.25, 2.0)]);
+        let casters = Casters::new(&scene);
+        let views = View::volumes(&scene, 32);
+        let all = map_truths(&casters, &scene, &views).remove(0);
+        let sample = |most| {
+            let (mut truths, share) = sample_maps(&casters, &scene, &views, most);
+            (truths.remove(0), share)
+        };
+        let ((small, few), (large, more)) = (sample(50), sample(100));
+        assert!(all.texels.len() > 200 && few < more && more < 1.0, "{few}, {more} of {}", all.texels.len());
+        assert_eq!((small.texels.len(), large.texels.len()), (50, 100));
+        assert_eq!(small.texels[..], large.texels[..50]);
+        let depths = MAP_DEPTHS as usize;
+        for (i, texel) in large.texels.iter().enumerate() {
+            let place = all.texels.iter().position(|t| t == texel).expect("covered");
+            assert_eq!(large.points[i * depths..][..depths], all.points[place * depths..][..depths]);
+            assert_eq!(large.visibility[i * depths..][..depths], all.visibility[place * depths..][..depths]);
+        }
+        // Half of the sphere's texels lie on either side: evenly spread, so do half of the sample's, but for a few.
+        let left = large.texels.iter().filter(|t| **t % 32 < 16).count();
+        assert!((40..=60).contains(&left), "{left} of 100");
+    }
 }
