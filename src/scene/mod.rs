@@ -1,9 +1,13 @@
 //! What casts shadows, the lights and the camera. Knows nothing of Vulkan.
 
 mod caster;
+mod contents;
 mod cube;
 mod emitters;
 mod file;
+mod gltf_document;
+mod gltf_file;
+mod gltf_stage;
 mod hair;
 mod hair_file;
 mod input;
@@ -13,8 +17,11 @@ mod mesh_file;
 mod order;
 mod particle_file;
 mod picture;
+mod placement;
 mod ply;
 mod sparse;
+mod stage;
+mod strand_file;
 mod view;
 
 pub use caster::Caster;

@@ -1,6 +1,6 @@
 //! How a light or a camera sees the world. Twin: glsl/world/view.glsl.
 
-use super::{Camera, FACES, Light, LightKind, Mesh, Scene};
+use super::{Camera, FACES, Light, LightKind, Mesh, Particle, Scene, Strand};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
@@ -138,13 +138,13 @@ impl View {
         if scene.has_only_meshes() {
             fit_all(scene, &mesh_points(&scene.meshes).collect::<Vec<_>>(), size, Casting::Volume)
         } else {
-            fit_all(scene, &caster_spheres(scene).collect::<Vec<_>>(), size, Casting::Volume)
+            fit_all(scene, &caster_spheres(&scene.particles, &scene.strands).collect::<Vec<_>>(), size, Casting::Volume)
         }
     }
 
     /// The views of the meshes and of all that they may shadow, one for each map of each light.
     pub fn opaques(scene: &Scene, size: u32) -> Vec<Self> {
-        let all = mesh_points(&scene.meshes).chain(caster_spheres(scene));
+        let all = mesh_points(&scene.meshes).chain(caster_spheres(&scene.particles, &scene.strands));
         fit_all(scene, &all.collect::<Vec<_>>(), size, Casting::Opaque)
     }
 
@@ -153,7 +153,7 @@ impl View {
         let forward = (camera.target - camera.position).normalize();
         let (right, up) = across(forward, camera.up);
         let far = mesh_points(&scene.meshes)
-            .chain(caster_spheres(scene))
+            .chain(caster_spheres(&scene.particles, &scene.strands))
             .map(|(p, radius)| (p - camera.position).dot(forward) + radius)
             .fold(1e-3, f64::max)
             * 1.01;
@@ -176,12 +176,12 @@ impl View {
 }
 
 /// Spheres in whose hull all translucent casters lie.
-fn caster_spheres(scene: &Scene) -> impl Iterator<Item = (DVec3, f64)> {
-    let particles = scene.particles.iter().map(|p| (vec(p.position), p.radius.into()));
-    particles.chain(scene.strands.iter().flat_map(|s| [s.start, s.end].map(|end| (vec(end), s.radius.into()))))
+pub(super) fn caster_spheres(particles: &[Particle], strands: &[Strand]) -> impl Iterator<Item = (DVec3, f64)> {
+    let particles = particles.iter().map(|p| (vec(p.position), p.radius.into()));
+    particles.chain(strands.iter().flat_map(|s| [s.start, s.end].map(|end| (vec(end), s.radius.into()))))
 }
 
-fn mesh_points(meshes: &[Mesh]) -> impl Iterator<Item = (DVec3, f64)> {
+pub(super) fn mesh_points(meshes: &[Mesh]) -> impl Iterator<Item = (DVec3, f64)> {
     meshes.iter().flat_map(|m| m.positions.iter().map(|p| (vec(*p), 0.0)))
 }
 

@@ -2,6 +2,7 @@
 //! [`Scene::load`], as the program does.
 
 mod built_in;
+mod gltf_extensions;
 mod hair_files;
 mod mesh_files;
 mod mutations;
