@@ -7,7 +7,7 @@
 //! translate = [0.0, 0.0, 1.0]   # optional, after the scale
 //!
 //! [[hair]]                      # any number of them
-//! file = "head.hair"            # Cem Yuksel's HAIR format
+//! file = "head.hair"            # Cem Yuksel's HAIR format, or TressFX, versions 3 and 4 (.tfx)
 //! scale = 1.0                   # optional, also of the thickness
 //! translate = [0.0, 0.0, 0.0]   # optional
 //! radius = 0.01                 # optional, world units, replaces half the file's thickness
@@ -36,7 +36,7 @@ use super::contents::Contents;
 use super::placement::Placement;
 use super::stage::{CameraEntry, LightEntry, camera, light, one_or_more};
 use super::strand_file::Overrides;
-use super::{Scene, hair_file, input, mesh_file, particle_file};
+use super::{Scene, input, mesh_file, particle_file, strand_file};
 use crate::Result;
 use serde::Deserialize;
 use std::path::Path;
@@ -131,7 +131,7 @@ pub(super) fn load(path: &Path) -> Result<Scene> {
     for entry in &parsed.hair {
         let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         let overrides = entry.overrides().map_err(|cause| wrong(entry.cause(cause)))?;
-        contents.strands.extend(hair_file::load(&folder.join(&entry.file), &placement, overrides)?);
+        contents.strands.extend(strand_file::load(&folder.join(&entry.file), &placement, overrides)?);
     }
     for entry in &parsed.meshes {
         let wrong = |cause| wrong(entry.cause(cause));

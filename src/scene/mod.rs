@@ -22,6 +22,7 @@ mod ply;
 mod sparse;
 mod stage;
 mod strand_file;
+mod tressfx_file;
 mod view;
 
 pub use caster::Caster;

@@ -1,6 +1,9 @@
 //! Hair of any format: what the formats share.
 
-use super::Strand;
+use super::placement::Placement;
+use super::{Strand, hair_file, input, tressfx_file};
+use crate::Result;
+use std::path::Path;
 
 /// Values that stand in for the file's own.
 #[derive(Clone, Copy, Default)]
@@ -9,6 +12,17 @@ pub(super) struct Overrides {
     pub radius: Option<f64>,
     /// In [0, 1].
     pub opacity: Option<f64>,
+}
+
+/// Loads the strands of a file, placed: TressFX if it ends on `.tfx`, else HAIR.
+///
+/// # Errors
+/// As [`tressfx_file::load`] and [`hair_file::load`].
+pub(super) fn load(path: &Path, placement: &Placement, overrides: Overrides) -> Result<Vec<Strand>> {
+    match input::ending(path).as_str() {
+        "tfx" => tressfx_file::load(path, placement, overrides),
+        _ => hair_file::load(path, placement, overrides),
+    }
 }
 
 /// A strand that keeps what [`Strand`] promises save that it may have no length, or what is wrong with it. Checked in

@@ -11,6 +11,7 @@ mod scene_files;
 mod shared_data;
 #[path = "../support/mod.rs"]
 mod support;
+mod tressfx_files;
 
 use gobo::scene::{Mesh, Particle, Scene, Strand};
 use std::path::Path;

@@ -73,6 +73,12 @@ proptest! {
     }
 
     #[test]
+    fn mutated_tressfx_never_panics(kind in 0usize..4, edits in edits(), cut: Option<prop::sample::Index>) {
+        let bytes = crate::tressfx_files::samples()[kind].clone();
+        check_any(load_caster("hair", "head.tfx", &mutated(&bytes, &edits, cut), ""));
+    }
+
+    #[test]
     fn mutated_meshes_never_panic(kind in 0..3, edits in edits(), cut: Option<prop::sample::Index>) {
         let (name, bytes) = match kind {
             0 => ("tri.ply", TRIANGLE_PLY.as_bytes().to_vec()),
