@@ -3,8 +3,10 @@
 mod caster;
 mod contents;
 mod cube;
+mod data_file;
 mod emitters;
 mod file;
+mod fitted;
 mod gltf_document;
 mod gltf_file;
 mod gltf_stage;
@@ -26,6 +28,7 @@ mod tressfx_file;
 mod view;
 
 pub use caster::Caster;
+pub use data_file::DATA_ENDINGS;
 pub use light::{FACES, Light, LightKind};
 pub use order::{far_to_near, near_to_far};
 pub use picture::{Picture, SKY};
@@ -113,9 +116,16 @@ pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 /// Names that [`Scene::load`] knows without a file.
 pub const BUILT_IN: [&str; 5] = ["three-emitters", "big-8k", "hair", "lantern", "sparse"];
 
+/// What [`Scene::load`] takes, in words.
+pub fn known() -> String {
+    let endings = DATA_ENDINGS.map(|ending| format!("*.{ending}")).join(", ");
+    format!("a scene file (*.toml), a data file ({endings}) or one of {}", BUILT_IN.join(", "))
+}
+
 impl Scene {
-    /// Loads a scene file (`*.toml`) or makes a built-in scene. `time_s` is how long the emitters of `three-emitters`
-    /// and `lantern` have been running, in seconds; other scenes stand still and ignore it.
+    /// Loads a scene file (`*.toml`), or a data file of one of [`DATA_ENDINGS`] with a light and a camera fitted to it,
+    /// or makes a built-in scene. `time_s` is how long the emitters of `three-emitters` and `lantern` have been running,
+    /// in seconds; other scenes stand still and ignore it.
     ///
     /// # Errors
     /// [`Error::Input`] names the file and what is wrong with it.
@@ -126,12 +136,11 @@ impl Scene {
             "sparse" => Ok(sparse::sparse()),
             "hair" => Ok(hair::hair()),
             "lantern" => lantern::lantern(time_s),
-            path if path.ends_with(".toml") => file::load(path.as_ref()),
-            _ => Err(Error::input(
-                name,
-                "no such scene",
-                format!("give a scene file (*.toml) or one of {}", BUILT_IN.join(", ")),
-            )),
+            path => match input::ending(path.as_ref()).as_str() {
+                "toml" => file::load(path.as_ref()),
+                ending if DATA_ENDINGS.contains(&ending) => data_file::load(path.as_ref()),
+                _ => Err(Error::input(name, "no such scene", format!("give {}", known()))),
+            },
         }
     }
 

@@ -12,6 +12,9 @@ pub(super) struct Placement {
 }
 
 impl Placement {
+    /// Leaves everything where its file has it.
+    pub(super) const AS_IT_STANDS: Self = Self { translate: DVec3::ZERO, scale: 1.0 };
+
     pub(super) fn new(translate: [f64; 3], scale: f64) -> std::result::Result<Self, String> {
         if !(scale.is_finite() && scale > 0.0) {
             return Err(format!("scale {scale} is not finite and greater than 0"));

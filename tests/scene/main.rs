@@ -2,7 +2,9 @@
 //! [`Scene::load`], as the program does.
 
 mod built_in;
+mod data_files;
 mod gltf_extensions;
+mod gltf_lights;
 mod hair_files;
 mod mesh_files;
 mod mutations;
