@@ -32,7 +32,7 @@ const SMALL_PICTURE: [u32; 2] = [320, 180];
 
 #[derive(Args)]
 pub struct Arguments {
-    /// Scene files or built-in scenes [default: three-emitters]
+    /// Scene files, data files or built-in scenes [default: three-emitters]
     #[arg(value_name = "SCENE")]
     scenes: Vec<String>,
     /// Technique spec, repeatable [default: everything the device can run]

@@ -18,7 +18,7 @@ const SAMPLES: u32 = 1024;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// Scene file or built-in scene
+    /// Scene file, data file or built-in scene
     scene: String,
     /// The texel, from the map's upper left
     #[arg(long, value_name = "X,Y", value_parser = texel)]

@@ -7,7 +7,7 @@ mod render;
 mod slice;
 
 use crate::gpu::{Context, Messages, Options};
-use crate::scene::{BUILT_IN, FACES, Scene};
+use crate::scene::{FACES, Scene, known};
 use crate::technique::{Lifetime, REGISTRY, Spec, Values, parse};
 use crate::{Error, Result};
 use clap::{Args, Parser, Subcommand};
@@ -124,7 +124,7 @@ fn techniques() -> String {
             text += &format!("    {:<9} {} (default {}; {values})\n", key.name, key.about, key.default);
         }
     }
-    text + &format!("\nScenes: a scene file (*.toml) or one of {}\n", BUILT_IN.join(", "))
+    text + &format!("\nScenes: {}\n", known())
 }
 
 /// The one spec that a command for a single picture takes.

@@ -19,7 +19,7 @@ enum Mesh {
 
 #[derive(Args)]
 pub struct Arguments {
-    /// Scene file or built-in scene
+    /// Scene file, data file or built-in scene
     scene: String,
     /// Technique spec, or "reference" for the f64 reference on the CPU
     #[arg(long, default_value = "avsm", value_name = "SPEC")]

@@ -16,7 +16,7 @@ const FRAME_MS: u32 = 80;
 
 #[derive(Args)]
 pub struct Arguments {
-    /// Scene file or built-in scene
+    /// Scene file, data file or built-in scene
     scene: String,
     /// Technique spec
     #[arg(long, default_value = "avsm", value_name = "SPEC")]

@@ -7,7 +7,7 @@
 //! translate = [0.0, 0.0, 1.0]   # optional, after the scale
 //!
 //! [[hair]]                      # any number of them
-//! file = "head.hair"            # Cem Yuksel's HAIR format
+//! file = "head.hair"            # Cem Yuksel's HAIR format, or TressFX, versions 3 and 4 (.tfx)
 //! scale = 1.0                   # optional, also of the thickness
 //! translate = [0.0, 0.0, 0.0]   # optional
 //! radius = 0.01                 # optional, world units, replaces half the file's thickness
@@ -19,32 +19,29 @@
 //! translate = [0.0, 0.0, 0.0]   # optional
 //! albedo = [0.6, 0.6, 0.6]      # optional, replaces the file's
 //!
-//! [light]                       # or [[light]], any number of them
+//! [light]                       # or [[light]], any number of them; left out, the lights of the glTF files stand here
 //! kind = "directional"          # or "spot" with position, target and cone_degrees in place of direction, or "point"
 //!                               # with position
 //! direction = [0.5, 0.3, -0.81] # the way the light travels
 //! radiance = [1.0, 1.0, 1.0]    # optional
 //!
-//! [camera]
+//! [camera]                      # left out, the first camera of the glTF files stands here
 //! position = [9.0, -9.0, 5.0]
 //! target = [0.0, 0.0, 2.0]
 //! up = [0.0, 0.0, 1.0]
 //! fov_y_degrees = 38.0          # full vertical angle
 //! ```
 
-use super::hair_file::Overrides;
-use super::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene, hair_file, input, mesh_file, particle_file};
+use super::contents::Contents;
+use super::placement::Placement;
+use super::stage::{CameraEntry, LightEntry, camera, light, one_or_more};
+use super::strand_file::Overrides;
+use super::{Scene, input, mesh_file, particle_file, strand_file};
 use crate::Result;
-use glam::DVec3;
-use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 use std::path::Path;
 
 const WAY_OUT: &str = "correct the scene file";
-
-/// The sine of the angle below which `up` counts as parallel to the view: the picture's roll would be rounding noise.
-const MIN_UP_SINE: f64 = 1e-6;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -55,9 +52,9 @@ struct SceneFile {
     hair: Vec<HairEntry>,
     #[serde(default)]
     meshes: Vec<MeshesEntry>,
-    #[serde(deserialize_with = "one_or_more")]
-    light: Vec<LightEntry>,
-    camera: CameraEntry,
+    #[serde(default, deserialize_with = "one_or_more")]
+    light: Option<Vec<LightEntry>>,
+    camera: Option<CameraEntry>,
 }
 
 #[derive(Deserialize)]
@@ -93,64 +90,8 @@ struct MeshesEntry {
     albedo: Option<[f64; 3]>,
 }
 
-#[derive(Deserialize)]
-#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
-enum LightEntry {
-    Directional {
-        direction: [f64; 3],
-        #[serde(default = "white")]
-        radiance: [f64; 3],
-    },
-    Spot {
-        position: [f64; 3],
-        target: [f64; 3],
-        cone_degrees: f64,
-        #[serde(default = "white")]
-        radiance: [f64; 3],
-    },
-    Point {
-        position: [f64; 3],
-        #[serde(default = "white")]
-        radiance: [f64; 3],
-    },
-}
-
-/// A table or an array of tables. Not an untagged enum, whose errors do not say what is wrong.
-fn one_or_more<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Vec<LightEntry>, D::Error> {
-    struct Lights;
-    impl<'de> Visitor<'de> for Lights {
-        type Value = Vec<LightEntry>;
-
-        fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-            f.write_str("[light] or [[light]]")
-        }
-
-        fn visit_map<A: MapAccess<'de>>(self, map: A) -> std::result::Result<Self::Value, A::Error> {
-            Ok(vec![LightEntry::deserialize(MapAccessDeserializer::new(map))?])
-        }
-
-        fn visit_seq<A: SeqAccess<'de>>(self, sequence: A) -> std::result::Result<Self::Value, A::Error> {
-            Vec::deserialize(SeqAccessDeserializer::new(sequence))
-        }
-    }
-    deserializer.deserialize_any(Lights)
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct CameraEntry {
-    position: [f64; 3],
-    target: [f64; 3],
-    up: [f64; 3],
-    fov_y_degrees: f64,
-}
-
 fn one() -> f64 {
     1.0
-}
-
-fn white() -> [f64; 3] {
-    [1.0; 3]
 }
 
 /// Loads a scene file and the files that it names. The scene is called as the file without its ending.
@@ -170,47 +111,57 @@ pub(super) fn load(path: &Path) -> Result<Scene> {
     if parsed.particles.is_empty() && parsed.hair.is_empty() && parsed.meshes.is_empty() {
         return Err(wrong("nothing casts a shadow: no [[particles]], no [[hair]] and no [[meshes]]".into()));
     }
-    if parsed.light.is_empty() {
+    if parsed.light.as_ref().is_some_and(Vec::is_empty) {
         return Err(wrong("no light: nothing would be seen".into()));
     }
-    let lights = parsed.light.iter().map(light).collect::<std::result::Result<Vec<_>, _>>().map_err(wrong)?;
-    let camera = camera(&parsed.camera).map_err(wrong)?;
+    let lights = parsed.light.map(|entries| entries.iter().map(light).collect::<std::result::Result<Vec<_>, _>>());
+    let lights = lights.transpose().map_err(wrong)?;
+    let camera = parsed.camera.as_ref().map(camera).transpose().map_err(wrong)?;
 
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut scene = Scene {
-        name: input::stem(path),
-        particles: Vec::new(),
-        strands: Vec::new(),
-        meshes: Vec::new(),
-        motion: Motion::Still,
-        lights,
-        camera,
-    };
+    let mut contents = Contents::default();
     for entry in &parsed.particles {
         let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         for (number, particle) in particle_file::load(&folder.join(&entry.file))?.iter().enumerate() {
             let placed = placement.particle(particle);
             let cause = |cause| entry.cause(format!("placed particle {number} (the first is 0): {cause}"));
-            scene.particles.push(placed.map_err(|text| wrong(cause(text)))?);
+            contents.particles.push(placed.map_err(|text| wrong(cause(text)))?);
         }
     }
     for entry in &parsed.hair {
         let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         let overrides = entry.overrides().map_err(|cause| wrong(entry.cause(cause)))?;
-        let place = |position| placement.position(position);
-        scene.strands.extend(hair_file::load(&folder.join(&entry.file), place, entry.scale, overrides)?);
+        contents.strands.extend(strand_file::load(&folder.join(&entry.file), &placement, overrides)?);
     }
     for entry in &parsed.meshes {
-        let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
-        let albedo = entry.albedo.map(|albedo| fractions(albedo).map_err(|cause| wrong(entry.cause(cause))));
-        let albedo = albedo.transpose()?;
-        for mesh in mesh_file::load(&folder.join(&entry.file))? {
-            let mut placed = placement.mesh(mesh).map_err(|cause| wrong(entry.cause(cause)))?;
+        let wrong = |cause| wrong(entry.cause(cause));
+        let placement = Placement::new(entry.translate, entry.scale).map_err(wrong)?;
+        let albedo = entry.albedo.map(fractions).transpose().map_err(wrong)?;
+        let loaded = mesh_file::load(&folder.join(&entry.file))?;
+        for mesh in loaded.meshes {
+            let mut placed = placement.mesh(mesh).map_err(wrong)?;
             placed.albedo = albedo.unwrap_or(placed.albedo);
-            scene.meshes.push(placed);
+            contents.meshes.push(placed);
+        }
+        if lights.is_none() {
+            for light in loaded.lights {
+                contents.lights.push(placement.light(light).map_err(wrong)?);
+            }
+        }
+        if let (None, None, Some(found)) = (camera, contents.camera, loaded.camera) {
+            contents.camera = Some(placement.camera(&found).map_err(wrong)?);
         }
     }
-    Ok(scene)
+    let missing = |name| {
+        let cause = format!("missing field `{name}`, and no glTF file that it names brings one");
+        input::error(path, cause, format!("add [{name}] to the scene file"))
+    };
+    let lights = lights.unwrap_or_else(|| std::mem::take(&mut contents.lights));
+    if lights.is_empty() {
+        return Err(missing("light"));
+    }
+    let camera = camera.or(contents.camera).ok_or_else(|| missing("camera"))?;
+    Ok(contents.scene(input::stem(path), lights, camera))
 }
 
 impl ParticlesEntry {
@@ -242,109 +193,9 @@ impl MeshesEntry {
     }
 }
 
-/// Where the things of a file go in the world.
-struct Placement {
-    translate: DVec3,
-    scale: f64,
-}
-
-impl Placement {
-    fn new(translate: [f64; 3], scale: f64) -> std::result::Result<Self, String> {
-        if !(scale.is_finite() && scale > 0.0) {
-            return Err(format!("scale {scale} is not finite and greater than 0"));
-        }
-        Ok(Self { translate: finite("translate", translate)?, scale })
-    }
-
-    fn position(&self, position: [f32; 3]) -> [f64; 3] {
-        (DVec3::from_array(position.map(f64::from)) * self.scale + self.translate).to_array()
-    }
-
-    /// The extinction shrinks as the radius grows: a larger model of the same smoke is as dark as the smaller one.
-    fn particle(&self, particle: &Particle) -> std::result::Result<Particle, String> {
-        particle_file::checked(
-            self.position(particle.position),
-            f64::from(particle.radius) * self.scale,
-            f64::from(particle.extinction) / self.scale,
-        )
-    }
-
-    fn mesh(&self, mut mesh: Mesh) -> std::result::Result<Mesh, String> {
-        for position in &mut mesh.positions {
-            *position = self.position(*position).map(|value| value as f32);
-            if !position.iter().all(|value| value.is_finite()) {
-                return Err(format!("scale and translate move mesh {} out of range", mesh.name));
-            }
-        }
-        Ok(mesh)
-    }
-}
-
-fn light(entry: &LightEntry) -> std::result::Result<Light, String> {
-    let (kind, radiance) = match *entry {
-        LightEntry::Directional { direction, radiance } => {
-            let direction = unit(finite("light direction", direction)?).ok_or("light direction has no length")?;
-            (LightKind::Directional { direction }, radiance)
-        }
-        LightEntry::Spot { position, target, cone_degrees, radiance } => {
-            let position = finite("light position", position)?;
-            let target = finite("light target", target)?;
-            let direction = unit(target - position).ok_or("light position and target are the same point")?;
-            if !(cone_degrees > 0.0 && cone_degrees <= 170.0) {
-                return Err(format!("light cone_degrees {cone_degrees} is not in (0, 170]"));
-            }
-            (LightKind::Spot { position, direction, cone_degrees }, radiance)
-        }
-        LightEntry::Point { position, radiance } => {
-            (LightKind::Point { position: finite("light position", position)? }, radiance)
-        }
-    };
-    let radiance = radiance.map(|value| value as f32);
-    if !radiance.iter().all(|value| value.is_finite() && *value >= 0.0) {
-        return Err(format!("light radiance {radiance:?} is not finite and at least 0"));
-    }
-    Ok(Light { kind, radiance })
-}
-
-fn camera(entry: &CameraEntry) -> std::result::Result<Camera, String> {
-    let position = finite("camera position", entry.position)?;
-    let target = finite("camera target", entry.target)?;
-    let up = finite("camera up", entry.up)?;
-    let view = unit(target - position).ok_or("camera position and target are the same point")?;
-    let unit_up = unit(up).ok_or("camera up has no length")?;
-    if view.cross(unit_up).length() < MIN_UP_SINE {
-        return Err("camera up is parallel to the view".into());
-    }
-    let fov_y_degrees = entry.fov_y_degrees;
-    if !(fov_y_degrees > 0.0 && fov_y_degrees < 180.0) {
-        return Err(format!("camera fov_y_degrees {fov_y_degrees} is not in (0, 180)"));
-    }
-    Ok(Camera { position, target, up, fov_y_degrees })
-}
-
-/// The widest coordinate a scene file may hold. Everything is stored or sent to the device as f32 sooner or later, and
-/// the squares of distances must stay finite there.
-const MAX_COORDINATE: f64 = 1e18;
-
-fn finite(name: &str, values: [f64; 3]) -> std::result::Result<DVec3, String> {
-    if values.iter().all(|value| value.abs() <= MAX_COORDINATE) {
-        return Ok(DVec3::from_array(values));
-    }
-    Err(format!("{name} {values:?} is not finite or exceeds {MAX_COORDINATE:e}"))
-}
-
 fn fractions(values: [f64; 3]) -> std::result::Result<[f32; 3], String> {
     if values.iter().all(|value| (0.0..=1.0).contains(value)) {
         return Ok(values.map(|value| value as f32));
     }
     Err(format!("albedo {values:?} is not in [0, 1]"))
-}
-
-/// The vector at unit length; `None` if it has no direction. Divides first, so that tiny vectors keep theirs.
-fn unit(vector: DVec3) -> Option<DVec3> {
-    let largest = vector.abs().max_element();
-    if largest == 0.0 {
-        return None;
-    }
-    (vector / largest).try_normalize()
 }

@@ -40,7 +40,10 @@ fn face_tangent(size: u32) -> f64 {
 
 /// [`View::aimed`].
 pub(super) fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
-    let anchor = caster_spheres(scene).chain(mesh_points(&scene.meshes)).next().map_or(DVec3::ZERO, |(p, _)| p);
+    let anchor = caster_spheres(&scene.particles, &scene.strands)
+        .chain(mesh_points(&scene.meshes))
+        .next()
+        .map_or(DVec3::ZERO, |(p, _)| p);
     let view = |origin: DVec3, forward: DVec3, projection: Projection, tangent: f64, nearest: f32| {
         let (right, up) = across(forward, some_up(forward));
         let scale = (1.0 / tangent) as f32;
@@ -79,7 +82,7 @@ pub(super) fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
 pub(super) fn fit_all(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
     let with_meshes = casting == Casting::Opaque || scene.has_only_meshes();
     let meshes: Vec<_> = if with_meshes { mesh_points(&scene.meshes).collect() } else { Vec::new() };
-    let casters: Vec<_> = caster_spheres(scene).collect();
+    let casters: Vec<_> = caster_spheres(&scene.particles, &scene.strands).collect();
     // A strand may cross a view that sees none of its ends.
     let see_all = !scene.strands.is_empty();
     let fitted = |view: View| {

@@ -15,6 +15,8 @@
 //! The format does not say what *thickness* is, and programs differ; here it is the diameter, as the word says.
 //! *Opacity* is 1 − transparency. A segment has the mean of its two points' values.
 
+use super::placement::Placement;
+use super::strand_file::{Overrides, checked};
 use super::{Strand, input};
 use crate::Result;
 use std::path::Path;
@@ -29,27 +31,12 @@ const POINTS: u32 = 1;
 const THICKNESS: u32 = 2;
 const TRANSPARENCY: u32 = 3;
 
-/// Values that stand in for the file's own.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Overrides {
-    /// World units.
-    pub radius: Option<f64>,
-    /// In [0, 1].
-    pub opacity: Option<f64>,
-}
-
-/// Loads the segments of all hairs, each placed by `place` (positions) and scaled by `scale` (the file's thickness).
-/// Segments of no length are left out: they cover nothing. No hairs, no strands.
+/// Loads the segments of all hairs, placed. Segments of no length are left out: they cover nothing. No hairs, no strands.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input): unreadable or truncated file, no HAIR file, counts that do not fit together; a
 /// position, radius or opacity that [`Strand`] does not allow, with the hair's number.
-pub(super) fn load(
-    path: &Path,
-    place: impl Fn([f32; 3]) -> [f64; 3],
-    scale: f64,
-    overrides: Overrides,
-) -> Result<Vec<Strand>> {
+pub(super) fn load(path: &Path, placement: &Placement, overrides: Overrides) -> Result<Vec<Strand>> {
     let bytes = input::read(path)?;
     let wrong = |cause: String| input::error(path, cause, WAY_OUT);
     let file = HairFile::new(&bytes).map_err(wrong)?;
@@ -57,7 +44,7 @@ pub(super) fn load(
     let mut first = 0;
     for hair in 0..file.hairs {
         for point in first..first + file.segments(hair) {
-            let strand = strand(&file, point, &place, scale, overrides).map_err(|cause| {
+            let strand = strand(&file, point, placement, overrides).map_err(|cause| {
                 let cause = format!("hair {hair} (the first is 0), segment {}: {cause}", point - first);
                 input::error(path, cause, "correct the file, or give radius and opacity in the scene file")
             })?;
@@ -74,8 +61,7 @@ pub(super) fn load(
 fn strand(
     file: &HairFile,
     point: usize,
-    place: impl Fn([f32; 3]) -> [f64; 3],
-    scale: f64,
+    placement: &Placement,
     overrides: Overrides,
 ) -> std::result::Result<Strand, String> {
     let mean = |name, array, standing, most| {
@@ -87,33 +73,13 @@ fn strand(
     };
     let radius = match overrides.radius {
         Some(radius) => radius,
-        None => 0.5 * scale * mean("thickness", file.thickness, file.standing[0], f32::MAX.into())?,
+        None => 0.5 * placement.scale * mean("thickness", file.thickness, file.standing[0], f32::MAX.into())?,
     };
     let opacity = match overrides.opacity {
         Some(opacity) => opacity,
         None => 1.0 - mean("transparency", file.transparency, file.standing[1], 1.0)?,
     };
-    checked([point, point + 1].map(|point| place(file.position(point))), radius, opacity)
-}
-
-/// A strand that keeps what [`Strand`] promises save that it may have no length, or what is wrong with it. Checked in
-/// f32, because what an f64 holds may be infinite, or zero, there.
-fn checked([start, end]: [[f64; 3]; 2], radius: f64, opacity: f64) -> std::result::Result<Strand, String> {
-    let [from, to] = [start, end].map(|p| p.map(|value| value as f32));
-    let strand = Strand { start: from, radius: radius as f32, end: to, opacity: opacity as f32 };
-    if ![from, to].iter().flatten().all(|value| value.is_finite()) {
-        return Err(format!("position {start:?} or {end:?} is not finite"));
-    }
-    if !(0..3).all(|i| (to[i] - from[i]).is_finite()) {
-        return Err(format!("from {start:?} to {end:?} is too long"));
-    }
-    if !(strand.radius.is_finite() && strand.radius > 0.0) {
-        return Err(format!("radius {radius} is not finite and greater than 0"));
-    }
-    if !(0.0..=1.0).contains(&strand.opacity) {
-        return Err(format!("opacity {opacity} is not in [0, 1]"));
-    }
-    Ok(strand)
+    checked([point, point + 1].map(|point| placement.position(file.position(point))), radius, opacity)
 }
 
 /// A file whose arrays are all there and whose hairs have all their points.

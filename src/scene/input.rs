@@ -30,6 +30,11 @@ pub(super) fn stem(path: &Path) -> String {
     file_name(Path::new(name))
 }
 
+/// A file's ending without the dot, in lower case; empty if it has none.
+pub(super) fn ending(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
 /// An [`Error::Input`] about a file.
 pub(super) fn error(path: &Path, cause: impl ToString, way_out: impl Into<String>) -> Error {
     Error::input(file_name(path), one_line(cause), way_out)

@@ -1,10 +1,16 @@
 //! What casts shadows, the lights and the camera. Knows nothing of Vulkan.
 
 mod caster;
+mod contents;
 mod cube;
+mod data_file;
 mod emitters;
 mod file;
 mod fit;
+mod fitted;
+mod gltf_document;
+mod gltf_file;
+mod gltf_stage;
 mod hair;
 mod hair_file;
 mod input;
@@ -14,11 +20,16 @@ mod mesh_file;
 mod order;
 mod particle_file;
 mod picture;
+mod placement;
 mod ply;
 mod sparse;
+mod stage;
+mod strand_file;
+mod tressfx_file;
 mod view;
 
 pub use caster::Caster;
+pub use data_file::DATA_ENDINGS;
 pub use fit::{Casting, gutter_texels};
 pub use light::{FACES, Light, LightKind};
 pub use order::far_to_near;
@@ -120,9 +131,16 @@ pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 /// Names that [`Scene::load`] knows without a file.
 pub const BUILT_IN: [&str; 5] = ["three-emitters", "big-8k", "hair", "lantern", "sparse"];
 
+/// What [`Scene::load`] takes, in words.
+pub fn known() -> String {
+    let endings = DATA_ENDINGS.map(|ending| format!("*.{ending}")).join(", ");
+    format!("a scene file (*.toml), a data file ({endings}) or one of {}", BUILT_IN.join(", "))
+}
+
 impl Scene {
-    /// Loads a scene file (`*.toml`) or makes a built-in scene. `time_s` is how long the emitters of `three-emitters`
-    /// and `lantern` have been running, in seconds; other scenes stand still and ignore it.
+    /// Loads a scene file (`*.toml`), or a data file of one of [`DATA_ENDINGS`] with a light and a camera fitted to it,
+    /// or makes a built-in scene. `time_s` is how long the emitters of `three-emitters` and `lantern` have been running,
+    /// in seconds; other scenes stand still and ignore it.
     ///
     /// # Errors
     /// [`Error::Input`] names the file and what is wrong with it.
@@ -133,12 +151,11 @@ impl Scene {
             "sparse" => Ok(sparse::sparse()),
             "hair" => Ok(hair::hair()),
             "lantern" => lantern::lantern(time_s),
-            path if path.ends_with(".toml") => file::load(path.as_ref()),
-            _ => Err(Error::input(
-                name,
-                "no such scene",
-                format!("give a scene file (*.toml) or one of {}", BUILT_IN.join(", ")),
-            )),
+            path => match input::ending(path.as_ref()).as_str() {
+                "toml" => file::load(path.as_ref()),
+                ending if DATA_ENDINGS.contains(&ending) => data_file::load(path.as_ref()),
+                _ => Err(Error::input(name, "no such scene", format!("give {}", known()))),
+            },
         }
     }
 

@@ -76,6 +76,11 @@ impl PlyFile {
         self.header.elements.get(name).ok_or_else(|| self.error(format!("has no element {name}"), way_out))
     }
 
+    /// Whether there is such an element and it has rows.
+    pub(super) fn has_rows(&self, element: &str) -> bool {
+        self.header.elements.get(element).is_some_and(|element| element.count > 0)
+    }
+
     /// Whether an element has a scalar property of that name, of any number type.
     pub(super) fn has_scalar(&self, element: &str, property: &str) -> bool {
         let definition = self.header.elements.get(element).and_then(|element| element.properties.get(property));

@@ -1,7 +1,7 @@
 //! How a light or a camera sees the world. Twin: glsl/world/view.glsl.
 
 use super::fit::{aimed, fit_all};
-use super::{Camera, Casting, Mesh, Scene};
+use super::{Camera, Casting, Mesh, Particle, Scene, Strand};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
@@ -163,7 +163,7 @@ impl View {
         let forward = (camera.target - camera.position).normalize();
         let (right, up) = across(forward, camera.up);
         let far = mesh_points(&scene.meshes)
-            .chain(caster_spheres(scene))
+            .chain(caster_spheres(&scene.particles, &scene.strands))
             .map(|(p, radius)| (p - camera.position).dot(forward) + radius)
             .fold(1e-3, f64::max)
             * 1.01;
@@ -186,9 +186,9 @@ impl View {
 }
 
 /// Spheres in whose hull all translucent casters lie.
-pub(super) fn caster_spheres(scene: &Scene) -> impl Iterator<Item = (DVec3, f64)> {
-    let particles = scene.particles.iter().map(|p| (vec(p.position), p.radius.into()));
-    particles.chain(scene.strands.iter().flat_map(|s| [s.start, s.end].map(|end| (vec(end), s.radius.into()))))
+pub(super) fn caster_spheres(particles: &[Particle], strands: &[Strand]) -> impl Iterator<Item = (DVec3, f64)> {
+    let particles = particles.iter().map(|p| (vec(p.position), p.radius.into()));
+    particles.chain(strands.iter().flat_map(|s| [s.start, s.end].map(|end| (vec(end), s.radius.into()))))
 }
 
 pub(super) fn mesh_points(meshes: &[Mesh]) -> impl Iterator<Item = (DVec3, f64)> {

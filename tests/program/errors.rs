@@ -19,7 +19,7 @@ fn fails(arguments: &[&str], words: &[&str]) {
 fn a_scene_that_is_not_there() {
     for command in ["compare", "render", "slice"] {
         fails(&[command, "/nowhere/absent.toml"], &["/nowhere/absent.toml"]);
-        fails(&[command, "no-such-scene"], &["no-such-scene", "three-emitters"]);
+        fails(&[command, "no-such-scene"], &["no-such-scene", "three-emitters", "*.tfx"]);
     }
 }
 

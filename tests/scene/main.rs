@@ -2,6 +2,9 @@
 //! [`Scene::load`], as the program does.
 
 mod built_in;
+mod data_files;
+mod gltf_extensions;
+mod gltf_lights;
 mod hair_files;
 mod mesh_files;
 mod mutations;
@@ -10,6 +13,7 @@ mod scene_files;
 mod shared_data;
 #[path = "../support/mod.rs"]
 mod support;
+mod tressfx_files;
 
 use gobo::scene::{Mesh, Particle, Scene, Strand};
 use std::path::Path;

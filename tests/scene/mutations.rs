@@ -47,6 +47,14 @@ fn check_any(result: gobo::Result<Scene>) {
                 assert!(mesh.positions.iter().flatten().all(|value| value.is_finite()));
                 assert!(mesh.triangles.iter().flatten().all(|&index| (index as usize) < mesh.positions.len()));
             }
+            assert!(!scene.lights.is_empty());
+            for light in &scene.lights {
+                assert!(light.radiance.iter().all(|channel| channel.is_finite() && *channel >= 0.0));
+                let towards = light.towards(glam::DVec3::new(0.3, 0.2, 0.1));
+                assert!(towards.is_finite() && towards.length() < 1.001);
+            }
+            let view = gobo::scene::View::camera(&scene.camera, &scene, [16, 9]);
+            assert!([view.origin, view.right, view.up, view.forward].iter().flatten().all(|value| value.is_finite()));
         }
         Err(error) => assert!(!error.to_string().contains(['\n', '\r']), "{error}"),
     }
@@ -70,6 +78,24 @@ proptest! {
     fn mutated_hair_never_panics(kind in 0usize..3, edits in edits(), cut: Option<prop::sample::Index>) {
         let bytes = crate::hair_files::samples()[kind].clone();
         check_any(load_caster("hair", "head.hair", &mutated(&bytes, &edits, cut), ""));
+    }
+
+    #[test]
+    fn mutated_tressfx_never_panics(kind in 0usize..4, edits in edits(), cut: Option<prop::sample::Index>) {
+        let bytes = crate::tressfx_files::samples()[kind].clone();
+        check_any(load_caster("hair", "head.tfx", &mutated(&bytes, &edits, cut), ""));
+    }
+
+    /// By themselves: what is fitted to damaged files is a camera and a light all the same.
+    #[test]
+    fn mutated_data_files_never_panic(kind in 0..4, edits in edits(), cut: Option<prop::sample::Index>) {
+        let (name, bytes) = match kind {
+            0 => ("smoke.ply", ascii_ply(&FIELDS, &[[1.0, -2.5, 3.25, 0.5, 0.75]])),
+            1 => ("head.tfx", crate::tressfx_files::samples()[0].clone()),
+            2 => ("tri.ply", TRIANGLE_PLY.as_bytes().to_vec()),
+            _ => ("leaf.gltf", crate::gltf_lights::sample().into_bytes()),
+        };
+        check_any(crate::data_files::data_file(name, &mutated(&bytes, &edits, cut)));
     }
 
     #[test]
