@@ -1,16 +1,17 @@
 //! `gobo compare`
 
-use super::{DeviceArguments, TimeArgument, check_messages, load};
-use crate::Result;
+use super::progress::Progress;
+use super::{DeviceArguments, MovingArgument, TimeArgument, check_messages, load};
 use crate::gpu::{Context, Features};
 use crate::measure::{
-    Case, DeviceFacts, Effort, Results, Row, SCHEMA, Status, copy_bytes_per_second, difference_srgb8,
+    Case, DeviceFacts, Drawn, Effort, Extent, Results, Row, SCHEMA, Status, copy_bytes_per_second, difference_srgb8,
+    with_case,
 };
 use crate::report::{Store, page, passes, table, time_versus_error};
-use crate::scene::Picture;
+use crate::scene::{Picture, Scene};
 use crate::technique::{Spec, parse};
-use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
+use crate::{Error, Result};
+use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -41,7 +42,7 @@ pub struct Arguments {
     /// Folder for results.json, results.csv, pictures, time-vs-error.svg and report.html
     #[arg(long, default_value = "gobo-report", value_name = "DIR")]
     out: PathBuf,
-    /// Timed frames a row
+    /// Timed frames a row; with --moving, how many frames the world moves through
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
     /// A quick look: 8 frames, an eighth of the space points, a quarter of the picture
@@ -53,19 +54,39 @@ pub struct Arguments {
     /// Print the time of each pass of a build too, and the whole over that of copying as many bytes as it leaves behind
     #[arg(long)]
     passes: bool,
+    /// Map points: a fixed sample of the covered texels, whose standard error is stated, or all of them
+    #[arg(long, value_enum, default_value = "sample")]
+    truth: TruthArgument,
+    /// Measure times alone
+    #[arg(long, conflicts_with = "truth")]
+    no_truth: bool,
+    #[command(flatten)]
+    moving: MovingArgument,
     #[command(flatten)]
     time: TimeArgument,
     #[command(flatten)]
     device: DeviceArguments,
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+enum TruthArgument {
+    Sample,
+    Full,
+}
+
 fn effort(arguments: &Arguments, features: &Features) -> Effort {
     let frames = arguments.frames as usize;
+    let truth = match (arguments.no_truth, arguments.truth) {
+        (true, _) => Extent::None,
+        (false, TruthArgument::Sample) => Extent::Sample,
+        (false, TruthArgument::Full) => Extent::Full,
+    };
     if arguments.quick {
-        return Effort { frames: frames.min(8), warm_up: 2, space_points: 8192, picture: SMALL_PICTURE };
+        return Effort { frames: frames.min(8), warm_up: 2, space_points: 8192, picture: SMALL_PICTURE, truth };
     }
     let small = arguments.techniques.is_empty() && features.is_software();
-    Effort { frames, warm_up: 5, space_points: 65536, picture: if small { SMALL_PICTURE } else { [640, 360] } }
+    let picture = if small { SMALL_PICTURE } else { [640, 360] };
+    Effort { frames, warm_up: 5, space_points: 65536, picture, truth }
 }
 
 fn device_facts(features: &Features) -> DeviceFacts {
@@ -87,7 +108,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     for text in &arguments.techniques {
         specs.extend(parse(text)?);
     }
-    let scenes = scene_names.iter().map(|name| load(name, &arguments.time)).collect::<Result<Vec<_>>>()?;
+    let load = |name: &String| arguments.moving.states(load(name, &arguments.time)?, arguments.frames);
+    let mut scenes = scene_names.iter().map(load).collect::<Result<Vec<_>>>()?;
+    name_apart(&mut scenes);
     let context = arguments.device.open()?;
     if specs.is_empty() {
         specs = default_specs(context.features())?;
@@ -106,45 +129,68 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.passes {
         results.device.copy_bytes_per_second = copy_bytes_per_second(&context)?;
     }
-    let bar = ProgressBar::new((specs.len() * scenes.len()) as u64);
-    if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed} {wide_msg}") {
-        bar.set_style(style);
-    }
-    for scene in &scenes {
-        bar.set_message(format!("{}: reference", scene.name));
-        bar.tick();
-        let mut case = Case::new(&context, scene, effort(arguments, context.features()))?;
-        let reference = format!("{}-reference.png", scene.name);
-        write_picture(&store, &reference, &case.reference, &case.reference.to_srgb8())?;
-        for spec in &specs {
-            bar.set_message(format!("{}: {spec}", scene.name));
-            let (mut row, picture) = case.measure(spec);
-            if let Some(picture) = picture {
-                row.picture = Some(picture_name(&row, &results, ""));
-                row.difference = Some(picture_name(&row, &results, "-difference"));
-                let difference = difference_srgb8(&picture, &case.reference);
-                let names = [&row.picture, &row.difference];
-                for (name, rgb8) in names.into_iter().flatten().zip([picture.to_srgb8(), difference]) {
-                    write_picture(&store, name, &picture, &rgb8)?;
+    let progress = Progress::new(specs.len() * scenes.len());
+    let mut writer = Writer { store: &store, failed: None };
+    for states in &scenes {
+        with_case(&context, states, effort(arguments, context.features()), |case| {
+            for spec in &specs {
+                progress.begins(&states[0].name, spec);
+                let (mut row, drawn) = case.measure(spec);
+                if let Some(drawn) = drawn {
+                    writer.pictures(&mut row, &results, case, &drawn);
                 }
+                progress.ends(&row);
+                results.rows.push(row);
+                writer.write(|store| store.write(&results));
             }
-            results.rows.push(row);
-            store.write(&results)?;
-            bar.inc(1);
-        }
+            Ok(())
+        })?;
     }
-    bar.finish_and_clear();
-    if let Some(svg) = time_versus_error(&results) {
-        store.write_text("time-vs-error.svg", &svg)?;
-    }
-    store.write_text("report.html", &page(&results, store.dir())?)?;
+    progress.finish();
+    // First of all, so that a full disk does not cost it.
     println!("{}", table(&results));
     if arguments.passes {
         println!("{}", passes(&results));
     }
+    writer.write(|store| match time_versus_error(&results) {
+        Some(svg) => store.write_text("time-vs-error.svg", &svg),
+        None => Ok(()),
+    });
+    writer.write(|store| store.write_text("report.html", &page(&results, store.dir())?));
+    if let Some(error) = writer.failed {
+        return Err(error);
+    }
     println!("{}", arguments.out.join("report.html").display());
     check_messages(&context)?;
     Ok(exit_code(&context, &results))
+}
+
+/// Writes what it can: after the first failure nothing more, so that the measuring goes on and its table is printed.
+struct Writer<'a> {
+    store: &'a Store,
+    failed: Option<Error>,
+}
+
+impl Writer<'_> {
+    fn write(&mut self, write: impl FnOnce(&Store) -> Result<()>) {
+        if self.failed.is_none() {
+            self.failed = write(self.store).err();
+        }
+    }
+
+    /// The picture of a row, what it differs from the truth by, and the truth itself the first time.
+    fn pictures(&mut self, row: &mut Row, results: &Results, case: &Case, drawn: &Drawn) {
+        let [name, difference] = ["", "-difference"].map(|suffix| picture_name(row, results, suffix));
+        self.write(|store| write_picture(store, &name, &drawn.picture, &drawn.picture.to_srgb8()));
+        row.picture = Some(name);
+        let (Some(beside), Some(reference)) = (&drawn.beside_truth, case.reference()) else { return };
+        self.write(|store| write_picture(store, &difference, beside, &difference_srgb8(beside, reference)));
+        row.difference = Some(difference);
+        if results.rows.iter().all(|r| r.scene != row.scene || r.difference.is_none()) {
+            let name = format!("{}-reference.png", row.scene);
+            self.write(|store| write_picture(store, &name, reference, &reference.to_srgb8()));
+        }
+    }
 }
 
 fn default_specs(features: &Features) -> Result<Vec<Spec>> {
@@ -167,6 +213,23 @@ fn exit_code(context: &Context, results: &Results) -> ExitCode {
         eprintln!("gobo: {} on {} ({}): {}", row.spec(), row.scene, context.features().name, row.reason);
     }
     if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}
+
+/// Scenes of one name, such as smoke.ply and smoke.toml, get numbers: their pictures are files.
+fn name_apart(scenes: &mut [Vec<Scene>]) {
+    for i in 1..scenes.len() {
+        let (before, rest) = scenes.split_at_mut(i);
+        let named = |name: &str| before.iter().flatten().any(|s| s.name == name);
+        let name = rest[0][0].name.clone();
+        let mut unique = name.clone();
+        for number in 2.. {
+            if !named(&unique) {
+                break;
+            }
+            unique = format!("{name}-{number}");
+        }
+        rest[0].iter_mut().for_each(|s| s.name.clone_from(&unique));
+    }
 }
 
 /// The command as it was given, without the path of the program.

@@ -3,11 +3,12 @@
 mod compare;
 mod curve;
 mod devices;
+mod progress;
 mod render;
 mod slice;
 
 use crate::gpu::{Context, Messages, Options};
-use crate::scene::{FACES, Scene, known};
+use crate::scene::{FACES, Motion, Scene, known};
 use crate::technique::{Lifetime, REGISTRY, Spec, Values, parse};
 use crate::{Error, Result};
 use clap::{Args, Parser, Subcommand};
@@ -67,6 +68,53 @@ struct TimeArgument {
     /// How long the emitters of three-emitters and lantern have been running, seconds
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
     time: f64,
+}
+
+/// Times of a world that moves.
+#[derive(Args)]
+struct MovingArgument {
+    /// Let the world move from the first time to the second, evenly over the frames; with one time, from there on at 30
+    /// frames a second
+    #[arg(long, value_name = "SECONDS[..SECONDS]", value_parser = span)]
+    moving: Option<Span>,
+}
+
+/// From when and until when, seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Span {
+    from: f64,
+    to: Option<f64>,
+}
+
+/// Frames a second where no end is given.
+const FRAMES_PER_SECOND: f64 = 30.0;
+
+fn span(text: &str) -> std::result::Result<Span, String> {
+    let time = |text: &str| text.trim().parse::<f64>().ok().filter(|t| t.is_finite());
+    let span = match text.split_once("..") {
+        None => time(text).map(|from| Span { from, to: None }),
+        Some((from, to)) => time(from).zip(time(to)).map(|(from, to)| Span { from, to: Some(to) }),
+    };
+    span.ok_or_else(|| "give seconds, or from..to in seconds".into())
+}
+
+impl MovingArgument {
+    /// The scene in each of so many frames, or alone as it is where it is not to move.
+    fn states(&self, scene: Scene, frames: u32) -> Result<Vec<Scene>> {
+        let Some(span) = self.moving else { return Ok(vec![scene]) };
+        if scene.motion == Motion::Still {
+            let way_out = "leave --moving out, or name three-emitters or lantern";
+            return Err(Error::input(scene.name, "nothing moves in it", way_out));
+        }
+        if frames < 2 {
+            return Err(Error::input("--frames", "a world moves from one frame to another", "give 2 or more"));
+        }
+        let time = |frame: u32| match span.to {
+            Some(to) => span.from + (to - span.from) * f64::from(frame) / f64::from(frames - 1),
+            None => span.from + f64::from(frame) / FRAMES_PER_SECOND,
+        };
+        (0..frames).map(|frame| scene.at(time(frame))).collect()
+    }
 }
 
 /// Which map of which light.

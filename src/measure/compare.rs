@@ -1,14 +1,18 @@
-//! One row of a comparison: build, time, ask, draw, compare with the truth.
+//! One row of a comparison: build, time, ask, draw, compare with the truth; in a world that stands still or moves.
 
-use super::{PassTiming, PointError, Row, RowError, Status, Timing, picture_error, point_error};
+use super::flicker::Flicker;
+use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
+use super::{Answers, Extent, PassTiming, Row, RowError, Status, Timing, picture_error};
 use crate::consume::{Lighting, Query, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
-use crate::reference::truth::{Casters, MapTruth, limit_mean_abs, map_truths, picture, space_points};
+use crate::reference::truth::{MAP_DEPTHS, bounds, points_within};
 use crate::scene::{Picture, Scene, View};
 use crate::technique::{self, Opened, Spec, Technique};
 use crate::world::World;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Look-ups that are timed at once, in equal shares through each light.
 pub const LOOKUPS: usize = 1_000_000;
@@ -22,101 +26,163 @@ const LOOKUP_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
 /// When to stop timing pictures, after one at least.
 const DRAW_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
 
-/// Node counts that the limit is computed for.
-const LIMIT_NODES: [usize; 3] = [4, 8, 16];
+/// Frames of a moving world at which errors are taken: evenly spread, the first and the last among them.
+const MOMENTS: usize = 5;
+
+/// Points at which a moving world is watched, for each light.
+const WATCHED: usize = 2048;
+
+/// Processors that measuring keeps for itself while the truth is computed beside it.
+const KEPT_PROCESSORS: usize = 2;
 
 /// How much to measure.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Frames that are timed.
+    /// Builds that are timed where the world stands still.
     pub frames: usize,
     /// Frames before them that are not.
     pub warm_up: usize,
-    /// Space points that are compared with the truth, for each light.
+    /// Space points that are compared with the truth, for each light; of surface points as many.
     pub space_points: usize,
     /// Size of the picture, pixels.
     pub picture: [u32; 2],
+    /// How much of the truth.
+    pub truth: Extent,
 }
 
-/// A scene with everything that its rows share.
+/// A scene with everything that its rows share: its states at one time or more.
 pub struct Case<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// The picture lit by the truth.
-    pub reference: Picture,
-    context: Context,
+    context: &'a Context,
+    states: &'a [Scene],
+    truths: &'a [Truth<'a>],
     world: World,
-    casters: Casters<'a>,
-    camera: View,
     effort: Effort,
-    space: Vec<Space>,
-    maps: Vec<MapsTruth>,
+    /// Of each light, for the timing of look-ups.
+    asked: Vec<Vec<[f32; 3]>>,
 }
 
-/// The truth in maps of these views, and the limits over all.
-struct MapsTruth {
-    views: Vec<View>,
-    truths: Vec<MapTruth>,
-    limits: Vec<f64>,
-}
-
-/// The space points of one light.
-struct Space {
-    points: Vec<[f32; 3]>,
-    /// At the first of them.
-    truth: Vec<f64>,
-}
-
-impl<'a> Case<'a> {
-    /// Uploads `scene` and computes the truth that does not depend on a technique.
-    ///
-    /// # Errors
-    /// [`Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, scene: &'a Scene, effort: Effort) -> Result<Self> {
-        use rayon::prelude::*;
-        let casters = Casters::new(scene);
-        let camera = View::camera(&scene.camera, scene, effort.picture);
-        let space = |light| {
-            let points = space_points(scene, light, effort.space_points.max(LOOKUPS / scene.lights.len()));
-            let visibility = |p: &[f32; 3]| casters.visibility(light, glam::DVec3::from(p.map(f64::from)));
-            Space { truth: points.par_iter().take(effort.space_points).map(visibility).collect(), points }
+/// Uploads a scene, whose `states` are what it is in each frame (one where it stands still), and calls `measure` with it. The
+/// truth is computed beside the measuring where the device is no processor and there are processors to spare.
+///
+/// # Errors
+/// [`Error::Gpu`] where memory runs out, and those of `measure`.
+pub fn with_case<R>(
+    context: &Context,
+    states: &[Scene],
+    effort: Effort,
+    measure: impl FnOnce(&mut Case) -> Result<R>,
+) -> Result<R> {
+    let Some(first) = states.first() else {
+        return Err(Error::input("the scene", "it has no state", "give one at least"));
+    };
+    let boxes = states.iter().filter_map(bounds);
+    let all = boxes.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
+    let within = |count: usize| -> Vec<Vec<[f32; 3]>> {
+        let of = |light| all.map_or_else(Vec::new, |all| points_within(all, light, count));
+        first.lights.iter().map(of).collect()
+    };
+    let watched = Arc::new(if states.len() > 1 { within(WATCHED) } else { Vec::new() });
+    let truth = |scene| {
+        let wanted = Wanted {
+            extent: effort.truth,
+            points: effort.space_points,
+            picture: effort.picture,
+            bounds: bounds(scene),
+            watched: watched.clone(),
         };
-        let space = (0..scene.lights.len()).map(space).collect();
-        Ok(Self {
-            reference: picture(&casters, scene, &camera),
-            context: context.clone(),
-            world: World::new(context, scene)?,
-            scene,
-            casters,
-            camera,
-            effort,
-            space,
-            maps: Vec::new(),
-        })
+        Truth::new(scene, wanted)
+    };
+    let truths: Vec<Truth> = states.iter().map(truth).collect();
+    let world = World::new(context, first)?;
+    let asked = within(LOOKUPS / first.lights.len().max(1));
+    let mut case = Case { context, states, truths: &truths, world, effort, asked };
+    let spare = std::thread::available_parallelism().map_or(1, |n| n.get()).saturating_sub(KEPT_PROCESSORS);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(spare.max(1)).build().ok();
+    let beside = effort.truth != Extent::None && spare > 0 && !context.features().is_software();
+    let stop = AtomicBool::new(false);
+    std::thread::scope(|threads| {
+        if let (Some(pool), true) = (&pool, beside) {
+            let (stop, truths) = (&stop, &truths);
+            threads.spawn(move || pool.install(|| prepare(truths, stop)));
+        }
+        let measured = measure(&mut case);
+        stop.store(true, Ordering::Relaxed);
+        measured
+    })
+}
+
+/// The truth of all frames that does not depend on a technique, until it is told to stop.
+fn prepare(truths: &[Truth], stop: &AtomicBool) {
+    let moments = moments(truths.len());
+    for (frame, truth) in truths.iter().enumerate() {
+        let parts: [(bool, fn(&Truth)); 4] = [
+            (truths.len() > 1, |t| {
+                t.watched();
+            }),
+            (moments.contains(&frame), |t| {
+                t.space();
+            }),
+            (moments.contains(&frame), |t| {
+                t.surface();
+            }),
+            (moments.last() == Some(&frame), |t| {
+                t.picture();
+            }),
+        ];
+        for (_, part) in parts.into_iter().filter(|(wanted, _)| *wanted) {
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            part(truth);
+        }
+    }
+}
+
+/// Which of so many frames errors are taken at.
+fn moments(frames: usize) -> Vec<usize> {
+    let count = frames.min(MOMENTS);
+    (0..count).map(|i| i * (frames - 1) / (count - 1).max(1)).collect()
+}
+
+/// Answers at all kinds of points, over all moments.
+#[derive(Default)]
+struct Asked {
+    map: Answers,
+    space: Answers,
+    surface: Answers,
+    maps: Vec<Arc<MapsTruth>>,
+}
+
+impl Case<'_> {
+    /// The picture lit by the truth, if there is one by now.
+    pub fn reference(&self) -> Option<&Picture> {
+        let last = self.truths.last().filter(|_| self.effort.truth != Extent::None)?;
+        last.picture().map(|lit| &lit.picture)
     }
 
-    /// Measures one variant. A missing feature or a failure is a row too. The picture is there if it was drawn.
-    pub fn measure(&mut self, spec: &Spec) -> (Row, Option<Picture>) {
+    /// Measures one variant. A missing feature or a failure is a row too. The picture is there if it was drawn, and behind it
+    /// as it would be were its truth a smaller one.
+    pub fn measure(&mut self, spec: &Spec) -> (Row, Option<Drawn>) {
         let mut row = Row {
-            scene: self.scene.name.clone(),
+            scene: self.world.scene().name.clone(),
             technique: spec.entry.name.into(),
             variant: spec.variant(),
             path: spec.value("path").into(),
             status: Status::Ok,
             reason: String::new(),
             host_ns: None,
-            frame_ns: None,
-            standard_error: None,
-            flicker_rms: None,
             build_ns: None,
             lookup_ns_per_million: None,
             draw_ns: None,
+            frame_ns: None,
             passes: Vec::new(),
             bytes_resident: None,
             bytes_transient: None,
             counters: BTreeMap::new(),
             error: None,
             limit_mean_abs: None,
+            standard_error: None,
+            flicker_rms: None,
             picture: None,
             difference: None,
         };
@@ -130,14 +196,15 @@ impl<'a> Case<'a> {
         }
     }
 
-    fn fill(&mut self, spec: &Spec, row: &mut Row) -> Result<Picture> {
+    fn fill(&mut self, spec: &Spec, row: &mut Row) -> Result<Drawn> {
         let lighting = Lighting::of(spec);
         self.context.features().require(lighting.requires())?;
-        let mut opened = technique::open(&self.context, &self.world, spec)?;
-        let (frames, host_ns) = self.time_builds(&mut opened)?;
-        row.host_ns = Timing::of(&host_ns);
-        row.build_ns = Timing::of(&frames.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
-        row.passes = pass_timings(&frames);
+        self.show(0)?;
+        let mut opened = technique::open(self.context, &self.world, spec)?;
+        let timed = self.time_builds(&mut opened)?;
+        row.host_ns = Timing::of(&timed.host_ns);
+        row.build_ns = Timing::of(&timed.frames.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
+        row.passes = pass_timings(&timed.moves).into_iter().chain(pass_timings(&timed.frames)).collect();
         let facts = opened.technique.facts()?;
         row.path = facts.path.into();
         row.reason = facts.reason;
@@ -145,79 +212,137 @@ impl<'a> Case<'a> {
         row.bytes_transient = Some(facts.bytes_transient);
         row.counters = facts.counters;
         row.counters.insert("passes_if_unchanged".into(), opened.build(&self.world)?.passes.len() as u64);
-        let technique = opened.technique.as_ref();
-        row.lookup_ns_per_million = self.time_lookups(technique)?;
+        row.lookup_ns_per_million = self.time_lookups(opened.technique.as_ref())?;
 
-        let space = self.space.iter().enumerate().map(|(light, s)| (light, &s.points[..s.truth.len()], &s.truth[..]));
-        let space = self.error(technique, space)?;
-        // What has no maps has no map error.
-        let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
-        let mut map = None;
-        if !views.is_empty() {
-            let place = self.truth_of(views);
-            let MapsTruth { truths, limits, .. } = &self.maps[place];
-            let limit = LIMIT_NODES.iter().position(|k| Some(*k as u32) == facts.nodes);
-            let covered = truths.iter().any(|t| !t.texels.is_empty());
-            row.limit_mean_abs = limit.filter(|_| covered).map(|i| limits[i]);
-            let sum = |of: fn(&MapTruth) -> u64| truths.iter().map(of).sum();
-            row.counters.insert("reference_covered_texels".into(), sum(|t| t.texels.len() as u64));
-            row.counters.insert("reference_fragments".into(), sum(|t| t.segments));
-            map = self.error(technique, truths.iter().map(|t| (t.light, &t.points[..], &t.visibility[..])))?;
+        let mut asked = Asked::default();
+        if self.effort.truth != Extent::None {
+            row.flicker_rms = self.ask_frames(&mut opened, &mut asked)?;
+            self.count(&asked, facts.nodes, row);
         }
-
-        let renderer = Renderer::new(&self.context, &self.world, &self.camera)?;
-        let kernels = renderer.kernels(&technique.answer(), lighting)?;
+        let camera = self.camera(self.effort.picture);
+        let renderer = Renderer::new(self.context, &self.world, &camera)?;
+        let kernels = renderer.kernels(&opened.technique.answer(), lighting)?;
         row.draw_ns = self.time_draws(|| renderer.draw(&kernels, Shading::Forward))?;
+        row.frame_ns = row.build_ns.zip(row.draw_ns).map(|(build, draw)| build.median + draw.median);
         let picture = renderer.read()?;
-        row.error = Some(RowError { map, space, surface: None, image: Some(picture_error(&picture, &self.reference)) });
-        Ok(picture)
-    }
-
-    /// The place of the truth in maps of these views, which many variants share.
-    fn truth_of(&mut self, views: Vec<View>) -> usize {
-        if let Some(place) = self.maps.iter().position(|m| m.views == views) {
-            return place;
+        let mut beside_truth = None;
+        if self.effort.truth != Extent::None {
+            let mut image = None;
+            if let Some(lit) = self.truths.last().and_then(Truth::picture) {
+                let drawn = if lit.camera == camera {
+                    picture.clone()
+                } else {
+                    let renderer = Renderer::new(self.context, &self.world, &lit.camera)?;
+                    renderer.picture(&opened.technique.answer(), Shading::Forward, lighting)?
+                };
+                image = Some(picture_error(&drawn, &lit.picture));
+                beside_truth = Some(drawn);
+            }
+            let (map, space, surface) = (asked.map.error()?, asked.space.error()?, asked.surface.error()?);
+            row.error = Some(RowError { map, space, surface, image });
         }
-        let truths = map_truths(&self.casters, self.scene, &views);
-        let limits = limit_mean_abs(&self.casters, &views, &truths, &LIMIT_NODES);
-        self.maps.push(MapsTruth { views, truths, limits });
-        self.maps.len() - 1
+        Ok(Drawn { picture, beside_truth })
     }
 
-    /// Over all points of all lights together, if there are any; each item is a light, points and the truth there.
-    fn error<'p>(
-        &self,
-        technique: &dyn Technique,
-        parts: impl Iterator<Item = (usize, &'p [[f32; 3]], &'p [f64])>,
-    ) -> Result<Option<PointError>> {
-        let (mut answers, mut all) = (Vec::new(), Vec::new());
-        for (light, points, truth) in parts {
-            answers.extend(self.ask(technique, light, points)?);
-            all.extend(truth);
+    /// Moves the world to a frame.
+    fn show(&mut self, frame: usize) -> Result<Option<PassTime>> {
+        if self.states.len() == 1 { Ok(None) } else { Ok(self.world.replace(&self.states[frame])?.pass) }
+    }
+
+    fn camera(&self, size: [u32; 2]) -> View {
+        let scene = self.world.scene();
+        View::camera(&scene.camera, scene, size)
+    }
+
+    /// What the map points say beside their error.
+    fn count(&self, asked: &Asked, nodes: Option<u32>, row: &mut Row) {
+        let Some(first) = asked.maps.first() else { return };
+        let n = asked.maps.len() as f64;
+        let limit = LIMIT_NODES.iter().position(|k| Some(*k as u32) == nodes);
+        let limits: Option<Vec<f64>> = asked.maps.iter().map(|m| Some(m.limits.as_ref()?[limit?])).collect();
+        row.limit_mean_abs = limits.filter(|_| first.covered > 0).map(|all| all.iter().sum::<f64>() / n);
+        let share = asked.maps.iter().map(|m| m.share).sum::<f64>() / n;
+        if share < 1.0 {
+            row.standard_error = asked.map.standard_error(MAP_DEPTHS as usize, share);
+        } else if asked.maps.len() == 1 {
+            row.counters.insert("reference_covered_texels".into(), first.covered);
+            row.counters.insert("reference_fragments".into(), first.segments);
         }
-        point_error(&answers, &all)
     }
 
-    /// The passes of each build, and the host's time for each.
-    fn time_builds(&self, technique: &mut Opened) -> Result<(Vec<Vec<PassTime>>, Vec<f64>)> {
+    /// Goes through all frames once more, asks at the moments for errors and in each for flicker, which it returns.
+    fn ask_frames(&mut self, opened: &mut Opened, asked: &mut Asked) -> Result<Option<f64>> {
+        let moments = moments(self.states.len());
+        let moves = self.states.len() > 1;
+        let mut flicker = Flicker::default();
+        for frame in 0..self.states.len() {
+            if moves {
+                self.show(frame)?;
+                opened.build(&self.world)?;
+            }
+            let technique = opened.technique.as_ref();
+            let truth = &self.truths[frame];
+            let opaque: Vec<View> = technique.maps().iter().map(|m| m.opaque).collect();
+            if moves {
+                let watched = self.ask_all(technique, truth, truth.watched(), &opaque)?;
+                flicker.frame(watched, truth.watched(), &self.states[frame]);
+            }
+            if !moments.contains(&frame) {
+                continue;
+            }
+            asked.space.extend(self.ask_all(technique, truth, truth.space(), &opaque)?);
+            asked.surface.extend(self.ask_all(technique, truth, truth.surface(), &opaque)?);
+            // What has no maps has no map error.
+            let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
+            if !views.is_empty() {
+                let maps = truth.maps(views);
+                asked.map.extend(self.ask_all(technique, truth, &maps.maps, &opaque)?);
+                asked.maps.push(maps);
+            }
+        }
+        Ok(flicker.rms())
+    }
+
+    /// What is answered at points of all lights.
+    fn ask_all(&self, technique: &dyn Technique, truth: &Truth, all: &[Points], opaque: &[View]) -> Result<Answers> {
+        let mut answers = Answers::default();
+        for points in all {
+            answers.extend(Answers {
+                approximate: self.ask(technique, points.light, &points.positions)?,
+                truth: points.visibility.clone(),
+                boundary: truth.boundary(points, opaque).to_vec(),
+            });
+        }
+        Ok(answers)
+    }
+
+    fn time_builds(&mut self, technique: &mut Opened) -> Result<Timed> {
         // By frames and by time: a GPU that idled needs some milliseconds of work to reach its clock.
         let start = std::time::Instant::now();
         let mut warm_up = 0;
         while warm_up < self.effort.warm_up || start.elapsed() < WARM_UP {
+            self.show(warm_up % self.states.len())?;
             technique.rebuild(&self.world)?;
             warm_up += 1;
         }
-        let builds: Result<Vec<_>> = (0..self.effort.frames).map(|_| technique.rebuild(&self.world)).collect();
-        Ok(builds?.into_iter().map(|build| (build.passes, build.host_ns)).unzip())
+        let mut timed = Timed::default();
+        let count = if self.states.len() > 1 { self.states.len() } else { self.effort.frames };
+        for frame in 0..count {
+            let moved = self.show(frame % self.states.len())?;
+            timed.moves.extend(moved.map(|pass| vec![pass]));
+            let built = technique.rebuild(&self.world)?;
+            timed.frames.push(built.passes);
+            timed.host_ns.push(built.host_ns);
+        }
+        Ok(timed)
     }
 
     fn time_lookups(&self, technique: &dyn Technique) -> Result<Option<Timing>> {
         let mut queries = Vec::new();
         let mut points = 0;
-        for (light, space) in self.space.iter().enumerate() {
-            let share = &space.points[..space.points.len().min(LOOKUPS / self.space.len())];
+        for (light, share) in self.asked.iter().enumerate() {
             points += share.len();
-            let query = Query::new(&self.context, light, share)?;
+            let query = Query::new(self.context, light, share)?;
             queries.push((query.kernel(&technique.answer())?, query));
         }
         let mut samples = Vec::new();
@@ -255,9 +380,28 @@ impl<'a> Case<'a> {
 
     /// Visibility of a light at `points`, asked a million at a time.
     fn ask(&self, technique: &dyn Technique, light: usize, points: &[[f32; 3]]) -> Result<Vec<f32>> {
-        let ask = |chunk: &[[f32; 3]]| Query::new(&self.context, light, chunk)?.ask(&technique.answer());
+        let ask = |chunk: &[[f32; 3]]| Query::new(self.context, light, chunk)?.ask(&technique.answer());
         Ok(points.chunks(LOOKUPS).map(ask).collect::<Result<Vec<_>>>()?.concat())
     }
+}
+
+/// A picture, and the same at the size of its truth.
+pub struct Drawn {
+    /// As large as was wanted.
+    pub picture: Picture,
+    /// To be compared with [`Case::reference`].
+    pub beside_truth: Option<Picture>,
+}
+
+/// Builds one after the other.
+#[derive(Default)]
+struct Timed {
+    /// The passes of each.
+    frames: Vec<Vec<PassTime>>,
+    /// The pass that moved the world before it, where it moves.
+    moves: Vec<Vec<PassTime>>,
+    /// The host's time for each.
+    host_ns: Vec<f64>,
 }
 
 /// From the start of the first pass to the end of the last.

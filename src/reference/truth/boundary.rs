@@ -5,10 +5,14 @@ use super::casters::Casters;
 use crate::scene::{Projection, View};
 use glam::DVec3;
 
-/// Where a point is tried besides itself, in texels across the light's view: the texels that a bilinear look-up weighs
-/// have their centres within one texel, and halfway there, so that what is thinner than a texel is met.
-const OFFSETS: [[f64; 2]; 8] =
+/// Where a point is tried besides itself, across the light's view.
+const DIRECTIONS: [[f64; 2]; 8] =
     [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]];
+
+/// How far, texels. A look-up weighs texels whose centres are up to one texel away, and each of them has its depth moved
+/// by what its surface's changes over one texel: so a surface is felt up to two texels away. Nearer, so that what is thinner
+/// than a texel is met.
+const REACHES: [f64; 3] = [2.0, 1.0, 0.5];
 
 /// Of the light's range: what the rounding of a stored depth and of the look-up's projection is.
 const DEPTH_ROUNDING: f64 = 1e-5;
@@ -19,7 +23,7 @@ const GRAZING: f64 = 0.02;
 
 impl Casters<'_> {
     /// Whether a point lies in the boundary of an opaque shadow of light `light`, whose opaque map is `view`: whether a point
-    /// within a texel of it, across the light's rays, or within a depth's rounding along them, is blocked where it is not, or
+    /// within two texels of it, across the light's rays, or within a depth's rounding along them, is blocked where it is not, or
     /// the other way round.
     pub fn in_boundary(&self, light: usize, view: &View, position: DVec3) -> bool {
         let [right, up, along, z] = self.footprint(view, position);
@@ -59,7 +63,7 @@ impl Casters<'_> {
 }
 
 fn offsets() -> impl Iterator<Item = [f64; 2]> {
-    OFFSETS.into_iter().flat_map(|[x, y]| [[x, y], [0.5 * x, 0.5 * y]])
+    REACHES.into_iter().flat_map(|reach| DIRECTIONS.map(|direction| direction.map(|c| reach * c)))
 }
 
 #[cfg(test)]
@@ -80,20 +84,20 @@ mod tests {
         scene
     }
 
-    /// Along the edge of the plate's shadow a texel to either side, and nothing else: not the middle of the shadow, not the
+    /// Along the edge of the plate's shadow two texels to either side, and nothing else: not the middle of the shadow, not the
     /// light beside it, not above the plate.
     #[test]
-    fn a_texel_about_the_edge() {
+    fn two_texels_about_the_edge() {
         let scene = plate();
         let casters = Casters::new(&scene);
         let view = View::opaques(&scene, 64)[0];
         let texel = 2.0 / (f64::from(view.scale_x) * 64.0);
         let near = |x: f64, z: f64| casters.in_boundary(0, &view, DVec3::new(x, 0.1, z));
-        for share in [-0.9, -0.4, 0.4, 0.9] {
+        for share in [-1.9, -0.9, -0.4, 0.4, 0.9, 1.9] {
             assert!(near(1.0 + share * texel, -1.0), "{share} texels from the edge");
             assert!(!near(1.0 + share * texel, 0.5), "above the plate");
         }
-        for x in [0.0, 0.5, 1.0 - 1.1 * texel, 1.0 + 1.1 * texel, 1.5] {
+        for x in [0.0, 0.5, 1.0 - 2.1 * texel, 1.0 + 2.1 * texel, 1.5] {
             assert!(!near(x, -1.0), "at {x}");
         }
         // Just behind the plate, where a stored depth may round to either side.
@@ -107,7 +111,7 @@ mod tests {
         let casters = Casters::new(&scene);
         let view = View::opaques(&scene, 64)[0];
         let near = |x: f64| casters.in_surface_boundary(0, &view, DVec3::new(x, 0.1, 0.0), DVec3::Z);
-        assert!(!near(0.0) && !near(0.9));
+        assert!(!near(0.0) && !near(0.8));
         assert!(casters.in_surface_boundary(0, &view, DVec3::ZERO, DVec3::X), "along the rays");
     }
 }

@@ -1,0 +1,234 @@
+//! The truth of a scene at one time, shared by all rows. Each part is computed once, by whoever needs it first: a thread of
+//! its own beside the measuring, where that does not disturb it, or the measuring itself.
+
+use crate::reference::truth::{
+    Casters, MapTruth, SurfacePoint, limit_mean_abs, limit_steps, picture, picture_tests, points_within, sample_maps,
+    surface_points,
+};
+use crate::scene::{Picture, Scene, View};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// How much of the truth is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Extent {
+    /// None: times alone.
+    None,
+    /// A fixed sample of covered texels.
+    Sample,
+    /// All covered texels.
+    Full,
+}
+
+/// Covered texels of all maps in a sample.
+const SAMPLED_TEXELS: usize = 4096;
+
+/// Casters tried against rays for a picture, at most: some seconds of one core. Beyond it the picture is a smaller one.
+const PICTURE_TESTS: f64 = 3e8;
+
+/// The smallest picture that says anything, pixels across.
+const LEAST_WIDTH: u32 = 80;
+
+/// Steps for the limits, at most, as [`limit_steps`] counts them.
+const LIMIT_STEPS: f64 = 2e9;
+
+/// Node counts that the limit is computed for.
+pub(super) const LIMIT_NODES: [usize; 3] = [4, 8, 16];
+
+/// What is wanted of the truth at one time.
+#[derive(Clone, Debug)]
+pub(super) struct Wanted {
+    pub extent: Extent,
+    /// Space points and surface points, for each light.
+    pub points: usize,
+    pub picture: [u32; 2],
+    /// Corners of the box that space points lie in.
+    pub bounds: Option<[DVec3; 2]>,
+    /// Of each light, the points at which a moving world is watched.
+    pub watched: Arc<Vec<Vec<[f32; 3]>>>,
+}
+
+/// Points of one light with what is true there.
+pub(super) struct Points {
+    pub light: usize,
+    pub positions: Vec<[f32; 3]>,
+    pub visibility: Vec<f64>,
+    /// Where they lie on meshes.
+    surface: Vec<SurfacePoint>,
+    /// Whether each is in the boundary, of the opaque maps that were asked about.
+    boundaries: Cached<Vec<View>, Vec<bool>>,
+}
+
+/// In maps of the same views, and the limits over all.
+pub(super) struct MapsTruth {
+    /// Of each map that covers something.
+    pub maps: Vec<Points>,
+    pub covered: u64,
+    pub segments: u64,
+    /// The share of all texels that were looked at.
+    pub share: f64,
+    /// Of [`LIMIT_NODES`]; none where they would have taken longer than all else.
+    pub limits: Option<Vec<f64>>,
+}
+
+/// A picture that the truth lights.
+pub(super) struct LitPicture {
+    pub camera: View,
+    pub picture: Picture,
+}
+
+/// Few values by their keys, each made once.
+struct Cached<K, V>(Mutex<Vec<(K, Arc<V>)>>);
+
+impl<K: PartialEq, V> Cached<K, V> {
+    fn new() -> Self {
+        Self(Mutex::new(Vec::new()))
+    }
+
+    fn get(&self, key: K, make: impl FnOnce(&K) -> V) -> Arc<V> {
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, value)) = all.iter().find(|(k, _)| *k == key) {
+            return value.clone();
+        }
+        let value = Arc::new(make(&key));
+        all.push((key, value.clone()));
+        value
+    }
+}
+
+/// See the module.
+pub(super) struct Truth<'a> {
+    scene: &'a Scene,
+    wanted: Wanted,
+    casters: OnceLock<Casters<'a>>,
+    space: OnceLock<Vec<Points>>,
+    watched: OnceLock<Vec<Points>>,
+    surface: OnceLock<Vec<Points>>,
+    picture: OnceLock<Option<LitPicture>>,
+    maps: Cached<Vec<View>, MapsTruth>,
+}
+
+impl<'a> Truth<'a> {
+    pub fn new(scene: &'a Scene, wanted: Wanted) -> Self {
+        Self {
+            scene,
+            wanted,
+            casters: OnceLock::new(),
+            space: OnceLock::new(),
+            watched: OnceLock::new(),
+            surface: OnceLock::new(),
+            picture: OnceLock::new(),
+            maps: Cached::new(),
+        }
+    }
+
+    fn casters(&self) -> &Casters<'a> {
+        self.casters.get_or_init(|| Casters::new(self.scene))
+    }
+
+    fn camera(&self, size: [u32; 2]) -> View {
+        View::camera(&self.scene.camera, self.scene, size)
+    }
+
+    /// Of each light.
+    pub fn space(&self) -> &[Points] {
+        self.space.get_or_init(|| {
+            let of = |light| {
+                let points = self.wanted.points;
+                let light_at = &self.scene.lights[light];
+                let positions = self.wanted.bounds.map_or_else(Vec::new, |b| points_within(b, light_at, points));
+                self.at(light, positions)
+            };
+            (0..self.scene.lights.len()).map(of).collect()
+        })
+    }
+
+    /// Of each light, at the points that stay where they are in every frame.
+    pub fn watched(&self) -> &[Points] {
+        let of = |(light, positions): (usize, &Vec<[f32; 3]>)| self.at(light, positions.clone());
+        self.watched.get_or_init(|| self.wanted.watched.iter().enumerate().map(of).collect())
+    }
+
+    fn at(&self, light: usize, positions: Vec<[f32; 3]>) -> Points {
+        let visibility = |p: &[f32; 3]| self.casters().visibility(light, DVec3::from(p.map(f64::from)));
+        let visibility = positions.par_iter().map(visibility).collect();
+        Points { light, positions, visibility, surface: Vec::new(), boundaries: Cached::new() }
+    }
+
+    /// Of each light; none without meshes.
+    pub fn surface(&self) -> &[Points] {
+        self.surface.get_or_init(|| {
+            let camera = self.camera(self.wanted.picture);
+            let all = surface_points(self.casters(), self.scene, &camera, self.wanted.points);
+            let of = |light: usize| {
+                let shone_on = |p: &&SurfacePoint| self.scene.lights[light].shines_on(p.position);
+                let surface: Vec<_> = all.iter().filter(shone_on).copied().collect();
+                let positions = surface.iter().map(|p| p.position.as_vec3().into()).collect();
+                let visibility = |p: &SurfacePoint| self.casters().visibility(light, p.position);
+                let visibility = surface.par_iter().map(visibility).collect();
+                Points { light, positions, visibility, surface, boundaries: Cached::new() }
+            };
+            if all.is_empty() { Vec::new() } else { (0..self.scene.lights.len()).map(of).collect() }
+        })
+    }
+
+    /// The picture, as large as it was wanted, or smaller by halves where that would take long; none where the smallest would.
+    pub fn picture(&self) -> Option<&LitPicture> {
+        let made = self.picture.get_or_init(|| {
+            let mut size = self.wanted.picture;
+            let mut tests = picture_tests(self.casters(), self.scene, &self.camera(size));
+            while tests > PICTURE_TESTS && size[0] / 2 >= LEAST_WIDTH {
+                (size, tests) = (size.map(|side| side / 2), tests / 4.0);
+            }
+            let camera = self.camera(size);
+            (tests <= 4.0 * PICTURE_TESTS)
+                .then(|| LitPicture { picture: picture(self.casters(), self.scene, &camera), camera })
+        });
+        made.as_ref()
+    }
+
+    /// In maps of these views, which many variants share.
+    pub fn maps(&self, views: Vec<View>) -> Arc<MapsTruth> {
+        self.maps.get(views, |views| {
+            let most = if self.wanted.extent == Extent::Full { usize::MAX } else { SAMPLED_TEXELS };
+            let (truths, share) = sample_maps(self.casters(), self.scene, views, most);
+            let count = |of: fn(&MapTruth) -> u64| truths.iter().map(of).sum::<u64>();
+            let (covered, segments) = (count(|t| t.texels.len() as u64), count(|t| t.segments));
+            let steps = LIMIT_STEPS / crate::reference::truth::LIMIT_TEXELS as f64;
+            let affordable = covered > 0 && limit_steps(segments / covered) <= steps;
+            let limits = affordable.then(|| limit_mean_abs(self.casters(), views, &truths, &LIMIT_NODES));
+            let points = |t: MapTruth| Points {
+                light: t.light,
+                positions: t.points,
+                visibility: t.visibility,
+                surface: Vec::new(),
+                boundaries: Cached::new(),
+            };
+            let maps = truths.into_iter().filter(|t| !t.texels.is_empty()).map(points).collect();
+            MapsTruth { maps, covered, segments, share, limits }
+        })
+    }
+
+    /// Which of `points` lie in the boundary of opaque shadows, as maps of these views resolve them; empty where nothing opaque
+    /// casts or the technique has no opaque maps.
+    pub fn boundary(&self, points: &Points, opaque: &[View]) -> Arc<Vec<bool>> {
+        if !self.scene.has_triangles() || opaque.is_empty() {
+            return Arc::default();
+        }
+        points.boundaries.get(opaque.to_vec(), |opaque| {
+            let light = &self.scene.lights[points.light];
+            let first = self.scene.first_map(points.light);
+            let view = |p: &[f32; 3]| &opaque[first + light.map_at(*p)];
+            let casters = self.casters();
+            if points.surface.is_empty() {
+                let at = |p: &[f32; 3]| casters.in_boundary(points.light, view(p), DVec3::from(p.map(f64::from)));
+                return points.positions.par_iter().map(at).collect();
+            }
+            let at = |(p, s): (&[f32; 3], &SurfacePoint)| {
+                casters.in_surface_boundary(points.light, view(p), s.position, s.normal)
+            };
+            points.positions.par_iter().zip(&points.surface).map(at).collect()
+        })
+    }
+}
