@@ -5,6 +5,8 @@ mod support;
 
 #[path = "program/errors.rs"]
 mod errors;
+#[path = "program/moving.rs"]
+mod moving;
 #[path = "program/pictures.rs"]
 mod pictures;
 

@@ -5,6 +5,7 @@ mod curve;
 mod devices;
 mod progress;
 mod render;
+mod sequence;
 mod slice;
 
 use crate::gpu::{Context, Messages, Options};
@@ -75,7 +76,7 @@ struct TimeArgument {
 struct MovingArgument {
     /// Let the world move from the first time to the second, evenly over the frames; with one time, from there on at 30
     /// frames a second
-    #[arg(long, value_name = "SECONDS[..SECONDS]", value_parser = span)]
+    #[arg(long, value_name = "SECONDS[..SECONDS]", value_parser = span, allow_hyphen_values = true)]
     moving: Option<Span>,
 }
 
@@ -99,6 +100,11 @@ fn span(text: &str) -> std::result::Result<Span, String> {
 }
 
 impl MovingArgument {
+    /// Whether the world is to move.
+    fn is_given(&self) -> bool {
+        self.moving.is_some()
+    }
+
     /// The scene in each of so many frames, or alone as it is where it is not to move.
     fn states(&self, scene: Scene, frames: u32) -> Result<Vec<Scene>> {
         let Some(span) = self.moving else { return Ok(vec![scene]) };

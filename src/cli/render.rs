@@ -1,6 +1,7 @@
 //! `gobo render`
 
-use super::{DeviceArguments, TimeArgument, check_messages, load, one_spec, write_png};
+use super::sequence::Sequence;
+use super::{DeviceArguments, MovingArgument, TimeArgument, check_messages, load, one_spec};
 use crate::consume::{Lighting, Renderer, Shading};
 use crate::reference::truth::{Casters, picture};
 use crate::scene::View;
@@ -39,6 +40,11 @@ pub struct Arguments {
     /// Draw the triangles of lighting=vertex over the casters
     #[arg(long)]
     wireframe: bool,
+    /// With --moving: how many pictures, FILE-00.png, FILE-01.png, … and an animated FILE.gif
+    #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    frames: u32,
+    #[command(flatten)]
+    moving: MovingArgument,
     #[command(flatten)]
     time: TimeArgument,
     #[command(flatten)]
@@ -47,12 +53,15 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene = load(&arguments.scene, &arguments.time)?;
+    let states = arguments.moving.states(scene, arguments.frames)?;
     let size = [arguments.width, arguments.height];
-    let camera = View::camera(&scene.camera, &scene, size);
+    let mut sequence = Sequence::new(&arguments.out, size, states.len() as u32);
     if arguments.technique == "reference" {
         lines_spacing(arguments, Lighting::Fragment)?;
-        let picture = picture(&Casters::new(&scene), &scene, &camera);
-        write_png(&arguments.out, size, &picture.to_srgb8())?;
+        for scene in &states {
+            let camera = View::camera(&scene.camera, scene, size);
+            sequence.add(picture(&Casters::new(scene), scene, &camera).to_srgb8())?;
+        }
         return Ok(ExitCode::SUCCESS);
     }
     let spec = one_spec(&arguments.technique)?;
@@ -60,34 +69,32 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let spacing = lines_spacing(arguments, lighting)?;
     let context = arguments.device.open()?;
     context.features().require(lighting.requires())?;
-    let world = World::new(&context, &scene)?;
+    let mut world = World::new(&context, &states[0])?;
     let mut opened = open(&context, &world, &spec)?;
-    opened.build(&world)?;
-    let renderer = Renderer::new(&context, &world, &camera)?;
     let shading = match arguments.meshes {
         Mesh::Forward => Shading::Forward,
         Mesh::Deferred => Shading::Deferred,
     };
-    let answer = opened.technique.answer();
-    let picture = match spacing {
-        Some(spacing) => renderer.wireframe(&answer, shading, spacing)?,
-        None => renderer.picture(&answer, shading, lighting)?,
-    };
-    if let Some(bad) = picture.pixels.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
-        return Err(Error::input(
-            format!("pixel {bad} of the picture"),
-            "not a number",
-            "report this as a bug, with the scene",
-        ));
+    for (frame, scene) in states.iter().enumerate() {
+        if frame > 0 {
+            world.replace(scene)?;
+        }
+        opened.build(&world)?;
+        let renderer = Renderer::new(&context, &world, &View::camera(&scene.camera, scene, size))?;
+        let answer = opened.technique.answer();
+        let picture = match spacing {
+            Some(spacing) => renderer.wireframe(&answer, shading, spacing)?,
+            None => renderer.picture(&answer, shading, lighting)?,
+        };
+        if let Some(bad) = picture.pixels.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
+            let name = format!("pixel {bad} of picture {frame}");
+            return Err(Error::input(name, "not a number", "report this as a bug, with the scene"));
+        }
+        sequence.add(picture.to_srgb8())?;
     }
-    write_png(&arguments.out, size, &picture.to_srgb8())?;
     check_messages(&context)?;
-    println!(
-        "{}: {spec} on {}, path {}",
-        arguments.out.display(),
-        context.features().name,
-        opened.technique.facts()?.path
-    );
+    let path = opened.technique.facts()?.path;
+    println!("{}: {spec} on {}, path {path}", arguments.out.display(), context.features().name);
     Ok(ExitCode::SUCCESS)
 }
 

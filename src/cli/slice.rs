@@ -1,18 +1,14 @@
 //! `gobo slice`
 
-use super::{DeviceArguments, MapArguments, TimeArgument, check_messages, load, one_spec, write_png};
+use super::sequence::Sequence;
+use super::{DeviceArguments, MapArguments, MovingArgument, TimeArgument, check_messages, load, one_spec};
 use crate::consume::slice;
 use crate::technique::open;
 use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
-use image::codecs::gif::{GifEncoder, Repeat};
-use image::{Delay, Frame, Rgba, RgbaImage};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
-
-/// A frame of an animation, milliseconds.
-const FRAME_MS: u32 = 80;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -24,11 +20,14 @@ pub struct Arguments {
     #[command(flatten)]
     map: MapArguments,
     /// Depth in the light's range: 0 nearest to the light, 1 farthest
-    #[arg(long, default_value_t = 1.0)]
-    depth: f32,
-    /// Instead of one depth, this many from 0 to 1: FILE-00.png, FILE-01.png, … and an animated FILE.gif
-    #[arg(long, conflicts_with = "depth", value_parser = clap::value_parser!(u32).range(2..=1000))]
+    #[arg(long, value_name = "DEPTH")]
+    depth: Option<f32>,
+    /// Instead of one depth, this many from 0 to 1, or with --moving as many times: FILE-00.png, FILE-01.png, … and an
+    /// animated FILE.gif
+    #[arg(long, value_parser = clap::value_parser!(u32).range(2..=1000))]
     frames: Option<u32>,
+    #[command(flatten)]
+    moving: MovingArgument,
     /// Pixels a side
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=8192))]
     size: u32,
@@ -47,62 +46,44 @@ fn gray(visibility: &[f32], size: [u32; 2]) -> Vec<u8> {
     crate::scene::Picture { width: size[0], height: size[1], pixels }.to_srgb8()
 }
 
+/// Frames of a moving world where none are named.
+const FRAMES: u32 = 30;
+
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    if !(0.0..=1.0).contains(&arguments.depth) {
-        let name = format!("--depth {}", arguments.depth);
-        return Err(Error::input(name, "outside the light's range", "give a number from 0 to 1"));
+    let depth = arguments.depth.unwrap_or(1.0);
+    if !(0.0..=1.0).contains(&depth) {
+        return Err(Error::input(format!("--depth {depth}"), "outside the light's range", "give a number from 0 to 1"));
+    }
+    let moves = arguments.moving.is_given();
+    if arguments.frames.is_some() && arguments.depth.is_some() && !moves {
+        return Err(Error::input("--frames", "they go through all depths, and --depth names one", "leave one out"));
     }
     let scene = load(&arguments.scene, &arguments.time)?;
     let map = arguments.map.of(&scene)?;
     let spec = one_spec(&arguments.technique)?;
+    let frames = arguments.frames.unwrap_or(if moves { FRAMES } else { 1 });
+    let states = arguments.moving.states(scene, frames)?;
     let context = arguments.device.open()?;
-    let world = World::new(&context, &scene)?;
+    let mut world = World::new(&context, &states[0])?;
     let mut opened = open(&context, &world, &spec)?;
-    opened.build(&world)?;
-    let technique = &opened.technique;
-    let Some(view) = technique.maps().get(map).map(|m| m.volume) else {
-        return Err(Error::input("--technique", "it has no maps", "name one that has, such as avsm"));
-    };
     let size = [arguments.size; 2];
-    let at = |depth: f32| -> Result<Vec<u8>> {
-        Ok(gray(&slice(&context, arguments.map.light, &view, &technique.answer(), depth, size)?, size))
-    };
-    match arguments.frames {
-        None => write_png(&arguments.out, size, &at(arguments.depth)?)?,
-        Some(frames) => {
-            let mut pictures = Vec::new();
-            for frame in 0..frames {
-                let picture = at(frame as f32 / (frames - 1) as f32)?;
-                write_png(&numbered(&arguments.out, frame, frames), size, &picture)?;
-                pictures.push(picture);
-            }
-            write_gif(&arguments.out.with_extension("gif"), size, &pictures)?;
+    let mut sequence = Sequence::new(&arguments.out, size, frames);
+    for frame in 0..frames {
+        if frame > 0 && moves {
+            world.replace(&states[frame as usize])?;
         }
+        opened.build(&world)?;
+        let technique = &opened.technique;
+        let Some(view) = technique.maps().get(map).map(|m| m.volume) else {
+            return Err(Error::input("--technique", "it has no maps", "name one that has, such as avsm"));
+        };
+        let sweeps = frames > 1 && !moves;
+        let depth = if sweeps { frame as f32 / (frames - 1) as f32 } else { depth };
+        let visibility = slice(&context, arguments.map.light, &view, &technique.answer(), depth, size)?;
+        sequence.add(gray(&visibility, size))?;
     }
     check_messages(&context)?;
-    println!("{}: {spec} on {}, path {}", arguments.out.display(), context.features().name, technique.facts()?.path);
+    let path = opened.technique.facts()?.path;
+    println!("{}: {spec} on {}, path {path}", arguments.out.display(), context.features().name);
     Ok(ExitCode::SUCCESS)
-}
-
-/// FILE-07.png, with as many digits as the last needs.
-fn numbered(path: &Path, frame: u32, frames: u32) -> PathBuf {
-    let digits = (frames - 1).to_string().len();
-    let stem = path.file_stem().map_or_else(|| "gobo-slice".into(), |s| s.to_string_lossy());
-    path.with_file_name(format!("{stem}-{frame:0digits$}.png"))
-}
-
-fn write_gif(path: &Path, size: [u32; 2], pictures: &[Vec<u8>]) -> Result<()> {
-    let fail = |e: &dyn std::fmt::Display| Error::output(path, e);
-    let file = std::fs::File::create(path).map_err(|e| fail(&e))?;
-    let mut encoder = GifEncoder::new_with_speed(std::io::BufWriter::new(file), 10);
-    encoder.set_repeat(Repeat::Infinite).map_err(|e| fail(&e))?;
-    for picture in pictures {
-        let mut image = RgbaImage::new(size[0], size[1]);
-        for (pixel, rgb) in image.pixels_mut().zip(picture.chunks_exact(3)) {
-            *pixel = Rgba([rgb[0], rgb[1], rgb[2], 255]);
-        }
-        let delay = Delay::from_numer_denom_ms(FRAME_MS, 1);
-        encoder.encode_frame(Frame::from_parts(image, 0, 0, delay)).map_err(|e| fail(&e))?;
-    }
-    Ok(())
 }

@@ -38,3 +38,30 @@ impl Flicker {
         (self.changes > 0).then(|| (self.squares / self.changes as f64).sqrt())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::tests::on_the_axis;
+
+    /// Two points over three frames; the answer of the first is off by an even amount, which is no flicker; that of the
+    /// second jumps by a tenth where the truth stays, and is in a boundary from then on.
+    #[test]
+    fn what_changes_beside_the_truth() {
+        let scene = on_the_axis(&[(0.0, 0.5, 1.0)]);
+        let points = [Points::in_space(0, vec![[0.0; 3], [0.1; 3]], vec![0.5, 0.5])];
+        let frame = |approximate: [f32; 2], truth: [f64; 2], second: bool| Answers {
+            approximate: approximate.to_vec(),
+            truth: truth.to_vec(),
+            boundary: vec![false, second],
+        };
+        let mut flicker = Flicker::default();
+        assert_eq!(flicker.rms(), None);
+        flicker.frame(frame([0.75, 0.5], [0.5, 0.5], false), &points, &scene);
+        assert_eq!(flicker.rms(), None, "one frame has no change");
+        flicker.frame(frame([1.0, 0.625], [0.75, 0.5], false), &points, &scene);
+        assert_eq!(flicker.rms(), Some((0.125f64 * 0.125 / 2.0).sqrt()));
+        flicker.frame(frame([0.5, 0.0], [0.25, 0.5], true), &points, &scene);
+        assert_eq!(flicker.rms(), Some((0.125f64 * 0.125 / 3.0).sqrt()));
+    }
+}

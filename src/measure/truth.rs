@@ -60,6 +60,13 @@ pub(super) struct Points {
     boundaries: Cached<Vec<View>, Vec<bool>>,
 }
 
+impl Points {
+    /// Points in space.
+    pub fn in_space(light: usize, positions: Vec<[f32; 3]>, visibility: Vec<f64>) -> Self {
+        Self { light, positions, visibility, surface: Vec::new(), boundaries: Cached::new() }
+    }
+}
+
 /// In maps of the same views, and the limits over all.
 pub(super) struct MapsTruth {
     /// Of each map that covers something.
@@ -153,7 +160,7 @@ impl<'a> Truth<'a> {
     fn at(&self, light: usize, positions: Vec<[f32; 3]>) -> Points {
         let visibility = |p: &[f32; 3]| self.casters().visibility(light, DVec3::from(p.map(f64::from)));
         let visibility = positions.par_iter().map(visibility).collect();
-        Points { light, positions, visibility, surface: Vec::new(), boundaries: Cached::new() }
+        Points::in_space(light, positions, visibility)
     }
 
     /// Of each light; none without meshes.
@@ -198,13 +205,7 @@ impl<'a> Truth<'a> {
             let steps = LIMIT_STEPS / crate::reference::truth::LIMIT_TEXELS as f64;
             let affordable = covered > 0 && limit_steps(segments / covered) <= steps;
             let limits = affordable.then(|| limit_mean_abs(self.casters(), views, &truths, &LIMIT_NODES));
-            let points = |t: MapTruth| Points {
-                light: t.light,
-                positions: t.points,
-                visibility: t.visibility,
-                surface: Vec::new(),
-                boundaries: Cached::new(),
-            };
+            let points = |t: MapTruth| Points::in_space(t.light, t.points, t.visibility);
             let maps = truths.into_iter().filter(|t| !t.texels.is_empty()).map(points).collect();
             MapsTruth { maps, covered, segments, share, limits }
         })

@@ -1,0 +1,62 @@
+//! Pictures one after the other, as files and as an animation.
+
+use super::write_png;
+use crate::{Error, Result};
+use image::codecs::gif::{GifEncoder, Repeat};
+use image::{Delay, Frame, Rgba, RgbaImage};
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+/// A frame of an animation, milliseconds.
+const FRAME_MS: u32 = 80;
+
+/// One picture, FILE.png; or FILE-00.png, FILE-01.png, … and FILE.gif.
+pub struct Sequence {
+    out: PathBuf,
+    size: [u32; 2],
+    frames: u32,
+    done: u32,
+    /// Made with the first frame, so that nothing is overwritten before.
+    animation: Option<GifEncoder<BufWriter<File>>>,
+}
+
+impl Sequence {
+    /// Of so many pictures of that size.
+    pub fn new(out: &Path, size: [u32; 2], frames: u32) -> Self {
+        Self { out: out.to_path_buf(), size, frames, done: 0, animation: None }
+    }
+
+    /// The next picture: rows of three bytes a pixel. It is on the disk when this returns.
+    ///
+    /// # Errors
+    /// [`Error::Output`] names the file.
+    pub fn add(&mut self, rgb8: Vec<u8>) -> Result<()> {
+        if self.frames == 1 {
+            return write_png(&self.out, self.size, &rgb8);
+        }
+        write_png(&numbered(&self.out, self.done, self.frames), self.size, &rgb8)?;
+        self.done += 1;
+        let path = self.out.with_extension("gif");
+        let fail = |e: &dyn std::fmt::Display| Error::output(&path, e);
+        if self.animation.is_none() {
+            let file = File::create(&path).map_err(|e| fail(&e))?;
+            let mut encoder = GifEncoder::new_with_speed(BufWriter::new(file), 10);
+            encoder.set_repeat(Repeat::Infinite).map_err(|e| fail(&e))?;
+            self.animation = Some(encoder);
+        }
+        let mut image = RgbaImage::new(self.size[0], self.size[1]);
+        for (pixel, rgb) in image.pixels_mut().zip(rgb8.chunks_exact(3)) {
+            *pixel = Rgba([rgb[0], rgb[1], rgb[2], 255]);
+        }
+        let frame = Frame::from_parts(image, 0, 0, Delay::from_numer_denom_ms(FRAME_MS, 1));
+        self.animation.as_mut().map_or(Ok(()), |gif| gif.encode_frame(frame)).map_err(|e| fail(&e))
+    }
+}
+
+/// FILE-07.png, with as many digits as the last needs.
+fn numbered(path: &Path, frame: u32, frames: u32) -> PathBuf {
+    let digits = (frames - 1).to_string().len();
+    let stem = path.file_stem().map_or_else(|| "gobo".into(), |s| s.to_string_lossy());
+    path.with_file_name(format!("{stem}-{frame:0digits$}.png"))
+}

@@ -1,0 +1,93 @@
+//! A world that moves: `compare`, `render` and `slice` with `--moving`.
+
+use crate::support::log;
+use crate::{decodes, folder, ok, results, run, runs, text};
+use gobo::measure::Status;
+
+/// From a hundred particles to some hundred: a build that begins with too little room loses nothing, since lists of all
+/// segments have next to no error at map points at any of the times.
+#[test]
+fn compare_moves() {
+    log("exercised", "compare_moves", &runs("avsm", "two-pass").0);
+    let out = folder();
+    let moving = ["compare", "three-emitters", "--moving", "0.4..4", "--frames", "6", "--quick", "--validation"];
+    let mut techniques =
+        vec!["--technique", "avsm:path=two-pass|binned,size=32", "--technique", "uncompressed:size=32"];
+    // Of those that draw by depth, one that the device has.
+    let by_depth = ["interlock", "raster-order"].into_iter().find(|path| runs("avsm", path).1);
+    let spec = format!("avsm:path={},size=32", by_depth.unwrap_or_default());
+    techniques.extend(by_depth.iter().flat_map(|_| ["--technique", &spec]));
+    ok(&[&moving[..], &techniques, &["--out", text(out.path())]].concat());
+    let results = results(out.path());
+    assert_eq!(results.rows.len(), 3 + by_depth.iter().count());
+    for row in &results.rows {
+        assert_eq!(row.status, Status::Ok, "{}", row.reason);
+        let passes: Vec<_> = row.passes.iter().map(|p| p.name.as_str()).collect();
+        assert_eq!(passes[..4], ["world.move", "maps.aim", "maps.bounds", "maps.fit"], "{}", row.spec());
+        assert_eq!(
+            passes.contains(&"order.scatter"),
+            Some(row.path.as_str()) == by_depth,
+            "drawn by depth: {passes:?}"
+        );
+        assert_eq!(row.build_ns.expect("timed").samples, 6);
+        assert!(row.flicker_rms.is_some_and(|f| f > 0.0 && f < 0.05), "{:?}", row.flicker_rms);
+        let error = row.error.as_ref().expect("measured");
+        let [map, surface] = [error.map, error.surface].map(|e| e.expect("points"));
+        assert!(map.boundary.is_some() && surface.mean_abs < 0.05, "{error:?}");
+        if row.path == "list" {
+            assert!(map.max < 1e-4, "{map:?}");
+        }
+    }
+}
+
+#[test]
+fn times_alone_have_no_errors() {
+    log("exercised", "times_alone_have_no_errors", &runs("avsm", "binned").0);
+    let out = folder();
+    let arguments = ["compare", "big-8k", "--no-truth", "--quick", "--technique", "avsm:path=binned,size=16", "--out"];
+    ok(&[&arguments[..], &[text(out.path())]].concat());
+    let row = results(out.path()).rows.remove(0);
+    assert!(row.build_ns.is_some() && row.lookup_ns_per_million.is_some() && row.draw_ns.is_some());
+    assert!(
+        row.error.is_none() && row.limit_mean_abs.is_none() && row.flicker_rms.is_none() && row.difference.is_none()
+    );
+}
+
+/// Each frame is the picture at its own time, and the animation has them all.
+#[test]
+fn render_and_slice_write_sequences() {
+    use image::AnimationDecoder;
+    log("exercised", "render_and_slice_write_sequences", &runs("avsm", "two-pass").0);
+    let folder = folder();
+    let size = ["--width", "96", "--height", "54", "--technique", "avsm:size=32"];
+    for (command, size) in [("render", &size[..]), ("slice", &["--size", "32", "--technique", "avsm:size=32"])] {
+        let path = |name: String| folder.path().join(format!("{command}{name}"));
+        let out = path(".png".into());
+        let moving = [command, "three-emitters", "--moving", "1..2", "--frames", "3", "--out", text(&out)];
+        ok(&[&moving[..], size].concat());
+        for (frame, time) in ["1", "1.5", "2"].into_iter().enumerate() {
+            let alone = path(format!("-alone-{frame}.png"));
+            ok(&[&[command, "three-emitters", "--time", time, "--out", text(&alone)][..], size].concat());
+            let [moved, alone] = [path(format!("-{frame}.png")), alone].map(|p| std::fs::read(p).expect("written"));
+            assert!(moved == alone, "{command}, {time} s");
+        }
+        let gif = std::fs::File::open(path(".gif".into())).expect("an animation");
+        let frames = image::codecs::gif::GifDecoder::new(std::io::BufReader::new(gif)).expect("a GIF").into_frames();
+        assert_eq!(frames.count(), 3, "{command}");
+    }
+    decodes(&folder.path().join("render-0.png"), [96, 54]);
+}
+
+#[test]
+fn what_cannot_move_says_so() {
+    for (arguments, wanted) in [
+        (["compare", "big-8k", "--moving", "1..2"], "nothing moves in it; leave --moving out"),
+        (["compare", "three-emitters", "--moving", "-1..2"], "not in [0, 3600]"),
+        (["render", "three-emitters", "--moving", "1..x"], "from..to in seconds"),
+        (["compare", "three-emitters", "--moving", "1..5000"], "not in [0, 3600]"),
+    ] {
+        let output = run(&arguments);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && error.contains(wanted), "{arguments:?}: {error}");
+    }
+}
