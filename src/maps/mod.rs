@@ -15,7 +15,7 @@ mod texels;
 pub use bins::{BinTotals, Bins, TILE_TEXELS, TilePart, Use};
 pub use filter::{Filter, FilterKind};
 pub use list::{Keep, List, SegmentData};
-pub use opaque::OPAQUE_SIZE;
+pub use opaque::{OPAQUE_SIZE, opaque_corner};
 pub use splat::{DrawingOrder, Splat, SplatPush};
 pub use texels::{TexelKernels, TexelWay, Texels};
 
@@ -144,7 +144,7 @@ impl Maps {
         self.opaque.record(commands, world, self.count());
     }
 
-    /// The opaque maps, one above the other.
+    /// The opaque maps: each stands where [`opaque_corner`] says.
     pub fn opaque_image(&self) -> &crate::gpu::Image {
         self.opaque.image()
     }
