@@ -3,6 +3,7 @@
 #
 #   ./setup.sh                       compiler, Vulkan loader, software driver, validation layer, shaderc
 #   ./setup.sh --interlock-lavapipe  a newer software driver with fragment shader interlock, in a cache folder
+#   ./setup.sh --swiftshader         another software driver, which has little beyond Vulkan 1.3, in a cache folder
 set -euo pipefail
 
 repo=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -291,11 +292,58 @@ RUNNER
   mv "$home/run.new" "$home/run"
 }
 
+# --- ./setup.sh --swiftshader -----------------------------------------------------------------------------------------
+
+# SwiftShader comes with Chromium; of its package one library is kept, which needs no more than a libc.
+swiftshader() {
+  local home="$cache/swiftshader" library deb
+  library="$home/libvk_swiftshader.so"
+  if [ ! -e "$library" ]; then
+    on_apt && have dpkg-deb || die "--swiftshader unpacks a Debian package: it needs apt-get and dpkg-deb; elsewhere take libvk_swiftshader.so from a Chromium"
+    mkdir -p "$cache" 2>/dev/null || die "cannot create $cache; set XDG_CACHE_HOME to a folder that can be written"
+    exec 9>"$cache/swiftshader.lock"
+    flock 9
+  fi
+  if [ ! -e "$library" ]; then
+    scratch="$cache/swiftshader.partial"
+    rm -rf "$scratch"
+    mkdir -p "$scratch/home"
+    say "swiftshader: downloading Debian's chromium-common (about 30 MB)"
+    download_chromium_common ||
+      die "swiftshader: no chromium-common ($(grep '^E:' "$scratch/log" | head -n 1)); run apt-get update, or check the network"
+    deb=$(echo "$scratch"/chromium-common_*.deb)
+    dpkg-deb -x "$deb" "$scratch/tree" || die "swiftshader: cannot unpack ${deb##*/}; is the disk full?"
+    mv "$scratch/tree/usr/lib/chromium/libvk_swiftshader.so" "$scratch/home/" 2>/dev/null ||
+      die "swiftshader: ${deb##*/} holds no libvk_swiftshader.so"
+    basename "$deb" .deb >"$scratch/home/packages.txt"
+    rm -rf "$home"
+    mv "$scratch/home" "$home"
+    rm -rf "$scratch"
+    scratch=
+    say "swiftshader: unpacked from $(cat "$home/packages.txt")"
+  fi
+  cat >"$home/icd.json.new" <<ICD
+{ "file_format_version": "1.0.0", "ICD": { "library_path": "$library", "api_version": "1.3.0" } }
+ICD
+  mv "$home/icd.json.new" "$home/icd.json"
+  say "swiftshader: start programs with VK_DRIVER_FILES=$home/icd.json"
+}
+
+# From the system's own sources; package lists that are out of date name files that are gone.
+download_chromium_common() {
+  local sudo=()
+  (cd "$scratch" && apt-get -qq -o APT::Sandbox::User=root download chromium-common </dev/null >log 2>&1) && return
+  [ "$(id -u)" = 0 ] || sudo=(sudo)
+  "${sudo[@]}" apt-get update -qq </dev/null >/dev/null 2>&1 || true
+  (cd "$scratch" && apt-get -qq -o APT::Sandbox::User=root download chromium-common </dev/null >log 2>&1)
+}
+
 case "${1:-}" in
   '')
     if on_apt; then setup_apt; else setup_elsewhere; fi
     say "ready"
     ;;
   --interlock-lavapipe) interlock_lavapipe ;;
-  *) die "unknown argument $1; usage: setup.sh [--interlock-lavapipe]" ;;
+  --swiftshader) swiftshader ;;
+  *) die "unknown argument $1; usage: setup.sh [--interlock-lavapipe | --swiftshader]" ;;
 esac

@@ -12,14 +12,14 @@ mod coverage;
 #[path = "psm/look_up.rs"]
 mod look_up;
 
-use gobo::gpu::Context;
+use gobo::gpu::{Context, Requirement};
 use gobo::reference::twin::bins::{TILE_TEXELS, tile_key};
 use gobo::reference::twin::psm;
 use gobo::reference::twin::segment::texel_segment;
 use gobo::scene::{Scene, View};
 use gobo::technique::{Opened, Psm, Spec, Technique};
 use gobo::world::World;
-use support::{gpu_test, scenes, some, spec};
+use support::{gpu_test, gpu_test_needing, scenes, some, spec};
 use twin::Twins;
 
 /// What a volume holds: for each texel of each map, its slices.
@@ -150,7 +150,7 @@ fn each_ray(scene: &Scene, psm: &Psm, mut check: impl FnMut(usize, &View, u32, [
 
 #[test]
 fn voxelize_and_propagate_equal_their_twins() {
-    gpu_test("voxelize_and_propagate_equal_their_twins", |context| {
+    gpu_test_needing("voxelize_and_propagate_equal_their_twins", &[Requirement::Layers], |context| {
         for (scene, keys) in cases() {
             for storage in storages() {
                 for assign in ["nearest", "split"] {
@@ -290,7 +290,8 @@ fn bad_specs_are_refused_in_one_line() {
             (&scene, "psm:path=fused,coverage=tiles", "path=raster"),
             (&scene, "psm:path=fused,route=vertex", "path=raster"),
         ];
-        if layers.min(depth) < 40 * 64 {
+        let draws = context.features().lacks(Requirement::Layers).is_none();
+        if draws && layers.min(depth) < 40 * 64 {
             cases.push((&lights, "psm:path=raster,size=8,slices=256", "fewer"));
         }
         if depth < 40 * 64 {

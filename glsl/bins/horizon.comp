@@ -4,6 +4,7 @@
 // Inputs: maps, the opaque map. Outputs: horizon. Twin: reference::twin::bins::horizon.
 // Invariant: where a point is behind the horizon of a tile that its look-up reads, its opaque visibility is 0.
 #include "bins/tiles.glsl"
+#include "maps/opaque.glsl"
 
 layout(local_size_x = BIN_THREADS) in;
 
@@ -34,10 +35,10 @@ void main() {
     ivec2 low = ivec2(clamp(floor(min(a, b) - 0.5), vec2(-2.0), vec2(size))) - 1;
     ivec2 high = ivec2(clamp(floor(max(a, b) - 0.5), vec2(-2.0), vec2(size))) + 2;
     float far = any(lessThan(low, ivec2(0))) || any(greaterThanEqual(high, size)) ? 1.0 : 0.0;
-    ivec2 extent = high - low + 1;
+    ivec2 extent = high - low + 1, corner = opaque_corner(opaque, map, opaque_map);
     for (int i = int(gl_LocalInvocationIndex); far < 1.0 && i < extent.x * extent.y; i += 64) {
         ivec2 texel = low + ivec2(i % extent.x, i / extent.x);
-        far = max(far, texelFetch(opaque_map, texel + ivec2(0, map * opaque.height), 0).r);
+        far = max(far, texelFetch(opaque_map, corner + texel, 0).r);
     }
     atomicMax(farthest, floatBitsToUint(far));
     barrier();

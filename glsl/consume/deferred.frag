@@ -3,6 +3,7 @@
 // Inputs: lights, camera, albedo, normal, z, the technique. Output: colour.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/shading.glsl"
+#include "consume/surface.glsl"
 #include "visibility.glsl"
 
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
@@ -19,8 +20,8 @@ void main() {
     if (albedo.a == 0.0) {
         discard;  // the sky stays
     }
-    Ray ray = view_ray(camera, gl_FragCoord.xy);
-    vec3 position = ray.origin + texelFetch(distances, pixel, 0).r * ray.direction;
+    Ray ray = surface_ray(camera, gl_FragCoord.xy);
+    vec3 position = surface_position(ray, texelFetch(distances, pixel, 0).r);
     vec3 normal = texelFetch(normals, pixel, 0).xyz;
     vec3 light = vec3(0.0);
     for (uint i = 0u; i < lights.length(); ++i) {

@@ -1,22 +1,26 @@
 #version 460
 // Shades the meshes in the pass that draws them. Inputs: lights, camera, the technique. Outputs: colour, z.
 #include "consume/shading.glsl"
+#include "consume/surface.glsl"
 #include "visibility.glsl"
 
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
 
-layout(location = 0) in vec3 position;
+layout(location = 0) flat in vec3 corner;
 layout(location = 1) flat in vec3 normal;
 layout(location = 2) flat in vec3 albedo;
+layout(location = 3) flat in vec2 z_range;
 layout(location = 0) out vec4 color;
 layout(location = 1) out float z;
 
 void main() {
+    Ray ray = surface_ray(camera, gl_FragCoord.xy);
+    z = surface_z(ray, Surface(corner, normal, z_range));
+    vec3 position = surface_position(ray, z);
     vec3 light = vec3(0.0);
     for (uint i = 0u; i < lights.length(); ++i) {
         light += light_on_surface(lights[i], position, normal, light_visibility(i, position));
     }
     color = vec4(shade_surface(albedo, light), 1.0);
-    z = dot(position - camera.origin, camera.forward);
 }

@@ -1,5 +1,5 @@
 #version 460
-// Draws the meshes as the camera sees them. Inputs: camera, triangles.
+// Draws the meshes as the camera sees them. Inputs: camera, triangles. Outputs: position, the triangle.
 #include "world/light.glsl"
 #include "world/triangle.glsl"
 
@@ -7,17 +7,22 @@ layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
 
-layout(location = 0) out vec3 position;
+layout(location = 0) flat out vec3 corner;
 layout(location = 1) flat out vec3 normal;
 layout(location = 2) flat out vec3 albedo;
+layout(location = 3) flat out vec2 z_range;
+
+float camera_z(vec3 position) { return dot(position - camera.origin, camera.forward); }
 
 void main() {
     Triangle triangle = triangles[gl_VertexIndex / 3];
-    position = triangle.corners[gl_VertexIndex % 3];
+    corner = triangle.corners[0];
+    vec3 z_all = vec3(camera_z(corner), camera_z(triangle.corners[1]), camera_z(triangle.corners[2]));
+    z_range = vec2(min(min(z_all.x, z_all.y), z_all.z), max(max(z_all.x, z_all.y), z_all.z));
     normal = triangle_normal(triangle);
     albedo = triangle.albedo;
-    vec3 offset = position - camera.origin;
-    float z = dot(offset, camera.forward);
+    vec3 offset = triangle.corners[gl_VertexIndex % 3] - camera.origin;
+    float z = z_all[gl_VertexIndex % 3];
     gl_Position = vec4(dot(offset, camera.right) * camera.scale_x, dot(offset, camera.up) * camera.scale_y,
                        (z - camera.near) * camera.far / (camera.far - camera.near), z);
 }

@@ -1,10 +1,19 @@
 #version 460
-// Writes depth in the light's range, pushed away by what the triangle's plane changes over one texel in each direction
-// and by its own rounding. Inputs: map, the triangle's plane. Output: depth.
+// Writes depth in the light's range, pushed away by what the triangle's plane changes over one texel in each direction and
+// by as much as the rasterizer may be off the texel's centre, and by its own rounding. Inputs: map, the triangle's plane.
+// Output: depth.
 // Invariant: a plane's stored depth lies behind the plane everywhere within one texel of the texel's centre.
 #include "maps/scene.glsl"
 
-layout(push_constant, scalar) uniform MapPush { uint map; };
+layout(push_constant, scalar) uniform MapPush {
+    uint map;
+    uvec2 corner;  // where it stands
+};
+
+// A rasterizer moves corners onto a grid of 2^-subPixelPrecisionBits texels, to the nearest point or to the next: z is that
+// of the plane at most so many texels beside the texel's centre, across and down.
+CONSTANT(float, SNAP, 0.0625)
+
 
 layout(location = 0) in float z;
 layout(location = 1) flat in vec3 normal;
@@ -15,14 +24,14 @@ void main() {
     // edge, and light leaked in along every edge.
     vec3 right = view.right * (2.0 / (float(view.width) * view.scale_x));
     vec3 up = view.up * (2.0 / (float(view.height) * view.scale_y));
-    vec2 at = gl_FragCoord.xy - vec2(0.0, map * view.height);
+    vec2 at = gl_FragCoord.xy - vec2(corner);
     vec3 direction = view_ray(view, at).direction;
     float across = abs(dot(normal, right)) + abs(dot(normal, up));
     float facing = abs(dot(normal, direction));
-    // The plane's z one texel on, where it is farthest: along parallel rays z is linear in the texel, along rays from a
-    // point its reciprocal is. Past the horizon of the plane, infinity.
-    float farthest = view.projection == VIEW_PARALLEL ? z + across / facing
-                     : facing > across                ? z * facing / (facing - across)
+    // The plane's z one texel on from the centre, where it is farthest: along parallel rays z is linear in the texel, along
+    // rays from a point its reciprocal is, in proportion to the plane's facing there. Past the horizon of the plane, infinity.
+    float farthest = view.projection == VIEW_PARALLEL ? z + (1.0 + SNAP) * across / facing
+                     : facing > across                ? z * (facing + SNAP * across) / (facing - across)
                                                       : view.far;
     // 4e-6 of the range: the rounding of a depth near 1 and of the look-up's projection.
     gl_FragDepth = view_depth(view, farthest) + 4e-6;

@@ -2,7 +2,10 @@
 // Draws the meshes as a light sees them. Inputs: maps, triangles. Outputs: position, z, normal.
 #include "maps/scene.glsl"
 
-layout(push_constant, scalar) uniform MapPush { uint map; };
+layout(push_constant, scalar) uniform MapPush {
+    uint map;
+    uvec2 corner;  // where it stands
+};
 
 layout(location = 0) out float z;
 layout(location = 1) flat out vec3 normal;

@@ -9,7 +9,7 @@
 layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-// The opaque maps, one above the other: see maps/opaque.glsl.
+// The opaque maps: see opaque_corner in maps/opaque.glsl.
 layout(set = 0, binding = 3) uniform texture2D opaque_map;
 
 // Texels across and down a volume map: all have the same.

@@ -14,12 +14,17 @@ impl Draw<'_, '_, '_> {
     /// From here on, draws cover the `size` texels from row `first_row` on and nothing else: one of the maps that stand one
     /// above the other.
     pub fn rows(&mut self, first_row: u32, size: [u32; 2]) {
+        self.area([0, first_row], size);
+    }
+
+    /// From here on, draws cover the `size` texels from `corner` on and nothing else.
+    pub fn area(&mut self, corner: [u32; 2], size: [u32; 2]) {
         let buffer = self.pass.commands.buffer;
         let device = self.pass.commands.device();
         // SAFETY: a render is begun; kernels leave viewport and scissor to the commands.
         unsafe {
-            device.cmd_set_viewport(buffer, 0, &viewport(first_row, size));
-            device.cmd_set_scissor(buffer, 0, &[area(first_row, size)]);
+            device.cmd_set_viewport(buffer, 0, &viewport(corner, size));
+            device.cmd_set_scissor(buffer, 0, &[area(corner, size)]);
         }
     }
 

@@ -85,7 +85,8 @@ pub struct Features {
     pub max_per_stage_descriptor_input_attachments: u32,
     /// Colour attachments, storage buffers and storage images of a fragment shader together.
     pub max_fragment_combined_output_resources: u32,
-    /// Largest side of a 2D image, texels.
+    /// Largest side of a 2D image that is drawn to, texels: the least of maxImageDimension2D, maxFramebufferWidth and
+    /// -Height and maxViewportDimensions.
     pub max_image_dimension_2d: u32,
     /// Largest side of a 3D image, texels.
     pub max_image_dimension_3d: u32,
@@ -97,6 +98,8 @@ pub struct Features {
     pub max_compute_shared_memory_bytes: u32,
     /// Threads of a workgroup.
     pub max_compute_workgroup_threads: u32,
+    /// Bits of the grid, finer than texels, onto which a rasterizer moves corners.
+    pub sub_pixel_precision_bits: u32,
     /// Nanoseconds a timestamp tick.
     pub timestamp_period_ns: f32,
     /// Valid bits of a timestamp; 0 is no timestamps.
@@ -120,6 +123,8 @@ pub enum Requirement {
     VertexLayers,
     /// One of the two before.
     Layers,
+    /// [`Features::multi_viewport`].
+    Viewports,
     /// [`Features::tessellation_shader`].
     Tessellation,
     /// [`Features::fill_mode_non_solid`].
@@ -149,6 +154,7 @@ impl Features {
                 geometry_layers || self.vertex_layer_output,
                 "shaderOutputLayer and shaderOutputViewportIndex, or geometryShader and multiViewport",
             ),
+            Requirement::Viewports => (self.multi_viewport, "multiViewport"),
             Requirement::Tessellation => (self.tessellation_shader, "tessellationShader"),
             Requirement::Lines => (self.fill_mode_non_solid, "fillModeNonSolid"),
         };
@@ -282,7 +288,12 @@ impl Features {
             max_fragment_output_attachments: limits.max_fragment_output_attachments,
             max_per_stage_descriptor_input_attachments: limits.max_per_stage_descriptor_input_attachments,
             max_fragment_combined_output_resources: limits.max_fragment_combined_output_resources,
-            max_image_dimension_2d: limits.max_image_dimension2_d,
+            max_image_dimension_2d: limits
+                .max_image_dimension2_d
+                .min(limits.max_framebuffer_width)
+                .min(limits.max_framebuffer_height)
+                .min(limits.max_viewport_dimensions[0])
+                .min(limits.max_viewport_dimensions[1]),
             max_image_dimension_3d: limits.max_image_dimension3_d,
             max_viewports: if core.multi_viewport != 0 { limits.max_viewports } else { 1 },
             max_framebuffer_layers: limits.max_framebuffer_layers,
@@ -290,6 +301,7 @@ impl Features {
             max_compute_workgroup_threads: limits
                 .max_compute_work_group_invocations
                 .min(limits.max_compute_work_group_size[0]),
+            sub_pixel_precision_bits: limits.sub_pixel_precision_bits,
             timestamp_period_ns: limits.timestamp_period,
             timestamp_valid_bits: queue_family.map_or(0, |f| families[f as usize].timestamp_valid_bits),
         }

@@ -39,7 +39,7 @@ impl<'a> Pass<'_, 'a> {
             let depth_stencil = vk::ClearDepthStencilValue { depth: t.clear.unwrap_or_default()[0], stencil: 0 };
             attachment(t).clear_value(vk::ClearValue { depth_stencil })
         });
-        let area = area(0, size);
+        let area = area([0, 0], size);
         let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&color_infos);
         if let Some(depth_info) = &depth_info {
             info = info.depth_attachment(depth_info);
@@ -49,7 +49,7 @@ impl<'a> Pass<'_, 'a> {
         // SAFETY: the attachments are kept alive, in GENERAL; the area is within them, as callers size them alike.
         unsafe {
             device.cmd_begin_rendering(buffer, &info);
-            device.cmd_set_viewport(buffer, 0, &viewport(0, size));
+            device.cmd_set_viewport(buffer, 0, &viewport([0, 0], size));
             device.cmd_set_scissor(buffer, 0, &[area]);
         }
         record(&mut Draw { pass: self });
@@ -69,11 +69,11 @@ impl<'a> Pass<'_, 'a> {
             .load_op(vk::AttachmentLoadOp::LOAD)
             .store_op(vk::AttachmentStoreOp::STORE)];
         let info = vk::RenderingInfo::default()
-            .render_area(area(0, volume.size()))
+            .render_area(area([0, 0], volume.size()))
             .layer_count(volume.depth())
             .color_attachments(&colors);
-        let scissors: Vec<_> = viewports.iter().map(|side| area(0, [*side, *side])).collect();
-        let viewports: Vec<_> = viewports.iter().flat_map(|side| viewport(0, [*side, *side])).collect();
+        let scissors: Vec<_> = viewports.iter().map(|side| area([0, 0], [*side, *side])).collect();
+        let viewports: Vec<_> = viewports.iter().flat_map(|side| viewport([0, 0], [*side, *side])).collect();
         let buffer = self.commands.buffer;
         let device = self.commands.device();
         // SAFETY: the volume is kept alive, in GENERAL; the area and the layers are all of it.
@@ -101,7 +101,7 @@ impl<'a> Pass<'_, 'a> {
         let info = vk::RenderPassBeginInfo::default()
             .render_pass(attachments.render_pass())
             .framebuffer(attachments.framebuffer())
-            .render_area(area(0, size))
+            .render_area(area([0, 0], size))
             .clear_values(&clears);
         let barriers = [vk::MemoryBarrier::default()
             .src_access_mask(AFTER_CLEAR.src_access_mask)
@@ -114,8 +114,8 @@ impl<'a> Pass<'_, 'a> {
         unsafe {
             device.cmd_begin_render_pass(buffer, &info, vk::SubpassContents::INLINE);
             device.cmd_pipeline_barrier(buffer, from, to, by_region, &barriers, &[], &[]);
-            device.cmd_set_viewport(buffer, 0, &viewport(0, size));
-            device.cmd_set_scissor(buffer, 0, &[area(0, size)]);
+            device.cmd_set_viewport(buffer, 0, &viewport([0, 0], size));
+            device.cmd_set_scissor(buffer, 0, &[area([0, 0], size)]);
         }
         record(&mut Draw { pass: self });
         // SAFETY: the render pass was begun above.
@@ -124,14 +124,14 @@ impl<'a> Pass<'_, 'a> {
     }
 }
 
-pub(super) fn area(first_row: u32, size: [u32; 2]) -> vk::Rect2D {
+pub(super) fn area([x, y]: [u32; 2], size: [u32; 2]) -> vk::Rect2D {
     vk::Rect2D {
-        offset: vk::Offset2D { x: 0, y: first_row as i32 },
+        offset: vk::Offset2D { x: x as i32, y: y as i32 },
         extent: vk::Extent2D { width: size[0], height: size[1] },
     }
 }
 
-pub(super) fn viewport(first_row: u32, size: [u32; 2]) -> [vk::Viewport; 1] {
-    let (y, width, height) = (first_row as f32, size[0] as f32, size[1] as f32);
-    [vk::Viewport { x: 0.0, y, width, height, min_depth: 0.0, max_depth: 1.0 }]
+pub(super) fn viewport(corner: [u32; 2], size: [u32; 2]) -> [vk::Viewport; 1] {
+    let ([x, y], [width, height]) = (corner.map(|c| c as f32), size.map(|s| s as f32));
+    [vk::Viewport { x, y, width, height, min_depth: 0.0, max_depth: 1.0 }]
 }

@@ -18,7 +18,7 @@ pub use bins::{BinTotals, Bins, TILE_TEXELS, TilePart, Use};
 pub use filter::{Filter, FilterKind};
 pub use fit::Extents;
 pub use list::{Keep, List, SegmentData};
-pub use opaque::OPAQUE_SIZE;
+pub use opaque::{OPAQUE_SIZE, opaque_corner};
 pub use order::{ItemData, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
 pub use texels::{TexelKernels, TexelWay, Texels};
@@ -179,7 +179,7 @@ impl Maps {
         Ok(())
     }
 
-    /// The opaque maps, one above the other.
+    /// The opaque maps: each stands where [`opaque_corner`] says.
     pub fn opaque_image(&self) -> &crate::gpu::Image {
         self.opaque.image()
     }

@@ -1,19 +1,23 @@
 //! The depth maps of the opaque casters, shared by all techniques with maps.
 
-use super::stacked;
-use crate::Result;
 use crate::gpu::{
     Bindings, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Target, push_struct,
 };
 use crate::shaders;
+use crate::shaders::constant::SNAP;
 use crate::world::World;
+use crate::{Error, Result};
 
 /// Texels a side of an opaque map where there are meshes.
 pub const OPAQUE_SIZE: u32 = 1024;
 
 push_struct! {
-    /// Twin: MapPush.
-    pub(super) struct MapPush { map: u32 }
+    /// Twin: MapPush in glsl/maps/opaque.vert and glsl/maps/opaque.frag.
+    pub(super) struct MapPush {
+        map: u32,
+        /// Where it stands.
+        corner: [u32; 2],
+    }
 }
 
 /// The maps of all lights and the pass that draws them.
@@ -24,10 +28,28 @@ pub(super) struct Opaque {
     size: [u32; 2],
 }
 
-/// D32: depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 a map without meshes.
+/// D32: depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 a map without meshes. Maps stand one above
+/// the other, and where the device has no images of so many rows, in further columns beside them.
 pub(super) fn image(context: &Context, size: [u32; 2], count: u32) -> Result<Image> {
-    let stacked = stacked(context, "maps.opaque", size, count)?;
-    Image::new(context, "maps.opaque", Format::D32_SFLOAT, stacked, ImageUse::Depth)
+    let limit = context.features().max_image_dimension_2d;
+    let rows = (limit / size[1]).clamp(1, count);
+    let columns = count.div_ceil(rows);
+    if columns.saturating_mul(size[0]) > limit {
+        return Err(Error::Gpu {
+            operation: "create image",
+            name: "maps.opaque".into(),
+            cause: format!("{count} maps of {} × {} texels, and this device takes {limit} a side", size[0], size[1]),
+            way_out: "use fewer lights".into(),
+        });
+    }
+    let all = [columns * size[0], rows * size[1]];
+    Image::new(context, "maps.opaque", Format::D32_SFLOAT, all, ImageUse::Depth)
+}
+
+/// The upper left texel of a map of `size` among all. Twin: opaque_corner in glsl/maps/opaque.glsl.
+pub fn opaque_corner(image: &Image, size: [u32; 2], map: u32) -> [u32; 2] {
+    let rows = (image.size()[1] / size[1]).max(1);
+    [map / rows * size[0], map % rows * size[1]]
 }
 
 impl Opaque {
@@ -38,7 +60,8 @@ impl Opaque {
             colors: &[],
             depth: true,
         };
-        let kernel = Kernel::graphics(context, &state, &[scene], &Constants::new())?;
+        let snap = (-(context.features().sub_pixel_precision_bits as f32)).exp2();
+        let kernel = Kernel::graphics(context, &state, &[scene], &Constants::new().set(SNAP, snap))?;
         Ok(Self { image, kernel, size })
     }
 
@@ -56,8 +79,9 @@ impl Opaque {
             let target = Target { image: &self.image, clear: Some([1.0; 4]) };
             pass.render(self.image.size(), &[], Some(target), |draw| {
                 for map in 0..count {
-                    draw.rows(map * self.size[1], self.size);
-                    draw.draw(&self.kernel, &MapPush { map }, vertices, 1);
+                    let corner = opaque_corner(&self.image, self.size, map);
+                    draw.area(corner, self.size);
+                    draw.draw(&self.kernel, &MapPush { map, corner }, vertices, 1);
                 }
             });
         });

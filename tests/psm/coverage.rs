@@ -2,7 +2,7 @@
 
 use super::{built, cases, opened, rays, storages, world};
 use crate::support::scenes::{self, Random};
-use crate::support::{gpu_test, gpu_test_needing, some, spec};
+use crate::support::{gpu_test_needing, some, spec};
 use gobo::gpu::Requirement;
 use gobo::scene::{Particle, Scene};
 use gobo::technique::Technique;
@@ -49,7 +49,7 @@ fn specks(seed: u64, texel: f32) -> Scene {
 /// has something to propagate.
 #[test]
 fn no_covered_ray_is_skipped() {
-    gpu_test("no_covered_ray_is_skipped", |context| {
+    gpu_test_needing("no_covered_ray_is_skipped", &[Requirement::Layers, Requirement::Viewports], |context| {
         let mut all: Vec<(Scene, String)> = cases().into_iter().map(|(scene, keys)| (scene, keys.to_owned())).collect();
         for (seed, size) in some([(1, 60), (2, 64), (3, 41), (4, 128)], 1) {
             let scene = specks(seed, 2.0 / size as f32);
@@ -82,7 +82,8 @@ fn off_value(storage: &str) -> f32 {
 /// Coverage does skip: its layer is marked where casters are and nowhere far from them.
 #[test]
 fn coverage_marks_what_casters_touch() {
-    gpu_test("coverage_marks_what_casters_touch", |context| {
+    let needs = [Requirement::Layers, Requirement::Viewports];
+    gpu_test_needing("coverage_marks_what_casters_touch", &needs, |context| {
         for (size, tiles) in [(64u32, 8u32), (60, 8)] {
             let scene = specks(7, 2.0 / size as f32);
             let text = format!("psm:path=raster,coverage=viewport,size={size},slices=16");
@@ -124,7 +125,7 @@ fn coverage_marks_what_casters_touch() {
 /// Rays of tiles without casters keep whatever they hold, and only they.
 #[test]
 fn rays_without_casters_are_skipped() {
-    gpu_test("rays_without_casters_are_skipped", |context| {
+    gpu_test_needing("rays_without_casters_are_skipped", &[Requirement::Layers], |context| {
         let scene = specks(8, 2.0 / 64.0);
         let text = "psm:path=raster,coverage=tiles,size=64,slices=16";
         let psm = built(context, &scene, text);

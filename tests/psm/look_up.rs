@@ -2,9 +2,9 @@
 
 use super::{built, kept, rays};
 use crate::support::scenes::{self, Random};
-use crate::support::{all, ask, gpu_test, some, spec};
+use crate::support::{all, ask, gpu_test, gpu_test_needing, runs, some, spec, those_that_run};
 use glam::{DVec2, DVec3, Vec2};
-use gobo::gpu::Context;
+use gobo::gpu::{Context, Requirement};
 use gobo::measure::{PointError, point_error};
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::reference::twin::filter::Filter;
@@ -35,8 +35,16 @@ fn on_axis(scene: &Scene, depth: f64) -> [f32; 3] {
 /// of it behind. At both ends of the volume, and on both sides of texels' packing.
 #[test]
 fn a_shadow_begins_and_ends_with_its_slice() {
-    gpu_test("a_shadow_begins_and_ends_with_its_slice", |context| {
+    let name = "a_shadow_begins_and_ends_with_its_slice";
+    gpu_test(name, |context| {
         let slices = 32u32;
+        let paths = [
+            "psm:path=raster",
+            "psm:path=fused",
+            "psm:path=fused,assign=split",
+            "psm:path=raster,storage=optical-depth",
+        ];
+        let paths = those_that_run(name, context, paths);
         for slice in some([3, 4, 29, 2, 5, 15, 16, 28], 3) {
             let face = |k: f64| k / f64::from(slices);
             let depth = face(f64::from(slice) + 0.5);
@@ -46,8 +54,8 @@ fn a_shadow_begins_and_ends_with_its_slice() {
             let places = [0.0, face(from - 1.0), face(from), depth, face(from + 1.0), face(from + 2.0), 1.0];
             let expected = [1.0, 1.0, 1.0, 0.5 + 0.5 * left, left, left, left];
             let points: Vec<_> = places.iter().map(|d| on_axis(&scene, *d)).collect();
-            for keys in ["path=raster", "path=fused", "path=fused,assign=split", "path=raster,storage=optical-depth"] {
-                let psm = built(context, &scene, &format!("psm:size=9,slices={slices},{keys}"));
+            for keys in &paths {
+                let psm = built(context, &scene, &format!("{keys},size=9,slices={slices}"));
                 for (answer, expected) in ask(context, psm.as_ref(), 0, &points).into_iter().zip(expected) {
                     // Half a code of 8 bits, and blending's own.
                     let difference = (f64::from(answer) - expected).abs();
@@ -61,7 +69,8 @@ fn a_shadow_begins_and_ends_with_its_slice() {
 /// The second map's layers stand behind those of the first, and behind its coverage where that is drawn.
 #[test]
 fn look_up_equals_its_twin() {
-    gpu_test("look_up_equals_its_twin", |context| {
+    let name = "look_up_equals_its_twin";
+    gpu_test(name, |context| {
         let mut random = Random::new(11);
         let two = || {
             let mut scene = scenes::random();
@@ -77,6 +86,9 @@ fn look_up_equals_its_twin() {
             (two(), 1, "path=fused,storage=optical-depth,filter=gaussian,radius=1", Filter::Gaussian(1)),
         ] {
             let text = format!("psm:size=24,slices=24,{keys}");
+            if !runs(name, context, &text) {
+                continue;
+            }
             let psm = built(context, &scene, &text);
             let spec = spec(&text);
             let rays = rays(&psm, &spec, scene.map_count());
@@ -153,7 +165,7 @@ fn map_error(context: &Context, scene: &Scene, text: &str) -> PointError {
 /// Multiplying in 8 bits stalls on thin media; adding optical depths does not.
 #[test]
 fn thin_media_need_optical_depths() {
-    gpu_test("thin_media_need_optical_depths", |context| {
+    gpu_test_needing("thin_media_need_optical_depths", &[Requirement::Layers], |context| {
         for opacity in some([0.002, 0.02], 1) {
             let scene = thin(opacity);
             let error = |keys: &str| {
@@ -180,7 +192,8 @@ fn thin_media_need_optical_depths() {
 /// τ · moved, the slope of T^(1 − w) in w, give or take a step of the storage.
 #[test]
 fn nothing_pops_when_it_is_split() {
-    gpu_test("nothing_pops_when_it_is_split", |context| {
+    let name = "nothing_pops_when_it_is_split";
+    gpu_test(name, |context| {
         let (slices, optical_depth, moved) = (16.0, 1.0f64, 1.0 / 8.0);
         let largest = |assign: &str, path: &str| {
             let mut last: Option<Vec<f32>> = None;
@@ -199,6 +212,9 @@ fn nothing_pops_when_it_is_split() {
             largest
         };
         for path in ["raster", "fused"] {
+            if !runs(name, context, &format!("psm:slices=16,path={path}")) {
+                continue;
+            }
             let (nearest, split) = (largest("nearest", path), largest("split", path));
             println!("{path}: largest step of a frame: nearest {nearest}, split {split}");
             assert!(nearest > 0.95 * (1.0 - (-optical_depth).exp()), "{path}: {nearest}");

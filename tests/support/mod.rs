@@ -5,11 +5,12 @@
 
 pub mod scenes;
 
+use gobo::Error;
 use gobo::consume::Query;
 use gobo::gpu::{Context, Messages, Options, Requirement};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::{Packed, unpack};
-use gobo::scene::{Scene, View};
+use gobo::scene::{Particle, Scene, View};
 use gobo::technique::{self, Avsm, NodeData, Opened, REGISTRY, Spec, Technique, parse};
 use gobo::world::World;
 use std::io::Write;
@@ -114,6 +115,26 @@ pub fn every_path(test: &str, context: &Context) -> Vec<Spec> {
         }
     }
     specs
+}
+
+/// Whether this device runs what `text` asks for; where it is refused, `test` says that it is skipped and why.
+pub fn runs(test: &str, context: &Context, text: &str) -> bool {
+    let particle = Particle { position: [0.0; 3], radius: 1.0, extinction: 1.0 };
+    let scene = scenes::directional("one", [0.0, 0.0, -1.0], vec![particle]);
+    let world = World::new(context, &scene).expect("room for one");
+    match technique::open(context, &world, &spec(text)) {
+        Ok(_) => true,
+        Err(Error::Refused { needs }) => {
+            skipped(test, &format!("{text}: needs {needs}"));
+            false
+        }
+        Err(error) => panic!("{text}: {error}"),
+    }
+}
+
+/// Those of the specs that this device runs, as [`runs`].
+pub fn those_that_run<'a>(test: &str, context: &Context, specs: impl IntoIterator<Item = &'a str>) -> Vec<&'a str> {
+    specs.into_iter().filter(|text| runs(test, context, text)).collect()
 }
 
 /// The technique of a spec, built for `scene`.

@@ -10,9 +10,9 @@ const DIRECTIONS: [[f64; 2]; 8] =
     [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]];
 
 /// How far, texels. A look-up weighs texels whose centres are up to one texel away, and each of them has its depth moved
-/// by what its surface's changes over one texel: so a surface is felt up to two texels away. Nearer, so that what is thinner
-/// than a texel is met.
-const REACHES: [f64; 3] = [2.0, 1.0, 0.5];
+/// by what its surface's changes over one texel and a step of the coarsest rasterizer, a 16th: so a surface is felt up to
+/// two texels and a 16th away. Nearer, so that what is thinner than a texel is met.
+const REACHES: [f64; 3] = [2.0625, 1.0, 0.5];
 
 /// Of the light's range: what the rounding of a stored depth and of the look-up's projection is.
 const DEPTH_ROUNDING: f64 = 1e-5;
@@ -97,7 +97,7 @@ mod tests {
             assert!(near(1.0 + share * texel, -1.0), "{share} texels from the edge");
             assert!(!near(1.0 + share * texel, 0.5), "above the plate");
         }
-        for x in [0.0, 0.5, 1.0 - 2.1 * texel, 1.0 + 2.1 * texel, 1.5] {
+        for x in [0.0, 0.5, 1.0 - 2.2 * texel, 1.0 + 2.2 * texel, 1.5] {
             assert!(!near(x, -1.0), "at {x}");
         }
         // Just behind the plate, where a stored depth may round to either side.

@@ -2,6 +2,7 @@
 //! slices leave. Source: Bavoil and Jansen 2013, Steps 1 to 3 and Coverage Optimization.
 
 use super::volume::{Coverage, Volume};
+use crate::Result;
 use crate::gpu::{
     Bindings, Commands, Constants, Context, Graphics, Image, Kernel, Layered, Requirement, Resource, push_struct,
 };
@@ -11,7 +12,6 @@ use crate::shaders::constant::MAP_PUSHED;
 use crate::technique::Spec;
 use crate::technique::keys::words;
 use crate::world::World;
-use crate::{Error, Result};
 
 words! {
     /// The shader that chooses a caster's layer.
@@ -71,8 +71,8 @@ impl Raster {
         };
         features.require(&[needs])?;
         let viewports = layout.viewports();
-        if viewports.len() > 1 && features.max_viewports < 2 {
-            return Err(Error::Refused { needs: "multiViewport: coverage=viewport draws to two".into() });
+        if viewports.len() > 1 {
+            features.require(&[Requirement::Viewports])?;
         }
         let colors = [(layout.format(), layout.blend())];
         let state = Graphics { vertex, fragment: &shaders::psm::VOXELIZE_FRAG, colors: &colors, depth: false };

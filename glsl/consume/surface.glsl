@@ -1,0 +1,33 @@
+// Where the ray of a pixel meets the triangle that covers it. A rasterizer moves corners onto its grid, so that what it
+// interpolates belongs to a ray beside the pixel's: a point whose z is put on the pixel's own ray would lie off the triangle,
+// in its own shadow or in front of it. Forward and deferred shading ask at this point, the same to the bit.
+#ifndef CONSUME_SURFACE_GLSL
+#define CONSUME_SURFACE_GLSL
+#include "world/view.glsl"
+
+// What is given of a triangle: a corner, and the least and the greatest z of all three.
+struct Surface {
+    vec3 corner;
+    vec3 normal;
+    vec2 z;
+};
+
+// Of a pixel of a perspective camera. Precise, as all here: two shaders round alike.
+Ray surface_ray(View camera, vec2 pixel) {
+    precise vec2 ndc = pixel / vec2(camera.width, camera.height) * 2.0 - 1.0;
+    precise vec3 direction =
+        camera.forward + camera.right * (ndc.x / camera.scale_x) + camera.up * (ndc.y / camera.scale_y);
+    return Ray(camera.origin, direction);
+}
+
+// z of the plane on the ray, of the triangle's own; the nearest where the plane is edge on.
+float surface_z(Ray ray, Surface surface) {
+    precise float z = dot(surface.corner - ray.origin, surface.normal) / dot(ray.direction, surface.normal);
+    return z >= surface.z.x ? min(z, surface.z.y) : surface.z.x;
+}
+
+vec3 surface_position(Ray ray, float z) {
+    precise vec3 position = ray.origin + z * ray.direction;
+    return position;
+}
+#endif
