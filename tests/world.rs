@@ -3,6 +3,9 @@
 
 mod support;
 
+#[path = "world/time.rs"]
+mod time;
+
 use gobo::Error;
 use gobo::consume::{Query, QueryKernel};
 use gobo::gpu::{Commands, Context, PassTime};
