@@ -1,6 +1,7 @@
 //! The HTML page: everything in one file.
 
 use crate::measure::{DeviceFacts, PointError, Results, Row, Status};
+use crate::report::colours::distinct;
 use crate::report::columns::COLUMNS;
 use crate::report::pareto::{rows_on_front, scenes};
 use crate::report::passes::pass_names;
@@ -11,11 +12,9 @@ use crate::{Error, Result};
 use base64::Engine;
 use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior};
+use plotters::style::RGBColor;
 use serde::Serialize;
 use std::path::Path;
-
-/// Colours for passes in the style sheet.
-const PASS_COLOURS: usize = 8;
 
 /// All that the template gets. Everything but the plot and the pictures is escaped there.
 #[derive(Serialize)]
@@ -27,6 +26,8 @@ struct Page<'a> {
     tally: String,
     shared: Option<String>,
     plot: Option<String>,
+    /// Of the passes, by their number in the run.
+    colours: Vec<String>,
     groups: Vec<Group>,
     columns: Vec<Heading>,
     column_count: usize,
@@ -118,6 +119,7 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         tally: tally(results),
         shared: specs.shared_line(),
         plot: time_versus_error(results),
+        colours: distinct(pass_names(results.rows.iter()).len()).iter().map(hexadecimal).collect(),
         groups: groups(),
         columns: headings(),
         column_count: COLUMNS.len(),
@@ -139,7 +141,7 @@ fn scene<'a>(results: &'a Results, name: &'a str, specs: &Specs, on_front: &[usi
     let rows: Vec<(usize, &Row)> = results.rows.iter().enumerate().filter(|(_, row)| row.scene == name).collect();
     // Numbered over the whole run, so that a pass has one colour in every scene.
     let all_passes = pass_names(results.rows.iter());
-    let colour_of = |name: &str| all_passes.iter().position(|&known| known == name).unwrap_or(0) % PASS_COLOURS;
+    let colour_of = |name: &str| all_passes.iter().position(|&known| known == name).unwrap_or(0);
     let passes = pass_names(rows.iter().map(|&(_, row)| row));
     let passes = passes.into_iter().map(|name| Pass { name: name.to_owned(), colour: colour_of(name) }).collect();
     let longest_ns = rows.iter().map(|(_, row)| passes_ns(row)).fold(0.0, f64::max);
@@ -201,6 +203,11 @@ fn statistics(row: &Row) -> Vec<[String; 3]> {
         line("p99", |e| e.p99, significant),
         line("max", |e| e.max, significant),
     ]
+}
+
+/// `#0072b2`.
+fn hexadecimal(colour: &RGBColor) -> String {
+    format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2)
 }
 
 /// A picture as a data URI. Only PNG files right in `dir`: the name comes from a file that anyone may have edited.

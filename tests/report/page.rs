@@ -3,6 +3,7 @@
 use crate::{records, refused, results, row};
 use gobo::measure::PassTiming;
 use gobo::report::{Store, page, passes, table, time_versus_error};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A technique that paints its picture has no points: no dot, no place on the front, dashes.
 #[test]
@@ -34,6 +35,37 @@ fn what_a_row_does_not_have_is_absent() {
     for name in ["host_median_ns", "bytes_resident", "map_points", "map_mean_abs", "space_max", "limit_mean_abs"] {
         assert_eq!(records(&both)[1][name], "", "{name}");
     }
+}
+
+/// Class → colour in the style sheet, pass → classes of its bars.
+#[test]
+fn each_pass_has_a_colour_of_its_own_in_all_scenes() {
+    let pass = |i: usize| PassTiming { name: format!("pass {i};"), median_ns: 1e6, p05_ns: 1e6, p95_ns: 1e6 };
+    let mut rows = vec![row("a", "one", 8, 1.0, 0.1), row("a", "two", 8, 1.0, 0.1), row("b", "two", 8, 1.0, 0.1)];
+    rows[0].passes = (0..25).map(pass).collect();
+    rows[1].passes = (20..40).map(pass).collect();
+    // In another order, and not all of them.
+    rows[2].passes = (3..38).rev().map(pass).collect();
+    let dir = tempfile::tempdir().expect("a folder");
+    let html = page(&results(rows), dir.path()).expect("a page");
+    let colours: BTreeMap<&str, &str> = html
+        .lines()
+        .filter_map(|line| line.strip_prefix(".c")?.split_once(" { background: #"))
+        .map(|(class, rest)| (class, &rest[..6]))
+        .collect();
+    assert_eq!(colours.values().collect::<BTreeSet<_>>().len(), 40, "{colours:?}");
+    let mut classes: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for bar in html.split("<i class=\"c").skip(1) {
+        let (class, rest) = bar.split_once('"').expect("a class");
+        let name = rest.split("title=\"").nth(1).and_then(|title| title.split(';').next()).expect("a title");
+        classes.entry(name).or_default().push(class);
+    }
+    assert_eq!((classes.len(), classes.values().map(Vec::len).sum::<usize>()), (40, 25 + 20 + 35));
+    assert!(
+        classes.values().all(|of| of.iter().all(|class| *class == of[0] && colours.contains_key(class))),
+        "{classes:?}"
+    );
+    assert_eq!(classes.values().map(|of| of[0]).collect::<BTreeSet<_>>().len(), 40);
 }
 
 #[test]
