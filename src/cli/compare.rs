@@ -6,7 +6,7 @@ use crate::gpu::{Context, Features};
 use crate::measure::{
     Case, DeviceFacts, Effort, Results, Row, SCHEMA, Status, copy_bytes_per_second, difference_srgb8,
 };
-use crate::report::{Store, page, passes, table, time_versus_error};
+use crate::report::{Store, page, passes, plots, table};
 use crate::scene::Picture;
 use crate::technique::{Spec, parse};
 use clap::Args;
@@ -38,7 +38,7 @@ pub struct Arguments {
     /// Technique spec, repeatable [default: everything the device can run]
     #[arg(long = "technique", value_name = "SPEC")]
     techniques: Vec<String>,
-    /// Folder for results.json, results.csv, pictures, time-vs-error.svg and report.html
+    /// Folder for results.json, results.csv, pictures, plots and report.html
     #[arg(long, default_value = "gobo-report", value_name = "DIR")]
     out: PathBuf,
     /// Timed frames a row
@@ -134,8 +134,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
     }
     bar.finish_and_clear();
-    if let Some(svg) = time_versus_error(&results) {
-        store.write_text("time-vs-error.svg", &svg)?;
+    for (file, svg) in plots(&results) {
+        store.write_text(file, &svg)?;
     }
     store.write_text("report.html", &page(&results, store.dir())?)?;
     println!("{}", table(&results));

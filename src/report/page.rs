@@ -1,11 +1,12 @@
 //! The HTML page: everything in one file.
 
 use crate::measure::{DeviceFacts, PointError, Results, Row, Status};
+use crate::report::axes::AXES;
 use crate::report::colours::distinct;
 use crate::report::columns::COLUMNS;
 use crate::report::pareto::{rows_on_front, scenes};
 use crate::report::passes::pass_names;
-use crate::report::plot::time_versus_error;
+use crate::report::plot::plots;
 use crate::report::store::is_plain_name;
 use crate::report::wording::{NOTHING, Specs, grouped, milliseconds, outcome, signed, significant, status_word};
 use crate::{Error, Result};
@@ -16,7 +17,7 @@ use plotters::style::RGBColor;
 use serde::Serialize;
 use std::path::Path;
 
-/// All that the template gets. Everything but the plot and the pictures is escaped there.
+/// All that the template gets. Everything but the plots and the pictures is escaped there.
 #[derive(Serialize)]
 struct Page<'a> {
     gobo: &'a str,
@@ -25,13 +26,21 @@ struct Page<'a> {
     features: Vec<(&'a str, String)>,
     tally: String,
     shared: Option<String>,
-    plot: Option<String>,
+    plots: Vec<String>,
     /// Of the passes, by their number in the run.
     colours: Vec<String>,
+    fronts: Vec<Front>,
     groups: Vec<Group>,
     columns: Vec<Heading>,
     column_count: usize,
     scenes: Vec<Scene<'a>>,
+}
+
+/// A Pareto front and its mark.
+#[derive(Clone, Copy, Serialize)]
+struct Front {
+    names: &'static str,
+    mark: usize,
 }
 
 #[derive(Serialize)]
@@ -65,7 +74,8 @@ struct PageRow<'a> {
     status: &'static str,
     outcome: String,
     reason: &'a str,
-    on_front: bool,
+    /// Their marks.
+    on_fronts: Vec<usize>,
     cells: Vec<PageCell>,
     bars: Vec<Bar>,
     statistics: Vec<[String; 3]>,
@@ -110,7 +120,7 @@ struct Picture {
 /// Only if the template itself is broken, which a test rules out.
 pub fn page(results: &Results, dir: &Path) -> Result<String> {
     let specs = Specs::of(&results.rows);
-    let on_front = rows_on_front(results);
+    let shared = Shared { specs: &specs, passes: pass_names(results.rows.iter()), fronts: fronts(results) };
     let page = Page {
         gobo: &results.gobo,
         command: &results.command,
@@ -118,12 +128,13 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         features: results.device.features.iter().map(|(name, value)| (name.as_str(), plain(value))).collect(),
         tally: tally(results),
         shared: specs.shared_line(),
-        plot: time_versus_error(results),
-        colours: distinct(pass_names(results.rows.iter()).len()).iter().map(hexadecimal).collect(),
+        plots: plots(results).into_iter().map(|(_, svg)| svg).collect(),
+        colours: distinct(shared.passes.len()).iter().map(hexadecimal).collect(),
+        fronts: shared.fronts.iter().map(|&(front, _)| front).collect(),
         groups: groups(),
         columns: headings(),
         column_count: COLUMNS.len(),
-        scenes: scenes(results).into_iter().map(|name| scene(results, name, &specs, &on_front, dir)).collect(),
+        scenes: scenes(results).into_iter().map(|name| scene(results, name, &shared, dir)).collect(),
     };
     let mut environment = Environment::new();
     // A misspelt name in the template must fail in a test, not leave a gap in a report.
@@ -137,11 +148,26 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         .map_err(broken)
 }
 
-fn scene<'a>(results: &'a Results, name: &'a str, specs: &Specs, on_front: &[usize], dir: &Path) -> Scene<'a> {
+/// What all scenes share.
+struct Shared<'a> {
+    specs: &'a Specs,
+    /// Numbered over the whole run, so that a pass has one colour in every scene.
+    passes: Vec<&'a str>,
+    /// With the indices of the rows on it.
+    fronts: Vec<(Front, Vec<usize>)>,
+}
+
+/// Those that have any rows.
+fn fronts(results: &Results) -> Vec<(Front, Vec<usize>)> {
+    let all = AXES.iter().enumerate();
+    let fronts = all.map(|(mark, axes)| (Front { names: axes.names, mark }, rows_on_front(results, axes)));
+    fronts.filter(|(_, rows)| !rows.is_empty()).collect()
+}
+
+fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -> Scene<'a> {
+    let specs = shared.specs;
     let rows: Vec<(usize, &Row)> = results.rows.iter().enumerate().filter(|(_, row)| row.scene == name).collect();
-    // Numbered over the whole run, so that a pass has one colour in every scene.
-    let all_passes = pass_names(results.rows.iter());
-    let colour_of = |name: &str| all_passes.iter().position(|&known| known == name).unwrap_or(0);
+    let colour_of = |name: &str| shared.passes.iter().position(|&known| known == name).unwrap_or(0);
     let passes = pass_names(rows.iter().map(|&(_, row)| row));
     let passes = passes.into_iter().map(|name| Pass { name: name.to_owned(), colour: colour_of(name) }).collect();
     let longest_ns = rows.iter().map(|(_, row)| passes_ns(row)).fold(0.0, f64::max);
@@ -166,7 +192,12 @@ fn scene<'a>(results: &'a Results, name: &'a str, specs: &Specs, on_front: &[usi
             status: status_word(row.status),
             outcome: outcome(row),
             reason: &row.reason,
-            on_front: on_front.contains(&index),
+            on_fronts: shared
+                .fronts
+                .iter()
+                .filter(|(_, on)| on.contains(&index))
+                .map(|(front, _)| front.mark)
+                .collect(),
             cells: cells.collect(),
             bars: bars.collect(),
             statistics: statistics(row),

@@ -2,7 +2,7 @@
 
 use crate::{records, refused, results, row};
 use gobo::measure::PassTiming;
-use gobo::report::{Store, page, passes, table, time_versus_error};
+use gobo::report::{Store, page, passes, plots, table};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A technique that paints its picture has no points: no dot, no place on the front, dashes.
@@ -13,12 +13,12 @@ fn what_a_row_does_not_have_is_absent() {
     (painted.bytes_resident, painted.bytes_transient, painted.host_ns) = (None, None, None);
     let error = painted.error.as_mut().expect("measured");
     (error.map, error.space) = (None, None);
-    assert_eq!(time_versus_error(&results(vec![painted.clone()])), None);
+    assert_eq!(plots(&results(vec![painted.clone()])), []);
 
     let alone = results(vec![row("plume", "avsm", 8, 2.0, 0.01)]);
     let mut both = results(vec![row("plume", "avsm", 8, 2.0, 0.01), painted]);
     both.device.copy_bytes_per_second = Some(1e12);
-    assert_eq!(time_versus_error(&both), time_versus_error(&alone));
+    assert_eq!(plots(&both), plots(&alone));
     let table = table(&both);
     let line = table.lines().find(|line| line.contains("half-angle")).expect("the row");
     // Build, host, look-ups, draw, two of memory, six at map points, one in space, two of the image.
@@ -29,8 +29,10 @@ fn what_a_row_does_not_have_is_absent() {
 
     let dir = tempfile::tempdir().expect("a folder");
     let html = page(&both, dir.path()).expect("a page");
-    let front = "<td><span class=\"front\"";
-    assert_eq!(html.matches(front).count(), 1, "only the row with an error is on the front");
+    for front in ["front0", "front1"] {
+        let marks = html.matches(&format!("<span class=\"front {front}\" role=\"img\"")).count();
+        assert_eq!(marks, 1, "only the row with an error is on {front}");
+    }
     assert_eq!(html.matches("<th scope=\"row\">mean abs</th>").count(), 1, "no table of nothing");
     for name in ["host_median_ns", "bytes_resident", "map_points", "map_mean_abs", "space_max", "limit_mean_abs"] {
         assert_eq!(records(&both)[1][name], "", "{name}");
