@@ -3,7 +3,7 @@
 use gobo::measure::{
     BoundaryError, DeviceFacts, ImageError, PassTiming, PointError, Results, Row, RowError, SCHEMA, Status, Timing,
 };
-use gobo::report::Store;
+use gobo::report::{Store, page, plots, table};
 use std::collections::BTreeMap;
 
 #[path = "report/page.rs"]
@@ -274,4 +274,30 @@ fn every_number_is_in_the_csv() {
     for (name, value) in expected {
         assert_eq!((&records[0][&name], records[1][&name].as_str()), (&value, ""), "{name}");
     }
+}
+
+/// Rows from before the numbers of moving and opaque worlds were measured.
+#[test]
+fn earlier_files_of_schema_2_are_read() {
+    let mut row = row("plume", "avsm", 8, 2.0, 0.01);
+    (row.frame_ns, row.standard_error) = (None, None);
+    let expected = results(vec![row]);
+    let mut json = serde_json::to_value(&expected).expect("JSON");
+    let without = |value: &mut serde_json::Value, keys: &[&str]| {
+        let map = value.as_object_mut().expect("an object");
+        keys.iter().for_each(|key| assert!(map.remove(*key).is_some(), "{key}"));
+    };
+    let row = &mut json["rows"][0];
+    without(row, &["frame_ns", "standard_error", "flicker_rms"]);
+    without(&mut row["error"], &["surface"]);
+    for points in ["map", "space"] {
+        without(&mut row["error"][points], &["leaks", "false_shadows", "boundary"]);
+    }
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = dir.path().join("results.json");
+    std::fs::write(&path, json.to_string()).expect("written");
+    let read = Results::read(&path).expect("read");
+    assert_eq!(read, expected);
+    assert_eq!(plots(&read).len(), 1);
+    assert!(page(&read, dir.path()).is_ok() && !table(&read).contains("frame ms"));
 }

@@ -3,7 +3,7 @@
 use crate::measure::{DeviceFacts, PointError, Results, Row, Status};
 use crate::report::axes::AXES;
 use crate::report::colours::distinct;
-use crate::report::columns::COLUMNS;
+use crate::report::columns::{Column, shown};
 use crate::report::pareto::{rows_on_front, scenes};
 use crate::report::passes::pass_names;
 use crate::report::plot::plots;
@@ -30,9 +30,6 @@ struct Page<'a> {
     /// Of the passes, by their number in the run.
     colours: Vec<String>,
     fronts: Vec<Front>,
-    groups: Vec<Group>,
-    columns: Vec<Heading>,
-    column_count: usize,
     scenes: Vec<Scene<'a>>,
 }
 
@@ -59,6 +56,9 @@ struct Heading {
 #[derive(Serialize)]
 struct Scene<'a> {
     name: &'a str,
+    groups: Vec<Group>,
+    columns: Vec<Heading>,
+    column_count: usize,
     rows: Vec<PageRow<'a>>,
     reference: Picture,
     passes: Vec<Pass>,
@@ -78,7 +78,7 @@ struct PageRow<'a> {
     on_fronts: Vec<usize>,
     cells: Vec<PageCell>,
     bars: Vec<Bar>,
-    statistics: Vec<[String; 3]>,
+    statistics: Statistics,
     counters: Vec<(&'a str, String)>,
     picture: Picture,
     difference: Picture,
@@ -89,6 +89,13 @@ struct PageCell {
     text: String,
     spread: String,
     value: Option<f64>,
+}
+
+/// A column for each kind of points, a line for each statistic: its name, then its values.
+#[derive(Serialize)]
+struct Statistics {
+    points: Vec<&'static str>,
+    lines: Vec<Vec<String>>,
 }
 
 /// A pass and its colour.
@@ -131,9 +138,6 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         plots: plots(results).into_iter().map(|(_, svg)| svg).collect(),
         colours: distinct(shared.passes.len()).iter().map(hexadecimal).collect(),
         fronts: shared.fronts.iter().map(|&(front, _)| front).collect(),
-        groups: groups(),
-        columns: headings(),
-        column_count: COLUMNS.len(),
         scenes: scenes(results).into_iter().map(|name| scene(results, name, &shared, dir)).collect(),
     };
     let mut environment = Environment::new();
@@ -170,6 +174,7 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
     let colour_of = |name: &str| shared.passes.iter().position(|&known| known == name).unwrap_or(0);
     let passes = pass_names(rows.iter().map(|&(_, row)| row));
     let passes = passes.into_iter().map(|name| Pass { name: name.to_owned(), colour: colour_of(name) }).collect();
+    let columns = shown(rows.iter().map(|&(_, row)| row));
     let longest_ns = rows.iter().map(|(_, row)| passes_ns(row)).fold(0.0, f64::max);
     let rows = rows.into_iter().map(|(index, row)| {
         let bars = row.passes.iter().map(|pass| Bar {
@@ -179,7 +184,7 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
             milliseconds: milliseconds(pass.median_ns),
             spread: format!("{}–{}", milliseconds(pass.p05_ns), milliseconds(pass.p95_ns)),
         });
-        let cells = COLUMNS.iter().map(|column| PageCell {
+        let cells = columns.iter().map(|column| PageCell {
             text: (column.value)(row).map(column.text).unwrap_or_else(|| NOTHING.into()),
             spread: (column.spread)(row).unwrap_or_default(),
             value: (column.value)(row).filter(|value| value.is_finite()),
@@ -208,32 +213,47 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
     });
     let rows = rows.collect();
     let reference = embedded(dir, Some(&format!("{name}-reference.png")));
-    Scene { name, rows, reference, passes }
+    Scene {
+        name,
+        groups: groups(&columns),
+        columns: headings(&columns),
+        // A row that was refused says why across all of them, even where there are none.
+        column_count: columns.len().max(1),
+        rows,
+        reference,
+        passes,
+    }
 }
 
 fn passes_ns(row: &Row) -> f64 {
     row.passes.iter().map(|pass| pass.median_ns).filter(|ns| ns.is_finite()).sum()
 }
 
-/// Name, at map points, in space.
-fn statistics(row: &Row) -> Vec<[String; 3]> {
-    let Some(error) = &row.error else { return Vec::new() };
-    if error.map.is_none() && error.space.is_none() {
-        return Vec::new();
-    }
-    let line = |name: &str, pick: fn(&PointError) -> f64, text: fn(f64) -> String| {
-        let [map, space] = [&error.map, &error.space].map(|e| e.as_ref().map_or(NOTHING.into(), |e| text(pick(e))));
-        [name.to_owned(), map, space]
+/// What no kind of points has is left out.
+fn statistics(row: &Row) -> Statistics {
+    let Some(error) = &row.error else { return Statistics { points: Vec::new(), lines: Vec::new() } };
+    let kinds = [("map points", error.map), ("in space", error.space), ("on surfaces", error.surface)];
+    let (points, errors): (Vec<_>, Vec<_>) = kinds.into_iter().filter_map(|(name, e)| Some((name, e?))).unzip();
+    let line = |name: &str, text: &dyn Fn(&PointError) -> Option<String>| {
+        let values = errors.iter().map(|e| text(e).unwrap_or_else(|| NOTHING.into()));
+        std::iter::once(name.to_owned()).chain(values).collect::<Vec<_>>()
     };
-    let count = |e: &Option<PointError>| e.and_then(|e| e.points).map_or(NOTHING.into(), grouped);
-    vec![
-        ["points".into(), count(&error.map), count(&error.space)],
-        line("mean abs", |e| e.mean_abs, significant),
-        line("bias", |e| e.bias, signed),
-        line("RMS", |e| e.rms, significant),
-        line("p99", |e| e.p99, significant),
-        line("max", |e| e.max, significant),
-    ]
+    let mut lines = vec![
+        line("points", &|e| e.points.map(grouped)),
+        line("mean abs", &|e| Some(significant(e.mean_abs))),
+        line("bias", &|e| Some(signed(e.bias))),
+        line("RMS", &|e| Some(significant(e.rms))),
+        line("p99", &|e| Some(significant(e.p99))),
+        line("max", &|e| Some(significant(e.max))),
+        line("leaks", &|e| e.leaks.map(grouped)),
+        line("false shadows", &|e| e.false_shadows.map(grouped)),
+        line("boundary: points", &|e| e.boundary.map(|b| grouped(b.points))),
+        line("boundary: mean abs", &|e| e.boundary?.mean_abs.map(significant)),
+        line("boundary: leaks", &|e| e.boundary.map(|b| grouped(b.leaks))),
+        line("boundary: false shadows", &|e| e.boundary.map(|b| grouped(b.false_shadows))),
+    ];
+    lines.retain(|line| line[1..].iter().any(|value| value != NOTHING));
+    Statistics { points, lines }
 }
 
 /// `#0072b2`.
@@ -258,9 +278,9 @@ fn embedded(dir: &Path, name: Option<&str>) -> Picture {
     }
 }
 
-fn groups() -> Vec<Group> {
+fn groups(columns: &[&Column]) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
-    for column in &COLUMNS {
+    for column in columns {
         match groups.last_mut() {
             Some(group) if group.name == column.group => group.columns += 1,
             _ => groups.push(Group { name: column.group, columns: 1 }),
@@ -269,9 +289,9 @@ fn groups() -> Vec<Group> {
     groups
 }
 
-fn headings() -> Vec<Heading> {
+fn headings(columns: &[&Column]) -> Vec<Heading> {
     let mut before = "";
-    let headings = COLUMNS.iter().map(|column| {
+    let headings = columns.iter().map(|column| {
         let opens_group = column.group != before;
         before = column.group;
         Heading { name: column.name, meaning: column.meaning, opens_group }

@@ -1,7 +1,7 @@
 //! Tables and the page of made-up results.
 
-use crate::{records, refused, results, row};
-use gobo::measure::PassTiming;
+use crate::{opaque, records, refused, results, row};
+use gobo::measure::{PassTiming, Results};
 use gobo::report::{Store, page, passes, plots, table};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,9 +21,11 @@ fn what_a_row_does_not_have_is_absent() {
     assert_eq!(plots(&both), plots(&alone));
     let table = table(&both);
     let line = table.lines().find(|line| line.contains("half-angle")).expect("the row");
-    // Build, host, look-ups, draw, two of memory, six at map points, one in space, two of the image.
-    let cells = ["0.500 [0.450–0.600]", "–", "3.00", "5.00", "–", "–", "–", "–", "–", "–", "–", "–", "–", "0.250"];
-    assert_eq!(line.split("  ").map(str::trim).filter(|c| !c.is_empty()).skip(2).collect::<Vec<_>>()[..14], cells);
+    // Build, host, look-ups, draw, frame; two of memory, six at map points, one in space; two of the image.
+    let cells =
+        ["0.500 [0.450–0.600]", "–", "3.00", "5.00", "1.50"].into_iter().chain(["–"; 9]).chain(["0.250", "0.125"]);
+    let shown = line.split("  ").map(str::trim).filter(|c| !c.is_empty()).skip(2);
+    assert_eq!(shown.collect::<Vec<_>>(), cells.collect::<Vec<_>>());
     let floor = passes(&both).lines().nth(2).map(|line| line.trim_end().ends_with('–'));
     assert_eq!(floor, Some(true), "no bytes, no floor");
 
@@ -37,6 +39,43 @@ fn what_a_row_does_not_have_is_absent() {
     for name in ["host_median_ns", "bytes_resident", "map_points", "map_mean_abs", "space_max", "limit_mean_abs"] {
         assert_eq!(records(&both)[1][name], "", "{name}");
     }
+}
+
+#[test]
+fn columns_without_any_value_are_not_there() {
+    let fixed = table(&results(vec![row("plume", "avsm", 8, 2.0, 0.01), refused("plume", "no")]));
+    let moving = table(&results(vec![row("plume", "avsm", 8, 2.0, 0.01), opaque("room", "psm")]));
+    for heading in ["flicker", "surface |err|", "surface leaks/false", "space leaks/false"] {
+        assert!(!fixed.contains(heading) && moving.contains(heading), "{heading}");
+    }
+    let line = moving.lines().find(|line| line.contains("psm")).expect("the row");
+    for cell in ["7.25", "0.0100 ±0.0003", "201 / 202", "0.0300", "301 / 302", "0.0625"] {
+        assert!(line.contains(&format!("  {cell}")), "{cell} is not in {line}");
+    }
+
+    let dir = tempfile::tempdir().expect("a folder");
+    let html = |results: &Results| {
+        page(results, dir.path()).expect("a page").split("What the numbers").next().map(String::from)
+    };
+    let fixed = html(&results(vec![row("plume", "avsm", 8, 2.0, 0.01)])).expect("a table");
+    let moving = html(&results(vec![opaque("room", "psm")])).expect("a table");
+    for part in ["flicker", "On surfaces", "leaks", "boundary"] {
+        assert!(!fixed.contains(part) && moving.contains(part), "{part}");
+    }
+    for (name, values) in [
+        ("leaks", ["101", "201", "301"]),
+        ("false shadows", ["102", "202", "302"]),
+        ("boundary: points", ["103", "203", "303"]),
+        ("boundary: mean abs", ["0.100", "0.200", "0.300"]),
+        ("boundary: leaks", ["104", "204", "304"]),
+        ("boundary: false shadows", ["105", "205", "305"]),
+    ] {
+        let cells: String = values.iter().map(|value| format!("<td>{value}</td>")).collect();
+        assert!(moving.contains(&format!("<th scope=\"row\">{name}</th>{cells}")), "{name}");
+    }
+    // Nothing was built: the reason has the only cell.
+    let html = page(&results(vec![refused("plume", "no")]), dir.path()).expect("a page");
+    assert!(html.contains("colspan=\"1\">refused: no</td>"));
 }
 
 /// Class → colour in the style sheet, pass → classes of its bars.
