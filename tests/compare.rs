@@ -166,7 +166,7 @@ fn compare_writes_everything() {
     decodes(&out.path().join("three-emitters-reference.png"), [320, 180]);
     let read = |name: &str| std::fs::read_to_string(out.path().join(name)).expect(name);
     assert_eq!(read("results.csv").lines().count(), 4, "a header and three rows");
-    assert!(read("time-vs-error.svg").contains("</svg>"));
+    assert!(read("time-vs-error.svg").contains("</svg>") && read("frame-vs-error.svg").contains("</svg>"));
     let html = read("report.html");
     assert!(html.contains("data:image/png;base64,"), "pictures are in the page");
     // The one address a page may name is the XML name of SVG, which nothing fetches.

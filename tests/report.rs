@@ -1,7 +1,15 @@
-//! Results on their way to a reader: the store, the plot and the page, through the public API.
+//! Results on their way to a reader, through the public API: the store here, plots, tables and the page beside it.
 
-use gobo::measure::{DeviceFacts, ImageError, PassTiming, PointError, Results, Row, RowError, SCHEMA, Status, Timing};
-use gobo::report::{Store, page, passes, table, time_versus_error};
+use gobo::measure::{
+    BoundaryError, DeviceFacts, ImageError, PassTiming, PointError, Results, Row, RowError, SCHEMA, Status, Timing,
+};
+use gobo::report::{Store, page, plots, table};
+use std::collections::BTreeMap;
+
+#[path = "report/page.rs"]
+mod page;
+#[path = "report/plots.rs"]
+mod plots;
 
 fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) -> Row {
     let ns = milliseconds * 1e6;
@@ -69,6 +77,36 @@ fn results(rows: Vec<Row>) -> Results {
         device: DeviceFacts { name: "llvmpipe".into(), driver: "Mesa".into(), ..DeviceFacts::default() },
         rows,
     }
+}
+
+/// A row of a world that moves and has meshes, with a number of its own in every field that not all rows have.
+fn opaque(scene: &str, technique: &str) -> Row {
+    let mut row = row(scene, technique, 8, 2.0, 0.01);
+    let points = |base: u64| PointError {
+        points: Some(base),
+        mean_abs: base as f64 / 1e4,
+        leaks: Some(base + 1),
+        false_shadows: Some(base + 2),
+        boundary: Some(BoundaryError {
+            points: base + 3,
+            mean_abs: Some(base as f64 / 1e3),
+            leaks: base + 4,
+            false_shadows: base + 5,
+        }),
+        ..PointError::default()
+    };
+    let image = None;
+    row.error = Some(RowError { map: Some(points(100)), space: Some(points(200)), surface: Some(points(300)), image });
+    (row.standard_error, row.flicker_rms, row.frame_ns) = (Some(0.000_312), Some(0.0625), Some(7_250_000.0));
+    row
+}
+
+/// The file's records, name → field.
+fn records(results: &Results) -> Vec<BTreeMap<String, String>> {
+    let dir = tempfile::tempdir().expect("a folder");
+    Store::open(dir.path()).expect("opened").write(results).expect("written");
+    let mut csv = csv::Reader::from_path(dir.path().join("results.csv")).expect("there");
+    csv.deserialize().map(|record| record.expect("as long as the heading")).collect()
 }
 
 /// Names in the folder, sorted.
@@ -212,174 +250,54 @@ fn pictures_keep_their_pixels() {
     assert!(store.write_picture("b.png", 3, 3, &rgb8).is_err(), "too few bytes");
 }
 
-/// Numbers of attributes such as `x="12"`, and whether each is within the picture.
-fn stays_inside(svg: &str) -> bool {
-    let size = |name: &str| -> f64 {
-        let start = svg.find(&format!(" {name}=\"")).expect(name) + name.len() + 3;
-        svg[start..].split('"').next().and_then(|text| text.parse().ok()).expect("a number")
+/// Whatever is measured has a column of its own in the file.
+#[test]
+fn every_number_is_in_the_csv() {
+    let records = records(&results(vec![opaque("room", "psm"), refused("room", "no")]));
+    let mut expected: Vec<(String, String)> =
+        [("standard_error", "0.000312"), ("flicker_rms", "0.0625"), ("frame_ns", "7250000"), ("image_rmse", "")]
+            .map(|(name, value)| (name.into(), value.into()))
+            .into();
+    for (kind, base) in [("map", 100), ("space", 200), ("surface", 300)] {
+        let counts = [
+            ("points", 0),
+            ("leaks", 1),
+            ("false_shadows", 2),
+            ("boundary_points", 3),
+            ("boundary_leaks", 4),
+            ("boundary_false_shadows", 5),
+        ];
+        expected.extend(counts.map(|(name, more)| (format!("{kind}_{name}"), (base + more).to_string())));
+        expected.push((format!("{kind}_mean_abs"), format!("0.0{}", base / 100)));
+        expected.push((format!("{kind}_boundary_mean_abs"), format!("0.{}", base / 100)));
+    }
+    for (name, value) in expected {
+        assert_eq!((&records[0][&name], records[1][&name].as_str()), (&value, ""), "{name}");
+    }
+}
+
+/// Rows from before the numbers of moving and opaque worlds were measured.
+#[test]
+fn earlier_files_of_schema_2_are_read() {
+    let mut row = row("plume", "avsm", 8, 2.0, 0.01);
+    (row.frame_ns, row.standard_error) = (None, None);
+    let expected = results(vec![row]);
+    let mut json = serde_json::to_value(&expected).expect("JSON");
+    let without = |value: &mut serde_json::Value, keys: &[&str]| {
+        let map = value.as_object_mut().expect("an object");
+        keys.iter().for_each(|key| assert!(map.remove(*key).is_some(), "{key}"));
     };
-    let (width, height) = (size("width"), size("height"));
-    svg.lines().filter(|line| line.starts_with("<text")).count() > 0
-        && svg.split("<text ").skip(1).all(|element| {
-            let attribute = |name: &str| {
-                let start = element.find(&format!("{name}=\"")).expect(name) + name.len() + 2;
-                element[start..].split('"').next().expect("a value")
-            };
-            let number = |name: &str| attribute(name).parse::<f64>().expect("a number");
-            let content = element.split('>').nth(1).and_then(|rest| rest.split('<').next()).unwrap_or("").trim();
-            // Half an em a character on average, in common fonts.
-            let advance = content.chars().count() as f64 * number("font-size") * 0.5;
-            let (mut left, mut right) = match attribute("text-anchor") {
-                "start" => (number("x"), number("x") + advance),
-                "middle" => (number("x") - advance / 2.0, number("x") + advance / 2.0),
-                _ => (number("x") - advance, number("x")),
-            };
-            if element.contains("rotate(") {
-                (left, right) = (number("x"), number("x"));
-            }
-            left >= 0.0 && right <= width && number("y") >= 0.0 && number("y") <= height
-        })
-}
-
-#[test]
-fn plot_of_one_row_and_of_none() {
-    assert_eq!(time_versus_error(&results(vec![])), None);
-    assert_eq!(time_versus_error(&results(vec![refused("plume", "no")])), None);
-    let svg = time_versus_error(&results(vec![row("plume", "avsm", 8, 2.0, 0.01)])).expect("one row is enough");
-    for part in ["plume", "llvmpipe", "avsm two-pass linear", "build time, ms", "8 nodes"] {
-        assert!(svg.contains(part), "{part}");
+    let row = &mut json["rows"][0];
+    without(row, &["frame_ns", "standard_error", "flicker_rms"]);
+    without(&mut row["error"], &["surface"]);
+    for points in ["map", "space"] {
+        without(&mut row["error"][points], &["leaks", "false_shadows", "boundary"]);
     }
-    assert!(stays_inside(&svg) && !svg.contains("NaN") && !svg.contains("inf"), "{svg}");
-}
-
-#[test]
-fn plot_of_zero_error_says_where_zero_stands() {
-    let mut rows = vec![row("plume", "avsm", 8, 2.0, 0.01), row("plume", "avsm", 16, 4.0, 0.0)];
-    rows.push(row("void", "avsm", 4, 0.0, 0.0));
-    let svg = time_versus_error(&results(rows)).expect("measured");
-    // Half of 0.01 lies between 0.001 and 0.01; with zeros alone it is the rounding of 32-bit visibility.
-    assert!(svg.contains("0.001 or less, zero included") && svg.contains("1e-7 or less, zero included"), "{svg}");
-    assert!(stays_inside(&svg) && !svg.contains("NaN") && !svg.contains("inf"), "{svg}");
-}
-
-#[test]
-fn plot_of_thirty_rows_with_long_names_stays_inside_and_is_the_same_again() {
-    let name = "a-technique-with-a-name-that-does-not-know-when-to-stop";
-    let rows: Vec<Row> = (0..30u32)
-        .map(|i| {
-            let scene = "a scene <called> & named at a length that no panel has room for, not even one as wide as this";
-            let step = f64::from(i);
-            row(scene, &format!("{name}-{}", i / 2), 4 << (i % 2), 0.1 + step * step / 9.0, 0.3 / (1.0 + step))
-        })
-        .collect();
-    let mut results = results(rows);
-    results.device.name = "A GPU of the Grand Unified Family ".repeat(12);
-    let svg = time_versus_error(&results).expect("measured");
-    assert!(stays_inside(&svg), "{svg}");
-    assert!(svg.contains("&lt;called&gt; &amp; named") && !svg.contains("<called>"), "{svg}");
-    assert_eq!(Some(svg), time_versus_error(&results));
-}
-
-/// A technique that paints its picture has no points: no dot, no place on the front, dashes.
-#[test]
-fn what_a_row_does_not_have_is_absent() {
-    let mut painted = row("plume", "half-angle", 8, 0.5, 0.0);
-    painted.limit_mean_abs = None;
-    (painted.bytes_resident, painted.bytes_transient, painted.host_ns) = (None, None, None);
-    let error = painted.error.as_mut().expect("measured");
-    (error.map, error.space) = (None, None);
-    assert_eq!(time_versus_error(&results(vec![painted.clone()])), None);
-
-    let alone = results(vec![row("plume", "avsm", 8, 2.0, 0.01)]);
-    let mut both = results(vec![row("plume", "avsm", 8, 2.0, 0.01), painted]);
-    both.device.copy_bytes_per_second = Some(1e12);
-    assert_eq!(time_versus_error(&both), time_versus_error(&alone));
-    let table = table(&both);
-    let line = table.lines().find(|line| line.contains("half-angle")).expect("the row");
-    // Build, host, look-ups, draw, two of memory, six at map points, one in space, two of the image.
-    let cells = ["0.500 [0.450–0.600]", "–", "3.00", "5.00", "–", "–", "–", "–", "–", "–", "–", "–", "–", "0.250"];
-    assert_eq!(line.split("  ").map(str::trim).filter(|c| !c.is_empty()).skip(2).collect::<Vec<_>>()[..14], cells);
-    let floor = passes(&both).lines().nth(2).map(|line| line.trim_end().ends_with('–'));
-    assert_eq!(floor, Some(true), "no bytes, no floor");
-
     let dir = tempfile::tempdir().expect("a folder");
-    let html = page(&both, dir.path()).expect("a page");
-    let front = "<td><span class=\"front\"";
-    assert_eq!(html.matches(front).count(), 1, "only the row with an error is on the front");
-    assert_eq!(html.matches("<th scope=\"row\">mean abs</th>").count(), 1, "no table of nothing");
-    let mut csv = csv::Reader::from_reader(std::io::Cursor::new({
-        let store = Store::open(dir.path()).expect("opened");
-        store.write(&both).expect("written");
-        std::fs::read(dir.path().join("results.csv")).expect("there")
-    }));
-    let names = csv.headers().expect("a heading").clone();
-    let record = csv.records().nth(1).expect("a row").expect("as long as the heading");
-    for name in ["host_median_ns", "bytes_resident", "map_points", "map_mean_abs", "space_max", "limit_mean_abs"] {
-        assert_eq!(names.iter().zip(&record).find(|(n, _)| *n == name), Some((name, "")));
-    }
-}
-
-#[test]
-fn page_escapes_what_it_shows() {
-    let dir = tempfile::tempdir().expect("a folder");
-    let attack = "<script>alert('x')</script>\" onload=\"x";
-    let mut rows = vec![row(attack, attack, 8, 1.0, 0.1), refused(attack, attack)];
-    rows[0].reason = attack.into();
-    rows[0].passes[0].name = attack.into();
-    rows[0].counters = [(attack.to_owned(), 1)].into();
-    rows[0].picture = Some(attack.into());
-    let mut results = results(rows);
-    results.device.features = [(attack.to_owned(), serde_json::Value::String(attack.into()))].into();
-    results.command = attack.into();
-    let html = page(&results, dir.path()).expect("a page");
-    assert_eq!(html.matches("<script>").count(), 1, "only the page's own");
-    assert!(html.contains("&lt;script&gt;alert("));
-    assert!(!html.contains("\" onload=\""));
-}
-
-#[test]
-fn page_embeds_pictures_and_notes_missing_ones() {
-    let dir = tempfile::tempdir().expect("a folder");
-    let store = Store::open(dir.path()).expect("opened");
-    store.write_picture("plume-reference.png", 1, 1, &[1, 2, 3]).expect("written");
-    store.write_picture("plume-0.png", 1, 1, &[4, 5, 6]).expect("written");
-    store.write_text("notes.png", "no PNG").expect("written");
-    let mut measured = row("plume", "avsm", 8, 1.0, 0.1);
-    measured.picture = Some("plume-0.png".into());
-    measured.difference = Some("gone.png".into());
-    let mut other = row("plume", "psm", 8, 1.0, 0.1);
-    other.picture = Some("notes.png".into());
-    other.difference = Some("../../etc/passwd".into());
-    let results = results(vec![measured, other, refused("plume", "needs shaderFloat64")]);
-    let html = page(&results, dir.path()).expect("a page");
-    assert_eq!(html.matches("src=\"data:image/png;base64,").count(), 2, "the reference and one picture");
-    for note in ["gone.png: ", "notes.png is not a PNG", "passwd is not in the output folder", "needs shaderFloat64"] {
-        assert!(html.contains(note), "{note}");
-    }
-    // The XML namespace is a name, not an address that anything is fetched from.
-    assert!(!html.replace("http://www.w3.org/2000/svg", "").contains("://"), "no address at all");
-    assert!(!html.split("<img ").skip(1).any(|image| !image.split('>').next().is_some_and(|i| i.contains("alt="))));
-    assert_eq!(page(&results, dir.path()).expect("again"), html, "same input, same bytes");
-}
-
-#[test]
-fn page_and_table_of_an_interrupted_run() {
-    let dir = tempfile::tempdir().expect("a folder");
-    let empty = results(vec![]);
-    assert!(page(&empty, dir.path()).expect("a page").contains("No plot"));
-    assert!(table(&empty).contains("nothing measured"));
-}
-
-#[test]
-fn passes_stand_in_columns_with_the_whole_build() {
-    let mut rows = vec![row("a", "psm", 4, 3.5, 0.01), row("a", "psm", 8, 2.0, 0.01), refused("a", "no geometry")];
-    let pass = |name: &str, ms: f64| PassTiming { name: name.into(), median_ns: ms * 1e6, p05_ns: 0.0, p95_ns: 0.0 };
-    rows[0].passes = vec![pass("psm.clear", 0.25), pass("psm.propagate", 1.75)];
-    rows[1].passes = vec![pass("psm.fused", 1.5)];
-    let text = passes(&results(rows));
-    let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split_whitespace().collect()).collect();
-    assert_eq!(lines.len(), 3, "a heading and the measured rows: {text}");
-    assert_eq!(lines[0], ["a:", "passes,", "ms", "path", "psm.clear", "psm.propagate", "psm.fused", "total"]);
-    assert_eq!(lines[1][2..], ["0.250", "1.75", "–", "3.50"]);
-    assert_eq!(lines[2][2..], ["–", "–", "1.50", "2.00"]);
+    let path = dir.path().join("results.json");
+    std::fs::write(&path, json.to_string()).expect("written");
+    let read = Results::read(&path).expect("read");
+    assert_eq!(read, expected);
+    assert_eq!(plots(&read).len(), 1);
+    assert!(page(&read, dir.path()).is_ok() && !table(&read).contains("frame ms"));
 }

@@ -7,7 +7,7 @@ use crate::measure::{
     Case, DeviceFacts, Drawn, Effort, Extent, Results, Row, SCHEMA, Status, copy_bytes_per_second, difference_srgb8,
     with_case,
 };
-use crate::report::{Store, page, passes, table, time_versus_error};
+use crate::report::{Store, page, passes, plots, table};
 use crate::scene::{Picture, Scene};
 use crate::technique::{Spec, parse};
 use crate::{Error, Result};
@@ -39,7 +39,7 @@ pub struct Arguments {
     /// Technique spec, repeatable [default: everything the device can run]
     #[arg(long = "technique", value_name = "SPEC")]
     techniques: Vec<String>,
-    /// Folder for results.json, results.csv, pictures, time-vs-error.svg and report.html
+    /// Folder for results.json, results.csv, pictures, plots and report.html
     #[arg(long, default_value = "gobo-report", value_name = "DIR")]
     out: PathBuf,
     /// Timed frames a row; with --moving, how many frames the world moves through
@@ -152,10 +152,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.passes {
         println!("{}", passes(&results));
     }
-    writer.write(|store| match time_versus_error(&results) {
-        Some(svg) => store.write_text("time-vs-error.svg", &svg),
-        None => Ok(()),
-    });
+    for (file, svg) in plots(&results) {
+        writer.write(|store| store.write_text(file, &svg));
+    }
     writer.write(|store| store.write_text("report.html", &page(&results, store.dir())?));
     if let Some(error) = writer.failed {
         return Err(error);

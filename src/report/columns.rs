@@ -1,7 +1,7 @@
 //! The measured columns that the table and the page share.
 
-use super::wording::{NOTHING, bytes, milliseconds, signed, significant, spread_milliseconds};
-use crate::measure::{PointError, Row};
+use super::wording::{NOTHING, bytes, grouped, milliseconds, one_digit, signed, significant, spread_milliseconds};
+use crate::measure::{PointError, Row, Status};
 
 /// One measured column.
 pub(super) struct Column {
@@ -58,14 +58,46 @@ fn map(row: &Row) -> Option<PointError> {
     row.error.as_ref()?.map
 }
 
+fn space(row: &Row) -> Option<PointError> {
+    row.error.as_ref()?.space
+}
+
+fn surface(row: &Row) -> Option<PointError> {
+    row.error.as_ref()?.surface
+}
+
+/// Where nothing opaque casts, nothing leaks either.
+fn leaks(points: Option<PointError>) -> Option<f64> {
+    let points = points.filter(|points| points.boundary.is_some())?;
+    Some(points.leaks? as f64)
+}
+
+/// Stands behind the leaks.
+fn false_shadows(points: Option<PointError>) -> Option<String> {
+    Some(format!("/ {}", grouped(points?.false_shadows?)))
+}
+
+fn count_text(value: f64) -> String {
+    grouped(value as u64)
+}
+
 fn times_limit(row: &Row) -> Option<f64> {
     let limit = row.limit_mean_abs?;
     // Without a limit above zero there is no multiple of it.
     (limit > 0.0).then_some(map(row)?.mean_abs / limit)
 }
 
+/// Those in which a measured row has a value.
+pub(super) fn shown<'a>(rows: impl Iterator<Item = &'a Row> + Clone) -> Vec<&'static Column> {
+    let has_value = |column: &&Column| rows.clone().any(|r| r.status == Status::Ok && (column.value)(r).is_some());
+    COLUMNS.iter().filter(has_value).collect()
+}
+
+const LEAKS: &str = "Points outside the boundary that no light reaches and the answer says more than half, / that all \
+                     light reaches and it says less than half";
+
 /// In the order in which they are shown.
-pub(super) const COLUMNS: [Column; 15] = [
+const COLUMNS: [Column; 20] = [
     Column {
         spread: |row| row.build_ns.as_ref().map(spread_milliseconds),
         ..column(
@@ -83,7 +115,7 @@ pub(super) const COLUMNS: [Column; 15] = [
         "host",
         "host ms",
         "One build on the host: recording, submitting, waiting and settling, median",
-        8,
+        13,
         |row| Some(row.host_ns?.median),
         milliseconds,
     ),
@@ -92,7 +124,7 @@ pub(super) const COLUMNS: [Column; 15] = [
         "10⁶ look-ups",
         "look-up ms/M",
         "A million look-ups at random points on the device, median",
-        3,
+        5,
         |row| Some(row.lookup_ns_per_million?.median),
         milliseconds,
     ),
@@ -101,8 +133,17 @@ pub(super) const COLUMNS: [Column; 15] = [
         "draw",
         "draw ms",
         "The picture's casters, drawn and lit once on the device, median",
-        7,
+        12,
         |row| Some(row.draw_ns?.median),
+        milliseconds,
+    ),
+    column(
+        "Time, ms",
+        "frame",
+        "frame ms",
+        "A build, and the picture's casters drawn and lit: what a frame takes whose light has moved",
+        4,
+        |row| row.frame_ns,
         milliseconds,
     ),
     column(
@@ -110,7 +151,7 @@ pub(super) const COLUMNS: [Column; 15] = [
         "resident",
         "resident",
         "Bytes that the look-up needs",
-        4,
+        8,
         |row| Some(row.bytes_resident? as f64),
         bytes_text,
     ),
@@ -119,19 +160,22 @@ pub(super) const COLUMNS: [Column; 15] = [
         "transient",
         "transient",
         "Bytes that only the build needs",
-        6,
+        11,
         |row| Some(row.bytes_transient? as f64),
         bytes_text,
     ),
-    column(
-        "Error at map points",
-        "mean abs",
-        "map |err|",
-        "Mean absolute error of visibility at covered texel centres",
-        1,
-        |row| Some(map(row)?.mean_abs),
-        significant,
-    ),
+    Column {
+        spread: |row| Some(format!("±{}", one_digit(row.standard_error?))),
+        ..column(
+            "Error at map points",
+            "mean abs",
+            "map |err|",
+            "Mean absolute error of visibility at covered texel centres ± its standard error, where they were sampled",
+            1,
+            |row| Some(map(row)?.mean_abs),
+            significant,
+        )
+    },
     column(
         "Error at map points",
         "× limit",
@@ -146,20 +190,46 @@ pub(super) const COLUMNS: [Column; 15] = [
         "bias",
         "bias",
         "Signed mean: positive is too bright",
-        9,
+        14,
         |row| Some(map(row)?.bias),
         signed,
     ),
-    column("Error at map points", "RMS", "RMS", "Root mean square", 14, |row| Some(map(row)?.rms), significant),
-    column("Error at map points", "p99", "p99", "99th percentile", 13, |row| Some(map(row)?.p99), significant),
-    column("Error at map points", "max", "max", "Largest absolute error", 10, |row| Some(map(row)?.max), significant),
+    column("Error at map points", "RMS", "RMS", "Root mean square", 19, |row| Some(map(row)?.rms), significant),
+    column("Error at map points", "p99", "p99", "99th percentile", 18, |row| Some(map(row)?.p99), significant),
+    column("Error at map points", "max", "max", "Largest absolute error", 15, |row| Some(map(row)?.max), significant),
     column(
         "In space",
         "mean abs",
         "space |err|",
         "Mean absolute error at points all over the casters' bounds",
-        5,
-        |row| Some(row.error.as_ref()?.space?.mean_abs),
+        3,
+        |row| Some(space(row)?.mean_abs),
+        significant,
+    ),
+    Column {
+        spread: |row| false_shadows(space(row)),
+        ..column("In space", "leaks / false", "space leaks/false", LEAKS, 10, |row| leaks(space(row)), count_text)
+    },
+    column(
+        "On surfaces",
+        "mean abs",
+        "surface |err|",
+        "Mean absolute error at points on what the camera sees and on all meshes",
+        7,
+        |row| Some(surface(row)?.mean_abs),
+        significant,
+    ),
+    Column {
+        spread: |row| false_shadows(surface(row)),
+        ..column("On surfaces", "leaks / false", "surface leaks/false", LEAKS, 9, |row| leaks(surface(row)), count_text)
+    },
+    column(
+        "Moving",
+        "flicker",
+        "flicker",
+        "Root mean square of the answer's change minus the truth's, from frame to frame at fixed points",
+        6,
+        |row| row.flicker_rms,
         significant,
     ),
     column(
@@ -167,7 +237,7 @@ pub(super) const COLUMNS: [Column; 15] = [
         "RMSE",
         "image RMSE",
         "Root mean square error of the shaded picture, display-referred",
-        11,
+        16,
         |row| Some(row.error.as_ref()?.image?.rmse),
         significant,
     ),
@@ -176,7 +246,7 @@ pub(super) const COLUMNS: [Column; 15] = [
         "FLIP",
         "FLIP",
         "Mean of the FLIP map of the shaded picture",
-        12,
+        17,
         |row| Some(row.error.as_ref()?.image?.flip_mean),
         significant,
     ),

@@ -5,12 +5,13 @@
 //! | [`Store::write`] | `results.json` and `results.csv`, after every row, atomically |
 //! | [`table`](fn@table) | the terminal |
 //! | [`passes`](fn@passes) | the terminal, where it is asked for |
-//! | [`time_versus_error`] | `time-vs-error.svg` |
+//! | [`plots`](fn@plots) | `time-vs-error.svg`, `frame-vs-error.svg` |
 //! | [`page`](fn@page) | `report.html`: the above, the pictures and the definitions in one file without network |
 //!
 //! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the
-//! page share are listed once, in `columns.rs`. Same results, same bytes out.
+//! page share are listed once, in `columns.rs`, and what is plotted in `axes.rs`. Same results, same bytes out.
 
+mod axes;
 mod colours;
 mod columns;
 mod curve;
@@ -27,6 +28,6 @@ pub use curve::{Line, Points, curve};
 pub use page::page;
 pub use pareto::pareto_front;
 pub use passes::passes;
-pub use plot::time_versus_error;
+pub use plot::plots;
 pub use store::Store;
 pub use table::table;

@@ -1,23 +1,23 @@
 //! The HTML page: everything in one file.
 
 use crate::measure::{DeviceFacts, PointError, Results, Row, Status};
-use crate::report::columns::COLUMNS;
+use crate::report::axes::AXES;
+use crate::report::colours::distinct;
+use crate::report::columns::{Column, shown};
 use crate::report::pareto::{rows_on_front, scenes};
 use crate::report::passes::pass_names;
-use crate::report::plot::time_versus_error;
+use crate::report::plot::plots;
 use crate::report::store::is_plain_name;
 use crate::report::wording::{NOTHING, Specs, grouped, milliseconds, outcome, signed, significant, status_word};
 use crate::{Error, Result};
 use base64::Engine;
 use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior};
+use plotters::style::RGBColor;
 use serde::Serialize;
 use std::path::Path;
 
-/// Colours for passes in the style sheet.
-const PASS_COLOURS: usize = 8;
-
-/// All that the template gets. Everything but the plot and the pictures is escaped there.
+/// All that the template gets. Everything but the plots and the pictures is escaped there.
 #[derive(Serialize)]
 struct Page<'a> {
     gobo: &'a str,
@@ -26,11 +26,18 @@ struct Page<'a> {
     features: Vec<(&'a str, String)>,
     tally: String,
     shared: Option<String>,
-    plot: Option<String>,
-    groups: Vec<Group>,
-    columns: Vec<Heading>,
-    column_count: usize,
+    plots: Vec<String>,
+    /// Of the passes, by their number in the run.
+    colours: Vec<String>,
+    fronts: Vec<Front>,
     scenes: Vec<Scene<'a>>,
+}
+
+/// A Pareto front and its mark.
+#[derive(Clone, Copy, Serialize)]
+struct Front {
+    names: &'static str,
+    mark: usize,
 }
 
 #[derive(Serialize)]
@@ -49,6 +56,9 @@ struct Heading {
 #[derive(Serialize)]
 struct Scene<'a> {
     name: &'a str,
+    groups: Vec<Group>,
+    columns: Vec<Heading>,
+    column_count: usize,
     rows: Vec<PageRow<'a>>,
     reference: Picture,
     passes: Vec<Pass>,
@@ -64,10 +74,11 @@ struct PageRow<'a> {
     status: &'static str,
     outcome: String,
     reason: &'a str,
-    on_front: bool,
+    /// Their marks.
+    on_fronts: Vec<usize>,
     cells: Vec<PageCell>,
     bars: Vec<Bar>,
-    statistics: Vec<[String; 3]>,
+    statistics: Statistics,
     counters: Vec<(&'a str, String)>,
     picture: Picture,
     difference: Picture,
@@ -78,6 +89,13 @@ struct PageCell {
     text: String,
     spread: String,
     value: Option<f64>,
+}
+
+/// A column for each kind of points, a line for each statistic: its name, then its values.
+#[derive(Serialize)]
+struct Statistics {
+    points: Vec<&'static str>,
+    lines: Vec<Vec<String>>,
 }
 
 /// A pass and its colour.
@@ -109,7 +127,7 @@ struct Picture {
 /// Only if the template itself is broken, which a test rules out.
 pub fn page(results: &Results, dir: &Path) -> Result<String> {
     let specs = Specs::of(&results.rows);
-    let on_front = rows_on_front(results);
+    let shared = Shared { specs: &specs, passes: pass_names(results.rows.iter()), fronts: fronts(results) };
     let page = Page {
         gobo: &results.gobo,
         command: &results.command,
@@ -117,11 +135,10 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         features: results.device.features.iter().map(|(name, value)| (name.as_str(), plain(value))).collect(),
         tally: tally(results),
         shared: specs.shared_line(),
-        plot: time_versus_error(results),
-        groups: groups(),
-        columns: headings(),
-        column_count: COLUMNS.len(),
-        scenes: scenes(results).into_iter().map(|name| scene(results, name, &specs, &on_front, dir)).collect(),
+        plots: plots(results).into_iter().map(|(_, svg)| svg).collect(),
+        colours: distinct(shared.passes.len()).iter().map(hexadecimal).collect(),
+        fronts: shared.fronts.iter().map(|&(front, _)| front).collect(),
+        scenes: scenes(results).into_iter().map(|name| scene(results, name, &shared, dir)).collect(),
     };
     let mut environment = Environment::new();
     // A misspelt name in the template must fail in a test, not leave a gap in a report.
@@ -135,13 +152,29 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         .map_err(broken)
 }
 
-fn scene<'a>(results: &'a Results, name: &'a str, specs: &Specs, on_front: &[usize], dir: &Path) -> Scene<'a> {
+/// What all scenes share.
+struct Shared<'a> {
+    specs: &'a Specs,
+    /// Numbered over the whole run, so that a pass has one colour in every scene.
+    passes: Vec<&'a str>,
+    /// With the indices of the rows on it.
+    fronts: Vec<(Front, Vec<usize>)>,
+}
+
+/// Those that have any rows.
+fn fronts(results: &Results) -> Vec<(Front, Vec<usize>)> {
+    let all = AXES.iter().enumerate();
+    let fronts = all.map(|(mark, axes)| (Front { names: axes.names, mark }, rows_on_front(results, axes)));
+    fronts.filter(|(_, rows)| !rows.is_empty()).collect()
+}
+
+fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -> Scene<'a> {
+    let specs = shared.specs;
     let rows: Vec<(usize, &Row)> = results.rows.iter().enumerate().filter(|(_, row)| row.scene == name).collect();
-    // Numbered over the whole run, so that a pass has one colour in every scene.
-    let all_passes = pass_names(results.rows.iter());
-    let colour_of = |name: &str| all_passes.iter().position(|&known| known == name).unwrap_or(0) % PASS_COLOURS;
+    let colour_of = |name: &str| shared.passes.iter().position(|&known| known == name).unwrap_or(0);
     let passes = pass_names(rows.iter().map(|&(_, row)| row));
     let passes = passes.into_iter().map(|name| Pass { name: name.to_owned(), colour: colour_of(name) }).collect();
+    let columns = shown(rows.iter().map(|&(_, row)| row));
     let longest_ns = rows.iter().map(|(_, row)| passes_ns(row)).fold(0.0, f64::max);
     let rows = rows.into_iter().map(|(index, row)| {
         let bars = row.passes.iter().map(|pass| Bar {
@@ -151,7 +184,7 @@ fn scene<'a>(results: &'a Results, name: &'a str, specs: &Specs, on_front: &[usi
             milliseconds: milliseconds(pass.median_ns),
             spread: format!("{}–{}", milliseconds(pass.p05_ns), milliseconds(pass.p95_ns)),
         });
-        let cells = COLUMNS.iter().map(|column| PageCell {
+        let cells = columns.iter().map(|column| PageCell {
             text: (column.value)(row).map(column.text).unwrap_or_else(|| NOTHING.into()),
             spread: (column.spread)(row).unwrap_or_default(),
             value: (column.value)(row).filter(|value| value.is_finite()),
@@ -164,7 +197,12 @@ fn scene<'a>(results: &'a Results, name: &'a str, specs: &Specs, on_front: &[usi
             status: status_word(row.status),
             outcome: outcome(row),
             reason: &row.reason,
-            on_front: on_front.contains(&index),
+            on_fronts: shared
+                .fronts
+                .iter()
+                .filter(|(_, on)| on.contains(&index))
+                .map(|(front, _)| front.mark)
+                .collect(),
             cells: cells.collect(),
             bars: bars.collect(),
             statistics: statistics(row),
@@ -175,32 +213,52 @@ fn scene<'a>(results: &'a Results, name: &'a str, specs: &Specs, on_front: &[usi
     });
     let rows = rows.collect();
     let reference = embedded(dir, Some(&format!("{name}-reference.png")));
-    Scene { name, rows, reference, passes }
+    Scene {
+        name,
+        groups: groups(&columns),
+        columns: headings(&columns),
+        // A row that was refused says why across all of them, even where there are none.
+        column_count: columns.len().max(1),
+        rows,
+        reference,
+        passes,
+    }
 }
 
 fn passes_ns(row: &Row) -> f64 {
     row.passes.iter().map(|pass| pass.median_ns).filter(|ns| ns.is_finite()).sum()
 }
 
-/// Name, at map points, in space.
-fn statistics(row: &Row) -> Vec<[String; 3]> {
-    let Some(error) = &row.error else { return Vec::new() };
-    if error.map.is_none() && error.space.is_none() {
-        return Vec::new();
-    }
-    let line = |name: &str, pick: fn(&PointError) -> f64, text: fn(f64) -> String| {
-        let [map, space] = [&error.map, &error.space].map(|e| e.as_ref().map_or(NOTHING.into(), |e| text(pick(e))));
-        [name.to_owned(), map, space]
+/// What no kind of points has is left out.
+fn statistics(row: &Row) -> Statistics {
+    let Some(error) = &row.error else { return Statistics { points: Vec::new(), lines: Vec::new() } };
+    let kinds = [("map points", error.map), ("in space", error.space), ("on surfaces", error.surface)];
+    let (points, errors): (Vec<_>, Vec<_>) = kinds.into_iter().filter_map(|(name, e)| Some((name, e?))).unzip();
+    let line = |name: &str, text: &dyn Fn(&PointError) -> Option<String>| {
+        let values = errors.iter().map(|e| text(e).unwrap_or_else(|| NOTHING.into()));
+        std::iter::once(name.to_owned()).chain(values).collect::<Vec<_>>()
     };
-    let count = |e: &Option<PointError>| e.and_then(|e| e.points).map_or(NOTHING.into(), grouped);
-    vec![
-        ["points".into(), count(&error.map), count(&error.space)],
-        line("mean abs", |e| e.mean_abs, significant),
-        line("bias", |e| e.bias, signed),
-        line("RMS", |e| e.rms, significant),
-        line("p99", |e| e.p99, significant),
-        line("max", |e| e.max, significant),
-    ]
+    let mut lines = vec![
+        line("points", &|e| e.points.map(grouped)),
+        line("mean abs", &|e| Some(significant(e.mean_abs))),
+        line("bias", &|e| Some(signed(e.bias))),
+        line("RMS", &|e| Some(significant(e.rms))),
+        line("p99", &|e| Some(significant(e.p99))),
+        line("max", &|e| Some(significant(e.max))),
+        line("leaks", &|e| e.leaks.map(grouped)),
+        line("false shadows", &|e| e.false_shadows.map(grouped)),
+        line("boundary: points", &|e| e.boundary.map(|b| grouped(b.points))),
+        line("boundary: mean abs", &|e| e.boundary?.mean_abs.map(significant)),
+        line("boundary: leaks", &|e| e.boundary.map(|b| grouped(b.leaks))),
+        line("boundary: false shadows", &|e| e.boundary.map(|b| grouped(b.false_shadows))),
+    ];
+    lines.retain(|line| line[1..].iter().any(|value| value != NOTHING));
+    Statistics { points, lines }
+}
+
+/// `#0072b2`.
+fn hexadecimal(colour: &RGBColor) -> String {
+    format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2)
 }
 
 /// A picture as a data URI. Only PNG files right in `dir`: the name comes from a file that anyone may have edited.
@@ -220,9 +278,9 @@ fn embedded(dir: &Path, name: Option<&str>) -> Picture {
     }
 }
 
-fn groups() -> Vec<Group> {
+fn groups(columns: &[&Column]) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
-    for column in &COLUMNS {
+    for column in columns {
         match groups.last_mut() {
             Some(group) if group.name == column.group => group.columns += 1,
             _ => groups.push(Group { name: column.group, columns: 1 }),
@@ -231,9 +289,9 @@ fn groups() -> Vec<Group> {
     groups
 }
 
-fn headings() -> Vec<Heading> {
+fn headings(columns: &[&Column]) -> Vec<Heading> {
     let mut before = "";
-    let headings = COLUMNS.iter().map(|column| {
+    let headings = columns.iter().map(|column| {
         let opens_group = column.group != before;
         before = column.group;
         Heading { name: column.name, meaning: column.meaning, opens_group }

@@ -1,6 +1,7 @@
 //! Which points nothing beats in both time and error.
 
-use crate::measure::{Results, Row, Status};
+use crate::measure::Results;
+use crate::report::axes::Axes;
 
 /// The indices of the points that no other point beats: none is at most as large in both coordinates and smaller in
 /// one. Sorted by the first coordinate. Equal points stay together; a point that is not a number is never on the front.
@@ -21,17 +22,8 @@ pub fn pareto_front(points: &[(f64, f64)]) -> Vec<usize> {
     front
 }
 
-/// Build time in milliseconds and mean absolute map error, of a row that has both as finite numbers.
-pub(super) fn time_and_error(row: &Row) -> Option<(f64, f64)> {
-    if row.status != Status::Ok {
-        return None;
-    }
-    let point = (row.build_ns?.median / 1e6, row.error.as_ref()?.map?.mean_abs);
-    (point.0.is_finite() && point.1.is_finite()).then_some(point)
-}
-
 /// Indices into `results.rows` of the rows on the front of their scene, in measured order.
-pub(super) fn rows_on_front(results: &Results) -> Vec<usize> {
+pub(super) fn rows_on_front(results: &Results, axes: &Axes) -> Vec<usize> {
     let mut on_front = Vec::new();
     for scene in scenes(results) {
         let (rows, points): (Vec<_>, Vec<_>) = results
@@ -39,7 +31,7 @@ pub(super) fn rows_on_front(results: &Results) -> Vec<usize> {
             .iter()
             .enumerate()
             .filter(|(_, row)| row.scene == scene)
-            .filter_map(|(index, row)| Some((index, time_and_error(row)?)))
+            .filter_map(|(index, row)| Some((index, axes.point(row)?)))
             .unzip();
         on_front.extend(pareto_front(&points).into_iter().map(|place| rows[place]));
     }

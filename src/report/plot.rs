@@ -1,6 +1,7 @@
-//! Build time against error as an SVG.
+//! Times against errors as SVGs.
 
 use crate::measure::Results;
+use crate::report::axes::{AXES, Axes};
 use crate::report::colours::COLOURS;
 use crate::report::series::{Panel, Point, panels, ticks};
 use crate::report::wording::{one_line, shortened};
@@ -36,10 +37,15 @@ const GRID: RGBColor = RGBColor(0xe3, 0xe6, 0xea);
 /// Coprime to the number of colours, so that thirty series have thirty looks.
 const SHAPES: usize = 5;
 
-/// A log-log SVG, x = build time in ms, y = mean absolute map error, one panel a scene, the Pareto front marked. `None`
-/// when no row has both. An error that a logarithmic axis cannot show stands on a line that says so.
-pub fn time_versus_error(results: &Results) -> Option<String> {
-    let panels = panels(results);
+/// File names and log-log SVGs, of those plots for which a row has time and error: `time-vs-error.svg`, the build
+/// against the map error, and `frame-vs-error.svg`, a frame against the error in space. One panel a scene, its Pareto
+/// front marked. An error that a logarithmic axis cannot show stands on a line that says so.
+pub fn plots(results: &Results) -> Vec<(&'static str, String)> {
+    AXES.iter().filter_map(|axes| Some((axes.file, plot(results, axes)?))).collect()
+}
+
+fn plot(results: &Results, axes: &Axes) -> Option<String> {
+    let panels = panels(results, axes);
     if panels.is_empty() {
         return None;
     }
@@ -57,16 +63,16 @@ pub fn time_versus_error(results: &Results) -> Option<String> {
         let root = SVGBackend::with_string(&mut svg, (WIDTH as u32, height as u32)).into_drawing_area();
         // Drawing into a string cannot fail; if it ever did, there would be no plot to show.
         root.fill(&WHITE).ok()?;
-        title(&root, results).ok()?;
+        title(&root, results, axes).ok()?;
         let mut top = TITLE_HEIGHT;
         for (panel, height) in panels.iter().zip(heights) {
-            draw_panel(&root, panel, top, &names).ok()?;
+            draw_panel(&root, panel, axes, top, &names).ok()?;
             top += height;
         }
         root.present().ok()?;
     }
-    let role = r#"<svg role="img" aria-label="Build time against mean absolute error, one panel a scene" "#;
-    Some(svg.replacen("<svg ", role, 1))
+    let role = format!(r#"<svg role="img" aria-label="{}" "#, axes.aria_label);
+    Some(svg.replacen("<svg ", &role, 1))
 }
 
 /// As tall as its legend needs: the series and at most four fixed entries.
@@ -91,15 +97,15 @@ fn legend_lines(label: &str) -> Vec<String> {
     vec![first.iter().collect(), shortened(&second.iter().collect::<String>(), room)]
 }
 
-fn title(root: &DrawingArea<Backend, Shift>, results: &Results) -> Drawn {
+fn title(root: &DrawingArea<Backend, Shift>, results: &Results, axes: &Axes) -> Drawn {
     let device = &results.device;
-    text(root, "Build time against error", (20, 22), 18, &INK, (HPos::Left, VPos::Center), true)?;
+    text(root, axes.title, (20, 22), 18, &INK, (HPos::Left, VPos::Center), true)?;
     let facts = one_line(&format!("{} ({}) · {} · Vulkan {}", device.name, device.kind, device.driver, device.api));
     let room = characters_in(WIDTH - 40, 13);
     text(root, &shortened(&facts, room), (20, 44), 13, &FAINT_INK, (HPos::Left, VPos::Center), false)
 }
 
-fn draw_panel(root: &DrawingArea<Backend, Shift>, panel: &Panel, top: i32, names: &[&str]) -> Drawn {
+fn draw_panel(root: &DrawingArea<Backend, Shift>, panel: &Panel, axes: &Axes, top: i32, names: &[&str]) -> Drawn {
     let extent = (PLOT_LEFT, top + PLOT_TOP, PLOT_RIGHT, top + PLOT_TOP + plot_height(panel));
     let (left, upper, right, lower) = extent;
     let log = |(low, high): (f64, f64)| low.log10()..high.log10();
@@ -108,7 +114,7 @@ fn draw_panel(root: &DrawingArea<Backend, Shift>, panel: &Panel, top: i32, names
     let room = characters_in(WIDTH - left - 20, 15);
     text(root, &shortened(&panel.scene, room), (left, top + 16), 15, &INK, (HPos::Left, VPos::Center), true)?;
 
-    axes(root, &area, panel, extent)?;
+    draw_axes(root, &area, panel, axes, extent)?;
     let mut labels = Labels { extent, taken: Vec::new() };
     limits_and_floor(root, &area, panel, extent, &mut labels)?;
     front(&area, panel)?;
@@ -124,10 +130,11 @@ fn draw_panel(root: &DrawingArea<Backend, Shift>, panel: &Panel, top: i32, names
         let places: Vec<_> = series.points.iter().map(pixel).collect();
         root.draw(&PathElement::new(places.clone(), colour.mix(0.55).stroke_width(1)))?;
         for (point, &(x, y)) in series.points.iter().zip(&places) {
-            let (low, high) = point.spread_milliseconds;
-            let clamped = |ms: f64| ms.clamp(panel.milliseconds.0, panel.milliseconds.1).log10();
-            let spread = [clamped(low), clamped(high)].map(|ms| area.map_coordinate(&(ms, point.error.log10())));
-            root.draw(&PathElement::new(spread.to_vec(), colour.mix(0.55).stroke_width(2)))?;
+            if let Some((low, high)) = point.spread_milliseconds {
+                let clamped = |ms: f64| ms.clamp(panel.milliseconds.0, panel.milliseconds.1).log10();
+                let spread = [clamped(low), clamped(high)].map(|ms| area.map_coordinate(&(ms, point.error.log10())));
+                root.draw(&PathElement::new(spread.to_vec(), colour.mix(0.55).stroke_width(2)))?;
+            }
             if point.on_front {
                 root.draw(&Circle::new((x, y), 9, INK.stroke_width(2)))?;
             }
@@ -142,7 +149,13 @@ fn draw_panel(root: &DrawingArea<Backend, Shift>, panel: &Panel, top: i32, names
     legend(root, panel, upper, names)
 }
 
-fn axes(root: &DrawingArea<Backend, Shift>, area: &Logarithmic, panel: &Panel, extent: Extent) -> Drawn {
+fn draw_axes(
+    root: &DrawingArea<Backend, Shift>,
+    area: &Logarithmic,
+    panel: &Panel,
+    axes: &Axes,
+    extent: Extent,
+) -> Drawn {
     let (left, upper, right, lower) = extent;
     for (milliseconds, labelled) in ticks(panel.milliseconds) {
         let (x, _) = area.map_coordinate(&(milliseconds.log10(), 0.0));
@@ -164,9 +177,9 @@ fn axes(root: &DrawingArea<Backend, Shift>, area: &Logarithmic, panel: &Panel, e
     root.draw(&Rectangle::new([(left, upper), (right, lower)], FAINT_INK.stroke_width(1)))?;
     let middle = ((left + right) / 2, (upper + lower) / 2);
     let centred = (HPos::Center, VPos::Center);
-    text(root, "build time, ms (median; bars from p05 to p95)", (middle.0, lower + 36), 13, &INK, centred, false)?;
+    text(root, axes.time_title, (middle.0, lower + 36), 13, &INK, centred, false)?;
     let style = style_of(13, &INK, centred, false).transform(FontTransform::Rotate270);
-    root.draw(&Text::new("mean absolute error of visibility (map points)", (22, middle.1), style))
+    root.draw(&Text::new(axes.error_title, (22, middle.1), style))
 }
 
 /// Lines across the panel, each with its name at an end where there is room.

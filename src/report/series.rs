@@ -1,21 +1,22 @@
-//! What the plot shows, before any pixel: panels, series, points and the ranges of their axes.
+//! What a plot shows, before any pixel: panels, series, points and the ranges of their axes.
 
-use crate::measure::{Results, Row, Status};
-use crate::report::pareto::{pareto_front, scenes, time_and_error};
+use crate::measure::{Results, Row};
+use crate::report::axes::Axes;
+use crate::report::pareto::{pareto_front, scenes};
 use crate::report::wording::{Specs, one_line};
 
 /// Errors below this are rounding of 32-bit visibility and not worth a decade of the axis.
 const SMALLEST_ERROR: f64 = 1e-7;
-/// The resolution of a device timestamp, about: a build of zero nanoseconds stands there.
+/// The resolution of a device timestamp, about: a time of zero nanoseconds stands there.
 const SMALLEST_MILLISECONDS: f64 = 1e-6;
 
 /// One measured row.
 pub(super) struct Point {
-    /// Median build time, clamped to what the axis can show.
+    /// The time, clamped to what the axis can show.
     pub(super) milliseconds: f64,
-    /// 5th and 95th percentile of it.
-    pub(super) spread_milliseconds: (f64, f64),
-    /// Mean absolute map error, clamped to the panel's floor.
+    /// 5th and 95th percentile of it, where they are known.
+    pub(super) spread_milliseconds: Option<(f64, f64)>,
+    /// Mean absolute error, clamped to the panel's floor.
     pub(super) error: f64,
     /// Nodes, or nothing for a technique without.
     pub(super) label: String,
@@ -55,19 +56,15 @@ pub(super) struct Panel {
     pub(super) error: (f64, f64),
 }
 
-/// One panel for each scene that has a measured row.
-pub(super) fn panels(results: &Results) -> Vec<Panel> {
+/// One panel for each scene that has a row with both.
+pub(super) fn panels(results: &Results, axes: &Axes) -> Vec<Panel> {
     let specs = Specs::of(&results.rows);
-    scenes(results).into_iter().filter_map(|scene| panel(results, scene, &specs)).collect()
+    scenes(results).into_iter().filter_map(|scene| panel(results, axes, scene, &specs)).collect()
 }
 
-fn panel(results: &Results, scene: &str, specs: &Specs) -> Option<Panel> {
-    let rows: Vec<(&Row, (f64, f64))> = results
-        .rows
-        .iter()
-        .filter(|row| row.scene == scene && row.status == Status::Ok)
-        .filter_map(|row| Some((row, time_and_error(row)?)))
-        .collect();
+fn panel(results: &Results, axes: &Axes, scene: &str, specs: &Specs) -> Option<Panel> {
+    let rows: Vec<(&Row, (f64, f64))> =
+        results.rows.iter().filter(|row| row.scene == scene).filter_map(|row| Some((row, axes.point(row)?))).collect();
     let measured: Vec<(f64, f64)> = rows.iter().map(|&(_, point)| point).collect();
     let front = pareto_front(&measured);
 
@@ -80,10 +77,9 @@ fn panel(results: &Results, scene: &str, specs: &Specs) -> Option<Panel> {
 
     let mut series: Vec<Series> = Vec::new();
     for (place, &(row, (milliseconds, error))) in rows.iter().enumerate() {
-        let timing = row.build_ns?;
         let point = Point {
             milliseconds: milliseconds.max(SMALLEST_MILLISECONDS),
-            spread_milliseconds: (timing.p05 / 1e6, timing.p95 / 1e6),
+            spread_milliseconds: (axes.spread_milliseconds)(row),
             error: floor.map_or(error, |floor| error.max(floor)),
             label: row.variant.get("nodes").map(|nodes| one_line(nodes)).unwrap_or_default(),
             on_front: front.contains(&place),
@@ -99,7 +95,7 @@ fn panel(results: &Results, scene: &str, specs: &Specs) -> Option<Panel> {
         series.points.sort_by_key(|point| point.label.parse::<u64>().unwrap_or(u64::MAX));
     }
 
-    let limits = limits(&rows);
+    let limits = limits(&rows, axes);
     let points = || series.iter().flat_map(|series| &series.points);
     let times = points().map(|point| point.milliseconds);
     let errors = points().map(|point| point.error).chain(limits.iter().map(|limit| limit.error));
@@ -123,11 +119,11 @@ fn series_name(row: &Row, specs: &Specs) -> String {
 }
 
 /// One for each number of nodes, if all its rows agree: a sweep over sizes has several, which would be a thicket.
-fn limits(rows: &[(&Row, (f64, f64))]) -> Vec<Limit> {
+fn limits(rows: &[(&Row, (f64, f64))], axes: &Axes) -> Vec<Limit> {
     let mut limits: Vec<Limit> = Vec::new();
     let mut disputed = Vec::new();
     for (row, _) in rows {
-        let (Some(error), Some(nodes)) = (row.limit_mean_abs, row.variant.get("nodes")) else { continue };
+        let (Some(error), Some(nodes)) = ((axes.limit)(row), row.variant.get("nodes")) else { continue };
         if !error.is_finite() || error < SMALLEST_ERROR {
             continue;
         }

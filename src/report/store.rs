@@ -105,6 +105,22 @@ pub(super) fn is_plain_name(name: &str) -> bool {
     matches!((components.next(), components.next()), (Some(Component::Normal(only)), None) if only == name)
 }
 
+/// Of a kind of points, behind its name: `map_mean_abs`.
+const POINT_COLUMNS: [&str; 12] = [
+    "points",
+    "mean_abs",
+    "bias",
+    "rms",
+    "p99",
+    "max",
+    "leaks",
+    "false_shadows",
+    "boundary_points",
+    "boundary_mean_abs",
+    "boundary_leaks",
+    "boundary_false_shadows",
+];
+
 /// One line a row, flat. Numbers in full precision; a value that is missing is an empty field.
 fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn std::error::Error>> {
     let counters: BTreeSet<&str> =
@@ -115,12 +131,12 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     names.extend(["host_median_ns", "host_p05_ns", "host_p95_ns", "host_samples"].map(String::from));
     names.extend(["pass_median_ns", "lookup_median_ns_per_million"].map(String::from));
     names.extend(["draw_median_ns", "draw_p05_ns", "draw_p95_ns", "draw_samples"].map(String::from));
-    names.extend(["bytes_resident", "bytes_transient"].map(String::from));
-    for points in ["map", "space"] {
-        let statistics = ["points", "mean_abs", "bias", "rms", "p99", "max"];
-        names.extend(statistics.map(|statistic| format!("{points}_{statistic}")));
+    names.extend(["frame_ns", "bytes_resident", "bytes_transient"].map(String::from));
+    for points in ["map", "space", "surface"] {
+        names.extend(POINT_COLUMNS.map(|column| format!("{points}_{column}")));
     }
-    names.extend(["image_rmse", "image_flip_mean", "limit_mean_abs"].map(String::from));
+    names
+        .extend(["image_rmse", "image_flip_mean", "limit_mean_abs", "standard_error", "flicker_rms"].map(String::from));
     // A prefix, for a counter may be called like a column.
     names.extend(counters.iter().map(|name| format!("counter_{name}")));
     writer.write_record(&names)?;
@@ -131,8 +147,6 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
 }
 
 fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
-    let number = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
-    let count = |value: Option<u64>| value.map(|v| v.to_string()).unwrap_or_default();
     let mut fields = vec![
         row.scene.clone(),
         row.technique.clone(),
@@ -152,15 +166,43 @@ fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
     fields.push(passes.join(" "));
     fields.push(number(row.lookup_ns_per_million.map(|timing| timing.median)));
     fields.extend(timing(row.draw_ns));
+    fields.push(number(row.frame_ns));
     fields.extend([row.bytes_resident, row.bytes_transient].map(count));
-    let statistics: [fn(PointError) -> f64; 5] = [|e| e.mean_abs, |e| e.bias, |e| e.rms, |e| e.p99, |e| e.max];
-    for points in [row.error.as_ref().and_then(|error| error.map), row.error.as_ref().and_then(|error| error.space)] {
-        fields.push(count(points.and_then(|e| e.points)));
-        fields.extend(statistics.map(|of| number(points.map(of))));
+    let error = row.error.as_ref();
+    for points in [error.and_then(|e| e.map), error.and_then(|e| e.space), error.and_then(|e| e.surface)] {
+        fields.extend(point_fields(points));
     }
-    fields.push(number(row.error.as_ref().and_then(|error| error.image).map(|image| image.rmse)));
-    fields.push(number(row.error.as_ref().and_then(|error| error.image).map(|image| image.flip_mean)));
-    fields.push(number(row.limit_mean_abs));
+    let image = error.and_then(|error| error.image);
+    fields.extend([image.map(|image| image.rmse), image.map(|image| image.flip_mean)].map(number));
+    fields.extend([row.limit_mean_abs, row.standard_error, row.flicker_rms].map(number));
     fields.extend(counters.iter().map(|&name| row.counters.get(name).map(u64::to_string).unwrap_or_default()));
     fields
+}
+
+/// As [`POINT_COLUMNS`].
+fn point_fields(points: Option<PointError>) -> [String; POINT_COLUMNS.len()] {
+    let statistic = |of: fn(PointError) -> f64| number(points.map(of));
+    let boundary = points.and_then(|e| e.boundary);
+    [
+        count(points.and_then(|e| e.points)),
+        statistic(|e| e.mean_abs),
+        statistic(|e| e.bias),
+        statistic(|e| e.rms),
+        statistic(|e| e.p99),
+        statistic(|e| e.max),
+        count(points.and_then(|e| e.leaks)),
+        count(points.and_then(|e| e.false_shadows)),
+        count(boundary.map(|b| b.points)),
+        number(boundary.and_then(|b| b.mean_abs)),
+        count(boundary.map(|b| b.leaks)),
+        count(boundary.map(|b| b.false_shadows)),
+    ]
+}
+
+fn number(value: Option<f64>) -> String {
+    value.map(|v| v.to_string()).unwrap_or_default()
+}
+
+fn count(value: Option<u64>) -> String {
+    value.map(|v| v.to_string()).unwrap_or_default()
 }

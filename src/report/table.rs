@@ -1,7 +1,7 @@
 //! The table for the terminal.
 
 use crate::measure::{Results, Row, Status};
-use crate::report::columns::{COLUMNS, Column};
+use crate::report::columns::{Column, shown};
 use crate::report::pareto::scenes;
 use crate::report::wording::{Specs, one_line, outcome, shortened};
 use comfy_table::presets::NOTHING;
@@ -12,9 +12,9 @@ const GAP: usize = 2;
 /// Columns that every row has: the spec and the path.
 const NAMING_COLUMNS: usize = 2;
 
-/// One row a line, grouped by scene in the order in which they were measured. On a terminal that is too narrow, the
-/// columns that say least go first, and a last line names them. Never any colour, so that a file or pipe gets the same
-/// text in full width.
+/// One row a line, grouped by scene in the order in which they were measured. A column in which
+/// no row has a value is not there. On a terminal that is too narrow, the columns that say least go first, and a last
+/// line names them. Never any colour, so that a file or pipe gets the same text in full width.
 pub fn table(results: &Results) -> String {
     table_of_width(results, Table::new().width().map(usize::from))
 }
@@ -31,7 +31,7 @@ fn table_of_width(results: &Results, width: Option<usize>) -> String {
         return text + "nothing measured\n";
     }
 
-    let mut columns: Vec<&Column> = COLUMNS.iter().collect();
+    let mut columns = shown(results.rows.iter());
     let mut left_out = Vec::new();
     let mut longest_spec = usize::MAX;
     let lines = loop {
@@ -69,7 +69,7 @@ fn lines(results: &Results, specs: &Specs, columns: &[&Column], longest_spec: us
     table.load_style(NOTHING).set_content_arrangement(ContentArrangement::Disabled);
     let naming = ["  technique", "path"].map(String::from);
     table.set_header(naming.into_iter().chain(columns.iter().map(|column| column.heading.to_owned())));
-    let mut shown: Vec<&Row> = Vec::new();
+    let mut rows: Vec<&Row> = Vec::new();
     for scene in scenes(results) {
         for row in results.rows.iter().filter(|row| row.scene == scene) {
             let naming = [format!("  {}", spec(row)), one_line(&row.path)].map(Cell::new);
@@ -78,7 +78,7 @@ fn lines(results: &Results, specs: &Specs, columns: &[&Column], longest_spec: us
                 Status::Refused | Status::Failed => Cell::new(""),
             });
             table.add_row(naming.into_iter().chain(cells));
-            shown.push(row);
+            rows.push(row);
         }
     }
     for (place, column) in table.column_iter_mut().enumerate() {
@@ -95,7 +95,7 @@ fn lines(results: &Results, specs: &Specs, columns: &[&Column], longest_spec: us
     let mut lines: Vec<String> = rendered.next().map(|heading| heading.trim_end().to_owned()).into_iter().collect();
     lines.push("─".repeat(table_width));
     let mut scene = None;
-    for (row, line) in shown.into_iter().zip(rendered) {
+    for (row, line) in rows.into_iter().zip(rendered) {
         if scene != Some(&row.scene) {
             lines.push(one_line(&row.scene));
             scene = Some(&row.scene);

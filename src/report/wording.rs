@@ -23,6 +23,15 @@ pub(super) fn significant(value: f64) -> String {
     }
 }
 
+/// One significant digit, for what only says how far to trust another number: `0.00003`, `2`, `4e-6`.
+pub(super) fn one_digit(value: f64) -> String {
+    let scientific = format!("{value:.0e}");
+    match scientific.parse::<f64>() {
+        Ok(rounded) if rounded == 0.0 || rounded >= 1e-5 => rounded.to_string(),
+        _ => scientific,
+    }
+}
+
 /// Like [`significant`], with a sign that is always there unless the value is zero.
 pub(super) fn signed(value: f64) -> String {
     match value {
@@ -181,6 +190,14 @@ mod tests {
             assert_eq!(significant(value), text);
         }
         assert_eq!([signed(0.5), signed(-0.5), signed(0.0)], ["+0.500", "−0.500", "0"]);
+    }
+
+    #[test]
+    fn one_digit_of_a_standard_error() {
+        let cases = [(0.0000312, "0.00003"), (0.000996, "0.001"), (4.4e-6, "4e-6"), (17.0, "20"), (0.0, "0")];
+        for (value, text) in cases {
+            assert_eq!(one_digit(value), text);
+        }
     }
 
     #[test]

@@ -1,0 +1,64 @@
+//! What each plot sets against each other.
+
+use crate::measure::{Row, Status};
+
+/// A time and an error of a row.
+pub(super) struct Axes {
+    /// Of the SVG in the output folder.
+    pub(super) file: &'static str,
+    /// Above the plot.
+    pub(super) title: &'static str,
+    /// For who cannot see the plot.
+    pub(super) aria_label: &'static str,
+    /// In a sentence.
+    pub(super) names: &'static str,
+    /// Below a panel, with its unit.
+    pub(super) time_title: &'static str,
+    /// On the left of a panel.
+    pub(super) error_title: &'static str,
+    milliseconds: fn(&Row) -> Option<f64>,
+    /// 5th and 95th percentile, where they are known.
+    pub(super) spread_milliseconds: fn(&Row) -> Option<(f64, f64)>,
+    error: fn(&Row) -> Option<f64>,
+    /// The lowest error that so many nodes can have.
+    pub(super) limit: fn(&Row) -> Option<f64>,
+}
+
+/// A build may be short because the look-ups have the work: only a frame has both in it.
+pub(super) const AXES: [Axes; 2] = [
+    Axes {
+        file: "time-vs-error.svg",
+        title: "Build time against map error",
+        aria_label: "Build time against mean absolute error at map points, one panel a scene",
+        names: "build time and map error",
+        time_title: "build time, ms (median; bars from p05 to p95)",
+        error_title: "mean absolute error of visibility (map points)",
+        milliseconds: |row| Some(row.build_ns?.median / 1e6),
+        spread_milliseconds: |row| row.build_ns.map(|timing| (timing.p05 / 1e6, timing.p95 / 1e6)),
+        error: |row| Some(row.error.as_ref()?.map?.mean_abs),
+        limit: |row| row.limit_mean_abs,
+    },
+    Axes {
+        file: "frame-vs-error.svg",
+        title: "Time of a frame against space error",
+        aria_label: "Time of a frame against mean absolute error in space, one panel a scene",
+        names: "frame time and space error",
+        time_title: "time of a frame, ms (a build, and the picture's casters drawn)",
+        error_title: "mean absolute error of visibility (in space)",
+        milliseconds: |row| Some(row.frame_ns? / 1e6),
+        spread_milliseconds: |_| None,
+        error: |row| Some(row.error.as_ref()?.space?.mean_abs),
+        limit: |_| None,
+    },
+];
+
+impl Axes {
+    /// Milliseconds and error of a row that was measured and has both as finite numbers.
+    pub(super) fn point(&self, row: &Row) -> Option<(f64, f64)> {
+        if row.status != Status::Ok {
+            return None;
+        }
+        let point = ((self.milliseconds)(row)?, (self.error)(row)?);
+        (point.0.is_finite() && point.1.is_finite()).then_some(point)
+    }
+}
