@@ -183,17 +183,17 @@ fn images_of_other_formats_are_refused() {
 
 push_struct! {
     /// What glsl/bins/compact.comp is pushed, under its name.
-    struct CompactPush { caster_count: u32 }
+    struct CompactPush { caster_count: u32, capacity: u32 }
 }
 
 push_struct! {
     /// As much, of another type.
-    struct Misread { caster_count: f32 }
+    struct Misread { caster_count: f32, capacity: u32 }
 }
 
 push_struct! {
     /// More than that.
-    struct TooMuch { caster_count: u32, capacity: u32 }
+    struct TooMuch { caster_count: u32, capacity: u32, more: u32 }
 }
 
 /// A kernel is made only where what Rust pushes is what the shader reads; the error shows both.
@@ -203,13 +203,17 @@ fn the_wrong_push_constants_are_refused() {
         fn make<P: gobo::gpu::Push>(context: &gobo::gpu::Context) -> gobo::Result<Kernel<P>> {
             Kernel::compute(context, &shaders::bins::COMPACT, &[], &Constants::new())
         }
-        let reads = "`CompactPush { uint caster_count; }`";
+        let reads = "`CompactPush { uint caster_count; uint capacity; }`";
         let refused = [
             make::<Misread>(context).map(|_| ()),
             make::<TooMuch>(context).map(|_| ()),
             make::<()>(context).map(|_| ()),
         ];
-        let has = ["`Misread { float caster_count; }`", "`TooMuch { uint caster_count; uint capacity; }`", "``"];
+        let has = [
+            "`Misread { float caster_count; uint capacity; }`",
+            "`TooMuch { uint caster_count; uint capacity; uint more; }`",
+            "``",
+        ];
         for (result, has) in refused.into_iter().zip(has) {
             names(result, "bins/compact.comp", &format!("{reads}, and Rust has {has}"));
         }

@@ -1,18 +1,16 @@
 //! The casters drawn as quads over the maps, in order; those that the bins found to meet no tile are left out.
 
-use super::{Bins, Map, Maps};
+use super::compact::COMMAND_BYTES;
+use super::{Bins, Compact, Map, Maps};
 use crate::Result;
 use crate::gpu::{
-    Bindings, Blend, Buffer, Commands, Constants, Context, Draw, Format, Graphics, Kernel, Memory, Resource, Shader,
+    Bindings, Blend, Buffer, Commands, Constants, Context, Draw, Format, Graphics, Kernel, Resource, Shader,
     push_struct,
 };
 use crate::scene::near_to_far;
 use crate::shaders;
 use crate::world::World;
 use std::ops::Range;
-
-/// Bytes of a draw's command: vertices, instances, first vertex, first instance.
-const COMMAND_BYTES: u64 = 16;
 
 push_struct! {
     /// Twin: SplatPush in glsl/maps/splat.glsl.
@@ -28,11 +26,6 @@ push_struct! {
         /// Of the lists that are drawn into, if any.
         capacity: u32,
     }
-}
-
-push_struct! {
-    /// Twin: CompactPush in glsl/bins/compact.comp.
-    struct CompactPush { caster_count: u32 }
 }
 
 /// The order in which casters are drawn.
@@ -51,18 +44,12 @@ pub struct Splat {
     generation: u64,
     order: Buffer,
     set: Bindings,
-    culled: Option<Culled>,
+    /// What is left where casters are culled.
+    culled: Option<Compact>,
     /// Between the orders of two maps.
     capacity: u32,
     caster_count: u32,
     size: [u32; 2],
-}
-
-/// Where the casters that are left stand.
-struct Culled {
-    drawn: Buffer,
-    draws: Buffer,
-    compact: Kernel<CompactPush>,
 }
 
 impl Splat {
@@ -81,16 +68,7 @@ impl Splat {
         let order = Buffer::with_data(context, "splat.order", &orders(world, maps.all(), sorting, capacity))?;
         let culled = match bins {
             None => None,
-            Some(bins) => {
-                let drawn = Buffer::new(context, "splat.casters", order.bytes(), Memory::Device)?;
-                let bytes = COMMAND_BYTES * u64::from(maps.count());
-                let draws = Buffer::new(context, "splat.draws", bytes, Memory::Device)?;
-                let resources = [&order, &drawn, &draws].map(|b| Resource::Buffer(b.clone()));
-                let set = Bindings::new(context, "splat.compact", &resources)?;
-                let sets = [bins.set(), &set];
-                let compact = Kernel::compute(context, &shaders::bins::COMPACT, &sets, &Constants::new())?;
-                Some(Culled { drawn, draws, compact })
-            }
+            Some(bins) => Some(Compact::new(context, bins.met(), &order, capacity, maps.count())?),
         };
         let drawn = culled.as_ref().map_or(&order, |c| &c.drawn).clone();
         let set = Bindings::new(context, "splat", &[Resource::Buffer(drawn)])?;
@@ -144,10 +122,7 @@ impl Splat {
             commands.upload("splat.order", &self.order, &orders)?;
         }
         if let (Some(culled), Some(_)) = (&self.culled, bins) {
-            commands.pass("bins.compact", |pass| {
-                let push = CompactPush { caster_count: self.caster_count };
-                pass.dispatch(&culled.compact, &push, [1, 1, maps.count()]);
-            });
+            culled.record(commands, self.caster_count);
         }
         Ok(())
     }
@@ -155,7 +130,7 @@ impl Splat {
     /// Draws the casters of each map of `maps`, group number `group`, one map above the other.
     pub fn draw(&self, draw: &mut Draw, kernel: &Kernel<SplatPush>, maps: Range<u32>, group: u32, capacity: u32) {
         for (slot, map) in (0..).zip(maps) {
-            let push = SplatPush { map, order_first: map * self.caster_count, slot, group, capacity };
+            let push = SplatPush { map, order_first: map * self.capacity, slot, group, capacity };
             draw.rows(slot * self.size[1], self.size);
             match &self.culled {
                 None => draw.draw(kernel, &push, 6 * self.caster_count, 1),
@@ -166,17 +141,19 @@ impl Splat {
 
     /// Bytes of the order that is left and the commands.
     pub fn bytes(&self) -> u64 {
-        self.culled.as_ref().map_or(0, |c| c.drawn.bytes() + c.draws.bytes())
+        self.culled.as_ref().map_or(0, Compact::bytes)
     }
 }
 
-/// The orders of all maps, one after the other.
+/// The orders of all maps, each with room for `capacity` casters.
 fn orders(world: &World, maps: &[Map], sorting: DrawingOrder, capacity: u32) -> Vec<u32> {
-    let order = |map: &Map| match sorting {
-        DrawingOrder::Index => (0..world.caster_count()).collect(),
-        DrawingOrder::NearToFar => near_to_far(world.scene(), &map.volume),
+    let order = |map: &Map| {
+        let mut order: Vec<u32> = match sorting {
+            DrawingOrder::Index => (0..world.caster_count()).collect(),
+            DrawingOrder::NearToFar => near_to_far(world.scene(), &map.volume),
+        };
+        order.resize(capacity as usize, 0);
+        order
     };
-    let mut all: Vec<u32> = maps.iter().flat_map(order).collect();
-    all.resize(maps.len() * capacity as usize, 0);
-    all
+    maps.iter().flat_map(order).collect()
 }
