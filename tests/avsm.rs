@@ -341,7 +341,8 @@ fn paths_are_what_the_device_can_do() {
     });
 }
 
-/// Lanes are all there where subgroups are full and no wider than the workgroup of 32 threads; what is missing is named.
+/// Lanes are all there where subgroups are full and no wider than the workgroup of 32 threads; what is missing is
+/// named.
 #[test]
 fn lanes_need_full_subgroups() {
     gpu_test("lanes_need_full_subgroups", |context| {

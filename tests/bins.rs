@@ -1,5 +1,5 @@
-//! Binning where numbers are large: casters that meet a tile are gathered in drawing order by many workgroups, and sums of
-//! entries and of bounds pass 32 bits.
+//! Binning where numbers are large: casters that meet a tile are gathered in drawing order by many workgroups, and sums
+//! of entries and of bounds pass 32 bits.
 
 mod support;
 
@@ -113,8 +113,8 @@ fn entries_are_counted_past_32_bits() {
     });
 }
 
-/// A million and more opaque casters over one texel: the bound of their optical depths is more than 32 bits hold, and the sum
-/// would be if it were counted in units as fine as the remainder of the bound allows.
+/// A million and more opaque casters over one texel: the bound of their optical depths is more than 32 bits hold, and
+/// the sum would be if it were counted in units as fine as the remainder of the bound allows.
 #[test]
 fn a_million_opaque_casters_are_dark() {
     let name = "a_million_opaque_casters_are_dark";

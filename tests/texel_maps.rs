@@ -242,8 +242,8 @@ fn many_opaque_casters_are_a_number() {
     });
 }
 
-/// Half floats that overflow are infinite on some drivers and the largest number on others. Here they are made infinite: in
-/// front of such a texel is light, where infinity times nothing is no number, and behind it none.
+/// Half floats that overflow are infinite on some drivers and the largest number on others. Here they are made
+/// infinite: in front of such a texel is light, where infinity times nothing is no number, and behind it none.
 #[test]
 fn an_infinite_texel_is_a_number() {
     use gobo::gpu::Target;

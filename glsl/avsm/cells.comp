@@ -5,8 +5,9 @@
 // Invariant: cells are whole numbers, so the result depends only on the casters, not on the order they come in.
 // Source: ours. Twin: reference::twin::avsm::cells.
 
-// LANES 0: a whole tile. LANES 1: half a tile, with what bins/batch.glsl has for software devices: a whole one would need
-// more shared memory than they have. LANES 2: half a tile, else as 0, for devices of as little memory or of few threads.
+// LANES 0: a whole tile. LANES 1: half a tile, with what bins/batch.glsl has for software devices: a whole one would
+// need more shared memory than they have. LANES 2: half a tile, else as 0, for devices of as little memory or of few
+// threads.
 // variants: LANES 0 1 2
 #include "avsm/curve.glsl"
 #include "bins/sums.glsl"

@@ -1,6 +1,6 @@
-// How the casters of a map that meet some tile are put together in their drawing order, by many workgroups: a bit a caster
-// and their number a block (mark), where each block begins (scan), the casters themselves (compact). A thread has a word of
-// bits. Bound by maps::Compact.
+// How the casters of a map that meet some tile are put together in their drawing order, by many workgroups: a bit a
+// caster and their number a block (mark), where each block begins (scan), the casters themselves (compact). A thread
+// has a word of bits. Bound by maps::Compact.
 #ifndef BINS_MARKS_GLSL
 #define BINS_MARKS_GLSL
 #extension GL_EXT_scalar_block_layout : require

@@ -27,7 +27,8 @@ const uint SPAN = THREADS == TEXELS ? 8u : 4u, SPANS = TEXELS / SPAN, CASTERS = 
 const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
 
 // Slice k of texel t at k · TEXELS + t, so that the threads of a subgroup never meet in a bank: units of optical depth. With
-// 256 slices it is all the shared memory that many devices have, so the first two words are the bound before they are sums.
+// 256 slices it is all the shared memory that many devices have, so the first two words are the bound before they are
+// sums.
 shared uint slices[SLICES * TEXELS];
 
 void write(uint map, uvec2 texel, uint slice, vec4 transmittance) {

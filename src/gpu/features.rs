@@ -5,8 +5,8 @@ use ash::{ext, khr, vk};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Storage buffers of a shader stage, at least: more than the 4 that Vulkan guarantees. A pass that builds reads maps, casters,
-/// triangles and seven buffers of bins, and writes curves.
+/// Storage buffers of a shader stage, at least: more than the 4 that Vulkan guarantees. A pass that builds reads maps,
+/// casters, triangles and seven buffers of bins, and writes curves.
 pub(super) const STORAGE_BUFFERS: u32 = 16;
 
 /// What a device is, by its own word.
@@ -49,8 +49,8 @@ pub struct Features {
     /// discrete, integrated, virtual, cpu or other.
     #[serde(rename = "type")]
     pub kind: DeviceKind,
-    /// The floor that is missing, or none: Vulkan 1.3 with synchronization2, dynamic rendering, scalar block layout and 16
-    /// storage buffers a stage.
+    /// The floor that is missing, or none: Vulkan 1.3 with synchronization2, dynamic rendering, scalar block layout and
+    /// 16 storage buffers a stage.
     pub below_floor: Option<String>,
     /// VK_EXT_fragment_shader_interlock, fragmentShaderPixelInterlock.
     pub fragment_shader_pixel_interlock: bool,
@@ -202,8 +202,8 @@ impl Features {
         short.map(|(name, has, needs)| format!("{name} of at least {needs} (this device has {has})"))
     }
 
-    /// What keeps threads of a workgroup of `threads` from sharing what they hold, subgroup by subgroup: a subgroup that is
-    /// wider than the workgroup, or compiled narrower than it says, lacks lanes.
+    /// What keeps threads of a workgroup of `threads` from sharing what they hold, subgroup by subgroup: a subgroup
+    /// that is wider than the workgroup, or compiled narrower than it says, lacks lanes.
     pub fn lacks_full_subgroups(&self, threads: u32) -> Option<String> {
         let size = self.subgroup_size;
         if !self.subgroup_ballot {

@@ -167,8 +167,8 @@ impl<P: Push> Kernel<P> {
     /// A compute shader. Set i is `sets[i]`.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the driver rejects the shader, or `P` is not what it is pushed; [`Error::Refused`] where a stage
-    /// of the device has not so many buffers, images or sets.
+    /// [`Error::Gpu`] where the driver rejects the shader, or `P` is not what it is pushed; [`Error::Refused`] where a
+    /// stage of the device has not so many buffers, images or sets.
     pub fn compute(context: &Context, shader: &Shader, sets: &[&Bindings], constants: &Constants) -> Result<Self> {
         Self::computing(context, shader, sets, constants, vk::PipelineShaderStageCreateFlags::empty())
     }

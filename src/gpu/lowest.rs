@@ -4,8 +4,9 @@ use super::Features;
 use super::features::STORAGE_BUFFERS;
 
 impl Features {
-    /// As it is, or less: `GOBO_TEST_LIMITS=lowest` for limits as low as Vulkan 1.3 allows, `GOBO_TEST_FEATURES=none` for none
-    /// of what is optional. What is not reported is not switched on, so that the validation layer sees its use.
+    /// As it is, or less: `GOBO_TEST_LIMITS=lowest` for limits as low as Vulkan 1.3 allows, `GOBO_TEST_FEATURES=none`
+    /// for none of what is optional. What is not reported is not switched on, so that the validation layer sees its
+    /// use.
     pub(super) fn lowered_for_tests(self) -> Self {
         let is = |name, value| std::env::var(name).is_ok_and(|set| set == value);
         let limited = if is("GOBO_TEST_LIMITS", "lowest") { self.with_lowest_limits() } else { self };

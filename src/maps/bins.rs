@@ -286,8 +286,8 @@ impl Bins {
         if entries <= self.capacity.into() || !self.keeps_entries {
             return Ok(false);
         }
-        // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much. What
-        // is past the limit is an error here.
+        // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
+        // What is past the limit is an error here.
         let wanted = (entries + entries / 8).min(limit(&self.context)).max(entries);
         self.entries = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device)?;
         self.capacity = wanted as u32;

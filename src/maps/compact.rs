@@ -1,4 +1,5 @@
-//! The casters of each map that meet some tile, in their drawing order, gathered by many workgroups: mark, scan, compact.
+//! The casters of each map that meet some tile, in their drawing order, gathered by many workgroups: mark, scan,
+//! compact.
 
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
@@ -35,8 +36,8 @@ pub struct Compact {
 }
 
 impl Compact {
-    /// For `map_count` maps of at most `capacity` casters: `met` says of each whether it meets a tile, the casters of a map
-    /// right behind those of the one before; `order` is the drawing orders, each from map · capacity on.
+    /// For `map_count` maps of at most `capacity` casters: `met` says of each whether it meets a tile, the casters of a
+    /// map right behind those of the one before; `order` is the drawing orders, each from map · capacity on.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.

@@ -73,9 +73,9 @@ pub fn gpu_test_needing(name: &str, requirements: &[Requirement], body: impl FnO
 /// Why a test ends where a lowered device refuses what it asks for.
 struct Refusal(String);
 
-/// What was opened for `what`. Where the environment makes the device a lesser one (GOBO_TEST_LIMITS, GOBO_TEST_FEATURES), a
-/// refusal ends the test, which is then skipped and says why; on a device as it is a refusal is a failure, and a test has to
-/// know what it needs.
+/// What was opened for `what`. Where the environment makes the device a lesser one (GOBO_TEST_LIMITS,
+/// GOBO_TEST_FEATURES), a refusal ends the test, which is then skipped and says why; on a device as it is a refusal is
+/// a failure, and a test has to know what it needs.
 pub fn opened<T>(result: gobo::Result<T>, what: &str) -> T {
     let lowered = ["GOBO_TEST_LIMITS", "GOBO_TEST_FEATURES"].iter().any(|name| std::env::var_os(name).is_some());
     match result {

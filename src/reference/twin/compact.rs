@@ -1,4 +1,5 @@
-//! CPU twin of glsl/bins/mark.comp, scan.comp and compact.comp: the casters that meet some tile, in their drawing order.
+//! CPU twin of glsl/bins/mark.comp, scan.comp and compact.comp: the casters that meet some tile, in their drawing
+//! order.
 
 /// Words of bits of a block. Twin: BLOCK_WORDS in glsl/bins/marks.glsl.
 pub const BLOCK_WORDS: usize = 64;
