@@ -20,7 +20,9 @@ use gobo::reference::twin::avsm::pack;
 use gobo::scene::Scene;
 use gobo::technique::{Avsm, NodeData, Opened, Technique};
 use gobo::world::World;
-use support::{all, built_avsm, gpu_test, gpu_test_needing, is_left_out, nodes_of, scenes, some, spec, views};
+use support::{
+    all, built_avsm, gpu_test, gpu_test_needing, is_left_out, nodes_of, opened, runs, scenes, some, spec, views,
+};
 use twin::{DEPTH_ROUNDING, DEPTHS, Order, Twins, beyond, build, check_invariants, code, depth, half_code, look_up};
 
 /// Largest difference of transmittances where the curve has one right answer. Twice what makes a texel ambiguous, so
@@ -156,7 +158,7 @@ fn binned(name: &str, scene: &Scene, size: u32) {
 fn cells(name: &str, scene: &Scene, size: u32) {
     gpu_test(&format!("cells_{name}"), |context| {
         // Where there is the one, the other differs in how casters and segments come together: some scenes show it.
-        let lanes = context.features().subgroup_ballot;
+        let lanes = runs(name, context, "avsm:path=binned,resolve=cells,batch=lanes");
         if lanes {
             compare(context, scene, size, "path=binned,resolve=cells,batch=lanes", Order::Cells);
         }
@@ -271,7 +273,7 @@ fn two_runs_give_the_same_bytes() {
         for _ in 0..2 {
             gpu_test_needing(name, needs, |context| {
                 let world = World::new(context, &scenes::crowd()).expect("room for the scene");
-                let avsm = Box::new(Avsm::new(context, &world, &spec(text)).expect(text));
+                let avsm = Box::new(opened(Avsm::new(context, &world, &spec(text)), text));
                 let mut avsm = Opened::new(context, avsm, true);
                 for _ in 0..2 {
                     avsm.rebuild(&world).expect("built");
@@ -311,7 +313,9 @@ fn paths_are_what_the_device_can_do() {
         let raster_order = features.rasterization_order_color_attachment_access;
         for (path, has, feature) in [("interlock", interlock, INTERLOCK), ("raster-order", raster_order, RASTER_ORDER)]
         {
-            let asked = open(&format!("avsm:path={path},size=8"));
+            // Four, so that any device has room for their attachments.
+            let asked = open(&format!("avsm:path={path},nodes=4,size=8"));
+            let has = has && features.fragment_stores_and_atomics;
             if has {
                 assert_eq!(asked.expect("the device has it").path, path);
                 // A single pass never has the whole curve.
@@ -319,7 +323,8 @@ fn paths_are_what_the_device_can_do() {
                 assert!(error.to_string().contains("resolve=whole"), "{error}");
             } else {
                 let Err(error) = asked else { panic!("the device lacks {feature}") };
-                assert!(matches!(&error, Error::Refused { needs } if needs == feature), "{error}");
+                let stores = "fragmentStoresAndAtomics";
+                assert!(matches!(&error, Error::Refused { needs } if needs == feature || needs == stores), "{error}");
             }
         }
         let auto = |scene: &Scene, text: &str| {
@@ -327,12 +332,37 @@ fn paths_are_what_the_device_can_do() {
             assert!(facts.reason.starts_with("auto: "), "{}", facts.reason);
             facts.path
         };
-        let segment_by_segment = if features.is_software() { "two-pass" } else { "binned" };
+        let lists = features.is_software() && features.fragment_stores_and_atomics;
+        let segment_by_segment = if lists { "two-pass" } else { "binned" };
         assert_eq!(auto(&scene, "avsm:size=8"), "binned");
         assert_eq!(auto(&scenes::strands(), "avsm:size=8"), segment_by_segment);
         assert_eq!(auto(&scene, "avsm:size=8,resolve=whole"), segment_by_segment);
-        let captured = if interlock { "interlock" } else { "two-pass" };
-        assert_eq!(auto(&scene, "avsm:size=8,order=captured"), captured);
+        if features.fragment_stores_and_atomics {
+            let captured = if interlock { "interlock" } else { "two-pass" };
+            assert_eq!(auto(&scene, "avsm:size=8,order=captured"), captured);
+        }
+    });
+}
+
+/// Lanes are all there where subgroups are full and no wider than the workgroup of 32 threads; what is missing is
+/// named.
+#[test]
+fn lanes_need_full_subgroups() {
+    gpu_test("lanes_need_full_subgroups", |context| {
+        let mut features = context.features().clone();
+        (features.subgroup_ballot, features.compute_full_subgroups) = (true, true);
+        for (size, has) in [(1, true), (4, true), (8, true), (32, true), (64, false), (128, false), (0, false)] {
+            features.subgroup_size = size;
+            assert_eq!(features.lacks_full_subgroups(32).is_none(), has, "subgroups of {size}");
+        }
+        features.subgroup_size = 64;
+        let missing = features.lacks_full_subgroups(32).expect("too wide");
+        assert!(missing.contains("subgroups of 32 threads") && missing.contains("have 64"), "{missing}");
+        features.subgroup_size = 32;
+        features.compute_full_subgroups = false;
+        assert!(features.lacks_full_subgroups(32).is_some_and(|m| m.contains("computeFullSubgroups")));
+        features.subgroup_ballot = false;
+        assert!(features.lacks_full_subgroups(32).is_some_and(|m| m.contains("ballots")));
     });
 }
 

@@ -314,7 +314,7 @@ fn lines_are_drawn_over_casters_alone() {
         let world = World::new(context, &scene).expect("room for the scene");
         let camera = camera(&scene, size);
         let renderer = Renderer::new(context, &world, &camera).expect("a renderer");
-        let technique = built(context, &scene, "psm:size=64");
+        let technique = built(context, &scene, "psm:size=64,slices=64");
         let answer = technique.answer();
         let count = |spacing: f32| {
             let before = renderer.picture(&answer, Shading::Forward, vertex(spacing)).expect("drawn");

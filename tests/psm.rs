@@ -19,7 +19,7 @@ use gobo::reference::twin::segment::texel_segment;
 use gobo::scene::{Scene, View};
 use gobo::technique::{Opened, Psm, Spec, Technique};
 use gobo::world::World;
-use support::{gpu_test, gpu_test_needing, scenes, some, spec};
+use support::{gpu_test, gpu_test_needing, runs, scenes, some, spec};
 use twin::Twins;
 
 /// What a volume holds: for each texel of each map, its slices.
@@ -69,7 +69,7 @@ fn world(context: &Context, scene: &Scene) -> World {
 }
 
 fn opened(context: &Context, world: &World, text: &str) -> Opened<Psm> {
-    Opened::new(context, Box::new(Psm::new(context, world, &spec(text)).expect(text)), true)
+    Opened::new(context, Box::new(support::opened(Psm::new(context, world, &spec(text)), text)), true)
 }
 
 fn built(context: &Context, scene: &Scene, text: &str) -> Box<Psm> {
@@ -221,6 +221,9 @@ fn fused_equals_its_twin() {
                 for assign in ["nearest", "split"] {
                     let text = format!("psm:path=fused,storage={storage},assign={assign},{keys}");
                     let spec = spec(&text);
+                    if !runs(&format!("fused_equals_its_twin, {}", scene.name), context, &text) {
+                        continue;
+                    }
                     let world = world(context, &scene);
                     fused(opened(context, &world, &text), &world, &spec, &format!("{} {text}", scene.name));
                 }
@@ -241,8 +244,11 @@ fn fused_equals_its_twin_with_many_threads() {
                     continue;
                 }
                 let text = format!("psm:path=fused,storage=optical-depth,assign={assign},{keys}");
+                if !runs("fused_equals_its_twin_with_many_threads", context, &text) {
+                    continue;
+                }
                 let world = world(context, &scene);
-                let psm = Psm::with_threads(context, &world, &spec(&text), threads).expect(&text);
+                let psm = support::opened(Psm::with_threads(context, &world, &spec(&text), threads), &text);
                 let psm = Opened::new(context, Box::new(psm), true);
                 fused(psm, &world, &spec(&text), &format!("{} {text}, {threads} threads", scene.name));
             }
@@ -287,14 +293,14 @@ fn bad_specs_are_refused_in_one_line() {
         let scene = scenes::random();
         let (layers, depth) = (context.features().max_framebuffer_layers, context.features().max_image_dimension_3d);
         let mut cases = vec![
-            (&scene, "psm:path=fused,coverage=tiles", "path=raster"),
-            (&scene, "psm:path=fused,route=vertex", "path=raster"),
+            (&scene, "psm:path=fused,slices=64,coverage=tiles", "path=raster"),
+            (&scene, "psm:path=fused,slices=64,route=vertex", "path=raster"),
         ];
         let draws = context.features().lacks(Requirement::Layers).is_none();
         if draws && layers.min(depth) < 40 * 64 {
             cases.push((&lights, "psm:path=raster,size=8,slices=256", "fewer"));
         }
-        if depth < 40 * 64 {
+        if depth < 40 * 64 && runs("bad_specs_are_refused_in_one_line", context, "psm:path=fused,slices=256") {
             cases.push((&lights, "psm:path=fused,size=8,slices=256", "fewer"));
         }
         for (scene, text, expected) in cases {

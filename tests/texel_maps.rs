@@ -44,7 +44,7 @@ fn cases() -> Vec<(Scene, u32)> {
 
 fn built(context: &Context, scene: &Scene, text: &str) -> Opened {
     let world = World::new(context, scene).expect("room for the scene");
-    let mut opened = open(context, &world, &spec(text)).expect(text);
+    let mut opened = support::opened(open(context, &world, &spec(text)), text);
     opened.build(&world).expect(text);
     opened
 }
@@ -55,7 +55,7 @@ fn ask(context: &Context, opened: &Opened, points: &[[f32; 3]]) -> Vec<f32> {
 
 /// Calls `check` with each texel of each map that no caster grazes: its place among all texels, the casters that it meets in
 /// order, and the bound of its tile.
-fn each_texel(scene: &Scene, views: &[View], mut check: impl FnMut(usize, &View, [u32; 2], &[Caster], u32)) {
+fn each_texel(scene: &Scene, views: &[View], mut check: impl FnMut(usize, &View, [u32; 2], &[Caster], u64)) {
     let casters = scene.casters();
     let (mut place, mut checked) = (0, 0);
     for view in views {
@@ -85,7 +85,8 @@ fn texels(context: &Context, scene: &Scene, text: &str) -> (Vec<Vec<f32>>, Vec<V
     use gobo::technique::Technique;
     let spec = spec(text);
     let world = World::new(context, scene).expect("room for the scene");
-    let mut opened = Opened::new(context, Box::new(texel_map(&spec)(context, &world, &spec).expect(text)), true);
+    let mut opened =
+        Opened::new(context, Box::new(support::opened(texel_map(&spec)(context, &world, &spec), text)), true);
     opened.build(&world).expect(text);
     let image = opened.technique.texels.image.clone();
     let read = || -> Vec<Vec<f32>> {
@@ -226,7 +227,6 @@ fn what_is_left_out_shows() {
 }
 
 /// More opaque casters on a ray than a half float can count: dark behind them, and lit in front, which is a number.
-/// Lavapipe passes it without the bound in texel.glsl too: it is for drivers whose half floats overflow to infinity.
 #[test]
 fn many_opaque_casters_are_a_number() {
     gpu_test_needing("many_opaque_casters_are_a_number", &[Requirement::ExtendedFormats], |context| {
@@ -239,6 +239,34 @@ fn many_opaque_casters_are_a_number() {
             let answers = ask(context, &built(context, &scene, &text), &[[0.0, 0.0, 2.0], [0.0, 0.0, -1.0]]);
             assert_eq!(answers, [1.0, 0.0], "{text}");
         }
+    });
+}
+
+/// Half floats that overflow are infinite on some drivers and the largest number on others. Here they are made
+/// infinite: in front of such a texel is light, where infinity times nothing is no number, and behind it none.
+#[test]
+fn an_infinite_texel_is_a_number() {
+    use gobo::gpu::Target;
+    use gobo::technique::Technique;
+    gpu_test("an_infinite_texel_is_a_number", |context| {
+        let world = World::new(context, &scenes::random()).expect("room for the scene");
+        let text = spec("beer-shadow-map:path=raster,size=8");
+        let mut opened = Opened::new(context, Box::new(beer_shadow_map(context, &world, &text).expect("opens")), true);
+        opened.build(&world).expect("built");
+        let image = &opened.technique.texels.image;
+        // From depth 0.25 to 0.75.
+        let target = Target { image, clear: Some([0.75, 0.75, 0.0, f32::INFINITY]) };
+        context.submit(|c| c.pass("fill", |pass| pass.render([8, 8], &[target], None, |_| ()))).expect("submitted");
+        let texels = image.read::<[u16; 4]>().expect("read");
+        // SwiftShader makes it no number at all.
+        assert!(texels.iter().all(|t| !f16::from_bits(t[3]).is_finite()), "{:?}", texels[0]);
+        let view = opened.technique.maps()[0].volume;
+        let ray = view.ray(glam::DVec2::splat(4.0));
+        let at = [0.1, 0.25, 0.5, 0.75, 0.9].map(|depth| ray.at(view.z(depth)).as_vec3().to_array());
+        let query = Query::new(context, 0, &at).expect("room for the points");
+        let answers = query.ask(&opened.technique.answer()).expect("numbers");
+        assert_eq!([answers[0], answers[2], answers[3], answers[4]], [1.0, 0.0, 0.0, 0.0], "{answers:?}");
+        assert!((0.0..=1.0).contains(&answers[1]), "{answers:?}");
     });
 }
 

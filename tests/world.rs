@@ -14,7 +14,7 @@ use gobo::scene::{Light, LightKind, Particle, Scene, Strand};
 use gobo::technique::{self, Answer, Avsm, Built, Facts, Lifetime, Opened, Settled, Spec, Technique};
 use gobo::world::World;
 use support::scenes::{self, Random};
-use support::{all, ask, every_path, gpu_test, some, spec};
+use support::{all, ask, every_path, gpu_test, runs, some, spec};
 
 /// Texels a side: not whole tiles.
 const SIZE: &str = "28";
@@ -24,7 +24,7 @@ fn world(context: &Context, scene: &Scene) -> World {
 }
 
 fn opened(context: &Context, world: &World, spec: &Spec) -> Opened {
-    technique::open(context, world, spec).unwrap_or_else(|e| panic!("{}: {e}", spec.short()))
+    support::opened(technique::open(context, world, spec), &spec.short())
 }
 
 fn build(opened: &mut Opened, world: &World, what: &str) -> Built {
@@ -45,7 +45,7 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
             spec
         }));
     }
-    specs.retain(|spec| spec.entry.lifetime == Lifetime::Frame);
+    specs.retain(|spec| spec.entry.lifetime == Lifetime::Frame && runs(test, context, &spec.short()));
     specs.iter_mut().for_each(|spec| spec.set("size", SIZE));
     specs
 }
@@ -213,7 +213,7 @@ fn curves_of_a_world_that_moved() {
             spec.set("size", "24");
             spec.set("skip", "off");
             let open = |world: &World| {
-                let avsm = Avsm::new(context, world, &spec).unwrap_or_else(|e| panic!("{}: {e}", spec.short()));
+                let avsm = support::opened(Avsm::new(context, world, &spec), &spec.short());
                 Opened::new(context, Box::new(avsm), false)
             };
             let curves = |avsm: &Opened<Avsm>| -> Vec<u32> {

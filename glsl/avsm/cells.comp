@@ -5,15 +5,17 @@
 // Invariant: cells are whole numbers, so the result depends only on the casters, not on the order they come in.
 // Source: ours. Twin: reference::twin::avsm::cells.
 
-// variants: LANES 0 1
+// LANES 0: a whole tile. LANES 1: half a tile, with what bins/batch.glsl has for software devices: a whole one would
+// need more shared memory than they have. LANES 2: half a tile, else as 0, for devices of as little memory or of few
+// threads.
+// variants: LANES 0 1 2
 #include "avsm/curve.glsl"
 #include "bins/sums.glsl"
 
-#if LANES == 1
-// Half a tile: what a whole one would need of shared memory is more than software devices have.
-const uint TEXELS = 32u;
-#else
+#if LANES == 0
 const uint TEXELS = 64u;
+#else
+const uint TEXELS = 32u;
 #endif
 // Casters that are looked at at the same time, each by one thread a texel; thresholds that are tried at the same time.
 // 4, or 1 where threads of a workgroup do not run at the same time anyway.
@@ -45,7 +47,7 @@ shared uint slopes[CELLS * TEXELS];
 // Bits of non-negative floats, which order as the floats do.
 shared uint low_bits[TEXELS];
 shared uint high_bits[TEXELS];
-shared uint bound;
+shared uint bound[2];
 // Bit i: the end of cell i stays, at each threshold.
 shared uvec2 ends[THRESHOLDS][TEXELS];
 
@@ -131,7 +133,7 @@ void main() {
         high_bits[t] = 0u;
     }
     if (gl_LocalInvocationIndex == 0u) {
-        bound = 0u;
+        bound[0] = bound[1] = 0u;
     }
     Ray ray = view_texel_ray(view, texel);
     float ray_length = length(ray.direction);
@@ -141,7 +143,7 @@ void main() {
 
     // The depths that each texel's segments span, and a bound of the optical depth in any texel.
     float low = FARTHEST, high = -FARTHEST;
-    uint most = 0u;
+    uvec2 most = uvec2(0u);
     for (uint begin = 0u; begin < count; begin += batch_size()) {
         uint filled = min(batch_size(), count - begin);
         fetch_batch(view, first + begin, filled);
@@ -153,7 +155,7 @@ void main() {
         }
     }
     for (uint i = gl_LocalInvocationIndex; i < count; i += THREADS) {
-        most += caster_bound(casters[entries[first + i].y], DARK);
+        wide_add(most, caster_bound(casters[entries[first + i].y], DARK));
     }
     low = max((low - view.near) * per_depth, 0.0);
     high = (high - view.near) * per_depth;
@@ -162,13 +164,13 @@ void main() {
         // One more than the bits, so that 0 says that nothing was hit.
         atomicMax(high_bits[t], floatBitsToUint(high) + 1u);
     }
-    atomicAdd(bound, most);
+    WIDE_ATOMIC_ADD(bound[0], bound[1], most);
     barrier();
     bool covered = high_bits[t] > 0u;
     low = covered ? uintBitsToFloat(low_bits[t]) : 0.0;
     float extent = max(covered ? uintBitsToFloat(high_bits[t] - 1u) - low : 0.0, 1e-6);
     float per_cell = float(CELLS) / extent;
-    float scale = sum_scale(bound);
+    float scale = sum_scale(uvec2(bound[0], bound[1]));
     float unit = 1.0 / scale;
 
     for (uint begin = 0u; begin < count; begin += batch_size()) {

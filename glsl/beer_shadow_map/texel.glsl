@@ -11,7 +11,8 @@ float beer_optical_depth(vec4 texel, float depth) {
     float front = 1.0 - texel.r, extent = texel.g - front;
     // Compared first, so that a texel of no extent is a step and not 0/0; nothing is in front of its own depth.
     float share = depth >= texel.g ? 1.0 : depth <= front ? 0.0 : min((depth - front) / extent, 1.0);
-    // Many opaque casters are more than a half float holds: infinite, and nothing of it would be no number.
-    return min(texel.a, 65504.0) * share;
+    // Many opaque casters are more than a half float holds: infinite, or on some drivers no number. Nothing of that
+    // would be no number either.
+    return (texel.a < 65504.0 ? texel.a : 65504.0) * share;
 }
 #endif

@@ -30,6 +30,9 @@ void main() {
     if (count > 0u) {
         first = atomicAdd(totals[0].entries, count);
         cursors[map * tile_total + tile] = first;
+        if (first + count < first) {
+            atomicAdd(totals[0].entries_high, 1u);
+        }
         atomicAdd(totals[0].tiles_used, 1u);
     }
     // Where the entries are too few, which is found out and mended after the build, nobody reads past them.

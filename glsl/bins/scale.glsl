@@ -5,20 +5,20 @@
 #include "bins/part.glsl"
 #include "bins/sums.glsl"
 
-shared uint tile_bound;
+shared uint tile_bound[2];
 
 // Units an optical depth of 1. All threads of the workgroup call it alike.
 float tile_scale(TilePart part) {
     if (gl_LocalInvocationIndex == 0u) {
-        tile_bound = 0u;
+        tile_bound[0] = tile_bound[1] = 0u;
     }
     barrier();
-    uint most = 0u;
+    uvec2 most = uvec2(0u);
     for (uint i = gl_LocalInvocationIndex; i < part.count; i += THREADS) {
-        most += caster_bound(casters[entries[part.first + i].y], DARK);
+        wide_add(most, caster_bound(casters[entries[part.first + i].y], DARK));
     }
-    atomicAdd(tile_bound, most);
+    WIDE_ATOMIC_ADD(tile_bound[0], tile_bound[1], most);
     barrier();
-    return sum_scale(max(tile_bound, 1u));
+    return sum_scale(uvec2(tile_bound[0], tile_bound[1]));
 }
 #endif

@@ -8,7 +8,8 @@
 const uint BIN_GROUPS_X = 64u;
 
 struct BinTotals {
-    uint entries;
+    uint entries;       // modulo 2³²
+    uint entries_high;  // how often they have passed that
     uint tiles_used;
     uint parts;  // of tiles, listed
     // VkDispatchIndirectCommand: a workgroup a listed part, and up to 63 more.

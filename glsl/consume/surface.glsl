@@ -1,6 +1,6 @@
 // Where the ray of a pixel meets the triangle that covers it. A rasterizer moves corners onto its grid, so that what it
-// interpolates belongs to a ray beside the pixel's: a point whose z is put on the pixel's own ray would lie off the triangle,
-// in its own shadow or in front of it. Forward and deferred shading ask at this point, the same to the bit.
+// interpolates belongs to a ray beside the pixel's: a point whose z is put on the pixel's own ray would lie off the
+// triangle, in its own shadow or in front of it. Forward and deferred shading ask at this point, the same to the bit.
 #ifndef CONSUME_SURFACE_GLSL
 #define CONSUME_SURFACE_GLSL
 #include "world/view.glsl"

@@ -1,7 +1,7 @@
 #version 460
-// Writes depth in the light's range, pushed away by what the triangle's plane changes over one texel in each direction and
-// by as much as the rasterizer may be off the texel's centre, and by its own rounding. Inputs: map, the triangle's plane.
-// Output: depth.
+// Writes depth in the light's range, pushed away by what the triangle's plane changes over one texel in each direction
+// and by as much as the rasterizer may be off the texel's centre, and by its own rounding. Inputs: map, the triangle's
+// plane. Output: depth.
 // Invariant: a plane's stored depth lies behind the plane everywhere within one texel of the texel's centre.
 #include "maps/scene.glsl"
 
@@ -10,8 +10,8 @@ layout(push_constant, scalar) uniform MapPush {
     uvec2 corner;  // where it stands
 };
 
-// A rasterizer moves corners onto a grid of 2^-subPixelPrecisionBits texels, to the nearest point or to the next: z is that
-// of the plane at most so many texels beside the texel's centre, across and down.
+// A rasterizer moves corners onto a grid of 2^-subPixelPrecisionBits texels, to the nearest point or to the next: z is
+// that of the plane at most so many texels beside the texel's centre, across and down.
 CONSTANT(float, SNAP, 0.0625)
 
 
@@ -28,8 +28,9 @@ void main() {
     vec3 direction = view_ray(view, at).direction;
     float across = abs(dot(normal, right)) + abs(dot(normal, up));
     float facing = abs(dot(normal, direction));
-    // The plane's z one texel on from the centre, where it is farthest: along parallel rays z is linear in the texel, along
-    // rays from a point its reciprocal is, in proportion to the plane's facing there. Past the horizon of the plane, infinity.
+    // The plane's z one texel on from the centre, where it is farthest: along parallel rays z is linear in the texel,
+    // along rays from a point its reciprocal is, in proportion to the plane's facing there. Past the horizon of the
+    // plane, infinity.
     float farthest = view.projection == VIEW_PARALLEL ? z + (1.0 + SNAP) * across / facing
                      : facing > across                ? z * (facing + SNAP * across) / (facing - across)
                                                       : view.far;

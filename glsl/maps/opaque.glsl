@@ -7,8 +7,8 @@
 #extension GL_EXT_samplerless_texture_functions : require
 #include "world/light.glsl"
 
-// The upper left texel of a map among all: one above the other, and where that is more rows than an image has, in further
-// columns. Twin: maps::opaque_corner.
+// The upper left texel of a map among all: one above the other, and where that is more rows than an image has, in
+// further columns. Twin: maps::opaque_corner.
 ivec2 opaque_corner(View view, uint map, texture2D depth_map) {
     uint rows = max(uint(textureSize(depth_map, 0).y) / view.height, 1u);
     return ivec2(map / rows * view.width, map % rows * view.height);

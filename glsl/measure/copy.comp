@@ -1,6 +1,6 @@
 #version 460
 // Copies a buffer. Inputs: from. Outputs: to, as long.
-layout(local_size_x = 256) in;
+layout(local_size_x = 128) in;
 
 layout(set = 0, binding = 0, std430) readonly buffer From { uvec4 from[]; };
 layout(set = 0, binding = 1, std430) writeonly buffer To { uvec4 to[]; };

@@ -27,7 +27,8 @@ const uint SPAN = THREADS == TEXELS ? 8u : 4u, SPANS = TEXELS / SPAN, CASTERS = 
 const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
 
 // Slice k of texel t at k · TEXELS + t, so that the threads of a subgroup never meet in a bank: units of optical depth. With
-// 256 slices it is all the shared memory that many devices have, so the first word is the bound before it is a sum.
+// 256 slices it is all the shared memory that many devices have, so the first two words are the bound before they are
+// sums.
 shared uint slices[SLICES * TEXELS];
 
 void write(uint map, uvec2 texel, uint slice, vec4 transmittance) {
@@ -78,20 +79,20 @@ void main() {
     corner.y += part_of_tile(part) * ROWS;
     texel.y += part_of_tile(part) * ROWS;
 
-    uint most = 0u;
+    uvec2 most = uvec2(0u);
     for (uint i = thread; i < part.count; i += THREADS) {
-        most += caster_bound(casters[entries[part.first + i].y], DARK * (SPLIT ? 2.0 : 1.0));
+        wide_add(most, caster_bound(casters[entries[part.first + i].y], DARK * (SPLIT ? 2.0 : 1.0)));
     }
     for (uint i = thread; i < SLICES * TEXELS; i += THREADS) {
         slices[i] = 0u;
     }
     barrier();
-    atomicAdd(slices[0], most);
+    WIDE_ATOMIC_ADD(slices[0], slices[1], most);
     barrier();
-    float scale = sum_scale(slices[0]), unit = 1.0 / scale;
+    float scale = sum_scale(uvec2(slices[0], slices[1])), unit = 1.0 / scale;
     barrier();
     if (thread == 0u) {
-        slices[0] = 0u;
+        slices[0] = slices[1] = 0u;
     }
     barrier();
 

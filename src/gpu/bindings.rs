@@ -54,6 +54,18 @@ impl Drop for Inner {
     }
 }
 
+impl Resource {
+    fn kind(&self) -> vk::DescriptorType {
+        match self {
+            Self::Buffer(_) => vk::DescriptorType::STORAGE_BUFFER,
+            Self::StorageImage(_) => vk::DescriptorType::STORAGE_IMAGE,
+            Self::Texture(_) => vk::DescriptorType::SAMPLED_IMAGE,
+            Self::Sampled(..) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            Self::InputAttachment(_) => vk::DescriptorType::INPUT_ATTACHMENT,
+        }
+    }
+}
+
 impl Bindings {
     /// A set in which `resources[i]` is binding i, visible to every stage that may have it.
     ///
@@ -62,13 +74,6 @@ impl Bindings {
     pub fn new(context: &Context, name: &str, resources: &[Resource]) -> Result<Self> {
         let device = context.device();
         let fail = |r| vk_error("create bindings", name, r);
-        let kind = |r: &Resource| match r {
-            Resource::Buffer(_) => vk::DescriptorType::STORAGE_BUFFER,
-            Resource::StorageImage(_) => vk::DescriptorType::STORAGE_IMAGE,
-            Resource::Texture(_) => vk::DescriptorType::SAMPLED_IMAGE,
-            Resource::Sampled(..) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
-            Resource::InputAttachment(_) => vk::DescriptorType::INPUT_ATTACHMENT,
-        };
         let stages = |r: &Resource| match r {
             Resource::InputAttachment(_) => vk::ShaderStageFlags::FRAGMENT,
             _ => vk::ShaderStageFlags::ALL,
@@ -78,13 +83,13 @@ impl Bindings {
             .map(|(binding, r)| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(binding)
-                    .descriptor_type(kind(r))
+                    .descriptor_type(r.kind())
                     .descriptor_count(1)
                     .stage_flags(stages(r))
             })
             .collect();
         let sizes: Vec<_> =
-            resources.iter().map(|r| vk::DescriptorPoolSize::default().ty(kind(r)).descriptor_count(1)).collect();
+            resources.iter().map(|r| vk::DescriptorPoolSize::default().ty(r.kind()).descriptor_count(1)).collect();
         let mut inner = Inner {
             context: context.clone(),
             layout: vk::DescriptorSetLayout::null(),
@@ -108,7 +113,7 @@ impl Bindings {
             let write = vk::WriteDescriptorSet::default()
                 .dst_set(inner.set)
                 .dst_binding(binding)
-                .descriptor_type(kind(resource));
+                .descriptor_type(resource.kind());
             let image = |i: &Image| {
                 [vk::DescriptorImageInfo::default().image_view(i.view()).image_layout(vk::ImageLayout::GENERAL)]
             };
@@ -155,6 +160,12 @@ impl Bindings {
             *resource = Resource::Buffer(buffer.clone());
         }
         drop(idle);
+    }
+
+    /// Its descriptors of a kind.
+    pub(super) fn count(&self, kind: vk::DescriptorType) -> u32 {
+        let resources = self.0.resources.lock().unwrap_or_else(PoisonError::into_inner);
+        resources.iter().filter(|r| r.kind() == kind).count() as u32
     }
 
     pub(super) fn layout(&self) -> vk::DescriptorSetLayout {

@@ -340,7 +340,11 @@ fn create_device(
         .scalar_block_layout(true)
         .shader_output_layer(features.vertex_layer_output)
         .shader_output_viewport_index(features.vertex_layer_output);
-    let mut features13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
+    let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
+        .synchronization2(true)
+        .dynamic_rendering(true)
+        .subgroup_size_control(features.compute_full_subgroups)
+        .compute_full_subgroups(features.compute_full_subgroups);
     let core = vk::PhysicalDeviceFeatures::default()
         .geometry_shader(features.geometry_shader)
         .tessellation_shader(features.tessellation_shader)

@@ -5,6 +5,10 @@ use ash::{ext, khr, vk};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+/// Storage buffers of a shader stage, at least: more than the 4 that Vulkan guarantees. A pass that builds reads maps,
+/// casters, triangles and seven buffers of bins, and writes curves.
+pub(super) const STORAGE_BUFFERS: u32 = 16;
+
 /// What a device is, by its own word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -45,7 +49,8 @@ pub struct Features {
     /// discrete, integrated, virtual, cpu or other.
     #[serde(rename = "type")]
     pub kind: DeviceKind,
-    /// The floor that is missing, or none: Vulkan 1.3 with synchronization2, dynamic rendering and scalar block layout.
+    /// The floor that is missing, or none: Vulkan 1.3 with synchronization2, dynamic rendering, scalar block layout and
+    /// 16 storage buffers a stage.
     pub below_floor: Option<String>,
     /// VK_EXT_fragment_shader_interlock, fragmentShaderPixelInterlock.
     pub fragment_shader_pixel_interlock: bool,
@@ -75,6 +80,8 @@ pub struct Features {
     pub subgroup_arithmetic: bool,
     /// Subgroup ballots and broadcasts in compute shaders.
     pub subgroup_ballot: bool,
+    /// computeFullSubgroups and subgroupSizeControl: no subgroup is narrower than [`Features::subgroup_size`].
+    pub compute_full_subgroups: bool,
     /// Largest storage buffer, bytes.
     pub max_storage_buffer_range: u32,
     /// Colour attachments of a render pass.
@@ -85,6 +92,12 @@ pub struct Features {
     pub max_per_stage_descriptor_input_attachments: u32,
     /// Colour attachments, storage buffers and storage images of a fragment shader together.
     pub max_fragment_combined_output_resources: u32,
+    /// Storage buffers of a shader stage.
+    pub max_per_stage_descriptor_storage_buffers: u32,
+    /// Storage images of a shader stage.
+    pub max_per_stage_descriptor_storage_images: u32,
+    /// Descriptor sets of a kernel.
+    pub max_bound_descriptor_sets: u32,
     /// Largest side of a 2D image that is drawn to, texels: the least of maxImageDimension2D, maxFramebufferWidth and
     /// -Height and maxViewportDimensions.
     pub max_image_dimension_2d: u32,
@@ -189,6 +202,20 @@ impl Features {
         short.map(|(name, has, needs)| format!("{name} of at least {needs} (this device has {has})"))
     }
 
+    /// What keeps threads of a workgroup of `threads` from sharing what they hold, subgroup by subgroup: a subgroup
+    /// that is wider than the workgroup, or compiled narrower than it says, lacks lanes.
+    pub fn lacks_full_subgroups(&self, threads: u32) -> Option<String> {
+        let size = self.subgroup_size;
+        if !self.subgroup_ballot {
+            return Some("subgroup ballots in compute shaders".into());
+        }
+        if !self.compute_full_subgroups {
+            return Some("computeFullSubgroups and subgroupSizeControl".into());
+        }
+        (!threads.is_multiple_of(size))
+            .then(|| format!("subgroups of {threads} threads or a part (this device's have {size})"))
+    }
+
     /// Every fact as name → value, for results and tables.
     pub fn facts(&self) -> BTreeMap<String, serde_json::Value> {
         match serde_json::to_value(self) {
@@ -238,6 +265,10 @@ impl Features {
             (features13.dynamic_rendering != 0, "dynamicRendering"),
             (features12.scalar_block_layout != 0, "scalarBlockLayout"),
             (queue_family.is_some(), "a queue with graphics and compute"),
+            (
+                properties.limits.max_per_stage_descriptor_storage_buffers >= STORAGE_BUFFERS,
+                "maxPerStageDescriptorStorageBuffers of at least 16",
+            ),
         ];
         // SAFETY: `physical` comes from this instance.
         let format =
@@ -283,11 +314,15 @@ impl Features {
             subgroup_size: subgroup.subgroup_size,
             subgroup_arithmetic: in_subgroups(vk::SubgroupFeatureFlags::ARITHMETIC),
             subgroup_ballot: in_subgroups(vk::SubgroupFeatureFlags::BALLOT),
+            compute_full_subgroups: features13.compute_full_subgroups != 0 && features13.subgroup_size_control != 0,
             max_storage_buffer_range: limits.max_storage_buffer_range,
             max_color_attachments: limits.max_color_attachments,
             max_fragment_output_attachments: limits.max_fragment_output_attachments,
             max_per_stage_descriptor_input_attachments: limits.max_per_stage_descriptor_input_attachments,
             max_fragment_combined_output_resources: limits.max_fragment_combined_output_resources,
+            max_per_stage_descriptor_storage_buffers: limits.max_per_stage_descriptor_storage_buffers,
+            max_per_stage_descriptor_storage_images: limits.max_per_stage_descriptor_storage_images,
+            max_bound_descriptor_sets: limits.max_bound_descriptor_sets,
             max_image_dimension_2d: limits
                 .max_image_dimension2_d
                 .min(limits.max_framebuffer_width)
@@ -305,5 +340,6 @@ impl Features {
             timestamp_period_ns: limits.timestamp_period,
             timestamp_valid_bits: queue_family.map_or(0, |f| families[f as usize].timestamp_valid_bits),
         }
+        .lowered_for_tests()
     }
 }

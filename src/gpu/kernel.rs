@@ -119,7 +119,34 @@ fn module<'a, P: Push>(context: &'a Context, shader: &Shader) -> Result<Module<'
         .map_err(|r| vk_error("load shader", shader.name, r))
 }
 
+/// An error where the device has no room for that many descriptors of a stage.
+fn check_room(context: &Context, name: &str, sets: &[&Bindings]) -> Result<()> {
+    let features = context.features();
+    let count = |kind| sets.iter().map(|b| b.count(kind)).sum::<u32>();
+    let limits = [
+        ("maxBoundDescriptorSets", features.max_bound_descriptor_sets, sets.len() as u32),
+        (
+            "maxPerStageDescriptorStorageBuffers",
+            features.max_per_stage_descriptor_storage_buffers,
+            count(vk::DescriptorType::STORAGE_BUFFER),
+        ),
+        (
+            "maxPerStageDescriptorStorageImages",
+            features.max_per_stage_descriptor_storage_images,
+            count(vk::DescriptorType::STORAGE_IMAGE),
+        ),
+    ];
+    match limits.into_iter().find(|(_, has, needs)| has < needs) {
+        None => Ok(()),
+        Some((limit, has, needs)) => {
+            let needs = format!("{limit} of at least {needs} for {name} (this device has {has})");
+            Err(Error::Refused { needs })
+        }
+    }
+}
+
 fn layout(context: &Context, name: &str, sets: &[&Bindings], bind_point: vk::PipelineBindPoint) -> Result<Inner> {
+    check_room(context, name, sets)?;
     let layouts: Vec<_> = sets.iter().map(|b| b.layout()).collect();
     let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::ALL).size(PUSH_BYTES)];
     let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(&push);
@@ -140,14 +167,41 @@ impl<P: Push> Kernel<P> {
     /// A compute shader. Set i is `sets[i]`.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the driver rejects the shader, or `P` is not what it is pushed.
+    /// [`Error::Gpu`] where the driver rejects the shader, or `P` is not what it is pushed; [`Error::Refused`] where a
+    /// stage of the device has not so many buffers, images or sets.
     pub fn compute(context: &Context, shader: &Shader, sets: &[&Bindings], constants: &Constants) -> Result<Self> {
+        Self::computing(context, shader, sets, constants, vk::PipelineShaderStageCreateFlags::empty())
+    }
+
+    /// The same where no subgroup may lack a lane, on a device on which nothing keeps it from that
+    /// ([`super::Features::lacks_full_subgroups`]).
+    ///
+    /// # Errors
+    /// As [`Kernel::compute`].
+    pub fn full_subgroups(
+        context: &Context,
+        shader: &Shader,
+        sets: &[&Bindings],
+        constants: &Constants,
+    ) -> Result<Self> {
+        let flags = vk::PipelineShaderStageCreateFlags::REQUIRE_FULL_SUBGROUPS;
+        Self::computing(context, shader, sets, constants, flags)
+    }
+
+    fn computing(
+        context: &Context,
+        shader: &Shader,
+        sets: &[&Bindings],
+        constants: &Constants,
+        flags: vk::PipelineShaderStageCreateFlags,
+    ) -> Result<Self> {
         let mut inner = layout(context, shader.name, sets, vk::PipelineBindPoint::COMPUTE)?;
         let module = module::<P>(context, shader)?;
         let (ids, words) = constants.ids_and_words();
         let map = entries(&ids);
         let specialization = vk::SpecializationInfo::default().map_entries(&map).data(bytemuck::cast_slice(&words));
         let stage = vk::PipelineShaderStageCreateInfo::default()
+            .flags(flags)
             .stage(vk::ShaderStageFlags::COMPUTE)
             .module(module.1)
             .name(c"main")

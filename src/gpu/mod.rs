@@ -12,6 +12,7 @@ mod draw;
 mod features;
 mod image;
 mod kernel;
+mod lowest;
 mod ordered_attachments;
 mod push;
 mod render;

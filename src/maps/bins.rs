@@ -37,8 +37,10 @@ const ENTRIES: usize = 4;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct BinTotals {
-    /// Of all tiles.
+    /// Of all tiles, modulo 2³².
     pub entries: u32,
+    /// How often they have passed that.
+    pub entries_high: u32,
     /// Tiles with casters.
     pub tiles_used: u32,
     /// Parts of tiles that are built.
@@ -49,6 +51,13 @@ pub struct BinTotals {
     pub groups_y: u32,
     /// Likewise.
     pub groups_z: u32,
+}
+
+impl BinTotals {
+    /// Entries of all tiles.
+    pub fn all_entries(&self) -> u64 {
+        u64::from(self.entries_high) << 32 | u64::from(self.entries)
+    }
 }
 
 /// What a workgroup builds. Twin: TilePart in glsl/bins/totals.glsl.
@@ -202,6 +211,11 @@ impl Bins {
         &self.set
     }
 
+    /// Whether each caster of each map meets a tile: map after map, as many words as there are casters now.
+    pub fn met(&self) -> &Buffer {
+        &self.met
+    }
+
     /// Fills the bins of all maps; the opaque maps stand already.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         self.caster_count = world.caster_count();
@@ -268,15 +282,15 @@ impl Bins {
     pub fn settle(&mut self) -> Result<bool> {
         let totals = self.totalled.read::<BinTotals>(1)?.first().copied().unwrap_or_default();
         self.last = Some(totals);
-        let entries = totals.entries;
-        if entries <= self.capacity || !self.keeps_entries {
+        let entries = totals.all_entries();
+        if entries <= self.capacity.into() || !self.keeps_entries {
             return Ok(false);
         }
         // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
-        let wanted = u64::from(entries) + u64::from(entries) / 8;
-        self.capacity = wanted.min(limit(&self.context)).max(entries.into()) as u32;
-        let bytes = u64::from(self.capacity) * ENTRY_BYTES;
-        self.entries = Buffer::new(&self.context, "bins.entries", bytes, Memory::Device)?;
+        // What is past the limit is an error here.
+        let wanted = (entries + entries / 8).min(limit(&self.context)).max(entries);
+        self.entries = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device)?;
+        self.capacity = wanted as u32;
         self.set.replace(ENTRIES, &self.entries);
         Ok(true)
     }
@@ -290,7 +304,7 @@ impl Bins {
         let Some(last) = self.last else { return Ok(BTreeMap::new()) };
         let casters = u64::from(self.caster_count) * u64::from(self.map_count);
         let met: u64 = self.met.read::<u32>(casters as usize)?.into_iter().map(u64::from).sum();
-        let (entries, used) = (u64::from(last.entries), u64::from(last.tiles_used));
+        let (entries, used) = (last.all_entries(), u64::from(last.tiles_used));
         let all = u64::from(self.tiles[0]) * u64::from(self.tiles[1]) * u64::from(self.map_count);
         Ok(BTreeMap::from([
             ("bin_entries".into(), entries),

@@ -6,6 +6,7 @@
 //! in a render each map has a draw of its own, since each has its own casters and its own edge.
 
 mod bins;
+mod compact;
 mod filter;
 mod fit;
 mod list;
@@ -15,6 +16,7 @@ mod splat;
 mod texels;
 
 pub use bins::{BinTotals, Bins, TILE_TEXELS, TilePart, Use};
+pub use compact::Compact;
 pub use filter::{Filter, FilterKind};
 pub use fit::Extents;
 pub use list::{Keep, List, SegmentData};

@@ -28,8 +28,8 @@ pub(super) struct Opaque {
     size: [u32; 2],
 }
 
-/// D32: depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 a map without meshes. Maps stand one above
-/// the other, and where the device has no images of so many rows, in further columns beside them.
+/// D32: depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 a map without meshes. Maps stand one
+/// above the other, and where the device has no images of so many rows, in further columns beside them.
 pub(super) fn image(context: &Context, size: [u32; 2], count: u32) -> Result<Image> {
     let limit = context.features().max_image_dimension_2d;
     let rows = (limit / size[1]).clamp(1, count);

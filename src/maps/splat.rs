@@ -1,17 +1,15 @@
 //! The casters drawn as quads over the maps, in order; those that the bins found to meet no tile are left out.
 
-use super::{Bins, Maps, Order};
+use super::compact::COMMAND_BYTES;
+use super::{Bins, Compact, Maps, Order};
 use crate::Result;
 use crate::gpu::{
-    Bindings, Blend, Buffer, Commands, Constants, Context, Draw, Format, Graphics, Kernel, Memory, Resource, Shader,
+    Bindings, Blend, Buffer, Commands, Constants, Context, Draw, Format, Graphics, Kernel, Resource, Shader,
     push_struct,
 };
 use crate::shaders;
 use crate::world::World;
 use std::ops::Range;
-
-/// Bytes of a draw's command: vertices, instances, first vertex, first instance.
-const COMMAND_BYTES: u64 = 16;
 
 push_struct! {
     /// Twin: SplatPush in glsl/maps/splat.glsl.
@@ -25,15 +23,6 @@ push_struct! {
         /// Which of the groups of maps that are drawn at once.
         group: u32,
         /// Of the lists that are drawn into, if any.
-        capacity: u32,
-    }
-}
-
-push_struct! {
-    /// Twin: CompactPush in glsl/bins/compact.comp.
-    struct CompactPush {
-        caster_count: u32,
-        /// Of the orders of a map.
         capacity: u32,
     }
 }
@@ -52,18 +41,12 @@ pub struct Splat {
     /// What sorts; none where casters are drawn by index.
     order: Option<Order>,
     set: Bindings,
-    culled: Option<Culled>,
+    /// What is left where casters are culled.
+    culled: Option<Compact>,
     /// Between the orders of two maps.
     capacity: u32,
     caster_count: u32,
     size: [u32; 2],
-}
-
-/// Where the casters that are left stand.
-struct Culled {
-    drawn: Buffer,
-    draws: Buffer,
-    compact: Kernel<CompactPush>,
 }
 
 impl Splat {
@@ -92,16 +75,7 @@ impl Splat {
         };
         let culled = match bins {
             None => None,
-            Some(bins) => {
-                let drawn = Buffer::new(context, "splat.casters", order.bytes(), Memory::Device)?;
-                let bytes = COMMAND_BYTES * u64::from(maps.count());
-                let draws = Buffer::new(context, "splat.draws", bytes, Memory::Device)?;
-                let resources = [&order, &drawn, &draws].map(|b| Resource::Buffer(b.clone()));
-                let set = Bindings::new(context, "splat.compact", &resources)?;
-                let sets = [bins.set(), &set];
-                let compact = Kernel::compute(context, &shaders::bins::COMPACT, &sets, &Constants::new())?;
-                Some(Culled { drawn, draws, compact })
-            }
+            Some(bins) => Some(Compact::new(context, bins.met(), &order, capacity, maps.count())?),
         };
         let drawn = culled.as_ref().map_or(&order, |c| &c.drawn).clone();
         let set = Bindings::new(context, "splat", &[Resource::Buffer(drawn)])?;
@@ -141,10 +115,7 @@ impl Splat {
             order.record(commands, world);
         }
         if let (Some(culled), Some(_)) = (&self.culled, bins) {
-            commands.pass("bins.compact", |pass| {
-                let push = CompactPush { caster_count: self.caster_count, capacity: self.capacity };
-                pass.dispatch(&culled.compact, &push, [1, 1, maps.count()]);
-            });
+            culled.record(commands, self.caster_count);
         }
     }
 
@@ -162,7 +133,6 @@ impl Splat {
 
     /// Bytes of the orders and the commands.
     pub fn bytes(&self) -> u64 {
-        let culled = self.culled.as_ref().map_or(0, |c| c.drawn.bytes() + c.draws.bytes());
-        culled + self.order.as_ref().map_or(0, Order::bytes)
+        self.culled.as_ref().map_or(0, Compact::bytes) + self.order.as_ref().map_or(0, Order::bytes)
     }
 }

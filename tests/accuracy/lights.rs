@@ -1,7 +1,8 @@
 //! Point lights in every direction, the edges and corners of the cube included, and several lights at once.
 
-use crate::support::{ask, built, every_path, gpu_test, scenes, some, spec};
+use crate::support::{ask, built, every_path, gpu_test, gpu_test_needing, scenes, some, spec};
 use glam::DVec3;
+use gobo::gpu::Requirement;
 use gobo::maps::Map;
 use gobo::reference::truth::Casters;
 use gobo::scene::{Particle, Scene, gutter_texels};
@@ -191,7 +192,7 @@ fn lights_do_not_disturb_each_other() {
 /// What cannot be built is refused by name before anything is allocated.
 #[test]
 fn limits_of_lights_are_errors() {
-    gpu_test("limits_of_lights_are_errors", |context| {
+    gpu_test_needing("limits_of_lights_are_errors", &[Requirement::FragmentStores], |context| {
         let open = |scene: &Scene, text: &str| {
             let world = World::new(context, scene).expect("room for the scene");
             technique::open(context, &world, &spec(text)).map(|_| ())

@@ -58,10 +58,11 @@ fn a_plane_does_not_shadow_itself() {
             for answer in ask(context, technique.as_ref(), 0, &moved(0.02)) {
                 assert!(answer >= LIT, "{light:?}: {answer}: a point above the plane is in shadow");
             }
-            // Below by 1 % of the light's range, which is more than the bias: one texel of pushing away, one of reach of the
-            // bilinear weights, and twice the step of the rasterizer's grid: z may be that of a point so far beside the
-            // centre, and is pushed away by as much. Where the plane changes by more than that over so many texels, as it
-            // does towards the horizon of a grazing light, the bias has to be larger than 1 %, and the point does not count.
+            // Below by 1 % of the light's range, which is more than the bias: one texel of pushing away, one of reach
+            // of the bilinear weights, and twice the step of the rasterizer's grid: z may be that of a point so far
+            // beside the centre, and is pushed away by as much. Where the plane changes by more than that over so many
+            // texels, as it does towards the horizon of a grazing light, the bias has to be larger than 1 %, and the
+            // point does not count.
             let apart = 2.0 + 2.0 * (-f64::from(context.features().sub_pixel_precision_bits)).exp2();
             let (mut below, mut checked) = (Vec::new(), 0);
             for point in &points {

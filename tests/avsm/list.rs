@@ -1,6 +1,6 @@
 //! The per-texel lists lose nothing, and say so when they must.
 
-use crate::support::{built_avsm, gpu_test, scenes, spec, views};
+use crate::support::{built_avsm, gpu_test, opened, scenes, spec, views};
 use crate::twin::{Twins, look_up};
 use gobo::gpu::Context;
 use gobo::reference::twin::avsm::node::Interpolation;
@@ -92,7 +92,8 @@ fn nothing_casts_nothing() {
         let mut scene = scenes::directional("empty", [0.0, 0.3, -1.0], Vec::new());
         scene.meshes.push(scenes::level(0.0, 1.0, [0.0, 0.0]));
         let world = World::new(context, &scene).expect("room for nothing");
-        let avsm = Avsm::new(context, &world, &spec("avsm:path=two-pass,size=8,skip=off")).expect("opens");
+        let text = "avsm:path=two-pass,size=8,skip=off";
+        let avsm = opened(Avsm::new(context, &world, &spec(text)), text);
         let mut avsm = Opened::new(context, Box::new(avsm), false);
         let passes = avsm.build(&world).expect("builds").passes;
         let counters = avsm.technique.facts().expect("counted").counters;

@@ -1,6 +1,6 @@
 //! Packed curves: what thousands of insertions leave of them, what they weigh, and what `gobo curve` is told.
 
-use crate::support::{all, built_avsm, gpu_test_needing, nodes_of, scenes, scenes::Random, some, spec, views};
+use crate::support::{all, built_avsm, gpu_test_needing, nodes_of, opened, scenes, scenes::Random, some, spec, views};
 use crate::twin::{build, half_code};
 use gobo::gpu::Requirement;
 use gobo::reference::twin::avsm::node::Interpolation;
@@ -112,7 +112,7 @@ fn bytes_and_nodes_of_packed_curves() {
                 let full = built_avsm(context, &scene, &text);
                 let text = format!("{text},storage=packed");
                 let world = World::new(context, &scene).expect("room for the scene");
-                let packed = Box::new(Avsm::new(context, &world, &spec(&text)).expect(&text));
+                let packed = Box::new(opened(Avsm::new(context, &world, &spec(&text)), &text));
                 let mut packed = Opened::new(context, packed, true);
                 let passes = packed.build(&world).expect(&text).passes;
                 let packed = packed.technique;

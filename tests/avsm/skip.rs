@@ -1,6 +1,6 @@
 //! What is skipped is not missed: `skip=off` builds everything, and the answers are the same.
 
-use crate::support::{ask, built_avsm, gpu_test, scenes, some, spec};
+use crate::support::{self, ask, built_avsm, gpu_test, runs, scenes, some, spec};
 use gobo::gpu::{Context, Requirement};
 use gobo::reference::truth::{Casters, space_points};
 use gobo::reference::twin::bins::{TILE_TEXELS, horizon};
@@ -14,13 +14,14 @@ fn paths(context: &Context) -> Vec<&'static str> {
     let mut paths = vec!["path=two-pass", "path=binned,resolve=cells", "path=binned,resolve=streaming"];
     paths.extend(has(Requirement::PixelInterlock).then_some("path=interlock"));
     paths.extend(has(Requirement::RasterOrder).then_some("path=raster-order"));
+    paths.retain(|path| runs("skip", context, &format!("avsm:{path}")));
     paths
 }
 
 /// Opened for `world`; an unchanged world is not built again, as the spec says.
 fn opened(context: &Context, world: &World, text: &str) -> Opened<Avsm> {
     let spec = spec(text);
-    let avsm = Avsm::new(context, world, &spec).expect(text);
+    let avsm = support::opened(Avsm::new(context, world, &spec), text);
     Opened::new(context, Box::new(avsm), spec.is_on("skip"))
 }
 

@@ -75,7 +75,7 @@ pub struct Texel {
     /// How far their depths were moved.
     moved: f32,
     /// Of its tile, where sums in cells are what curves are made of.
-    bound: Option<u32>,
+    bound: Option<u64>,
     /// Copies of a particle, and spheres around the light, which all begin at the near plane, make pairs of nodes of which
     /// either may go, at no cost: their margin is 0 and means nothing.
     has_pairs: bool,
@@ -136,7 +136,7 @@ pub fn build(spec: &Spec) -> Build {
 }
 
 /// The twin's curve of these segments in this order, or in any from sums in cells with this `bound`.
-pub fn curve(segments: &[Segment], bound: Option<u32>, build: Build) -> Curve {
+pub fn curve(segments: &[Segment], bound: Option<u64>, build: Build) -> Curve {
     let mut curve = Curve::new(build);
     if let Some(bound) = bound {
         return Cells::new(segments, bound).map_or(curve, |cells| cells.curve(build));
@@ -208,7 +208,7 @@ impl<'a> Twins<'a> {
     }
 
     /// Bound of the optical depth in the texel's tile.
-    fn bound(&self, texel: u32) -> u32 {
+    fn bound(&self, texel: u32) -> u64 {
         let tile = [texel % self.view.width, texel / self.view.width].map(|t| t / TILE_TEXELS);
         let met = |c: &&Caster| tile_key(&self.view, c, tile).is_some();
         bound(&self.casters.iter().filter(met).copied().collect::<Vec<_>>(), DARK)

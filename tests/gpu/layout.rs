@@ -48,7 +48,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Map", twin!(Map, volume, opaque)),
         ("Extents", twin!(Extents, low, high)),
         ("Item", twin!(ItemData, key, index)),
-        ("BinTotals", twin!(BinTotals, entries, tiles_used, parts, groups_x, groups_y, groups_z)),
+        ("BinTotals", twin!(BinTotals, entries, entries_high, tiles_used, parts, groups_x, groups_y, groups_z)),
         ("TilePart", twin!(TilePart, tile, map_part, first, count)),
         ("View", twin!(View, origin, projection, right, scale_x, up, scale_y, forward, near, far, width, height)),
         ("Caster", twin!(Caster, position, radius, axis, density)),

@@ -46,6 +46,11 @@ impl Random {
         self.0.next_u32()
     }
 
+    /// What it draws from.
+    pub fn generator(&mut self) -> &mut Pcg32 {
+        &mut self.0
+    }
+
     /// In [low, high].
     pub fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * (self.bits() as f32 / u32::MAX as f32)

@@ -46,7 +46,7 @@ pub fn blend(view: &View, texel: [u32; 2], casters: &[Caster]) -> Texel {
 
 /// Of a tile's casters, with a sum of whole numbers; `bound` is [`super::sums::bound`] of the casters of the texel's tile.
 /// Twin: collect.comp.
-pub fn collect(view: &View, texel: [u32; 2], casters: &[Caster], bound: u32) -> Texel {
+pub fn collect(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> Texel {
     let (scale, mut units, mut kept) = (scale(bound), 0u32, Texel::default());
     for segment in casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0) {
         let share = (DARK / segment.optical_depth).min(1.0);

@@ -71,13 +71,13 @@ pub fn propagate_depths(local: &[f32]) -> Vec<f32> {
 }
 
 /// Bound of the optical depth that casters of a tile can take, for [`fused`].
-pub fn bound(casters: &[Caster], split: bool) -> u32 {
+pub fn bound(casters: &[Caster], split: bool) -> u64 {
     sums::bound(casters, if split { 2.0 * DARK } else { DARK })
 }
 
 /// What is left behind each slice, from sums of whole numbers; `bound` is [`bound`](fn@bound) of the casters of the texel's
 /// tile. Twin: fused.comp.
-pub fn fused(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices, bound: u32) -> Vec<f32> {
+pub fn fused(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices, bound: u64) -> Vec<f32> {
     let scale = sums::scale(bound);
     let mut sums = vec![0u32; slices.count as usize];
     for caster in casters {

@@ -8,12 +8,12 @@ pub const DARK: f32 = 16.0;
 const BOUND_UNITS: f32 = 256.0;
 
 /// Bound of the optical depth that casters can take of any ray, `dark` at most each, in 256ths. Twin: caster_bound.
-pub fn bound(casters: &[Caster], dark: f32) -> u32 {
+pub fn bound(casters: &[Caster], dark: f32) -> u64 {
     let most = |c: &Caster| if c.is_strand() { c.density } else { 2.0 * c.radius * c.density };
-    casters.iter().map(|c| (most(c).min(dark) * BOUND_UNITS) as u32 + 1).sum()
+    casters.iter().map(|c| (most(c).min(dark) * BOUND_UNITS) as u64 + 1).sum()
 }
 
 /// Units an optical depth of 1. Twin: sum_scale.
-pub fn scale(bound: u32) -> f32 {
+pub fn scale(bound: u64) -> f32 {
     (22.min(38 - bound.max(1).ilog2() as i32) as f32).exp2()
 }

@@ -10,7 +10,7 @@ pub fn multiply(view: &View, texel: [u32; 2], casters: &[Caster]) -> f32 {
 }
 
 /// The same from a sum of whole numbers; `bound` is [`super::sums::bound`] of the casters of the texel's tile. Twin: sum.comp.
-pub fn sum(view: &View, texel: [u32; 2], casters: &[Caster], bound: u32) -> f32 {
+pub fn sum(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> f32 {
     let scale = scale(bound);
     let segments = casters.iter().filter_map(|c| texel_segment(view, texel, c));
     let units: u32 = segments.map(|s| (s.optical_depth.min(DARK) * scale + 0.5) as u32).sum();

@@ -2,6 +2,7 @@
 //! sorted segments in registers. No lists, no blending, no interlock. Source: ours.
 
 use super::Site;
+use super::plan::Cells;
 use crate::Result;
 use crate::gpu::{Commands, Kernel};
 use crate::maps::Bins;
@@ -17,13 +18,14 @@ pub struct Binned {
 impl Binned {
     pub fn new(site: &Site, bins: &Bins) -> Result<Self> {
         let Site { context, maps, curves, plan, .. } = *site;
-        let shader = match (plan.cells, plan.lanes) {
-            (true, true) => &avsm::CELLS_LANES_1,
-            (true, false) => &avsm::CELLS_LANES_0,
-            (false, _) => &avsm::BINNED,
-        };
         let sets = [maps.scene(), bins.set(), &curves.set];
-        Ok(Self { kernel: Kernel::compute(context, shader, &sets, &plan.constants)?, cells: plan.cells })
+        let kernel = match plan.cells {
+            Some(Cells::Whole) => Kernel::compute(context, &avsm::CELLS_LANES_0, &sets, &plan.constants),
+            Some(Cells::Lanes) => Kernel::full_subgroups(context, &avsm::CELLS_LANES_1, &sets, &plan.constants),
+            Some(Cells::Half) => Kernel::compute(context, &avsm::CELLS_LANES_2, &sets, &plan.constants),
+            None => Kernel::compute(context, &avsm::BINNED, &sets, &plan.constants),
+        };
+        Ok(Self { kernel: kernel?, cells: plan.cells.is_some() })
     }
 
     pub fn record(&self, commands: &mut Commands, bins: &Bins) {

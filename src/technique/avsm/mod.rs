@@ -19,7 +19,7 @@ pub use curves::NodeData;
 use self::binned::Binned;
 use self::curves::Curves;
 use self::interlock::Interlock;
-use self::plan::Plan;
+use self::plan::{Cells, Plan};
 use self::raster_order::RasterOrder;
 use self::settings::{KEYS, Settings, Way};
 use self::two_pass::TwoPass;
@@ -98,7 +98,7 @@ impl Avsm {
         let settings = plan.settings;
         let maps = Maps::new(context, world, settings.size)?;
         let bins = if settings.skip || plan.way == Way::Binned {
-            let parts = if plan.cells && plan.lanes { 2 } else { 1 };
+            let parts = if matches!(plan.cells, Some(Cells::Lanes | Cells::Half)) { 2 } else { 1 };
             let what = Use {
                 entries: plan.way == Way::Binned,
                 skip: settings.skip,

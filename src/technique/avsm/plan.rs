@@ -2,7 +2,7 @@
 
 use super::ENTRY;
 use super::settings::{Batch, Resolve, Settings, Way};
-use crate::gpu::{Constants, Context, Requirement};
+use crate::gpu::{Constants, Context, Features, Requirement};
 use crate::shaders::constant::{EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TILED, WORK, WORKGROUP};
 use crate::technique::keys::Word;
 use crate::world::World;
@@ -18,17 +18,48 @@ const BINNED_NODES: u32 = 4;
 /// WORK − NODES of curves from cells: ends of cells come in order and few, so that little is gained by more.
 const CELLS_NODES: u32 = 2;
 
-/// Shared memory of glsl/avsm/cells.comp: 64 cells of 64 texels, or of 32 twice, 128 casters, ends, ranges and the bound.
-const CELLS_SHARED_BYTES: u32 = 64 * 64 * 4 + 128 * 32 + 4 * 64 * 8 + 2 * 64 * 4 + 4;
+/// How glsl/avsm/cells.comp runs: its variants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cells {
+    /// A workgroup a tile, casters in shared memory.
+    Whole,
+    /// A workgroup half a tile, casters in the lanes of subgroups.
+    Lanes,
+    /// A workgroup half a tile, casters in shared memory.
+    Half,
+}
+
+impl Cells {
+    /// Texels of a workgroup, and its threads along x.
+    fn texels(self) -> u32 {
+        if self == Self::Whole { 64 } else { 32 }
+    }
+
+    /// Shared memory: 64 cells a texel, for lanes twice, else 128 casters; four sets of ends, a range, and the bound.
+    fn shared_bytes(self) -> u32 {
+        let cells = 64 * 4 * self.texels();
+        let more = if self == Self::Lanes { cells } else { 128 * 32 };
+        cells + more + (4 * 8 + 2 * 4) * self.texels() + 8
+    }
+
+    /// What of shared memory or threads the device lacks for `groups` times its texels, by its Vulkan name.
+    fn lacks(self, features: &Features, groups: u32) -> Option<String> {
+        let (has, needs) = (features.max_compute_shared_memory_bytes, self.shared_bytes());
+        let (threads, wants) = (features.max_compute_workgroup_threads, groups * self.texels());
+        if has < needs {
+            return Some(format!("maxComputeSharedMemorySize of at least {needs} (this device has {has})"));
+        }
+        (threads < wants)
+            .then(|| format!("maxComputeWorkGroupInvocations of at least {wants} (this device has {threads})"))
+    }
+}
 
 /// What is decided before anything is made.
 pub struct Plan {
     pub settings: Settings,
     pub way: Way,
-    /// resolve=cells, asked for or chosen.
-    pub cells: bool,
-    /// Casters stand in the lanes of subgroups.
-    pub lanes: bool,
+    /// For resolve=cells, asked for or chosen.
+    pub cells: Option<Cells>,
     /// Why this path.
     pub reason: String,
     pub constants: Constants,
@@ -55,12 +86,6 @@ impl Plan {
         if cells && way != Way::Binned {
             return refused("path=binned: resolve=cells adds up a tile's casters".into());
         }
-        let shared = context.features().max_compute_shared_memory_bytes;
-        if cells && shared < CELLS_SHARED_BYTES {
-            return refused(format!(
-                "maxComputeSharedMemorySize of at least {CELLS_SHARED_BYTES} (this device has {shared})"
-            ));
-        }
         if !settings.sorted && way == Way::Binned {
             return refused("order=sorted: path=binned has no other".into());
         }
@@ -74,14 +99,10 @@ impl Plan {
             (Resolve::Streaming, Way::Binned) => BINNED_NODES,
             (Resolve::Streaming, _) => 0,
         };
-        let (ballot, software) = (context.features().subgroup_ballot, context.features().is_software());
-        let lanes = match settings.batch {
-            Some(Batch::Lanes) if !ballot => return refused("subgroup ballots in compute shaders".into()),
-            Some(batch) => batch == Batch::Lanes,
-            None => ballot && software,
-        };
+        let features = context.features();
+        let way_of_cells = if cells { Some(choose_cells(features, settings.batch)?) } else { None };
         // More groups only repeat work where threads take turns.
-        let groups = if lanes || software { 1 } else { 4 };
+        let groups = if way_of_cells == Some(Cells::Lanes) { 1 } else { groups(features) };
         settings.filter.check(world.scene(), settings.size)?;
         let constants = Constants::new()
             .set(NODES, settings.nodes)
@@ -95,8 +116,28 @@ impl Plan {
             .set(WORKGROUP, groups)
             .set(STRANDS, world.has_strands());
         let constants = settings.filter.constants(constants);
-        Ok(Self { settings, way, cells, lanes, reason, constants })
+        Ok(Self { settings, way, cells: way_of_cells, reason, constants })
     }
+}
+
+/// Threads a texel of glsl/avsm/cells.comp that has no lanes.
+fn groups(features: &Features) -> u32 {
+    if features.is_software() { 1 } else { 4 }
+}
+
+/// How cells.comp runs. `auto`: lanes on software devices; else whole tiles where there is room for them.
+fn choose_cells(features: &Features, batch: Option<Batch>) -> Result<Cells> {
+    let lanes = || features.lacks_full_subgroups(Cells::Lanes.texels()).or_else(|| Cells::Lanes.lacks(features, 1));
+    if batch == Some(Batch::Lanes) {
+        return lanes().map_or(Ok(Cells::Lanes), |needs| Err(Error::Refused { needs }));
+    }
+    if batch.is_none() && features.is_software() && lanes().is_none() {
+        return Ok(Cells::Lanes);
+    }
+    if Cells::Whole.lacks(features, groups(features)).is_none() {
+        return Ok(Cells::Whole);
+    }
+    Cells::Half.lacks(features, groups(features)).map_or(Ok(Cells::Half), |needs| Err(Error::Refused { needs }))
 }
 
 fn word(resolve: Resolve) -> &'static str {
@@ -125,6 +166,9 @@ fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String
     }
     if !features.is_software() {
         return (Way::Binned, format!("auto: {} device", features.kind));
+    }
+    if let Some(missing) = features.lacks(Requirement::FragmentStores) {
+        return (Way::Binned, format!("auto: a device that lacks {missing}"));
     }
     match settings.resolve {
         None if world.has_strands() => (Way::TwoPass, "auto: hair on a software device".into()),

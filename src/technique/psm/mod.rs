@@ -119,6 +119,11 @@ impl Psm {
     pub fn with_threads(context: &Context, world: &World, spec: &Spec, fused_threads: u32) -> Result<Self> {
         let layout = Volume::of(spec);
         let (way, reason) = choose(context, spec)?;
+        let has = context.features().max_compute_workgroup_threads;
+        if way == Way::Fused && fused_threads > has {
+            let needs = format!("maxComputeWorkGroupInvocations of at least {fused_threads} (this device has {has})");
+            return Err(Error::Refused { needs });
+        }
         layout.filter.check(world.scene(), layout.size)?;
         let maps = Maps::new(context, world, layout.size)?;
         let volume = layout.image(context, maps.count(), way == Way::Raster)?;

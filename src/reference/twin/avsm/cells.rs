@@ -24,7 +24,7 @@ pub struct Cells {
 
 impl Cells {
     /// Adds up segments, in any order; none of no segments. `bound` is that of the texel's tile.
-    pub fn new(segments: &[Segment], bound: u32) -> Option<Self> {
+    pub fn new(segments: &[Segment], bound: u64) -> Option<Self> {
         if segments.is_empty() {
             return None;
         }
@@ -144,7 +144,7 @@ mod tests {
     }
 
     /// Of each segment, as if it were a sphere of that optical depth.
-    fn bound_of(segments: &[Segment]) -> u32 {
+    fn bound_of(segments: &[Segment]) -> u64 {
         let casters: Vec<_> = segments
             .iter()
             .map(|s| Caster { position: [0.0; 3], radius: 0.5, axis: [0.0; 3], density: s.optical_depth })

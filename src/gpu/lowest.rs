@@ -1,0 +1,60 @@
+//! For tests: a device seen as a lesser one, so that what the code does on such devices runs on those that there are.
+
+use super::Features;
+use super::features::STORAGE_BUFFERS;
+
+impl Features {
+    /// As it is, or less: `GOBO_TEST_LIMITS=lowest` for limits as low as Vulkan 1.3 allows, `GOBO_TEST_FEATURES=none`
+    /// for none of what is optional. What is not reported is not switched on, so that the validation layer sees its
+    /// use.
+    pub(super) fn lowered_for_tests(self) -> Self {
+        let is = |name, value| std::env::var(name).is_ok_and(|set| set == value);
+        let limited = if is("GOBO_TEST_LIMITS", "lowest") { self.with_lowest_limits() } else { self };
+        if is("GOBO_TEST_FEATURES", "none") { limited.without_features() } else { limited }
+    }
+
+    /// The Required Limits of the Vulkan 1.3 specification; of storage buffers those that are this program's floor.
+    fn with_lowest_limits(self) -> Self {
+        Self {
+            max_storage_buffer_range: 1 << 27,
+            max_color_attachments: 4,
+            max_fragment_output_attachments: 4,
+            max_per_stage_descriptor_input_attachments: 4,
+            max_fragment_combined_output_resources: 4,
+            max_per_stage_descriptor_storage_buffers: STORAGE_BUFFERS,
+            max_per_stage_descriptor_storage_images: 4,
+            max_bound_descriptor_sets: 4,
+            max_image_dimension_2d: 4096,
+            max_image_dimension_3d: 256,
+            max_viewports: self.max_viewports.min(16),
+            max_framebuffer_layers: 256,
+            max_compute_shared_memory_bytes: 16 << 10,
+            max_compute_workgroup_threads: 128,
+            // Rasterizers are as fine as they are; whoever counts with a coarser one is on the safe side.
+            sub_pixel_precision_bits: 4,
+            ..self
+        }
+    }
+
+    fn without_features(self) -> Self {
+        Self {
+            fragment_shader_pixel_interlock: false,
+            rasterization_order_color_attachment_access: false,
+            dynamic_rendering_local_read: false,
+            geometry_shader: false,
+            tessellation_shader: false,
+            fill_mode_non_solid: false,
+            vertex_layer_output: false,
+            multi_viewport: false,
+            max_viewports: 1,
+            storage_image_extended_formats: false,
+            fragment_stores_and_atomics: false,
+            float32_blend: false,
+            subgroup_arithmetic: false,
+            subgroup_ballot: false,
+            compute_full_subgroups: false,
+            timestamp_valid_bits: 0,
+            ..self
+        }
+    }
+}

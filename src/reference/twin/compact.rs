@@ -1,0 +1,39 @@
+//! CPU twin of glsl/bins/mark.comp, scan.comp and compact.comp: the casters that meet some tile, in their drawing
+//! order.
+
+/// Words of bits of a block. Twin: BLOCK_WORDS in glsl/bins/marks.glsl.
+pub const BLOCK_WORDS: usize = 64;
+
+/// A bit for each caster in drawing order, whether it is met, in whole blocks of words; and how many of each block are.
+pub fn mark(order: &[u32], met: &[bool]) -> (Vec<u32>, Vec<u32>) {
+    let word = |casters: &[u32]| casters.iter().rev().fold(0u32, |bits, c| bits << 1 | u32::from(met[*c as usize]));
+    let mut words: Vec<u32> = order.chunks(32).map(word).collect();
+    words.resize(words.len().next_multiple_of(BLOCK_WORDS), 0);
+    let blocks = words.chunks(BLOCK_WORDS).map(|block| block.iter().map(|w| w.count_ones()).sum()).collect();
+    (words, blocks)
+}
+
+/// How many are before each block, and how many there are in all.
+pub fn scan(blocks: &[u32]) -> (Vec<u32>, u32) {
+    let mut sum = 0;
+    let before = blocks
+        .iter()
+        .map(|block| {
+            sum += block;
+            sum - block
+        })
+        .collect();
+    (before, sum)
+}
+
+/// The casters whose bits are set, from each block's place on.
+pub fn compact(order: &[u32], words: &[u32], before: &[u32], total: u32) -> Vec<u32> {
+    let mut drawn = vec![u32::MAX; total as usize];
+    for (block, (words, before)) in words.chunks(BLOCK_WORDS).zip(before).enumerate() {
+        let set = (0..32 * BLOCK_WORDS).filter(|i| words[i / 32] >> (i % 32) & 1 == 1);
+        for (place, i) in (*before as usize..).zip(set) {
+            drawn[place] = order[block * 32 * BLOCK_WORDS + i];
+        }
+    }
+    drawn
+}
