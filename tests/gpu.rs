@@ -218,6 +218,29 @@ fn the_wrong_push_constants_are_refused() {
     });
 }
 
+/// Workgroups whose size is fixed have at most the 128 threads that every device takes; the others are specialized to what
+/// the device has.
+#[test]
+fn workgroups_fit_every_device() {
+    const EXECUTION_MODE: u32 = 16;
+    const LOCAL_SIZE: u32 = 17;
+    let mut seen = 0;
+    for shader in shaders::ALL {
+        let mut rest = &shader.words()[5..];
+        while let [first, ..] = rest {
+            let (instruction, next) = rest.split_at((first >> 16) as usize);
+            if let [_, _, LOCAL_SIZE, size @ ..] = instruction
+                && first & 0xffff == EXECUTION_MODE
+            {
+                assert!(size.iter().product::<u32>() <= 128, "{}: {size:?} threads", shader.name);
+                seen += 1;
+            }
+            rest = next;
+        }
+    }
+    assert!(seen > 15, "{seen} compute shaders");
+}
+
 #[test]
 fn passes_are_timed_in_order() {
     gpu_test("passes_are_timed_in_order", |context| {
