@@ -25,7 +25,7 @@ pub enum Extent {
 const SAMPLED_TEXELS: usize = 4096;
 
 /// Casters tried against rays for a picture, at most: some seconds of one core. Beyond it the picture is a smaller one.
-const PICTURE_TESTS: f64 = 3e8;
+const PICTURE_TESTS: f64 = 1e9;
 
 /// The smallest picture that says anything, pixels across.
 const LEAST_WIDTH: u32 = 80;
@@ -181,15 +181,17 @@ impl<'a> Truth<'a> {
     }
 
     /// The picture, as large as it was wanted, or smaller by halves where that would take long; none where the smallest would.
+    /// Where all of the truth is wanted it is never smaller.
     pub fn picture(&self) -> Option<&LitPicture> {
         let made = self.picture.get_or_init(|| {
             let mut size = self.wanted.picture;
             let mut tests = picture_tests(self.casters(), self.scene, &self.camera(size));
-            while tests > PICTURE_TESTS && size[0] / 2 >= LEAST_WIDTH {
+            let most = if self.wanted.extent == Extent::Full { f64::INFINITY } else { PICTURE_TESTS };
+            while tests > most && size[0] / 2 >= LEAST_WIDTH {
                 (size, tests) = (size.map(|side| side / 2), tests / 4.0);
             }
             let camera = self.camera(size);
-            (tests <= 4.0 * PICTURE_TESTS)
+            (tests <= 4.0 * most)
                 .then(|| LitPicture { picture: picture(self.casters(), self.scene, &camera), camera })
         });
         made.as_ref()
