@@ -191,8 +191,7 @@ impl<'a> Truth<'a> {
                 (size, tests) = (size.map(|side| side / 2), tests / 4.0);
             }
             let camera = self.camera(size);
-            (tests <= 4.0 * most)
-                .then(|| LitPicture { picture: picture(self.casters(), self.scene, &camera), camera })
+            (tests <= 4.0 * most).then(|| LitPicture { picture: picture(self.casters(), self.scene, &camera), camera })
         });
         made.as_ref()
     }

@@ -87,11 +87,17 @@ impl Texel {
     pub fn curve(&self, build: Build) -> (Curve, bool) {
         let curve = curve(&self.segments, self.bound, build);
         let tied = !self.has_pairs && curve.margin < tie(build.interpolation) / MARGIN_FLOOR;
-        let another = |rounded: &Vec<Segment>| {
-            let other = self::curve(rounded, self.bound, build);
+        let differs = |other: Curve| {
             (0..DEPTHS).any(|i| beyond(&curve, depth(i), other.transmittance(depth(i)), self.moved) > UNSTABLE)
         };
-        let ambiguous = tied || curve.ends_margin < ends_tie(build.nodes) || self.rounded.iter().any(another);
+        let another = |rounded: &Vec<Segment>| differs(self::curve(rounded, self.bound, build));
+        // The two ways to share a segment among cells round to whole units alike at its ends alone.
+        let shared = self.bound.and_then(|bound| Cells::of_each_cell(&self.segments, bound));
+        let shared = shared.map(|cells| cells.curve(build));
+        let ambiguous = tied
+            || curve.ends_margin < ends_tie(build.nodes)
+            || shared.is_some_and(differs)
+            || self.rounded.iter().any(another);
         (curve, ambiguous)
     }
 }

@@ -22,9 +22,22 @@ pub struct Cells {
     sums: [u32; CELLS],
 }
 
+/// Adds a segment to cells, or to slopes that are added up to cells.
+type AddSegment = fn(&mut [u32; CELLS], &mut [u32; CELLS], f32, f32, f32);
+
 impl Cells {
-    /// Adds up segments, in any order; none of no segments. `bound` is that of the texel's tile.
+    /// Adds up segments, in any order; none of no segments. `bound` is that of the texel's tile. As LANES 1 does: even shares
+    /// between a segment's first and last cell.
     pub fn new(segments: &[Segment], bound: u64) -> Option<Self> {
+        Self::added(segments, bound, add_segment)
+    }
+
+    /// The same as LANES 0 and 2 do: what a segment has taken by the end of each cell. A sum may differ by some units a segment.
+    pub fn of_each_cell(segments: &[Segment], bound: u64) -> Option<Self> {
+        Self::added(segments, bound, add_to_each_cell)
+    }
+
+    fn added(segments: &[Segment], bound: u64, add: AddSegment) -> Option<Self> {
         if segments.is_empty() {
             return None;
         }
@@ -36,7 +49,7 @@ impl Cells {
         let (mut cells, mut slopes) = ([0u32; CELLS], [0u32; CELLS]);
         for s in segments {
             let at = |depth: f32| ((depth - low) * per_cell).clamp(0.0, CELLS as f32);
-            add_segment(&mut cells, &mut slopes, at(s.entry), at(s.exit), s.optical_depth * scale);
+            add(&mut cells, &mut slopes, at(s.entry), at(s.exit), s.optical_depth * scale);
         }
         let mut sums = [0u32; CELLS];
         let (mut sum, mut slope) = (0u32, 0u32);
@@ -103,7 +116,20 @@ fn dark_segment(segment: &Segment) -> Segment {
     Segment { entry, exit: entry + (exit - entry) * share, optical_depth: segment.optical_depth.min(DARK) }
 }
 
-/// Twin: add_segment.
+/// Twin: add_segment where LANES is not 1.
+fn add_to_each_cell(cells: &mut [u32; CELLS], _: &mut [u32; CELLS], entry: f32, exit: f32, whole: f32) {
+    let (first, last) = ((entry as usize).min(CELLS - 1), (exit as usize).min(CELLS - 1));
+    let rate = whole / (exit - entry).max(1e-6);
+    let mut before = 0;
+    for (cell, sum) in cells.iter_mut().enumerate().take(last + 1).skip(first) {
+        let taken = if cell == last { whole } else { (((cell + 1) as f32 - entry) * rate).min(whole) };
+        let upto = (taken + 0.5) as u32;
+        *sum = sum.wrapping_add(upto - before);
+        before = upto;
+    }
+}
+
+/// Twin: add_segment where LANES is 1.
 fn add_segment(cells: &mut [u32; CELLS], slopes: &mut [u32; CELLS], entry: f32, exit: f32, whole: f32) {
     let (first, last) = ((entry as usize).min(CELLS - 1), (exit as usize).min(CELLS - 1));
     let units = (whole + 0.5) as u32;
@@ -166,6 +192,14 @@ mod tests {
                 let (before, behind) = (truth.transmittance(end - 1e-6), truth.transmittance(end + 1e-6));
                 prop_assert!(through <= before + 2e-5 && through >= behind - 2e-5, "{through}, not {before} to {behind}");
             }
+            let each = Cells::of_each_cell(&list, bound_of(&list)).expect("the same segments");
+            for (a, b) in cells.sums.iter().zip(&each.sums) {
+                // Of n cells in even shares the last r take one more, which leaves r (n - r) / n units behind, n / 4 at most;
+                // a unit each of the two; some roundings of f32 products as large as the whole.
+                let most = (CELLS / 4 + 2) as u32 * list.len() as u32 + cells.sums[CELLS - 1] / 1_000_000;
+                prop_assert!(a.abs_diff(*b) <= most, "{a} and {b} of {} segments", list.len());
+            }
+            prop_assert_eq!(cells.sums[CELLS - 1], each.sums[CELLS - 1]);
             let backwards: Vec<_> = list.iter().rev().copied().collect();
             prop_assert_eq!(cells.sums, Cells::new(&backwards, bound_of(&list)).expect("the same").sums);
         }
