@@ -114,26 +114,19 @@ pub fn with_case<R>(
 /// The truth of all frames that does not depend on a technique, until it is told to stop.
 fn prepare(truths: &[Truth], stop: &AtomicBool) {
     let moments = moments(truths.len());
+    let stopped = || stop.load(Ordering::Relaxed);
     for (frame, truth) in truths.iter().enumerate() {
-        let parts: [(bool, fn(&Truth)); 4] = [
-            (truths.len() > 1, |t| {
-                t.watched();
-            }),
-            (moments.contains(&frame), |t| {
-                t.space();
-            }),
-            (moments.contains(&frame), |t| {
-                t.surface();
-            }),
-            (moments.last() == Some(&frame), |t| {
-                t.picture();
-            }),
-        ];
-        for (_, part) in parts.into_iter().filter(|(wanted, _)| *wanted) {
-            if stop.load(Ordering::Relaxed) {
-                return;
-            }
-            part(truth);
+        if truths.len() > 1 && !stopped() {
+            truth.watched();
+        }
+        if moments.contains(&frame) && !stopped() {
+            truth.space();
+        }
+        if moments.contains(&frame) && !stopped() {
+            truth.surface();
+        }
+        if moments.last() == Some(&frame) && !stopped() {
+            truth.picture();
         }
     }
 }
