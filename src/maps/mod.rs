@@ -20,7 +20,7 @@ pub use compact::Compact;
 pub use filter::{Filter, FilterKind};
 pub use fit::Extents;
 pub use list::{Keep, List, SegmentData};
-pub use opaque::{OPAQUE_SIZE, opaque_corner};
+pub use opaque::{OPAQUE_SIZE, opaque_corner, opaque_resolution};
 pub use order::{ItemData, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
 pub use texels::{TexelKernels, TexelWay, Texels};

@@ -3,6 +3,7 @@
 use crate::gpu::{
     Bindings, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Target, push_struct,
 };
+use crate::scene::{Resolution, View};
 use crate::shaders;
 use crate::shaders::constant::SNAP;
 use crate::world::World;
@@ -18,6 +19,19 @@ push_struct! {
         /// Where it stands.
         corner: [u32; 2],
     }
+}
+
+/// How far a look-up of glsl/maps/opaque.glsl feels a surface, texels: it weighs texels whose centres are up to one texel
+/// away, and each of them has its depth moved by what its surface's changes over one texel and a step of the coarsest
+/// rasterizer, a 16th.
+const REACH_TEXELS: f64 = 2.0625;
+
+/// What the rounding of a stored depth and of the look-up's projection is, of the light's range.
+const DEPTH_ROUNDING: f64 = 1e-5;
+
+/// Of an opaque map of that view.
+pub fn opaque_resolution(view: View) -> Resolution {
+    Resolution { view, reach_texels: REACH_TEXELS, depth: DEPTH_ROUNDING }
 }
 
 /// The maps of all lights and the pass that draws them.

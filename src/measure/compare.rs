@@ -6,7 +6,7 @@ use super::{Answers, Extent, PassTiming, Row, RowError, Status, Timing, picture_
 use crate::consume::{Lighting, Query, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{MAP_DEPTHS, bounds, points_within};
-use crate::scene::{Picture, Scene, View};
+use crate::scene::{Picture, Resolution, Scene, View};
 use crate::technique::{self, Opened, Spec, Technique};
 use crate::world::World;
 use crate::{Error, Result};
@@ -275,21 +275,21 @@ impl Case<'_> {
             }
             let technique = opened.technique.as_ref();
             let truth = &self.truths[frame];
-            let opaque: Vec<View> = technique.maps().iter().map(|m| m.opaque).collect();
+            let resolution = technique.resolution();
             if moves {
-                let watched = self.ask_all(technique, truth, truth.watched(), &opaque)?;
+                let watched = self.ask_all(technique, truth, truth.watched(), &resolution)?;
                 flicker.frame(watched, truth.watched(), &self.states[frame]);
             }
             if !moments.contains(&frame) {
                 continue;
             }
-            asked.space.extend(self.ask_all(technique, truth, truth.space(), &opaque)?);
-            asked.surface.extend(self.ask_all(technique, truth, truth.surface(), &opaque)?);
+            asked.space.extend(self.ask_all(technique, truth, truth.space(), &resolution)?);
+            asked.surface.extend(self.ask_all(technique, truth, truth.surface(), &resolution)?);
             // What has no maps has no map error.
             let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
             if !views.is_empty() {
                 let maps = truth.maps(views);
-                asked.map.extend(self.ask_all(technique, truth, &maps.maps, &opaque)?);
+                asked.map.extend(self.ask_all(technique, truth, &maps.maps, &resolution)?);
                 asked.maps.push(maps);
             }
         }
@@ -297,13 +297,19 @@ impl Case<'_> {
     }
 
     /// What is answered at points of all lights.
-    fn ask_all(&self, technique: &dyn Technique, truth: &Truth, all: &[Points], opaque: &[View]) -> Result<Answers> {
+    fn ask_all(
+        &self,
+        technique: &dyn Technique,
+        truth: &Truth,
+        all: &[Points],
+        resolution: &[Resolution],
+    ) -> Result<Answers> {
         let mut answers = Answers::default();
         for points in all {
             answers.extend(Answers {
                 approximate: self.ask(technique, points.light, &points.positions)?,
                 truth: points.visibility.clone(),
-                boundary: truth.boundary(points, opaque).to_vec(),
+                boundary: truth.boundary(points, resolution).to_vec(),
             });
         }
         Ok(answers)

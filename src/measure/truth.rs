@@ -5,7 +5,7 @@ use crate::reference::truth::{
     Casters, MapTruth, SurfacePoint, limit_mean_abs, limit_steps, picture, picture_tests, points_within, sample_maps,
     surface_points,
 };
-use crate::scene::{Picture, Scene, View};
+use crate::scene::{Picture, Resolution, Scene, View};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -56,8 +56,8 @@ pub(super) struct Points {
     pub visibility: Vec<f64>,
     /// Where they lie on meshes.
     surface: Vec<SurfacePoint>,
-    /// Whether each is in the boundary, of the opaque maps that were asked about.
-    boundaries: Cached<Vec<View>, Vec<bool>>,
+    /// Whether each is in the boundary, of the resolutions that were asked about.
+    boundaries: Cached<Vec<Resolution>, Vec<bool>>,
 }
 
 impl Points {
@@ -212,23 +212,23 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// Which of `points` lie in the boundary of opaque shadows, as maps of these views resolve them; empty where nothing opaque
-    /// casts or the technique has no opaque maps.
-    pub fn boundary(&self, points: &Points, opaque: &[View]) -> Arc<Vec<bool>> {
-        if !self.scene.has_triangles() || opaque.is_empty() {
+    /// Which of `points` lie in the boundary of opaque shadows, one resolution for each map of all lights; empty where
+    /// nothing opaque casts or the technique is exact.
+    pub fn boundary(&self, points: &Points, resolution: &[Resolution]) -> Arc<Vec<bool>> {
+        if !self.scene.has_triangles() || resolution.is_empty() {
             return Arc::default();
         }
-        points.boundaries.get(opaque.to_vec(), |opaque| {
+        points.boundaries.get(resolution.to_vec(), |resolution| {
             let light = &self.scene.lights[points.light];
             let first = self.scene.first_map(points.light);
-            let view = |p: &[f32; 3]| &opaque[first + light.map_at(*p)];
+            let of = |p: &[f32; 3]| &resolution[first + light.map_at(*p)];
             let casters = self.casters();
             if points.surface.is_empty() {
-                let at = |p: &[f32; 3]| casters.in_boundary(points.light, view(p), DVec3::from(p.map(f64::from)));
+                let at = |p: &[f32; 3]| casters.in_boundary(points.light, of(p), DVec3::from(p.map(f64::from)));
                 return points.positions.par_iter().map(at).collect();
             }
             let at = |(p, s): (&[f32; 3], &SurfacePoint)| {
-                casters.in_surface_boundary(points.light, view(p), s.position, s.normal)
+                casters.in_surface_boundary(points.light, of(p), s.position, s.normal)
             };
             points.positions.par_iter().zip(&points.surface).map(at).collect()
         })

@@ -22,6 +22,7 @@ mod particle_file;
 mod picture;
 mod placement;
 mod ply;
+mod resolution;
 mod sparse;
 mod stage;
 mod strand_file;
@@ -34,6 +35,7 @@ pub use fit::{Casting, gutter_texels};
 pub use light::{FACES, Light, LightKind};
 pub use order::far_to_near;
 pub use picture::{Picture, SKY};
+pub use resolution::Resolution;
 pub use view::{FARTHEST, Projection, Ray, View};
 
 use crate::{Error, Result};

@@ -28,8 +28,8 @@ pub use uncompressed::Uncompressed;
 
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
-use crate::maps::Map;
-use crate::scene::Scene;
+use crate::maps::{Map, opaque_resolution};
+use crate::scene::{Resolution, Scene};
 use crate::shaders::Folder;
 use crate::world::World;
 use std::collections::BTreeMap;
@@ -63,6 +63,12 @@ pub trait Technique {
 
     /// The maps that it stands in; none for what has no maps.
     fn maps(&self) -> &[Map];
+
+    /// How finely it knows where opaque shadows begin and end, one for each map of all lights; none where it knows it
+    /// exactly. By default what its opaque maps resolve.
+    fn resolution(&self) -> Vec<Resolution> {
+        self.maps().iter().map(|map| opaque_resolution(map.opaque)).collect()
+    }
 
     /// What the last build came to.
     ///
