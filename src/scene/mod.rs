@@ -22,6 +22,7 @@ mod particle_file;
 mod picture;
 mod placement;
 mod ply;
+mod sides;
 mod sparse;
 mod stage;
 mod strand_file;
@@ -34,6 +35,7 @@ pub use fit::{Casting, gutter_texels};
 pub use light::{FACES, Light, LightKind};
 pub use order::far_to_near;
 pub use picture::{Picture, SKY};
+pub use sides::{Side, sides};
 pub use view::{FARTHEST, Projection, Ray, View};
 
 use crate::{Error, Result};
@@ -79,6 +81,8 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Diffuse reflectance in [0, 1].
     pub albedo: [f32; 3],
+    /// Whether the back of it is never seen, as a ground's: behind its fronts (counter-clockwise) no light is asked for.
+    pub solid: bool,
 }
 
 /// A pinhole camera.
