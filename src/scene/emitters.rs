@@ -157,6 +157,7 @@ pub(super) fn ground(half: f32) -> Mesh {
         positions: vec![[-half, -half, 0.0], [half, -half, 0.0], [half, half, 0.0], [-half, half, 0.0]],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         albedo: [0.6; 3],
+        solid: false,
     }
 }
 

@@ -18,6 +18,7 @@
 //! scale = 1.0                   # optional
 //! translate = [0.0, 0.0, 0.0]   # optional
 //! albedo = [0.6, 0.6, 0.6]      # optional, replaces the file's
+//! solid = false                 # optional; true: the back of it is never seen, as a ground's
 //!
 //! [light]                       # or [[light]], any number of them; left out, the lights of the glTF files stand here
 //! kind = "directional"          # or "spot" with position, target and cone_degrees in place of direction, or "point"
@@ -88,6 +89,8 @@ struct MeshesEntry {
     #[serde(default = "one")]
     scale: f64,
     albedo: Option<[f64; 3]>,
+    #[serde(default)]
+    solid: bool,
 }
 
 fn one() -> f64 {
@@ -141,6 +144,7 @@ pub(super) fn load(path: &Path) -> Result<Scene> {
         for mesh in loaded.meshes {
             let mut placed = placement.mesh(mesh).map_err(wrong)?;
             placed.albedo = albedo.unwrap_or(placed.albedo);
+            placed.solid = entry.solid;
             contents.meshes.push(placed);
         }
         if lights.is_none() {

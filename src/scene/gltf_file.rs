@@ -123,7 +123,7 @@ fn read_primitive(
     if !albedo.iter().all(|value| (0.0..=1.0).contains(value)) {
         return Err(fail(format!("baseColorFactor {albedo:?} is not in [0, 1]"), "correct the material"));
     }
-    let mesh = Mesh { name: name.clone(), positions, triangles, albedo };
+    let mesh = Mesh { name: name.clone(), positions, triangles, albedo, solid: false };
     mesh_file::check(path, &mesh)?;
     Ok(mesh)
 }

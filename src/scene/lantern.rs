@@ -108,5 +108,6 @@ fn post([x, y]: [f32; 2]) -> Mesh {
         positions: (0..8).map(corner).collect(),
         triangles: quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect(),
         albedo: [0.45, 0.36, 0.3],
+        solid: false,
     }
 }

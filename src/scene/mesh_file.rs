@@ -85,7 +85,7 @@ fn load_ply(path: &Path) -> Result<Mesh> {
         return Err(file.error("element face lacks the property vertex_indices", "add the property to the file"));
     }
     let mut mesh =
-        Mesh { name: input::stem(path), positions: Vec::new(), triangles: Vec::new(), albedo: DEFAULT_ALBEDO };
+        Mesh { name: input::stem(path), positions: vec![], triangles: vec![], albedo: DEFAULT_ALBEDO, solid: false };
     file.read_rows(&["vertex", "face"], |element, number, row: Row| {
         match element {
             "vertex" => mesh.positions.push(row.position.map(|value| value as f32)),

@@ -23,6 +23,7 @@ mod picture;
 mod placement;
 mod ply;
 mod resolution;
+mod sides;
 mod sparse;
 mod stage;
 mod strand_file;
@@ -36,6 +37,7 @@ pub use light::{FACES, Light, LightKind};
 pub use order::far_to_near;
 pub use picture::{Picture, SKY};
 pub use resolution::Resolution;
+pub use sides::{Side, sides};
 pub use view::{FARTHEST, Projection, Ray, View};
 
 use crate::{Error, Result};
@@ -81,6 +83,8 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Diffuse reflectance in [0, 1].
     pub albedo: [f32; 3],
+    /// Whether the back of it is never seen, as a ground's: behind its fronts (counter-clockwise) no light is asked for.
+    pub solid: bool,
 }
 
 /// A pinhole camera.

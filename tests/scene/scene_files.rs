@@ -28,6 +28,9 @@ fn scene_files_place_their_casters() {
     assert_eq!(scene.particles, [first, second]);
     assert_eq!(scene.meshes[0].positions[4], [1.5, 1.5, 4.0]);
     assert_eq!(scene.meshes[0].albedo, [0.1, 0.2, 0.3]);
+    assert!(!scene.meshes[0].solid);
+    let solid = scene_file(&text.replace("albedo = ", "solid = true\nalbedo = ")).expect("a scene");
+    assert!(solid.meshes[0].solid);
     assert_eq!(scene.lights[0].radiance, [1.0, 2.0, 3.0]);
     let LightKind::Spot { direction, cone_degrees, .. } = scene.lights[0].kind else { panic!("a spot light") };
     assert_eq!((direction.to_array(), cone_degrees), ([0.0, 0.0, -1.0], 60.0));
@@ -113,6 +116,7 @@ fn broken_scene_files_are_refused() {
         (&whole, "tri.ply\"\n", "tri.ply\"\nscale = -1.0\n", "meshes tri.ply: scale"),
         (&whole, "tri.ply\"\n", "tri.ply\"\nscale = 1e60\n", "out of range"),
         (&whole, "tri.ply\"\n", "tri.ply\"\nalbedo = [0.0, 1.1, 0.0]\n", "albedo"),
+        (&whole, "tri.ply\"\n", "tri.ply\"\nsolid = 1\n", "line 5"),
         (&whole, particles, "", ""),
         (&spotted, "cone_degrees = 60", "cone_degrees = 171", "(0, 170]"),
         (&spotted, "cone_degrees = 60", "cone_degrees = 0", "(0, 170]"),

@@ -221,6 +221,7 @@ pub fn quad(corners: [[f32; 3]; 4], albedo: f32) -> Mesh {
         positions: corners.to_vec(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         albedo: [albedo; 3],
+        solid: false,
     }
 }
 

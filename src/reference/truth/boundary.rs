@@ -92,6 +92,7 @@ mod tests {
             positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             albedo: [0.5; 3],
+            solid: false,
         });
         scene
     }

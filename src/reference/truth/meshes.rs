@@ -141,6 +141,7 @@ mod tests {
             positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             albedo: [0.5; 3],
+            solid: false,
         };
         let meshes = Meshes::new(&[square]);
         assert!(!meshes.free(DVec3::new(0.3, 0.2, -2.0), DVec3::Z, 10.0));

@@ -90,6 +90,7 @@ mod tests {
             ],
             triangles: vec![[0, 1, 2], [3, 4, 5]],
             albedo: [0.5; 3],
+            solid: false,
         });
         let points = by_area(&scene, 4000);
         let (low, high): (Vec<SurfacePoint>, Vec<SurfacePoint>) = points.iter().partition(|p| p.position.z < 1.0);
