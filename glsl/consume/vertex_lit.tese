@@ -5,6 +5,7 @@
 // Invariant: w is 1, so that light runs linearly over the screen between vertices, whatever the interpolation.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "world/caster.glsl"
+#include "world/light.glsl"
 #include "visibility.glsl"
 
 layout(quads, equal_spacing) in;

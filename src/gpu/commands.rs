@@ -327,6 +327,17 @@ impl<'a> Pass<'_, 'a> {
         self.commands.used.push(Box::new(buffer.clone()));
     }
 
+    /// Sets the 32-bit words of `bytes` of a buffer from byte `offset` on; both multiples of 4.
+    pub fn fill_part(&mut self, buffer: &Buffer, offset: u64, bytes: u64, value: u32) {
+        let bytes = bytes.min(buffer.bytes().saturating_sub(offset));
+        if bytes > 0 {
+            let commands = self.commands.buffer;
+            // SAFETY: the buffer is kept alive, allows copies and is as large; the caller gives whole words.
+            unsafe { self.commands.device().cmd_fill_buffer(commands, buffer.handle(), offset, bytes, value) };
+            self.commands.used.push(Box::new(buffer.clone()));
+        }
+    }
+
     /// Sets every texel of an image of unsigned integers.
     pub fn clear_image(&mut self, image: &Image, value: u32) {
         self.clear_color(image, vk::ClearColorValue { uint32: [value; 4] });

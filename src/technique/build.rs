@@ -75,12 +75,25 @@ impl<T: Technique + ?Sized> Opened<T> {
         }
         (self.built, self.broken) = (None, true);
         let start = Instant::now();
+        let mut passes = Vec::new();
         loop {
-            let passes = self.context.try_submit(|commands| self.technique.record(commands, world))?;
-            if self.technique.settle()? == Settled::Done {
-                (self.built, self.broken) = (Some(world.generation()), false);
-                return Ok(Built { passes, host_ns: start.elapsed().as_nanos() as f64 });
+            follow(&mut passes, self.context.try_submit(|commands| self.technique.record(commands, world))?);
+            match self.technique.settle()? {
+                Settled::More => {}
+                // What had too little room is no part of what a build takes.
+                Settled::Grew => passes.clear(),
+                Settled::Done => {
+                    (self.built, self.broken) = (Some(world.generation()), false);
+                    return Ok(Built { passes, host_ns: start.elapsed().as_nanos() as f64 });
+                }
             }
         }
     }
+}
+
+/// Puts the passes of a submission behind those before it, as if the device had gone on without a break.
+fn follow(passes: &mut Vec<PassTime>, next: Vec<PassTime>) {
+    let end_ns = passes.last().map_or(0.0, |pass| pass.end_ns);
+    let moved = |pass: PassTime| PassTime { start_ns: pass.start_ns + end_ns, end_ns: pass.end_ns + end_ns, ..pass };
+    passes.extend(next.into_iter().map(moved));
 }

@@ -9,6 +9,7 @@ mod beer_shadow_map;
 mod psm;
 mod translucency_map;
 mod uncompressed;
+mod voxelized;
 
 // What they share.
 mod build;
@@ -25,6 +26,7 @@ pub use spec::{Spec, parse};
 pub use texel_map::TexelMap;
 pub use translucency_map::translucency_map;
 pub use uncompressed::Uncompressed;
+pub use voxelized::{Free, Settings as VoxelizedSettings, Structure, TreeData, Voxelized};
 
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
@@ -93,6 +95,8 @@ pub enum Settled {
     Done,
     /// Something did not fit, and has room now: record again.
     Grew,
+    /// This part of it stands: record the next.
+    More,
 }
 
 impl Settled {

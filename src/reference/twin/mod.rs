@@ -13,3 +13,4 @@ pub mod segment;
 pub mod sums;
 pub mod translucency_map;
 pub mod vertex_lit;
+pub mod voxelized;

@@ -1,0 +1,83 @@
+// A triangle as an 8 × 8 block of columns sees it: three edges in whole numbers, and the plane of its depths. Source: ours, after
+// Pineda 1988. Twin: reference::twin::voxelized::Facet.
+#ifndef VOXELIZED_FACET_GLSL
+#define VOXELIZED_FACET_GLSL
+
+// Two words, for products of edges: they have up to 52 bits.
+struct Wide {
+    int high;
+    uint low;
+};
+
+Wide wide_cross(ivec2 a, ivec2 b) {
+    int high, other_high, low, other_low;
+    imulExtended(a.x, b.y, high, low);
+    imulExtended(a.y, b.x, other_high, other_low);
+    uint borrow;
+    uint difference = usubBorrow(uint(low), uint(other_low), borrow);
+    return Wide(high - other_high - int(borrow), difference);
+}
+
+struct Facet {
+    ivec3 edge;     // at the block's first column: not negative inside
+    ivec3 right;    // what a column to the right adds
+    ivec3 up;       // and a column up
+    float z;        // at the first column, voxels
+    vec2 slope;     // a column
+    vec2 range;     // least and greatest z of the corners
+    int faces;      // 1: into something closed, -1: out of it, 0: it is open
+};
+
+// Whether a middle of a column that lies on the edge is inside: of two triangles that share it exactly one has it.
+bool owns_edge(ivec2 edge) { return edge.y < 0 || (edge.y == 0 && edge.x > 0); }
+
+// Edge from `from` on along `edge`, at the origin, in columns. What is out of reach of the block is cut off.
+int edge_value(ivec2 from, ivec2 edge) {
+    Wide value = wide_cross(edge, -from);
+    int columns = value.high < -64 ? -0x40000000 : value.high > 63 ? 0x40000000
+                                                 : int((uint(value.high) << 24) | (value.low >> 8));
+    // A value of 0 is inside for one of the two triangles, and below the least step it counts as more than 0.
+    return (value.low & 255u) == 0u && !owns_edge(edge) ? columns - 1 : columns;
+}
+
+// Triangle `i` for the block whose first column is `corner`; false where no column of the block meets it.
+bool facet_at(uint i, uvec2 corner, out Facet facet) {
+    ivec2 middle = 256 * ivec2(corner) + 128;
+    ivec2 a = projected_corner(i, 0u) - middle, b = projected_corner(i, 1u) - middle, c = projected_corner(i, 2u) - middle;
+    vec3 z = vec3(intBitsToFloat(projected[PROJECTED_WORDS * i + 6u]), intBitsToFloat(projected[PROJECTED_WORDS * i + 7u]),
+                  intBitsToFloat(projected[PROJECTED_WORDS * i + 8u]));
+    Wide area = wide_cross(b - a, c - a);
+    bool turned = area.high < 0;
+    if (turned) {
+        ivec2 corner_b = b;
+        b = c;
+        c = corner_b;
+        z = z.xzy;
+        area = wide_cross(b - a, c - a);
+    }
+    // Not negative: what has no area has nothing inside.
+    facet.edge = ivec3(edge_value(a, b - a), edge_value(b, c - b), edge_value(c, a - c));
+    facet.right = -ivec3((b - a).y, (c - b).y, (a - c).y);
+    facet.up = ivec3((b - a).x, (c - b).x, (a - c).x);
+    ivec3 most = facet.edge + 7 * (max(facet.right, ivec3(0)) + max(facet.up, ivec3(0)));
+    float scale = 1.0 / (float(area.high) * 4294967296.0 + float(area.low));
+    vec2 ab = vec2(b - a), ac = vec2(c - a);
+    float to_b = z.y - z.x, to_c = z.z - z.x;
+    vec2 slope = vec2(to_b * ac.y - to_c * ab.y, to_c * ab.x - to_b * ac.x) * scale;
+    facet.z = z.x - slope.x * float(a.x) - slope.y * float(a.y);
+    facet.slope = slope * SUB_VOXELS;
+    facet.range = vec2(min(z.x, min(z.y, z.z)), max(z.x, max(z.y, z.z)));
+    // A closed mesh's outside is seen where it turns counter-clockwise about the way to the light.
+    int side = projected[PROJECTED_WORDS * i + 9u];
+    facet.faces = turned ? -side : side;
+    return (area.high | int(area.low)) != 0 && all(greaterThanEqual(most, ivec3(0)));
+}
+
+bool facet_meets(Facet facet, ivec2 column) {
+    return all(greaterThanEqual(facet.edge + facet.right * column.x + facet.up * column.y, ivec3(0)));
+}
+
+float facet_depth(Facet facet, ivec2 column) {
+    return clamp(facet.z + facet.slope.x * float(column.x) + facet.slope.y * float(column.y), facet.range.x, facet.range.y);
+}
+#endif

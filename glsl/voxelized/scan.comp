@@ -1,0 +1,15 @@
+#version 460
+// Sums before each value within its 1,024, and the sum of these. Source: Blelloch 1990. Input and output: values, sums.
+// Twin: reference::twin::voxelized, which adds up.
+layout(local_size_x = 128) in;
+#include "voxelized/build.glsl"
+#include "voxelized/scan.glsl"
+
+uint value_of(uint i) { return i < at + count ? values[i] : 0u; }
+
+void main() {
+    if (build_group() < (count + SCANNED - 1u) / SCANNED) {
+        uint first = at + SCANNED * build_group();
+        SCAN_BLOCK(first, value_of)
+    }
+}

@@ -1,0 +1,30 @@
+// The tree of a light: where its voxels are and where its nodes stand. Source: Sintorn et al. 2014, Kämpe et al. 2016.
+// Twin: technique::voxelized::TreeData.
+#ifndef VOXELIZED_TREE_GLSL
+#define VOXELIZED_TREE_GLSL
+#extension GL_EXT_scalar_block_layout : require
+
+// Leaves, bricks, and nodes up to 65,536 voxels a side.
+const uint MAX_LEVELS = 15u;
+
+// What a child is, two bits of its parent's mask.
+const uint LIT = 1u;
+const uint SHADOWED = 2u;
+const uint INTERSECTED = 3u;
+
+struct Tree {
+    vec3 origin;   // the corner of the cube
+    uint size;     // voxels a side
+    vec3 right;    // voxels a world unit along x, y and z of the cube; light travels along z
+    uint levels;   // the root's, and 1
+    vec3 up;
+    uint root;     // LIT, SHADOWED, or INTERSECTED where there are nodes
+    vec3 forward;
+    uint root_at;  // the root, as pointers say it
+    uint at[MAX_LEVELS];            // where each level's nodes begin, words
+    uint pointer_bits[MAX_LEVELS];  // bits of their pointers
+};
+
+// Bits of a node before its pointers, and of the units that pointers count: a graph is packed, a tree is of whole words.
+CONSTANT(uint, HEADER_BITS, 16u)
+#endif

@@ -1,0 +1,55 @@
+// Voxelized shadows' look-up: how much of light `light` reaches `position`, 0 to 1: of PCF × PCF columns about it, the share whose
+// voxel at the position's depth is lit. Whole leaves are counted at once: at most four, below what the columns have in shared_way.
+// Source: Sintorn et al. 2014, section 5. Twin: reference::twin::voxelized::look_up.
+#include "voxelized/walk.glsl"
+
+CONSTANT(uint, PCF, 1u)
+
+// Bits of the columns low to high, at most 7, in one row of a leaf, in all rows of a word from row `first` on.
+uint leaf_rows(uint row, ivec2 rows, int first) {
+    int low = max(rows.x - first, 0), high = min(rows.y - first, 3);
+    return low > high ? 0u : (row * 0x01010101u) & (0xffffffffu >> (8 * (3 - high))) & (0xffffffffu << (8 * low));
+}
+
+// How many of the columns low to high are shadowed at z.
+uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
+    Walk shared_way = walk_from_root(light);
+    // As long as all columns lie in the same child.
+    while (shared_way.kind == INTERSECTED && shared_way.level > 1u &&
+           all(equal(low >> int(shared_way.level + 1u), high >> int(shared_way.level + 1u)))) {
+        walk_down(light, uvec3(low, z), shared_way);
+    }
+    uint shadowed = 0u;
+    for (int y = low.y >> 3; y <= high.y >> 3; ++y) {
+        for (int x = low.x >> 3; x <= high.x >> 3; ++x) {
+            Walk walk = shared_way;
+            while (walk.kind == INTERSECTED && walk.level > 0u) {
+                walk_down(light, uvec3(8 * x, 8 * y, z), walk);
+            }
+            ivec2 first = max(low - 8 * ivec2(x, y), 0), last = min(high - 8 * ivec2(x, y), 7);
+            uint row = ((2u << last.x) - 1u) & ~((1u << first.x) - 1u);
+            uvec2 mask = uvec2(leaf_rows(row, ivec2(first.y, last.y), 0), leaf_rows(row, ivec2(first.y, last.y), 4));
+            uvec2 bits = walk.kind == SHADOWED ? mask : uvec2(0u);
+            if (walk.kind == INTERSECTED) {
+                bits = walk_leaf(light, walk) & mask;
+            }
+            shadowed += uint(bitCount(bits.x) + bitCount(bits.y));
+        }
+    }
+    return shadowed;
+}
+
+float light_visibility(uint light, vec3 position) {
+    vec3 offset = position - visibility_trees[light].origin;
+    vec3 voxel = vec3(dot(offset, visibility_trees[light].right), dot(offset, visibility_trees[light].up),
+                      dot(offset, visibility_trees[light].forward));
+    float size = float(visibility_trees[light].size), reach = float(PCF / 2u);
+    // In floats: what is outside, or no number, has no voxel. Behind the cube lies the shadow of all of it.
+    if (!(voxel.z >= 0.0 && all(greaterThan(voxel.xy, vec2(-reach))) && all(lessThan(voxel.xy, vec2(size + reach))))) {
+        return 1.0;
+    }
+    ivec2 column = ivec2(floor(voxel.xy)), last = ivec2(int(visibility_trees[light].size) - 1);
+    ivec2 low = max(column - int(PCF / 2u), ivec2(0)), high = min(column + int(PCF / 2u), last);
+    uint shadowed = shadowed_columns(light, low, high, uint(min(voxel.z, size - 1.0)));
+    return 1.0 - float(shadowed) / float(PCF * PCF);
+}

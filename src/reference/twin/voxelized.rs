@@ -1,0 +1,425 @@
+//! Voxelized shadows: from triangles to columns, from columns to nodes, and down them again. Twin of glsl/voxelized/.
+//!
+//! A bake is the same words here and on the device, since all of it but the depth of a triangle is whole numbers.
+
+use std::collections::HashMap;
+
+/// What a child is. Twin: LIT in glsl/voxelized/tree.glsl.
+pub const LIT: u32 = 1;
+/// As above.
+pub const SHADOWED: u32 = 2;
+/// As above.
+pub const INTERSECTED: u32 = 3;
+
+/// Parts of a voxel that corners are rounded to. Twin: SUB_VOXELS.
+const SUB_VOXELS: f32 = 256.0;
+
+/// A cube of voxels: its corner, and voxels a world unit along its axes. Light travels along the last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cube {
+    /// World units.
+    pub origin: [f32; 3],
+    /// Along x, y and z of the cube.
+    pub axes: [[f32; 3]; 3],
+    /// Voxels a side.
+    pub size: u32,
+}
+
+/// A triangle among columns. Twin: glsl/voxelized/projected.glsl.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projected {
+    /// 256ths of a voxel across.
+    pub corners: [[i64; 2]; 3],
+    /// Voxels along the light.
+    pub z: [f32; 3],
+    /// 1 where a ray along its normal leaves a closed thing, −1 where it enters one, 0 where it is open.
+    pub side: i32,
+}
+
+/// Where a position is in the cube, voxels. Twin: project in glsl/voxelized/project.comp, to the bit.
+pub fn voxel(cube: &Cube, position: [f32; 3]) -> [f32; 3] {
+    let offset = [0, 1, 2].map(|i| position[i] - cube.origin[i]);
+    cube.axes.map(|axis| offset[0] * axis[0] + offset[1] * axis[1] + offset[2] * axis[2])
+}
+
+/// Twin: glsl/voxelized/project.comp.
+pub fn project(cube: &Cube, corners: [[f32; 3]; 3], side: i32) -> Projected {
+    let at = corners.map(|corner| voxel(cube, corner));
+    let whole = |v: f32| (v * SUB_VOXELS + 0.5).floor() as i64;
+    Projected { corners: at.map(|v| [whole(v[0]), whole(v[1])]), z: at.map(|v| v[2]), side }
+}
+
+/// Entry and exit of every column, row after row. Twin: glsl/voxelized/columns.comp; the device has edges in two words of 32
+/// bits where this has one of 64, and divides less exactly.
+pub fn columns(triangles: &[Projected], size: u32, closed: bool) -> Vec<[u32; 2]> {
+    let mut met: Vec<Vec<(f32, i32)>> = vec![Vec::new(); (size * size) as usize];
+    for triangle in triangles {
+        meet(triangle, size, |column, z, faces| met[column].push((z, if closed { faces } else { 0 })));
+    }
+    met.into_iter().map(|surfaces| column(surfaces, size)).collect()
+}
+
+fn cross(a: [i64; 2], b: [i64; 2]) -> i64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn between(a: [i64; 2], b: [i64; 2]) -> [i64; 2] {
+    [b[0] - a[0], b[1] - a[1]]
+}
+
+/// Calls `found` with each column whose middle a triangle meets, its depth there, and 1 where light enters something closed, −1
+/// where it leaves.
+fn meet(triangle: &Projected, size: u32, mut found: impl FnMut(usize, f32, i32)) {
+    let [a, mut b, mut c] = triangle.corners;
+    let [z_a, mut z_b, mut z_c] = triangle.z;
+    let turned = cross(between(a, b), between(a, c)) < 0;
+    if turned {
+        (b, c, z_b, z_c) = (c, b, z_c, z_b);
+    }
+    let area = cross(between(a, b), between(a, c));
+    if area == 0 {
+        return;
+    }
+    let bounds = |axis: usize| {
+        let all = [a[axis], b[axis], c[axis]];
+        let low = (all.into_iter().fold(i64::MAX, i64::min) + 127) >> 8;
+        let high = (all.into_iter().fold(i64::MIN, i64::max) + 128) >> 8;
+        low.clamp(0, size.into())..high.clamp(0, size.into())
+    };
+    let scale = 1.0 / area as f32;
+    let [ab, ac] = [between(a, b), between(a, c)].map(|e| e.map(|v| v as f32));
+    let (to_b, to_c) = (z_b - z_a, z_c - z_a);
+    let slope = [(to_b * ac[1] - to_c * ab[1]) * scale, (to_c * ab[0] - to_b * ac[0]) * scale];
+    let range = [z_a.min(z_b).min(z_c), z_a.max(z_b).max(z_c)];
+    let faces = if turned { -triangle.side } else { triangle.side };
+    // Depths are taken from the corner of a block, as the device does.
+    for y in bounds(1) {
+        for x in bounds(0) {
+            let middle = [256 * x + 128, 256 * y + 128];
+            let inside = [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| {
+                let edge = between(from, to);
+                let value = cross(edge, between(from, middle));
+                value > 0 || (value == 0 && (edge[1] < 0 || (edge[1] == 0 && edge[0] > 0)))
+            });
+            if inside {
+                let first = [x & !7, y & !7];
+                let base = between([256 * first[0] + 128, 256 * first[1] + 128], a).map(|v| v as f32);
+                let at_first = z_a - slope[0] * base[0] - slope[1] * base[1];
+                let steps = [(x - first[0]) as f32, (y - first[1]) as f32];
+                let z = at_first + slope[0] * SUB_VOXELS * steps[0] + slope[1] * SUB_VOXELS * steps[1];
+                found((y * i64::from(size) + x) as usize, z.clamp(range[0], range[1]), faces);
+            }
+        }
+    }
+}
+
+/// Entry and exit of a column that meets these surfaces: depth, and 1 into something closed, −1 out of it, 0 for neither.
+fn column(mut surfaces: Vec<(f32, i32)>, size: u32) -> [u32; 2] {
+    surfaces.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+    let Some(&(nearest, enters)) = surfaces.first() else { return [size; 2] };
+    let whole = |z: f32| z.clamp(0.0, size as f32) as u32;
+    let middle = whole((nearest + 0.5).floor());
+    if enters <= 0 {
+        return [middle; 2];
+    }
+    // Faces at one depth are passed together.
+    let mut inside = 0;
+    let left = surfaces.chunk_by(|a, b| a.0 == b.0).find(|same| {
+        inside += same.iter().map(|(_, faces)| faces).sum::<i32>();
+        inside <= 0 && same.iter().any(|(_, faces)| *faces < 0)
+    });
+    let exit = left.map_or(size, |same| whole(same[0].0.floor()));
+    let entry = whole(nearest.ceil());
+    if exit < entry { [middle; 2] } else { [entry, exit] }
+}
+
+/// Where a boundary goes that may go anywhere between entry and exit. Twin: FREE in glsl/voxelized/columns.comp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Free {
+    /// At the exit.
+    Exit,
+    /// At the entry.
+    Entry,
+    /// Where the columns of a block agree.
+    Shared,
+}
+
+/// The number in [low, high] with the most trailing zeros. Twin: roundest.
+pub fn roundest(low: u32, high: u32) -> u32 {
+    if low == 0 { 0 } else { high & !((1 << ((low - 1) ^ high).ilog2()) - 1) }
+}
+
+/// Where the shadow of each column begins. Twin: the end of glsl/voxelized/columns.comp.
+pub fn boundaries(columns: &[[u32; 2]], size: u32, free: Free) -> Vec<u32> {
+    match free {
+        Free::Exit => columns.iter().map(|c| c[1]).collect(),
+        Free::Entry => columns.iter().map(|c| c[0]).collect(),
+        Free::Shared => {
+            let mut boundaries = vec![0; columns.len()];
+            for block in 0..(size / 8).pow(2) {
+                let mut open: Vec<_> = (0..64).map(|c| place(size, block, c)).collect();
+                while let Some(stop) = open.iter().map(|i| columns[*i][1]).min() {
+                    let (here, rest): (Vec<_>, _) = open.into_iter().partition(|i| columns[*i][0] <= stop);
+                    let begin = here.iter().map(|i| columns[*i][0]).max().unwrap_or(stop);
+                    here.into_iter().for_each(|i| boundaries[i] = roundest(begin, stop));
+                    open = rest;
+                }
+            }
+            boundaries
+        }
+    }
+}
+
+/// Column `c` of a block of 8 × 8, among all.
+fn place(size: u32, block: u32, c: u32) -> usize {
+    let across = size / 8;
+    let (x, y) = (8 * (block % across) + c % 8, 8 * (block / across) + c / 8);
+    (y * size + x) as usize
+}
+
+/// What a bake leaves. Twin: technique::TreeData, and the words that it points into.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Baked {
+    /// Voxels a side.
+    pub size: u32,
+    /// [`LIT`], [`SHADOWED`], or [`INTERSECTED`] where there are nodes.
+    pub root: u32,
+    /// As pointers say it.
+    pub root_at: u32,
+    /// Where each level's nodes begin, words.
+    pub at: Vec<u32>,
+    /// Bits of their pointers.
+    pub pointer_bits: Vec<u32>,
+    /// Bits before the pointers: 16 in a graph, 32 in a tree.
+    pub header_bits: u32,
+    /// All nodes.
+    pub words: Vec<u32>,
+}
+
+/// Blocks of one level: the least exit and the greatest entry of their columns, and the numbers of their nodes.
+#[derive(Clone, Default)]
+struct Blocks {
+    across: u32,
+    side: u32,
+    ranges: Vec<[u32; 2]>,
+    nodes: Vec<Vec<u32>>,
+}
+
+impl Blocks {
+    fn range(&self, block: u32) -> std::ops::Range<u32> {
+        let [least, most] = self.ranges[block as usize];
+        least / self.side..most.div_ceil(self.side)
+    }
+}
+
+/// Nodes of a level that are kept.
+#[derive(Default)]
+struct Kept {
+    all: Vec<Vec<u32>>,
+    numbers: HashMap<Vec<u32>, u32>,
+}
+
+impl Kept {
+    /// The number of a node; of an equal one where they merge.
+    fn number(&mut self, node: Vec<u32>, merge: bool) -> u32 {
+        let next = self.all.len() as u32;
+        let number = if merge { *self.numbers.entry(node.clone()).or_insert(next) } else { next };
+        if number == next {
+            self.all.push(node);
+        }
+        number
+    }
+}
+
+/// Nodes over columns, tile by tile as the device makes them. `merge`: a graph, else a tree.
+pub fn bake(columns: &[[u32; 2]], size: u32, tile: u32, free: Free, merge: bool) -> Baked {
+    let boundaries = boundaries(columns, size, free);
+    let tile = tile.min(size);
+    let top = size.ilog2() - 2;
+    let mut kept: Vec<Kept> = (0..=top).map(|_| Kept::default()).collect();
+    let tiles = size / tile;
+    let mut above = Blocks { across: tiles, side: tile, ..Blocks::default() };
+    for tile_at in 0..tiles * tiles {
+        let corner = [tile_at % tiles * tile, tile_at / tiles * tile];
+        let mut blocks = bricks(columns, &boundaries, size, corner, tile, &mut kept, merge);
+        while blocks.across > 1 {
+            blocks = octants(&blocks, &mut kept, merge);
+        }
+        above.ranges.push(blocks.ranges[0]);
+        above.nodes.push(blocks.nodes.swap_remove(0));
+    }
+    while above.across > 1 {
+        above = octants(&above, &mut kept, merge);
+    }
+    let least = above.ranges[0][0];
+    pack(&kept, above.nodes[0].first().copied(), if least >= size { LIT } else { SHADOWED }, size, merge)
+}
+
+/// Leaves and bricks of a tile.
+fn bricks(
+    columns: &[[u32; 2]],
+    boundaries: &[u32],
+    size: u32,
+    corner: [u32; 2],
+    tile: u32,
+    kept: &mut [Kept],
+    merge: bool,
+) -> Blocks {
+    let across = tile / 8;
+    let mut blocks = Blocks { across, side: 8, ..Blocks::default() };
+    let block_at = |block: u32| (corner[1] / 8 + block / across) * (size / 8) + corner[0] / 8 + block % across;
+    let mut leaves: Vec<Vec<u32>> = Vec::new();
+    for block in 0..across * across {
+        let at = |c: u32| place(size, block_at(block), c);
+        let least = (0..64).map(|c| columns[at(c)][1]).min().unwrap_or(0);
+        let most = (0..64).map(|c| columns[at(c)][0]).max().unwrap_or(0);
+        let leaf = |z: u32| {
+            let bits = (0..64).map(|c| u64::from(z >= boundaries[at(c)]) << c).sum::<u64>();
+            kept[0].number(vec![bits as u32, (bits >> 32) as u32], merge)
+        };
+        leaves.push((least..most).map(leaf).collect());
+        blocks.ranges.push([least, most]);
+    }
+    for block in 0..across * across {
+        let [least, most] = blocks.ranges[block as usize];
+        let brick = |z: u32| {
+            let child = |slice: u32| match 8 * z + slice {
+                z if z >= most => (SHADOWED, 0),
+                z if z < least => (LIT, 0),
+                z => (INTERSECTED, leaves[block as usize][(z - least) as usize]),
+            };
+            kept[1].number(node((0..8).map(child)), merge)
+        };
+        let nodes = blocks.range(block).map(brick).collect();
+        blocks.nodes.push(nodes);
+    }
+    blocks
+}
+
+/// A mask, and the numbers of the children that it says there are.
+fn node(children: impl Iterator<Item = (u32, u32)>) -> Vec<u32> {
+    let mut words = vec![0];
+    for (c, (kind, number)) in children.enumerate() {
+        words[0] |= kind << (2 * c);
+        if kind == INTERSECTED {
+            words.push(number);
+        }
+    }
+    words
+}
+
+/// The level above.
+fn octants(below: &Blocks, kept: &mut [Kept], merge: bool) -> Blocks {
+    let across = below.across / 2;
+    let mut blocks = Blocks { across, side: 2 * below.side, ..Blocks::default() };
+    for block in 0..across * across {
+        let child = |c: u32| (2 * (block / across) + (c >> 1 & 1)) * below.across + 2 * (block % across) + (c & 1);
+        let ranges = (0..4).map(|c| below.ranges[child(c) as usize]);
+        blocks.ranges.push(ranges.fold([u32::MAX, 0], |all, r| [all[0].min(r[0]), all[1].max(r[1])]));
+        let octant = |z: u32, c: u32| {
+            let (of, z) = (child(c), 2 * z + (c >> 2));
+            let [least, most] = below.ranges[of as usize];
+            if z * below.side >= most {
+                (SHADOWED, 0)
+            } else if (z + 1) * below.side <= least {
+                (LIT, 0)
+            } else {
+                (INTERSECTED, below.nodes[of as usize][(z - least / below.side) as usize])
+            }
+        };
+        let level = (blocks.side.ilog2() - 2) as usize;
+        let all = |z| kept[level].number(node((0..8).map(|c| octant(z, c))), merge);
+        let nodes = blocks.range(block).map(all).collect();
+        blocks.nodes.push(nodes);
+    }
+    blocks
+}
+
+/// Bits that numbers up to and without `end` need.
+fn bits_below(end: usize) -> u32 {
+    if end > 1 { (end - 1).ilog2() + 1 } else { 1 }
+}
+
+/// Words as look-ups read them. `root`: the root's number, or else what all of it is.
+fn pack(kept: &[Kept], root: Option<u32>, else_is: u32, size: u32, merge: bool) -> Baked {
+    let header_bits = if merge { 16 } else { 32 };
+    let mut baked =
+        Baked { size, header_bits, root: if root.is_some() { INTERSECTED } else { else_is }, ..Baked::default() };
+    // Of each kept node of the level below, what pointers call it; and how many units there are.
+    let (mut names, mut units): (Vec<u32>, usize) = (Vec::new(), 0);
+    for (level, nodes) in kept.iter().enumerate() {
+        baked.at.push(baked.words.len() as u32);
+        if level == 0 {
+            baked.pointer_bits.push(0);
+            baked.words.extend(nodes.all.iter().flatten());
+            (names, units) = ((0..nodes.all.len() as u32).collect(), nodes.all.len());
+            continue;
+        }
+        let pointer_bits = if merge { bits_below(units) } else { 32 };
+        let (mut own, mut bits): (Vec<u32>, Vec<bool>) = (Vec::new(), Vec::new());
+        let push = |bits: &mut Vec<bool>, value: u32, count: u32| bits.extend((0..count).map(|b| value >> b & 1 == 1));
+        for node in &nodes.all {
+            own.push((bits.len() / header_bits as usize) as u32);
+            push(&mut bits, node[0], header_bits);
+            node[1..].iter().for_each(|child| push(&mut bits, names[*child as usize], pointer_bits));
+            bits.resize(bits.len().next_multiple_of(header_bits as usize), false);
+        }
+        // A level without nodes has no pointers.
+        baked.pointer_bits.push(if nodes.all.is_empty() { 0 } else { pointer_bits });
+        units = bits.len() / header_bits as usize;
+        let word = |bits: &[bool]| bits.iter().enumerate().map(|(b, set)| u32::from(*set) << b).sum::<u32>();
+        baked.words.extend(bits.chunks(32).map(word));
+        names = own;
+    }
+    baked.root_at = root.map_or(0, |number| names[number as usize]);
+    baked
+}
+
+impl Baked {
+    /// Whether a voxel is shadowed, and how many nodes say so. Twin: glsl/voxelized/walk.glsl.
+    pub fn shadowed(&self, voxel: [u32; 3]) -> (bool, u32) {
+        let (mut level, mut at, mut kind, mut steps) = (self.at.len() - 1, self.root_at, self.root, 0);
+        while kind == INTERSECTED && level > 0 {
+            let bit = u64::from(self.at[level]) * 32 + u64::from(at) * u64::from(self.header_bits);
+            let mask = self.bits(bit, 16);
+            let child = match level {
+                1 => voxel[2] & 7,
+                _ => (0..3).map(|axis| (voxel[axis] >> (level + 1) & 1) << axis).sum(),
+            };
+            kind = mask >> (2 * child) & 3;
+            steps += 1;
+            if kind == INTERSECTED {
+                let before = (0..child).filter(|c| mask >> (2 * c) & 3 == INTERSECTED).count() as u64;
+                let pointer_bits = self.pointer_bits[level];
+                at = self.bits(bit + u64::from(self.header_bits) + before * u64::from(pointer_bits), pointer_bits);
+                level -= 1;
+            }
+        }
+        if kind != INTERSECTED {
+            return (kind == SHADOWED, steps);
+        }
+        let bit = u64::from(self.at[0]) * 32 + 64 * u64::from(at) + u64::from(8 * (voxel[1] & 7) + (voxel[0] & 7));
+        (self.bits(bit, 1) == 1, steps)
+    }
+
+    fn bits(&self, from: u64, count: u32) -> u32 {
+        let bit = |b: u64| self.words[(b / 32) as usize] >> (b % 32) & 1;
+        (0..count).map(|b| bit(from + u64::from(b)) << b).sum()
+    }
+
+    /// What a look-up answers at a place in the cube, voxels: of `filter` × `filter` columns the share that is lit. Twin:
+    /// glsl/voxelized/visibility.glsl, which counts whole leaves where this asks for each voxel.
+    pub fn look_up(&self, at: [f32; 3], filter: u32) -> f64 {
+        let (size, reach) = (i64::from(self.size), i64::from(filter / 2));
+        let [x, y] = [at[0], at[1]].map(|v| v.floor() as i64);
+        if !(at[2] >= 0.0) || !at[0].is_finite() || !at[1].is_finite() {
+            return 1.0;
+        }
+        let z = (at[2].min(self.size as f32 - 1.0)) as u32;
+        let inside = |v: &i64| (0..size).contains(v);
+        let columns = |v: i64| (v - reach..=v + reach).filter(inside);
+        let count = columns(y).flat_map(|y| columns(x).map(move |x| [x as u32, y as u32, z]));
+        let shadowed = count.filter(|voxel| self.shadowed(*voxel).0).count();
+        1.0 - shadowed as f64 / f64::from(filter * filter)
+    }
+}

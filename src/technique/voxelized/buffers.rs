@@ -1,0 +1,350 @@
+//! What a bake works with: how much room there is, where things stand in it, and what the passes are pushed.
+
+use super::MAX_LEVELS;
+use crate::Result;
+use crate::gpu::{Bindings, Buffer, Context, Memory, Resource, push_struct};
+use bytemuck::{Pod, Zeroable};
+
+push_struct! {
+    /// Twin: BuildPush in glsl/voxelized/build.glsl, which says what each is.
+    #[derive(Default)]
+    pub struct BuildPush {
+        light: u32,
+        level: u32,
+        width: u32,
+        at: u32,
+        count: u32,
+        child_at: u32,
+        child_stride: u32,
+        slots_at: u32,
+        child_slots_at: u32,
+        rank_at: u32,
+        child_rank_at: u32,
+        capacity: u32,
+        unique_at: u32,
+        unique_capacity: u32,
+        table_at: u32,
+        table_mask: u32,
+        child_table_at: u32,
+        tile_x: u32,
+        tile_y: u32,
+        data_capacity: u32,
+    }
+}
+
+/// Twin: LevelCounts in glsl/voxelized/build.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct LevelCounts {
+    /// Nodes of the last tile, before equal ones are merged; 0 where there was no room.
+    pub candidates: u32,
+    /// The most of any tile.
+    pub demanded: u32,
+    base: u32,
+    /// Nodes that are kept.
+    pub unique: u32,
+    units: u32,
+    at: u32,
+    pointer_bits: u32,
+    /// Nodes for which the table had no room.
+    pub lost: u32,
+    groups: [u32; 3],
+    blocks: [u32; 3],
+    unique_groups: [u32; 3],
+    unique_blocks: [u32; 3],
+}
+
+/// Twin: BuildState in glsl/voxelized/build.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct BuildState {
+    /// Of leaves, bricks, and so on.
+    pub levels: [LevelCounts; MAX_LEVELS],
+    /// Of bins, the most of any tile.
+    pub entries: u32,
+    /// Triangles of the last tile that meet many bins.
+    pub large: u32,
+    /// Words of all trees so far.
+    pub words: u32,
+    entry_capacity: u32,
+    large_capacity: u32,
+}
+
+/// Where a level's dispatches stand in the state.
+#[derive(Clone, Copy)]
+pub enum Groups {
+    Candidates,
+    Scans,
+    Unique,
+    UniqueScans,
+}
+
+impl Groups {
+    pub fn offset(self, level: u32) -> u64 {
+        let within = match self {
+            Self::Candidates => std::mem::offset_of!(LevelCounts, groups),
+            Self::Scans => std::mem::offset_of!(LevelCounts, blocks),
+            Self::Unique => std::mem::offset_of!(LevelCounts, unique_groups),
+            Self::UniqueScans => std::mem::offset_of!(LevelCounts, unique_blocks),
+        };
+        (level as usize * size_of::<LevelCounts>() + within) as u64
+    }
+}
+
+/// Where `large` stands in the state.
+pub const LARGE_OFFSET: u64 = std::mem::offset_of!(BuildState, large) as u64;
+
+/// Where `words` does.
+pub const WORDS_OFFSET: u64 = std::mem::offset_of!(BuildState, words) as u64;
+
+/// Columns a side of a bin of triangles. Twin: BIN_COLUMNS in glsl/voxelized/projected.glsl.
+const BIN_COLUMNS: u32 = 32;
+
+/// Values that one workgroup scans. Twin: SCANNED in glsl/voxelized/build.glsl.
+pub const SCANNED: u32 = 1024;
+
+const LEAF_WORDS: u32 = 2;
+const NODE_WORDS: u32 = 9;
+
+/// The shape of a bake: sizes that follow from the number of voxels alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shape {
+    /// Voxels a side.
+    pub size: u32,
+    /// Columns a side of a tile.
+    pub tile: u32,
+}
+
+impl Shape {
+    /// Tiles across.
+    pub fn tiles(self) -> u32 {
+        self.size / self.tile
+    }
+
+    /// Bricks across a tile.
+    pub fn bricks(self) -> u32 {
+        self.tile / 8
+    }
+
+    /// The level of nodes as wide as a tile.
+    pub fn tile_level(self) -> u32 {
+        self.tile.ilog2() - 2
+    }
+
+    /// The root's level.
+    pub fn root_level(self) -> u32 {
+        self.size.ilog2() - 2
+    }
+
+    /// Bins across a tile.
+    pub fn bins(self) -> u32 {
+        self.tile.div_ceil(BIN_COLUMNS)
+    }
+
+    /// Where the counts of bins begin in the values, and where those of what has been placed do.
+    pub fn bins_at(self) -> [u32; 2] {
+        [0, aligned(self.bins().pow(2))]
+    }
+
+    /// Where the counts of a tile's leaves begin; those of bricks and so on come behind them.
+    pub fn blocks_at(self) -> u32 {
+        2 * aligned(self.bins().pow(2))
+    }
+
+    /// Where the counts of a level of a tile begin.
+    pub fn level_at(self, level: u32) -> u32 {
+        let above = (1..level).map(|l| (self.bricks() >> (l - 1)).pow(2)).sum::<u32>();
+        self.blocks_at() + if level == 0 { 0 } else { self.bricks().pow(2) + above }
+    }
+
+    /// Counts of all levels of a tile.
+    pub fn tile_counts(self) -> u32 {
+        self.level_at(self.tile_level() + 1) - self.blocks_at()
+    }
+
+    /// Where the counts above the tiles begin: of the tiles themselves, then of the levels above them.
+    pub fn top_at(self) -> u32 {
+        self.blocks_at() + aligned(self.tile_counts())
+    }
+
+    /// As [`Shape::level_at`], above the tiles.
+    pub fn top_level_at(self, level: u32) -> u32 {
+        let below = (self.tile_level()..level).map(|l| (self.tiles() >> (l - self.tile_level())).pow(2)).sum::<u32>();
+        self.top_at() + below
+    }
+
+    pub fn top_counts(self) -> u32 {
+        self.top_level_at(self.root_level() + 1) - self.top_at()
+    }
+
+    /// Where ranks begin.
+    fn ranks_at(self) -> u32 {
+        self.top_at() + aligned(self.top_counts())
+    }
+}
+
+/// At least one more than `count`, so that what stands before the end has a place; whole blocks of scans.
+fn aligned(count: u32) -> u32 {
+    (count + 1).next_multiple_of(SCANNED)
+}
+
+/// How many of everything there is room for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Room {
+    pub entries: u32,
+    pub large: u32,
+    pub leaf_candidates: u32,
+    pub node_candidates: u32,
+    /// Of each level.
+    pub unique: [u32; MAX_LEVELS],
+    /// Words of all trees.
+    pub data: u32,
+}
+
+impl Room {
+    /// What most scenes need; a bake that needs more grows it.
+    pub fn new(shape: Shape, triangles: u32) -> Self {
+        let bricks = shape.bricks().pow(2);
+        let unique =
+            |level: usize| if level <= shape.root_level() as usize { (bricks >> (level / 2 + 2)).max(1024) } else { 0 };
+        Self {
+            entries: (4 * triangles).max(1 << 14),
+            large: 1024,
+            leaf_candidates: (4 * bricks).max(4096),
+            node_candidates: (bricks + bricks / 2).max(1024),
+            unique: std::array::from_fn(unique),
+            data: 1024,
+        }
+    }
+
+    fn candidates(&self) -> u32 {
+        self.leaf_candidates.max(self.node_candidates)
+    }
+
+    fn ranks(&self) -> u32 {
+        aligned(self.unique.iter().copied().fold(self.candidates(), u32::max))
+    }
+
+    /// Where the ranks of a level begin: two regions, for a level and the one below it.
+    pub fn rank_at(&self, shape: Shape, level: u32) -> u32 {
+        shape.ranks_at() + (level & 1) * self.ranks()
+    }
+
+    /// Likewise of slots.
+    pub fn slots_at(&self, level: u32) -> u32 {
+        (level & 1) * self.candidates()
+    }
+
+    /// Where the slots of the tiles' own nodes begin.
+    pub fn top_slots_at(&self) -> u32 {
+        2 * self.candidates()
+    }
+
+    pub fn candidates_of(&self, level: u32) -> u32 {
+        if level == 0 { self.leaf_candidates } else { self.node_candidates }
+    }
+
+    pub fn unique_of(&self, level: u32) -> u32 {
+        self.unique[level as usize]
+    }
+
+    fn words_of(&self, level: u32) -> u64 {
+        u64::from(self.unique_of(level)) * u64::from(if level == 0 { LEAF_WORDS } else { NODE_WORDS })
+    }
+
+    /// Where a level's nodes are kept, words.
+    pub fn unique_at(&self, level: u32) -> u64 {
+        (0..level).map(|l| self.words_of(l)).sum()
+    }
+
+    /// Slots of a level's table: a power of two, at most half of them filled.
+    pub fn table_slots(&self, level: u32) -> u32 {
+        (2 * self.unique_of(level)).next_power_of_two()
+    }
+
+    pub fn table_at(&self, level: u32) -> u32 {
+        (0..level).map(|l| self.table_slots(l)).sum()
+    }
+}
+
+/// The buffers, in the order of their bindings.
+pub struct Buffers {
+    pub state: Buffer,
+    /// The state after each submission.
+    pub state_read: Buffer,
+    pub values: Buffer,
+    pub table: Buffer,
+    pub data: Buffer,
+    pub trees: Buffer,
+    pub columns: Buffer,
+    all: Vec<Buffer>,
+}
+
+impl Buffers {
+    /// Room for `room`; entries and exits of all columns of a tile only where they are kept. `shared`: what stays when the
+    /// room grows, [`Shared`].
+    pub fn new(context: &Context, shape: Shape, room: &Room, merge: bool, keep: bool, shared: &Shared) -> Result<Self> {
+        let device = |name: &str, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);
+        let values = u64::from(shape.ranks_at()) + 2 * u64::from(room.ranks());
+        let candidates = (u64::from(LEAF_WORDS) * u64::from(room.leaf_candidates))
+            .max(u64::from(NODE_WORDS) * u64::from(room.node_candidates));
+        let columns = u64::from(shape.tile).pow(2);
+        let levels = MAX_LEVELS as u32;
+        let top_slots = u64::from(shape.tiles()).pow(3);
+        let state = device("voxelized.state", (size_of::<BuildState>() / 4) as u64)?;
+        let values_buffer = device("voxelized.values", values)?;
+        let table = device("voxelized.table", if merge { u64::from(room.table_at(levels)) } else { 1 })?;
+        let data = device("voxelized.data", u64::from(room.data))?;
+        let kept = device("voxelized.columns", if keep { 2 * columns } else { 1 })?;
+        let all = vec![
+            state.clone(),
+            device("voxelized.ranges", 2 * u64::from(shape.ranks_at()))?,
+            values_buffer.clone(),
+            device("voxelized.sums", values / u64::from(SCANNED) + 1)?,
+            device("voxelized.boundaries", columns)?,
+            device("voxelized.candidates", candidates)?,
+            device("voxelized.slots", u64::from(room.top_slots_at()) + top_slots)?,
+            table.clone(),
+            device("voxelized.unique", room.unique_at(levels))?,
+            data.clone(),
+            shared.trees.clone(),
+            shared.triangles.clone(),
+            shared.sides.clone(),
+            shared.projected.clone(),
+            device("voxelized.entries", u64::from(room.large) + u64::from(room.entries))?,
+            kept.clone(),
+        ];
+        let state_read = Buffer::new(context, "voxelized.state.read", state.bytes(), Memory::Readback)?;
+        let trees = shared.trees.clone();
+        Ok(Self { state, state_read, values: values_buffer, table, data, trees, columns: kept, all })
+    }
+
+    pub fn bindings(&self, context: &Context) -> Result<Bindings> {
+        let resources: Vec<_> = self.all.iter().cloned().map(Resource::Buffer).collect();
+        Bindings::new(context, "voxelized.build", &resources)
+    }
+
+    /// Puts these buffers where others were.
+    pub fn rebind(&self, set: &Bindings) {
+        self.all.iter().enumerate().for_each(|(binding, buffer)| set.replace(binding, buffer));
+    }
+
+    /// Of all that only a bake needs.
+    pub fn transient_bytes(&self) -> u64 {
+        let all = self.all.iter().map(Buffer::bytes).sum::<u64>();
+        all - self.data.bytes() - self.trees.bytes() - self.all[11].bytes() + self.state_read.bytes()
+    }
+
+    /// The state that a bake begins with.
+    pub fn begin(room: &Room) -> BuildState {
+        BuildState { entry_capacity: room.entries, large_capacity: room.large, ..BuildState::default() }
+    }
+}
+
+/// Buffers that stay as they are when the others grow.
+pub struct Shared {
+    pub trees: Buffer,
+    pub triangles: Buffer,
+    pub sides: Buffer,
+    pub projected: Buffer,
+}

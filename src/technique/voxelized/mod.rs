@@ -1,0 +1,379 @@
+//! Voxelized shadows: for every voxel of a cube about the meshes whether light reaches it, in an octree, and in the graph that
+//! is left when equal parts of it are one. Baked once for each directional light. Sources: Sintorn, Kämpe, Olsson and Assarsson
+//! 2014; Kämpe, Sintorn and Assarsson 2013 and 2016; Scandolo, Bauszat and Eisemann 2016.
+
+mod bake;
+mod buffers;
+mod cube;
+mod settings;
+
+pub use settings::{Free, Settings, Structure};
+
+use self::bake::{Bake, Job, tree_nodes};
+use self::buffers::{Buffers, BuildState, Room, Shape, Shared};
+use self::cube::cubes;
+use self::settings::{CLOSED, FREE, SIZE, STRUCTURE};
+use super::keys::PCF;
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory, Resource};
+use crate::maps::Map;
+use crate::scene::{Resolution, Scene, View, sides};
+use crate::shaders::folder;
+use crate::world::World;
+use crate::{Error, Result};
+use bytemuck::{Pod, Zeroable};
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "voxelized",
+    about: "every voxel lit or shadowed, in an octree or a graph of it (Sintorn et al. 2014, Kämpe et al. 2016)",
+    casts: Casts { particles: false, strands: false, meshes: true },
+    lifetime: Lifetime::Baked,
+    keys: &[SIZE, STRUCTURE, CLOSED, FREE, PCF],
+    paths: &[Path { name: TILES, requires: &[] }],
+    open: |context, world, spec: &Spec| Ok(Box::new(Voxelized::new(context, world, &Settings::of(spec))?)),
+};
+
+const TILES: &str = "tiles";
+
+/// Leaves, bricks, and nodes of up to 65,536 voxels a side. Twin: MAX_LEVELS in glsl/voxelized/tree.glsl.
+pub const MAX_LEVELS: usize = 15;
+
+/// Where the nodes stand in the look-up's set.
+const NODES: usize = 1;
+
+/// Where they stand in the bake's.
+const DATA: usize = 9;
+
+/// Times a bake may begin anew with more room.
+const MOST_RESTARTS: u32 = 64;
+
+/// A light's tree. Twin: Tree in glsl/voxelized/tree.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct TreeData {
+    /// The corner of the cube, world units.
+    pub origin: [f32; 3],
+    /// Voxels a side.
+    pub size: u32,
+    /// Voxels a world unit along the cube's x.
+    pub right: [f32; 3],
+    /// The root's level, and 1.
+    pub levels: u32,
+    /// Along its y.
+    pub up: [f32; 3],
+    /// 1 lit, 2 shadowed, 3: there are nodes.
+    pub root: u32,
+    /// Along its z, the way light travels.
+    pub forward: [f32; 3],
+    /// The root, as pointers say it.
+    pub root_at: u32,
+    /// Where each level's nodes begin, words.
+    pub at: [u32; MAX_LEVELS],
+    /// Bits of their pointers.
+    pub pointer_bits: [u32; MAX_LEVELS],
+}
+
+impl TreeData {
+    /// Without nodes, of a cube.
+    fn of(cube: &View) -> Self {
+        let scale = f64::from(cube.width) / f64::from(cube.far);
+        let scaled = |axis: [f32; 3]| axis.map(|a| (f64::from(a) * scale) as f32);
+        let half = f64::from(cube.far) / 2.0;
+        let corner = |i: usize| f64::from(cube.origin[i]) - half * (f64::from(cube.right[i]) + f64::from(cube.up[i]));
+        Self {
+            origin: [0, 1, 2].map(|i| corner(i) as f32),
+            size: cube.width,
+            right: scaled(cube.right),
+            levels: Shape { size: cube.width, tile: cube.width }.root_level() + 1,
+            up: scaled(cube.up),
+            forward: scaled(cube.forward),
+            ..Self::zeroed()
+        }
+    }
+}
+
+/// What is recorded next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Step {
+    Tile {
+        light: u32,
+        tile: u32,
+    },
+    /// The nodes stand, and there was no room for what look-ups read.
+    Pack,
+}
+
+/// The technique, opened for one world.
+pub struct Voxelized {
+    context: Context,
+    settings: Settings,
+    shape: Shape,
+    room: Room,
+    buffers: Buffers,
+    shared: Shared,
+    set: Bindings,
+    bake: Bake,
+    look_up: Bindings,
+    constants: Constants,
+    cubes: Vec<View>,
+    /// Of the world that cubes and sides are those of.
+    generation: Option<u64>,
+    triangles: u32,
+    step: Step,
+    restarts: u32,
+    state: BuildState,
+    /// Leaves and nodes of all tiles and lights, before merging, and after.
+    tree: [u64; 2],
+    kept: [u64; 2],
+}
+
+impl Voxelized {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where a light is not directional, [`Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        let cubes = cubes(world.scene(), settings.size)?;
+        if cubes.len() * size_of::<TreeData>() > MAX_UPDATE_BYTES {
+            let cause = format!("{} lights, and {} have trees", cubes.len(), MAX_UPDATE_BYTES / size_of::<TreeData>());
+            return Err(Error::input(world.scene().name.clone(), cause, "use fewer lights"));
+        }
+        let shape = Shape { size: settings.size, tile: settings.tile.min(settings.size) };
+        let triangles = world.triangle_count();
+        let device = |name: &str, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);
+        let shared = Shared {
+            trees: device("voxelized.trees", (cubes.len().max(1) * size_of::<TreeData>() / 4) as u64)?,
+            triangles: world.triangles.clone(),
+            sides: device("voxelized.sides", u64::from(triangles))?,
+            projected: device("voxelized.projected", 10 * u64::from(triangles))?,
+        };
+        let room = Room::new(shape, triangles);
+        let buffers = Buffers::new(context, shape, &room, settings.merges(), settings.keep_columns, &shared)?;
+        let set = buffers.bindings(context)?;
+        let bake = Bake::new(context, &set, settings)?;
+        let nodes = [&shared.trees, &buffers.data].map(|b| Resource::Buffer(b.clone()));
+        let look_up = Bindings::new(context, "voxelized.look_up", &nodes)?;
+        Ok(Self {
+            context: context.clone(),
+            settings: *settings,
+            shape,
+            room,
+            buffers,
+            shared,
+            set,
+            bake,
+            look_up,
+            constants: settings.constants(Constants::new()),
+            cubes,
+            generation: None,
+            triangles,
+            step: Step::Tile { light: 0, tile: 0 },
+            restarts: 0,
+            state: BuildState::zeroed(),
+            tree: [0; 2],
+            kept: [0; 2],
+        })
+    }
+
+    /// The trees of all lights.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where they cannot be read back.
+    pub fn trees(&self) -> Result<Vec<TreeData>> {
+        self.shared.trees.read(self.cubes.len())
+    }
+
+    /// Their nodes.
+    ///
+    /// # Errors
+    /// As [`Voxelized::trees`].
+    pub fn nodes(&self) -> Result<Vec<u32>> {
+        self.buffers.data.read(self.state.words as usize)
+    }
+
+    /// Entry and exit of each column of the last tile, voxels, row after row; where [`Settings::keep_columns`].
+    ///
+    /// # Errors
+    /// As [`Voxelized::trees`].
+    pub fn columns(&self) -> Result<Vec<[u32; 2]>> {
+        let count = if self.settings.keep_columns { self.shape.tile.pow(2) as usize } else { 0 };
+        self.buffers.columns.read(count)
+    }
+
+    /// Before the first tile: what follows from the world, cubes and which triangles are closed.
+    fn look_at(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        (self.tree, self.kept) = ([0; 2], [0; 2]);
+        let mut closed = None;
+        if self.generation != Some(world.generation()) {
+            self.cubes = cubes(world.scene(), self.settings.size)?;
+            closed = commands.stage(&self.shared.sides, &signs(world.scene()))?;
+            self.generation = Some(world.generation());
+        }
+        let trees: Vec<_> = self.cubes.iter().map(TreeData::of).collect();
+        commands.pass("voxelized.begin", |pass| {
+            pass.update(&self.shared.trees, &trees);
+            closed.iter().for_each(|staged| pass.copy_staged(staged));
+        });
+        Ok(())
+    }
+
+    /// Whether all of the last submission fits; where not, there is more room now, and what has to be recorded again is next.
+    fn grow(&mut self) -> Result<bool> {
+        let Step::Tile { light, tile } = self.step else { return self.grow_data() };
+        let state = &self.state;
+        // A later tile may need as much again as all so far.
+        let tiles = self.shape.tiles().pow(2);
+        let more =
+            |needs: u32| (f64::from(needs) * (f64::from(tiles) / f64::from(tile + 1)).clamp(1.0, 2.0) * 1.1) as u32;
+        let mut room = self.room.clone();
+        let enlarge = |has: &mut u32, needs: u32, to: u32| *has = if needs > *has { to.max(needs) } else { *has };
+        enlarge(&mut room.entries, state.entries, more(state.entries));
+        enlarge(&mut room.large, state.large, more(state.large));
+        for (level, counts) in state.levels.iter().enumerate().take(self.shape.root_level() as usize + 1) {
+            let candidates = if level == 0 { &mut room.leaf_candidates } else { &mut room.node_candidates };
+            enlarge(candidates, counts.demanded, counts.demanded + counts.demanded / 8);
+            let unique = counts.unique + counts.lost;
+            enlarge(&mut room.unique[level], unique, more(unique));
+        }
+        if room == self.room {
+            let last = tile + 1 == tiles && light as usize + 1 == self.cubes.len();
+            return if last { self.grow_data() } else { Ok(false) };
+        }
+        self.restart(room)?;
+        Ok(true)
+    }
+
+    /// The same for what look-ups read: one word more than there is, which a pointer's second half may be sought in.
+    fn grow_data(&mut self) -> Result<bool> {
+        if self.state.words < self.room.data {
+            return Ok(false);
+        }
+        let room = Room { data: self.state.words + 1, ..self.room.clone() };
+        if self.cubes.len() > 1 {
+            self.restart(room)?;
+            return Ok(true);
+        }
+        self.room = room;
+        self.buffers.data =
+            Buffer::new(&self.context, "voxelized.data", 4 * u64::from(self.room.data), Memory::Device)?;
+        self.set.replace(DATA, &self.buffers.data);
+        self.look_up.replace(NODES, &self.buffers.data);
+        self.step = Step::Pack;
+        Ok(true)
+    }
+
+    fn restart(&mut self, room: Room) -> Result<()> {
+        self.restarts += 1;
+        if self.restarts > MOST_RESTARTS {
+            return Err(Error::Gpu {
+                operation: "bake",
+                name: "voxelized".into(),
+                cause: format!("{MOST_RESTARTS} times it had too little room"),
+                way_out: "report this as a bug".into(),
+            });
+        }
+        let settings = &self.settings;
+        let buffers =
+            Buffers::new(&self.context, self.shape, &room, settings.merges(), settings.keep_columns, &self.shared)?;
+        buffers.rebind(&self.set);
+        self.look_up.replace(NODES, &buffers.data);
+        (self.room, self.buffers) = (room, buffers);
+        self.step = Step::Tile { light: 0, tile: 0 };
+        Ok(())
+    }
+}
+
+/// Of each triangle of a scene, in the order in which the world has them: 1 where a ray along its normal leaves a closed thing,
+/// −1 where it enters one, 0 where there is none.
+fn signs(scene: &Scene) -> Vec<i32> {
+    scene.meshes.iter().flat_map(|mesh| sides(mesh).into_iter().map(|side| side.sign())).collect()
+}
+
+impl Technique for Voxelized {
+    fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        let tiles = self.shape.tiles();
+        let first = self.step == Step::Tile { light: 0, tile: 0 };
+        if first {
+            self.look_at(commands, world)?;
+        }
+        let job = |light| Job { buffers: &self.buffers, room: &self.room, shape: self.shape, light };
+        match self.step {
+            Step::Tile { light, tile } => {
+                let job = job(light);
+                if tile == 0 {
+                    self.bake.begin(commands, &job, self.triangles);
+                }
+                self.bake.tile(commands, &job, [tile % tiles, tile / tiles], self.triangles);
+                if tile + 1 == tiles * tiles {
+                    self.bake.above(commands, &job);
+                    self.bake.pack(commands, &job);
+                }
+            }
+            Step::Pack => self.bake.pack(commands, &job(0)),
+        }
+        commands.read_back(&self.buffers.state, &self.buffers.state_read);
+        Ok(())
+    }
+
+    fn settle(&mut self) -> Result<Settled> {
+        let was = self.step;
+        self.state = self.buffers.state_read.read::<BuildState>(1)?.first().copied().unwrap_or_default();
+        if self.grow()? {
+            return Ok(Settled::Grew);
+        }
+        let levels = &self.state.levels;
+        let top = self.shape.root_level();
+        if let Step::Tile { light, tile } = was {
+            let last = tile + 1 == self.shape.tiles().pow(2);
+            let above = if last { top } else { self.shape.tile_level() };
+            self.tree[0] += tree_nodes(levels, 0..=0);
+            self.tree[1] += tree_nodes(levels, 1..=above);
+            if !last {
+                self.step = Step::Tile { light, tile: tile + 1 };
+                return Ok(Settled::More);
+            }
+            self.kept[0] += u64::from(levels[0].unique);
+            self.kept[1] += levels[1..=top as usize].iter().map(|level| u64::from(level.unique)).sum::<u64>();
+            if light as usize + 1 < self.cubes.len() {
+                self.step = Step::Tile { light: light + 1, tile: 0 };
+                return Ok(Settled::More);
+            }
+        }
+        self.step = Step::Tile { light: 0, tile: 0 };
+        self.restarts = 0;
+        Ok(Settled::Done)
+    }
+
+    fn answer(&self) -> Answer<'_> {
+        Answer { folder: folder::VOXELIZED, bindings: &self.look_up, constants: &self.constants }
+    }
+
+    fn maps(&self) -> &[Map] {
+        &[]
+    }
+
+    fn resolution(&self) -> Vec<Resolution> {
+        // A column's middle is half a voxel away from its edge, and that of the filter's outermost column as many more.
+        let reach_texels = f64::from(self.settings.filter) / 2.0;
+        let depth = 1.0 / f64::from(self.settings.size);
+        self.cubes.iter().map(|cube| Resolution { view: *cube, reach_texels, depth }).collect()
+    }
+
+    fn facts(&self) -> Result<Facts> {
+        let counters = [
+            ("leaves", self.kept[0]),
+            ("nodes", self.kept[1]),
+            ("tree_leaves", self.tree[0]),
+            ("tree_nodes", self.tree[1]),
+        ];
+        Ok(Facts {
+            path: TILES,
+            reason: "the only path".into(),
+            bytes_resident: 4 * u64::from(self.state.words) + self.shared.trees.bytes(),
+            bytes_transient: self.buffers.transient_bytes(),
+            counters: counters.map(|(k, v)| (k.to_owned(), v)).into(),
+            ..Facts::default()
+        })
+    }
+}

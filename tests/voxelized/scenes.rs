@@ -1,0 +1,113 @@
+//! Meshes that make the cases at which voxels go wrong.
+
+use super::support::scenes::{Random, directional};
+use gobo::scene::{Mesh, Scene};
+
+/// A closed box from `low` to `high`, its outside counter-clockwise.
+fn cuboid(low: [f32; 3], high: [f32; 3]) -> Mesh {
+    let corner = |i: usize| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] });
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    Mesh {
+        name: "box".into(),
+        positions: (0..8).map(corner).collect(),
+        triangles: quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect(),
+        albedo: [0.5; 3],
+        solid: false,
+    }
+}
+
+/// A grid with relief that is never seen from below.
+fn ground(solid: bool) -> Mesh {
+    let side = 9u32;
+    let at = |i: u32| {
+        let (x, y) = ((i % side) as f32 / 4.0 - 1.0, (i / side) as f32 / 4.0 - 1.0);
+        [x, y, 0.07 * (3.0 * x).sin() * (2.0 * y).cos()]
+    };
+    let quad = |i: u32| [[i, i + 1, i + side + 1], [i, i + side + 1, i + side]];
+    let cells = (0..side - 1).flat_map(|y| (0..side - 1).map(move |x| y * side + x));
+    Mesh {
+        name: "ground".into(),
+        positions: (0..side * side).map(at).collect(),
+        triangles: cells.flat_map(quad).collect(),
+        albedo: [0.4; 3],
+        solid,
+    }
+}
+
+fn scene(name: &str, direction: [f64; 3], meshes: Vec<Mesh>) -> Scene {
+    Scene { meshes, ..directional(name, direction, Vec::new()) }
+}
+
+/// Slanted against all axes.
+const SLANTED: [f64; 3] = [0.4, 0.35, -0.8];
+
+/// Boxes that stand in a solid ground and in each other.
+pub fn houses() -> Scene {
+    let boxes = [
+        cuboid([-0.6, -0.5, -0.2], [-0.2, 0.1, 0.4]),
+        cuboid([-0.3, -0.3, -0.2], [0.1, 0.0, 0.25]),
+        cuboid([0.3, 0.2, -0.2], [0.5, 0.6, 0.5]),
+    ];
+    scene("houses", SLANTED, std::iter::once(ground(true)).chain(boxes).collect())
+}
+
+/// Thin open triangles anywhere, some of them a sliver.
+pub fn soup() -> Scene {
+    let mut random = Random::new(8);
+    let mut meshes = vec![ground(false)];
+    for i in 0..60 {
+        let at = random.point(-0.8, 0.8);
+        let reach = if i % 7 == 0 { 0.9 } else { 0.15 };
+        let corner = |random: &mut Random| {
+            let by = random.point(-reach, reach);
+            [0, 1, 2].map(|axis| at[axis] + by[axis])
+        };
+        let positions = vec![at, corner(&mut random), corner(&mut random)];
+        let name = "triangle".into();
+        meshes.push(Mesh { name, positions, triangles: vec![[0, 1, 2]], albedo: [0.5; 3], solid: false });
+    }
+    scene("soup", SLANTED, meshes)
+}
+
+/// Corners and edges on columns' middles, light along an axis, boxes that touch face to face, one wound inside out.
+fn aligned() -> Scene {
+    let mut inward = cuboid([-1.0, 0.0, 0.0], [-0.5, 0.5, 0.5]);
+    inward.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    let touching = [cuboid([0.0, 0.0, 0.0], [0.5, 0.5, 0.5]), cuboid([0.0, 0.0, -0.5], [0.5, 0.5, 0.0])];
+    scene("aligned", [0.0, 0.0, -1.0], touching.into_iter().chain([inward]).collect())
+}
+
+/// One triangle as large as the world and many that are smaller than a voxel.
+fn extremes() -> Scene {
+    let mut meshes = vec![cuboid([-4.0, -4.0, -0.3], [4.0, 4.0, -0.2])];
+    let mut random = Random::new(4);
+    for _ in 0..300 {
+        let at = random.point(-3.0, 3.0);
+        let positions = vec![at, [at[0] + 0.01, at[1], at[2] + 0.01], [at[0], at[1] + 0.02, at[2]]];
+        let name = "mote".into();
+        meshes.push(Mesh { name, positions, triangles: vec![[0, 1, 2]], albedo: [0.5; 3], solid: false });
+    }
+    scene("extremes", [0.3, -0.2, -0.4], meshes)
+}
+
+/// Nothing casts.
+fn nothing() -> Scene {
+    scene("nothing", SLANTED, Vec::new())
+}
+
+/// One plate across the light: the root says all.
+fn plate() -> Scene {
+    scene("plate", [0.0, 0.0, -1.0], vec![cuboid([-1.0, -1.0, -0.01], [1.0, 1.0, 0.01])])
+}
+
+pub fn all() -> Vec<Scene> {
+    vec![houses(), soup(), aligned(), extremes(), plate(), nothing()]
+}
+
+/// Points in and about the meshes' bounds.
+pub fn about(scene: &Scene, count: usize) -> Vec<[f32; 3]> {
+    let mut random = Random::new(5);
+    let all = scene.meshes.iter().flat_map(|m| &m.positions).flatten();
+    let most = 1.3 * all.fold(0.5f32, |most, v| most.max(v.abs()));
+    (0..count).map(|_| random.point(-most, most)).collect()
+}
