@@ -5,11 +5,12 @@ use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
 use super::{Answers, Extent, PassTiming, Row, RowError, Status, Timing, picture_error};
 use crate::consume::{Lighting, Query, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
-use crate::reference::truth::{MAP_DEPTHS, bounds, points_within};
+use crate::reference::truth::{Casters, MAP_DEPTHS, bounds, points_outside, points_within};
 use crate::scene::{Picture, Resolution, Scene, View};
 use crate::technique::{self, Opened, Spec, Technique};
 use crate::world::World;
 use crate::{Error, Result};
+use glam::DVec3;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -77,11 +78,12 @@ pub fn with_case<R>(
     };
     let boxes = states.iter().filter_map(bounds);
     let all = boxes.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
-    let within = |count: usize| -> Vec<Vec<[f32; 3]>> {
-        let of = |light| all.map_or_else(Vec::new, |all| points_within(all, light, count));
-        first.lights.iter().map(of).collect()
+    // Of each light.
+    let within = |points: &dyn Fn(usize, [DVec3; 2]) -> Vec<[f32; 3]>| -> Vec<_> {
+        (0..first.lights.len()).map(|light| all.map_or_else(Vec::new, |all| points(light, all))).collect()
     };
-    let watched = Arc::new(if states.len() > 1 { within(WATCHED) } else { Vec::new() });
+    let watch = |casters: &Casters| within(&|light, all| points_outside(casters, all, light, WATCHED));
+    let watched = Arc::new(if states.len() > 1 { watch(&Casters::new(first)) } else { Vec::new() });
     let truth = |scene| {
         let wanted = Wanted {
             extent: effort.truth,
@@ -94,7 +96,8 @@ pub fn with_case<R>(
     };
     let truths: Vec<Truth> = states.iter().map(truth).collect();
     let world = World::new(context, first)?;
-    let asked = within(LOOKUPS / first.lights.len().max(1));
+    let count = LOOKUPS / first.lights.len().max(1);
+    let asked = within(&|light, all| points_within(all, &first.lights[light], count));
     let mut case = Case { context, states, truths: &truths, world, effort, asked };
     let spare = std::thread::available_parallelism().map_or(1, |n| n.get()).saturating_sub(KEPT_PROCESSORS);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(spare.max(1)).build().ok();

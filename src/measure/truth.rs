@@ -2,7 +2,7 @@
 //! its own beside the measuring, where that does not disturb it, or the measuring itself.
 
 use crate::reference::truth::{
-    Casters, MapTruth, SurfacePoint, limit_mean_abs, limit_steps, picture, picture_tests, points_within, sample_maps,
+    Casters, MapTruth, SurfacePoint, limit_mean_abs, limit_steps, picture, picture_tests, points_outside, sample_maps,
     surface_points,
 };
 use crate::scene::{Picture, Resolution, Scene, View};
@@ -142,10 +142,8 @@ impl<'a> Truth<'a> {
     pub fn space(&self) -> &[Points] {
         self.space.get_or_init(|| {
             let of = |light| {
-                let points = self.wanted.points;
-                let light_at = &self.scene.lights[light];
-                let positions = self.wanted.bounds.map_or_else(Vec::new, |b| points_within(b, light_at, points));
-                self.at(light, positions)
+                let within = |bounds| points_outside(self.casters(), bounds, light, self.wanted.points);
+                self.at(light, self.wanted.bounds.map_or_else(Vec::new, within))
             };
             (0..self.scene.lights.len()).map(of).collect()
         })
@@ -167,16 +165,15 @@ impl<'a> Truth<'a> {
     pub fn surface(&self) -> &[Points] {
         self.surface.get_or_init(|| {
             let camera = self.camera(self.wanted.picture);
-            let all = surface_points(self.casters(), self.scene, &camera, self.wanted.points);
             let of = |light: usize| {
-                let shone_on = |p: &&SurfacePoint| self.scene.lights[light].shines_on(p.position);
-                let surface: Vec<_> = all.iter().filter(shone_on).copied().collect();
+                let mut surface = surface_points(self.casters(), self.scene, light, &camera, self.wanted.points);
+                surface.retain(|p| self.scene.lights[light].shines_on(p.position));
                 let positions = surface.iter().map(|p| p.position.as_vec3().into()).collect();
                 let visibility = |p: &SurfacePoint| self.casters().visibility(light, p.position);
                 let visibility = surface.par_iter().map(visibility).collect();
                 Points { light, positions, visibility, surface, boundaries: Cached::new() }
             };
-            if all.is_empty() { Vec::new() } else { (0..self.scene.lights.len()).map(of).collect() }
+            if self.scene.has_triangles() { (0..self.scene.lights.len()).map(of).collect() } else { Vec::new() }
         })
     }
 

@@ -237,4 +237,33 @@ pub(crate) mod tests {
         let held = on_the_axis(&[(-1.0, 1.0, 0.0), (1.0, 1.0, 0.0)]);
         (View::volumes(&held, 1)[0], on_the_axis(spheres).casters())
     }
+
+    /// An open mesh, of whatever is given.
+    pub(crate) fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
+        Mesh { name: "test".into(), positions, triangles, albedo: [0.5; 3], solid: false }
+    }
+
+    /// The sides of a cube, counter-clockwise from outside; bit 0 of a corner's number is x, bit 1 y, bit 2 z.
+    pub(crate) const CUBE: [[u32; 4]; 6] =
+        [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6], [0, 2, 3, 1]];
+
+    /// A closed one, by its lowest corner.
+    pub(crate) fn cube(low: [f32; 3], side: f32) -> Mesh {
+        let corner = |i: u32| [0, 1, 2].map(|axis| low[axis] + if i >> axis & 1 == 1 { side } else { 0.0 });
+        let triangles = CUBE.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+        mesh((0..8).map(corner).collect(), triangles)
+    }
+
+    pub(crate) fn inside_out(mut mesh: Mesh) -> Mesh {
+        mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        mesh
+    }
+
+    /// Both in one mesh.
+    pub(crate) fn both(mut a: Mesh, b: Mesh) -> Mesh {
+        let first = a.positions.len() as u32;
+        a.positions.extend(b.positions);
+        a.triangles.extend(b.triangles.iter().map(|t| t.map(|i| first + i)));
+        a
+    }
 }

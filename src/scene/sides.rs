@@ -146,32 +146,7 @@ impl Thing {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn mesh(positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Mesh {
-        Mesh { name: "test".into(), positions, triangles, albedo: [0.5; 3], solid: false }
-    }
-
-    /// Counter-clockwise from outside; bit 0 of a corner's number is x, bit 1 y, bit 2 z.
-    const QUADS: [[u32; 4]; 6] = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6], [0, 2, 3, 1]];
-
-    fn cube(low: [f32; 3], side: f32) -> Mesh {
-        let corner = |i: u32| [0, 1, 2].map(|axis| low[axis] + if i >> axis & 1 == 1 { side } else { 0.0 });
-        let triangles = QUADS.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-        mesh((0..8).map(corner).collect(), triangles)
-    }
-
-    fn inside_out(mut mesh: Mesh) -> Mesh {
-        mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-        mesh
-    }
-
-    /// Both in one mesh.
-    fn both(mut a: Mesh, b: Mesh) -> Mesh {
-        let first = a.positions.len() as u32;
-        a.positions.extend(b.positions);
-        a.triangles.extend(b.triangles.iter().map(|t| t.map(|i| first + i)));
-        a
-    }
+    use crate::scene::tests::{CUBE, both, cube, inside_out, mesh};
 
     #[test]
     fn cubes_are_closed() {
@@ -187,7 +162,7 @@ mod tests {
     fn vertices_at_one_position_are_one() {
         let cube = cube([-1.0, -1.0, 0.0], 1.0);
         let at = |i: &u32| cube.positions[*i as usize];
-        let faces = QUADS.iter().flatten().map(at).collect();
+        let faces = CUBE.iter().flatten().map(at).collect();
         let of_faces = (0..6).flat_map(|i| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]]).collect();
         assert_eq!(sides(&mesh(faces, of_faces)), [Side::Outward; 12]);
         let mut corners: Vec<_> = cube.triangles.iter().flatten().map(at).collect();

@@ -2,6 +2,7 @@
 
 use super::grid::Grid;
 use super::meshes::Meshes;
+use super::surface::SurfacePoint;
 use super::true_curve::TrueCurve;
 use crate::scene::{Caster, LightKind, Projection, Ray, Scene, View};
 use glam::DVec3;
@@ -14,7 +15,7 @@ const WIDEST: u32 = 4;
 
 /// All casters of a scene, with a grid over each map's view so that a look-up meets only those near its ray.
 pub struct Casters<'a> {
-    scene: &'a Scene,
+    pub(super) scene: &'a Scene,
     /// Spheres, then strands.
     pub(in crate::reference) all: Vec<Caster>,
     /// The meshes.
@@ -71,14 +72,30 @@ impl<'a> Casters<'a> {
         1 + self.near(map, position).len()
     }
 
+    /// From `position` to light `light`, and how many times that far the light is.
+    fn to_light(&self, light: usize, position: DVec3) -> (DVec3, f64) {
+        match self.scene.lights[light].kind {
+            LightKind::Directional { direction } => (-direction, f64::INFINITY),
+            LightKind::Spot { position: light, .. } | LightKind::Point { position: light } => (light - position, 1.0),
+        }
+    }
+
     /// Whether no mesh stands between light `light` and `position`.
     pub fn unblocked(&self, light: usize, position: DVec3) -> bool {
-        match self.scene.lights[light].kind {
-            LightKind::Directional { direction } => self.meshes.free(position, -direction, f64::INFINITY),
-            LightKind::Spot { position: light, .. } | LightKind::Point { position: light } => {
-                self.meshes.free(position, light - position, 1.0)
-            }
-        }
+        let (direction, distance) = self.to_light(light, position);
+        self.meshes.free(position, direction, distance)
+    }
+
+    /// Whether `position` is inside a closed or solid mesh, and light `light` is not: its light is asked for by nobody.
+    pub fn inside(&self, light: usize, position: DVec3) -> bool {
+        let (direction, distance) = self.to_light(light, position);
+        self.meshes.inside(position, direction, distance)
+    }
+
+    /// The same of a point on a mesh, of all others.
+    pub fn surface_inside(&self, light: usize, point: &SurfacePoint) -> bool {
+        // Out of its own thing, which it is on the surface of.
+        self.inside(light, point.position + 2.0 * self.meshes.epsilon * point.normal)
     }
 
     /// How much of light `light` reaches `position`, 0 to 1.

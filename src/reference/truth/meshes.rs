@@ -1,6 +1,6 @@
 //! Exact visibility past opaque meshes.
 
-use crate::scene::Mesh;
+use crate::scene::{Mesh, sides};
 use bvh::aabb::{Aabb, Bounded};
 use bvh::bounding_hierarchy::BHShape;
 use bvh::bvh::Bvh;
@@ -12,22 +12,38 @@ use nalgebra::{Point3, Vector3};
 pub struct Hit {
     /// In lengths of the ray's direction.
     pub distance: f64,
-    /// Unit length, either side.
+    /// Unit length; outwards where it belongs to a closed thing, else either side.
     pub normal: DVec3,
     /// Of the mesh.
     pub albedo: [f32; 3],
 }
 
-struct Triangle {
-    corners: [DVec3; 3],
+/// Of a mesh.
+pub(super) struct Triangle {
+    pub corners: [DVec3; 3],
     albedo: [f32; 3],
+    /// [`Side::sign`](crate::scene::Side::sign): 0 where nothing is inside.
+    side: i32,
     node: usize,
+}
+
+impl Triangle {
+    /// As [`Hit::normal`].
+    pub fn normal(&self) -> DVec3 {
+        let [a, b, c] = self.corners;
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        if self.side < 0 { -normal } else { normal }
+    }
 }
 
 impl Bounded<f64, 3> for Triangle {
     fn aabb(&self) -> Aabb<f64, 3> {
         let [a, b, c] = self.corners;
-        Aabb::with_bounds(point(a.min(b).min(c)), point(a.max(b).max(c)))
+        let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        // Against rounding, and so that a ray along an axis never lies in the face of a box, which the hierarchy would not
+        // count as a hit.
+        let margin = DVec3::splat(1e-12 * low.abs().max(high.abs()).max_element());
+        Aabb::with_bounds(point(low - margin), point(high + margin))
     }
 }
 
@@ -46,8 +62,10 @@ fn point(v: DVec3) -> Point3<f64> {
 
 /// All meshes of a scene in a bounding volume hierarchy.
 pub struct Meshes {
-    triangles: Vec<Triangle>,
+    pub(super) triangles: Vec<Triangle>,
     tree: Bvh<f64, 3>,
+    /// Whether any of them belongs to a closed thing.
+    closed: bool,
     /// Nearest distance that counts as a hit, world units: a surface does not shadow itself.
     pub epsilon: f64,
 }
@@ -60,16 +78,18 @@ impl Meshes {
         let mut triangles: Vec<_> = meshes
             .iter()
             .flat_map(|m| {
-                m.triangles.iter().map(move |t| Triangle {
+                m.triangles.iter().zip(sides(m)).map(move |(t, side)| Triangle {
                     corners: t.map(|i| corner(m, i)),
                     albedo: m.albedo,
+                    side: side.sign(),
                     node: 0,
                 })
             })
             .collect();
+        let closed = triangles.iter().any(|t| t.side != 0);
         let extent = triangles.iter().flat_map(|t| t.corners).fold(0.0, |e: f64, c| e.max(c.abs().max_element()));
         let tree = Bvh::build(&mut triangles);
-        Self { triangles, tree, epsilon: extent * 1e-7 }
+        Self { triangles, tree, closed, epsilon: extent * 1e-7 }
     }
 
     /// The nearest hit beyond [`Meshes::epsilon`].
@@ -77,9 +97,7 @@ impl Meshes {
         let mut nearest: Option<Hit> = None;
         self.visit(origin, direction, |triangle, distance| {
             if nearest.is_none_or(|n| distance < n.distance) {
-                let [a, b, c] = triangle.corners;
-                let normal = (b - a).cross(c - a).normalize_or_zero();
-                nearest = Some(Hit { distance, normal, albedo: triangle.albedo });
+                nearest = Some(Hit { distance, normal: triangle.normal(), albedo: triangle.albedo });
             }
             false
         });
@@ -94,6 +112,25 @@ impl Meshes {
             !free
         });
         free
+    }
+
+    /// Whether a ray leaves more closed things than it enters before `distance` (in lengths of `direction`): whether it begins
+    /// inside of one, and does not end there too.
+    pub fn inside(&self, origin: DVec3, direction: DVec3, distance: f64) -> bool {
+        if !self.closed {
+            return false;
+        }
+        let ray = bvh::ray::Ray::new(point(origin), Vector3::new(direction.x, direction.y, direction.z));
+        let mut left = 0;
+        for triangle in self.tree.traverse_iterator(&ray, &self.triangles).filter(|t| t.side != 0) {
+            if let Some((at, through_the_back)) = crossing(origin, direction, triangle.corners)
+                && at > 0.0
+                && at < distance
+            {
+                left += if through_the_back { triangle.side } else { -triangle.side };
+            }
+        }
+        left > 0
     }
 
     /// Calls `on_hit` for each triangle that the ray meets, in no order, until it returns true.
@@ -130,9 +167,38 @@ fn intersect(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some(distance)
 }
 
+/// Where the ray's line crosses the triangle, and whether it comes out of its back: the normal looks along the ray. Of all
+/// triangles around an edge or a corner that the line meets, it crosses those that one beside it would, always the same one.
+///
+/// Woop et al. 2013, Watertight ray/triangle intersection, section 3, with ties as Edelsbrunner and Mücke 1990, Simulation of
+/// simplicity.
+fn crossing(origin: DVec3, direction: DVec3, corners: [DVec3; 3]) -> Option<(f64, bool)> {
+    let z = direction.abs().max_position();
+    let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+    // Sheared so that the ray is the z axis, and z is in lengths of the direction.
+    let [a, b, c] = corners.map(|corner| {
+        let (offset, far) = (corner - origin, (corner[z] - origin[z]) / direction[z]);
+        DVec3::new(offset[x] - direction[x] * far, offset[y] - direction[y] * far, far)
+    });
+    let edges = [[b, c], [c, a], [a, b]];
+    let areas = edges.map(|[from, to]| from.x * to.y - from.y * to.x);
+    let left = |i: usize| {
+        let [from, to] = edges[i];
+        // The line as it would be a bit further along x, and much less along y.
+        [areas[i], from.y - to.y, to.x - from.x].into_iter().find(|value| *value != 0.0).map(|value| value > 0.0)
+    };
+    let turn = left(0)?;
+    if left(1)? != turn || left(2)? != turn {
+        return None;
+    }
+    let distance = (areas[0] * a.z + areas[1] * b.z + areas[2] * c.z) / (areas[0] + areas[1] + areas[2]);
+    Some((distance, turn == (direction[z] > 0.0)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::tests::{both, cube, inside_out, mesh};
 
     #[test]
     fn a_square_hides_what_is_behind_it() {
@@ -150,5 +216,77 @@ mod tests {
         assert!(meshes.free(DVec3::new(1.3, 0.2, -2.0), DVec3::Z, 10.0));
         let hit = meshes.hit(DVec3::new(0.3, 0.2, -2.0), DVec3::Z * 2.0).expect("it is in front");
         assert!((hit.distance - 1.0).abs() < 1e-12 && hit.normal.abs() == DVec3::Z);
+    }
+
+    /// Whether points (x, y, z) are inside, by rays of many directions: along axes, through edges and corners of the unit cube
+    /// from its middle, and at a slant.
+    #[track_caller]
+    fn check(meshes: &[Mesh], points: &[([f64; 3], bool)]) {
+        let meshes = Meshes::new(meshes);
+        let steps = || [-1.0, 0.0, 1.0].into_iter();
+        let straight = steps().flat_map(|x| steps().flat_map(move |y| steps().map(move |z| DVec3::new(x, y, z))));
+        let slanted = (1..200).map(|i| DVec3::new((f64::from(i) * 0.7).sin(), (f64::from(i) * 1.3).cos(), 0.3));
+        for direction in straight.chain(slanted).filter(|d| *d != DVec3::ZERO) {
+            for (point, inside) in points {
+                let found = meshes.inside(DVec3::from(*point), 0.5 * direction, f64::INFINITY);
+                assert_eq!(found, *inside, "{point:?} along {direction}");
+            }
+        }
+    }
+
+    /// Each triangle as four: more edges and corners to look through, and boxes with faces in the middle.
+    fn divided(mesh: &Mesh) -> Mesh {
+        let corners = mesh.triangles.iter().map(|t| t.map(|i| DVec3::from(mesh.positions[i as usize].map(f64::from))));
+        let positions: Vec<[f32; 3]> = corners
+            .flat_map(|[a, b, c]| {
+                let [ab, bc, ca] = [(a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0];
+                [a, ab, ca, ab, b, bc, ca, bc, c, ab, bc, ca]
+            })
+            .map(|p| p.as_vec3().into())
+            .collect();
+        let triangles = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        Mesh { positions, triangles, ..mesh.clone() }
+    }
+
+    #[test]
+    fn a_point_is_inside_whatever_way_it_looks() {
+        let middle = [0.5; 3];
+        let around = [[0.5, 0.5, 1.5], [-0.5, 0.5, 0.5], [0.5, 2.0, 0.5], [1.5, 1.5, 1.5], [-1.0, 0.0, 1.0]];
+        let all = |inside: &[[f64; 3]], outside: &[[f64; 3]]| -> Vec<_> {
+            inside.iter().map(|p| (*p, true)).chain(outside.iter().map(|p| (*p, false))).collect()
+        };
+        let near_its_sides = [middle, [0.999, 0.5, 0.5], [0.5, 0.001, 0.25], [0.001, 0.001, 0.999]];
+        check(&[cube([0.0; 3], 1.0)], &all(&near_its_sides, &around));
+        check(&[inside_out(cube([0.0; 3], 1.0))], &all(&near_its_sides, &around));
+        check(&[divided(&cube([0.0; 3], 1.0))], &all(&near_its_sides, &around));
+        // One in the other's corner; and the same as one mesh, and one of them inside out.
+        let two = [cube([0.0; 3], 1.0), cube([0.5; 3], 1.0)];
+        let inside = [middle, [0.25; 3], [0.75; 3], [1.25; 3]];
+        let outside = [[0.25, 0.25, 1.25], [1.75; 3], [1.25, 1.25, 0.25]];
+        check(&two, &all(&inside, &outside));
+        check(&[both(two[0].clone(), two[1].clone())], &all(&inside, &outside));
+        check(&[both(two[0].clone(), inside_out(two[1].clone()))], &all(&inside, &outside));
+        // What has a hole has no inside, whatever stands in it.
+        let mut holed = cube([0.0; 3], 1.0);
+        holed.triangles.pop();
+        check(&[holed.clone()], &all(&[], &[middle, around[0]]));
+        check(&[holed, cube([0.25; 3], 0.5)], &all(&[middle], &[[0.125; 3], around[0]]));
+    }
+
+    /// A solid ground has one side; in front of its border there is nothing to be inside of.
+    #[test]
+    fn under_a_solid_ground() {
+        let corners = vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]];
+        let mut ground = mesh(corners, vec![[0, 1, 2], [0, 2, 3]]);
+        let inside = |ground: &Mesh, x: f64, z: f64| {
+            Meshes::new(std::slice::from_ref(ground)).inside(DVec3::new(x, 0.0, z), DVec3::new(0.3, 0.0, 1.0), 4.0)
+        };
+        assert!(!inside(&ground, 0.0, -0.5), "not solid");
+        ground.solid = true;
+        assert!(inside(&ground, 0.0, -0.5) && inside(&ground, 0.5, -1e-9));
+        assert!(!inside(&ground, 0.0, 0.5) && !inside(&ground, 0.0, 0.0) && !inside(&ground, 0.95, -0.5));
+        assert!(!inside(&ground, 0.0, -4.5), "the light is under it too");
+        let below = inside_out(ground);
+        assert!(!inside(&below, 0.0, -0.5), "its front looks down");
     }
 }

@@ -15,6 +15,6 @@ pub use limit::{LIMIT_TEXELS, limit_mean_abs, limit_steps};
 pub use meshes::{Hit, Meshes};
 pub(super) use picture::{camera_rays, lift, light};
 pub use picture::{picture, picture_tests};
-pub use points::{MAP_DEPTHS, MapTruth, bounds, map_truths, points_within, sample_maps, space_points};
+pub use points::{MAP_DEPTHS, MapTruth, bounds, map_truths, points_outside, points_within, sample_maps, space_points};
 pub use surface::{SurfacePoint, surface_points};
 pub use true_curve::TrueCurve;

@@ -171,29 +171,86 @@ pub fn space_points(scene: &Scene, light: usize, count: usize) -> Vec<[f32; 3]> 
 }
 
 /// The same within other bounds.
-///
-/// The sequence is Roberts' R3: multiples of the powers of the inverse of the real root of x⁴ = x + 1.
-pub fn points_within([low, high]: [DVec3; 2], light: &Light, count: usize) -> Vec<[f32; 3]> {
+pub fn points_within(bounds: [DVec3; 2], light: &Light, count: usize) -> Vec<[f32; 3]> {
+    points_where(bounds, count, |position| light.shines_on(position))
+}
+
+/// The same, but none inside a closed mesh, as [`Casters::inside`].
+pub fn points_outside(casters: &Casters, bounds: [DVec3; 2], light: usize, count: usize) -> Vec<[f32; 3]> {
+    let shines_on = |position| casters.scene.lights[light].shines_on(position);
+    // Rounded as the point will be.
+    let outside = |position: DVec3| !casters.inside(light, position.as_vec3().as_dvec3());
+    points_where(bounds, count, |position| shines_on(position) && outside(position))
+}
+
+fn points_where([low, high]: [DVec3; 2], count: usize, wanted: impl Fn(DVec3) -> bool + Sync) -> Vec<[f32; 3]> {
+    first(count, |i| {
+        let position = low + DVec3::from(r3(i)) * (high - low);
+        wanted(position).then(|| position.as_vec3().into())
+    })
+}
+
+/// Roberts' R3: multiples of the powers of the inverse of the real root of x⁴ = x + 1.
+pub(super) fn r3(i: usize) -> [f64; 3] {
     const ROOT: f64 = 1.220_744_084_605_759_5;
-    let step = DVec3::new(1.0 / ROOT, 1.0 / (ROOT * ROOT), 1.0 / (ROOT * ROOT * ROOT));
-    let mut points = Vec::with_capacity(count);
-    // A light that shines on none of the bounds would never fill the list.
-    for i in 0..count.saturating_mul(64) {
-        if points.len() == count {
-            break;
-        }
-        let share = (DVec3::splat(0.5) + step * (i as f64)).fract();
-        let position = low + share * (high - low);
-        if light.shines_on(position) {
-            points.push(position.as_vec3().into());
-        }
+    [1.0 / ROOT, 1.0 / (ROOT * ROOT), 1.0 / (ROOT * ROOT * ROOT)].map(|step| (0.5 + step * (i as f64)).fract())
+}
+
+/// The first `count` that a sequence has, in its order; fewer where hardly any place of it has one, since it would go on for
+/// ever where none has.
+pub(super) fn first<T: Send>(count: usize, place: impl Fn(usize) -> Option<T> + Sync) -> Vec<T> {
+    let mut found = Vec::with_capacity(count);
+    let (mut next, end) = (0, count.saturating_mul(64));
+    while found.len() < count && next < end {
+        let chunk = (count - found.len()).max(1024).min(end - next);
+        found.par_extend((next..next + chunk).into_par_iter().filter_map(&place));
+        next += chunk;
     }
-    points
+    found.truncate(count);
+    found
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::tests::{cube, inside_out, on_the_axis};
+    use crate::scene::{LightKind, Mesh};
+
+    /// Points of a light that goes down, in a box of side 2 whose lower half is a cube and a ground beside it.
+    #[test]
+    fn nobody_asks_inside() {
+        let bounds = [DVec3::ZERO, DVec3::splat(2.0)];
+        let mut scene = on_the_axis(&[]);
+        let all = |scene: &Scene, count| points_outside(&Casters::new(scene), bounds, 0, count);
+        let plain = points_within(bounds, &scene.lights[0], 4000);
+        assert_eq!(all(&scene, 4000), plain, "where nothing is closed none are left out");
+        let inside = |p: &[f32; 3]| p.iter().all(|c| *c < 1.0);
+        for cube in [cube([0.0; 3], 1.0), inside_out(cube([0.0; 3], 1.0))] {
+            scene.meshes = vec![cube];
+            // As many as before, and those of the same sequence that are not inside.
+            let more = points_within(bounds, &scene.lights[0], 8000);
+            let expected: Vec<_> = more.into_iter().filter(|p| !inside(p)).take(4000).collect();
+            assert_eq!(all(&scene, 4000), expected);
+            assert_ne!(expected, plain);
+        }
+        // A light in the room shines on all of it, and on nothing around.
+        scene.lights[0].kind = LightKind::Point { position: DVec3::splat(0.5) };
+        assert_eq!(all(&scene, 4000), plain);
+        // Where there is nowhere else none are asked.
+        scene.meshes = vec![cube([-1.0; 3], 4.0)];
+        scene.lights[0].kind = LightKind::Directional { direction: DVec3::NEG_Z };
+        assert_eq!(all(&scene, 100), [[0.0; 3]; 0]);
+        let ground: Mesh = Mesh {
+            solid: true,
+            ..crate::scene::tests::mesh(
+                vec![[-9.0, -9.0, 1.0], [9.0, -9.0, 1.0], [9.0, 9.0, 1.0], [-9.0, 9.0, 1.0]],
+                vec![[0, 1, 2], [0, 2, 3]],
+            )
+        };
+        scene.meshes = vec![ground];
+        let above = all(&scene, 4000);
+        assert!(above.len() == 4000 && above.iter().all(|p| p[2] >= 1.0));
+    }
 
     #[test]
     fn a_lattice_visits_every_place_once() {

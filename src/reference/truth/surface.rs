@@ -1,6 +1,8 @@
 //! Points on meshes: half of them where the camera looks, half all over, by area.
 
 use super::casters::Casters;
+use super::meshes::Meshes;
+use super::points::{first, r3};
 use crate::scene::{Scene, View};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -10,13 +12,20 @@ use rayon::prelude::*;
 pub struct SurfacePoint {
     /// World units.
     pub position: DVec3,
-    /// Unit length, either side.
+    /// Unit length; outwards where it belongs to a closed thing, else either side.
     pub normal: DVec3,
 }
 
 /// `count` low-discrepancy points or fewer: half of them through the picture's pixels, as far as they show a mesh; the others on
-/// all meshes, by area. The same for the same scene. None without meshes.
-pub fn surface_points(casters: &Casters, scene: &Scene, camera: &View, count: usize) -> Vec<SurfacePoint> {
+/// all meshes, by area. None inside a closed mesh, as [`Casters::inside`] of light `light`. The same for the same scene. None
+/// without meshes.
+pub fn surface_points(
+    casters: &Casters,
+    scene: &Scene,
+    light: usize,
+    camera: &View,
+    count: usize,
+) -> Vec<SurfacePoint> {
     if !scene.has_triangles() {
         return Vec::new();
     }
@@ -26,31 +35,20 @@ pub fn surface_points(casters: &Casters, scene: &Scene, camera: &View, count: us
         let hit = casters.meshes.hit(ray.origin, ray.direction)?;
         Some(SurfacePoint { position: ray.at(hit.distance), normal: hit.normal })
     });
-    let mut points: Vec<_> = seen.collect();
-    points.extend(by_area(scene, count - count / 2));
+    let outside = |point: &SurfacePoint| !casters.surface_inside(light, point);
+    let mut points: Vec<_> = seen.filter(outside).collect();
+    points.extend(by_area(&casters.meshes, count - count / 2, outside));
     points
 }
 
-/// Roberts' R3: multiples of the powers of the inverse of the real root of x⁴ = x + 1.
-fn r3(i: usize) -> [f64; 3] {
-    const ROOT: f64 = 1.220_744_084_605_759_5;
-    [1.0 / ROOT, 1.0 / (ROOT * ROOT), 1.0 / (ROOT * ROOT * ROOT)].map(|step| (0.5 + step * (i as f64)).fract())
-}
-
-fn by_area(scene: &Scene, count: usize) -> Vec<SurfacePoint> {
-    let corner = |p: [f32; 3]| DVec3::from(p.map(f64::from));
-    let triangles: Vec<[DVec3; 3]> = scene
-        .meshes
-        .iter()
-        .flat_map(|m| {
-            m.triangles.iter().map(|t| t.map(|i| m.positions.get(i as usize).map_or(DVec3::ZERO, |p| corner(*p))))
-        })
-        .collect();
+fn by_area(meshes: &Meshes, count: usize, wanted: impl Fn(&SurfacePoint) -> bool + Sync) -> Vec<SurfacePoint> {
+    let triangles = &meshes.triangles;
     let mut total = 0.0;
     let ends: Vec<f64> = triangles
         .iter()
-        .map(|[a, b, c]| {
-            total += (*b - *a).cross(*c - *a).length();
+        .map(|triangle| {
+            let [a, b, c] = triangle.corners;
+            total += (b - a).cross(c - a).length();
             total
         })
         .collect();
@@ -59,20 +57,21 @@ fn by_area(scene: &Scene, count: usize) -> Vec<SurfacePoint> {
     }
     let point = |i: usize| {
         let [u, v, w] = r3(i);
-        let [a, b, c] = triangles[ends.partition_point(|end| *end <= u * total).min(triangles.len() - 1)];
+        let triangle = &triangles[ends.partition_point(|end| *end <= u * total).min(triangles.len() - 1)];
+        let [a, b, c] = triangle.corners;
         // Evenly over a triangle: Osada et al. 2002, Shape distributions, section 3.1.
         let root = v.sqrt();
         let position = a * (1.0 - root) + b * (root * (1.0 - w)) + c * (root * w);
-        SurfacePoint { position, normal: (b - a).cross(c - a).normalize_or_zero() }
+        SurfacePoint { position, normal: triangle.normal() }
     };
-    (0..count).map(point).collect()
+    first(count, |i| Some(point(i)).filter(&wanted))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Mesh;
-    use crate::scene::tests::on_the_axis;
+    use crate::scene::tests::{cube, inside_out, mesh, on_the_axis};
+    use crate::scene::{LightKind, Mesh};
 
     /// Two triangles, one three times as large: three quarters of the points lie on it, evenly, and all lie on their planes.
     #[test]
@@ -92,7 +91,7 @@ mod tests {
             albedo: [0.5; 3],
             solid: false,
         });
-        let points = by_area(&scene, 4000);
+        let points = by_area(&Meshes::new(&scene.meshes), 4000, |_| true);
         let (low, high): (Vec<SurfacePoint>, Vec<SurfacePoint>) = points.iter().partition(|p| p.position.z < 1.0);
         assert!(low.len().abs_diff(3000) < 40, "{}", low.len());
         assert!(
@@ -102,5 +101,42 @@ mod tests {
         // The centroid of the large one.
         let mean = low.iter().map(|p| p.position).sum::<DVec3>() / low.len() as f64;
         assert!((mean - DVec3::new(1.0, 1.0 / 3.0, 0.0)).length() < 0.02, "{mean}");
+    }
+
+    /// Of two cubes, one of them inside out, that stand in each other and in a solid ground, all sides have points, whether
+    /// they see the light or not; but none lies in the other cube or under the ground, nor on the ground in a cube.
+    #[test]
+    fn none_are_inside_another() {
+        let mut scene = on_the_axis(&[]);
+        let corners = vec![[-3.0, -3.0, 0.0], [3.0, -3.0, 0.0], [3.0, 3.0, 0.0], [-3.0, 3.0, 0.0]];
+        let ground = Mesh { solid: true, ..mesh(corners, vec![[0, 1, 2], [0, 2, 3]]) };
+        scene.meshes = vec![ground, cube([0.0, 0.0, -0.5], 1.0), inside_out(cube([0.5, 0.5, -0.25], 1.0))];
+        let camera = View::camera(&scene.camera, &scene, [64, 64]);
+        let direction = DVec3::new(0.3, 0.2, -1.0).normalize();
+        scene.lights[0].kind = LightKind::Directional { direction };
+        let points = surface_points(&Casters::new(&scene), &scene, 0, &camera, 8000);
+        assert!(points.len() > 4000, "{}", points.len());
+        let within = |p: DVec3, low: DVec3| {
+            (p - low).cmpgt(DVec3::splat(1e-9)).all() && (p - low).cmplt(DVec3::splat(1.0 - 1e-9)).all()
+        };
+        let (first, second) = (DVec3::new(0.0, 0.0, -0.5), DVec3::new(0.5, 0.5, -0.25));
+        for p in points.iter().map(|p| p.position) {
+            assert!(p.z > -1e-9 && !within(p, first) && !within(p, second), "{p}");
+        }
+        // Six sides, less the two undersides, of either cube, and the ground.
+        let on = |normal: DVec3, low: f64| {
+            let of_side = |p: &&SurfacePoint| p.normal == normal && (p.position.dot(normal.abs()) - low).abs() < 1e-9;
+            points.iter().filter(of_side).count()
+        };
+        for (normal, places) in [
+            (DVec3::NEG_X, [0.0, 0.5]),
+            (DVec3::X, [1.0, 1.5]),
+            (DVec3::NEG_Y, [0.0, 0.5]),
+            (DVec3::Y, [1.0, 1.5]),
+            (DVec3::Z, [0.5, 0.75]),
+        ] {
+            assert!(places.iter().all(|place| on(normal, *place) > 20), "{normal}");
+        }
+        assert!(on(DVec3::Z, 0.0) > 1000 && on(DVec3::NEG_Z, -0.25) + on(DVec3::NEG_Z, -0.5) == 0);
     }
 }
