@@ -29,16 +29,17 @@ use twin::{DEPTH_ROUNDING, DEPTHS, Order, Twins, beyond, build, check_invariants
 /// that the trials of the twin and the device's own rounding may lie on opposite sides.
 const TOLERANCE: f32 = 2e-4;
 
-/// The largest share of the covered texels that may be ambiguous, from what the twin alone says, whatever the device: at
-/// most 27 %, 36 % with the binned path's four more nodes, among which there are more near-ties, and 71 % (34 of 48 texels) in
-/// `crowd`, whose hundreds of insertions a texel each choose two nodes to remove; by the last bits of the view, some more. It is there so that most texels are checked.
-fn most_ambiguous(scene: &Scene, order: Order) -> f64 {
-    match order {
-        _ if scene.name == "crowd" => 0.75,
-        Order::Tile => 0.5,
-        _ => 0.3,
-    }
+/// The largest share of the covered texels that may be ambiguous, so that most are compared. It follows from the twin
+/// alone, whatever the device: at most 27 %; with the binned path's four more nodes, among which there are more near-ties,
+/// 36 %, and 23 of the 46 texels of a tile of many casters. By the last bits of the view, some more.
+fn most_ambiguous(order: Order) -> f64 {
+    if order == Order::Tile { 0.5 } else { 0.3 }
 }
+
+/// Texels that are compared in `crowd` at least: most of its texels are ambiguous, up to 71 % of 421, since each of the
+/// hundreds of insertions of a texel chooses two nodes to remove. Of so many, an error in one texel of 25 is in one with
+/// a probability of 1 − (24/25)¹¹³ = 99 %.
+const ENOUGH: u32 = 113;
 
 /// Where another node may rightly be removed, the curve is another but no worse: its mean distance from the twin's is at
 /// most that of two curves of four nodes from what they approximate, 0.008 on the project's smoke.
@@ -116,11 +117,9 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
                 scene.name,
                 100.0 * share,
             );
-            assert!(
-                share <= most_ambiguous(scene, order),
-                "{} {text}: {share} of the texels are ambiguous",
-                scene.name
-            );
+            let compared = covered - ambiguous;
+            let enough = if scene.name == "crowd" { compared >= ENOUGH } else { share <= most_ambiguous(order) };
+            assert!(enough, "{} {text}: {share} of the texels are ambiguous, {compared} are not", scene.name);
             assert!(grazed * 20 < covered, "{} {text}: {grazed} texels are left out", scene.name);
             assert!(covered > 0, "{} {text}: nothing was compared", scene.name);
         }
@@ -192,7 +191,7 @@ macro_rules! twin_tests {
     };
 }
 
-twin_tests!(random 24, duplicates 16, nested 16, opaque 16, crowd 8, strands 24, locks 16, inside 12, beside 12);
+twin_tests!(random 24, duplicates 16, nested 16, opaque 16, crowd 24, strands 24, locks 16, inside 12, beside 12);
 
 /// A tile with more entries than are sorted in shared memory.
 #[test]

@@ -3,8 +3,9 @@
 
 mod support;
 
+use gobo::Error;
 use gobo::gpu::{Bindings, Buffer, Constants, Context, Kernel, Resource, groups, push_struct};
-use gobo::maps::{BinTotals, Compact, Maps};
+use gobo::maps::{BinTotals, Bins, Compact, Maps, Use};
 use gobo::reference::twin::compact::{compact, mark, scan};
 use gobo::scene::Particle;
 use gobo::shaders;
@@ -81,12 +82,13 @@ push_struct! {
     struct BinPush { caster_count: u32, capacity: u32 }
 }
 
-/// Entries of all tiles are counted past 32 bits, and no tile is given a place that it has not.
+/// Entries of all tiles are counted past 32 bits, which is an error, and no tile is given a place that it has not.
 #[test]
 fn entries_are_counted_past_32_bits() {
     gpu_test("entries_are_counted_past_32_bits", |context| {
         let world = World::new(context, &scenes::random()).expect("room for the scene");
         let maps = Maps::new(context, &world, 64).expect("room for the maps");
+        let every_entry = Use { entries: true, skip: false, reach: 0, parts: [1, 0] };
         let mut random = Random::new(52);
         let few: Vec<u32> = (0..64).map(|_| random.bits() >> 20).collect();
         let many: Vec<u32> = (0..64).map(|_| random.bits()).collect();
@@ -106,6 +108,18 @@ fn entries_are_counted_past_32_bits() {
             let found: BinTotals = totals.read(1).expect("read")[0];
             assert_eq!(found.all_entries(), sum);
             assert!(u64::from(found.entries_high) >= words, "{found:?}");
+            // More than 32 bits count is more than any device binds: an error, again and again, and not too little room.
+            let mut bins = Bins::new(context, &world, &maps, every_entry).expect("room for the bins");
+            for again in [true, false] {
+                match bins.make_room(found) {
+                    Ok(grew) => assert!(words == 0 && grew == again, "{found:?}"),
+                    Err(Error::Gpu { name, cause, .. }) => {
+                        assert!(words > 0 && name == "bins.entries", "{name}, {found:?}");
+                        assert!(cause.starts_with(&format!("{} bytes", 8 * sum)), "{cause} of {sum} entries");
+                    }
+                    Err(error) => panic!("{error}"),
+                }
+            }
             for part in parts.read::<[u32; 4]>(64).expect("read") {
                 assert!(u64::from(part[2].min(100)) + u64::from(part[3]) <= 100, "{part:?} reads past the entries");
             }

@@ -27,6 +27,19 @@ impl Sequence {
         Self { out: out.to_path_buf(), size, frames, done: 0, animation: None }
     }
 
+    /// What is written in all, for people: one file, or the first, the last and the animation.
+    pub fn names(&self) -> String {
+        if self.frames == 1 {
+            return self.out.display().to_string();
+        }
+        let [first, last] = [0, self.frames - 1].map(|frame| numbered(&self.out, frame, self.frames));
+        format!("{} … {}, {}", first.display(), last.display(), self.animation_path().display())
+    }
+
+    fn animation_path(&self) -> PathBuf {
+        self.out.with_extension("gif")
+    }
+
     /// The next picture: rows of three bytes a pixel. It is on the disk when this returns.
     ///
     /// # Errors
@@ -37,7 +50,7 @@ impl Sequence {
         }
         write_png(&numbered(&self.out, self.done, self.frames), self.size, &rgb8)?;
         self.done += 1;
-        let path = self.out.with_extension("gif");
+        let path = self.animation_path();
         let fail = |e: &dyn std::fmt::Display| Error::output(&path, e);
         if self.animation.is_none() {
             let file = File::create(&path).map_err(|e| fail(&e))?;

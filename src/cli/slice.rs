@@ -84,6 +84,6 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     check_messages(&context)?;
     let path = opened.technique.facts()?.path;
-    println!("{}: {spec} on {}, path {path}", arguments.out.display(), context.features().name);
+    println!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name);
     Ok(ExitCode::SUCCESS)
 }

@@ -281,6 +281,14 @@ impl Bins {
     /// [`Error::Gpu`] where the device has no room for them.
     pub fn settle(&mut self) -> Result<bool> {
         let totals = self.totalled.read::<BinTotals>(1)?.first().copied().unwrap_or_default();
+        self.make_room(totals)
+    }
+
+    /// Makes room for the entries of a build that counted `totals`; whether it had too little.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device has no room for them; the bins are then as they were.
+    pub fn make_room(&mut self, totals: BinTotals) -> Result<bool> {
         self.last = Some(totals);
         let entries = totals.all_entries();
         if entries <= self.capacity.into() || !self.keeps_entries {

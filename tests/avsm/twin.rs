@@ -1,6 +1,7 @@
 //! What the CPU twins say about a scene: each texel's curve, and whether rounding alone could make another one.
 
-use crate::support::scenes::Random;
+use crate::support::scenes::{self, Random};
+use crate::support::{gpu_test, views};
 use glam::DVec2;
 use gobo::reference::twin::avsm::cells::Cells;
 use gobo::reference::twin::avsm::curve::{Build, Curve};
@@ -35,22 +36,17 @@ fn tie(interpolation: Interpolation) -> f32 {
 /// [`Curve::margin`] is the gap over the larger cost, or over this where that is less.
 const MARGIN_FLOOR: f32 = 1e-5;
 
-/// [`Curve::ends_margin`], a share of the threshold, below which rounding alone takes the end of a cell or leaves it: trials
-/// move it by some 1e-3 at four nodes, and they move depths twenty times as far as a device does: five times that, since the
-/// closest of a thousand texels is looked at. The threshold falls with the square of the nodes.
-fn ends_tie(nodes: usize) -> f32 {
-    2.5e-4 * (nodes as f32 / 4.0).powi(2)
-}
-
-/// Trials of rounding otherwise.
-const TRIALS: u64 = 12;
-
 /// How far a trial moves depths (in the light's range), over the share of the light that the texel takes; and optical
-/// depths, relative. Some tens of roundings.
-const MOVED: f32 = 2e-5;
+/// depths, relative. That is five times as far as rounding does, or farther, in any texel (checked below). Moves add up
+/// as roundings do, so that what a choice hangs on has five times the deviation too: where a device, at most three of its
+/// deviations away, makes the other choice, a trial does with a chance of 1 − Φ(3/5) = 0.27 or more.
+const MOVED: f32 = 5e-6;
 
 /// No trial moves depths farther than this.
-const MOVED_AT_MOST: f32 = 1e-3;
+const MOVED_AT_MOST: f32 = 2.5e-4;
+
+/// So many trials all miss such a choice in 0.73²⁴, a 2,000th of the cases.
+const TRIALS: u64 = 24;
 
 /// The order in which segments meet the curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,14 +87,18 @@ impl Texel {
             (0..DEPTHS).any(|i| beyond(&curve, depth(i), other.transmittance(depth(i)), self.moved) > UNSTABLE)
         };
         let another = |rounded: &Vec<Segment>| differs(self::curve(rounded, self.bound, build));
-        // The two ways to share a segment among cells round to whole units alike at its ends alone.
-        let shared = self.bound.and_then(|bound| Cells::of_each_cell(&self.segments, bound));
-        let shared = shared.map(|cells| cells.curve(build));
-        let ambiguous = tied
-            || curve.ends_margin < ends_tie(build.nodes)
-            || shared.is_some_and(differs)
-            || self.rounded.iter().any(another);
+        let ambiguous = tied || self.has_other_ends(build.nodes) || self.rounded.iter().any(another);
         (curve, ambiguous)
+    }
+
+    /// Whether a trial, or the other way to share a segment among cells, which rounds to whole units alike at the segment's
+    /// ends alone, makes the curve from other ends of cells.
+    fn has_other_ends(&self, nodes: usize) -> bool {
+        let Some(bound) = self.bound else { return false };
+        let ways = [Cells::new, Cells::of_each_cell];
+        let ends = |segments: &[Segment]| ways.map(|add| add(segments, bound).map(|cells| cells.ends(nodes)));
+        let [own, other] = ends(&self.segments);
+        own != other || self.rounded.iter().any(|segments| ends(segments) != [own; 2])
     }
 }
 
@@ -211,6 +211,23 @@ impl<'a> Twins<'a> {
             cuts.sort_by_key(|cut| self.places[cut.caster as usize]);
         }
         cuts
+    }
+
+    /// Depths at which the texel's ray enters and leaves spheres, in f64 and as the twin has them.
+    fn ends(&self, texel: u32) -> Vec<(f64, f32)> {
+        let (x, y) = (texel % self.view.width, texel / self.view.width);
+        let ray = self.view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+        let (near, far) = (f64::from(self.view.near), f64::from(self.view.far));
+        let ends = |cut: &Cut| {
+            let sphere = &self.casters[cut.caster as usize];
+            let offset = sphere.start() - ray.origin;
+            let middle = offset.dot(ray.direction) / ray.direction.length_squared();
+            let square = f64::from(sphere.radius).powi(2) - (offset - middle * ray.direction).length_squared();
+            let half = (square.max(0.0) / ray.direction.length_squared()).sqrt();
+            let exact = [middle - half, middle + half].map(|z| (z.max(near) - near) / (far - near));
+            [(exact[0], cut.segment.entry), (exact[1], cut.segment.exit)]
+        };
+        self.cuts(texel, Order::Cells).iter().flat_map(ends).collect()
     }
 
     /// Bound of the optical depth in the texel's tile.
@@ -343,4 +360,28 @@ pub fn check_invariants(
     let product = (-segments.iter().map(|s| f64::from(s.optical_depth)).sum::<f64>()).exp();
     let tail = f64::from(look_up(nodes, 2.0, interpolation));
     assert!((tail - product).abs() <= rounding, "{what}: the tail is {tail}, the product of all segments {product}");
+}
+
+/// What [`MOVED`] is derived from, in every texel: deviations of depths in f32 from f64, and of the moves.
+#[test]
+fn trials_move_depths_five_times_as_far_as_rounding() {
+    gpu_test("trials_move_depths_five_times_as_far_as_rounding", |context| {
+        let [thin, many] = [[scenes::random(), scenes::nested()], [scenes::crowd(), scenes::inside()]];
+        for scene in thin.iter().chain(&many) {
+            let (mut worst, mut ends) = (0.0f64, 0);
+            for twins in views(context, scene, 12).into_iter().map(|view| Twins::new(scene, view)) {
+                for texel in 0..twins.view.texels() as u32 {
+                    let square = |(exact, f32): (f64, f32)| (f64::from(f32) - exact).powi(2);
+                    let squares: Vec<_> = twins.ends(texel).into_iter().map(square).collect();
+                    // A number from -b to b has a deviation of b / √3.
+                    let moves = f64::from(twins.texel(texel, Order::Cells).moved) / 3f64.sqrt();
+                    let rounding = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+                    worst = worst.max(rounding / moves);
+                    ends += squares.len();
+                }
+            }
+            println!("{}: rounding is up to {worst:.3} of the moves, {ends} depths", scene.name);
+            assert!(worst < 0.2 && worst > 0.0 && ends > 0, "{}: {worst} of {ends} depths", scene.name);
+        }
+    });
 }

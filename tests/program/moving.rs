@@ -59,7 +59,7 @@ fn times_alone_have_no_errors() {
     );
 }
 
-/// Each frame is the picture at its own time, and the animation has them all.
+/// Each frame is the picture at its own time, the animation has them all, and what is printed names what was written.
 #[test]
 fn render_and_slice_write_sequences() {
     use image::AnimationDecoder;
@@ -70,10 +70,14 @@ fn render_and_slice_write_sequences() {
         let path = |name: String| folder.path().join(format!("{command}{name}"));
         let out = path(".png".into());
         let moving = [command, "three-emitters", "--moving", "1..2", "--frames", "3", "--out", text(&out)];
-        ok(&[&moving[..], size].concat());
+        let printed = ok(&[&moving[..], size].concat());
+        let [first, last, animation] = ["-0.png", "-2.png", ".gif"].map(|end| path(end.into()));
+        let written = format!("{} … {}, {}: avsm", first.display(), last.display(), animation.display());
+        assert!(printed.starts_with(&written) && !out.exists(), "{command}: {printed}");
         for (frame, time) in ["1", "1.5", "2"].into_iter().enumerate() {
             let alone = path(format!("-alone-{frame}.png"));
-            ok(&[&[command, "three-emitters", "--time", time, "--out", text(&alone)][..], size].concat());
+            let printed = ok(&[&[command, "three-emitters", "--time", time, "--out", text(&alone)][..], size].concat());
+            assert!(printed.starts_with(&format!("{}: avsm", text(&alone))), "{command}: {printed}");
             let [moved, alone] = [path(format!("-{frame}.png")), alone].map(|p| std::fs::read(p).expect("written"));
             assert!(moved == alone, "{command}, {time} s");
         }

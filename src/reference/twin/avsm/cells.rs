@@ -65,43 +65,38 @@ impl Cells {
         self.sums[cell] as f32 * self.unit
     }
 
-    /// The ends, and how close any came to the other choice, over `loss`. Twin: ends_that_stay.
-    fn ends_that_stay(&self, loss: f32) -> (Vec<usize>, f32) {
-        let (mut ends, mut margin) = (Vec::new(), f32::INFINITY);
+    /// The ends, a bit a cell. Twin: ends_that_stay.
+    fn ends_that_stay(&self, loss: f32) -> u64 {
+        let mut ends = 1 << (CELLS - 1);
         let (mut before, mut extent) = (0.0f32, 1.0);
         for i in 0..CELLS - 1 {
             let (here, next) = (self.optical_depth(i), self.optical_depth(i + 1));
             let triangle = (here - before) * (extent + 1.0) - (next - before) * extent;
-            let lost = triangle.abs() * (-before).exp();
-            margin = margin.min((lost - loss).abs() / loss);
-            if lost >= loss {
-                ends.push(i);
+            if triangle.abs() * (-before).exp() >= loss {
+                ends |= 1 << i;
                 before = here;
                 extent = 1.0;
             } else {
                 extent += 1.0;
             }
         }
-        ends.push(CELLS - 1);
-        (ends, margin)
+        ends
+    }
+
+    /// The ends of cells that the curve of so many nodes is made from, bit i: of cell i. Twin: the masks of main.
+    pub fn ends(&self, nodes: usize) -> u64 {
+        let square = (nodes * nodes) as f32;
+        let at = |group| self.ends_that_stay(2.0 * LEFT_OUT / square * self.per_cell * COARSER.powi(group));
+        let few_enough = |ends: u64| ends.count_ones() as usize <= 5 * nodes / 2;
+        (0..GROUPS - 1).map(at).find(|ends| few_enough(*ends)).unwrap_or_else(|| at(GROUPS - 1))
     }
 
     /// The curve through the ends that stay, compressed. Twin: the rest of main.
     pub fn curve(&self, build: Build) -> Curve {
-        let nodes = build.nodes as f32;
-        let ends_at =
-            |group: i32| self.ends_that_stay(2.0 * LEFT_OUT / (nodes * nodes) * self.per_cell * COARSER.powi(group));
-        let (mut ends, mut margin) = ends_at(0);
-        for group in 1..GROUPS {
-            if ends.len() > 5 * build.nodes / 2 {
-                let coarser = ends_at(group);
-                (ends, margin) = (coarser.0, margin.min(coarser.1));
-            }
-        }
+        let ends = self.ends(build.nodes);
         let mut curve = Curve::new(build);
-        curve.ends_margin = margin;
         curve.append(self.low, 0.0);
-        for end in ends {
+        for end in (0..CELLS).filter(|end| ends >> end & 1 == 1) {
             curve.append(self.low + (end + 1) as f32 / self.per_cell, self.optical_depth(end));
         }
         curve.reduce();

@@ -26,15 +26,12 @@ pub struct Curve {
     /// Smallest relative gap between the cheapest and the second cheapest removal so far. Where it is tiny, a device
     /// that rounds differently may rightly remove another node.
     pub margin: f32,
-    /// The same of the ends of cells that the curve was made from: the smallest gap, over the threshold, between what
-    /// leaving one out changes and the threshold. Infinite for a curve of inserted segments.
-    pub ends_margin: f32,
 }
 
 impl Curve {
     /// An unshadowed curve.
     pub fn new(build: Build) -> Self {
-        Self { build, nodes: Vec::new(), margin: f32::INFINITY, ends_margin: f32::INFINITY }
+        Self { build, nodes: Vec::new(), margin: f32::INFINITY }
     }
 
     /// The nodes (depth, value) in use, depths rising.
