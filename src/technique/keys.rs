@@ -102,6 +102,14 @@ pub const RADIUS: Key = Key {
     about: "texels that the box and the Gaussian reach; the Gaussian's deviation is half of it",
 };
 
+/// How many comparisons a look-up of opaque shadows averages (Reeves, Salesin and Cook 1987).
+pub const PCF: Key = Key {
+    name: "filter",
+    values: Values::OneOf(&["1", "3", "5", "7", "9"]),
+    default: "1",
+    about: "texels a side of the square whose comparisons a look-up averages",
+};
+
 /// Whether work is left out.
 pub const SKIP: Key = Key {
     name: "skip",
