@@ -5,7 +5,7 @@ mod support;
 
 use glam::{DVec3, Vec3};
 use gobo::gpu::Context;
-use gobo::maps::{Extents, Map, Maps, Order};
+use gobo::maps::{Extents, Map, Maps, OPAQUE_SIZE, Order};
 use gobo::reference::twin::{fit, order};
 use gobo::scene::{Caster, Casting, Particle, Projection, Scene, View};
 use gobo::world::World;
@@ -71,7 +71,7 @@ fn twins(scene: &Scene, size: u32) -> Vec<[View; 2]> {
         let bounds = fit::bounds(&map.volume, &casters, &vertices);
         fit::fit([map.volume, map.opaque], bounds, casters.is_empty())
     };
-    Map::aimed(scene, size).into_iter().map(twin).collect()
+    Map::aimed(scene, size, OPAQUE_SIZE).into_iter().map(twin).collect()
 }
 
 /// How far two views of the same map are apart, in shares of their size and of what floats resolve at their place.

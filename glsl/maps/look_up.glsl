@@ -1,25 +1,16 @@
 // The look-up of every technique with maps: which map answers, what the meshes leave, and the texels that are averaged.
 // To use one elsewhere: define GOBO_SET (a descriptor set number, default 1) if set 1 is taken, include the technique's
 // visibility.glsl, and bind
-//   binding 0  readonly buffer: Light[] (world/light.glsl)
-//   binding 1  readonly buffer: Map[] (world/light.glsl)
-//   binding 2  texture2D: the opaque map of maps/opaque.glsl (any 1×1 image where has_opaque is 0)
-//   binding 3… what the technique says
+//   bindings 0 to 2  what maps/look_up_set.glsl says
+//   binding 3…       what the technique says
 // with the specialization constants that it was built with, and FILTER and FILTER_RADIUS of maps/filter.glsl. A point
 // light's faces have room for every filter about their 90 degrees, so that no look-up needs two of them.
 // Bound by maps::Maps::look_up.
 #ifndef MAPS_LOOK_UP_GLSL
 #define MAPS_LOOK_UP_GLSL
 #include "maps/filter.glsl"
+#include "maps/look_up_set.glsl"
 #include "maps/opaque.glsl"
-
-#ifndef GOBO_SET
-#define GOBO_SET 1
-#endif
-
-layout(set = GOBO_SET, binding = 0, scalar) readonly buffer LookUpLights { Light look_up_lights[]; };
-layout(set = GOBO_SET, binding = 1, scalar) readonly buffer LookUpMaps { Map look_up_maps[]; };
-layout(set = GOBO_SET, binding = 2) uniform texture2D look_up_opaque;
 
 // Where a point is looked up.
 struct LookUp {

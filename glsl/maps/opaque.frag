@@ -1,8 +1,8 @@
 #version 460
-// Writes depth in the light's range, pushed away by what the triangle's plane changes over one texel in each direction
-// and by as much as the rasterizer may be off the texel's centre, and by its own rounding. Inputs: map, the triangle's
-// plane. Output: depth.
-// Invariant: a plane's stored depth lies behind the plane everywhere within one texel of the texel's centre.
+// Writes depth in the light's range, pushed away by what the triangle's plane changes over the look-up's reach in each
+// direction and by as much as the rasterizer may be off the texel's centre, and by its own rounding. Inputs: map, the
+// triangle's plane. Output: depth.
+// Invariant: a plane's stored depth lies behind the plane everywhere within the reach of the texel's centre.
 #include "maps/scene.glsl"
 
 layout(push_constant, scalar) uniform MapPush {
@@ -14,6 +14,11 @@ layout(push_constant, scalar) uniform MapPush {
 // that of the plane at most so many texels beside the texel's centre, across and down.
 CONSTANT(float, SNAP, 0.0625)
 
+// From a texel's centre to the farthest point that is compared with it, texels across and down.
+CONSTANT(float, OPAQUE_REACH, 1.0)
+
+// What a depth of the map's format is less than the one written, at most; 0 where that is a rounding.
+CONSTANT(float, OPAQUE_STEP, 0.0)
 
 layout(location = 0) in float z;
 layout(location = 1) flat in vec3 normal;
@@ -28,12 +33,13 @@ void main() {
     vec3 direction = view_ray(view, at).direction;
     float across = abs(dot(normal, right)) + abs(dot(normal, up));
     float facing = abs(dot(normal, direction));
-    // The plane's z one texel on from the centre, where it is farthest: along parallel rays z is linear in the texel,
+    // The plane's z a reach on from the centre, where it is farthest: along parallel rays z is linear in the texel,
     // along rays from a point its reciprocal is, in proportion to the plane's facing there. Past the horizon of the
     // plane, infinity.
-    float farthest = view.projection == VIEW_PARALLEL ? z + (1.0 + SNAP) * across / facing
-                     : facing > across                ? z * (facing + SNAP * across) / (facing - across)
+    float reach = OPAQUE_REACH * across;
+    float farthest = view.projection == VIEW_PARALLEL ? z + (OPAQUE_REACH + SNAP) * across / facing
+                     : facing > reach                 ? z * (facing + SNAP * across) / (facing - reach)
                                                       : view.far;
     // 4e-6 of the range: the rounding of a depth near 1 and of the look-up's projection.
-    gl_FragDepth = view_depth(view, farthest) + 4e-6;
+    gl_FragDepth = view_depth(view, farthest) + (4e-6 + OPAQUE_STEP);
 }

@@ -232,7 +232,7 @@ impl Renderer {
     /// What draws casters as patches, lit at the vertices, or as lines.
     fn tessellated(&self, answer: &Answer, fragment: &Shader, lines: bool) -> Result<Kernel<SpacingPush>> {
         let colors = [(self.color_format, Blend::Over)];
-        let state = Graphics { vertex: &shaders::VERTEX_LIT_VERT, fragment, colors: &colors, depth: false };
+        let state = Graphics { vertex: &shaders::VERTEX_LIT_VERT, fragment, colors: &colors, depth: None };
         let evaluation = shaders::VERTEX_LIT_TESE.of(answer.folder);
         let stages = Tessellated { control: &shaders::VERTEX_LIT_TESC, evaluation, lines };
         let sets = [&self.scene, answer.bindings, &self.distances];
@@ -254,20 +254,21 @@ impl Renderer {
         let color = (self.color_format, Blend::None);
         let float4 = (Format::R32G32B32A32_SFLOAT, Blend::None);
         let distance = (Format::R32_SFLOAT, Blend::None);
+        let depth = Some(Format::D32_SFLOAT);
         let surface = &shaders::SURFACE_VERT;
         let forward = shaders::FORWARD_FRAG.of(answer.folder);
         let deferred = shaders::DEFERRED_FRAG.of(answer.folder);
         let lit = [scene, asked, &self.buffers];
         Ok(Kernels {
-            forward: make(surface, forward, &[color, distance], true, &[scene, asked])?,
-            gbuffer: make(surface, &shaders::GBUFFER_FRAG, &[float4, float4, distance], true, &[scene])?,
-            deferred: make(&shaders::FULLSCREEN_VERT, deferred, &[color], false, &lit)?,
+            forward: make(surface, forward, &[color, distance], depth, &[scene, asked])?,
+            gbuffer: make(surface, &shaders::GBUFFER_FRAG, &[float4, float4, distance], depth, &[scene])?,
+            deferred: make(&shaders::FULLSCREEN_VERT, deferred, &[color], None, &lit)?,
             casters: match lighting {
                 Lighting::Fragment => {
                     let sets = [scene, asked, &self.distances];
                     let fragment = shaders::CASTER_FRAG.of(answer.folder);
                     let over = [(self.color_format, Blend::Over)];
-                    Casters::Fragment(make(&shaders::CASTER_VERT, fragment, &over, false, &sets)?)
+                    Casters::Fragment(make(&shaders::CASTER_VERT, fragment, &over, None, &sets)?)
                 }
                 Lighting::Vertex { spacing } => Casters::Vertex(
                     self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?,

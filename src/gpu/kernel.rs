@@ -32,8 +32,8 @@ pub struct Graphics<'a> {
     pub fragment: &'a Shader,
     /// Colour targets in order.
     pub colors: &'a [(vk::Format, Blend)],
-    /// Write and test depth (D32, less) or not.
-    pub depth: bool,
+    /// Write and test depth (less) of that format, or not.
+    pub depth: Option<vk::Format>,
 }
 
 /// How primitives reach the layers of a volume.
@@ -263,7 +263,7 @@ impl<P: Push> Kernel<P> {
         constants: &Constants,
     ) -> Result<Self> {
         let colors = vec![(OrderedAttachments::FORMAT, Blend::None); attachments.images().len()];
-        let state = Graphics { vertex, fragment, colors: &colors, depth: false };
+        let state = Graphics { vertex, fragment, colors: &colors, depth: None };
         Self::drawing(context, &state, Into::Ordered(attachments), sets, constants)
     }
 
@@ -320,8 +320,8 @@ impl<P: Push> Kernel<P> {
         let multisample =
             vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
-            .depth_test_enable(state.depth)
-            .depth_write_enable(state.depth)
+            .depth_test_enable(state.depth.is_some())
+            .depth_write_enable(state.depth.is_some())
             .depth_compare_op(vk::CompareOp::LESS);
         let blends: Vec<_> = state.colors.iter().map(|(_, blend)| attachment(*blend)).collect();
         let mut blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
@@ -329,8 +329,8 @@ impl<P: Push> Kernel<P> {
         let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
         let formats: Vec<_> = state.colors.iter().map(|(format, _)| *format).collect();
         let mut rendering = vk::PipelineRenderingCreateInfo::default().color_attachment_formats(&formats);
-        if state.depth {
-            rendering = rendering.depth_attachment_format(vk::Format::D32_SFLOAT);
+        if let Some(format) = state.depth {
+            rendering = rendering.depth_attachment_format(format);
         }
         if matches!(into, Into::Ordered(_)) {
             blend = blend.flags(vk::PipelineColorBlendStateCreateFlags::RASTERIZATION_ORDER_ATTACHMENT_ACCESS_EXT);

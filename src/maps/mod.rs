@@ -20,7 +20,7 @@ pub use compact::Compact;
 pub use filter::{Filter, FilterKind};
 pub use fit::Extents;
 pub use list::{Keep, List, SegmentData};
-pub use opaque::{OPAQUE_SIZE, opaque_corner, opaque_resolution};
+pub use opaque::{OPAQUE_SIZE, OpaqueMaps, opaque_corner};
 pub use order::{ItemData, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
 pub use texels::{TexelKernels, TexelWay, Texels};
@@ -48,10 +48,10 @@ pub struct Map {
 const MAX_MAPS: usize = MAX_UPDATE_BYTES / size_of::<Map>();
 
 impl Map {
-    /// The maps of all lights of `scene`, those of the first light first, with volume maps of `size` texels a side, before
-    /// they are fitted ([`View::aimed`]).
-    pub fn aimed(scene: &Scene, size: u32) -> Vec<Self> {
-        let opaque_size = if scene.has_triangles() { OPAQUE_SIZE } else { 1 };
+    /// The maps of all lights of `scene`, those of the first light first, with volume maps of `size` texels a side and
+    /// opaque maps of `opaque_size` where there are meshes, before they are fitted ([`View::aimed`]).
+    pub fn aimed(scene: &Scene, size: u32, opaque_size: u32) -> Vec<Self> {
+        let opaque_size = if scene.has_triangles() { opaque_size } else { 1 };
         let volumes = View::aimed(scene, size, Casting::Volume).into_iter();
         let opaques = View::aimed(scene, opaque_size, Casting::Opaque);
         volumes.zip(opaques).map(|(volume, opaque)| Self { volume, opaque }).collect()
@@ -62,6 +62,7 @@ impl Map {
 pub struct Maps {
     all: Vec<Map>,
     size: u32,
+    opaque_size: u32,
     /// Of the world that they are fitted to; none before the first.
     generation: Option<u64>,
     buffer: Buffer,
@@ -76,11 +77,19 @@ pub struct Maps {
 }
 
 impl Maps {
-    /// Maps of `size` texels a side of all lights of `world`.
+    /// Maps of `size` texels a side of all lights of `world`, with the opaque maps that techniques share.
     ///
     /// # Errors
     /// [`Error::Input`] where the lights have too many maps, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, size: u32) -> Result<Self> {
+        Self::with_opaque(context, world, size, OpaqueMaps::SHARED)
+    }
+
+    /// The same with opaque maps of the technique's own.
+    ///
+    /// # Errors
+    /// As [`Maps::new`].
+    pub fn with_opaque(context: &Context, world: &World, size: u32, opaque: OpaqueMaps) -> Result<Self> {
         let count = world.scene().map_count();
         if !(1..=MAX_MAPS).contains(&count) {
             let cause =
@@ -88,11 +97,11 @@ impl Maps {
             let name = format!("the lights of {}", world.scene().name);
             return Err(Error::input(name, cause, "change the number of lights"));
         }
-        let all = Map::aimed(world.scene(), size);
+        let all = Map::aimed(world.scene(), size, opaque.size);
         let buffer = Buffer::with_data(context, "maps", &all)?;
         let fitted = Buffer::new(context, "maps.fitted", buffer.bytes(), Memory::Readback)?;
-        let opaque_size = all.first().map_or([1, 1], |m| [m.opaque.width, m.opaque.height]);
-        let image = opaque::image(context, opaque_size, count as u32)?;
+        let one = all.first().map_or([1, 1], |m| [m.opaque.width, m.opaque.height]);
+        let image = opaque::image(context, opaque.format, one, count as u32)?;
         let resources = [
             Resource::Buffer(buffer.clone()),
             Resource::Buffer(world.casters.clone()),
@@ -100,10 +109,11 @@ impl Maps {
             Resource::Texture(image.clone()),
         ];
         let scene = Bindings::new(context, "maps.scene", &resources)?;
-        let opaque = Opaque::new(context, image, &scene, opaque_size)?;
+        let opaque_size = opaque.size;
+        let opaque = Opaque::new(context, image, &scene, opaque, one)?;
         let fit = Fit::new(context, &buffer, &scene, count as u32)?;
         let lights = world.lights.clone();
-        Ok(Self { all, size, generation: None, buffer, fitted, moved: false, fit, lights, opaque, scene })
+        Ok(Self { all, size, opaque_size, generation: None, buffer, fitted, moved: false, fit, lights, opaque, scene })
     }
 
     /// The maps as the last build fitted them, those of the first light first.
@@ -155,7 +165,8 @@ impl Maps {
         self.moved = self.generation != Some(world.generation());
         if self.moved {
             self.generation = Some(world.generation());
-            self.fit.record(commands, world, &self.buffer, &Map::aimed(world.scene(), self.size));
+            let aimed = Map::aimed(world.scene(), self.size, self.opaque_size);
+            self.fit.record(commands, world, &self.buffer, &aimed);
             commands.read_back(&self.buffer, &self.fitted);
         }
         self.opaque.record(commands, world, self.count());

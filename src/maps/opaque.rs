@@ -5,12 +5,48 @@ use crate::gpu::{
 };
 use crate::scene::{Resolution, View};
 use crate::shaders;
-use crate::shaders::constant::SNAP;
+use crate::shaders::constant::{OPAQUE_REACH, OPAQUE_STEP, SNAP};
 use crate::world::World;
 use crate::{Error, Result};
 
 /// Texels a side of an opaque map where there are meshes.
 pub const OPAQUE_SIZE: u32 = 1024;
+
+/// A step of the coarsest rasterizer's grid, texels.
+const COARSEST_SNAP: f64 = 0.0625;
+
+/// What the rounding of a stored depth and of the look-up's projection is, of the light's range.
+const DEPTH_ROUNDING: f64 = 1e-5;
+
+/// What opaque maps are made of, and how they will be asked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OpaqueMaps {
+    /// Texels a side of a map where there are meshes.
+    pub size: u32,
+    /// D32_SFLOAT or D16_UNORM.
+    pub format: Format,
+    /// No point that is compared with a texel is farther from its centre, texels across and down: depths are pushed back so
+    /// far that a surface does not shadow itself there.
+    pub reach: f32,
+}
+
+impl OpaqueMaps {
+    /// Those that techniques with other maps share: glsl/maps/opaque.glsl weighs texels bilinearly.
+    pub const SHARED: Self = Self { size: OPAQUE_SIZE, format: Format::D32_SFLOAT, reach: 1.0 };
+
+    /// From one depth that the format has to the next, of the light's range; 0 where that is a rounding.
+    fn step(self) -> f32 {
+        if self.format == Format::D16_UNORM { 1.0 / 65535.0 } else { 0.0 }
+    }
+
+    /// Of a map of that view: a look-up feels texels whose centres are as far away as the reach, and each of them has its
+    /// depth moved by what its surface's changes over the reach once more and a step of the rasterizer.
+    pub fn resolution(self, view: View) -> Resolution {
+        // Pushed back by one step, and rounded by another.
+        let depth = DEPTH_ROUNDING + 2.0 * f64::from(self.step());
+        Resolution { view, reach_texels: 2.0 * f64::from(self.reach) + COARSEST_SNAP, depth }
+    }
+}
 
 push_struct! {
     /// Twin: MapPush in glsl/maps/opaque.vert and glsl/maps/opaque.frag.
@@ -21,19 +57,6 @@ push_struct! {
     }
 }
 
-/// How far a look-up of glsl/maps/opaque.glsl feels a surface, texels: it weighs texels whose centres are up to one texel
-/// away, and each of them has its depth moved by what its surface's changes over one texel and a step of the coarsest
-/// rasterizer, a 16th.
-const REACH_TEXELS: f64 = 2.0625;
-
-/// What the rounding of a stored depth and of the look-up's projection is, of the light's range.
-const DEPTH_ROUNDING: f64 = 1e-5;
-
-/// Of an opaque map of that view.
-pub fn opaque_resolution(view: View) -> Resolution {
-    Resolution { view, reach_texels: REACH_TEXELS, depth: DEPTH_ROUNDING }
-}
-
 /// The maps of all lights and the pass that draws them.
 pub(super) struct Opaque {
     image: Image,
@@ -42,9 +65,9 @@ pub(super) struct Opaque {
     size: [u32; 2],
 }
 
-/// D32: depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 a map without meshes. Maps stand one
+/// Depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 a map without meshes. Maps stand one
 /// above the other, and where the device has no images of so many rows, in further columns beside them.
-pub(super) fn image(context: &Context, size: [u32; 2], count: u32) -> Result<Image> {
+pub(super) fn image(context: &Context, format: Format, size: [u32; 2], count: u32) -> Result<Image> {
     let limit = context.features().max_image_dimension_2d;
     let rows = (limit / size[1]).clamp(1, count);
     let columns = count.div_ceil(rows);
@@ -53,11 +76,11 @@ pub(super) fn image(context: &Context, size: [u32; 2], count: u32) -> Result<Ima
             operation: "create image",
             name: "maps.opaque".into(),
             cause: format!("{count} maps of {} × {} texels, and this device takes {limit} a side", size[0], size[1]),
-            way_out: "use fewer lights".into(),
+            way_out: "use fewer lights, or smaller maps (size=) where they are the technique's own".into(),
         });
     }
     let all = [columns * size[0], rows * size[1]];
-    Image::new(context, "maps.opaque", Format::D32_SFLOAT, all, ImageUse::Depth)
+    Image::new(context, "maps.opaque", format, all, ImageUse::Depth)
 }
 
 /// The upper left texel of a map of `size` among all. Twin: opaque_corner in glsl/maps/opaque.glsl.
@@ -67,15 +90,23 @@ pub fn opaque_corner(image: &Image, size: [u32; 2], map: u32) -> [u32; 2] {
 }
 
 impl Opaque {
-    pub(super) fn new(context: &Context, image: Image, scene: &Bindings, size: [u32; 2]) -> Result<Self> {
+    /// `size` is that of one map.
+    pub(super) fn new(
+        context: &Context,
+        image: Image,
+        scene: &Bindings,
+        maps: OpaqueMaps,
+        size: [u32; 2],
+    ) -> Result<Self> {
         let state = Graphics {
             vertex: &shaders::maps::OPAQUE_VERT,
             fragment: &shaders::maps::OPAQUE_FRAG,
             colors: &[],
-            depth: true,
+            depth: Some(maps.format),
         };
         let snap = (-(context.features().sub_pixel_precision_bits as f32)).exp2();
-        let kernel = Kernel::graphics(context, &state, &[scene], &Constants::new().set(SNAP, snap))?;
+        let constants = Constants::new().set(SNAP, snap).set(OPAQUE_REACH, maps.reach).set(OPAQUE_STEP, maps.step());
+        let kernel = Kernel::graphics(context, &state, &[scene], &constants)?;
         Ok(Self { image, kernel, size })
     }
 

@@ -97,7 +97,7 @@ impl Splat {
         more: &[&Bindings],
         constants: &Constants,
     ) -> Result<Kernel<SplatPush>> {
-        let state = Graphics { vertex: &shaders::maps::SPLAT_VERT, fragment, colors, depth: false };
+        let state = Graphics { vertex: &shaders::maps::SPLAT_VERT, fragment, colors, depth: None };
         let sets: Vec<_> = [maps.scene(), &self.set].into_iter().chain(more.iter().copied()).collect();
         Kernel::graphics(context, &state, &sets, constants)
     }

@@ -7,6 +7,7 @@
 mod avsm;
 mod beer_shadow_map;
 mod psm;
+mod shadow_map;
 mod translucency_map;
 mod uncompressed;
 mod voxelized;
@@ -22,6 +23,7 @@ pub use beer_shadow_map::beer_shadow_map;
 pub use build::{Built, Opened, open};
 pub use keys::{Key, Values};
 pub use psm::Psm;
+pub use shadow_map::ShadowMap;
 pub use spec::{Spec, parse};
 pub use texel_map::TexelMap;
 pub use translucency_map::translucency_map;
@@ -30,7 +32,7 @@ pub use voxelized::{Free, Settings as VoxelizedSettings, Structure, TreeData, Vo
 
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
-use crate::maps::{Map, opaque_resolution};
+use crate::maps::{Map, OpaqueMaps};
 use crate::scene::{Resolution, Scene};
 use crate::shaders::Folder;
 use crate::world::World;
@@ -69,7 +71,7 @@ pub trait Technique {
     /// How finely it knows where opaque shadows begin and end, one for each map of all lights; none where it knows it
     /// exactly. By default what its opaque maps resolve.
     fn resolution(&self) -> Vec<Resolution> {
-        self.maps().iter().map(|map| opaque_resolution(map.opaque)).collect()
+        self.maps().iter().map(|map| OpaqueMaps::SHARED.resolution(map.opaque)).collect()
     }
 
     /// What the last build came to.

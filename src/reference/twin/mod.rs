@@ -10,6 +10,7 @@ pub mod fit;
 pub mod order;
 pub mod psm;
 pub mod segment;
+pub mod shadow_map;
 pub mod sums;
 pub mod translucency_map;
 pub mod vertex_lit;

@@ -75,7 +75,7 @@ impl Raster {
             features.require(&[Requirement::Viewports])?;
         }
         let colors = [(layout.format(), layout.blend())];
-        let state = Graphics { vertex, fragment: &shaders::psm::VOXELIZE_FRAG, colors: &colors, depth: false };
+        let state = Graphics { vertex, fragment: &shaders::psm::VOXELIZE_FRAG, colors: &colors, depth: None };
         let layered = Layered { geometry, viewports: viewports.len() as u32 };
         let map_pushed = features.is_software();
         let drawing = constants.clone().set(MAP_PUSHED, map_pushed);

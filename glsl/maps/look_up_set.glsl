@@ -1,0 +1,16 @@
+// What every look-up through maps is given. Bound by maps::Maps::look_up.
+//   binding 0  readonly buffer: Light[] (world/light.glsl)
+//   binding 1  readonly buffer: Map[] (world/light.glsl)
+//   binding 2  texture2D: the opaque map of maps/opaque.glsl (any 1×1 image where has_opaque is 0)
+#ifndef MAPS_LOOK_UP_SET_GLSL
+#define MAPS_LOOK_UP_SET_GLSL
+#include "world/light.glsl"
+
+#ifndef GOBO_SET
+#define GOBO_SET 1
+#endif
+
+layout(set = GOBO_SET, binding = 0, scalar) readonly buffer LookUpLights { Light look_up_lights[]; };
+layout(set = GOBO_SET, binding = 1, scalar) readonly buffer LookUpMaps { Map look_up_maps[]; };
+layout(set = GOBO_SET, binding = 2) uniform texture2D look_up_opaque;
+#endif

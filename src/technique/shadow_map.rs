@@ -1,0 +1,133 @@
+//! A map of depths of the meshes, and percentage closer filtering. Sources: Williams 1978, *Casting curved shadows on curved
+//! surfaces*; Reeves, Salesin and Cook 1987, *Rendering antialiased shadows with depth maps*.
+
+use super::keys::{Key, PCF, Values, Word, words};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
+use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image};
+use crate::maps::{Map, Maps, OpaqueMaps};
+use crate::scene::{LightKind, Resolution, Scene, gutter_texels};
+use crate::shaders::{constant, folder};
+use crate::world::World;
+use crate::{Error, Result};
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "shadow-map",
+    about: "the depth of the nearest mesh a texel, compared (Williams 1978; Reeves, Salesin and Cook 1987)",
+    casts: Casts { particles: false, strands: false, meshes: true },
+    lifetime: Lifetime::Frame,
+    keys: &[SIZE, BITS, PCF],
+    paths: &[Path { name: RASTER, requires: &[] }],
+    open: |context, world, spec| Ok(Box::new(ShadowMap::new(context, world, spec)?)),
+};
+
+const RASTER: &str = "raster";
+
+const SIZE: Key =
+    Key { name: "size", values: Values::Number(1, 16384), default: "1024", about: "texels a side of a light's map" };
+
+words! {
+    /// Bits of a depth.
+    enum Bits {
+        Sixteen = "16",
+        ThirtyTwo = "32",
+    }
+}
+
+const BITS: Key = Key {
+    name: "bits",
+    values: Values::OneOf(Bits::WORDS),
+    default: "32",
+    about: "bits of a depth: whole numbers of 16, or floats of 32",
+};
+
+/// The technique, opened for one world.
+pub struct ShadowMap {
+    maps: Maps,
+    opaque: OpaqueMaps,
+    /// The maps as callers see them: there is none but the opaque map.
+    all: Vec<Map>,
+    look_up: Bindings,
+    constants: Constants,
+}
+
+impl ShadowMap {
+    /// Opens it with the settings of `spec`.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where the device has no maps of that size, [`Error::Input`] where the filter does not fit into the
+    /// faces of a point light, [`Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, spec: &Spec) -> Result<Self> {
+        let (size, side) = (spec.number(SIZE.name), spec.number(PCF.name));
+        let limit = context.features().max_image_dimension_2d;
+        if size > limit {
+            let needs = format!("maxImageDimension2D of at least {size} (this device has {limit})");
+            return Err(Error::Refused { needs });
+        }
+        check_faces(world.scene(), size, side)?;
+        let format = match spec.word(BITS.name) {
+            Some(Bits::Sixteen) => Format::D16_UNORM,
+            _ => Format::D32_SFLOAT,
+        };
+        // From the middle of the filter's corner texel to the far corner of the texel in its middle.
+        let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0 };
+        let maps = Maps::with_opaque(context, world, size, opaque)?;
+        let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
+        let constants = Constants::new().set(constant::PCF, side);
+        Ok(Self { all: seen(&maps), maps, opaque, look_up, constants })
+    }
+
+    /// The depths of all maps: each stands where [`crate::maps::opaque_corner`] says.
+    pub fn image(&self) -> &Image {
+        self.maps.opaque_image()
+    }
+}
+
+/// Both views of a map are that of the depths.
+fn seen(maps: &Maps) -> Vec<Map> {
+    maps.all().iter().map(|map| Map { volume: map.opaque, opaque: map.opaque }).collect()
+}
+
+/// A filter that stands at the edge of a point light's face finds its texels in the face's margin.
+fn check_faces(scene: &Scene, size: u32, side: u32) -> Result<()> {
+    // One texel more than the filter reaches, against rounding.
+    let needed = side / 2 + 1;
+    let has_point_light = scene.lights.iter().any(|l| matches!(l.kind, LightKind::Point { .. }));
+    if has_point_light && (size < 4 || needed > gutter_texels(size)) {
+        let cause = "too small for this filter across the edges of a point light's faces";
+        let least = if needed == 1 { 4 } else { 8 * needed };
+        let way_out = format!("use size={least} or more, or a smaller filter=");
+        return Err(Error::input(format!("size={size}"), cause, way_out));
+    }
+    Ok(())
+}
+
+impl Technique for ShadowMap {
+    fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        self.maps.record(commands, world);
+        Ok(())
+    }
+
+    fn settle(&mut self) -> Result<Settled> {
+        self.maps.settle(false)?;
+        self.all = seen(&self.maps);
+        Ok(Settled::Done)
+    }
+
+    fn answer(&self) -> Answer<'_> {
+        Answer { folder: folder::SHADOW_MAP, bindings: &self.look_up, constants: &self.constants }
+    }
+
+    fn maps(&self) -> &[Map] {
+        &self.all
+    }
+
+    fn resolution(&self) -> Vec<Resolution> {
+        self.all.iter().map(|map| self.opaque.resolution(map.opaque)).collect()
+    }
+
+    fn facts(&self) -> Result<Facts> {
+        let bytes_resident = self.image().bytes();
+        Ok(Facts { path: RASTER, reason: "the only path".into(), bytes_resident, ..Facts::default() })
+    }
+}

@@ -1,0 +1,271 @@
+//! Techniques that shadow with meshes alone: no flat receiver shadows itself, occluders shadow what the reference says,
+//! lights do not disturb each other, a world that moved is a new world. What is each technique's own is in opaque/.
+
+mod support;
+
+#[path = "opaque/shadow_map.rs"]
+mod shadow_map;
+
+use glam::DVec3;
+use gobo::Error;
+use gobo::gpu::Context;
+use gobo::reference::truth::{Casters, space_points, surface_points};
+use gobo::scene::{Light, LightKind, Mesh, Scene, View};
+use gobo::technique::{Technique, open};
+use gobo::world::World;
+use support::scenes::{self, Random};
+use support::{ask, built, gpu_test, opened, runs, some, spec};
+
+/// Every filter, both numbers of bits, coarse and fine; what the device runs.
+fn specs(test: &str, context: &Context) -> Vec<String> {
+    let filters = [1, 9, 3, 5, 7].into_iter().flat_map(|filter| [(filter, 32), (filter, 16)]);
+    let maps = |(filter, bits)| [64, 1024].map(|size| format!("shadow-map:size={size},filter={filter},bits={bits}"));
+    let all = some(filters, 4).into_iter().flat_map(maps);
+    all.filter(|text| runs(test, context, text)).collect()
+}
+
+fn light(kind: LightKind) -> Light {
+    Light { kind, radiance: [1.0; 3] }
+}
+
+/// Under a directional light from so many degrees above the horizon, each from another side.
+fn slanted(elevations: &[f64]) -> Vec<Scene> {
+    let scene = |(i, elevation): (usize, &f64)| {
+        let (elevation, azimuth) = (elevation.to_radians(), 0.3 + 2.4 * i as f64);
+        let across = elevation.cos();
+        scenes::directional("slanted", [azimuth.cos() * across, azimuth.sin() * across, -elevation.sin()], Vec::new())
+    };
+    elevations.iter().enumerate().map(scene).collect()
+}
+
+/// Every kind of light, the directional ones from so many degrees above the horizon; the others look at `at`.
+fn lights(elevations: &[f64], at: DVec3) -> Vec<Scene> {
+    let mut all = slanted(elevations);
+    let under = |kind| Scene { lights: vec![light(kind)], ..all[0].clone() };
+    let places = [DVec3::new(1.0, 2.0, 6.0), DVec3::new(7.0, -3.0, 0.5)].map(|offset| at + offset);
+    let others = places.into_iter().flat_map(|position| {
+        let direction = (at - position).normalize();
+        [LightKind::Spot { position, direction, cone_degrees: 90.0 }, LightKind::Point { position }].map(under)
+    });
+    let others: Vec<_> = others.collect();
+    all.extend(others);
+    all
+}
+
+/// A square of that half side, its middle at `at`, which leans by so many degrees.
+fn leaning(degrees: f32, half: f32, at: [f32; 3]) -> Mesh {
+    let (sin, cos) = degrees.to_radians().sin_cos();
+    let corner = |x: f32, y: f32| [at[0] + half * x * cos, at[1] + half * y, at[2] + half * x * sin];
+    scenes::quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], 0.5)
+}
+
+/// Points of a mesh's triangles, as exact as f32 has them.
+fn points_of(mesh: &Mesh, count: usize) -> Vec<[f32; 3]> {
+    let mut random = Random::new(5);
+    let corner = |v: u32| DVec3::from(mesh.positions[v as usize].map(f64::from));
+    let point = |i: usize| {
+        let [a, b, c] = mesh.triangles[i % mesh.triangles.len()].map(corner);
+        let (u, v) = (f64::from(random.between(0.0, 1.0)), f64::from(random.between(0.0, 1.0)));
+        let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+        (a + u * (b - a) + v * (c - a)).as_vec3().into()
+    };
+    (0..count).map(point).collect()
+}
+
+/// From overhead to 1° above the plane; level and leaning, at the origin and where floats are coarser by thirty times.
+#[test]
+fn a_flat_receiver_never_shadows_itself() {
+    let name = "a_flat_receiver_never_shadows_itself";
+    gpu_test(name, |context| {
+        let specs = specs(name, context);
+        for (at, lean) in some([([0.0; 3], 20.0), ([300.0, -200.0, 50.0], 0.0), ([0.0; 3], 0.0)], 2) {
+            for mut scene in lights(&[90.0, 60.0, 30.0, 10.0, 3.0, 1.0], DVec3::from(at.map(f64::from))) {
+                scene.meshes.push(leaning(lean, 5.0, at));
+                let points = points_of(&scene.meshes[0], 2000);
+                for text in &specs {
+                    let answers = ask(context, built(context, &scene, text).as_ref(), 0, &points);
+                    let light = scene.lights[0].kind;
+                    for (point, answer) in points.iter().zip(answers) {
+                        assert_eq!(answer, 1.0, "{text} at {point:?}, {light:?}, leaning by {lean}");
+                    }
+                }
+            }
+        }
+    });
+}
+
+/// Plates over a ground, level, leaning and upright, none of which touches another.
+fn plates() -> Vec<Mesh> {
+    vec![
+        scenes::level(0.0, 5.0, [0.0, 0.0]),
+        scenes::level(1.0, 0.8, [-2.0, -2.0]),
+        leaning(35.0, 0.7, [1.5, -1.0, 1.2]),
+        leaning(-80.0, 0.5, [0.0, 2.0, 0.7]),
+        leaning(10.0, 0.3, [1.6, -0.9, 2.2]),
+    ]
+}
+
+/// Points where an answer is on the wrong side of a half, lit and dark points, and points in the boundary.
+#[derive(Debug, Default)]
+struct Counted {
+    leaks: Vec<[f32; 3]>,
+    false_shadows: Vec<[f32; 3]>,
+    lit: usize,
+    dark: usize,
+    boundary: usize,
+}
+
+/// At points in space and on the meshes of the scene's first light.
+fn counted(context: &Context, scene: &Scene, technique: &dyn Technique) -> Counted {
+    const POINTS: usize = 8000;
+    let (casters, light, resolution) = (Casters::new(scene), scene.lights[0], technique.resolution());
+    let of = |p: &[f32; 3]| resolution.get(light.map_at(*p));
+    let camera = View::camera(&scene.camera, scene, [320, 180]);
+    let mut all = Vec::new();
+    for p in space_points(scene, 0, POINTS) {
+        let at = DVec3::from(p.map(f64::from));
+        all.push((p, casters.unblocked(0, at), of(&p).is_some_and(|r| casters.in_boundary(0, r, at))));
+    }
+    for s in surface_points(&casters, scene, &camera, POINTS).into_iter().filter(|s| light.shines_on(s.position)) {
+        let p: [f32; 3] = s.position.as_vec3().into();
+        let boundary = of(&p).is_some_and(|r| casters.in_surface_boundary(0, r, s.position, s.normal));
+        all.push((p, casters.unblocked(0, s.position), boundary));
+    }
+    let points: Vec<_> = all.iter().map(|(p, _, _)| *p).collect();
+    let mut counted = Counted::default();
+    for ((point, lit, boundary), answer) in all.into_iter().zip(ask(context, technique, 0, &points)) {
+        match (boundary, lit) {
+            (true, _) => counted.boundary += 1,
+            (false, true) => counted.lit += 1,
+            (false, false) => counted.dark += 1,
+        }
+        if !boundary && lit && answer < 0.5 {
+            counted.false_shadows.push(point);
+        }
+        if !boundary && !lit && answer > 0.5 {
+            counted.leaks.push(point);
+        }
+    }
+    counted
+}
+
+#[test]
+fn occluders_shadow_what_the_reference_says() {
+    let name = "occluders_shadow_what_the_reference_says";
+    gpu_test(name, |context| {
+        let specs = specs(name, context);
+        for mut scene in lights(&[80.0, 50.0, 20.0], DVec3::ZERO) {
+            scene.meshes = plates();
+            for text in &specs {
+                let counted = counted(context, &scene, built(context, &scene, text).as_ref());
+                let kind = scene.lights[0].kind;
+                assert_eq!((counted.leaks.len(), counted.false_shadows.len()), (0, 0), "{text}, {kind:?}: {counted:?}");
+                println!("{text}, {kind:?}: {} lit, {} dark, {} boundary", counted.lit, counted.dark, counted.boundary);
+                assert!(counted.lit > 2000, "{text}, {kind:?}: {counted:?}");
+                // A map of 64 texels whose filter blurs nine resolves little of these plates.
+                assert!(counted.dark > 300 || text.contains("size=64"), "{text}, {kind:?}: {counted:?}");
+            }
+        }
+    });
+}
+
+/// What a technique of `text` answers at points of light `light`.
+fn answers(context: &Context, scene: &Scene, text: &str, light: usize) -> Vec<f32> {
+    let points: Vec<_> = scene.meshes.iter().flat_map(|mesh| points_of(mesh, 600)).collect();
+    let raised = points.iter().map(|[x, y, z]| [*x, *y, *z + 0.05]);
+    let points: Vec<_> = points.iter().copied().chain(raised).collect();
+    ask(context, built(context, scene, text).as_ref(), light, &points)
+}
+
+/// Each of several lights is answered as if it were alone, to the bit.
+#[test]
+fn lights_do_not_disturb_each_other() {
+    let name = "opaque::lights_do_not_disturb_each_other";
+    gpu_test(name, |context| {
+        let mut several = scenes::four_lights();
+        (several.particles, several.meshes) = (Vec::new(), plates());
+        for text in some(specs(name, context), 5) {
+            for (i, light) in several.lights.iter().enumerate() {
+                let alone = Scene { lights: vec![*light], ..several.clone() };
+                let (alone, together) = (answers(context, &alone, &text, 0), answers(context, &several, &text, i));
+                assert!(alone == together, "{text}, light {i}");
+                assert!(alone.iter().any(|a| *a < 0.5) && alone.iter().any(|a| *a == 1.0), "{text}, light {i}");
+            }
+        }
+    });
+}
+
+#[test]
+fn nothing_casts_nothing() {
+    let name = "nothing_casts_nothing";
+    gpu_test(name, |context| {
+        for text in specs(name, context) {
+            for scene in lights(&[60.0], DVec3::ZERO) {
+                let mut random = Random::new(3);
+                let points: Vec<_> = (0..200).map(|_| random.point(-3.0, 3.0)).collect();
+                let answers = ask(context, built(context, &scene, &text).as_ref(), 0, &points);
+                assert!(answers.iter().all(|a| *a == 1.0), "{text}");
+            }
+            // Smoke and no mesh: a perfect score for nothing would be a lie.
+            let smoke = scenes::random();
+            let world = World::new(context, &smoke).expect("room for the scene");
+            let refused = open(context, &world, &spec(&text)).map(|_| ()).expect_err("smoke alone");
+            let words = "refused: needs meshes in the scene, and random has none";
+            assert_eq!((refused.to_string().as_str(), matches!(refused, Error::Refused { .. })), (words, true));
+        }
+    });
+}
+
+/// Meshes and lights that moved: the answers are those of a technique opened for that world, to the bit.
+#[test]
+fn a_moved_world_is_a_new_world() {
+    let name = "a_moved_world_is_a_new_world";
+    gpu_test(name, |context| {
+        let mut first = scenes::directional("moves", [0.4, 0.2, -0.8], Vec::new());
+        first.meshes = plates();
+        let spot = LightKind::Spot { position: DVec3::new(2.0, 1.0, 5.0), direction: DVec3::NEG_Z, cone_degrees: 80.0 };
+        first.lights.extend([light(spot), light(LightKind::Point { position: DVec3::new(0.0, 0.0, 3.0) })]);
+        let mut second = first.clone();
+        second.meshes[1].positions.iter_mut().for_each(|p| *p = [p[0] + 3.0, p[1] + 2.0, p[2] + 1.0]);
+        let direction = DVec3::new(-0.3, 0.5, -1.0).normalize();
+        second.lights = vec![
+            light(LightKind::Directional { direction }),
+            light(LightKind::Spot { position: DVec3::new(-3.0, 0.0, 4.0), direction, cone_degrees: 100.0 }),
+            light(LightKind::Point { position: DVec3::new(-0.5, -1.0, 2.5) }),
+        ];
+        let points: Vec<_> = second.meshes.iter().flat_map(|mesh| points_of(mesh, 600)).collect();
+        for text in some(specs(name, context), 5) {
+            let mut world = World::new(context, &first).expect("room for the scene");
+            let mut moving = opened(open(context, &world, &spec(&text)), &text);
+            moving.build(&world).expect("built");
+            let before: Vec<_> = (0..3).map(|light| ask(context, moving.technique.as_ref(), light, &points)).collect();
+            world.replace(&second).expect("it fits");
+            let passes = moving.build(&world).expect("built again").passes;
+            assert!(!passes.is_empty() || context.features().timestamp_valid_bits == 0, "{text}: it was not built");
+            let fresh = built(context, &second, &text);
+            assert!(moving.technique.maps() == fresh.maps(), "{text}: maps");
+            for (light, before) in before.iter().enumerate() {
+                let [moved, fresh] =
+                    [moving.technique.as_ref(), fresh.as_ref()].map(|of| ask(context, of, light, &points));
+                assert!(moved == fresh, "{text}, light {light}");
+                assert!(*before != fresh, "{text}, light {light}: nothing has changed");
+            }
+            let passes = moving.build(&world).expect("nothing to do").passes;
+            assert!(passes.is_empty(), "{text}: an unchanged world is built again");
+        }
+    });
+}
+
+/// Facts and what a comparison is told: nothing that the technique does not have.
+#[test]
+fn facts_are_there() {
+    let name = "facts_are_there";
+    gpu_test(name, |context| {
+        let mut scene = scenes::directional("facts", [0.4, 0.2, -0.8], Vec::new());
+        scene.meshes = plates();
+        for text in specs(name, context) {
+            let facts = built(context, &scene, &text).facts().expect("facts");
+            assert!(facts.bytes_resident > 0 && facts.nodes.is_none() && !facts.path.is_empty(), "{text}: {facts:?}");
+        }
+    });
+}

@@ -1,0 +1,107 @@
+//! `shadow-map`: the look-up against its twin, bytes, and what is refused.
+
+use crate::support::{ask, built, gpu_test, opened, scenes, spec};
+use crate::{lights, plates, points_of};
+use glam::{DVec3, Vec2};
+use gobo::Error;
+use gobo::maps::opaque_corner;
+use gobo::reference::twin::shadow_map::visibility;
+use gobo::scene::Scene;
+use gobo::technique::{Opened, ShadowMap, Technique, open};
+use gobo::world::World;
+
+/// A depth is rounded by about this much on the way from a point to the compare.
+const DEPTH_ROUNDING: f64 = 1e-5;
+
+/// A place is rounded by less than this, texels: nearer to a texel's edge it may be asked for the next.
+const PLACE_ROUNDING: f32 = 1e-3;
+
+/// Every filter, from the depths read back: each texel is asked, and all count the same.
+#[test]
+fn the_look_up_equals_its_twin() {
+    gpu_test("shadow_map::the_look_up_equals_its_twin", |context| {
+        for mut scene in lights(&[50.0], DVec3::ZERO) {
+            scene.meshes = plates();
+            let points: Vec<_> = scene.meshes.iter().flat_map(|mesh| points_of(mesh, 1000)).collect();
+            for (filter, bits) in [(1, 32), (3, 16), (5, 32), (7, 16), (9, 32), (9, 16)] {
+                let text = format!("shadow-map:size=96,filter={filter},bits={bits}");
+                let world = World::new(context, &scene).expect("room for the scene");
+                let map = opened(ShadowMap::new(context, &world, &spec(&text)), &text);
+                let mut opened = Opened::new(context, Box::new(map), true);
+                opened.build(&world).expect("built");
+                let technique = opened.technique;
+                let depths: Vec<f32> = if bits == 16 {
+                    let codes = technique.image().read::<u16>().expect("the depths");
+                    codes.into_iter().map(|code| f32::from(code) / 65535.0).collect()
+                } else {
+                    technique.image().read().expect("the depths")
+                };
+                let across = technique.image().size()[0];
+                let (mut between, mut compared) = (0, 0);
+                for (point, answer) in points.iter().zip(ask(context, technique.as_ref(), 0, &points)) {
+                    let map = scene.lights[0].map_at(*point);
+                    let view = technique.maps()[map].opaque;
+                    let (at, z) = view.project(DVec3::from(point.map(f64::from)));
+                    let at = at.as_vec2();
+                    if (at - at.round()).abs().min_element() < PLACE_ROUNDING || z <= f64::from(view.near) {
+                        continue;
+                    }
+                    let corner = opaque_corner(technique.image(), [96, 96], map as u32);
+                    let hit = |texel: glam::IVec2| {
+                        let inside = texel.min_element() >= 0 && texel.max_element() < 96;
+                        let texel = texel.max(glam::IVec2::ZERO).as_uvec2() + glam::UVec2::from(corner);
+                        inside.then(|| depths[(texel.y * across + texel.x) as usize])
+                    };
+                    let of = |depth: f64| visibility(filter, Vec2::from(at), depth as f32, hit);
+                    let depth = view.depth(z);
+                    let (low, high) = (of(depth + DEPTH_ROUNDING), of(depth - DEPTH_ROUNDING));
+                    assert!((low..=high).contains(&answer), "{text} at {point:?}: {answer}, not {low} to {high}");
+                    compared += 1;
+                    between += usize::from(low == high && (0.01..0.99).contains(&answer));
+                }
+                let kind = scene.lights[0].kind;
+                println!("{text}, {kind:?}: {compared} compared, {between} between light and dark");
+                assert!(compared > 4000 && (filter == 1 || between > 50), "{text}, {kind:?}: {compared}, {between}");
+            }
+        }
+    });
+}
+
+#[test]
+fn sixteen_bits_are_half_the_bytes() {
+    gpu_test("sixteen_bits_are_half_the_bytes", |context| {
+        let mut scene = scenes::directional("bytes", [0.0, 0.0, -1.0], Vec::new());
+        scene.meshes = plates();
+        let bytes = |text: &str| built(context, &scene, text).facts().expect("facts").bytes_resident;
+        assert_eq!(bytes("shadow-map:size=200"), 4 * 200 * 200);
+        assert_eq!(bytes("shadow-map:size=200,bits=16"), 2 * 200 * 200);
+    });
+}
+
+/// A size that the device has no image of is refused by the limit's name; a filter that does not fit into the faces of a
+/// point light is an error that says what does.
+#[test]
+fn what_does_not_fit_is_one_line() {
+    gpu_test("shadow_map::what_does_not_fit_is_one_line", |context| {
+        let mut scene = scenes::directional("large", [0.0, 0.0, -1.0], Vec::new());
+        scene.meshes = plates();
+        let error = |scene: &Scene, text: &str| {
+            let world = World::new(context, scene).expect("room for the scene");
+            open(context, &world, &spec(text)).map(|_| ()).expect_err(text)
+        };
+        let limit = context.features().max_image_dimension_2d;
+        if limit < 16384 {
+            let refused = error(&scene, "shadow-map:size=16384");
+            let words = format!("needs maxImageDimension2D of at least 16384 (this device has {limit})");
+            assert!(matches!(&refused, Error::Refused { .. }) && refused.to_string().contains(&words), "{refused}");
+        } else {
+            crate::support::skipped("shadow_map: a size past the limit", "this device has maps of 16384 texels");
+        }
+        let scene = scenes::point([0.0, 0.0, 3.0], scene);
+        let refused = error(&scene, "shadow-map:size=39,filter=9").to_string();
+        assert!(refused.contains("size=39") && refused.contains("size=40 or more"), "{refused}");
+        built(context, &scene, "shadow-map:size=40,filter=9");
+        let refused = error(&scene, "shadow-map:size=3").to_string();
+        assert!(refused.contains("size=4 or more"), "{refused}");
+    });
+}
