@@ -7,6 +7,7 @@ mod support;
 mod shapes;
 
 use gobo::gpu::Context;
+use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::voxelized::{Baked, Cube, Free, bake, boundaries, columns, project, voxel};
 use gobo::scene::{LightKind, Scene, sides};
 use gobo::technique::{Free as FreeKey, Opened, Structure, TreeData, Voxelized, VoxelizedSettings as Settings};
@@ -245,4 +246,45 @@ fn free_boundaries_stay_inside() {
             assert!(boundary >= *entry && boundary <= *exit, "{free:?}: {boundary} of {entry} to {exit}");
         }
     }
+}
+
+/// Rows of these specs for a scene.
+fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
+    let effort = Effort { frames: 1, warm_up: 0, space_points: 6000, picture: [96, 64], truth: Extent::Sample };
+    let mut rows = Vec::new();
+    with_case(context, std::slice::from_ref(scene), effort, |case| {
+        rows.extend(specs.iter().map(|text| case.measure(&support::spec(text)).0));
+        Ok(())
+    })
+    .expect("measured");
+    rows
+}
+
+/// What can be seen: outside the boundary no leak and no false shadow, in space and on surfaces; and not because all of it is
+/// boundary.
+#[test]
+fn nothing_leaks_outside_the_boundary() {
+    gpu_test("nothing_leaks_outside_the_boundary", |context| {
+        let specs = [
+            "voxelized:size=256",
+            "voxelized:size=512,filter=3",
+            "voxelized:size=256,closed=off",
+            "voxelized:size=256,free=exit,structure=svo",
+            "voxelized:size=256,free=entry",
+            "voxelized:size=1024,filter=9",
+        ];
+        for scene in shapes::seen() {
+            for row in rows(context, &scene, &support::some(specs, 3)) {
+                let what = format!("{}, {:?}", scene.name, row.variant);
+                assert_eq!(row.status, Status::Ok, "{what}: {}", row.reason);
+                let error = row.error.expect("a truth");
+                for (kind, points) in [("space", error.space), ("surface", error.surface)] {
+                    let points = points.unwrap_or_else(|| panic!("{what}: no {kind} points"));
+                    println!("{what}: {kind} {points:?}");
+                    assert!(points.points > Some(2000), "{what}: too few {kind} points outside the boundary");
+                    assert_eq!((points.leaks, points.false_shadows), (Some(0), Some(0)), "{what}: {kind}");
+                }
+            }
+        }
+    });
 }

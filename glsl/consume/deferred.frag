@@ -5,6 +5,7 @@
 #include "consume/shading.glsl"
 #include "consume/surface.glsl"
 #include "visibility.glsl"
+#include "consume/receiver.glsl"
 
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
@@ -22,10 +23,14 @@ void main() {
     }
     Ray ray = surface_ray(camera, gl_FragCoord.xy);
     vec3 position = surface_position(ray, texelFetch(distances, pixel, 0).r);
-    vec3 normal = texelFetch(normals, pixel, 0).xyz;
+    vec4 normal_and_closed = texelFetch(normals, pixel, 0);
+    vec3 normal = normal_and_closed.xyz;
+    bool closed = normal_and_closed.w != 0.0;
     vec3 light = vec3(0.0);
     for (uint i = 0u; i < lights.length(); ++i) {
-        light += light_on_surface(lights[i], position, normal, light_visibility(i, position));
+        vec3 towards = light_direction(lights[i], position);
+        float visibility = surface_visibility(i, towards, position, normal, closed);
+        light += light_on_surface(lights[i], position, normal, visibility);
     }
     color = vec4(shade_surface(albedo.rgb, light), 1.0);
 }

@@ -3,6 +3,7 @@
 #include "consume/shading.glsl"
 #include "consume/surface.glsl"
 #include "visibility.glsl"
+#include "consume/receiver.glsl"
 
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
@@ -11,6 +12,7 @@ layout(location = 0) flat in vec3 corner;
 layout(location = 1) flat in vec3 normal;
 layout(location = 2) flat in vec3 albedo;
 layout(location = 3) flat in vec2 z_range;
+layout(location = 4) flat in uint is_closed;
 layout(location = 0) out vec4 color;
 layout(location = 1) out float z;
 
@@ -18,9 +20,12 @@ void main() {
     Ray ray = surface_ray(camera, gl_FragCoord.xy);
     z = surface_z(ray, Surface(corner, normal, z_range));
     vec3 position = surface_position(ray, z);
+    bool closed = is_closed != 0u;
     vec3 light = vec3(0.0);
     for (uint i = 0u; i < lights.length(); ++i) {
-        light += light_on_surface(lights[i], position, normal, light_visibility(i, position));
+        vec3 towards = light_direction(lights[i], position);
+        float visibility = surface_visibility(i, towards, position, normal, closed);
+        light += light_on_surface(lights[i], position, normal, visibility);
     }
     color = vec4(shade_surface(albedo, light), 1.0);
 }

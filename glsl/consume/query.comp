@@ -2,20 +2,27 @@
 // Answers the one question for a list of points. Inputs: points, a light, the technique. Output: one number a point.
 #include "world/view.glsl"
 #include "visibility.glsl"
+#include "consume/receiver.glsl"
 
 layout(local_size_x = 64) in;
 
 layout(set = 0, binding = 0, scalar) readonly buffer Points { vec3 points[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer Answers { float answers[]; };
+layout(set = 0, binding = 2, scalar) readonly buffer Normals { vec3 all_normals[]; };
 
 layout(push_constant, scalar) uniform QueryPush {
     uint light;
     uint count;
+    uint normals;
 };
 
 void main() {
     uint index = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationIndex;
     if (index < count) {
-        answers[index] = light_visibility(light, points[index]);
+        vec3 position = points[index];
+        if (normals > 0u) {
+            position = light_receiver(light, position, all_normals[index]);
+        }
+        answers[index] = light_visibility(light, position);
     }
 }

@@ -6,11 +6,13 @@
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(set = 0, binding = 5, scalar) readonly buffer Sides { int sides[]; };
 
 layout(location = 0) flat out vec3 corner;
 layout(location = 1) flat out vec3 normal;
 layout(location = 2) flat out vec3 albedo;
 layout(location = 3) flat out vec2 z_range;
+layout(location = 4) flat out uint is_closed;
 
 float camera_z(vec3 position) { return dot(position - camera.origin, camera.forward); }
 
@@ -19,7 +21,10 @@ void main() {
     corner = triangle.corners[0];
     vec3 z_all = vec3(camera_z(corner), camera_z(triangle.corners[1]), camera_z(triangle.corners[2]));
     z_range = vec2(min(min(z_all.x, z_all.y), z_all.z), max(max(z_all.x, z_all.y), z_all.z));
-    normal = triangle_normal(triangle);
+    // Outwards, where there is an outside.
+    int side = sides[gl_VertexIndex / 3];
+    normal = side < 0 ? -triangle_normal(triangle) : triangle_normal(triangle);
+    is_closed = uint(side != 0);
     albedo = triangle.albedo;
     vec3 offset = triangle.corners[gl_VertexIndex % 3] - camera.origin;
     float z = z_all[gl_VertexIndex % 3];

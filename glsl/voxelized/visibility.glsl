@@ -5,6 +5,9 @@
 
 CONSTANT(uint, PCF, 1u)
 
+// Voxels: corners lie on a grid of 256ths, and depths and positions of 65,536 voxels are rounded to 128ths.
+const float ROUNDING = 1.0 / 32.0;
+
 // Bits of the columns low to high, at most 7, in one row of a leaf, in all rows of a word from row `first` on.
 uint leaf_rows(uint row, ivec2 rows, int first) {
     int low = max(rows.x - first, 0), high = min(rows.y - first, 3);
@@ -37,6 +40,18 @@ uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
         }
     }
     return shadowed;
+}
+
+// A point of a surface leaves it along its normal, so far that the surface as columns have it stays behind: the plane through
+// the point, at the middle of any column that is asked, up to PCF / 2 voxels away to either side, and half a voxel for its
+// rounding. The rest is what corners and depths are rounded by.
+#define TECHNIQUE_RECEIVERS
+vec3 light_receiver(uint light, vec3 position, vec3 normal) {
+    vec3 right = visibility_trees[light].right;
+    float voxels = length(right), reach = 0.5 * float(PCF);
+    vec3 facing = abs(vec3(dot(normal, right), dot(normal, visibility_trees[light].up),
+                           dot(normal, visibility_trees[light].forward))) / voxels;
+    return position + normal * (reach * (facing.x + facing.y) + 0.5 * facing.z + ROUNDING) / voxels;
 }
 
 float light_visibility(uint light, vec3 position) {

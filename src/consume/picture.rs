@@ -79,6 +79,7 @@ impl Renderer {
             Resource::Buffer(world.triangles.clone()),
             Resource::Buffer(world.casters.clone()),
             Resource::Buffer(Buffer::with_data(context, "picture.order", &far_to_near(world.scene(), camera))?),
+            Resource::Buffer(world.sides.clone()),
         ];
         let textures = [albedo.clone(), normal.clone(), distance.clone()].map(Resource::Texture);
         Ok(Self {

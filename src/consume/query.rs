@@ -10,6 +10,8 @@ push_struct! {
     struct QueryPush {
         light: u32,
         count: u32,
+        /// How many of the points have a normal: all or none.
+        normals: u32,
     }
 }
 
@@ -18,6 +20,7 @@ pub struct Query {
     context: Context,
     light: u32,
     points: u32,
+    normals: u32,
     answers: Buffer,
     bindings: Bindings,
 }
@@ -31,11 +34,25 @@ impl Query {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, light: usize, points: &[[f32; 3]]) -> Result<Self> {
+        Self::on_surfaces(context, light, points, &[])
+    }
+
+    /// The same for points on surfaces: `normals` has one for each, unit length, on the side that light is asked for (the
+    /// light's, or of a closed thing the outside); or none, and the points are in space.
+    ///
+    /// # Errors
+    /// As [`Query::new`].
+    pub fn on_surfaces(context: &Context, light: usize, points: &[[f32; 3]], normals: &[[f32; 3]]) -> Result<Self> {
         let answers = Buffer::new(context, "query.answers", points.len() as u64 * 4, Memory::Device)?;
-        let resources =
-            [Resource::Buffer(Buffer::with_data(context, "query.points", points)?), Resource::Buffer(answers.clone())];
+        let normals = if normals.len() == points.len() { normals } else { &[] };
+        let resources = [
+            Resource::Buffer(Buffer::with_data(context, "query.points", points)?),
+            Resource::Buffer(answers.clone()),
+            Resource::Buffer(Buffer::with_data(context, "query.normals", normals)?),
+        ];
         let bindings = Bindings::new(context, "query", &resources)?;
-        Ok(Self { context: context.clone(), light: light as u32, points: points.len() as u32, answers, bindings })
+        let (light, points, normals) = (light as u32, points.len() as u32, normals.len() as u32);
+        Ok(Self { context: context.clone(), light, points, normals, answers, bindings })
     }
 
     /// What asks `answer`.
@@ -55,7 +72,7 @@ impl Query {
     pub fn query(&self, kernel: &QueryKernel) -> Result<Option<PassTime>> {
         let times = self.context.submit(|commands| {
             commands.pass("consume.query", |pass| {
-                let push = QueryPush { light: self.light, count: self.points };
+                let push = QueryPush { light: self.light, count: self.points, normals: self.normals };
                 let [x, y] = groups(u64::from(self.points).div_ceil(64));
                 pass.dispatch(&kernel.0, &push, [x, y, 1]);
             });

@@ -44,7 +44,8 @@ impl OpaqueMaps {
     pub fn resolution(self, view: View) -> Resolution {
         // Pushed back by one step, and rounded by another.
         let depth = DEPTH_ROUNDING + 2.0 * f64::from(self.step());
-        Resolution { view, reach_texels: 2.0 * f64::from(self.reach) + COARSEST_SNAP, depth }
+        let reach_texels = 2.0 * f64::from(self.reach) + COARSEST_SNAP;
+        Resolution { view, reach_texels, normal_texels: 0.0, depth }
     }
 }
 

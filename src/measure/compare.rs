@@ -310,7 +310,7 @@ impl Case<'_> {
         let mut answers = Answers::default();
         for points in all {
             answers.extend(Answers {
-                approximate: self.ask(technique, points.light, &points.positions)?,
+                approximate: self.ask(technique, points)?,
                 truth: points.visibility.clone(),
                 boundary: truth.boundary(points, resolution).to_vec(),
             });
@@ -381,9 +381,13 @@ impl Case<'_> {
     }
 
     /// Visibility of a light at `points`, asked a million at a time.
-    fn ask(&self, technique: &dyn Technique, light: usize, points: &[[f32; 3]]) -> Result<Vec<f32>> {
-        let ask = |chunk: &[[f32; 3]]| Query::new(self.context, light, chunk)?.ask(&technique.answer());
-        Ok(points.chunks(LOOKUPS).map(ask).collect::<Result<Vec<_>>>()?.concat())
+    fn ask(&self, technique: &dyn Technique, points: &Points) -> Result<Vec<f32>> {
+        let ask = |chunk: &[[f32; 3]], normals: &[[f32; 3]]| {
+            Query::on_surfaces(self.context, points.light, chunk, normals)?.ask(&technique.answer())
+        };
+        let normals = points.normals.chunks(LOOKUPS).chain(std::iter::repeat(&[][..]));
+        let chunks = points.positions.chunks(LOOKUPS).zip(normals);
+        Ok(chunks.map(|(chunk, normals)| ask(chunk, normals)).collect::<Result<Vec<_>>>()?.concat())
     }
 }
 

@@ -56,6 +56,8 @@ pub(super) struct Points {
     pub visibility: Vec<f64>,
     /// Where they lie on meshes.
     surface: Vec<SurfacePoint>,
+    /// Of these, the side that light is asked for on, unit length; empty for points in space.
+    pub normals: Vec<[f32; 3]>,
     /// Whether each is in the boundary, of the resolutions that were asked about.
     boundaries: Cached<Vec<Resolution>, Vec<bool>>,
 }
@@ -63,7 +65,7 @@ pub(super) struct Points {
 impl Points {
     /// Points in space.
     pub fn in_space(light: usize, positions: Vec<[f32; 3]>, visibility: Vec<f64>) -> Self {
-        Self { light, positions, visibility, surface: Vec::new(), boundaries: Cached::new() }
+        Self { light, positions, visibility, surface: Vec::new(), normals: Vec::new(), boundaries: Cached::new() }
     }
 }
 
@@ -171,7 +173,9 @@ impl<'a> Truth<'a> {
                 let positions = surface.iter().map(|p| p.position.as_vec3().into()).collect();
                 let visibility = |p: &SurfacePoint| self.casters().visibility(light, p.position);
                 let visibility = surface.par_iter().map(visibility).collect();
-                Points { light, positions, visibility, surface, boundaries: Cached::new() }
+                let towards = |p: &SurfacePoint| self.scene.lights[light].towards(p.position);
+                let normals = surface.iter().map(|p| p.facing(towards(p)).as_vec3().into()).collect();
+                Points { light, positions, visibility, surface, normals, boundaries: Cached::new() }
             };
             if self.scene.has_triangles() { (0..self.scene.lights.len()).map(of).collect() } else { Vec::new() }
         })
@@ -225,7 +229,8 @@ impl<'a> Truth<'a> {
                 return points.positions.par_iter().map(at).collect();
             }
             let at = |(p, s): (&[f32; 3], &SurfacePoint)| {
-                casters.in_surface_boundary(points.light, of(p), s.position, s.normal)
+                let normal = s.facing(light.towards(s.position));
+                casters.in_surface_boundary(points.light, of(p), s.position, normal)
             };
             points.positions.par_iter().zip(&points.surface).map(at).collect()
         })

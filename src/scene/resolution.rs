@@ -9,6 +9,8 @@ pub struct Resolution {
     pub view: View,
     /// How far across the light's rays, in texels of the view, a look-up may feel a surface.
     pub reach_texels: f64,
+    /// How far along its normal, in texels of the view, a point of a surface is moved before it is looked up, at most.
+    pub normal_texels: f64,
     /// How far along the rays, as a share of the view's range.
     pub depth: f64,
 }

@@ -5,7 +5,7 @@ mod light;
 pub use light::LightData;
 
 use crate::gpu::{Buffer, Context, Memory, PassTime};
-use crate::scene::{Caster, Motion, Scene};
+use crate::scene::{Caster, Motion, Scene, Side, sides};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use std::time::Instant;
@@ -31,6 +31,9 @@ pub struct World {
     /// [`TriangleData`].
     pub triangles: Buffer,
     triangle_count: u32,
+    /// Of each triangle, [`Side::sign`](crate::scene::Side::sign): 1 where a ray along its normal leaves a closed thing, −1 where
+    /// it enters one, 0 where it belongs to none.
+    pub sides: Buffer,
     /// Whether it began with strands: without, kernels are compiled for spheres alone.
     strands: bool,
     /// [`LightData`].
@@ -64,6 +67,7 @@ impl World {
             caster_capacity: capacity as u32,
             triangles: Buffer::with_data(context, "world.triangles", &triangles)?,
             triangle_count: triangles.len() as u32,
+            sides: Buffer::with_data(context, "world.sides", &signs(scene))?,
             strands: !scene.strands.is_empty(),
             lights: Buffer::with_data(context, "world.lights", &LightData::all(scene))?,
             scene: scene.clone(),
@@ -137,8 +141,9 @@ impl World {
                 let lights = commands.stage(&self.lights, &LightData::all(scene))?;
                 let unmoved = scene.meshes == self.scene.meshes;
                 let triangles = if unmoved { None } else { commands.stage(&self.triangles, &triangles(scene))? };
+                let sides = if unmoved { None } else { commands.stage(&self.sides, &signs(scene))? };
                 commands.pass("world.move", |pass| {
-                    [casters, lights, triangles].iter().flatten().for_each(|staged| pass.copy_staged(staged));
+                    [casters, lights, triangles, sides].iter().flatten().for_each(|staged| pass.copy_staged(staged));
                 });
                 Ok(())
             })?;
@@ -148,6 +153,11 @@ impl World {
         };
         Err(Error::input(scene.name.clone(), cause, "make a new world, and open its techniques anew"))
     }
+}
+
+/// Of each triangle, in the order of [`triangles`].
+fn signs(scene: &Scene) -> Vec<i32> {
+    scene.meshes.iter().flat_map(|mesh| sides(mesh).into_iter().map(Side::sign)).collect()
 }
 
 fn triangles(scene: &Scene) -> Vec<TriangleData> {

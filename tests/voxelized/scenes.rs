@@ -111,3 +111,17 @@ pub fn about(scene: &Scene, count: usize) -> Vec<[f32; 3]> {
     let most = 1.3 * all.fold(0.5f32, |most, v| most.max(v.abs()));
     (0..count).map(|_| random.point(-most, most)).collect()
 }
+
+/// Scenes whose surfaces are looked at.
+pub fn seen() -> Vec<Scene> {
+    vec![houses(), soup(), touching()]
+}
+
+/// Boxes that touch face to face, on a ground, one of them wound inside out.
+fn touching() -> Scene {
+    let mut inward = cuboid([-0.7, 0.0, 0.0], [-0.3, 0.5, 0.3]);
+    inward.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    let slab = cuboid([-1.0, -1.0, -0.2], [1.0, 1.0, 0.0]);
+    let touching = [cuboid([0.0, 0.0, 0.0], [0.3, 0.3, 0.3]), cuboid([0.0, 0.0, 0.3], [0.3, 0.3, 0.5])];
+    scene("touching", SLANTED, [slab, inward].into_iter().chain(touching).collect())
+}

@@ -28,7 +28,8 @@ impl Casters<'_> {
             || offsets(resolution.reach_texels).any(|[x, y]| differs(x * right + y * up))
     }
 
-    /// The same of a point on a surface with that normal, which is moved within the surface's plane; or whether another
+    /// The same of a point on a surface with that normal, which is moved within the surface's plane, and off it where look-ups
+    /// are; or whether another
     /// surface is so near to it along the rays that the technique does not tell the two apart.
     pub fn in_surface_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: DVec3) -> bool {
         let [right, up, along, z] = self.footprint(&resolution.view, position);
@@ -37,10 +38,16 @@ impl Casters<'_> {
             return true;
         }
         let within = |v: DVec3| v - along * (normal.dot(v) / normal.dot(along));
+        let (across, across_up) = (right, up);
         let (right, up) = (within(right), within(up));
         let depth = depth(resolution) * along;
         let blocked = !self.unblocked(light, position);
-        offsets(resolution.reach_texels).any(|[x, y]| self.unblocked(light, position + x * right + y * up) == blocked)
+        let differs = |offset: DVec3| self.unblocked(light, position + offset) == blocked;
+        // Away from the surface, on the side that is looked at: the light's of what is open, the outside of what is not.
+        let off = normal * across.length() * resolution.normal_texels;
+        let moved = resolution.normal_texels > 0.0;
+        offsets(resolution.reach_texels).any(|[x, y]| differs(x * right + y * up))
+            || moved && offsets(resolution.reach_texels).any(|[x, y]| differs(off + x * across + y * across_up))
             || [-depth, depth].into_iter().any(|depth| !self.meshes.free(position, depth, 1.0))
     }
 
@@ -100,7 +107,7 @@ mod tests {
     /// Of the scene's light, 64 texels across.
     fn resolution(scene: &Scene, reach_texels: f64, depth: f64) -> (Resolution, f64) {
         let view = View::opaques(scene, 64)[0];
-        (Resolution { view, reach_texels, depth }, 2.0 / (f64::from(view.scale_x) * 64.0))
+        (Resolution { view, reach_texels, normal_texels: 0.0, depth }, 2.0 / (f64::from(view.scale_x) * 64.0))
     }
 
     /// Along the edge of the plate's shadow two texels to either side, and nothing else: not the middle of the shadow, not the

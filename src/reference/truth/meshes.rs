@@ -14,6 +14,8 @@ pub struct Hit {
     pub distance: f64,
     /// Unit length; outwards where it belongs to a closed thing, else either side.
     pub normal: DVec3,
+    /// Whether it belongs to a closed thing.
+    pub closed: bool,
     /// Of the mesh.
     pub albedo: [f32; 3],
 }
@@ -23,7 +25,7 @@ pub(super) struct Triangle {
     pub corners: [DVec3; 3],
     albedo: [f32; 3],
     /// [`Side::sign`](crate::scene::Side::sign): 0 where nothing is inside.
-    side: i32,
+    pub side: i32,
     node: usize,
 }
 
@@ -97,7 +99,8 @@ impl Meshes {
         let mut nearest: Option<Hit> = None;
         self.visit(origin, direction, |triangle, distance| {
             if nearest.is_none_or(|n| distance < n.distance) {
-                nearest = Some(Hit { distance, normal: triangle.normal(), albedo: triangle.albedo });
+                let (normal, closed) = (triangle.normal(), triangle.side != 0);
+                nearest = Some(Hit { distance, normal, closed, albedo: triangle.albedo });
             }
             false
         });

@@ -14,6 +14,15 @@ pub struct SurfacePoint {
     pub position: DVec3,
     /// Unit length; outwards where it belongs to a closed thing, else either side.
     pub normal: DVec3,
+    /// Whether it belongs to a closed thing.
+    pub closed: bool,
+}
+
+impl SurfacePoint {
+    /// The normal on the side that light from `towards` is asked for: that of the light, and of a closed thing the outside.
+    pub fn facing(&self, towards: DVec3) -> DVec3 {
+        if self.closed || self.normal.dot(towards) >= 0.0 { self.normal } else { -self.normal }
+    }
 }
 
 /// `count` low-discrepancy points or fewer: half of them through the picture's pixels, as far as they show a mesh; the others on
@@ -33,7 +42,7 @@ pub fn surface_points(
         let [x, y, _] = r3(i);
         let ray = camera.ray(DVec2::new(x * f64::from(camera.width), y * f64::from(camera.height)));
         let hit = casters.meshes.hit(ray.origin, ray.direction)?;
-        Some(SurfacePoint { position: ray.at(hit.distance), normal: hit.normal })
+        Some(SurfacePoint { position: ray.at(hit.distance), normal: hit.normal, closed: hit.closed })
     });
     let outside = |point: &SurfacePoint| !casters.surface_inside(light, point);
     let mut points: Vec<_> = seen.filter(outside).collect();
@@ -62,7 +71,7 @@ fn by_area(meshes: &Meshes, count: usize, wanted: impl Fn(&SurfacePoint) -> bool
         // Evenly over a triangle: Osada et al. 2002, Shape distributions, section 3.1.
         let root = v.sqrt();
         let position = a * (1.0 - root) + b * (root * (1.0 - w)) + c * (root * w);
-        SurfacePoint { position, normal: triangle.normal() }
+        SurfacePoint { position, normal: triangle.normal(), closed: triangle.side != 0 }
     };
     first(count, |i| Some(point(i)).filter(&wanted))
 }

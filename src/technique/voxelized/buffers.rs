@@ -277,6 +277,8 @@ pub struct Buffers {
     pub data: Buffer,
     pub trees: Buffer,
     pub columns: Buffer,
+    triangles: Buffer,
+    sides: Buffer,
     all: Vec<Buffer>,
 }
 
@@ -315,8 +317,18 @@ impl Buffers {
             kept.clone(),
         ];
         let state_read = Buffer::new(context, "voxelized.state.read", state.bytes(), Memory::Readback)?;
-        let trees = shared.trees.clone();
-        Ok(Self { state, state_read, values: values_buffer, table, data, trees, columns: kept, all })
+        Ok(Self {
+            state,
+            state_read,
+            values: values_buffer,
+            table,
+            data,
+            trees: shared.trees.clone(),
+            columns: kept,
+            triangles: shared.triangles.clone(),
+            sides: shared.sides.clone(),
+            all,
+        })
     }
 
     pub fn bindings(&self, context: &Context) -> Result<Bindings> {
@@ -332,7 +344,9 @@ impl Buffers {
     /// Of all that only a bake needs.
     pub fn transient_bytes(&self) -> u64 {
         let all = self.all.iter().map(Buffer::bytes).sum::<u64>();
-        all - self.data.bytes() - self.trees.bytes() - self.all[11].bytes() + self.state_read.bytes()
+        // What look-ups read, and what is the world's.
+        let others = [&self.data, &self.trees, &self.triangles, &self.sides].map(Buffer::bytes).iter().sum::<u64>();
+        all - others + self.state_read.bytes()
     }
 
     /// The state that a bake begins with.

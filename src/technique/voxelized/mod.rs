@@ -17,7 +17,7 @@ use super::keys::PCF;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory, Resource};
 use crate::maps::Map;
-use crate::scene::{Resolution, Scene, View, sides};
+use crate::scene::{Resolution, View};
 use crate::shaders::folder;
 use crate::world::World;
 use crate::{Error, Result};
@@ -38,6 +38,9 @@ const TILES: &str = "tiles";
 
 /// Leaves, bricks, and nodes of up to 65,536 voxels a side. Twin: MAX_LEVELS in glsl/voxelized/tree.glsl.
 pub const MAX_LEVELS: usize = 15;
+
+/// Twin: ROUNDING in glsl/voxelized/visibility.glsl.
+const ROUNDING: f64 = 1.0 / 32.0;
 
 /// Where the nodes stand in the look-up's set.
 const NODES: usize = 1;
@@ -117,7 +120,7 @@ pub struct Voxelized {
     look_up: Bindings,
     constants: Constants,
     cubes: Vec<View>,
-    /// Of the world that cubes and sides are those of.
+    /// Of the world that the cubes are about.
     generation: Option<u64>,
     triangles: u32,
     step: Step,
@@ -145,7 +148,7 @@ impl Voxelized {
         let shared = Shared {
             trees: device("voxelized.trees", (cubes.len().max(1) * size_of::<TreeData>() / 4) as u64)?,
             triangles: world.triangles.clone(),
-            sides: device("voxelized.sides", u64::from(triangles))?,
+            sides: world.sides.clone(),
             projected: device("voxelized.projected", 10 * u64::from(triangles))?,
         };
         let room = Room::new(shape, triangles);
@@ -201,20 +204,15 @@ impl Voxelized {
         self.buffers.columns.read(count)
     }
 
-    /// Before the first tile: what follows from the world, cubes and which triangles are closed.
+    /// Before the first tile: cubes about the meshes as they are now.
     fn look_at(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         (self.tree, self.kept) = ([0; 2], [0; 2]);
-        let mut closed = None;
         if self.generation != Some(world.generation()) {
             self.cubes = cubes(world.scene(), self.settings.size)?;
-            closed = commands.stage(&self.shared.sides, &signs(world.scene()))?;
             self.generation = Some(world.generation());
         }
         let trees: Vec<_> = self.cubes.iter().map(TreeData::of).collect();
-        commands.pass("voxelized.begin", |pass| {
-            pass.update(&self.shared.trees, &trees);
-            closed.iter().for_each(|staged| pass.copy_staged(staged));
-        });
+        commands.pass("voxelized.begin", |pass| pass.update(&self.shared.trees, &trees));
         Ok(())
     }
 
@@ -284,12 +282,6 @@ impl Voxelized {
     }
 }
 
-/// Of each triangle of a scene, in the order in which the world has them: 1 where a ray along its normal leaves a closed thing,
-/// −1 where it enters one, 0 where there is none.
-fn signs(scene: &Scene) -> Vec<i32> {
-    scene.meshes.iter().flat_map(|mesh| sides(mesh).into_iter().map(|side| side.sign())).collect()
-}
-
 impl Technique for Voxelized {
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         let tiles = self.shape.tiles();
@@ -356,8 +348,10 @@ impl Technique for Voxelized {
     fn resolution(&self) -> Vec<Resolution> {
         // A column's middle is half a voxel away from its edge, and that of the filter's outermost column as many more.
         let reach_texels = f64::from(self.settings.filter) / 2.0;
+        // The most that light_receiver moves a point by, whatever its normal.
+        let normal_texels = (2.0 * reach_texels * reach_texels + 0.25).sqrt() + ROUNDING;
         let depth = 1.0 / f64::from(self.settings.size);
-        self.cubes.iter().map(|cube| Resolution { view: *cube, reach_texels, depth }).collect()
+        self.cubes.iter().map(|cube| Resolution { view: *cube, reach_texels, normal_texels, depth }).collect()
     }
 
     fn facts(&self) -> Result<Facts> {
