@@ -29,10 +29,22 @@ bool sees(View view, vec3 centre, float radius) {
     return outside < radius * sqrt(1.0 + tangent * tangent) && centre.z + radius > 0.0;
 }
 
-void include(uint first, vec3 centre, float radius) {
+// What a thread has seen, of casters or of meshes: it goes through many, and atomics on shared memory are slow.
+struct Seen {
+    uvec3 low;
+    uvec3 high;
+};
+
+void include(inout Seen seen, vec3 centre, float radius) {
+    vec3 from = centre - radius, to = centre + radius;
+    seen.low = min(seen.low, uvec3(float_order(from.x), float_order(from.y), float_order(from.z)));
+    seen.high = max(seen.high, uvec3(float_order(to.x), float_order(to.y), float_order(to.z)));
+}
+
+void share(Seen seen, uint first) {
     for (uint axis = 0u; axis < 3u; ++axis) {
-        atomicMin(low[first + axis], float_order(centre[axis] - radius));
-        atomicMax(high[first + axis], float_order(centre[axis] + radius));
+        atomicMin(low[first + axis], seen.low[axis]);
+        atomicMax(high[first + axis], seen.high[axis]);
     }
 }
 
@@ -45,19 +57,24 @@ void main() {
     barrier();
     View view = maps[map].volume;
     bool all = view.projection == VIEW_PARALLEL || see_all == 1u;
+    Seen casters_seen = Seen(uvec3(0xFFFFFFFFu), uvec3(0u)), meshes_seen = casters_seen;
     for (uint i = gl_GlobalInvocationID.x; i < caster_count; i += threads) {
         Caster caster = casters[i];
         vec3 start = view_axes(view, caster.position - view.origin);
         if (all || sees(view, start, caster.radius)) {
-            include(0u, start, caster.radius);
+            include(casters_seen, start, caster.radius);
         }
         if (caster_is_strand(caster)) {
-            include(0u, view_axes(view, caster.position + caster.axis - view.origin), caster.radius);
+            include(casters_seen, view_axes(view, caster.position + caster.axis - view.origin), caster.radius);
         }
     }
-    for (uint i = gl_GlobalInvocationID.x; i < 3u * triangle_count; i += threads) {
-        include(3u, view_axes(view, triangles[i / 3u].corners[i % 3u] - view.origin), 0.0);
+    for (uint i = gl_GlobalInvocationID.x; i < triangle_count; i += threads) {
+        for (uint corner = 0u; corner < 3u; ++corner) {
+            include(meshes_seen, view_axes(view, triangles[i].corners[corner] - view.origin), 0.0);
+        }
     }
+    share(casters_seen, 0u);
+    share(meshes_seen, 3u);
     barrier();
     if (gl_LocalInvocationIndex < 6u) {
         uint i = gl_LocalInvocationIndex;

@@ -82,7 +82,7 @@ impl Fit {
             pass.update(&self.extents, &vec![Extents::NONE; aimed.len()]);
         });
         let (casters, triangles) = (world.caster_count(), world.triangle_count());
-        let things = u64::from(casters).max(3 * u64::from(triangles));
+        let things = u64::from(casters.max(triangles));
         let groups = things.div_ceil(64 * PER_THREAD).clamp(1, MOST_GROUPS) as u32;
         let push = BoundsPush {
             caster_count: casters,
