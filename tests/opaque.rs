@@ -126,7 +126,7 @@ fn counted(context: &Context, scene: &Scene, technique: &dyn Technique) -> Count
         let at = DVec3::from(p.map(f64::from));
         all.push((p, casters.unblocked(0, at), of(&p).is_some_and(|r| casters.in_boundary(0, r, at))));
     }
-    for s in surface_points(&casters, scene, &camera, POINTS).into_iter().filter(|s| light.shines_on(s.position)) {
+    for s in surface_points(&casters, scene, 0, &camera, POINTS).into_iter().filter(|s| light.shines_on(s.position)) {
         let p: [f32; 3] = s.position.as_vec3().into();
         let boundary = of(&p).is_some_and(|r| casters.in_surface_boundary(0, r, s.position, s.normal));
         all.push((p, casters.unblocked(0, s.position), boundary));

@@ -10,7 +10,7 @@ use gobo::gpu::Shader;
 use gobo::maps::{BinTotals, Extents, ItemData, Map, SegmentData, TilePart};
 use gobo::scene::{Caster, View};
 use gobo::shaders::ALL;
-use gobo::technique::NodeData;
+use gobo::technique::{LevelCounts, NodeData, TreeData};
 use gobo::world::{LightData, TriangleData};
 use spirq::ReflectConfig;
 use spirq::ty::{ScalarType, Type};
@@ -55,6 +55,25 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Segment", twin!(SegmentData, entry, exit, optical_depth, caster, next)),
         ("Node", twin!(NodeData, depth, value)),
         ("Triangle", twin!(TriangleData, corners, albedo)),
+        ("Tree", twin!(TreeData, origin, size, right, levels, up, root, forward, root_at, at, pointer_bits)),
+        (
+            "LevelCounts",
+            twin!(
+                LevelCounts,
+                candidates,
+                demanded,
+                base,
+                unique,
+                units,
+                at,
+                pointer_bits,
+                lost,
+                groups,
+                blocks,
+                unique_groups,
+                unique_blocks
+            ),
+        ),
     ])
 }
 

@@ -40,18 +40,26 @@ pub struct LevelCounts {
     pub candidates: u32,
     /// The most of any tile.
     pub demanded: u32,
-    base: u32,
+    /// Nodes that were kept before it.
+    pub base: u32,
     /// Nodes that are kept.
     pub unique: u32,
-    units: u32,
-    at: u32,
-    pointer_bits: u32,
+    /// 16 bits or words that they take.
+    pub units: u32,
+    /// Where they stand, words.
+    pub at: u32,
+    /// Of their pointers.
+    pub pointer_bits: u32,
     /// Nodes for which the table had no room.
     pub lost: u32,
-    groups: [u32; 3],
-    blocks: [u32; 3],
-    unique_groups: [u32; 3],
-    unique_blocks: [u32; 3],
+    /// Workgroups over candidates, 64 each; of scans, 1,024 each; and over kept nodes.
+    pub groups: [u32; 3],
+    /// As above.
+    pub blocks: [u32; 3],
+    /// As above.
+    pub unique_groups: [u32; 3],
+    /// As above.
+    pub unique_blocks: [u32; 3],
 }
 
 /// Twin: BuildState in glsl/voxelized/build.glsl.

@@ -7,6 +7,7 @@ mod buffers;
 mod cube;
 mod settings;
 
+pub use buffers::LevelCounts;
 pub use settings::{Free, Settings, Structure};
 
 use self::bake::{Bake, Job, tree_nodes};

@@ -31,7 +31,7 @@ words! {
 pub const SIZE: Key = Key {
     name: "size",
     values: Values::OneOf(&["64", "128", "256", "512", "1024", "2048", "4096", "8192", "16384", "32768", "65536"]),
-    default: "4096",
+    default: "1024",
     about: "voxels a side of the cube about the meshes",
 };
 
