@@ -3,6 +3,8 @@
 
 mod support;
 
+#[path = "voxelized/receivers.rs"]
+mod receivers;
 #[path = "voxelized/scenes.rs"]
 mod shapes;
 

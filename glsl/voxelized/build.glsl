@@ -51,7 +51,7 @@ struct LevelCounts {
 };
 
 layout(set = 0, binding = 0, scalar) buffer BuildState {
-    LevelCounts levels[MAX_LEVELS];
+    LevelCounts levels[15];
     uint entries;        // of bins
     uint large;          // triangles that meet many bins
     uint words;          // of `data`, all trees so far

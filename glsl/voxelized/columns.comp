@@ -14,7 +14,7 @@ layout(local_size_x = 64) in;
 // Where a free boundary is put: EXIT, ENTRY or SHARED.
 CONSTANT(uint, FREE, 2u)
 const uint FREE_EXIT = 0u;
-const uint FREE_ENTRY = 1u;
+const uint FREE_SHARED = 2u;
 
 // Whether closed things have insides.
 CONSTANT(bool, CLOSED, true)
@@ -126,7 +126,7 @@ void main() {
         values[child_at + block] = node_range(of_block, 8u).y;
     }
     uint boundary = FREE == FREE_EXIT ? range.y : range.x;
-    if (FREE > FREE_ENTRY) {
+    if (FREE == FREE_SHARED) {
         // As few boundaries as the block's columns allow: the least exit stands for all columns that have entered by then, and
         // so on; each where its z has the most trailing zeros, so that blocks meet at the same ones.
         bool placed = false;

@@ -4,14 +4,12 @@
 #define VOXELIZED_TREE_GLSL
 #extension GL_EXT_scalar_block_layout : require
 
-// Leaves, bricks, and nodes up to 65,536 voxels a side.
-const uint MAX_LEVELS = 15u;
-
 // What a child is, two bits of its parent's mask.
 const uint LIT = 1u;
 const uint SHADOWED = 2u;
 const uint INTERSECTED = 3u;
 
+// Levels are leaves, bricks, and nodes of up to 65,536 voxels a side: 15.
 struct Tree {
     vec3 origin;   // the corner of the cube
     uint size;     // voxels a side
@@ -21,8 +19,8 @@ struct Tree {
     uint root;     // LIT, SHADOWED, or INTERSECTED where there are nodes
     vec3 forward;
     uint root_at;  // the root, as pointers say it
-    uint at[MAX_LEVELS];            // where each level's nodes begin, words
-    uint pointer_bits[MAX_LEVELS];  // bits of their pointers
+    uint at[15];            // where each level's nodes begin, words
+    uint pointer_bits[15];  // bits of their pointers
 };
 
 // Bits of a node before its pointers, and of the units that pointers count: a graph is packed, a tree is of whole words.

@@ -125,3 +125,31 @@ fn touching() -> Scene {
     let touching = [cuboid([0.0, 0.0, 0.0], [0.3, 0.3, 0.3]), cuboid([0.0, 0.0, 0.3], [0.3, 0.3, 0.5])];
     scene("touching", SLANTED, [slab, inward].into_iter().chain(touching).collect())
 }
+
+/// Two triangles about the origin, a side of 2, at z = 0; or a slab of that top.
+pub fn flat(direction: [f64; 3], closed: bool) -> Scene {
+    let plane = Mesh {
+        name: "plane".into(),
+        positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        albedo: [0.5; 3],
+        solid: false,
+    };
+    let mesh = if closed { cuboid([-1.0, -1.0, -0.1], [1.0, 1.0, 0.0]) } else { plane };
+    scene("flat", direction, vec![mesh])
+}
+
+/// A wall at x = 0, `voxels` of 256 a side high, on a plane; light comes over it at 45 degrees, and travels along x.
+pub fn wall(voxels: f32) -> Scene {
+    let mut scene = flat([1.0, 0.0, -1.0], false);
+    // The plane seen at 45 degrees is less wide than it is deep: the cube is as wide as the plane.
+    let height = voxels * 2.0 / 256.0;
+    scene.meshes.push(Mesh {
+        name: "wall".into(),
+        positions: vec![[0.0, -0.9, 0.0], [0.0, 0.9, 0.0], [0.0, 0.9, height], [0.0, -0.9, height]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        albedo: [0.5; 3],
+        solid: false,
+    });
+    scene
+}

@@ -37,7 +37,7 @@ pub const ENTRY: Entry = Entry {
 
 const TILES: &str = "tiles";
 
-/// Leaves, bricks, and nodes of up to 65,536 voxels a side. Twin: MAX_LEVELS in glsl/voxelized/tree.glsl.
+/// Leaves, bricks, and nodes of up to 65,536 voxels a side. Twin: Tree in glsl/voxelized/tree.glsl.
 pub const MAX_LEVELS: usize = 15;
 
 /// Twin: ROUNDING in glsl/voxelized/visibility.glsl.
