@@ -3,6 +3,9 @@
 
 mod support;
 
+#[path = "opaque/ray_query.rs"]
+mod ray_query;
+
 #[path = "opaque/shadow_map.rs"]
 mod shadow_map;
 
@@ -14,14 +17,31 @@ use gobo::scene::{Light, LightKind, Mesh, Scene, View};
 use gobo::technique::{Technique, open};
 use gobo::world::World;
 use support::scenes::{self, Random};
-use support::{ask, built, gpu_test, opened, runs, some, spec};
+use support::{ask, built, gpu_test, opened, skipped, some, spec};
 
-/// Every filter, both numbers of bits, coarse and fine; what the device runs.
+/// Rays; and maps with every filter, both numbers of bits, coarse and fine: what the device runs.
 fn specs(test: &str, context: &Context) -> Vec<String> {
     let filters = [1, 9, 3, 5, 7].into_iter().flat_map(|filter| [(filter, 32), (filter, 16)]);
     let maps = |(filter, bits)| [64, 1024].map(|size| format!("shadow-map:size={size},filter={filter},bits={bits}"));
-    let all = some(filters, 4).into_iter().flat_map(maps);
-    all.filter(|text| runs(test, context, text)).collect()
+    let all = ["ray-query".to_owned()].into_iter().chain(some(filters, 4).into_iter().flat_map(maps));
+    let specs: Vec<_> = all.filter(|text| runs(test, context, text)).collect();
+    assert!(!specs.is_empty(), "shadow maps run everywhere");
+    specs
+}
+
+/// Whether this device runs what `text` asks for; where it is refused, `test` says that it is skipped and why.
+fn runs(test: &str, context: &Context, text: &str) -> bool {
+    let mut plate = scenes::directional("plate", [0.0, 0.0, -1.0], Vec::new());
+    plate.meshes.push(scenes::level(0.0, 1.0, [0.0, 0.0]));
+    let world = World::new(context, &plate).expect("room for a plate");
+    match open(context, &world, &spec(text)) {
+        Ok(_) => true,
+        Err(Error::Refused { needs }) => {
+            skipped(test, &format!("{text}: needs {needs}"));
+            false
+        }
+        Err(error) => panic!("{text}: {error}"),
+    }
 }
 
 fn light(kind: LightKind) -> Light {
@@ -98,10 +118,10 @@ fn a_flat_receiver_never_shadows_itself() {
 fn plates() -> Vec<Mesh> {
     vec![
         scenes::level(0.0, 5.0, [0.0, 0.0]),
-        scenes::level(1.0, 0.8, [-2.0, -2.0]),
-        leaning(35.0, 0.7, [1.5, -1.0, 1.2]),
+        scenes::level(1.0, 1.4, [-2.5, -2.5]),
+        leaning(35.0, 1.2, [2.5, -1.0, 1.2]),
         leaning(-80.0, 0.5, [0.0, 2.0, 0.7]),
-        leaning(10.0, 0.3, [1.6, -0.9, 2.2]),
+        leaning(10.0, 0.5, [-2.5, 2.5, 2.2]),
     ]
 }
 
@@ -163,7 +183,7 @@ fn occluders_shadow_what_the_reference_says() {
                 println!("{text}, {kind:?}: {} lit, {} dark, {} boundary", counted.lit, counted.dark, counted.boundary);
                 assert!(counted.lit > 2000, "{text}, {kind:?}: {counted:?}");
                 // A map of 64 texels whose filter blurs nine resolves little of these plates.
-                assert!(counted.dark > 300 || text.contains("size=64"), "{text}, {kind:?}: {counted:?}");
+                assert!(counted.dark > 200 || text.contains("size=64"), "{text}, {kind:?}: {counted:?}");
             }
         }
     });
@@ -189,7 +209,7 @@ fn lights_do_not_disturb_each_other() {
                 let alone = Scene { lights: vec![*light], ..several.clone() };
                 let (alone, together) = (answers(context, &alone, &text, 0), answers(context, &several, &text, i));
                 assert!(alone == together, "{text}, light {i}");
-                assert!(alone.iter().any(|a| *a < 0.5) && alone.iter().any(|a| *a == 1.0), "{text}, light {i}");
+                assert!(alone.iter().any(|a| *a < 1.0) && alone.contains(&1.0), "{text}, light {i}");
             }
         }
     });

@@ -1,6 +1,6 @@
 //! Descriptor sets: a list of resources, binding number = place in the list.
 
-use super::{Buffer, Context, Image, vk_error};
+use super::{AccelerationStructure, Buffer, Context, Image, vk_error};
 use crate::Result;
 use ash::vk;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,6 +18,8 @@ pub enum Resource {
     Sampled(Image, Border),
     /// `subpassInput` in GLSL, for fragment shaders alone.
     InputAttachment(Image),
+    /// `accelerationStructureEXT` in GLSL.
+    AccelerationStructure(AccelerationStructure),
 }
 
 /// What a sampler finds outside its image, in every channel.
@@ -62,6 +64,7 @@ impl Resource {
             Self::Texture(_) => vk::DescriptorType::SAMPLED_IMAGE,
             Self::Sampled(..) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
             Self::InputAttachment(_) => vk::DescriptorType::INPUT_ATTACHMENT,
+            Self::AccelerationStructure(_) => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
         }
     }
 }
@@ -122,6 +125,13 @@ impl Bindings {
                     let info = [vk::DescriptorBufferInfo::default().buffer(b.handle()).range(vk::WHOLE_SIZE)];
                     // SAFETY: the set is not in use yet, and the buffer lives as long as the set.
                     unsafe { device.update_descriptor_sets(&[write.buffer_info(&info)], &[]) };
+                }
+                Resource::AccelerationStructure(a) => {
+                    let handles = [a.handle()];
+                    let mut info =
+                        vk::WriteDescriptorSetAccelerationStructureKHR::default().acceleration_structures(&handles);
+                    // SAFETY: as above.
+                    unsafe { device.update_descriptor_sets(&[write.descriptor_count(1).push_next(&mut info)], &[]) };
                 }
                 Resource::Sampled(i, border) => {
                     // SAFETY: the info is complete and names no extension.

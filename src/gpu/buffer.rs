@@ -65,13 +65,27 @@ impl Buffer {
                 way_out: "use a smaller map (size=), fewer particles or another device".into(),
             });
         }
+        let mut usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST
+            | vk::BufferUsageFlags::INDIRECT_BUFFER;
+        if context.features().ray_query {
+            usage |= vk::BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR
+                | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS;
+        }
+        Self::with_usage(context, name, bytes, memory, usage)
+    }
+
+    /// A buffer that may be more than a storage buffer.
+    pub(super) fn with_usage(
+        context: &Context,
+        name: &str,
+        bytes: u64,
+        memory: Memory,
+        usage: vk::BufferUsageFlags,
+    ) -> Result<Self> {
         let device = context.device();
-        let info = vk::BufferCreateInfo::default().size(bytes).usage(
-            vk::BufferUsageFlags::STORAGE_BUFFER
-                | vk::BufferUsageFlags::TRANSFER_SRC
-                | vk::BufferUsageFlags::TRANSFER_DST
-                | vk::BufferUsageFlags::INDIRECT_BUFFER,
-        );
+        let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
         // SAFETY: `info` is complete.
         let handle = unsafe { device.create_buffer(&info, None) }.map_err(|r| vk_error("create buffer", name, r))?;
         let inner =
@@ -183,6 +197,13 @@ impl Buffer {
     /// Size in bytes.
     pub fn bytes(&self) -> u64 {
         self.0.bytes
+    }
+
+    /// Where shaders and builds find it, on a device with ray queries.
+    pub(super) fn address(&self) -> vk::DeviceAddress {
+        let info = vk::BufferDeviceAddressInfo::default().buffer(self.0.handle);
+        // SAFETY: the buffer is bound, and made with SHADER_DEVICE_ADDRESS where the device has ray queries.
+        unsafe { self.0.context.device().get_buffer_device_address(&info) }
     }
 
     pub(super) fn handle(&self) -> vk::Buffer {

@@ -1,5 +1,6 @@
 //! Instance, device choice, queue and allocator.
 
+use super::features::RAY_QUERY_EXTENSIONS;
 use super::validation::messenger_info;
 use super::{Features, Messages, commands::Recorder, vk_error};
 use crate::{Error, Result};
@@ -31,6 +32,8 @@ pub(super) struct Shared {
     allocator: Mutex<Option<Allocator>>,
     pub(super) device: DeviceOwner,
     pub(super) labels: Option<ext::debug_utils::Device>,
+    /// Where the device has ray queries.
+    pub(super) acceleration: Option<khr::acceleration_structure::Device>,
     pub(super) queue: vk::Queue,
     pub(super) queue_family: u32,
     pub(super) features: Features,
@@ -222,13 +225,15 @@ impl Context {
         // SAFETY: the family has one queue, asked for above.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
         let labels = instance.messenger.is_some().then(|| ext::debug_utils::Device::new(&instance.instance, &device));
+        let acceleration =
+            features.ray_query.then(|| khr::acceleration_structure::Device::new(&instance.instance, &device));
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.instance.clone(),
             device: device.clone(),
             physical_device: physical,
             // Leaks are reported when the context closes.
             debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
-            buffer_device_address: false,
+            buffer_device_address: features.ray_query,
             allocation_sizes: gpu_allocator::AllocationSizes::default(),
         })
         .map_err(|e| allocation_error("the allocator", &e))?;
@@ -237,6 +242,7 @@ impl Context {
             allocator: Mutex::new(Some(allocator)),
             device,
             labels,
+            acceleration,
             queue,
             queue_family,
             features,
@@ -336,8 +342,12 @@ fn create_device(
     let mut extensions = Vec::new();
     let mut interlock = vk::PhysicalDeviceFragmentShaderInterlockFeaturesEXT::default();
     let mut order = vk::PhysicalDeviceRasterizationOrderAttachmentAccessFeaturesEXT::default();
+    let mut structures =
+        vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(features.ray_query);
+    let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(features.ray_query);
     let mut features12 = vk::PhysicalDeviceVulkan12Features::default()
         .scalar_block_layout(true)
+        .buffer_device_address(features.ray_query)
         .shader_output_layer(features.vertex_layer_output)
         .shader_output_viewport_index(features.vertex_layer_output);
     let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
@@ -363,6 +373,10 @@ fn create_device(
         extensions.push(ext::rasterization_order_attachment_access::NAME.as_ptr());
         order = order.rasterization_order_color_attachment_access(true);
         all = all.push_next(&mut order);
+    }
+    if features.ray_query {
+        extensions.extend(RAY_QUERY_EXTENSIONS.map(CStr::as_ptr));
+        all = all.push_next(&mut structures).push_next(&mut query);
     }
     // SAFETY: `physical` comes from this instance.
     let offered = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();

@@ -9,6 +9,10 @@ use std::collections::BTreeMap;
 /// casters, triangles and seven buffers of bins, and writes curves.
 pub(super) const STORAGE_BUFFERS: u32 = 16;
 
+/// What [`Features::ray_query`] takes.
+pub(super) const RAY_QUERY_EXTENSIONS: [&std::ffi::CStr; 3] =
+    [khr::acceleration_structure::NAME, khr::ray_query::NAME, khr::deferred_host_operations::NAME];
+
 /// What a device is, by its own word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -56,6 +60,8 @@ pub struct Features {
     pub fragment_shader_pixel_interlock: bool,
     /// VK_EXT_rasterization_order_attachment_access, rasterizationOrderColorAttachmentAccess.
     pub rasterization_order_color_attachment_access: bool,
+    /// VK_KHR_ray_query, rayQuery, with accelerationStructure and bufferDeviceAddress.
+    pub ray_query: bool,
     /// VK_KHR_dynamic_rendering_local_read.
     pub dynamic_rendering_local_read: bool,
     /// geometryShader.
@@ -142,6 +148,8 @@ pub enum Requirement {
     Tessellation,
     /// [`Features::fill_mode_non_solid`].
     Lines,
+    /// [`Features::ray_query`].
+    RayQuery,
 }
 
 impl Features {
@@ -170,6 +178,7 @@ impl Features {
             Requirement::Viewports => (self.multi_viewport, "multiViewport"),
             Requirement::Tessellation => (self.tessellation_shader, "tessellationShader"),
             Requirement::Lines => (self.fill_mode_non_solid, "fillModeNonSolid"),
+            Requirement::RayQuery => (self.ray_query, "rayQuery"),
         };
         (!has).then_some(name)
     }
@@ -241,6 +250,8 @@ impl Features {
         let mut interlock = vk::PhysicalDeviceFragmentShaderInterlockFeaturesEXT::default();
         let mut order = vk::PhysicalDeviceRasterizationOrderAttachmentAccessFeaturesEXT::default();
         let mut local_read = vk::PhysicalDeviceDynamicRenderingLocalReadFeaturesKHR::default();
+        let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
+        let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut features12);
         let is_13 = properties.api_version >= vk::API_VERSION_1_3;
         if is_13 {
@@ -251,6 +262,9 @@ impl Features {
         }
         if has(ext::rasterization_order_attachment_access::NAME) {
             features = features.push_next(&mut order);
+        }
+        if RAY_QUERY_EXTENSIONS.into_iter().all(has) {
+            features = features.push_next(&mut structures).push_next(&mut query);
         }
         if has(khr::dynamic_rendering_local_read::NAME) {
             features = features.push_next(&mut local_read);
@@ -302,6 +316,9 @@ impl Features {
             below_floor: missing.iter().find(|(has, _)| !has).map(|(_, name)| (*name).into()),
             fragment_shader_pixel_interlock: interlock.fragment_shader_pixel_interlock != 0,
             rasterization_order_color_attachment_access: order.rasterization_order_color_attachment_access != 0,
+            ray_query: structures.acceleration_structure != 0
+                && query.ray_query != 0
+                && features12.buffer_device_address != 0,
             dynamic_rendering_local_read: local_read.dynamic_rendering_local_read != 0,
             geometry_shader: core.geometry_shader != 0,
             tessellation_shader: core.tessellation_shader != 0,

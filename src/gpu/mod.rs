@@ -3,6 +3,7 @@
 //! Every handle lives in an owner that destroys it, owners are cheap to clone, and a recorded command keeps what it
 //! uses alive until the device is done with it, so the functions here are safe to call in any order.
 
+mod acceleration;
 mod bindings;
 mod buffer;
 mod commands;
@@ -19,6 +20,7 @@ mod render;
 mod spirv;
 mod validation;
 
+pub use acceleration::AccelerationStructure;
 pub use bindings::{Bindings, Border, Resource};
 pub use buffer::{Buffer, Memory};
 pub use commands::{Commands, MAX_UPDATE_BYTES, Pass, PassTime, Staged, groups};

@@ -7,6 +7,7 @@
 mod avsm;
 mod beer_shadow_map;
 mod psm;
+mod ray_query;
 mod shadow_map;
 mod translucency_map;
 mod uncompressed;
@@ -23,6 +24,7 @@ pub use beer_shadow_map::beer_shadow_map;
 pub use build::{Built, Opened, open};
 pub use keys::{Key, Values};
 pub use psm::Psm;
+pub use ray_query::RayQuery;
 pub use shadow_map::ShadowMap;
 pub use spec::{Spec, parse};
 pub use texel_map::TexelMap;

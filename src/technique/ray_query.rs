@@ -1,0 +1,110 @@
+//! Rays against the meshes themselves: exact, where the device has ray queries. Source: VK_KHR_ray_query.
+
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Technique};
+use crate::Result;
+use crate::gpu::{
+    AccelerationStructure, Bindings, Buffer, Commands, Constants, Context, Memory, Requirement, Resource,
+};
+use crate::maps::Map;
+use crate::scene::Scene;
+use crate::shaders::folder;
+use crate::world::{TriangleData, World};
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "ray-query",
+    about: "a ray from the point to the light, against the meshes themselves: exact (VK_KHR_ray_query)",
+    casts: Casts { particles: false, strands: false, meshes: true },
+    lifetime: Lifetime::Frame,
+    keys: &[],
+    paths: &[Path { name: TRACE, requires: &[Requirement::RayQuery] }],
+    open: |context, world, _| Ok(Box::new(RayQuery::new(context, world)?)),
+};
+
+const TRACE: &str = "trace";
+
+/// The technique, opened for one world.
+pub struct RayQuery {
+    /// Three corners a triangle, past the albedo that stands behind them.
+    indices: Buffer,
+    /// Over the triangles.
+    bottom: AccelerationStructure,
+    /// What rays are asked of: one instance.
+    top: AccelerationStructure,
+    /// The largest coordinate of the meshes.
+    extent: Buffer,
+    look_up: Bindings,
+    constants: Constants,
+}
+
+impl RayQuery {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Refused`] where the device has no ray queries, [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World) -> Result<Self> {
+        ENTRY.require(context, TRACE)?;
+        let count = world.triangle_count();
+        let all: Vec<u32> = (0..count).flat_map(corners).collect();
+        let indices = Buffer::with_data(context, "ray_query.indices", &all)?;
+        let bottom = AccelerationStructure::bottom(context, "ray_query.bottom", &world.triangles, &indices, count)?;
+        let top = AccelerationStructure::top(context, "ray_query.top", &bottom)?;
+        let extent = Buffer::new(context, "ray_query.extent", size_of::<f32>() as u64, Memory::Device)?;
+        let resources = [
+            Resource::Buffer(world.lights.clone()),
+            Resource::AccelerationStructure(top.clone()),
+            Resource::Buffer(world.triangles.clone()),
+            Resource::Buffer(extent.clone()),
+        ];
+        let look_up = Bindings::new(context, "ray_query.look_up", &resources)?;
+        Ok(Self { indices, bottom, top, extent, look_up, constants: Constants::new() })
+    }
+
+    fn bottom(&self, commands: &mut Commands) {
+        commands.pass("ray_query.bottom", |pass| pass.build(&self.bottom));
+    }
+
+    fn top(&self, commands: &mut Commands, world: &World) {
+        commands.pass("ray_query.top", |pass| {
+            pass.build(&self.top);
+            pass.update(&self.extent, &[extent(world.scene())]);
+        });
+    }
+}
+
+/// A triangle's corners among the triples of floats that [`TriangleData`] is made of.
+fn corners(triangle: u32) -> [u32; 3] {
+    const TRIPLES: u32 = (size_of::<TriangleData>() / size_of::<[f32; 3]>()) as u32;
+    [0, 1, 2].map(|corner| triangle * TRIPLES + corner)
+}
+
+/// The largest coordinate of the meshes, either sign.
+fn extent(scene: &Scene) -> f32 {
+    scene.meshes.iter().flat_map(|m| m.positions.iter().flatten()).fold(0.0, |extent, c| extent.max(c.abs()))
+}
+
+impl Technique for RayQuery {
+    fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        self.bottom(commands);
+        self.top(commands, world);
+        Ok(())
+    }
+
+    fn answer(&self) -> Answer<'_> {
+        Answer { folder: folder::RAY_QUERY, bindings: &self.look_up, constants: &self.constants }
+    }
+
+    fn maps(&self) -> &[Map] {
+        &[]
+    }
+
+    fn facts(&self) -> Result<Facts> {
+        Ok(Facts {
+            path: TRACE,
+            reason: "the only path".into(),
+            bytes_resident: self.bottom.bytes() + self.top.bytes(),
+            bytes_transient: self.bottom.scratch_bytes() + self.top.scratch_bytes() + self.indices.bytes(),
+            ..Facts::default()
+        })
+    }
+}
