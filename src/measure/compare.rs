@@ -1,13 +1,14 @@
 //! One row of a comparison: build, time, ask, draw, compare with the truth; in a world that stands still or moves.
 
 use super::flicker::Flicker;
+use super::repeats::Repeats;
 use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
 use super::{Answers, Extent, PassTiming, Row, RowError, Status, Timing, picture_error};
 use crate::consume::{Lighting, Query, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{Casters, MAP_DEPTHS, bounds, points_outside, points_within};
 use crate::scene::{Picture, Resolution, Scene, View};
-use crate::technique::{self, Opened, Spec, Technique};
+use crate::technique::{self, Lifetime, Opened, Spec, Technique};
 use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -17,9 +18,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Look-ups that are timed at once, in equal shares through each light.
 pub const LOOKUPS: usize = 1_000_000;
-
-/// Shortest warm-up.
-const WARM_UP: std::time::Duration = std::time::Duration::from_millis(200);
 
 /// When to stop timing look-ups, after one sample at least.
 const LOOKUP_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
@@ -39,7 +37,7 @@ const KEPT_PROCESSORS: usize = 2;
 /// How much to measure.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Builds that are timed where the world stands still.
+    /// Builds that are timed where the world stands still; of what is baked once fewer, where it takes long.
     pub frames: usize,
     /// Frames before them that are not.
     pub warm_up: usize,
@@ -197,7 +195,7 @@ impl Case<'_> {
         self.context.features().require(lighting.requires())?;
         self.show(0)?;
         let mut opened = technique::open(self.context, &self.world, spec)?;
-        let timed = self.time_builds(&mut opened)?;
+        let timed = self.time_builds(&mut opened, spec.entry.lifetime)?;
         row.host_ns = Timing::of(&timed.host_ns);
         row.build_ns = Timing::of(&timed.frames.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
         row.passes = pass_timings(&timed.moves).into_iter().chain(pass_timings(&timed.frames)).collect();
@@ -318,21 +316,15 @@ impl Case<'_> {
         Ok(answers)
     }
 
-    fn time_builds(&mut self, technique: &mut Opened) -> Result<Timed> {
-        // By frames and by time: a GPU that idled needs some milliseconds of work to reach its clock.
-        let start = std::time::Instant::now();
-        let mut warm_up = 0;
-        while warm_up < self.effort.warm_up || start.elapsed() < WARM_UP {
-            self.show(warm_up % self.states.len())?;
-            technique.rebuild(&self.world)?;
-            warm_up += 1;
-        }
-        let mut timed = Timed::default();
+    fn time_builds(&mut self, technique: &mut Opened, lifetime: Lifetime) -> Result<Timed> {
         let count = if self.states.len() > 1 { self.states.len() } else { self.effort.frames };
-        for frame in 0..count {
+        let builds = Repeats::of(lifetime, self.effort.warm_up, count).run(|frame| {
             let moved = self.show(frame % self.states.len())?;
+            Ok((moved, technique.rebuild(&self.world)?))
+        })?;
+        let mut timed = Timed::default();
+        for (moved, built) in builds {
             timed.moves.extend(moved.map(|pass| vec![pass]));
-            let built = technique.rebuild(&self.world)?;
             timed.frames.push(built.passes);
             timed.host_ns.push(built.host_ns);
         }

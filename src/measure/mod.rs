@@ -5,6 +5,7 @@ mod copy;
 mod error_metrics;
 mod flicker;
 mod picture_error;
+mod repeats;
 mod results;
 mod timing;
 mod truth;

@@ -1,0 +1,100 @@
+//! How often a build is timed.
+
+use crate::Result;
+use crate::technique::Lifetime;
+use std::time::{Duration, Instant};
+
+/// Shortest warm-up: a GPU that idled needs some milliseconds of work to reach its clock.
+const WARM_UP: Duration = Duration::from_millis(200);
+
+/// When to stop building what is baked once: a bake may take a minute, and is no part of a frame.
+const BAKE_BUDGET: Duration = Duration::from_secs(2);
+
+/// How many builds warm up, how many are timed, and for how long.
+pub struct Repeats {
+    warm_up: usize,
+    least: Duration,
+    timed: usize,
+    budget: Duration,
+}
+
+impl Repeats {
+    /// `warm_up` and `timed` builds of what is built each frame; of what is baked one and as many as the budget allows.
+    pub fn of(lifetime: Lifetime, warm_up: usize, timed: usize) -> Self {
+        match lifetime {
+            Lifetime::Frame => Self { warm_up, least: WARM_UP, timed, budget: Duration::MAX },
+            Lifetime::Baked => Self { warm_up: 1, least: WARM_UP, timed, budget: BAKE_BUDGET },
+        }
+    }
+
+    /// Calls `build` with the number of the frame, and returns what the timed builds came to, one at least. Where the
+    /// budget is spent before the warm-up ends, its last build is the only one.
+    ///
+    /// # Errors
+    /// Those of `build`.
+    pub fn run<B>(&self, mut build: impl FnMut(usize) -> Result<B>) -> Result<Vec<B>> {
+        let start = Instant::now();
+        let mut warmed = 0;
+        while warmed < self.warm_up || start.elapsed() < self.least {
+            let built = build(warmed)?;
+            warmed += 1;
+            if start.elapsed() >= self.budget {
+                return Ok(vec![built]);
+            }
+        }
+        let mut timed = vec![build(0)?];
+        while timed.len() < self.timed && start.elapsed() < self.budget {
+            timed.push(build(timed.len())?);
+        }
+        Ok(timed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How many of the builds are timed, and the frames of all of them, where each takes so long.
+    fn run(repeats: &Repeats, takes: Duration) -> (usize, Vec<usize>) {
+        let mut frames = Vec::new();
+        let build = |frame| {
+            std::thread::sleep(takes);
+            frames.push(frame);
+            Ok(())
+        };
+        (repeats.run(build).expect("built").len(), frames)
+    }
+
+    #[test]
+    fn what_is_built_each_frame_is_built_as_often_as_asked() {
+        let repeats = Repeats { least: Duration::ZERO, ..Repeats::of(Lifetime::Frame, 2, 3) };
+        assert_eq!(repeats.budget, Duration::MAX, "however long it takes");
+        assert_eq!(run(&repeats, Duration::ZERO), (3, vec![0, 1, 0, 1, 2]));
+    }
+
+    #[test]
+    fn a_long_bake_is_done_once() {
+        let baked = Repeats::of(Lifetime::Baked, 5, 30);
+        assert!(baked.budget < Duration::from_secs(60), "a bake of a minute spends it");
+        let repeats = Repeats { budget: Duration::from_millis(1), ..baked };
+        assert_eq!(run(&repeats, Duration::from_millis(5)), (1, vec![0]));
+    }
+
+    /// A sleep takes as long as it should or longer, so that these are the most that there can be.
+    #[test]
+    fn a_bake_is_repeated_until_the_budget_is_spent() {
+        let baked = Repeats { least: Duration::ZERO, ..Repeats::of(Lifetime::Baked, 5, 30) };
+        let repeats = Repeats { budget: Duration::from_millis(100), ..baked };
+        let (timed, frames) = run(&repeats, Duration::from_millis(30));
+        assert!((1..=3).contains(&timed) && frames.len() <= 4, "{timed} timed of {frames:?}");
+        let endless = Repeats { budget: Duration::from_secs(3600), ..repeats };
+        assert_eq!(run(&endless, Duration::ZERO).0, 30);
+    }
+
+    #[test]
+    fn a_build_that_fails_is_the_last() {
+        let repeats = Repeats::of(Lifetime::Baked, 1, 2);
+        let failed = repeats.run(|_| -> Result<()> { Err(crate::Error::input("it", "fails", "leave it")) });
+        assert!(failed.is_err());
+    }
+}
