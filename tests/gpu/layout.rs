@@ -166,6 +166,7 @@ fn rust_name(ty: &Type) -> String {
     match ty {
         Type::Scalar(ScalarType::Float { bits: 32 }) => "f32".into(),
         Type::Scalar(ScalarType::Integer { bits: 32, is_signed: false }) => "u32".into(),
+        Type::Scalar(ScalarType::Integer { bits: 32, is_signed: true }) => "i32".into(),
         Type::Vector(v) => format!("[{}; {}]", rust_name(&Type::Scalar(v.scalar_ty.clone())), v.nscalar),
         Type::Array(a) => {
             let (stride, size) = (a.stride.expect("a stride"), size(&a.element_ty));
@@ -189,12 +190,21 @@ fn size(ty: &Type) -> usize {
 
 /// Checks a value of the GLSL type `glsl` against its twin; notes which structs were seen.
 fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) {
+    if let (Type::Array(a), Some((of, _))) = (ty, glsl.split_once('['))
+        && matches!(*a.element_ty, Type::Struct(_))
+    {
+        assert_eq!(a.stride, Some(size(&a.element_ty)), "{what}: Rust arrays have no padding");
+        return check(what, of, &a.element_ty, seen);
+    }
     let Type::Struct(s) = ty else {
         let known = match glsl {
             "float" => "f32",
+            "int" => "i32",
             "uint" => "u32",
             "uvec2" => "[u32; 2]",
+            "uvec3" => "[u32; 3]",
             "uvec4" => "[u32; 4]",
+            "uint[15]" => "[u32; 15]",
             "uint[6]" => "[u32; 6]",
             "vec3" => "[f32; 3]",
             "vec3[3]" => "[[f32; 3]; 3]",

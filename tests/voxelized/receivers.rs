@@ -52,8 +52,9 @@ fn contact_shadows_are_kept() {
         let mut lost = 0.0f64;
         let mut far = 0;
         for _ in 0..4 {
-            let points: Vec<_> =
-                (0..4000).map(|_| [random.between(0.0, (7.0 / voxels) as f32), random.between(-0.8, 0.8), 0.0]).collect();
+            let points: Vec<_> = (0..4000)
+                .map(|_| [random.between(0.0, (7.0 / voxels) as f32), random.between(-0.8, 0.8), 0.0])
+                .collect();
             for (point, answer) in points.iter().zip(ask(context, &opened, &points, [0.0, 0.0, 1.0])) {
                 let away = f64::from(point[0]) * voxels;
                 if answer > 0.5 {
