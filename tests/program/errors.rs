@@ -126,6 +126,16 @@ fn a_wireframe_of_nothing() {
 }
 
 #[test]
+fn fog_of_no_extinction() {
+    for extinction in ["-1", "nan", "inf", "-inf"] {
+        for technique in ["avsm:size=8", "reference"] {
+            let arguments = ["render", "sparse", "--technique", technique, "--fog", extinction];
+            fails(&arguments, &["--fog", "extinction from 0 on"]);
+        }
+    }
+}
+
+#[test]
 fn a_depth_outside_the_range() {
     for depth in ["2", "-0.5", "nan", "inf"] {
         let argument = format!("--depth={depth}");
