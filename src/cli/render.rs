@@ -1,6 +1,7 @@
 //! `gobo render`
 
 use super::sequence::Sequence;
+use super::steps::Range;
 use super::{DeviceArguments, MovingArgument, TimeArgument, check_messages, load, one_spec};
 use crate::consume::{Lighting, Renderer, Shading};
 use crate::reference::truth::{Casters, fog, picture};
@@ -46,6 +47,9 @@ pub struct Arguments {
     /// With --fog: equal steps along each camera ray
     #[arg(long, default_value_t = 64, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     fog_steps: u32,
+    /// Instead of the picture, paint how many steps the look-ups of all lights take at what each pixel shows of the meshes
+    #[arg(long, conflicts_with_all = ["fog", "wireframe"])]
+    steps: bool,
     /// With --moving: how many pictures, FILE-00.png, FILE-01.png, … and an animated FILE.gif
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(2..=1000))]
     frames: u32,
@@ -65,6 +69,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut sequence = Sequence::new(&arguments.out, size, states.len() as u32);
     if arguments.technique == "reference" {
         lines_spacing(arguments, Lighting::Fragment)?;
+        if arguments.steps {
+            let way_out = "name a technique, or leave --steps out";
+            return Err(Error::input("--technique reference", "it takes no steps", way_out));
+        }
         for scene in &states {
             let camera = View::camera(&scene.camera, scene, size);
             let casters = Casters::new(scene);
@@ -87,6 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         Mesh::Forward => Shading::Forward,
         Mesh::Deferred => Shading::Deferred,
     };
+    let mut counts = Vec::new();
     for (frame, scene) in states.iter().enumerate() {
         if frame > 0 {
             world.replace(scene)?;
@@ -94,6 +103,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         opened.build(&world)?;
         let renderer = Renderer::new(&context, &world, &View::camera(&scene.camera, scene, size))?;
         let answer = opened.technique.answer();
+        if arguments.steps {
+            counts.push(renderer.steps(&answer)?);
+            continue;
+        }
         let mut picture = match spacing {
             Some(spacing) => renderer.wireframe(&answer, shading, spacing)?,
             None => renderer.picture(&answer, shading, lighting)?,
@@ -108,9 +121,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         sequence.add(picture.to_srgb8())?;
     }
+    let range = Range::of(&counts);
+    for counts in &counts {
+        sequence.add(Range::paint(range, counts))?;
+    }
     check_messages(&context)?;
     let path = opened.technique.facts()?.path;
     println!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name);
+    range.iter().for_each(|range| println!("{range}"));
     Ok(ExitCode::SUCCESS)
 }
 

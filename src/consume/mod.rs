@@ -6,6 +6,7 @@ mod lighting;
 mod picture;
 mod query;
 mod slice;
+mod steps;
 
 pub use lighting::{Lighting, VERTEX_SPACING};
 pub use picture::{Kernels, Renderer, Shading};

@@ -125,6 +125,18 @@ fn a_wireframe_of_nothing() {
     }
 }
 
+/// Who counts no steps has none to paint.
+#[test]
+fn steps_of_who_does_not_count() {
+    let folder = folder();
+    let (scene, out) = (small_scene(folder.path()), folder.path().join("out.png"));
+    for technique in ["beer-shadow-map", "reference"] {
+        let arguments = ["render", text(&scene), "--technique", technique, "--steps", "--out", text(&out)];
+        fails(&arguments, &[technique, "steps"]);
+        assert!(!out.exists());
+    }
+}
+
 #[test]
 fn fog_of_no_extinction() {
     for extinction in ["-1", "nan", "inf", "-inf"] {
