@@ -2,6 +2,7 @@
 //! each shader, for each specialization constant and for each technique. It holds no list: all is read from glsl/.
 //!
 //! - A technique is a folder with a visibility.glsl. A shader that includes "visibility.glsl" is built once for each.
+//! - A technique counts the steps of its look-ups if they have `#ifdef LOOK_UP_STEPS`.
 //! - `CONSTANT(type, NAME, value)` declares a specialization constant. Each name has one id, ID_NAME, in all shaders.
 //! - `// variants: LANES 0 1` at the top of a shader builds it once for each value of that macro.
 
@@ -123,9 +124,9 @@ fn jobs(file: &str, text: &str, kind: ShaderKind, techniques: &[String]) -> Vec<
     words.map(|value| job(None, Some((name.clone(), value)))).collect()
 }
 
-/// Where `wanted` is, as `job` means it.
-fn included(job: &Job, wanted: &str) -> String {
-    match &job.technique {
+/// Where `wanted` is, as a shader that is built for `technique` means it.
+fn included(technique: Option<&String>, wanted: &str) -> String {
+    match technique {
         Some(technique) if wanted == LOOK_UP => format!("{technique}/{wanted}"),
         _ => wanted.into(),
     }
@@ -171,7 +172,7 @@ fn compile(
         options.add_macro_definition(name, Some(value));
     }
     options.set_include_callback(move |wanted, _, _, _| {
-        let place = included(job, wanted);
+        let place = included(job.technique.as_ref(), wanted);
         let content = sources.get(&place).ok_or_else(|| format!("no file glsl/{place}"))?.clone();
         Ok(ResolvedInclude { resolved_name: format!("glsl/{place}"), content })
     });
@@ -256,13 +257,22 @@ fn table(
     );
     for (i, technique) in techniques.iter().enumerate() {
         let name = module_name(technique).to_uppercase();
+        let counts = whole(sources, &format!("{technique}/{LOOK_UP}"), Some(technique))
+            .iter()
+            .any(|text| text.contains("#ifdef LOOK_UP_STEPS"));
         let _ = writeln!(
             text,
-            "    /// glsl/{technique}/\n    pub const {name}: Folder = Folder {{ place: {i}, name: {technique:?} }};"
+            "    /// glsl/{technique}/\n    pub const {name}: Folder = Folder {{ place: {i}, name: {technique:?}, counts_steps: {counts} }};"
         );
     }
+    let all_folders = techniques.iter().map(|t| format!("folder::{}", module_name(t).to_uppercase()));
+    let _ = write!(
+        text,
+        "}}\n/// All of them.\npub static FOLDERS: &[Folder] = &[{}];\n",
+        all_folders.collect::<Vec<_>>().join(", ")
+    );
     text.push_str(
-        "}\n/// Specialization constants, by their names in GLSL.\npub mod constant {\n    use crate::gpu::Constant;\n",
+        "/// Specialization constants, by their names in GLSL.\npub mod constant {\n    use crate::gpu::Constant;\n",
     );
     for (id, (name, rust)) in constants.iter().enumerate() {
         let _ = writeln!(text, "    /// {name}\n    pub const {name}: Constant<{rust}> = Constant::new({id});");
@@ -274,17 +284,24 @@ fn table(
 /// The push constants' block, `Name { type member; … }` in one line, of a shader with all that it includes; empty where it
 /// has none. gpu::Kernel holds the Rust struct against it.
 fn push_block(sources: &Sources, job: &Job) -> String {
-    let (mut open, mut seen) = (vec![job.file.clone()], BTreeSet::new());
-    while let Some(file) = open.pop() {
-        let Some(text) = sources.get(&file).filter(|_| seen.insert(file.clone())) else { continue };
+    for text in whole(sources, &job.file, job.technique.as_ref()) {
         let code: Vec<_> = text.lines().map(|l| l.split("//").next().unwrap_or_default().trim()).collect();
         if let Some((_, block)) = code.join(" ").split_once("layout(push_constant, scalar) uniform ") {
             let block = block.split('}').next().unwrap_or_default();
             return format!("{} }}", block.split_whitespace().collect::<Vec<_>>().join(" "));
         }
-        open.extend(
-            text.lines().filter_map(|l| l.strip_prefix("#include \"")).map(|l| included(job, l.trim_end_matches('"'))),
-        );
     }
     String::new()
+}
+
+/// The texts of a file and of all that it includes.
+fn whole<'s>(sources: &'s Sources, file: &str, technique: Option<&String>) -> Vec<&'s str> {
+    let (mut open, mut seen, mut texts) = (vec![file.to_owned()], BTreeSet::new(), Vec::new());
+    while let Some(file) = open.pop() {
+        let Some(text) = sources.get(&file).filter(|_| seen.insert(file.clone())) else { continue };
+        texts.push(&text[..]);
+        let includes = text.lines().filter_map(|l| l.strip_prefix("#include \""));
+        open.extend(includes.map(|l| included(technique, l.trim_end_matches('"'))));
+    }
+    texts
 }

@@ -9,6 +9,8 @@ pub struct Folder {
     place: usize,
     /// Its name in glsl/.
     pub name: &'static str,
+    /// Whether its look-up counts its steps, in look_up_steps, where LOOK_UP_STEPS is defined.
+    pub counts_steps: bool,
 }
 
 /// A shader that asks for light, once for each technique.

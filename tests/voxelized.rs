@@ -7,6 +7,8 @@ mod support;
 mod receivers;
 #[path = "voxelized/scenes.rs"]
 mod shapes;
+#[path = "voxelized/steps.rs"]
+mod steps;
 
 use gobo::gpu::Context;
 use gobo::measure::{Effort, Extent, Row, Status, with_case};

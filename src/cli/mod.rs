@@ -7,6 +7,7 @@ mod progress;
 mod render;
 mod sequence;
 mod slice;
+mod steps;
 
 use crate::gpu::{Context, Messages, Options};
 use crate::scene::{FACES, Motion, Scene, known};

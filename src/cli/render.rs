@@ -1,10 +1,11 @@
 //! `gobo render`
 
 use super::sequence::Sequence;
+use super::steps::Range;
 use super::{DeviceArguments, MovingArgument, TimeArgument, check_messages, load, one_spec};
 use crate::consume::{Lighting, Renderer, Shading};
-use crate::reference::truth::{Casters, picture};
-use crate::scene::View;
+use crate::reference::truth::{Casters, fog, picture};
+use crate::scene::{Fog, View};
 use crate::technique::open;
 use crate::world::World;
 use crate::{Error, Result};
@@ -40,6 +41,15 @@ pub struct Arguments {
     /// Draw the triangles of lighting=vertex over the casters
     #[arg(long)]
     wireframe: bool,
+    /// Fill the scene with fog of this extinction, 1 / world unit, which the technique lights
+    #[arg(long, value_name = "EXTINCTION", allow_hyphen_values = true)]
+    fog: Option<f32>,
+    /// With --fog: equal steps along each camera ray
+    #[arg(long, default_value_t = 64, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    fog_steps: u32,
+    /// Instead of the picture, paint how many steps the look-ups of all lights take at what each pixel shows of the meshes
+    #[arg(long, conflicts_with_all = ["fog", "wireframe"])]
+    steps: bool,
     /// With --moving: how many pictures, FILE-00.png, FILE-01.png, … and an animated FILE.gif
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(2..=1000))]
     frames: u32,
@@ -54,13 +64,23 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene = load(&arguments.scene, &arguments.time)?;
     let states = arguments.moving.states(scene, arguments.frames)?;
+    let air = arguments.fog.map(|extinction| Fog::new(extinction, arguments.fog_steps)).transpose()?;
     let size = [arguments.width, arguments.height];
     let mut sequence = Sequence::new(&arguments.out, size, states.len() as u32);
     if arguments.technique == "reference" {
         lines_spacing(arguments, Lighting::Fragment)?;
+        if arguments.steps {
+            let way_out = "name a technique, or leave --steps out";
+            return Err(Error::input("--technique reference", "it takes no steps", way_out));
+        }
         for scene in &states {
             let camera = View::camera(&scene.camera, scene, size);
-            sequence.add(picture(&Casters::new(scene), scene, &camera).to_srgb8())?;
+            let casters = Casters::new(scene);
+            let mut picture = picture(&casters, scene, &camera);
+            if let Some(air) = &air {
+                picture = fog(&casters, &camera, &picture, air, |light, position| casters.arriving(light, position));
+            }
+            sequence.add(picture.to_srgb8())?;
         }
         return Ok(ExitCode::SUCCESS);
     }
@@ -75,6 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         Mesh::Forward => Shading::Forward,
         Mesh::Deferred => Shading::Deferred,
     };
+    let mut counts = Vec::new();
     for (frame, scene) in states.iter().enumerate() {
         if frame > 0 {
             world.replace(scene)?;
@@ -82,19 +103,32 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         opened.build(&world)?;
         let renderer = Renderer::new(&context, &world, &View::camera(&scene.camera, scene, size))?;
         let answer = opened.technique.answer();
-        let picture = match spacing {
+        if arguments.steps {
+            counts.push(renderer.steps(&answer)?);
+            continue;
+        }
+        let mut picture = match spacing {
             Some(spacing) => renderer.wireframe(&answer, shading, spacing)?,
             None => renderer.picture(&answer, shading, lighting)?,
         };
+        if let Some(air) = &air {
+            renderer.fog(&answer, air)?;
+            picture = renderer.read()?;
+        }
         if let Some(bad) = picture.pixels.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
             let name = format!("pixel {bad} of picture {frame}");
             return Err(Error::input(name, "not a number", "report this as a bug, with the scene"));
         }
         sequence.add(picture.to_srgb8())?;
     }
+    let range = Range::of(&counts);
+    for counts in &counts {
+        sequence.add(Range::paint(range, counts))?;
+    }
     check_messages(&context)?;
     let path = opened.technique.facts()?.path;
     println!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name);
+    range.iter().for_each(|range| println!("{range}"));
     Ok(ExitCode::SUCCESS)
 }
 

@@ -23,18 +23,18 @@ pub enum Shading {
 
 /// Images and bindings for one scene and size.
 pub struct Renderer {
-    context: Context,
-    color: Image,
-    depth: Image,
+    pub(super) context: Context,
+    pub(super) color: Image,
+    pub(super) depth: Image,
     albedo: Image,
     normal: Image,
     distance: Image,
-    scene: Bindings,
+    pub(super) scene: Bindings,
     buffers: Bindings,
-    distances: Bindings,
-    color_format: Format,
+    pub(super) distances: Bindings,
+    pub(super) color_format: Format,
     far: f32,
-    triangle_vertices: u32,
+    pub(super) triangle_vertices: u32,
     caster_count: u32,
 }
 

@@ -125,6 +125,28 @@ fn a_wireframe_of_nothing() {
     }
 }
 
+/// Who counts no steps has none to paint.
+#[test]
+fn steps_of_who_does_not_count() {
+    let folder = folder();
+    let (scene, out) = (small_scene(folder.path()), folder.path().join("out.png"));
+    for technique in ["beer-shadow-map", "reference"] {
+        let arguments = ["render", text(&scene), "--technique", technique, "--steps", "--out", text(&out)];
+        fails(&arguments, &[technique, "steps"]);
+        assert!(!out.exists());
+    }
+}
+
+#[test]
+fn fog_of_no_extinction() {
+    for extinction in ["-1", "nan", "inf", "-inf"] {
+        for technique in ["avsm:size=8", "reference"] {
+            let arguments = ["render", "sparse", "--technique", technique, "--fog", extinction];
+            fails(&arguments, &["--fog", "extinction from 0 on"]);
+        }
+    }
+}
+
 #[test]
 fn a_depth_outside_the_range() {
     for depth in ["2", "-0.5", "nan", "inf"] {

@@ -33,6 +33,42 @@ fn render_is_repeatable() {
     assert!(largest <= Some(1), "forward and deferred differ by {largest:?} of 255");
 }
 
+/// The same fog each time, also after frames before it; thicker fog is another picture, fog of no extinction none.
+#[test]
+fn render_fills_fog() {
+    log("exercised", "render_fills_fog", &runs("avsm", "binned").0);
+    let folder = folder();
+    let render = |name: &str, scene: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let base = ["render", scene, "--width", "64", "--height", "36", "--validation", "--out", text(&out)];
+        ok(&[&base, more].concat());
+        out
+    };
+    let scene = small_scene(folder.path());
+    let small = |name: &str, more: &[&str]| pixels(&bytes(&render(name, text(&scene), more)));
+    let technique = ["--technique", "avsm:size=32"];
+    let with = |more: &[&'static str]| [&technique, more].concat();
+    let clear = small("clear.png", &technique);
+    assert_eq!(clear, small("none.png", &with(&["--fog", "0"])));
+    let foggy = small("foggy.png", &with(&["--fog", "0.1"]));
+    assert_eq!(foggy, small("again.png", &with(&["--fog", "0.1"])));
+    let deferred = small("deferred.png", &with(&["--fog", "0.1", "--meshes", "deferred"]));
+    assert!(foggy.iter().zip(&deferred).all(|(a, b)| a.abs_diff(*b) <= 1), "forward and deferred differ");
+    assert_ne!(foggy, small("thick.png", &with(&["--fog", "0.2"])));
+    assert_ne!(foggy, small("coarse.png", &with(&["--fog", "0.1", "--fog-steps", "2"])));
+    let reference = small("reference.png", &["--technique", "reference", "--fog", "0.1"]);
+    let mean =
+        |a: &[u8], b: &[u8]| a.iter().zip(b).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / a.len() as f64;
+    let (near, far) = (mean(&foggy, &reference), mean(&clear, &reference));
+    assert!(near * 4.0 < far, "{near} of 255 from the reference, and {far} without fog");
+
+    let fog = ["--fog", "0.05", "--fog-steps", "8", "--technique", "avsm:size=32"];
+    render("moving.png", "lantern", &[&fog[..], &["--moving", "1..2", "--frames", "2"]].concat());
+    let last = render("last.png", "lantern", &[&fog[..], &["--time", "2"]].concat());
+    assert_eq!(bytes(&folder.path().join("moving-1.png")), bytes(&last));
+    assert_ne!(bytes(&folder.path().join("moving-0.png")), bytes(&last));
+}
+
 /// Light at the vertices is nearly that at each pixel; the lines of its triangles are dark, and over casters alone.
 #[test]
 fn render_draws_lines() {

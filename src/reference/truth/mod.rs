@@ -2,6 +2,7 @@
 
 mod boundary;
 mod casters;
+mod fog;
 mod grid;
 mod limit;
 mod meshes;
@@ -11,6 +12,7 @@ mod surface;
 mod true_curve;
 
 pub use casters::Casters;
+pub use fog::fog;
 pub use limit::{LIMIT_TEXELS, limit_mean_abs, limit_steps};
 pub use meshes::{Hit, Meshes};
 pub(super) use picture::{camera_rays, lift, light};

@@ -1,0 +1,59 @@
+#version 460
+// Fog before the picture: single scattering in a homogeneous medium of albedo 1 with an isotropic phase function. Each camera
+// ray is marched in equal steps as far as the mesh that it meets, or the far plane. Light loses nothing on its way to the ray
+// but what the technique says. Sources: Nishita, Miyamae and Nakamae 1987, section 3; Wyman 2011.
+// Inputs: lights, camera, z of the meshes, the technique. Output: scattered light and 1 − transmittance, blended over.
+// Twin: reference::truth::fog.
+#extension GL_EXT_samplerless_texture_functions : require
+#include "world/light.glsl"
+#include "visibility.glsl"
+
+layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
+layout(set = 2, binding = 0) uniform texture2D distances;
+
+layout(push_constant, scalar) uniform FogPush {
+    float extinction;  // 1 / world unit
+    uint steps;
+};
+
+layout(location = 0) out vec4 color;
+
+// A light of radiance 1, under which a white surface has radiance 1, brings an irradiance of π, of which the phase function
+// sends 1 / 4π into any direction.
+const float PHASE = 0.25;
+
+// Where in its steps a pixel asks, 0 to 1: fixed, and far apart for pixels near each other, so that steps do not show as bands.
+// Source: Roberts 2018, The unreasonable effectiveness of quasirandom sequences: R2, in whole numbers.
+float place_in_step(uvec2 pixel) {
+    return float((pixel.x * 3242174889u + pixel.y * 2447445414u) >> 8) / 16777216.0;
+}
+
+// What arrives at a point from all lights.
+vec3 light_in_fog(vec3 position) {
+    vec3 light = vec3(0.0);
+    for (uint i = 0u; i < lights.length(); ++i) {
+        vec3 radiance = light_radiance(lights[i], position);
+        if (any(greaterThan(radiance, vec3(0.0)))) {
+            light += radiance * light_visibility(i, position);
+        }
+    }
+    return light;
+}
+
+void main() {
+    Ray ray = view_ray(camera, gl_FragCoord.xy);
+    float end = texelFetch(distances, ivec2(gl_FragCoord.xy), 0).r;
+    float place = place_in_step(uvec2(gl_FragCoord.xy));
+    float step_depth = extinction * end * length(ray.direction) / float(steps);
+    vec3 scattered = vec3(0.0);
+    float transmittance = 1.0;
+    for (uint i = 0u; i < steps; ++i) {
+        vec3 position = ray.origin + (float(i) + place) / float(steps) * end * ray.direction;
+        // What the step scatters of even light: the integral of extinction · transmittance over it.
+        float behind = exp(-step_depth * float(i + 1u));
+        scattered += (transmittance - behind) * light_in_fog(position);
+        transmittance = behind;
+    }
+    color = vec4(PHASE * scattered, 1.0 - transmittance);
+}

@@ -1,0 +1,26 @@
+#version 460
+// How many steps the look-ups of a surface's point take, of all lights together. Inputs: lights, camera, the technique.
+// Output: the count. A technique that counts has `#ifdef LOOK_UP_STEPS` in its look-up and adds to look_up_steps there.
+#include "consume/shading.glsl"
+#include "consume/surface.glsl"
+#define LOOK_UP_STEPS
+uint look_up_steps = 0u;
+#include "visibility.glsl"
+
+layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
+
+layout(location = 0) flat in vec3 corner;
+layout(location = 1) flat in vec3 normal;
+layout(location = 2) flat in vec3 albedo;
+layout(location = 3) flat in vec2 z_range;
+layout(location = 0) out float steps;
+
+void main() {
+    Ray ray = surface_ray(camera, gl_FragCoord.xy);
+    vec3 position = surface_position(ray, surface_z(ray, Surface(corner, normal, z_range)));
+    for (uint i = 0u; i < lights.length(); ++i) {
+        light_visibility(i, position);
+    }
+    steps = float(look_up_steps);
+}

@@ -1,0 +1,128 @@
+//! Fog before a picture, marched in f64. Twin: glsl/consume/fog.frag.
+
+use super::casters::Casters;
+use crate::scene::{Fog, Picture, View};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+/// Twin: PHASE.
+const PHASE: f64 = 0.25;
+
+/// Lays fog over `picture`, which `camera` has taken. `arriving`: how much of a light there is at a point, 0 to 1;
+/// [`Casters::arriving`] is the truth.
+pub fn fog(
+    casters: &Casters,
+    camera: &View,
+    picture: &Picture,
+    fog: &Fog,
+    arriving: impl Fn(usize, DVec3) -> f64 + Sync,
+) -> Picture {
+    let radiances: Vec<_> = casters.scene.lights.iter().map(|l| DVec3::from(l.radiance.map(f64::from))).collect();
+    let light = |position| radiances.iter().enumerate().map(|(i, l)| *l * arriving(i, position)).sum::<DVec3>();
+    let pixel = |(i, behind): (usize, &[f32; 3])| {
+        let pixel = [i as u32 % camera.width, i as u32 / camera.width];
+        let ray = camera.ray(DVec2::from(pixel.map(f64::from)) + 0.5);
+        let far = f64::from(camera.far);
+        let end = casters.meshes.hit(ray.origin, ray.direction).map_or(far, |hit| hit.distance.min(far));
+        let length = end * ray.direction.length();
+        let at = |share: f64| light(ray.at(share * end));
+        let [scattered, transmittance] = march(fog, length, place_in_step(pixel), at);
+        (PHASE * scattered + transmittance * DVec3::from(behind.map(f64::from))).as_vec3().into()
+    };
+    Picture { pixels: picture.pixels.par_iter().enumerate().map(pixel).collect(), ..*picture }
+}
+
+/// What a way of that length through the fog scatters towards its beginning, and what it lets through; `light` is what arrives
+/// at a share of the way, asked for at `place` (0 to 1) of each step.
+fn march(fog: &Fog, length: f64, place: f64, light: impl Fn(f64) -> DVec3) -> [DVec3; 2] {
+    let steps = f64::from(fog.steps);
+    let (mut scattered, mut transmittance) = (DVec3::ZERO, 1.0);
+    for i in (0..fog.steps).map(f64::from) {
+        let behind = (-f64::from(fog.extinction) * length * (i + 1.0) / steps).exp();
+        scattered += (transmittance - behind) * light((i + place) / steps);
+        transmittance = behind;
+    }
+    [scattered, DVec3::splat(transmittance)]
+}
+
+/// Twin: place_in_step.
+fn place_in_step([x, y]: [u32; 2]) -> f64 {
+    let sum = x.wrapping_mul(3_242_174_889).wrapping_add(y.wrapping_mul(2_447_445_414));
+    f64::from(sum >> 8) / 16_777_216.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::tests::{cube, on_the_axis};
+    use crate::scene::{Camera, Scene};
+
+    /// A box under a light that goes down, seen from the side: below it stands a column of shadow.
+    fn column() -> Scene {
+        let mut scene = on_the_axis(&[]);
+        scene.meshes = vec![cube([-0.5, -0.5, 1.0], 1.0), cube([-0.2, 4.0, -3.0], 0.4)];
+        scene.lights[0].radiance = [0.8, 1.0, 1.4];
+        let position = DVec3::new(0.3, -4.0, 0.4);
+        scene.camera = Camera { position, target: DVec3::new(0.0, 0.0, 0.5), up: DVec3::Z, fov_y_degrees: 50.0 };
+        scene
+    }
+
+    /// z from and to which a ray is over a square about the axis, and below a height.
+    fn in_column(origin: DVec3, direction: DVec3, half: f64, top: f64) -> [f64; 2] {
+        let (low, high) = (DVec3::new(-half, -half, -1e3), DVec3::new(half, half, top));
+        let (a, b) = ((low - origin) / direction, (high - origin) / direction);
+        [a.min(b).max_element(), a.max(b).min_element()]
+    }
+
+    /// Along a ray that is in the shadow from a to b and ends at d, fog scatters 1 − e^(−σa) + e^(−σb) − e^(−σd) of the light, a
+    /// quarter of it towards the camera. A march is wrong in the two steps in which the shadow begins and ends, at most by what
+    /// they scatter.
+    #[test]
+    fn a_shaft_has_its_closed_form() {
+        let scene = column();
+        let casters = Casters::new(&scene);
+        let camera = View::camera(&scene.camera, &scene, [32, 24]);
+        let picture = Picture { width: 32, height: 24, pixels: vec![[0.5, 0.25, 0.125]; 32 * 24] };
+        let extinction = 0.3f32;
+        for steps in [1, 4, 16, 64, 1024] {
+            let marched = fog(&casters, &camera, &picture, &Fog { extinction, steps }, |l, p| casters.arriving(l, p));
+            let mut shafts = 0;
+            for (i, pixel) in marched.pixels.iter().enumerate() {
+                let ray = camera.ray(DVec2::new((i % 32) as f64 + 0.5, (i / 32) as f64 + 0.5));
+                let hit = casters.meshes.hit(ray.origin, ray.direction);
+                let end = hit.map_or(f64::from(camera.far), |h| h.distance.min(camera.far.into()));
+                let left = |z: f64| (-f64::from(extinction) * z.clamp(0.0, end) * ray.direction.length()).exp();
+                let [from, to] = in_column(ray.origin, ray.direction, 0.5, 2.0);
+                // Below the little box, which stands behind, there is another shadow.
+                let behind = in_column(ray.origin - DVec3::Y * 4.2, ray.direction, 0.2, -2.6);
+                if behind[0] < behind[1].min(end) {
+                    continue;
+                }
+                let in_shadow = if from < to { left(from) - left(to) } else { 0.0 };
+                shafts += usize::from(in_shadow > 0.05);
+                let scattered = 0.25 * (1.0 - left(end) - in_shadow);
+                let step = 1.0 - left(end).powf(1.0 / f64::from(steps));
+                for ((c, radiance), clear) in pixel.iter().zip([0.8, 1.0, 1.4]).zip([0.5, 0.25, 0.125]) {
+                    let expected = radiance * scattered + clear * left(end);
+                    let wrong = (f64::from(*c) - expected).abs();
+                    let bound = 2.0 * 0.25 * radiance * step + 1e-6;
+                    assert!(wrong <= bound, "{steps} steps, pixel {i}: {c}, not {expected}, {wrong} > {bound}");
+                }
+            }
+            assert!(shafts > 50, "{shafts} pixels see the shadow");
+        }
+    }
+
+    /// Places of neighbours are far apart, and all are met alike.
+    #[test]
+    fn places_are_spread() {
+        let places: Vec<_> = (0..64 * 64).map(|i| place_in_step([i % 64, i / 64])).collect();
+        let mut counts = [0; 16];
+        places.iter().for_each(|p| counts[(p * 16.0) as usize] += 1);
+        assert!(counts.iter().all(|c: &i32| c.abs_diff(256) < 16), "{counts:?}");
+        let apart = |a: f64, b: f64| (a - b).abs().min(1.0 - (a - b).abs());
+        for (i, place) in places.iter().enumerate().filter(|(i, _)| i % 64 != 63 && *i < 63 * 64) {
+            assert!(apart(*place, places[i + 1]) > 0.2 && apart(*place, places[i + 64]) > 0.2, "pixel {i}");
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! Fog: a medium that fills the scene.
+
+use crate::{Error, Result};
+
+/// A homogeneous medium that scatters all that it takes from a ray, evenly in all directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fog {
+    /// Extinction σ, 1 / world unit.
+    pub extinction: f32,
+    /// Equal steps along each camera ray.
+    pub steps: u32,
+}
+
+impl Fog {
+    /// Of that extinction, marched in so many steps.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the extinction is negative or not finite, or there are no steps.
+    pub fn new(extinction: f32, steps: u32) -> Result<Self> {
+        if !(extinction >= 0.0 && extinction.is_finite()) {
+            let way_out = "give an extinction from 0 on, 1 / world unit";
+            return Err(Error::input(format!("--fog {extinction}"), "no fog has it", way_out));
+        }
+        if steps == 0 {
+            return Err(Error::input("--fog-steps 0", "nothing would be seen of the fog", "give 1 or more"));
+        }
+        Ok(Self { extinction, steps })
+    }
+}
