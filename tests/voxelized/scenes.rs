@@ -78,7 +78,7 @@ fn aligned() -> Scene {
 }
 
 /// One triangle as large as the world and many that are smaller than a voxel.
-fn extremes() -> Scene {
+pub fn extremes() -> Scene {
     let mut meshes = vec![cuboid([-4.0, -4.0, -0.3], [4.0, 4.0, -0.2])];
     let mut random = Random::new(4);
     for _ in 0..300 {
