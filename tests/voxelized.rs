@@ -10,12 +10,15 @@ mod shapes;
 #[path = "voxelized/steps.rs"]
 mod steps;
 
-use gobo::gpu::Context;
+use gobo::gpu::{Context, PassTime};
 use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::voxelized::{Baked, Cube, Free, bake, boundaries, columns, project, voxel};
 use gobo::scene::{LightKind, Scene, sides};
-use gobo::technique::{Free as FreeKey, Opened, Structure, TreeData, Voxelized, VoxelizedSettings as Settings};
+use gobo::technique::{
+    Free as FreeKey, Opened, Structure, Technique, TreeData, Voxelized, VoxelizedSettings as Settings,
+};
 use gobo::world::World;
+use std::collections::BTreeSet;
 use support::{ask, gpu_test, scenes::Random};
 
 /// What most tests bake.
@@ -289,6 +292,28 @@ fn nothing_leaks_outside_the_boundary() {
                     assert_eq!((points.leaks, points.false_shadows), (Some(0), Some(0)), "{what}: {kind}");
                 }
             }
+        }
+    });
+}
+
+/// The first bake grows what had too little room. What it counts and times is still all of it, as a second one says.
+#[test]
+fn a_first_bake_counts_all_of_it() {
+    gpu_test("a_first_bake_counts_all_of_it", |context| {
+        let scene = shapes::soup();
+        let world = World::new(context, &scene).expect("room");
+        for tile in [Settings::TILE, 64] {
+            let settings = Settings { size: 512, tile, keep_columns: false, ..PLAIN };
+            let technique = support::opened(Voxelized::new(context, &world, &settings), "voxelized");
+            let mut opened = Opened::new(context, Box::new(technique), false);
+            let names = |passes: &[PassTime]| passes.iter().map(|p| p.name.clone()).collect::<BTreeSet<_>>();
+            let first = opened.build(&world).expect("baked").passes;
+            let facts = opened.technique.facts().expect("facts");
+            let second = opened.build(&world).expect("baked").passes;
+            assert_eq!(names(&first), names(&second));
+            assert!(names(&first).contains("voxelized.columns") && names(&first).contains("voxelized.root"));
+            assert_eq!(facts, opened.technique.facts().expect("facts"));
+            assert!(facts.counters.values().all(|count| *count > 0), "{facts:?}");
         }
     });
 }

@@ -5,11 +5,10 @@ use crate::{PLAIN, Settings, baked, shapes};
 use gobo::consume::Query;
 use gobo::gpu::Context;
 use gobo::scene::Scene;
-use gobo::technique::{Opened, Voxelized};
+use gobo::technique::{Opened, Technique, Voxelized};
 
 /// Answers at points of surfaces that face `normal`.
 fn ask(context: &Context, opened: &Opened<Voxelized>, points: &[[f32; 3]], normal: [f32; 3]) -> Vec<f32> {
-    use gobo::technique::Technique;
     let normals = vec![normal; points.len()];
     let query = Query::on_surfaces(context, 0, points, &normals).expect("room");
     query.ask(&opened.technique.answer()).expect("asked")

@@ -216,13 +216,19 @@ impl Room {
         let unique =
             |level: usize| if level <= shape.root_level() as usize { (bricks >> (level / 2 + 2)).max(1024) } else { 0 };
         Self {
-            entries: (4 * triangles).max(1 << 14),
+            entries: triangles.saturating_mul(4).max(1 << 14),
             large: 1024,
             leaf_candidates: (4 * bricks).max(4096),
             node_candidates: (bricks + bricks / 2).max(1024),
             unique: std::array::from_fn(unique),
             data: 1024,
         }
+    }
+
+    /// The most of anything but words.
+    pub fn most(&self) -> u32 {
+        let all = [self.entries, self.large, self.leaf_candidates, self.node_candidates];
+        all.into_iter().chain(self.unique).fold(0, u32::max)
     }
 
     fn candidates(&self) -> u32 {

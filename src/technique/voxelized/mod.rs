@@ -49,6 +49,9 @@ const NODES: usize = 1;
 /// Where they stand in the bake's.
 const DATA: usize = 9;
 
+/// Nodes of a level, and triangles in bins, that there may be room for: tables twice as large have numbers of 32 bits.
+const MOST_NODES: u32 = 1 << 28;
+
 /// Times a bake may begin anew with more room.
 const MOST_RESTARTS: u32 = 64;
 
@@ -217,41 +220,39 @@ impl Voxelized {
         Ok(())
     }
 
-    /// Whether all of the last submission fits; where not, there is more room now, and what has to be recorded again is next.
-    fn grow(&mut self) -> Result<bool> {
-        let Step::Tile { light, tile } = self.step else { return self.grow_data() };
+    /// Whether the tile of the last submission fits; where not, there is more room now, and the bake begins anew.
+    fn grow(&mut self, tile: u32) -> Result<bool> {
         let state = &self.state;
         // A later tile may need as much again as all so far.
-        let tiles = self.shape.tiles().pow(2);
-        let more =
-            |needs: u32| (f64::from(needs) * (f64::from(tiles) / f64::from(tile + 1)).clamp(1.0, 2.0) * 1.1) as u32;
+        let to_come = (f64::from(self.shape.tiles().pow(2)) / f64::from(tile + 1)).clamp(1.0, 2.0);
+        let more = |needs: u32| (f64::from(needs) * to_come * 1.1) as u32;
         let mut room = self.room.clone();
-        let enlarge = |has: &mut u32, needs: u32, to: u32| *has = if needs > *has { to.max(needs) } else { *has };
-        enlarge(&mut room.entries, state.entries, more(state.entries));
-        enlarge(&mut room.large, state.large, more(state.large));
+        let enlarge = |has: &mut u32, needs: u32| *has = if needs > *has { more(needs) } else { *has };
+        enlarge(&mut room.entries, state.entries);
+        enlarge(&mut room.large, state.large);
         for (level, counts) in state.levels.iter().enumerate().take(self.shape.root_level() as usize + 1) {
             let candidates = if level == 0 { &mut room.leaf_candidates } else { &mut room.node_candidates };
-            enlarge(candidates, counts.demanded, counts.demanded + counts.demanded / 8);
-            let unique = counts.unique + counts.lost;
-            enlarge(&mut room.unique[level], unique, more(unique));
+            enlarge(candidates, counts.demanded);
+            enlarge(&mut room.unique[level], counts.unique.saturating_add(counts.lost));
         }
         if room == self.room {
-            let last = tile + 1 == tiles && light as usize + 1 == self.cubes.len();
-            return if last { self.grow_data() } else { Ok(false) };
+            return Ok(false);
+        }
+        if room.most() > MOST_NODES {
+            let cause = format!("{} nodes of one size, and {MOST_NODES} are baked", room.most());
+            return Err(self.error(cause, "use a smaller size=, or structure=dag with closed=on"));
         }
         self.restart(room)?;
         Ok(true)
     }
 
-    /// The same for what look-ups read: one word more than there is, which a pointer's second half may be sought in.
-    fn grow_data(&mut self) -> Result<bool> {
-        if self.state.words < self.room.data {
-            return Ok(false);
-        }
-        let room = Room { data: self.state.words + 1, ..self.room.clone() };
+    /// Makes room for what look-ups read, one word more than there is: a pointer's second half may be sought in it. The nodes
+    /// stand, and are packed once more.
+    fn grow_data(&mut self) -> Result<Settled> {
+        let room = Room { data: self.state.words.saturating_add(1), ..self.room.clone() };
         if self.cubes.len() > 1 {
             self.restart(room)?;
-            return Ok(true);
+            return Ok(Settled::Grew);
         }
         self.room = room;
         self.buffers.data =
@@ -259,18 +260,18 @@ impl Voxelized {
         self.set.replace(DATA, &self.buffers.data);
         self.look_up.replace(NODES, &self.buffers.data);
         self.step = Step::Pack;
-        Ok(true)
+        Ok(Settled::More)
+    }
+
+    fn error(&self, cause: String, way_out: &str) -> Error {
+        let name = format!("voxelized:size={}", self.settings.size);
+        Error::Gpu { operation: "bake", name, cause, way_out: way_out.into() }
     }
 
     fn restart(&mut self, room: Room) -> Result<()> {
         self.restarts += 1;
         if self.restarts > MOST_RESTARTS {
-            return Err(Error::Gpu {
-                operation: "bake",
-                name: "voxelized".into(),
-                cause: format!("{MOST_RESTARTS} times it had too little room"),
-                way_out: "report this as a bug".into(),
-            });
+            return Err(self.error(format!("{MOST_RESTARTS} times it had too little room"), "report this as a bug"));
         }
         let settings = &self.settings;
         let buffers =
@@ -310,18 +311,16 @@ impl Technique for Voxelized {
     }
 
     fn settle(&mut self) -> Result<Settled> {
-        let was = self.step;
         self.state = self.buffers.state_read.read::<BuildState>(1)?.first().copied().unwrap_or_default();
-        if self.grow()? {
-            return Ok(Settled::Grew);
-        }
-        let levels = &self.state.levels;
-        let top = self.shape.root_level();
-        if let Step::Tile { light, tile } = was {
+        if let Step::Tile { light, tile } = self.step {
+            if self.grow(tile)? {
+                return Ok(Settled::Grew);
+            }
+            let levels = &self.state.levels;
+            let top = self.shape.root_level();
             let last = tile + 1 == self.shape.tiles().pow(2);
-            let above = if last { top } else { self.shape.tile_level() };
             self.tree[0] += tree_nodes(levels, 0..=0);
-            self.tree[1] += tree_nodes(levels, 1..=above);
+            self.tree[1] += tree_nodes(levels, 1..=if last { top } else { self.shape.tile_level() });
             if !last {
                 self.step = Step::Tile { light, tile: tile + 1 };
                 return Ok(Settled::More);
@@ -332,6 +331,9 @@ impl Technique for Voxelized {
                 self.step = Step::Tile { light: light + 1, tile: 0 };
                 return Ok(Settled::More);
             }
+        }
+        if self.state.words >= self.room.data {
+            return self.grow_data();
         }
         self.step = Step::Tile { light: 0, tile: 0 };
         self.restarts = 0;
