@@ -97,7 +97,9 @@ fn points_of(mesh: &Mesh, count: usize) -> Vec<[f32; 3]> {
 fn a_flat_receiver_never_shadows_itself() {
     let name = "a_flat_receiver_never_shadows_itself";
     gpu_test(name, |context| {
-        let specs = specs(name, context);
+        let mut specs = specs(name, context);
+        // Its opaque map is the one that all techniques with other maps share.
+        specs.extend(Some("beer-shadow-map:size=8".to_owned()));
         for (at, lean) in some([([0.0; 3], 20.0), ([300.0, -200.0, 50.0], 0.0), ([0.0; 3], 0.0)], 2) {
             for mut scene in lights(&[90.0, 60.0, 30.0, 10.0, 3.0, 1.0], DVec3::from(at.map(f64::from))) {
                 scene.meshes.push(leaning(lean, 5.0, at));
@@ -106,7 +108,8 @@ fn a_flat_receiver_never_shadows_itself() {
                     let answers = ask(context, built(context, &scene, text).as_ref(), 0, &points);
                     let light = scene.lights[0].kind;
                     for (point, answer) in points.iter().zip(answers) {
-                        assert_eq!(answer, 1.0, "{text} at {point:?}, {light:?}, leaning by {lean}");
+                        // Bilinear weights are rounded.
+                        assert!(answer >= 1.0 - 1e-6, "{text} at {point:?}, {light:?}, leaning by {lean}: {answer}");
                     }
                 }
             }

@@ -23,6 +23,14 @@ CONSTANT(float, OPAQUE_STEP, 0.0)
 layout(location = 0) in float z;
 layout(location = 1) flat in vec3 normal;
 
+// What a z or a place across may be off, world units: of a point that comes rounded to floats, one step of its
+// coordinates; of its offset from the view and of the rasterizer's z, ten. Twin: maps::opaque::rounding.
+float rounding(View view, Ray ray) {
+    vec3 position = ray.origin + z * ray.direction;
+    vec3 coordinates = abs(position);
+    return 1.2e-7 * (coordinates.x + coordinates.y + coordinates.z) + 6e-7 * distance(position, view.origin);
+}
+
 void main() {
     View view = maps[map].opaque;
     // From the plane and not by dFdx: lavapipe 22.3 has wrong derivatives where a quad of fragments crosses the triangle's
@@ -30,16 +38,18 @@ void main() {
     vec3 right = view.right * (2.0 / (float(view.width) * view.scale_x));
     vec3 up = view.up * (2.0 / (float(view.height) * view.scale_y));
     vec2 at = gl_FragCoord.xy - vec2(corner);
-    vec3 direction = view_ray(view, at).direction;
+    Ray ray = view_ray(view, at);
     float across = abs(dot(normal, right)) + abs(dot(normal, up));
-    float facing = abs(dot(normal, direction));
+    float facing = abs(dot(normal, ray.direction));
+    float off = rounding(view, ray);
     // The plane's z a reach on from the centre, where it is farthest: along parallel rays z is linear in the texel,
     // along rays from a point its reciprocal is, in proportion to the plane's facing there. Past the horizon of the
     // plane, infinity.
-    float reach = OPAQUE_REACH * across;
-    float farthest = view.projection == VIEW_PARALLEL ? z + (OPAQUE_REACH + SNAP) * across / facing
+    float texel = min(length(right), length(up)) * (view.projection == VIEW_PARALLEL ? 1.0 : z);
+    float reach = (OPAQUE_REACH + off / texel) * across;
+    float farthest = view.projection == VIEW_PARALLEL ? z + (reach + SNAP * across) / facing
                      : facing > reach                 ? z * (facing + SNAP * across) / (facing - reach)
                                                       : view.far;
-    // 4e-6 of the range: the rounding of a depth near 1 and of the look-up's projection.
-    gl_FragDepth = view_depth(view, farthest) + (4e-6 + OPAQUE_STEP);
+    // 4e-6 of the range: the rounding of a depth near 1.
+    gl_FragDepth = view_depth(view, farthest + off) + (4e-6 + OPAQUE_STEP);
 }

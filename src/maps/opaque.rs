@@ -3,7 +3,7 @@
 use crate::gpu::{
     Bindings, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Target, push_struct,
 };
-use crate::scene::{Resolution, View};
+use crate::scene::{Projection, Resolution, View};
 use crate::shaders;
 use crate::shaders::constant::{OPAQUE_REACH, OPAQUE_STEP, SNAP};
 use crate::world::World;
@@ -15,8 +15,24 @@ pub const OPAQUE_SIZE: u32 = 1024;
 /// A step of the coarsest rasterizer's grid, texels.
 const COARSEST_SNAP: f64 = 0.0625;
 
-/// What the rounding of a stored depth and of the look-up's projection is, of the light's range.
+/// What the rounding of a stored depth and of the look-up's projection is at least, of the light's range.
 const DEPTH_ROUNDING: f64 = 1e-5;
+
+/// What the rounding of a stored depth alone is.
+const STORED_ROUNDING: f64 = 4e-6;
+
+/// What a z may be off, world units, at the farthest that the view sees: more than that where a light stands far from the
+/// origin, or sees a level ground from straight above, whose range is a thousandth of its distance. Twin: rounding in
+/// glsl/maps/opaque.frag.
+fn rounding(view: &View) -> f64 {
+    let (across, far) = (1.0 / f64::from(view.scale_x.min(view.scale_y)), f64::from(view.far));
+    let distance = match view.projection() {
+        Projection::Parallel => (2.0 * across * across + far * far).sqrt(),
+        Projection::Perspective => far * (1.0 + 2.0 * across * across).sqrt(),
+    };
+    let coordinates: f64 = view.origin.iter().map(|c| f64::from(c.abs())).sum();
+    1.2e-7 * (coordinates + 3f64.sqrt() * distance) + 6e-7 * distance
+}
 
 /// What opaque maps are made of, and how they will be asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,8 +58,9 @@ impl OpaqueMaps {
     /// Of a map of that view: a look-up feels texels whose centres are as far away as the reach, and each of them has its
     /// depth moved by what its surface's changes over the reach once more and a step of the rasterizer.
     pub fn resolution(self, view: View) -> Resolution {
-        // Pushed back by one step, and rounded by another.
-        let depth = DEPTH_ROUNDING + 2.0 * f64::from(self.step());
+        let range = f64::from(view.far - view.near);
+        // Pushed back by a rounding, and rounded by another; and so for the format's step.
+        let depth = DEPTH_ROUNDING.max(STORED_ROUNDING + 2.0 * rounding(&view) / range) + 2.0 * f64::from(self.step());
         let reach_texels = 2.0 * f64::from(self.reach) + COARSEST_SNAP;
         Resolution { view, reach_texels, normal_texels: 0.0, depth }
     }
