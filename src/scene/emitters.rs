@@ -273,7 +273,7 @@ pub(super) fn wave(periods: f64) -> f64 {
 }
 
 /// The unit vector a fraction of a full turn away from +x.
-fn direction(turn: f64) -> DVec2 {
+pub(super) fn direction(turn: f64) -> DVec2 {
     DVec2::new(wave(turn + 0.25), wave(turn)).normalize_or_zero()
 }
 

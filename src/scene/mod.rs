@@ -26,6 +26,9 @@ mod sides;
 mod sparse;
 mod stage;
 mod strand_file;
+mod town;
+mod town_house;
+mod town_shapes;
 mod tressfx_file;
 mod view;
 
@@ -133,7 +136,7 @@ pub enum Motion {
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 /// Names that [`Scene::load`] knows without a file.
-pub const BUILT_IN: [&str; 5] = ["three-emitters", "big-8k", "hair", "lantern", "sparse"];
+pub const BUILT_IN: [&str; 6] = ["three-emitters", "big-8k", "hair", "lantern", "sparse", "town"];
 
 /// What [`Scene::load`] takes, in words.
 pub fn known() -> String {
@@ -154,6 +157,7 @@ impl Scene {
             "big-8k" => Ok(cube::big_8k()),
             "sparse" => Ok(sparse::sparse()),
             "hair" => Ok(hair::hair()),
+            "town" => Ok(town::town()),
             "lantern" => lantern::lantern(time_s),
             path => match input::ending(path.as_ref()).as_str() {
                 "toml" => file::load(path.as_ref()),
