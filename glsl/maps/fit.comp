@@ -20,6 +20,8 @@ layout(push_constant, scalar) uniform FitPush {
 const float MARGIN = 1.00001;
 // Of the distance from the origin: what rounding may take away.
 const float ROUNDING = 5e-7;
+// Of the width of a parallel view, its range at least: of a level ground straight under the light floats tell no less apart.
+const float THINNEST = 1e-3;
 
 struct Range {
     vec3 low;
@@ -49,6 +51,7 @@ void fit_parallel(inout View view, Range range) {
     vec3 far = abs(view.origin);
     float rounding = ROUNDING * max(far.x, max(far.y, far.z));
     vec3 half_size = max((range.high - range.low) * 0.5 * MARGIN + rounding, vec3(1e-6));
+    half_size.z = max(half_size.z, THINNEST * max(half_size.x, half_size.y));
     view.origin += view.right * middle.x + view.up * middle.y + view.forward * (middle.z - half_size.z);
     view.scale_x = 1.0 / half_size.x;
     view.scale_y = 1.0 / half_size.y;

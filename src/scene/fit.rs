@@ -26,6 +26,9 @@ const MARGIN: f64 = 1.00001;
 /// Of the distance from the origin: what rounding to f32 may take away. Twin: ROUNDING.
 const ROUNDING: f64 = 5e-7;
 
+/// Of the width of a parallel view, its range at least. Twin: THINNEST.
+const THINNEST: f64 = 1e-3;
+
 /// Texels by which a point light's face of `size` texels reaches past its 90° on each side: room for the widest filter,
 /// which reaches 8 texels, and one more for rounding. Small maps have less, and take narrower filters.
 pub fn gutter_texels(size: u32) -> u32 {
@@ -125,7 +128,8 @@ fn fit(mut view: View, spheres: impl Iterator<Item = (DVec3, f64)>) -> View {
     let origin = vec(view.origin);
     let middle = (low + high) * 0.5;
     let rounding = ROUNDING * origin.abs().max_element();
-    let half = ((high - low) * 0.5 * MARGIN + rounding).max(DVec3::splat(1e-6));
+    let mut half = ((high - low) * 0.5 * MARGIN + rounding).max(DVec3::splat(1e-6));
+    half.z = half.z.max(THINNEST * half.x.max(half.y));
     let across = vec(view.right) * middle.x + vec(view.up) * middle.y;
     view.origin = (origin + across + vec(view.forward) * (middle.z - half.z)).as_vec3().into();
     (view.scale_x, view.scale_y) = ((1.0 / half.x) as f32, (1.0 / half.y) as f32);

@@ -16,6 +16,7 @@ pub struct Range {
 /// Twin: MARGIN and ROUNDING.
 const MARGIN: f32 = 1.00001;
 const ROUNDING: f32 = 5e-7;
+const THINNEST: f32 = 1e-3;
 
 impl Range {
     /// Of nothing.
@@ -83,7 +84,8 @@ fn fit_view(mut view: View, mut range: Range) -> View {
     let origin = Vec3::from(view.origin);
     let middle = (range.low + range.high) * 0.5;
     let rounding = ROUNDING * origin.abs().max_element();
-    let half = ((range.high - range.low) * 0.5 * MARGIN + rounding).max(Vec3::splat(1e-6));
+    let mut half = ((range.high - range.low) * 0.5 * MARGIN + rounding).max(Vec3::splat(1e-6));
+    half.z = half.z.max(THINNEST * half.x.max(half.y));
     let across = Vec3::from(view.right) * middle.x + Vec3::from(view.up) * middle.y;
     view.origin = (origin + across + Vec3::from(view.forward) * (middle.z - half.z)).into();
     (view.scale_x, view.scale_y) = (1.0 / half.x, 1.0 / half.y);
