@@ -156,8 +156,8 @@ fn every_voxel_is_what_the_depth_map_says() {
                     let (x, y) = (column as u32 % 64, column as u32 / 64);
                     for z in 0..64 {
                         let (shadowed, _) = tree.shadowed([x, y, z]);
-                        assert!(!(z < entry && shadowed), "{}: {x} {y} {z} is lit, entry {entry}", scene.name);
-                        assert!(!(z >= exit && !shadowed), "{}: {x} {y} {z} is shadowed, exit {exit}", scene.name);
+                        assert!(z >= entry || !shadowed, "{}: {x} {y} {z} is lit, entry {entry}", scene.name);
+                        assert!(z < exit || shadowed, "{}: {x} {y} {z} is shadowed, exit {exit}", scene.name);
                     }
                 }
             }
