@@ -101,7 +101,7 @@ fn a_flat_receiver_never_shadows_itself() {
         // Its opaque map is the one that all techniques with other maps share.
         specs.extend(Some("beer-shadow-map:size=8".to_owned()));
         for (at, lean) in some([([0.0; 3], 20.0), ([300.0, -200.0, 50.0], 0.0), ([0.0; 3], 0.0)], 2) {
-            for mut scene in lights(&[90.0, 60.0, 30.0, 10.0, 3.0, 1.0], DVec3::from(at.map(f64::from))) {
+            for mut scene in lights(&[90.0, 60.0, 30.0, 5.0, 1.0], DVec3::from(at.map(f64::from))) {
                 scene.meshes.push(leaning(lean, 5.0, at));
                 let points = points_of(&scene.meshes[0], 2000);
                 for text in &specs {

@@ -213,11 +213,14 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// Which of `points` lie in the boundary of opaque shadows, one resolution for each map of all lights; empty where
-    /// nothing opaque casts or the technique is exact.
+    /// Which of `points` lie in the boundary of opaque shadows, one resolution for each map of all lights: none of
+    /// them where there is no resolution, which is to say that the technique is exact. Empty where nothing opaque casts.
     pub fn boundary(&self, points: &Points, resolution: &[Resolution]) -> Arc<Vec<bool>> {
-        if !self.scene.has_triangles() || resolution.is_empty() {
+        if !self.scene.has_triangles() {
             return Arc::default();
+        }
+        if resolution.is_empty() {
+            return Arc::new(vec![false; points.positions.len()]);
         }
         points.boundaries.get(resolution.to_vec(), |resolution| {
             let light = &self.scene.lights[points.light];
