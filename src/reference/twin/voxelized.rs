@@ -412,7 +412,7 @@ impl Baked {
     pub fn look_up(&self, at: [f32; 3], filter: u32) -> f64 {
         let (size, reach) = (i64::from(self.size), i64::from(filter / 2));
         let [x, y] = [at[0], at[1]].map(|v| v.floor() as i64);
-        if !(at[2] >= 0.0) || !at[0].is_finite() || !at[1].is_finite() {
+        if at[2].is_nan() || at[2] < 0.0 || !at[0].is_finite() || !at[1].is_finite() {
             return 1.0;
         }
         let z = (at[2].min(self.size as f32 - 1.0)) as u32;
