@@ -71,14 +71,35 @@ impl Store {
         self.write_bytes(name, &png)
     }
 
+    /// Writes a file of any bytes.
+    ///
+    /// # Errors
+    /// As for [`Store::write`].
+    pub fn write_file(&self, name: &str, bytes: &[u8]) -> Result<()> {
+        self.write_bytes(name, bytes)
+    }
+
+    /// Whether a file of that name may take the place of what is there now, which is asked for again when it is written.
+    ///
+    /// # Errors
+    /// [`Error::Output`] where a folder or a device would have to go.
+    pub fn check(&self, name: &str) -> Result<()> {
+        let path = self.dir.join(name);
+        if !is_plain_name(name) {
+            return Err(Error::output(&path, "the name must be that of a file in the output folder"));
+        }
+        match std::fs::metadata(&path) {
+            Ok(there) if !there.is_file() => Err(Error::output(&path, "what is there is not a regular file")),
+            _ => Ok(()),
+        }
+    }
+
     /// A new file next to the old one takes its name once it is on the disk: a reader, a crash or a full disk finds
     /// the old file or the new one, never half of one.
     fn write_bytes(&self, name: &str, bytes: &[u8]) -> Result<()> {
+        self.check(name)?;
         let path = self.dir.join(name);
         let written = || -> std::io::Result<()> {
-            if !is_plain_name(name) {
-                return Err(std::io::Error::other("the name must be that of a file in the output folder"));
-            }
             let mut builder = tempfile::Builder::new();
             let prefix = format!(".{name}.");
             builder.prefix(&prefix);

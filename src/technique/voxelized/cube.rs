@@ -1,6 +1,7 @@
 //! The cube of voxels of a light: fitted to the meshes, its z along the light.
 
-use crate::scene::{Casting, LightKind, Scene, View};
+use super::Settings;
+use crate::scene::{Casting, LightKind, Resolution, Scene, View};
 use crate::{Error, Result};
 use glam::DVec3;
 
@@ -17,6 +18,14 @@ pub fn cubes(scene: &Scene, size: u32) -> Result<Vec<View>> {
         return Err(Error::Refused { needs: "directional lights".into() });
     }
     Ok(View::aimed(scene, size, Casting::Opaque).into_iter().map(|view| cube(scene, view)).collect())
+}
+
+/// How finely columns know where shadows begin and end.
+pub fn resolution(cubes: &[View], settings: &Settings) -> Vec<Resolution> {
+    // A column's middle is half a voxel away from its edge, and that of the filter's outermost column as many more.
+    let reach_texels = f64::from(settings.filter) / 2.0;
+    let depth = 1.0 / f64::from(settings.size);
+    cubes.iter().map(|cube| Resolution { view: *cube, reach_texels, depth }).collect()
 }
 
 fn cube(scene: &Scene, aimed: View) -> View {
