@@ -152,7 +152,7 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     names.extend(["host_median_ns", "host_p05_ns", "host_p95_ns", "host_samples"].map(String::from));
     names.extend(["pass_median_ns", "lookup_median_ns_per_million"].map(String::from));
     names.extend(["draw_median_ns", "draw_p05_ns", "draw_p95_ns", "draw_samples"].map(String::from));
-    names.extend(["frame_ns", "bytes_resident", "bytes_transient"].map(String::from));
+    names.extend(["frame_ns", "bytes_resident", "bytes_transient", "bytes_on_disk"].map(String::from));
     for points in ["map", "space", "surface"] {
         names.extend(POINT_COLUMNS.map(|column| format!("{points}_{column}")));
     }
@@ -188,7 +188,7 @@ fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
     fields.push(number(row.lookup_ns_per_million.map(|timing| timing.median)));
     fields.extend(timing(row.draw_ns));
     fields.push(number(row.frame_ns));
-    fields.extend([row.bytes_resident, row.bytes_transient].map(count));
+    fields.extend([row.bytes_resident, row.bytes_transient, row.bytes_on_disk].map(count));
     let error = row.error.as_ref();
     for points in [error.and_then(|e| e.map), error.and_then(|e| e.space), error.and_then(|e| e.surface)] {
         fields.extend(point_fields(points));
