@@ -3,6 +3,8 @@
 
 mod support;
 
+#[path = "program/bake.rs"]
+mod bake;
 #[path = "program/errors.rs"]
 mod errors;
 #[path = "program/moving.rs"]

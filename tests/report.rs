@@ -40,6 +40,7 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
         passes: vec![PassTiming { name: format!("{technique}.resolve"), median_ns: ns, p05_ns: ns, p95_ns: ns }],
         bytes_resident: Some(1 << 20),
         bytes_transient: Some(1 << 10),
+        bytes_on_disk: None,
         counters: [("fragments".to_owned(), 12)].into(),
         error: Some(RowError { map: Some(point), space: Some(point), surface: None, image: Some(image) }),
         limit_mean_abs: Some(error / 2.0),
@@ -125,6 +126,7 @@ fn results_come_back_as_they_were() {
     let mut written =
         results(vec![row("plume", "avsm", 8, 1.0 / 3.0, 0.1), refused("plume", "needs, \"this\"\nthing")]);
     written.rows[1].counters = [("overflowed".to_owned(), 7)].into();
+    written.rows[0].bytes_on_disk = Some(12_345);
     store.write(&written).expect("written");
     store.write(&written).expect("written over");
     assert_eq!(names(store.dir()), ["results.csv", "results.json"], "nothing temporary is left");
@@ -142,6 +144,7 @@ fn results_come_back_as_they_were() {
     assert_eq!(at(0, "host_median_ns").parse::<f64>().ok(), written.rows[0].host_ns.map(|timing| timing.median));
     assert_eq!([at(0, "samples"), at(0, "map_bias"), at(0, "space_max")], ["30", "-0.05", "0.8"]);
     assert_eq!([at(0, "map_points"), at(0, "bytes_transient"), at(1, "bytes_transient")], ["640", "1024", ""]);
+    assert_eq!([at(0, "bytes_on_disk"), at(1, "bytes_on_disk")], ["12345", ""]);
     assert_eq!([at(0, "counter_fragments"), at(0, "counter_overflowed")], ["12", ""]);
     assert_eq!([at(1, "counter_fragments"), at(1, "counter_overflowed")], ["", "7"]);
     assert_eq!([at(1, "status"), at(1, "build_median_ns"), at(1, "map_max")], ["refused", "", ""]);
@@ -158,6 +161,7 @@ fn files_of_schema_1_are_read() {
     assert_eq!((row.scene.as_str(), row.technique.as_str(), row.path.as_str()), ("plume_8k", "avsm", "two-pass"));
     assert_eq!((row.host_ns, row.build_ns.map(|t| t.median)), (None, Some(2_034_560.0)));
     assert_eq!((row.bytes_resident, row.bytes_transient), (Some(2_101_252), Some(44_028_556)));
+    assert_eq!(row.bytes_on_disk, None);
     let map = row.error.as_ref().and_then(|error| error.map).expect("measured");
     assert!(map.points.is_none() && (map.mean_abs - 0.013_997_554_370_264_169).abs() < 1e-15, "{map:?}");
 

@@ -3,6 +3,8 @@
 
 mod support;
 
+#[path = "voxelized/file.rs"]
+mod file;
 #[path = "voxelized/receivers.rs"]
 mod receivers;
 #[path = "voxelized/scenes.rs"]

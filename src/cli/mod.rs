@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand.
 
+mod bake;
 mod compare;
 mod curve;
 mod devices;
@@ -39,6 +40,9 @@ enum Command {
     /// Plot the transmittance along one light ray: the truth, each technique and its nodes
     #[command(after_long_help = techniques())]
     Curve(curve::Arguments),
+    /// Bake a technique of a scene that stands still, once, into a file: --technique voxelized:file=FILE reads it
+    #[command(after_long_help = techniques())]
+    Bake(bake::Arguments),
     /// List Vulkan devices and, for each path of each technique, yes or the missing feature
     Devices(devices::Arguments),
 }
@@ -175,6 +179,7 @@ fn techniques() -> String {
                 Values::OneOf(words) => words.join("|"),
                 Values::Number(low, high) => format!("{low}..{high}"),
                 Values::Multiple(step, low, high) => format!("{low}..{high} by {step}"),
+                Values::Path(_) => "FILE without commas and |".into(),
             };
             text += &format!("    {:<9} {} (default {}; {values})\n", key.name, key.about, key.default);
         }
@@ -224,6 +229,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Slice(arguments) => slice::run(&arguments),
         Command::Curve(arguments) => curve::run(&arguments),
+        Command::Bake(arguments) => bake::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
     };
     match result {

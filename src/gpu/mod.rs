@@ -1,4 +1,4 @@
-//! Vulkan: the only module with `unsafe`. Knows no technique.
+//! Vulkan, and files that are mapped to go there: the only module with `unsafe`. Knows no technique.
 //!
 //! Every handle lives in an owner that destroys it, owners are cheap to clone, and a recorded command keeps what it
 //! uses alive until the device is done with it, so the functions here are safe to call in any order.
@@ -14,6 +14,7 @@ mod features;
 mod image;
 mod kernel;
 mod lowest;
+mod mapped;
 mod ordered_attachments;
 mod push;
 mod render;
@@ -30,6 +31,7 @@ pub use draw::Draw;
 pub use features::{DeviceKind, Features, Requirement};
 pub use image::{Image, ImageUse};
 pub use kernel::{Blend, Graphics, Kernel, Layered, Tessellated};
+pub use mapped::Mapped;
 pub use ordered_attachments::OrderedAttachments;
 pub use push::{Push, PushMember, push_struct};
 pub use render::Target;

@@ -172,6 +172,7 @@ impl Case<'_> {
             passes: Vec::new(),
             bytes_resident: None,
             bytes_transient: None,
+            bytes_on_disk: None,
             counters: BTreeMap::new(),
             error: None,
             limit_mean_abs: None,
@@ -204,6 +205,8 @@ impl Case<'_> {
         row.reason = facts.reason;
         row.bytes_resident = Some(facts.bytes_resident);
         row.bytes_transient = Some(facts.bytes_transient);
+        row.bytes_on_disk = facts.bytes_on_disk;
+        row.variant.extend(facts.found);
         row.counters = facts.counters;
         row.counters.insert("passes_if_unchanged".into(), opened.build(&self.world)?.passes.len() as u64);
         row.lookup_ns_per_million = self.time_lookups(opened.technique.as_ref())?;

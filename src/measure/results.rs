@@ -89,6 +89,9 @@ pub struct Row {
     pub bytes_resident: Option<u64>,
     /// Bytes needed only while building. Absent where nothing was built.
     pub bytes_transient: Option<u64>,
+    /// Bytes of the file that `gobo bake` writes. Absent for what is not baked. New in version 2.
+    #[serde(default)]
+    pub bytes_on_disk: Option<u64>,
     /// Counts such as `fragments`, `overflowed`, `covered_texels`.
     pub counters: BTreeMap<String, u64>,
     /// Against the f64 reference.

@@ -97,7 +97,7 @@ const LEAKS: &str = "Points outside the boundary that no light reaches and the a
                      light reaches and it says less than half";
 
 /// In the order in which they are shown.
-const COLUMNS: [Column; 20] = [
+const COLUMNS: [Column; 21] = [
     Column {
         spread: |row| row.build_ns.as_ref().map(spread_milliseconds),
         ..column(
@@ -162,6 +162,15 @@ const COLUMNS: [Column; 20] = [
         "Bytes that only the build needs",
         11,
         |row| Some(row.bytes_transient? as f64),
+        bytes_text,
+    ),
+    column(
+        "Memory",
+        "on disk",
+        "on disk",
+        "Bytes of the file that gobo bake writes",
+        20,
+        |row| Some(row.bytes_on_disk? as f64),
         bytes_text,
     ),
     Column {

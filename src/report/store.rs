@@ -71,14 +71,35 @@ impl Store {
         self.write_bytes(name, &png)
     }
 
+    /// Writes a file of any bytes.
+    ///
+    /// # Errors
+    /// As for [`Store::write`].
+    pub fn write_file(&self, name: &str, bytes: &[u8]) -> Result<()> {
+        self.write_bytes(name, bytes)
+    }
+
+    /// Whether a file of that name may take the place of what is there now, which is asked for again when it is written.
+    ///
+    /// # Errors
+    /// [`Error::Output`] where a folder or a device would have to go.
+    pub fn check(&self, name: &str) -> Result<()> {
+        let path = self.dir.join(name);
+        if !is_plain_name(name) {
+            return Err(Error::output(&path, "the name must be that of a file in the output folder"));
+        }
+        match std::fs::metadata(&path) {
+            Ok(there) if !there.is_file() => Err(Error::output(&path, "what is there is not a regular file")),
+            _ => Ok(()),
+        }
+    }
+
     /// A new file next to the old one takes its name once it is on the disk: a reader, a crash or a full disk finds
     /// the old file or the new one, never half of one.
     fn write_bytes(&self, name: &str, bytes: &[u8]) -> Result<()> {
+        self.check(name)?;
         let path = self.dir.join(name);
         let written = || -> std::io::Result<()> {
-            if !is_plain_name(name) {
-                return Err(std::io::Error::other("the name must be that of a file in the output folder"));
-            }
             let mut builder = tempfile::Builder::new();
             let prefix = format!(".{name}.");
             builder.prefix(&prefix);
@@ -131,7 +152,7 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     names.extend(["host_median_ns", "host_p05_ns", "host_p95_ns", "host_samples"].map(String::from));
     names.extend(["pass_median_ns", "lookup_median_ns_per_million"].map(String::from));
     names.extend(["draw_median_ns", "draw_p05_ns", "draw_p95_ns", "draw_samples"].map(String::from));
-    names.extend(["frame_ns", "bytes_resident", "bytes_transient"].map(String::from));
+    names.extend(["frame_ns", "bytes_resident", "bytes_transient", "bytes_on_disk"].map(String::from));
     for points in ["map", "space", "surface"] {
         names.extend(POINT_COLUMNS.map(|column| format!("{points}_{column}")));
     }
@@ -167,7 +188,7 @@ fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
     fields.push(number(row.lookup_ns_per_million.map(|timing| timing.median)));
     fields.extend(timing(row.draw_ns));
     fields.push(number(row.frame_ns));
-    fields.extend([row.bytes_resident, row.bytes_transient].map(count));
+    fields.extend([row.bytes_resident, row.bytes_transient, row.bytes_on_disk].map(count));
     let error = row.error.as_ref();
     for points in [error.and_then(|e| e.map), error.and_then(|e| e.space), error.and_then(|e| e.surface)] {
         fields.extend(point_fields(points));

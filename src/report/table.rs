@@ -163,6 +163,7 @@ mod tests {
             passes: vec![],
             bytes_resident: Some(2 << 20),
             bytes_transient: Some(0),
+            bytes_on_disk: None,
             counters: Default::default(),
             error: measured.then_some(RowError {
                 map: Some(point),

@@ -23,6 +23,9 @@ pub enum Values {
     Number(u32, u32),
     /// A multiple of the first number, from the second to the third.
     Multiple(u32, u32, u32),
+    /// The name of a file, or the default word. A comma or a `|` ends it, so that neither can be in the name. The file has the
+    /// values of these keys: a spec that names a file has them only where it gives them.
+    Path(&'static [&'static str]),
 }
 
 /// A type whose values are words in specs.
@@ -31,6 +34,11 @@ pub trait Word: Copy + 'static {
     const ALL: &'static [(&'static str, Self)];
     /// The words.
     const WORDS: &'static [&'static str];
+}
+
+/// The word that means `value`.
+pub fn word_of<T: Word + PartialEq>(value: T) -> &'static str {
+    T::ALL.iter().find(|(_, v)| *v == value).map_or("", |(word, _)| word)
 }
 
 /// Declares an enum whose values are words in specs.

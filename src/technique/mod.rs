@@ -90,6 +90,14 @@ pub trait Technique {
     fn nodes(&self, _map: usize, _texel: [u32; 2]) -> Result<Vec<(f64, f64)>> {
         Ok(Vec::new())
     }
+
+    /// The file that it can be opened from again, after a build for the world as it is now; none for what is not baked.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where it cannot be read back.
+    fn file(&self, _world: &World) -> Result<Option<Vec<u8>>> {
+        Ok(None)
+    }
 }
 
 /// What a build came to.
@@ -132,6 +140,10 @@ pub struct Facts {
     pub bytes_resident: u64,
     /// Bytes needed only while building.
     pub bytes_transient: u64,
+    /// Bytes that `gobo bake` writes, or has written; for what it can write.
+    pub bytes_on_disk: Option<u64>,
+    /// Values of keys that the spec left to a file.
+    pub found: BTreeMap<String, String>,
     /// Nodes of a texel's curve, for a technique that has them.
     pub nodes: Option<u32>,
     /// Counts of the last build, by name.

@@ -15,7 +15,7 @@ pub struct Spec {
 }
 
 impl Spec {
-    /// The value of a key of this technique; empty for keys it does not have.
+    /// The value of a key of this technique; empty for keys it does not have, and for those that it leaves to a file.
     pub fn value(&self, key: &str) -> &str {
         self.values.get(key).map_or("", String::as_str)
     }
@@ -39,6 +39,17 @@ impl Spec {
     pub fn set(&mut self, key: &str, value: &str) {
         if let Some(known) = self.entry.all_keys().find(|k| k.name == key && check(k, value).is_ok()) {
             self.values.insert(known.name, value.to_owned());
+        }
+    }
+
+    /// Forgets the keys that a file has, unless they are `given`.
+    fn leave_to_files(&mut self, given: &[&str]) {
+        for key in self.entry.all_keys() {
+            if let Values::Path(in_file) = key.values
+                && self.value(key.name) != key.default
+            {
+                self.values.retain(|name, _| given.contains(name) || !in_file.contains(name));
+            }
         }
     }
 
@@ -76,7 +87,9 @@ impl fmt::Debug for Spec {
 /// [`Error::Input`] that lists the known techniques, keys or values.
 pub fn parse(text: &str) -> Result<Vec<Spec>> {
     let (name, settings) = text.split_once(':').unwrap_or((text, ""));
-    let fail = |cause: String, way_out: String| Error::input(format!("--technique {text}"), cause, way_out);
+    let line = |text: &str| text.replace(char::is_control, "?");
+    let fail =
+        |cause: String, way_out: String| Error::input(line(&format!("--technique {text}")), line(&cause), way_out);
     let entry = *REGISTRY.iter().find(|e| e.name == name).ok_or_else(|| {
         let known: Vec<_> = REGISTRY.iter().map(|e| e.name).collect();
         fail(format!("no technique \"{name}\""), format!("choose one of: {}", known.join(", ")))
@@ -84,10 +97,12 @@ pub fn parse(text: &str) -> Result<Vec<Spec>> {
     let defaults = entry.all_keys().map(|k| (k.name, k.default.to_owned())).collect();
     let mut specs = vec![Spec { entry, values: defaults }];
     let mut seen = Vec::new();
+    let is_path = |name: &&str| entry.all_keys().any(|k| k.name == *name && matches!(k.values, Values::Path(_)));
     for setting in settings.split(',').filter(|s| !s.is_empty()) {
         let known = || entry.all_keys().map(|k| k.name).collect::<Vec<_>>().join(", ");
         let (name, values) = setting.split_once('=').ok_or_else(|| {
-            fail(format!("\"{setting}\" has no value"), format!("write key=value; keys: {}", known()))
+            let hint = if seen.iter().any(is_path) { ", and no comma in a file's name" } else { "" };
+            fail(format!("\"{setting}\" has no value"), format!("write key=value{hint}; keys: {}", known()))
         })?;
         let key = entry
             .all_keys()
@@ -108,6 +123,7 @@ pub fn parse(text: &str) -> Result<Vec<Spec>> {
         }
         specs = next;
     }
+    specs.iter_mut().for_each(|spec| spec.leave_to_files(&seen));
     Ok(specs)
 }
 
@@ -133,6 +149,10 @@ fn check(key: &Key, value: &str) -> std::result::Result<(), String> {
             Ok(n) if (low..=high).contains(&n) && n.is_multiple_of(step) && n.to_string() == value => Ok(()),
             _ => Err(format!("give a whole number from {low} to {high} that is divisible by {step}")),
         },
+        Values::Path(_) if value.is_empty() || value.contains(char::is_control) => {
+            Err("give the name of a file, without commas, | and line breaks".into())
+        }
+        Values::Path(_) => Ok(()),
     }
 }
 
@@ -148,6 +168,16 @@ mod tests {
         assert!(specs.iter().all(|s| s.number("size") == 256), "unset keys take their defaults");
     }
 
+    /// What a file has is no default's, but what the spec gives stays, to be held against the file.
+    #[test]
+    fn a_file_has_its_own_settings() {
+        let specs = parse("voxelized:size=512,file=none|a=b:c.gobo,filter=3").expect("valid");
+        let picked: Vec<_> =
+            specs.iter().map(|s| ["file", "size", "structure", "filter"].map(|key| s.value(key))).collect();
+        assert_eq!(picked, [["none", "512", "dag", "3"], ["a=b:c.gobo", "512", "", "3"]]);
+        assert_eq!(parse("voxelized:file=a").expect("valid")[0].short(), "voxelized:file=a");
+    }
+
     #[test]
     fn errors_list_what_is_known() {
         for (text, known) in [
@@ -160,6 +190,8 @@ mod tests {
             ("avsm:capacity=-1", "auto"),
             ("avsm:nodes=4,nodes=8", "a|b"),
             ("avsm:nodes=", "4, 8, 16"),
+            ("voxelized:file=", "without commas"),
+            ("voxelized:file=a,b.gobo", "no comma in a file's name"),
         ] {
             let error = parse(text).expect_err(text).to_string();
             assert!(error.contains(known) && error.contains(text) && !error.contains('\n'), "{error}");

@@ -91,8 +91,8 @@ impl Technique for TexelMap {
             reason: self.reason.clone(),
             bytes_resident: self.texels.image.bytes() + self.maps.opaque_image().bytes(),
             bytes_transient: bins.map_or(0, |b| b.counts.bytes() + b.bytes_transient()),
-            nodes: None,
             counters: bins.map_or(Ok(Default::default()), |b| b.counters())?,
+            ..Facts::default()
         })
     }
 }

@@ -1,11 +1,17 @@
 //! Everything that a user can get wrong ends with one line that names it.
 
 use crate::{folder, ok, run, small_scene, text, write_scene};
+use std::process::Output;
 
 /// Fails, with one line on standard error that contains every one of `words`, and nothing on standard output.
 #[track_caller]
-fn fails(arguments: &[&str], words: &[&str]) {
-    let output = run(arguments);
+pub fn fails(arguments: &[&str], words: &[&str]) {
+    one_line(arguments, run(arguments), words);
+}
+
+/// As [`fails`], of what has run.
+#[track_caller]
+pub fn one_line(arguments: &[&str], output: Output, words: &[&str]) {
     let error = String::from_utf8(output.stderr).expect("UTF-8");
     assert!(!output.status.success(), "{arguments:?} must fail");
     assert_eq!(error.trim_end().lines().count(), 1, "{arguments:?}: not one line:\n{error}");
@@ -189,7 +195,7 @@ fn a_map_larger_than_the_device() {
 #[test]
 fn help_says_what_there_is() {
     let all = ok(&["--help"]);
-    for command in ["compare", "render", "slice", "devices"] {
+    for command in ["compare", "render", "slice", "bake", "devices"] {
         assert!(all.contains(command), "{all}");
         let help = ok(&[command, "--help"]);
         assert!(help.contains("Usage: gobo"), "{help}");

@@ -230,8 +230,8 @@ impl Technique for Psm {
             reason: self.reason.clone(),
             bytes_resident: self.volume.bytes() + self.maps.opaque_image().bytes(),
             bytes_transient: bins.map_or(0, |b| b.counts.bytes() + b.bytes_transient()),
-            nodes: None,
             counters,
+            ..Facts::default()
         })
     }
 }

@@ -1,8 +1,12 @@
 //! The cube of voxels of a light: fitted to the meshes, its z along the light.
 
-use crate::scene::{Casting, LightKind, Scene, View};
+use super::Settings;
+use crate::scene::{Casting, LightKind, Resolution, Scene, View};
 use crate::{Error, Result};
 use glam::DVec3;
+
+/// Twin: ROUNDING in glsl/voxelized/visibility.glsl.
+const ROUNDING: f64 = 1.0 / 32.0;
 
 /// The cube is wider than the meshes by this share, so that what rounds stays inside.
 const MARGIN: f64 = 1.0 / 256.0;
@@ -17,6 +21,16 @@ pub fn cubes(scene: &Scene, size: u32) -> Result<Vec<View>> {
         return Err(Error::Refused { needs: "directional lights".into() });
     }
     Ok(View::aimed(scene, size, Casting::Opaque).into_iter().map(|view| cube(scene, view)).collect())
+}
+
+/// How finely columns know where shadows begin and end.
+pub fn resolution(cubes: &[View], settings: &Settings) -> Vec<Resolution> {
+    // A column's middle is half a voxel away from its edge, and that of the filter's outermost column as many more.
+    let reach_texels = f64::from(settings.filter) / 2.0;
+    // The most that light_receiver moves a point by, whatever its normal.
+    let normal_texels = (2.0 * reach_texels * reach_texels + 0.25).sqrt() + ROUNDING;
+    let depth = 1.0 / f64::from(settings.size);
+    cubes.iter().map(|cube| Resolution { view: *cube, reach_texels, normal_texels, depth }).collect()
 }
 
 fn cube(scene: &Scene, aimed: View) -> View {

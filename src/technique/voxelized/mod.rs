@@ -4,7 +4,10 @@
 
 mod bake;
 mod buffers;
+mod check;
 mod cube;
+mod file;
+mod loaded;
 mod settings;
 
 pub use buffers::LevelCounts;
@@ -12,8 +15,10 @@ pub use settings::{Free, Settings, Structure};
 
 use self::bake::{Bake, Job, tree_nodes};
 use self::buffers::{Buffers, BuildState, Room, Shape, Shared};
-use self::cube::cubes;
-use self::settings::{CLOSED, FREE, SIZE, STRUCTURE};
+use self::cube::{cubes, resolution};
+use self::file::{Baked, bytes_on_disk, scene_hash};
+use self::loaded::Loaded;
+use self::settings::{CLOSED, FILE, FREE, SIZE, STRUCTURE};
 use super::keys::PCF;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory, Resource};
@@ -23,6 +28,7 @@ use crate::shaders::folder;
 use crate::world::World;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
+use std::collections::BTreeMap;
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
@@ -30,18 +36,23 @@ pub const ENTRY: Entry = Entry {
     about: "every voxel lit or shadowed, in an octree or a graph of it (Sintorn et al. 2014, Kämpe et al. 2016)",
     casts: Casts { particles: false, strands: false, meshes: true },
     lifetime: Lifetime::Baked,
-    keys: &[SIZE, STRUCTURE, CLOSED, FREE, PCF],
+    keys: &[SIZE, STRUCTURE, CLOSED, FREE, FILE, PCF],
     paths: &[Path { name: TILES, requires: &[] }],
-    open: |context, world, spec: &Spec| Ok(Box::new(Voxelized::new(context, world, &Settings::of(spec))?)),
+    open,
 };
+
+fn open(context: &Context, world: &World, spec: &Spec) -> Result<Box<dyn Technique>> {
+    if spec.value(FILE.name) == FILE.default {
+        Ok(Box::new(Voxelized::new(context, world, &Settings::of(spec))?))
+    } else {
+        Ok(Box::new(Loaded::open(context, world, spec)?))
+    }
+}
 
 const TILES: &str = "tiles";
 
 /// Leaves, bricks, and nodes of up to 65,536 voxels a side. Twin: Tree in glsl/voxelized/tree.glsl.
 pub const MAX_LEVELS: usize = 15;
-
-/// Twin: ROUNDING in glsl/voxelized/visibility.glsl.
-const ROUNDING: f64 = 1.0 / 32.0;
 
 /// Where the nodes stand in the look-up's set.
 const NODES: usize = 1;
@@ -135,6 +146,13 @@ pub struct Voxelized {
     kept: [u64; 2],
 }
 
+/// Names of what is counted.
+const COUNTS: [&str; 4] = ["leaves", "nodes", "tree_leaves", "tree_nodes"];
+
+fn counters(counts: [u64; COUNTS.len()]) -> BTreeMap<String, u64> {
+    COUNTS.into_iter().map(str::to_owned).zip(counts).collect()
+}
+
 impl Voxelized {
     /// Opens it.
     ///
@@ -206,6 +224,11 @@ impl Voxelized {
     pub fn columns(&self) -> Result<Vec<[u32; 2]>> {
         let count = if self.settings.keep_columns { self.shape.tile.pow(2) as usize } else { 0 };
         self.buffers.columns.read(count)
+    }
+
+    /// As [`COUNTS`].
+    fn counts(&self) -> [u64; COUNTS.len()] {
+        [self.kept[0], self.kept[1], self.tree[0], self.tree[1]]
     }
 
     /// Before the first tile: cubes about the meshes as they are now.
@@ -349,28 +372,34 @@ impl Technique for Voxelized {
     }
 
     fn resolution(&self) -> Vec<Resolution> {
-        // A column's middle is half a voxel away from its edge, and that of the filter's outermost column as many more.
-        let reach_texels = f64::from(self.settings.filter) / 2.0;
-        // The most that light_receiver moves a point by, whatever its normal.
-        let normal_texels = (2.0 * reach_texels * reach_texels + 0.25).sqrt() + ROUNDING;
-        let depth = 1.0 / f64::from(self.settings.size);
-        self.cubes.iter().map(|cube| Resolution { view: *cube, reach_texels, normal_texels, depth }).collect()
+        resolution(&self.cubes, &self.settings)
     }
 
     fn facts(&self) -> Result<Facts> {
-        let counters = [
-            ("leaves", self.kept[0]),
-            ("nodes", self.kept[1]),
-            ("tree_leaves", self.tree[0]),
-            ("tree_nodes", self.tree[1]),
-        ];
+        let words = u64::from(self.state.words);
         Ok(Facts {
             path: TILES,
             reason: "the only path".into(),
-            bytes_resident: 4 * u64::from(self.state.words) + self.shared.trees.bytes(),
+            bytes_resident: 4 * words + self.shared.trees.bytes(),
             bytes_transient: self.buffers.transient_bytes(),
-            counters: counters.map(|(k, v)| (k.to_owned(), v)).into(),
+            bytes_on_disk: u64::try_from(bytes_on_disk(self.cubes.len() as u32, words)).ok(),
+            counters: counters(self.counts()),
             ..Facts::default()
         })
+    }
+
+    fn file(&self, world: &World) -> Result<Option<Vec<u8>>> {
+        if self.generation != Some(world.generation()) {
+            return Ok(None);
+        }
+        let words = self.nodes()?;
+        let baked = Baked {
+            settings: self.settings,
+            scene: scene_hash(world.scene()),
+            counts: self.counts(),
+            trees: self.trees()?,
+            words: bytemuck::cast_slice(&words),
+        };
+        Ok(Some(baked.bytes()))
     }
 }

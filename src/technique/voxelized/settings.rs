@@ -1,7 +1,7 @@
 //! What a spec of voxelized shadows says.
 
 use super::super::Spec;
-use super::super::keys::{Key, PCF, Switch, Values, Word, words};
+use super::super::keys::{Key, PCF, Switch, Values, Word, word_of, words};
 use crate::gpu::Constants;
 use crate::shaders::constant;
 
@@ -59,6 +59,14 @@ pub const FREE: Key = Key {
     about: "where shadows begin inside closed things: at the exit, at the entry, or at depths that columns share",
 };
 
+/// A bake that was written before.
+pub const FILE: Key = Key {
+    name: "file",
+    values: Values::Path(&[SIZE.name, STRUCTURE.name, CLOSED.name, FREE.name]),
+    default: "none",
+    about: "what gobo bake wrote, in place of a bake; size, structure, closed and free are its own",
+};
+
 /// A spec, read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
@@ -82,6 +90,17 @@ impl Settings {
     /// Side of the largest tile, columns.
     pub const TILE: u32 = 4096;
 
+    /// The defaults, for a file to say otherwise.
+    pub(super) const PLAIN: Self = Self {
+        size: 4096,
+        structure: Structure::Dag,
+        closed: true,
+        free: Free::Shared,
+        filter: 1,
+        tile: Self::TILE,
+        keep_columns: false,
+    };
+
     /// What `spec` says.
     pub fn of(spec: &Spec) -> Self {
         Self {
@@ -90,8 +109,7 @@ impl Settings {
             closed: spec.is_on(CLOSED.name),
             free: spec.word(FREE.name).unwrap_or(Free::Shared),
             filter: spec.number(PCF.name),
-            tile: Self::TILE,
-            keep_columns: false,
+            ..Self::PLAIN
         }
     }
 
@@ -100,9 +118,23 @@ impl Settings {
         self.structure == Structure::Dag
     }
 
+    /// The keys that a bake depends on and a file has, with their values.
+    pub(super) fn baked(self) -> [(&'static str, String); 4] {
+        [
+            (SIZE.name, self.size.to_string()),
+            (STRUCTURE.name, word_of(self.structure).into()),
+            (CLOSED.name, word_of(if self.closed { Switch::On } else { Switch::Off }).into()),
+            (FREE.name, word_of(self.free).into()),
+        ]
+    }
+
+    /// Bits of a node before its pointers, and of the units that they count. Twin: HEADER_BITS in glsl/voxelized/tree.glsl.
+    pub(super) fn header_bits(self) -> u32 {
+        if self.merges() { 16 } else { 32 }
+    }
+
     /// What look-ups are built with.
     pub(super) fn constants(self, constants: Constants) -> Constants {
-        let header_bits = if self.merges() { 16 } else { 32 };
-        constants.set(constant::HEADER_BITS, header_bits).set(constant::PCF, self.filter)
+        constants.set(constant::HEADER_BITS, self.header_bits()).set(constant::PCF, self.filter)
     }
 }

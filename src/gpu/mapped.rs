@@ -1,0 +1,34 @@
+//! Files as memory. Here because it takes `unsafe`, and because what is mapped goes to the device.
+
+use std::fs::File;
+use std::io;
+use std::ops::Deref;
+use std::path::Path;
+
+/// The bytes of a regular file, read from the disk as they are looked at.
+pub struct Mapped(memmap2::Mmap);
+
+impl Mapped {
+    /// Maps a file.
+    ///
+    /// # Errors
+    /// That of the system; folders, pipes and devices are no regular files.
+    pub fn open(path: &Path) -> io::Result<Self> {
+        // Asked before opening: opening a pipe waits for its writer.
+        if !std::fs::metadata(path)?.is_file() {
+            return Err(io::Error::other("not a regular file"));
+        }
+        let file = File::open(path)?;
+        // SAFETY: the bytes are only read, and as bytes, of which all values are valid. They must not change while they are
+        // mapped: this program never writes into a file, it puts a new one in the old one's place, which stays as it was.
+        Ok(Self(unsafe { memmap2::Mmap::map(&file) }?))
+    }
+}
+
+impl Deref for Mapped {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.0
+    }
+}

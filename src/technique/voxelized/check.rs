@@ -1,0 +1,96 @@
+//! Whether look-ups stay within the words that a file has. A checksum finds damage, not what was written wrong, and a device
+//! may fail on a pointer that leads elsewhere.
+
+use super::buffers::Shape;
+use super::settings::Settings;
+use super::{MAX_LEVELS, TreeData};
+
+/// The kind of a child that has a node, and of a root. Twin: INTERSECTED in glsl/voxelized/tree.glsl.
+const INTERSECTED: u32 = 3;
+
+/// Whether every pointer of every tree leads to a node of the level below it. `words` are those of a file.
+pub fn stays_inside(settings: &Settings, trees: &[TreeData], words: &[u8]) -> bool {
+    let words = Words(words);
+    let ends = trees.iter().skip(1).map(|next| u64::from(next.at[0])).chain([words.count()]);
+    trees.iter().zip(ends).all(|(tree, end)| tree_stays_inside(settings, tree, words, end).is_some())
+}
+
+/// Levels stand one behind the other, leaves first, up to word `end`.
+fn tree_stays_inside(settings: &Settings, tree: &TreeData, words: Words, end: u64) -> Option<()> {
+    let levels = Shape { size: settings.size, tile: settings.size }.root_level() as usize + 1;
+    let mut at = [end; MAX_LEVELS + 1];
+    at.iter_mut().zip(&tree.at[..levels]).for_each(|(at, word)| *at = u64::from(*word));
+    let is_right = tree.size == settings.size
+        && tree.levels as usize == levels
+        && (1..=INTERSECTED).contains(&tree.root)
+        && tree.pointer_bits[..levels].iter().all(|bits| *bits <= 32)
+        && end <= words.count()
+        && at.is_sorted();
+    if !is_right {
+        return None;
+    }
+    let mut below = Nodes { leaves: (at[1] - at[0]) / 2, starts: Vec::new() };
+    for level in 1..levels {
+        let pointer_bits = u64::from(tree.pointer_bits[level]);
+        below = nodes(words, at[level]..at[level + 1], u64::from(settings.header_bits()), pointer_bits, &below)?;
+    }
+    (tree.root != INTERSECTED || below.has(tree.root_at.into())).then_some(())
+}
+
+/// The nodes of a level from which all pointers lead to nodes `below`; none where one does not.
+fn nodes(words: Words, at: std::ops::Range<u64>, unit_bits: u64, pointer_bits: u64, below: &Nodes) -> Option<Nodes> {
+    let units = (at.end - at.start) * 32 / unit_bits;
+    let mut starts = vec![0u64; units as usize / 64 + 1];
+    let mut unit = 0;
+    while unit < units {
+        let bit = 32 * at.start + unit_bits * unit;
+        let mask = words.bits(bit, 16)?;
+        // The last half word may be nobody's.
+        if mask == 0 && unit + 1 == units {
+            break;
+        }
+        let children = u64::from((mask & (mask >> 1) & 0x5555).count_ones());
+        for child in 0..children {
+            let pointer = words.bits(bit + unit_bits + child * pointer_bits, pointer_bits)?;
+            below.has(pointer).then_some(())?;
+        }
+        starts[unit as usize / 64] |= 1 << (unit % 64);
+        unit += 1 + (children * pointer_bits).div_ceil(unit_bits);
+    }
+    (unit <= units).then_some(Nodes { leaves: 0, starts })
+}
+
+/// Where pointers may lead.
+struct Nodes {
+    /// Leaves go by number.
+    leaves: u64,
+    /// Others by where they begin, in units: a bit each.
+    starts: Vec<u64>,
+}
+
+impl Nodes {
+    fn has(&self, pointer: u64) -> bool {
+        pointer < self.leaves || self.starts.get(pointer as usize / 64).is_some_and(|s| s >> (pointer % 64) & 1 == 1)
+    }
+}
+
+/// Words, little end first.
+#[derive(Clone, Copy)]
+struct Words<'a>(&'a [u8]);
+
+impl Words<'_> {
+    fn count(self) -> u64 {
+        self.0.len() as u64 / 4
+    }
+
+    /// At most 32 bits from a bit on.
+    fn bits(self, bit: u64, count: u64) -> Option<u64> {
+        let word = |at: u64| {
+            let at = 4 * at as usize;
+            self.0.get(at..at + 4).map(|bytes| u64::from(bytemuck::pod_read_unaligned::<u32>(bytes)))
+        };
+        let (at, shift) = (bit / 32, bit % 32);
+        let high = if shift + count > 32 { word(at + 1)? } else { 0 };
+        Some((word(at)? | high << 32) >> shift & ((1 << count) - 1))
+    }
+}

@@ -1,0 +1,145 @@
+//! Bakes as files. docs/voxelized.md has the layout, byte by byte.
+
+use super::check::stays_inside;
+use super::settings::{Free, Settings, Structure};
+use super::{COUNTS, TreeData};
+use crate::scene::{LightKind, Scene};
+use crate::technique::keys::Word;
+use crate::{Error, Result};
+use bytemuck::{Pod, Zeroable};
+use fnv::FnvHasher;
+use std::hash::Hasher;
+
+/// What every file begins with.
+const MAGIC: [u8; 8] = *b"gobo-vox";
+
+/// The version that is written, and the only one that is read.
+const VERSION: u32 = 1;
+
+/// Bytes of the checksum at the end.
+const CHECKSUM: usize = 4;
+
+const AGAIN: &str = "bake it again with gobo bake";
+
+// A file is little-endian, and so are the machines that have Vulkan: words go to the device as they stand in the file.
+const _: () = assert!(cfg!(target_endian = "little"));
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct Header {
+    magic: [u8; 8],
+    version: u32,
+    size: u32,
+    structure: u32,
+    closed: u32,
+    free: u32,
+    trees: u32,
+    scene: u64,
+    words: u64,
+    counts: [u64; COUNTS.len()],
+}
+
+/// A bake, to be written or as it was read.
+pub struct Baked<'a> {
+    /// Those that a file has: size, structure, closed and free.
+    pub settings: Settings,
+    /// [`scene_hash`] of what was baked.
+    pub scene: u64,
+    /// As [`COUNTS`] names them.
+    pub counts: [u64; COUNTS.len()],
+    /// One a light.
+    pub trees: Vec<TreeData>,
+    /// Their nodes: words, little end first.
+    pub words: &'a [u8],
+}
+
+/// How long the file of so many trees with so many words is; as wide as a header that lies may say.
+pub fn bytes_on_disk(trees: u32, words: u64) -> u128 {
+    let fixed = (size_of::<Header>() + CHECKSUM) as u128;
+    fixed + u128::from(trees) * size_of::<TreeData>() as u128 + 4 * u128::from(words)
+}
+
+impl<'a> Baked<'a> {
+    /// The whole file.
+    pub fn bytes(&self) -> Vec<u8> {
+        let header = Header {
+            magic: MAGIC,
+            version: VERSION,
+            size: self.settings.size,
+            structure: self.settings.structure as u32,
+            closed: self.settings.closed.into(),
+            free: self.settings.free as u32,
+            trees: self.trees.len() as u32,
+            scene: self.scene,
+            words: self.words.len() as u64 / 4,
+            counts: self.counts,
+        };
+        let mut bytes = [bytemuck::bytes_of(&header), bytemuck::cast_slice(&self.trees), self.words].concat();
+        bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
+        bytes
+    }
+
+    /// Reads the bytes of the file `name`. Nothing is allocated that the file is not as large as.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where they are no file of a bake, or not all of it, or damaged, or of another version.
+    pub fn read(name: &str, bytes: &'a [u8]) -> Result<Self> {
+        let wrong = |cause: String, way_out: &str| Err(Error::input(name, cause, way_out));
+        if !bytes.starts_with(&MAGIC[..MAGIC.len().min(bytes.len())]) {
+            return wrong("gobo bake did not write it".into(), "name a file that it wrote");
+        }
+        // First of all: of another version the rest may mean anything.
+        let version = bytes.get(MAGIC.len()..MAGIC.len() + 4).map(bytemuck::pod_read_unaligned::<u32>);
+        if let Some(version) = version.filter(|version| *version != VERSION) {
+            let cause = format!("version {version}, and this gobo reads {VERSION}");
+            return wrong(cause, &format!("use the gobo that wrote it, or {AGAIN}"));
+        }
+        let Some(header) = bytes.get(..size_of::<Header>()) else {
+            return wrong(format!("cut off: {} bytes, and more are its header", bytes.len()), AGAIN);
+        };
+        let header: Header = bytemuck::pod_read_unaligned(header);
+        let (has, says) = (bytes.len() as u128, bytes_on_disk(header.trees, header.words));
+        if has != says {
+            let what = if has < says { "cut off" } else { "damaged" };
+            return wrong(format!("{what}: {has} bytes, and its header says {says}"), AGAIN);
+        }
+        let (content, sum) = bytes.split_at(bytes.len() - CHECKSUM);
+        if crc32fast::hash(content).to_le_bytes() != sum {
+            return wrong("damaged: its checksum is not that of its bytes".into(), AGAIN);
+        }
+        let (trees, words) = content[size_of::<Header>()..].split_at(header.trees as usize * size_of::<TreeData>());
+        let trees: Vec<TreeData> = bytemuck::pod_collect_to_vec(trees);
+        match settings(&header).filter(|settings| stays_inside(settings, &trees, words)) {
+            Some(settings) => Ok(Self { settings, scene: header.scene, counts: header.counts, trees, words }),
+            None => wrong("damaged: it says what no bake comes to".into(), AGAIN),
+        }
+    }
+}
+
+/// What a header says, where a bake can be of it.
+fn settings(header: &Header) -> Option<Settings> {
+    let structure = Structure::ALL.iter().map(|(_, s)| *s).find(|s| *s as u32 == header.structure)?;
+    let free = Free::ALL.iter().map(|(_, f)| *f).find(|f| *f as u32 == header.free)?;
+    let is_right = header.size.is_power_of_two() && (64..=65536).contains(&header.size) && header.closed <= 1;
+    is_right.then_some(Settings { size: header.size, structure, closed: header.closed == 1, free, ..Settings::PLAIN })
+}
+
+/// A number that differs where meshes or lights do, as far as a bake knows them: 64-bit FNV-1a of their shapes.
+pub fn scene_hash(scene: &Scene) -> u64 {
+    let mut hash = FnvHasher::default();
+    let mut numbers = vec![scene.meshes.len() as u64, scene.lights.len() as u64];
+    for mesh in &scene.meshes {
+        numbers.extend([mesh.positions.len() as u64, mesh.triangles.len() as u64, mesh.solid.into()]);
+    }
+    for light in &scene.lights {
+        // Others have no trees.
+        let LightKind::Directional { direction } = light.kind else { continue };
+        numbers.extend(direction.to_array().map(f64::to_bits));
+    }
+    hash.write(bytemuck::cast_slice(&numbers));
+    for mesh in &scene.meshes {
+        hash.write(bytemuck::cast_slice(&mesh.positions));
+        hash.write(bytemuck::cast_slice(&mesh.triangles));
+    }
+    hash.finish()
+}
