@@ -222,9 +222,9 @@ fn fog_is_between_what_the_truth_allows() {
         room.particles.clear();
         let sun = under_the_sun(room.clone());
         let cases = [
+            (&sun, "voxelized:size=512"),
             (&room, "ray-query"),
             (&room, "shadow-map:size=512"),
-            (&sun, "voxelized:size=512"),
             (&room, "uncompressed:size=512"),
         ];
         for (scene, text) in cases {
