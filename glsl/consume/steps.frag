@@ -6,6 +6,7 @@
 #define LOOK_UP_STEPS
 uint look_up_steps = 0u;
 #include "visibility.glsl"
+#include "consume/receiver.glsl"
 
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
@@ -14,13 +15,14 @@ layout(location = 0) flat in vec3 corner;
 layout(location = 1) flat in vec3 normal;
 layout(location = 2) flat in vec3 albedo;
 layout(location = 3) flat in vec2 z_range;
+layout(location = 4) flat in uint is_closed;
 layout(location = 0) out float steps;
 
 void main() {
     Ray ray = surface_ray(camera, gl_FragCoord.xy);
     vec3 position = surface_position(ray, surface_z(ray, Surface(corner, normal, z_range)));
     for (uint i = 0u; i < lights.length(); ++i) {
-        light_visibility(i, position);
+        surface_visibility(i, light_direction(lights[i], position), position, normal, is_closed != 0u);
     }
     steps = float(look_up_steps);
 }

@@ -1,7 +1,7 @@
 //! The steps that the picture of steps shows are those of the twin.
 
 use super::support::gpu_test;
-use super::{PLAIN, Structure, as_baked, baked, cube, shapes, voxel};
+use super::{Cube, PLAIN, Structure, as_baked, baked, cube, shapes, voxel};
 use glam::{DVec2, DVec3};
 use gobo::consume::Renderer;
 use gobo::reference::truth::{Casters, Hit};
@@ -18,7 +18,7 @@ fn seen(mut scene: Scene, from: DVec3) -> Scene {
 }
 
 /// What the ray of a pixel's middle meets, if it goes on a quarter of a pixel about it, where a rasterizer has no choice.
-fn steady(casters: &Casters, camera: &View, at: DVec2) -> Option<Option<DVec3>> {
+fn steady(casters: &Casters, camera: &View, at: DVec2) -> Option<Option<(DVec3, DVec3)>> {
     let hit = |[x, y]: [f64; 2]| -> (Ray, Option<Hit>) {
         let ray = camera.ray(at + DVec2::new(x, y));
         (ray, casters.meshes.hit(ray.origin, ray.direction))
@@ -32,7 +32,18 @@ fn steady(casters: &Casters, camera: &View, at: DVec2) -> Option<Option<DVec3>> 
     };
     let about = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
     let (ray, met) = hit([0.0; 2]);
-    about.into_iter().all(same).then(|| met.map(|h| ray.at(h.distance)))
+    about.into_iter().all(same).then(|| met.map(|h| (ray.at(h.distance), h.normal)))
+}
+
+/// Where a point of a surface is asked for, voxels of a cube: off the surface, on the outside of what is closed and the light's side
+/// of what is open. Twin: light_receiver in glsl/voxelized/visibility.glsl, of one column.
+fn receiver(cube: &Cube, (position, normal): (DVec3, DVec3), closed: bool) -> [f32; 3] {
+    let axes = cube.axes.map(|axis| DVec3::from(axis.map(f64::from)));
+    let voxels = axes[0].length();
+    let normal = if closed || normal.dot(axes[2]) <= 0.0 { normal } else { -normal };
+    let facing = axes.map(|axis| normal.dot(axis).abs() / voxels);
+    let off = 0.5 * (facing[0] + facing[1] + facing[2]) + 1.0 / 32.0;
+    voxel(cube, (position + normal * off / voxels).as_vec3().into())
 }
 
 /// Where rounding leaves no choice of the voxel, a pixel shows as many steps as the twin goes down to it, and none outside the
@@ -40,11 +51,9 @@ fn steady(casters: &Casters, camera: &View, at: DVec2) -> Option<Option<DVec3>> 
 #[test]
 fn steps_equal_their_twin() {
     gpu_test("steps_equal_their_twin", |context| {
-        for (scene, from) in [
-            (shapes::houses(), DVec3::new(1.8, -1.2, 1.6)),
-            (shapes::soup(), DVec3::new(-1.5, 1.9, 1.2)),
-            (shapes::extremes(), DVec3::new(5.0, 4.0, 6.0)),
-        ] {
+        for (scene, closed, from) in
+            [(shapes::houses(), true, DVec3::new(1.8, -1.2, 1.6)), (shapes::soup(), false, DVec3::new(-1.5, 1.9, 1.2))]
+        {
             let scene = seen(scene, from);
             for structure in [Structure::Dag, Structure::Svo] {
                 let settings = super::Settings { size: 256, structure, ..PLAIN };
@@ -60,11 +69,11 @@ fn steps_equal_their_twin() {
                 for (i, count) in counts.iter().enumerate() {
                     let at = DVec2::new((i as u32 % SIZE[0]) as f64, (i as u32 / SIZE[0]) as f64) + 0.5;
                     let Some(met) = steady(&casters, &camera, at) else { continue };
-                    let Some(position) = met else {
+                    let Some(point) = met else {
                         assert_eq!(*count, None, "{}, pixel {at}", scene.name);
                         continue;
                     };
-                    let place = voxel(&cube(&tree), position.as_vec3().into());
+                    let place = receiver(&cube(&tree), point, closed);
                     if place.iter().any(|v| (v - v.round()).abs() < 2e-3) {
                         continue; // at the side of a voxel
                     }
