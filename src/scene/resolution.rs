@@ -11,6 +11,8 @@ pub struct Resolution {
     pub reach_texels: f64,
     /// How far along its normal, in texels of the view, a point of a surface is moved before it is looked up, at most.
     pub normal_texels: f64,
+    /// Whether it may answer anything inside closed things: what is nearer to their inside than it resolves is boundary too.
+    pub free_inside: bool,
     /// How far along the rays, as a share of the view's range.
     pub depth: f64,
 }

@@ -48,7 +48,10 @@ fn a_bake_is_opened_again() {
     assert_eq!(disk, [Some(bytes.len() as u64), Some(bytes.len() as u64), None]);
     let [baked, opened] = [&rows[0], &rows[1]];
     assert_eq!((opened.path.as_str(), opened.build_ns, opened.passes.len()), ("file", None, 0));
-    assert_eq!((baked.path.as_str(), baked.passes.is_empty()), ("tiles", false));
+    // Without timestamps nobody knows of passes.
+    let untimed = std::env::var_os("GOBO_TEST_FEATURES").is_some();
+    assert_eq!((baked.path.as_str(), baked.passes.is_empty()), ("tiles", untimed));
+    assert!(baked.host_ns.is_some());
     assert_eq!(opened.error, baked.error);
     for key in ["size", "structure", "closed", "free"] {
         assert_eq!(opened.variant[key], baked.variant[key], "{key}");

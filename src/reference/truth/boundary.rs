@@ -17,12 +17,16 @@ const GRAZING: f64 = 0.02;
 
 impl Casters<'_> {
     /// Whether a point lies in the boundary of an opaque shadow of light `light`: whether a point nearer to it than the
-    /// technique resolves, across the light's rays or along them, is blocked where it is not, or the other way round.
+    /// technique resolves, across the light's rays or along them, is blocked where it is not, or the other way round; or lies
+    /// inside something closed, where the technique may answer anything.
     pub fn in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3) -> bool {
         let [right, up, along, z] = self.footprint(&resolution.view, position);
         let depth = depth(resolution) * along;
         let blocked = !self.unblocked(light, position);
-        let differs = |offset: DVec3| self.unblocked(light, position + offset) == blocked;
+        let differs = |offset: DVec3| {
+            let at = position + offset;
+            self.unblocked(light, at) == blocked || resolution.free_inside && self.inside(light, at)
+        };
         z.x <= 0.0
             || [-depth, depth].into_iter().any(differs)
             || offsets(resolution.reach_texels).any(|[x, y]| differs(x * right + y * up))
@@ -107,7 +111,10 @@ mod tests {
     /// Of the scene's light, 64 texels across.
     fn resolution(scene: &Scene, reach_texels: f64, depth: f64) -> (Resolution, f64) {
         let view = View::opaques(scene, 64)[0];
-        (Resolution { view, reach_texels, normal_texels: 0.0, depth }, 2.0 / (f64::from(view.scale_x) * 64.0))
+        (
+            Resolution { view, reach_texels, normal_texels: 0.0, free_inside: false, depth },
+            2.0 / (f64::from(view.scale_x) * 64.0),
+        )
     }
 
     /// Along the edge of the plate's shadow two texels to either side, and nothing else: not the middle of the shadow, not the

@@ -30,7 +30,8 @@ pub fn resolution(cubes: &[View], settings: &Settings) -> Vec<Resolution> {
     // The most that light_receiver moves a point by, whatever its normal.
     let normal_texels = (2.0 * reach_texels * reach_texels + 0.25).sqrt() + ROUNDING;
     let depth = 1.0 / f64::from(settings.size);
-    cubes.iter().map(|cube| Resolution { view: *cube, reach_texels, normal_texels, depth }).collect()
+    let free_inside = settings.closed;
+    cubes.iter().map(|cube| Resolution { view: *cube, reach_texels, normal_texels, free_inside, depth }).collect()
 }
 
 fn cube(scene: &Scene, aimed: View) -> View {
