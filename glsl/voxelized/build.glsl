@@ -57,6 +57,7 @@ layout(set = 0, binding = 0, scalar) buffer BuildState {
     uint words;          // of `data`, all trees so far
     uint entry_capacity;
     uint large_capacity;
+    uint failed;         // something had no room: what follows would read what nobody has written, and stands aside
 };
 layout(set = 0, binding = 1, scalar) buffer BuildRanges { uvec2 ranges[]; };      // x: least exit, y: greatest entry
 layout(set = 0, binding = 2, scalar) buffer BuildValues { uint values[]; };       // counts, then their sums before each

@@ -18,7 +18,7 @@ void put(uint bit, uint value) {
 
 void main() {
     uint node = 64u * build_group() + gl_LocalInvocationIndex;
-    if (node >= min(levels[level].unique, unique_capacity)) {
+    if (failed != 0u || node >= min(levels[level].unique, unique_capacity)) {
         return;
     }
     if (level == 0u) {

@@ -8,9 +8,11 @@ void main() {
     uvec2 range = ranges[at];
     bool nodes = node_range(range, level_side(level)).y > 0u;
     trees[light].root = nodes ? INTERSECTED : range.x >= trees[light].size ? LIT : SHADOWED;
-    uint slot = slots[slots_at];
-    uint number = MERGE ? table[table_at + slot] - 1u : slot;
-    trees[light].root_at = nodes ? before(rank_at + number) : 0u;
+    trees[light].root_at = 0u;
+    if (nodes && failed == 0u) {
+        uint slot = slots[slots_at];
+        trees[light].root_at = before(rank_at + (MERGE ? table[table_at + slot] - 1u : slot));
+    }
     for (uint l = 0u; l <= level; ++l) {
         trees[light].at[l] = levels[l].at;
         trees[light].pointer_bits[l] = levels[l].pointer_bits;

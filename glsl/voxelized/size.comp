@@ -23,6 +23,9 @@ uint value_of(uint i) {
 }
 
 void main() {
+    if (failed != 0u) {
+        return;
+    }
     if (build_group() < (levels[level].unique + SCANNED - 1u) / SCANNED) {
         uint first = rank_at + SCANNED * build_group();
         SCAN_BLOCK(first, value_of)

@@ -37,6 +37,7 @@ void main() {
         levels[level].base = levels[level].unique;
         levels[level].unique += all;
         set_unique_groups(level, levels[level].unique);
+        failed = levels[level].unique > unique_capacity || levels[level].lost > 0u ? 1u : failed;
     } else if (level == 0u) {
         levels[0].at = words;
         words += LEAF_WORDS * levels[0].unique;

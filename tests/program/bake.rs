@@ -147,14 +147,23 @@ fn a_full_disk_leaves_what_was_there() {
     let arguments = ["bake", text(&scene), "--technique", "voxelized:size=512,structure=svo", "--out", text(&file)];
     std::fs::write(&file, "what was there").expect("written");
     let program = gobo();
-    let limited = std::process::Command::new("sh")
-        .args(["-c", "ulimit -f 8; trap '' XFSZ; exec \"$0\" \"$@\""])
-        .arg(program.get_program())
-        .args(program.get_args())
-        .args(arguments)
-        .output()
-        .expect("a shell");
-    one_line(&arguments, limited, &["cannot write", "small.gobo", "free space"]);
+    let limited = |arguments: &[&str]| {
+        std::process::Command::new("sh")
+            .args(["-c", "ulimit -f 8; trap '' XFSZ; exec \"$0\" \"$@\""])
+            .arg(program.get_program())
+            .args(program.get_args())
+            .args(arguments)
+            .output()
+            .expect("a shell")
+    };
+    // Newer Mesa keeps a device's memory in files, and where these may not grow it is ended by a signal.
+    let small =
+        ["bake", text(&scene), "--technique", "voxelized:size=64", "--out", text(&out.path().join("tiny.gobo"))];
+    if limited(&small).status.code().is_none() {
+        return crate::support::skipped("a_full_disk_leaves_what_was_there", "the driver itself needs larger files");
+    }
+    let _ = std::fs::remove_file(&tiny);
+    one_line(&arguments, limited(&arguments), &["cannot write", "small.gobo", "free space"]);
     assert_eq!(std::fs::read_to_string(&file).expect("still there"), "what was there");
     assert_eq!(names(out.path()), ["small.gobo"]);
     ok(&arguments);

@@ -76,6 +76,7 @@ pub struct BuildState {
     pub words: u32,
     entry_capacity: u32,
     large_capacity: u32,
+    failed: u32,
 }
 
 /// Where a level's dispatches stand in the state.
