@@ -77,6 +77,7 @@ fn as_baked(voxelized: &Voxelized, light: usize, settings: Settings) -> Baked {
         at: tree.at[..levels].to_vec(),
         pointer_bits: tree.pointer_bits[..levels].to_vec(),
         header_bits: if settings.merges() { 16 } else { 32 },
+        shortcuts: tree.shortcuts,
         words: voxelized.nodes().expect("read"),
     }
 }

@@ -13,6 +13,8 @@ void main() {
         uint slot = slots[slots_at];
         trees[light].root_at = before(rank_at + (MERGE ? table[table_at + slot] - 1u : slot));
     }
+    trees[light].shortcuts = words;
+    words += 1u << 3u * shortcut_bits(trees[light].levels);
     for (uint l = 0u; l <= level; ++l) {
         trees[light].at[l] = levels[l].at;
         trees[light].pointer_bits[l] = levels[l].pointer_bits;

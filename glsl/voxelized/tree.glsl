@@ -19,10 +19,25 @@ struct Tree {
     uint root;     // LIT, SHADOWED, or INTERSECTED where there are nodes
     vec3 forward;
     uint root_at;  // the root, as pointers say it
+    uint shortcuts;  // where the words of the cells begin
     uint at[15];            // where each level's nodes begin, words
     uint pointer_bits[15];  // bits of their pointers
 };
 
 // Bits of a node before its pointers, and of the units that pointers count: a graph is packed, a tree is of whole words.
 CONSTANT(uint, HEADER_BITS, 16u)
+
+// Look-ups begin with a cell of a grid, a word each: what kind it is, two bits, and its node, as pointers say it. The grid is as
+// fine as a level of the tree, at most 2^SHORTCUT_BITS cells a side.
+const uint SHORTCUT_BITS = 4u;
+
+// Of a tree with so many levels; a cell is no leaf.
+uint shortcut_bits(uint levels) { return min(SHORTCUT_BITS, levels - 2u); }
+
+// Which cell a voxel is in.
+uint shortcut_of(uint levels, uvec3 voxel) {
+    uint bits = shortcut_bits(levels);
+    uvec3 cell = voxel >> (levels + 1u - bits);
+    return cell.x | (cell.y | cell.z << bits) << bits;
+}
 #endif

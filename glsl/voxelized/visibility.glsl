@@ -14,18 +14,34 @@ uint leaf_rows(uint row, ivec2 rows, int first) {
     return low > high ? 0u : (row * 0x01010101u) & (0xffffffffu >> (8 * (3 - high))) & (0xffffffffu << (8 * low));
 }
 
+// Whether one column is.
+bool shadowed_voxel(uint light, uvec3 voxel) {
+    Walk walk = walk_from_cell(light, voxel);
+    while (walk.kind == INTERSECTED && walk.level > 0u) {
+        walk_down(light, voxel, walk);
+    }
+    if (walk.kind != INTERSECTED) {
+        return walk.kind == SHADOWED;
+    }
+    uint bit = 8u * (voxel.y & 7u) + (voxel.x & 7u);
+    uint word = visibility_trees[light].at[0] + 2u * walk.node + (bit >> 5);
+    return (visibility_nodes[word] >> (bit & 31u) & 1u) == 1u;
+}
+
 // How many of the columns low to high are shadowed at z.
 uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
-    Walk shared_way = walk_from_root(light);
+    uint levels = visibility_trees[light].levels;
+    bool one_cell = shortcut_of(levels, uvec3(low, z)) == shortcut_of(levels, uvec3(high, z));
+    Walk shared_way = walk_from_cell(light, uvec3(low, z));
     // As long as all columns lie in the same child.
-    while (shared_way.kind == INTERSECTED && shared_way.level > 1u &&
+    while (one_cell && shared_way.kind == INTERSECTED && shared_way.level > 1u &&
            all(equal(low >> int(shared_way.level + 1u), high >> int(shared_way.level + 1u)))) {
         walk_down(light, uvec3(low, z), shared_way);
     }
     uint shadowed = 0u;
     for (int y = low.y >> 3; y <= high.y >> 3; ++y) {
         for (int x = low.x >> 3; x <= high.x >> 3; ++x) {
-            Walk walk = shared_way;
+            Walk walk = one_cell ? shared_way : walk_from_cell(light, uvec3(8 * x, 8 * y, z));
             while (walk.kind == INTERSECTED && walk.level > 0u) {
                 walk_down(light, uvec3(8 * x, 8 * y, z), walk);
             }
@@ -64,6 +80,9 @@ float light_visibility(uint light, vec3 position) {
         return 1.0;
     }
     ivec2 column = ivec2(floor(voxel.xy)), last = ivec2(int(visibility_trees[light].size) - 1);
+    if (PCF == 1u) {
+        return shadowed_voxel(light, uvec3(column, min(voxel.z, size - 1.0))) ? 0.0 : 1.0;
+    }
     ivec2 low = max(column - int(PCF / 2u), ivec2(0)), high = min(column + int(PCF / 2u), last);
     uint shadowed = shadowed_columns(light, low, high, uint(min(voxel.z, size - 1.0)));
     return 1.0 - float(shadowed) / float(PCF * PCF);

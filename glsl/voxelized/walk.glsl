@@ -8,17 +8,21 @@
 #define GOBO_SET 1
 #endif
 
+// A bake goes down what it has just made.
+#ifdef VOXELIZED_BUILD_GLSL
+#define visibility_trees trees
+#define visibility_nodes data
+#else
 layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityTrees { Tree visibility_trees[]; };
 layout(set = GOBO_SET, binding = 1, scalar) readonly buffer VisibilityNodes { uint visibility_nodes[]; };
+#endif
 
 // `count` bits from bit `bit` of a word on; at most 32.
 uint node_bits(uint word, uint bit, uint count) {
     word += bit >> 5;
     bit &= 31u;
     uint bits = visibility_nodes[word] >> bit;
-    if (bit + count > 32u) {
-        bits |= visibility_nodes[word + 1u] << (32u - bit);
-    }
+    bits |= visibility_nodes[word + 1u] << 1 << (31u - bit);
     return count == 32u ? bits : bits & ((1u << count) - 1u);
 }
 
@@ -31,6 +35,16 @@ struct Walk {
 
 Walk walk_from_root(uint light) {
     return Walk(visibility_trees[light].levels - 1u, visibility_trees[light].root_at, visibility_trees[light].root);
+}
+
+// From the cell that the voxel is in.
+Walk walk_from_cell(uint light, uvec3 voxel) {
+    uint levels = visibility_trees[light].levels;
+    uint cell = visibility_nodes[visibility_trees[light].shortcuts + shortcut_of(levels, voxel)];
+#ifdef LOOK_UP_STEPS
+    ++look_up_steps;
+#endif
+    return Walk(levels - 1u - shortcut_bits(levels), cell >> 2, cell & 3u);
 }
 
 // One level down towards a voxel, from a node above the leaves.

@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// Where the trees begin and how long each is, as docs/voxelized.md says.
 const TREES: usize = 80;
-const TREE: usize = 184;
+const TREE: usize = 188;
 
 /// Of the checksum.
 const LAST: usize = 4;
@@ -156,10 +156,15 @@ fn no_file_leads_astray() {
         }
         // All eight children have nodes, at pointers past the end: of the root, and of the first node of each level.
         for level in 1..=4 {
-            let at = word(&good, TREES + 64 + 4 * level) as usize;
+            let at = word(&good, TREES + 68 + 4 * level) as usize;
             let node = heads + 4 * at;
             let error = try_with(&[(node, u32::MAX), (node + 4, u32::MAX), (node + 8, u32::MAX)]);
             assert!(error.is_some_and(|error| error.contains("damaged")), "level {level}");
+        }
+        // A cell of a kind that there is not, and one whose node is past the end.
+        let cell = heads + 4 * word(&good, TREES + 64) as usize;
+        for value in [0, u32::MAX] {
+            assert!(try_with(&[(cell, value)]).is_some_and(|error| error.contains("damaged")), "cell {value:x}");
         }
         let mut random = Random::new(11);
         for _ in 0..if support::all() { 1000 } else { 60 } {

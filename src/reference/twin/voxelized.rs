@@ -192,7 +192,9 @@ pub struct Baked {
     pub pointer_bits: Vec<u32>,
     /// Bits before the pointers: 16 in a graph, 32 in a tree.
     pub header_bits: u32,
-    /// All nodes.
+    /// Where the words of the cells begin.
+    pub shortcuts: u32,
+    /// All nodes, then a word for each cell of the grid that look-ups begin with.
     pub words: Vec<u32>,
 }
 
@@ -372,33 +374,71 @@ fn pack(kept: &[Kept], root: Option<u32>, else_is: u32, size: u32, merge: bool) 
         names = own;
     }
     baked.root_at = root.map_or(0, |number| names[number as usize]);
+    baked.shortcuts = baked.words.len() as u32;
+    let cells = shortcuts(&baked);
+    baked.words.extend(cells);
     baked
 }
 
+/// Levels that look-ups skip, at most. Twin: SHORTCUT_BITS in glsl/voxelized/tree.glsl.
+const SHORTCUT_BITS: u32 = 4;
+
+/// Twin: glsl/voxelized/shortcuts.comp.
+fn shortcuts(baked: &Baked) -> Vec<u32> {
+    let (bits, level) = baked.shortcut_bits_and_level();
+    let cell = |c: u32| {
+        let voxel = [c, c >> bits, c >> (2 * bits)].map(|c| (c & ((1 << bits) - 1)) << (level + 2));
+        let walk = baked.walk(Walk { level: baked.at.len() - 1, at: baked.root_at, kind: baked.root }, voxel, level);
+        walk.kind | if walk.kind == INTERSECTED { walk.at << 2 } else { 0 }
+    };
+    (0..1 << (3 * bits)).map(cell).collect()
+}
+
+/// A node on the way down. Twin: Walk in glsl/voxelized/walk.glsl.
+struct Walk {
+    level: usize,
+    at: u32,
+    kind: u32,
+}
+
 impl Baked {
-    /// Whether a voxel is shadowed, and how many nodes say so. Twin: glsl/voxelized/walk.glsl.
-    pub fn shadowed(&self, voxel: [u32; 3]) -> (bool, u32) {
-        let (mut level, mut at, mut kind, mut steps) = (self.at.len() - 1, self.root_at, self.root, 0);
-        while kind == INTERSECTED && level > 0 {
-            let bit = u64::from(self.at[level]) * 32 + u64::from(at) * u64::from(self.header_bits);
+    /// Bits of a cell's number along each axis, and the level of its node.
+    fn shortcut_bits_and_level(&self) -> (u32, usize) {
+        let bits = SHORTCUT_BITS.min(self.at.len() as u32 - 2);
+        (bits, self.at.len() - 1 - bits as usize)
+    }
+
+    /// Goes down towards a voxel, to a level or to where all is one. Twin: walk_down.
+    fn walk(&self, mut walk: Walk, voxel: [u32; 3], to: usize) -> Walk {
+        while walk.kind == INTERSECTED && walk.level > to {
+            let bit = u64::from(self.at[walk.level]) * 32 + u64::from(walk.at) * u64::from(self.header_bits);
             let mask = self.bits(bit, 16);
-            let child = match level {
+            let child = match walk.level {
                 1 => voxel[2] & 7,
-                _ => (0..3).map(|axis| (voxel[axis] >> (level + 1) & 1) << axis).sum(),
+                _ => (0..3).map(|axis| (voxel[axis] >> (walk.level + 1) & 1) << axis).sum(),
             };
-            kind = mask >> (2 * child) & 3;
-            steps += 1;
-            if kind == INTERSECTED {
+            walk.kind = mask >> (2 * child) & 3;
+            if walk.kind == INTERSECTED {
                 let before = (0..child).filter(|c| mask >> (2 * c) & 3 == INTERSECTED).count() as u64;
-                let pointer_bits = self.pointer_bits[level];
-                at = self.bits(bit + u64::from(self.header_bits) + before * u64::from(pointer_bits), pointer_bits);
-                level -= 1;
+                let pointer_bits = self.pointer_bits[walk.level];
+                walk.at = self.bits(bit + u64::from(self.header_bits) + before * u64::from(pointer_bits), pointer_bits);
             }
+            walk.level -= 1;
         }
-        if kind != INTERSECTED {
-            return (kind == SHADOWED, steps);
+        walk
+    }
+
+    /// Whether a voxel is shadowed, and how many words or nodes have said so, one a level. Twin: glsl/voxelized/walk.glsl.
+    pub fn shadowed(&self, voxel: [u32; 3]) -> (bool, u32) {
+        let (bits, level) = self.shortcut_bits_and_level();
+        let cell = voxel.map(|v| v >> (level + 2));
+        let cell = self.words[(self.shortcuts + (cell[0] | (cell[1] | cell[2] << bits) << bits)) as usize];
+        let walk = self.walk(Walk { level, at: cell >> 2, kind: cell & 3 }, voxel, 0);
+        let steps = 1 + (level - walk.level) as u32;
+        if walk.kind != INTERSECTED {
+            return (walk.kind == SHADOWED, steps);
         }
-        let bit = u64::from(self.at[0]) * 32 + 64 * u64::from(at) + u64::from(8 * (voxel[1] & 7) + (voxel[0] & 7));
+        let bit = u64::from(self.at[0]) * 32 + 64 * u64::from(walk.at) + u64::from(8 * (voxel[1] & 7) + (voxel[0] & 7));
         (self.bits(bit, 1) == 1, steps)
     }
 

@@ -33,6 +33,7 @@ pub struct Bake {
     size: Kernel<BuildPush>,
     pack: Kernel<BuildPush>,
     root: Kernel<BuildPush>,
+    shortcuts: Kernel<BuildPush>,
     merges: bool,
 }
 
@@ -75,6 +76,7 @@ impl Bake {
             size: kernel(&shaders::SIZE)?,
             pack: kernel(&shaders::PACK)?,
             root: kernel(&shaders::ROOT)?,
+            shortcuts: kernel(&shaders::SHORTCUTS)?,
             merges: settings.merges(),
         })
     }
@@ -211,6 +213,8 @@ impl Bake {
         let at = if shape.tiles() > 1 { shape.top_level_at(level) } else { shape.level_at(level) };
         let push = job.level(BuildPush { level, at, light: job.light, ..BuildPush::default() });
         commands.pass("voxelized.root", |pass| pass.dispatch(&self.root, &push, [1, 1, 1]));
+        let [x, y] = groups(u64::from(shape.shortcuts().div_ceil(THREADS)));
+        commands.pass("voxelized.shortcuts", |pass| pass.dispatch(&self.shortcuts, &push, [x, y, 1]));
     }
 
     /// Ranges of the levels above `from`, three at a time.

@@ -115,6 +115,9 @@ pub const SCANNED: u32 = 1024;
 const LEAF_WORDS: u32 = 2;
 const NODE_WORDS: u32 = 9;
 
+/// Levels that look-ups skip, at most. Twin: SHORTCUT_BITS in glsl/voxelized/tree.glsl.
+const SHORTCUT_BITS: u32 = 4;
+
 /// The shape of a bake: sizes that follow from the number of voxels alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shape {
@@ -143,6 +146,16 @@ impl Shape {
     /// The root's level.
     pub fn root_level(self) -> u32 {
         self.size.ilog2() - 2
+    }
+
+    /// Cells that look-ups begin with: a grid as fine as a level, and no leaf.
+    pub fn shortcuts(self) -> u32 {
+        1 << (3 * SHORTCUT_BITS.min(self.root_level() - 1))
+    }
+
+    /// The level of their nodes.
+    pub fn shortcut_level(self) -> u32 {
+        self.root_level() - SHORTCUT_BITS.min(self.root_level() - 1)
     }
 
     /// Bins across a tile.

@@ -6,25 +6,27 @@ use super::settings::Settings;
 use super::{MAX_LEVELS, TreeData};
 
 /// The kind of a child that has a node, and of a root. Twin: INTERSECTED in glsl/voxelized/tree.glsl.
-const INTERSECTED: u32 = 3;
+const INTERSECTED: u64 = 3;
 
-/// Whether every pointer of every tree leads to a node of the level below it. `words` are those of a file.
+/// Whether every pointer of every tree leads to a node of the level below it, and every cell to one of its level. `words` are those of a file.
 pub fn stays_inside(settings: &Settings, trees: &[TreeData], words: &[u8]) -> bool {
     let words = Words(words);
     let ends = trees.iter().skip(1).map(|next| u64::from(next.at[0])).chain([words.count()]);
     trees.iter().zip(ends).all(|(tree, end)| tree_stays_inside(settings, tree, words, end).is_some())
 }
 
-/// Levels stand one behind the other, leaves first, up to word `end`.
+/// Levels stand one behind the other, leaves first, then the cells, up to word `end`.
 fn tree_stays_inside(settings: &Settings, tree: &TreeData, words: Words, end: u64) -> Option<()> {
-    let levels = Shape { size: settings.size, tile: settings.size }.root_level() as usize + 1;
-    let mut at = [end; MAX_LEVELS + 1];
+    let shape = Shape { size: settings.size, tile: settings.size };
+    let levels = shape.root_level() as usize + 1;
+    let cells = u64::from(tree.shortcuts)..end;
+    let mut at = [cells.start; MAX_LEVELS + 1];
     at.iter_mut().zip(&tree.at[..levels]).for_each(|(at, word)| *at = u64::from(*word));
     let is_right = tree.size == settings.size
         && tree.levels as usize == levels
-        && (1..=INTERSECTED).contains(&tree.root)
         && tree.pointer_bits[..levels].iter().all(|bits| *bits <= 32)
         && end <= words.count()
+        && cells.start + u64::from(shape.shortcuts()) == end
         && at.is_sorted();
     if !is_right {
         return None;
@@ -33,8 +35,14 @@ fn tree_stays_inside(settings: &Settings, tree: &TreeData, words: Words, end: u6
     for level in 1..levels {
         let pointer_bits = u64::from(tree.pointer_bits[level]);
         below = nodes(words, at[level]..at[level + 1], u64::from(settings.header_bits()), pointer_bits, &below)?;
+        if level == shape.shortcut_level() as usize {
+            cells
+                .clone()
+                .all(|cell| words.bits(32 * cell, 32).is_some_and(|c| below.has_child(c & 3, c >> 2)))
+                .then_some(())?;
+        }
     }
-    (tree.root != INTERSECTED || below.has(tree.root_at.into())).then_some(())
+    below.has_child(tree.root.into(), tree.root_at.into()).then_some(())
 }
 
 /// The nodes of a level from which all pointers lead to nodes `below`; none where one does not.
@@ -69,6 +77,11 @@ struct Nodes {
 }
 
 impl Nodes {
+    /// Whether there is this kind of child, and its node where it has one.
+    fn has_child(&self, kind: u64, pointer: u64) -> bool {
+        (1..=INTERSECTED).contains(&kind) && (kind != INTERSECTED || self.has(pointer))
+    }
+
     fn has(&self, pointer: u64) -> bool {
         pointer < self.leaves || self.starts.get(pointer as usize / 64).is_some_and(|s| s >> (pointer % 64) & 1 == 1)
     }

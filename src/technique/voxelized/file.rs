@@ -14,7 +14,7 @@ use std::hash::Hasher;
 const MAGIC: [u8; 8] = *b"gobo-vox";
 
 /// The version that is written, and the only one that is read.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Bytes of the checksum at the end.
 const CHECKSUM: usize = 4;

@@ -86,6 +86,8 @@ pub struct TreeData {
     pub forward: [f32; 3],
     /// The root, as pointers say it.
     pub root_at: u32,
+    /// Where the words are that stand for the first levels.
+    pub shortcuts: u32,
     /// Where each level's nodes begin, words.
     pub at: [u32; MAX_LEVELS],
     /// Bits of their pointers.
