@@ -22,11 +22,33 @@ CONSTANT(bool, CLOSED, true)
 // Whether entries and exits are written down too.
 CONSTANT(bool, KEEP_COLUMNS, false)
 
-shared Facet facets[64];
-shared uint facet_count;
-shared uint busy;
+// Triangles that a block has at hand; of more it takes as many at a time.
+const uint FACETS = 128u;
+shared Plane planes[FACETS];
+// Which of them each column meets, a bit each.
+shared uint met[64][FACETS / 32u];
+shared uint busy[2];
+// Two of each: while one is read, the other is made ready for the turn after.
+const uint NONE = 0xffffffffu;
+shared uint first_exit[2];
+shared uint last_entry[2];
 shared uint least;
 shared uint most;
+
+// Triangle `i` of the bin's: where it is, and the columns that it meets.
+void take(uint place, uint i, uvec2 corner) {
+    Facet facet;
+    if (!facet_at(i, corner, facet)) {
+        return;
+    }
+    planes[place] = facet.plane;
+    uvec2 columns_met = facet_columns(facet);
+    for (uint w = 0u; w < 2u; ++w) {
+        for (uint bits = columns_met[w]; bits != 0u; bits &= bits - 1u) {
+            atomicOr(met[32u * w + uint(findLSB(bits))][place / 32u], 1u << (place & 31u));
+        }
+    }
+}
 
 // The number in [low, high] with the most trailing zeros.
 uint roundest(uint low, uint high) {
@@ -49,6 +71,12 @@ void main() {
     uint bin = (8u * block_at.y / BIN_COLUMNS) * bins_across() + 8u * block_at.x / BIN_COLUMNS;
     uint first = min(before(at + bin), entry_capacity), end = min(before(at + bin + 1u), entry_capacity);
 
+    if (thread == 0u) {
+        busy = uint[2](0u, 0u);
+        first_exit[0] = least = NONE;
+        last_entry[0] = most = 0u;
+    }
+    barrier();
     float nearest = FARTHEST, leaves = FARTHEST;
     int enters = 0, inside = 0;
     bool open = true, searching = true;
@@ -57,32 +85,32 @@ void main() {
         // entered has been left at the back found before, and the next back behind it.
         float next = FARTHEST;
         inside = 0;
-        for (uint batch = first; batch < end; batch += 64u) {
-            if (thread == 0u) {
-                facet_count = 0u;
-            }
-            barrier();
-            Facet facet;
-            if (batch + thread < end && facet_at(bin_entries[large_capacity + batch + thread], corner, facet)) {
-                facets[atomicAdd(facet_count, 1u)] = facet;
-            }
-            barrier();
-            for (uint f = 0u; f < facet_count && searching; ++f) {
-                if (!facet_meets(facets[f], column)) {
-                    continue;
+        for (uint batch = first; batch < end; batch += FACETS) {
+            // Where all are at hand, they stay.
+            if (round == 0u || end - first > FACETS) {
+                barrier();
+                met[thread] = uint[FACETS / 32u](0u, 0u, 0u, 0u);
+                barrier();
+                for (uint i = thread; i < min(FACETS, end - batch); i += 64u) {
+                    take(i, bin_entries[large_capacity + batch + i], corner);
                 }
-                float z = facet_depth(facets[f], column);
-                int faces = CLOSED ? facets[f].faces : 0;
-                if (round == 0u) {
-                    enters = z < nearest ? faces : z == nearest ? max(enters, faces) : enters;
-                    nearest = min(nearest, z);
-                    next = faces < 0 ? min(next, z) : next;
-                } else {
-                    inside += z <= leaves ? faces : 0;
-                    next = faces < 0 && z > leaves ? min(next, z) : next;
+                barrier();
+            }
+            for (uint w = 0u; 32u * w < min(FACETS, end - batch) && searching; ++w) {
+                for (uint bits = met[thread][w]; bits != 0u; bits &= bits - 1u) {
+                    Plane plane = planes[32u * w + uint(findLSB(bits))];
+                    float z = plane_depth(plane, column);
+                    int faces = CLOSED ? plane.faces : 0;
+                    if (round == 0u) {
+                        enters = z < nearest ? faces : z == nearest ? max(enters, faces) : enters;
+                        nearest = min(nearest, z);
+                        next = faces < 0 ? min(next, z) : next;
+                    } else {
+                        inside += z <= leaves ? faces : 0;
+                        next = faces < 0 && z > leaves ? min(next, z) : next;
+                    }
                 }
             }
-            barrier();
         }
         // Left where it was thought to be; else perhaps at the next back, or never: a ground has no back.
         open = round == 0u ? enters <= 0 : open;
@@ -91,17 +119,17 @@ void main() {
             leaves = left ? leaves : next;
             searching = !left && leaves < FARTHEST;
         }
-        if (thread == 0u) {
-            busy = 0u;
-        }
-        barrier();
         if (searching) {
-            busy = 1u;
+            busy[round & 1u] = 1u;
         }
         barrier();
-        if (busy == 0u) {
+        if (busy[round & 1u] == 0u) {
             break;
         }
+        if (thread == 0u) {
+            busy[1u - (round & 1u)] = 0u;
+        }
+        barrier();
     }
     // What is entered in a voxel is lit in all of it, and what is left in a voxel is behind it: where the thing is thick
     // enough for both, nothing is rounded.
@@ -111,11 +139,6 @@ void main() {
     bool thin = open || exit < entry;
     uvec2 range = nearest == FARTHEST ? uvec2(size) : thin ? uvec2(middle) : uvec2(entry, exit);
 
-    if (thread == 0u) {
-        least = 0xffffffffu;
-        most = 0u;
-    }
-    barrier();
     atomicMin(least, range.y);
     atomicMax(most, range.x);
     barrier();
@@ -130,27 +153,27 @@ void main() {
         // As few boundaries as the block's columns allow: the least exit stands for all columns that have entered by then, and
         // so on; each where its z has the most trailing zeros, so that blocks meet at the same ones.
         bool placed = false;
-        for (uint placing = 0u; placing < 64u; ++placing) {
-            barrier();
-            if (thread == 0u) {
-                least = 0xffffffffu;
-                most = 0u;
-            }
-            barrier();
+        for (uint turn = 0u; turn < 64u; ++turn) {
+            // What the turn before has read nobody reads any more.
+            uint now = turn & 1u;
             if (!placed) {
-                atomicMin(least, range.y);
+                atomicMin(first_exit[now], range.y);
             }
             barrier();
-            uint stop = least;
-            if (stop == 0xffffffffu) {
+            uint stop = first_exit[now];
+            if (stop == NONE) {
                 break;
             }
             bool here = !placed && range.x <= stop;
             if (here) {
-                atomicMax(most, range.x);
+                atomicMax(last_entry[now], range.x);
+            }
+            if (thread == 0u) {
+                first_exit[1u - now] = NONE;
+                last_entry[1u - now] = 0u;
             }
             barrier();
-            boundary = here ? roundest(most, stop) : boundary;
+            boundary = here ? roundest(last_entry[now], stop) : boundary;
             placed = placed || here;
         }
     }

@@ -18,14 +18,19 @@ Wide wide_cross(ivec2 a, ivec2 b) {
     return Wide(high - other_high - int(borrow), difference);
 }
 
+// Its depths.
+struct Plane {
+    float z;     // at the first column, voxels
+    vec2 slope;  // a column
+    vec2 range;  // least and greatest z of the corners
+    int faces;   // 1: into something closed, -1: out of it, 0: it is open
+};
+
 struct Facet {
-    ivec3 edge;     // at the block's first column: not negative inside
-    ivec3 right;    // what a column to the right adds
-    ivec3 up;       // and a column up
-    float z;        // at the first column, voxels
-    vec2 slope;     // a column
-    vec2 range;     // least and greatest z of the corners
-    int faces;      // 1: into something closed, -1: out of it, 0: it is open
+    ivec3 edge;   // at the block's first column: not negative inside
+    ivec3 right;  // what a column to the right adds
+    ivec3 up;     // and a column up
+    Plane plane;
 };
 
 // Whether a middle of a column that lies on the edge is inside: of two triangles that share it exactly one has it.
@@ -64,20 +69,28 @@ bool facet_at(uint i, uvec2 corner, out Facet facet) {
     vec2 ab = vec2(b - a), ac = vec2(c - a);
     float to_b = z.y - z.x, to_c = z.z - z.x;
     vec2 slope = vec2(to_b * ac.y - to_c * ab.y, to_c * ab.x - to_b * ac.x) * scale;
-    facet.z = z.x - slope.x * float(a.x) - slope.y * float(a.y);
-    facet.slope = slope * SUB_VOXELS;
-    facet.range = vec2(min(z.x, min(z.y, z.z)), max(z.x, max(z.y, z.z)));
+    facet.plane.z = z.x - slope.x * float(a.x) - slope.y * float(a.y);
+    facet.plane.slope = slope * SUB_VOXELS;
+    facet.plane.range = vec2(min(z.x, min(z.y, z.z)), max(z.x, max(z.y, z.z)));
     // A closed mesh's outside is seen where it turns counter-clockwise about the way to the light.
     int side = projected[PROJECTED_WORDS * i + 9u];
-    facet.faces = turned ? -side : side;
+    facet.plane.faces = turned ? -side : side;
     return (area.high | int(area.low)) != 0 && all(greaterThanEqual(most, ivec3(0)));
 }
 
-bool facet_meets(Facet facet, ivec2 column) {
-    return all(greaterThanEqual(facet.edge + facet.right * column.x + facet.up * column.y, ivec3(0)));
+// The columns of the block that it meets, a bit each.
+uvec2 facet_columns(Facet facet) {
+    uvec2 met = uvec2(0u);
+    for (int c = 0; c < 32; ++c) {
+        ivec3 edge = facet.edge + facet.right * (c & 7) + facet.up * (c >> 3), further = edge + 4 * facet.up;
+        // A value that is negative sets the sign of all.
+        met.x |= uint((~(edge.x | edge.y | edge.z) >> 31) & 1) << c;
+        met.y |= uint((~(further.x | further.y | further.z) >> 31) & 1) << c;
+    }
+    return met;
 }
 
-float facet_depth(Facet facet, ivec2 column) {
-    return clamp(facet.z + facet.slope.x * float(column.x) + facet.slope.y * float(column.y), facet.range.x, facet.range.y);
+float plane_depth(Plane plane, ivec2 column) {
+    return clamp(plane.z + plane.slope.x * float(column.x) + plane.slope.y * float(column.y), plane.range.x, plane.range.y);
 }
 #endif

@@ -6,6 +6,10 @@ layout(local_size_x = 64) in;
 #include "voxelized/build.glsl"
 #include "voxelized/merge.glsl"
 
+// Of a table that is half full hardly any node tries so many slots.
+const uint MOST_TRIES = 512u;
+const uint MOST_LOST = 256u;
+
 uint hash(uint node) {
     uint words = node_words(), sum = 0x9e3779b9u;
     for (uint w = 0u; w < words; ++w) {
@@ -41,8 +45,9 @@ void main() {
     if (node >= levels[level].candidates || !MERGE) {
         return;
     }
-    uint slot = hash(node) & table_mask;
-    for (uint tries = 0u; tries <= table_mask; ++tries) {
+    // A table that is too full is given up soon: it is made anew, larger.
+    uint slot = hash(node) & table_mask, most = levels[level].lost > MOST_LOST ? 0u : min(table_mask + 1u, MOST_TRIES);
+    for (uint tries = 0u; tries < most; ++tries) {
         uint standing = atomicCompSwap(table[table_at + slot], EMPTY, CANDIDATE | node);
         if (standing == EMPTY || is_equal(node, standing)) {
             atomicMin(table[table_at + slot], CANDIDATE | node);

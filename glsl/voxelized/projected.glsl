@@ -6,7 +6,7 @@ const uint PROJECTED_WORDS = 10u;
 const float SUB_VOXELS = 256.0;
 
 // Columns a side of a bin of triangles.
-const uint BIN_COLUMNS = 32u;
+const uint BIN_COLUMNS = 8u;
 // Bins beyond which a triangle is a workgroup's.
 const uint MANY_BINS = 16u;
 

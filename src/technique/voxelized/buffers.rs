@@ -107,7 +107,7 @@ pub const LARGE_OFFSET: u64 = std::mem::offset_of!(BuildState, large) as u64;
 pub const WORDS_OFFSET: u64 = std::mem::offset_of!(BuildState, words) as u64;
 
 /// Columns a side of a bin of triangles. Twin: BIN_COLUMNS in glsl/voxelized/projected.glsl.
-const BIN_COLUMNS: u32 = 32;
+const BIN_COLUMNS: u32 = 8;
 
 /// Values that one workgroup scans. Twin: SCANNED in glsl/voxelized/build.glsl.
 pub const SCANNED: u32 = 1024;

@@ -258,7 +258,9 @@ impl Voxelized {
         for (level, counts) in state.levels.iter().enumerate().take(self.shape.root_level() as usize + 1) {
             let candidates = if level == 0 { &mut room.leaf_candidates } else { &mut room.node_candidates };
             enlarge(candidates, counts.demanded);
-            enlarge(&mut room.unique[level], counts.unique.saturating_add(counts.lost));
+            // How many a table that is full would have kept is not known.
+            let unique = if counts.lost > 0 { room.unique[level].saturating_mul(2) } else { 0 };
+            enlarge(&mut room.unique[level], unique.max(counts.unique));
         }
         if room == self.room {
             return Ok(false);
