@@ -3,7 +3,7 @@
 use crate::gpu::{
     Bindings, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Target, push_struct,
 };
-use crate::scene::{Projection, Resolution, View};
+use crate::scene::{Moved, Projection, Resolution, View};
 use crate::shaders;
 use crate::shaders::constant::{OPAQUE_REACH, OPAQUE_STEP, SNAP};
 use crate::world::World;
@@ -62,7 +62,7 @@ impl OpaqueMaps {
         // Pushed back by a rounding, and rounded by another; and so for the format's step.
         let depth = DEPTH_ROUNDING.max(STORED_ROUNDING + 2.0 * rounding(&view) / range) + 2.0 * f64::from(self.step());
         let reach_texels = 2.0 * f64::from(self.reach) + COARSEST_SNAP;
-        Resolution { view, reach_texels, normal_texels: 0.0, free_inside: false, depth }
+        Resolution { view, reach_texels, moved: Moved::default(), free_inside: false, depth }
     }
 }
 

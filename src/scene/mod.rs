@@ -41,7 +41,7 @@ pub use fog::Fog;
 pub use light::{FACES, Light, LightKind};
 pub use order::far_to_near;
 pub use picture::{Picture, SKY};
-pub use resolution::Resolution;
+pub use resolution::{Moved, Resolution};
 pub use sides::{Side, sides};
 pub use view::{FARTHEST, Projection, Ray, View};
 

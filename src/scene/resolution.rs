@@ -9,10 +9,23 @@ pub struct Resolution {
     pub view: View,
     /// How far across the light's rays, in texels of the view, a look-up may feel a surface.
     pub reach_texels: f64,
-    /// How far along its normal, in texels of the view, a point of a surface is moved before it is looked up, at most.
-    pub normal_texels: f64,
+    /// How far along its normal a point of a surface is moved before it is looked up.
+    pub moved: Moved,
     /// Whether it may answer anything inside closed things: what is nearer to their inside than it resolves is boundary too.
     pub free_inside: bool,
     /// How far along the rays, as a share of the view's range.
     pub depth: f64,
+}
+
+/// How far along its normal a point of a surface is moved, so that the surface stays behind it: three numbers of texels, of which
+/// one counts as much as the normal looks along the view's right and up, the next as much as it looks forward, the last in full.
+/// All are 0 where points stay where they are.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Moved {
+    /// Times |right · n| + |up · n|.
+    pub across: f64,
+    /// Times |forward · n|: as far along the light's rays the surface then stays behind what is asked.
+    pub along: f64,
+    /// Whatever the normal.
+    pub always: f64,
 }

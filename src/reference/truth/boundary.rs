@@ -2,7 +2,8 @@
 //! resolution's, not the method's.
 
 use super::casters::Casters;
-use crate::scene::{Projection, Resolution, View};
+use super::shaft::Neighbourhood;
+use crate::scene::{Moved, Projection, Resolution, View};
 use glam::DVec3;
 
 /// The nearest that a point is tried across the rays, texels, so that what is thinner than a texel is met.
@@ -20,39 +21,42 @@ impl Casters<'_> {
     /// technique resolves, across the light's rays or along them, is blocked where it is not, or the other way round; or lies
     /// inside something closed, where the technique may answer anything.
     pub fn in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3) -> bool {
-        let [right, up, along, z] = self.footprint(&resolution.view, position);
-        let depth = depth(resolution) * along;
-        let blocked = !self.unblocked(light, position);
-        let differs = |offset: DVec3| {
-            let at = position + offset;
-            self.unblocked(light, at) == blocked || resolution.free_inside && self.inside(light, at)
-        };
-        z.x <= 0.0
-            || [-depth, depth].into_iter().any(differs)
-            || offsets(resolution.reach_texels).any(|[x, y]| differs(x * right + y * up))
+        let depth = resolution.depth * f64::from(resolution.view.far - resolution.view.near);
+        self.differs_about(resolution, position, depth, !self.unblocked(light, position))
     }
 
-    /// The same of a point on a surface with that normal, which is moved within the surface's plane, and off it where look-ups
-    /// are; or whether another
-    /// surface is so near to it along the rays that the technique does not tell the two apart.
+    /// The same of a point on a surface with that normal. Where look-ups move it off the surface, it is asked about where they
+    /// are; where they do not, within the surface's plane, and whether another surface is so near to it along the rays that
+    /// the technique does not tell the two apart.
     pub fn in_surface_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: DVec3) -> bool {
         let [right, up, along, z] = self.footprint(&resolution.view, position);
         let facing = normal.dot(along) / along.length();
         if z.x <= 0.0 || facing.abs() < GRAZING {
             return true;
         }
+        let blocked = !self.unblocked(light, position);
+        if resolution.moved != Moved::default() {
+            let (moved, texel) = (resolution.moved, right.length());
+            let across = (normal.dot(right) / texel).abs() + (normal.dot(up) / up.length()).abs();
+            let off = moved.across * across + moved.along * facing.abs() + moved.always;
+            let at = position + normal * (off * texel);
+            return self.differs_about(resolution, at, moved.along * texel, blocked);
+        }
         let within = |v: DVec3| v - along * (normal.dot(v) / normal.dot(along));
-        let (across, across_up) = (right, up);
         let (right, up) = (within(right), within(up));
         let depth = depth(resolution) * along;
-        let blocked = !self.unblocked(light, position);
         let differs = |offset: DVec3| self.unblocked(light, position + offset) == blocked;
-        // Away from the surface, on the side that is looked at: the light's of what is open, the outside of what is not.
-        let off = normal * across.length() * resolution.normal_texels;
-        let moved = resolution.normal_texels > 0.0;
         offsets(resolution.reach_texels).any(|[x, y]| differs(x * right + y * up))
-            || moved && offsets(resolution.reach_texels).any(|[x, y]| differs(off + x * across + y * across_up))
             || [-depth, depth].into_iter().any(|depth| !self.meshes.free(position, depth, 1.0))
+    }
+
+    /// Whether not all is `blocked` that is as near to a point as the technique resolves across the rays, and `depth` along
+    /// them; or some of it may be inside something closed.
+    fn differs_about(&self, resolution: &Resolution, position: DVec3, depth: f64, blocked: bool) -> bool {
+        let near = Neighbourhood { view: &resolution.view, position, reach: resolution.reach_texels, depth };
+        near.is_behind()
+            || resolution.free_inside && near.meets_closed(&self.meshes)
+            || near.differs(&self.meshes, blocked)
     }
 
     /// A texel to the right and up at a point, the ray's direction there, and its z (in x).
@@ -94,6 +98,7 @@ mod tests {
     use super::*;
     use crate::scene::tests::on_the_axis;
     use crate::scene::{Mesh, Scene, View};
+    use glam::DVec2;
 
     /// A square from −1 to 1 at z = 0, under a light that goes down.
     fn plate() -> Scene {
@@ -112,7 +117,7 @@ mod tests {
     fn resolution(scene: &Scene, reach_texels: f64, depth: f64) -> (Resolution, f64) {
         let view = View::opaques(scene, 64)[0];
         (
-            Resolution { view, reach_texels, normal_texels: 0.0, free_inside: false, depth },
+            Resolution { view, reach_texels, moved: Moved::default(), free_inside: false, depth },
             2.0 / (f64::from(view.scale_x) * 64.0),
         )
     }
@@ -179,6 +184,61 @@ mod tests {
         };
         for z in [0.0, f64::from(-0.1f32)] {
             assert!(!near(z, 0.09) && near(z, 0.11), "{z}");
+        }
+    }
+
+    /// A needle and a slit are met however thin they are, and a plate of many triangles has no slits.
+    #[test]
+    fn nothing_is_too_thin() {
+        let mut scene = plate();
+        let (resolution, texel) = resolution(&scene, 2.0625, 1e-5);
+        let near = |scene: &Scene, x: f64, y: f64| {
+            Casters::new(scene).in_boundary(0, &resolution, DVec3::new(x * texel, y * texel, -1.0))
+        };
+        let bar = |from: f64, to: f64| [[from, -1.0], [to, -1.0], [to, 1.0], [from, 1.0]];
+        let placed = |scene: &mut Scene, bars: &[[[f64; 2]; 4]]| {
+            let mesh = &mut scene.meshes[0];
+            mesh.positions = bars.iter().flatten().map(|[x, y]| [*x as f32, *y as f32, 0.0]).collect();
+            let quad = |i: u32| [[4 * i, 4 * i + 1, 4 * i + 2], [4 * i, 4 * i + 2, 4 * i + 3]];
+            mesh.triangles = (0..bars.len() as u32).flat_map(quad).collect();
+        };
+        let thin = 1e-4 * texel;
+        placed(&mut scene, &[bar(0.3 * texel, 0.3 * texel + thin)]);
+        assert!(
+            near(&scene, 2.3, 0.0) && near(&scene, -1.7, 0.0) && !near(&scene, 2.4, 0.0) && !near(&scene, -1.8, 0.0)
+        );
+        placed(&mut scene, &[bar(-1.0, 0.3 * texel), bar(0.3 * texel + thin, 1.0)]);
+        assert!(
+            near(&scene, 2.3, 0.0) && near(&scene, -1.7, 0.0) && !near(&scene, 2.4, 0.0) && !near(&scene, -1.8, 0.0)
+        );
+        let edges: Vec<f64> = (0..=40).map(|i| (f64::from(i) * 0.7).sin() * 0.02 + f64::from(i) / 20.0 - 1.0).collect();
+        placed(&mut scene, &edges.windows(2).map(|e| bar(e[0], e[1])).collect::<Vec<_>>());
+        for i in 0..400 {
+            let at = |k: f64| 0.85 / texel * (f64::from(i) * k).sin();
+            assert!(!near(&scene, at(1.3), at(2.9)), "{} {}", at(1.3), at(2.9));
+        }
+    }
+
+    /// The same under a lamp as under the sun: across the plate's rim and along the rays.
+    #[test]
+    fn rays_that_spread() {
+        let mut scene = plate();
+        let position = DVec3::new(0.0, 0.0, 2.0);
+        scene.lights[0].kind = crate::scene::LightKind::Point { position };
+        let casters = Casters::new(&scene);
+        let views = View::opaques(&scene, 64);
+        let down = views.into_iter().find(|v| v.forward[2] < -0.9).expect("a face looks down");
+        let resolution =
+            Resolution { view: down, reach_texels: 2.0, moved: Moved::default(), free_inside: false, depth: 1e-5 };
+        // In texels the shadow is as wide at any depth.
+        let at = |texel: DVec2, z: f64| down.ray(texel).at(z);
+        let (rim, _) = down.project(DVec3::new(1.0, 0.1, 0.0));
+        for z in [2.5, 4.0] {
+            for (share, is_near) in [(-2.1, false), (-1.9, true), (1.9, true), (2.1, false)] {
+                let texel = DVec2::new(rim.x + share, rim.y);
+                assert_eq!(casters.in_boundary(0, &resolution, at(texel, z)), is_near, "{share} texels, z {z}");
+            }
+            assert!(!casters.in_boundary(0, &resolution, at(rim, 1.0)), "above the plate");
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Exact visibility past opaque meshes.
 
+use super::shaft::Shaft;
 use crate::scene::{Mesh, sides};
 use bvh::aabb::{Aabb, Bounded};
 use bvh::bounding_hierarchy::BHShape;
@@ -134,6 +135,12 @@ impl Meshes {
             }
         }
         left > 0
+    }
+
+    /// The triangles that may meet a shaft, in no order.
+    pub(super) fn meeting<'a>(&'a self, shaft: &'a Shaft) -> impl Iterator<Item = &'a Triangle> {
+        let some = !self.triangles.is_empty();
+        some.then(|| self.tree.traverse_iterator(shaft, &self.triangles)).into_iter().flatten()
     }
 
     /// Calls `on_hit` for each triangle that the ray meets, in no order, until it returns true.

@@ -8,6 +8,7 @@ mod limit;
 mod meshes;
 mod picture;
 mod points;
+mod shaft;
 mod surface;
 mod true_curve;
 

@@ -1,7 +1,7 @@
 //! The cube of voxels of a light: fitted to the meshes, its z along the light.
 
 use super::Settings;
-use crate::scene::{Casting, LightKind, Resolution, Scene, View};
+use crate::scene::{Casting, LightKind, Moved, Resolution, Scene, View};
 use crate::{Error, Result};
 use glam::DVec3;
 
@@ -26,12 +26,12 @@ pub fn cubes(scene: &Scene, size: u32) -> Result<Vec<View>> {
 /// How finely columns know where shadows begin and end.
 pub fn resolution(cubes: &[View], settings: &Settings) -> Vec<Resolution> {
     // A column's middle is half a voxel away from its edge, and that of the filter's outermost column as many more.
-    let reach_texels = f64::from(settings.filter) / 2.0;
-    // The most that light_receiver moves a point by, whatever its normal.
-    let normal_texels = (2.0 * reach_texels * reach_texels + 0.25).sqrt() + ROUNDING;
+    let across = f64::from(settings.filter) / 2.0;
+    let reach_texels = across + ROUNDING / 2.0;
+    let moved = Moved { across, along: 0.5, always: ROUNDING };
     let depth = 1.0 / f64::from(settings.size);
     let free_inside = settings.closed;
-    cubes.iter().map(|cube| Resolution { view: *cube, reach_texels, normal_texels, free_inside, depth }).collect()
+    cubes.iter().map(|cube| Resolution { view: *cube, reach_texels, moved, free_inside, depth }).collect()
 }
 
 fn cube(scene: &Scene, aimed: View) -> View {

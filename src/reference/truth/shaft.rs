@@ -1,0 +1,193 @@
+//! The rays from a light to all of a small box: whether meshes block all of them, or none.
+
+use super::meshes::Meshes;
+use crate::scene::{Projection, View};
+use bvh::aabb::{Aabb, IntersectsAabb};
+use glam::{DVec2, DVec3};
+
+/// What is left of a square counts as nothing below this, texels²: edges that triangles share leave so much by rounding.
+const NOTHING: f64 = 1e-9;
+
+/// Pieces of a square beyond which it is taken to be partly lit.
+const MOST_PIECES: usize = 256;
+
+/// On one side of a plane: where `normal · p <= most`.
+#[derive(Clone, Copy)]
+struct Half {
+    normal: DVec3,
+    most: f64,
+}
+
+/// What is on the inner side of all of these.
+pub(super) struct Shaft(Vec<Half>);
+
+impl Shaft {
+    /// The part of a triangle that is in it.
+    fn part(&self, corners: [DVec3; 3]) -> Vec<DVec3> {
+        self.0.iter().fold(corners.to_vec(), |polygon, half| clip(&polygon, *half))
+    }
+}
+
+impl IntersectsAabb<f64, 3> for Shaft {
+    /// Never false where they meet.
+    fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
+        self.0.iter().all(|half| {
+            let nearest = |i: usize| half.normal[i] * if half.normal[i] > 0.0 { aabb.min[i] } else { aabb.max[i] };
+            (0..3).map(nearest).sum::<f64>() <= half.most
+        })
+    }
+}
+
+/// A box about a point, in the directions of a light's view: so many texels to either side, and so far along z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Neighbourhood<'a> {
+    /// Of the light.
+    pub view: &'a View,
+    /// Its middle.
+    pub position: DVec3,
+    /// Half its width, texels.
+    pub reach: f64,
+    /// Half its length, world units.
+    pub depth: f64,
+}
+
+impl Neighbourhood<'_> {
+    /// Whether any of it is blocked from the light where its middle is not (`blocked`), or the other way round.
+    pub fn differs(&self, meshes: &Meshes, blocked: bool) -> bool {
+        let [low, high, z] = self.bounds();
+        let shaft = Shaft([&self.sides(low, high)[..], &[self.before(z.y)]].concat());
+        let mut blockers = Vec::new();
+        for triangle in meshes.meeting(&shaft) {
+            let met = shaft.part(triangle.corners);
+            if met.is_empty() {
+                continue;
+            }
+            if !blocked {
+                return true;
+            }
+            // What is met within the box blocks only what is behind it.
+            let in_front: Vec<_> = clip(&met, self.before(z.x)).iter().map(|p| self.view.project(*p).0).collect();
+            blockers.push((area(&in_front).abs(), in_front));
+        }
+        // The largest first, so that little is left for the others.
+        blockers.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut lit = vec![vec![low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)]];
+        for (_, blocker) in &blockers {
+            lit = lit.into_iter().flat_map(|piece| without(piece, blocker)).collect();
+            if lit.is_empty() || lit.len() > MOST_PIECES {
+                break;
+            }
+        }
+        blocked && !lit.is_empty()
+    }
+
+    /// Whether it is not in front of an eye.
+    pub fn is_behind(&self) -> bool {
+        self.view.projection() == Projection::Perspective && self.view.project(self.position).1 <= 0.0
+    }
+
+    /// Whether the surface of something closed passes through it.
+    pub fn meets_closed(&self, meshes: &Meshes) -> bool {
+        let [low, high, z] = self.bounds();
+        let front = self.before(z.x);
+        let behind = Half { normal: -front.normal, most: -front.most };
+        let shaft = Shaft([&self.sides(low, high)[..], &[self.before(z.y), behind]].concat());
+        meshes.meeting(&shaft).any(|triangle| triangle.side != 0 && !shaft.part(triangle.corners).is_empty())
+    }
+
+    /// Its least and greatest texel, and z.
+    fn bounds(&self) -> [DVec2; 3] {
+        let (middle, z) = self.view.project(self.position);
+        [middle - self.reach, middle + self.reach, DVec2::new(z - self.depth, z + self.depth)]
+    }
+
+    /// Up to a z.
+    fn before(&self, z: f64) -> Half {
+        let [origin, forward] = [self.view.origin, self.view.forward].map(vec);
+        Half { normal: forward, most: forward.dot(origin) + z }
+    }
+
+    /// Between texels, and in front of an eye.
+    fn sides(&self, low: DVec2, high: DVec2) -> [Half; 5] {
+        let view = self.view;
+        let (origin, forward) = (vec(view.origin), vec(view.forward));
+        let perspective = view.projection() == Projection::Perspective;
+        // A texel's coordinate, times z where there is perspective, is linear in the position.
+        let half = |axis: [f32; 3], scale: f32, count: u32, at: f64, sign: f64| {
+            let middle = f64::from(count) / 2.0;
+            let across = vec(axis) * (f64::from(scale) * middle);
+            let along = if perspective { forward * (middle - at) } else { DVec3::ZERO };
+            let normal = sign * (across + along);
+            Half { normal, most: normal.dot(origin) + if perspective { 0.0 } else { sign * (at - middle) } }
+        };
+        let behind_eye = if perspective { forward } else { DVec3::ZERO };
+        let ahead = Half { normal: -behind_eye, most: -behind_eye.dot(origin) };
+        [
+            half(view.right, view.scale_x, view.width, low.x, -1.0),
+            half(view.right, view.scale_x, view.width, high.x, 1.0),
+            half(view.up, view.scale_y, view.height, low.y, -1.0),
+            half(view.up, view.scale_y, view.height, high.y, 1.0),
+            ahead,
+        ]
+    }
+}
+
+/// The part of a convex polygon that is on the inner side; nothing where that is a line.
+fn clip(polygon: &[DVec3], half: Half) -> Vec<DVec3> {
+    let beyond = |p: &DVec3| half.normal.dot(*p) - half.most;
+    let part = cut(polygon, beyond, |a, b, share| a + (b - a) * share);
+    if part.len() < 3 { Vec::new() } else { part }
+}
+
+/// The part of a convex polygon where `beyond` is not positive.
+fn cut<P: Copy>(polygon: &[P], beyond: impl Fn(&P) -> f64, between: impl Fn(P, P, f64) -> P) -> Vec<P> {
+    let mut part = Vec::with_capacity(polygon.len() + 1);
+    for (i, here) in polygon.iter().enumerate() {
+        let next = &polygon[(i + 1) % polygon.len()];
+        let (at_here, at_next) = (beyond(here), beyond(next));
+        if at_here <= 0.0 {
+            part.push(*here);
+        }
+        if at_here <= 0.0 && at_next > 0.0 || at_here > 0.0 && at_next <= 0.0 {
+            part.push(between(*here, *next, at_here / (at_here - at_next)));
+        }
+    }
+    part
+}
+
+/// What is left of a convex piece without a convex polygon: convex pieces.
+fn without(piece: Vec<DVec2>, polygon: &[DVec2]) -> Vec<Vec<DVec2>> {
+    let turn = area(polygon);
+    if turn == 0.0 || are_apart(&piece, polygon) {
+        return vec![piece];
+    }
+    let (mut inside, mut pieces) = (piece, Vec::new());
+    for (i, from) in polygon.iter().enumerate() {
+        let edge = polygon[(i + 1) % polygon.len()] - *from;
+        // Positive outside.
+        let out = |p: &DVec2| -edge.perp_dot(*p - *from) * turn.signum();
+        let between = |a: DVec2, b: DVec2, share: f64| a + (b - a) * share;
+        let outside = cut(&inside, |p| -out(p), between);
+        if area(&outside).abs() > NOTHING {
+            pieces.push(outside);
+        }
+        inside = cut(&inside, out, between);
+    }
+    pieces
+}
+
+/// Whether some line along an axis is between them.
+fn are_apart(a: &[DVec2], b: &[DVec2]) -> bool {
+    let bounds = |p: &[DVec2]| p.iter().fold((DVec2::MAX, DVec2::MIN), |(low, high), c| (low.min(*c), high.max(*c)));
+    let ((a_low, a_high), (b_low, b_high)) = (bounds(a), bounds(b));
+    a_low.cmpge(b_high).any() || b_low.cmpge(a_high).any()
+}
+
+/// Positive where the corners turn counter-clockwise.
+fn area(polygon: &[DVec2]) -> f64 {
+    (0..polygon.len()).map(|i| polygon[i].perp_dot(polygon[(i + 1) % polygon.len()])).sum::<f64>() / 2.0
+}
+
+fn vec(v: [f32; 3]) -> DVec3 {
+    DVec3::from(v.map(f64::from))
+}
