@@ -35,17 +35,16 @@ shared uint last_entry[2];
 shared uint least;
 shared uint most;
 
-// Triangle `i` of the bin's: where it is, and the columns that it meets.
-void take(uint place, uint i, uvec2 corner) {
+// Triangle `i` as the one at `place`, and which of so many columns from `first` on meet it.
+void take(uint place, uint i, uvec2 corner, uint first, uint count) {
     Facet facet;
     if (!facet_at(i, corner, facet)) {
         return;
     }
     planes[place] = facet.plane;
-    uvec2 columns_met = facet_columns(facet);
-    for (uint w = 0u; w < 2u; ++w) {
-        for (uint bits = columns_met[w]; bits != 0u; bits &= bits - 1u) {
-            atomicOr(met[32u * w + uint(findLSB(bits))][place / 32u], 1u << (place & 31u));
+    for (uint c = first; c < first + count; c += 32u) {
+        for (uint bits = facet_columns(facet, c, min(count, 32u)); bits != 0u; bits &= bits - 1u) {
+            atomicOr(met[c + uint(findLSB(bits))][place / 32u], 1u << (place & 31u));
         }
     }
 }
@@ -62,7 +61,8 @@ uint roundest(uint low, uint high) {
 
 void main() {
     uint block = build_group(), thread = gl_LocalInvocationIndex;
-    if (block >= width * width) {
+    // Without room for all triangles the columns would be others.
+    if (block >= width * width || failed != 0u) {
         return;
     }
     uvec2 block_at = uvec2(block % width, block / width);
@@ -91,8 +91,10 @@ void main() {
                 barrier();
                 met[thread] = uint[FACETS / 32u](0u, 0u, 0u, 0u);
                 barrier();
-                for (uint i = thread; i < min(FACETS, end - batch); i += 64u) {
-                    take(i, bin_entries[large_capacity + batch + i], corner);
+                // Where triangles are few, threads share them, so many columns each.
+                uint here = min(FACETS, end - batch), share = 1u << min(findMSB(max(2u * here - 1u, 1u)), 6);
+                for (uint i = thread % share; i < here; i += share) {
+                    take(i, bin_entries[large_capacity + batch + i], corner, thread / share * share, share);
                 }
                 barrier();
             }

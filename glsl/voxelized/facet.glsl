@@ -78,14 +78,14 @@ bool facet_at(uint i, uvec2 corner, out Facet facet) {
     return (area.high | int(area.low)) != 0 && all(greaterThanEqual(most, ivec3(0)));
 }
 
-// The columns of the block that it meets, a bit each.
-uvec2 facet_columns(Facet facet) {
-    uvec2 met = uvec2(0u);
-    for (int c = 0; c < 32; ++c) {
-        ivec3 edge = facet.edge + facet.right * (c & 7) + facet.up * (c >> 3), further = edge + 4 * facet.up;
+// Which of the columns from `first` on it meets, a bit each.
+uint facet_columns(Facet facet, uint first, uint count) {
+    uint met = 0u;
+    for (uint c = 0u; c < count; ++c) {
+        ivec2 column = ivec2((first + c) & 7u, (first + c) >> 3);
+        ivec3 edge = facet.edge + facet.right * column.x + facet.up * column.y;
         // A value that is negative sets the sign of all.
-        met.x |= uint((~(edge.x | edge.y | edge.z) >> 31) & 1) << c;
-        met.y |= uint((~(further.x | further.y | further.z) >> 31) & 1) << c;
+        met |= uint((~(edge.x | edge.y | edge.z) >> 31) & 1) << c;
     }
     return met;
 }

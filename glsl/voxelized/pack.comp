@@ -4,8 +4,10 @@
 layout(local_size_x = 64) in;
 #include "voxelized/build.glsl"
 
-void put(uint bit, uint value) {
-    uint word = levels[level].at + bit / 32u, shift = bit % 32u;
+// From bit `bit` of a word of the level on.
+void put(uint word, uint bit, uint value) {
+    word += levels[level].at + bit / 32u;
+    uint shift = bit % 32u;
     if (word + 1u >= data_capacity) {
         return;
     }
@@ -22,15 +24,16 @@ void main() {
         return;
     }
     if (level == 0u) {
-        put(64u * node, unique_nodes[unique_at + LEAF_WORDS * node]);
-        put(64u * node + 32u, unique_nodes[unique_at + LEAF_WORDS * node + 1u]);
+        put(LEAF_WORDS * node, 0u, unique_nodes[unique_at + LEAF_WORDS * node]);
+        put(LEAF_WORDS * node, 32u, unique_nodes[unique_at + LEAF_WORDS * node + 1u]);
         return;
     }
     uint place = unique_at + NODE_WORDS * node, mask = unique_nodes[place], children = mask_children(mask);
-    uint bit = before(rank_at + node) * HEADER_BITS;
-    put(bit, mask);
+    uint unit = before(rank_at + node);
+    uint word = HEADER_BITS == 16u ? unit / 2u : unit, bit = HEADER_BITS == 16u ? 16u * (unit & 1u) : 0u;
+    put(word, bit, mask);
     for (uint c = 0u; c < children; ++c) {
         uint child = unique_nodes[place + 1u + c];
-        put(bit + HEADER_BITS + c * levels[level].pointer_bits, level == 1u ? child : before(child_rank_at + child));
+        put(word, bit + HEADER_BITS + c * levels[level].pointer_bits, level == 1u ? child : before(child_rank_at + child));
     }
 }

@@ -10,6 +10,7 @@ shared uint short_of_room;
 void main() {
     uint of_level = level + gl_LocalInvocationIndex;
     bool mine = gl_LocalInvocationIndex < count;
+    bool failed_before = failed != 0u;
     if (gl_LocalInvocationIndex == 0u) {
         short_of_room = failed;
     }
@@ -31,7 +32,7 @@ void main() {
     if (gl_LocalInvocationIndex == 0u) {
         failed = short_of_room;
     }
-    levels[of_level].demanded = max(levels[of_level].demanded, nodes);
+    levels[of_level].demanded = failed_before ? 0u : max(levels[of_level].demanded, nodes);
     levels[of_level].candidates = short_of_room == 0u ? nodes : 0u;
     levels[of_level].groups = build_groups((levels[of_level].candidates + 63u) / 64u);
     levels[of_level].blocks = build_groups((levels[of_level].candidates + SCANNED - 1u) / SCANNED);

@@ -27,7 +27,10 @@ void main() {
     }
     if (STEP == 0) {
         // Of level 0 are the bins.
-        entries = level == 0u ? max(entries, all) : entries;
+        if (level == 0u) {
+            entries = max(entries, all);
+            failed = all > entry_capacity || large > large_capacity ? 1u : failed;
+        }
         // Whoever asks what stands before the end finds all of it.
         if (count % SCANNED == 0u) {
             sums[first + blocks] = all;

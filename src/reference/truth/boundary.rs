@@ -40,7 +40,8 @@ impl Casters<'_> {
             let across = (normal.dot(right) / texel).abs() + (normal.dot(up) / up.length()).abs();
             let off = moved.across * across + moved.along * facing.abs() + moved.always;
             let at = position + normal * (off * texel);
-            return self.differs_about(resolution, at, moved.along * texel, blocked);
+            return resolution.free_inside && self.inside(light, at)
+                || self.differs_about(resolution, at, moved.along * texel, blocked);
         }
         let within = |v: DVec3| v - along * (normal.dot(v) / normal.dot(along));
         let (right, up) = (within(right), within(up));

@@ -250,7 +250,7 @@ impl Voxelized {
         let state = &self.state;
         // A later tile may need as much again as all so far.
         let to_come = (f64::from(self.shape.tiles().pow(2)) / f64::from(tile + 1)).clamp(1.0, 2.0);
-        let more = |needs: u32| (f64::from(needs) * to_come * 1.1) as u32;
+        let more = |needs: u32| ((f64::from(needs) * to_come * 1.1) as u32).min(MOST_NODES.max(needs));
         let mut room = self.room.clone();
         let enlarge = |has: &mut u32, needs: u32| *has = if needs > *has { more(needs) } else { *has };
         enlarge(&mut room.entries, state.entries);
