@@ -2,8 +2,9 @@
 // Where each column of voxels enters the first thing and leaves it, the least exit and the greatest entry of each block of 8 × 8
 // columns, and where each column's shadow begins. A column enters at its nearest surface. If that is the outside of something
 // closed, it leaves where as many faces have been left as entered, so that closed things that overlap are one; between the two
-// voxels are free. One workgroup a block, one thread a column. Source: Sintorn et al. 2014 (closed objects), Scandolo et al. 2016
-// (counting faces). Inputs: projected, entries. Outputs: boundaries, ranges, values (nodes of each block), columns.
+// voxels are free. With CONSERVATIVE, what touches a column's square in front of that and not its middle shadows it as an open
+// surface. One workgroup a block, one thread a column. Source: Sintorn et al. 2014 (closed objects), Scandolo et al. 2016
+// (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs: boundaries, ranges, values (nodes of each block), columns.
 // Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <= exit.
 layout(local_size_x = 64) in;
 #include "voxelized/build.glsl"
@@ -36,18 +37,35 @@ shared uint least;
 shared uint most;
 
 // Triangle `i` of the bin's: where it is, and the columns that it meets.
-void take(uint place, uint i, uvec2 corner) {
+void take(uint place, uint i, uvec2 corner, bool squares) {
     Facet facet;
-    if (!facet_at(i, corner, facet)) {
+    if (!facet_at(i, corner, squares, facet)) {
         return;
     }
     planes[place] = facet.plane;
     uvec2 columns_met = facet_columns(facet);
     for (uint w = 0u; w < 2u; ++w) {
         for (uint bits = columns_met[w]; bits != 0u; bits &= bits - 1u) {
-            atomicOr(met[32u * w + uint(findLSB(bits))][place / 32u], 1u << (place & 31u));
+            uint c = 32u * w + uint(findLSB(bits));
+            ivec2 column = ivec2(c & 7u, c >> 3);
+            if (squares && (any(lessThan(column, facet.first)) || any(greaterThanEqual(column, facet.end)))) {
+                continue;
+            }
+            atomicOr(met[c][place / 32u], 1u << (place & 31u));
         }
     }
+}
+
+// Those of the bin's from `batch` on that there is room for.
+void take_batch(uint batch, uint end, uvec2 corner, bool squares) {
+    uint thread = gl_LocalInvocationIndex;
+    barrier();
+    met[thread] = uint[FACETS / 32u](0u, 0u, 0u, 0u);
+    barrier();
+    for (uint i = thread; i < min(FACETS, end - batch); i += 64u) {
+        take(i, bin_entries[large_capacity + batch + i], corner, squares);
+    }
+    barrier();
 }
 
 // The number in [low, high] with the most trailing zeros.
@@ -88,13 +106,7 @@ void main() {
         for (uint batch = first; batch < end; batch += FACETS) {
             // Where all are at hand, they stay.
             if (round == 0u || end - first > FACETS) {
-                barrier();
-                met[thread] = uint[FACETS / 32u](0u, 0u, 0u, 0u);
-                barrier();
-                for (uint i = thread; i < min(FACETS, end - batch); i += 64u) {
-                    take(i, bin_entries[large_capacity + batch + i], corner);
-                }
-                barrier();
+                take_batch(batch, end, corner, false);
             }
             for (uint w = 0u; 32u * w < min(FACETS, end - batch) && searching; ++w) {
                 for (uint bits = met[thread][w]; bits != 0u; bits &= bits - 1u) {
@@ -130,6 +142,22 @@ void main() {
             busy[1u - (round & 1u)] = 0u;
         }
         barrier();
+    }
+    if (CONSERVATIVE) {
+        // What lies in front of the nearest surface by a voxel, with all of it, is no part of that surface: it touches the column
+        // and misses its middle. Smooth surfaces, whose triangles touch each other's columns, stay as they are.
+        float touched = FARTHEST;
+        for (uint batch = first; batch < end; batch += FACETS) {
+            take_batch(batch, end, corner, true);
+            for (uint w = 0u; 32u * w < min(FACETS, end - batch); ++w) {
+                for (uint bits = met[thread][w]; bits != 0u; bits &= bits - 1u) {
+                    Plane plane = planes[32u * w + uint(findLSB(bits))];
+                    touched = plane.range.y + 1.0 < nearest ? min(touched, plane_depth(plane, column)) : touched;
+                }
+            }
+        }
+        open = open || touched < FARTHEST;
+        nearest = min(nearest, touched);
     }
     // What is entered in a voxel is lit in all of it, and what is left in a voxel is behind it: where the thing is thick
     // enough for both, nothing is rounded.
