@@ -3,8 +3,12 @@
 
 mod support;
 
+#[path = "voxelized/coverage.rs"]
+mod coverage;
 #[path = "voxelized/file.rs"]
 mod file;
+#[path = "voxelized/large.rs"]
+mod large;
 #[path = "voxelized/receivers.rs"]
 mod receivers;
 #[path = "voxelized/scenes.rs"]
@@ -17,7 +21,7 @@ use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::voxelized::{Baked, Cube, Free, bake, boundaries, columns, project, voxel};
 use gobo::scene::{LightKind, Scene, sides};
 use gobo::technique::{
-    Free as FreeKey, Opened, Structure, Technique, TreeData, Voxelized, VoxelizedSettings as Settings,
+    Coverage, Free as FreeKey, Opened, Structure, Technique, TreeData, Voxelized, VoxelizedSettings as Settings,
 };
 use gobo::world::World;
 use std::collections::BTreeSet;
@@ -29,6 +33,7 @@ const PLAIN: Settings = Settings {
     structure: Structure::Dag,
     closed: true,
     free: FreeKey::Shared,
+    coverage: Coverage::Middle,
     filter: 1,
     tile: Settings::TILE,
     keep_columns: true,
@@ -47,7 +52,7 @@ fn cube(tree: &TreeData) -> Cube {
 }
 
 /// The columns that the twin finds in a tree's cube.
-fn twin_columns(scene: &Scene, tree: &TreeData, closed: bool) -> Vec<[u32; 2]> {
+fn twin_columns(scene: &Scene, tree: &TreeData, settings: Settings) -> Vec<[u32; 2]> {
     let mut projected = Vec::new();
     for mesh in &scene.meshes {
         for (triangle, side) in mesh.triangles.iter().zip(sides(mesh)) {
@@ -55,7 +60,7 @@ fn twin_columns(scene: &Scene, tree: &TreeData, closed: bool) -> Vec<[u32; 2]> {
             projected.push(project(&cube(tree), corners, side.sign()));
         }
     }
-    columns(&projected, tree.size, closed)
+    columns(&projected, tree.size, settings.closed, settings.is_conservative())
 }
 
 fn twin_free(free: FreeKey) -> Free {
@@ -96,13 +101,18 @@ fn assert_same_columns(device: &[[u32; 2]], twin: &[[u32; 2]], what: &str) {
 fn columns_equal_their_twin() {
     gpu_test("columns_equal_their_twin", |context| {
         for scene in shapes::all() {
-            for closed in [true, false] {
-                let settings = Settings { closed, ..PLAIN };
+            for (closed, coverage) in [
+                (true, Coverage::Middle),
+                (true, Coverage::Conservative),
+                (false, Coverage::Middle),
+                (false, Coverage::Conservative),
+            ] {
+                let settings = Settings { closed, coverage, ..PLAIN };
                 let opened = baked(context, &scene, settings);
                 let tree = opened.technique.trees().expect("read")[0];
-                let twin = twin_columns(&scene, &tree, closed);
+                let twin = twin_columns(&scene, &tree, settings);
                 let device = opened.technique.columns().expect("read");
-                assert_same_columns(&device, &twin, &format!("{}, closed {closed}", scene.name));
+                assert_same_columns(&device, &twin, &format!("{}, closed {closed}, {coverage:?}", scene.name));
             }
         }
     });
@@ -277,14 +287,16 @@ fn nothing_leaks_outside_the_boundary() {
     gpu_test("nothing_leaks_outside_the_boundary", |context| {
         let specs = [
             "voxelized:size=256",
+            "voxelized:size=256,coverage=conservative",
             "voxelized:size=512,filter=3",
+            "voxelized:size=512,filter=3,coverage=conservative",
             "voxelized:size=256,closed=off",
             "voxelized:size=256,free=exit,structure=svo",
             "voxelized:size=256,free=entry",
             "voxelized:size=1024,filter=9",
         ];
         for scene in shapes::seen() {
-            for row in rows(context, &scene, &support::some(specs, 3)) {
+            for row in rows(context, &scene, &support::some(specs, 4)) {
                 let what = format!("{}, {:?}", scene.name, row.variant);
                 assert_eq!(row.status, Status::Ok, "{what}: {}", row.reason);
                 let error = row.error.expect("a truth");

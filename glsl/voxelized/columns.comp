@@ -2,8 +2,10 @@
 // Where each column of voxels enters the first thing and leaves it, the least exit and the greatest entry of each block of 8 × 8
 // columns, and where each column's shadow begins. A column enters at its nearest surface. If that is the outside of something
 // closed, it leaves where as many faces have been left as entered, so that closed things that overlap are one; between the two
-// voxels are free. One workgroup a block, one thread a column. Source: Sintorn et al. 2014 (closed objects), Scandolo et al. 2016
-// (counting faces). Inputs: projected, entries. Outputs: boundaries, ranges, values (nodes of each block), columns.
+// voxels are free. With CONSERVATIVE, what touches a column's square in front of that and not its middle shadows it as an open
+// surface. One workgroup a block, one thread a column. Source: Sintorn et al. 2014 (closed objects), Scandolo et al. 2016
+// (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs: boundaries, ranges, values
+// (nodes of each block), columns.
 // Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <= exit.
 layout(local_size_x = 64) in;
 #include "voxelized/build.glsl"
@@ -36,17 +38,36 @@ shared uint least;
 shared uint most;
 
 // Triangle `i` as the one at `place`, and which of so many columns from `first` on meet it.
-void take(uint place, uint i, uvec2 corner, uint first, uint count) {
+void take(uint place, uint i, uvec2 corner, bool squares, uint first, uint count) {
     Facet facet;
-    if (!facet_at(i, corner, facet)) {
+    if (!facet_at(i, corner, squares, facet)) {
         return;
     }
     planes[place] = facet.plane;
-    for (uint c = first; c < first + count; c += 32u) {
-        for (uint bits = facet_columns(facet, c, min(count, 32u)); bits != 0u; bits &= bits - 1u) {
-            atomicOr(met[c + uint(findLSB(bits))][place / 32u], 1u << (place & 31u));
+    for (uint from = first; from < first + count; from += 32u) {
+        for (uint bits = facet_columns(facet, from, min(count, 32u)); bits != 0u; bits &= bits - 1u) {
+            uint c = from + uint(findLSB(bits));
+            ivec2 column = ivec2(c & 7u, c >> 3);
+            if (squares && (any(lessThan(column, facet.first)) || any(greaterThanEqual(column, facet.end)))) {
+                continue;
+            }
+            atomicOr(met[c][place / 32u], 1u << (place & 31u));
         }
     }
+}
+
+// Those of the bin's from `batch` on that there is room for.
+void take_batch(uint batch, uint end, uvec2 corner, bool squares) {
+    uint thread = gl_LocalInvocationIndex;
+    barrier();
+    met[thread] = uint[FACETS / 32u](0u, 0u, 0u, 0u);
+    barrier();
+    // Where triangles are few, threads share them, so many columns each.
+    uint here = min(FACETS, end - batch), share = 1u << min(findMSB(max(2u * here - 1u, 1u)), 6);
+    for (uint i = thread % share; i < here; i += share) {
+        take(i, bin_entries[large_capacity + batch + i], corner, squares, thread / share * share, share);
+    }
+    barrier();
 }
 
 // The number in [low, high] with the most trailing zeros.
@@ -88,15 +109,7 @@ void main() {
         for (uint batch = first; batch < end; batch += FACETS) {
             // Where all are at hand, they stay.
             if (round == 0u || end - first > FACETS) {
-                barrier();
-                met[thread] = uint[FACETS / 32u](0u, 0u, 0u, 0u);
-                barrier();
-                // Where triangles are few, threads share them, so many columns each.
-                uint here = min(FACETS, end - batch), share = 1u << min(findMSB(max(2u * here - 1u, 1u)), 6);
-                for (uint i = thread % share; i < here; i += share) {
-                    take(i, bin_entries[large_capacity + batch + i], corner, thread / share * share, share);
-                }
-                barrier();
+                take_batch(batch, end, corner, false);
             }
             for (uint w = 0u; 32u * w < min(FACETS, end - batch) && searching; ++w) {
                 for (uint bits = met[thread][w]; bits != 0u; bits &= bits - 1u) {
@@ -132,6 +145,22 @@ void main() {
             busy[1u - (round & 1u)] = 0u;
         }
         barrier();
+    }
+    if (CONSERVATIVE) {
+        // What lies in front of the nearest surface by a voxel, with all of it, is no part of that surface: it touches the column
+        // and misses its middle. Smooth surfaces, whose triangles touch each other's columns, stay as they are.
+        float touched = FARTHEST;
+        for (uint batch = first; batch < end; batch += FACETS) {
+            take_batch(batch, end, corner, true);
+            for (uint w = 0u; 32u * w < min(FACETS, end - batch); ++w) {
+                for (uint bits = met[thread][w]; bits != 0u; bits &= bits - 1u) {
+                    Plane plane = planes[32u * w + uint(findLSB(bits))];
+                    touched = plane.range.y + 1.0 < nearest ? min(touched, plane_depth(plane, column)) : touched;
+                }
+            }
+        }
+        open = open || touched < FARTHEST;
+        nearest = min(nearest, touched);
     }
     // What is entered in a voxel is lit in all of it, and what is left in a voxel is behind it: where the thing is thick
     // enough for both, nothing is rounded.

@@ -18,10 +18,10 @@ ivec2 projected_corner(uint i, uint c) {
 void projected_bins(uint i, out ivec2 first, out ivec2 end) {
     ivec2 a = projected_corner(i, 0u), b = projected_corner(i, 1u), c = projected_corner(i, 2u);
     ivec2 low = min(a, min(b, c)), high = max(a, max(b, c));
-    // Columns whose middle lies between.
+    // Columns whose middle lies between; or any of their square, sides included.
     ivec2 corner = ivec2(tile_x, tile_y);
-    first = max(((low + 127) >> 8) - corner, ivec2(0));
-    end = min(((high + 128) >> 8) - corner, ivec2(8u * width));
+    first = max(((low + (CONSERVATIVE ? -1 : 127)) >> 8) - corner, ivec2(0));
+    end = min(((high + (CONSERVATIVE ? 256 : 128)) >> 8) - corner, ivec2(8u * width));
     bool none = any(lessThanEqual(end, first));
     first = none ? ivec2(0) : first / int(BIN_COLUMNS);
     end = none ? ivec2(0) : (end + int(BIN_COLUMNS) - 1) / int(BIN_COLUMNS);

@@ -27,6 +27,9 @@ struct Tree {
 // Bits of a node before its pointers, and of the units that pointers count: a graph is packed, a tree is of whole words.
 CONSTANT(uint, HEADER_BITS, 16u)
 
+// Whether a column is shadowed by what touches its square anywhere; else by what covers its middle.
+CONSTANT(bool, CONSERVATIVE, false)
+
 // Look-ups begin with a cell of a grid, a word each: what kind it is, two bits, and its node, as pointers say it. The grid is as
 // fine as a level of the tree, at most 2^SHORTCUT_BITS cells a side.
 const uint SHORTCUT_BITS = 4u;

@@ -60,11 +60,12 @@ uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
 
 // A point of a surface leaves it along its normal, so far that the surface as columns have it stays behind: the plane through
 // the point, at the middle of any column that is asked, up to PCF / 2 voxels away to either side, and half a voxel for its
-// rounding. The rest is what corners and depths are rounded by.
+// rounding. With CONSERVATIVE a triangle may stand for any of a column's square with its farthest corner there: half a voxel
+// farther away. The rest is what corners and depths are rounded by.
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     vec3 right = visibility_trees[light].right;
-    float voxels = length(right), reach = 0.5 * float(PCF);
+    float voxels = length(right), reach = 0.5 * float(PCF) + (CONSERVATIVE ? 0.5 : 0.0);
     vec3 facing = abs(vec3(dot(normal, right), dot(normal, visibility_trees[light].up),
                            dot(normal, visibility_trees[light].forward))) / voxels;
     return position + normal * (reach * (facing.x + facing.y) + 0.5 * facing.z + ROUNDING) / voxels;

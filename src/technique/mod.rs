@@ -30,7 +30,7 @@ pub use spec::{Spec, parse};
 pub use texel_map::TexelMap;
 pub use translucency_map::translucency_map;
 pub use uncompressed::Uncompressed;
-pub use voxelized::{Free, LevelCounts, Settings as VoxelizedSettings, Structure, TreeData, Voxelized};
+pub use voxelized::{Coverage, Free, LevelCounts, Settings as VoxelizedSettings, Structure, TreeData, Voxelized};
 
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};

@@ -53,7 +53,7 @@ fn a_bake_is_opened_again() {
     assert_eq!((baked.path.as_str(), baked.passes.is_empty()), ("tiles", untimed));
     assert!(baked.host_ns.is_some());
     assert_eq!(opened.error, baked.error);
-    for key in ["size", "structure", "closed", "free"] {
+    for key in ["size", "structure", "closed", "free", "coverage"] {
         assert_eq!(opened.variant[key], baked.variant[key], "{key}");
     }
 }
@@ -74,7 +74,12 @@ fn a_file_that_cannot_be_opened() {
     let turned = std::fs::read_to_string(&scene).expect("there").replace("0.5, 0.3,", "0.5, 0.4,");
     std::fs::write(&other, turned).expect("written");
     render(&other, &spec, &["small.gobo", "other meshes or lights than other has", "gobo bake"]);
-    for (key, was) in [("size=512", "size=64"), ("structure=svo", "structure=dag"), ("closed=off", "closed=on")] {
+    for (key, was) in [
+        ("size=512", "size=64"),
+        ("structure=svo", "structure=dag"),
+        ("closed=off", "closed=on"),
+        ("coverage=conservative", "coverage=middle"),
+    ] {
         render(&scene, &format!("{spec},{key}"), &["small.gobo", key, was, "leave"]);
     }
     ok(&["render", text(&scene), "--technique", &format!("{spec},size=64,filter=3"), "--out", text(&out)]);
@@ -99,12 +104,12 @@ fn a_file_that_cannot_be_opened() {
         ([&good[..], b"more"].concat(), ["damaged", "bake it again"]),
         (changed(middle..middle + 1, &[!good[middle]]), ["checksum", "bake it again"]),
         (std::fs::read(&scene).expect("there"), ["gobo bake did not write it", "name a file that it wrote"]),
-        (changed(8..12, &[2, 0, 0, 0]), ["version 2, and this gobo reads 1", "use the gobo that wrote it"]),
+        (changed(8..12, &[1, 0, 0, 0]), ["version 1, and this gobo reads 2", "use the gobo that wrote it"]),
         (changed(8..12, &[0, 0, 0, 1]), ["version 16777216", "use the gobo that wrote it"]),
         (changed(12..16, &[0xff; 4]), ["checksum", "bake it again"]),
         // More trees and words than any number of bytes.
-        (changed(28..32, &[0xff; 4]), ["cut off", "bake it again"]),
-        (changed(40..48, &[0xff; 8]), ["cut off", "bake it again"]),
+        (changed(32..36, &[0xff; 4]), ["cut off", "bake it again"]),
+        (changed(48..56, &[0xff; 8]), ["cut off", "bake it again"]),
     ] {
         std::fs::write(&file, bytes).expect("written");
         render(&scene, &spec, &["small.gobo", words[0], words[1]]);

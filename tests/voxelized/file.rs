@@ -5,12 +5,12 @@ use super::{PLAIN, baked, shapes};
 use glam::DVec3;
 use gobo::gpu::Context;
 use gobo::scene::{Light, LightKind, Scene};
-use gobo::technique::{self, Opened, Structure, Technique, VoxelizedSettings as Settings};
+use gobo::technique::{self, Coverage, Opened, Structure, Technique, VoxelizedSettings as Settings};
 use gobo::world::World;
 use std::path::Path;
 
 /// Where the trees begin and how long each is, as docs/voxelized.md says.
-const TREES: usize = 80;
+const TREES: usize = 88;
 const TREE: usize = 188;
 
 /// Of the checksum.
@@ -63,8 +63,12 @@ fn a_file_answers_as_its_bake() {
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("bake.gobo");
         for scene in std::iter::once(two_lights()).chain(support::some(shapes::all(), 2)) {
-            for (structure, tile) in [(Structure::Dag, Settings::TILE), (Structure::Svo, 64), (Structure::Dag, 64)] {
-                let settings = Settings { size: 128, structure, tile, filter: 3, ..PLAIN };
+            for (structure, tile, coverage) in [
+                (Structure::Dag, Settings::TILE, Coverage::Middle),
+                (Structure::Svo, 64, Coverage::Conservative),
+                (Structure::Dag, 64, Coverage::Middle),
+            ] {
+                let settings = Settings { size: 128, structure, tile, coverage, filter: 3, ..PLAIN };
                 let what = format!("{}, {settings:?}", scene.name);
                 let (world, bake) = (world(context, &scene), baked(context, &scene, settings));
                 let bytes = bake.technique.file(&world).expect("read back").expect("baked");

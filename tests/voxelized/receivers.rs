@@ -5,7 +5,7 @@ use crate::{PLAIN, Settings, baked, shapes};
 use gobo::consume::Query;
 use gobo::gpu::Context;
 use gobo::scene::Scene;
-use gobo::technique::{Opened, Technique, Voxelized};
+use gobo::technique::{Coverage, Opened, Technique, Voxelized};
 
 /// Answers at points of surfaces that face `normal`.
 fn ask(context: &Context, opened: &Opened<Voxelized>, points: &[[f32; 3]], normal: [f32; 3]) -> Vec<f32> {
@@ -18,20 +18,25 @@ fn ask(context: &Context, opened: &Opened<Voxelized>, points: &[[f32; 3]], norma
 const LIGHTS: [[f64; 3]; 5] =
     [[0.0, 0.0, -1.0], [0.4, 0.35, -0.8], [1.0, 1.0, -0.7], [1.0, 0.4, -0.15], [1.0, 0.2, -0.06]];
 
-/// A plane, and the top of a closed slab, at every angle, size and filter: no point is shadowed.
+/// A plane of two triangles or many, and the top of a closed slab, at every angle, size, filter and coverage: no point is
+/// shadowed.
 #[test]
 fn a_flat_receiver_never_shadows_itself() {
     gpu_test("a_flat_receiver_never_shadows_itself", |context| {
         let mut random = Random::new(6);
-        for (direction, closed) in LIGHTS.into_iter().flat_map(|light| [(light, false), (light, true)]) {
-            let scene = shapes::flat(direction, closed);
+        let scenes = |light| [shapes::flat(light, false), shapes::flat(light, true), shapes::tessellated(light)];
+        let all = LIGHTS.into_iter().flat_map(|light| scenes(light).map(|scene| (light, scene)));
+        for ((direction, scene), coverage) in
+            all.flat_map(|all| [(all.clone(), Coverage::Middle), (all, Coverage::Conservative)])
+        {
             for (size, filter) in some([(64, 1), (512, 9), (1024, 1), (256, 5)], 2) {
-                let opened = baked(context, &scene, Settings { size, filter, keep_columns: false, ..PLAIN });
+                let opened = baked(context, &scene, Settings { size, filter, coverage, keep_columns: false, ..PLAIN });
                 let points: Vec<_> =
                     (0..4000).map(|_| [random.between(-0.95, 0.95), random.between(-0.95, 0.95), 0.0]).collect();
                 let answers = ask(context, &opened, &points, [0.0, 0.0, 1.0]);
                 let shadowed = answers.iter().filter(|answer| **answer < 1.0).count();
-                assert_eq!(shadowed, 0, "light {direction:?}, closed {closed}, size {size}, filter {filter}");
+                let what = format!("{}, light {direction:?}, size {size}, filter {filter}, {coverage:?}", scene.name);
+                assert_eq!(shadowed, 0, "{what}");
             }
         }
     });
@@ -44,28 +49,30 @@ fn contact_shadows_are_kept() {
     gpu_test("contact_shadows_are_kept", |context| {
         let size = 256;
         let scene: Scene = shapes::wall(8.0);
-        let opened = baked(context, &scene, Settings { size, keep_columns: false, ..PLAIN });
-        let tree = opened.technique.trees().expect("read")[0];
-        let voxels = f64::from(tree.right.iter().map(|v| v * v).sum::<f32>()).sqrt();
-        let mut random = Random::new(7);
-        let mut lost = 0.0f64;
-        let mut far = 0;
-        for _ in 0..4 {
-            let points: Vec<_> = (0..4000)
-                .map(|_| [random.between(0.0, (7.0 / voxels) as f32), random.between(-0.8, 0.8), 0.0])
-                .collect();
-            for (point, answer) in points.iter().zip(ask(context, &opened, &points, [0.0, 0.0, 1.0])) {
-                let away = f64::from(point[0]) * voxels;
-                if answer > 0.5 {
-                    lost = lost.max(away);
+        for coverage in [Coverage::Middle, Coverage::Conservative] {
+            let opened = baked(context, &scene, Settings { size, coverage, keep_columns: false, ..PLAIN });
+            let tree = opened.technique.trees().expect("read")[0];
+            let voxels = f64::from(tree.right.iter().map(|v| v * v).sum::<f32>()).sqrt();
+            let mut random = Random::new(7);
+            let mut lost = 0.0f64;
+            let mut far = 0;
+            for _ in 0..4 {
+                let points: Vec<_> = (0..4000)
+                    .map(|_| [random.between(0.0, (7.0 / voxels) as f32), random.between(-0.8, 0.8), 0.0])
+                    .collect();
+                for (point, answer) in points.iter().zip(ask(context, &opened, &points, [0.0, 0.0, 1.0])) {
+                    let away = f64::from(point[0]) * voxels;
+                    if answer > 0.5 {
+                        lost = lost.max(away);
+                    }
+                    far += usize::from(away > 2.0);
                 }
-                far += usize::from(away > 2.0);
             }
+            println!("{coverage:?}: contact is lost up to {lost:.2} voxels from the wall");
+            assert!(far > 8000, "{far} points away from the wall");
+            // By the receiver's own way: along the normal, which light at 45 degrees turns into as much across the ground, and
+            // half a column.
+            assert!(lost < 2.0, "{coverage:?}: the ground is lit {lost} voxels behind the wall");
         }
-        println!("contact is lost up to {lost:.2} voxels from the wall");
-        assert!(far > 8000, "{far} points away from the wall");
-        // By the receiver's own way: along the normal, which light at 45 degrees turns into as much across the ground, and half a
-        // column.
-        assert!(lost < 2.0, "the ground is lit {lost} voxels behind the wall");
     });
 }

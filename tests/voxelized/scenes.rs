@@ -100,8 +100,28 @@ fn plate() -> Scene {
     scene("plate", [0.0, 0.0, -1.0], vec![cuboid([-1.0, -1.0, -0.01], [1.0, 1.0, 0.01])])
 }
 
+/// From corner to corner, a quarter of a voxel of 64 a side thick: an open sliver and a closed box. Over a plane, or nothing.
+pub fn wires(plane: bool) -> Scene {
+    let thick = 0.008;
+    let sliver = [[-0.8, -0.7, 0.1], [0.7, 0.8, 0.5], [0.7, 0.8 - thick, 0.5 + thick], [-0.8, -0.7 - thick, 0.1]];
+    let mut wire = cuboid([0.0; 3], [1.0, thick, thick]);
+    wire.positions.iter_mut().for_each(|p| *p = [1.5 * p[0] - 0.7, p[1] + 0.3 - 0.9 * p[0], p[2] + 0.2 + 0.3 * p[0]]);
+    let quad = |positions: [[f32; 3]; 4]| Mesh {
+        name: "quad".into(),
+        positions: positions.into(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        albedo: [0.5; 3],
+        solid: false,
+    };
+    let mut meshes = vec![quad(sliver), wire];
+    if plane {
+        meshes.push(quad([[-1.0, -1.0, -0.9], [1.0, -1.0, -0.9], [1.0, 1.0, -0.9], [-1.0, 1.0, -0.9]]));
+    }
+    scene("wires", SLANTED, meshes)
+}
+
 pub fn all() -> Vec<Scene> {
-    vec![houses(), soup(), aligned(), extremes(), plate(), nothing()]
+    vec![houses(), soup(), aligned(), extremes(), plate(), nothing(), wires(true)]
 }
 
 /// Points in and about the meshes' bounds.
@@ -137,6 +157,13 @@ pub fn flat(direction: [f64; 3], closed: bool) -> Scene {
     };
     let mesh = if closed { cuboid([-1.0, -1.0, -0.1], [1.0, 1.0, 0.0]) } else { plane };
     scene("flat", direction, vec![mesh])
+}
+
+/// A plane of many triangles about the origin, a side of 2, at z = 0.
+pub fn tessellated(direction: [f64; 3]) -> Scene {
+    let mut plane = ground(false);
+    plane.positions.iter_mut().for_each(|p| p[2] = 0.0);
+    scene("tessellated", direction, vec![plane])
 }
 
 /// A wall at x = 0, `voxels` of 256 a side high, on a plane; light comes over it at 45 degrees, and travels along x.

@@ -49,12 +49,29 @@ pub fn project(cube: &Cube, corners: [[f32; 3]; 3], side: i32) -> Projected {
     Projected { corners: at.map(|v| [whole(v[0]), whole(v[1])]), z: at.map(|v| v[2]), side }
 }
 
-/// Entry and exit of every column, row after row. Twin: glsl/voxelized/columns.comp; the device has edges in two words of 32
-/// bits where this has one of 64, and divides less exactly.
-pub fn columns(triangles: &[Projected], size: u32, closed: bool) -> Vec<[u32; 2]> {
+/// Entry and exit of every column, row after row; `conservative`: a column is met by what touches its square too. Twin:
+/// glsl/voxelized/columns.comp; the device has edges in two words of 32 bits where this has one of 64, and divides less exactly.
+pub fn columns(triangles: &[Projected], size: u32, closed: bool, conservative: bool) -> Vec<[u32; 2]> {
+    let facets: Vec<_> = triangles.iter().filter_map(Facet::of).collect();
     let mut met: Vec<Vec<(f32, i32)>> = vec![Vec::new(); (size * size) as usize];
-    for triangle in triangles {
-        meet(triangle, size, |column, z, faces| met[column].push((z, if closed { faces } else { 0 })));
+    for facet in &facets {
+        facet.columns(size, false, |column, z| met[column].push((z, if closed { facet.faces } else { 0 })));
+    }
+    if conservative {
+        let nearest: Vec<_> =
+            met.iter().map(|met| met.iter().fold(f32::INFINITY, |least, (z, _)| least.min(*z))).collect();
+        let mut touched = vec![f32::INFINITY; met.len()];
+        // With all of it a voxel in front of what the middle meets: no part of the same surface.
+        for facet in &facets {
+            facet.columns(size, true, |column, z| {
+                if facet.range[1] + 1.0 < nearest[column] {
+                    touched[column] = touched[column].min(z);
+                }
+            });
+        }
+        for (met, z) in met.iter_mut().zip(touched).filter(|(_, z)| z.is_finite()) {
+            *met = vec![(z, 0)];
+        }
     }
     met.into_iter().map(|surfaces| column(surfaces, size)).collect()
 }
@@ -67,47 +84,70 @@ fn between(a: [i64; 2], b: [i64; 2]) -> [i64; 2] {
     [b[0] - a[0], b[1] - a[1]]
 }
 
-/// Calls `found` with each column whose middle a triangle meets, its depth there, and 1 where light enters something closed, −1
-/// where it leaves.
-fn meet(triangle: &Projected, size: u32, mut found: impl FnMut(usize, f32, i32)) {
-    let [a, mut b, mut c] = triangle.corners;
-    let [z_a, mut z_b, mut z_c] = triangle.z;
-    let turned = cross(between(a, b), between(a, c)) < 0;
-    if turned {
-        (b, c, z_b, z_c) = (c, b, z_c, z_b);
+/// A triangle that has an area, counter-clockwise. Twin: glsl/voxelized/facet.glsl.
+struct Facet {
+    corners: [[i64; 2]; 3],
+    /// At the first corner.
+    z: f32,
+    /// What a 256th of a voxel adds.
+    slope: [f32; 2],
+    /// Least and greatest z of the corners.
+    range: [f32; 2],
+    /// 1 where light enters something closed, −1 where it leaves.
+    faces: i32,
+}
+
+impl Facet {
+    fn of(triangle: &Projected) -> Option<Self> {
+        let [a, mut b, mut c] = triangle.corners;
+        let [z, mut z_b, mut z_c] = triangle.z;
+        let turned = cross(between(a, b), between(a, c)) < 0;
+        if turned {
+            (b, c, z_b, z_c) = (c, b, z_c, z_b);
+        }
+        let area = cross(between(a, b), between(a, c));
+        if area == 0 {
+            return None;
+        }
+        let scale = 1.0 / area as f32;
+        let [ab, ac] = [between(a, b), between(a, c)].map(|e| e.map(|v| v as f32));
+        let (to_b, to_c) = (z_b - z, z_c - z);
+        let slope = [(to_b * ac[1] - to_c * ab[1]) * scale, (to_c * ab[0] - to_b * ac[0]) * scale];
+        let range = [z.min(z_b).min(z_c), z.max(z_b).max(z_c)];
+        Some(Self { corners: [a, b, c], z, slope, range, faces: if turned { -triangle.side } else { triangle.side } })
     }
-    let area = cross(between(a, b), between(a, c));
-    if area == 0 {
-        return;
-    }
-    let bounds = |axis: usize| {
-        let all = [a[axis], b[axis], c[axis]];
-        let low = (all.into_iter().fold(i64::MAX, i64::min) + 127) >> 8;
-        let high = (all.into_iter().fold(i64::MIN, i64::max) + 128) >> 8;
-        low.clamp(0, size.into())..high.clamp(0, size.into())
-    };
-    let scale = 1.0 / area as f32;
-    let [ab, ac] = [between(a, b), between(a, c)].map(|e| e.map(|v| v as f32));
-    let (to_b, to_c) = (z_b - z_a, z_c - z_a);
-    let slope = [(to_b * ac[1] - to_c * ab[1]) * scale, (to_c * ab[0] - to_b * ac[0]) * scale];
-    let range = [z_a.min(z_b).min(z_c), z_a.max(z_b).max(z_c)];
-    let faces = if turned { -triangle.side } else { triangle.side };
-    // Depths are taken from the corner of a block, as the device does.
-    for y in bounds(1) {
-        for x in bounds(0) {
-            let middle = [256 * x + 128, 256 * y + 128];
-            let inside = [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| {
-                let edge = between(from, to);
-                let value = cross(edge, between(from, middle));
-                value > 0 || (value == 0 && (edge[1] < 0 || (edge[1] == 0 && edge[0] > 0)))
-            });
-            if inside {
-                let first = [x & !7, y & !7];
-                let base = between([256 * first[0] + 128, 256 * first[1] + 128], a).map(|v| v as f32);
-                let at_first = z_a - slope[0] * base[0] - slope[1] * base[1];
-                let steps = [(x - first[0]) as f32, (y - first[1]) as f32];
-                let z = at_first + slope[0] * SUB_VOXELS * steps[0] + slope[1] * SUB_VOXELS * steps[1];
-                found((y * i64::from(size) + x) as usize, z.clamp(range[0], range[1]), faces);
+
+    /// Calls `found` with each column whose middle it covers, and its depth there; or with each whose square it touches, and its
+    /// depth at the corner that is farthest away.
+    fn columns(&self, size: u32, squares: bool, mut found: impl FnMut(usize, f32)) {
+        let [a, b, c] = self.corners;
+        let bounds = |axis: usize| {
+            let all = [a[axis], b[axis], c[axis]];
+            let low = all.into_iter().fold(i64::MAX, i64::min) + if squares { -1 } else { 127 };
+            let high = all.into_iter().fold(i64::MIN, i64::max) + if squares { 256 } else { 128 };
+            (low >> 8).clamp(0, size.into())..(high >> 8).clamp(0, size.into())
+        };
+        for y in bounds(1) {
+            for x in bounds(0) {
+                let is_met = [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| {
+                    let edge = between(from, to);
+                    // The middle, or the corner that is farthest inside.
+                    let inward = [if edge[1] < 0 { 256 } else { 0 }, if edge[0] > 0 { 256 } else { 0 }];
+                    let [right, up] = if squares { inward } else { [128; 2] };
+                    let value = cross(edge, between(from, [256 * x + right, 256 * y + up]));
+                    value > 0 || (value == 0 && (squares || edge[1] < 0 || (edge[1] == 0 && edge[0] > 0)))
+                });
+                if is_met {
+                    // Depths are taken from the corner of a block, as the device does.
+                    let first = [x & !7, y & !7];
+                    let base = between([256 * first[0] + 128, 256 * first[1] + 128], a).map(|v| v as f32);
+                    let [right, up] = self.slope.map(|slope| slope * SUB_VOXELS);
+                    let at_first = self.z - self.slope[0] * base[0] - self.slope[1] * base[1];
+                    let farther = if squares { 0.5 * (right.abs() + up.abs()) } else { 0.0 };
+                    let steps = [(x - first[0]) as f32, (y - first[1]) as f32];
+                    let z = at_first + farther + right * steps[0] + up * steps[1];
+                    found((y * i64::from(size) + x) as usize, z.clamp(self.range[0], self.range[1]));
+                }
             }
         }
     }

@@ -26,7 +26,8 @@ pub fn cubes(scene: &Scene, size: u32) -> Result<Vec<View>> {
 /// How finely columns know where shadows begin and end.
 pub fn resolution(cubes: &[View], settings: &Settings) -> Vec<Resolution> {
     // A column's middle is half a voxel away from its edge, and that of the filter's outermost column as many more.
-    let across = f64::from(settings.filter) / 2.0;
+    // What touches a column is up to a voxel away from a place in it.
+    let across = f64::from(settings.filter) / 2.0 + if settings.is_conservative() { 0.5 } else { 0.0 };
     let reach_texels = across + ROUNDING / 2.0;
     let moved = Moved { across, along: 0.5, always: ROUNDING };
     let depth = 1.0 / f64::from(settings.size);

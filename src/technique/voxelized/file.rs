@@ -1,7 +1,7 @@
 //! Bakes as files. docs/voxelized.md has the layout, byte by byte.
 
 use super::check::stays_inside;
-use super::settings::{Free, Settings, Structure};
+use super::settings::{Coverage, Free, Settings, Structure};
 use super::{COUNTS, TreeData};
 use crate::scene::{LightKind, Scene};
 use crate::technique::keys::Word;
@@ -33,7 +33,10 @@ struct Header {
     structure: u32,
     closed: u32,
     free: u32,
+    coverage: u32,
     trees: u32,
+    /// 0: what follows stands at multiples of 8 bytes.
+    padding: u32,
     scene: u64,
     words: u64,
     counts: [u64; COUNTS.len()],
@@ -41,7 +44,7 @@ struct Header {
 
 /// A bake, to be written or as it was read.
 pub struct Baked<'a> {
-    /// Those that a file has: size, structure, closed and free.
+    /// Those that a file has: size, structure, closed, free and coverage.
     pub settings: Settings,
     /// [`scene_hash`] of what was baked.
     pub scene: u64,
@@ -69,7 +72,9 @@ impl<'a> Baked<'a> {
             structure: self.settings.structure as u32,
             closed: self.settings.closed.into(),
             free: self.settings.free as u32,
+            coverage: self.settings.coverage as u32,
             trees: self.trees.len() as u32,
+            padding: 0,
             scene: self.scene,
             words: self.words.len() as u64 / 4,
             counts: self.counts,
@@ -120,8 +125,11 @@ impl<'a> Baked<'a> {
 fn settings(header: &Header) -> Option<Settings> {
     let structure = Structure::ALL.iter().map(|(_, s)| *s).find(|s| *s as u32 == header.structure)?;
     let free = Free::ALL.iter().map(|(_, f)| *f).find(|f| *f as u32 == header.free)?;
-    let is_right = header.size.is_power_of_two() && (64..=65536).contains(&header.size) && header.closed <= 1;
-    is_right.then_some(Settings { size: header.size, structure, closed: header.closed == 1, free, ..Settings::PLAIN })
+    let coverage = Coverage::ALL.iter().map(|(_, c)| *c).find(|c| *c as u32 == header.coverage)?;
+    let is_size = header.size.is_power_of_two() && (64..=65536).contains(&header.size);
+    let (size, closed) = (header.size, header.closed == 1);
+    let is_right = is_size && header.closed <= 1 && header.padding == 0;
+    is_right.then_some(Settings { size, structure, closed, free, coverage, ..Settings::PLAIN })
 }
 
 /// A number that differs where meshes or lights do, as far as a bake knows them: 64-bit FNV-1a of their shapes.

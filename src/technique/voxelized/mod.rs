@@ -11,14 +11,14 @@ mod loaded;
 mod settings;
 
 pub use buffers::LevelCounts;
-pub use settings::{Free, Settings, Structure};
+pub use settings::{Coverage, Free, Settings, Structure};
 
 use self::bake::{Bake, Job, tree_nodes};
 use self::buffers::{Buffers, BuildState, Room, Shape, Shared};
 use self::cube::{cubes, resolution};
 use self::file::{Baked, bytes_on_disk, scene_hash};
 use self::loaded::Loaded;
-use self::settings::{CLOSED, FILE, FREE, SIZE, STRUCTURE};
+use self::settings::{CLOSED, COVERAGE, FILE, FREE, SIZE, STRUCTURE};
 use super::keys::PCF;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory, Resource};
@@ -36,7 +36,7 @@ pub const ENTRY: Entry = Entry {
     about: "every voxel lit or shadowed, in an octree or a graph of it (Sintorn et al. 2014, Kämpe et al. 2016)",
     casts: Casts { particles: false, strands: false, meshes: true },
     lifetime: Lifetime::Baked,
-    keys: &[SIZE, STRUCTURE, CLOSED, FREE, FILE, PCF],
+    keys: &[SIZE, STRUCTURE, CLOSED, FREE, COVERAGE, FILE, PCF],
     paths: &[Path { name: TILES, requires: &[] }],
     open,
 };

@@ -27,6 +27,16 @@ words! {
     }
 }
 
+words! {
+    /// What a column of voxels is met by.
+    pub enum Coverage {
+        /// What covers its middle.
+        Middle = "middle",
+        /// What touches its square anywhere: nothing thin is lost.
+        Conservative = "conservative",
+    }
+}
+
 /// Voxels a side.
 pub const SIZE: Key = Key {
     name: "size",
@@ -59,12 +69,20 @@ pub const FREE: Key = Key {
     about: "where shadows begin inside closed things: at the exit, at the entry, or at depths that columns share",
 };
 
+/// What a column is met by.
+pub const COVERAGE: Key = Key {
+    name: "coverage",
+    values: Values::OneOf(Coverage::WORDS),
+    default: "middle",
+    about: "what shadows a column of voxels: what covers its middle, or what touches its square anywhere",
+};
+
 /// A bake that was written before.
 pub const FILE: Key = Key {
     name: "file",
-    values: Values::Path(&[SIZE.name, STRUCTURE.name, CLOSED.name, FREE.name]),
+    values: Values::Path(&[SIZE.name, STRUCTURE.name, CLOSED.name, FREE.name, COVERAGE.name]),
     default: "none",
-    about: "what gobo bake wrote, in place of a bake; size, structure, closed and free are its own",
+    about: "what gobo bake wrote, in place of a bake; size, structure, closed, free and coverage are its own",
 };
 
 /// A spec, read.
@@ -78,6 +96,8 @@ pub struct Settings {
     pub closed: bool,
     /// Where free boundaries are put.
     pub free: Free,
+    /// What a column is met by.
+    pub coverage: Coverage,
     /// Columns a side of the square that a look-up averages; odd.
     pub filter: u32,
     /// Columns a side of a tile, at most: a power of two. [`Settings::TILE`] but in tests.
@@ -96,6 +116,7 @@ impl Settings {
         structure: Structure::Dag,
         closed: true,
         free: Free::Shared,
+        coverage: Coverage::Middle,
         filter: 1,
         tile: Self::TILE,
         keep_columns: false,
@@ -108,6 +129,7 @@ impl Settings {
             structure: spec.word(STRUCTURE.name).unwrap_or(Structure::Dag),
             closed: spec.is_on(CLOSED.name),
             free: spec.word(FREE.name).unwrap_or(Free::Shared),
+            coverage: spec.word(COVERAGE.name).unwrap_or(Coverage::Middle),
             filter: spec.number(PCF.name),
             ..Self::PLAIN
         }
@@ -118,13 +140,19 @@ impl Settings {
         self.structure == Structure::Dag
     }
 
+    /// Whether a column is met by what touches its square.
+    pub fn is_conservative(self) -> bool {
+        self.coverage == Coverage::Conservative
+    }
+
     /// The keys that a bake depends on and a file has, with their values.
-    pub(super) fn baked(self) -> [(&'static str, String); 4] {
+    pub(super) fn baked(self) -> [(&'static str, String); 5] {
         [
             (SIZE.name, self.size.to_string()),
             (STRUCTURE.name, word_of(self.structure).into()),
             (CLOSED.name, word_of(if self.closed { Switch::On } else { Switch::Off }).into()),
             (FREE.name, word_of(self.free).into()),
+            (COVERAGE.name, word_of(self.coverage).into()),
         ]
     }
 
@@ -135,6 +163,9 @@ impl Settings {
 
     /// What look-ups are built with.
     pub(super) fn constants(self, constants: Constants) -> Constants {
-        constants.set(constant::HEADER_BITS, self.header_bits()).set(constant::PCF, self.filter)
+        constants
+            .set(constant::HEADER_BITS, self.header_bits())
+            .set(constant::CONSERVATIVE, self.is_conservative())
+            .set(constant::PCF, self.filter)
     }
 }
