@@ -9,6 +9,7 @@
 layout(local_size_x = 64) in;
 #include "voxelized/build.glsl"
 #include "voxelized/projected.glsl"
+#include "voxelized/facet.glsl"
 
 void meet(uint i, uint bin) {
     uint place = atomicAdd(values[(PLACE ? child_at : at) + bin], 1u);
@@ -29,7 +30,12 @@ void main() {
             projected_bins(i, first, end);
             uint columns_met = uint(end.x - first.x), met = columns_met * uint(end.y - first.y);
             for (uint b = gl_LocalInvocationIndex; b < met; b += 64u) {
-                meet(i, (uint(first.y) + b / columns_met) * across + uint(first.x) + b % columns_met);
+                uvec2 at_bin = uvec2(first) + uvec2(b % columns_met, b / columns_met);
+                Facet facet;
+                // The box of what is long and slanted is nearly empty. A bin is a block.
+                if (facet_at(i, uvec2(tile_x, tile_y) + BIN_COLUMNS * at_bin, CONSERVATIVE, facet)) {
+                    meet(i, at_bin.y * across + at_bin.x);
+                }
             }
         }
         return;

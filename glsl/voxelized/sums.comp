@@ -8,7 +8,7 @@ layout(local_size_x = 128) in;
 #include "voxelized/scan.glsl"
 
 void main() {
-    uint scanned = STEP == 0 ? count : STEP == 1 ? levels[level].candidates : levels[level].unique;
+    uint scanned = STEP == 0 ? count : STEP == 1 ? levels[level].candidates : failed != 0u ? 0u : levels[level].unique;
     uint first = (STEP == 0 ? at : rank_at) / SCANNED, blocks = (scanned + SCANNED - 1u) / SCANNED;
     uint share = (blocks + SCAN_THREADS - 1u) / SCAN_THREADS;
     uint begin = min(share * gl_LocalInvocationIndex, blocks), end = min(begin + share, blocks);
@@ -21,6 +21,11 @@ void main() {
         uint here = sums[first + b];
         sums[first + b] = sum;
         sum += here;
+        if (STEP == 0 && sum < here) {
+            // More than numbers have room for.
+            atomicMax(entries, 0xffffffffu);
+            atomicMax(failed, 1u);
+        }
     }
     if (gl_LocalInvocationIndex != 0u) {
         return;
@@ -28,8 +33,8 @@ void main() {
     if (STEP == 0) {
         // Of level 0 are the bins.
         if (level == 0u) {
-            entries = max(entries, all);
-            failed = all > entry_capacity || large > large_capacity ? 1u : failed;
+            atomicMax(entries, all);
+            atomicMax(failed, uint(all > entry_capacity || large > large_capacity));
         }
         // Whoever asks what stands before the end finds all of it.
         if (count % SCANNED == 0u) {

@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 const NOTHING: f64 = 1e-9;
 
 /// Pieces of a square beyond which it is taken to be partly lit.
-const MOST_PIECES: usize = 256;
+const MOST_PIECES: usize = 4096;
 
 /// On one side of a plane: where `normal · p <= most`.
 #[derive(Clone, Copy)]
@@ -120,8 +120,9 @@ impl Neighbourhood<'_> {
             let normal = sign * (across + along);
             Half { normal, most: normal.dot(origin) + if perspective { 0.0 } else { sign * (at - middle) } }
         };
-        let behind_eye = if perspective { forward } else { DVec3::ZERO };
-        let ahead = Half { normal: -behind_eye, most: -behind_eye.dot(origin) };
+        // Nothing at the eye itself, where texels mean nothing.
+        let (ahead, eye) = if perspective { (forward, 1e-6 * f64::from(view.far)) } else { (DVec3::ZERO, 0.0) };
+        let ahead = Half { normal: -ahead, most: -ahead.dot(origin) - eye };
         [
             half(view.right, view.scale_x, view.width, low.x, -1.0),
             half(view.right, view.scale_x, view.width, high.x, 1.0),
@@ -148,7 +149,7 @@ fn cut<P: Copy>(polygon: &[P], beyond: impl Fn(&P) -> f64, between: impl Fn(P, P
         if at_here <= 0.0 {
             part.push(*here);
         }
-        if at_here <= 0.0 && at_next > 0.0 || at_here > 0.0 && at_next <= 0.0 {
+        if at_here < 0.0 && at_next > 0.0 || at_here > 0.0 && at_next < 0.0 {
             part.push(between(*here, *next, at_here / (at_here - at_next)));
         }
     }
@@ -158,10 +159,10 @@ fn cut<P: Copy>(polygon: &[P], beyond: impl Fn(&P) -> f64, between: impl Fn(P, P
 /// What is left of a convex piece without a convex polygon: convex pieces.
 fn without(piece: Vec<DVec2>, polygon: &[DVec2]) -> Vec<Vec<DVec2>> {
     let turn = area(polygon);
-    if turn == 0.0 || are_apart(&piece, polygon) {
+    if !turn.is_normal() || are_apart(&piece, polygon) {
         return vec![piece];
     }
-    let (mut inside, mut pieces) = (piece, Vec::new());
+    let (mut inside, mut pieces) = (piece.clone(), Vec::new());
     for (i, from) in polygon.iter().enumerate() {
         let edge = polygon[(i + 1) % polygon.len()] - *from;
         // Positive outside.
@@ -173,7 +174,8 @@ fn without(piece: Vec<DVec2>, polygon: &[DVec2]) -> Vec<Vec<DVec2>> {
         }
         inside = cut(&inside, out, between);
     }
-    pieces
+    // What the polygon misses stays in one piece.
+    if area(&inside).abs() > NOTHING { pieces } else { vec![piece] }
 }
 
 /// Whether some line along an axis is between them.

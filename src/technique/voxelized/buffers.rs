@@ -230,7 +230,7 @@ impl Room {
         let unique =
             |level: usize| if level <= shape.root_level() as usize { (bricks >> (level / 2 + 2)).max(1024) } else { 0 };
         Self {
-            entries: triangles.saturating_mul(4).max(1 << 14),
+            entries: triangles.saturating_mul(4).clamp(1 << 14, super::MOST_NODES),
             large: 1024,
             leaf_candidates: (4 * bricks).max(4096),
             node_candidates: (bricks + bricks / 2).max(1024),
@@ -367,6 +367,12 @@ impl Buffers {
     /// Puts these buffers where others were.
     pub fn rebind(&self, set: &Bindings) {
         self.all.iter().enumerate().for_each(|(binding, buffer)| set.replace(binding, buffer));
+    }
+
+    /// Puts another buffer where what look-ups read was.
+    pub fn set_data(&mut self, data: Buffer) {
+        self.all[super::DATA] = data.clone();
+        self.data = data;
     }
 
     /// Of all that only a bake needs.

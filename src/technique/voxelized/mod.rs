@@ -282,8 +282,8 @@ impl Voxelized {
             return Ok(Settled::Grew);
         }
         self.room = room;
-        self.buffers.data =
-            Buffer::new(&self.context, "voxelized.data", 4 * u64::from(self.room.data), Memory::Device)?;
+        let bytes = 4 * u64::from(self.room.data);
+        self.buffers.set_data(Buffer::new(&self.context, "voxelized.data", bytes, Memory::Device)?);
         self.set.replace(DATA, &self.buffers.data);
         self.look_up.replace(NODES, &self.buffers.data);
         self.step = Step::Pack;
@@ -355,6 +355,12 @@ impl Technique for Voxelized {
             self.kept[0] += u64::from(levels[0].unique);
             self.kept[1] += levels[1..=top as usize].iter().map(|level| u64::from(level.unique)).sum::<u64>();
             if light as usize + 1 < self.cubes.len() {
+                // Trees of further lights are likely to need as much.
+                if self.state.words >= self.room.data {
+                    let all = f64::from(self.state.words) * 1.1 * self.cubes.len() as f64 / f64::from(light + 1);
+                    self.restart(Room { data: all as u32, ..self.room.clone() })?;
+                    return Ok(Settled::Grew);
+                }
                 self.step = Step::Tile { light: light + 1, tile: 0 };
                 return Ok(Settled::More);
             }

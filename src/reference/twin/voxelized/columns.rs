@@ -1,0 +1,207 @@
+//! From triangles to columns, and where the shadow of each begins. Twin of glsl/voxelized/project.comp, facet.glsl and columns.comp.
+
+/// Parts of a voxel that corners are rounded to. Twin: SUB_VOXELS.
+const SUB_VOXELS: f32 = 256.0;
+
+/// A cube of voxels: its corner, and voxels a world unit along its axes. Light travels along the last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cube {
+    /// World units.
+    pub origin: [f32; 3],
+    /// Along x, y and z of the cube.
+    pub axes: [[f32; 3]; 3],
+    /// Voxels a side.
+    pub size: u32,
+}
+
+/// A triangle among columns. Twin: glsl/voxelized/projected.glsl.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projected {
+    /// 256ths of a voxel across.
+    pub corners: [[i64; 2]; 3],
+    /// Voxels along the light.
+    pub z: [f32; 3],
+    /// 1 where a ray along its normal leaves a closed thing, −1 where it enters one, 0 where it is open.
+    pub side: i32,
+}
+
+/// Where a position is in the cube, voxels. Twin: project in glsl/voxelized/project.comp, to the bit.
+pub fn voxel(cube: &Cube, position: [f32; 3]) -> [f32; 3] {
+    let offset = [0, 1, 2].map(|i| position[i] - cube.origin[i]);
+    cube.axes.map(|axis| offset[0] * axis[0] + offset[1] * axis[1] + offset[2] * axis[2])
+}
+
+/// Twin: glsl/voxelized/project.comp.
+pub fn project(cube: &Cube, corners: [[f32; 3]; 3], side: i32) -> Projected {
+    let at = corners.map(|corner| voxel(cube, corner));
+    let whole = |v: f32| (v * SUB_VOXELS + 0.5).floor() as i64;
+    Projected { corners: at.map(|v| [whole(v[0]), whole(v[1])]), z: at.map(|v| v[2]), side }
+}
+
+/// Entry and exit of every column, row after row; `conservative`: a column is met by what touches its square too. Twin:
+/// glsl/voxelized/columns.comp; the device has edges in two words of 32 bits where this has one of 64, and divides less exactly.
+pub fn columns(triangles: &[Projected], size: u32, closed: bool, conservative: bool) -> Vec<[u32; 2]> {
+    let facets: Vec<_> = triangles.iter().filter_map(Facet::of).collect();
+    let mut met: Vec<Vec<(f32, i32)>> = vec![Vec::new(); (size * size) as usize];
+    for facet in &facets {
+        facet.columns(size, false, |column, z| met[column].push((z, if closed { facet.faces } else { 0 })));
+    }
+    if conservative {
+        let nearest: Vec<_> =
+            met.iter().map(|met| met.iter().fold(f32::INFINITY, |least, (z, _)| least.min(*z))).collect();
+        let mut touched = vec![f32::INFINITY; met.len()];
+        // With all of it a voxel in front of what the middle meets: no part of the same surface.
+        for facet in &facets {
+            facet.columns(size, true, |column, z| {
+                if facet.range[1] + 1.0 < nearest[column] {
+                    touched[column] = touched[column].min(z);
+                }
+            });
+        }
+        for (met, z) in met.iter_mut().zip(touched).filter(|(_, z)| z.is_finite()) {
+            *met = vec![(z, 0)];
+        }
+    }
+    met.into_iter().map(|surfaces| column(surfaces, size)).collect()
+}
+
+fn cross(a: [i64; 2], b: [i64; 2]) -> i64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+fn between(a: [i64; 2], b: [i64; 2]) -> [i64; 2] {
+    [b[0] - a[0], b[1] - a[1]]
+}
+
+/// A triangle that has an area, counter-clockwise. Twin: glsl/voxelized/facet.glsl.
+struct Facet {
+    corners: [[i64; 2]; 3],
+    /// At the first corner.
+    z: f32,
+    /// What a 256th of a voxel adds.
+    slope: [f32; 2],
+    /// Least and greatest z of the corners.
+    range: [f32; 2],
+    /// 1 where light enters something closed, −1 where it leaves.
+    faces: i32,
+}
+
+impl Facet {
+    fn of(triangle: &Projected) -> Option<Self> {
+        let [a, mut b, mut c] = triangle.corners;
+        let [z, mut z_b, mut z_c] = triangle.z;
+        let turned = cross(between(a, b), between(a, c)) < 0;
+        if turned {
+            (b, c, z_b, z_c) = (c, b, z_c, z_b);
+        }
+        let area = cross(between(a, b), between(a, c));
+        if area == 0 {
+            return None;
+        }
+        let scale = 1.0 / area as f32;
+        let [ab, ac] = [between(a, b), between(a, c)].map(|e| e.map(|v| v as f32));
+        let (to_b, to_c) = (z_b - z, z_c - z);
+        let slope = [(to_b * ac[1] - to_c * ab[1]) * scale, (to_c * ab[0] - to_b * ac[0]) * scale];
+        let range = [z.min(z_b).min(z_c), z.max(z_b).max(z_c)];
+        Some(Self { corners: [a, b, c], z, slope, range, faces: if turned { -triangle.side } else { triangle.side } })
+    }
+
+    /// Calls `found` with each column whose middle it covers, and its depth there; or with each whose square it touches, and its
+    /// depth at the corner that is farthest away.
+    fn columns(&self, size: u32, squares: bool, mut found: impl FnMut(usize, f32)) {
+        let [a, b, c] = self.corners;
+        let bounds = |axis: usize| {
+            let all = [a[axis], b[axis], c[axis]];
+            let low = all.into_iter().fold(i64::MAX, i64::min) + if squares { -1 } else { 127 };
+            let high = all.into_iter().fold(i64::MIN, i64::max) + if squares { 256 } else { 128 };
+            (low >> 8).clamp(0, size.into())..(high >> 8).clamp(0, size.into())
+        };
+        for y in bounds(1) {
+            for x in bounds(0) {
+                let is_met = [(a, b), (b, c), (c, a)].into_iter().all(|(from, to)| {
+                    let edge = between(from, to);
+                    // The middle, or the corner that is farthest inside.
+                    let inward = [if edge[1] < 0 { 256 } else { 0 }, if edge[0] > 0 { 256 } else { 0 }];
+                    let [right, up] = if squares { inward } else { [128; 2] };
+                    let value = cross(edge, between(from, [256 * x + right, 256 * y + up]));
+                    value > 0 || (value == 0 && (squares || edge[1] < 0 || (edge[1] == 0 && edge[0] > 0)))
+                });
+                if is_met {
+                    // Depths are taken from the corner of a block, as the device does.
+                    let first = [x & !7, y & !7];
+                    let base = between([256 * first[0] + 128, 256 * first[1] + 128], a).map(|v| v as f32);
+                    let [right, up] = self.slope.map(|slope| slope * SUB_VOXELS);
+                    let at_first = self.z - self.slope[0] * base[0] - self.slope[1] * base[1];
+                    let farther = if squares { 0.5 * (right.abs() + up.abs()) } else { 0.0 };
+                    let steps = [(x - first[0]) as f32, (y - first[1]) as f32];
+                    let z = at_first + farther + right * steps[0] + up * steps[1];
+                    found((y * i64::from(size) + x) as usize, z.clamp(self.range[0], self.range[1]));
+                }
+            }
+        }
+    }
+}
+
+/// Entry and exit of a column that meets these surfaces: depth, and 1 into something closed, −1 out of it, 0 for neither.
+fn column(mut surfaces: Vec<(f32, i32)>, size: u32) -> [u32; 2] {
+    surfaces.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+    let Some(&(nearest, enters)) = surfaces.first() else { return [size; 2] };
+    let whole = |z: f32| z.clamp(0.0, size as f32) as u32;
+    let middle = whole((nearest + 0.5).floor());
+    if enters <= 0 {
+        return [middle; 2];
+    }
+    // Faces at one depth are passed together.
+    let mut inside = 0;
+    let left = surfaces.chunk_by(|a, b| a.0 == b.0).find(|same| {
+        inside += same.iter().map(|(_, faces)| faces).sum::<i32>();
+        inside <= 0 && same.iter().any(|(_, faces)| *faces < 0)
+    });
+    let exit = left.map_or(size, |same| whole(same[0].0.floor()));
+    let entry = whole(nearest.ceil());
+    if exit < entry { [middle; 2] } else { [entry, exit] }
+}
+
+/// Where a boundary goes that may go anywhere between entry and exit. Twin: FREE in glsl/voxelized/columns.comp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Free {
+    /// At the exit.
+    Exit,
+    /// At the entry.
+    Entry,
+    /// Where the columns of a block agree.
+    Shared,
+}
+
+/// The number in [low, high] with the most trailing zeros. Twin: roundest.
+pub fn roundest(low: u32, high: u32) -> u32 {
+    if low == 0 { 0 } else { high & !((1 << ((low - 1) ^ high).ilog2()) - 1) }
+}
+
+/// Where the shadow of each column begins. Twin: the end of glsl/voxelized/columns.comp.
+pub fn boundaries(columns: &[[u32; 2]], size: u32, free: Free) -> Vec<u32> {
+    match free {
+        Free::Exit => columns.iter().map(|c| c[1]).collect(),
+        Free::Entry => columns.iter().map(|c| c[0]).collect(),
+        Free::Shared => {
+            let mut boundaries = vec![0; columns.len()];
+            for block in 0..(size / 8).pow(2) {
+                let mut open: Vec<_> = (0..64).map(|c| place(size, block, c)).collect();
+                while let Some(stop) = open.iter().map(|i| columns[*i][1]).min() {
+                    let (here, rest): (Vec<_>, _) = open.into_iter().partition(|i| columns[*i][0] <= stop);
+                    let begin = here.iter().map(|i| columns[*i][0]).max().unwrap_or(stop);
+                    here.into_iter().for_each(|i| boundaries[i] = roundest(begin, stop));
+                    open = rest;
+                }
+            }
+            boundaries
+        }
+    }
+}
+
+/// Column `c` of a block of 8 × 8, among all.
+pub(super) fn place(size: u32, block: u32, c: u32) -> usize {
+    let across = size / 8;
+    let (x, y) = (8 * (block % across) + c % 8, 8 * (block / across) + c / 8);
+    (y * size + x) as usize
+}
