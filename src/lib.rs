@@ -11,6 +11,7 @@ pub mod consume;
 mod error;
 #[allow(unsafe_code)]
 pub mod gpu;
+pub mod grid;
 pub mod maps;
 pub mod measure;
 pub mod reference;

@@ -62,7 +62,7 @@ impl OpaqueMaps {
         // Pushed back by a rounding, and rounded by another; and so for the format's step.
         let depth = DEPTH_ROUNDING.max(STORED_ROUNDING + 2.0 * rounding(&view) / range) + 2.0 * f64::from(self.step());
         let reach_texels = 2.0 * f64::from(self.reach) + COARSEST_SNAP;
-        Resolution { view, reach_texels, moved: Moved::default(), free_inside: false, depth }
+        Resolution { view, reach_texels, moved: Moved::default(), free_inside: false, depth, voxel: 0.0 }
     }
 }
 

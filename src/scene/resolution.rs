@@ -15,6 +15,16 @@ pub struct Resolution {
     pub free_inside: bool,
     /// How far along the rays, as a share of the view's range.
     pub depth: f64,
+    /// Side of a voxel, world units, where rays go through a grid in the world's axes; 0 for none. Then a surface may be felt
+    /// anywhere in the voxels of a ray, and nothing else that stands here counts.
+    pub voxel: f64,
+}
+
+impl Resolution {
+    /// Of a grid with voxels of that side.
+    pub fn of_grid(view: View, voxel: f64) -> Self {
+        Self { view, voxel, reach_texels: 0.0, moved: Moved::default(), free_inside: false, depth: 0.0 }
+    }
 }
 
 /// How far along its normal a point of a surface is moved, so that the surface stays behind it: three numbers of texels, of which

@@ -11,6 +11,7 @@ mod ray_query;
 mod shadow_map;
 mod translucency_map;
 mod uncompressed;
+mod voxel_grid;
 mod voxelized;
 
 // What they share.
@@ -30,6 +31,7 @@ pub use spec::{Spec, parse};
 pub use texel_map::TexelMap;
 pub use translucency_map::translucency_map;
 pub use uncompressed::Uncompressed;
+pub use voxel_grid::{March, Settings as VoxelGridSettings, VoxelGrid};
 pub use voxelized::{Coverage, Free, LevelCounts, Settings as VoxelizedSettings, Structure, TreeData, Voxelized};
 
 use crate::Result;

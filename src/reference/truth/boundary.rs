@@ -3,6 +3,7 @@
 
 use super::casters::Casters;
 use super::shaft::Neighbourhood;
+use super::tube::Tube;
 use crate::scene::{Moved, Projection, Resolution, View};
 use glam::DVec3;
 
@@ -16,11 +17,18 @@ const APART: f64 = 2.0625;
 /// texels has the answer.
 const GRAZING: f64 = 0.02;
 
+/// What a receiver is moved by in a grid, voxels, more than a voxel reaches. Twin: RECEIVER_MARGIN in
+/// glsl/voxel_grid/visibility.glsl.
+const GRID_MARGIN: f64 = 1e-3;
+
 impl Casters<'_> {
     /// Whether a point lies in the boundary of an opaque shadow of light `light`: whether a point nearer to it than the
     /// technique resolves, across the light's rays or along them, is blocked where it is not, or the other way round; or lies
     /// inside something closed, where the technique may answer anything.
     pub fn in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3) -> bool {
+        if resolution.voxel > 0.0 {
+            return self.ray_in_boundary(light, resolution.voxel, position, position);
+        }
         let depth = resolution.depth * f64::from(resolution.view.far - resolution.view.near);
         self.differs_about(resolution, position, depth, !self.unblocked(light, position))
     }
@@ -29,6 +37,10 @@ impl Casters<'_> {
     /// are; where they do not, within the surface's plane, and whether another surface is so near to it along the rays that
     /// the technique does not tell the two apart.
     pub fn in_surface_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: DVec3) -> bool {
+        if resolution.voxel > 0.0 {
+            let off = resolution.voxel * (normal.abs().element_sum() + GRID_MARGIN);
+            return self.ray_in_boundary(light, resolution.voxel, position, position + off * normal);
+        }
         let [right, up, along, z] = self.footprint(&resolution.view, position);
         let facing = normal.dot(along) / along.length();
         if z.x <= 0.0 || facing.abs() < GRAZING {
@@ -58,6 +70,18 @@ impl Casters<'_> {
         near.is_behind()
             || resolution.free_inside && near.meets_closed(&self.meshes)
             || near.differs(&self.meshes, blocked)
+    }
+
+    /// Whether a ray through a grid may find another answer than there is at a point: of a lit one, where a surface meets a voxel
+    /// that the ray from `at` may pass; of another, where that ray is free.
+    fn ray_in_boundary(&self, light: usize, voxel: f64, position: DVec3, at: DVec3) -> bool {
+        let (direction, distance) = self.to_light(light, at);
+        if !self.unblocked(light, position) {
+            return self.unblocked(light, at);
+        }
+        // All meshes are nearer than this.
+        let way = if distance.is_finite() { direction } else { direction * (4.0 * self.meshes.extent + at.length()) };
+        Tube::new(at, way, voxel).is_met(&self.meshes)
     }
 
     /// A texel to the right and up at a point, the ray's direction there, and its z (in x).
@@ -118,7 +142,7 @@ mod tests {
     fn resolution(scene: &Scene, reach_texels: f64, depth: f64) -> (Resolution, f64) {
         let view = View::opaques(scene, 64)[0];
         (
-            Resolution { view, reach_texels, moved: Moved::default(), free_inside: false, depth },
+            Resolution { view, reach_texels, moved: Moved::default(), free_inside: false, depth, voxel: 0.0 },
             2.0 / (f64::from(view.scale_x) * 64.0),
         )
     }

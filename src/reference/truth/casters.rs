@@ -73,7 +73,7 @@ impl<'a> Casters<'a> {
     }
 
     /// From `position` to light `light`, and how many times that far the light is.
-    fn to_light(&self, light: usize, position: DVec3) -> (DVec3, f64) {
+    pub(super) fn to_light(&self, light: usize, position: DVec3) -> (DVec3, f64) {
         match self.scene.lights[light].kind {
             LightKind::Directional { direction } => (-direction, f64::INFINITY),
             LightKind::Spot { position: light, .. } | LightKind::Point { position: light } => (light - position, 1.0),

@@ -1,8 +1,7 @@
 //! Exact visibility past opaque meshes.
 
-use super::shaft::Shaft;
 use crate::scene::{Mesh, sides};
-use bvh::aabb::{Aabb, Bounded};
+use bvh::aabb::{Aabb, Bounded, IntersectsAabb};
 use bvh::bounding_hierarchy::BHShape;
 use bvh::bvh::Bvh;
 use glam::DVec3;
@@ -69,6 +68,8 @@ pub struct Meshes {
     tree: Bvh<f64, 3>,
     /// Whether any of them belongs to a closed thing.
     closed: bool,
+    /// The largest coordinate, either sign, world units.
+    pub(super) extent: f64,
     /// Nearest distance that counts as a hit, world units: a surface does not shadow itself.
     pub epsilon: f64,
 }
@@ -92,7 +93,7 @@ impl Meshes {
         let closed = triangles.iter().any(|t| t.side != 0);
         let extent = triangles.iter().flat_map(|t| t.corners).fold(0.0, |e: f64, c| e.max(c.abs().max_element()));
         let tree = Bvh::build(&mut triangles);
-        Self { triangles, tree, closed, epsilon: extent * 1e-7 }
+        Self { triangles, tree, closed, extent, epsilon: extent * 1e-7 }
     }
 
     /// The nearest hit beyond [`Meshes::epsilon`].
@@ -137,10 +138,10 @@ impl Meshes {
         left > 0
     }
 
-    /// The triangles that may meet a shaft, in no order.
-    pub(super) fn meeting<'a>(&'a self, shaft: &'a Shaft) -> impl Iterator<Item = &'a Triangle> {
+    /// The triangles that may meet something, in no order.
+    pub(super) fn meeting<'a>(&'a self, what: &'a impl IntersectsAabb<f64, 3>) -> impl Iterator<Item = &'a Triangle> {
         let some = !self.triangles.is_empty();
-        some.then(|| self.tree.traverse_iterator(shaft, &self.triangles)).into_iter().flatten()
+        some.then(|| self.tree.traverse_iterator(what, &self.triangles)).into_iter().flatten()
     }
 
     /// Calls `on_hit` for each triangle that the ray meets, in no order, until it returns true.

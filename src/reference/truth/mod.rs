@@ -11,6 +11,7 @@ mod points;
 mod shaft;
 mod surface;
 mod true_curve;
+mod tube;
 
 pub use casters::Casters;
 pub use fog::fog;

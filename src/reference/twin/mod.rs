@@ -7,6 +7,7 @@ pub mod bins;
 pub mod compact;
 pub mod filter;
 pub mod fit;
+pub mod grid;
 pub mod order;
 pub mod psm;
 pub mod segment;

@@ -32,7 +32,7 @@ pub fn resolution(cubes: &[View], settings: &Settings) -> Vec<Resolution> {
     let moved = Moved { across, along: 0.5, always: ROUNDING };
     let depth = 1.0 / f64::from(settings.size);
     let free_inside = settings.closed;
-    cubes.iter().map(|cube| Resolution { view: *cube, reach_texels, moved, free_inside, depth }).collect()
+    cubes.iter().map(|cube| Resolution { view: *cube, reach_texels, moved, free_inside, depth, voxel: 0.0 }).collect()
 }
 
 fn cube(scene: &Scene, aimed: View) -> View {

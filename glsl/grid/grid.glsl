@@ -1,0 +1,43 @@
+// A grid of voxels in the world's axes, about the meshes: a bit each, in bricks of 4 × 4 × 4 bits; and on two levels above which
+// of 64 bricks, and of 64 such blocks, are not empty. Source: ours. Twins: grid::GridData, reference::twin::grid.
+#ifndef GRID_GRID_GLSL
+#define GRID_GRID_GLSL
+#extension GL_EXT_scalar_block_layout : require
+
+struct Grid {
+    vec3 origin;     // its corner, world units
+    float voxel;     // a voxel's side, world units
+    float per_unit;  // voxels a world unit
+    uint size;       // voxels a side
+    uint low[3];     // of the meshes, as maps/extents.glsl orders floats
+    uint high[3];
+};
+
+const uint GRID_LEVELS = 3u;
+
+// Words a side of a level: of one voxel a bit, of bricks, of blocks of 16 voxels a side.
+uint grid_side(uint size, uint level) { return size >> (2u * level + 2u); }
+
+// Where a level's words begin.
+uint grid_level_at(uint size, uint level) {
+    uint at = 0u;
+    for (uint l = 0u; l < level; ++l) {
+        uint side = grid_side(size, l);
+        at += side * side * side;
+    }
+    return at;
+}
+
+// The word of a level that a voxel is in.
+uint grid_word(uint size, uint level, uvec3 voxel) {
+    uvec3 word = voxel >> (2u * level + 2u);
+    uint side = grid_side(size, level);
+    return grid_level_at(size, level) + (word.z * side + word.y) * side + word.x;
+}
+
+// And its bit there.
+uint grid_bit(uint level, uvec3 voxel) {
+    uvec3 bit = (voxel >> (2u * level)) & 3u;
+    return bit.x | bit.y << 2 | bit.z << 4;
+}
+#endif

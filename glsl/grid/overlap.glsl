@@ -1,0 +1,67 @@
+// Whether a triangle meets a voxel. Source: Schwarz and Seidel 2010, section 3. Twin: reference::twin::grid::Facet, to the bit: so
+// nothing here may be fused or put in another order, and there is no division.
+#ifndef GRID_OVERLAP_GLSL
+#define GRID_OVERLAP_GLSL
+
+// Voxels are so much larger to each side, in voxels: what rounding could lose.
+const float GRID_SLACK = 1e-4;
+
+struct Facet {
+    vec3 corners[3];  // voxels
+    vec3 edges[3];    // each from its corner
+    vec3 normal;
+    ivec3 first;      // voxel of its box
+    ivec3 last;
+};
+
+Facet facet_of(vec3 a, vec3 b, vec3 c, uint size) {
+    Facet facet;
+    facet.corners = vec3[3](a, b, c);
+    precise vec3 ab = b - a, bc = c - b, ca = a - c;
+    facet.edges = vec3[3](ab, bc, ca);
+    precise float x = ab.y * bc.z - ab.z * bc.y;
+    precise float y = ab.z * bc.x - ab.x * bc.z;
+    precise float z = ab.x * bc.y - ab.y * bc.x;
+    facet.normal = vec3(x, y, z);
+    precise vec3 low = min(a, min(b, c)) - GRID_SLACK, high = max(a, max(b, c)) + GRID_SLACK;
+    facet.first = ivec3(clamp(floor(low), vec3(0.0), vec3(size - 1u)));
+    facet.last = ivec3(clamp(floor(high), vec3(0.0), vec3(size - 1u)));
+    return facet;
+}
+
+// Seen along an axis: whether the voxel's square lies on the inner side of an edge. `from` is the edge's corner, as the voxel's
+// corner sees it.
+bool inside_edge(vec2 from, vec2 edge, float turn) {
+    float x = edge.y * turn, y = edge.x * turn;
+    precise float at = x * from.x - y * from.y;
+    precise float reach = max(-x, 0.0) + max(y, 0.0);
+    precise float slack = GRID_SLACK * (abs(x) + abs(y));
+    precise float inner = at + reach + slack;
+    return inner >= 0.0;
+}
+
+// A voxel of its box.
+bool facet_meets(Facet facet, ivec3 voxel) {
+    vec3 corner = vec3(voxel), normal = facet.normal;
+    precise vec3 a = facet.corners[0] - corner;
+    // The plane passes between the two corners of the voxel that are farthest along the normal.
+    precise float plane = normal.x * a.x + normal.y * a.y + normal.z * a.z;
+    precise float most = max(normal.x, 0.0) + max(normal.y, 0.0) + max(normal.z, 0.0);
+    precise float least = min(normal.x, 0.0) + min(normal.y, 0.0) + min(normal.z, 0.0);
+    precise float slack = GRID_SLACK * (abs(normal.x) + abs(normal.y) + abs(normal.z));
+    precise float above = most + slack - plane, below = plane - least + slack;
+    if (above < 0.0 || below < 0.0) {
+        return false;
+    }
+    vec3 turn = vec3(normal.x >= 0.0 ? 1.0 : -1.0, normal.y >= 0.0 ? 1.0 : -1.0, normal.z >= 0.0 ? 1.0 : -1.0);
+    for (uint i = 0u; i < 3u; ++i) {
+        precise vec3 from = facet.corners[i] - corner;
+        vec3 edge = facet.edges[i];
+        if (!inside_edge(from.xy, edge.xy, turn.z) || !inside_edge(from.yz, edge.yz, turn.x) ||
+            !inside_edge(from.zx, edge.zx, turn.y)) {
+            return false;
+        }
+    }
+    return true;
+}
+#endif

@@ -1,0 +1,97 @@
+#version 460
+// Sets the bit of every voxel that a triangle meets. One thread a triangle; those that meet many voxels are listed, and in the
+// variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Source: ours, after Schwarz and Seidel 2010.
+// Inputs: triangles, grid. Output: bits of all levels, the lists. Twin: reference::twin::grid::voxelize.
+// Invariant: a bit is set whoever comes first, so the same bytes each run; a word above is set where a word below has a bit.
+// variants: STEP 0 1 2
+layout(local_size_x = 64) in;
+#include "grid/build.glsl"
+#include "grid/overlap.glsl"
+
+// Voxels of a box up to which a thread takes a triangle, and columns up to which a workgroup does. Any number gives the same bits.
+const uint SMALL = 64u;
+const uint COLUMNS = 4096u;
+
+void occupy(uvec3 voxel) {
+    uint bit = grid_bit(0u, voxel), word = 2u * grid_word(grid.size, 0u, voxel) + (bit >> 5);
+    uint mask = 1u << (bit & 31u);
+    if ((grid_bits[word] & mask) != 0u || atomicOr(grid_bits[word], mask) != 0u) {
+        return;
+    }
+    // Whoever sets the first bit of a word says so above.
+    for (uint level = 1u; level < GRID_LEVELS; ++level) {
+        bit = grid_bit(level, voxel);
+        word = 2u * grid_word(grid.size, level, voxel) + (bit >> 5);
+        mask = 1u << (bit & 31u);
+        if (atomicOr(grid_bits[word], mask) != 0u) {
+            return;
+        }
+    }
+}
+
+Facet facet_at(uint i) {
+    Triangle triangle = triangles[i];
+    precise vec3 a = (triangle.corners[0] - grid.origin) * grid.per_unit;
+    precise vec3 b = (triangle.corners[1] - grid.origin) * grid.per_unit;
+    precise vec3 c = (triangle.corners[2] - grid.origin) * grid.per_unit;
+    return facet_of(a, b, c, grid.size);
+}
+
+// The voxels of a listed triangle, from a thread's column on: columns stand along the axis that the triangle faces most.
+void fill(uint i, uint first, uint step) {
+    Facet facet = facet_at(i);
+    vec3 facing = abs(facet.normal);
+    uint axis = facing.x >= facing.y && facing.x >= facing.z ? 0u : facing.y >= facing.z ? 1u : 2u;
+    uint across = (axis + 1u) % 3u, up = (axis + 2u) % 3u;
+    ivec3 box = facet.last - facet.first + 1;
+    uint columns = uint(box[across] * box[up]);
+    for (uint column = first; column < columns; column += step) {
+        ivec3 voxel = facet.first;
+        voxel[across] += int(column) % box[across];
+        voxel[up] += int(column) / box[across];
+        for (; voxel[axis] <= facet.last[axis]; ++voxel[axis]) {
+            if (facet_meets(facet, voxel)) {
+                occupy(uvec3(voxel));
+            }
+        }
+    }
+}
+
+void main() {
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x, thread = gl_LocalInvocationIndex;
+    uint groups = gl_NumWorkGroups.x * gl_NumWorkGroups.y;
+    if (STEP == 1) {
+        for (uint l = group; l < large; l += groups) {
+            fill(listed[l], thread, 64u);
+        }
+        return;
+    }
+    if (STEP == 2) {
+        for (uint l = 0u; l < huge; ++l) {
+            fill(listed[triangle_count - 1u - l], 64u * group + thread, 64u * groups);
+        }
+        return;
+    }
+    uint i = 64u * group + thread;
+    if (i >= triangle_count) {
+        return;
+    }
+    Facet facet = facet_at(i);
+    ivec3 box = facet.last - facet.first + 1;
+    int voxels = box.x * box.y * box.z;
+    if (uint(voxels) > SMALL) {
+        int widest = max(box.x * box.y, max(box.y * box.z, box.z * box.x));
+        if (uint(widest) > COLUMNS) {
+            listed[triangle_count - 1u - atomicAdd(huge, 1u)] = i;
+        } else {
+            listed[atomicAdd(large, 1u)] = i;
+        }
+        return;
+    }
+    for (int v = 0; v < voxels; ++v) {
+        ivec3 voxel = facet.first + ivec3(v % box.x, v / box.x % box.y, v / (box.x * box.y));
+        if (facet_meets(facet, voxel)) {
+            occupy(uvec3(voxel));
+        }
+    }
+}

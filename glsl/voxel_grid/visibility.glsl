@@ -1,0 +1,48 @@
+// Voxel grid look-up: 1 where no voxel between `position` and light `light` is occupied, else 0. Sources: Pestana 2015 (even
+// steps); Amanatides and Woo 1987 (every voxel). Twin: reference::twin::grid::Bits.
+//
+// To use this elsewhere: define GOBO_SET (a descriptor set number, default 1) if set 1 is taken, and bind
+//   binding 0  readonly buffer: Light[] (world/light.glsl)
+//   binding 1  readonly buffer: Grid (grid/grid.glsl)
+//   binding 2  readonly buffer: uint[], its bits
+#include "world/light.glsl"
+#include "grid/grid.glsl"
+
+#ifndef GOBO_SET
+#define GOBO_SET 1
+#endif
+
+layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityLights { Light visibility_lights[]; };
+layout(set = GOBO_SET, binding = 1, scalar) readonly buffer VisibilityGrid { Grid visibility_grid; };
+layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityBits { uint visibility_bits[]; };
+
+#include "grid/march.glsl"
+
+// Even steps, and where in each; 0: every voxel.
+CONSTANT(uint, MARCH_STEPS, 0u)
+CONSTANT(float, MARCH_OFFSET, 0.5)
+
+// What a receiver is moved by more than its voxels reach, in voxels.
+const float RECEIVER_MARGIN = 1e-3;
+
+// A point of a surface leaves the voxels that the surface occupies along its normal: as far as a voxel reaches along it, so that
+// the voxel that it comes to lies beyond the surface, and each that a ray away from it enters.
+#define TECHNIQUE_RECEIVERS
+vec3 light_receiver(uint light, vec3 position, vec3 normal) {
+    float voxels = abs(normal.x) + abs(normal.y) + abs(normal.z) + RECEIVER_MARGIN;
+    return position + normal * (voxels * visibility_grid.voxel);
+}
+
+float light_visibility(uint light, vec3 position) {
+    Light l = visibility_lights[light];
+    vec3 from = (position - visibility_grid.origin) * visibility_grid.per_unit;
+    // What is no number has no voxel.
+    if (!(all(lessThan(abs(from), vec3(1e7))))) {
+        return 1.0;
+    }
+    float size = float(visibility_grid.size);
+    vec3 way = l.kind == LIGHT_DIRECTIONAL ? -l.direction * (2.0 * size + distance(from, vec3(0.5 * size)))
+                                           : (l.position - position) * visibility_grid.per_unit;
+    bool met = MARCH_STEPS == 0u ? march_exact(from, way) : march_steps(from, way, MARCH_STEPS, MARCH_OFFSET);
+    return met ? 0.0 : 1.0;
+}

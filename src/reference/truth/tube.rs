@@ -1,0 +1,60 @@
+//! All voxels that a ray may pass, wherever a grid of them stands: whether a triangle meets any.
+
+use super::meshes::Meshes;
+use bvh::aabb::{Aabb, IntersectsAabb};
+use glam::DVec3;
+
+/// A box that is drawn along a line: all that is at most one voxel away from the line along each axis.
+pub(super) struct Tube {
+    middle: DVec3,
+    /// From the middle to the ends of the line.
+    half: DVec3,
+    voxel: f64,
+}
+
+impl Tube {
+    /// Along a line from `start` by `way`.
+    pub fn new(start: DVec3, way: DVec3, voxel: f64) -> Self {
+        Self { middle: start + way / 2.0, half: way / 2.0, voxel }
+    }
+
+    /// Whether a triangle meets it.
+    pub fn is_met(&self, meshes: &Meshes) -> bool {
+        meshes.meeting(self).any(|triangle| self.meets(triangle.corners))
+    }
+
+    /// How far it reaches from its middle along `axis`.
+    fn reach(&self, axis: DVec3) -> f64 {
+        self.voxel * axis.abs().element_sum() + self.half.dot(axis).abs()
+    }
+
+    /// Two convex things do not meet where, seen along some cross product of an edge of each or along a face's normal of either,
+    /// they lie apart. Source: Gottschalk 1996, separating axes.
+    fn meets(&self, corners: [DVec3; 3]) -> bool {
+        let [a, b, c] = corners.map(|corner| corner - self.middle);
+        let apart = |axis: DVec3| {
+            let along = [a, b, c].map(|corner| corner.dot(axis));
+            let (low, high) = (along.into_iter().fold(f64::MAX, f64::min), along.into_iter().fold(f64::MIN, f64::max));
+            let reach = self.reach(axis);
+            low > reach || high < -reach
+        };
+        let edges = [b - a, c - b, a - c];
+        let own = [DVec3::X, DVec3::Y, DVec3::Z, self.half];
+        let faces = (0..4).flat_map(|i| (i + 1..4).map(move |j| own[i].cross(own[j])));
+        let crosses = edges.into_iter().flat_map(|edge| own.map(|axis| edge.cross(axis)));
+        !std::iter::once(edges[0].cross(edges[1])).chain(faces).chain(crosses).any(apart)
+    }
+}
+
+impl IntersectsAabb<f64, 3> for Tube {
+    /// Never false where they meet.
+    fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
+        let vec = |p: &[f64]| DVec3::from_slice(p);
+        let (low, high) = (vec(aabb.min.coords.as_slice()), vec(aabb.max.coords.as_slice()));
+        let (offset, size) = ((low + high) / 2.0 - self.middle, (high - low) / 2.0);
+        let half = self.half;
+        [DVec3::X, DVec3::Y, DVec3::Z, half.cross(DVec3::X), half.cross(DVec3::Y), half.cross(DVec3::Z)]
+            .into_iter()
+            .all(|axis| offset.dot(axis).abs() <= self.reach(axis) + size.dot(axis.abs()))
+    }
+}

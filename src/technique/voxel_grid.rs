@@ -1,0 +1,152 @@
+//! Voxel grid: rays from the point to the light through a grid of voxels that the meshes occupy. The grid is the world's: all
+//! lights ask the same one. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel on the way).
+
+use super::keys::{Key, Values, Word, words};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Spec, Technique};
+use crate::Result;
+use crate::gpu::{Bindings, Commands, Constants, Context, Resource};
+use crate::grid::Grid;
+use crate::maps::Map;
+use crate::scene::{Casting, Resolution, Scene, View};
+use crate::shaders::{constant, folder};
+use crate::world::World;
+use glam::DVec3;
+
+/// Voxels a side.
+const SIZE: Key = Key {
+    name: "size",
+    values: Values::OneOf(&["64", "128", "256", "512"]),
+    default: "256",
+    about: "voxels a side of the grid about the meshes",
+};
+
+words! {
+    /// How a ray goes through the grid.
+    pub enum March {
+        /// Every voxel on its way.
+        Exact = "exact",
+        /// Even steps.
+        Steps = "steps",
+    }
+}
+
+const MARCH: Key = Key {
+    name: "march",
+    values: Values::OneOf(March::WORDS),
+    default: "exact",
+    about: "every voxel on the way to the light, or even steps, between which what is thin is not seen",
+};
+
+const STEPS: Key = Key {
+    name: "steps",
+    values: Values::OneOf(&["5", "10", "15", "25", "50", "75"]),
+    default: "25",
+    about: "even steps from the point to the light, with march=steps",
+};
+
+const OFFSET: Key =
+    Key { name: "offset", values: Values::Number(0, 100), default: "50", about: "where in each step, hundredths" };
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "voxel-grid",
+    about: "a ray from the point to the light through a grid of voxels, one grid for all lights (Pestana 2015)",
+    casts: Casts { particles: false, strands: false, meshes: true },
+    lifetime: Lifetime::Frame,
+    keys: &[SIZE, MARCH, STEPS, OFFSET],
+    paths: &[Path { name: COMPUTE, requires: &[] }],
+    open: |context, world, spec| Ok(Box::new(VoxelGrid::new(context, world, &Settings::of(spec))?)),
+};
+
+const COMPUTE: &str = "compute";
+
+/// A spec, read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Voxels a side: a power of two from 64 to 512.
+    pub size: u32,
+    /// How many even steps; none where a ray meets every voxel on its way.
+    pub steps: Option<u32>,
+    /// Where in each step, as a share of it.
+    pub offset: f32,
+}
+
+impl Settings {
+    fn of(spec: &Spec) -> Self {
+        let steps = (spec.word(MARCH.name) == Some(March::Steps)).then(|| spec.number(STEPS.name));
+        Self { size: spec.number(SIZE.name), steps, offset: spec.number(OFFSET.name) as f32 / 100.0 }
+    }
+}
+
+/// The technique, opened for one world.
+pub struct VoxelGrid {
+    settings: Settings,
+    grid: Grid,
+    resolution: Vec<Resolution>,
+    look_up: Bindings,
+    constants: Constants,
+}
+
+impl VoxelGrid {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        let grid = Grid::new(context, world, settings.size)?;
+        let [data, bits] = grid.buffers();
+        let resources = [&world.lights, data, bits].map(|buffer| Resource::Buffer(buffer.clone()));
+        let look_up = Bindings::new(context, "voxel_grid.look_up", &resources)?;
+        let constants = Constants::new()
+            .set(constant::MARCH_STEPS, settings.steps.unwrap_or(0))
+            .set(constant::MARCH_OFFSET, settings.offset);
+        Ok(Self { settings: *settings, grid, resolution: Vec::new(), look_up, constants })
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+}
+
+/// How finely the grid knows the meshes, one for each map of all lights.
+fn resolution(scene: &Scene, size: u32) -> Vec<Resolution> {
+    let corners = scene.meshes.iter().flat_map(|mesh| &mesh.positions).map(|p| DVec3::from(p.map(f64::from)));
+    let (low, high) = corners.fold((DVec3::MAX, DVec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
+    let widest = (high - low).max_element().max(1e-3 * low.abs().max(high.abs()).max_element().max(1.0));
+    // A float's rounding more than the device has.
+    let voxel = widest / f64::from(size - 2) * (1.0 + 1e-5);
+    View::aimed(scene, 1, Casting::Opaque).into_iter().map(|view| Resolution::of_grid(view, voxel)).collect()
+}
+
+impl Technique for VoxelGrid {
+    fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        self.resolution =
+            if world.scene().has_triangles() { resolution(world.scene(), self.settings.size) } else { Vec::new() };
+        self.grid.record(commands, world);
+        Ok(())
+    }
+
+    fn answer(&self) -> Answer<'_> {
+        Answer { folder: folder::VOXEL_GRID, bindings: &self.look_up, constants: &self.constants }
+    }
+
+    fn maps(&self) -> &[Map] {
+        &[]
+    }
+
+    fn resolution(&self) -> Vec<Resolution> {
+        self.resolution.clone()
+    }
+
+    fn facts(&self) -> Result<Facts> {
+        let [data, bits] = self.grid.buffers();
+        Ok(Facts {
+            path: COMPUTE,
+            reason: "the only path".into(),
+            bytes_resident: data.bytes() + bits.bytes(),
+            bytes_transient: self.grid.transient_bytes(),
+            ..Facts::default()
+        })
+    }
+}

@@ -1,0 +1,228 @@
+//! The voxel grid: its bits against their twin, ways through it against asking every voxel, what is seen against the truth.
+
+mod support;
+
+#[allow(dead_code, reason = "voxelized asks for more of them")]
+#[path = "voxelized/scenes.rs"]
+mod shapes;
+
+use glam::DVec3;
+use gobo::gpu::Context;
+use gobo::measure::{Effort, Extent, Row, Status, with_case};
+use gobo::reference::twin::grid::{Bits, Place};
+use gobo::scene::{Light, LightKind, Scene};
+use gobo::technique::{Opened, VoxelGrid, VoxelGridSettings as Settings};
+use gobo::world::World;
+use support::{ask, gpu_test, scenes::Random};
+
+const PLAIN: Settings = Settings { size: 64, steps: None, offset: 0.5 };
+
+/// Scenes of meshes, under a lamp too.
+fn all() -> Vec<Scene> {
+    let mut all = shapes::all();
+    let mut lamp = shapes::houses();
+    lamp.name = "lamp".into();
+    let kind = LightKind::Point { position: DVec3::new(0.1, -0.7, 0.8) };
+    lamp.lights = vec![Light { kind, radiance: [1.0; 3] }];
+    all.push(lamp);
+    all
+}
+
+fn built(context: &Context, scene: &Scene, settings: Settings) -> (World, Opened<VoxelGrid>) {
+    let world = World::new(context, scene).expect("room for the scene");
+    let technique = support::opened(VoxelGrid::new(context, &world, &settings), "voxel-grid");
+    let mut opened = Opened::new(context, Box::new(technique), true);
+    opened.build(&world).expect("built");
+    (world, opened)
+}
+
+fn place(grid: &VoxelGrid) -> Place {
+    let data = grid.grid().data().expect("read");
+    Place { origin: data.origin, voxel: data.voxel, per_unit: data.per_unit, size: data.size }
+}
+
+fn triangles(scene: &Scene) -> Vec<[[f32; 3]; 3]> {
+    let of = |m: &gobo::scene::Mesh| m.triangles.iter().map(|t| t.map(|i| m.positions[i as usize])).collect::<Vec<_>>();
+    scene.meshes.iter().flat_map(of).collect()
+}
+
+fn twin(scene: &Scene, place: &Place) -> Bits {
+    let among = triangles(scene).into_iter().map(|t| t.map(|corner| place.voxels(corner)));
+    Bits::voxelize(among, place.size)
+}
+
+#[test]
+fn bits_equal_their_twin() {
+    gpu_test("bits_equal_their_twin", |context| {
+        for scene in all() {
+            for size in support::some([64, 256, 128], 2) {
+                let (_, opened) = built(context, &scene, Settings { size, ..PLAIN });
+                let at = place(&opened.technique);
+                let corners = triangles(&scene).into_iter().flatten();
+                let expected = Place::about(corners, size);
+                // But for the device's division.
+                for (a, b) in [(at.voxel, expected.voxel), (at.per_unit, expected.per_unit)] {
+                    assert!((a - b).abs() <= b.abs() * 1e-6, "{}: {at:?}, the twin {expected:?}", scene.name);
+                }
+                let bits = opened.technique.grid().bits().expect("read");
+                assert!(bits == twin(&scene, &at).words, "{}, size {size}", scene.name);
+                let is_empty = bits.iter().all(|word| *word == 0);
+                assert_eq!(is_empty, !scene.has_triangles(), "{}", scene.name);
+            }
+        }
+    });
+}
+
+/// What moved away leaves nothing behind, and the same again is the same.
+#[test]
+fn a_grid_is_cleared() {
+    gpu_test("a_grid_is_cleared", |context| {
+        let scene = shapes::houses();
+        let (mut world, mut opened) = built(context, &scene, PLAIN);
+        let bits = opened.technique.grid().bits().expect("read");
+        let mut moved = scene.clone();
+        for (i, mesh) in moved.meshes.iter_mut().enumerate() {
+            mesh.positions.iter_mut().for_each(|p| p[i % 3] *= 0.4);
+        }
+        world.replace(&moved).expect("as many of all");
+        opened.build(&world).expect("built");
+        let at = place(&opened.technique);
+        let after = opened.technique.grid().bits().expect("read");
+        assert!(after != bits && after == twin(&moved, &at).words);
+        world.replace(&scene).expect("as many of all");
+        opened.build(&world).expect("built");
+        assert!(opened.technique.grid().bits().expect("read") == bits);
+    });
+}
+
+/// Every voxel that a point of a triangle is in is occupied: nothing falls through, whatever the twin says.
+#[test]
+fn no_surface_is_missed() {
+    gpu_test("no_surface_is_missed", |context| {
+        let mut random = Random::new(17);
+        for scene in all() {
+            let (_, opened) = built(context, &scene, Settings { size: 128, ..PLAIN });
+            let at = place(&opened.technique);
+            let bits = opened.technique.grid().bits().expect("read");
+            let words = |voxel: [usize; 3]| (voxel[2] / 4 * 32 + voxel[1] / 4) * 32 + voxel[0] / 4;
+            for triangle in triangles(&scene) {
+                let [a, b, c] = triangle.map(|corner| DVec3::from(corner.map(f64::from)));
+                for _ in 0..20 {
+                    let [mut u, mut v] = [(); 2].map(|()| f64::from(random.bits() % 1000) / 999.0);
+                    if u + v > 1.0 {
+                        (u, v) = (1.0 - u, 1.0 - v);
+                    }
+                    let origin = DVec3::from(at.origin.map(f64::from));
+                    let p = (a + (b - a) * u + (c - a) * v - origin) * f64::from(at.per_unit);
+                    let voxel = p.to_array().map(|c| c.floor() as usize);
+                    let bit = voxel[0] % 4 + 4 * (voxel[1] % 4) + 16 * (voxel[2] % 4);
+                    assert!(bits[words(voxel)] >> bit & 1 == 1, "{}: {p}", scene.name);
+                }
+            }
+        }
+    });
+}
+
+/// The way of a look-up, voxels.
+fn way(place: &Place, scene: &Scene, position: [f32; 3]) -> ([f32; 3], [f32; 3]) {
+    let from = place.voxels(position);
+    let way = match scene.lights[0].kind {
+        LightKind::Directional { direction } => {
+            let middle = place.size as f32 / 2.0;
+            let apart = from.map(|v| (v - middle).powi(2)).iter().sum::<f32>().sqrt();
+            direction.to_array().map(|d| -d as f32 * (2.0 * place.size as f32 + apart))
+        }
+        LightKind::Spot { position: light, .. } | LightKind::Point { position: light } => {
+            let light = light.as_vec3().to_array();
+            [0, 1, 2].map(|i| (light[i] - position[i]) * place.per_unit)
+        }
+    };
+    (from, way)
+}
+
+/// Skipping what is empty changes no answer: the twin asks every voxel. Where a way just touches a voxel's edge either answer is
+/// right; then the two ways beside it differ.
+#[test]
+fn ways_equal_their_twin() {
+    gpu_test("ways_equal_their_twin", |context| {
+        for scene in all() {
+            for steps in [None, Some(25), Some(75)] {
+                let settings = Settings { steps, ..PLAIN };
+                let (_, opened) = built(context, &scene, settings);
+                let at = place(&opened.technique);
+                let bits = twin(&scene, &at);
+                let points = shapes::about(&scene, 3000);
+                let answers = ask(context, opened.technique.as_ref(), 0, &points);
+                let (mut blocked, mut unsure) = (0, 0);
+                for (point, answer) in points.iter().zip(answers) {
+                    let (from, way) = way(&at, &scene, *point);
+                    let march = |from: [f32; 3]| match steps {
+                        None => bits.march_exact(from, way),
+                        Some(steps) => bits.march_steps(from, way, steps, settings.offset),
+                    };
+                    let met = march(from);
+                    blocked += u32::from(met);
+                    if met == (answer == 0.0) {
+                        continue;
+                    }
+                    let about =
+                        (0..8).map(|i| march([0, 1, 2].map(|a| from[a] + if i >> a & 1 == 1 { 2e-3 } else { -2e-3 })));
+                    let met_beside = about.filter(|met| *met).count();
+                    assert!(
+                        (1..8).contains(&met_beside),
+                        "{}, {steps:?}: {answer} at {from:?} along {way:?}",
+                        scene.name
+                    );
+                    unsure += 1;
+                }
+                let enough = blocked > 30 || !scene.has_triangles();
+                assert!(unsure < 60 && enough, "{}, {steps:?}: {unsure} unsure, {blocked} blocked", scene.name);
+            }
+        }
+    });
+}
+
+/// What is no number, outside, or right at the lamp.
+#[test]
+fn what_has_no_voxel_is_lit() {
+    gpu_test("what_has_no_voxel_is_lit", |context| {
+        let scene = shapes::houses();
+        let (_, opened) = built(context, &scene, PLAIN);
+        let points = [[f32::NAN; 3], [f32::INFINITY; 3], [1e30, 0.0, 0.0], [0.0, 0.0, 50.0], [60.0, 0.0, 0.0]];
+        assert_eq!(ask(context, opened.technique.as_ref(), 0, &points), [1.0; 5]);
+    });
+}
+
+fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
+    let effort = Effort { frames: 1, warm_up: 0, space_points: 6000, picture: [96, 64], truth: Extent::Sample };
+    let mut rows = Vec::new();
+    with_case(context, std::slice::from_ref(scene), effort, |case| {
+        rows.extend(specs.iter().map(|text| case.measure(&support::spec(text)).0));
+        Ok(())
+    })
+    .expect("measured");
+    rows
+}
+
+/// Outside the boundary of one voxel no leak and no false shadow, in space and on surfaces.
+#[test]
+fn exact_ways_neither_leak_nor_shadow_falsely() {
+    gpu_test("exact_ways_neither_leak_nor_shadow_falsely", |context| {
+        let mut lamp = shapes::houses();
+        let kind = LightKind::Point { position: DVec3::new(0.1, -0.7, 0.8) };
+        lamp.lights = vec![Light { kind, radiance: [1.0; 3] }];
+        for scene in shapes::seen().into_iter().chain([lamp]) {
+            for row in rows(context, &scene, &support::some(["voxel-grid:size=256", "voxel-grid:size=64"], 1)) {
+                let what = format!("{}, {:?}", scene.name, row.variant);
+                assert_eq!(row.status, Status::Ok, "{what}: {}", row.reason);
+                let error = row.error.expect("a truth");
+                for (kind, points) in [("space", error.space), ("surface", error.surface)] {
+                    let points = points.unwrap_or_else(|| panic!("{what}: no {kind} points"));
+                    println!("{what}: {kind} {points:?}");
+                    assert!(points.points > Some(1000), "{what}: too few {kind} points outside the boundary");
+                    assert_eq!((points.leaks, points.false_shadows), (Some(0), Some(0)), "{what}: {kind}");
+                }
+            }
+        }
+    });
+}
