@@ -112,7 +112,7 @@ impl Settings {
 
     /// The defaults, for a file to say otherwise.
     pub(super) const PLAIN: Self = Self {
-        size: 4096,
+        size: 1024,
         structure: Structure::Dag,
         closed: true,
         free: Free::Shared,
