@@ -17,7 +17,7 @@ fn middle(tree: &TreeData, voxel: [u32; 3]) -> [f32; 3] {
 #[test]
 fn trees_graphs_and_columns_agree() {
     gpu_test("trees_graphs_and_columns_agree", |context| {
-        let (size, count) = if support::all() { (4096, 10_000_000) } else { (1024, 400_000) };
+        let (size, count) = if support::all() { (4096, 10_000_000) } else { (512, 200_000) };
         for scene in support::some([shapes::houses(), shapes::soup()], 1) {
             for closed in support::some([true, false], 1) {
                 let settings = Settings { size, closed, ..PLAIN };

@@ -253,8 +253,14 @@ mod tests {
         let casters = Casters::new(&scene);
         let views = View::opaques(&scene, 64);
         let down = views.into_iter().find(|v| v.forward[2] < -0.9).expect("a face looks down");
-        let resolution =
-            Resolution { view: down, reach_texels: 2.0, moved: Moved::default(), free_inside: false, depth: 1e-5 };
+        let resolution = Resolution {
+            view: down,
+            reach_texels: 2.0,
+            moved: Moved::default(),
+            free_inside: false,
+            depth: 1e-5,
+            voxel: 0.0,
+        };
         // In texels the shadow is as wide at any depth.
         let at = |texel: DVec2, z: f64| down.ray(texel).at(z);
         let (rim, _) = down.project(DVec3::new(1.0, 0.1, 0.0));
