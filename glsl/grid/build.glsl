@@ -13,11 +13,11 @@ layout(push_constant, scalar) uniform GridPush {
 layout(set = 0, binding = 0, scalar) buffer BuildGrid { Grid grid; };
 layout(set = 0, binding = 1, scalar) buffer BuildBits { uint grid_bits[]; };  // two words for 64 bits
 layout(set = 0, binding = 2, scalar) readonly buffer BuildTriangles { Triangle triangles[]; };
-// How many triangles meet more voxels than one thread goes through: those that are a workgroup's, those that all workgroups share;
-// then the first from the front, the others from the end.
-layout(set = 0, binding = 3, scalar) buffer BuildLarge {
-    uint large;
-    uint huge;
-    uint listed[];
-};
+// Triangles that meet more voxels than one thread goes through: how many are a workgroup's, how many all workgroups share; then
+// the first from LISTED on, the others from the end.
+layout(set = 0, binding = 3, scalar) buffer BuildLarge { uint listed[]; };
+
+const uint LARGE = 0u;
+const uint HUGE = 1u;
+const uint LISTED = 2u;
 #endif

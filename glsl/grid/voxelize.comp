@@ -61,14 +61,14 @@ void main() {
     uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x, thread = gl_LocalInvocationIndex;
     uint groups = gl_NumWorkGroups.x * gl_NumWorkGroups.y;
     if (STEP == 1) {
-        for (uint l = group; l < large; l += groups) {
-            fill(listed[l], thread, 64u);
+        for (uint l = group; l < listed[LARGE]; l += groups) {
+            fill(listed[LISTED + l], thread, 64u);
         }
         return;
     }
     if (STEP == 2) {
-        for (uint l = 0u; l < huge; ++l) {
-            fill(listed[triangle_count - 1u - l], 64u * group + thread, 64u * groups);
+        for (uint l = 0u; l < listed[HUGE]; ++l) {
+            fill(listed[LISTED + triangle_count - 1u - l], 64u * group + thread, 64u * groups);
         }
         return;
     }
@@ -82,9 +82,9 @@ void main() {
     if (uint(voxels) > SMALL) {
         int widest = max(box.x * box.y, max(box.y * box.z, box.z * box.x));
         if (uint(widest) > COLUMNS) {
-            listed[triangle_count - 1u - atomicAdd(huge, 1u)] = i;
+            listed[LISTED + triangle_count - 1u - atomicAdd(listed[HUGE], 1u)] = i;
         } else {
-            listed[atomicAdd(large, 1u)] = i;
+            listed[LISTED + atomicAdd(listed[LARGE], 1u)] = i;
         }
         return;
     }

@@ -86,5 +86,6 @@ float light_visibility(uint light, vec3 position) {
     }
     ivec2 low = max(column - int(PCF / 2u), ivec2(0)), high = min(column + int(PCF / 2u), last);
     uint shadowed = shadowed_columns(light, low, high, uint(min(voxel.z, size - 1.0)));
-    return 1.0 - float(shadowed) / float(PCF * PCF);
+    // A device may divide by multiplying: none and all are exact.
+    return shadowed == 0u ? 1.0 : float(PCF * PCF - shadowed) / float(PCF * PCF);
 }

@@ -28,8 +28,10 @@ pub struct GridData {
     pub per_unit: f32,
     /// Voxels a side.
     pub size: u32,
-    low: [u32; 3],
-    high: [u32; 3],
+    /// Where the meshes begin along each axis, as whole numbers that order as floats do.
+    pub low: [u32; 3],
+    /// Where they end.
+    pub high: [u32; 3],
 }
 
 /// Words of 64 bits a side of a level: of one voxel a bit, of bricks of 4³ voxels, of blocks of 16³.

@@ -7,6 +7,7 @@
 //! held against the SPIR-V, and against every push_struct! in src/, also those of kernels that no test makes.
 
 use gobo::gpu::Shader;
+use gobo::grid::GridData;
 use gobo::maps::{BinTotals, Extents, ItemData, Map, SegmentData, TilePart};
 use gobo::scene::{Caster, View};
 use gobo::shaders::ALL;
@@ -55,7 +56,8 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Segment", twin!(SegmentData, entry, exit, optical_depth, caster, next)),
         ("Node", twin!(NodeData, depth, value)),
         ("Triangle", twin!(TriangleData, corners, albedo)),
-        ("Tree", twin!(TreeData, origin, size, right, levels, up, root, forward, root_at, at, pointer_bits)),
+        ("Tree", twin!(TreeData, origin, size, right, levels, up, root, forward, root_at, shortcuts, at, pointer_bits)),
+        ("Grid", twin!(GridData, origin, voxel, per_unit, size, low, high)),
         (
             "LevelCounts",
             twin!(
@@ -205,6 +207,7 @@ fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) 
             "uvec3" => "[u32; 3]",
             "uvec4" => "[u32; 4]",
             "uint[15]" => "[u32; 15]",
+            "uint[3]" => "[u32; 3]",
             "uint[6]" => "[u32; 6]",
             "vec3" => "[f32; 3]",
             "vec3[3]" => "[[f32; 3]; 3]",

@@ -55,9 +55,14 @@ fn the_look_up_equals_its_twin() {
                     let offset = DVec3::from(point.map(f64::from)) - DVec3::from(view.origin.map(f64::from));
                     let rounding = 3e-7 * offset.length() / f64::from(view.far - view.near) + 1e-6;
                     let (low, high) = (of(depth + rounding), of(depth - rounding));
-                    assert!((low..=high).contains(&answer), "{text} at {point:?}: {answer}, not {low} to {high}");
+                    // Vulkan lets a device divide with an error of 2.5 units in the last place.
+                    let (low, high) = (low - 2e-7, high + 2e-7);
+                    assert!(
+                        (low..=high).contains(&answer) && (0.0..=1.0).contains(&answer),
+                        "{text} at {point:?}: {answer}, not {low} to {high}"
+                    );
                     compared += 1;
-                    between += usize::from(low == high && (0.01..0.99).contains(&answer));
+                    between += usize::from(high - low < 1e-6 && (0.01..0.99).contains(&answer));
                 }
                 let kind = scene.lights[0].kind;
                 println!("{text}, {kind:?}: {compared} compared, {between} between light and dark");
