@@ -21,8 +21,8 @@ void main() {
         uint here = sums[first + b];
         sums[first + b] = sum;
         sum += here;
-        if (STEP == 0 && sum < here) {
-            // More than numbers have room for.
+        // More than numbers have room for; of counts that somebody wrote.
+        if (STEP == 0 && sum < here && (level == 0u || failed == 0u)) {
             atomicMax(entries, 0xffffffffu);
             atomicMax(failed, 1u);
         }
