@@ -129,7 +129,7 @@ fn no_file_leads_astray() {
         let (world, good) = (world(context, &scene), bytes(context, &scene));
         let folder = tempfile::tempdir().expect("a folder");
         let file = folder.path().join("bake.gobo");
-        let points = shapes::about(&scene, 500);
+        let points = shapes::about(&scene, 150);
         let heads = TREES + 2 * TREE;
         let try_with = |changes: &[(usize, u32)]| {
             let mut changed = good.clone();
@@ -171,7 +171,7 @@ fn no_file_leads_astray() {
             assert!(try_with(&[(cell, value)]).is_some_and(|error| error.contains("damaged")), "cell {value:x}");
         }
         let mut random = Random::new(11);
-        for _ in 0..if support::all() { 1000 } else { 60 } {
+        for _ in 0..if support::all() { 1000 } else { 30 } {
             let at = heads + 4 * (random.bits() as usize % ((good.len() - LAST - heads) / 4));
             try_with(&[(at, random.bits())]);
         }
