@@ -182,6 +182,27 @@ fn ways_equal_their_twin() {
     });
 }
 
+/// One grid for all lights: each answers as it does alone.
+#[test]
+fn lights_share_a_grid() {
+    gpu_test("lights_share_a_grid", |context| {
+        let mut both = shapes::houses();
+        let kind = LightKind::Point { position: DVec3::new(0.1, -0.7, 0.8) };
+        both.lights.push(Light { kind, radiance: [1.0; 3] });
+        let (_, together) = built(context, &both, PLAIN);
+        let points = shapes::about(&both, 2000);
+        for light in 0..2 {
+            let mut alone = both.clone();
+            alone.lights = vec![both.lights[light]];
+            let (_, alone) = built(context, &alone, PLAIN);
+            let answers = ask(context, together.technique.as_ref(), light, &points);
+            assert_eq!(answers, ask(context, alone.technique.as_ref(), 0, &points), "light {light}");
+            let blocked = answers.iter().filter(|answer| **answer == 0.0).count();
+            assert!(blocked > 30 && blocked < 1970, "light {light}: {blocked} blocked");
+        }
+    });
+}
+
 /// What is no number, outside, or right at the lamp.
 #[test]
 fn what_has_no_voxel_is_lit() {
