@@ -8,12 +8,11 @@ mod shapes;
 
 use glam::DVec3;
 use gobo::gpu::Context;
-use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::grid::{Bits, Place};
 use gobo::scene::{Light, LightKind, Scene};
 use gobo::technique::{Opened, VoxelGrid, VoxelGridSettings as Settings};
 use gobo::world::World;
-use support::{ask, gpu_test, scenes::Random};
+use support::{ask, assert_right_outside_the_boundary, gpu_test, rows, scenes::Random};
 
 const PLAIN: Settings = Settings { size: 64, steps: None, offset: 0.5 };
 
@@ -214,17 +213,6 @@ fn what_has_no_voxel_is_lit() {
     });
 }
 
-fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
-    let effort = Effort { frames: 1, warm_up: 0, space_points: 6000, picture: [96, 64], truth: Extent::Sample };
-    let mut rows = Vec::new();
-    with_case(context, std::slice::from_ref(scene), effort, |case| {
-        rows.extend(specs.iter().map(|text| case.measure(&support::spec(text)).0));
-        Ok(())
-    })
-    .expect("measured");
-    rows
-}
-
 /// Outside the boundary of one voxel no leak and no false shadow, in space and on surfaces.
 #[test]
 fn exact_ways_neither_leak_nor_shadow_falsely() {
@@ -234,15 +222,7 @@ fn exact_ways_neither_leak_nor_shadow_falsely() {
         lamp.lights = vec![Light { kind, radiance: [1.0; 3] }];
         for scene in shapes::seen().into_iter().chain([lamp]) {
             for row in rows(context, &scene, &support::some(["voxel-grid:size=256", "voxel-grid:size=64"], 1)) {
-                let what = format!("{}, {:?}", scene.name, row.variant);
-                assert_eq!(row.status, Status::Ok, "{what}: {}", row.reason);
-                let error = row.error.expect("a truth");
-                for (kind, points) in [("space", error.space), ("surface", error.surface)] {
-                    let points = points.unwrap_or_else(|| panic!("{what}: no {kind} points"));
-                    println!("{what}: {kind} {points:?}");
-                    assert!(points.points > Some(1000), "{what}: too few {kind} points outside the boundary");
-                    assert_eq!((points.leaks, points.false_shadows), (Some(0), Some(0)), "{what}: {kind}");
-                }
+                assert_right_outside_the_boundary(&scene, row, 1000);
             }
         }
     });

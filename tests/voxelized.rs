@@ -17,7 +17,6 @@ mod shapes;
 mod steps;
 
 use gobo::gpu::{Context, PassTime};
-use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::voxelized::{Baked, Cube, Free, bake, boundaries, columns, project, voxel};
 use gobo::scene::{LightKind, Scene, sides};
 use gobo::technique::{
@@ -25,7 +24,7 @@ use gobo::technique::{
 };
 use gobo::world::World;
 use std::collections::BTreeSet;
-use support::{ask, gpu_test, scenes::Random};
+use support::{ask, assert_right_outside_the_boundary, gpu_test, rows, scenes::Random};
 
 /// What most tests bake.
 const PLAIN: Settings = Settings {
@@ -268,18 +267,6 @@ fn free_boundaries_stay_inside() {
     }
 }
 
-/// Rows of these specs for a scene.
-fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
-    let effort = Effort { frames: 1, warm_up: 0, space_points: 6000, picture: [96, 64], truth: Extent::Sample };
-    let mut rows = Vec::new();
-    with_case(context, std::slice::from_ref(scene), effort, |case| {
-        rows.extend(specs.iter().map(|text| case.measure(&support::spec(text)).0));
-        Ok(())
-    })
-    .expect("measured");
-    rows
-}
-
 /// What can be seen: outside the boundary no leak and no false shadow, in space and on surfaces; and not because all of it is
 /// boundary.
 #[test]
@@ -297,15 +284,7 @@ fn nothing_leaks_outside_the_boundary() {
         ];
         for scene in shapes::seen() {
             for row in rows(context, &scene, &support::some(specs, 4)) {
-                let what = format!("{}, {:?}", scene.name, row.variant);
-                assert_eq!(row.status, Status::Ok, "{what}: {}", row.reason);
-                let error = row.error.expect("a truth");
-                for (kind, points) in [("space", error.space), ("surface", error.surface)] {
-                    let points = points.unwrap_or_else(|| panic!("{what}: no {kind} points"));
-                    println!("{what}: {kind} {points:?}");
-                    assert!(points.points > Some(2000), "{what}: too few {kind} points outside the boundary");
-                    assert_eq!((points.leaks, points.false_shadows), (Some(0), Some(0)), "{what}: {kind}");
-                }
+                assert_right_outside_the_boundary(&scene, row, 2000);
             }
         }
     });

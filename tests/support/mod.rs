@@ -8,6 +8,7 @@ pub mod scenes;
 use gobo::Error;
 use gobo::consume::Query;
 use gobo::gpu::{Context, Messages, Options, Requirement};
+use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::{Packed, unpack};
 use gobo::scene::{Particle, Scene, View};
@@ -207,4 +208,29 @@ pub fn nodes_of(avsm: &Avsm, text: &str, texels: usize) -> Vec<NodeData> {
     };
     let nodes = words.chunks_exact(2 + count).flat_map(texel);
     nodes.map(|(depth, value)| NodeData { depth, value }).collect()
+}
+
+/// Rows of these specs for a scene, quickly.
+pub fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
+    let effort = Effort { frames: 1, warm_up: 0, space_points: 6000, picture: [96, 64], truth: Extent::Sample };
+    let mut rows = Vec::new();
+    with_case(context, std::slice::from_ref(scene), effort, |case| {
+        rows.extend(specs.iter().map(|text| case.measure(&spec(text)).0));
+        Ok(())
+    })
+    .expect("measured");
+    rows
+}
+
+/// Outside the boundary no leak and no false shadow, in space and on surfaces; and not because all of it is boundary.
+pub fn assert_right_outside_the_boundary(scene: &Scene, row: Row, least_points: u64) {
+    let what = format!("{}, {:?}", scene.name, row.variant);
+    assert_eq!(row.status, Status::Ok, "{what}: {}", row.reason);
+    let error = row.error.expect("a truth");
+    for (kind, points) in [("space", error.space), ("surface", error.surface)] {
+        let points = points.unwrap_or_else(|| panic!("{what}: no {kind} points"));
+        println!("{what}: {kind} {points:?}");
+        assert!(points.points > Some(least_points), "{what}: too few {kind} points outside the boundary");
+        assert_eq!((points.leaks, points.false_shadows), (Some(0), Some(0)), "{what}: {kind}");
+    }
 }
