@@ -50,7 +50,7 @@ fn ground(half: f32) -> Scene {
 }
 
 fn light(kind: LightKind, radiance: [f32; 3]) -> Light {
-    Light { kind, radiance }
+    Light { kind, radiance, radius: f64::INFINITY }
 }
 
 /// Where nothing casts, of a way d long e^(−σd) of the picture is left, and a quarter of 1 − e^(−σd) of each light is scattered,

@@ -171,8 +171,8 @@ fn still_life() -> Scene {
     };
     let point = LightKind::Point { position: DVec3::new(-2.5, -1.0, 1.5) };
     scene.lights[0].radiance = [0.5, 0.1, 0.0];
-    scene.lights.push(Light { kind: spot, radiance: [0.0, 0.6, 0.2] });
-    scene.lights.push(Light { kind: point, radiance: [0.3, 0.0, 0.7] });
+    scene.lights.push(Light { kind: spot, radiance: [0.0, 0.6, 0.2], radius: f64::INFINITY });
+    scene.lights.push(Light { kind: point, radiance: [0.3, 0.0, 0.7], radius: f64::INFINITY });
     scene
 }
 
@@ -220,7 +220,7 @@ fn even_light_is_the_same_everywhere() {
         let mut dark = still_life();
         let direction = DVec3::X;
         let kind = LightKind::Spot { position: DVec3::new(9.0, 0.0, 0.0), direction, cone_degrees: 20.0 };
-        dark.lights = vec![Light { kind, radiance: [1.0; 3] }];
+        dark.lights = vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }];
         // All: strands in one layer across the light, none of which shadows another or itself.
         let mut layer = from_the_front(scenes::directional("layer", [0.0, 1.0, 0.0], Vec::new()), 40.0);
         let mut random = scenes::Random::new(31);

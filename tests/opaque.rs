@@ -45,7 +45,7 @@ fn runs(test: &str, context: &Context, text: &str) -> bool {
 }
 
 fn light(kind: LightKind) -> Light {
-    Light { kind, radiance: [1.0; 3] }
+    Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }
 }
 
 /// Under a directional light from so many degrees above the horizon, each from another side.

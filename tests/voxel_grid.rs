@@ -22,7 +22,7 @@ fn all() -> Vec<Scene> {
     let mut lamp = shapes::houses();
     lamp.name = "lamp".into();
     let kind = LightKind::Point { position: DVec3::new(0.1, -0.7, 0.8) };
-    lamp.lights = vec![Light { kind, radiance: [1.0; 3] }];
+    lamp.lights = vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }];
     all.push(lamp);
     all
 }
@@ -187,7 +187,7 @@ fn lights_share_a_grid() {
     gpu_test("lights_share_a_grid", |context| {
         let mut both = shapes::houses();
         let kind = LightKind::Point { position: DVec3::new(0.1, -0.7, 0.8) };
-        both.lights.push(Light { kind, radiance: [1.0; 3] });
+        both.lights.push(Light { kind, radiance: [1.0; 3], radius: f64::INFINITY });
         let (_, together) = built(context, &both, PLAIN);
         let points = shapes::about(&both, 2000);
         for light in 0..2 {
@@ -219,7 +219,7 @@ fn exact_ways_neither_leak_nor_shadow_falsely() {
     gpu_test("exact_ways_neither_leak_nor_shadow_falsely", |context| {
         let mut lamp = shapes::houses();
         let kind = LightKind::Point { position: DVec3::new(0.1, -0.7, 0.8) };
-        lamp.lights = vec![Light { kind, radiance: [1.0; 3] }];
+        lamp.lights = vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }];
         for scene in shapes::seen().into_iter().chain([lamp]) {
             for row in rows(context, &scene, &support::some(["voxel-grid:size=256", "voxel-grid:size=64"], 1)) {
                 assert_right_outside_the_boundary(&scene, row, 1000);

@@ -93,7 +93,7 @@ fn lights_moved() -> Scene {
         },
         LightKind::Point { position: glam::DVec3::new(-0.3, 0.2, 2.4) },
     ];
-    scene.lights = kinds.map(|kind| Light { kind, radiance: [0.5; 3] }).to_vec();
+    scene.lights = kinds.map(|kind| Light { kind, radiance: [0.5; 3], radius: f64::INFINITY }).to_vec();
     scene.meshes = vec![scenes::level(-0.1, 0.7, [0.2, -0.3])];
     scene
 }
@@ -356,7 +356,7 @@ fn many_lights_move() {
         let light = |i: usize, turn: f64| {
             let angle = turn + i as f64;
             let direction = glam::DVec3::new(angle.cos(), angle.sin(), -1.0).normalize();
-            Light { kind: LightKind::Directional { direction }, radiance: [1.0; 3] }
+            Light { kind: LightKind::Directional { direction }, radiance: [1.0; 3], radius: f64::INFINITY }
         };
         scene.lights = (0..most).map(|i| light(i, 0.0)).collect();
         let mut world = world(context, &scene);

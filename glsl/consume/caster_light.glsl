@@ -7,8 +7,10 @@
 vec3 caster_light(Caster caster, vec3 position) {
     vec3 light = vec3(0.0);
     for (uint i = 0u; i < lights.length(); ++i) {
-        float visibility = light_visibility(i, lit_side(lights[i], caster, position));
-        light += light_radiance(lights[i], position) * visibility;
+        vec3 radiance = light_radiance(lights[i], position);
+        if (any(greaterThan(radiance, vec3(0.0)))) {
+            light += radiance * light_visibility(i, lit_side(lights[i], caster, position));
+        }
     }
     return light;
 }

@@ -23,6 +23,9 @@ void main() {
     bool closed = is_closed != 0u;
     vec3 light = vec3(0.0);
     for (uint i = 0u; i < lights.length(); ++i) {
+        if (light_radiance(lights[i], position) == vec3(0.0)) {
+            continue;  // not asked for: it ends before, or shines elsewhere
+        }
         vec3 towards = light_direction(lights[i], position);
         float visibility = surface_visibility(i, towards, position, normal, closed);
         light += light_on_surface(lights[i], position, normal, visibility);

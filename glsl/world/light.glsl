@@ -14,6 +14,7 @@ struct Light {
     vec3 direction;   // the way a directional light travels, the axis of a spot light; 0 for a point light
     float cos_cone;   // cosine of half the cone of a spot light; -2 for the others
     vec3 radiance;
+    float falloff;    // 1 / radius² of a spot or a point light that ends, else 0
     uint first_map;
     uint map_count;   // 6 for a point light, else 1
     uint has_opaque;  // 0: nothing opaque casts, and the opaque map is a dummy
@@ -29,10 +30,17 @@ vec3 light_direction(Light light, vec3 position) {
     return light.kind == LIGHT_DIRECTIONAL ? -light.direction : normalize(light.position - position);
 }
 
+// What distance leaves of the light at a point: 1 at the light, smoothly down to 0 at its radius.
+float light_falloff(Light light, vec3 position) {
+    vec3 offset = position - light.position;
+    float left = light.falloff > 0.0 ? max(0.0, 1.0 - dot(offset, offset) * light.falloff) : 1.0;
+    return left * left;
+}
+
 // What the light sends towards a point if nothing stands between.
 vec3 light_radiance(Light light, vec3 position) {
     float cosine = dot(-light_direction(light, position), light.direction);
-    return cosine >= light.cos_cone ? light.radiance : vec3(0.0);
+    return cosine >= light.cos_cone ? light.radiance * light_falloff(light, position) : vec3(0.0);
 }
 
 // The map that answers for a point: of a point light the face +x, -x, +y, -y, +z or -z towards which the point lies

@@ -50,6 +50,7 @@ pub(super) fn big_8k() -> Scene {
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.2, 0.12, -0.97).normalize() },
             radiance: [1.0; 3],
+            radius: f64::INFINITY,
         }],
         camera: Camera {
             position: DVec3::new(17.0, -11.0, 11.0),

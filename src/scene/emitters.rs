@@ -195,6 +195,7 @@ pub(super) fn three_emitters(time_s: f64) -> Result<Scene> {
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.47, 0.3, -0.83).normalize() },
             radiance: [1.0; 3],
+            radius: f64::INFINITY,
         }],
         camera: Camera {
             position: DVec3::new(3.5, -17.0, 8.5),

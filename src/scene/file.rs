@@ -25,6 +25,7 @@
 //!                               # with position
 //! direction = [0.5, 0.3, -0.81] # the way the light travels
 //! radiance = [1.0, 1.0, 1.0]    # optional
+//! # radius = 4.0                # optional, of a spot or a point light: where it ends, smoothly
 //!
 //! [camera]                      # left out, the first camera of the glTF files stands here
 //! position = [9.0, -9.0, 5.0]

@@ -27,7 +27,7 @@ fn oriented(vector: DVec3, up: DVec3) -> DVec3 {
 
 /// A directional light at a slant from above.
 pub(super) fn light(up: DVec3) -> Light {
-    Light { kind: LightKind::Directional { direction: oriented(LIGHT, up) }, radiance: [1.0; 3] }
+    Light { kind: LightKind::Directional { direction: oriented(LIGHT, up) }, radiance: [1.0; 3], radius: f64::INFINITY }
 }
 
 /// A camera that has everything in a picture of 16:9, with a little margin. `up` is +y or +z.

@@ -33,7 +33,7 @@ pub(super) fn light(light: &gltf::khr_lights_punctual::Light, to_world: DMat4) -
         }
     };
     let radiance = light.color().map(|channel| f64::from(channel) * f64::from(light.intensity()));
-    Ok(Light { kind, radiance: stage::radiance(radiance)? })
+    Ok(Light { kind, radiance: stage::radiance(radiance)?, radius: f64::INFINITY })
 }
 
 /// A node's camera, if it has a perspective one. It looks along the node's −z, up is +y.

@@ -105,6 +105,7 @@ pub(super) fn hair() -> Scene {
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.5, 0.58, -0.64).normalize() },
             radiance: [1.3; 3],
+            radius: f64::INFINITY,
         }],
         camera: Camera {
             position: DVec3::new(1.9, -6.2, 0.9),

@@ -63,12 +63,17 @@ pub(super) fn lights(time_s: f64) -> Vec<Light> {
     let target = DVec3::new(0.9 * swing(7.0), 0.3 + 0.6 * swing(9.0), 0.8);
     let moon = DVec3::new(-0.35 + 0.2 * swing(40.0), 0.4, -0.85);
     vec![
-        Light { kind: LightKind::Point { position: flame }, radiance: [1.0, 0.62, 0.28] },
+        Light { kind: LightKind::Point { position: flame }, radiance: [1.0, 0.62, 0.28], radius: f64::INFINITY },
         Light {
             kind: LightKind::Spot { position: spot, direction: (target - spot).normalize(), cone_degrees: 42.0 },
             radiance: [0.2, 0.38, 0.75],
+            radius: f64::INFINITY,
         },
-        Light { kind: LightKind::Directional { direction: moon.normalize() }, radiance: [0.14, 0.15, 0.17] },
+        Light {
+            kind: LightKind::Directional { direction: moon.normalize() },
+            radiance: [0.14, 0.15, 0.17],
+            radius: f64::INFINITY,
+        },
     ]
 }
 

@@ -31,8 +31,10 @@ pub enum LightKind {
 pub struct Light {
     /// Where it stands.
     pub kind: LightKind,
-    /// Radiance scale, linear RGB; 1 lights a white surface fully, at any distance.
+    /// Radiance scale, linear RGB; 1 lights a white surface fully, near the light.
     pub radiance: [f32; 3],
+    /// Where a spot or a point light ends, world units; infinite where it shines the same at any distance.
+    pub radius: f64,
 }
 
 /// The maps of a point light, in order: name and direction of the faces of the cube around it.
@@ -80,13 +82,50 @@ impl Light {
         }
     }
 
+    /// What distance leaves of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius. Twin:
+    /// light_falloff.
+    pub fn falloff(&self, position: DVec3) -> f64 {
+        match self.kind {
+            LightKind::Directional { .. } => 1.0,
+            LightKind::Spot { position: light, .. } | LightKind::Point { position: light } => {
+                (1.0 - light.distance_squared(position) / (self.radius * self.radius)).max(0.0).powi(2)
+            }
+        }
+    }
+
     /// Whether the light sends anything towards `position` if nothing stands between.
     pub fn shines_on(&self, position: DVec3) -> bool {
+        self.falloff(position) > 0.0 && self.opens_towards(position)
+    }
+
+    /// Whether `position` is not outside the cone of a spot light.
+    fn opens_towards(&self, position: DVec3) -> bool {
         match self.kind {
             LightKind::Directional { .. } | LightKind::Point { .. } => true,
             LightKind::Spot { direction, cone_degrees, .. } => {
                 -self.towards(position).dot(direction) >= (cone_degrees.to_radians() * 0.5).cos()
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All of it at the light, 9/16 half way to its radius, nothing there and beyond.
+    #[test]
+    fn a_light_ends_at_its_radius() {
+        let mut light = Light { kind: LightKind::Point { position: DVec3::X }, radiance: [1.0; 3], radius: 2.0 };
+        let at = |light: &Light, x: f64| (light.falloff(x * DVec3::X), light.shines_on(x * DVec3::X));
+        assert_eq!(
+            [1.0, 2.0, 3.0, 9.0].map(|x| at(&light, x)),
+            [(1.0, true), (0.5625, true), (0.0, false), (0.0, false)]
+        );
+        light.radius = f64::INFINITY;
+        assert_eq!(at(&light, 1e9), (1.0, true));
+        light.kind = LightKind::Directional { direction: DVec3::X };
+        light.radius = 1.0;
+        assert_eq!(at(&light, 1e9), (1.0, true));
     }
 }

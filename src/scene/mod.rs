@@ -233,7 +233,11 @@ pub(crate) mod tests {
             strands: vec![],
             meshes: vec![],
             motion: Motion::Still,
-            lights: vec![Light { kind: LightKind::Directional { direction: DVec3::NEG_Z }, radiance: [1.0; 3] }],
+            lights: vec![Light {
+                kind: LightKind::Directional { direction: DVec3::NEG_Z },
+                radiance: [1.0; 3],
+                radius: f64::INFINITY,
+            }],
             camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
         }
     }

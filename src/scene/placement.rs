@@ -53,6 +53,7 @@ impl Placement {
         if let LightKind::Spot { position, .. } | LightKind::Point { position } = &mut light.kind {
             *position = finite("placed light position", self.point(*position).to_array())?;
         }
+        light.radius *= self.scale;
         Ok(light)
     }
 

@@ -43,6 +43,7 @@ pub(super) fn sparse() -> Scene {
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.1, 0.05, -1.0).normalize() },
             radiance: [1.0; 3],
+            radius: f64::INFINITY,
         }],
         camera: Camera {
             position: middle + DVec3::new(3.0, -9.0, 6.0),

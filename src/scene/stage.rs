@@ -24,11 +24,15 @@ pub(super) enum LightEntry {
         cone_degrees: f64,
         #[serde(default = "white")]
         radiance: [f64; 3],
+        #[serde(default = "endless")]
+        radius: f64,
     },
     Point {
         position: [f64; 3],
         #[serde(default = "white")]
         radiance: [f64; 3],
+        #[serde(default = "endless")]
+        radius: f64,
     },
 }
 
@@ -69,27 +73,34 @@ fn white() -> [f64; 3] {
     [1.0; 3]
 }
 
+fn endless() -> f64 {
+    f64::INFINITY
+}
+
 /// The light, or what is wrong with it.
 pub(super) fn light(entry: &LightEntry) -> std::result::Result<Light, String> {
-    let (kind, radiance) = match *entry {
+    let (kind, radiance, radius) = match *entry {
         LightEntry::Directional { direction, radiance } => {
             let direction = unit(finite("light direction", direction)?).ok_or("light direction has no length")?;
-            (LightKind::Directional { direction }, radiance)
+            (LightKind::Directional { direction }, radiance, endless())
         }
-        LightEntry::Spot { position, target, cone_degrees, radiance } => {
+        LightEntry::Spot { position, target, cone_degrees, radiance, radius } => {
             let position = finite("light position", position)?;
             let target = finite("light target", target)?;
             let direction = unit(target - position).ok_or("light position and target are the same point")?;
             if !(cone_degrees > 0.0 && cone_degrees <= 170.0) {
                 return Err(format!("light cone_degrees {cone_degrees} is not in (0, 170]"));
             }
-            (LightKind::Spot { position, direction, cone_degrees }, radiance)
+            (LightKind::Spot { position, direction, cone_degrees }, radiance, radius)
         }
-        LightEntry::Point { position, radiance } => {
-            (LightKind::Point { position: finite("light position", position)? }, radiance)
+        LightEntry::Point { position, radiance, radius } => {
+            (LightKind::Point { position: finite("light position", position)? }, radiance, radius)
         }
     };
-    Ok(Light { kind, radiance: self::radiance(radiance)? })
+    if !(radius > 0.0 && (1.0 / (radius * radius)).is_finite()) {
+        return Err(format!("light radius {radius} is not greater than 0"));
+    }
+    Ok(Light { kind, radiance: self::radiance(radiance)?, radius })
 }
 
 /// The radiance in f32, or what is wrong with it.

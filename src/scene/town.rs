@@ -82,6 +82,7 @@ fn of_blocks(blocks: u32) -> Scene {
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.4, 0.35, -0.8).normalize() },
             radiance: [1.0; 3],
+            radius: f64::INFINITY,
         }],
         camera: Camera {
             position: DVec3::new(128.0, -26.0, 22.0),

@@ -221,7 +221,7 @@ mod tests {
             let kind = LightKind::Point { position: vec(light) };
             let sphere = super::super::Particle { position: light, radius: 1.0, extinction: 1.0 };
             let camera = Camera { position: DVec3::X, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 };
-            let lights = vec![Light { kind, radiance: [1.0; 3] }];
+            let lights = vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }];
             let scene = Scene { name: String::new(), particles: vec![sphere], strands: vec![], meshes: vec![], lights, motion: super::super::Motion::Still, camera };
             let view = View::volumes(&scene, size)[scene.lights[0].map_at(position)];
             let (texel, z) = view.project(vec(position));

@@ -17,6 +17,8 @@ pub struct LightData {
     pub cos_cone: f32,
     /// Linear RGB.
     pub radiance: [f32; 3],
+    /// 1 / radius², 0 for a light that does not end.
+    pub falloff: f32,
     /// Its first map among the maps of all lights.
     pub first_map: u32,
     /// 6 for a point light, else 1.
@@ -42,6 +44,7 @@ impl LightData {
                 direction: direction.as_vec3().into(),
                 cos_cone: cos_cone as f32,
                 radiance: light.radiance,
+                falloff: if kind == 0 { 0.0 } else { (1.0 / (light.radius * light.radius)) as f32 },
                 first_map: scene.first_map(i) as u32,
                 map_count: light.map_count() as u32,
                 has_opaque: u32::from(scene.has_triangles()),

@@ -63,8 +63,9 @@ fn shading_equals_its_twin() {
         // Of different colours, so that a light that is mistaken for another shows.
         let mut three = one.clone();
         three.lights = [&one, &spot, &point].map(|s| s.lights[0]).to_vec();
-        for (light, radiance) in three.lights.iter_mut().zip([[0.5, 0.1, 0.0], [0.0, 0.6, 0.2], [0.3, 0.0, 0.7]]) {
-            light.radiance = radiance;
+        let shines = [([0.5, 0.1, 0.0], f64::INFINITY), ([0.0, 0.6, 0.2], 11.0), ([0.3, 0.0, 0.7], 4.0)];
+        for (light, shines) in three.lights.iter_mut().zip(shines) {
+            (light.radiance, light.radius) = shines;
         }
         for scene in [one, spot, point, three] {
             let drawn = drawn(context, &scene, "uncompressed:size=64", Shading::Forward);

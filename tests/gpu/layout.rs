@@ -45,7 +45,10 @@ macro_rules! twin {
 /// GLSL struct → Rust struct.
 fn twins() -> BTreeMap<&'static str, Twin> {
     BTreeMap::from([
-        ("Light", twin!(LightData, position, kind, direction, cos_cone, radiance, first_map, map_count, has_opaque)),
+        (
+            "Light",
+            twin!(LightData, position, kind, direction, cos_cone, radiance, falloff, first_map, map_count, has_opaque),
+        ),
         ("Map", twin!(Map, volume, opaque)),
         ("Extents", twin!(Extents, low, high)),
         ("Item", twin!(ItemData, key, index)),

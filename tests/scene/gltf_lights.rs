@@ -73,7 +73,14 @@ fn lights_stand_where_their_nodes_are() {
     assert!(near(direction, [0.0, -1.0, 0.0]), "{direction}");
     // The brightest: 4 lux are 1.
     assert_eq!(directional.radiance, [1.0, 0.5, 0.0]);
-    assert_eq!(*point, Light { kind: LightKind::Point { position: DVec3::new(1.0, 1.0, 15.0) }, radiance: [0.25; 3] });
+    assert_eq!(
+        *point,
+        Light {
+            kind: LightKind::Point { position: DVec3::new(1.0, 1.0, 15.0) },
+            radiance: [0.25; 3],
+            radius: f64::INFINITY
+        }
+    );
     let LightKind::Spot { position, direction, cone_degrees } = spot.kind else { panic!("{spot:?}") };
     assert!(near(position, [1.0, 11.0, 5.0]) && near(direction, [0.0, 0.0, -1.0]));
     assert!((cone_degrees - 1.0_f64.to_degrees()).abs() < 1e-5);
@@ -120,7 +127,11 @@ fn scene_files_take_what_they_do_not_name() {
     let scene = written(&folder, mesh, &text).expect("light and camera of the glTF file");
     assert_eq!(
         scene.lights,
-        [Light { kind: LightKind::Point { position: DVec3::new(2.0, 2.0, 31.0) }, radiance: [1.0; 3] }]
+        [Light {
+            kind: LightKind::Point { position: DVec3::new(2.0, 2.0, 31.0) },
+            radiance: [1.0; 3],
+            radius: f64::INFINITY
+        }]
     );
     assert!(near(scene.camera.position, [2.0, 4.0, 19.0]));
     assert!(near((scene.camera.target - scene.camera.position).normalize(), [0.0, 0.0, -1.0]));

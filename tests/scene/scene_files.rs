@@ -47,7 +47,7 @@ fn scene_files_have_several_lights() {
     let text = [
         "[[particles]]\nfile = \"smoke.ply\"\n".to_owned(),
         light("directional", "direction = [0, 0, -3]"),
-        light("point", "position = [1, 2, 3]\nradiance = [0.5, 0, 0]"),
+        light("point", "position = [1, 2, 3]\nradiance = [0.5, 0, 0]\nradius = 2"),
         light("spot", "position = [0, 0, 9]\ntarget = [0, 0, 1]\ncone_degrees = 60"),
         CAMERA.to_owned(),
     ];
@@ -55,7 +55,7 @@ fn scene_files_have_several_lights() {
     let [directional, point, spot] = &scene.lights[..] else { panic!("three lights: {:?}", scene.lights) };
     assert!(matches!(directional.kind, LightKind::Directional { .. }));
     assert_eq!(point.kind, LightKind::Point { position: [1.0, 2.0, 3.0].into() });
-    assert_eq!(point.radiance, [0.5, 0.0, 0.0]);
+    assert_eq!((point.radiance, point.radius, directional.radius), ([0.5, 0.0, 0.0], 2.0, f64::INFINITY));
     assert!(matches!(spot.kind, LightKind::Spot { .. }));
     assert_eq!([0, 1, 2, 3].map(|light| scene.first_map(light)), [0, 1, 7, 8]);
 
@@ -66,6 +66,8 @@ fn scene_files_have_several_lights() {
         ("kind = \"point\"", "kind = \"point\"\ndirection = [0, 0, 1]", "unknown field `direction`"),
         ("position = [1, 2, 3]", "position = [1, nan, 3]", "not finite"),
         ("position = [1, 2, 3]\n", "", "missing field `position`"),
+        ("radius = 2", "radius = 0", "light radius 0 is not greater than 0"),
+        ("radius = 2", "radius = nan", "not greater than 0"),
         ("kind = \"point\"", "kind = \"area\"", "area"),
         ("cone_degrees = 60", "cone_degrees = 180", "(0, 170]"),
         ("[[light]]", "[[lights]]", "unknown field `lights`"),

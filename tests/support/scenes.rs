@@ -16,6 +16,7 @@ pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) ->
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::from(direction).normalize() },
             radiance: [1.0; 3],
+            radius: f64::INFINITY,
         }],
         camera: Camera { position: DVec3::new(4.0, -5.0, 3.0), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
     }
@@ -25,13 +26,13 @@ pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) ->
 pub fn spot(position: [f64; 3], cone_degrees: f64, scene: Scene) -> Scene {
     let position = DVec3::from(position);
     let kind = LightKind::Spot { position, direction: -position.normalize(), cone_degrees };
-    Scene { lights: vec![Light { kind, radiance: [1.0; 3] }], ..scene }
+    Scene { lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }], ..scene }
 }
 
 /// The same under a point light.
 pub fn point(position: [f64; 3], scene: Scene) -> Scene {
     let kind = LightKind::Point { position: DVec3::from(position) };
-    Scene { lights: vec![Light { kind, radiance: [1.0; 3] }], ..scene }
+    Scene { lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }], ..scene }
 }
 
 /// Numbers that are the same on every machine.

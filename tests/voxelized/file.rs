@@ -19,7 +19,7 @@ const LAST: usize = 4;
 fn two_lights() -> Scene {
     let mut scene = shapes::houses();
     let direction = DVec3::new(-0.3, 0.2, -0.9).normalize();
-    scene.lights.push(Light { kind: LightKind::Directional { direction }, radiance: [1.0; 3] });
+    scene.lights.push(Light { kind: LightKind::Directional { direction }, radiance: [1.0; 3], radius: f64::INFINITY });
     scene
 }
 

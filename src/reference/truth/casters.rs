@@ -103,9 +103,10 @@ impl<'a> Casters<'a> {
         if self.unblocked(light, position) { (-self.optical_depth(light, position)).exp() } else { 0.0 }
     }
 
-    /// The same, and nothing where light `light` does not shine: outside the cone of a spot light.
+    /// The same, with what distance leaves of light `light`, and nothing outside the cone of a spot light.
     pub fn arriving(&self, light: usize, position: DVec3) -> f64 {
-        if self.scene.lights[light].shines_on(position) { self.visibility(light, position) } else { 0.0 }
+        let shining = &self.scene.lights[light];
+        if shining.shines_on(position) { self.visibility(light, position) * shining.falloff(position) } else { 0.0 }
     }
 
     /// The exact curve along `ray` of map `map` (of all lights' maps), over depth in the range of the map's `view`, and

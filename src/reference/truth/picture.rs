@@ -115,7 +115,7 @@ pub(in crate::reference) fn light(
 ) -> DVec3 {
     let mut sum = DVec3::ZERO;
     for (i, light) in scene.lights.iter().enumerate().filter(|(_, light)| light.shines_on(position)) {
-        let radiance = DVec3::from(light.radiance.map(f64::from));
+        let radiance = DVec3::from(light.radiance.map(f64::from)) * light.falloff(position);
         let towards = light.towards(position);
         sum += radiance * turn(towards) * casters.visibility(i, position + lift * towards);
     }
