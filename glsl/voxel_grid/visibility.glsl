@@ -16,6 +16,9 @@ layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityLights { L
 layout(set = GOBO_SET, binding = 1, scalar) readonly buffer VisibilityGrid { Grid visibility_grid; };
 layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityBits { uint visibility_bits[]; };
 
+// Voxels a side.
+CONSTANT(uint, GRID_SIZE, 256u)
+
 #include "grid/march.glsl"
 
 // Even steps, and where in each; 0: every voxel.
@@ -40,7 +43,7 @@ float light_visibility(uint light, vec3 position) {
     if (!(all(lessThan(abs(from), vec3(1e7))))) {
         return 1.0;
     }
-    float size = float(visibility_grid.size);
+    float size = float(GRID_SIZE);
     vec3 way = l.kind == LIGHT_DIRECTIONAL ? -l.direction * (2.0 * size + distance(from, vec3(0.5 * size)))
                                            : (l.position - position) * visibility_grid.per_unit;
     bool met = MARCH_STEPS == 0u ? march_exact(from, way) : march_steps(from, way, MARCH_STEPS, MARCH_OFFSET);

@@ -98,6 +98,7 @@ impl VoxelGrid {
         let resources = [&world.lights, data, bits].map(|buffer| Resource::Buffer(buffer.clone()));
         let look_up = Bindings::new(context, "voxel_grid.look_up", &resources)?;
         let constants = Constants::new()
+            .set(constant::GRID_SIZE, settings.size)
             .set(constant::MARCH_STEPS, settings.steps.unwrap_or(0))
             .set(constant::MARCH_OFFSET, settings.offset);
         Ok(Self { settings: *settings, grid, resolution: Vec::new(), look_up, constants })
