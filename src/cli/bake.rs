@@ -1,6 +1,6 @@
 //! `gobo bake`
 
-use super::{DeviceArguments, TimeArgument, check_messages, load, one_spec};
+use super::{DeviceArguments, LoadArguments, check_messages, load, one_spec};
 use crate::report::Store;
 use crate::technique::{Entry, Lifetime, REGISTRY, open};
 use crate::world::World;
@@ -20,7 +20,7 @@ pub struct Arguments {
     #[arg(short, long, default_value = "gobo-bake.gobo", value_name = "FILE")]
     out: PathBuf,
     #[command(flatten)]
-    time: TimeArgument,
+    load: LoadArguments,
     #[command(flatten)]
     device: DeviceArguments,
 }
@@ -35,7 +35,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let baked: Vec<_> = REGISTRY.iter().filter(is_baked).map(|entry| entry.name).collect();
         return wrong("it is built each frame", format!("name one that is baked: {}", baked.join(", ")));
     }
-    let scene = load(&arguments.scene, &arguments.time)?;
+    let scene = load(&arguments.scene, &arguments.load)?;
     // What is wrong with the place is found before a bake that takes minutes.
     let (store, name) = place(&arguments.out)?;
     let context = arguments.device.open()?;

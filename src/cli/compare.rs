@@ -1,7 +1,7 @@
 //! `gobo compare`
 
 use super::progress::Progress;
-use super::{DeviceArguments, MovingArgument, TimeArgument, check_messages, load};
+use super::{DeviceArguments, LoadArguments, MovingArgument, check_messages, load};
 use crate::gpu::{Context, Features};
 use crate::measure::{
     Case, DeviceFacts, Drawn, Effort, Extent, Results, Row, SCHEMA, Status, copy_bytes_per_second, difference_srgb8,
@@ -63,7 +63,7 @@ pub struct Arguments {
     #[command(flatten)]
     moving: MovingArgument,
     #[command(flatten)]
-    time: TimeArgument,
+    load: LoadArguments,
     #[command(flatten)]
     device: DeviceArguments,
 }
@@ -108,7 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     for text in &arguments.techniques {
         specs.extend(parse(text)?);
     }
-    let load = |name: &String| arguments.moving.states(load(name, &arguments.time)?, arguments.frames);
+    let load = |name: &String| arguments.moving.states(load(name, &arguments.load)?, arguments.frames);
     let mut scenes = scene_names.iter().map(load).collect::<Result<Vec<_>>>()?;
     name_apart(&mut scenes);
     let context = arguments.device.open()?;

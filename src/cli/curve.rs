@@ -1,6 +1,6 @@
 //! `gobo curve`
 
-use super::{DeviceArguments, MapArguments, TimeArgument, check_messages, load};
+use super::{DeviceArguments, LoadArguments, MapArguments, check_messages, load};
 use crate::consume::Query;
 use crate::reference::truth::Casters;
 use crate::report::{Line, Points, curve};
@@ -32,7 +32,7 @@ pub struct Arguments {
     #[arg(short, long, default_value = "gobo-curve.svg")]
     out: PathBuf,
     #[command(flatten)]
-    time: TimeArgument,
+    load: LoadArguments,
     #[command(flatten)]
     device: DeviceArguments,
 }
@@ -43,7 +43,7 @@ fn texel(text: &str) -> std::result::Result<[u32; 2], String> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let scene = load(&arguments.scene, &arguments.time)?;
+    let scene = load(&arguments.scene, &arguments.load)?;
     let (light, map) = (arguments.map.light, arguments.map.of(&scene)?);
     let mut specs = Vec::new();
     for text in &arguments.techniques {

@@ -68,12 +68,15 @@ impl DeviceArguments {
     }
 }
 
-/// Which scene.
+/// What a scene is loaded with.
 #[derive(Args)]
-struct TimeArgument {
-    /// How long the emitters of three-emitters and lantern have been running, seconds
+struct LoadArguments {
+    /// How long the emitters of three-emitters and lantern have been running and the lights of courtyard under way, seconds
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
     time: f64,
+    /// How many lights courtyard has, 1 to 1024 [default: 32]
+    #[arg(long, value_name = "N")]
+    lights: Option<usize>,
 }
 
 /// Times of a world that moves.
@@ -114,7 +117,7 @@ impl MovingArgument {
     fn states(&self, scene: Scene, frames: u32) -> Result<Vec<Scene>> {
         let Some(span) = self.moving else { return Ok(vec![scene]) };
         if scene.motion == Motion::Still {
-            let way_out = "leave --moving out, or name three-emitters or lantern";
+            let way_out = "leave --moving out, or name three-emitters, lantern or courtyard";
             return Err(Error::input(scene.name, "nothing moves in it", way_out));
         }
         if frames < 2 {
@@ -197,8 +200,11 @@ fn one_spec(text: &str) -> Result<Spec> {
 }
 
 /// The scene with a name that is safe in file names.
-fn load(name: &str, time: &TimeArgument) -> Result<Scene> {
-    let mut scene = Scene::load(name, time.time)?;
+fn load(name: &str, with: &LoadArguments) -> Result<Scene> {
+    let mut scene = Scene::load(name, with.time)?;
+    if let Some(lights) = with.lights {
+        scene = scene.with_lights(lights, with.time)?;
+    }
     scene.name = scene.name.chars().map(|c| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' }).collect();
     Ok(scene)
 }

@@ -2,7 +2,7 @@
 
 use super::sequence::Sequence;
 use super::steps::Range;
-use super::{DeviceArguments, MovingArgument, TimeArgument, check_messages, load, one_spec};
+use super::{DeviceArguments, LoadArguments, MovingArgument, check_messages, load, one_spec};
 use crate::consume::{Lighting, Renderer, Shading};
 use crate::reference::truth::{Casters, fog, picture};
 use crate::scene::{Fog, View};
@@ -56,13 +56,13 @@ pub struct Arguments {
     #[command(flatten)]
     moving: MovingArgument,
     #[command(flatten)]
-    time: TimeArgument,
+    load: LoadArguments,
     #[command(flatten)]
     device: DeviceArguments,
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let scene = load(&arguments.scene, &arguments.time)?;
+    let scene = load(&arguments.scene, &arguments.load)?;
     let states = arguments.moving.states(scene, arguments.frames)?;
     let air = arguments.fog.map(|extinction| Fog::new(extinction, arguments.fog_steps)).transpose()?;
     let size = [arguments.width, arguments.height];

@@ -1,7 +1,7 @@
 //! `gobo slice`
 
 use super::sequence::Sequence;
-use super::{DeviceArguments, MapArguments, MovingArgument, TimeArgument, check_messages, load, one_spec};
+use super::{DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, load, one_spec};
 use crate::consume::slice;
 use crate::technique::open;
 use crate::world::World;
@@ -35,7 +35,7 @@ pub struct Arguments {
     #[arg(short, long, default_value = "gobo-slice.png")]
     out: PathBuf,
     #[command(flatten)]
-    time: TimeArgument,
+    load: LoadArguments,
     #[command(flatten)]
     device: DeviceArguments,
 }
@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.frames.is_some() && arguments.depth.is_some() && !moves {
         return Err(Error::input("--frames", "they go through all depths, and --depth names one", "leave one out"));
     }
-    let scene = load(&arguments.scene, &arguments.time)?;
+    let scene = load(&arguments.scene, &arguments.load)?;
     let map = arguments.map.of(&scene)?;
     let spec = one_spec(&arguments.technique)?;
     let frames = arguments.frames.unwrap_or(if moves { FRAMES } else { 1 });

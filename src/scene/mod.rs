@@ -2,6 +2,9 @@
 
 mod caster;
 mod contents;
+mod courtyard;
+mod courtyard_lights;
+mod courtyard_shapes;
 mod cube;
 mod data_file;
 mod emitters;
@@ -23,6 +26,7 @@ mod particle_file;
 mod picture;
 mod placement;
 mod ply;
+mod random;
 mod resolution;
 mod sides;
 mod sparse;
@@ -133,6 +137,8 @@ pub enum Motion {
     ThreeEmitters,
     /// The smoke and the lights of `lantern`.
     Lantern,
+    /// The lights of `courtyard`, as many as it has.
+    Courtyard,
 }
 
 /// The optical depth across the diameter of a particle whose file says `opacity` 1, where the formula has none.
@@ -140,7 +146,7 @@ pub enum Motion {
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 /// Names that [`Scene::load`] knows without a file.
-pub const BUILT_IN: [&str; 6] = ["three-emitters", "big-8k", "hair", "lantern", "sparse", "town"];
+pub const BUILT_IN: [&str; 7] = ["three-emitters", "big-8k", "hair", "lantern", "sparse", "town", "courtyard"];
 
 /// What [`Scene::load`] takes, in words.
 pub fn known() -> String {
@@ -150,8 +156,8 @@ pub fn known() -> String {
 
 impl Scene {
     /// Loads a scene file (`*.toml`), or a data file of one of [`DATA_ENDINGS`] with a light and a camera fitted to it,
-    /// or makes a built-in scene. `time_s` is how long the emitters of `three-emitters` and `lantern` have been running,
-    /// in seconds; other scenes stand still and ignore it.
+    /// or makes a built-in scene. `time_s` is how long the emitters of `three-emitters` and `lantern` have been running and
+    /// the lights of `courtyard` under way, in seconds; other scenes stand still and ignore it.
     ///
     /// # Errors
     /// [`Error::Input`] names the file and what is wrong with it.
@@ -163,12 +169,29 @@ impl Scene {
             "hair" => Ok(hair::hair()),
             "town" => Ok(town::town()),
             "lantern" => lantern::lantern(time_s),
+            "courtyard" => courtyard::courtyard(time_s),
             path => match input::ending(path.as_ref()).as_str() {
                 "toml" => file::load(path.as_ref()),
                 ending if DATA_ENDINGS.contains(&ending) => data_file::load(path.as_ref()),
                 _ => Err(Error::input(name, "no such scene", format!("give {}", known()))),
             },
         }
+    }
+
+    /// The scene with as many lights as are wanted, at a time as in [`Scene::load`]: of `courtyard`, which has 32 of its own.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the scene's lights are not a number to choose, or the number or the time is out of range.
+    pub fn with_lights(self, count: usize, time_s: f64) -> Result<Self> {
+        if self.motion != Motion::Courtyard {
+            let way_out = "leave --lights out, or name courtyard";
+            return Err(Error::input(self.name, "its lights are not a number to choose", way_out));
+        }
+        if !(1..=courtyard_lights::MOST).contains(&count) {
+            let cause = format!("{count} lights, and there are 1 to {}", courtyard_lights::MOST);
+            return Err(Error::input(self.name, cause, "choose another number"));
+        }
+        Ok(Self { lights: courtyard::lights_at(count, time_s)?, ..self })
     }
 
     /// The scene at another time: what moves by itself is as it would be `time_s` seconds after the emitters began, all else as
@@ -181,6 +204,7 @@ impl Scene {
             Motion::Still => (self.particles.clone(), self.lights.clone()),
             Motion::ThreeEmitters => (emitters::particles(time_s)?, self.lights.clone()),
             Motion::Lantern => (lantern::particles(time_s)?, lantern::lights(time_s)),
+            Motion::Courtyard => (Vec::new(), courtyard::lights_at(self.lights.len(), time_s)?),
         };
         Ok(Self {
             name: self.name.clone(),
@@ -196,7 +220,7 @@ impl Scene {
     /// Casters that there are at once, at any time.
     pub fn most_casters(&self) -> usize {
         let moving = match self.motion {
-            Motion::Still => 0,
+            Motion::Still | Motion::Courtyard => 0,
             Motion::ThreeEmitters => emitters::most_particles(),
             Motion::Lantern => lantern::most_particles(),
         };

@@ -1,12 +1,11 @@
 //! The built-in scene `town`: a million triangles of which little is large.
 
 use super::emitters::{direction, wave};
+use super::random::Random;
 use super::town_house::{House, Materials, house};
 use super::town_shapes::{Place, beam, block, empty, leaf, tube};
 use super::{Camera, Light, LightKind, Mesh, Motion, Scene};
 use glam::{DVec2, DVec3};
-use rand::Rng;
-use rand_pcg::Pcg32;
 
 /// Blocks of houses a side.
 const BLOCKS: u32 = 8;
@@ -39,7 +38,7 @@ pub(super) fn town() -> Scene {
 
 /// The meshes of the town in the making.
 struct Town {
-    random: Pcg32,
+    random: Random,
     walls: [Mesh; 3],
     roofs: [Mesh; 2],
     frames: Mesh,
@@ -53,7 +52,7 @@ struct Town {
 /// A town of so many blocks a side.
 fn of_blocks(blocks: u32) -> Scene {
     let mut town = Town {
-        random: Pcg32::new(SEED[0], SEED[1]),
+        random: Random::new(SEED),
         walls: [("walls", [0.82, 0.78, 0.7]), ("plaster", [0.75, 0.58, 0.42]), ("brick", [0.55, 0.3, 0.24])]
             .map(|(name, albedo)| empty(name, albedo)),
         roofs: [("tiles", [0.5, 0.2, 0.14]), ("slate", [0.24, 0.25, 0.28])].map(|(name, albedo)| empty(name, albedo)),
@@ -121,20 +120,12 @@ fn ground(blocks: u32) -> Mesh {
 }
 
 impl Town {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * f64::from(self.random.next_u32()) / f64::from(u32::MAX)
-    }
-
-    fn chance(&mut self, share: f64) -> bool {
-        self.between(0.0, 1.0) < share
-    }
-
     /// A block of lots or a park, from its lowest corner on.
     fn block(&mut self, corner: DVec2, is_park: bool) {
         let size = BLOCK_WORLD - STREET_WORLD;
         if is_park {
             for i in 0..36 {
-                let jitter = DVec2::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0));
+                let jitter = DVec2::new(self.random.between(-1.0, 1.0), self.random.between(-1.0, 1.0));
                 let middle = DVec2::new(f64::from(i % 6) + 0.5, f64::from(i / 6) + 0.5) * (size / 6.0);
                 self.tree(corner + middle + jitter);
             }
@@ -150,29 +141,29 @@ impl Town {
 
     /// A house in its garden.
     fn lot(&mut self, low: DVec2, size: DVec2) {
-        let jitter = DVec2::new(self.between(-0.6, 0.6), self.between(-0.3, 0.1));
+        let jitter = DVec2::new(self.random.between(-0.6, 0.6), self.random.between(-0.3, 0.1));
         let middle = low + 0.5 * size + jitter;
-        let turn = DVec2::new(1.0, self.between(-0.08, 0.08)).normalize();
-        let along = if self.chance(0.5) { turn } else { -turn };
-        let half_width = self.between(1.6, 2.0);
+        let turn = DVec2::new(1.0, self.random.between(-0.08, 0.08)).normalize();
+        let along = if self.random.chance(0.5) { turn } else { -turn };
+        let half_width = self.random.between(1.6, 2.0);
         let measures = House {
-            half_length: self.between(2.4, 3.2),
+            half_length: self.random.between(2.4, 3.2),
             half_width,
-            storeys: if self.chance(0.45) { 2 } else { 1 },
-            rise: half_width * self.between(0.75, 1.15),
-            wing: if self.chance(0.5) { Some(self.between(1.0, 1.3)) } else { None },
+            storeys: if self.random.chance(0.45) { 2 } else { 1 },
+            rise: half_width * self.random.between(0.75, 1.15),
+            wing: if self.random.chance(0.5) { Some(self.random.between(1.0, 1.3)) } else { None },
         };
-        let [wall, roof] = [3, 2].map(|kinds| self.between(0.0, f64::from(kinds) - 0.001) as usize);
+        let [wall, roof] = [3, 2].map(|kinds| self.random.between(0.0, f64::from(kinds) - 0.001) as usize);
         let place = Place { origin: middle.extend(height(middle) + 0.15), along };
         let Self { walls, roofs, frames, glass, .. } = self;
         house(&mut Materials { walls: &mut walls[wall], roofs: &mut roofs[roof], frames, glass }, &place, &measures);
         for [x, y] in [[0.07, 0.14], [0.93, 0.86], [0.07, 0.86], [0.93, 0.14]] {
-            if self.chance(0.4) {
-                let jitter = DVec2::new(self.between(-0.4, 0.4), self.between(-0.4, 0.4));
+            if self.random.chance(0.4) {
+                let jitter = DVec2::new(self.random.between(-0.4, 0.4), self.random.between(-0.4, 0.4));
                 self.tree(low + size * DVec2::new(x, y) + jitter);
             }
         }
-        if self.chance(0.6) {
+        if self.random.chance(0.6) {
             // Along the street and both neighbours, a bit inside of the lot.
             let corners = [[0.98, 0.02], [0.98, 0.98], [0.02, 0.98], [0.02, 0.02], [0.35, 0.02]];
             self.fence(&corners.map(|share| low + size * DVec2::from(share)));
@@ -206,11 +197,11 @@ impl Town {
 
     /// A trunk with branches, and leaves around them.
     fn tree(&mut self, at: DVec2) {
-        let tall = self.between(3.2, 5.6);
-        let lean = direction(self.between(0.0, 1.0)) * self.between(0.0, 0.3);
+        let tall = self.random.between(3.2, 5.6);
+        let lean = direction(self.random.between(0.0, 1.0)) * self.random.between(0.0, 0.3);
         let foot = at.extend(height(at));
         let crown = foot + lean.extend(tall);
-        let radius = self.between(0.14, 0.22);
+        let radius = self.random.between(0.14, 0.22);
         let bend = foot + 0.5 * lean.extend(tall) - 0.2 * lean.extend(0.0);
         let trunk = [
             (foot - 0.5 * DVec3::Z, 1.3 * radius),
@@ -219,32 +210,22 @@ impl Town {
             (crown, 0.3 * radius),
         ];
         tube(&mut self.wood, &trunk, 8);
-        let spread = tall * self.between(0.3, 0.38);
+        let spread = tall * self.random.between(0.3, 0.38);
         for _ in 0..6 {
-            let start = bend + (crown - bend) * self.between(0.1, 0.9);
-            let end = crown + self.in_ball() * spread * DVec3::new(0.85, 0.85, 0.6);
+            let start = bend + (crown - bend) * self.random.between(0.1, 0.9);
+            let end = crown + self.random.in_ball() * spread * DVec3::new(0.85, 0.85, 0.6);
             tube(&mut self.wood, &[(start, 0.35 * radius), (end, 0.1 * radius)], 5);
         }
-        let kind = self.between(0.0, 2.999) as usize;
+        let kind = self.random.between(0.0, 2.999) as usize;
         for _ in 0..(60.0 * tall) as u32 {
             // Most are outside: there the light is.
-            let place = self.in_ball();
+            let place = self.random.in_ball();
             let place = place * (0.5 / place.length().max(0.05) + 0.5).min(2.0);
             let stem = crown + place * spread * DVec3::new(1.0, 1.0, 0.8);
-            let along = (self.in_ball() + 0.3 * place).normalize_or(DVec3::X);
-            let across = along.cross(self.in_ball()).normalize_or(along.any_orthonormal_vector());
-            let size = self.between(0.19, 0.33);
+            let along = (self.random.in_ball() + 0.3 * place).normalize_or(DVec3::X);
+            let across = along.cross(self.random.in_ball()).normalize_or(along.any_orthonormal_vector());
+            let size = self.random.between(0.19, 0.33);
             leaf(&mut self.leaves[kind], stem, size * along, 0.55 * size * across);
-        }
-    }
-
-    /// Evenly in the unit ball.
-    fn in_ball(&mut self) -> DVec3 {
-        loop {
-            let point = DVec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0));
-            if point.length_squared() <= 1.0 {
-                return point;
-            }
         }
     }
 

@@ -1,4 +1,4 @@
-//! The closed shapes that the town is built of, and leaves.
+//! The closed shapes that the town and the courtyard are built of, and leaves.
 
 use super::Mesh;
 use glam::{DVec2, DVec3};

@@ -11,7 +11,7 @@ fn built_in_scenes_are_deterministic_and_sane() {
             let scene = Scene::load(name, time_s).expect("built in");
             assert!(scene == Scene::load(name, time_s).expect("built in"), "{name} at {time_s}");
             assert_eq!(scene.name, name);
-            assert_eq!(scene.has_only_meshes(), name == "town");
+            assert_eq!(scene.has_only_meshes(), ["town", "courtyard"].contains(&name));
             for particle in &scene.particles {
                 assert!(particle.position.iter().all(|value| (-8.0..=14.0).contains(value)), "{particle:?}");
                 assert!(particle.position[2] >= particle.radius, "{particle:?} is below the ground");

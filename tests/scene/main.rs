@@ -2,6 +2,7 @@
 //! [`Scene::load`], as the program does.
 
 mod built_in;
+mod courtyard;
 mod data_files;
 mod gltf_extensions;
 mod gltf_lights;
