@@ -15,7 +15,8 @@ use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// What is compared when no technique is named, as far as the device has what it needs.
+/// What is compared when no technique is named, as far as the device has what it needs, of a scene of few lights or of
+/// translucent casters.
 const DEFAULT: [&str; 6] = [
     "avsm:nodes=4|8|16,curve=linear|exponential,path=two-pass|interlock",
     "avsm:nodes=8,path=raster-order|binned",
@@ -28,6 +29,21 @@ const DEFAULT: [&str; 6] = [
 /// Texels a side of the light's map in [`DEFAULT`] on a software device, which would take minutes for 256.
 const DEFAULT_SIZE_ON_CPU: u32 = 64;
 
+/// A scene of meshes under more lights than this is one of many lights.
+const FEW_LIGHTS: usize = 8;
+
+/// What is compared of a scene of many lights when no technique is named: ways through one grid for all lights (the sizes and
+/// numbers of steps of Pestana 2015), beside maps of each light and rays. What the device lacks is a row that says so.
+const MANY_LIGHTS: [&str; 4] = [
+    "voxel-grid:march=exact,size=64|128|256",
+    "voxel-grid:march=steps,steps=5|10|15|25|50|75,size=64|128|256",
+    "shadow-map:size=128|512",
+    "ray-query",
+];
+
+/// The maps of [`MANY_LIGHTS`] on a software device.
+const MANY_LIGHTS_ON_CPU: &str = "shadow-map:size=64";
+
 /// Pixels of a picture of a quick look, and of [`DEFAULT`] on a software device.
 const SMALL_PICTURE: [u32; 2] = [320, 180];
 
@@ -36,7 +52,7 @@ pub struct Arguments {
     /// Scene files, data files or built-in scenes [default: three-emitters]
     #[arg(value_name = "SCENE")]
     scenes: Vec<String>,
-    /// Technique spec, repeatable [default: everything the device can run]
+    /// Technique spec, repeatable [default: everything the device can run; under many lights, grids beside maps and rays]
     #[arg(long = "technique", value_name = "SPEC")]
     techniques: Vec<String>,
     /// Folder for results.json, results.csv, pictures, plots and report.html
@@ -112,12 +128,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut scenes = scene_names.iter().map(load).collect::<Result<Vec<_>>>()?;
     name_apart(&mut scenes);
     let context = arguments.device.open()?;
-    if specs.is_empty() {
-        specs = default_specs(context.features())?;
-    }
-    if arguments.no_skip {
-        specs.iter_mut().for_each(|spec| spec.set("skip", "off"));
-    }
+    let of_scene = |states: &Vec<Scene>| {
+        let mut specs = if specs.is_empty() { default_specs(&states[0], context.features())? } else { specs.clone() };
+        if arguments.no_skip {
+            specs.iter_mut().for_each(|spec| spec.set("skip", "off"));
+        }
+        Ok(specs)
+    };
+    let specs = scenes.iter().map(of_scene).collect::<Result<Vec<_>>>()?;
     let store = Store::open(&arguments.out)?;
     let mut results = Results {
         schema: SCHEMA,
@@ -129,11 +147,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.passes {
         results.device.copy_bytes_per_second = copy_bytes_per_second(&context)?;
     }
-    let progress = Progress::new(specs.len() * scenes.len());
+    let progress = Progress::new(specs.iter().map(Vec::len).sum());
     let mut writer = Writer { store: &store, failed: None };
-    for states in &scenes {
+    for (states, specs) in scenes.iter().zip(&specs) {
         with_case(&context, states, effort(arguments, context.features()), |case| {
-            for spec in &specs {
+            for spec in specs {
                 progress.begins(&states[0].name, spec);
                 let (mut row, drawn) = case.measure(spec);
                 if let Some(drawn) = drawn {
@@ -192,8 +210,15 @@ impl Writer<'_> {
     }
 }
 
-fn default_specs(features: &Features) -> Result<Vec<Spec>> {
+fn default_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
     let mut specs = Vec::new();
+    if scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes() {
+        for text in MANY_LIGHTS {
+            let is_map = text.starts_with("shadow-map") && features.is_software();
+            specs.extend(parse(if is_map { MANY_LIGHTS_ON_CPU } else { text })?);
+        }
+        return Ok(specs);
+    }
     for text in DEFAULT {
         let on_cpu = format!("{text}{}size={DEFAULT_SIZE_ON_CPU}", if text.contains(':') { ',' } else { ':' });
         specs.extend(parse(if features.is_software() { &on_cpu } else { text })?);

@@ -25,9 +25,9 @@ impl SurfacePoint {
     }
 }
 
-/// `count` low-discrepancy points or fewer: half of them through the picture's pixels, as far as they show a mesh; the others on
-/// all meshes, by area. None inside a closed mesh, as [`Casters::inside`] of light `light`. The same for the same scene. None
-/// without meshes.
+/// `count` low-discrepancy points or fewer that light `light` shines on: half of them through the picture's pixels, as far as they
+/// show a mesh; the others on all meshes, by area. Of a light that ends as many pixels are tried as it takes. None inside a closed
+/// mesh, as [`Casters::inside`]. The same for the same scene. None without meshes.
 pub fn surface_points(
     casters: &Casters,
     scene: &Scene,
@@ -38,15 +38,21 @@ pub fn surface_points(
     if !scene.has_triangles() {
         return Vec::new();
     }
-    let seen = (0..count / 2).into_par_iter().filter_map(|i| {
+    let shining = &scene.lights[light];
+    let wanted = |point: &SurfacePoint| shining.shines_on(point.position) && !casters.surface_inside(light, point);
+    let seen = |i: usize| {
         let [x, y, _] = r3(i);
         let ray = camera.ray(DVec2::new(x * f64::from(camera.width), y * f64::from(camera.height)));
         let hit = casters.meshes.hit(ray.origin, ray.direction)?;
-        Some(SurfacePoint { position: ray.at(hit.distance), normal: hit.normal, closed: hit.closed })
-    });
-    let outside = |point: &SurfacePoint| !casters.surface_inside(light, point);
-    let mut points: Vec<_> = seen.filter(outside).collect();
-    points.extend(by_area(&casters.meshes, count - count / 2, outside));
+        Some(SurfacePoint { position: ray.at(hit.distance), normal: hit.normal, closed: hit.closed }).filter(wanted)
+    };
+    let pixels = count / 2;
+    let mut points = if shining.radius.is_finite() {
+        first(pixels, seen)
+    } else {
+        (0..pixels).into_par_iter().filter_map(seen).collect()
+    };
+    points.extend(by_area(&casters.meshes, count - pixels, wanted));
     points
 }
 
