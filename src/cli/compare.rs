@@ -211,14 +211,10 @@ impl Writer<'_> {
 }
 
 fn default_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
-    let mut specs = Vec::new();
     if scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes() {
-        for text in MANY_LIGHTS {
-            let is_map = text.starts_with("shadow-map") && features.is_software();
-            specs.extend(parse(if is_map { MANY_LIGHTS_ON_CPU } else { text })?);
-        }
-        return Ok(specs);
+        return many_lights(features.is_software());
     }
+    let mut specs = Vec::new();
     for text in DEFAULT {
         let on_cpu = format!("{text}{}size={DEFAULT_SIZE_ON_CPU}", if text.contains(':') { ',' } else { ':' });
         specs.extend(parse(if features.is_software() { &on_cpu } else { text })?);
@@ -227,6 +223,15 @@ fn default_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
         let path = spec.entry.paths.iter().find(|p| p.name == spec.value("path"));
         path.is_none_or(|p| p.requires.iter().all(|r| features.lacks(*r).is_none()))
     });
+    Ok(specs)
+}
+
+fn many_lights(on_cpu: bool) -> Result<Vec<Spec>> {
+    let mut specs = Vec::new();
+    for text in MANY_LIGHTS {
+        let is_map = text.starts_with("shadow-map");
+        specs.extend(parse(if is_map && on_cpu { MANY_LIGHTS_ON_CPU } else { text })?);
+    }
     Ok(specs)
 }
 
@@ -269,4 +274,24 @@ fn picture_name(row: &Row, results: &Results, suffix: &str) -> String {
 
 fn write_picture(store: &Store, name: &str, picture: &Picture, rgb8: &[u8]) -> Result<()> {
     store.write_picture(name, picture.width, picture.height, rgb8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Six numbers of steps and every voxel, in each of three sizes; maps of each light, and rays.
+    #[test]
+    fn many_lights_have_a_table_of_their_own() {
+        for (on_cpu, maps) in [(false, 2), (true, 1)] {
+            let specs = many_lights(on_cpu).expect("they are known");
+            let count = |name: &str| specs.iter().filter(|spec| spec.entry.name == name).count();
+            assert_eq!(["voxel-grid", "shadow-map", "ray-query"].map(count), [21, maps, 1]);
+            assert_eq!(specs.len(), 22 + maps);
+            let mut all: Vec<_> = specs.iter().map(|spec| spec.short()).collect();
+            all.sort();
+            all.dedup();
+            assert_eq!(all.len(), specs.len(), "{all:?}");
+        }
+    }
 }

@@ -92,7 +92,7 @@ fn meshes() -> Vec<Mesh> {
         columns: empty("columns", [0.86, 0.83, 0.78]),
         trim: empty("trim", [0.7, 0.6, 0.52]),
         roofs: empty("roofs", [0.6, 0.28, 0.18]),
-        slabs: [("slabs", [0.56, 0.52, 0.47]), ("slabs", [0.38, 0.33, 0.3])].map(|(name, albedo)| empty(name, albedo)),
+        slabs: [("slabs", [0.6, 0.56, 0.5]), ("slabs", [0.49, 0.44, 0.39])].map(|(name, albedo)| empty(name, albedo)),
         steps: empty("steps", [0.74, 0.7, 0.65]),
         statue: empty("statue", [0.5, 0.62, 0.56]),
         iron: empty("iron", [0.16, 0.16, 0.18]),

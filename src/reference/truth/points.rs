@@ -275,6 +275,35 @@ mod tests {
         assert!(above.len() == 4000 && above.iter().all(|p| p[2] >= 1.0));
     }
 
+    /// Of a lamp that ends: points in space are in reach and as many as are wanted, however little of the bounds that is; those
+    /// of a map go from its range's begin as far as the lamp does, and there are none where it ends before.
+    #[test]
+    fn nobody_asks_beyond_a_light() {
+        let mut scene = on_the_axis(&[]);
+        let position = DVec3::new(3.0, -2.0, 1.0);
+        scene.lights[0].kind = LightKind::Point { position };
+        scene.lights[0].radius = 0.5;
+        let far = |p: &[f32; 3]| (DVec3::from(p.map(f64::from)) - position).length();
+        let bounds = [DVec3::splat(-10.0), DVec3::splat(10.0)];
+        let within = points_within(bounds, &scene.lights[0], 4000);
+        assert!(within.len() == 4000 && within.iter().all(|p| far(p) < 0.5 + 1e-6));
+        assert_eq!(points_within([DVec3::splat(5.0), DVec3::splat(9.0)], &scene.lights[0], 4000), [[0.0; 3]; 0]);
+
+        // A ground below the lamp, a quarter and three quarters of the radius away.
+        for (below, reached) in [(0.125, true), (0.75, false)] {
+            scene.meshes = vec![cube([0.0, -5.0, 1.0 - below - 6.0], 6.0)];
+            let casters = Casters::new(&scene);
+            let views = View::volumes(&scene, 16);
+            let truths = map_truths(&casters, &scene, &views);
+            let down = truths.iter().zip(&views).find(|(_, view)| view.forward[2] < -0.9).expect("a face looks down").0;
+            assert_eq!(down.points.is_empty(), !reached, "{below}");
+            let farthest = down.points.iter().map(far).fold(0.0, f64::max);
+            assert!(!reached || (0.4999..0.5).contains(&farthest), "{farthest}");
+            assert_eq!(down.points.len(), down.texels.len() * MAP_DEPTHS as usize);
+            assert!(truths.iter().flat_map(|truth| &truth.points).all(|p| far(p) < 0.5));
+        }
+    }
+
     #[test]
     fn a_lattice_visits_every_place_once() {
         for total in [1, 2, 3, 64, 97, 360, 4096, 6 * 24 * 24] {

@@ -118,6 +118,23 @@ mod tests {
         assert!((mean - DVec3::new(1.0, 1.0 / 3.0, 0.0)).length() < 0.02, "{mean}");
     }
 
+    /// On a large plate under a lamp that ends, all points lie in its light, and there are as many as of one that does not.
+    #[test]
+    fn points_lie_where_the_light_is() {
+        let mut scene = on_the_axis(&[]);
+        let corners = vec![[-9.0, -9.0, 0.0], [9.0, -9.0, 0.0], [9.0, 9.0, 0.0], [-9.0, 9.0, 0.0]];
+        scene.meshes = vec![mesh(corners, vec![[0, 1, 2], [0, 2, 3]])];
+        let camera = View::camera(&scene.camera, &scene, [64, 64]);
+        let position = DVec3::new(0.0, 0.0, 0.3);
+        scene.lights[0].kind = LightKind::Point { position };
+        let all = |scene: &Scene| surface_points(&Casters::new(scene), scene, 0, &camera, 600);
+        assert!(all(&scene).iter().any(|p| p.position.length() > 5.0));
+        scene.lights[0].radius = 2.0;
+        let points = all(&scene);
+        assert_eq!(points.len(), 600);
+        assert!(points.iter().all(|p| (p.position - position).length() < 2.0));
+    }
+
     /// Of two cubes, one of them inside out, that stand in each other and in a solid ground, all sides have points, whether
     /// they see the light or not; but none lies in the other cube or under the ground, nor on the ground in a cube.
     #[test]
