@@ -133,15 +133,24 @@ const fn mode(wave_vector: [f64; 3], potential: [f64; 3], frequency: f64, phase:
     }
 }
 
+/// An error where no scene knows what it is then; `scene` is for messages.
+///
+/// # Errors
+/// [`Error::Input`]: `time_s` is not in [0, 3600].
+pub fn check_time(scene: &str, time_s: f64) -> Result<()> {
+    if (0.0..=MAX_TIME_S).contains(&time_s) {
+        return Ok(());
+    }
+    let cause = format!("time {time_s} s is not in [0, {MAX_TIME_S}]");
+    Err(Error::input(scene, input::one_line(cause), "give a time in seconds in that range"))
+}
+
 /// The particles of `emitters` after they have been running for `time_s` seconds; `scene` is for messages.
 ///
 /// # Errors
 /// [`Error::Input`]: `time_s` is not in [0, 3600].
 pub(super) fn smoke(scene: &str, emitters: &[Emitter], time_s: f64) -> Result<Vec<Particle>> {
-    if !(0.0..=MAX_TIME_S).contains(&time_s) {
-        let cause = format!("time {time_s} s is not in [0, {MAX_TIME_S}]");
-        return Err(Error::input(scene, input::one_line(cause), "give a time in seconds in that range"));
-    }
+    check_time(scene, time_s)?;
     // The air's direction in each mode: across the wave vector, so that the air is free of divergence.
     let directions = SWIRL_MODES.map(|mode| {
         let direction = mode.wave_vector.cross(mode.potential).normalize_or_zero();
