@@ -44,7 +44,7 @@ impl Running {
     }
 
     fn bodies(&self) -> Vec<Body> {
-        self.simulation.bodies().read(self.simulation.particles() as usize).expect("read")
+        self.simulation.bodies().read(self.fountain.particles as usize).expect("read")
     }
 
     fn casters(&self) -> Vec<Caster> {

@@ -45,10 +45,10 @@ pub(super) fn fountain(name: &str, particles: u32, time_s: f64) -> Result<Scene>
             radius: f64::INFINITY,
         }],
         camera: Camera {
-            position: DVec3::new(2.6, -9.2, 5.2),
-            target: DVec3::new(0.0, 0.15, 1.25),
+            position: DVec3::new(2.4, -10.2, 5.6),
+            target: DVec3::new(-0.15, -0.1, 1.2),
             up: DVec3::Z,
-            fov_y_degrees: 38.0,
+            fov_y_degrees: 37.0,
         },
     })
 }
@@ -83,5 +83,7 @@ fn meshes() -> Vec<Mesh> {
     {
         block(&mut rim, &world, [low[0], low[1], 0.0], [high[0], high[1], 0.3]);
     }
-    vec![ground(GROUND_HALF_WORLD), bowl, columns, steps, rim]
+    // Darker than what falls on it.
+    let ground = Mesh { albedo: [0.3, 0.33, 0.36], ..ground(GROUND_HALF_WORLD) };
+    vec![ground, bowl, columns, steps, rim]
 }

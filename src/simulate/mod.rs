@@ -105,9 +105,9 @@ impl Simulation {
         commands.pass("simulate.step", |pass| pass.dispatch(&self.kernel, &push, [x, y, 1]));
     }
 
-    /// How many particles.
-    pub fn particles(&self) -> u32 {
-        self.fountain.particles
+    /// What is simulated.
+    pub fn fountain(&self) -> Fountain {
+        self.fountain
     }
 
     /// [`Body`]: what they are now.
