@@ -3,6 +3,9 @@
 
 mod support;
 
+#[path = "simulate/drawn.rs"]
+mod drawn;
+
 use gobo::gpu::Context;
 use gobo::reference::twin::simulate::{Rules, bodies};
 use gobo::scene::{Body, Caster, Fountain, Motion, Scene};

@@ -7,7 +7,7 @@ use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, PassTime, Resource,
     Target, push_struct,
 };
-use crate::shaders::consume as shaders;
+use crate::shaders::{constant, consume as shaders};
 use crate::simulate::Simulation;
 use crate::technique::Answer;
 
@@ -30,8 +30,11 @@ push_struct! {
     struct DensityPush { many: f32 }
 }
 
+/// Of a triangle by speed, from its middle to a corner, over the particle's radius: specks that hide little of each other.
+const SPECK: f32 = 0.5;
+
 /// Particles that cover a pixel densely, where there are [`FEW`]. They are smaller the more there are.
-const MANY: f32 = 5.0;
+const MANY: f32 = 2.5;
 
 /// Twin: FEW in src/scene/fountain_law.rs.
 const FEW: f32 = 1024.0;
@@ -78,7 +81,8 @@ impl Renderer {
                 let colors = [(self.color_format, Blend::None)];
                 let fragment = shaders::POINTS_FRAG.of(answer.folder);
                 let state = Graphics { vertex, fragment, colors: &colors, depth: Some(Format::D32_SFLOAT) };
-                let kernel = Kernel::graphics(&self.context, &state, &sets, answer.constants)?;
+                let constants = answer.constants.clone().set(constant::POINT_SIZE, SPECK);
+                let kernel = Kernel::graphics(&self.context, &state, &sets, &constants)?;
                 Way::Speed(kernel, PointsPush { fastest })
             }
             Colours::Density => {
