@@ -277,9 +277,7 @@ fn techniques_shadow_with_what_is_simulated() {
                 assert!(running.world.scene().particles == then.particles, "{time_s} s");
                 let fresh = support::built(context, &then, text);
                 let begun = ask(context, fresh.as_ref(), 0, &points);
-                // A light's view is laid out about the first particle that the host knows of: rounding alone differs.
-                let far = answers.iter().zip(&begun).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-                assert!(far < 2e-3, "{text} at {time_s} s: {far}");
+                assert!(answers == begun, "{text} at {time_s} s");
                 assert!(answers.iter().any(|a| *a < 0.9), "{text}: no shadow");
             }
         }

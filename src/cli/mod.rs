@@ -191,7 +191,7 @@ fn techniques() -> String {
             text += &format!("    {:<9} {} (default {}; {values})\n", key.name, key.about, key.default);
         }
     }
-    text + &format!("\nScenes: {}\n", known())
+    text + &format!("\nScenes: {}\n", known().replace(" or one of ", " or one of\n  "))
 }
 
 /// The one spec that a command for a single picture takes.

@@ -1,6 +1,6 @@
 //! `gobo render --particles`: simulated particles as their simulation left them.
 
-use super::render::Arguments;
+use super::render::{Arguments, ColoursArgument};
 use super::sequence::Sequence;
 use super::{check_messages, one_spec};
 use crate::consume::{Colours, Lighting, Renderer, Shading};
@@ -16,7 +16,7 @@ pub fn run(
     arguments: &Arguments,
     scene: &Scene,
     times_s: &[f64],
-    colours: Colours,
+    colours: ColoursArgument,
     shading: Shading,
 ) -> Result<ExitCode> {
     if arguments.technique == "reference" {
@@ -30,6 +30,11 @@ pub fn run(
         let cause = format!("nothing of {} is simulated on the device", scene.name);
         return Err(Error::input("--particles", cause, "leave it out, or name fountain"));
     };
+    let fountain = simulation.fountain();
+    let colours = match colours {
+        ColoursArgument::Speed => Colours::speed(&fountain),
+        ColoursArgument::Density => Colours::density(&fountain),
+    };
     let size = [arguments.width, arguments.height];
     let mut opened = open(&context, &world, &spec)?;
     let renderer = Renderer::new(&context, &world, &View::camera(&scene.camera, scene, size))?;
@@ -39,7 +44,7 @@ pub fn run(
         opened.build(&world)?;
         let answer = opened.technique.answer();
         let kernels = renderer.kernels(&answer, Lighting::Fragment)?;
-        let points = renderer.points_of(&answer, &simulation, colours)?;
+        let points = renderer.points(&answer, simulation.bodies(), fountain.particles, colours)?;
         renderer.draw_points(&kernels, &points, shading)?;
         sequence.add(renderer.read()?.to_srgb8())?;
     }

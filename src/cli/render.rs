@@ -3,7 +3,7 @@
 use super::sequence::Sequence;
 use super::steps::Range;
 use super::{DeviceArguments, MovingArgument, TimeArgument, check_messages, load, one_spec, particles};
-use crate::consume::{Colours, Lighting, Renderer, Shading};
+use crate::consume::{Lighting, Renderer, Shading};
 use crate::reference::truth::{Casters, fog, picture};
 use crate::scene::{Fog, View};
 use crate::technique::open;
@@ -20,7 +20,7 @@ enum Mesh {
 }
 
 #[derive(Clone, Copy, ValueEnum)]
-enum ColoursArgument {
+pub(super) enum ColoursArgument {
     /// A triangle a particle, coloured by its speed, lit by the technique
     Speed,
     /// How many particles cover each pixel
@@ -79,10 +79,6 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         Mesh::Deferred => Shading::Deferred,
     };
     if let Some(colours) = arguments.particles {
-        let colours = match colours {
-            ColoursArgument::Speed => Colours::Speed,
-            ColoursArgument::Density => Colours::Density,
-        };
         let mut times_s = arguments.moving.times(&scene, arguments.frames)?;
         if times_s.is_empty() {
             times_s.push(arguments.time.time);

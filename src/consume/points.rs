@@ -7,17 +7,36 @@ use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, PassTime, Resource,
     Target, push_struct,
 };
+use crate::scene::Fountain;
 use crate::shaders::{constant, consume as shaders};
-use crate::simulate::Simulation;
 use crate::technique::Answer;
 
 /// What colours say of particles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Colours {
     /// How fast each is, lit by a technique.
-    Speed,
+    Speed {
+        /// The speed of the last colour.
+        fastest: f32,
+    },
     /// How many cover a pixel.
-    Density,
+    Density {
+        /// Over a pixel that is coloured densely.
+        many: f32,
+    },
+}
+
+impl Colours {
+    /// Of the speeds that a fountain knows.
+    pub fn speed(fountain: &Fountain) -> Self {
+        Self::Speed { fastest: fountain.law().fastest }
+    }
+
+    /// Of as many as a fountain's are, which are smaller the more there are.
+    pub fn density(fountain: &Fountain) -> Self {
+        let radius = fountain.law().radius;
+        Self::Density { many: DENSE * fountain.particles as f32 * radius * radius }
+    }
 }
 
 push_struct! {
@@ -33,11 +52,8 @@ push_struct! {
 /// Of a triangle by speed, from its middle to a corner, over the particle's radius: specks that hide little of each other.
 const SPECK: f32 = 0.5;
 
-/// Particles that cover a pixel densely, where there are [`FEW`]. They are smaller the more there are.
-const MANY: f32 = 2.5;
-
-/// Twin: FEW in src/scene/fountain_law.rs.
-const FEW: f32 = 1024.0;
+/// Particles over a dense pixel, for each square of a radius that all of them have together.
+const DENSE: f32 = 0.17;
 
 /// What draws them.
 pub struct Points {
@@ -51,33 +67,17 @@ enum Way {
 }
 
 impl Renderer {
-    /// What draws the particles of a simulation, lit by `answer`.
+    /// What draws the first `count` of `bodies` ([`crate::scene::Body`]), lit by `answer`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out or the driver rejects a shader.
-    pub fn points_of(&self, answer: &Answer, simulation: &Simulation, colours: Colours) -> Result<Points> {
-        let fastest = simulation.fountain().law().fastest;
-        self.points(answer, simulation.bodies(), simulation.fountain().particles, fastest, colours)
-    }
-
-    /// What draws the first `count` of `bodies` ([`crate::scene::Body`]), lit by `answer`; `fastest` has the last colour.
-    ///
-    /// # Errors
-    /// As [`Renderer::points_of`].
-    pub fn points(
-        &self,
-        answer: &Answer,
-        bodies: &Buffer,
-        count: u32,
-        fastest: f32,
-        colours: Colours,
-    ) -> Result<Points> {
+    pub fn points(&self, answer: &Answer, bodies: &Buffer, count: u32, colours: Colours) -> Result<Points> {
         let resources = [Resource::Buffer(bodies.clone()), Resource::Texture(self.distance.clone())];
         let set = Bindings::new(&self.context, "picture.points", &resources)?;
         let sets = [&self.scene, answer.bindings, &set];
         let vertex = &shaders::POINTS_VERT;
         let way = match colours {
-            Colours::Speed => {
+            Colours::Speed { fastest } => {
                 let colors = [(self.color_format, Blend::None)];
                 let fragment = shaders::POINTS_FRAG.of(answer.folder);
                 let state = Graphics { vertex, fragment, colors: &colors, depth: Some(Format::D32_SFLOAT) };
@@ -85,7 +85,7 @@ impl Renderer {
                 let kernel = Kernel::graphics(&self.context, &state, &sets, &constants)?;
                 Way::Speed(kernel, PointsPush { fastest })
             }
-            Colours::Density => {
+            Colours::Density { many } => {
                 let size = self.color.size();
                 let counts = Image::new(&self.context, "picture.counts", self.color_format, size, ImageUse::Color)?;
                 let counted = Bindings::new(&self.context, "picture.counted", &[Resource::Texture(counts.clone())])?;
@@ -96,7 +96,6 @@ impl Renderer {
                 let (vertex, fragment) = (&shaders::FULLSCREEN_VERT, &shaders::DENSITY_FRAG);
                 let state = Graphics { vertex, fragment, colors: &colors, depth: None };
                 let density = Kernel::graphics(&self.context, &state, &[&counted], &Constants::new())?;
-                let many = MANY * (count as f32 / FEW).max(1.0).sqrt();
                 Way::Density { counts, count: adding, density, push: DensityPush { many } }
             }
         };

@@ -49,7 +49,8 @@ impl Drawing {
         let renderer = Renderer::new(context, world, camera)?;
         let answer = lit.technique.answer();
         let kernels = renderer.kernels(&answer, Lighting::Fragment)?;
-        let points = renderer.points_of(&answer, simulation, Colours::Speed)?;
+        let fountain = simulation.fountain();
+        let points = renderer.points(&answer, simulation.bodies(), fountain.particles, Colours::speed(&fountain))?;
         Ok(Self { renderer, kernels, points })
     }
 

@@ -103,6 +103,13 @@ impl Fountain {
         }
     }
 
+    /// Of the box: spheres in whose hull all particles lie, at any time.
+    pub(super) fn corners(&self) -> [(DVec3, f64); 8] {
+        let law = self.law();
+        let end = |i: usize, axis: usize| f64::from(if i >> axis & 1 == 1 { law.high[axis] } else { law.low[axis] });
+        std::array::from_fn(|i| (DVec3::new(end(i, 0), end(i, 1), end(i, 2)), f64::from(law.radius)))
+    }
+
     /// Where they are born: each in any of these alike, so that the one in the middle has half of them.
     pub fn jets(&self) -> [Jet; 8] {
         let middle = Jet { position: [0.0, 0.0, 1.85], width: 0.16, speed: [0.0, 0.0, 0.104], spread: 0.016 };

@@ -52,7 +52,7 @@ fn drawn(
     let renderer = Renderer::new(context, &world, &View::camera(&scene.camera, scene, SIZE)).expect("room");
     let answer = lit.answer();
     let kernels = renderer.kernels(&answer, Lighting::Fragment).expect("kernels");
-    let points = renderer.points(&answer, &buffer, bodies.len() as u32, FASTEST, colours).expect("kernels");
+    let points = renderer.points(&answer, &buffer, bodies.len() as u32, colours).expect("kernels");
     renderer.draw_points(&kernels, &points, Shading::Forward).expect("drawn");
     (renderer.read().expect("read"), renderer.counts(&points).expect("read"))
 }
@@ -95,8 +95,8 @@ fn as_many_are_counted_as_cover_a_pixel() {
         let lit = built(context, &scene, TECHNIQUE);
         let camera = View::camera(&scene.camera, &scene, SIZE);
         let bodies = bodies(120, [0.1, 0.5]);
-        let (picture, counts) = drawn(context, &scene, lit.as_ref(), &bodies, Colours::Density);
-        let (_, none) = drawn(context, &scene, lit.as_ref(), &[], Colours::Density);
+        let (picture, counts) = drawn(context, &scene, lit.as_ref(), &bodies, Colours::Density { many: 4.0 });
+        let (_, none) = drawn(context, &scene, lit.as_ref(), &[], Colours::Density { many: 4.0 });
         assert!(none.iter().all(|count| *count == 0.0) && none.len() == counts.len());
         let (mut checked, mut most, mut hidden) = (0, 0, 0);
         for (i, count) in counts.iter().enumerate() {
@@ -136,8 +136,8 @@ fn the_nearest_has_the_colour_of_its_speed() {
         let lit = built(context, &scene, TECHNIQUE);
         let camera = View::camera(&scene.camera, &scene, SIZE);
         let bodies = bodies(60, [0.5, 1.4]);
-        let (picture, _) = drawn(context, &scene, lit.as_ref(), &bodies, Colours::Speed);
-        let (empty, _) = drawn(context, &scene, lit.as_ref(), &[], Colours::Speed);
+        let (picture, _) = drawn(context, &scene, lit.as_ref(), &bodies, Colours::Speed { fastest: FASTEST });
+        let (empty, _) = drawn(context, &scene, lit.as_ref(), &[], Colours::Speed { fastest: FASTEST });
         let middles: Vec<_> = bodies.iter().map(|b| [b.place[0], b.place[1], b.place[2]]).collect();
         let visible = ask(context, lit.as_ref(), 0, &middles);
         let (mut colored, mut free) = (0, 0);
