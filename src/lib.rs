@@ -18,6 +18,7 @@ pub mod reference;
 pub mod report;
 pub mod scene;
 pub mod shaders;
+pub mod simulate;
 pub mod technique;
 pub mod world;
 

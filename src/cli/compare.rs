@@ -4,11 +4,11 @@ use super::progress::Progress;
 use super::{DeviceArguments, LoadArguments, MovingArgument, check_messages, load};
 use crate::gpu::{Context, Features};
 use crate::measure::{
-    Case, DeviceFacts, Drawn, Effort, Extent, Results, Row, SCHEMA, Status, copy_bytes_per_second, difference_srgb8,
-    with_case,
+    Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Status, copy_bytes_per_second,
+    difference_srgb8, with_case,
 };
 use crate::report::{Store, page, passes, plots, table};
-use crate::scene::{Picture, Scene};
+use crate::scene::{Motion, Picture, Scene};
 use crate::technique::{Spec, parse};
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
@@ -105,6 +105,17 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     Effort { frames, warm_up: 5, space_points: 65536, picture, truth }
 }
 
+/// What a scene is in each frame, and the times of these. Where nobody asks for the truth of what the device simulates, the host
+/// knows of one frame alone.
+fn frames(arguments: &Arguments, name: &str) -> Result<(Vec<Scene>, Vec<f64>)> {
+    let scene = load(name, &arguments.load)?;
+    let times_s = arguments.moving.times(&scene, arguments.frames)?;
+    if arguments.no_truth && matches!(scene.motion, Motion::Fountain(_)) {
+        return Ok((vec![scene], times_s));
+    }
+    Ok((arguments.moving.states(scene, arguments.frames)?, times_s))
+}
+
 fn device_facts(features: &Features) -> DeviceFacts {
     DeviceFacts {
         name: features.name.clone(),
@@ -124,11 +135,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     for text in &arguments.techniques {
         specs.extend(parse(text)?);
     }
-    let load = |name: &String| arguments.moving.states(load(name, &arguments.load)?, arguments.frames);
-    let mut scenes = scene_names.iter().map(load).collect::<Result<Vec<_>>>()?;
+    let mut scenes = scene_names.iter().map(|name| frames(arguments, name)).collect::<Result<Vec<_>>>()?;
     name_apart(&mut scenes);
     let context = arguments.device.open()?;
-    let of_scene = |states: &Vec<Scene>| {
+    let of_scene = |(states, _): &(Vec<Scene>, Vec<f64>)| {
         let mut specs = if specs.is_empty() { default_specs(&states[0], context.features())? } else { specs.clone() };
         if arguments.no_skip {
             specs.iter_mut().for_each(|spec| spec.set("skip", "off"));
@@ -149,8 +159,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let progress = Progress::new(specs.iter().map(Vec::len).sum());
     let mut writer = Writer { store: &store, failed: None };
-    for (states, specs) in scenes.iter().zip(&specs) {
-        with_case(&context, states, effort(arguments, context.features()), |case| {
+    for ((states, times_s), specs) in scenes.iter().zip(&specs) {
+        with_case(&context, Frames { states, times_s }, effort(arguments, context.features()), |case| {
             for spec in specs {
                 progress.begins(&states[0].name, spec);
                 let (mut row, drawn) = case.measure(spec);
@@ -245,11 +255,11 @@ fn exit_code(context: &Context, results: &Results) -> ExitCode {
 }
 
 /// Scenes of one name, such as smoke.ply and smoke.toml, get numbers: their pictures are files.
-fn name_apart(scenes: &mut [Vec<Scene>]) {
+fn name_apart(scenes: &mut [(Vec<Scene>, Vec<f64>)]) {
     for i in 1..scenes.len() {
         let (before, rest) = scenes.split_at_mut(i);
-        let named = |name: &str| before.iter().flatten().any(|s| s.name == name);
-        let name = rest[0][0].name.clone();
+        let named = |name: &str| before.iter().flat_map(|(states, _)| states).any(|s| s.name == name);
+        let name = rest[0].0[0].name.clone();
         let mut unique = name.clone();
         for number in 2.. {
             if !named(&unique) {
@@ -257,7 +267,7 @@ fn name_apart(scenes: &mut [Vec<Scene>]) {
             }
             unique = format!("{name}-{number}");
         }
-        rest[0].iter_mut().for_each(|s| s.name.clone_from(&unique));
+        rest[0].0.iter_mut().for_each(|s| s.name.clone_from(&unique));
     }
 }
 

@@ -4,6 +4,7 @@ mod bake;
 mod compare;
 mod curve;
 mod devices;
+mod particles;
 mod progress;
 mod render;
 mod sequence;
@@ -11,7 +12,7 @@ mod slice;
 mod steps;
 
 use crate::gpu::{Context, Messages, Options};
-use crate::scene::{FACES, Motion, Scene, known};
+use crate::scene::{FACES, Motion, Scene, check_time, known};
 use crate::technique::{Lifetime, REGISTRY, Spec, Values, parse};
 use crate::{Error, Result};
 use clap::{Args, Parser, Subcommand};
@@ -71,7 +72,7 @@ impl DeviceArguments {
 /// What a scene is loaded with.
 #[derive(Args)]
 struct LoadArguments {
-    /// How long the emitters of three-emitters and lantern have been running and the lights of courtyard under way, seconds
+    /// How long what moves in three-emitters, lantern, courtyard and fountain has been running, seconds
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
     time: f64,
     /// How many lights courtyard has, 1 to 1024 [default: 32]
@@ -113,12 +114,12 @@ impl MovingArgument {
         self.moving.is_some()
     }
 
-    /// The scene in each of so many frames, or alone as it is where it is not to move.
-    fn states(&self, scene: Scene, frames: u32) -> Result<Vec<Scene>> {
-        let Some(span) = self.moving else { return Ok(vec![scene]) };
+    /// The times of so many frames; none where the world is not to move.
+    fn times(&self, scene: &Scene, frames: u32) -> Result<Vec<f64>> {
+        let Some(span) = self.moving else { return Ok(Vec::new()) };
         if scene.motion == Motion::Still {
-            let way_out = "leave --moving out, or name three-emitters, lantern or courtyard";
-            return Err(Error::input(scene.name, "nothing moves in it", way_out));
+            let way_out = "leave --moving out, or name three-emitters, lantern, courtyard or fountain";
+            return Err(Error::input(scene.name.clone(), "nothing moves in it", way_out));
         }
         if frames < 2 {
             return Err(Error::input("--frames", "a world moves from one frame to another", "give 2 or more"));
@@ -127,7 +128,13 @@ impl MovingArgument {
             Some(to) => span.from + (to - span.from) * f64::from(frame) / f64::from(frames - 1),
             None => span.from + f64::from(frame) / FRAMES_PER_SECOND,
         };
-        (0..frames).map(|frame| scene.at(time(frame))).collect()
+        (0..frames).map(time).map(|time_s| check_time(&scene.name, time_s).map(|()| time_s)).collect()
+    }
+
+    /// The scene in each of so many frames, or alone as it is where it is not to move.
+    fn states(&self, scene: Scene, frames: u32) -> Result<Vec<Scene>> {
+        let times_s = self.times(&scene, frames)?;
+        if times_s.is_empty() { Ok(vec![scene]) } else { times_s.iter().map(|time_s| scene.at(*time_s)).collect() }
     }
 }
 
@@ -187,7 +194,7 @@ fn techniques() -> String {
             text += &format!("    {:<9} {} (default {}; {values})\n", key.name, key.about, key.default);
         }
     }
-    text + &format!("\nScenes: {}\n", known())
+    text + &format!("\nScenes: {}\n", known().replace(" or one of ", " or one of\n  "))
 }
 
 /// The one spec that a command for a single picture takes.

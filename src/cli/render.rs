@@ -2,7 +2,7 @@
 
 use super::sequence::Sequence;
 use super::steps::Range;
-use super::{DeviceArguments, LoadArguments, MovingArgument, check_messages, load, one_spec};
+use super::{DeviceArguments, LoadArguments, MovingArgument, check_messages, load, one_spec, particles};
 use crate::consume::{Lighting, Renderer, Shading};
 use crate::reference::truth::{Casters, fog, picture};
 use crate::scene::{Fog, View};
@@ -19,22 +19,30 @@ enum Mesh {
     Deferred,
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum ColoursArgument {
+    /// A triangle a particle, coloured by its speed, lit by the technique
+    Speed,
+    /// How many particles cover each pixel
+    Density,
+}
+
 #[derive(Args)]
 pub struct Arguments {
     /// Scene file, data file or built-in scene
     scene: String,
     /// Technique spec, or "reference" for the f64 reference on the CPU
     #[arg(long, default_value = "avsm", value_name = "SPEC")]
-    technique: String,
+    pub(super) technique: String,
     /// The PNG to write
     #[arg(short, long, default_value = "gobo-render.png")]
-    out: PathBuf,
+    pub(super) out: PathBuf,
     /// Width of the picture, pixels
     #[arg(long, default_value_t = 1280, value_parser = clap::value_parser!(u32).range(1..=16384))]
-    width: u32,
+    pub(super) width: u32,
     /// Height of the picture, pixels
     #[arg(long, default_value_t = 720, value_parser = clap::value_parser!(u32).range(1..=16384))]
-    height: u32,
+    pub(super) height: u32,
     /// How meshes are shaded
     #[arg(long, value_enum, default_value = "forward")]
     meshes: Mesh,
@@ -50,6 +58,9 @@ pub struct Arguments {
     /// Instead of the picture, paint how many steps the look-ups of all lights take at what each pixel shows of the meshes
     #[arg(long, conflicts_with_all = ["fog", "wireframe"])]
     steps: bool,
+    /// Draw simulated particles (of fountain) as the simulation left them: nothing of them leaves the device
+    #[arg(long, value_enum, conflicts_with_all = ["fog", "wireframe", "steps"])]
+    particles: Option<ColoursArgument>,
     /// With --moving: how many pictures, FILE-00.png, FILE-01.png, … and an animated FILE.gif
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(2..=1000))]
     frames: u32,
@@ -58,11 +69,22 @@ pub struct Arguments {
     #[command(flatten)]
     load: LoadArguments,
     #[command(flatten)]
-    device: DeviceArguments,
+    pub(super) device: DeviceArguments,
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene = load(&arguments.scene, &arguments.load)?;
+    let shading = match arguments.meshes {
+        Mesh::Forward => Shading::Forward,
+        Mesh::Deferred => Shading::Deferred,
+    };
+    if let Some(colours) = arguments.particles {
+        let mut times_s = arguments.moving.times(&scene, arguments.frames)?;
+        if times_s.is_empty() {
+            times_s.push(arguments.load.time);
+        }
+        return particles::run(arguments, &scene, &times_s, colours, shading);
+    }
     let states = arguments.moving.states(scene, arguments.frames)?;
     let air = arguments.fog.map(|extinction| Fog::new(extinction, arguments.fog_steps)).transpose()?;
     let size = [arguments.width, arguments.height];
@@ -91,10 +113,6 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     context.features().require(lighting.requires())?;
     let mut world = World::new(&context, &states[0])?;
     let mut opened = open(&context, &world, &spec)?;
-    let shading = match arguments.meshes {
-        Mesh::Forward => Shading::Forward,
-        Mesh::Deferred => Shading::Deferred,
-    };
     let mut counts = Vec::new();
     for (frame, scene) in states.iter().enumerate() {
         if frame > 0 {

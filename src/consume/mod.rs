@@ -4,11 +4,13 @@
 mod fog;
 mod lighting;
 mod picture;
+mod points;
 mod query;
 mod slice;
 mod steps;
 
 pub use lighting::{Lighting, VERTEX_SPACING};
 pub use picture::{Kernels, Renderer, Shading};
+pub use points::{Colours, Points};
 pub use query::{Asked, Query, QueryKernel};
 pub use slice::slice;

@@ -28,7 +28,7 @@ pub struct Renderer {
     pub(super) depth: Image,
     albedo: Image,
     normal: Image,
-    distance: Image,
+    pub(super) distance: Image,
     pub(super) scene: Bindings,
     buffers: Bindings,
     pub(super) distances: Bindings,
@@ -146,21 +146,25 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.
     pub fn read(&self) -> Result<Picture> {
-        let pixels = if self.color_format == Format::R32G32B32A32_SFLOAT {
-            self.color.read::<[f32; 4]>()?.into_iter().map(|[r, g, b, _]| [r, g, b]).collect()
-        } else {
-            let rgb = |p: [u16; 4]| [p[0], p[1], p[2]].map(|c| half::f16::from_bits(c).to_f32());
-            self.color.read::<[u16; 4]>()?.into_iter().map(rgb).collect()
-        };
+        let pixels = self.read_colors(&self.color)?;
         let [width, height] = self.color.size();
         Ok(Picture { width, height, pixels })
+    }
+
+    /// Of an image of the colours' format.
+    pub(super) fn read_colors(&self, image: &Image) -> Result<Vec<[f32; 3]>> {
+        if self.color_format == Format::R32G32B32A32_SFLOAT {
+            return Ok(image.read::<[f32; 4]>()?.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
+        }
+        let rgb = |p: [u16; 4]| [p[0], p[1], p[2]].map(|c| half::f16::from_bits(c).to_f32());
+        Ok(image.read::<[u16; 4]>()?.into_iter().map(rgb).collect())
     }
 
     fn sky(&self) -> Option<[f32; 4]> {
         Some([SKY[0], SKY[1], SKY[2], 1.0])
     }
 
-    fn meshes(&self, commands: &mut Commands, kernels: &Kernels, shading: Shading) {
+    pub(super) fn meshes(&self, commands: &mut Commands, kernels: &Kernels, shading: Shading) {
         match shading {
             Shading::Forward => self.forward(commands, kernels),
             Shading::Deferred => {

@@ -66,6 +66,8 @@ pub struct Grid {
     fit: Kernel<GridPush>,
     clear: Kernel<GridPush>,
     voxelize: [Kernel<GridPush>; 3],
+    /// Where it stands, if that is given and not fitted to the meshes.
+    stands: Option<GridData>,
     /// Whether anybody has written the bits yet.
     is_written: bool,
 }
@@ -76,6 +78,18 @@ impl Grid {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, size: u32) -> Result<Self> {
+        Self::with_place(context, world, size, None)
+    }
+
+    /// One that stands where `place` says, whatever the meshes; all of them have to be a voxel inside of it.
+    ///
+    /// # Errors
+    /// As [`Grid::new`].
+    pub fn standing(context: &Context, world: &World, place: GridData) -> Result<Self> {
+        Self::with_place(context, world, place.size, Some(place))
+    }
+
+    fn with_place(context: &Context, world: &World, size: u32, stands: Option<GridData>) -> Result<Self> {
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
         let bits = Buffer::new(context, "grid.bits", 8 * u64::from(grid_words(size)), Memory::Device)?;
         let listed = 8 + 4 * u64::from(world.triangle_count().max(1));
@@ -97,6 +111,7 @@ impl Grid {
                 kernel(&shaders::VOXELIZE_STEP_1)?,
                 kernel(&shaders::VOXELIZE_STEP_2)?,
             ],
+            stands,
             is_written: false,
         })
     }
@@ -130,14 +145,17 @@ impl Grid {
     /// Records the passes that fill it with the meshes as they are now.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         self.begin(commands);
-        self.place(commands, world);
+        if self.stands.is_none() {
+            self.place(commands, world);
+        }
         self.voxelize(commands, world);
         self.is_written = true;
     }
 
     /// Nothing is occupied, and nothing is known of the meshes.
     fn begin(&self, commands: &mut Commands) {
-        let start = GridData { size: self.size, low: [u32::MAX; 3], ..GridData::zeroed() };
+        let unknown = GridData { size: self.size, low: [u32::MAX; 3], ..GridData::zeroed() };
+        let start = self.stands.unwrap_or(unknown);
         commands.pass("grid.clear", |pass| {
             pass.update(&self.data, &[start]);
             pass.fill_part(&self.large, 0, 8, 0);

@@ -1,13 +1,15 @@
 //! One row of a comparison: build, time, ask, draw, compare with the truth; in a world that stands still or moves.
 
 use super::flicker::Flicker;
+use super::frames::{Drawing, Frames};
 use super::repeats::Repeats;
 use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
 use super::{Answers, Extent, PassTiming, Row, RowError, Status, Timing, picture_error};
 use crate::consume::{Asked, Lighting, Query, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{Casters, MAP_DEPTHS, bounds, points_outside, points_within};
-use crate::scene::{Picture, Resolution, Scene, View};
+use crate::scene::{Picture, Resolution, View};
+use crate::simulate::Simulation;
 use crate::technique::{self, Lifetime, Opened, Spec, Technique};
 use crate::world::World;
 use crate::{Error, Result};
@@ -59,7 +61,9 @@ pub struct Effort {
 /// A scene with everything that its rows share: its states at one time or more.
 pub struct Case<'a> {
     context: &'a Context,
-    states: &'a [Scene],
+    frames: Frames<'a>,
+    /// What moves the world on the device, where something does.
+    simulation: Option<Simulation>,
     truths: &'a [Truth<'a>],
     world: World,
     effort: Effort,
@@ -67,17 +71,18 @@ pub struct Case<'a> {
     asked: Vec<Vec<[f32; 3]>>,
 }
 
-/// Uploads a scene, whose `states` are what it is in each frame (one where it stands still), and calls `measure` with it. The
-/// truth is computed beside the measuring where the device is no processor and there are processors to spare.
+/// Uploads a scene, which is what `frames` say in each of them, and calls `measure` with it. The truth is computed beside the measuring where the device is no processor and there are processors to spare.
 ///
 /// # Errors
 /// [`Error::Gpu`] where memory runs out, and those of `measure`.
-pub fn with_case<R>(
+pub fn with_case<'a, R>(
     context: &Context,
-    states: &[Scene],
+    frames: impl Into<Frames<'a>>,
     effort: Effort,
     measure: impl FnOnce(&mut Case) -> Result<R>,
 ) -> Result<R> {
+    let frames = frames.into();
+    let states = frames.states;
     let Some(first) = states.first() else {
         return Err(Error::input("the scene", "it has no state", "give one at least"));
     };
@@ -104,7 +109,8 @@ pub fn with_case<R>(
     let world = World::new(context, first)?;
     let count = LOOKUPS / first.lights.len().max(1);
     let asked = within(&|light, all| points_within(all, &first.lights[light], count));
-    let mut case = Case { context, states, truths: &truths, world, effort, asked };
+    let simulation = if frames.times_s.is_empty() { None } else { Simulation::of(context, &world)? };
+    let mut case = Case { context, frames, simulation, truths: &truths, world, effort, asked };
     let spare = std::thread::available_parallelism().map_or(1, |n| n.get()).saturating_sub(KEPT_PROCESSORS);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(spare.max(1)).build().ok();
     let beside = effort.truth != Extent::None && spare > 0 && !context.features().is_software();
@@ -212,7 +218,7 @@ impl Case<'_> {
         let timed = self.time_builds(&mut opened, spec.entry.lifetime)?;
         row.host_ns = Timing::of(&timed.host_ns);
         row.build_ns = Timing::of(&timed.frames.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
-        row.passes = pass_timings(&timed.moves).into_iter().chain(pass_timings(&timed.frames)).collect();
+        row.passes = [timed.moves, timed.frames, timed.draws].iter().flat_map(|passes| pass_timings(passes)).collect();
         let facts = opened.technique.facts()?;
         row.path = facts.path.into();
         row.reason = facts.reason;
@@ -228,6 +234,10 @@ impl Case<'_> {
         if self.effort.truth != Extent::None {
             row.flicker_rms = self.ask_frames(&mut opened, &mut asked)?;
             self.count(&asked, facts.nodes, row);
+        }
+        if self.simulation.is_some() {
+            // In the picture casters are blended by depth, in an order that the host makes.
+            self.world.read_back()?;
         }
         let camera = self.camera(self.effort.picture);
         let renderer = Renderer::new(self.context, &self.world, &camera)?;
@@ -255,8 +265,12 @@ impl Case<'_> {
     }
 
     /// Moves the world to a frame.
-    fn show(&mut self, frame: usize) -> Result<Option<PassTime>> {
-        if self.states.len() == 1 { Ok(None) } else { Ok(self.world.replace(&self.states[frame])?.pass) }
+    fn show(&mut self, frame: usize) -> Result<Vec<PassTime>> {
+        match &mut self.simulation {
+            _ if self.frames.count() == 1 => Ok(Vec::new()),
+            Some(simulation) => simulation.move_to(&mut self.world, self.frames.times_s[frame]),
+            None => Ok(self.world.replace(&self.frames.states[frame])?.pass.into_iter().collect()),
+        }
     }
 
     fn camera(&self, size: [u32; 2]) -> View {
@@ -282,10 +296,10 @@ impl Case<'_> {
 
     /// Goes through all frames once more, asks at the moments for errors and in each for flicker, which it returns.
     fn ask_frames(&mut self, opened: &mut Opened, asked: &mut Moments) -> Result<Option<f64>> {
-        let moments = moments(self.states.len());
-        let moves = self.states.len() > 1;
+        let moments = moments(self.frames.states.len());
+        let moves = self.frames.states.len() > 1;
         let mut flicker = Flicker::default();
-        for frame in 0..self.states.len() {
+        for frame in 0..self.frames.states.len() {
             if moves {
                 self.show(frame)?;
                 opened.build(&self.world)?;
@@ -295,7 +309,7 @@ impl Case<'_> {
             let resolution = technique.resolution();
             if moves {
                 let watched = self.ask_all(technique, truth, truth.watched(), &resolution)?;
-                flicker.frame(watched, truth.watched(), &self.states[frame]);
+                flicker.frame(watched, truth.watched(), &self.frames.states[frame]);
             }
             if !moments.contains(&frame) {
                 continue;
@@ -330,15 +344,20 @@ impl Case<'_> {
     }
 
     fn time_builds(&mut self, technique: &mut Opened, lifetime: Lifetime) -> Result<Timed> {
-        let count = if self.states.len() > 1 { self.states.len() } else { self.effort.frames };
+        let count = if self.frames.count() > 1 { self.frames.count() } else { self.effort.frames };
+        let camera = self.camera(self.effort.picture);
+        let drawing = |simulation| Drawing::new(self.context, &self.world, simulation, &camera, technique);
+        let drawing = self.simulation.as_ref().map(drawing).transpose()?;
         let builds = Repeats::of(lifetime, self.effort.warm_up, count).run(|frame| {
-            let moved = self.show(frame % self.states.len())?;
-            Ok((moved, technique.rebuild(&self.world)?))
+            let moved = self.show(frame % self.frames.count())?;
+            let built = technique.rebuild(&self.world)?;
+            Ok((moved, built, drawing.as_ref().map(Drawing::draw).transpose()?))
         })?;
         let mut timed = Timed::default();
-        for (moved, built) in builds {
-            timed.moves.extend(moved.map(|pass| vec![pass]));
+        for (moved, built, drawn) in builds {
+            timed.moves.extend((!moved.is_empty()).then_some(moved));
             timed.frames.push(built.passes);
+            timed.draws.extend(drawn);
             timed.host_ns.push(built.host_ns);
         }
         Ok(timed)
@@ -422,8 +441,10 @@ pub struct Drawn {
 struct Timed {
     /// The passes of each.
     frames: Vec<Vec<PassTime>>,
-    /// The pass that moved the world before it, where it moves.
+    /// The passes that moved the world before it, where it moves.
     moves: Vec<Vec<PassTime>>,
+    /// Those that drew it behind, where it is simulated.
+    draws: Vec<Vec<PassTime>>,
     /// The host's time for each.
     host_ns: Vec<f64>,
 }
@@ -433,12 +454,12 @@ fn frame_ns(passes: &[PassTime]) -> Option<f64> {
     Some(passes.last()?.end_ns - passes.first()?.start_ns)
 }
 
-/// One timing a pass name, in the order of the first frame: the time of all passes of that name in a frame, since a
-/// build runs a pass once for each map.
+/// One timing a pass name, in the order of the frame that has most: the time of all passes of that name in a frame, since a
+/// build runs a pass once for each map. A frame to which nothing had moved has fewer.
 fn pass_timings(frames: &[Vec<PassTime>]) -> Vec<PassTiming> {
-    let Some(first) = frames.first() else { return Vec::new() };
+    let longest = frames.iter().rev().max_by_key(|passes| passes.len());
     let mut names: Vec<&str> = Vec::new();
-    for pass in first {
+    for pass in longest.into_iter().chain(frames).flatten() {
         if !names.contains(&pass.name.as_str()) {
             names.push(&pass.name);
         }
@@ -489,5 +510,9 @@ mod tests {
         let timings = pass_timings(&[frame(1.0), frame(3.0), frame(5.0)]);
         let medians: Vec<_> = timings.iter().map(|t| (t.name.as_str(), t.median_ns)).collect();
         assert_eq!(medians, [("a", 4.0), ("b", 5.0)]);
+        // What only some frames have stands where those have it.
+        let timings = pass_timings(&[vec![pass("b", 0.0, 1.0)], frame(1.0), frame(3.0)]);
+        let medians: Vec<_> = timings.iter().map(|t| (t.name.as_str(), t.median_ns)).collect();
+        assert_eq!(medians, [("a", 2.0), ("b", 3.0)]);
     }
 }

@@ -83,7 +83,8 @@ pub struct Row {
     /// A build and the drawing of the picture's casters: what a frame takes whose light has moved. New in version 2.
     #[serde(default)]
     pub frame_ns: Option<f64>,
-    /// The passes of a build, in order; where the world moves, `world.move` before them, which is no part of the build.
+    /// The passes of a build, in order; and what is no part of it: before them `world.move` where the world moves, or
+    /// `simulate.step`, all steps of a frame together, where the device simulates it; behind them what then draws its particles.
     pub passes: Vec<PassTiming>,
     /// Bytes that the look-up needs. Absent where nothing was built.
     pub bytes_resident: Option<u64>,

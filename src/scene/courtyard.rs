@@ -1,6 +1,6 @@
 //! The built-in scene `courtyard`: arcades around a court, under lamps that move.
 
-use super::courtyard_lights::{USUAL, lights};
+use super::courtyard_lights::lights;
 use super::courtyard_shapes::{Arches, knot};
 use super::emitters::{check_time, direction};
 use super::random::Random;
@@ -40,18 +40,18 @@ const SLOPE: f64 = 0.36;
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0xc0_7a4d, 5];
 
-/// See the module: after so many seconds. The same bytes on every call and machine.
+/// See the module: of that name, with so many lamps, after so many seconds. The same bytes on every call and machine.
 ///
 /// # Errors
 /// As [`check_time`].
-pub(super) fn courtyard(time_s: f64) -> Result<Scene> {
+pub(super) fn courtyard(name: &str, lights: u32, time_s: f64) -> Result<Scene> {
     Ok(Scene {
-        name: "courtyard".into(),
+        name: name.into(),
         particles: Vec::new(),
         strands: Vec::new(),
         meshes: meshes(),
         motion: Motion::Courtyard,
-        lights: lights_at(USUAL, time_s)?,
+        lights: lights_at(lights as usize, time_s)?,
         camera: Camera {
             position: DVec3::new(-6.1, -6.3, 2.6),
             target: DVec3::new(0.9, 2.2, 1.55),

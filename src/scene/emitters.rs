@@ -137,7 +137,7 @@ const fn mode(wave_vector: [f64; 3], potential: [f64; 3], frequency: f64, phase:
 ///
 /// # Errors
 /// [`Error::Input`]: `time_s` is not in [0, 3600].
-pub(super) fn check_time(scene: &str, time_s: f64) -> Result<()> {
+pub fn check_time(scene: &str, time_s: f64) -> Result<()> {
     if (0.0..=MAX_TIME_S).contains(&time_s) {
         return Ok(());
     }

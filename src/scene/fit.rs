@@ -1,6 +1,6 @@
 //! Views of lights, fitted to what they see. The device does the same in f32 (glsl/maps/bounds.comp, fit.comp).
 
-use super::view::{across, caster_spheres, mesh_points, some_up, vec};
+use super::view::{across, caster_spheres, lasting_spheres, mesh_points, some_up, vec};
 use super::{FACES, LightKind, Projection, Scene, View};
 use glam::DVec3;
 
@@ -43,10 +43,7 @@ fn face_tangent(size: u32) -> f64 {
 
 /// [`View::aimed`].
 pub(super) fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
-    let anchor = caster_spheres(&scene.particles, &scene.strands)
-        .chain(mesh_points(&scene.meshes))
-        .next()
-        .map_or(DVec3::ZERO, |(p, _)| p);
+    let anchor = lasting_spheres(scene).chain(mesh_points(&scene.meshes)).next().map_or(DVec3::ZERO, |(p, _)| p);
     let view = |origin: DVec3, forward: DVec3, projection: Projection, tangent: f64, nearest: f32| {
         let (right, up) = across(forward, some_up(forward));
         let scale = (1.0 / tangent) as f32;

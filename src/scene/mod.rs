@@ -1,5 +1,6 @@
 //! What casts shadows, the lights and the camera. Knows nothing of Vulkan.
 
+mod built_in;
 mod caster;
 mod contents;
 mod courtyard;
@@ -12,6 +13,8 @@ mod file;
 mod fit;
 mod fitted;
 mod fog;
+mod fountain;
+mod fountain_law;
 mod gltf_document;
 mod gltf_file;
 mod gltf_stage;
@@ -40,8 +43,10 @@ mod view;
 
 pub use caster::Caster;
 pub use data_file::DATA_ENDINGS;
+pub use emitters::check_time;
 pub use fit::{Casting, gutter_texels};
 pub use fog::Fog;
+pub use fountain_law::{Body, Fountain, Jet, Law};
 pub use light::{FACES, Light, LightKind};
 pub use order::far_to_near;
 pub use picture::{Picture, SKY};
@@ -139,6 +144,8 @@ pub enum Motion {
     Lantern,
     /// The lights of `courtyard`, as many as it has.
     Courtyard,
+    /// The particles of `fountain`, which the device can simulate too.
+    Fountain(Fountain),
 }
 
 /// The optical depth across the diameter of a particle whose file says `opacity` 1, where the formula has none.
@@ -146,30 +153,35 @@ pub enum Motion {
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 /// Names that [`Scene::load`] knows without a file.
-pub const BUILT_IN: [&str; 7] = ["three-emitters", "big-8k", "hair", "lantern", "sparse", "town", "courtyard"];
+pub const BUILT_IN: [&str; 8] =
+    ["three-emitters", "big-8k", "hair", "lantern", "sparse", "town", "courtyard", "fountain"];
 
 /// What [`Scene::load`] takes, in words.
 pub fn known() -> String {
     let endings = DATA_ENDINGS.map(|ending| format!("*.{ending}")).join(", ");
-    format!("a scene file (*.toml), a data file ({endings}) or one of {}", BUILT_IN.join(", "))
+    let built_in = BUILT_IN.map(built_in::with_keys).join(", ");
+    format!("a scene file (*.toml), a data file ({endings}) or one of {built_in}")
 }
 
 impl Scene {
     /// Loads a scene file (`*.toml`), or a data file of one of [`DATA_ENDINGS`] with a light and a camera fitted to it,
-    /// or makes a built-in scene. `time_s` is how long the emitters of `three-emitters` and `lantern` have been running and
-    /// the lights of `courtyard` under way, in seconds; other scenes stand still and ignore it.
+    /// or makes a built-in scene, some with numbers (`fountain:particles=1000000`, `courtyard:lights=256`). `time_s` is how long the emitters of
+    /// `three-emitters`, `lantern` and `fountain` have been running and the lights of `courtyard` under way, in seconds; other
+    /// scenes stand still and ignore it.
     ///
     /// # Errors
     /// [`Error::Input`] names the file and what is wrong with it.
     pub fn load(name: &str, time_s: f64) -> Result<Self> {
-        match name {
+        let built_in = built_in::BuiltIn::read(name)?;
+        match built_in.name {
             "three-emitters" => emitters::three_emitters(time_s),
             "big-8k" => Ok(cube::big_8k()),
             "sparse" => Ok(sparse::sparse()),
             "hair" => Ok(hair::hair()),
             "town" => Ok(town::town()),
             "lantern" => lantern::lantern(time_s),
-            "courtyard" => courtyard::courtyard(time_s),
+            "courtyard" => courtyard::courtyard(&built_in.title, built_in.number("lights"), time_s),
+            "fountain" => fountain::fountain(&built_in.title, built_in.number("particles"), time_s),
             path => match input::ending(path.as_ref()).as_str() {
                 "toml" => file::load(path.as_ref()),
                 ending if DATA_ENDINGS.contains(&ending) => data_file::load(path.as_ref()),
@@ -205,6 +217,7 @@ impl Scene {
             Motion::ThreeEmitters => (emitters::particles(time_s)?, self.lights.clone()),
             Motion::Lantern => (lantern::particles(time_s)?, lantern::lights(time_s)),
             Motion::Courtyard => (Vec::new(), courtyard::lights_at(self.lights.len(), time_s)?),
+            Motion::Fountain(fountain) => (fountain::particles(&fountain, time_s)?, self.lights.clone()),
         };
         Ok(Self {
             name: self.name.clone(),
@@ -223,6 +236,7 @@ impl Scene {
             Motion::Still | Motion::Courtyard => 0,
             Motion::ThreeEmitters => emitters::most_particles(),
             Motion::Lantern => lantern::most_particles(),
+            Motion::Fountain(fountain) => fountain.particles as usize,
         };
         self.particles.len().max(moving) + self.strands.len()
     }

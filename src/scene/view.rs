@@ -1,7 +1,7 @@
 //! How a light or a camera sees the world. Twin: glsl/world/view.glsl.
 
 use super::fit::{aimed, fit_all};
-use super::{Camera, Casting, Mesh, Particle, Scene, Strand};
+use super::{Camera, Casting, Mesh, Motion, Particle, Scene, Strand};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
@@ -163,7 +163,7 @@ impl View {
         let forward = (camera.target - camera.position).normalize();
         let (right, up) = across(forward, camera.up);
         let far = mesh_points(&scene.meshes)
-            .chain(caster_spheres(&scene.particles, &scene.strands))
+            .chain(lasting_spheres(scene))
             .map(|(p, radius)| (p - camera.position).dot(forward) + radius)
             .fold(1e-3, f64::max)
             * 1.01;
@@ -189,6 +189,14 @@ impl View {
 pub(super) fn caster_spheres(particles: &[Particle], strands: &[Strand]) -> impl Iterator<Item = (DVec3, f64)> {
     let particles = particles.iter().map(|p| (vec(p.position), p.radius.into()));
     particles.chain(strands.iter().flat_map(|s| [s.start, s.end].map(|end| (vec(end), s.radius.into()))))
+}
+
+/// The same for as long as the host is not asked: what is simulated goes on without it, inside a box.
+pub(super) fn lasting_spheres(scene: &Scene) -> Box<dyn Iterator<Item = (DVec3, f64)> + '_> {
+    match scene.motion {
+        Motion::Fountain(fountain) => Box::new(fountain.corners().into_iter()),
+        _ => Box::new(caster_spheres(&scene.particles, &scene.strands)),
+    }
 }
 
 pub(super) fn mesh_points(meshes: &[Mesh]) -> impl Iterator<Item = (DVec3, f64)> {

@@ -4,8 +4,8 @@ mod light;
 
 pub use light::LightData;
 
-use crate::gpu::{Buffer, Context, Memory, PassTime};
-use crate::scene::{Caster, Motion, Scene, Side, sides};
+use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};
+use crate::scene::{Caster, Motion, Particle, Scene, Side, sides};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use std::time::Instant;
@@ -115,6 +115,27 @@ impl World {
             return Ok(Moved { pass: None, host_ns: 0.0 });
         }
         self.replace(&self.scene.at(time_s)?)
+    }
+
+    /// Lets passes write the casters, as many as there are, on the device: a world that is simulated there. The host's scene stays
+    /// what it was until [`World::read_back`]. Returns the time of each pass.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device is lost.
+    pub fn write_casters(&mut self, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
+        self.generation += 1;
+        self.context.submit(record)
+    }
+
+    /// Makes the particles of the host's scene those that are on the device.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where they cannot be read.
+    pub fn read_back(&mut self) -> Result<()> {
+        let casters: Vec<Caster> = self.casters.read(self.scene.particles.len())?;
+        let particle = |c: &Caster| Particle { position: c.position, radius: c.radius, extinction: c.density };
+        self.scene.particles = casters.iter().map(particle).collect();
+        Ok(())
     }
 
     /// Puts another state of the same scene in its place: particles, strands and lights may have moved and changed.

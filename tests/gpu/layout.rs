@@ -9,7 +9,7 @@
 use gobo::gpu::Shader;
 use gobo::grid::GridData;
 use gobo::maps::{BinTotals, Extents, ItemData, Map, SegmentData, TilePart};
-use gobo::scene::{Caster, View};
+use gobo::scene::{Body, Caster, Jet, Law, View};
 use gobo::shaders::ALL;
 use gobo::technique::{LevelCounts, NodeData, TreeData};
 use gobo::world::{LightData, TriangleData};
@@ -61,6 +61,15 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Triangle", twin!(TriangleData, corners, albedo)),
         ("Tree", twin!(TreeData, origin, size, right, levels, up, root, forward, root_at, shortcuts, at, pointer_bits)),
         ("Grid", twin!(GridData, origin, voxel, per_unit, size, low, high)),
+        ("Body", twin!(Body, place, speed)),
+        ("Jet", twin!(Jet, position, width, speed, spread)),
+        (
+            "Law",
+            twin!(
+                Law, low, high, gravity, drag, pull, reach, bounce, slide, rest, fastest, radius, extinction, appear,
+                vanish, life
+            ),
+        ),
         (
             "LevelCounts",
             twin!(
@@ -213,6 +222,7 @@ fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) 
             "uint[3]" => "[u32; 3]",
             "uint[6]" => "[u32; 6]",
             "vec3" => "[f32; 3]",
+            "vec4" => "[f32; 4]",
             "vec3[3]" => "[[f32; 3]; 3]",
             _ => panic!("{what}: {glsl} has no Rust type here"),
         };

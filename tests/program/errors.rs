@@ -26,6 +26,9 @@ fn a_scene_that_is_not_there() {
     for command in ["compare", "render", "slice"] {
         fails(&[command, "/nowhere/absent.toml"], &["/nowhere/absent.toml"]);
         fails(&[command, "no-such-scene"], &["no-such-scene", "three-emitters", "*.tfx"]);
+        fails(&[command, "fountain:particles=0"], &["fountain:particles=0", "give particles=1..4000000"]);
+        fails(&[command, "fountain:particles=4000001"], &["particles=4000001", "give particles=1..4000000"]);
+        fails(&[command, "town:particles=3"], &["no key \"particles\"", "town takes no numbers"]);
     }
 }
 

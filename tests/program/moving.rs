@@ -42,6 +42,61 @@ fn compare_moves() {
     }
 }
 
+/// What the device simulates it is measured and drawn as, and the truth of the host's twin is its truth.
+#[test]
+fn compare_simulates() {
+    log("exercised", "compare_simulates", &runs("avsm", "binned").0);
+    for truth in [true, false] {
+        let out = folder();
+        let moving = ["compare", "fountain:particles=700", "--moving", "20..20.2", "--frames", "5", "--quick"];
+        let rest = ["--validation", "--technique", "avsm:path=binned,size=64", "--passes", "--out", text(out.path())];
+        let no_truth = ["--no-truth"].into_iter().filter(|_| !truth);
+        let printed = ok(&moving.into_iter().chain(rest).chain(no_truth).collect::<Vec<_>>());
+        let mut results = results(out.path());
+        let timed = results.device.features["timestamp_valid_bits"] != 0;
+        let row = results.rows.remove(0);
+        assert_eq!((row.status, row.scene.as_str()), (Status::Ok, "fountain-700"), "{}", row.reason);
+        decodes(&out.path().join("fountain-700-01-avsm.png"), [320, 180]);
+        if timed {
+            let passes: Vec<_> = row.passes.iter().map(|p| p.name.as_str()).collect();
+            assert_eq!(passes[..4], ["simulate.step", "maps.aim", "maps.bounds", "maps.fit"]);
+            assert_eq!(passes[passes.len() - 3..], ["avsm.cells", "consume.forward", "consume.points"]);
+            assert!(passes.iter().all(|name| printed.contains(name)), "{printed}");
+        }
+        assert_eq!((row.flicker_rms.is_some(), row.error.is_some()), (truth, truth));
+        if let Some(error) = &row.error {
+            let map = error.map.expect("points");
+            assert!(map.mean_abs < 0.005 && row.flicker_rms.is_some_and(|f| f < 0.05), "{map:?}");
+        }
+    }
+}
+
+/// The pictures of particles are those of the time, however they come there.
+#[test]
+fn render_draws_simulated_particles() {
+    log("exercised", "render_draws_simulated_particles", &runs("avsm", "binned").0);
+    let folder = folder();
+    let scene = ["render", "fountain:particles=900", "--width", "96", "--height", "54", "--validation"];
+    let drawn = ["--technique", "avsm:path=binned,size=32", "--particles"];
+    let mut written = Vec::new();
+    for colours in ["speed", "density"] {
+        let path = |name: &str| folder.path().join(format!("{colours}{name}"));
+        let out = path(".png");
+        let moving = ["--moving", "1..2", "--frames", "3", "--out", text(&out)];
+        ok(&[&scene[..], &drawn, &[colours], &moving].concat());
+        for (frame, time) in ["1", "1.5", "2"].into_iter().enumerate() {
+            let alone = path(&format!("-alone-{frame}.png"));
+            ok(&[&scene[..], &drawn, &[colours, "--time", time, "--out", text(&alone)]].concat());
+            let [moved, alone] = [path(&format!("-{frame}.png")), alone].map(|p| std::fs::read(p).expect("written"));
+            assert!(moved == alone, "{colours}, {time} s");
+            written.push(alone);
+        }
+    }
+    written.sort();
+    written.dedup();
+    assert_eq!(written.len(), 6, "each is another picture");
+}
+
 #[test]
 fn times_alone_have_no_errors() {
     log("exercised", "times_alone_have_no_errors", &runs("avsm", "binned").0);
@@ -95,6 +150,8 @@ fn what_cannot_move_says_so() {
         (["compare", "three-emitters", "--moving", "-1..2"], "not in [0, 3600]"),
         (["render", "three-emitters", "--moving", "1..x"], "from..to in seconds"),
         (["compare", "three-emitters", "--moving", "1..5000"], "not in [0, 3600]"),
+        (["compare", "fountain", "--moving", "1..5000"], "not in [0, 3600]"),
+        (["render", "lantern", "--particles", "speed"], "nothing of lantern is simulated on the device"),
     ] {
         let output = run(&arguments);
         let error = String::from_utf8_lossy(&output.stderr);

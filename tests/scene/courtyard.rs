@@ -28,6 +28,8 @@ fn there_are_as_many_lamps_as_are_wanted() {
     let usual = Scene::load("courtyard", 7.5).expect("in range");
     assert_eq!(usual.lights.len(), 32);
     assert_eq!(usual, courtyard(32, 7.5));
+    let named = Scene::load("courtyard:lights=7", 7.5).expect("in range");
+    assert_eq!((&*named.name, named.lights), ("courtyard-7", courtyard(7, 7.5).lights));
     for count in [1, 2, 31, 33, 256, 1000, MOST] {
         let scene = courtyard(count, 7.5);
         assert_eq!((scene.lights.len(), scene.map_count()), (count, 6 * count));

@@ -12,6 +12,7 @@ pub mod order;
 pub mod psm;
 pub mod segment;
 pub mod shadow_map;
+pub mod simulate;
 pub mod sums;
 pub mod translucency_map;
 pub mod vertex_lit;

@@ -1,0 +1,17 @@
+#version 460
+// How many particles' triangles cover a pixel, before the meshes. Inputs: particles, z of the meshes. Output: 1, added up.
+#extension GL_EXT_samplerless_texture_functions : require
+
+layout(set = 2, binding = 1) uniform texture2D distances;
+
+layout(location = 0) flat in vec3 middle;
+layout(location = 1) flat in float speed;
+layout(location = 2) flat in float z;
+layout(location = 0) out vec4 count;
+
+void main() {
+    if (z > texelFetch(distances, ivec2(gl_FragCoord.xy), 0).r) {
+        discard;
+    }
+    count = vec4(1.0);
+}

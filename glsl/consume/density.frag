@@ -1,0 +1,23 @@
+#version 460
+// Colours a pixel by how many particles cover it, as a fluid: thin where few do. Source: the density view of Pestana's GPU
+// particles (2015). Input: counts. Output: premultiplied colour, blended over.
+#extension GL_EXT_samplerless_texture_functions : require
+#extension GL_EXT_scalar_block_layout : require
+
+layout(set = 0, binding = 0) uniform texture2D counts;
+
+layout(push_constant, scalar) uniform DensityPush {
+    float many;  // particles over a pixel at which 1 − 1/e of the last colour is reached
+};
+
+layout(location = 0) out vec4 color;
+
+const vec3 THIN = vec3(0.04, 0.22, 0.50);
+const vec3 THICK = vec3(0.93, 0.98, 1.0);
+
+void main() {
+    float density = 1.0 - exp(-texelFetch(counts, ivec2(gl_FragCoord.xy), 0).r / many);
+    // Seen before it is bright.
+    float opacity = 1.0 - (1.0 - density) * (1.0 - density) * (1.0 - density);
+    color = vec4(mix(THIN, THICK, density) * opacity, opacity);
+}

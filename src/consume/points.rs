@@ -1,0 +1,153 @@
+//! Simulated particles as their simulation left them: a triangle each, by speed or by density, before the meshes of the picture.
+//! No order is needed, so that nothing leaves the device.
+
+use super::{Kernels, Renderer, Shading};
+use crate::Result;
+use crate::gpu::{
+    Bindings, Blend, Buffer, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, PassTime, Resource,
+    Target, push_struct,
+};
+use crate::scene::Fountain;
+use crate::shaders::{constant, consume as shaders};
+use crate::technique::Answer;
+
+/// What colours say of particles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Colours {
+    /// How fast each is, lit by a technique.
+    Speed {
+        /// The speed of the last colour.
+        fastest: f32,
+    },
+    /// How many cover a pixel.
+    Density {
+        /// Over a pixel that is coloured densely.
+        many: f32,
+    },
+}
+
+impl Colours {
+    /// Of the speeds that a fountain knows.
+    pub fn speed(fountain: &Fountain) -> Self {
+        Self::Speed { fastest: fountain.law().fastest }
+    }
+
+    /// Of as many as a fountain's are, which are smaller the more there are.
+    pub fn density(fountain: &Fountain) -> Self {
+        let radius = fountain.law().radius;
+        Self::Density { many: DENSE * fountain.particles as f32 * radius * radius }
+    }
+}
+
+push_struct! {
+    /// Twin: PointsPush in glsl/consume/points.frag.
+    struct PointsPush { fastest: f32 }
+}
+
+push_struct! {
+    /// Twin: DensityPush in glsl/consume/density.frag.
+    struct DensityPush { many: f32 }
+}
+
+/// Of a triangle by speed, from its middle to a corner, over the particle's radius: specks that hide little of each other.
+const SPECK: f32 = 0.5;
+
+/// Particles over a dense pixel, for each square of a radius that all of them have together.
+const DENSE: f32 = 0.17;
+
+/// What draws them.
+pub struct Points {
+    vertices: u32,
+    way: Way,
+}
+
+enum Way {
+    Speed(Kernel<PointsPush>, PointsPush),
+    Density { counts: Image, count: Kernel, density: Kernel<DensityPush>, push: DensityPush },
+}
+
+impl Renderer {
+    /// What draws the first `count` of `bodies` ([`crate::scene::Body`]), lit by `answer`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out or the driver rejects a shader.
+    pub fn points(&self, answer: &Answer, bodies: &Buffer, count: u32, colours: Colours) -> Result<Points> {
+        let resources = [Resource::Buffer(bodies.clone()), Resource::Texture(self.distance.clone())];
+        let set = Bindings::new(&self.context, "picture.points", &resources)?;
+        let sets = [&self.scene, answer.bindings, &set];
+        let vertex = &shaders::POINTS_VERT;
+        let way = match colours {
+            Colours::Speed { fastest } => {
+                let colors = [(self.color_format, Blend::None)];
+                let fragment = shaders::POINTS_FRAG.of(answer.folder);
+                let state = Graphics { vertex, fragment, colors: &colors, depth: Some(Format::D32_SFLOAT) };
+                let constants = answer.constants.clone().set(constant::POINT_SIZE, SPECK);
+                let kernel = Kernel::graphics(&self.context, &state, &sets, &constants)?;
+                Way::Speed(kernel, PointsPush { fastest })
+            }
+            Colours::Density { many } => {
+                let size = self.color.size();
+                let counts = Image::new(&self.context, "picture.counts", self.color_format, size, ImageUse::Color)?;
+                let counted = Bindings::new(&self.context, "picture.counted", &[Resource::Texture(counts.clone())])?;
+                let colors = [(self.color_format, Blend::Add)];
+                let state = Graphics { vertex, fragment: &shaders::COUNT_FRAG, colors: &colors, depth: None };
+                let adding = Kernel::graphics(&self.context, &state, &sets, &Constants::new())?;
+                let colors = [(self.color_format, Blend::Over)];
+                let (vertex, fragment) = (&shaders::FULLSCREEN_VERT, &shaders::DENSITY_FRAG);
+                let state = Graphics { vertex, fragment, colors: &colors, depth: None };
+                let density = Kernel::graphics(&self.context, &state, &[&counted], &Constants::new())?;
+                Way::Density { counts, count: adding, density, push: DensityPush { many } }
+            }
+        };
+        Ok(Points { vertices: 3 * count, way })
+    }
+
+    /// Draws the meshes, lit by a technique, and the particles before them; the picture stays on the device. Returns the time of
+    /// each pass.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the device is lost.
+    pub fn draw_points(&self, kernels: &Kernels, points: &Points, shading: Shading) -> Result<Vec<PassTime>> {
+        self.context.submit(|commands| {
+            self.meshes(commands, kernels, shading);
+            match &points.way {
+                Way::Speed(kernel, push) => self.speeds(commands, kernel, push, points.vertices),
+                Way::Density { counts, count, density, push } => {
+                    self.count(commands, counts, count, points.vertices);
+                    self.density(commands, density, push);
+                }
+            }
+        })
+    }
+
+    /// How many particles cover each pixel of the picture that was drawn last, rows from the top; none but by density.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where they cannot be read.
+    pub fn counts(&self, points: &Points) -> Result<Vec<f32>> {
+        let Way::Density { counts, .. } = &points.way else { return Ok(Vec::new()) };
+        Ok(self.read_colors(counts)?.into_iter().map(|[count, _, _]| count).collect())
+    }
+
+    fn speeds(&self, commands: &mut Commands, kernel: &Kernel<PointsPush>, push: &PointsPush, vertices: u32) {
+        commands.pass("consume.points", |pass| {
+            let colors = [Target { image: &self.color, clear: None }];
+            let depth = Target { image: &self.depth, clear: None };
+            pass.render(self.color.size(), &colors, Some(depth), |draw| draw.draw(kernel, push, vertices, 1));
+        });
+    }
+
+    fn count(&self, commands: &mut Commands, counts: &Image, kernel: &Kernel, vertices: u32) {
+        commands.pass("consume.count", |pass| {
+            let colors = [Target { image: counts, clear: Some([0.0; 4]) }];
+            pass.render(self.color.size(), &colors, None, |draw| draw.draw(kernel, &(), vertices, 1));
+        });
+    }
+
+    fn density(&self, commands: &mut Commands, kernel: &Kernel<DensityPush>, push: &DensityPush) {
+        commands.pass("consume.density", |pass| {
+            let colors = [Target { image: &self.color, clear: None }];
+            pass.render(self.color.size(), &colors, None, |draw| draw.draw(kernel, push, 3, 1));
+        });
+    }
+}

@@ -1,0 +1,61 @@
+//! What a scene is in each frame, and how it is drawn where the device simulates it.
+
+use crate::Result;
+use crate::consume::{Colours, Kernels, Lighting, Points, Renderer, Shading};
+use crate::gpu::{Context, PassTime};
+use crate::scene::{Scene, View};
+use crate::simulate::Simulation;
+use crate::technique::Opened;
+use crate::world::World;
+
+/// A scene in each frame.
+#[derive(Clone, Copy)]
+pub struct Frames<'a> {
+    /// What it is then, one where it stands still. Of a scene that is simulated one is enough where no truth is wanted.
+    pub states: &'a [Scene],
+    /// Of a scene that moves, the times: where the device can simulate it, it goes through them and not through the states.
+    pub times_s: &'a [f64],
+}
+
+impl<'a> From<&'a [Scene]> for Frames<'a> {
+    fn from(states: &'a [Scene]) -> Self {
+        Self { states, times_s: &[] }
+    }
+}
+
+impl Frames<'_> {
+    /// How many.
+    pub(super) fn count(&self) -> usize {
+        self.states.len().max(self.times_s.len())
+    }
+}
+
+/// Draws simulated particles in each frame as their simulation left them, so that all of a frame stays on the device.
+pub(super) struct Drawing {
+    renderer: Renderer,
+    kernels: Kernels,
+    points: Points,
+}
+
+impl Drawing {
+    /// Of what is simulated, lit by a technique.
+    pub(super) fn new(
+        context: &Context,
+        world: &World,
+        simulation: &Simulation,
+        camera: &View,
+        lit: &Opened,
+    ) -> Result<Self> {
+        let renderer = Renderer::new(context, world, camera)?;
+        let answer = lit.technique.answer();
+        let kernels = renderer.kernels(&answer, Lighting::Fragment)?;
+        let fountain = simulation.fountain();
+        let points = renderer.points(&answer, simulation.bodies(), fountain.particles, Colours::speed(&fountain))?;
+        Ok(Self { renderer, kernels, points })
+    }
+
+    /// Draws the world as it is now; the time of each pass.
+    pub(super) fn draw(&self) -> Result<Vec<PassTime>> {
+        self.renderer.draw_points(&self.kernels, &self.points, Shading::Forward)
+    }
+}
