@@ -49,8 +49,8 @@ pub struct Effort {
     pub frames: usize,
     /// Frames before them that are not.
     pub warm_up: usize,
-    /// Space points that are compared with the truth, for each light, or fewer where there are many ([`of_each_light`]); of
-    /// surface points as many.
+    /// Space points that are compared with the truth, for each light, or fewer where there are more than eight; of surface
+    /// points as many.
     pub space_points: usize,
     /// Size of the picture, pixels.
     pub picture: [u32; 2],
