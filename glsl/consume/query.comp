@@ -1,5 +1,5 @@
 #version 460
-// Answers the one question for a list of points. Inputs: points, a light, the technique. Output: one number a point.
+// Answers the one question for a part of a list of points. Inputs: points, a light, the technique. Output: one number a point.
 #include "world/view.glsl"
 #include "visibility.glsl"
 #include "consume/receiver.glsl"
@@ -12,6 +12,7 @@ layout(set = 0, binding = 2, scalar) readonly buffer Normals { vec3 all_normals[
 
 layout(push_constant, scalar) uniform QueryPush {
     uint light;
+    uint first;
     uint count;
     uint normals;
 };
@@ -19,6 +20,7 @@ layout(push_constant, scalar) uniform QueryPush {
 void main() {
     uint index = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * gl_WorkGroupSize.x + gl_LocalInvocationIndex;
     if (index < count) {
+        index += first;
         vec3 position = points[index];
         if (normals > 0u) {
             position = light_receiver(light, position, all_normals[index]);

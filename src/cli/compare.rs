@@ -15,7 +15,8 @@ use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// What is compared when no technique is named, as far as the device has what it needs.
+/// What is compared when no technique is named, as far as the device has what it needs, of a scene of few lights or of
+/// translucent casters.
 const DEFAULT: [&str; 6] = [
     "avsm:nodes=4|8|16,curve=linear|exponential,path=two-pass|interlock",
     "avsm:nodes=8,path=raster-order|binned",
@@ -28,6 +29,21 @@ const DEFAULT: [&str; 6] = [
 /// Texels a side of the light's map in [`DEFAULT`] on a software device, which would take minutes for 256.
 const DEFAULT_SIZE_ON_CPU: u32 = 64;
 
+/// A scene of meshes under more lights than this is one of many lights.
+const FEW_LIGHTS: usize = 8;
+
+/// What is compared of a scene of many lights when no technique is named: ways through one grid for all lights (the sizes and
+/// numbers of steps of Pestana 2015), beside maps of each light and rays. What the device lacks is a row that says so.
+const MANY_LIGHTS: [&str; 4] = [
+    "voxel-grid:march=exact,size=64|128|256",
+    "voxel-grid:march=steps,steps=5|10|15|25|50|75,size=64|128|256",
+    "shadow-map:size=128|512",
+    "ray-query",
+];
+
+/// The maps of [`MANY_LIGHTS`] on a software device.
+const MANY_LIGHTS_ON_CPU: &str = "shadow-map:size=64";
+
 /// Pixels of a picture of a quick look, and of [`DEFAULT`] on a software device.
 const SMALL_PICTURE: [u32; 2] = [320, 180];
 
@@ -36,7 +52,7 @@ pub struct Arguments {
     /// Scene files, data files or built-in scenes [default: three-emitters]
     #[arg(value_name = "SCENE")]
     scenes: Vec<String>,
-    /// Technique spec, repeatable [default: everything the device can run]
+    /// Technique spec, repeatable [default: everything the device can run; under many lights, grids beside maps and rays]
     #[arg(long = "technique", value_name = "SPEC")]
     techniques: Vec<String>,
     /// Folder for results.json, results.csv, pictures, plots and report.html
@@ -112,12 +128,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut scenes = scene_names.iter().map(load).collect::<Result<Vec<_>>>()?;
     name_apart(&mut scenes);
     let context = arguments.device.open()?;
-    if specs.is_empty() {
-        specs = default_specs(context.features())?;
-    }
-    if arguments.no_skip {
-        specs.iter_mut().for_each(|spec| spec.set("skip", "off"));
-    }
+    let of_scene = |states: &Vec<Scene>| {
+        let mut specs = if specs.is_empty() { default_specs(&states[0], context.features())? } else { specs.clone() };
+        if arguments.no_skip {
+            specs.iter_mut().for_each(|spec| spec.set("skip", "off"));
+        }
+        Ok(specs)
+    };
+    let specs = scenes.iter().map(of_scene).collect::<Result<Vec<_>>>()?;
     let store = Store::open(&arguments.out)?;
     let mut results = Results {
         schema: SCHEMA,
@@ -129,11 +147,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.passes {
         results.device.copy_bytes_per_second = copy_bytes_per_second(&context)?;
     }
-    let progress = Progress::new(specs.len() * scenes.len());
+    let progress = Progress::new(specs.iter().map(Vec::len).sum());
     let mut writer = Writer { store: &store, failed: None };
-    for states in &scenes {
+    for (states, specs) in scenes.iter().zip(&specs) {
         with_case(&context, states, effort(arguments, context.features()), |case| {
-            for spec in &specs {
+            for spec in specs {
                 progress.begins(&states[0].name, spec);
                 let (mut row, drawn) = case.measure(spec);
                 if let Some(drawn) = drawn {
@@ -192,7 +210,10 @@ impl Writer<'_> {
     }
 }
 
-fn default_specs(features: &Features) -> Result<Vec<Spec>> {
+fn default_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
+    if scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes() {
+        return many_lights(features.is_software());
+    }
     let mut specs = Vec::new();
     for text in DEFAULT {
         let on_cpu = format!("{text}{}size={DEFAULT_SIZE_ON_CPU}", if text.contains(':') { ',' } else { ':' });
@@ -202,6 +223,15 @@ fn default_specs(features: &Features) -> Result<Vec<Spec>> {
         let path = spec.entry.paths.iter().find(|p| p.name == spec.value("path"));
         path.is_none_or(|p| p.requires.iter().all(|r| features.lacks(*r).is_none()))
     });
+    Ok(specs)
+}
+
+fn many_lights(on_cpu: bool) -> Result<Vec<Spec>> {
+    let mut specs = Vec::new();
+    for text in MANY_LIGHTS {
+        let is_map = text.starts_with("shadow-map");
+        specs.extend(parse(if is_map && on_cpu { MANY_LIGHTS_ON_CPU } else { text })?);
+    }
     Ok(specs)
 }
 
@@ -244,4 +274,24 @@ fn picture_name(row: &Row, results: &Results, suffix: &str) -> String {
 
 fn write_picture(store: &Store, name: &str, picture: &Picture, rgb8: &[u8]) -> Result<()> {
     store.write_picture(name, picture.width, picture.height, rgb8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Six numbers of steps and every voxel, in each of three sizes; maps of each light, and rays.
+    #[test]
+    fn many_lights_have_a_table_of_their_own() {
+        for (on_cpu, maps) in [(false, 2), (true, 1)] {
+            let specs = many_lights(on_cpu).expect("they are known");
+            let count = |name: &str| specs.iter().filter(|spec| spec.entry.name == name).count();
+            assert_eq!(["voxel-grid", "shadow-map", "ray-query"].map(count), [21, maps, 1]);
+            assert_eq!(specs.len(), 22 + maps);
+            let mut all: Vec<_> = specs.iter().map(|spec| spec.short()).collect();
+            all.sort();
+            all.dedup();
+            assert_eq!(all.len(), specs.len(), "{all:?}");
+        }
+    }
 }

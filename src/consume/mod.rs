@@ -10,5 +10,5 @@ mod steps;
 
 pub use lighting::{Lighting, VERTEX_SPACING};
 pub use picture::{Kernels, Renderer, Shading};
-pub use query::{Query, QueryKernel};
+pub use query::{Asked, Query, QueryKernel};
 pub use slice::slice;

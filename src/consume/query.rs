@@ -1,4 +1,4 @@
-//! Visibility of a light at a list of points.
+//! Visibility of lights at lists of points.
 
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Context, Kernel, Memory, PassTime, Resource, groups, push_struct};
@@ -9,18 +9,31 @@ push_struct! {
     /// Twin: QueryPush in glsl/consume/query.comp.
     struct QueryPush {
         light: u32,
+        /// Of all points, the first that is asked about this light.
+        first: u32,
         count: u32,
         /// How many of the points have a normal: all or none.
         normals: u32,
     }
 }
 
-/// Points on the device, the light that is asked about, and room for an answer each.
+/// Points that one light is asked about.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    /// Among the scene's lights.
+    pub light: usize,
+    /// World positions.
+    pub points: &'a [[f32; 3]],
+    /// None for points in space. Of points on surfaces one each, unit length, on the side that light is asked for (the light's, or
+    /// of a closed thing the outside).
+    pub normals: &'a [[f32; 3]],
+}
+
+/// Points on the device, the lights that are asked about, and room for an answer each.
 pub struct Query {
     context: Context,
-    light: u32,
-    points: u32,
-    normals: u32,
+    /// What each light is asked.
+    parts: Vec<QueryPush>,
     answers: Buffer,
     bindings: Bindings,
 }
@@ -34,25 +47,39 @@ impl Query {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, light: usize, points: &[[f32; 3]]) -> Result<Self> {
-        Self::on_surfaces(context, light, points, &[])
+        Self::of_lights(context, &[Asked { light, points, normals: &[] }])
     }
 
-    /// The same for points on surfaces: `normals` has one for each, unit length, on the side that light is asked for (the
-    /// light's, or of a closed thing the outside); or none, and the points are in space.
+    /// The same of several lights in one pass. Normals count where all points have one.
     ///
     /// # Errors
     /// As [`Query::new`].
-    pub fn on_surfaces(context: &Context, light: usize, points: &[[f32; 3]], normals: &[[f32; 3]]) -> Result<Self> {
+    pub fn of_lights(context: &Context, asked: &[Asked]) -> Result<Self> {
+        let points: Vec<_> = asked.iter().flat_map(|part| part.points).copied().collect();
+        let mut normals: Vec<_> = asked.iter().flat_map(|part| part.normals).copied().collect();
+        if normals.len() != points.len() {
+            normals.clear();
+        }
         let answers = Buffer::new(context, "query.answers", points.len() as u64 * 4, Memory::Device)?;
-        let normals = if normals.len() == points.len() { normals } else { &[] };
         let resources = [
-            Resource::Buffer(Buffer::with_data(context, "query.points", points)?),
+            Resource::Buffer(Buffer::with_data(context, "query.points", &points)?),
             Resource::Buffer(answers.clone()),
-            Resource::Buffer(Buffer::with_data(context, "query.normals", normals)?),
+            Resource::Buffer(Buffer::with_data(context, "query.normals", &normals)?),
         ];
         let bindings = Bindings::new(context, "query", &resources)?;
-        let (light, points, normals) = (light as u32, points.len() as u32, normals.len() as u32);
-        Ok(Self { context: context.clone(), light, points, normals, answers, bindings })
+        let (mut first, normals) = (0, normals.len() as u32);
+        let part = |part: &Asked| {
+            let push = QueryPush { light: part.light as u32, first, count: part.points.len() as u32, normals };
+            first += push.count;
+            push
+        };
+        let parts = asked.iter().map(part).collect();
+        Ok(Self { context: context.clone(), parts, answers, bindings })
+    }
+
+    /// How many points there are.
+    pub fn points(&self) -> usize {
+        self.parts.iter().map(|part| part.count as usize).sum()
     }
 
     /// What asks `answer`.
@@ -72,20 +99,21 @@ impl Query {
     pub fn query(&self, kernel: &QueryKernel) -> Result<Option<PassTime>> {
         let times = self.context.submit(|commands| {
             commands.pass("consume.query", |pass| {
-                let push = QueryPush { light: self.light, count: self.points, normals: self.normals };
-                let [x, y] = groups(u64::from(self.points).div_ceil(64));
-                pass.dispatch(&kernel.0, &push, [x, y, 1]);
+                for part in self.parts.iter().filter(|part| part.count > 0) {
+                    let [x, y] = groups(u64::from(part.count).div_ceil(64));
+                    pass.dispatch(&kernel.0, part, [x, y, 1]);
+                }
             });
         })?;
         Ok(times.into_iter().next())
     }
 
-    /// The answers, one a point.
+    /// The answers, one a point, those of the first light first.
     ///
     /// # Errors
     /// As [`Query::query`].
     pub fn answers(&self) -> Result<Vec<f32>> {
-        self.answers.read(self.points as usize)
+        self.answers.read(self.points())
     }
 
     /// Asks `answer` for all points and reads what it says.

@@ -307,16 +307,18 @@ impl<'a> Pass<'_, 'a> {
         self.commands.used.push(Box::new(groups.clone()));
     }
 
-    /// Writes `data`, at most 64 KiB, to the start of `buffer`; it travels in the commands themselves.
+    /// Writes `data`, as far as there is room, to the start of `buffer`; it travels in the commands themselves.
     pub fn update<T: bytemuck::Pod>(&mut self, buffer: &Buffer, data: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(data);
-        let bytes = &bytes[..bytes.len().min(MAX_UPDATE_BYTES).min(buffer.bytes() as usize)];
-        if !bytes.is_empty() {
+        let bytes = &bytes[..bytes.len().min(buffer.bytes() as usize)];
+        let mut offset = 0;
+        for part in bytes.chunks(MAX_UPDATE_BYTES) {
             let commands = self.commands.buffer;
-            // SAFETY: the buffer is kept alive, allows copies and is as large; all data are whole words.
-            unsafe { self.commands.device().cmd_update_buffer(commands, buffer.handle(), 0, bytes) };
-            self.commands.used.push(Box::new(buffer.clone()));
+            // SAFETY: the buffer is kept alive, allows copies and is as large; all data and parts are whole words.
+            unsafe { self.commands.device().cmd_update_buffer(commands, buffer.handle(), offset, part) };
+            offset += part.len() as u64;
         }
+        self.commands.used.push(Box::new(buffer.clone()));
     }
 
     /// Sets every 32-bit word of `buffer`.

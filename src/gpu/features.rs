@@ -113,6 +113,8 @@ pub struct Features {
     pub max_viewports: u32,
     /// Layers of a render.
     pub max_framebuffer_layers: u32,
+    /// Memory of the device, bytes: the largest heap that is local to it.
+    pub memory_bytes: u64,
     /// Shared memory of a workgroup, bytes.
     pub max_compute_shared_memory_bytes: u32,
     /// Threads of a workgroup.
@@ -289,6 +291,10 @@ impl Features {
             unsafe { instance.get_physical_device_format_properties(physical, vk::Format::R32G32B32A32_SFLOAT) };
         // SAFETY: as above.
         let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
+        // SAFETY: as above.
+        let memory = unsafe { instance.get_physical_device_memory_properties(physical) };
+        let heaps = memory.memory_heaps_as_slice().iter();
+        let local = heaps.filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
         let limits = properties.limits;
         let in_subgroups = |operations| {
             subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
@@ -349,6 +355,7 @@ impl Features {
             max_image_dimension_3d: limits.max_image_dimension3_d,
             max_viewports: if core.multi_viewport != 0 { limits.max_viewports } else { 1 },
             max_framebuffer_layers: limits.max_framebuffer_layers,
+            memory_bytes: local.map(|heap| heap.size).max().unwrap_or(0),
             max_compute_shared_memory_bytes: limits.max_compute_shared_memory_size,
             max_compute_workgroup_threads: limits
                 .max_compute_work_group_invocations

@@ -27,7 +27,7 @@ pub use texels::{TexelKernels, TexelWay, Texels};
 
 use self::fit::Fit;
 use self::opaque::Opaque;
-use crate::gpu::{Bindings, Buffer, Commands, Context, MAX_UPDATE_BYTES, Memory, Resource};
+use crate::gpu::{Bindings, Buffer, Commands, Context, Memory, Resource};
 use crate::scene::{Casting, Scene, View};
 use crate::world::World;
 use crate::{Error, Result};
@@ -44,8 +44,8 @@ pub struct Map {
     pub opaque: View,
 }
 
-/// Maps of a scene: as many as travel in the commands themselves when the world has moved.
-const MAX_MAPS: usize = MAX_UPDATE_BYTES / size_of::<Map>();
+/// Maps of a scene: in a dispatch the map is the workgroup's z, of which every device takes so many.
+const MAX_MAPS: usize = 65535;
 
 impl Map {
     /// The maps of all lights of `scene`, those of the first light first, with volume maps of `size` texels a side and
@@ -80,7 +80,8 @@ impl Maps {
     /// Maps of `size` texels a side of all lights of `world`, with the opaque maps that techniques share.
     ///
     /// # Errors
-    /// [`Error::Input`] where the lights have too many maps, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where the lights have too many maps, [`Error::Refused`] where the device has no image or no memory for
+    /// opaque maps of so many, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, size: u32) -> Result<Self> {
         Self::with_opaque(context, world, size, OpaqueMaps::SHARED)
     }

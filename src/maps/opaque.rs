@@ -85,19 +85,27 @@ pub(super) struct Opaque {
 
 /// Depth in the range of a map's `opaque` view, 1 where there is nothing; 1×1 a map without meshes. Maps stand one
 /// above the other, and where the device has no images of so many rows, in further columns beside them.
+///
+/// # Errors
+/// [`Error::Refused`] where the device has no such image, or not so much memory at all.
 pub(super) fn image(context: &Context, format: Format, size: [u32; 2], count: u32) -> Result<Image> {
     let limit = context.features().max_image_dimension_2d;
     let rows = (limit / size[1]).clamp(1, count);
     let columns = count.div_ceil(rows);
+    let what = format!("for {count} opaque maps of {} × {} texels", size[0], size[1]);
     if columns.saturating_mul(size[0]) > limit {
-        return Err(Error::Gpu {
-            operation: "create image",
-            name: "maps.opaque".into(),
-            cause: format!("{count} maps of {} × {} texels, and this device takes {limit} a side", size[0], size[1]),
-            way_out: "use fewer lights, or smaller maps (size=) where they are the technique's own".into(),
+        let area = u64::from(count) * u64::from(size[0]) * u64::from(size[1]);
+        let side = area.isqrt();
+        return Err(Error::Refused {
+            needs: format!("maxImageDimension2D of more than {side} {what} (this device has {limit})"),
         });
     }
     let all = [columns * size[0], rows * size[1]];
+    let texel_bytes = if format == Format::D16_UNORM { 2 } else { 4 };
+    let (bytes, memory) = (texel_bytes * all.map(u64::from).iter().product::<u64>(), context.features().memory_bytes);
+    if bytes > memory {
+        return Err(Error::Refused { needs: format!("{bytes} bytes of memory {what} (this device has {memory})") });
+    }
     Image::new(context, "maps.opaque", format, all, ImageUse::Depth)
 }
 

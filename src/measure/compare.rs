@@ -4,7 +4,7 @@ use super::flicker::Flicker;
 use super::repeats::Repeats;
 use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
 use super::{Answers, Extent, PassTiming, Row, RowError, Status, Timing, picture_error};
-use crate::consume::{Lighting, Query, Renderer, Shading};
+use crate::consume::{Asked, Lighting, Query, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{Casters, MAP_DEPTHS, bounds, points_outside, points_within};
 use crate::scene::{Picture, Resolution, Scene, View};
@@ -28,8 +28,14 @@ const DRAW_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
 /// Frames of a moving world at which errors are taken: evenly spread, the first and the last among them.
 const MOMENTS: usize = 5;
 
-/// Points at which a moving world is watched, for each light.
+/// Points at which a moving world is watched, for each light, or fewer where there are many.
 const WATCHED: usize = 2048;
+
+/// Lights that have all the points that are wanted. Where there are more, they share what so many would have.
+const FULLY_ASKED: usize = 8;
+
+/// Of each light at least, however many there are.
+const LEAST_POINTS: usize = 32;
 
 /// Processors that measuring keeps for itself while the truth is computed beside it.
 const KEPT_PROCESSORS: usize = 2;
@@ -41,7 +47,8 @@ pub struct Effort {
     pub frames: usize,
     /// Frames before them that are not.
     pub warm_up: usize,
-    /// Space points that are compared with the truth, for each light; of surface points as many.
+    /// Space points that are compared with the truth, for each light, or fewer where there are more than eight; of surface
+    /// points as many.
     pub space_points: usize,
     /// Size of the picture, pixels.
     pub picture: [u32; 2],
@@ -80,12 +87,13 @@ pub fn with_case<R>(
     let within = |points: &dyn Fn(usize, [DVec3; 2]) -> Vec<[f32; 3]>| -> Vec<_> {
         (0..first.lights.len()).map(|light| all.map_or_else(Vec::new, |all| points(light, all))).collect()
     };
-    let watch = |casters: &Casters| within(&|light, all| points_outside(casters, all, light, WATCHED));
+    let watched = of_each_light(WATCHED, first.lights.len());
+    let watch = |casters: &Casters| within(&|light, all| points_outside(casters, all, light, watched));
     let watched = Arc::new(if states.len() > 1 { watch(&Casters::new(first)) } else { Vec::new() });
     let truth = |scene| {
         let wanted = Wanted {
             extent: effort.truth,
-            points: effort.space_points,
+            points: of_each_light(effort.space_points, first.lights.len()),
             picture: effort.picture,
             bounds: bounds(scene),
             watched: watched.clone(),
@@ -110,6 +118,11 @@ pub fn with_case<R>(
         stop.store(true, Ordering::Relaxed);
         measured
     })
+}
+
+/// How many points each of so many lights is asked about, where few lights have `points` each.
+fn of_each_light(points: usize, lights: usize) -> usize {
+    if lights <= FULLY_ASKED { points } else { (points * FULLY_ASKED / lights).max(LEAST_POINTS.min(points)) }
 }
 
 /// The truth of all frames that does not depend on a technique, until it is told to stop.
@@ -140,7 +153,7 @@ fn moments(frames: usize) -> Vec<usize> {
 
 /// Answers at all kinds of points, over all moments.
 #[derive(Default)]
-struct Asked {
+struct Moments {
     map: Answers,
     space: Answers,
     surface: Answers,
@@ -211,7 +224,7 @@ impl Case<'_> {
         row.counters.insert("passes_if_unchanged".into(), opened.build(&self.world)?.passes.len() as u64);
         row.lookup_ns_per_million = self.time_lookups(opened.technique.as_ref())?;
 
-        let mut asked = Asked::default();
+        let mut asked = Moments::default();
         if self.effort.truth != Extent::None {
             row.flicker_rms = self.ask_frames(&mut opened, &mut asked)?;
             self.count(&asked, facts.nodes, row);
@@ -252,7 +265,7 @@ impl Case<'_> {
     }
 
     /// What the map points say beside their error.
-    fn count(&self, asked: &Asked, nodes: Option<u32>, row: &mut Row) {
+    fn count(&self, asked: &Moments, nodes: Option<u32>, row: &mut Row) {
         let Some(first) = asked.maps.first() else { return };
         let n = asked.maps.len() as f64;
         let limit = LIMIT_NODES.iter().position(|k| Some(*k as u32) == nodes);
@@ -268,7 +281,7 @@ impl Case<'_> {
     }
 
     /// Goes through all frames once more, asks at the moments for errors and in each for flicker, which it returns.
-    fn ask_frames(&mut self, opened: &mut Opened, asked: &mut Asked) -> Result<Option<f64>> {
+    fn ask_frames(&mut self, opened: &mut Opened, asked: &mut Moments) -> Result<Option<f64>> {
         let moments = moments(self.states.len());
         let moves = self.states.len() > 1;
         let mut flicker = Flicker::default();
@@ -308,13 +321,10 @@ impl Case<'_> {
         all: &[Points],
         resolution: &[Resolution],
     ) -> Result<Answers> {
-        let mut answers = Answers::default();
+        let mut answers = Answers { approximate: self.ask(technique, all)?, ..Answers::default() };
         for points in all {
-            answers.extend(Answers {
-                approximate: self.ask(technique, points)?,
-                truth: points.visibility.clone(),
-                boundary: truth.boundary(points, resolution).to_vec(),
-            });
+            answers.truth.extend(&points.visibility);
+            answers.boundary.extend(truth.boundary(points, resolution).iter());
         }
         Ok(answers)
     }
@@ -335,13 +345,10 @@ impl Case<'_> {
     }
 
     fn time_lookups(&self, technique: &dyn Technique) -> Result<Option<Timing>> {
-        let mut queries = Vec::new();
-        let mut points = 0;
-        for (light, share) in self.asked.iter().enumerate() {
-            points += share.len();
-            let query = Query::new(self.context, light, share)?;
-            queries.push((query.kernel(&technique.answer())?, query));
-        }
+        let asked = self.asked.iter().enumerate().map(|(light, points)| Asked { light, points, normals: &[] });
+        let asked: Vec<_> = asked.collect();
+        let query = Query::of_lights(self.context, &asked)?;
+        let kernel = query.kernel(&technique.answer())?;
         let mut samples = Vec::new();
         let start = std::time::Instant::now();
         for frame in 0..1 + self.effort.frames {
@@ -349,13 +356,9 @@ impl Case<'_> {
             if frame > 1 && start.elapsed() > LOOKUP_BUDGET {
                 break;
             }
-            let mut time_ns = Some(0.0);
-            for (kernel, query) in &queries {
-                let time = query.query(kernel)?;
-                time_ns = time_ns.zip(time).map(|(sum, time)| sum + time.end_ns - time.start_ns);
-            }
-            if let (Some(time_ns), true) = (time_ns, frame > 0) {
-                samples.push(time_ns * 1e6 / points.max(1) as f64);
+            let time = query.query(&kernel)?;
+            if let (Some(time), true) = (time, frame > 0) {
+                samples.push((time.end_ns - time.start_ns) * 1e6 / query.points().max(1) as f64);
             }
         }
         Ok(Timing::of(&samples))
@@ -375,15 +378,35 @@ impl Case<'_> {
         Ok(Timing::of(&samples[warm_up..]))
     }
 
-    /// Visibility of a light at `points`, asked a million at a time.
-    fn ask(&self, technique: &dyn Technique, points: &Points) -> Result<Vec<f32>> {
-        let ask = |chunk: &[[f32; 3]], normals: &[[f32; 3]]| {
-            Query::on_surfaces(self.context, points.light, chunk, normals)?.ask(&technique.answer())
-        };
-        let normals = points.normals.chunks(LOOKUPS).chain(std::iter::repeat(&[][..]));
-        let chunks = points.positions.chunks(LOOKUPS).zip(normals);
-        Ok(chunks.map(|(chunk, normals)| ask(chunk, normals)).collect::<Result<Vec<_>>>()?.concat())
+    /// Visibility of all lights at their points, asked about a million at a time.
+    fn ask(&self, technique: &dyn Technique, all: &[Points]) -> Result<Vec<f32>> {
+        let mut answers = Vec::new();
+        for asked in at_once(all) {
+            answers.extend(Query::of_lights(self.context, &asked)?.ask(&technique.answer())?);
+        }
+        Ok(answers)
     }
+}
+
+/// All points in their order, in lists of at most [`LOOKUPS`].
+fn at_once(all: &[Points]) -> Vec<Vec<Asked<'_>>> {
+    let (mut lists, mut room) = (vec![vec![]], LOOKUPS);
+    for points in all {
+        let (mut positions, mut normals) = (&points.positions[..], &points.normals[..]);
+        while !positions.is_empty() {
+            if room == 0 {
+                lists.push(vec![]);
+                room = LOOKUPS;
+            }
+            let (now, later) = positions.split_at(room.min(positions.len()));
+            let (now_normals, later_normals) = normals.split_at(now.len().min(normals.len()));
+            let part = Asked { light: points.light, points: now, normals: now_normals };
+            lists.last_mut().into_iter().for_each(|list| list.push(part));
+            room -= now.len();
+            (positions, normals) = (later, later_normals);
+        }
+    }
+    lists
 }
 
 /// A picture, and the same at the size of its truth.
@@ -431,6 +454,31 @@ fn pass_timings(frames: &[Vec<PassTime>]) -> Vec<PassTiming> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Points of three lights, of which one has two lists full: nothing is lost, and all stay in their order.
+    #[test]
+    fn points_are_asked_at_most_a_million_at_a_time() {
+        let position = |light: usize, i: usize| [light as f32, i as f32, 0.0];
+        let of = |(light, count): (usize, usize)| {
+            Points::in_space(light, (0..count).map(|i| position(light, i)).collect(), vec![0.5; count])
+        };
+        let all: Vec<_> = [5, 2 * LOOKUPS, 0, 3].into_iter().enumerate().map(of).collect();
+        let lists = at_once(&all);
+        let sizes: Vec<usize> = lists.iter().map(|list| list.iter().map(|part| part.points.len()).sum()).collect();
+        assert_eq!(sizes, [LOOKUPS, LOOKUPS, 8]);
+        let asked = lists.iter().flatten().flat_map(|part| part.points);
+        assert!(asked.eq(all.iter().flat_map(|points| &points.positions)));
+        let lights: Vec<_> = lists.iter().map(|list| list.iter().map(|part| part.light).collect::<Vec<_>>()).collect();
+        assert_eq!(lights, [vec![0, 1], vec![1], vec![1, 3]]);
+        assert!(at_once(&[]).concat().is_empty());
+    }
+
+    #[test]
+    fn many_lights_share_the_points_of_few() {
+        assert_eq!([1, 3, 8].map(|lights| of_each_light(65536, lights)), [65536; 3]);
+        assert_eq!([9, 32, 1024].map(|lights| of_each_light(65536, lights)), [58254, 16384, 512]);
+        assert_eq!(([1024, 100_000].map(|lights| of_each_light(2048, lights)), of_each_light(8, 64)), ([32, 32], 8));
+    }
 
     #[test]
     fn passes_of_one_name_are_summed() {

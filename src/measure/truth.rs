@@ -168,8 +168,7 @@ impl<'a> Truth<'a> {
         self.surface.get_or_init(|| {
             let camera = self.camera(self.wanted.picture);
             let of = |light: usize| {
-                let mut surface = surface_points(self.casters(), self.scene, light, &camera, self.wanted.points);
-                surface.retain(|p| self.scene.lights[light].shines_on(p.position));
+                let surface = surface_points(self.casters(), self.scene, light, &camera, self.wanted.points);
                 let positions = surface.iter().map(|p| p.position.as_vec3().into()).collect();
                 let visibility = |p: &SurfacePoint| self.casters().visibility(light, p.position);
                 let visibility = surface.par_iter().map(visibility).collect();
@@ -222,10 +221,10 @@ impl<'a> Truth<'a> {
         if resolution.is_empty() {
             return Arc::new(vec![false; points.positions.len()]);
         }
-        points.boundaries.get(resolution.to_vec(), |resolution| {
-            let light = &self.scene.lights[points.light];
-            let first = self.scene.first_map(points.light);
-            let of = |p: &[f32; 3]| &resolution[first + light.map_at(*p)];
+        let light = &self.scene.lights[points.light];
+        let first = self.scene.first_map(points.light);
+        points.boundaries.get(resolution[first..first + light.map_count()].to_vec(), |resolution| {
+            let of = |p: &[f32; 3]| &resolution[light.map_at(*p)];
             let casters = self.casters();
             if points.surface.is_empty() {
                 let at = |p: &[f32; 3]| casters.in_boundary(points.light, of(p), DVec3::from(p.map(f64::from)));

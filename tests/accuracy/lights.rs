@@ -2,8 +2,8 @@
 
 use crate::support::{ask, built, every_path, gpu_test, gpu_test_needing, scenes, some, spec};
 use glam::DVec3;
+use gobo::consume::{Asked, Query};
 use gobo::gpu::Requirement;
-use gobo::maps::Map;
 use gobo::reference::truth::Casters;
 use gobo::scene::{Particle, Scene, gutter_texels};
 use gobo::technique;
@@ -189,6 +189,32 @@ fn lights_do_not_disturb_each_other() {
     });
 }
 
+/// Lists of all lights, some of them empty, are answered as each is alone, in their order.
+#[test]
+fn lights_are_asked_together() {
+    gpu_test("lights_are_asked_together", |context| {
+        let mut scene = scenes::four_lights();
+        scene.meshes.push(scenes::level(-0.3, 0.6, [0.0, 0.0]));
+        let technique = built(context, &scene, "shadow-map:size=64");
+        let mut random = scenes::Random::new(37);
+        // Past a workgroup's end, or none.
+        let lists = [(0, 500), (2, 0), (1, 129), (3, 64), (0, 1)]
+            .map(|(light, count)| (light, (0..count).map(|_| random.point(-1.3, 1.3)).collect::<Vec<_>>()));
+        let asked: Vec<_> = lists.iter().map(|(light, points)| Asked { light: *light, points, normals: &[] }).collect();
+        let query = Query::of_lights(context, &asked).expect("room for the points");
+        assert_eq!(query.points(), 694);
+        let together = query.ask(&technique.answer()).expect("answered");
+        let alone: Vec<_> =
+            lists.iter().flat_map(|(light, points)| ask(context, technique.as_ref(), *light, points)).collect();
+        assert_eq!(together, alone);
+        assert!(together.contains(&0.0) && together.contains(&1.0));
+        assert_eq!(
+            Query::of_lights(context, &[]).expect("of nothing").ask(&technique.answer()).expect("asked"),
+            [0.0; 0]
+        );
+    });
+}
+
 /// What cannot be built is refused by name before anything is allocated.
 #[test]
 fn limits_of_lights_are_errors() {
@@ -207,14 +233,12 @@ fn limits_of_lights_are_errors() {
             let error = refused(&point, text);
             assert!(error.contains(words) && !error.contains('\n'), "{text}: {error}");
         }
-        // Maps travel in one vkCmdUpdateBuffer, which takes so many bytes.
-        let most = 65536 / size_of::<Map>();
+        // A map is a workgroup's z, of which every device takes so many.
+        let most = 65535;
         let mut many = scenes::random();
         many.lights = vec![many.lights[0]; most + 1];
         let error = refused(&many, "avsm:size=8");
         assert!(error.contains(&format!("{} maps", most + 1)) && !error.contains('\n'), "{error}");
-        many.lights.truncate(most);
-        open(&many, "avsm:size=8").expect("as many as travel");
         let points = Scene { lights: vec![point.lights[0]; most / 6 + 1], ..point.clone() };
         let error = refused(&points, "avsm:size=8");
         assert!(error.contains(&format!("{} maps", 6 * (most / 6 + 1))), "{error}");

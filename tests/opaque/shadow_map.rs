@@ -4,7 +4,7 @@ use crate::support::{ask, built, gpu_test, opened, scenes, spec};
 use crate::{lights, plates, points_of};
 use glam::DVec3;
 use gobo::Error;
-use gobo::maps::opaque_corner;
+use gobo::maps::{Map, opaque_corner};
 use gobo::reference::twin::shadow_map::visibility;
 use gobo::scene::Scene;
 use gobo::technique::{Opened, ShadowMap, Technique, open};
@@ -126,5 +126,37 @@ fn what_does_not_fit_is_one_line() {
         built(context, &scene, "shadow-map:size=40,filter=9");
         let refused = error(&scene, "shadow-map:size=3").to_string();
         assert!(refused.contains("size=4 or more"), "{refused}");
+    });
+}
+
+/// More maps than travel in one vkCmdUpdateBuffer: each light is shadowed as if it were alone. Where there is no image for all
+/// of them they are refused by the limit's name.
+#[test]
+fn maps_of_many_lights() {
+    gpu_test("shadow_map::maps_of_many_lights", |context| {
+        let mut scene = scenes::directional("many", [0.0, 0.0, -1.0], Vec::new());
+        scene.meshes = plates();
+        let mut random = scenes::Random::new(17);
+        let lamp = |_| scenes::point(random.point(-2.0, 2.0).map(f64::from), scene.clone()).lights[0];
+        scene.lights = (0..80).map(lamp).collect();
+        assert!(scene.map_count() * size_of::<Map>() > 65536, "all travel in one");
+        let points: Vec<_> = scene.meshes.iter().flat_map(|mesh| points_of(mesh, 40)).collect();
+        let together = built(context, &scene, "shadow-map:size=16");
+        let mut differ = 0;
+        for light in [0, 1, 70, 71, 72, 79] {
+            let alone = Scene { lights: vec![scene.lights[light]], ..scene.clone() };
+            let alone = ask(context, built(context, &alone, "shadow-map:size=16").as_ref(), 0, &points);
+            assert_eq!(ask(context, together.as_ref(), light, &points), alone, "light {light}");
+            differ += usize::from(alone.contains(&0.0) && alone.contains(&1.0));
+        }
+        assert!(differ > 3, "lights without shadows");
+        // A sixteenth of the limit: 256 maps have an image, 480 have none.
+        let size = context.features().max_image_dimension_2d / 16;
+        let world = World::new(context, &scene).expect("room for the scene");
+        let refused =
+            open(context, &world, &spec(&format!("shadow-map:size={size}"))).map(|_| ()).expect_err("too many");
+        let words = format!("for 480 opaque maps of {size} × {size} texels");
+        assert!(matches!(&refused, Error::Refused { .. }) && refused.to_string().contains(&words), "{refused}");
+        assert!(refused.to_string().contains("maxImageDimension2D"), "{refused}");
     });
 }

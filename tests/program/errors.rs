@@ -177,6 +177,26 @@ fn a_light_or_a_face_that_is_not_there() {
     fails(&gutter, &["--texel 0,0", "margin"]);
 }
 
+/// Only courtyard has as many lights as are wanted, and not any number of them.
+#[test]
+fn a_number_of_lights_that_cannot_be() {
+    let folder = folder();
+    let scene = small_scene(folder.path());
+    let bake = ["bake", "town", "--lights", "4"];
+    fails(&bake, &["town", "lights are not a number to choose", "courtyard"]);
+    for command in ["compare", "render", "slice"] {
+        for (name, file) in [("lantern", "lantern"), (text(&scene), "small")] {
+            let words = [file, "lights are not a number to choose", "--lights", "courtyard"];
+            fails(&[command, name, "--lights", "4"], &words);
+        }
+        for lights in ["0", "1025", "4294967297"] {
+            fails(&[command, "courtyard", "--lights", lights], &["courtyard", lights, "1 to 1024"]);
+        }
+    }
+    fails(&["compare", "courtyard", "lantern", "--lights", "4"], &["lantern", "lights are not a number to choose"]);
+    fails(&["slice", "courtyard", "--lights", "2", "--light", "2"], &["--light 2", "2 lights"]);
+}
+
 #[test]
 fn a_map_larger_than_the_device() {
     if !crate::runs("avsm", "two-pass").1 {

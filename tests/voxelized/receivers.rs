@@ -2,7 +2,7 @@
 
 use crate::support::{gpu_test, scenes::Random, some};
 use crate::{PLAIN, Settings, baked, shapes};
-use gobo::consume::Query;
+use gobo::consume::{Asked, Query};
 use gobo::gpu::Context;
 use gobo::scene::Scene;
 use gobo::technique::{Coverage, Opened, Technique, Voxelized};
@@ -10,7 +10,7 @@ use gobo::technique::{Coverage, Opened, Technique, Voxelized};
 /// Answers at points of surfaces that face `normal`.
 fn ask(context: &Context, opened: &Opened<Voxelized>, points: &[[f32; 3]], normal: [f32; 3]) -> Vec<f32> {
     let normals = vec![normal; points.len()];
-    let query = Query::on_surfaces(context, 0, points, &normals).expect("room");
+    let query = Query::of_lights(context, &[Asked { light: 0, points, normals: &normals }]).expect("room");
     query.ask(&opened.technique.answer()).expect("asked")
 }
 

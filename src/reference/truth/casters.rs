@@ -20,7 +20,7 @@ pub struct Casters<'a> {
     pub(in crate::reference) all: Vec<Caster>,
     /// The meshes.
     pub meshes: Meshes,
-    /// Of each map of each light.
+    /// Of each map of each light; none where there is nothing to find.
     maps: Vec<(View, Grid)>,
 }
 
@@ -33,13 +33,14 @@ impl<'a> Casters<'a> {
             let view = View { width: CELLS, height: CELLS, ..view };
             (view, Grid::new(&view, &all, &order))
         };
-        let maps = View::volumes(scene, WIDEST).into_iter().map(with_grid).collect();
+        let views = if all.is_empty() { Vec::new() } else { View::volumes(scene, WIDEST) };
+        let maps = views.into_iter().map(with_grid).collect();
         Self { scene, meshes: Meshes::new(&scene.meshes), maps, all }
     }
 
     /// The casters whose shadow may reach the ray through `position` in map `map`.
     fn near(&self, map: usize, position: DVec3) -> &[u32] {
-        let (view, grid) = &self.maps[map];
+        let Some((view, grid)) = self.maps.get(map) else { return &[] };
         let (texel, z) = view.project(position);
         if view.projection() == Projection::Perspective && z <= 0.0 { &[] } else { grid.at(texel) }
     }
@@ -47,7 +48,7 @@ impl<'a> Casters<'a> {
     /// Optical depth of the casters between light `light` and `position`; of a strand at that very depth too.
     pub fn optical_depth(&self, light: usize, position: DVec3) -> f64 {
         let map = self.scene.first_map(light) + self.scene.lights[light].map_at(position.as_vec3().into());
-        let view = &self.maps[map].0;
+        let Some((view, _)) = self.maps.get(map) else { return 0.0 };
         let ray = view.ray_through(position);
         let (_, z) = view.project(position);
         // z from which the light shines: its own place, or from infinitely far.

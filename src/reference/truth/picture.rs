@@ -31,7 +31,8 @@ pub fn picture_tests(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
     let tests = std::sync::atomic::AtomicUsize::new(0);
     let order: Vec<u32> = (0..casters.all.len() as u32).collect();
     camera_rays(casters, scene, &small, &order, |_, _, position| {
-        let all = (0..scene.lights.len()).map(|light| casters.candidates(light, position)).sum();
+        let shining = (0..scene.lights.len()).filter(|light| scene.lights[*light].shines_on(position));
+        let all = shining.map(|light| casters.candidates(light, position)).sum();
         tests.fetch_add(all, std::sync::atomic::Ordering::Relaxed);
         DVec3::ZERO
     });

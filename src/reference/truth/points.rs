@@ -2,11 +2,11 @@
 
 use super::casters::Casters;
 use super::true_curve::TrueCurve;
-use crate::scene::{Light, Scene, View};
+use crate::scene::{Light, LightKind, Ray, Scene, View};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// Depths a covered texel is measured at: evenly through the light's range, both ends included.
+/// Depths a covered texel is measured at: evenly through the light's range, as far as the light reaches, both ends included.
 pub const MAP_DEPTHS: u32 = 64;
 
 /// The truth at the map points of one map.
@@ -108,7 +108,8 @@ struct TexelTruth {
     segments: u64,
 }
 
-/// The truth at a texel's centre × [`MAP_DEPTHS`] depths; none where nothing covers it, or another face is asked for it.
+/// The truth at a texel's centre × [`MAP_DEPTHS`] depths, as far as the light reaches; none where nothing covers it, or another
+/// face is asked for it, or the light ends before the range begins.
 fn texel_truth(
     casters: &Casters,
     scene: &Scene,
@@ -116,12 +117,16 @@ fn texel_truth(
     view: &View,
     texel: u32,
 ) -> Option<TexelTruth> {
-    let depths = f64::from(MAP_DEPTHS - 1);
     // At the light itself any face answers.
     let asked_for = |p: &[f32; 3]| *p == view.origin || scene.lights[light].map_at(*p) == face;
     let (x, y) = (texel % view.width, texel / view.width);
     let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-    let position = |k: u32| ray.at(view.z(f64::from(k) / depths));
+    let end = end_depth(&scene.lights[light], view, &ray);
+    if end <= 0.0 {
+        return None;
+    }
+    let depth = |k: u32| end * f64::from(k) / f64::from(MAP_DEPTHS - 1);
+    let position = |k: u32| ray.at(view.z(depth(k)));
     if !(0..MAP_DEPTHS).all(|k| asked_for(&position(k).as_vec3().into())) {
         return None;
     }
@@ -133,9 +138,19 @@ fn texel_truth(
     for k in 0..MAP_DEPTHS {
         let unblocked = scene.meshes.is_empty() || casters.unblocked(light, position(k));
         truth.points.push(position(k).as_vec3().into());
-        truth.visibility.push(if unblocked { curve.transmittance(f64::from(k) / depths) } else { 0.0 });
+        truth.visibility.push(if unblocked { curve.transmittance(depth(k)) } else { 0.0 });
     }
     Some(truth)
+}
+
+/// The depth along a ray of a view of the light at which the light ends; 1 where it does not before the range's end.
+fn end_depth(light: &Light, view: &View, ray: &Ray) -> f64 {
+    let reach = match light.kind {
+        LightKind::Directional { .. } => f64::INFINITY,
+        // A float's rounding before its radius, where nothing of it is left.
+        LightKind::Spot { .. } | LightKind::Point { .. } => light.radius * (1.0 - 1e-6),
+    };
+    view.depth(reach / ray.direction.length()).min(1.0)
 }
 
 /// The exact curve at a texel's centre.
@@ -172,7 +187,7 @@ pub fn space_points(scene: &Scene, light: usize, count: usize) -> Vec<[f32; 3]> 
 
 /// The same within other bounds.
 pub fn points_within(bounds: [DVec3; 2], light: &Light, count: usize) -> Vec<[f32; 3]> {
-    points_where(bounds, count, |position| light.shines_on(position))
+    points_where(about(bounds, light), count, |position| light.shines_on(position))
 }
 
 /// The same, but none inside a closed mesh, as [`Casters::inside`].
@@ -180,7 +195,15 @@ pub fn points_outside(casters: &Casters, bounds: [DVec3; 2], light: usize, count
     let shines_on = |position| casters.scene.lights[light].shines_on(position);
     // Rounded as the point will be.
     let outside = |position: DVec3| !casters.inside(light, position.as_vec3().as_dvec3());
+    let bounds = about(bounds, &casters.scene.lights[light]);
     points_where(bounds, count, |position| shines_on(position) && outside(position))
+}
+
+/// What the bounds have in common with the box about a light that ends; all of them where that is nothing.
+fn about([low, high]: [DVec3; 2], light: &Light) -> [DVec3; 2] {
+    let (LightKind::Spot { position, .. } | LightKind::Point { position }) = light.kind else { return [low, high] };
+    let (from, to) = (low.max(position - light.radius), high.min(position + light.radius));
+    if from.cmple(to).all() { [from, to] } else { [low, high] }
 }
 
 fn points_where([low, high]: [DVec3; 2], count: usize, wanted: impl Fn(DVec3) -> bool + Sync) -> Vec<[f32; 3]> {
@@ -250,6 +273,35 @@ mod tests {
         scene.meshes = vec![ground];
         let above = all(&scene, 4000);
         assert!(above.len() == 4000 && above.iter().all(|p| p[2] >= 1.0));
+    }
+
+    /// Of a lamp that ends: points in space are in reach and as many as are wanted, however little of the bounds that is; those
+    /// of a map go from its range's begin as far as the lamp does, and there are none where it ends before.
+    #[test]
+    fn nobody_asks_beyond_a_light() {
+        let mut scene = on_the_axis(&[]);
+        let position = DVec3::new(3.0, -2.0, 1.0);
+        scene.lights[0].kind = LightKind::Point { position };
+        scene.lights[0].radius = 0.5;
+        let far = |p: &[f32; 3]| (DVec3::from(p.map(f64::from)) - position).length();
+        let bounds = [DVec3::splat(-10.0), DVec3::splat(10.0)];
+        let within = points_within(bounds, &scene.lights[0], 4000);
+        assert!(within.len() == 4000 && within.iter().all(|p| far(p) < 0.5 + 1e-6));
+        assert_eq!(points_within([DVec3::splat(5.0), DVec3::splat(9.0)], &scene.lights[0], 4000), [[0.0; 3]; 0]);
+
+        // A ground below the lamp, a quarter and three quarters of the radius away.
+        for (below, reached) in [(0.125, true), (0.75, false)] {
+            scene.meshes = vec![cube([0.0, -5.0, 1.0 - below - 6.0], 6.0)];
+            let casters = Casters::new(&scene);
+            let views = View::volumes(&scene, 16);
+            let truths = map_truths(&casters, &scene, &views);
+            let down = truths.iter().zip(&views).find(|(_, view)| view.forward[2] < -0.9).expect("a face looks down").0;
+            assert_eq!(down.points.is_empty(), !reached, "{below}");
+            let farthest = down.points.iter().map(far).fold(0.0, f64::max);
+            assert!(!reached || (0.4999..0.5).contains(&farthest), "{farthest}");
+            assert_eq!(down.points.len(), down.texels.len() * MAP_DEPTHS as usize);
+            assert!(truths.iter().flat_map(|truth| &truth.points).all(|p| far(p) < 0.5));
+        }
     }
 
     #[test]

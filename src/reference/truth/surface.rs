@@ -25,9 +25,9 @@ impl SurfacePoint {
     }
 }
 
-/// `count` low-discrepancy points or fewer: half of them through the picture's pixels, as far as they show a mesh; the others on
-/// all meshes, by area. None inside a closed mesh, as [`Casters::inside`] of light `light`. The same for the same scene. None
-/// without meshes.
+/// `count` low-discrepancy points or fewer that light `light` shines on: half of them through the picture's pixels, as far as they
+/// show a mesh; the others on all meshes, by area. Of a light that ends as many pixels are tried as it takes. None inside a closed
+/// mesh, as [`Casters::inside`]. The same for the same scene. None without meshes.
 pub fn surface_points(
     casters: &Casters,
     scene: &Scene,
@@ -38,15 +38,21 @@ pub fn surface_points(
     if !scene.has_triangles() {
         return Vec::new();
     }
-    let seen = (0..count / 2).into_par_iter().filter_map(|i| {
+    let shining = &scene.lights[light];
+    let wanted = |point: &SurfacePoint| shining.shines_on(point.position) && !casters.surface_inside(light, point);
+    let seen = |i: usize| {
         let [x, y, _] = r3(i);
         let ray = camera.ray(DVec2::new(x * f64::from(camera.width), y * f64::from(camera.height)));
         let hit = casters.meshes.hit(ray.origin, ray.direction)?;
-        Some(SurfacePoint { position: ray.at(hit.distance), normal: hit.normal, closed: hit.closed })
-    });
-    let outside = |point: &SurfacePoint| !casters.surface_inside(light, point);
-    let mut points: Vec<_> = seen.filter(outside).collect();
-    points.extend(by_area(&casters.meshes, count - count / 2, outside));
+        Some(SurfacePoint { position: ray.at(hit.distance), normal: hit.normal, closed: hit.closed }).filter(wanted)
+    };
+    let pixels = count / 2;
+    let mut points = if shining.radius.is_finite() {
+        first(pixels, seen)
+    } else {
+        (0..pixels).into_par_iter().filter_map(seen).collect()
+    };
+    points.extend(by_area(&casters.meshes, count - pixels, wanted));
     points
 }
 
@@ -110,6 +116,23 @@ mod tests {
         // The centroid of the large one.
         let mean = low.iter().map(|p| p.position).sum::<DVec3>() / low.len() as f64;
         assert!((mean - DVec3::new(1.0, 1.0 / 3.0, 0.0)).length() < 0.02, "{mean}");
+    }
+
+    /// On a large plate under a lamp that ends, all points lie in its light, and there are as many as of one that does not.
+    #[test]
+    fn points_lie_where_the_light_is() {
+        let mut scene = on_the_axis(&[]);
+        let corners = vec![[-9.0, -9.0, 0.0], [9.0, -9.0, 0.0], [9.0, 9.0, 0.0], [-9.0, 9.0, 0.0]];
+        scene.meshes = vec![mesh(corners, vec![[0, 1, 2], [0, 2, 3]])];
+        let camera = View::camera(&scene.camera, &scene, [64, 64]);
+        let position = DVec3::new(0.0, 0.0, 0.3);
+        scene.lights[0].kind = LightKind::Point { position };
+        let all = |scene: &Scene| surface_points(&Casters::new(scene), scene, 0, &camera, 600);
+        assert!(all(&scene).iter().any(|p| p.position.length() > 5.0));
+        scene.lights[0].radius = 2.0;
+        let points = all(&scene);
+        assert_eq!(points.len(), 600);
+        assert!(points.iter().all(|p| (p.position - position).length() < 2.0));
     }
 
     /// Of two cubes, one of them inside out, that stand in each other and in a solid ground, all sides have points, whether
