@@ -141,8 +141,8 @@ impl View {
 
     /// The views of all maps of all lights before they are fitted (a point light has one for each of [`super::FACES`]),
     /// `size` texels a side: origin and axes, and in perspective the scale. A directional light's origin is the place of
-    /// something that casts, so that distances from it are no larger than they need to be. `near` is the least share of the
-    /// range at which the view may begin, `far` its range over what the casters need.
+    /// something that casts, or a corner of the box of what is simulated, so that distances from it are no larger than they need
+    /// to be. `near` is the least share of the range at which the view may begin, `far` its range over what the casters need.
     pub fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<Self> {
         aimed(scene, size, casting)
     }

@@ -75,7 +75,7 @@ impl World {
         })
     }
 
-    /// The scene as it is now.
+    /// The scene as it is now; its particles, where the device simulates them, as they were last read back.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
