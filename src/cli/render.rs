@@ -3,7 +3,7 @@
 use super::sequence::Sequence;
 use super::steps::Range;
 use super::{DeviceArguments, MovingArgument, TimeArgument, check_messages, load, one_spec};
-use crate::consume::{Lighting, Renderer, Shading};
+use crate::consume::{Lighting, Renderer, Shading, Tiled};
 use crate::reference::truth::{Casters, fog, picture};
 use crate::scene::{Fog, View};
 use crate::technique::open;
@@ -17,6 +17,7 @@ use std::process::ExitCode;
 enum Mesh {
     Forward,
     Deferred,
+    Tiled,
 }
 
 #[derive(Args)]
@@ -35,9 +36,9 @@ pub struct Arguments {
     /// Height of the picture, pixels
     #[arg(long, default_value_t = 720, value_parser = clap::value_parser!(u32).range(1..=16384))]
     height: u32,
-    /// How meshes are shaded
-    #[arg(long, value_enum, default_value = "forward")]
-    meshes: Mesh,
+    /// How meshes are shaded, whatever the spec's shading= says [default: as it says]
+    #[arg(long, value_enum)]
+    meshes: Option<Mesh>,
     /// Draw the triangles of lighting=vertex over the casters
     #[arg(long)]
     wireframe: bool,
@@ -91,17 +92,20 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     context.features().require(lighting.requires())?;
     let mut world = World::new(&context, &states[0])?;
     let mut opened = open(&context, &world, &spec)?;
-    let shading = match arguments.meshes {
-        Mesh::Forward => Shading::Forward,
-        Mesh::Deferred => Shading::Deferred,
+    let shading = match (arguments.meshes, Shading::of(&spec)) {
+        (None, shading) | (Some(Mesh::Tiled), shading @ Shading::Tiled(_)) => shading,
+        (Some(Mesh::Forward), _) => Shading::Forward,
+        (Some(Mesh::Deferred), _) => Shading::Deferred,
+        (Some(Mesh::Tiled), _) => Shading::Tiled(Tiled::default()),
     };
+    let mut renderer = Renderer::new(&context, &world, &View::camera(&states[0].camera, &states[0], size))?;
     let mut counts = Vec::new();
     for (frame, scene) in states.iter().enumerate() {
         if frame > 0 {
             world.replace(scene)?;
         }
         opened.build(&world)?;
-        let renderer = Renderer::new(&context, &world, &View::camera(&scene.camera, scene, size))?;
+        renderer.look(&world, &View::camera(&scene.camera, scene, size))?;
         let answer = opened.technique.answer();
         if arguments.steps {
             counts.push(renderer.steps(&answer)?);
@@ -109,7 +113,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         let mut picture = match spacing {
             Some(spacing) => renderer.wireframe(&answer, shading, spacing)?,
-            None => renderer.picture(&answer, shading, lighting)?,
+            None if states.len() == 1 => renderer.picture(&answer, shading, lighting)?,
+            // In a world that moves the frame before is another one.
+            None => {
+                renderer.draw(&renderer.kernels(&answer, shading, lighting)?)?;
+                renderer.read()?
+            }
         };
         if let Some(air) = &air {
             renderer.fog(&answer, air)?;

@@ -170,6 +170,7 @@ impl Case<'_> {
             draw_ns: None,
             frame_ns: None,
             passes: Vec::new(),
+            draw_passes: Vec::new(),
             bytes_resident: None,
             bytes_transient: None,
             bytes_on_disk: None,
@@ -192,7 +193,7 @@ impl Case<'_> {
     }
 
     fn fill(&mut self, spec: &Spec, row: &mut Row) -> Result<Drawn> {
-        let lighting = Lighting::of(spec);
+        let (lighting, shading) = (Lighting::of(spec), Shading::of(spec));
         self.context.features().require(lighting.requires())?;
         self.show(0)?;
         let mut opened = technique::open(self.context, &self.world, spec)?;
@@ -218,8 +219,16 @@ impl Case<'_> {
         }
         let camera = self.camera(self.effort.picture);
         let renderer = Renderer::new(self.context, &self.world, &camera)?;
-        let kernels = renderer.kernels(&opened.technique.answer(), lighting)?;
-        row.draw_ns = self.time_draws(|| renderer.draw(&kernels, Shading::Forward))?;
+        let kernels = renderer.kernels(&opened.technique.answer(), shading, lighting)?;
+        let drawn = self.time_draws(shading, || renderer.draw(&kernels))?;
+        if shading == Shading::Forward {
+            let casters = |passes: &Vec<PassTime>| passes.last().map(|pass| pass.end_ns - pass.start_ns);
+            row.draw_ns = Timing::of(&drawn.iter().filter_map(casters).collect::<Vec<_>>());
+        } else {
+            row.draw_ns = Timing::of(&drawn.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
+            row.draw_passes = pass_timings(&drawn);
+        }
+        row.counters.extend(renderer.tiles_bytes().map(|bytes| ("tiles_bytes".into(), bytes)));
         row.frame_ns = row.build_ns.zip(row.draw_ns).map(|(build, draw)| build.median + draw.median);
         let picture = renderer.read()?;
         let mut beside_truth = None;
@@ -230,7 +239,7 @@ impl Case<'_> {
                     picture.clone()
                 } else {
                     let renderer = Renderer::new(self.context, &self.world, &lit.camera)?;
-                    renderer.picture(&opened.technique.answer(), Shading::Forward, lighting)?
+                    renderer.picture(&opened.technique.answer(), shading, lighting)?
                 };
                 image = Some(picture_error(&drawn, &lit.picture));
                 beside_truth = Some(drawn);
@@ -361,18 +370,23 @@ impl Case<'_> {
         Ok(Timing::of(&samples))
     }
 
-    /// The time of the last pass of each drawing. The first warms up; where it takes the whole budget it is the only one.
-    fn time_draws(&self, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Option<Timing>> {
+    /// The passes of each drawing. The first warms up; where it takes the whole budget it is the only one, or one of as few as
+    /// a picture needs to come to rest.
+    fn time_draws(
+        &self,
+        shading: Shading,
+        draw: impl Fn() -> Result<Vec<PassTime>>,
+    ) -> Result<Vec<Vec<PassTime>>> {
         let mut samples = Vec::new();
         let start = std::time::Instant::now();
         for frame in 0..1 + self.effort.frames {
-            if frame > 0 && start.elapsed() > DRAW_BUDGET {
+            if frame >= shading.frames_to_settle() && start.elapsed() > DRAW_BUDGET {
                 break;
             }
-            samples.extend(draw()?.last().map(|pass| pass.end_ns - pass.start_ns));
+            samples.push(draw()?);
         }
         let warm_up = usize::from(samples.len() > 1);
-        Ok(Timing::of(&samples[warm_up..]))
+        Ok(samples.split_off(warm_up))
     }
 
     /// Visibility of a light at `points`, asked a million at a time.
