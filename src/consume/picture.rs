@@ -137,6 +137,27 @@ impl Renderer {
         self.read()
     }
 
+    /// Draws a frame for each of these cameras, one after the other, and reads them.
+    ///
+    /// # Errors
+    /// As [`Renderer::kernels`], [`Renderer::look`] and [`Renderer::draw`].
+    pub fn sequence(
+        &mut self,
+        world: &World,
+        answer: &Answer,
+        shading: Shading,
+        lighting: Lighting,
+        cameras: &[View],
+    ) -> Result<Vec<Picture>> {
+        let kernels = self.kernels(answer, shading, lighting)?;
+        let mut frame = |camera: &View| {
+            self.look(world, camera)?;
+            self.draw(&kernels)?;
+            self.read()
+        };
+        cameras.iter().map(&mut frame).collect()
+    }
+
     /// Draws the next frame; it stays on the device. Returns the time of each pass, the casters' last.
     ///
     /// # Errors

@@ -12,6 +12,9 @@ use bytemuck::{Pod, Zeroable};
 /// Bytes of jobs, at most: what every device binds.
 const MOST_JOBS_BYTES: u64 = 128 << 20;
 
+/// Jobs that there is room for, a pixel, over all of the picture: what a list is too short for is asked at once.
+const JOBS_A_PIXEL: u64 = 32;
+
 /// What asks one technique.
 pub enum Asking {
     /// `shadows=direct`
@@ -114,7 +117,7 @@ impl Queue {
             return Err(Error::input("shadows=queued", cause, "use shadows=direct or a smaller picture"));
         }
         let most = MOST_JOBS_BYTES.min(context.features().max_storage_buffer_range.into());
-        let bytes = (4 * pixels * u64::from(lights)).min(most / 4 * 4);
+        let bytes = (4 * pixels * u64::from(lights).min(JOBS_A_PIXEL)).min(most / 4 * 4);
         let state = Buffer::with_data(
             context,
             "many_lights.queue",
