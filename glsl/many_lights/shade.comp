@@ -44,17 +44,37 @@ shared uint around_before[MOST_SIDE * MOST_SIDE];
 // A pixel's part in the sum, as a power of two.
 uint weight_bits(ivec2 to) { return uint(abs(to.x) < 2) + uint(abs(to.y) < 2); }
 
-// Adds 2^weight to the sums of those of 32 lights whose bit is set; digit i of all sums is a word.
-void add(inout uint digits[DIGITS], uint word, uint weight) {
+// Three bits of each of 32 lights: their sums' lower and upper digits.
+void add_bits(uint a, uint b, uint c, out uint sum, out uint carry) {
+    sum = a ^ b ^ c;
+    carry = a & b | (a ^ b) & c;
+}
+
+// A row of five pixels in two frames, `now` and `before`, their weights 1 2 2 2 1: the digits of its sum, 16 at most.
+void sum_row(uint now[5], uint before[5], out uint row[5]) {
+    uint ones, twos[4], two, fours[4], four, eights[2];
+    add_bits(now[0], now[4], before[0], ones, twos[0]);
+    add_bits(ones, before[4], 0u, row[0], twos[1]);
+    add_bits(now[1], now[2], now[3], twos[2], fours[0]);
+    add_bits(before[1], before[2], before[3], twos[3], fours[1]);
+    add_bits(twos[0], twos[1], twos[2], two, fours[2]);
+    add_bits(two, twos[3], 0u, row[1], fours[3]);
+    add_bits(fours[0], fours[1], fours[2], four, eights[0]);
+    add_bits(four, fours[3], 0u, row[2], eights[1]);
+    add_bits(eights[0], eights[1], 0u, row[3], row[4]);
+}
+
+// Adds a row's sum, times 2^weight.
+void add_row(inout uint digits[DIGITS], uint row[5], uint weight) {
     uint carry = 0u;
     [[unroll]] for (uint i = 0u; i < DIGITS; ++i) {
-        // Below its weight nothing is carried.
-        carry |= i == weight ? word : 0u;
-        uint both = digits[i] & carry;
-        digits[i] ^= carry;
-        carry = both;
+        uint digit = i >= weight && i < weight + 5u ? row[i - weight] : 0u;
+        add_bits(digits[i], digit, carry, digits[i], carry);
     }
 }
+
+// All bits where the bit of a pixel is set, else none.
+uint where(uint pixels, uint bit) { return uint(bitfieldExtract(int(pixels), int(bit), 1)); }
 
 uint sum_of(uint digits[DIGITS], uint light) {
     uint sum = 0u;
@@ -138,16 +158,21 @@ void main() {
             [[unroll]] for (uint i = 0u; i < DIGITS; ++i) {
                 digits[mine][i] = 0u;
             }
-            uint bit = 0u;
-            for (int y = -reach; y <= reach; ++y) {
-                for (int x = -reach; x <= reach; ++x, ++bit) {
-                    uint other = uint(int(middle) + y * int(side) + x);
-                    uint weight = weight_bits(ivec2(x, y));
-                    add(digits[mine], (counted[mine] >> bit & 1u) * around_shadows[other], weight);
-                    if (HISTORY) {
-                        add(digits[mine], (counted_before[mine] >> bit & 1u) * around_before[other], weight);
-                    }
+            if (BLUR_REACH == 0u) {
+                // Of weight 4, both.
+                uint before = where(counted_before[mine], 0u) & around_before[middle];
+                add_bits(around_shadows[middle], before, 0u, digits[mine][2], digits[mine][3]);
+                continue;
+            }
+            [[unroll]] for (uint y = 0u; y < 5u; ++y) {
+                uint now[5], before[5], row[5];
+                [[unroll]] for (uint x = 0u; x < 5u; ++x) {
+                    uint other = middle + (y - 2u) * side + x - 2u, bit = 5u * y + x;
+                    now[x] = where(counted[mine], bit) & around_shadows[other];
+                    before[x] = HISTORY ? where(counted_before[mine], bit) & around_before[other] : 0u;
                 }
+                sum_row(now, before, row);
+                add_row(digits[mine], row, uint(y > 0u && y < 4u));
             }
         }
         for (uint left = reaching; left != 0u; left &= left - 1u) {

@@ -344,7 +344,9 @@ impl Renderer {
         let gbuffer = || make(surface, &shaders::GBUFFER_FRAG, &[float4, float4, distance], depth, &[scene]);
         Ok(Kernels {
             meshes: match shading {
-                Shading::Forward => Meshes::Forward(make(surface, forward, &[color, distance], depth, &[scene, asked])?),
+                Shading::Forward => {
+                    Meshes::Forward(make(surface, forward, &[color, distance], depth, &[scene, asked])?)
+                }
                 Shading::Deferred => Meshes::Deferred {
                     gbuffer: gbuffer()?,
                     deferred: make(&shaders::FULLSCREEN_VERT, deferred, &[color], None, &lit)?,

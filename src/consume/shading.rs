@@ -35,8 +35,7 @@ impl Default for Tiled {
 
 impl Tiled {
     /// Each pixel's own bits and nothing else: the deferred picture, where answers are one bit.
-    pub const BARE: Self =
-        Self { dither: DitherKind::None, blur: false, history: false, shadows: ShadowsKind::Direct };
+    pub const BARE: Self = Self { dither: DitherKind::None, blur: false, history: false, shadows: ShadowsKind::Direct };
 }
 
 impl Shading {

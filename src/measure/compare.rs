@@ -372,11 +372,7 @@ impl Case<'_> {
 
     /// The passes of each drawing. The first warms up; where it takes the whole budget it is the only one, or one of as few as
     /// a picture needs to come to rest.
-    fn time_draws(
-        &self,
-        shading: Shading,
-        draw: impl Fn() -> Result<Vec<PassTime>>,
-    ) -> Result<Vec<Vec<PassTime>>> {
+    fn time_draws(&self, shading: Shading, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Vec<Vec<PassTime>>> {
         let mut samples = Vec::new();
         let start = std::time::Instant::now();
         for frame in 0..1 + self.effort.frames {

@@ -151,7 +151,9 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     names.extend(["build_median_ns", "build_p05_ns", "build_p95_ns", "samples"].map(String::from));
     names.extend(["host_median_ns", "host_p05_ns", "host_p95_ns", "host_samples"].map(String::from));
     names.extend(["pass_median_ns", "lookup_median_ns_per_million"].map(String::from));
-    names.extend(["draw_median_ns", "draw_p05_ns", "draw_p95_ns", "draw_samples", "draw_pass_median_ns"].map(String::from));
+    names.extend(
+        ["draw_median_ns", "draw_p05_ns", "draw_p95_ns", "draw_samples", "draw_pass_median_ns"].map(String::from),
+    );
     names.extend(["frame_ns", "bytes_resident", "bytes_transient", "bytes_on_disk"].map(String::from));
     for points in ["map", "space", "surface"] {
         names.extend(POINT_COLUMNS.map(|column| format!("{points}_{column}")));

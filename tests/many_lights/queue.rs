@@ -36,8 +36,7 @@ fn a_list_is_emptied() {
         use gobo::consume::{Lighting, Renderer, Shading};
         let scene = lamps::lamps(40);
         let built = build(context, &scene, "voxel-grid:size=64");
-        let renderer =
-            Renderer::new(context, &built.world, &super::camera(&scene, [96, 54])).expect("a renderer");
+        let renderer = Renderer::new(context, &built.world, &super::camera(&scene, [96, 54])).expect("a renderer");
         let tiled = Shading::Tiled(Tiled { shadows: ShadowsKind::Queued, ..Tiled::BARE });
         let kernels =
             renderer.kernels(&built.technique.technique.answer(), tiled, Lighting::Fragment).expect("kernels");

@@ -85,7 +85,8 @@ pub fn smoke() -> Scene {
     scene.lights[0].radiance = [0.6; 3];
     scene.lights.push(lamp([0.5, 0.0, 6.0]));
     // Beneath the smoke, so that it is not in the picture.
-    let camera = Camera { position: DVec3::new(0.0, -3.5, 1.8), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 60.0 };
+    let camera =
+        Camera { position: DVec3::new(0.0, -3.5, 1.8), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 60.0 };
     Scene { camera, ..scene }
 }
 

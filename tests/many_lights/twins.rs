@@ -160,7 +160,8 @@ fn dithered_bits_equal_their_twin() {
         let (world, opened) = grid(context, &scene, settings);
         let GridData { origin, voxel, per_unit, size: side, .. } = opened.technique.grid().data().expect("read");
         let place = Place { origin, voxel, per_unit, size: side };
-        let triangles = scene.meshes.iter().flat_map(|m| m.triangles.iter().map(|t| t.map(|i| m.positions[i as usize])));
+        let triangles =
+            scene.meshes.iter().flat_map(|m| m.triangles.iter().map(|t| t.map(|i| m.positions[i as usize])));
         let bits = Bits::voxelize(triangles.map(|t| t.map(|corner| place.voxels(corner))), side);
         let lights = LightData::all(&scene);
         for (kind, at) in [
@@ -212,12 +213,13 @@ fn the_blur_equals_its_twin() {
         scene.lights.iter_mut().for_each(|light| light.radiance = [8.0, 4.0, 2.0]);
         scene.meshes.iter_mut().for_each(|mesh| mesh.albedo = [0.5; 3]);
         let built = build(context, &scene, "voxel-grid:size=64");
-        for (blur, history, moving) in [(true, false, false), (true, true, false), (false, true, true), (true, true, true)] {
+        for (blur, history, moving) in
+            [(true, false, false), (true, true, false), (false, true, true), (true, true, true)]
+        {
             let tiled = Tiled { blur, history, ..Tiled::default() };
             let mut renderer = Renderer::new(context, &built.world, &camera(&scene, size)).expect("a renderer");
             let answer = built.technique.technique.answer();
-            let kernels =
-                renderer.kernels(&answer, Shading::Tiled(tiled), Lighting::Fragment).expect("kernels");
+            let kernels = renderer.kernels(&answer, Shading::Tiled(tiled), Lighting::Fragment).expect("kernels");
             renderer.draw(&kernels).expect("drawn");
             let before = renderer.tiles_seen().expect("read").expect("tiles");
             let mut other = scene.clone();

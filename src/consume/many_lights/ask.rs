@@ -113,7 +113,10 @@ impl Queue {
         let light_bits = lights.next_power_of_two().trailing_zeros();
         let pixels = u64::from(width) * u64::from(height);
         if pixels << light_bits >= 1 << 32 {
-            let cause = format!("{width} × {height} pixels, and with {lights} lights a job has room for {}", 1u64 << (32 - light_bits));
+            let cause = format!(
+                "{width} × {height} pixels, and with {lights} lights a job has room for {}",
+                1u64 << (32 - light_bits)
+            );
             return Err(Error::input("shadows=queued", cause, "use shadows=direct or a smaller picture"));
         }
         let most = MOST_JOBS_BYTES.min(context.features().max_storage_buffer_range.into());

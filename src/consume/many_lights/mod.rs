@@ -10,7 +10,9 @@ pub use ask::QueueData;
 pub use frame::FrameData;
 
 use super::Tiled;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Format, Image, Kernel, Memory, Resource, push_struct};
+use crate::gpu::{
+    Bindings, Buffer, Commands, Constants, Context, Format, Image, Kernel, Memory, Resource, push_struct,
+};
 use crate::scene::{SKY, View};
 use crate::shaders::{Folder, constant, many_lights as shaders};
 use crate::technique::Answer;
