@@ -39,7 +39,7 @@ const float RECEIVER_MARGIN = 1e-3;
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     float voxels = abs(normal.x) + abs(normal.y) + abs(normal.z) + RECEIVER_MARGIN;
     vec3 receiver = position + normal * (voxels * visibility_grid.voxel);
-    if (MARCH_STEPS > 0u || look_up_dither.x < 0.0) {
+    if (MARCH_STEPS != 0u || look_up_dither.x < 0.0) {
         return receiver;
     }
     // Edges of voxels are spread over a voxel along the surface.
