@@ -13,7 +13,8 @@
 #include "consume/surface.glsl"
 #include "many_lights/geometry.glsl"
 
-layout(local_size_x = 128) in;
+// Half a tile: what every device takes.
+layout(local_size_x = 16, local_size_y = 8) in;
 
 // Pixels that the blur reaches on each side: 2, or 0 without.
 CONSTANT(uint, BLUR_REACH, 2u)
@@ -28,69 +29,83 @@ layout(set = 2, binding = 0) uniform texture2D albedos;
 layout(set = 2, binding = 1) uniform texture2D normals;
 layout(set = 2, binding = 2) uniform texture2D distances;
 
-const uint MOST_SIDE = TILE + 4u;
-// Pixels that a thread shades.
-const uint MINE = 2u;
-// Binary digits of a sum of weights: two frames of (1 + 2 + 2 + 2 + 1)².
-const uint DIGITS = 8u;
+const uint MOST_AROUND = (16u + 4u) * (8u + 4u);
 
-// Of the tile and the pixels about it.
-shared float around_z[MOST_SIDE * MOST_SIDE];
-shared uint around_normals[MOST_SIDE * MOST_SIDE];
-shared uint around_sources[MOST_SIDE * MOST_SIDE];
-shared uint around_shadows[MOST_SIDE * MOST_SIDE];
-shared uint around_before[MOST_SIDE * MOST_SIDE];
+// Of the half tile and the pixels about it.
+shared float around_z[MOST_AROUND];
+shared uint around_normals[MOST_AROUND];
+shared uint around_sources[MOST_AROUND];
+shared uint around_shadows[MOST_AROUND];
+shared uint around_before[MOST_AROUND];
+
+// Sums of weights of 32 lights, two frames of (1 + 2 + 2 + 2 + 1)² at most: a word a binary digit, a bit of it a light.
+struct Sums {
+    uvec4 low;
+    uvec4 high;
+};
 
 // A pixel's part in the sum, as a power of two.
 uint weight_bits(ivec2 to) { return uint(abs(to.x) < 2) + uint(abs(to.y) < 2); }
 
-// Three bits of each of 32 lights: their sums' lower and upper digits.
+// Three bits of each light: their sum's lower and upper digit.
 void add_bits(uint a, uint b, uint c, out uint sum, out uint carry) {
     sum = a ^ b ^ c;
     carry = a & b | (a ^ b) & c;
 }
 
-// A row of five pixels in two frames, `now` and `before`, their weights 1 2 2 2 1: the digits of its sum, 16 at most.
-void sum_row(uint now[5], uint before[5], out uint row[5]) {
-    uint ones, twos[4], two, fours[4], four, eights[2];
-    add_bits(now[0], now[4], before[0], ones, twos[0]);
-    add_bits(ones, before[4], 0u, row[0], twos[1]);
-    add_bits(now[1], now[2], now[3], twos[2], fours[0]);
-    add_bits(before[1], before[2], before[3], twos[3], fours[1]);
-    add_bits(twos[0], twos[1], twos[2], two, fours[2]);
-    add_bits(two, twos[3], 0u, row[1], fours[3]);
-    add_bits(fours[0], fours[1], fours[2], four, eights[0]);
-    add_bits(four, fours[3], 0u, row[2], eights[1]);
-    add_bits(eights[0], eights[1], 0u, row[3], row[4]);
-}
-
-// Adds a row's sum, times 2^weight.
-void add_row(inout uint digits[DIGITS], uint row[5], uint weight) {
-    uint carry = 0u;
-    [[unroll]] for (uint i = 0u; i < DIGITS; ++i) {
-        uint digit = i >= weight && i < weight + 5u ? row[i - weight] : 0u;
-        add_bits(digits[i], digit, carry, digits[i], carry);
-    }
-}
-
 // All bits where the bit of a pixel is set, else none.
-uint where(uint pixels, uint bit) { return uint(bitfieldExtract(int(pixels), int(bit), 1)); }
+uint where_set(uint pixels, uint bit) { return uint(bitfieldExtract(int(pixels), int(bit), 1)); }
 
-uint sum_of(uint digits[DIGITS], uint light) {
-    uint sum = 0u;
-    [[unroll]] for (uint i = 0u; i < DIGITS; ++i) {
-        sum |= (digits[i] >> light & 1u) << i;
+// A row of five pixels from `first` on in two frames, of those that count from `bit` on, their weights 1 2 2 2 1, all twice
+// where `doubled`.
+Sums sum_row(uint first, uint bit, uint counted, uint counted_before, bool doubled) {
+    uint now[5], before[5];
+    [[unroll]] for (uint x = 0u; x < 5u; ++x) {
+        now[x] = where_set(counted, bit + x) & around_shadows[first + x];
+        before[x] = HISTORY ? where_set(counted_before, bit + x) & around_before[first + x] : 0u;
     }
+    uint ones, one, two, twos_a, twos_b, twos_c, twos_d, four, fours_a, fours_b, fours_c, fours_d, eight, eights_a, eights_b;
+    uint two_sum, four_sum, sixteen;
+    add_bits(now[0], now[4], before[0], ones, twos_a);
+    add_bits(ones, before[4], 0u, one, twos_b);
+    add_bits(now[1], now[2], now[3], twos_c, fours_a);
+    add_bits(before[1], before[2], before[3], twos_d, fours_b);
+    add_bits(twos_a, twos_b, twos_c, two_sum, fours_c);
+    add_bits(two_sum, twos_d, 0u, two, fours_d);
+    add_bits(fours_a, fours_b, fours_c, four_sum, eights_a);
+    add_bits(four_sum, fours_d, 0u, four, eights_b);
+    add_bits(eights_a, eights_b, 0u, eight, sixteen);
+    return doubled ? Sums(uvec4(0u, one, two, four), uvec4(eight, sixteen, 0u, 0u))
+                   : Sums(uvec4(one, two, four, eight), uvec4(sixteen, 0u, 0u, 0u));
+}
+
+Sums add_sums(Sums a, Sums b) {
+    Sums sum;
+    uint carry = 0u;
+    add_bits(a.low.x, b.low.x, 0u, sum.low.x, carry);
+    add_bits(a.low.y, b.low.y, carry, sum.low.y, carry);
+    add_bits(a.low.z, b.low.z, carry, sum.low.z, carry);
+    add_bits(a.low.w, b.low.w, carry, sum.low.w, carry);
+    add_bits(a.high.x, b.high.x, carry, sum.high.x, carry);
+    add_bits(a.high.y, b.high.y, carry, sum.high.y, carry);
+    add_bits(a.high.z, b.high.z, carry, sum.high.z, carry);
+    add_bits(a.high.w, b.high.w, carry, sum.high.w, carry);
     return sum;
+}
+
+uint sum_of(Sums sums, uint light) {
+    uvec4 low = sums.low >> light & 1u, high = sums.high >> light & 1u;
+    return (low.x | low.y << 1 | low.z << 2 | low.w << 3) | (high.x | high.y << 1 | high.z << 2 | high.w << 3) << 4;
 }
 
 void main() {
     uint thread = gl_LocalInvocationIndex;
-    uvec2 tile = gl_WorkGroupID.xy;
+    uvec2 pixel = gl_GlobalInvocationID.xy;
+    uvec2 corner = gl_WorkGroupID.xy * gl_WorkGroupSize.xy;
     int reach = int(BLUR_REACH);
-    uint side = TILE + 2u * BLUR_REACH;
-    for (uint i = thread; i < side * side; i += gl_WorkGroupSize.x) {
-        ivec2 at = ivec2(tile * TILE + uvec2(i % side, i / side)) - reach;
+    uint side = gl_WorkGroupSize.x + 2u * BLUR_REACH, count = side * (gl_WorkGroupSize.y + 2u * BLUR_REACH);
+    for (uint i = thread; i < count; i += gl_WorkGroupSize.x * gl_WorkGroupSize.y) {
+        ivec2 at = ivec2(corner + uvec2(i % side, i / side)) - reach;
         bool is_inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, ivec2(size)));
         uint index = is_inside ? pixel_index(uvec2(at)) : 0u;
         uvec2 sees = is_inside ? geometry[index] : uvec2(0u);
@@ -101,98 +116,72 @@ void main() {
     barrier();
 
     // Which of the pixels about count, a bit each; and what those that do weigh in all.
-    uint counted[MINE], counted_before[MINE];
-    float share[MINE];
-    bool is_seen[MINE];
-    vec3 position[MINE], normal[MINE], light[MINE];
-    [[unroll]] for (uint mine = 0u; mine < MINE; ++mine) {
-        uvec2 within = uvec2(thread % TILE, thread / TILE + mine * (TILE / MINE));
-        uvec2 pixel = tile * TILE + within;
-        uint middle = (within.y + BLUR_REACH) * side + within.x + BLUR_REACH;
-        float z = around_z[middle];
-        is_seen[mine] = z > 0.0;
-        counted[mine] = counted_before[mine] = 0u;
-        light[mine] = vec3(0.0);
-        uint sum = 0u;
-        // How far from the camera, along the normal, a ray is at z = 1.
-        float away = along_normal(around_normals[middle], frame_direction(frames[0], pixel));
-        float across = along_normal(around_normals[middle], frames[0].across);
-        float down = along_normal(around_normals[middle], frames[0].down);
-        precise float plane = z * away, tolerance = float(NORMAL_UNIT) * frames[0].edge * z;
-        uint bit = 0u;
-        for (int y = -reach; y <= reach; ++y) {
-            for (int x = -reach; x <= reach; ++x, ++bit) {
-                uint other = uint(int(middle) + y * int(side) + x);
-                precise float off = around_z[other] * (away + float(x) * across + float(y) * down) - plane;
-                bool same_surface = around_z[other] > 0.0 && abs(off) <= tolerance
-                                 && same_normal(around_normals[middle], around_normals[other]);
-                bool counts = other == middle || same_surface;
-                bool counts_before = counts && around_sources[other] != NOWHERE;
-                counted[mine] |= uint(counts) << bit;
-                counted_before[mine] |= uint(counts_before) << bit;
-                sum += (uint(counts) + uint(counts_before)) << weight_bits(ivec2(x, y));
-            }
+    uint middle = (gl_LocalInvocationID.y + BLUR_REACH) * side + gl_LocalInvocationID.x + BLUR_REACH;
+    float z = around_z[middle];
+    uint faces = around_normals[middle];
+    uint counted = 0u, counted_before = 0u, weights = 0u;
+    // How far from the camera, along the normal, a ray is at z = 1.
+    float away = along_normal(faces, frame_direction(frames[0], pixel));
+    float across = along_normal(faces, frames[0].across);
+    float down = along_normal(faces, frames[0].down);
+    precise float plane = z * away, tolerance = float(NORMAL_UNIT) * frames[0].edge * z;
+    uint bit = 0u;
+    for (int y = -reach; y <= reach; ++y) {
+        for (int x = -reach; x <= reach; ++x, ++bit) {
+            uint other = uint(int(middle) + y * int(side) + x);
+            precise float off = around_z[other] * (away + float(x) * across + float(y) * down) - plane;
+            bool same_surface =
+                around_z[other] > 0.0 && abs(off) <= tolerance && same_normal(faces, around_normals[other]);
+            bool counts = other == middle || same_surface;
+            bool counts_before = counts && around_sources[other] != NOWHERE;
+            counted |= uint(counts) << bit;
+            counted_before |= uint(counts_before) << bit;
+            weights += (uint(counts) + uint(counts_before)) << weight_bits(ivec2(x, y));
         }
-        share[mine] = 1.0 / float(max(sum, 1u));
-        normal[mine] = texelFetch(normals, ivec2(min(pixel, size - 1u)), 0).xyz;
-        position[mine] = surface_position(surface_ray(frames[0].camera, vec2(pixel) + 0.5), z);
     }
+    float share = 1.0 / float(weights);
+    vec3 normal = texelFetch(normals, ivec2(min(pixel, size - 1u)), 0).xyz;
+    vec3 position = surface_position(surface_ray(frames[0].camera, vec2(pixel) + 0.5), z);
+    vec3 light = vec3(0.0);
 
-    uint first = tile_words(tile);
+    uint first = tile_words(corner / TILE);
     for (uint word = 0u; word < words; ++word) {
         uint reaching = masks[first + word];
         if (reaching == 0u) {
             continue;
         }
         barrier();
-        for (uint i = thread; i < side * side; i += gl_WorkGroupSize.x) {
-            ivec2 at = ivec2(tile * TILE + uvec2(i % side, i / side)) - reach;
+        for (uint i = thread; i < count; i += gl_WorkGroupSize.x * gl_WorkGroupSize.y) {
+            ivec2 at = ivec2(corner + uvec2(i % side, i / side)) - reach;
             around_shadows[i] = around_z[i] > 0.0 ? shadows[shadow_word(pixel_index(uvec2(at)), word)] : 0u;
             uint source = around_sources[i];
             around_before[i] = source != NOWHERE ? shadows_before[shadow_word(source, word)] : 0u;
         }
         barrier();
-        uint digits[MINE][DIGITS];
-        [[unroll]] for (uint mine = 0u; mine < MINE; ++mine) {
-            uint middle = (thread / TILE + mine * (TILE / MINE) + BLUR_REACH) * side + thread % TILE + BLUR_REACH;
-            [[unroll]] for (uint i = 0u; i < DIGITS; ++i) {
-                digits[mine][i] = 0u;
-            }
-            if (BLUR_REACH == 0u) {
-                // Of weight 4, both.
-                uint before = where(counted_before[mine], 0u) & around_before[middle];
-                add_bits(around_shadows[middle], before, 0u, digits[mine][2], digits[mine][3]);
-                continue;
-            }
+        Sums sums = Sums(uvec4(0u), uvec4(0u));
+        if (BLUR_REACH == 0u) {
+            // Of weight 4, both.
+            uint before = where_set(counted_before, 0u) & around_before[middle];
+            add_bits(around_shadows[middle], before, 0u, sums.low.z, sums.low.w);
+        } else {
+            uint left = middle - BLUR_REACH * (side + 1u);
             [[unroll]] for (uint y = 0u; y < 5u; ++y) {
-                uint now[5], before[5], row[5];
-                [[unroll]] for (uint x = 0u; x < 5u; ++x) {
-                    uint other = middle + (y - 2u) * side + x - 2u, bit = 5u * y + x;
-                    now[x] = where(counted[mine], bit) & around_shadows[other];
-                    before[x] = HISTORY ? where(counted_before[mine], bit) & around_before[other] : 0u;
-                }
-                sum_row(now, before, row);
-                add_row(digits[mine], row, uint(y > 0u && y < 4u));
+                bool doubled = y > 0u && y < 4u;
+                sums = add_sums(sums, sum_row(left + y * side, 5u * y, counted, counted_before, doubled));
             }
         }
         for (uint left = reaching; left != 0u; left &= left - 1u) {
-            uint bit = uint(findLSB(left));
-            Light of = lights[32u * word + bit];
-            [[unroll]] for (uint mine = 0u; mine < MINE; ++mine) {
-                float visibility = 1.0 - float(sum_of(digits[mine], bit)) * share[mine];
-                if (visibility > 0.0 && light_radiance(of, position[mine]) != vec3(0.0)) {
-                    light[mine] += light_on_surface(of, position[mine], normal[mine], visibility);
-                }
+            uint at = uint(findLSB(left));
+            Light of = lights[32u * word + at];
+            float visibility = 1.0 - float(sum_of(sums, at)) * share;
+            if (visibility > 0.0 && light_radiance(of, position) != vec3(0.0)) {
+                light += light_on_surface(of, position, normal, visibility);
             }
         }
     }
-
-    [[unroll]] for (uint mine = 0u; mine < MINE; ++mine) {
-        uvec2 pixel = tile * TILE + uvec2(thread % TILE, thread / TILE + mine * (TILE / MINE));
-        if (all(lessThan(pixel, size))) {
-            vec3 albedo = texelFetch(albedos, ivec2(pixel), 0).rgb;
-            vec3 color = is_seen[mine] ? shade_surface(albedo, light[mine]) : vec3(sky_red, sky_green, sky_blue);
-            imageStore(colors, ivec2(pixel), vec4(color, 1.0));
-        }
+    if (all(lessThan(pixel, size))) {
+        vec3 albedo = texelFetch(albedos, ivec2(pixel), 0).rgb;
+        vec3 color = z > 0.0 ? shade_surface(albedo, light) : vec3(sky_red, sky_green, sky_blue);
+        imageStore(colors, ivec2(pixel), vec4(color, 1.0));
     }
 }

@@ -261,7 +261,10 @@ impl ManyLights {
     }
 
     fn shade(&self, commands: &mut Commands, push: &ManyLightsPush) {
-        commands.pass("many_lights.shade", |pass| pass.dispatch(&self.shade, push, self.tiles()));
+        // Half a tile each.
+        let [across, _, _] = self.tiles();
+        let halves = [across, self.size[1].div_ceil(TILE / 2), 1];
+        commands.pass("many_lights.shade", |pass| pass.dispatch(&self.shade, push, halves));
     }
 }
 
