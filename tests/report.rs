@@ -142,6 +142,7 @@ fn results_come_back_as_they_were() {
     let at = |line: usize, name: &str| &records[line][names.iter().position(|n| n == name).expect(name)];
     assert_eq!(at(0, "draw_p95_ns").parse::<f64>().ok(), written.rows[0].draw_ns.map(|timing| timing.p95));
     assert_eq!(at(0, "draw_samples"), "12");
+    assert_eq!(at(0, "draw_pass_median_ns"), "consume.gbuffer=7");
     assert_eq!(at(0, "build_median_ns").parse::<f64>().ok(), written.rows[0].build_ns.map(|timing| timing.median));
     assert_eq!(at(0, "host_median_ns").parse::<f64>().ok(), written.rows[0].host_ns.map(|timing| timing.median));
     assert_eq!([at(0, "samples"), at(0, "map_bias"), at(0, "space_max")], ["30", "-0.05", "0.8"]);
