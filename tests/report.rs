@@ -38,6 +38,7 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
         lookup_ns_per_million: Some(Timing { median: 3e6, p05: 2e6, p95: 4e6, samples: 30 }),
         draw_ns: Some(Timing { median: 5e6, p05: 4e6, p95: 7e6, samples: 12 }),
         passes: vec![PassTiming { name: format!("{technique}.resolve"), median_ns: ns, p05_ns: ns, p95_ns: ns }],
+        draw_passes: vec![PassTiming { name: "consume.gbuffer".into(), median_ns: 7.0, p05_ns: 6.0, p95_ns: 8.0 }],
         bytes_resident: Some(1 << 20),
         bytes_transient: Some(1 << 10),
         bytes_on_disk: None,
@@ -62,6 +63,7 @@ fn refused(scene: &str, reason: &str) -> Row {
         lookup_ns_per_million: None,
         draw_ns: None,
         passes: vec![],
+        draw_passes: vec![],
         bytes_resident: None,
         bytes_transient: None,
         error: None,
@@ -140,6 +142,7 @@ fn results_come_back_as_they_were() {
     let at = |line: usize, name: &str| &records[line][names.iter().position(|n| n == name).expect(name)];
     assert_eq!(at(0, "draw_p95_ns").parse::<f64>().ok(), written.rows[0].draw_ns.map(|timing| timing.p95));
     assert_eq!(at(0, "draw_samples"), "12");
+    assert_eq!(at(0, "draw_pass_median_ns"), "consume.gbuffer=7");
     assert_eq!(at(0, "build_median_ns").parse::<f64>().ok(), written.rows[0].build_ns.map(|timing| timing.median));
     assert_eq!(at(0, "host_median_ns").parse::<f64>().ok(), written.rows[0].host_ns.map(|timing| timing.median));
     assert_eq!([at(0, "samples"), at(0, "map_bias"), at(0, "space_max")], ["30", "-0.05", "0.8"]);

@@ -25,6 +25,11 @@ CONSTANT(uint, GRID_SIZE, 256u)
 CONSTANT(uint, MARCH_STEPS, 0u)
 CONSTANT(float, MARCH_OFFSET, 0.5)
 
+// A consumer that dithers says here where in each step (x), or where across a voxel (y and z), a look-up is asked, from 0 to 1; below
+// 0: in the middle, or where MARCH_OFFSET says.
+#define TECHNIQUE_DITHERS
+vec3 look_up_dither = vec3(-1.0);
+
 // What a receiver is moved by more than its voxels reach, in voxels.
 const float RECEIVER_MARGIN = 1e-3;
 
@@ -33,7 +38,15 @@ const float RECEIVER_MARGIN = 1e-3;
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     float voxels = abs(normal.x) + abs(normal.y) + abs(normal.z) + RECEIVER_MARGIN;
-    return position + normal * (voxels * visibility_grid.voxel);
+    vec3 receiver = position + normal * (voxels * visibility_grid.voxel);
+    if (MARCH_STEPS != 0u || look_up_dither.x < 0.0) {
+        return receiver;
+    }
+    // Edges of voxels are spread over a voxel along the surface.
+    vec3 axis = abs(normal.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
+    vec3 across = normalize(cross(normal, axis));
+    vec2 by = (look_up_dither.yz - 0.5) * visibility_grid.voxel;
+    return receiver + by.x * across + by.y * cross(normal, across);
 }
 
 float light_visibility(uint light, vec3 position) {
@@ -46,6 +59,7 @@ float light_visibility(uint light, vec3 position) {
     float size = float(GRID_SIZE);
     vec3 way = l.kind == LIGHT_DIRECTIONAL ? -l.direction * (2.0 * size + distance(from, vec3(0.5 * size)))
                                            : (l.position - position) * visibility_grid.per_unit;
-    bool met = MARCH_STEPS == 0u ? march_exact(from, way) : march_steps(from, way, MARCH_STEPS, MARCH_OFFSET);
+    float offset = look_up_dither.x < 0.0 ? MARCH_OFFSET : look_up_dither.x;
+    bool met = MARCH_STEPS == 0u ? march_exact(from, way) : march_steps(from, way, MARCH_STEPS, offset);
     return met ? 0.0 : 1.0;
 }

@@ -13,7 +13,8 @@ mod steps;
 
 use crate::gpu::{Context, Messages, Options};
 use crate::scene::{FACES, Motion, Scene, check_time, known};
-use crate::technique::{Lifetime, REGISTRY, Spec, Values, parse};
+use crate::technique::keys::{EVERY, TILED};
+use crate::technique::{Key, Lifetime, REGISTRY, Spec, Values, parse};
 use crate::{Error, Result};
 use clap::{Args, Parser, Subcommand};
 use std::process::ExitCode;
@@ -184,17 +185,25 @@ fn techniques() -> String {
         };
         let casts = entry.casts.names();
         text += &format!("\n  {}: {}\n    casts from {casts}; {lifetime}\n", entry.name, entry.about);
-        for key in entry.all_keys() {
-            let values = match key.values {
-                Values::OneOf(words) => words.join("|"),
-                Values::Number(low, high) => format!("{low}..{high}"),
-                Values::Multiple(step, low, high) => format!("{low}..{high} by {step}"),
-                Values::Path(_) => "FILE without commas and |".into(),
-            };
-            text += &format!("    {:<9} {} (default {}; {values})\n", key.name, key.about, key.default);
-        }
+        text += &keys(entry.keys);
     }
+    text += &format!("\n  every technique:\n{}", keys(EVERY));
+    text += &format!("\n  every technique, with shading=tiled:\n{}", keys(TILED));
     text + &format!("\nScenes: {}\n", known().replace(" or one of ", " or one of\n  "))
+}
+
+/// A line a key.
+fn keys(keys: &[Key]) -> String {
+    let line = |key: &Key| {
+        let values = match key.values {
+            Values::OneOf(words) => words.join("|"),
+            Values::Number(low, high) => format!("{low}..{high}"),
+            Values::Multiple(step, low, high) => format!("{low}..{high} by {step}"),
+            Values::Path(_) => "FILE without commas and |".into(),
+        };
+        format!("    {:<9} {} (default {}; {values})\n", key.name, key.about, key.default)
+    };
+    keys.iter().map(line).collect()
 }
 
 /// The one spec that a command for a single picture takes.

@@ -3,7 +3,7 @@
 use super::render::{Arguments, ColoursArgument};
 use super::sequence::Sequence;
 use super::{check_messages, one_spec};
-use crate::consume::{Colours, Lighting, Renderer, Shading};
+use crate::consume::{Colours, Lighting, Renderer};
 use crate::scene::{Scene, View};
 use crate::simulate::Simulation;
 use crate::technique::open;
@@ -12,13 +12,7 @@ use crate::{Error, Result};
 use std::process::ExitCode;
 
 /// Draws `scene` at each of these times.
-pub fn run(
-    arguments: &Arguments,
-    scene: &Scene,
-    times_s: &[f64],
-    colours: ColoursArgument,
-    shading: Shading,
-) -> Result<ExitCode> {
+pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colours: ColoursArgument) -> Result<ExitCode> {
     if arguments.technique == "reference" {
         let way_out = "name a technique, or leave --particles out";
         return Err(Error::input("--technique reference", "it knows of no speeds", way_out));
@@ -43,9 +37,9 @@ pub fn run(
         simulation.move_to(&mut world, *time_s)?;
         opened.build(&world)?;
         let answer = opened.technique.answer();
-        let kernels = renderer.kernels(&answer, Lighting::Fragment)?;
+        let kernels = renderer.kernels(&answer, arguments.shading(&spec), Lighting::Fragment)?;
         let points = renderer.points(&answer, simulation.bodies(), fountain.particles, colours)?;
-        renderer.draw_points(&kernels, &points, shading)?;
+        renderer.draw_points(&kernels, &points)?;
         sequence.add(renderer.read()?.to_srgb8())?;
     }
     check_messages(&context)?;

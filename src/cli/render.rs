@@ -3,10 +3,10 @@
 use super::sequence::Sequence;
 use super::steps::Range;
 use super::{DeviceArguments, LoadArguments, MovingArgument, check_messages, load, one_spec, particles};
-use crate::consume::{Lighting, Renderer, Shading};
+use crate::consume::{Lighting, Renderer, Shading, Tiled};
 use crate::reference::truth::{Casters, fog, picture};
 use crate::scene::{Fog, View};
-use crate::technique::open;
+use crate::technique::{Spec, open};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
@@ -17,6 +17,7 @@ use std::process::ExitCode;
 enum Mesh {
     Forward,
     Deferred,
+    Tiled,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -43,9 +44,9 @@ pub struct Arguments {
     /// Height of the picture, pixels
     #[arg(long, default_value_t = 720, value_parser = clap::value_parser!(u32).range(1..=16384))]
     pub(super) height: u32,
-    /// How meshes are shaded
-    #[arg(long, value_enum, default_value = "forward")]
-    meshes: Mesh,
+    /// How meshes are shaded, whatever the spec's shading= says [default: as it says]
+    #[arg(long, value_enum)]
+    meshes: Option<Mesh>,
     /// Draw the triangles of lighting=vertex over the casters
     #[arg(long)]
     wireframe: bool,
@@ -72,18 +73,26 @@ pub struct Arguments {
     pub(super) device: DeviceArguments,
 }
 
+impl Arguments {
+    /// How meshes are shaded.
+    pub(super) fn shading(&self, spec: &Spec) -> Shading {
+        match (self.meshes, Shading::of(spec)) {
+            (None, shading) | (Some(Mesh::Tiled), shading @ Shading::Tiled(_)) => shading,
+            (Some(Mesh::Forward), _) => Shading::Forward,
+            (Some(Mesh::Deferred), _) => Shading::Deferred,
+            (Some(Mesh::Tiled), _) => Shading::Tiled(Tiled::default()),
+        }
+    }
+}
+
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene = load(&arguments.scene, &arguments.load)?;
-    let shading = match arguments.meshes {
-        Mesh::Forward => Shading::Forward,
-        Mesh::Deferred => Shading::Deferred,
-    };
     if let Some(colours) = arguments.particles {
         let mut times_s = arguments.moving.times(&scene, arguments.frames)?;
         if times_s.is_empty() {
             times_s.push(arguments.load.time);
         }
-        return particles::run(arguments, &scene, &times_s, colours, shading);
+        return particles::run(arguments, &scene, &times_s, colours);
     }
     let states = arguments.moving.states(scene, arguments.frames)?;
     let air = arguments.fog.map(|extinction| Fog::new(extinction, arguments.fog_steps)).transpose()?;
@@ -113,13 +122,15 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     context.features().require(lighting.requires())?;
     let mut world = World::new(&context, &states[0])?;
     let mut opened = open(&context, &world, &spec)?;
+    let shading = arguments.shading(&spec);
+    let mut renderer = Renderer::new(&context, &world, &View::camera(&states[0].camera, &states[0], size))?;
     let mut counts = Vec::new();
     for (frame, scene) in states.iter().enumerate() {
         if frame > 0 {
             world.replace(scene)?;
         }
         opened.build(&world)?;
-        let renderer = Renderer::new(&context, &world, &View::camera(&scene.camera, scene, size))?;
+        renderer.look(&world, &View::camera(&scene.camera, scene, size))?;
         let answer = opened.technique.answer();
         if arguments.steps {
             counts.push(renderer.steps(&answer)?);
@@ -127,7 +138,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         let mut picture = match spacing {
             Some(spacing) => renderer.wireframe(&answer, shading, spacing)?,
-            None => renderer.picture(&answer, shading, lighting)?,
+            None if states.len() == 1 => renderer.picture(&answer, shading, lighting)?,
+            // In a world that moves the frame before is another one.
+            None => {
+                renderer.draw(&renderer.kernels(&answer, shading, lighting)?)?;
+                renderer.read()?
+            }
         };
         if let Some(air) = &air {
             renderer.fog(&answer, air)?;

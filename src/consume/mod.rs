@@ -1,16 +1,20 @@
-//! Whoever needs the answer: the point query, the depth slice, the shaded picture and fog before it. They know no technique, only its
+//! Whoever needs the answer: the point query, the depth slice, the shaded picture (of many lights in tiles) and fog
+//! before it. They know no technique, only its
 //! [`crate::technique::Answer`].
 
 mod fog;
 mod lighting;
+pub mod many_lights;
 mod picture;
 mod points;
 mod query;
+mod shading;
 mod slice;
 mod steps;
 
 pub use lighting::{Lighting, VERTEX_SPACING};
-pub use picture::{Kernels, Renderer, Shading};
+pub use picture::{Kernels, Renderer};
 pub use points::{Colours, Points};
 pub use query::{Asked, Query, QueryKernel};
+pub use shading::{Shading, Tiled};
 pub use slice::slice;

@@ -1,25 +1,19 @@
-//! The shaded picture: meshes forward or deferred, then casters from far to near. Twin: reference::truth::picture.
+//! The shaded picture: meshes forward, deferred or in tiles, then casters from far to near. Twin: reference::truth::picture.
 
-use super::Lighting;
-use crate::Result;
+use super::many_lights::{Asking, ManyLights, ManyLightsPush, Targets, TilesSeen};
+use super::{Lighting, Shading, Tiled};
 use crate::gpu::{
-    Bindings, Blend, Buffer, Commands, Context, Format, Graphics, Image, ImageUse, Kernel, Pass, PassTime, Requirement,
-    Resource, Shader, Target, Tessellated, push_struct,
+    Bindings, Blend, Buffer, Commands, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Pass, PassTime,
+    Requirement, Resource, Shader, Target, Tessellated, push_struct,
 };
 use crate::scene::{Picture, SKY, View, far_to_near};
 use crate::shaders::consume as shaders;
 use crate::technique::Answer;
 use crate::world::World;
+use crate::{Error, Result};
+use std::cell::RefCell;
 use std::ops::Range;
-
-/// How meshes are shaded; the picture is the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shading {
-    /// In the pass that draws them.
-    Forward,
-    /// Once a pixel, from a buffer of albedo, normal and distance.
-    Deferred,
-}
+use std::rc::Rc;
 
 /// Images and bindings for one scene and size.
 pub struct Renderer {
@@ -33,7 +27,13 @@ pub struct Renderer {
     buffers: Bindings,
     pub(super) distances: Bindings,
     pub(super) color_format: Format,
-    far: f32,
+    lights: Buffer,
+    light_count: u32,
+    camera: View,
+    camera_data: Buffer,
+    order: Buffer,
+    /// What `shading=tiled` keeps from frame to frame, once it was asked for.
+    tiles: RefCell<Option<Rc<ManyLights>>>,
     pub(super) triangle_vertices: u32,
     caster_count: u32,
 }
@@ -45,10 +45,15 @@ push_struct! {
 
 /// What draws a picture, lit by one technique.
 pub struct Kernels {
-    forward: Kernel,
-    gbuffer: Kernel,
-    deferred: Kernel,
+    meshes: Meshes,
     casters: Casters,
+}
+
+/// What draws the meshes.
+enum Meshes {
+    Forward(Kernel),
+    Deferred { gbuffer: Kernel, deferred: Kernel },
+    Tiled { gbuffer: Kernel, tiles: Rc<ManyLights>, asking: Asking },
 }
 
 /// What draws the casters.
@@ -61,26 +66,23 @@ impl Renderer {
     /// Prepares pictures of the world as it is now, as `camera` sees it.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, camera: &View) -> Result<Self> {
         let size = [camera.width, camera.height];
         // Blending into 32-bit floats is optional; half floats are everywhere, at a thousandth of precision.
         let color_format =
             if context.features().float32_blend { Format::R32G32B32A32_SFLOAT } else { Format::R16G16B16A16_SFLOAT };
         let image = |name, format, usage| Image::new(context, name, format, size, usage);
-        let color = image("picture.color", color_format, ImageUse::Color)?;
+        let color = image("picture.color", color_format, ImageUse::StoredColor)?;
         let depth = image("picture.depth", Format::D32_SFLOAT, ImageUse::Depth)?;
         let albedo = image("picture.albedo", Format::R32G32B32A32_SFLOAT, ImageUse::Color)?;
         let normal = image("picture.normal", Format::R32G32B32A32_SFLOAT, ImageUse::Color)?;
         let distance = image("picture.distance", Format::R32_SFLOAT, ImageUse::Color)?;
-        let resources = [
-            Resource::Buffer(world.lights.clone()),
-            Resource::Buffer(Buffer::with_data(context, "picture.camera", &[*camera])?),
-            Resource::Buffer(world.triangles.clone()),
-            Resource::Buffer(world.casters.clone()),
-            Resource::Buffer(Buffer::with_data(context, "picture.order", &far_to_near(world.scene(), camera))?),
-            Resource::Buffer(world.sides.clone()),
-        ];
+        let camera_data = Buffer::with_data(context, "picture.camera", &[*camera])?;
+        let order = Buffer::new(context, "picture.order", 4 * u64::from(world.caster_capacity()), Memory::Device)?;
+        order.write(&far_to_near(world.scene(), camera))?;
+        let buffers = [&world.lights, &camera_data, &world.triangles, &world.casters, &order, &world.sides];
+        let resources = buffers.map(|buffer| Resource::Buffer(buffer.clone()));
         let textures = [albedo.clone(), normal.clone(), distance.clone()].map(Resource::Texture);
         Ok(Self {
             context: context.clone(),
@@ -93,46 +95,119 @@ impl Renderer {
             normal,
             distance,
             color_format,
-            far: camera.far,
+            lights: world.lights.clone(),
+            light_count: world.scene().lights.len() as u32,
+            camera: *camera,
+            camera_data,
+            order,
+            tiles: RefCell::default(),
             triangle_vertices: 3 * world.triangle_count(),
             caster_count: world.caster_count(),
         })
     }
 
-    /// Draws the picture, lit by `answer`, and reads it.
+    /// Sees the world as it is now through another camera of as many pixels: the next frame.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the camera's picture is of another size, [`Error::Gpu`] where the device is lost.
+    pub fn look(&mut self, world: &World, camera: &View) -> Result<()> {
+        let size = [camera.width, camera.height];
+        if size != self.color.size() {
+            let cause = format!("a picture of {size:?} pixels, and the frames before have {:?}", self.color.size());
+            return Err(Error::input("the camera", cause, "make a renderer of that size"));
+        }
+        if *camera != self.camera {
+            self.camera_data.write(&[*camera])?;
+        }
+        self.order.write(&far_to_near(world.scene(), camera))?;
+        (self.camera, self.caster_count) = (*camera, world.caster_count());
+        Ok(())
+    }
+
+    /// Draws the picture, lit by `answer`, and reads it. What is averaged with the frame before is drawn as often as it
+    /// takes to come to rest.
     ///
     /// # Errors
     /// As [`Renderer::kernels`] and [`Renderer::draw`].
     pub fn picture(&self, answer: &Answer, shading: Shading, lighting: Lighting) -> Result<Picture> {
-        self.draw(&self.kernels(answer, lighting)?, shading)?;
+        let kernels = self.kernels(answer, shading, lighting)?;
+        for _ in 0..shading.frames_to_settle() {
+            self.draw(&kernels)?;
+        }
         self.read()
     }
 
-    /// Draws the picture; it stays on the device. Returns the time of each pass, the casters' last.
+    /// Draws a frame for each of these cameras, one after the other, and reads them.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
-    pub fn draw(&self, kernels: &Kernels, shading: Shading) -> Result<Vec<PassTime>> {
-        self.context.submit(|commands| {
-            self.meshes(commands, kernels, shading);
-            match &kernels.casters {
-                Casters::Fragment(kernel) => self.caster(commands, kernel),
-                Casters::Vertex(kernel, push) => self.vertex_lit(commands, kernel, push),
-            }
+    /// As [`Renderer::kernels`], [`Renderer::look`] and [`Renderer::draw`].
+    pub fn sequence(
+        &mut self,
+        world: &World,
+        answer: &Answer,
+        shading: Shading,
+        lighting: Lighting,
+        cameras: &[View],
+    ) -> Result<Vec<Picture>> {
+        let kernels = self.kernels(answer, shading, lighting)?;
+        let mut frame = |camera: &View| {
+            self.look(world, camera)?;
+            self.draw(&kernels)?;
+            self.read()
+        };
+        cameras.iter().map(&mut frame).collect()
+    }
+
+    /// Draws the next frame; it stays on the device. Returns the time of each pass, the casters' last.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device is lost.
+    pub fn draw(&self, kernels: &Kernels) -> Result<Vec<PassTime>> {
+        self.frame(kernels, |commands| match &kernels.casters {
+            Casters::Fragment(kernel) => self.caster(commands, kernel),
+            Casters::Vertex(kernel, push) => self.vertex_lit(commands, kernel, push),
         })
+    }
+
+    /// Draws the meshes, and what `record` adds.
+    pub(super) fn frame(&self, kernels: &Kernels, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
+        let tiles = match &kernels.meshes {
+            Meshes::Tiled { tiles, .. } => Some((tiles, tiles.begin(&self.camera)?)),
+            Meshes::Forward(_) | Meshes::Deferred { .. } => None,
+        };
+        let times = self.context.submit(|commands| {
+            self.meshes(commands, kernels, tiles.as_ref().map(|(_, push)| push));
+            record(commands);
+        })?;
+        if let Some((tiles, _)) = tiles {
+            tiles.end(&self.camera);
+        }
+        Ok(times)
+    }
+
+    /// What `shading=tiled` left on the device with the last frame; none where no such kernels were made.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where it cannot be read back.
+    pub fn tiles_seen(&self) -> Result<Option<TilesSeen>> {
+        self.tiles.borrow().as_ref().map(|tiles| tiles.seen()).transpose()
+    }
+
+    /// Bytes that `shading=tiled` has between G-buffer and picture; none where no such kernels were made.
+    pub fn tiles_bytes(&self) -> Option<u64> {
+        self.tiles.borrow().as_ref().map(|tiles| tiles.bytes())
     }
 
     /// Draws the picture and, over each caster, the sides of the triangles that it is made of; what is nearer hides them.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::picture`].
+    /// [`Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::picture`].
     pub fn wireframe(&self, answer: &Answer, shading: Shading, spacing: f32) -> Result<Picture> {
         self.context.features().require(&[Requirement::Tessellation, Requirement::Lines])?;
-        let kernels = self.kernels(answer, Lighting::Vertex { spacing })?;
+        let kernels = self.kernels(answer, shading, Lighting::Vertex { spacing })?;
         let filled = self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?;
         let lines = self.tessellated(answer, &shaders::WIREFRAME_FRAG, true)?;
-        self.context.submit(|commands| {
-            self.meshes(commands, &kernels, shading);
+        self.frame(&kernels, |commands| {
             commands.pass("consume.wireframe", |pass| {
                 let both = (0..self.caster_count).flat_map(|i| [(&filled, i..i + 1), (&lines, i..i + 1)]);
                 self.patches(pass, &SpacingPush { spacing }, both);
@@ -144,7 +219,7 @@ impl Renderer {
     /// The picture that was drawn last.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device is lost.
+    /// [`Error::Gpu`] where the device is lost.
     pub fn read(&self) -> Result<Picture> {
         let pixels = self.read_colors(&self.color)?;
         let [width, height] = self.color.size();
@@ -164,47 +239,53 @@ impl Renderer {
         Some([SKY[0], SKY[1], SKY[2], 1.0])
     }
 
-    pub(super) fn meshes(&self, commands: &mut Commands, kernels: &Kernels, shading: Shading) {
-        match shading {
-            Shading::Forward => self.forward(commands, kernels),
-            Shading::Deferred => {
-                self.gbuffer(commands, kernels);
-                self.deferred(commands, kernels);
+    fn meshes(&self, commands: &mut Commands, kernels: &Kernels, push: Option<&ManyLightsPush>) {
+        match (&kernels.meshes, push) {
+            (Meshes::Forward(forward), _) => self.forward(commands, forward),
+            (Meshes::Deferred { gbuffer, deferred }, _) => {
+                self.gbuffer(commands, gbuffer);
+                self.deferred(commands, deferred);
             }
+            (Meshes::Tiled { gbuffer, tiles, asking }, Some(push)) => {
+                self.gbuffer(commands, gbuffer);
+                tiles.record(commands, asking, push);
+            }
+            // Tiles are begun before they are drawn.
+            (Meshes::Tiled { .. }, None) => {}
         }
     }
 
-    fn forward(&self, commands: &mut Commands, kernels: &Kernels) {
+    fn forward(&self, commands: &mut Commands, kernel: &Kernel) {
         commands.pass("consume.forward", |pass| {
             let colors = [
                 Target { image: &self.color, clear: self.sky() },
-                Target { image: &self.distance, clear: Some([self.far; 4]) },
+                Target { image: &self.distance, clear: Some([self.camera.far; 4]) },
             ];
             let depth = Target { image: &self.depth, clear: Some([1.0; 4]) };
             pass.render(self.color.size(), &colors, Some(depth), |draw| {
-                draw.draw(&kernels.forward, &(), self.triangle_vertices, 1);
+                draw.draw(kernel, &(), self.triangle_vertices, 1);
             });
         });
     }
 
-    fn gbuffer(&self, commands: &mut Commands, kernels: &Kernels) {
+    fn gbuffer(&self, commands: &mut Commands, kernel: &Kernel) {
         commands.pass("consume.gbuffer", |pass| {
             let colors = [
                 Target { image: &self.albedo, clear: Some([0.0; 4]) },
                 Target { image: &self.normal, clear: Some([0.0; 4]) },
-                Target { image: &self.distance, clear: Some([self.far; 4]) },
+                Target { image: &self.distance, clear: Some([self.camera.far; 4]) },
             ];
             let depth = Target { image: &self.depth, clear: Some([1.0; 4]) };
             pass.render(self.color.size(), &colors, Some(depth), |draw| {
-                draw.draw(&kernels.gbuffer, &(), self.triangle_vertices, 1);
+                draw.draw(kernel, &(), self.triangle_vertices, 1);
             });
         });
     }
 
-    fn deferred(&self, commands: &mut Commands, kernels: &Kernels) {
+    fn deferred(&self, commands: &mut Commands, kernel: &Kernel) {
         commands.pass("consume.deferred", |pass| {
             let colors = [Target { image: &self.color, clear: self.sky() }];
-            pass.render(self.color.size(), &colors, None, |draw| draw.draw(&kernels.deferred, &(), 3, 1));
+            pass.render(self.color.size(), &colors, None, |draw| draw.draw(kernel, &(), 3, 1));
         });
     }
 
@@ -247,9 +328,9 @@ impl Renderer {
     /// What draws the picture, lit by `answer`.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where the device lacks what `lighting` needs, [`crate::Error::Gpu`] where the driver
-    /// rejects a shader.
-    pub fn kernels(&self, answer: &Answer, lighting: Lighting) -> Result<Kernels> {
+    /// [`Error::Refused`] where the device lacks what `lighting` needs or room for tiles, [`Error::Input`] where there are
+    /// more lights than a tile has room for, [`Error::Gpu`] where the driver rejects a shader.
+    pub fn kernels(&self, answer: &Answer, shading: Shading, lighting: Lighting) -> Result<Kernels> {
         self.context.features().require(lighting.requires())?;
         let make = |vertex, fragment, colors: &[(Format, Blend)], depth, sets: &[&Bindings]| {
             let state = Graphics { vertex, fragment, colors, depth };
@@ -264,10 +345,21 @@ impl Renderer {
         let forward = shaders::FORWARD_FRAG.of(answer.folder);
         let deferred = shaders::DEFERRED_FRAG.of(answer.folder);
         let lit = [scene, asked, &self.buffers];
+        let gbuffer = || make(surface, &shaders::GBUFFER_FRAG, &[float4, float4, distance], depth, &[scene]);
         Ok(Kernels {
-            forward: make(surface, forward, &[color, distance], depth, &[scene, asked])?,
-            gbuffer: make(surface, &shaders::GBUFFER_FRAG, &[float4, float4, distance], depth, &[scene])?,
-            deferred: make(&shaders::FULLSCREEN_VERT, deferred, &[color], None, &lit)?,
+            meshes: match shading {
+                Shading::Forward => {
+                    Meshes::Forward(make(surface, forward, &[color, distance], depth, &[scene, asked])?)
+                }
+                Shading::Deferred => Meshes::Deferred {
+                    gbuffer: gbuffer()?,
+                    deferred: make(&shaders::FULLSCREEN_VERT, deferred, &[color], None, &lit)?,
+                },
+                Shading::Tiled(tiled) => {
+                    let tiles = self.tiles(tiled)?;
+                    Meshes::Tiled { gbuffer: gbuffer()?, asking: tiles.asking(answer)?, tiles }
+                }
+            },
             casters: match lighting {
                 Lighting::Fragment => {
                     let sets = [scene, asked, &self.distances];
@@ -281,5 +373,24 @@ impl Renderer {
                 ),
             },
         })
+    }
+
+    /// Those of the last kernels, or new ones where they were of another kind.
+    fn tiles(&self, tiled: Tiled) -> Result<Rc<ManyLights>> {
+        let mut kept = self.tiles.borrow_mut();
+        if let Some(tiles) = kept.as_ref().filter(|tiles| tiles.tiled == tiled) {
+            return Ok(tiles.clone());
+        }
+        let targets = Targets {
+            context: &self.context,
+            lights: &self.lights,
+            light_count: self.light_count,
+            gbuffer: &self.buffers,
+            color: &self.color,
+            color_format: self.color_format,
+        };
+        let tiles = Rc::new(ManyLights::new(&targets, tiled)?);
+        *kept = Some(tiles.clone());
+        Ok(tiles)
     }
 }

@@ -1,7 +1,7 @@
 //! Simulated particles as their simulation left them: a triangle each, by speed or by density, before the meshes of the picture.
 //! No order is needed, so that nothing leaves the device.
 
-use super::{Kernels, Renderer, Shading};
+use super::{Kernels, Renderer};
 use crate::Result;
 use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, PassTime, Resource,
@@ -107,15 +107,12 @@ impl Renderer {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.
-    pub fn draw_points(&self, kernels: &Kernels, points: &Points, shading: Shading) -> Result<Vec<PassTime>> {
-        self.context.submit(|commands| {
-            self.meshes(commands, kernels, shading);
-            match &points.way {
-                Way::Speed(kernel, push) => self.speeds(commands, kernel, push, points.vertices),
-                Way::Density { counts, count, density, push } => {
-                    self.count(commands, counts, count, points.vertices);
-                    self.density(commands, density, push);
-                }
+    pub fn draw_points(&self, kernels: &Kernels, points: &Points) -> Result<Vec<PassTime>> {
+        self.frame(kernels, |commands| match &points.way {
+            Way::Speed(kernel, push) => self.speeds(commands, kernel, push, points.vertices),
+            Way::Density { counts, count, density, push } => {
+                self.count(commands, counts, count, points.vertices);
+                self.density(commands, density, push);
             }
         })
     }

@@ -16,6 +16,8 @@ pub enum ImageUse {
     Storage,
     /// Drawn to, then fetched by shaders.
     Color,
+    /// Drawn to and written by shaders, then fetched by them.
+    StoredColor,
     /// Drawn to in [`super::OrderedAttachments`], then fetched by shaders.
     OrderedColor,
     /// A depth buffer that shaders may fetch from.
@@ -131,6 +133,10 @@ impl Image {
             ImageUse::Color => {
                 (vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED, vk::ImageAspectFlags::COLOR)
             }
+            ImageUse::StoredColor => (
+                vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED,
+                vk::ImageAspectFlags::COLOR,
+            ),
             ImageUse::OrderedColor => (
                 vk::ImageUsageFlags::COLOR_ATTACHMENT
                     | vk::ImageUsageFlags::INPUT_ATTACHMENT

@@ -189,6 +189,7 @@ impl Case<'_> {
             draw_ns: None,
             frame_ns: None,
             passes: Vec::new(),
+            draw_passes: Vec::new(),
             bytes_resident: None,
             bytes_transient: None,
             bytes_on_disk: None,
@@ -211,11 +212,11 @@ impl Case<'_> {
     }
 
     fn fill(&mut self, spec: &Spec, row: &mut Row) -> Result<Drawn> {
-        let lighting = Lighting::of(spec);
+        let (lighting, shading) = (Lighting::of(spec), Shading::of(spec));
         self.context.features().require(lighting.requires())?;
         self.show(0)?;
         let mut opened = technique::open(self.context, &self.world, spec)?;
-        let timed = self.time_builds(&mut opened, spec.entry.lifetime)?;
+        let timed = self.time_builds(&mut opened, spec.entry.lifetime, shading)?;
         row.host_ns = Timing::of(&timed.host_ns);
         row.build_ns = Timing::of(&timed.frames.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
         row.passes = [timed.moves, timed.frames, timed.draws].iter().flat_map(|passes| pass_timings(passes)).collect();
@@ -241,8 +242,16 @@ impl Case<'_> {
         }
         let camera = self.camera(self.effort.picture);
         let renderer = Renderer::new(self.context, &self.world, &camera)?;
-        let kernels = renderer.kernels(&opened.technique.answer(), lighting)?;
-        row.draw_ns = self.time_draws(|| renderer.draw(&kernels, Shading::Forward))?;
+        let kernels = renderer.kernels(&opened.technique.answer(), shading, lighting)?;
+        let drawn = self.time_draws(shading, || renderer.draw(&kernels))?;
+        if shading == Shading::Forward {
+            let casters = |passes: &Vec<PassTime>| passes.last().map(|pass| pass.end_ns - pass.start_ns);
+            row.draw_ns = Timing::of(&drawn.iter().filter_map(casters).collect::<Vec<_>>());
+        } else {
+            row.draw_ns = Timing::of(&drawn.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
+            row.draw_passes = pass_timings(&drawn);
+        }
+        row.counters.extend(renderer.tiles_bytes().map(|bytes| ("tiles_bytes".into(), bytes)));
         row.frame_ns = row.build_ns.zip(row.draw_ns).map(|(build, draw)| build.median + draw.median);
         let picture = renderer.read()?;
         let mut beside_truth = None;
@@ -253,7 +262,7 @@ impl Case<'_> {
                     picture.clone()
                 } else {
                     let renderer = Renderer::new(self.context, &self.world, &lit.camera)?;
-                    renderer.picture(&opened.technique.answer(), Shading::Forward, lighting)?
+                    renderer.picture(&opened.technique.answer(), shading, lighting)?
                 };
                 image = Some(picture_error(&drawn, &lit.picture));
                 beside_truth = Some(drawn);
@@ -343,10 +352,10 @@ impl Case<'_> {
         Ok(answers)
     }
 
-    fn time_builds(&mut self, technique: &mut Opened, lifetime: Lifetime) -> Result<Timed> {
+    fn time_builds(&mut self, technique: &mut Opened, lifetime: Lifetime, shading: Shading) -> Result<Timed> {
         let count = if self.frames.count() > 1 { self.frames.count() } else { self.effort.frames };
         let camera = self.camera(self.effort.picture);
-        let drawing = |simulation| Drawing::new(self.context, &self.world, simulation, &camera, technique);
+        let drawing = |simulation| Drawing::new(self.context, &self.world, simulation, &camera, technique, shading);
         let drawing = self.simulation.as_ref().map(drawing).transpose()?;
         let builds = Repeats::of(lifetime, self.effort.warm_up, count).run(|frame| {
             let moved = self.show(frame % self.frames.count())?;
@@ -383,18 +392,19 @@ impl Case<'_> {
         Ok(Timing::of(&samples))
     }
 
-    /// The time of the last pass of each drawing. The first warms up; where it takes the whole budget it is the only one.
-    fn time_draws(&self, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Option<Timing>> {
+    /// The passes of each drawing. The first warms up; where it takes the whole budget it is the only one, or one of as few as
+    /// a picture needs to come to rest.
+    fn time_draws(&self, shading: Shading, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Vec<Vec<PassTime>>> {
         let mut samples = Vec::new();
         let start = std::time::Instant::now();
         for frame in 0..1 + self.effort.frames {
-            if frame > 0 && start.elapsed() > DRAW_BUDGET {
+            if frame >= shading.frames_to_settle() && start.elapsed() > DRAW_BUDGET {
                 break;
             }
-            samples.extend(draw()?.last().map(|pass| pass.end_ns - pass.start_ns));
+            samples.push(draw()?);
         }
         let warm_up = usize::from(samples.len() > 1);
-        Ok(Timing::of(&samples[warm_up..]))
+        Ok(samples.split_off(warm_up))
     }
 
     /// Visibility of all lights at their points, asked about a million at a time.

@@ -45,10 +45,11 @@ impl Drawing {
         simulation: &Simulation,
         camera: &View,
         lit: &Opened,
+        shading: Shading,
     ) -> Result<Self> {
         let renderer = Renderer::new(context, world, camera)?;
         let answer = lit.technique.answer();
-        let kernels = renderer.kernels(&answer, Lighting::Fragment)?;
+        let kernels = renderer.kernels(&answer, shading, Lighting::Fragment)?;
         let fountain = simulation.fountain();
         let points = renderer.points(&answer, simulation.bodies(), fountain.particles, Colours::speed(&fountain))?;
         Ok(Self { renderer, kernels, points })
@@ -56,6 +57,6 @@ impl Drawing {
 
     /// Draws the world as it is now; the time of each pass.
     pub(super) fn draw(&self) -> Result<Vec<PassTime>> {
-        self.renderer.draw_points(&self.kernels, &self.points, Shading::Forward)
+        self.renderer.draw_points(&self.kernels, &self.points)
     }
 }

@@ -17,6 +17,19 @@ pub fn picture_error(picture: &Picture, reference: &Picture) -> ImageError {
     }
 }
 
+/// What pictures of frames one after the other change, pixel by pixel, that their references do not: the root mean square over
+/// pixels and channels, display-referred. None for fewer than two. All pictures have the same size.
+pub fn picture_flicker(pictures: &[Picture], references: &[Picture]) -> Option<f64> {
+    let off = |(picture, reference): (&Picture, &Picture)| -> Vec<f64> {
+        let (a, b) = (picture.to_srgb(), reference.to_srgb());
+        a.iter().zip(&b).map(|(a, b)| f64::from(a - b)).collect()
+    };
+    let off: Vec<_> = pictures.iter().zip(references).map(off).collect();
+    let changes: Vec<f64> =
+        off.windows(2).flat_map(|two| two[0].iter().zip(&two[1]).map(|(a, b)| (b - a).powi(2))).collect();
+    (!changes.is_empty()).then(|| (changes.iter().sum::<f64>() / changes.len() as f64).sqrt())
+}
+
 /// The difference, eight times enlarged, as a picture: grey is none, brighter is too bright.
 pub fn difference_srgb8(picture: &Picture, reference: &Picture) -> Vec<u8> {
     let (a, b) = (picture.to_srgb(), reference.to_srgb());
@@ -35,5 +48,18 @@ mod tests {
         let opposite = picture_error(&gray(0.0), &gray(1.0));
         assert!((opposite.rmse - 1.0).abs() < 1e-6, "{}", opposite.rmse);
         assert!(opposite.flip_mean > 0.9, "{}", opposite.flip_mean);
+    }
+
+    /// Off by as much in each frame is no flicker; off in every other is.
+    #[test]
+    fn flicker_is_what_the_truth_does_not_change() {
+        let gray = |v: f32| Picture { width: 2, height: 2, pixels: vec![[v; 3]; 4] };
+        let truth = [0.2, 0.4, 0.2].map(gray);
+        assert_eq!(picture_flicker(&truth, &truth), Some(0.0));
+        assert_eq!(picture_flicker(&truth[..1], &truth[..1]), None);
+        let jump = f64::from(gray(0.4).to_srgb()[0] - gray(0.2).to_srgb()[0]);
+        let flickers = [gray(0.2), gray(0.2), gray(0.2)];
+        let found = picture_flicker(&flickers, &truth).expect("three frames");
+        assert!((found - jump).abs() < 1e-6, "{found}, not {jump}");
     }
 }

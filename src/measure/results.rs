@@ -78,14 +78,17 @@ pub struct Row {
     pub build_ns: Option<Timing>,
     /// A million look-ups at random points, device time.
     pub lookup_ns_per_million: Option<Timing>,
-    /// The picture's casters, drawn and lit once, device time. On slow devices of one sample, which is not warmed up.
+    /// The picture's casters, drawn and lit once, device time; with `shading=deferred` and `tiled` the whole picture. On slow devices of one sample, which is not warmed up.
     pub draw_ns: Option<Timing>,
-    /// A build and the drawing of the picture's casters: what a frame takes whose light has moved. New in version 2.
+    /// A build and `draw_ns`: what a frame takes whose light has moved. New in version 2.
     #[serde(default)]
     pub frame_ns: Option<f64>,
     /// The passes of a build, in order; and what is no part of it: before them `world.move` where the world moves, or
     /// `simulate.step`, all steps of a frame together, where the device simulates it; behind them what then draws its particles.
     pub passes: Vec<PassTiming>,
+    /// The passes of drawing the picture, in order, with `shading=deferred` and `tiled`. New in version 2.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub draw_passes: Vec<PassTiming>,
     /// Bytes that the look-up needs. Absent where nothing was built.
     pub bytes_resident: Option<u64>,
     /// Bytes needed only while building. Absent where nothing was built.

@@ -1,6 +1,6 @@
 //! The output folder. Whatever is written there is whole or was not written at all.
 
-use crate::measure::{PointError, Results, Row, Timing};
+use crate::measure::{PassTiming, PointError, Results, Row, Timing};
 use crate::report::wording::status_word;
 use crate::{Error, Result};
 use std::collections::BTreeSet;
@@ -151,7 +151,9 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     names.extend(["build_median_ns", "build_p05_ns", "build_p95_ns", "samples"].map(String::from));
     names.extend(["host_median_ns", "host_p05_ns", "host_p95_ns", "host_samples"].map(String::from));
     names.extend(["pass_median_ns", "lookup_median_ns_per_million"].map(String::from));
-    names.extend(["draw_median_ns", "draw_p05_ns", "draw_p95_ns", "draw_samples"].map(String::from));
+    names.extend(
+        ["draw_median_ns", "draw_p05_ns", "draw_p95_ns", "draw_samples", "draw_pass_median_ns"].map(String::from),
+    );
     names.extend(["frame_ns", "bytes_resident", "bytes_transient", "bytes_on_disk"].map(String::from));
     for points in ["map", "space", "surface"] {
         names.extend(POINT_COLUMNS.map(|column| format!("{points}_{column}")));
@@ -183,10 +185,13 @@ fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
     };
     fields.extend(timing(row.build_ns));
     fields.extend(timing(row.host_ns));
-    let passes: Vec<_> = row.passes.iter().map(|pass| format!("{}={}", pass.name, pass.median_ns)).collect();
-    fields.push(passes.join(" "));
+    let passes = |of: &[PassTiming]| {
+        of.iter().map(|pass| format!("{}={}", pass.name, pass.median_ns)).collect::<Vec<_>>().join(" ")
+    };
+    fields.push(passes(&row.passes));
     fields.push(number(row.lookup_ns_per_million.map(|timing| timing.median)));
     fields.extend(timing(row.draw_ns));
+    fields.push(passes(&row.draw_passes));
     fields.push(number(row.frame_ns));
     fields.extend([row.bytes_resident, row.bytes_transient, row.bytes_on_disk].map(count));
     let error = row.error.as_ref();

@@ -161,6 +161,7 @@ mod tests {
             lookup_ns_per_million: None,
             draw_ns: None,
             passes: vec![],
+            draw_passes: vec![],
             bytes_resident: Some(2 << 20),
             bytes_transient: Some(0),
             bytes_on_disk: None,

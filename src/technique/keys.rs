@@ -134,8 +134,78 @@ pub const LIGHTING: Key = Key {
     about: "the picture's casters ask for light at each pixel, or at the vertices of tessellated quads",
 };
 
-/// Keys that every technique has.
-pub const EVERY: &[Key] = &[SKIP, LIGHTING];
+words! {
+    /// How the picture's meshes are shaded.
+    pub enum ShadingKind {
+        /// In the pass that draws them.
+        Forward = "forward",
+        /// Once a pixel, from a buffer of what is seen.
+        Deferred = "deferred",
+        /// The same tile by tile, from a bit a light that says whether it is shadowed.
+        Tiled = "tiled",
+    }
+}
+
+words! {
+    /// Where neighbouring pixels ask for light, with `shading=tiled`.
+    pub enum DitherKind {
+        /// All at the same place of a step or a voxel.
+        None = "none",
+        /// Each of 4 × 4 at another one, the same over and over.
+        Ordered = "ordered",
+        /// Everywhere at another one.
+        Noise = "noise",
+    }
+}
+
+words! {
+    /// Who asks for light, with `shading=tiled`.
+    pub enum ShadowsKind {
+        /// Each pixel, for one light after the other.
+        Direct = "direct",
+        /// A list of pixels and lights, evenly spread over threads.
+        Queued = "queued",
+    }
+}
+
+/// Read by whoever draws the picture.
+pub const SHADING: Key = Key {
+    name: "shading",
+    values: Values::OneOf(ShadingKind::WORDS),
+    default: "forward",
+    about: "the picture's meshes are shaded as they are drawn, once a pixel, or in tiles with a bit a light",
+};
+
+/// Keys that a spec has with `shading=tiled` alone.
+pub const TILED: &[Key] = &[
+    Key {
+        name: "dither",
+        values: Values::OneOf(DitherKind::WORDS),
+        default: "ordered",
+        about: "with shading=tiled, where neighbouring pixels ask: all alike, 4 by 4, or at random",
+    },
+    Key {
+        name: "blur",
+        values: Values::OneOf(Switch::WORDS),
+        default: "on",
+        about: "with shading=tiled, shadows are averaged over 5 by 5 pixels of one surface",
+    },
+    Key {
+        name: "history",
+        values: Values::OneOf(Switch::WORDS),
+        default: "on",
+        about: "with shading=tiled, shadows are averaged with those of the last frame",
+    },
+    Key {
+        name: "shadows",
+        values: Values::OneOf(ShadowsKind::WORDS),
+        default: "direct",
+        about: "with shading=tiled, each pixel asks for its lights, or a list of them is shared out evenly",
+    },
+];
+
+/// Keys that every technique has, besides [`TILED`].
+pub const EVERY: &[Key] = &[SKIP, LIGHTING, SHADING];
 
 /// What [`FILTER`] and [`RADIUS`] say.
 pub fn filter(spec: &Spec) -> Filter {

@@ -211,7 +211,7 @@ pub struct Entry {
     pub casts: Casts,
     /// How often it is built.
     pub lifetime: Lifetime,
-    /// The keys of its specs, besides those of [`keys::EVERY`].
+    /// The keys of its specs, besides those of [`keys::EVERY`] and [`keys::TILED`].
     pub keys: &'static [Key],
     /// Its paths.
     pub paths: &'static [Path],
@@ -222,7 +222,7 @@ pub struct Entry {
 impl Entry {
     /// Its own keys and those of every technique.
     pub fn all_keys(&self) -> impl Iterator<Item = &'static Key> {
-        self.keys.iter().chain(keys::EVERY)
+        self.keys.iter().chain(keys::EVERY).chain(keys::TILED)
     }
 
     /// An error where the device lacks what the path of that name needs.

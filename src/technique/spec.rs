@@ -1,6 +1,6 @@
 //! Specs such as `avsm:nodes=4|8,curve=linear`: which technique, with which settings.
 
-use super::keys::{Key, Values, Word};
+use super::keys::{Key, SHADING, ShadingKind, TILED, Values, Word};
 use super::{Entry, REGISTRY};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -39,6 +39,18 @@ impl Spec {
     pub fn set(&mut self, key: &str, value: &str) {
         if let Some(known) = self.entry.all_keys().find(|k| k.name == key && check(k, value).is_ok()) {
             self.values.insert(known.name, value.to_owned());
+            self.settle_tiled();
+        }
+    }
+
+    /// What is said of tiles stands where the meshes are shaded in tiles, and nowhere else.
+    fn settle_tiled(&mut self) {
+        if self.word(SHADING.name) == Some(ShadingKind::Tiled) {
+            for key in TILED {
+                self.values.entry(key.name).or_insert_with(|| key.default.to_owned());
+            }
+        } else {
+            self.values.retain(|name, _| TILED.iter().all(|key| key.name != *name));
         }
     }
 
@@ -123,8 +135,22 @@ pub fn parse(text: &str) -> Result<Vec<Spec>> {
         }
         specs = next;
     }
-    specs.iter_mut().for_each(|spec| spec.leave_to_files(&seen));
-    Ok(specs)
+    for spec in &mut specs {
+        spec.settle_tiled();
+        spec.leave_to_files(&seen);
+    }
+    let of_tiles = |name: &&&str| TILED.iter().any(|key| key.name == **name);
+    if let (Some(name), true) = (seen.iter().find(of_tiles), specs.iter().all(|s| s.value("shading") != "tiled")) {
+        return Err(fail(format!("{name}= is about tiles, and there are none"), "add shading=tiled".into()));
+    }
+    // Of those that are not tiled, a sweep over what is said of tiles makes one.
+    let mut different: Vec<Spec> = Vec::new();
+    for spec in specs {
+        if different.iter().all(|other| other.values != spec.values) {
+            different.push(spec);
+        }
+    }
+    Ok(different)
 }
 
 /// What would be right, if `value` is not.
@@ -178,6 +204,18 @@ mod tests {
         assert_eq!(parse("voxelized:file=a").expect("valid")[0].short(), "voxelized:file=a");
     }
 
+    /// What is said of tiles is in specs of tiles alone.
+    #[test]
+    fn tiles_have_keys_of_their_own() {
+        let specs = parse("avsm:shading=forward|tiled,dither=none|noise").expect("valid");
+        let picked: Vec<_> = specs.iter().map(|s| ["shading", "dither", "blur"].map(|key| s.value(key))).collect();
+        assert_eq!(picked, [["forward", "", ""], ["tiled", "none", "on"], ["tiled", "noise", "on"]]);
+        let mut spec = parse("avsm").expect("valid").remove(0);
+        assert!(!spec.variant().contains_key("history"));
+        spec.set("shading", "tiled");
+        assert_eq!((spec.value("history"), spec.short().as_str()), ("on", "avsm:shading=tiled"));
+    }
+
     #[test]
     fn errors_list_what_is_known() {
         for (text, known) in [
@@ -190,6 +228,8 @@ mod tests {
             ("avsm:capacity=-1", "auto"),
             ("avsm:nodes=4,nodes=8", "a|b"),
             ("avsm:nodes=", "4, 8, 16"),
+            ("avsm:blur=off", "add shading=tiled"),
+            ("avsm:shading=deferred,dither=noise", "add shading=tiled"),
             ("voxelized:file=", "without commas"),
             ("voxelized:file=a,b.gobo", "no comma in a file's name"),
         ] {

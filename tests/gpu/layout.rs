@@ -6,6 +6,7 @@
 //! block has its text in [`Shader::push`], which a kernel holds against its Rust struct when it is made: here that text is
 //! held against the SPIR-V, and against every push_struct! in src/, also those of kernels that no test makes.
 
+use gobo::consume::many_lights::{FrameData, QueueData};
 use gobo::gpu::Shader;
 use gobo::grid::GridData;
 use gobo::maps::{BinTotals, Extents, ItemData, Map, SegmentData, TilePart};
@@ -60,6 +61,8 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Node", twin!(NodeData, depth, value)),
         ("Triangle", twin!(TriangleData, corners, albedo)),
         ("Tree", twin!(TreeData, origin, size, right, levels, up, root, forward, root_at, shortcuts, at, pointer_bits)),
+        ("Frame", twin!(FrameData, camera, corner, across, down, edge)),
+        ("Queue", twin!(QueueData, groups_x, groups_y, groups_z, jobs, demanded, end)),
         ("Grid", twin!(GridData, origin, voxel, per_unit, size, low, high)),
         ("Body", twin!(Body, place, speed)),
         ("Jet", twin!(Jet, position, width, speed, spread)),

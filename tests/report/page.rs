@@ -166,10 +166,14 @@ fn passes_stand_in_columns_with_the_whole_build() {
     let pass = |name: &str, ms: f64| PassTiming { name: name.into(), median_ns: ms * 1e6, p05_ns: 0.0, p95_ns: 0.0 };
     rows[0].passes = vec![pass("psm.clear", 0.25), pass("psm.propagate", 1.75)];
     rows[1].passes = vec![pass("psm.fused", 1.5)];
+    rows[0].draw_passes.clear();
+    rows[1].draw_passes = vec![pass("consume.gbuffer", 0.5), pass("many_lights.shade", 0.125)];
     let text = passes(&results(rows));
     let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split_whitespace().collect()).collect();
-    assert_eq!(lines.len(), 3, "a heading and the measured rows: {text}");
+    assert_eq!(lines.len(), 5, "a heading and the measured rows, and another where drawing has passes: {text}");
     assert_eq!(lines[0], ["a:", "passes,", "ms", "path", "psm.clear", "psm.propagate", "psm.fused", "total"]);
     assert_eq!(lines[1][2..], ["0.250", "1.75", "–", "3.50"]);
     assert_eq!(lines[2][2..], ["–", "–", "1.50", "2.00"]);
+    assert_eq!(lines[3], ["a:", "drawing,", "ms", "path", "consume.gbuffer", "many_lights.shade", "total"]);
+    assert_eq!(lines[4][2..], ["0.500", "0.125", "5.00"]);
 }

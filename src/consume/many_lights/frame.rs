@@ -1,0 +1,36 @@
+//! How a frame sees the world, for passes that tell surfaces apart.
+
+use crate::scene::View;
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec2, DVec3};
+
+/// How far a point may lie off a surface and belong to it, pixels at its distance: a step of as much is hardly seen.
+const EDGE_PIXELS: f64 = 2.0;
+
+/// A camera, and the directions of its pixels' rays. Twin: Frame in glsl/many_lights/frame.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct FrameData {
+    /// The camera.
+    pub camera: View,
+    /// The direction at the upper left corner of the picture, z along it being 1.
+    pub corner: [f32; 3],
+    /// What a pixel to the right adds to it.
+    pub across: [f32; 3],
+    /// And a pixel down.
+    pub down: [f32; 3],
+    /// How far a point may lie off a surface and belong to it, world units for each of z.
+    pub edge: f32,
+}
+
+impl FrameData {
+    /// Of a perspective camera.
+    pub fn of(camera: &View) -> Self {
+        let direction = |x: f64, y: f64| camera.ray(DVec2::new(x, y)).direction;
+        let corner = direction(0.0, 0.0);
+        let [across, down] = [direction(1.0, 0.0), direction(0.0, 1.0)].map(|other| other - corner);
+        let single = |v: DVec3| v.as_vec3().to_array();
+        let edge = (EDGE_PIXELS * down.length()) as f32;
+        Self { camera: *camera, corner: single(corner), across: single(across), down: single(down), edge }
+    }
+}

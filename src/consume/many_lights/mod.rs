@@ -1,0 +1,312 @@
+//! Many lights, shaded in tiles: the lights that reach a tile are found once, each pixel asks the technique for those and keeps a
+//! bit a light, and one shader that knows no technique shades with all of them. Sources: Olsson and Assarsson 2011 (tiles);
+//! Pestana 2015 (a bit a light; dithered, blurred and averaged with the last frame). Twin: reference::twin::many_lights.
+
+mod ask;
+mod frame;
+
+pub(super) use ask::Asking;
+pub use ask::QueueData;
+pub use frame::FrameData;
+
+use super::Tiled;
+use crate::gpu::{
+    Bindings, Buffer, Commands, Constants, Context, Format, Image, Kernel, Memory, Resource, push_struct,
+};
+use crate::scene::{SKY, View};
+use crate::shaders::{Folder, constant, many_lights as shaders};
+use crate::technique::Answer;
+use crate::{Error, Result};
+use ask::Queue;
+use std::cell::RefCell;
+
+/// Pixels a side of a tile. Twin: TILE.
+pub const TILE: u32 = 16;
+
+/// Lights that a tile has room for. Twin: MOST_WORDS.
+pub const MOST_LIGHTS: u32 = 1024;
+
+/// Pixels a side of a workgroup that asks, or looks for where pixels were.
+const BLOCK: u32 = 8;
+
+/// Pixels that the blur reaches on each side.
+const BLUR_REACH: u32 = 2;
+
+push_struct! {
+    /// Twin: ManyLightsPush in glsl/many_lights/frame.glsl.
+    pub(super) struct ManyLightsPush {
+        size: [u32; 2],
+        words: u32,
+        phase: u32,
+        has_before: u32,
+        sky_red: f32,
+        sky_green: f32,
+        sky_blue: f32,
+        light_bits: u32,
+        capacity: u32,
+    }
+}
+
+/// What is drawn from and to: of the renderer.
+pub(super) struct Targets<'a> {
+    pub context: &'a Context,
+    pub lights: &'a Buffer,
+    pub light_count: u32,
+    /// Albedo, normal and z, as textures.
+    pub gbuffer: &'a Bindings,
+    pub color: &'a Image,
+    pub color_format: Format,
+}
+
+/// Buffers and passes for one renderer, and what is kept from one frame to the next.
+pub(super) struct ManyLights {
+    pub(super) tiled: Tiled,
+    context: Context,
+    size: [u32; 2],
+    words: u32,
+    frames: Buffer,
+    masks: Buffer,
+    shadows: Buffer,
+    geometry: Buffer,
+    history: Option<History>,
+    queue: Option<Queue>,
+    gbuffer: Bindings,
+    /// Set 0 of every pass.
+    frame: Bindings,
+    cull: Kernel<ManyLightsPush>,
+    shade: Kernel<ManyLightsPush>,
+    kept: RefCell<Kept>,
+}
+
+/// With `history=on`: what the frame before saw and found.
+struct History {
+    shadows: Buffer,
+    geometry: Buffer,
+    sources: Buffer,
+    reproject: Kernel<ManyLightsPush>,
+}
+
+/// From one frame to the next.
+#[derive(Default)]
+struct Kept {
+    /// What the frame before was seen with; none where there was none.
+    before: Option<View>,
+    /// What is on the device.
+    written: Option<[FrameData; 2]>,
+    is_odd: bool,
+    /// Whose answers the bits are.
+    asked: Option<(Folder, Constants)>,
+}
+
+/// Words of a pixel: a bit a light, one word at least.
+pub fn words(lights: u32) -> u32 {
+    lights.div_ceil(32).max(1)
+}
+
+/// What a buffer takes that the device may not have: a refusal that says why.
+fn sized(context: &Context, name: &str, bytes: u64, what: &str) -> Result<Buffer> {
+    let limit = u64::from(context.features().max_storage_buffer_range);
+    if bytes > limit {
+        let needs = format!(
+            "maxStorageBufferRange of at least {bytes} for {what} with shading=tiled (this device has {limit}); use a smaller \
+             picture or fewer lights"
+        );
+        return Err(Error::Refused { needs });
+    }
+    Buffer::new(context, name, bytes, Memory::Device)
+}
+
+impl ManyLights {
+    pub(super) fn new(targets: &Targets, tiled: Tiled) -> Result<Self> {
+        let Targets { context, light_count, .. } = *targets;
+        if light_count > MOST_LIGHTS {
+            let cause = format!("{light_count} lights, and a tile has room for {MOST_LIGHTS}");
+            return Err(Error::input("shading=tiled", cause, "use shading=deferred or fewer lights"));
+        }
+        let size = targets.color.size();
+        let (words, pixels) = (words(light_count), u64::from(size[0]) * u64::from(size[1]));
+        let tiles: u64 = size.map(|s| u64::from(s.div_ceil(TILE))).iter().product();
+        let picture = format!("{light_count} lights in {} × {} pixels", size[0], size[1]);
+        let buffer = |name, bytes| sized(context, name, bytes, &picture);
+        let [frames, masks] = [
+            buffer("many_lights.frames", 2 * size_of::<FrameData>() as u64)?,
+            buffer("many_lights.masks", 4 * u64::from(words) * tiles)?,
+        ];
+        let [shadows_bytes, geometry_bytes] = [4 * u64::from(words) * pixels, 8 * pixels];
+        let shadows = buffer("many_lights.shadows", shadows_bytes)?;
+        let geometry = buffer("many_lights.geometry", geometry_bytes)?;
+        let before = match tiled.history {
+            true => Some([
+                buffer("many_lights.shadows_before", shadows_bytes)?,
+                buffer("many_lights.geometry_before", geometry_bytes)?,
+                buffer("many_lights.sources", 4 * pixels)?,
+            ]),
+            false => None,
+        };
+        let resources = [targets.lights, &frames, &masks, &shadows].map(|b| Resource::Buffer(b.clone()));
+        let frame = Bindings::new(context, "many_lights.frame", &resources)?;
+        // Without a history nobody reads what stands in its place.
+        let [shadows_before, geometry_before, sources] = before.clone().unwrap_or([(); 3].map(|()| masks.clone()));
+        let seen = [&geometry, &geometry_before, &shadows_before, &sources].map(|b| Resource::Buffer(b.clone()));
+        let seen: Vec<_> = seen.into_iter().chain([Resource::StorageImage(targets.color.clone())]).collect();
+        let seen = Bindings::new(context, "many_lights.seen", &seen)?;
+        let constants = Constants::new()
+            .set(constant::BLUR_REACH, if tiled.blur { BLUR_REACH } else { 0 })
+            .set(constant::HISTORY, tiled.history);
+        let half = targets.color_format == Format::R16G16B16A16_SFLOAT;
+        let shade = if half { &shaders::SHADE_HALF_1 } else { &shaders::SHADE_HALF_0 };
+        let sets = [&frame, &seen, targets.gbuffer];
+        let history = match before {
+            Some([shadows, geometry, sources]) => {
+                let reproject = Kernel::compute(context, &shaders::REPROJECT, &sets, &constants)?;
+                Some(History { shadows, geometry, sources, reproject })
+            }
+            None => None,
+        };
+        Ok(Self {
+            tiled,
+            context: context.clone(),
+            size,
+            words,
+            history,
+            queue: Queue::of(targets, &tiled, &sets)?,
+            gbuffer: targets.gbuffer.clone(),
+            cull: Kernel::compute(context, &shaders::CULL, &sets, &constants)?,
+            shade: Kernel::compute(context, shade, &sets, &constants)?,
+            frames,
+            masks,
+            shadows,
+            geometry,
+            frame,
+            kept: RefCell::default(),
+        })
+    }
+
+    /// Of all that stands between the G-buffer and the picture.
+    pub(super) fn bytes(&self) -> u64 {
+        let history = self.history.iter().flat_map(|h| [&h.shadows, &h.geometry, &h.sources]);
+        let buffers = [&self.masks, &self.shadows, &self.geometry].into_iter().chain(history);
+        buffers.map(Buffer::bytes).sum::<u64>() + self.queue.as_ref().map_or(0, Queue::bytes)
+    }
+
+    /// What asks a technique. What was kept of another's answers is forgotten.
+    pub(super) fn asking(&self, answer: &Answer) -> Result<Asking> {
+        let asked = (answer.folder, answer.constants.clone());
+        let mut kept = self.kept.borrow_mut();
+        if kept.asked.as_ref() != Some(&asked) {
+            (kept.asked, kept.before) = (Some(asked), None);
+        }
+        Asking::new(self, answer)
+    }
+
+    /// Readies the device for a frame that is seen with `camera`: what its passes are pushed.
+    pub(super) fn begin(&self, camera: &View) -> Result<ManyLightsPush> {
+        let mut kept = self.kept.borrow_mut();
+        let frames = [*camera, kept.before.unwrap_or(*camera)].map(|view| FrameData::of(&view));
+        if kept.written != Some(frames) {
+            kept.written = None;
+            self.frames.write(&frames)?;
+            kept.written = Some(frames);
+        }
+        let (light_bits, capacity) = self.queue.as_ref().map_or((0, 0), Queue::push);
+        let [sky_red, sky_green, sky_blue] = SKY;
+        Ok(ManyLightsPush {
+            size: self.size,
+            words: self.words,
+            phase: if !self.tiled.history {
+                2
+            } else if kept.is_odd {
+                3
+            } else {
+                1
+            },
+            has_before: kept.before.is_some().into(),
+            sky_red,
+            sky_green,
+            sky_blue,
+            light_bits,
+            capacity,
+        })
+    }
+
+    /// Records all passes behind that of the G-buffer.
+    pub(super) fn record(&self, commands: &mut Commands, asking: &Asking, push: &ManyLightsPush) {
+        self.cull(commands, push);
+        asking.record(self, commands, push);
+        if let Some(history) = &self.history {
+            history.reproject(commands, self.blocks(), push);
+        }
+        self.shade(commands, push);
+        if let Some(history) = &self.history {
+            history.keep(commands, self);
+        }
+    }
+
+    /// After the submission of a frame that was seen with `camera`.
+    pub(super) fn end(&self, camera: &View) {
+        let mut kept = self.kept.borrow_mut();
+        (kept.before, kept.is_odd) = (Some(*camera), !kept.is_odd);
+    }
+
+    fn tiles(&self) -> [u32; 3] {
+        [self.size[0].div_ceil(TILE), self.size[1].div_ceil(TILE), 1]
+    }
+
+    fn blocks(&self) -> [u32; 3] {
+        [self.size[0].div_ceil(BLOCK), self.size[1].div_ceil(BLOCK), 1]
+    }
+
+    fn cull(&self, commands: &mut Commands, push: &ManyLightsPush) {
+        commands.pass("many_lights.cull", |pass| pass.dispatch(&self.cull, push, self.tiles()));
+    }
+
+    fn shade(&self, commands: &mut Commands, push: &ManyLightsPush) {
+        // Half a tile each.
+        let [across, _, _] = self.tiles();
+        let halves = [across, self.size[1].div_ceil(TILE / 2), 1];
+        commands.pass("many_lights.shade", |pass| pass.dispatch(&self.shade, push, halves));
+    }
+}
+
+impl History {
+    fn reproject(&self, commands: &mut Commands, blocks: [u32; 3], push: &ManyLightsPush) {
+        commands.pass("many_lights.reproject", |pass| pass.dispatch(&self.reproject, push, blocks));
+    }
+
+    /// For the next frame.
+    fn keep(&self, commands: &mut Commands, now: &ManyLights) {
+        commands.pass("many_lights.keep", |pass| {
+            pass.copy(&now.shadows, &self.shadows, self.shadows.bytes());
+            pass.copy(&now.geometry, &self.geometry, self.geometry.bytes());
+        });
+    }
+}
+
+/// What the last frame left on the device, for whoever holds it against its twin.
+pub struct TilesSeen {
+    /// Words of lights that reach each tile, tiles row by row.
+    pub masks: Vec<u32>,
+    /// Words of lights that are kept from each pixel: first words of all pixels, then the second ones.
+    pub shadows: Vec<u32>,
+    /// z, as bits, and packed normal of each pixel.
+    pub geometry: Vec<[u32; 2]>,
+    /// Where each pixel's surface was in the frame before, or [`u32::MAX`]; empty without a history.
+    pub sources: Vec<u32>,
+    /// How the last frame and the one before it saw the world.
+    pub frames: [FrameData; 2],
+}
+
+impl ManyLights {
+    pub(super) fn seen(&self) -> Result<TilesSeen> {
+        let read = |buffer: &Buffer| buffer.read::<u32>(buffer.bytes() as usize / 4);
+        let sources = self.history.as_ref().map(|h| read(&h.sources)).transpose()?;
+        let frames = self.frames.read::<FrameData>(2)?;
+        Ok(TilesSeen {
+            masks: read(&self.masks)?,
+            shadows: read(&self.shadows)?,
+            geometry: self.geometry.read(self.geometry.bytes() as usize / 8)?,
+            sources: sources.unwrap_or_default(),
+            frames: [frames[0], frames[1]],
+        })
+    }
+}

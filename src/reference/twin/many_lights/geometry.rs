@@ -1,0 +1,53 @@
+//! Twin of glsl/many_lights/geometry.glsl and frame.glsl: what is kept of what a pixel sees, and telling surfaces apart.
+
+use crate::scene::View;
+use std::array::from_fn;
+
+/// A unit, as normals have it, and the least product of two of one surface.
+pub const NORMAL_UNIT: i32 = 511;
+const SAME_NORMAL: i32 = 235_009;
+
+/// How a frame sees the world. Twin: Frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// The camera.
+    pub camera: View,
+    /// The direction at the upper left corner.
+    pub corner: [f32; 3],
+    /// What a pixel to the right adds to it.
+    pub across: [f32; 3],
+    /// And a pixel down.
+    pub down: [f32; 3],
+    /// How far a point may lie off a surface and belong to it, world units for each of z.
+    pub edge: f32,
+}
+
+impl Frame {
+    /// Twin: frame_direction.
+    pub fn direction(&self, [x, y]: [u32; 2]) -> [f32; 3] {
+        from_fn(|i| self.corner[i] + (x as f32 + 0.5) * self.across[i] + (y as f32 + 0.5) * self.down[i])
+    }
+}
+
+/// Twin: pack_normal.
+pub fn pack_normal(normal: [f32; 3]) -> u32 {
+    let [x, y, z] = normal.map(|c| (c * 511.0 + 511.5).floor().clamp(0.0, 1022.0) as u32);
+    x | y << 10 | z << 20
+}
+
+/// Twin: unpack_normal.
+pub fn unpack_normal(packed: u32) -> [i32; 3] {
+    [0, 10, 20].map(|shift| (packed >> shift & 1023) as i32 - NORMAL_UNIT)
+}
+
+/// Twin: same_normal.
+pub fn same_normal(a: u32, b: u32) -> bool {
+    let (a, b) = (unpack_normal(a), unpack_normal(b));
+    (0..3).map(|i| a[i] * b[i]).sum::<i32>() >= SAME_NORMAL
+}
+
+/// Twin: along_normal.
+pub fn along_normal(packed: u32, vector: [f32; 3]) -> f32 {
+    let normal = unpack_normal(packed).map(|c| c as f32);
+    normal[0] * vector[0] + normal[1] * vector[1] + normal[2] * vector[2]
+}

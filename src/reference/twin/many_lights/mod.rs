@@ -1,0 +1,8 @@
+//! CPU twins of glsl/many_lights/: a file a pass that computes, in f32 and to the bit, but for the division by which a place is
+//! projected.
+
+pub mod cull;
+pub mod dither;
+pub mod geometry;
+pub mod reproject;
+pub mod shade;

@@ -1,0 +1,109 @@
+//! Frames one after the other, the camera moving and still.
+
+use super::{build, camera, lamps, largest_difference, rounding};
+use crate::support::{gpu_test, some};
+use glam::DVec3;
+use gobo::consume::{Lighting, Renderer, Shading, Tiled};
+use gobo::measure::{picture_error, picture_flicker};
+use gobo::reference::truth::{Casters, picture};
+use gobo::scene::{Picture, Scene, View};
+use gobo::technique::keys::DitherKind;
+
+const SIZE: [u32; 2] = [96, 54];
+
+/// The camera going round, in so many steps.
+fn going_round(scene: &Scene, frames: usize) -> Vec<View> {
+    let moved = |frame: usize| {
+        let mut scene = scene.clone();
+        scene.camera.position += frame as f64 * DVec3::new(0.09, 0.02, 0.01);
+        camera(&scene, SIZE)
+    };
+    (0..frames).map(moved).collect()
+}
+
+fn drawn(context: &gobo::gpu::Context, scene: &Scene, text: &str, tiled: Tiled, cameras: &[View]) -> Vec<Picture> {
+    let built = build(context, scene, text);
+    let answer = built.technique.technique.answer();
+    let mut renderer = Renderer::new(context, &built.world, &cameras[0]).expect("a renderer");
+    renderer.sequence(&built.world, &answer, Shading::Tiled(tiled), Lighting::Fragment, cameras).expect("drawn")
+}
+
+/// With two frames that ask at places of their own, from the second on each picture of a still camera is the same.
+#[test]
+fn a_still_picture_does_not_flicker() {
+    gpu_test("a_still_picture_does_not_flicker", |context| {
+        let scene = lamps::lamps(33);
+        let cameras = vec![camera(&scene, SIZE); 5];
+        let of = |text: &'static str| [true, false].map(|blur| (text, blur));
+        let cases = [of("voxel-grid:size=64,march=steps,steps=10"), of("voxel-grid:size=64")].concat();
+        for (text, blur) in some(cases, 1) {
+            for dither in [DitherKind::None, DitherKind::Ordered, DitherKind::Noise] {
+                let tiled = Tiled { dither, blur, ..Tiled::default() };
+                let pictures = drawn(context, &scene, text, tiled, &cameras);
+                assert!(pictures[1..].windows(2).all(|two| two[0] == two[1]), "{text}, {tiled:?}");
+                let changes = pictures[0] != pictures[1];
+                assert_eq!(changes, dither != DitherKind::None, "{text}, {tiled:?}: the two frames differ");
+            }
+        }
+    });
+}
+
+/// What a moving camera uncovers has no history; what it has is of the same place. So blur and history bring even steps
+/// nearer to the truth, and their flicker down.
+#[test]
+fn blur_and_history_calm_what_is_dithered() {
+    gpu_test("blur_and_history_calm_what_is_dithered", |context| {
+        let scene = lamps::lamps(24);
+        let cameras = going_round(&scene, 6);
+        let casters = Casters::new(&scene);
+        let truth: Vec<_> = cameras.iter().map(|camera| picture(&casters, &scene, camera)).collect();
+        let measured = |tiled: Tiled| {
+            let pictures = drawn(context, &scene, "voxel-grid:size=128,march=steps,steps=15", tiled, &cameras);
+            let last = picture_error(&pictures[5], &truth[5]).rmse;
+            let flicker = picture_flicker(&pictures, &truth).expect("frames");
+            println!("{tiled:?}: RMSE {last:.4}, flicker {flicker:.4}");
+            (last, flicker)
+        };
+        let all = measured(Tiled::default());
+        let no_history = measured(Tiled { history: false, ..Tiled::default() });
+        let dither_alone = measured(Tiled { history: false, blur: false, ..Tiled::default() });
+        let bare = measured(Tiled::BARE);
+        assert!(no_history.0 < dither_alone.0 && no_history.1 < dither_alone.1);
+        assert!(all.0 < bare.0 && all.1 < no_history.1 * 1.02, "{all:?}, {no_history:?}, {bare:?}");
+    });
+}
+
+/// Bits belong to lights: where all lights change their places at once, and the technique's answers with them, a frame later
+/// nothing is left of where they were; and kernels of another technique start anew.
+#[test]
+fn history_is_one_frame_long() {
+    gpu_test("history_is_one_frame_long", |context| {
+        let scene = lamps::lamps(24);
+        let mut moved = scene.clone();
+        moved.lights.reverse();
+        let mut built = build(context, &scene, "voxel-grid:size=64");
+        let renderer = Renderer::new(context, &built.world, &camera(&scene, SIZE)).expect("a renderer");
+        let shading = Shading::Tiled(Tiled::default());
+        renderer.picture(&built.technique.technique.answer(), shading, Lighting::Fragment).expect("drawn");
+        built.world.replace(&moved).expect("as many of all");
+        built.technique.build(&built.world).expect("built");
+        let answer = built.technique.technique.answer();
+        let after = renderer.picture(&answer, shading, Lighting::Fragment).expect("drawn");
+        let fresh = super::picture(context, &build(context, &moved, "voxel-grid:size=64"), SIZE, shading);
+        let difference = largest_difference(&after, &fresh);
+        assert!(difference <= rounding(context, &fresh), "{difference}");
+        // Other answers: not averaged with those before.
+        let other = build(context, &moved, "shadow-map:size=64");
+        let mixed = Renderer::new(context, &other.world, &camera(&moved, SIZE)).expect("a renderer");
+        let once = |answer| {
+            let kernels = mixed.kernels(&answer, shading, Lighting::Fragment).expect("kernels");
+            mixed.draw(&kernels).expect("drawn");
+            mixed.tiles_seen().expect("read").expect("tiles").sources
+        };
+        let shadow_map = other.technique.technique.answer();
+        assert!(once(shadow_map).iter().all(|source| *source == u32::MAX), "there is no frame before");
+        assert!(once(shadow_map).iter().any(|source| *source != u32::MAX), "there is");
+        let grid = build(context, &moved, "voxel-grid:size=64");
+        assert!(once(grid.technique.technique.answer()).iter().all(|source| *source == u32::MAX), "it was another's");
+    });
+}
