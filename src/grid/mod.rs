@@ -2,7 +2,10 @@
 //! the world's, not a light's: it costs the same for one light and for a thousand.
 
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
+use crate::gpu::{
+    Bindings, Buffer, Commands, Constants, Context, Draw, Graphics, Kernel, Memory, Resource, groups, push_struct,
+};
+use crate::shaders::constant::CONSERVATIVE;
 use crate::shaders::grid as shaders;
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
@@ -55,6 +58,44 @@ push_struct! {
     }
 }
 
+/// How the voxels are found that a triangle meets. All find the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Voxelizer {
+    /// Compute passes go through triangles' boxes.
+    Compute,
+    /// Triangles are drawn along the axis that they face most, and fragments go through columns.
+    Raster {
+        /// By [`crate::gpu::Features::conservative_rasterization`], or as wider triangles.
+        conservative: bool,
+    },
+}
+
+/// Its passes.
+enum Voxelize {
+    Compute([Kernel<GridPush>; 3]),
+    Raster(Kernel<GridPush>),
+}
+
+impl Voxelize {
+    fn new(context: &Context, voxelizer: Voxelizer, set: &Bindings) -> Result<Self> {
+        let kernel = |shader| Kernel::compute(context, shader, &[set], &Constants::new());
+        Ok(match voxelizer {
+            Voxelizer::Compute => Self::Compute([
+                kernel(&shaders::VOXELIZE_STEP_0)?,
+                kernel(&shaders::VOXELIZE_STEP_1)?,
+                kernel(&shaders::VOXELIZE_STEP_2)?,
+            ]),
+            Voxelizer::Raster { conservative } => {
+                let (vertex, fragment) = (&shaders::VOXELIZE_VERT, &shaders::VOXELIZE_FRAG);
+                let state = Graphics { vertex, fragment, colors: &[], depth: None };
+                let constants = Constants::new().set(CONSERVATIVE, conservative);
+                let make = if conservative { Kernel::touching } else { Kernel::graphics };
+                Self::Raster(make(context, &state, &[set], &constants)?)
+            }
+        })
+    }
+}
+
 /// A grid of voxels, and the passes that fill it. Sources: Schwarz and Seidel 2010 (which voxels a triangle meets); levels and
 /// clearing are ours.
 pub struct Grid {
@@ -65,7 +106,7 @@ pub struct Grid {
     bounds: Kernel<GridPush>,
     fit: Kernel<GridPush>,
     clear: Kernel<GridPush>,
-    voxelize: [Kernel<GridPush>; 3],
+    voxelize: Voxelize,
     /// Whether anybody has written the bits yet.
     is_written: bool,
 }
@@ -75,7 +116,7 @@ impl Grid {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, size: u32) -> Result<Self> {
+    pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer) -> Result<Self> {
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
         let bits = Buffer::new(context, "grid.bits", 8 * u64::from(grid_words(size)), Memory::Device)?;
         let listed = 8 + 4 * u64::from(world.triangle_count().max(1));
@@ -92,11 +133,7 @@ impl Grid {
             bounds: kernel(&shaders::BOUNDS)?,
             fit: kernel(&shaders::FIT)?,
             clear: kernel(&shaders::CLEAR)?,
-            voxelize: [
-                kernel(&shaders::VOXELIZE_STEP_0)?,
-                kernel(&shaders::VOXELIZE_STEP_1)?,
-                kernel(&shaders::VOXELIZE_STEP_2)?,
-            ],
+            voxelize: Voxelize::new(context, voxelizer, &set)?,
             is_written: false,
         })
     }
@@ -168,11 +205,20 @@ impl Grid {
     fn voxelize(&self, commands: &mut Commands, world: &World) {
         let triangle_count = world.triangle_count();
         let push = GridPush { triangle_count, threads: 0 };
+        let compute = match &self.voxelize {
+            Voxelize::Compute(kernels) => kernels,
+            Voxelize::Raster(kernel) => {
+                return commands.pass("grid.voxelize", |pass| {
+                    let draw = |draw: &mut Draw| draw.draw(kernel, &push, 3 * triangle_count, 1);
+                    pass.render([self.size; 2], &[], None, draw);
+                });
+            }
+        };
         let [x, y] = groups(u64::from(triangle_count.div_ceil(THREADS)));
-        commands.pass("grid.voxelize", |pass| pass.dispatch(&self.voxelize[0], &push, [x, y, 1]));
+        commands.pass("grid.voxelize", |pass| pass.dispatch(&compute[0], &push, [x, y, 1]));
         commands.pass("grid.voxelize", |pass| {
-            pass.dispatch(&self.voxelize[1], &push, [LARGE_GROUPS, 1, 1]);
-            pass.dispatch(&self.voxelize[2], &push, [LARGE_GROUPS, 1, 1]);
+            pass.dispatch(&compute[1], &push, [LARGE_GROUPS, 1, 1]);
+            pass.dispatch(&compute[2], &push, [LARGE_GROUPS, 1, 1]);
         });
     }
 }

@@ -4,13 +4,30 @@
 use super::keys::{Key, Values, Word, words};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Spec, Technique};
 use crate::Result;
-use crate::gpu::{Bindings, Commands, Constants, Context, Resource};
-use crate::grid::Grid;
+use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement, Resource};
+use crate::grid::{Grid, Voxelizer};
 use crate::maps::Map;
 use crate::scene::{Casting, Resolution, Scene, View};
 use crate::shaders::{constant, folder};
 use crate::world::World;
 use glam::DVec3;
+
+words! {
+    /// How the meshes become voxels.
+    enum Way {
+        /// By compute passes.
+        Compute = "compute",
+        /// Drawn.
+        Raster = "raster",
+    }
+}
+
+const PATH: Key = Key {
+    name: "path",
+    values: Values::OneOf(Way::WORDS),
+    default: "auto",
+    about: "who finds the voxels that meshes meet, the same ones: compute passes, or a draw; auto: compute",
+};
 
 /// Voxels a side.
 const SIZE: Key = Key {
@@ -53,12 +70,13 @@ pub const ENTRY: Entry = Entry {
     about: "a ray from the point to the light through a grid of voxels, one grid for all lights (Pestana 2015)",
     casts: Casts { particles: false, strands: false, meshes: true },
     lifetime: Lifetime::Frame,
-    keys: &[SIZE, MARCH, STEPS, OFFSET],
-    paths: &[Path { name: COMPUTE, requires: &[] }],
-    open: |context, world, spec| Ok(Box::new(VoxelGrid::new(context, world, &Settings::of(spec))?)),
+    keys: &[PATH, SIZE, MARCH, STEPS, OFFSET],
+    paths: &[Path { name: COMPUTE, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
+    open: |context, world, spec| Ok(Box::new(VoxelGrid::new(context, world, &Settings::of(spec, context.features()))?)),
 };
 
 const COMPUTE: &str = "compute";
+const RASTER: &str = "raster";
 
 /// A spec, read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,12 +87,23 @@ pub struct Settings {
     pub steps: Option<u32>,
     /// Where in each step, as a share of it.
     pub offset: f32,
+    /// How the meshes become voxels.
+    pub voxelizer: Voxelizer,
 }
 
 impl Settings {
-    fn of(spec: &Spec) -> Self {
+    fn of(spec: &Spec, features: &Features) -> Self {
+        let voxelizer = match spec.word(PATH.name) {
+            Some(Way::Raster) => Voxelizer::Raster { conservative: features.conservative_rasterization },
+            Some(Way::Compute) | None => Voxelizer::Compute,
+        };
         let steps = (spec.word(MARCH.name) == Some(March::Steps)).then(|| spec.number(STEPS.name));
-        Self { size: spec.number(SIZE.name), steps, offset: spec.number(OFFSET.name) as f32 / 100.0 }
+        let (size, offset) = (spec.number(SIZE.name), spec.number(OFFSET.name) as f32 / 100.0);
+        Self { size, steps, offset, voxelizer }
+    }
+
+    fn path(&self) -> &'static str {
+        if self.voxelizer == Voxelizer::Compute { COMPUTE } else { RASTER }
     }
 }
 
@@ -91,9 +120,10 @@ impl VoxelGrid {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
-        let grid = Grid::new(context, world, settings.size)?;
+        ENTRY.require(context, settings.path())?;
+        let grid = Grid::new(context, world, settings.size, settings.voxelizer)?;
         let [data, bits] = grid.buffers();
         let resources = [&world.lights, data, bits].map(|buffer| Resource::Buffer(buffer.clone()));
         let look_up = Bindings::new(context, "voxel_grid.look_up", &resources)?;
@@ -102,6 +132,15 @@ impl VoxelGrid {
             .set(constant::MARCH_STEPS, settings.steps.unwrap_or(0))
             .set(constant::MARCH_OFFSET, settings.offset);
         Ok(Self { settings: *settings, grid, resolution: Vec::new(), look_up, constants })
+    }
+
+    /// Why the path, and which way of drawing.
+    fn reason(&self) -> &'static str {
+        match self.settings.voxelizer {
+            Voxelizer::Compute => "needs nothing that is optional",
+            Voxelizer::Raster { conservative: true } => "asked for; conservative rasterization",
+            Voxelizer::Raster { conservative: false } => "asked for; wider triangles",
+        }
     }
 
     /// The grid.
@@ -143,8 +182,8 @@ impl Technique for VoxelGrid {
     fn facts(&self) -> Result<Facts> {
         let [data, bits] = self.grid.buffers();
         Ok(Facts {
-            path: COMPUTE,
-            reason: "the only path".into(),
+            path: self.settings.path(),
+            reason: self.reason().into(),
             bytes_resident: data.bytes() + bits.bytes(),
             bytes_transient: self.grid.transient_bytes(),
             ..Facts::default()
