@@ -2,6 +2,8 @@
 
 mod support;
 
+#[path = "voxel_grid/media.rs"]
+mod media;
 #[path = "voxel_grid/raster.rs"]
 mod raster;
 #[allow(dead_code, reason = "voxelized asks for more of them")]

@@ -7,7 +7,8 @@
 
 layout(push_constant, scalar) uniform GridPush {
     uint triangle_count;
-    uint threads;  // that share the triangles in grid.bounds
+    uint caster_count;
+    uint threads;  // that share both in grid.bounds
 };
 
 // What only reads says so first (`readonly`): a device need not let vertices write.

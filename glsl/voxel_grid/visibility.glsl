@@ -5,6 +5,8 @@
 //   binding 0  readonly buffer: Light[] (world/light.glsl)
 //   binding 1  readonly buffer: Grid (grid/grid.glsl)
 //   binding 2  readonly buffer: uint[], its bits
+//   binding 3  readonly buffer: uint[], its media (grid/media.glsl), or any where MEDIA is false
+//   binding 4  readonly buffer: uint[], their bits, likewise
 #include "world/light.glsl"
 #include "grid/grid.glsl"
 
@@ -15,15 +17,20 @@
 layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityLights { Light visibility_lights[]; };
 layout(set = GOBO_SET, binding = 1, scalar) readonly buffer VisibilityGrid { Grid visibility_grid; };
 layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityBits { uint visibility_bits[]; };
+layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityMedia { uint visibility_media[]; };
+layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityMediaBits { uint visibility_media_bits[]; };
 
 // Voxels a side.
 CONSTANT(uint, GRID_SIZE, 256u)
 
-#include "grid/march.glsl"
+#include "grid/march_media.glsl"
 
 // Even steps, and where in each; 0: every voxel.
 CONSTANT(uint, MARCH_STEPS, 0u)
 CONSTANT(float, MARCH_OFFSET, 0.5)
+
+// Whether there is smoke or hair.
+CONSTANT(bool, MEDIA, false)
 
 // What a receiver is moved by more than its voxels reach, in voxels.
 const float RECEIVER_MARGIN = 1e-3;
@@ -47,5 +54,9 @@ float light_visibility(uint light, vec3 position) {
     vec3 way = l.kind == LIGHT_DIRECTIONAL ? -l.direction * (2.0 * size + distance(from, vec3(0.5 * size)))
                                            : (l.position - position) * visibility_grid.per_unit;
     bool met = MARCH_STEPS == 0u ? march_exact(from, way) : march_steps(from, way, MARCH_STEPS, MARCH_OFFSET);
-    return met ? 0.0 : 1.0;
+    if (met || !MEDIA) {
+        return met ? 0.0 : 1.0;
+    }
+    float taken = MARCH_STEPS == 0u ? media_exact(from, way) : media_steps(from, way, MARCH_STEPS, MARCH_OFFSET);
+    return exp(-taken);
 }

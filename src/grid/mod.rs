@@ -1,6 +1,9 @@
-//! What techniques share that stands in the world's space: the grid of voxels that meshes occupy, made anew each frame. It is
-//! the world's, not a light's: it costs the same for one light and for a thousand.
+//! What techniques share that stands in the world's space: the grid of voxels that meshes occupy and smoke and hair fill, made
+//! anew each frame. It is the world's, not a light's: it costs the same for one light and for a thousand.
 
+mod media;
+
+use self::media::Media;
 use crate::Result;
 use crate::gpu::{
     Bindings, Buffer, Commands, Constants, Context, Draw, Graphics, Kernel, Memory, Resource, groups, push_struct,
@@ -13,11 +16,14 @@ use bytemuck::{Pod, Zeroable};
 /// Threads of every pass.
 const THREADS: u32 = 64;
 
-/// Workgroups that share the meshes' corners.
+/// Workgroups that share the corners of meshes, and smoke and hair.
 const BOUNDS_GROUPS: u32 = 512;
 
 /// Workgroups that share the triangles that meet many voxels.
 const LARGE_GROUPS: u32 = 1024;
+
+/// Bytes before a list of triangles or casters that are of many voxels: how many are a workgroup's, and all workgroups'.
+const LISTS_BYTES: u64 = 8;
 
 /// Where a grid stands. Twin: Grid in glsl/grid/grid.glsl.
 #[repr(C)]
@@ -31,9 +37,9 @@ pub struct GridData {
     pub per_unit: f32,
     /// Voxels a side.
     pub size: u32,
-    /// Where the meshes begin along each axis, as whole numbers that order as floats do.
+    /// Where all that casts begins along each axis, as whole numbers that order as floats do.
     pub low: [u32; 3],
-    /// Where they end.
+    /// Where it ends.
     pub high: [u32; 3],
 }
 
@@ -54,8 +60,16 @@ push_struct! {
     /// Twin: GridPush in glsl/grid/build.glsl.
     struct GridPush {
         triangle_count: u32,
+        caster_count: u32,
         threads: u32,
     }
+}
+
+/// A buffer of zeros: passes that clear follow what is not 0.
+fn zeroed(context: &Context, name: &str, bytes: u64) -> Result<Buffer> {
+    let buffer = Buffer::new(context, name, bytes, Memory::Device)?;
+    context.submit(|commands| commands.pass(name, |pass| pass.fill(&buffer, 0)))?;
+    Ok(buffer)
 }
 
 /// How the voxels are found that a triangle meets. All find the same.
@@ -103,49 +117,65 @@ pub struct Grid {
     data: Buffer,
     bits: Buffer,
     large: Buffer,
+    /// Where the world may have smoke or hair.
+    media: Option<Media>,
     bounds: Kernel<GridPush>,
     fit: Kernel<GridPush>,
     clear: Kernel<GridPush>,
     voxelize: Voxelize,
-    /// Whether anybody has written the bits yet.
-    is_written: bool,
 }
 
 impl Grid {
-    /// A grid of `size` voxels a side, a power of two from 64 to 512, about the meshes of `world`.
+    /// A grid of `size` voxels a side, a power of two from 64 to 512, about all that casts in `world`.
     ///
     /// # Errors
+    /// [`crate::Error::Refused`] where the device binds no buffer of a number a voxel and there is smoke or hair,
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer) -> Result<Self> {
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
-        let bits = Buffer::new(context, "grid.bits", 8 * u64::from(grid_words(size)), Memory::Device)?;
-        let listed = 8 + 4 * u64::from(world.triangle_count().max(1));
+        let bits = zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
+        let listed = LISTS_BYTES + 4 * u64::from(world.triangle_count().max(1));
         let large = Buffer::new(context, "grid.large", listed, Memory::Device)?;
         let resources = [&data, &bits, &world.triangles, &large].map(|buffer| Resource::Buffer(buffer.clone()));
         let set = Bindings::new(context, "grid", &resources)?;
+        let casters = Bindings::new(context, "grid.casters", &[Resource::Buffer(world.casters.clone())])?;
         let constants = Constants::new();
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);
+        let has_media = world.caster_capacity() > 0;
         Ok(Self {
             size,
             data,
             bits,
             large,
-            bounds: kernel(&shaders::BOUNDS)?,
+            media: if has_media { Some(Media::new(context, world, size, &set)?) } else { None },
+            bounds: Kernel::compute(context, &shaders::BOUNDS, &[&set, &casters], &constants)?,
             fit: kernel(&shaders::FIT)?,
             clear: kernel(&shaders::CLEAR)?,
             voxelize: Voxelize::new(context, voxelizer, &set)?,
-            is_written: false,
         })
     }
 
-    /// What a look-up is bound: where the grid stands, and its bits.
-    pub fn buffers(&self) -> [&Buffer; 2] {
-        [&self.data, &self.bits]
+    /// What a look-up is bound: where the grid stands, its bits, and the media and theirs, for which the bits stand where there
+    /// are none.
+    pub fn buffers(&self) -> [&Buffer; 4] {
+        let media = self.media.as_ref().map_or([&self.bits; 2], |media| [&media.voxels, &media.bits]);
+        [&self.data, &self.bits, media[0], media[1]]
+    }
+
+    /// Whether the world may have smoke or hair.
+    pub fn has_media(&self) -> bool {
+        self.media.is_some()
+    }
+
+    /// Of all that a look-up needs.
+    pub fn resident_bytes(&self) -> u64 {
+        let media = self.media.as_ref().map_or(0, |media| media.voxels.bytes() + media.bits.bytes());
+        self.data.bytes() + self.bits.bytes() + media
     }
 
     /// Of all that only a build needs.
     pub fn transient_bytes(&self) -> u64 {
-        self.large.bytes()
+        self.large.bytes() + self.media.as_ref().map_or(0, |media| media.large.bytes())
     }
 
     /// Where it stands, after a build.
@@ -164,47 +194,57 @@ impl Grid {
         self.bits.read(grid_words(self.size) as usize)
     }
 
-    /// Records the passes that fill it with the meshes as they are now.
-    pub fn record(&mut self, commands: &mut Commands, world: &World) {
-        self.begin(commands);
-        self.place(commands, world);
-        self.voxelize(commands, world);
-        self.is_written = true;
+    /// What smoke and hair take in each voxel, brick by brick, and the bits of where there are any, after a build; nothing where
+    /// there are none.
+    ///
+    /// # Errors
+    /// As [`Grid::data`].
+    pub fn media(&self) -> Result<Option<(Vec<u32>, Vec<u64>)>> {
+        let Some(media) = &self.media else { return Ok(None) };
+        Ok(Some((media.voxels.read(self.size.pow(3) as usize)?, media.bits.read(grid_words(self.size) as usize)?)))
     }
 
-    /// Nothing is occupied, and nothing is known of the meshes.
-    fn begin(&self, commands: &mut Commands) {
+    /// Records the passes that fill it with all that casts as it is now.
+    pub fn record(&self, commands: &mut Commands, world: &World) {
+        self.clear(commands);
+        self.place(commands, world);
+        self.voxelize(commands, world);
+        if let Some(media) = &self.media {
+            media.deposit(commands, world);
+        }
+    }
+
+    /// Nothing is occupied, and nothing is known of what casts: zeros where there was something.
+    fn clear(&self, commands: &mut Commands) {
         let start = GridData { size: self.size, low: [u32::MAX; 3], ..GridData::zeroed() };
+        let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
+        let top = u64::from(side(self.size, 2).pow(3));
         commands.pass("grid.clear", |pass| {
             pass.update(&self.data, &[start]);
-            pass.fill_part(&self.large, 0, 8, 0);
-            if !self.is_written {
-                pass.fill(&self.bits, 0);
-            }
+            pass.fill_part(&self.large, 0, LISTS_BYTES, 0);
         });
-        if self.is_written {
-            let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
-            let top = u64::from(side(self.size, 2).pow(3));
-            commands.pass("grid.clear", |pass| {
-                pass.dispatch(&self.clear, &GridPush::zeroed(), [x, y, 1]);
-            });
-            commands.pass("grid.clear", |pass| {
-                pass.fill_part(&self.bits, self.bits.bytes() - 8 * top, 8 * top, 0);
-            });
+        commands.pass("grid.clear", |pass| {
+            pass.dispatch(&self.clear, &GridPush::zeroed(), [x, y, 1]);
+        });
+        commands.pass("grid.clear", |pass| {
+            pass.fill_part(&self.bits, self.bits.bytes() - 8 * top, 8 * top, 0);
+        });
+        if let Some(media) = &self.media {
+            media.clear(commands);
         }
     }
 
     fn place(&self, commands: &mut Commands, world: &World) {
-        let triangle_count = world.triangle_count();
-        let bounds_groups = triangle_count.div_ceil(THREADS).clamp(1, BOUNDS_GROUPS);
-        let push = GridPush { triangle_count, threads: THREADS * bounds_groups };
+        let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
+        let bounds_groups = triangle_count.max(caster_count).div_ceil(THREADS).clamp(1, BOUNDS_GROUPS);
+        let push = GridPush { triangle_count, caster_count, threads: THREADS * bounds_groups };
         commands.pass("grid.bounds", |pass| pass.dispatch(&self.bounds, &push, [bounds_groups, 1, 1]));
         commands.pass("grid.fit", |pass| pass.dispatch(&self.fit, &push, [1, 1, 1]));
     }
 
     fn voxelize(&self, commands: &mut Commands, world: &World) {
         let triangle_count = world.triangle_count();
-        let push = GridPush { triangle_count, threads: 0 };
+        let push = GridPush { triangle_count, ..GridPush::zeroed() };
         let compute = match &self.voxelize {
             Voxelize::Compute(kernels) => kernels,
             Voxelize::Raster(kernel) => {

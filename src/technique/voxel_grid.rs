@@ -1,5 +1,5 @@
-//! Voxel grid: rays from the point to the light through a grid of voxels that the meshes occupy. The grid is the world's: all
-//! lights ask the same one. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel on the way).
+//! Voxel grid: rays from the point to the light through a grid of voxels that meshes occupy and smoke and hair fill. The grid is
+//! the world's: all lights ask the same one. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel on the way).
 
 use super::keys::{Key, Values, Word, words};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Spec, Technique};
@@ -34,7 +34,7 @@ const SIZE: Key = Key {
     name: "size",
     values: Values::OneOf(&["64", "128", "256", "512"]),
     default: "256",
-    about: "voxels a side of the grid about the meshes",
+    about: "voxels a side of the grid about all that casts",
 };
 
 words! {
@@ -68,7 +68,7 @@ const OFFSET: Key =
 pub const ENTRY: Entry = Entry {
     name: "voxel-grid",
     about: "a ray from the point to the light through a grid of voxels, one grid for all lights (Pestana 2015)",
-    casts: Casts { particles: false, strands: false, meshes: true },
+    casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: &[PATH, SIZE, MARCH, STEPS, OFFSET],
     paths: &[Path { name: COMPUTE, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
@@ -124,13 +124,14 @@ impl VoxelGrid {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         ENTRY.require(context, settings.path())?;
         let grid = Grid::new(context, world, settings.size, settings.voxelizer)?;
-        let [data, bits] = grid.buffers();
-        let resources = [&world.lights, data, bits].map(|buffer| Resource::Buffer(buffer.clone()));
+        let [data, bits, media, media_bits] = grid.buffers();
+        let resources = [&world.lights, data, bits, media, media_bits].map(|buffer| Resource::Buffer(buffer.clone()));
         let look_up = Bindings::new(context, "voxel_grid.look_up", &resources)?;
         let constants = Constants::new()
             .set(constant::GRID_SIZE, settings.size)
             .set(constant::MARCH_STEPS, settings.steps.unwrap_or(0))
-            .set(constant::MARCH_OFFSET, settings.offset);
+            .set(constant::MARCH_OFFSET, settings.offset)
+            .set(constant::MEDIA, grid.has_media());
         Ok(Self { settings: *settings, grid, resolution: Vec::new(), look_up, constants })
     }
 
@@ -151,8 +152,13 @@ impl VoxelGrid {
 
 /// How finely the grid knows the meshes, one for each map of all lights.
 fn resolution(scene: &Scene, size: u32) -> Vec<Resolution> {
-    let corners = scene.meshes.iter().flat_map(|mesh| &mesh.positions).map(|p| DVec3::from(p.map(f64::from)));
-    let (low, high) = corners.fold((DVec3::MAX, DVec3::MIN), |(low, high), p| (low.min(p), high.max(p)));
+    let corners = scene.meshes.iter().flat_map(|mesh| &mesh.positions).map(|p| [DVec3::from(p.map(f64::from)); 2]);
+    let spheres = scene.casters().into_iter().flat_map(|caster| {
+        let radius = f64::from(caster.radius);
+        [caster.start(), caster.end()].map(|centre| [centre - radius, centre + radius])
+    });
+    let both = (DVec3::MAX, DVec3::MIN);
+    let (low, high) = corners.chain(spheres).fold(both, |(low, high), [l, h]| (low.min(l), high.max(h)));
     let widest = (high - low).max_element().max(1e-3 * low.abs().max(high.abs()).max_element().max(1.0));
     // A float's rounding more than the device has.
     let voxel = widest / f64::from(size - 2) * (1.0 + 1e-5);
@@ -180,11 +186,10 @@ impl Technique for VoxelGrid {
     }
 
     fn facts(&self) -> Result<Facts> {
-        let [data, bits] = self.grid.buffers();
         Ok(Facts {
             path: self.settings.path(),
             reason: self.reason().into(),
-            bytes_resident: data.bytes() + bits.bytes(),
+            bytes_resident: self.grid.resident_bytes(),
             bytes_transient: self.grid.transient_bytes(),
             ..Facts::default()
         })

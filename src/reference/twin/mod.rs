@@ -8,6 +8,7 @@ pub mod compact;
 pub mod filter;
 pub mod fit;
 pub mod grid;
+pub mod media;
 pub mod order;
 pub mod psm;
 pub mod segment;
