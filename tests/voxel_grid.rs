@@ -2,6 +2,8 @@
 
 mod support;
 
+#[path = "voxel_grid/cone.rs"]
+mod cone;
 #[path = "voxel_grid/media.rs"]
 mod media;
 #[path = "voxel_grid/raster.rs"]
@@ -19,7 +21,7 @@ use gobo::technique::{Opened, VoxelGrid, VoxelGridSettings as Settings};
 use gobo::world::World;
 use support::{ask, assert_right_outside_the_boundary, gpu_test, rows, scenes::Random};
 
-const PLAIN: Settings = Settings { size: 64, steps: None, offset: 0.5, voxelizer: Voxelizer::Compute };
+const PLAIN: Settings = Settings { size: 64, steps: None, offset: 0.5, cone: None, voxelizer: Voxelizer::Compute };
 
 /// Scenes of meshes, under a lamp too.
 fn all() -> Vec<Scene> {

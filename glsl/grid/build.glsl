@@ -9,6 +9,7 @@ layout(push_constant, scalar) uniform GridPush {
     uint triangle_count;
     uint caster_count;
     uint threads;  // that share both in grid.bounds
+    uint level;    // of grid.cells
 };
 
 // What only reads says so first (`readonly`): a device need not let vertices write.

@@ -1,8 +1,10 @@
 //! What techniques share that stands in the world's space: the grid of voxels that meshes occupy and smoke and hair fill, made
 //! anew each frame. It is the world's, not a light's: it costs the same for one light and for a thousand.
 
+mod cells;
 mod media;
 
+use self::cells::Cells;
 use self::media::Media;
 use crate::Result;
 use crate::gpu::{
@@ -62,6 +64,7 @@ push_struct! {
         triangle_count: u32,
         caster_count: u32,
         threads: u32,
+        level: u32,
     }
 }
 
@@ -119,6 +122,8 @@ pub struct Grid {
     large: Buffer,
     /// Where the world may have smoke or hair.
     media: Option<Media>,
+    /// For cones.
+    cells: Option<Cells>,
     bounds: Kernel<GridPush>,
     fit: Kernel<GridPush>,
     clear: Kernel<GridPush>,
@@ -126,12 +131,12 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// A grid of `size` voxels a side, a power of two from 64 to 512, about all that casts in `world`.
+    /// A grid of `size` voxels a side, a power of two from 64 to 512, about all that casts in `world`; for `cones` too.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device binds no buffer of a number a voxel and there is smoke or hair,
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer) -> Result<Self> {
+    pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, cones: bool) -> Result<Self> {
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
         let bits = zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
         let listed = LISTS_BYTES + 4 * u64::from(world.triangle_count().max(1));
@@ -148,6 +153,7 @@ impl Grid {
             bits,
             large,
             media: if has_media { Some(Media::new(context, world, size, &set)?) } else { None },
+            cells: if cones { Some(Cells::new(context, size, &set)?) } else { None },
             bounds: Kernel::compute(context, &shaders::BOUNDS, &[&set, &casters], &constants)?,
             fit: kernel(&shaders::FIT)?,
             clear: kernel(&shaders::CLEAR)?,
@@ -155,11 +161,12 @@ impl Grid {
         })
     }
 
-    /// What a look-up is bound: where the grid stands, its bits, and the media and theirs, for which the bits stand where there
-    /// are none.
-    pub fn buffers(&self) -> [&Buffer; 4] {
+    /// What a look-up is bound: where the grid stands, its bits, the media and theirs, and what cones ask; the grid's bits stand
+    /// for what there is not.
+    pub fn buffers(&self) -> [&Buffer; 5] {
         let media = self.media.as_ref().map_or([&self.bits; 2], |media| [&media.voxels, &media.bits]);
-        [&self.data, &self.bits, media[0], media[1]]
+        let cells = self.cells.as_ref().map_or(&self.bits, |cells| &cells.counts);
+        [&self.data, &self.bits, media[0], media[1], cells]
     }
 
     /// Whether the world may have smoke or hair.
@@ -170,7 +177,8 @@ impl Grid {
     /// Of all that a look-up needs.
     pub fn resident_bytes(&self) -> u64 {
         let media = self.media.as_ref().map_or(0, |media| media.voxels.bytes() + media.bits.bytes());
-        self.data.bytes() + self.bits.bytes() + media
+        let cells = self.cells.as_ref().map_or(0, |cells| cells.counts.bytes());
+        self.data.bytes() + self.bits.bytes() + media + cells
     }
 
     /// Of all that only a build needs.
@@ -204,11 +212,22 @@ impl Grid {
         Ok(Some((media.voxels.read(self.size.pow(3) as usize)?, media.bits.read(grid_words(self.size) as usize)?)))
     }
 
+    /// How many occupied voxels are in cells of 8 voxels a side, then of 16, and so on, after a build; nothing without cones.
+    ///
+    /// # Errors
+    /// As [`Grid::data`].
+    pub fn cells(&self) -> Result<Vec<u32>> {
+        self.cells.as_ref().map_or(Ok(Vec::new()), |cells| cells.counts.read(cells::count(self.size) as usize))
+    }
+
     /// Records the passes that fill it with all that casts as it is now.
     pub fn record(&self, commands: &mut Commands, world: &World) {
         self.clear(commands);
         self.place(commands, world);
         self.voxelize(commands, world);
+        if let Some(cells) = &self.cells {
+            cells.record(commands);
+        }
         if let Some(media) = &self.media {
             media.deposit(commands, world);
         }
@@ -237,7 +256,8 @@ impl Grid {
     fn place(&self, commands: &mut Commands, world: &World) {
         let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
         let bounds_groups = triangle_count.max(caster_count).div_ceil(THREADS).clamp(1, BOUNDS_GROUPS);
-        let push = GridPush { triangle_count, caster_count, threads: THREADS * bounds_groups };
+        let threads = THREADS * bounds_groups;
+        let push = GridPush { triangle_count, caster_count, threads, level: 0 };
         commands.pass("grid.bounds", |pass| pass.dispatch(&self.bounds, &push, [bounds_groups, 1, 1]));
         commands.pass("grid.fit", |pass| pass.dispatch(&self.fit, &push, [1, 1, 1]));
     }

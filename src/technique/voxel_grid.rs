@@ -44,6 +44,8 @@ words! {
         Exact = "exact",
         /// Even steps.
         Steps = "steps",
+        /// A cone through cells as wide as it.
+        Cone = "cone",
     }
 }
 
@@ -51,7 +53,7 @@ const MARCH: Key = Key {
     name: "march",
     values: Values::OneOf(March::WORDS),
     default: "exact",
-    about: "every voxel on the way to the light, or even steps, between which what is thin is not seen",
+    about: "every voxel on the way to the light; even steps, between which what is thin is not seen; a cone through cells as wide",
 };
 
 const STEPS: Key = Key {
@@ -64,13 +66,20 @@ const STEPS: Key = Key {
 const OFFSET: Key =
     Key { name: "offset", values: Values::Number(0, 100), default: "50", about: "where in each step, hundredths" };
 
+const APERTURE: Key = Key {
+    name: "aperture",
+    values: Values::Number(0, 45),
+    default: "2",
+    about: "degrees between the cone's axis and its side, with march=cone",
+};
+
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "voxel-grid",
     about: "a ray from the point to the light through a grid of voxels, one grid for all lights (Pestana 2015)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
-    keys: &[PATH, SIZE, MARCH, STEPS, OFFSET],
+    keys: &[PATH, SIZE, MARCH, STEPS, OFFSET, APERTURE],
     paths: &[Path { name: COMPUTE, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
     open: |context, world, spec| Ok(Box::new(VoxelGrid::new(context, world, &Settings::of(spec, context.features()))?)),
 };
@@ -87,6 +96,8 @@ pub struct Settings {
     pub steps: Option<u32>,
     /// Where in each step, as a share of it.
     pub offset: f32,
+    /// How much a cone's radius grows along it; none where a ray asks.
+    pub cone: Option<f32>,
     /// How the meshes become voxels.
     pub voxelizer: Voxelizer,
 }
@@ -97,9 +108,11 @@ impl Settings {
             Some(Way::Raster) => Voxelizer::Raster { conservative: features.conservative_rasterization },
             Some(Way::Compute) | None => Voxelizer::Compute,
         };
-        let steps = (spec.word(MARCH.name) == Some(March::Steps)).then(|| spec.number(STEPS.name));
+        let march = spec.word(MARCH.name);
+        let cone = (march == Some(March::Cone)).then(|| (spec.number(APERTURE.name) as f32).to_radians().tan());
+        let steps = (march == Some(March::Steps)).then(|| spec.number(STEPS.name));
         let (size, offset) = (spec.number(SIZE.name), spec.number(OFFSET.name) as f32 / 100.0);
-        Self { size, steps, offset, voxelizer }
+        Self { size, steps, offset, cone, voxelizer }
     }
 
     fn path(&self) -> &'static str {
@@ -123,15 +136,18 @@ impl VoxelGrid {
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         ENTRY.require(context, settings.path())?;
-        let grid = Grid::new(context, world, settings.size, settings.voxelizer)?;
-        let [data, bits, media, media_bits] = grid.buffers();
-        let resources = [&world.lights, data, bits, media, media_bits].map(|buffer| Resource::Buffer(buffer.clone()));
+        let grid = Grid::new(context, world, settings.size, settings.voxelizer, settings.cone.is_some())?;
+        let [data, bits, media, media_bits, cells] = grid.buffers();
+        let resources =
+            [&world.lights, data, bits, media, media_bits, cells].map(|buffer| Resource::Buffer(buffer.clone()));
         let look_up = Bindings::new(context, "voxel_grid.look_up", &resources)?;
         let constants = Constants::new()
             .set(constant::GRID_SIZE, settings.size)
             .set(constant::MARCH_STEPS, settings.steps.unwrap_or(0))
             .set(constant::MARCH_OFFSET, settings.offset)
-            .set(constant::MEDIA, grid.has_media());
+            .set(constant::MEDIA, grid.has_media())
+            .set(constant::CONE, settings.cone.is_some())
+            .set(constant::CONE_SLOPE, settings.cone.unwrap_or(0.0));
         Ok(Self { settings: *settings, grid, resolution: Vec::new(), look_up, constants })
     }
 

@@ -5,6 +5,7 @@ pub mod avsm;
 pub mod beer_shadow_map;
 pub mod bins;
 pub mod compact;
+pub mod cone;
 pub mod filter;
 pub mod fit;
 pub mod grid;
