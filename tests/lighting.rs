@@ -95,7 +95,8 @@ fn flank() -> Scene {
 #[test]
 fn finer_vertices_come_nearer() {
     gpu_test_needing("finer_vertices_come_nearer", NEEDS, |context| {
-        for text in techniques() {
+        // In a grid light jumps from voxel to voxel, of which a picture of that size has ten pixels each.
+        for text in techniques().into_iter().filter(|text| !text.starts_with("voxel-grid")) {
             let [pixels, drawn @ ..] = pictures(
                 context,
                 &flank(),

@@ -2,19 +2,26 @@
 
 mod support;
 
+#[path = "voxel_grid/cone.rs"]
+mod cone;
+#[path = "voxel_grid/media.rs"]
+mod media;
+#[path = "voxel_grid/raster.rs"]
+mod raster;
 #[allow(dead_code, reason = "voxelized asks for more of them")]
 #[path = "voxelized/scenes.rs"]
 mod shapes;
 
 use glam::DVec3;
 use gobo::gpu::Context;
+use gobo::grid::Voxelizer;
 use gobo::reference::twin::grid::{Bits, Place};
 use gobo::scene::{Light, LightKind, Scene};
 use gobo::technique::{Opened, VoxelGrid, VoxelGridSettings as Settings};
 use gobo::world::World;
 use support::{ask, assert_right_outside_the_boundary, gpu_test, rows, scenes::Random};
 
-const PLAIN: Settings = Settings { size: 64, steps: None, offset: 0.5 };
+const PLAIN: Settings = Settings { size: 64, steps: None, offset: 0.5, cone: None, voxelizer: Voxelizer::Compute };
 
 /// Scenes of meshes, under a lamp too.
 fn all() -> Vec<Scene> {

@@ -454,7 +454,9 @@ fn an_unchanged_world_takes_no_pass() {
             rest.retain(|pass| !follows(pass));
             let rebuilt = opened.rebuild(&world).expect(&what).passes;
             assert_eq!(names(&rebuilt), rest, "{what}");
-            assert_eq!(rest.len() < first.len(), timed, "{what}");
+            // What stands in no light's view has none of these.
+            let fits = !opened.technique.maps().is_empty();
+            assert_eq!(rest.len() < first.len(), timed && fits, "{what}");
         }
     });
 }

@@ -1,11 +1,25 @@
 #version 460
-// How far the meshes reach along the world's axes. Source: ours. Input: triangles. Output: grid.low, grid.high.
+// How far meshes, smoke and hair reach along the world's axes. Source: ours. Inputs: triangles, casters. Outputs: grid.low,
+// grid.high.
 // Twin: reference::twin::grid::bounds.
 layout(local_size_x = 64) in;
 #include "grid/build.glsl"
+#include "world/caster.glsl"
+
+layout(set = 1, binding = 0, scalar) readonly buffer BoundsCasters { Caster casters[]; };
 
 shared uint low[3];
 shared uint high[3];
+
+uvec3 least = uvec3(0xFFFFFFFFu);
+uvec3 most = uvec3(0u);
+
+uvec3 orders(vec3 place) { return uvec3(float_order(place.x), float_order(place.y), float_order(place.z)); }
+
+void include(vec3 centre, float radius) {
+    least = min(least, orders(centre - radius));
+    most = max(most, orders(centre + radius));
+}
 
 void main() {
     uint thread = gl_LocalInvocationIndex;
@@ -14,14 +28,14 @@ void main() {
         high[thread] = 0u;
     }
     barrier();
-    uvec3 least = uvec3(0xFFFFFFFFu), most = uvec3(0u);
     for (uint i = gl_GlobalInvocationID.x; i < triangle_count; i += threads) {
         for (uint c = 0u; c < 3u; ++c) {
-            vec3 corner = triangles[i].corners[c];
-            uvec3 order = uvec3(float_order(corner.x), float_order(corner.y), float_order(corner.z));
-            least = min(least, order);
-            most = max(most, order);
+            include(triangles[i].corners[c], 0.0);
         }
+    }
+    for (uint i = gl_GlobalInvocationID.x; i < caster_count; i += threads) {
+        include(casters[i].position, casters[i].radius);
+        include(casters[i].position + casters[i].axis, casters[i].radius);
     }
     for (uint axis = 0u; axis < 3u; ++axis) {
         atomicMin(low[axis], least[axis]);

@@ -7,15 +7,22 @@
 
 layout(push_constant, scalar) uniform GridPush {
     uint triangle_count;
-    uint threads;  // that share the triangles in grid.bounds
+    uint caster_count;
+    uint threads;  // that share both in grid.bounds
+    uint level;    // of grid.cells
 };
 
-layout(set = 0, binding = 0, scalar) buffer BuildGrid { Grid grid; };
-layout(set = 0, binding = 1, scalar) buffer BuildBits { uint grid_bits[]; };  // two words for 64 bits
+// What only reads says so first (`readonly`): a device need not let vertices write.
+#ifndef GRID_ACCESS
+#define GRID_ACCESS
+#endif
+
+layout(set = 0, binding = 0, scalar) GRID_ACCESS buffer BuildGrid { Grid grid; };
+layout(set = 0, binding = 1, scalar) GRID_ACCESS buffer BuildBits { uint grid_bits[]; };  // two words for 64 bits
 layout(set = 0, binding = 2, scalar) readonly buffer BuildTriangles { Triangle triangles[]; };
 // Triangles that meet more voxels than one thread goes through: how many are a workgroup's, how many all workgroups share; then
 // the first from LISTED on, the others from the end.
-layout(set = 0, binding = 3, scalar) buffer BuildLarge { uint listed[]; };
+layout(set = 0, binding = 3, scalar) GRID_ACCESS buffer BuildLarge { uint listed[]; };
 
 const uint LARGE = 0u;
 const uint HUGE = 1u;

@@ -1,4 +1,4 @@
-// A grid of voxels in the world's axes, about the meshes: a bit each, in bricks of 4 × 4 × 4 bits; and on two levels above which
+// A grid of voxels in the world's axes, about all that casts: a bit each that meshes occupy, in bricks of 4 × 4 × 4 bits; and on two levels above which
 // of 64 bricks, and of 64 such blocks, are not empty. Source: ours. Twins: grid::GridData, reference::twin::grid.
 #ifndef GRID_GRID_GLSL
 #define GRID_GRID_GLSL
@@ -9,7 +9,7 @@ struct Grid {
     float voxel;     // a voxel's side, world units
     float per_unit;  // voxels a world unit
     uint size;       // voxels a side
-    uint low[3];     // of the meshes, as maps/extents.glsl orders floats
+    uint low[3];     // of all that casts, as maps/extents.glsl orders floats
     uint high[3];
 };
 

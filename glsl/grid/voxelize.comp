@@ -5,43 +5,16 @@
 // Invariant: a bit is set whoever comes first, so the same bytes each run; a word above is set where a word below has a bit.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
-#include "grid/build.glsl"
-#include "grid/overlap.glsl"
+#include "grid/occupy.glsl"
 
 // Voxels of a box up to which a thread takes a triangle, and columns up to which a workgroup does. Any number gives the same bits.
 const uint SMALL = 64u;
 const uint COLUMNS = 4096u;
 
-void occupy(uvec3 voxel) {
-    uint bit = grid_bit(0u, voxel), word = 2u * grid_word(grid.size, 0u, voxel) + (bit >> 5);
-    uint mask = 1u << (bit & 31u);
-    if ((grid_bits[word] & mask) != 0u || atomicOr(grid_bits[word], mask) != 0u) {
-        return;
-    }
-    // Whoever sets the first bit of a word says so above.
-    for (uint level = 1u; level < GRID_LEVELS; ++level) {
-        bit = grid_bit(level, voxel);
-        word = 2u * grid_word(grid.size, level, voxel) + (bit >> 5);
-        mask = 1u << (bit & 31u);
-        if (atomicOr(grid_bits[word], mask) != 0u) {
-            return;
-        }
-    }
-}
-
-Facet facet_at(uint i) {
-    Triangle triangle = triangles[i];
-    precise vec3 a = (triangle.corners[0] - grid.origin) * grid.per_unit;
-    precise vec3 b = (triangle.corners[1] - grid.origin) * grid.per_unit;
-    precise vec3 c = (triangle.corners[2] - grid.origin) * grid.per_unit;
-    return facet_of(a, b, c, grid.size);
-}
-
 // The voxels of a listed triangle, from a thread's column on: columns stand along the axis that the triangle faces most.
 void fill(uint i, uint first, uint step) {
     Facet facet = facet_at(i);
-    vec3 facing = abs(facet.normal);
-    uint axis = facing.x >= facing.y && facing.x >= facing.z ? 0u : facing.y >= facing.z ? 1u : 2u;
+    uint axis = facet_axis(facet);
     uint across = (axis + 1u) % 3u, up = (axis + 2u) % 3u;
     ivec3 box = facet.last - facet.first + 1;
     uint columns = uint(box[across] * box[up]);
@@ -49,11 +22,7 @@ void fill(uint i, uint first, uint step) {
         ivec3 voxel = facet.first;
         voxel[across] += int(column) % box[across];
         voxel[up] += int(column) / box[across];
-        for (; voxel[axis] <= facet.last[axis]; ++voxel[axis]) {
-            if (facet_meets(facet, voxel)) {
-                occupy(uvec3(voxel));
-            }
-        }
+        occupy_column(facet, axis, voxel);
     }
 }
 

@@ -5,6 +5,9 @@
 //   binding 0  readonly buffer: Light[] (world/light.glsl)
 //   binding 1  readonly buffer: Grid (grid/grid.glsl)
 //   binding 2  readonly buffer: uint[], its bits
+//   binding 3  readonly buffer: uint[], its media (grid/media.glsl), or any where MEDIA is false
+//   binding 4  readonly buffer: uint[], their bits, likewise
+//   binding 5  readonly buffer: uint[], its cells (grid/cells.glsl), or any where CONE is false
 #include "world/light.glsl"
 #include "grid/grid.glsl"
 
@@ -15,11 +18,15 @@
 layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityLights { Light visibility_lights[]; };
 layout(set = GOBO_SET, binding = 1, scalar) readonly buffer VisibilityGrid { Grid visibility_grid; };
 layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityBits { uint visibility_bits[]; };
+layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityMedia { uint visibility_media[]; };
+layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityMediaBits { uint visibility_media_bits[]; };
+layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCells { uint visibility_cells[]; };
 
 // Voxels a side.
 CONSTANT(uint, GRID_SIZE, 256u)
 
-#include "grid/march.glsl"
+#include "grid/march_cone.glsl"
+#include "grid/march_media.glsl"
 
 // Even steps, and where in each; 0: every voxel.
 CONSTANT(uint, MARCH_STEPS, 0u)
@@ -29,15 +36,22 @@ CONSTANT(float, MARCH_OFFSET, 0.5)
 // 0: in the middle, or where MARCH_OFFSET says.
 #define TECHNIQUE_DITHERS
 vec3 look_up_dither = vec3(-1.0);
+// Whether there is smoke or hair.
+CONSTANT(bool, MEDIA, false)
+
+// Whether meshes are asked by a cone, and how much its radius grows along it.
+CONSTANT(bool, CONE, false)
+CONSTANT(float, CONE_SLOPE, 0.0)
 
 // What a receiver is moved by more than its voxels reach, in voxels.
 const float RECEIVER_MARGIN = 1e-3;
 
 // A point of a surface leaves the voxels that the surface occupies along its normal: as far as a voxel reaches along it, so that
-// the voxel that it comes to lies beyond the surface, and each that a ray away from it enters.
+// the voxel that it comes to lies beyond the surface, and each that a ray away from it enters. A cone also feels the voxels beside
+// its own, and begins half as far again.
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
-    float voxels = abs(normal.x) + abs(normal.y) + abs(normal.z) + RECEIVER_MARGIN;
+    float voxels = (CONE ? 1.5 : 1.0) * (abs(normal.x) + abs(normal.y) + abs(normal.z)) + RECEIVER_MARGIN;
     vec3 receiver = position + normal * (voxels * visibility_grid.voxel);
     if (MARCH_STEPS != 0u || look_up_dither.x < 0.0) {
         return receiver;
@@ -60,6 +74,15 @@ float light_visibility(uint light, vec3 position) {
     vec3 way = l.kind == LIGHT_DIRECTIONAL ? -l.direction * (2.0 * size + distance(from, vec3(0.5 * size)))
                                            : (l.position - position) * visibility_grid.per_unit;
     float offset = look_up_dither.x < 0.0 ? MARCH_OFFSET : look_up_dither.x;
-    bool met = MARCH_STEPS == 0u ? march_exact(from, way) : march_steps(from, way, MARCH_STEPS, offset);
-    return met ? 0.0 : 1.0;
+    float left = 1.0;
+    if (CONE) {
+        left = march_cone(from, way, CONE_SLOPE);
+    } else {
+        left = (MARCH_STEPS == 0u ? march_exact(from, way) : march_steps(from, way, MARCH_STEPS, offset)) ? 0.0 : 1.0;
+    }
+    if (left == 0.0 || !MEDIA) {
+        return left;
+    }
+    float taken = MARCH_STEPS == 0u ? media_exact(from, way) : media_steps(from, way, MARCH_STEPS, offset);
+    return left * exp(-taken);
 }

@@ -374,6 +374,9 @@ fn create_device(
         order = order.rasterization_order_color_attachment_access(true);
         all = all.push_next(&mut order);
     }
+    if features.conservative_rasterization {
+        extensions.push(ext::conservative_rasterization::NAME.as_ptr());
+    }
     if features.ray_query {
         extensions.extend(RAY_QUERY_EXTENSIONS.map(CStr::as_ptr));
         all = all.push_next(&mut structures).push_next(&mut query);

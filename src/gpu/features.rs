@@ -60,6 +60,8 @@ pub struct Features {
     pub fragment_shader_pixel_interlock: bool,
     /// VK_EXT_rasterization_order_attachment_access, rasterizationOrderColorAttachmentAccess.
     pub rasterization_order_color_attachment_access: bool,
+    /// VK_EXT_conservative_rasterization: a triangle draws every texel that it touches.
+    pub conservative_rasterization: bool,
     /// VK_KHR_ray_query, rayQuery, with accelerationStructure and bufferDeviceAddress.
     pub ray_query: bool,
     /// VK_KHR_dynamic_rendering_local_read.
@@ -322,6 +324,7 @@ impl Features {
             below_floor: missing.iter().find(|(has, _)| !has).map(|(_, name)| (*name).into()),
             fragment_shader_pixel_interlock: interlock.fragment_shader_pixel_interlock != 0,
             rasterization_order_color_attachment_access: order.rasterization_order_color_attachment_access != 0,
+            conservative_rasterization: has(ext::conservative_rasterization::NAME),
             ray_query: structures.acceleration_structure != 0
                 && query.ray_query != 0
                 && features12.buffer_device_address != 0,

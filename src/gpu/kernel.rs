@@ -61,6 +61,7 @@ enum Into<'a> {
     Targets,
     Patches(&'a Tessellated<'a>),
     Ordered(&'a OrderedAttachments),
+    Touched,
     Layers(&'a Layered<'a>),
 }
 
@@ -267,6 +268,15 @@ impl<P: Push> Kernel<P> {
         Self::drawing(context, &state, Into::Ordered(attachments), sets, constants)
     }
 
+    /// As [`Kernel::graphics`], but a triangle draws every texel that it touches, on a device with
+    /// [`super::Features::conservative_rasterization`].
+    ///
+    /// # Errors
+    /// As [`Kernel::compute`].
+    pub fn touching(context: &Context, state: &Graphics, sets: &[&Bindings], constants: &Constants) -> Result<Self> {
+        Self::drawing(context, state, Into::Touched, sets, constants)
+    }
+
     fn drawing(
         context: &Context,
         state: &Graphics,
@@ -313,10 +323,15 @@ impl<P: Push> Kernel<P> {
         let tessellation = vk::PipelineTessellationStateCreateInfo::default().patch_control_points(1);
         let viewport =
             vk::PipelineViewportStateCreateInfo::default().viewport_count(viewports).scissor_count(viewports);
-        let raster = vk::PipelineRasterizationStateCreateInfo::default()
+        let mut raster = vk::PipelineRasterizationStateCreateInfo::default()
             .polygon_mode(mode)
             .cull_mode(vk::CullModeFlags::NONE)
             .line_width(1.0);
+        let mut touched = vk::PipelineRasterizationConservativeStateCreateInfoEXT::default()
+            .conservative_rasterization_mode(vk::ConservativeRasterizationModeEXT::OVERESTIMATE);
+        if matches!(into, Into::Touched) {
+            raster = raster.push_next(&mut touched);
+        }
         let multisample =
             vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
         let depth = vk::PipelineDepthStencilStateCreateInfo::default()
@@ -349,7 +364,7 @@ impl<P: Push> Kernel<P> {
             .layout(inner.layout);
         let info = [match into {
             Into::Ordered(attachments) => info.render_pass(attachments.render_pass()),
-            Into::Targets | Into::Patches(_) | Into::Layers(_) => info.push_next(&mut rendering),
+            Into::Targets | Into::Patches(_) | Into::Touched | Into::Layers(_) => info.push_next(&mut rendering),
         }];
         // SAFETY: everything `info` points to is alive.
         let made = unsafe { context.device().create_graphics_pipelines(vk::PipelineCache::null(), &info, None) };

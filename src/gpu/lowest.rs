@@ -40,6 +40,7 @@ impl Features {
         Self {
             fragment_shader_pixel_interlock: false,
             rasterization_order_color_attachment_access: false,
+            conservative_rasterization: false,
             ray_query: false,
             dynamic_rendering_local_read: false,
             geometry_shader: false,

@@ -1,8 +1,16 @@
-//! What techniques share that stands in the world's space: the grid of voxels that meshes occupy, made anew each frame. It is
-//! the world's, not a light's: it costs the same for one light and for a thousand.
+//! What techniques share that stands in the world's space: the grid of voxels that meshes occupy and smoke and hair fill, made
+//! anew each frame. It is the world's, not a light's: it costs the same for one light and for a thousand.
 
+mod cells;
+mod media;
+
+use self::cells::Cells;
+use self::media::Media;
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
+use crate::gpu::{
+    Bindings, Buffer, Commands, Constants, Context, Draw, Graphics, Kernel, Memory, Resource, groups, push_struct,
+};
+use crate::shaders::constant::CONSERVATIVE;
 use crate::shaders::grid as shaders;
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
@@ -10,11 +18,14 @@ use bytemuck::{Pod, Zeroable};
 /// Threads of every pass.
 const THREADS: u32 = 64;
 
-/// Workgroups that share the meshes' corners.
+/// Workgroups that share the corners of meshes, and smoke and hair.
 const BOUNDS_GROUPS: u32 = 512;
 
 /// Workgroups that share the triangles that meet many voxels.
 const LARGE_GROUPS: u32 = 1024;
+
+/// Bytes before a list of triangles or casters that are of many voxels: how many are a workgroup's, and all workgroups'.
+const LISTS_BYTES: u64 = 8;
 
 /// Where a grid stands. Twin: Grid in glsl/grid/grid.glsl.
 #[repr(C)]
@@ -28,9 +39,9 @@ pub struct GridData {
     pub per_unit: f32,
     /// Voxels a side.
     pub size: u32,
-    /// Where the meshes begin along each axis, as whole numbers that order as floats do.
+    /// Where all that casts begins along each axis, as whole numbers that order as floats do.
     pub low: [u32; 3],
-    /// Where they end.
+    /// Where it ends.
     pub high: [u32; 3],
 }
 
@@ -51,7 +62,54 @@ push_struct! {
     /// Twin: GridPush in glsl/grid/build.glsl.
     struct GridPush {
         triangle_count: u32,
+        caster_count: u32,
         threads: u32,
+        level: u32,
+    }
+}
+
+/// A buffer of zeros: passes that clear follow what is not 0.
+fn zeroed(context: &Context, name: &str, bytes: u64) -> Result<Buffer> {
+    let buffer = Buffer::new(context, name, bytes, Memory::Device)?;
+    context.submit(|commands| commands.pass(name, |pass| pass.fill(&buffer, 0)))?;
+    Ok(buffer)
+}
+
+/// How the voxels are found that a triangle meets. All find the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Voxelizer {
+    /// Compute passes go through triangles' boxes.
+    Compute,
+    /// Triangles are drawn along the axis that they face most, and fragments go through columns.
+    Raster {
+        /// By [`crate::gpu::Features::conservative_rasterization`], or as wider triangles.
+        conservative: bool,
+    },
+}
+
+/// Its passes.
+enum Voxelize {
+    Compute([Kernel<GridPush>; 3]),
+    Raster(Kernel<GridPush>),
+}
+
+impl Voxelize {
+    fn new(context: &Context, voxelizer: Voxelizer, set: &Bindings) -> Result<Self> {
+        let kernel = |shader| Kernel::compute(context, shader, &[set], &Constants::new());
+        Ok(match voxelizer {
+            Voxelizer::Compute => Self::Compute([
+                kernel(&shaders::VOXELIZE_STEP_0)?,
+                kernel(&shaders::VOXELIZE_STEP_1)?,
+                kernel(&shaders::VOXELIZE_STEP_2)?,
+            ]),
+            Voxelizer::Raster { conservative } => {
+                let (vertex, fragment) = (&shaders::VOXELIZE_VERT, &shaders::VOXELIZE_FRAG);
+                let state = Graphics { vertex, fragment, colors: &[], depth: None };
+                let constants = Constants::new().set(CONSERVATIVE, conservative);
+                let make = if conservative { Kernel::touching } else { Kernel::graphics };
+                Self::Raster(make(context, &state, &[set], &constants)?)
+            }
+        })
     }
 }
 
@@ -62,40 +120,56 @@ pub struct Grid {
     data: Buffer,
     bits: Buffer,
     large: Buffer,
+    /// Where the world may have smoke or hair.
+    media: Option<Media>,
+    /// For cones.
+    cells: Option<Cells>,
     bounds: Kernel<GridPush>,
     fit: Kernel<GridPush>,
     clear: Kernel<GridPush>,
-    voxelize: [Kernel<GridPush>; 3],
-    /// Where it stands, if that is given and not fitted to the meshes.
+    voxelize: Voxelize,
+    /// Where it stands, if that is given and not fitted to what casts.
     stands: Option<GridData>,
-    /// Whether anybody has written the bits yet.
-    is_written: bool,
+}
+
+/// What a grid is to hold, and where.
+struct Plan {
+    size: u32,
+    voxelizer: Voxelizer,
+    cones: bool,
+    media: bool,
+    stands: Option<GridData>,
 }
 
 impl Grid {
-    /// A grid of `size` voxels a side, a power of two from 64 to 512, about the meshes of `world`.
+    /// A grid of `size` voxels a side, a power of two from 64 to 512, about all that casts in `world`; for `cones` too.
+    ///
+    /// # Errors
+    /// [`crate::Error::Refused`] where the device binds no buffer of a number a voxel and there is smoke or hair,
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, cones: bool) -> Result<Self> {
+        let media = world.caster_capacity() > 0;
+        Self::planned(context, world, &Plan { size, voxelizer, cones, media, stands: None })
+    }
+
+    /// One of the meshes alone that stands where `place` says; all of them have to be a voxel inside of it.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, size: u32) -> Result<Self> {
-        Self::with_place(context, world, size, None)
-    }
-
-    /// One that stands where `place` says, whatever the meshes; all of them have to be a voxel inside of it.
-    ///
-    /// # Errors
-    /// As [`Grid::new`].
     pub fn standing(context: &Context, world: &World, place: GridData) -> Result<Self> {
-        Self::with_place(context, world, place.size, Some(place))
+        let (size, voxelizer) = (place.size, Voxelizer::Compute);
+        Self::planned(context, world, &Plan { size, voxelizer, cones: false, media: false, stands: Some(place) })
     }
 
-    fn with_place(context: &Context, world: &World, size: u32, stands: Option<GridData>) -> Result<Self> {
+    fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
+        let Plan { size, voxelizer, cones, media, stands } = *plan;
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
-        let bits = Buffer::new(context, "grid.bits", 8 * u64::from(grid_words(size)), Memory::Device)?;
-        let listed = 8 + 4 * u64::from(world.triangle_count().max(1));
+        let bits = zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
+        let listed = LISTS_BYTES + 4 * u64::from(world.triangle_count().max(1));
         let large = Buffer::new(context, "grid.large", listed, Memory::Device)?;
         let resources = [&data, &bits, &world.triangles, &large].map(|buffer| Resource::Buffer(buffer.clone()));
         let set = Bindings::new(context, "grid", &resources)?;
+        let casters = Bindings::new(context, "grid.casters", &[Resource::Buffer(world.casters.clone())])?;
         let constants = Constants::new();
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);
         Ok(Self {
@@ -103,27 +177,39 @@ impl Grid {
             data,
             bits,
             large,
-            bounds: kernel(&shaders::BOUNDS)?,
+            media: if media { Some(Media::new(context, world, size, &set)?) } else { None },
+            cells: if cones { Some(Cells::new(context, size, &set)?) } else { None },
+            bounds: Kernel::compute(context, &shaders::BOUNDS, &[&set, &casters], &constants)?,
             fit: kernel(&shaders::FIT)?,
             clear: kernel(&shaders::CLEAR)?,
-            voxelize: [
-                kernel(&shaders::VOXELIZE_STEP_0)?,
-                kernel(&shaders::VOXELIZE_STEP_1)?,
-                kernel(&shaders::VOXELIZE_STEP_2)?,
-            ],
+            voxelize: Voxelize::new(context, voxelizer, &set)?,
             stands,
-            is_written: false,
         })
     }
 
-    /// What a look-up is bound: where the grid stands, and its bits.
-    pub fn buffers(&self) -> [&Buffer; 2] {
-        [&self.data, &self.bits]
+    /// What a look-up is bound: where the grid stands, its bits, the media and theirs, and what cones ask; the grid's bits stand
+    /// for what there is not.
+    pub fn buffers(&self) -> [&Buffer; 5] {
+        let media = self.media.as_ref().map_or([&self.bits; 2], |media| [&media.voxels, &media.bits]);
+        let cells = self.cells.as_ref().map_or(&self.bits, |cells| &cells.counts);
+        [&self.data, &self.bits, media[0], media[1], cells]
+    }
+
+    /// Whether the world may have smoke or hair.
+    pub fn has_media(&self) -> bool {
+        self.media.is_some()
+    }
+
+    /// Of all that a look-up needs.
+    pub fn resident_bytes(&self) -> u64 {
+        let media = self.media.as_ref().map_or(0, |media| media.voxels.bytes() + media.bits.bytes());
+        let cells = self.cells.as_ref().map_or(0, |cells| cells.counts.bytes());
+        self.data.bytes() + self.bits.bytes() + media + cells
     }
 
     /// Of all that only a build needs.
     pub fn transient_bytes(&self) -> u64 {
-        self.large.bytes()
+        self.large.bytes() + self.media.as_ref().map_or(0, |media| media.large.bytes())
     }
 
     /// Where it stands, after a build.
@@ -142,55 +228,86 @@ impl Grid {
         self.bits.read(grid_words(self.size) as usize)
     }
 
-    /// Records the passes that fill it with the meshes as they are now.
-    pub fn record(&mut self, commands: &mut Commands, world: &World) {
-        self.begin(commands);
+    /// What smoke and hair take in each voxel, brick by brick, and the bits of where there are any, after a build; nothing where
+    /// there are none.
+    ///
+    /// # Errors
+    /// As [`Grid::data`].
+    pub fn media(&self) -> Result<Option<(Vec<u32>, Vec<u64>)>> {
+        let Some(media) = &self.media else { return Ok(None) };
+        Ok(Some((media.voxels.read(self.size.pow(3) as usize)?, media.bits.read(grid_words(self.size) as usize)?)))
+    }
+
+    /// How many occupied voxels are in cells of 8 voxels a side, then of 16, and so on, after a build; nothing without cones.
+    ///
+    /// # Errors
+    /// As [`Grid::data`].
+    pub fn cells(&self) -> Result<Vec<u32>> {
+        self.cells.as_ref().map_or(Ok(Vec::new()), |cells| cells.counts.read(cells::count(self.size) as usize))
+    }
+
+    /// Records the passes that fill it with all that casts as it is now.
+    pub fn record(&self, commands: &mut Commands, world: &World) {
+        self.clear(commands);
         if self.stands.is_none() {
             self.place(commands, world);
         }
         self.voxelize(commands, world);
-        self.is_written = true;
+        if let Some(cells) = &self.cells {
+            cells.record(commands);
+        }
+        if let Some(media) = &self.media {
+            media.deposit(commands, world);
+        }
     }
 
-    /// Nothing is occupied, and nothing is known of the meshes.
-    fn begin(&self, commands: &mut Commands) {
+    /// Nothing is occupied, and nothing is known of what casts: zeros where there was something.
+    fn clear(&self, commands: &mut Commands) {
         let unknown = GridData { size: self.size, low: [u32::MAX; 3], ..GridData::zeroed() };
         let start = self.stands.unwrap_or(unknown);
+        let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
+        let top = u64::from(side(self.size, 2).pow(3));
         commands.pass("grid.clear", |pass| {
             pass.update(&self.data, &[start]);
-            pass.fill_part(&self.large, 0, 8, 0);
-            if !self.is_written {
-                pass.fill(&self.bits, 0);
-            }
+            pass.fill_part(&self.large, 0, LISTS_BYTES, 0);
         });
-        if self.is_written {
-            let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
-            let top = u64::from(side(self.size, 2).pow(3));
-            commands.pass("grid.clear", |pass| {
-                pass.dispatch(&self.clear, &GridPush::zeroed(), [x, y, 1]);
-            });
-            commands.pass("grid.clear", |pass| {
-                pass.fill_part(&self.bits, self.bits.bytes() - 8 * top, 8 * top, 0);
-            });
+        commands.pass("grid.clear", |pass| {
+            pass.dispatch(&self.clear, &GridPush::zeroed(), [x, y, 1]);
+        });
+        commands.pass("grid.clear", |pass| {
+            pass.fill_part(&self.bits, self.bits.bytes() - 8 * top, 8 * top, 0);
+        });
+        if let Some(media) = &self.media {
+            media.clear(commands);
         }
     }
 
     fn place(&self, commands: &mut Commands, world: &World) {
-        let triangle_count = world.triangle_count();
-        let bounds_groups = triangle_count.div_ceil(THREADS).clamp(1, BOUNDS_GROUPS);
-        let push = GridPush { triangle_count, threads: THREADS * bounds_groups };
+        let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
+        let bounds_groups = triangle_count.max(caster_count).div_ceil(THREADS).clamp(1, BOUNDS_GROUPS);
+        let threads = THREADS * bounds_groups;
+        let push = GridPush { triangle_count, caster_count, threads, level: 0 };
         commands.pass("grid.bounds", |pass| pass.dispatch(&self.bounds, &push, [bounds_groups, 1, 1]));
         commands.pass("grid.fit", |pass| pass.dispatch(&self.fit, &push, [1, 1, 1]));
     }
 
     fn voxelize(&self, commands: &mut Commands, world: &World) {
         let triangle_count = world.triangle_count();
-        let push = GridPush { triangle_count, threads: 0 };
+        let push = GridPush { triangle_count, ..GridPush::zeroed() };
+        let compute = match &self.voxelize {
+            Voxelize::Compute(kernels) => kernels,
+            Voxelize::Raster(kernel) => {
+                return commands.pass("grid.voxelize", |pass| {
+                    let draw = |draw: &mut Draw| draw.draw(kernel, &push, 3 * triangle_count, 1);
+                    pass.render([self.size; 2], &[], None, draw);
+                });
+            }
+        };
         let [x, y] = groups(u64::from(triangle_count.div_ceil(THREADS)));
-        commands.pass("grid.voxelize", |pass| pass.dispatch(&self.voxelize[0], &push, [x, y, 1]));
+        commands.pass("grid.voxelize", |pass| pass.dispatch(&compute[0], &push, [x, y, 1]));
         commands.pass("grid.voxelize", |pass| {
-            pass.dispatch(&self.voxelize[1], &push, [LARGE_GROUPS, 1, 1]);
-            pass.dispatch(&self.voxelize[2], &push, [LARGE_GROUPS, 1, 1]);
+            pass.dispatch(&compute[1], &push, [LARGE_GROUPS, 1, 1]);
+            pass.dispatch(&compute[2], &push, [LARGE_GROUPS, 1, 1]);
         });
     }
 }

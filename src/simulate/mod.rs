@@ -51,12 +51,12 @@ impl Simulation {
             size: place.size,
             ..GridData::zeroed()
         };
-        let mut grid = Grid::standing(context, world, stands)?;
+        let grid = Grid::standing(context, world, stands)?;
         let bytes = u64::from(fountain.particles) * size_of::<Body>() as u64;
         let bodies = Buffer::new(context, "simulate.bodies", bytes, Memory::Device)?;
         let law = Buffer::with_data(context, "simulate.law", &[fountain.law()])?;
         let jets = Buffer::with_data(context, "simulate.jets", &fountain.jets())?;
-        let [data, bits] = grid.buffers();
+        let [data, bits, ..] = grid.buffers();
         let resources = [&law, &jets, data, bits, &bodies, &world.casters].map(|b| Resource::Buffer(b.clone()));
         let set = Bindings::new(context, "simulate", &resources)?;
         let kernel = Kernel::compute(context, &shaders::STEP, &[&set], &Constants::new())?;

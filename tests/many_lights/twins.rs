@@ -5,7 +5,7 @@ use crate::support::{gpu_test, scenes::Random};
 use glam::DVec3;
 use gobo::consume::many_lights::{FrameData, TilesSeen, words};
 use gobo::consume::{Shading, Tiled};
-use gobo::grid::GridData;
+use gobo::grid::{GridData, Voxelizer};
 use gobo::reference::twin::grid::{Bits, Place};
 use gobo::reference::twin::many_lights::cull::{Reach, TILE, cull};
 use gobo::reference::twin::many_lights::geometry::{Frame, pack_normal, unpack_normal};
@@ -156,7 +156,8 @@ fn dithered_bits_equal_their_twin() {
         use gobo::consume::{Lighting, Renderer};
         let scene = lamps::lamps(40);
         let size = [64, 40];
-        let settings = VoxelGridSettings { size: 64, steps: Some(10), offset: 0.5 };
+        let settings =
+            VoxelGridSettings { size: 64, steps: Some(10), offset: 0.5, cone: None, voxelizer: Voxelizer::Compute };
         let (world, opened) = grid(context, &scene, settings);
         let GridData { origin, voxel, per_unit, size: side, .. } = opened.technique.grid().data().expect("read");
         let place = Place { origin, voxel, per_unit, size: side };

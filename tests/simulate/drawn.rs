@@ -51,9 +51,9 @@ fn drawn(
     let buffer = Buffer::with_data(context, "bodies", bodies).expect("room");
     let renderer = Renderer::new(context, &world, &View::camera(&scene.camera, scene, SIZE)).expect("room");
     let answer = lit.answer();
-    let kernels = renderer.kernels(&answer, Lighting::Fragment).expect("kernels");
+    let kernels = renderer.kernels(&answer, Shading::Forward, Lighting::Fragment).expect("kernels");
     let points = renderer.points(&answer, &buffer, bodies.len() as u32, colours).expect("kernels");
-    renderer.draw_points(&kernels, &points, Shading::Forward).expect("drawn");
+    renderer.draw_points(&kernels, &points).expect("drawn");
     (renderer.read().expect("read"), renderer.counts(&points).expect("read"))
 }
 

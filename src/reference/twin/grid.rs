@@ -110,24 +110,30 @@ impl Bits {
         size >> (2 * level + 2)
     }
 
-    fn place(size: u32, level: u32, voxel: [u32; 3]) -> (usize, u32) {
-        let at = (0..level).map(|l| Self::side(size, l).pow(3)).sum::<u32>();
+    /// None.
+    pub(super) fn none(size: u32) -> Self {
+        let words = (0..LEVELS).map(|level| Self::side(size, level).pow(3)).sum::<u32>();
+        Self { size, words: vec![0; words as usize] }
+    }
+
+    /// The word of a level that a voxel is in, and its bit there.
+    pub(super) fn place(&self, level: u32, voxel: [u32; 3]) -> (usize, u32) {
+        let at = (0..level).map(|l| Self::side(self.size, l).pow(3)).sum::<u32>();
         let [x, y, z] = voxel.map(|v| v >> (2 * level + 2));
         let bit = voxel.map(|v| (v >> (2 * level)) & 3);
-        let side = Self::side(size, level);
+        let side = Self::side(self.size, level);
         ((at + (z * side + y) * side + x) as usize, bit[0] | bit[1] << 2 | bit[2] << 4)
     }
 
     /// Of triangles whose corners are in voxels. Twin: glsl/grid/voxelize.comp.
     pub fn voxelize(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> Self {
-        let words = (0..LEVELS).map(|level| Self::side(size, level).pow(3)).sum::<u32>();
-        let mut bits = Self { size, words: vec![0; words as usize] };
+        let mut bits = Self::none(size);
         for corners in triangles {
             let facet = Facet::of(corners, size);
             for z in facet.first[2]..=facet.last[2] {
                 for y in facet.first[1]..=facet.last[1] {
                     for x in (facet.first[0]..=facet.last[0]).filter(|x| facet.meets([*x, y, z])) {
-                        bits.occupy([x, y, z]);
+                        (0..LEVELS).for_each(|level| bits.set(level, [x, y, z]));
                     }
                 }
             }
@@ -135,16 +141,14 @@ impl Bits {
         bits
     }
 
-    fn occupy(&mut self, voxel: [u32; 3]) {
-        for level in 0..LEVELS {
-            let (word, bit) = Self::place(self.size, level, voxel);
-            self.words[word] |= 1 << bit;
-        }
+    pub(super) fn set(&mut self, level: u32, voxel: [u32; 3]) {
+        let (word, bit) = self.place(level, voxel);
+        self.words[word] |= 1 << bit;
     }
 
     /// Whether a voxel, or what stands for it on a level above, is occupied.
     pub fn has(&self, level: u32, voxel: [u32; 3]) -> bool {
-        let (word, bit) = Self::place(self.size, level, voxel);
+        let (word, bit) = self.place(level, voxel);
         self.words[word] >> bit & 1 == 1
     }
 
@@ -159,20 +163,19 @@ impl Bits {
         [near, far]
     }
 
-    /// Whether any voxel on a way is occupied: all of them are asked, one after the other, and nothing is skipped. Twin:
-    /// march_exact in glsl/grid/march.glsl, which skips what is empty.
-    pub fn march_exact(&self, from: [f32; 3], way: [f32; 3]) -> bool {
-        let [near, far] = self.clip(from, way);
-        if near > far {
-            return false;
-        }
+    /// As [`Bits::clip`]; none where it passes by.
+    pub(super) fn clipped(&self, from: [f32; 3], way: [f32; 3]) -> Option<[f32; 2]> {
+        Some(self.clip(from, way)).filter(|[near, far]| near <= far)
+    }
+
+    /// Goes through all voxels on a way, one after the other, with where it enters and leaves each, for as long as `goes_on`.
+    pub(super) fn walk(&self, from: [f32; 3], way: [f32; 3], mut goes_on: impl FnMut([u32; 3], [f32; 2]) -> bool) {
+        let Some([near, far]) = self.clipped(from, way) else { return };
         let last = self.size as i32 - 1;
         let at = |t: f32, i: usize| (from[i] + way[i] * t).floor();
         let mut voxel: [i32; 3] = from_fn(|i| (at(near, i) as i32).clamp(0, last));
+        let mut begin = near;
         loop {
-            if self.has(0, voxel.map(|v| v as u32)) {
-                return true;
-            }
             let planes: [f32; 3] = from_fn(|i| {
                 let plane = (voxel[i] + i32::from(way[i] > 0.0)) as f32;
                 if way[i] == 0.0 { f32::INFINITY } else { (plane - from[i]) * (1.0 / way[i]) }
@@ -184,25 +187,38 @@ impl Bits {
             } else {
                 2
             };
-            if planes[axis] >= far {
-                return false;
+            if !goes_on(voxel.map(|v| v as u32), [begin, planes[axis].min(far)]) || planes[axis] >= far {
+                return;
             }
+            begin = begin.max(planes[axis]);
             voxel[axis] += if way[axis] > 0.0 { 1 } else { -1 };
             if voxel[axis] < 0 || voxel[axis] > last {
-                return false;
+                return;
             }
         }
     }
 
+    /// Whether any voxel on a way is occupied: all of them are asked, one after the other, and nothing is skipped. Twin:
+    /// march_exact in glsl/grid/march.glsl, which skips what is empty.
+    pub fn march_exact(&self, from: [f32; 3], way: [f32; 3]) -> bool {
+        let mut met = false;
+        self.walk(from, way, |voxel, _| {
+            met = self.has(0, voxel);
+            !met
+        });
+        met
+    }
+
+    /// The voxel that is such a share of the way from one place to another.
+    pub(super) fn stepped(&self, from: [f32; 3], way: [f32; 3], [near, far]: [f32; 2], share: f32) -> [u32; 3] {
+        let at = near * (1.0 - share) + far * share;
+        from_fn(|i| ((from[i] + way[i] * at).floor() as i32).clamp(0, self.size as i32 - 1) as u32)
+    }
+
     /// Twin: march_steps.
     pub fn march_steps(&self, from: [f32; 3], way: [f32; 3], steps: u32, offset: f32) -> bool {
-        let [near, far] = self.clip(from, way);
-        near <= far
-            && (0..steps).any(|i| {
-                let share = (i as f32 + offset) / steps as f32;
-                let at = near * (1.0 - share) + far * share;
-                let voxel = from_fn(|i| ((from[i] + way[i] * at).floor() as i32).clamp(0, self.size as i32 - 1) as u32);
-                self.has(0, voxel)
-            })
+        let Some(range) = self.clipped(from, way) else { return false };
+        let mut steps = (0..steps).map(|i| self.stepped(from, way, range, (i as f32 + offset) / steps as f32));
+        steps.any(|voxel| self.has(0, voxel))
     }
 }

@@ -1,0 +1,105 @@
+#version 460
+// Puts smoke and hair into the voxels that they are in. One thread a caster; those of many voxels are listed, and in the variants
+// behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Source: ours. Inputs: casters, grid. Outputs: media,
+// their bits, the lists. Twin: reference::twin::media::deposit. Invariant: sums of whole numbers, so the same bytes each run; a sum
+// that goes past 32 bits does so whoever comes last, and sets its voxel's bit.
+// variants: STEP 0 1 2
+layout(local_size_x = 64) in;
+#include "grid/cast.glsl"
+
+// Voxels of a sphere's box, or parts of a strand, up to which a thread takes a caster, and up to which a workgroup does. Any
+// numbers give the same bytes.
+const uint SMALL = 64u;
+const uint BOXED = 262144u;
+
+void deposit(uvec3 voxel, uint amount) {
+    if (amount == 0u) {
+        return;
+    }
+    uint before = atomicAdd(media[media_at(grid.size, voxel)], amount);
+    if (before + amount < before) {
+        uint full = grid_bit(0u, voxel);
+        atomicOr(media_bits[2u * grid_word(grid.size, 0u, voxel) + (full >> 5)], 1u << (full & 31u));
+    }
+    // Whoever puts the first into a voxel says so above.
+    for (uint level = 1u; level < GRID_LEVELS && before == 0u; ++level) {
+        uint bit = grid_bit(level, voxel), word = 2u * grid_word(grid.size, level, voxel) + (bit >> 5);
+        uint mask = 1u << (bit & 31u);
+        if ((media_bits[word] & mask) != 0u || atomicOr(media_bits[word], mask) != 0u) {
+            return;
+        }
+    }
+}
+
+void deposit_mote(vec3 place, uint amount) {
+    vec3 at = clamp(place - 0.5, vec3(0.0), vec3(grid.size - 1u)), corner = floor(at);
+    uvec3 voxel = uvec3(corner), share = uvec3((at - corner) * 256.0);
+    uint z[2] = uint[2](0u, part_of(amount, share.z));
+    z[0] = amount - z[1];
+    for (uint i = 0u; i < 2u; ++i) {
+        uint high = part_of(z[i], share.y), low = z[i] - high;
+        uint low_x = part_of(low, share.x), high_x = part_of(high, share.x);
+        deposit(voxel + uvec3(0u, 0u, i), low - low_x);
+        deposit(voxel + uvec3(1u, 0u, i), low_x);
+        deposit(voxel + uvec3(0u, 1u, i), high - high_x);
+        deposit(voxel + uvec3(1u, 1u, i), high_x);
+    }
+}
+
+// How much there is to do for a caster, and the part of it from `first` on.
+uint deposit_caster(uint i, uint first, uint step, uint most) {
+    Caster caster = casters[i];
+    precise vec3 place = (caster.position - grid.origin) * grid.per_unit;
+    precise float radius = caster.radius * grid.per_unit;
+    bool strand = caster_is_strand(caster);
+    if (!strand && radius >= 1.0) {
+        precise float extinction = caster.density * grid.voxel;
+        Ball ball = ball_of(place, radius, extinction, grid.size);
+        uvec3 box = uvec3(ball.last - ball.first + 1);
+        uint voxels = box.x * box.y * box.z;
+        for (uint v = first; v < voxels && voxels <= most; v += step) {
+            ivec3 voxel = ball.first + ivec3(v % box.x, v / box.x % box.y, v / (box.x * box.y));
+            deposit(uvec3(voxel), ball_amount(ball, voxel));
+        }
+        return voxels;
+    }
+    Motes motes;
+    if (strand) {
+        precise vec3 axis = caster.axis * grid.per_unit;
+        motes = strand_motes(place, axis, radius, caster.density);
+    } else {
+        precise float extinction = caster.density * grid.voxel;
+        motes = sphere_motes(place, radius, extinction);
+    }
+    for (uint m = first; m < motes.count && motes.count <= most; m += step) {
+        deposit_mote(mote_place(motes, m), motes.amount);
+    }
+    return motes.count;
+}
+
+void main() {
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x, thread = gl_LocalInvocationIndex;
+    uint groups = gl_NumWorkGroups.x * gl_NumWorkGroups.y;
+    if (STEP == 1) {
+        for (uint l = group; l < cast_listed[LARGE]; l += groups) {
+            deposit_caster(cast_listed[LISTED + l], thread, 64u, 0xFFFFFFFFu);
+        }
+        return;
+    }
+    if (STEP == 2) {
+        for (uint l = 0u; l < cast_listed[HUGE]; ++l) {
+            deposit_caster(cast_listed[LISTED + caster_count - 1u - l], 64u * group + thread, 64u * groups, 0xFFFFFFFFu);
+        }
+        return;
+    }
+    uint i = 64u * group + thread;
+    if (i >= caster_count) {
+        return;
+    }
+    uint voxels = deposit_caster(i, 0u, 1u, SMALL);
+    if (voxels > BOXED) {
+        cast_listed[LISTED + caster_count - 1u - atomicAdd(cast_listed[HUGE], 1u)] = i;
+    } else if (voxels > SMALL) {
+        cast_listed[LISTED + atomicAdd(cast_listed[LARGE], 1u)] = i;
+    }
+}

@@ -1,0 +1,20 @@
+// The triangles as a grid sees them, and the axis that each faces most: seen along it, none is edge on but those of no area.
+// Twin: reference::twin::grid::Facet.
+#ifndef GRID_FACING_GLSL
+#define GRID_FACING_GLSL
+#include "grid/build.glsl"
+#include "grid/overlap.glsl"
+
+Facet facet_at(uint i) {
+    Triangle triangle = triangles[i];
+    precise vec3 a = (triangle.corners[0] - grid.origin) * grid.per_unit;
+    precise vec3 b = (triangle.corners[1] - grid.origin) * grid.per_unit;
+    precise vec3 c = (triangle.corners[2] - grid.origin) * grid.per_unit;
+    return facet_of(a, b, c, grid.size);
+}
+
+uint facet_axis(Facet facet) {
+    vec3 facing = abs(facet.normal);
+    return facing.x >= facing.y && facing.x >= facing.z ? 0u : facing.y >= facing.z ? 1u : 2u;
+}
+#endif

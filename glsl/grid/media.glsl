@@ -1,0 +1,14 @@
+// What smoke and hair take in the voxels of a grid: a number a voxel, the optical depth of a way of one voxel's length, in whole
+// units so that the order of sums does not matter. They stand brick by brick, 64 of 4 × 4 × 4 voxels. Bits as those of grid/grid.glsl: on
+// level 0 of voxels whose sum went past 32 bits, above of bricks and of blocks in which there is anything. Source: ours.
+// Twin: reference::twin::media::Media.
+#ifndef GRID_MEDIA_GLSL
+#define GRID_MEDIA_GLSL
+#include "grid/grid.glsl"
+
+// Units an optical depth of 1; and what a voxel takes whose sum went past 32 bits, of which nothing is left.
+const float MEDIA_UNITS = 16777216.0;
+const float MEDIA_FULL = 256.0;
+
+uint media_at(uint size, uvec3 voxel) { return 64u * grid_word(size, 0u, voxel) + grid_bit(0u, voxel); }
+#endif

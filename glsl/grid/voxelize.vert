@@ -1,0 +1,64 @@
+#version 460
+// Draws each triangle along the axis that it faces most, a texel a column of voxels, and wider: every column that it meets has
+// its middle in what is drawn, or with CONSERVATIVE is touched by it. Sources: Schwarz and Seidel 2010, section 3 (the axis);
+// Hasselgren, Akenine-Möller and Ohlsson 2005 (the wider triangle); the box of slivers is ours. Inputs: triangles, grid.
+// Outputs: position, the triangle. Invariant: what is drawn decides nothing but which columns glsl/grid/voxelize.frag tries.
+#define GRID_ACCESS readonly
+#include "grid/facing.glsl"
+
+CONSTANT(bool, CONSERVATIVE, false)
+
+layout(location = 0) flat out uint triangle;
+
+// From a column's middle to its border, texels, and what every rasterizer may move a corner by: a 16th, once where it stands and
+// once where it is clipped, and a rounding.
+const float HALF_COLUMN = 0.5;
+const float MOVED = 0.14;
+
+// What a triangle's area has to be of its longest side's square, so that rounding leaves its sides where they are, and its
+// corners do not run far away.
+const float SLIVER = 1.0 / 64.0;
+
+float turned(vec2 a, vec2 b) { return a.x * b.y - a.y * b.x; }
+
+void main() {
+    triangle = uint(gl_VertexIndex) / 3u;
+    Facet facet = facet_at(triangle);
+    uint axis = facet_axis(facet), across = (axis + 1u) % 3u, up = (axis + 2u) % 3u;
+    vec2 corners[3];
+    vec2 sides[3];
+    float longest = 0.0;
+    uint widest = 0u;
+    for (uint i = 0u; i < 3u; ++i) {
+        corners[i] = vec2(facet.corners[i][across], facet.corners[i][up]);
+        sides[i] = vec2(facet.edges[i][across], facet.edges[i][up]);
+        float square = dot(sides[i], sides[i]);
+        widest = square > longest ? i : widest;
+        longest = max(longest, square);
+    }
+    float reach = MOVED + (CONSERVATIVE ? 0.0 : HALF_COLUMN), area = turned(sides[0], sides[1]);
+    uint corner = uint(gl_VertexIndex) % 3u;
+    vec2 at;
+    if (abs(area) > SLIVER * longest) {
+        // Each side goes outwards by as much as a square of that half side reaches across it; corners are where they meet.
+        vec2 one = area < 0.0 ? -sides[(corner + 2u) % 3u] : sides[(corner + 2u) % 3u];
+        vec2 other = area < 0.0 ? -sides[corner] : sides[corner];
+        float by_one = reach * (abs(one.x) + abs(one.y)), by_other = reach * (abs(other.x) + abs(other.y));
+        at = corners[corner] + (by_other * one - by_one * other) / turned(one, other);
+    } else {
+        // A box along its longest side, and about that a triangle twice as wide and as high.
+        vec2 along = longest > 0.0 ? sides[widest] * inversesqrt(longest) : vec2(1.0, 0.0);
+        vec2 over = vec2(-along.y, along.x), low = vec2(0.0), high = vec2(0.0);
+        for (uint i = 0u; i < 3u; ++i) {
+            vec2 offset = corners[i] - corners[widest], place = vec2(dot(offset, along), dot(offset, over));
+            low = min(low, place);
+            high = max(high, place);
+        }
+        // A square's corner is 1.415 half sides away.
+        low -= 1.415 * reach;
+        high += 1.415 * reach;
+        vec2 place = low + 2.0 * (high - low) * vec2(corner == 1u, corner == 2u);
+        at = corners[widest] + place.x * along + place.y * over;
+    }
+    gl_Position = vec4(2.0 * at / float(grid.size) - 1.0, 0.5, 1.0);
+}

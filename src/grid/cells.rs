@@ -1,0 +1,47 @@
+//! How many occupied voxels are in the cells of 8 voxels a side and more, for cones.
+
+use super::{GridPush, THREADS};
+use crate::Result;
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups};
+use crate::shaders::grid::CELLS;
+use bytemuck::Zeroable;
+
+/// Voxels a side of the smallest cells, a power of two's exponent. Twin: CELLS_FIRST in glsl/grid/cells.glsl.
+const FIRST: u32 = 3;
+
+/// Counts of all levels, up to the whole grid.
+pub(super) struct Cells {
+    size: u32,
+    pub(super) counts: Buffer,
+    kernel: Kernel<GridPush>,
+}
+
+impl Cells {
+    /// Of a grid whose own buffers are `grid`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub(super) fn new(context: &Context, size: u32, grid: &Bindings) -> Result<Self> {
+        let bytes = 4 * u64::from(count(size));
+        let counts = Buffer::new(context, "grid.cells", bytes, Memory::Device)?;
+        let set = Bindings::new(context, "grid.cells", &[Resource::Buffer(counts.clone())])?;
+        let kernel = Kernel::compute(context, &CELLS, &[grid, &set], &Constants::new())?;
+        Ok(Self { size, counts, kernel })
+    }
+
+    /// Counts what is occupied, level by level.
+    pub(super) fn record(&self, commands: &mut Commands) {
+        for level in FIRST..=self.size.ilog2() {
+            let cells = u64::from(self.size >> level).pow(3);
+            let [x, y] = groups(cells.div_ceil(u64::from(THREADS)));
+            commands.pass("grid.cells", |pass| {
+                pass.dispatch(&self.kernel, &GridPush { level, ..GridPush::zeroed() }, [x, y, 1]);
+            });
+        }
+    }
+}
+
+/// Cells of all levels.
+pub(super) fn count(size: u32) -> u32 {
+    (FIRST..=size.ilog2()).map(|level| (size >> level).pow(3)).sum()
+}

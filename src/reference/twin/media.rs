@@ -1,0 +1,233 @@
+//! What smoke and hair take in the voxels of a grid, and ways through it. Twin of glsl/grid/blob.glsl, deposit.comp, media.glsl
+//! and march_media.glsl: the same numbers, since nothing in either is fused or put in another order, and only integers are divided.
+
+use super::grid::{Bits, Place};
+use super::segment::MAX_OPTICAL_DEPTH;
+use crate::scene::Caster;
+use std::array::from_fn;
+use std::f32::consts::PI;
+
+/// Units an optical depth of 1. Twin: MEDIA_UNITS in glsl/grid/media.glsl.
+pub const UNITS: f32 = 16_777_216.0;
+
+/// Twin: MEDIA_FULL.
+const FULL: f32 = 256.0;
+
+/// Twin: MEDIA_DARK in glsl/grid/march_media.glsl.
+const DARK: f32 = 80.0;
+
+/// Twin: media_units.
+fn units(optical_depth: f32) -> u32 {
+    (optical_depth.min(MAX_OPTICAL_DEPTH) * UNITS) as u32
+}
+
+/// Twin: light_taken.
+pub fn light_taken(optical_depth: f32) -> f32 {
+    let x = optical_depth.min(16.0) * (1.0 / 256.0);
+    let taken = x * (1.0 - x * (0.5 - x * (0.166_666_67 - x * 0.041_666_668)));
+    (0..8).fold(taken, |taken, _| taken * (2.0 - taken))
+}
+
+/// Twin: root.
+pub fn root(square: f32) -> f32 {
+    if square < 1e-30 {
+        return 0.0;
+    }
+    let first = f32::from_bits(0x5F37_59DF - (square.to_bits() >> 1));
+    square * (0..4).fold(first, |inverse, _| inverse * (1.5 - 0.5 * square * inverse * inverse))
+}
+
+/// Twin: Motes.
+struct Motes {
+    first: [f32; 3],
+    axis: [f32; 3],
+    step: f32,
+    count: u32,
+    amount: u32,
+}
+
+impl Motes {
+    /// Twin: sphere_motes.
+    fn of_sphere(centre: [f32; 3], radius: f32, extinction: f32) -> Self {
+        let silhouette = PI * radius * radius;
+        let taken = light_taken(extinction * (1.333_333_4 * radius));
+        Self { first: centre, axis: [0.0; 3], step: 1.0, count: 1, amount: units(silhouette * taken) }
+    }
+
+    /// Twin: strand_motes.
+    fn of_strand(start: [f32; 3], axis: [f32; 3], radius: f32, optical_depth: f32) -> Self {
+        let widest = axis[0].abs().max(axis[1].abs()).max(axis[2].abs());
+        let (mut step, mut count) = (1.0f32, 1u32);
+        while (count as f32) < 2.0 * widest && count < 4096 {
+            (step, count) = (0.5 * step, 2 * count);
+        }
+        let silhouette = 0.5 * PI * radius * root(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+        let amount = silhouette * light_taken(optical_depth) * step;
+        let first = from_fn(|i| start[i] + axis[i] * (0.5 * step));
+        Self { first, axis, step, count, amount: units(amount) }
+    }
+
+    /// Twin: mote_place.
+    fn place(&self, i: u32) -> [f32; 3] {
+        let along = self.step * i as f32;
+        from_fn(|axis| self.first[axis] + self.axis[axis] * along)
+    }
+}
+
+/// Twin: part_of.
+fn part_of(amount: u32, share: u32) -> u32 {
+    (amount >> 8) * share + (((amount & 255) * share) >> 8)
+}
+
+/// Twin: Ball.
+struct Ball {
+    centre: [f32; 3],
+    core: f32,
+    sharp: f32,
+    amount: u32,
+    first: [u32; 3],
+    last: [u32; 3],
+}
+
+impl Ball {
+    /// Twin: ball_of.
+    fn new(centre: [f32; 3], radius: f32, extinction: f32, size: u32) -> Self {
+        let whole = |v: f32| v.floor().clamp(0.0, (size - 1) as f32) as u32;
+        Self {
+            centre,
+            core: radius * radius - 1.0 / 48.0,
+            sharp: (16_777_216 / (radius * 64.0) as u32) as f32 * (1.0 / 262_144.0),
+            amount: units(extinction),
+            first: centre.map(|c| whole(c - (radius + 0.25))),
+            last: centre.map(|c| whole(c + (radius + 0.25))),
+        }
+    }
+
+    /// Twin: ball_sample.
+    fn sample(&self, squares: [f32; 3]) -> u32 {
+        let inside = (self.core - (squares[0] + squares[1] + squares[2])) * self.sharp + 0.5;
+        (inside.clamp(0.0, 1.0) * 256.0 + 0.5) as u32
+    }
+
+    /// Twin: ball_amount.
+    fn amount(&self, voxel: [u32; 3]) -> u32 {
+        let square = |i: usize, at: f32| (voxel[i] as f32 + at - self.centre[i]).powi(2);
+        let squares: [[f32; 2]; 3] = from_fn(|i| [square(i, 0.25), square(i, 0.75)]);
+        let inside: u32 = (0..8).map(|i| self.sample(from_fn(|axis| squares[axis][i >> axis & 1]))).sum();
+        (self.amount >> 11) * inside + (((self.amount & 2047) * inside) >> 11)
+    }
+}
+
+/// What a grid's voxels take.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Media {
+    /// Optical depths of ways of one voxel's length, brick by brick, modulo 32 bits.
+    pub voxels: Vec<u32>,
+    /// On level 0 of voxels whose sum went past 32 bits, above of where there is anything.
+    pub bits: Bits,
+}
+
+impl Media {
+    /// Of casters in a grid that stands there. Twin: glsl/grid/deposit.comp.
+    pub fn deposit(casters: &[Caster], place: &Place) -> Self {
+        let size = place.size;
+        let mut media = Self { voxels: vec![0; size.pow(3) as usize], bits: Bits::none(size) };
+        for caster in casters {
+            let (at, radius) = (place.voxels(caster.position), caster.radius * place.per_unit);
+            let extinction = caster.density * place.voxel;
+            if !caster.is_strand() && radius >= 1.0 {
+                let ball = Ball::new(at, radius, extinction, size);
+                let [x, y, z] = [0, 1, 2].map(|i| ball.first[i]..=ball.last[i]);
+                for voxel in z.flat_map(|z| {
+                    let x = &x;
+                    y.clone().flat_map(move |y| x.clone().map(move |x| [x, y, z]))
+                }) {
+                    media.add(voxel, ball.amount(voxel));
+                }
+                continue;
+            }
+            let motes = if caster.is_strand() {
+                Motes::of_strand(at, caster.axis.map(|a| a * place.per_unit), radius, caster.density)
+            } else {
+                Motes::of_sphere(at, radius, extinction)
+            };
+            (0..motes.count).for_each(|i| media.mote(motes.place(i), motes.amount, size));
+        }
+        media
+    }
+
+    /// Twin: deposit in glsl/grid/deposit.comp.
+    fn add(&mut self, voxel: [u32; 3], amount: u32) {
+        if amount > 0 {
+            let (word, bit) = self.bits.place(0, voxel);
+            let sum = &mut self.voxels[64 * word + bit as usize];
+            let (after, full) = sum.overflowing_add(amount);
+            *sum = after;
+            (0..3).filter(|level| *level > 0 || full).for_each(|level| self.bits.set(level, voxel));
+        }
+    }
+
+    /// Twin: deposit_mote.
+    fn mote(&mut self, place: [f32; 3], amount: u32, size: u32) {
+        let at = place.map(|v| (v - 0.5).clamp(0.0, (size - 1) as f32));
+        let voxel = at.map(|v| v as u32);
+        let share: [u32; 3] = from_fn(|i| ((at[i] - at[i].floor()) * 256.0) as u32);
+        let high_z = part_of(amount, share[2]);
+        for (z, amount) in [(0, amount - high_z), (1, high_z)] {
+            let high_y = part_of(amount, share[1]);
+            for (y, amount) in [(0, amount - high_y), (1, high_y)] {
+                let high_x = part_of(amount, share[0]);
+                self.add([voxel[0], voxel[1] + y, voxel[2] + z], amount - high_x);
+                self.add([voxel[0] + 1, voxel[1] + y, voxel[2] + z], high_x);
+            }
+        }
+    }
+
+    /// Optical depth of a way of one voxel's length. Twin: media_of.
+    pub fn of(&self, voxel: [u32; 3]) -> f32 {
+        let (word, bit) = self.bits.place(0, voxel);
+        if self.bits.has(0, voxel) { FULL } else { self.voxels[64 * word + bit as usize] as f32 * (1.0 / UNITS) }
+    }
+
+    /// The optical depth of a way: every voxel on it is asked, one after the other. Twin: media_exact.
+    pub fn march_exact(&self, from: [f32; 3], way: [f32; 3]) -> f32 {
+        let voxels = length(way);
+        let mut sum = 0.0;
+        self.bits.walk(from, way, |voxel, range| {
+            sum += self.of(voxel) * ((range[1] - range[0]).max(0.0) * voxels);
+            sum < DARK
+        });
+        sum.min(DARK)
+    }
+
+    /// Twin: media_steps.
+    pub fn march_steps(&self, from: [f32; 3], way: [f32; 3], steps: u32, offset: f32) -> f32 {
+        let Some([near, far]) = self.bits.clipped(from, way) else { return 0.0 };
+        let each = (far - near) * length(way) / steps as f32;
+        let sum =
+            (0..steps).map(|i| self.of(self.bits.stepped(from, way, [near, far], (i as f32 + offset) / steps as f32)));
+        sum.map(|optical_depth| optical_depth * each).sum::<f32>().min(DARK)
+    }
+}
+
+fn length(way: [f32; 3]) -> f32 {
+    way.iter().map(|w| w * w).sum::<f32>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Series and iteration against the library, over all that casters have.
+    #[test]
+    fn arithmetic_without_functions() {
+        for i in 0..4000 {
+            let x = 10f32.powf(i as f32 / 250.0 - 12.0);
+            let (taken, expected) = (f64::from(light_taken(x)), -(-f64::from(x)).exp_m1());
+            assert!((taken - expected).abs() <= 2e-6 * expected, "{x}: {taken}, not {expected}");
+            let (root, expected) = (f64::from(root(x)), f64::from(x).sqrt());
+            assert!((root - expected).abs() <= 1e-6 * expected, "{x}: {root}, not {expected}");
+        }
+        assert_eq!((light_taken(0.0), root(0.0)), (0.0, 0.0));
+    }
+}
