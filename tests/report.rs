@@ -1,7 +1,8 @@
 //! Results on their way to a reader, through the public API: the store here, plots, tables and the page beside it.
 
 use gobo::measure::{
-    BoundaryError, DeviceFacts, ImageError, PassTiming, PointError, Results, Row, RowError, SCHEMA, Status, Timing,
+    BoundaryError, DeviceFacts, FramesError, ImageError, PassTiming, PointError, Results, Row, RowError, SCHEMA,
+    Status, Timing,
 };
 use gobo::report::{Store, page, plots, table};
 use std::collections::BTreeMap;
@@ -33,6 +34,7 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
         frame_ns: Some(ns * 3.0),
         standard_error: Some(error / 50.0),
         flicker_rms: None,
+        frames: None,
         host_ns: Some(Timing { median: ns * 1.5, p05: ns, p95: ns * 2.0, samples: 30 }),
         build_ns: Some(Timing { median: ns, p05: ns * 0.9, p95: ns * 1.2, samples: 30 }),
         lookup_ns_per_million: Some(Timing { median: 3e6, p05: 2e6, p95: 4e6, samples: 30 }),
@@ -59,6 +61,7 @@ fn refused(scene: &str, reason: &str) -> Row {
         frame_ns: None,
         standard_error: None,
         flicker_rms: None,
+        frames: None,
         build_ns: None,
         lookup_ns_per_million: None,
         draw_ns: None,
@@ -101,6 +104,7 @@ fn opaque(scene: &str, technique: &str) -> Row {
     let image = None;
     row.error = Some(RowError { map: Some(points(100)), space: Some(points(200)), surface: Some(points(300)), image });
     (row.standard_error, row.flicker_rms, row.frame_ns) = (Some(0.000_312), Some(0.0625), Some(7_250_000.0));
+    row.frames = Some(FramesError { rmse: 0.5, flicker_rms: 0.375 });
     row
 }
 
@@ -263,8 +267,10 @@ fn every_number_is_in_the_csv() {
     let records = records(&results(vec![opaque("room", "psm"), refused("room", "no")]));
     let mut expected: Vec<(String, String)> =
         [("standard_error", "0.000312"), ("flicker_rms", "0.0625"), ("frame_ns", "7250000"), ("image_rmse", "")]
+            .into_iter()
+            .chain([("frames_rmse", "0.5"), ("frames_flicker_rms", "0.375")])
             .map(|(name, value)| (name.into(), value.into()))
-            .into();
+            .collect();
     for (kind, base) in [("map", 100), ("space", 200), ("surface", 300)] {
         let counts = [
             ("points", 0),

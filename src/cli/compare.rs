@@ -34,15 +34,17 @@ const FEW_LIGHTS: usize = 8;
 
 /// What is compared of a scene of many lights when no technique is named: ways through one grid for all lights (the sizes and
 /// numbers of steps of Pestana 2015), beside maps of each light and rays. What the device lacks is a row that says so.
-const MANY_LIGHTS: [&str; 4] = [
-    "voxel-grid:march=exact,size=64|128|256",
-    "voxel-grid:march=steps,steps=5|10|15|25|50|75,size=64|128|256",
-    "shadow-map:size=128|512",
-    "ray-query",
+const MANY_LIGHTS: [&str; 6] = [
+    "voxel-grid:shading=tiled,march=exact,size=64|128|256",
+    "voxel-grid:shading=tiled,march=steps,steps=5|10|15|25|50|75,size=64|128|256",
+    "voxel-grid:shading=tiled,march=exact,dither=none|ordered|noise,blur=off|on,history=off|on",
+    "voxel-grid:shading=tiled,march=steps,steps=25,dither=none|ordered|noise,blur=off|on,history=off|on",
+    "shadow-map:shading=tiled,size=128|512",
+    "ray-query:shading=tiled",
 ];
 
 /// The maps of [`MANY_LIGHTS`] on a software device.
-const MANY_LIGHTS_ON_CPU: &str = "shadow-map:size=64";
+const MANY_LIGHTS_ON_CPU: &str = "shadow-map:shading=tiled,size=64";
 
 /// Pixels of a picture of a quick look, and of [`DEFAULT`] on a software device.
 const SMALL_PICTURE: [u32; 2] = [320, 180];
@@ -70,6 +72,13 @@ pub struct Arguments {
     /// Print the time of each pass of a build too, and the whole over that of copying as many bytes as it leaves behind
     #[arg(long)]
     passes: bool,
+    /// Size of the pictures, pixels, up to 16384 a side [default: 640x360, or 320x180 of a quick look]
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
+    picture: Option<[u32; 2]>,
+    /// Let the camera go round what it looks at, by so many degrees over the frames, and hold 16 pictures, one after the
+    /// other, against the truth
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, conflicts_with = "no_truth", value_parser = degrees)]
+    turn: Option<f64>,
     /// Map points: a fixed sample of the covered texels, whose standard error is stated, or all of them
     #[arg(long, value_enum, default_value = "sample")]
     truth: TruthArgument,
@@ -90,6 +99,16 @@ enum TruthArgument {
     Full,
 }
 
+fn size(text: &str) -> std::result::Result<[u32; 2], String> {
+    let side = |text: &str| text.parse().ok().filter(|side| (1..=16384).contains(side));
+    let sides = text.split_once('x').and_then(|(width, height)| side(width).zip(side(height)));
+    sides.map(|(width, height)| [width, height]).ok_or_else(|| "give 1280x720, say: 1 to 16384 a side".into())
+}
+
+fn degrees(text: &str) -> std::result::Result<f64, String> {
+    text.parse().ok().filter(|d: &f64| d.abs() <= 360.0).ok_or_else(|| "give degrees, at most 360 either way".into())
+}
+
 fn effort(arguments: &Arguments, features: &Features) -> Effort {
     let frames = arguments.frames as usize;
     let truth = match (arguments.no_truth, arguments.truth) {
@@ -97,12 +116,14 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
         (false, TruthArgument::Sample) => Extent::Sample,
         (false, TruthArgument::Full) => Extent::Full,
     };
+    let turning = arguments.turn.is_some();
     if arguments.quick {
-        return Effort { frames: frames.min(8), warm_up: 2, space_points: 8192, picture: SMALL_PICTURE, truth };
+        let picture = arguments.picture.unwrap_or(SMALL_PICTURE);
+        return Effort { frames: frames.min(8), warm_up: 2, space_points: 8192, picture, turning, truth };
     }
     let small = arguments.techniques.is_empty() && features.is_software();
-    let picture = if small { SMALL_PICTURE } else { [640, 360] };
-    Effort { frames, warm_up: 5, space_points: 65536, picture, truth }
+    let picture = arguments.picture.unwrap_or(if small { SMALL_PICTURE } else { [640, 360] });
+    Effort { frames, warm_up: 5, space_points: 65536, picture, turning, truth }
 }
 
 /// What a scene is in each frame, and the times of these. Where nobody asks for the truth of what the device simulates, the host
@@ -113,7 +134,18 @@ fn frames(arguments: &Arguments, name: &str) -> Result<(Vec<Scene>, Vec<f64>)> {
     if arguments.no_truth && matches!(scene.motion, Motion::Fountain(_)) {
         return Ok((vec![scene], times_s));
     }
-    Ok((arguments.moving.states(scene, arguments.frames)?, times_s))
+    let mut states = arguments.moving.states(scene, arguments.frames)?;
+    if let Some(degrees) = arguments.turn {
+        if arguments.frames < 2 {
+            return Err(Error::input("--frames", "a camera turns from one frame to another", "give 2 or more"));
+        }
+        states.resize(arguments.frames as usize, states[0].clone());
+        let step = degrees / f64::from(arguments.frames - 1);
+        for (frame, scene) in states.iter_mut().enumerate() {
+            scene.camera = scene.camera.turned(step * frame as f64);
+        }
+    }
+    Ok((states, times_s))
 }
 
 fn device_facts(features: &Features) -> DeviceFacts {
@@ -240,7 +272,12 @@ fn many_lights(on_cpu: bool) -> Result<Vec<Spec>> {
     let mut specs = Vec::new();
     for text in MANY_LIGHTS {
         let is_map = text.starts_with("shadow-map");
-        specs.extend(parse(if is_map && on_cpu { MANY_LIGHTS_ON_CPU } else { text })?);
+        for spec in parse(if is_map && on_cpu { MANY_LIGHTS_ON_CPU } else { text })? {
+            // Two lines may have one in common.
+            if specs.iter().all(|other: &Spec| other.to_string() != spec.to_string()) {
+                specs.push(spec);
+            }
+        }
     }
     Ok(specs)
 }

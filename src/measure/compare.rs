@@ -4,6 +4,7 @@ use super::flicker::Flicker;
 use super::frames::{Drawing, Frames};
 use super::repeats::Repeats;
 use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
+use super::turning::references;
 use super::{Answers, Extent, PassTiming, Row, RowError, Status, Timing, picture_error};
 use crate::consume::{Asked, Lighting, Query, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
@@ -14,6 +15,7 @@ use crate::technique::{self, Lifetime, Opened, Spec, Technique};
 use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
+use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -54,19 +56,23 @@ pub struct Effort {
     pub space_points: usize,
     /// Size of the picture, pixels.
     pub picture: [u32; 2],
+    /// Whether the pictures of frames one after the other are held against the truth's.
+    pub turning: bool,
     /// How much of the truth.
     pub truth: Extent,
 }
 
 /// A scene with everything that its rows share: its states at one time or more.
 pub struct Case<'a> {
-    context: &'a Context,
-    frames: Frames<'a>,
+    pub(super) context: &'a Context,
+    pub(super) frames: Frames<'a>,
     /// What moves the world on the device, where something does.
     simulation: Option<Simulation>,
     truths: &'a [Truth<'a>],
-    world: World,
+    pub(super) world: World,
     effort: Effort,
+    /// Of frames one after the other, once somebody asks.
+    references: OnceCell<Arc<Vec<Picture>>>,
     /// Of each light, for the timing of look-ups.
     asked: Vec<Vec<[f32; 3]>>,
 }
@@ -110,7 +116,8 @@ pub fn with_case<'a, R>(
     let count = LOOKUPS / first.lights.len().max(1);
     let asked = within(&|light, all| points_within(all, &first.lights[light], count));
     let simulation = if frames.times_s.is_empty() { None } else { Simulation::of(context, &world)? };
-    let mut case = Case { context, frames, simulation, truths: &truths, world, effort, asked };
+    let mut case =
+        Case { context, frames, simulation, truths: &truths, world, effort, references: OnceCell::new(), asked };
     let spare = std::thread::available_parallelism().map_or(1, |n| n.get()).saturating_sub(KEPT_PROCESSORS);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(spare.max(1)).build().ok();
     let beside = effort.truth != Extent::None && spare > 0 && !context.features().is_software();
@@ -198,6 +205,7 @@ impl Case<'_> {
             limit_mean_abs: None,
             standard_error: None,
             flicker_rms: None,
+            frames: None,
             picture: None,
             difference: None,
         };
@@ -270,11 +278,19 @@ impl Case<'_> {
             let (map, space, surface) = (asked.map.error()?, asked.space.error()?, asked.surface.error()?);
             row.error = Some(RowError { map, space, surface, image });
         }
+        if self.effort.turning && self.effort.truth != Extent::None {
+            row.frames = self.turn(&mut opened, shading, lighting)?;
+        }
         Ok(Drawn { picture, beside_truth })
     }
 
+    /// The truth of the pictures of frames one after the other.
+    pub(super) fn references(&self) -> Arc<Vec<Picture>> {
+        self.references.get_or_init(|| Arc::new(references(self.frames.states))).clone()
+    }
+
     /// Moves the world to a frame.
-    fn show(&mut self, frame: usize) -> Result<Vec<PassTime>> {
+    pub(super) fn show(&mut self, frame: usize) -> Result<Vec<PassTime>> {
         match &mut self.simulation {
             _ if self.frames.count() == 1 => Ok(Vec::new()),
             Some(simulation) => simulation.move_to(&mut self.world, self.frames.times_s[frame]),

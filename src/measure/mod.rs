@@ -10,12 +10,13 @@ mod repeats;
 mod results;
 mod timing;
 mod truth;
+mod turning;
 
 pub use compare::{Case, Drawn, Effort, LOOKUPS, with_case};
 pub use copy::copy_bytes_per_second;
 pub use error_metrics::{Answers, BoundaryError, PointError, point_error};
 pub use frames::Frames;
 pub use picture_error::{difference_srgb8, picture_error, picture_flicker};
-pub use results::{DeviceFacts, ImageError, PassTiming, Results, Row, RowError, SCHEMA, Status};
+pub use results::{DeviceFacts, FramesError, ImageError, PassTiming, Results, Row, RowError, SCHEMA, Status};
 pub use timing::Timing;
 pub use truth::Extent;

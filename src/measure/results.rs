@@ -110,6 +110,9 @@ pub struct Row {
     /// Absent where nothing moves. New in version 2.
     #[serde(default)]
     pub flicker_rms: Option<f64>,
+    /// Of pictures of frames one after the other, the camera going round. Absent where it stands still. New in version 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frames: Option<FramesError>,
     /// The picture's file name in the output folder.
     pub picture: Option<String>,
     /// The difference picture's file name in the output folder.
@@ -142,6 +145,15 @@ pub struct RowError {
     /// Of the shaded picture. Absent where its truth would have taken longer than all else.
     #[serde(default)]
     pub image: Option<ImageError>,
+}
+
+/// Errors of pictures of frames one after the other.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FramesError {
+    /// Root mean square over frames, pixels and channels, display-referred [0, 1].
+    pub rmse: f64,
+    /// The same of (change of the picture − change of the truth's) from frame to frame.
+    pub flicker_rms: f64,
 }
 
 /// Error of a picture.

@@ -97,7 +97,7 @@ const LEAKS: &str = "Points outside the boundary that no light reaches and the a
                      light reaches and it says less than half";
 
 /// In the order in which they are shown.
-const COLUMNS: [Column; 21] = [
+const COLUMNS: [Column; 23] = [
     Column {
         spread: |row| row.build_ns.as_ref().map(spread_milliseconds),
         ..column(
@@ -257,6 +257,24 @@ const COLUMNS: [Column; 21] = [
         "Mean of the FLIP map of the shaded picture",
         17,
         |row| Some(row.error.as_ref()?.image?.flip_mean),
+        significant,
+    ),
+    column(
+        "Frames",
+        "RMSE",
+        "frames RMSE",
+        "Root mean square error of the pictures of frames one after the other, the camera going round",
+        6,
+        |row| Some(row.frames?.rmse),
+        significant,
+    ),
+    column(
+        "Frames",
+        "flicker",
+        "frames flicker",
+        "Root mean square of what these pictures change from frame to frame minus what the truth's do",
+        6,
+        |row| Some(row.frames?.flicker_rms),
         significant,
     ),
 ];

@@ -158,6 +158,7 @@ mod tests {
             frame_ns: None,
             standard_error: None,
             flicker_rms: None,
+            frames: None,
             lookup_ns_per_million: None,
             draw_ns: None,
             passes: vec![],

@@ -56,7 +56,7 @@ pub use view::{FARTHEST, Projection, Ray, View};
 
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 /// A sphere of constant extinction: a caster that lets some light pass.
 #[repr(C)]
@@ -112,6 +112,15 @@ pub struct Camera {
     pub up: DVec3,
     /// Full vertical field of view, degrees.
     pub fov_y_degrees: f64,
+}
+
+impl Camera {
+    /// Gone round what it looks at, about its up, by so many degrees.
+    pub fn turned(mut self, degrees: f64) -> Self {
+        let way = DQuat::from_axis_angle(self.up.normalize(), degrees.to_radians());
+        self.position = self.target + way * (self.position - self.target);
+        self
+    }
 }
 
 /// Everything a technique needs to know of the world.

@@ -53,7 +53,7 @@ const MARCH: Key = Key {
     name: "march",
     values: Values::OneOf(March::WORDS),
     default: "exact",
-    about: "every voxel on the way to the light; even steps, between which what is thin is not seen; a cone through cells as wide",
+    about: "every voxel on the way to the light; even steps, which miss what is thin; a cone through cells as wide",
 };
 
 const STEPS: Key = Key {

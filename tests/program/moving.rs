@@ -1,7 +1,7 @@
 //! A world that moves: `compare`, `render` and `slice` with `--moving`.
 
 use crate::support::log;
-use crate::{decodes, folder, ok, results, run, runs, text};
+use crate::{decodes, folder, ok, results, run, runs, small_scene, text};
 use gobo::measure::Status;
 
 /// From a hundred particles to some hundred: a build that begins with too little room loses nothing, since lists of all
@@ -40,6 +40,25 @@ fn compare_moves() {
             assert!(map.max < 1e-4, "{map:?}");
         }
     }
+}
+
+/// What is exact turns as the truth does, and maps of few texels do not. A camera that stands still sees no flicker.
+#[test]
+fn compare_turns_the_camera() {
+    log("exercised", "compare_turns_the_camera", &runs("avsm", "binned").0);
+    let out = folder();
+    let small = small_scene(out.path());
+    let turned = |degrees: &str| {
+        let scene = ["compare", text(&small), "--frames", "4", "--quick", "--picture", "80x45"];
+        let specs = ["--technique", "avsm:path=binned,size=4|128,shading=deferred"];
+        ok(&[&scene[..], &["--turn", degrees], &specs, &["--out", text(out.path()), "--validation"]].concat());
+        let rows = results(out.path()).rows;
+        rows.iter().map(|row| row.frames.unwrap_or_else(|| panic!("{}", row.reason))).collect::<Vec<_>>()
+    };
+    let [coarse, fine] = turned("6")[..] else { panic!("two rows") };
+    assert!(fine.flicker_rms > 0.0 && 2.0 * fine.flicker_rms < coarse.flicker_rms, "{fine:?}, {coarse:?}");
+    assert!(2.0 * fine.rmse < coarse.rmse, "{fine:?}, {coarse:?}");
+    assert!(turned("0").iter().all(|still| still.flicker_rms == 0.0 && still.rmse > 0.0));
 }
 
 /// What the device simulates it is measured and drawn as, and the truth of the host's twin is its truth.
@@ -151,6 +170,8 @@ fn what_cannot_move_says_so() {
         (["render", "three-emitters", "--moving", "1..x"], "from..to in seconds"),
         (["compare", "three-emitters", "--moving", "1..5000"], "not in [0, 3600]"),
         (["compare", "fountain", "--moving", "1..5000"], "not in [0, 3600]"),
+        (["compare", "big-8k", "--turn", "361"], "at most 360"),
+        (["compare", "big-8k", "--picture", "0x720"], "1 to 16384 a side"),
         (["render", "lantern", "--particles", "speed"], "nothing of lantern is simulated on the device"),
     ] {
         let output = run(&arguments);

@@ -1,0 +1,50 @@
+//! Pictures of frames one after the other, held against those of the truth: where the camera goes round.
+
+use super::compare::Case;
+use super::{FramesError, picture_error, picture_flicker};
+use crate::Result;
+use crate::consume::{Lighting, Renderer, Shading};
+use crate::reference::truth::{Casters, picture};
+use crate::scene::{Picture, Scene, View};
+use crate::technique::Opened;
+
+/// Pixels of a picture: few, for the truth draws each of them too.
+const PICTURE: [u32; 2] = [320, 180];
+
+/// Frames that are looked at, the first of all.
+const MOST_FRAMES: usize = 16;
+
+/// The truth of them.
+pub(super) fn references(states: &[Scene]) -> Vec<Picture> {
+    let of = |scene: &Scene| picture(&Casters::new(scene), scene, &View::camera(&scene.camera, scene, PICTURE));
+    states.iter().take(MOST_FRAMES).map(of).collect()
+}
+
+impl Case<'_> {
+    /// Draws frame after frame, each once, and says how far these are from the truth and what they change that it does not. The
+    /// first is not counted: it has no frame before it.
+    pub(super) fn turn(
+        &mut self,
+        opened: &mut Opened,
+        shading: Shading,
+        lighting: Lighting,
+    ) -> Result<Option<FramesError>> {
+        let references = self.references();
+        let states = self.frames.states;
+        let camera = |scene: &Scene| View::camera(&scene.camera, scene, PICTURE);
+        let mut renderer = Renderer::new(self.context, &self.world, &camera(&states[0]))?;
+        let mut pictures = Vec::new();
+        for (frame, scene) in states.iter().enumerate().take(references.len()) {
+            self.show(frame)?;
+            opened.build(&self.world)?;
+            renderer.look(&self.world, &camera(scene))?;
+            renderer.draw(&renderer.kernels(&opened.technique.answer(), shading, lighting)?)?;
+            pictures.push(renderer.read()?);
+        }
+        let later = 1.min(pictures.len());
+        let (pictures, references) = (&pictures[later..], &references[later..]);
+        let squares = pictures.iter().zip(references).map(|(a, b)| picture_error(a, b).rmse.powi(2));
+        let rmse = (squares.sum::<f64>() / pictures.len().max(1) as f64).sqrt();
+        Ok(picture_flicker(pictures, references).map(|flicker_rms| FramesError { rmse, flicker_rms }))
+    }
+}
