@@ -333,9 +333,10 @@ mod tests {
         for (on_cpu, maps) in [(false, 2), (true, 1)] {
             let specs = many_lights(on_cpu).expect("they are known");
             let count = |name: &str| specs.iter().filter(|spec| spec.entry.name == name).count();
-            assert_eq!(["voxel-grid", "shadow-map", "ray-query"].map(count), [21, maps, 1]);
-            assert_eq!(specs.len(), 22 + maps);
-            let mut all: Vec<_> = specs.iter().map(|spec| spec.short()).collect();
+            // Three sizes with seven ways each, and twelve ways to shade with two of these that are among the seven.
+            assert_eq!(["voxel-grid", "shadow-map", "ray-query"].map(count), [21 + 2 * 11, maps, 1]);
+            assert_eq!(specs.len(), 44 + maps);
+            let mut all: Vec<_> = specs.iter().map(ToString::to_string).collect();
             all.sort();
             all.dedup();
             assert_eq!(all.len(), specs.len(), "{all:?}");

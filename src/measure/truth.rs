@@ -158,7 +158,10 @@ impl<'a> Truth<'a> {
     }
 
     fn at(&self, light: usize, positions: Vec<[f32; 3]>) -> Points {
-        let visibility = |p: &[f32; 3]| self.casters().visibility(light, DVec3::from(p.map(f64::from)));
+        // Made before, and not by whichever of the threads comes first: making them is shared out among these too, and a thread
+        // that took a point meanwhile would wait for itself.
+        let casters = self.casters();
+        let visibility = |p: &[f32; 3]| casters.visibility(light, DVec3::from(p.map(f64::from)));
         let visibility = positions.par_iter().map(visibility).collect();
         Points::in_space(light, positions, visibility)
     }
@@ -168,9 +171,10 @@ impl<'a> Truth<'a> {
         self.surface.get_or_init(|| {
             let camera = self.camera(self.wanted.picture);
             let of = |light: usize| {
-                let surface = surface_points(self.casters(), self.scene, light, &camera, self.wanted.points);
+                let casters = self.casters();
+                let surface = surface_points(casters, self.scene, light, &camera, self.wanted.points);
                 let positions = surface.iter().map(|p| p.position.as_vec3().into()).collect();
-                let visibility = |p: &SurfacePoint| self.casters().visibility(light, p.position);
+                let visibility = |p: &SurfacePoint| casters.visibility(light, p.position);
                 let visibility = surface.par_iter().map(visibility).collect();
                 let towards = |p: &SurfacePoint| self.scene.lights[light].towards(p.position);
                 let normals = surface.iter().map(|p| p.facing(towards(p)).as_vec3().into()).collect();
