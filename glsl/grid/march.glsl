@@ -19,6 +19,12 @@ bool grid_has(uvec2 bits, uvec3 voxel) {
     return ((bit < 32u ? bits.x : bits.y) >> (bit & 31u) & 1u) == 1u;
 }
 
+// The bit of a voxel, of whose word nothing else is asked.
+bool grid_has_voxel(uvec3 voxel) {
+    uint bit = grid_bit(0u, voxel);
+    return (visibility_bits[2u * grid_word(GRID_SIZE, 0u, voxel) + (bit >> 5)] >> (bit & 31u) & 1u) == 1u;
+}
+
 // Whether the 2 × 2 × 2 voxels of a brick are empty that a voxel is one of.
 bool grid_octant_is_empty(uvec2 bits, uvec3 voxel) {
     uvec3 corner = voxel & 2u;
@@ -100,7 +106,7 @@ bool march_steps(vec3 from, vec3 way, uint steps, float offset) {
 #endif
         float at = mix(range.x, range.y, (float(i) + offset) / float(steps));
         ivec3 voxel = clamp(ivec3(floor(from + way * at)), ivec3(0), ivec3(int(GRID_SIZE) - 1));
-        if (grid_has(grid_bits(0u, uvec3(voxel) >> 2u), uvec3(voxel))) {
+        if (grid_has_voxel(uvec3(voxel))) {
             return true;
         }
     }
