@@ -12,7 +12,7 @@ use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::{Packed, unpack};
 use gobo::scene::{Particle, Scene, View};
-use gobo::technique::{self, Avsm, NodeData, Opened, REGISTRY, Spec, Technique, parse};
+use gobo::technique::{self, Avsm, NodeData, Opened, REGISTRY, Spec, Technique, Values, parse};
 use gobo::world::World;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -134,6 +134,10 @@ pub fn every_path(test: &str, context: &Context) -> Vec<Spec> {
         if entry.name == "psm" {
             // 14 maps' layers are drawn at once on every device.
             spec.set("slices", "64");
+        }
+        if let Some(Values::OneOf(sizes)) = entry.keys.iter().find(|key| key.name == "size").map(|key| &key.values) {
+            // The smallest of a few: a software device goes through all voxels of a grid in seconds.
+            spec.set("size", sizes[0]);
         }
         if runs(test, context, &spec.short()) {
             specs.push(spec);
