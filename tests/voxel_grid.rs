@@ -188,6 +188,40 @@ fn ways_equal_their_twin() {
     });
 }
 
+/// Even steps see nothing that is not on the way, and all of it but corners of voxels where they are a fraction of a voxel: so near
+/// to a lamp that 75 of them are at most a quarter of one each.
+#[test]
+fn fine_steps_agree_with_exact_ways() {
+    gpu_test("fine_steps_agree_with_exact_ways", |context| {
+        let mut scene = shapes::houses();
+        let lamps: Vec<_> = shapes::about(&scene, 24).iter().map(|p| DVec3::from(p.map(f64::from))).collect();
+        let light = |lamp: &DVec3| Light {
+            kind: LightKind::Point { position: *lamp },
+            radiance: [1.0; 3],
+            radius: f64::INFINITY,
+        };
+        scene.lights = lamps.iter().map(light).collect();
+        let (_world, exact) = built(context, &scene, PLAIN);
+        let (_world, steps) = built(context, &scene, Settings { steps: Some(75), ..PLAIN });
+        let reach = 75.0 / 4.0 * f64::from(place(&exact.technique).voxel);
+        let (mut both, mut missed, mut beside, mut asked) = (0, 0, 0, 0);
+        for (light, lamp) in lamps.iter().enumerate() {
+            let near = |p: &[f32; 3]| DVec3::from(p.map(f64::from)).distance(*lamp) < reach;
+            let points: Vec<_> = shapes::about(&scene, 5000).into_iter().filter(near).collect();
+            let [exact, steps] = [&exact, &steps].map(|o| ask(context, o.technique.as_ref(), light, &points));
+            let count = |wanted: [f32; 2]| exact.iter().zip(&steps).filter(|(a, b)| [**a, **b] == wanted).count();
+            both += count([0.0, 0.0]);
+            missed += count([0.0, 1.0]);
+            beside += count([1.0, 0.0]);
+            asked += points.len();
+        }
+        println!("{asked} points, {both} blocked in both, {missed} by a corner, {beside} beside the way");
+        // But for rounding.
+        assert!(both > 100 && beside * 1000 < asked, "{both}, {beside}");
+        assert!(missed * 20 < both, "{missed} of {both}");
+    });
+}
+
 /// One grid for all lights: each answers as it does alone.
 #[test]
 fn lights_share_a_grid() {
