@@ -1,7 +1,7 @@
 //! Frames one after the other, the camera moving and still.
 
 use super::{build, camera, lamps, largest_difference, rounding};
-use crate::support::{gpu_test, some};
+use crate::support::{gpu_test, is_left_out, some};
 use glam::DVec3;
 use gobo::consume::{Lighting, Renderer, Shading, Tiled};
 use gobo::measure::{picture_error, picture_flicker};
@@ -52,7 +52,11 @@ fn a_still_picture_does_not_flicker() {
 /// nearer to the truth, and their flicker down.
 #[test]
 fn blur_and_history_calm_what_is_dithered() {
-    gpu_test("blur_and_history_calm_what_is_dithered", |context| {
+    let name = "blur_and_history_calm_what_is_dithered";
+    if is_left_out(name) {
+        return;
+    }
+    gpu_test(name, |context| {
         let scene = lamps::lamps(24);
         let cameras = going_round(&scene, 6);
         let casters = Casters::new(&scene);
@@ -77,7 +81,11 @@ fn blur_and_history_calm_what_is_dithered() {
 /// nothing is left of where they were; and kernels of another technique start anew.
 #[test]
 fn history_is_one_frame_long() {
-    gpu_test("history_is_one_frame_long", |context| {
+    let name = "history_is_one_frame_long";
+    if is_left_out(name) {
+        return;
+    }
+    gpu_test(name, |context| {
         let scene = lamps::lamps(24);
         let mut moved = scene.clone();
         moved.lights.reverse();
