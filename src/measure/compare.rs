@@ -77,7 +77,8 @@ pub struct Case<'a> {
     asked: Vec<Vec<[f32; 3]>>,
 }
 
-/// Uploads a scene, which is what `frames` say in each of them, and calls `measure` with it. The truth is computed beside the measuring where the device is no processor and there are processors to spare.
+/// Uploads a scene, which is what `frames` say in each of them, and calls `measure` with it. The truth is computed beside the
+/// measuring where the device is no processor and there are processors to spare.
 ///
 /// # Errors
 /// [`Error::Gpu`] where memory runs out, and those of `measure`.

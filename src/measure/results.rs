@@ -78,7 +78,8 @@ pub struct Row {
     pub build_ns: Option<Timing>,
     /// A million look-ups at random points, device time.
     pub lookup_ns_per_million: Option<Timing>,
-    /// The picture's casters, drawn and lit once, device time; with `shading=deferred` and `tiled` the whole picture. On slow devices of one sample, which is not warmed up.
+    /// The picture's casters, drawn and lit once, device time; with `shading=deferred` and `tiled` the whole picture. On slow
+    /// devices of one sample, which is not warmed up.
     pub draw_ns: Option<Timing>,
     /// A build and `draw_ns`: what a frame takes whose light has moved. New in version 2.
     #[serde(default)]
