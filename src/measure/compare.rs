@@ -1,8 +1,7 @@
 //! One row of a comparison: build, time, ask, draw, compare with the truth; in a world that stands still or moves.
 
 use super::flicker::Flicker;
-use super::frames::{Drawing, Frames};
-use super::repeats::Repeats;
+use super::frames::Frames;
 use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
 use super::turning::references;
 use super::{Answers, Extent, PassTiming, Row, RowError, Status, Timing, picture_error};
@@ -11,7 +10,7 @@ use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{Casters, MAP_DEPTHS, bounds, points_outside, points_within};
 use crate::scene::{Picture, Resolution, View};
 use crate::simulate::Simulation;
-use crate::technique::{self, Lifetime, Opened, Spec, Technique};
+use crate::technique::{self, Opened, Spec, Technique};
 use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -22,12 +21,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Look-ups that are timed at once, in equal shares through each light.
 pub const LOOKUPS: usize = 1_000_000;
-
-/// When to stop timing look-ups, after one sample at least.
-const LOOKUP_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
-
-/// When to stop timing pictures, after one at least.
-const DRAW_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
 
 /// Frames of a moving world at which errors are taken: evenly spread, the first and the last among them.
 const MOMENTS: usize = 5;
@@ -67,14 +60,14 @@ pub struct Case<'a> {
     pub(super) context: &'a Context,
     pub(super) frames: Frames<'a>,
     /// What moves the world on the device, where something does.
-    simulation: Option<Simulation>,
+    pub(super) simulation: Option<Simulation>,
     truths: &'a [Truth<'a>],
     pub(super) world: World,
-    effort: Effort,
+    pub(super) effort: Effort,
     /// Of frames one after the other, once somebody asks.
     references: OnceCell<Arc<Vec<Picture>>>,
     /// Of each light, for the timing of look-ups.
-    asked: Vec<Vec<[f32; 3]>>,
+    pub(super) asked: Vec<Vec<[f32; 3]>>,
 }
 
 /// Uploads a scene, which is what `frames` say in each of them, and calls `measure` with it. The truth is computed beside the
@@ -299,7 +292,7 @@ impl Case<'_> {
         }
     }
 
-    fn camera(&self, size: [u32; 2]) -> View {
+    pub(super) fn camera(&self, size: [u32; 2]) -> View {
         let scene = self.world.scene();
         View::camera(&scene.camera, scene, size)
     }
@@ -369,61 +362,6 @@ impl Case<'_> {
         Ok(answers)
     }
 
-    fn time_builds(&mut self, technique: &mut Opened, lifetime: Lifetime, shading: Shading) -> Result<Timed> {
-        let count = if self.frames.count() > 1 { self.frames.count() } else { self.effort.frames };
-        let camera = self.camera(self.effort.picture);
-        let drawing = |simulation| Drawing::new(self.context, &self.world, simulation, &camera, technique, shading);
-        let drawing = self.simulation.as_ref().map(drawing).transpose()?;
-        let builds = Repeats::of(lifetime, self.effort.warm_up, count).run(|frame| {
-            let moved = self.show(frame % self.frames.count())?;
-            let built = technique.rebuild(&self.world)?;
-            Ok((moved, built, drawing.as_ref().map(Drawing::draw).transpose()?))
-        })?;
-        let mut timed = Timed::default();
-        for (moved, built, drawn) in builds {
-            timed.moves.extend((!moved.is_empty()).then_some(moved));
-            timed.frames.push(built.passes);
-            timed.draws.extend(drawn);
-            timed.host_ns.push(built.host_ns);
-        }
-        Ok(timed)
-    }
-
-    fn time_lookups(&self, technique: &dyn Technique) -> Result<Option<Timing>> {
-        let asked = self.asked.iter().enumerate().map(|(light, points)| Asked { light, points, normals: &[] });
-        let asked: Vec<_> = asked.collect();
-        let query = Query::of_lights(self.context, &asked)?;
-        let kernel = query.kernel(&technique.answer())?;
-        let mut samples = Vec::new();
-        let start = std::time::Instant::now();
-        for frame in 0..1 + self.effort.frames {
-            // A list on a software device takes seconds a million.
-            if frame > 1 && start.elapsed() > LOOKUP_BUDGET {
-                break;
-            }
-            let time = query.query(&kernel)?;
-            if let (Some(time), true) = (time, frame > 0) {
-                samples.push((time.end_ns - time.start_ns) * 1e6 / query.points().max(1) as f64);
-            }
-        }
-        Ok(Timing::of(&samples))
-    }
-
-    /// The passes of each drawing. The first warms up; where it takes the whole budget it is the only one, or one of as few as
-    /// a picture needs to come to rest.
-    fn time_draws(&self, shading: Shading, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Vec<Vec<PassTime>>> {
-        let mut samples = Vec::new();
-        let start = std::time::Instant::now();
-        for frame in 0..1 + self.effort.frames {
-            if frame >= shading.frames_to_settle() && start.elapsed() > DRAW_BUDGET {
-                break;
-            }
-            samples.push(draw()?);
-        }
-        let warm_up = usize::from(samples.len() > 1);
-        Ok(samples.split_off(warm_up))
-    }
-
     /// Visibility of all lights at their points, asked about a million at a time.
     fn ask(&self, technique: &dyn Technique, all: &[Points]) -> Result<Vec<f32>> {
         let mut answers = Vec::new();
@@ -461,19 +399,6 @@ pub struct Drawn {
     pub picture: Picture,
     /// To be compared with [`Case::reference`].
     pub beside_truth: Option<Picture>,
-}
-
-/// Builds one after the other.
-#[derive(Default)]
-struct Timed {
-    /// The passes of each.
-    frames: Vec<Vec<PassTime>>,
-    /// The passes that moved the world before it, where it moves.
-    moves: Vec<Vec<PassTime>>,
-    /// Those that drew it behind, where it is simulated.
-    draws: Vec<Vec<PassTime>>,
-    /// The host's time for each.
-    host_ns: Vec<f64>,
 }
 
 /// From the start of the first pass to the end of the last.

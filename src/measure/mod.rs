@@ -8,6 +8,7 @@ mod frames;
 mod picture_error;
 mod repeats;
 mod results;
+mod timed;
 mod timing;
 mod truth;
 mod turning;

@@ -1,0 +1,95 @@
+//! How long builds, look-ups and pictures of a row take.
+
+use super::Timing;
+use super::compare::Case;
+use super::frames::Drawing;
+use super::repeats::Repeats;
+use crate::Result;
+use crate::consume::{Asked, Query, Shading};
+use crate::gpu::PassTime;
+use crate::technique::{Lifetime, Opened, Technique};
+
+/// When to stop timing look-ups, after one sample at least.
+const LOOKUP_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
+
+/// When to stop timing pictures, after one at least.
+const DRAW_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
+
+/// Builds one after the other.
+#[derive(Default)]
+pub(super) struct Timed {
+    /// The passes of each.
+    pub(super) frames: Vec<Vec<PassTime>>,
+    /// The passes that moved the world before it, where it moves.
+    pub(super) moves: Vec<Vec<PassTime>>,
+    /// Those that drew it behind, where it is simulated.
+    pub(super) draws: Vec<Vec<PassTime>>,
+    /// The host's time for each.
+    pub(super) host_ns: Vec<f64>,
+}
+
+impl Case<'_> {
+    pub(super) fn time_builds(
+        &mut self,
+        technique: &mut Opened,
+        lifetime: Lifetime,
+        shading: Shading,
+    ) -> Result<Timed> {
+        let count = if self.frames.count() > 1 { self.frames.count() } else { self.effort.frames };
+        let camera = self.camera(self.effort.picture);
+        let drawing = |simulation| Drawing::new(self.context, &self.world, simulation, &camera, technique, shading);
+        let drawing = self.simulation.as_ref().map(drawing).transpose()?;
+        let builds = Repeats::of(lifetime, self.effort.warm_up, count).run(|frame| {
+            let moved = self.show(frame % self.frames.count())?;
+            let built = technique.rebuild(&self.world)?;
+            Ok((moved, built, drawing.as_ref().map(Drawing::draw).transpose()?))
+        })?;
+        let mut timed = Timed::default();
+        for (moved, built, drawn) in builds {
+            timed.moves.extend((!moved.is_empty()).then_some(moved));
+            timed.frames.push(built.passes);
+            timed.draws.extend(drawn);
+            timed.host_ns.push(built.host_ns);
+        }
+        Ok(timed)
+    }
+
+    pub(super) fn time_lookups(&self, technique: &dyn Technique) -> Result<Option<Timing>> {
+        let asked = self.asked.iter().enumerate().map(|(light, points)| Asked { light, points, normals: &[] });
+        let asked: Vec<_> = asked.collect();
+        let query = Query::of_lights(self.context, &asked)?;
+        let kernel = query.kernel(&technique.answer())?;
+        let mut samples = Vec::new();
+        let start = std::time::Instant::now();
+        for frame in 0..1 + self.effort.frames {
+            // A list on a software device takes seconds a million.
+            if frame > 1 && start.elapsed() > LOOKUP_BUDGET {
+                break;
+            }
+            let time = query.query(&kernel)?;
+            if let (Some(time), true) = (time, frame > 0) {
+                samples.push((time.end_ns - time.start_ns) * 1e6 / query.points().max(1) as f64);
+            }
+        }
+        Ok(Timing::of(&samples))
+    }
+
+    /// The passes of each drawing. The first warms up; where it takes the whole budget it is the only one, or one of as few as
+    /// a picture needs to come to rest.
+    pub(super) fn time_draws(
+        &self,
+        shading: Shading,
+        draw: impl Fn() -> Result<Vec<PassTime>>,
+    ) -> Result<Vec<Vec<PassTime>>> {
+        let mut samples = Vec::new();
+        let start = std::time::Instant::now();
+        for frame in 0..1 + self.effort.frames {
+            if frame >= shading.frames_to_settle() && start.elapsed() > DRAW_BUDGET {
+                break;
+            }
+            samples.push(draw()?);
+        }
+        let warm_up = usize::from(samples.len() > 1);
+        Ok(samples.split_off(warm_up))
+    }
+}
