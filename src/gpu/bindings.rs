@@ -174,8 +174,12 @@ impl Bindings {
 
     /// Its descriptors of a kind.
     pub(super) fn count(&self, kind: vk::DescriptorType) -> u32 {
-        let resources = self.0.resources.lock().unwrap_or_else(PoisonError::into_inner);
-        resources.iter().filter(|r| r.kind() == kind).count() as u32
+        self.kinds().into_iter().filter(|k| *k == kind).count() as u32
+    }
+
+    /// The kind of each binding.
+    pub(super) fn kinds(&self) -> Vec<vk::DescriptorType> {
+        self.0.resources.lock().unwrap_or_else(PoisonError::into_inner).iter().map(Resource::kind).collect()
     }
 
     pub(super) fn layout(&self) -> vk::DescriptorSetLayout {

@@ -405,12 +405,12 @@ impl<'a> Pass<'_, 'a> {
         let push = &push[..push.len().min(PUSH_BYTES as usize)];
         // SAFETY: kernel and sets are kept alive; the sets' layouts are those that the kernel was made with.
         unsafe {
-            device.cmd_bind_pipeline(buffer, kernel.bind_point, kernel.handle);
+            device.cmd_bind_pipeline(buffer, kernel.bind_point, kernel.pipeline.handle);
             if !sets.is_empty() {
-                device.cmd_bind_descriptor_sets(buffer, kernel.bind_point, kernel.layout, 0, &sets, &[]);
+                device.cmd_bind_descriptor_sets(buffer, kernel.bind_point, kernel.pipeline.layout, 0, &sets, &[]);
             }
             if !push.is_empty() {
-                device.cmd_push_constants(buffer, kernel.layout, vk::ShaderStageFlags::ALL, 0, push);
+                device.cmd_push_constants(buffer, kernel.pipeline.layout, vk::ShaderStageFlags::ALL, 0, push);
             }
         }
         self.commands.used.push(Box::new(kernel.clone()));

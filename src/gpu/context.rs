@@ -1,6 +1,7 @@
 //! Instance, device choice, queue and allocator.
 
 use super::features::RAY_QUERY_EXTENSIONS;
+use super::pipelines::Pipelines;
 use super::validation::messenger_info;
 use super::{Features, Messages, commands::Recorder, vk_error};
 use crate::{Error, Result};
@@ -41,20 +42,24 @@ pub(super) struct Shared {
     _instance: InstanceOwner,
 }
 
-/// The logical device, destroyed when dropped.
-pub(super) struct DeviceOwner(ash::Device);
+/// The logical device and its pipelines, destroyed when dropped.
+pub(super) struct DeviceOwner {
+    device: ash::Device,
+    pub(super) pipelines: Pipelines,
+}
 
 impl std::ops::Deref for DeviceOwner {
     type Target = ash::Device;
     fn deref(&self) -> &ash::Device {
-        &self.0
+        &self.device
     }
 }
 
 impl Drop for DeviceOwner {
     fn drop(&mut self) {
-        // SAFETY: every object made from the device holds the context, so none is left.
-        unsafe { self.0.destroy_device(None) };
+        self.pipelines.destroy(&self.device);
+        // SAFETY: every other object made from the device holds the context, so none is left.
+        unsafe { self.device.destroy_device(None) };
     }
 }
 
@@ -221,7 +226,8 @@ impl Context {
                 return Err(Error::Refused { needs: format!("{missing} (device {})", features.name) });
             }
         };
-        let device = DeviceOwner(create_device(&instance.instance, physical, queue_family, &features)?);
+        let device = create_device(&instance.instance, physical, queue_family, &features)?;
+        let device = DeviceOwner { device, pipelines: Pipelines::default() };
         // SAFETY: the family has one queue, asked for above.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
         let labels = instance.messenger.is_some().then(|| ext::debug_utils::Device::new(&instance.instance, &device));
@@ -270,6 +276,10 @@ impl Context {
 
     pub(super) fn device(&self) -> &ash::Device {
         &self.0.device
+    }
+
+    pub(super) fn pipelines(&self) -> &Pipelines {
+        &self.0.device.pipelines
     }
 
     /// Gives `handle` a name in validation messages and captures.

@@ -1,5 +1,6 @@
 //! Kernels: pipelines together with the sets that they are given and the push constants that they take.
 
+use super::pipelines::{Key, Pipeline};
 use super::{Bindings, Constants, Context, OrderedAttachments, Push, Shader, vk_error};
 use crate::{Error, Result};
 use ash::vk;
@@ -25,6 +26,7 @@ pub enum Blend {
 }
 
 /// A graphics kernel's state. Triangles, no culling, no vertex buffers: vertex shaders fetch by index.
+#[derive(Debug)]
 pub struct Graphics<'a> {
     /// Vertex shader.
     pub vertex: &'a Shader,
@@ -37,6 +39,7 @@ pub struct Graphics<'a> {
 }
 
 /// How primitives reach the layers of a volume.
+#[derive(Debug)]
 pub struct Layered<'a> {
     /// Makes triangles of points and chooses their layers and viewports; without one the vertex shader chooses them for
     /// its triangles.
@@ -46,6 +49,7 @@ pub struct Layered<'a> {
 }
 
 /// Stages between vertices and triangles. A patch is one vertex.
+#[derive(Debug)]
 pub struct Tessellated<'a> {
     /// Says into how many parts a patch is cut.
     pub control: &'a Shader,
@@ -56,7 +60,7 @@ pub struct Tessellated<'a> {
 }
 
 /// What a kernel draws, and to what.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 enum Into<'a> {
     Targets,
     Patches(&'a Tessellated<'a>),
@@ -75,21 +79,40 @@ impl<P> Clone for Kernel<P> {
 }
 
 pub(super) struct Inner {
-    context: Context,
-    pub(super) handle: vk::Pipeline,
-    pub(super) layout: vk::PipelineLayout,
+    /// Of [`super::pipelines::Pipelines`], which destroys it.
+    pub(super) pipeline: Pipeline,
     pub(super) bind_point: vk::PipelineBindPoint,
     /// Set i of the shaders.
     pub(super) sets: Vec<Bindings>,
 }
 
-impl Drop for Inner {
+impl Inner {
+    fn new(pipeline: Pipeline, bind_point: vk::PipelineBindPoint, sets: &[&Bindings]) -> Self {
+        Self { pipeline, bind_point, sets: sets.iter().map(|b| (*b).clone()).collect() }
+    }
+}
+
+/// A pipeline's layout, destroyed where the pipeline cannot be made.
+struct Layout<'a>(&'a Context, vk::PipelineLayout);
+
+impl Layout<'_> {
+    /// The layout and the one pipeline that was asked for; a failed one is null and needs no destroying.
+    fn with(
+        mut self,
+        made: std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
+        name: &str,
+    ) -> Result<Pipeline> {
+        let handle = made.map_err(|(_, r)| r).and_then(|all| all.first().copied().ok_or(vk::Result::ERROR_UNKNOWN));
+        let handle = handle.map_err(|r| vk_error("create pipeline", name, r))?;
+        self.0.set_name(handle, name);
+        Ok(Pipeline { handle, layout: std::mem::take(&mut self.1) })
+    }
+}
+
+impl Drop for Layout<'_> {
     fn drop(&mut self) {
-        // SAFETY: recorded commands keep a clone; null handles are ignored.
-        unsafe {
-            self.context.device().destroy_pipeline(self.handle, None);
-            self.context.device().destroy_pipeline_layout(self.layout, None);
-        }
+        // SAFETY: nothing was made with it; a null handle is ignored.
+        unsafe { self.0.device().destroy_pipeline_layout(self.1, None) };
     }
 }
 
@@ -146,16 +169,14 @@ fn check_room(context: &Context, name: &str, sets: &[&Bindings]) -> Result<()> {
     }
 }
 
-fn layout(context: &Context, name: &str, sets: &[&Bindings], bind_point: vk::PipelineBindPoint) -> Result<Inner> {
+fn layout<'a>(context: &'a Context, name: &str, sets: &[&Bindings]) -> Result<Layout<'a>> {
     check_room(context, name, sets)?;
     let layouts: Vec<_> = sets.iter().map(|b| b.layout()).collect();
     let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::ALL).size(PUSH_BYTES)];
     let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(&push);
     // SAFETY: the set layouts are alive.
-    let layout = unsafe { context.device().create_pipeline_layout(&info, None) }
-        .map_err(|r| vk_error("create pipeline layout", name, r))?;
-    let sets = sets.iter().map(|b| (*b).clone()).collect();
-    Ok(Inner { context: context.clone(), handle: vk::Pipeline::null(), layout, bind_point, sets })
+    let layout = unsafe { context.device().create_pipeline_layout(&info, None) };
+    layout.map(|layout| Layout(context, layout)).map_err(|r| vk_error("create pipeline layout", name, r))
 }
 
 /// Where each constant's four bytes stand.
@@ -196,23 +217,27 @@ impl<P: Push> Kernel<P> {
         constants: &Constants,
         flags: vk::PipelineShaderStageCreateFlags,
     ) -> Result<Self> {
-        let mut inner = layout(context, shader.name, sets, vk::PipelineBindPoint::COMPUTE)?;
-        let module = module::<P>(context, shader)?;
-        let (ids, words) = constants.ids_and_words();
-        let map = entries(&ids);
-        let specialization = vk::SpecializationInfo::default().map_entries(&map).data(bytemuck::cast_slice(&words));
-        let stage = vk::PipelineShaderStageCreateInfo::default()
-            .flags(flags)
-            .stage(vk::ShaderStageFlags::COMPUTE)
-            .module(module.1)
-            .name(c"main")
-            .specialization_info(&specialization);
-        let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(inner.layout)];
-        // SAFETY: everything `info` points to is alive.
-        let made = unsafe { context.device().create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
-        inner.handle = first(made).map_err(|r| vk_error("create pipeline", shader.name, r))?;
-        context.set_name(inner.handle, shader.name);
-        Ok(Self(Arc::new(inner), PhantomData))
+        let constants = constants.ids_and_words();
+        let key = Key::new(format!("{} {flags:?} {}", shader.name, P::block()), &constants, sets);
+        let make = || {
+            let layout = layout(context, shader.name, sets)?;
+            let module = module::<P>(context, shader)?;
+            let map = entries(&constants.0);
+            let data = bytemuck::cast_slice(&constants.1);
+            let specialization = vk::SpecializationInfo::default().map_entries(&map).data(data);
+            let stage = vk::PipelineShaderStageCreateInfo::default()
+                .flags(flags)
+                .stage(vk::ShaderStageFlags::COMPUTE)
+                .module(module.1)
+                .name(c"main")
+                .specialization_info(&specialization);
+            let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.1)];
+            // SAFETY: everything `info` points to is alive.
+            let made = unsafe { context.device().create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
+            layout.with(made, shader.name)
+        };
+        let pipeline = context.pipelines().get(key, make)?;
+        Ok(Self(Arc::new(Inner::new(pipeline, vk::PipelineBindPoint::COMPUTE, sets)), PhantomData))
     }
 
     /// What draws into the targets of [`super::Pass::render`]; sets and constants as for [`Kernel::compute`], for both stages.
@@ -284,8 +309,21 @@ impl<P: Push> Kernel<P> {
         sets: &[&Bindings],
         constants: &Constants,
     ) -> Result<Self> {
+        let constants = constants.ids_and_words();
+        let key = Key::new(format!("{state:?} {into:?} {}", P::block()), &constants, sets);
+        let pipeline = context.pipelines().get(key, || Self::draws(context, state, into, sets, &constants))?;
+        Ok(Self(Arc::new(Inner::new(pipeline, vk::PipelineBindPoint::GRAPHICS, sets)), PhantomData))
+    }
+
+    fn draws(
+        context: &Context,
+        state: &Graphics,
+        into: Into,
+        sets: &[&Bindings],
+        (ids, words): &(Vec<u32>, Vec<u32>),
+    ) -> Result<Pipeline> {
         let name = state.fragment.name;
-        let mut inner = layout(context, name, sets, vk::PipelineBindPoint::GRAPHICS)?;
+        let layout = layout(context, name, sets)?;
         let mut modules = vec![
             (vk::ShaderStageFlags::VERTEX, module::<P>(context, state.vertex)?),
             (vk::ShaderStageFlags::FRAGMENT, module::<P>(context, state.fragment)?),
@@ -306,9 +344,8 @@ impl<P: Push> Kernel<P> {
             topology = vk::PrimitiveTopology::PATCH_LIST;
             mode = if tessellated.lines { vk::PolygonMode::LINE } else { mode };
         }
-        let (ids, words) = constants.ids_and_words();
-        let map = entries(&ids);
-        let specialization = vk::SpecializationInfo::default().map_entries(&map).data(bytemuck::cast_slice(&words));
+        let map = entries(ids);
+        let specialization = vk::SpecializationInfo::default().map_entries(&map).data(bytemuck::cast_slice(words));
         let stage = |(stage, module): &(vk::ShaderStageFlags, Module)| {
             vk::PipelineShaderStageCreateInfo::default()
                 .stage(*stage)
@@ -361,29 +398,20 @@ impl<P: Push> Kernel<P> {
             .depth_stencil_state(&depth)
             .color_blend_state(&blend)
             .dynamic_state(&dynamic)
-            .layout(inner.layout);
+            .layout(layout.1);
         let info = [match into {
             Into::Ordered(attachments) => info.render_pass(attachments.render_pass()),
             Into::Targets | Into::Patches(_) | Into::Touched | Into::Layers(_) => info.push_next(&mut rendering),
         }];
         // SAFETY: everything `info` points to is alive.
         let made = unsafe { context.device().create_graphics_pipelines(vk::PipelineCache::null(), &info, None) };
-        inner.handle = first(made).map_err(|r| vk_error("create pipeline", name, r))?;
-        context.set_name(inner.handle, name);
-        Ok(Self(Arc::new(inner), PhantomData))
+        layout.with(made, name)
     }
 
     /// What a pass binds, and keeps alive.
     pub(super) fn inner(&self) -> &Arc<Inner> {
         &self.0
     }
-}
-
-/// One pipeline is asked for at a time; a failed one is null and needs no destroying.
-fn first(
-    made: std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
-) -> std::result::Result<vk::Pipeline, vk::Result> {
-    made.map_err(|(_, r)| r)?.first().copied().ok_or(vk::Result::ERROR_UNKNOWN)
 }
 
 fn attachment(blend: Blend) -> vk::PipelineColorBlendAttachmentState {

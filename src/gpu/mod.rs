@@ -16,6 +16,7 @@ mod kernel;
 mod lowest;
 mod mapped;
 mod ordered_attachments;
+mod pipelines;
 mod push;
 mod render;
 mod spirv;

@@ -21,3 +21,9 @@ impl Shader {
         bytemuck::cast_slice(&self.spirv.0)
     }
 }
+
+impl std::fmt::Debug for Shader {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}

@@ -1,0 +1,61 @@
+//! Pipelines, each made once a device and kept until it closes. A sweep opens the same shaders time and again, and a driver
+//! that compiles on the processor takes longer to make a pipeline than to run it.
+
+use super::Bindings;
+use crate::Result;
+use ash::vk;
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+
+/// A pipeline and its layout.
+#[derive(Clone, Copy)]
+pub(super) struct Pipeline {
+    pub(super) handle: vk::Pipeline,
+    pub(super) layout: vk::PipelineLayout,
+}
+
+/// All that two pipelines may differ in.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub(super) struct Key {
+    /// Names of the shaders, and what else there is to say of the state.
+    pub(super) state: String,
+    /// Specialization constants.
+    pub(super) constants: Vec<(u32, u32)>,
+    /// What each set holds.
+    pub(super) sets: Vec<Vec<vk::DescriptorType>>,
+}
+
+impl Key {
+    pub(super) fn new(state: String, (ids, words): &(Vec<u32>, Vec<u32>), sets: &[&Bindings]) -> Self {
+        let constants = ids.iter().copied().zip(words.iter().copied()).collect();
+        Self { state, constants, sets: sets.iter().map(|set| set.kinds()).collect() }
+    }
+}
+
+/// Those of a device.
+#[derive(Default)]
+pub(super) struct Pipelines(Mutex<HashMap<Key, Pipeline>>);
+
+impl Pipelines {
+    /// The pipeline of that key; made where there is none yet.
+    pub(super) fn get(&self, key: Key, make: impl FnOnce() -> Result<Pipeline>) -> Result<Pipeline> {
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(pipeline) = all.get(&key) {
+            return Ok(*pipeline);
+        }
+        let pipeline = make()?;
+        all.insert(key, pipeline);
+        Ok(pipeline)
+    }
+
+    /// Destroys all of them, as the device closes.
+    pub(super) fn destroy(&mut self, device: &ash::Device) {
+        for (_, pipeline) in self.0.get_mut().unwrap_or_else(PoisonError::into_inner).drain() {
+            // SAFETY: they are the device's, which is idle: what used them is gone.
+            unsafe {
+                device.destroy_pipeline(pipeline.handle, None);
+                device.destroy_pipeline_layout(pipeline.layout, None);
+            }
+        }
+    }
+}
