@@ -132,13 +132,15 @@ fn no_surface_is_missed() {
 /// The way of a look-up, voxels.
 fn way(place: &Place, scene: &Scene, position: [f32; 3]) -> ([f32; 3], [f32; 3]) {
     let from = place.voxels(position);
-    let way = match scene.lights[0].kind {
-        LightKind::Directional { direction } => {
+    let light = &scene.lights[0];
+    let way = match light.position() {
+        None => {
             let middle = place.size as f32 / 2.0;
             let apart = from.map(|v| (v - middle).powi(2)).iter().sum::<f32>().sqrt();
-            direction.to_array().map(|d| -d as f32 * (2.0 * place.size as f32 + apart))
+            let towards = light.towards(glam::DVec3::ZERO);
+            towards.to_array().map(|d| d as f32 * (2.0 * place.size as f32 + apart))
         }
-        LightKind::Spot { position: light, .. } | LightKind::Point { position: light } => {
+        Some(light) => {
             let light = light.as_vec3().to_array();
             [0, 1, 2].map(|i| (light[i] - position[i]) * place.per_unit)
         }

@@ -31,6 +31,8 @@ bool lies_outside(float outside, float square, float falloff) {
 }
 
 bool reaches(Light light, uvec2 low, uvec2 high, float near, float far) {
+    // A virtual light has no end.
+    float falloff = light.kind == LIGHT_VIRTUAL ? 0.0 : light.falloff;
     View camera = frames[0].camera;
     precise vec3 offset = light.position - camera.origin;
     precise float x = offset.x * camera.right.x + offset.y * camera.right.y + offset.z * camera.right.z;
@@ -39,7 +41,7 @@ bool reaches(Light light, uvec2 low, uvec2 high, float near, float far) {
     precise float slack = (abs(light.position.x) + abs(light.position.y) + abs(light.position.z) + abs(camera.origin.x)
                          + abs(camera.origin.y) + abs(camera.origin.z) + far) * FAR_ROUNDING;
     precise float before = near - z - slack, behind = z - far - slack;
-    bool outside = lies_outside(before, 1.0, light.falloff) || lies_outside(behind, 1.0, light.falloff);
+    bool outside = lies_outside(before, 1.0, falloff) || lies_outside(behind, 1.0, falloff);
     // A plane through the camera and a side of the tile, across the picture and down.
     for (uint axis = 0u; axis < 2u; ++axis) {
         precise float wide = float(size[axis]);
@@ -50,7 +52,7 @@ bool reaches(Light light, uvec2 low, uvec2 high, float near, float far) {
             precise float off = side == 0u ? slope * z - at : at - slope * z;
             precise float square = scale * scale + slope * slope;
             precise float reduced = off - slack * (abs(scale) + abs(slope));
-            outside = outside || lies_outside(reduced, square, light.falloff);
+            outside = outside || lies_outside(reduced, square, falloff);
         }
     }
     return !outside;

@@ -1,5 +1,5 @@
-// A light, and the maps through which it is looked up: one for a directional or a spot light, for a point light the six
-// faces of a cube. Twins: world::LightData, maps::Map, scene::Light.
+// A light, and the maps through which it is looked up: one for a directional or a spot light, for a point or a
+// virtual light the six faces of a cube. Twins: world::LightData, maps::Map, scene::Light.
 #ifndef WORLD_LIGHT_GLSL
 #define WORLD_LIGHT_GLSL
 #include "world/view.glsl"
@@ -7,16 +7,17 @@
 const uint LIGHT_DIRECTIONAL = 0u;
 const uint LIGHT_SPOT = 1u;
 const uint LIGHT_POINT = 2u;
+const uint LIGHT_VIRTUAL = 3u;
 
 struct Light {
-    vec3 position;    // of a spot or a point light
-    uint kind;        // LIGHT_DIRECTIONAL, LIGHT_SPOT or LIGHT_POINT
-    vec3 direction;   // the way a directional light travels, the axis of a spot light; 0 for a point light
-    float cos_cone;   // cosine of half the cone of a spot light; -2 for the others
+    vec3 position;    // 0 for a directional light
+    uint kind;        // LIGHT_DIRECTIONAL, LIGHT_SPOT, LIGHT_POINT or LIGHT_VIRTUAL
+    vec3 direction;   // the way a directional light travels, the axis of a spot light, the normal of a virtual one; 0 for a point light
+    float cos_cone;   // cosine of half the cone of a spot light; 0 for a virtual one, -2 for the others
     vec3 radiance;
-    float falloff;    // 1 / radius² of a spot or a point light that ends, else 0
+    float falloff;    // 1 / radius² of a spot or a point light that ends, else 0; of a virtual one 1 / nearest²
     uint first_map;
-    uint map_count;   // 6 for a point light, else 1
+    uint map_count;   // 6 for a point or a virtual light, else 1
     uint has_opaque;  // 0: nothing opaque casts, and the opaque map is a dummy
 };
 
@@ -30,9 +31,15 @@ vec3 light_direction(Light light, vec3 position) {
     return light.kind == LIGHT_DIRECTIONAL ? -light.direction : normalize(light.position - position);
 }
 
-// What distance leaves of the light at a point: 1 at the light, smoothly down to 0 at its radius.
+// What distance leaves of the light at a point: 1 at the light, smoothly down to 0 at its radius. Of a virtual light what distance
+// and the cosine do.
 float light_falloff(Light light, vec3 position) {
     vec3 offset = position - light.position;
+    if (light.kind == LIGHT_VIRTUAL) {
+        float squared = dot(offset, offset);
+        float cosine = squared > 0.0 ? dot(offset, light.direction) * inversesqrt(squared) : 0.0;
+        return max(cosine, 0.0) * min(1.0 / squared, light.falloff);
+    }
     float left = light.falloff > 0.0 ? max(0.0, 1.0 - dot(offset, offset) * light.falloff) : 1.0;
     return left * left;
 }
@@ -50,6 +57,6 @@ uint light_map(Light light, vec3 position) {
     vec3 far = abs(offset);
     uint axis = far.x >= far.y && far.x >= far.z ? 0u : far.y >= far.z ? 1u : 2u;
     uint face = 2u * axis + uint(offset[axis] < 0.0);
-    return light.first_map + (light.kind == LIGHT_POINT ? face : 0u);
+    return light.first_map + (light.map_count == 1u ? 0u : face);
 }
 #endif

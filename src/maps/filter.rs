@@ -1,7 +1,7 @@
 //! How a look-up averages texels, for all techniques with a map of texels. Twin: glsl/maps/filter.glsl.
 
 use crate::gpu::Constants;
-use crate::scene::{LightKind, Scene, gutter_texels};
+use crate::scene::{Scene, gutter_texels};
 use crate::shaders::constant::{FILTER, FILTER_RADIUS};
 use crate::{Error, Result};
 
@@ -44,8 +44,8 @@ impl Filter {
         let bilinear = self.kind == FilterKind::Bilinear;
         // One texel more than the filter reaches, against rounding.
         let needed = if bilinear { 1 } else { self.radius + 1 };
-        let has_point_light = scene.lights.iter().any(|l| matches!(l.kind, LightKind::Point { .. }));
-        if has_point_light && (size < 4 || needed > gutter_texels(size)) {
+        let has_faces = scene.lights.iter().any(|light| light.map_count() > 1);
+        if has_faces && (size < 4 || needed > gutter_texels(size)) {
             let cause = "too small for this filter across the edges of a point light's faces";
             let least = if bilinear { 4 } else { 8 * needed };
             let way_out = format!("use size={least} or more, or a smaller radius=");

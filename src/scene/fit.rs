@@ -68,7 +68,7 @@ pub(super) fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
             // Casters around the light itself are cut off at a thousandth of the range.
             vec![view(position, direction, Projection::Perspective, tangent, 1e-3)]
         }
-        LightKind::Point { position } => {
+        LightKind::Point { position } | LightKind::Virtual { position, .. } => {
             // Nothing divides by the z of particles, so that those around the light count whole.
             let nearest = if casting == Casting::Opaque { 1e-3 } else { 0.0 };
             let face = |(_, forward)| view(position, forward, Projection::Perspective, face_tangent(size), nearest);

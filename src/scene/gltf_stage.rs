@@ -64,13 +64,10 @@ pub(super) fn balance(contents: &mut Contents) {
     let middle = (low + high) * 0.5;
     let reach = (high - low).length() * 0.5;
     let illuminance = |light: &Light| {
-        let distance = match light.kind {
-            LightKind::Directional { .. } => 1.0,
-            LightKind::Spot { position, .. } | LightKind::Point { position } => {
-                let distance = position.distance(middle).max(reach);
-                if distance > 0.0 { distance } else { 1.0 }
-            }
-        };
+        let distance = light.position().map_or(1.0, |position| {
+            let distance = position.distance(middle).max(reach);
+            if distance > 0.0 { distance } else { 1.0 }
+        });
         light.radiance.map(|channel| f64::from(channel) / (distance * distance))
     };
     let brightest = contents.lights.iter().flat_map(illuminance).fold(0.0, f64::max);

@@ -24,6 +24,16 @@ pub enum LightKind {
         /// World units.
         position: DVec3,
     },
+    /// A patch of a lit surface that stands for all about it: a virtual point light (Keller 1997). It shines into the half
+    /// space of its normal by the cosine law, and less with the square of the distance.
+    Virtual {
+        /// World units.
+        position: DVec3,
+        /// Of the surface, unit length, on the side that shines.
+        normal: DVec3,
+        /// World units; nearer it shines as it does there, since 1/d² of a point has no bound where a patch has.
+        nearest: f64,
+    },
 }
 
 /// A light.
@@ -31,7 +41,8 @@ pub enum LightKind {
 pub struct Light {
     /// Where it stands.
     pub kind: LightKind,
-    /// Radiance scale, linear RGB; 1 lights a white surface fully, near the light.
+    /// Radiance scale, linear RGB; 1 lights a white surface fully, near the light. Of a virtual light the radiance that leaves
+    /// its patch, times the patch's area in square world units, over π.
     pub radiance: [f32; 3],
     /// Where a spot or a point light ends, world units; infinite where it shines the same at any distance.
     pub radius: f64,
@@ -53,13 +64,26 @@ pub const FACES: [(&str, DVec3); 6] = [
 impl Light {
     /// Maps that the light is looked up through: [`FACES`] for a point light, else one.
     pub fn map_count(&self) -> usize {
-        if matches!(self.kind, LightKind::Point { .. }) { FACES.len() } else { 1 }
+        match self.kind {
+            LightKind::Directional { .. } | LightKind::Spot { .. } => 1,
+            LightKind::Point { .. } | LightKind::Virtual { .. } => FACES.len(),
+        }
+    }
+
+    /// Where it stands; none for a directional light.
+    pub fn position(&self) -> Option<DVec3> {
+        match self.kind {
+            LightKind::Directional { .. } => None,
+            LightKind::Spot { position, .. } | LightKind::Point { position } | LightKind::Virtual { position, .. } => {
+                Some(position)
+            }
+        }
     }
 
     /// Which of its maps answers for a position: a function of the position alone, the same in f32 here as on the device.
     /// Twin: light_map.
     pub fn map_at(&self, position: [f32; 3]) -> usize {
-        let LightKind::Point { position: light } = self.kind else { return 0 };
+        let (LightKind::Point { position: light } | LightKind::Virtual { position: light, .. }) = self.kind else { return 0 };
         let offset = Vec3::from(position) - light.as_vec3();
         let far = offset.abs();
         let axis = if far.x >= far.y && far.x >= far.z {
@@ -76,19 +100,23 @@ impl Light {
     pub fn towards(&self, position: DVec3) -> DVec3 {
         match self.kind {
             LightKind::Directional { direction } => -direction,
-            LightKind::Spot { position: light, .. } | LightKind::Point { position: light } => {
-                (light - position).normalize_or_zero()
-            }
+            LightKind::Spot { position: light, .. }
+            | LightKind::Point { position: light }
+            | LightKind::Virtual { position: light, .. } => (light - position).normalize_or_zero(),
         }
     }
 
-    /// What distance leaves of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius. Twin:
-    /// light_falloff.
+    /// What distance leaves of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius; of a virtual light
+    /// what distance and the cosine do. Twin: light_falloff.
     pub fn falloff(&self, position: DVec3) -> f64 {
         match self.kind {
             LightKind::Directional { .. } => 1.0,
             LightKind::Spot { position: light, .. } | LightKind::Point { position: light } => {
                 (1.0 - light.distance_squared(position) / (self.radius * self.radius)).max(0.0).powi(2)
+            }
+            LightKind::Virtual { position: light, normal, nearest } => {
+                let cosine = -self.towards(position).dot(normal);
+                cosine.max(0.0) / light.distance_squared(position).max(nearest * nearest)
             }
         }
     }
@@ -101,7 +129,8 @@ impl Light {
     /// Whether `position` is not outside the cone of a spot light.
     fn opens_towards(&self, position: DVec3) -> bool {
         match self.kind {
-            LightKind::Directional { .. } | LightKind::Point { .. } => true,
+            // Of a virtual light the falloff says it.
+            LightKind::Directional { .. } | LightKind::Point { .. } | LightKind::Virtual { .. } => true,
             LightKind::Spot { direction, cone_degrees, .. } => {
                 -self.towards(position).dot(direction) >= (cone_degrees.to_radians() * 0.5).cos()
             }
@@ -112,6 +141,17 @@ impl Light {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// By the cosine law and the inverse square, bounded near the light; nothing behind its surface.
+    #[test]
+    fn a_virtual_light_is_a_patch() {
+        let kind = LightKind::Virtual { position: DVec3::X, normal: DVec3::Z, nearest: 0.5 };
+        let light = Light { kind, radiance: [1.0; 3], radius: f64::INFINITY };
+        let at = |offset: DVec3| light.falloff(DVec3::X + offset);
+        assert_eq!((at(2.0 * DVec3::Z), at(0.25 * DVec3::Z), at(-DVec3::Z)), (0.25, 4.0, 0.0));
+        assert!((at(DVec3::new(0.0, 3.0, 3.0)) - 0.5_f64.sqrt() / 18.0).abs() < 1e-15);
+        assert_eq!((light.falloff(DVec3::X), light.shines_on(DVec3::X - DVec3::Z)), (0.0, false));
+    }
 
     /// All of it at the light, 9/16 half way to its radius, nothing there and beyond.
     #[test]

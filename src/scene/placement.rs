@@ -50,7 +50,9 @@ impl Placement {
     }
 
     pub(super) fn light(&self, mut light: Light) -> std::result::Result<Light, String> {
-        if let LightKind::Spot { position, .. } | LightKind::Point { position } = &mut light.kind {
+        if let LightKind::Spot { position, .. } | LightKind::Point { position } | LightKind::Virtual { position, .. } =
+            &mut light.kind
+        {
             *position = finite("placed light position", self.point(*position).to_array())?;
         }
         light.radius *= self.scale;

@@ -5,7 +5,7 @@ use super::keys::{Key, PCF, Values, Word, words};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image};
 use crate::maps::{Map, Maps, OpaqueMaps};
-use crate::scene::{LightKind, Resolution, Scene, gutter_texels};
+use crate::scene::{Resolution, Scene, gutter_texels};
 use crate::shaders::{constant, folder};
 use crate::world::World;
 use crate::{Error, Result};
@@ -92,8 +92,8 @@ fn seen(maps: &Maps) -> Vec<Map> {
 fn check_faces(scene: &Scene, size: u32, side: u32) -> Result<()> {
     // One texel more than the filter reaches, against rounding.
     let needed = side / 2 + 1;
-    let has_point_light = scene.lights.iter().any(|l| matches!(l.kind, LightKind::Point { .. }));
-    if has_point_light && (size < 4 || needed > gutter_texels(size)) {
+    let has_faces = scene.lights.iter().any(|light| light.map_count() > 1);
+    if has_faces && (size < 4 || needed > gutter_texels(size)) {
         let cause = "too small for this filter across the edges of a point light's faces";
         let least = if needed == 1 { 4 } else { 8 * needed };
         let way_out = format!("use size={least} or more, or a smaller filter=");

@@ -258,12 +258,7 @@ fn light_never_rises_along_a_way() {
             let mut points = Vec::new();
             for _ in 0..200 {
                 let towards = DVec3::from_array_f32(random.point(-1.2, 1.2));
-                let away = match scene.lights[0].kind {
-                    gobo::scene::LightKind::Directional { direction } => direction,
-                    gobo::scene::LightKind::Spot { position, .. } | gobo::scene::LightKind::Point { position } => {
-                        (towards - position).normalize()
-                    }
-                };
+                let away = -scene.lights[0].towards(towards);
                 points.extend((0..30).map(|i| (towards + away * (0.06 * f64::from(i))).as_vec3().to_array()));
             }
             let answers = ask(context, opened.technique.as_ref(), 0, &points);

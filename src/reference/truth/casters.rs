@@ -4,7 +4,7 @@ use super::grid::Grid;
 use super::meshes::Meshes;
 use super::surface::SurfacePoint;
 use super::true_curve::TrueCurve;
-use crate::scene::{Caster, LightKind, Projection, Ray, Scene, View};
+use crate::scene::{Caster, Projection, Ray, Scene, View};
 use glam::DVec3;
 
 /// Cells a side of the grid over a map's view. It only finds candidates: any number gives the same answers.
@@ -75,10 +75,8 @@ impl<'a> Casters<'a> {
 
     /// From `position` to light `light`, and how many times that far the light is.
     pub(super) fn to_light(&self, light: usize, position: DVec3) -> (DVec3, f64) {
-        match self.scene.lights[light].kind {
-            LightKind::Directional { direction } => (-direction, f64::INFINITY),
-            LightKind::Spot { position: light, .. } | LightKind::Point { position: light } => (light - position, 1.0),
-        }
+        let light = &self.scene.lights[light];
+        light.position().map_or_else(|| (light.towards(position), f64::INFINITY), |at| (at - position, 1.0))
     }
 
     /// Whether no mesh stands between light `light` and `position`.

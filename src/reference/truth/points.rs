@@ -2,7 +2,7 @@
 
 use super::casters::Casters;
 use super::true_curve::TrueCurve;
-use crate::scene::{Light, LightKind, Ray, Scene, View};
+use crate::scene::{Light, Ray, Scene, View};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -145,11 +145,8 @@ fn texel_truth(
 
 /// The depth along a ray of a view of the light at which the light ends; 1 where it does not before the range's end.
 fn end_depth(light: &Light, view: &View, ray: &Ray) -> f64 {
-    let reach = match light.kind {
-        LightKind::Directional { .. } => f64::INFINITY,
-        // A float's rounding before its radius, where nothing of it is left.
-        LightKind::Spot { .. } | LightKind::Point { .. } => light.radius * (1.0 - 1e-6),
-    };
+    // A float's rounding before its radius, where nothing of it is left.
+    let reach = light.position().map_or(f64::INFINITY, |_| light.radius * (1.0 - 1e-6));
     view.depth(reach / ray.direction.length()).min(1.0)
 }
 
@@ -201,7 +198,7 @@ pub fn points_outside(casters: &Casters, bounds: [DVec3; 2], light: usize, count
 
 /// What the bounds have in common with the box about a light that ends; all of them where that is nothing.
 fn about([low, high]: [DVec3; 2], light: &Light) -> [DVec3; 2] {
-    let (LightKind::Spot { position, .. } | LightKind::Point { position }) = light.kind else { return [low, high] };
+    let Some(position) = light.position() else { return [low, high] };
     let (from, to) = (low.max(position - light.radius), high.min(position + light.radius));
     if from.cmple(to).all() { [from, to] } else { [low, high] }
 }
