@@ -83,7 +83,9 @@ impl Light {
     /// Which of its maps answers for a position: a function of the position alone, the same in f32 here as on the device.
     /// Twin: light_map.
     pub fn map_at(&self, position: [f32; 3]) -> usize {
-        let (LightKind::Point { position: light } | LightKind::Virtual { position: light, .. }) = self.kind else { return 0 };
+        let (LightKind::Point { position: light } | LightKind::Virtual { position: light, .. }) = self.kind else {
+            return 0;
+        };
         let offset = Vec3::from(position) - light.as_vec3();
         let far = offset.abs();
         let axis = if far.x >= far.y && far.x >= far.z {

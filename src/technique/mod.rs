@@ -6,6 +6,7 @@
 // The registry: a line a technique. All of them are in REGISTRY.
 mod avsm;
 mod beer_shadow_map;
+mod ism;
 mod psm;
 mod ray_query;
 mod shadow_map;
@@ -23,6 +24,10 @@ mod texel_map;
 pub use avsm::{Avsm, NodeData};
 pub use beer_shadow_map::beer_shadow_map;
 pub use build::{Built, Opened, open};
+pub use ism::{
+    Atlas as IsmAtlas, Facing, Ism, PointData, PointsData, SUBSETS as ISM_SUBSETS, Settings as IsmSettings,
+    Way as IsmWay,
+};
 pub use keys::{Key, Values};
 pub use psm::Psm;
 pub use ray_query::RayQuery;

@@ -12,7 +12,7 @@ use gobo::grid::GridData;
 use gobo::maps::{BinTotals, Extents, ItemData, Map, SegmentData, TilePart};
 use gobo::scene::{Body, Caster, Jet, Law, View};
 use gobo::shaders::ALL;
-use gobo::technique::{LevelCounts, NodeData, TreeData};
+use gobo::technique::{LevelCounts, NodeData, PointData, PointsData, TreeData};
 use gobo::world::{LightData, TriangleData};
 use spirq::ReflectConfig;
 use spirq::ty::{ScalarType, Type};
@@ -51,6 +51,8 @@ fn twins() -> BTreeMap<&'static str, Twin> {
             twin!(LightData, position, kind, direction, cos_cone, radiance, falloff, first_map, map_count, has_opaque),
         ),
         ("Map", twin!(Map, volume, opaque)),
+        ("IsmPoint", twin!(PointData, position, normal)),
+        ("IsmPoints", twin!(PointsData, scale, total, radius, area)),
         ("Extents", twin!(Extents, low, high)),
         ("Item", twin!(ItemData, key, index)),
         ("BinTotals", twin!(BinTotals, entries, entries_high, tiles_used, parts, groups_x, groups_y, groups_z)),

@@ -9,6 +9,7 @@ pub mod cone;
 pub mod filter;
 pub mod fit;
 pub mod grid;
+pub mod ism;
 pub mod many_lights;
 pub mod media;
 pub mod order;

@@ -1,0 +1,27 @@
+// What the passes share that fill maps. Twin: technique::ism::AtlasPush.
+#ifndef ISM_ATLAS_GLSL
+#define ISM_ATLAS_GLSL
+#include "ism/splat.glsl"
+
+layout(push_constant, scalar) uniform AtlasPush {
+    uint light_count;
+    uint points;  // that each light takes
+};
+
+// What only reads says so first (`readonly`): a device need not let vertices write.
+#ifndef ATLAS_ACCESS
+#define ATLAS_ACCESS
+#endif
+
+layout(set = 0, binding = 0, scalar) readonly buffer AtlasLights { Light lights[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer AtlasHead { IsmPoints head; };
+layout(set = 0, binding = 2, scalar) readonly buffer AtlasPool { IsmPoint pool[]; };
+layout(set = 0, binding = 3, scalar) coherent ATLAS_ACCESS buffer AtlasMaps { uint maps[]; };  // map after map
+layout(set = 0, binding = 4, scalar) ATLAS_ACCESS buffer AtlasSeen { uint seen[]; };            // of each light: points that it sees
+
+// Fill holes, or leave them.
+CONSTANT(bool, ISM_FILL, true)
+
+// Which workgroup this is; a macro, since only compute shaders have any.
+#define GROUP_INDEX (gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x)
+#endif

@@ -1,0 +1,67 @@
+#version 460
+// Lists the points that lights see, for a draw. Threads of a subgroup count themselves by a ballot, subgroups of a workgroup take their
+// places in shared memory, and the workgroup takes its places in the list by one atomic operation. Source: Tokuyoshi 2014. Inputs:
+// lights, points. Outputs: the list, the draw's arguments, seen. Invariant: the same points each run, in any order. Twin:
+// reference::twin::ism::splat::is_seen.
+// variants: BALLOTS 0 1
+#if BALLOTS == 1
+#extension GL_KHR_shader_subgroup_ballot : require
+#endif
+#include "ism/atlas.glsl"
+#include "ism/drawn.glsl"
+
+// Points a thread looks at before its workgroup takes places: fewer atomic operations.
+const uint ROUNDS = 8u;
+const uint CULL_THREADS = 128u;
+
+layout(local_size_x = 128) in;
+
+layout(set = 0, binding = 5, scalar) writeonly buffer CullListed { uint listed[]; };
+layout(set = 0, binding = 6, scalar) buffer CullDraw { uint draw[]; };  // a VkDrawIndirectCommand
+
+shared uint kept;
+shared uint first;
+
+void main() {
+    uint groups = points / (CULL_THREADS * ROUNDS), thread = gl_LocalInvocationIndex;
+    uint light = GROUP_INDEX / groups, start = GROUP_INDEX % groups * CULL_THREADS * ROUNDS;
+    if (light >= light_count) {
+        return;
+    }
+    if (thread == 0u) {
+        kept = 0u;
+    }
+    barrier();
+    vec3 forward = lights[light].direction, origin = lights[light].position;
+    uint places[ROUNDS];
+    for (uint round = 0u; round < ROUNDS; ++round) {
+        IsmPoint point = pool[point_of(light, start + round * CULL_THREADS + thread, points)];
+        precise vec3 offset = point.position - origin;
+        bool keep = dot(offset, offset) < FARTHEST;
+        if (ISM_CULLING) {
+            keep = keep && is_seen(unpack_normal(point.normal), forward, offset, point_closed(point.normal));
+        }
+#if BALLOTS == 1
+        uvec4 ballot = subgroupBallot(keep);
+        uint of_subgroup = 0u;
+        if (subgroupElect()) {
+            of_subgroup = atomicAdd(kept, subgroupBallotBitCount(ballot));
+        }
+        uint place = subgroupBroadcastFirst(of_subgroup) + subgroupBallotExclusiveBitCount(ballot);
+        places[round] = keep ? place : UNKEPT;
+#else
+        places[round] = keep ? atomicAdd(kept, 1u) : UNKEPT;
+#endif
+    }
+    barrier();
+    if (thread == 0u) {
+        first = kept > 0u ? atomicAdd(draw[0], kept * DRAWN_VERTICES) / DRAWN_VERTICES : 0u;
+        atomicAdd(seen[light], kept);
+    }
+    barrier();
+    for (uint round = 0u; round < ROUNDS; ++round) {
+        if (places[round] != UNKEPT) {
+            listed[first + places[round]] = light * points + start + round * CULL_THREADS + thread;
+        }
+    }
+}

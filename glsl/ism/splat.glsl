@@ -1,0 +1,102 @@
+// What a point leaves in a light's map: a disc, at the level on which it is at most 4 texels wide. Sources: Ritschel et al. 2008;
+// Tokuyoshi 2014 (which points are left out). Twin: reference::twin::ism::splat.
+#ifndef ISM_SPLAT_GLSL
+#define ISM_SPLAT_GLSL
+#include "ism/map.glsl"
+#include "ism/points.glsl"
+
+CONSTANT(bool, ISM_CULLING, true)
+// Whether the normals of light and point alone say which side of a point the light sees, as in Tokuyoshi 2014.
+CONSTANT(bool, ISM_SLIDE, false)
+
+// Radius in texels up to which a point is splatted at a level.
+const float WIDEST = 1.5;
+
+struct Splat {
+    uint level;
+    ivec2 low;    // texels whose middles it may cover
+    ivec2 high;
+    ivec2 texel;  // that its middle is in, and takes it in any case
+    vec3 offset;  // from the light, in its axes
+    vec3 normal;
+    float plane;  // normal · offset
+    float square; // of the disc's radius
+    float distance;
+};
+
+// Whether the light can see the point: it is before the light's plane, and what is closed turns its back on the light. So the far side
+// of things casts, as far from what they shade as can be. Source: Tokuyoshi 2014, Culling via DirectCompute.
+bool is_seen(vec3 normal, vec3 forward, vec3 offset, bool closed) {
+    precise float before = forward.x * offset.x + forward.y * offset.y + forward.z * offset.z;
+    vec3 along = ISM_SLIDE ? forward : offset;
+    precise float away = normal.x * along.x + normal.y * along.y + normal.z * along.z;
+    return before > 0.0 && (!closed || away > 0.0);
+}
+
+// Whether the point leaves anything in the map.
+bool project(Axes axes, vec3 origin, IsmPoint point, float radius, out Splat splat) {
+    precise vec3 offset = point.position - origin;
+    vec3 normal = unpack_normal(point.normal);
+    if (ISM_CULLING && !is_seen(normal, axes.forward, offset, point_closed(point.normal))) {
+        return false;
+    }
+    splat.offset = into_axes(axes, offset);
+    splat.normal = into_axes(axes, normal);
+    precise float square = offset.x * offset.x + offset.y * offset.y + offset.z * offset.z;
+    splat.distance = sqrt(square);
+    precise float ahead = splat.distance + splat.offset.z;
+    // Not what is no number, at the light itself, or so far behind its plane that the map's corners do not have it.
+    if (!(square < FARTHEST) || !(ahead > 0.5 * splat.distance)) {
+        return false;
+    }
+    precise vec2 place = splat.offset.xy / ahead * 0.5 + 0.5;
+    precise float reach = radius / ahead * (0.5 * float(ISM_SIZE));
+    splat.level = 0u;
+    while (splat.level + 1u < ISM_LEVELS && reach > WIDEST) {
+        reach *= 0.5;
+        ++splat.level;
+    }
+    float side = float(level_side(splat.level));
+    precise vec2 middle = place * side;
+    if (!(all(lessThan(abs(middle), vec2(1e6))))) {
+        return false;
+    }
+    splat.texel = ivec2(floor(middle));
+    int last = int(side) - 1;
+    // Never across the map's border.
+    splat.low = clamp(ivec2(ceil(middle - reach - 0.5)), ivec2(0), ivec2(last + 1));
+    splat.high = clamp(ivec2(floor(middle + reach - 0.5)), ivec2(-1), ivec2(last));
+    precise float plane = splat.normal.x * splat.offset.x + splat.normal.y * splat.offset.y + splat.normal.z * splat.offset.z;
+    splat.plane = plane;
+    splat.square = radius * radius;
+    return true;
+}
+
+// Whether the point's own texel is one of the map's: a point before the light's plane has one, but for rounding.
+bool in_map(Splat splat) {
+    return all(greaterThanEqual(splat.texel, ivec2(0))) && all(lessThan(splat.texel, ivec2(level_side(splat.level))));
+}
+
+// How far the point's plane is in the middle of its own texel, within the disc's radius of the point: so flat things stay flat.
+uint own_distance(Splat splat) {
+    vec3 way = map_way(texel_place(splat.level, splat.texel));
+    precise float slope = splat.normal.x * way.x + splat.normal.y * way.y + splat.normal.z * way.z;
+    precise float along = splat.plane / slope;
+    precise float distance = along * (2.0 - way.z);
+    precise float radius = sqrt(splat.square);
+    precise float least = max(splat.distance - radius, 0.5 * splat.distance), most = splat.distance + radius;
+    return floatBitsToUint(along > 0.0 ? min(max(distance, least), most) : splat.distance);
+}
+
+// How far the disc is in the middle of a texel; NOTHING where it is not there.
+uint disc_at(Splat splat, ivec2 texel) {
+    vec2 place = texel_place(splat.level, texel);
+    vec3 way = map_way(place);
+    precise float slope = splat.normal.x * way.x + splat.normal.y * way.y + splat.normal.z * way.z;
+    precise float along = splat.plane / slope;
+    precise vec3 off = along * way - splat.offset;
+    precise float square = off.x * off.x + off.y * off.y + off.z * off.z;
+    precise float distance = along * (2.0 - way.z);
+    return along > 0.0 && square <= splat.square ? floatBitsToUint(distance) : NOTHING;
+}
+#endif

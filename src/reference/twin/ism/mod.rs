@@ -1,0 +1,7 @@
+//! Twins of glsl/ism/: imperfect shadow maps.
+
+pub mod fill;
+pub mod look_up;
+pub mod map;
+pub mod points;
+pub mod splat;

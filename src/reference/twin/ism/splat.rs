@@ -1,0 +1,121 @@
+//! Twin of glsl/ism/splat.glsl: what a point leaves in a light's map.
+
+use super::map::{Axes, Levels, V3, dot, map_way, minus, texel_place};
+
+/// Twin: WIDEST.
+const WIDEST: f32 = 1.5;
+
+/// A point: where it stands, its normal, and whether that looks out of something closed.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// World units.
+    pub position: V3,
+    /// Unit length.
+    pub normal: V3,
+    /// Of a closed thing.
+    pub closed: bool,
+}
+
+/// Twins: ISM_CULLING, ISM_SLIDE.
+#[derive(Clone, Copy, Debug)]
+pub struct Culling {
+    /// Leave out what the light does not see.
+    pub on: bool,
+    /// Tell facing by the normals alone.
+    pub slide: bool,
+}
+
+/// Whether the light sees the point. Twin: is_seen.
+pub fn is_seen(point: &Point, forward: V3, offset: V3, slide: bool) -> bool {
+    let along = if slide { forward } else { offset };
+    dot(forward, offset) > 0.0 && (!point.closed || dot(point.normal, along) > 0.0)
+}
+
+/// A point, projected. Twin: Splat.
+#[derive(Clone, Copy, Debug)]
+pub struct Splat {
+    /// On which it is splatted.
+    pub level: usize,
+    /// Its middle, texels of the level.
+    pub middle: [f32; 2],
+    /// Its radius, texels of the level.
+    pub reach: f32,
+    offset: V3,
+    normal: V3,
+    plane: f32,
+    square: f32,
+    distance: f32,
+}
+
+/// Twin: project.
+pub fn project(size: u32, axes: &Axes, origin: V3, point: &Point, radius: f32, culling: Culling) -> Option<Splat> {
+    let offset = minus(point.position, origin);
+    if culling.on && !is_seen(point, axes.forward, offset, culling.slide) {
+        return None;
+    }
+    let square = dot(offset, offset);
+    let distance = square.sqrt();
+    let (offset, normal) = (axes.into_axes(offset), axes.into_axes(point.normal));
+    let ahead = distance + offset[2];
+    if !(square < 3e38 && ahead > 0.5 * distance) {
+        return None;
+    }
+    let mut reach = radius / ahead * (0.5 * size as f32);
+    let mut level = 0;
+    while size >> (level + 1) >= 4 && reach > WIDEST {
+        reach *= 0.5;
+        level += 1;
+    }
+    let middle = [0, 1].map(|i| (offset[i] / ahead * 0.5 + 0.5) * (size >> level) as f32);
+    let plane = dot(normal, offset);
+    let near = middle.iter().all(|m| m.abs() < 1e6);
+    near.then_some(Splat { level, middle, reach, offset, normal, plane, square: radius * radius, distance })
+}
+
+impl Splat {
+    /// How far the point's plane is in its own texel. Twin: own_distance.
+    fn own_distance(&self, side: i32, own: [i32; 2]) -> f32 {
+        let way = map_way(texel_place(side, own));
+        let along = self.plane / dot(self.normal, way);
+        let radius = self.square.sqrt();
+        let (least, most) = ((self.distance - radius).max(0.5 * self.distance), self.distance + radius);
+        if along > 0.0 { (along * (2.0 - way[2])).max(least).min(most) } else { self.distance }
+    }
+
+    /// The disc's distance in the middle of a texel; none where it is not there. Twin: disc_at.
+    pub fn disc_at(&self, side: i32, texel: [i32; 2]) -> Option<f32> {
+        let way = map_way(texel_place(side, texel));
+        let along = self.plane / dot(self.normal, way);
+        let off = minus(way.map(|w| along * w), self.offset);
+        (along > 0.0 && dot(off, off) <= self.square).then_some(along * (2.0 - way[2]))
+    }
+
+    /// Texels and the distances that the point leaves there.
+    pub fn texels(&self, side: i32) -> Vec<([i32; 2], f32)> {
+        let own = self.middle.map(|m| m.floor() as i32);
+        let inside = |t: i32| (0..side).contains(&t);
+        let mut all = Vec::new();
+        if own.iter().all(|t| inside(*t)) {
+            all.push((own, self.own_distance(side, own)));
+        }
+        let low = self.middle.map(|m| ((m - self.reach - 0.5).ceil() as i32).clamp(0, side));
+        let high = self.middle.map(|m| ((m + self.reach - 0.5).floor() as i32).clamp(-1, side - 1));
+        for y in low[1]..=high[1] {
+            all.extend((low[0]..=high[0]).filter_map(|x| Some(([x, y], self.disc_at(side, [x, y])?))));
+        }
+        all
+    }
+}
+
+/// All points of a light. Twins: glsl/ism/tiled.comp and splat.comp, up to the holes.
+pub fn splat(size: u32, normal: V3, origin: V3, points: &[Point], radius: f32, culling: Culling) -> (Levels, u32) {
+    let axes = Axes::of(normal);
+    let (mut levels, mut seen) = (Levels::new(size), 0);
+    for splat in points.iter().filter_map(|point| project(size, &axes, origin, point, radius, culling)) {
+        seen += 1;
+        for (texel, distance) in splat.texels(levels.side(splat.level)) {
+            levels.set(splat.level, texel, levels.get(splat.level, texel).min(distance));
+        }
+    }
+    (levels, seen)
+}

@@ -1,0 +1,146 @@
+//! The maps of all lights, and the passes that splat points into them.
+
+use super::raster::Raster;
+use super::sample::Sample;
+use super::{Settings, Way};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
+use crate::shaders::{constant, ism as shaders};
+use crate::world::World;
+use crate::{Error, Result};
+
+/// Threads of a workgroup that splats by atomic operations in memory. Twin: local_size_x in glsl/ism/splat.comp.
+const SPLAT_THREADS: u32 = 128;
+
+/// Threads of a workgroup with a map of its own: at most, and on devices whose threads take turns.
+const MAP_THREADS: [u32; 2] = [512, 128];
+
+push_struct! {
+    /// Twin: AtlasPush in glsl/ism/atlas.glsl.
+    pub(super) struct AtlasPush { light_count: u32, points: u32 }
+}
+
+enum Passes {
+    Tiled(Kernel<AtlasPush>),
+    Atomic { splat: Kernel<AtlasPush>, fill: Kernel<AtlasPush> },
+    Raster { raster: Box<Raster>, fill: Kernel<AtlasPush> },
+}
+
+/// The maps of all lights.
+pub struct Atlas {
+    settings: Settings,
+    way: Way,
+    light_count: u32,
+    /// Distances as floats, map after map, [`Atlas::stride`] texels each, rows of the finest level first.
+    pub maps: Buffer,
+    seen: Buffer,
+    passes: Passes,
+}
+
+impl Atlas {
+    pub(super) fn new(
+        context: &Context,
+        world: &World,
+        settings: &Settings,
+        way: Way,
+        sample: &Sample,
+    ) -> Result<Self> {
+        let light_count = world.scene().lights.len() as u32;
+        let bytes = 4 * u64::from(light_count.max(1)) * u64::from(stride(settings, way));
+        let most = u64::from(context.features().max_storage_buffer_range);
+        if bytes > most {
+            let needs = format!("maxStorageBufferRange of at least {bytes} for the maps (this device has {most})");
+            return Err(Error::Refused { needs });
+        }
+        let maps = Buffer::new(context, "ism.maps", bytes, Memory::Device)?;
+        let seen = Buffer::new(context, "ism.seen", 4 * u64::from(light_count.max(1)), Memory::Device)?;
+        let resources = [&world.lights, &sample.head, &sample.pool, &maps, &seen];
+        let set = Bindings::new(context, "ism.atlas", &resources.map(|buffer| Resource::Buffer(buffer.clone())))?;
+        let [most, few] = MAP_THREADS;
+        let features = context.features();
+        let threads = if features.is_software() { few } else { features.max_compute_workgroup_threads.min(most) };
+        let constants = Constants::new()
+            .set(constant::ISM_SIZE, settings.size)
+            .set(constant::ISM_LEVELS, settings.levels())
+            .set(constant::ISM_TEXELS, settings.texels())
+            .set(constant::ISM_CULLING, settings.culling)
+            .set(constant::ISM_SLIDE, settings.slide)
+            .set(constant::ISM_FILL, settings.fill)
+            .set(constant::THREADS, threads)
+            .set(constant::WORKGROUP, threads);
+        let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);
+        let passes = match way {
+            Way::Tiled => Passes::Tiled(kernel(&shaders::TILED)?),
+            Way::Atomic => Passes::Atomic { splat: kernel(&shaders::SPLAT)?, fill: kernel(&shaders::FILL)? },
+            Way::Quads | Way::Triangles => {
+                let vertices = if way == Way::Quads { 6 } else { 3 };
+                let raster = Raster::new(context, settings, light_count, &resources, &constants, vertices)?;
+                Passes::Raster { raster: Box::new(raster), fill: kernel(&shaders::FILL)? }
+            }
+        };
+        Ok(Self { settings: *settings, way, light_count, maps, seen, passes })
+    }
+
+    /// Texels from a map to the next.
+    pub fn stride(&self) -> u32 {
+        stride(&self.settings, self.way)
+    }
+
+    /// Distances in the finest level of the map of light `light`, rows of texels, after a build; infinite where nothing is.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where they cannot be read back.
+    pub fn map(&self, light: usize) -> Result<Vec<f32>> {
+        let (stride, texels) = (self.stride() as usize, self.settings.size.pow(2) as usize);
+        let all: Vec<f32> = self.maps.read((light + 1) * stride)?;
+        Ok(all[light * stride..][..texels].to_vec())
+    }
+
+    /// How many of its points each light sees, after a build.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where they cannot be read back.
+    pub fn seen(&self) -> Result<Vec<u32>> {
+        self.seen.read(self.light_count as usize)
+    }
+
+    pub(super) fn record(&self, commands: &mut Commands, world: &World) {
+        let points = if world.triangle_count() == 0 { 0 } else { self.settings.points };
+        let push = AtlasPush { light_count: self.light_count, points };
+        let [x, y] = groups(self.light_count.into());
+        commands.pass("ism.clear", |pass| {
+            pass.fill(&self.seen, 0);
+            if self.way == Way::Atomic {
+                pass.fill(&self.maps, NOTHING);
+            }
+        });
+        match &self.passes {
+            Passes::Tiled(tiled) => commands.pass("ism.tiled", |pass| pass.dispatch(tiled, &push, [x, y, 1])),
+            Passes::Atomic { splat, fill } => {
+                let [all_x, all_y] = groups(u64::from(self.light_count) * u64::from(points / SPLAT_THREADS));
+                commands.pass("ism.splat", |pass| pass.dispatch(splat, &push, [all_x, all_y, 1]));
+                commands.pass("ism.fill", |pass| pass.dispatch(fill, &push, [x, y, 1]));
+            }
+            Passes::Raster { raster, fill } => {
+                raster.record(commands, &push);
+                commands.pass("ism.fill", |pass| pass.dispatch(fill, &push, [x, y, 1]));
+            }
+        }
+    }
+
+    /// What the look-up does not need.
+    pub(super) fn transient_bytes(&self) -> u64 {
+        let raster = if let Passes::Raster { raster, .. } = &self.passes { raster.transient_bytes() } else { 0 };
+        self.seen.bytes() + raster
+    }
+}
+
+/// Bits of a texel in which nothing is. Twin: NOTHING.
+const NOTHING: u32 = f32::INFINITY.to_bits();
+
+/// With the levels where they stand in memory too.
+fn stride(settings: &Settings, way: Way) -> u32 {
+    match way {
+        Way::Tiled => settings.size.pow(2),
+        Way::Atomic | Way::Quads | Way::Triangles => settings.texels(),
+    }
+}

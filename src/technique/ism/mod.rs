@@ -1,0 +1,138 @@
+//! Imperfect shadow maps: the meshes as points, splatted into a small map of each virtual point light. Sources: Ritschel et al. 2008
+//! (the maps), Tokuyoshi 2014 (which points are left out); a map in shared memory is ours.
+
+mod atlas;
+mod raster;
+mod sample;
+mod settings;
+
+pub use atlas::Atlas;
+pub use sample::{PointData, PointsData, SUBSETS};
+pub use settings::{Facing, Settings, Way};
+
+use self::sample::Sample;
+use super::keys::word_of;
+use super::{Answer, Casts, Entry, Facts, Lifetime, Spec, Technique};
+use crate::gpu::{Bindings, Commands, Constants, Context, Resource};
+use crate::maps::Map;
+use crate::scene::{Casting, LightKind, Moved, Resolution, Scene, View};
+use crate::shaders::{constant, folder};
+use crate::world::World;
+use crate::{Error, Result};
+use settings::{CULLING, FACING, FILL, PATH, PATHS, POINTS, SIZE};
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "ism",
+    about: "points on the meshes, splatted into a small map of each virtual point light (Ritschel 2008, Tokuyoshi 2014)",
+    casts: Casts { particles: false, strands: false, meshes: true },
+    lifetime: Lifetime::Frame,
+    keys: &[PATH, SIZE, POINTS, CULLING, FACING, FILL],
+    paths: PATHS,
+    open: |context, world, spec: &Spec| Ok(Box::new(Ism::new(context, world, &Settings::of(spec))?)),
+};
+
+/// The technique, opened for one world.
+pub struct Ism {
+    settings: Settings,
+    way: Way,
+    reason: &'static str,
+    sample: Sample,
+    atlas: Atlas,
+    resolution: Vec<Resolution>,
+    look_up: Bindings,
+    constants: Constants,
+}
+
+impl Ism {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where a light is no virtual one, or the device has no room for a map; [`Error::Gpu`] where memory
+    /// runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        let lights = &world.scene().lights;
+        if !lights.iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
+            return Err(Error::Refused { needs: "virtual point lights (--vpls N makes them of the scene's)".into() });
+        }
+        let lack = settings.lacks_room(context.features());
+        let (way, reason) = match (settings.way, lack) {
+            (Some(Way::Tiled), Some(needs)) => return Err(Error::Refused { needs }),
+            (Some(way), _) => (way, "asked for"),
+            (None, None) => (Way::Tiled, "a workgroup has room for a map"),
+            (None, Some(_)) => (Way::Atomic, "no workgroup has room for a map"),
+        };
+        let sample = Sample::new(context, world, settings.points)?;
+        let atlas = Atlas::new(context, world, settings, way, &sample)?;
+        let resources = [&world.lights, &sample.head, &atlas.maps].map(|buffer| Resource::Buffer(buffer.clone()));
+        let look_up = Bindings::new(context, "ism.look_up", &resources)?;
+        let constants =
+            Constants::new().set(constant::ISM_SIZE, settings.size).set(constant::ISM_STRIDE, atlas.stride());
+        Ok(Self { settings: *settings, way, reason, sample, atlas, resolution: Vec::new(), look_up, constants })
+    }
+
+    /// The points, subset after subset, and what is known of all of them, after a build.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where they cannot be read back.
+    pub fn points(&self) -> Result<(PointsData, Vec<PointData>)> {
+        let count = (SUBSETS * self.settings.points) as usize;
+        Ok((self.sample.head.read(1)?[0], self.sample.pool.read(count)?))
+    }
+
+    /// The maps.
+    pub fn atlas(&self) -> &Atlas {
+        &self.atlas
+    }
+}
+
+/// How finely a map knows the meshes, one for each face of all lights: a texel of a cube's face as wide as the map's are.
+fn resolution(scene: &Scene, size: u32) -> Vec<Resolution> {
+    let of = |view| Resolution {
+        view,
+        reach_texels: 1.5,
+        moved: Moved { across: 0.0, along: 0.0, always: 1.5 },
+        free_inside: false,
+        depth: 0.0,
+        voxel: 0.0,
+    };
+    View::aimed(scene, size, Casting::Opaque).into_iter().map(of).collect()
+}
+
+impl Technique for Ism {
+    fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        self.resolution = resolution(world.scene(), self.settings.size);
+        self.sample.record(commands, world);
+        self.atlas.record(commands, world);
+        Ok(())
+    }
+
+    fn answer(&self) -> Answer<'_> {
+        Answer { folder: folder::ISM, bindings: &self.look_up, constants: &self.constants }
+    }
+
+    fn maps(&self) -> &[Map] {
+        &[]
+    }
+
+    fn resolution(&self) -> Vec<Resolution> {
+        self.resolution.clone()
+    }
+
+    fn facts(&self) -> Result<Facts> {
+        let mut counters = std::collections::BTreeMap::new();
+        let seen = self.atlas.seen()?;
+        counters.insert("points".into(), seen.len() as u64 * u64::from(self.settings.points));
+        if self.settings.culling {
+            counters.insert("points_seen".into(), seen.into_iter().map(u64::from).sum());
+        }
+        Ok(Facts {
+            path: word_of(self.way),
+            reason: self.reason.into(),
+            bytes_resident: self.atlas.maps.bytes() + self.sample.head.bytes(),
+            bytes_transient: self.sample.transient_bytes() + self.atlas.transient_bytes(),
+            counters,
+            ..Facts::default()
+        })
+    }
+}

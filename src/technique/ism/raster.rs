@@ -1,0 +1,114 @@
+//! Points that are drawn: listed by a compute pass as far as lights see them, one draw into the maps of all lights, which stand in
+//! one depth target, and from there into memory. Sources: Ritschel et al. 2008, Tokuyoshi 2014.
+
+use super::atlas::AtlasPush;
+use super::settings::Settings;
+use crate::gpu::{
+    Bindings, Buffer, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Resource,
+    Target, groups,
+};
+use crate::shaders::{constant, ism as shaders};
+use crate::{Error, Result};
+
+/// Points that a workgroup looks at. Twins: CULL_THREADS, ROUNDS in glsl/ism/cull.comp.
+const CULLED_AT_ONCE: u32 = 128 * 8;
+
+/// Threads of a workgroup. Twin: local_size_x in glsl/ism/gather.comp.
+const GATHER_THREADS: u32 = 128;
+
+/// What draws, and into what.
+pub struct Raster {
+    settings: Settings,
+    vertices: u32,
+    /// A point each: its light times points, and its stratum.
+    listed: Buffer,
+    /// A VkDrawIndirectCommand.
+    arguments: Buffer,
+    target: Image,
+    cull: Option<Kernel<AtlasPush>>,
+    draw: Kernel<AtlasPush>,
+    gather: Kernel<AtlasPush>,
+}
+
+impl Raster {
+    /// `atlas` is what all passes over maps are bound, and `constants` what they are built with; `vertices` of a point are 3
+    /// or 6.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where the device has no such list or target, [`Error::Gpu`] where memory runs out.
+    pub fn new(
+        context: &Context,
+        settings: &Settings,
+        light_count: u32,
+        atlas: &[&Buffer; 5],
+        constants: &Constants,
+        vertices: u32,
+    ) -> Result<Self> {
+        let features = context.features();
+        let columns = light_count.max(1).isqrt() + u32::from(light_count.max(1).isqrt().pow(2) < light_count);
+        let size = [columns.max(1), light_count.div_ceil(columns.max(1)).max(1)].map(|side| side * settings.size);
+        let limit = features.max_image_dimension_2d;
+        if size[0] > limit {
+            let needs = format!("maxImageDimension2D of at least {} for the maps (this device has {limit})", size[0]);
+            return Err(Error::Refused { needs });
+        }
+        let bytes = if settings.culling { 4 * u64::from(light_count.max(1)) * u64::from(settings.points) } else { 4 };
+        let most = u64::from(features.max_storage_buffer_range);
+        if bytes > most {
+            let needs =
+                format!("maxStorageBufferRange of at least {bytes} for the list of points (this device has {most})");
+            return Err(Error::Refused { needs });
+        }
+        let listed = Buffer::new(context, "ism.listed", bytes, Memory::Device)?;
+        let arguments = Buffer::new(context, "ism.arguments", 16, Memory::Device)?;
+        let target = Image::new(context, "ism.target", Format::D32_SFLOAT, size, ImageUse::Depth)?;
+        let resources = atlas.iter().copied().chain([&listed, &arguments]);
+        let resources: Vec<_> = resources.map(|buffer| Resource::Buffer(buffer.clone())).collect();
+        let set = Bindings::new(context, "ism.raster", &resources)?;
+        let depths = Bindings::new(context, "ism.target", &[Resource::Texture(target.clone())])?;
+        let constants = constants
+            .clone()
+            .set(constant::DRAWN_VERTICES, vertices)
+            .set(constant::COLUMNS, columns.max(1))
+            .set(constant::DRAWN_LISTED, settings.culling);
+        let shader = if features.subgroup_ballot { &shaders::CULL_BALLOTS_1 } else { &shaders::CULL_BALLOTS_0 };
+        let cull = settings.culling.then(|| Kernel::compute(context, shader, &[&set], &constants)).transpose()?;
+        let (vertex, fragment) = (&shaders::DRAW_VERT, &shaders::DRAW_FRAG);
+        let state = Graphics { vertex, fragment, colors: &[], depth: Some(Format::D32_SFLOAT) };
+        Ok(Self {
+            settings: *settings,
+            vertices,
+            listed,
+            arguments,
+            target,
+            cull,
+            draw: Kernel::graphics(context, &state, &[&set], &constants)?,
+            gather: Kernel::compute(context, &shaders::GATHER, &[&set, &depths], &constants)?,
+        })
+    }
+
+    /// Records the passes that splat all points into the maps.
+    pub fn record(&self, commands: &mut Commands, push: &AtlasPush) {
+        if let Some(cull) = &self.cull {
+            let count = u64::from(push.light_count) * u64::from(push.points / CULLED_AT_ONCE);
+            let [x, y] = groups(count);
+            commands.pass("ism.clear", |pass| pass.update(&self.arguments, &[0, 1, 0, 0]));
+            commands.pass("ism.cull", |pass| pass.dispatch(cull, push, [x, y, 1]));
+        }
+        commands.pass("ism.draw", |pass| {
+            let target = Target { image: &self.target, clear: Some([1.0; 4]) };
+            pass.render(self.target.size(), &[], Some(target), |draw| match &self.cull {
+                Some(_) => draw.draw_indirect(&self.draw, push, &self.arguments, 0),
+                None => draw.draw(&self.draw, push, self.vertices * push.light_count * push.points, 1),
+            });
+        });
+        let count = u64::from(push.light_count) * u64::from(self.settings.texels().div_ceil(GATHER_THREADS));
+        let [x, y] = groups(count);
+        commands.pass("ism.gather", |pass| pass.dispatch(&self.gather, push, [x, y, 1]));
+    }
+
+    /// What only a build needs.
+    pub fn transient_bytes(&self) -> u64 {
+        self.listed.bytes() + self.arguments.bytes() + self.target.bytes()
+    }
+}

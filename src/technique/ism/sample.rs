@@ -1,0 +1,98 @@
+//! Points on the meshes, stratified by area.
+
+use crate::Result;
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
+use crate::shaders::ism as shaders;
+use crate::world::World;
+use bytemuck::{Pod, Zeroable};
+
+/// As many times the points of a light stand on the meshes. Twin: SUBSETS.
+pub const SUBSETS: u32 = 16;
+
+/// Threads of every pass, and triangles of a block. Twin: BLOCK.
+const BLOCK: u32 = 128;
+
+/// A point of the meshes. Twin: IsmPoint in glsl/ism/points.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct PointData {
+    /// World units.
+    pub position: [f32; 3],
+    /// In an octahedron, 15 and 16 bits; the lowest bit says that the mesh is closed, and its normal looks outwards.
+    pub normal: u32,
+}
+
+/// What is known of all points. Twin: IsmPoints in glsl/ism/points.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct PointsData {
+    /// Weight a unit of area, a power of two.
+    pub scale: f32,
+    /// Weight of all triangles.
+    pub total: u32,
+    /// Of the disc that a point stands for, world units.
+    pub radius: f32,
+    /// Of all triangles, world units squared.
+    pub area: f32,
+}
+
+push_struct! {
+    /// Twin: SamplePush in glsl/ism/sample.glsl.
+    struct SamplePush { triangle_count: u32, points: u32 }
+}
+
+/// The points, and the passes that make them.
+pub struct Sample {
+    points: u32,
+    /// [`PointsData`].
+    pub head: Buffer,
+    /// [`PointData`], subset after subset.
+    pub pool: Buffer,
+    areas: Buffer,
+    sums: Buffer,
+    blocks: Buffer,
+    kernels: [(&'static str, Kernel<SamplePush>); 5],
+}
+
+impl Sample {
+    /// Points for lights that take `points` each, a power of two.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, points: u32) -> Result<Self> {
+        let triangles = u64::from(world.triangle_count().max(1));
+        let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
+        let head = buffer("ism.head", size_of::<PointsData>() as u64)?;
+        let areas = buffer("ism.areas", 4 * triangles)?;
+        let sums = buffer("ism.sums", 4 * triangles)?;
+        let blocks = buffer("ism.blocks", 4 * triangles.div_ceil(BLOCK.into()))?;
+        let pool = buffer("ism.pool", u64::from(SUBSETS * points) * size_of::<PointData>() as u64)?;
+        let resources = [&world.triangles, &world.sides, &head, &areas, &sums, &blocks, &pool];
+        let set = Bindings::new(context, "ism.sample", &resources.map(|buffer| Resource::Buffer(buffer.clone())))?;
+        let kernel = |shader| Kernel::compute(context, shader, &[&set], &Constants::new());
+        let kernels = [
+            ("ism.areas", kernel(&shaders::AREAS)?),
+            ("ism.scale", kernel(&shaders::SCALE)?),
+            ("ism.sums", kernel(&shaders::SUMS)?),
+            ("ism.offsets", kernel(&shaders::OFFSETS)?),
+            ("ism.points", kernel(&shaders::POINTS)?),
+        ];
+        Ok(Self { points, head, pool, areas, sums, blocks, kernels })
+    }
+
+    /// Records the passes that put points on the meshes as they are now.
+    pub fn record(&self, commands: &mut Commands, world: &World) {
+        let push = SamplePush { triangle_count: world.triangle_count(), points: self.points };
+        let blocks = u64::from(push.triangle_count.div_ceil(BLOCK));
+        let pool = u64::from(SUBSETS * self.points / BLOCK);
+        for ((name, kernel), count) in self.kernels.iter().zip([blocks, 1, blocks, 1, pool]) {
+            let [x, y] = groups(count);
+            commands.pass(name, |pass| pass.dispatch(kernel, &push, [x, y, 1]));
+        }
+    }
+
+    /// What only a build needs.
+    pub fn transient_bytes(&self) -> u64 {
+        self.pool.bytes() + self.areas.bytes() + self.sums.bytes() + self.blocks.bytes()
+    }
+}

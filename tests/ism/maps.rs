@@ -1,0 +1,196 @@
+//! Maps: points splatted and holes filled.
+
+use crate::support::{gpu_test, some};
+use crate::{PATHS, built, refusal, scenes};
+use gobo::reference::twin::ism::fill::{fill, wide_down};
+use gobo::reference::twin::ism::map::Levels;
+use gobo::reference::twin::ism::points::{point_of, unpack_normal};
+use gobo::reference::twin::ism::splat::{Culling, Point, splat};
+use gobo::scene::{LightKind, Scene};
+use gobo::technique::{Ism, PointData};
+
+/// Position and normal of a light.
+pub fn stand(scene: &Scene, light: usize) -> ([f32; 3], [f32; 3]) {
+    let LightKind::Virtual { position, normal, .. } = scene.lights[light].kind else { panic!("a virtual light") };
+    (position.as_vec3().to_array(), normal.as_vec3().to_array())
+}
+
+/// The points of a light.
+fn points(pool: &[PointData], light: usize, points: u32) -> Vec<Point> {
+    let of = |stratum| {
+        let point = pool[point_of(light as u32, stratum, points) as usize];
+        let (normal, closed) = unpack_normal(point.normal);
+        Point { position: point.position, normal, closed }
+    };
+    (0..points).map(of).collect()
+}
+
+/// The map of a light by the twin, and how many points it sees.
+fn twin(scene: &Scene, ism: &Ism, light: usize, size: u32, culling: Culling, filled: bool) -> (Levels, u32) {
+    let (head, pool) = ism.points().expect("the points");
+    let count = pool.len() as u32 / gobo::technique::ISM_SUBSETS;
+    let (origin, normal) = stand(scene, light);
+    let (mut map, seen) = splat(size, normal, origin, &points(&pool, light, count), head.radius, culling);
+    wide_down(&mut map);
+    if filled {
+        fill(&mut map, head.radius);
+    }
+    (map, seen)
+}
+
+/// Texel by texel, but where rounding decides whether a point's disc covers a texel's middle.
+#[test]
+fn maps_equal_their_twin() {
+    gpu_test("ism::maps_equal_their_twin", |context| {
+        let cases = [("", true, false), ("culling=off", false, false), ("facing=slide", true, true)];
+        for scene in [scenes::soup(), scenes::room()] {
+            for path in ["tiled", "atomic"] {
+                for size in some([64, 32, 128], 1) {
+                    for (text, on, slide) in some(cases, 2) {
+                        for filled in [false, true] {
+                            let fill = if filled { "on" } else { "off" };
+                            let text = format!("ism:points=1024,size={size},path={path},fill={fill},{text}");
+                            let text = text.trim_end_matches(',');
+                            if refusal(context, &scene, text).is_some() {
+                                continue;
+                            }
+                            let ism = built(context, &scene, text);
+                            let seen = ism.atlas().seen().expect("counted");
+                            let (mut texels, mut others) = (0, 0);
+                            for light in 0..scene.lights.len() {
+                                let (map, count) = twin(&scene, &ism, light, size, Culling { on, slide }, filled);
+                                assert!(seen[light].abs_diff(count) <= 2, "{text}: {} seen, not {count}", seen[light]);
+                                let got = ism.atlas().map(light).expect("the map");
+                                let near = |a: f32, b: f32| a == b || (a - b).abs() <= 1e-4 * a.min(b);
+                                others += got.iter().zip(&map.levels[0]).filter(|(a, b)| !near(**a, **b)).count();
+                                texels += got.len();
+                                assert!(got.iter().all(|d| *d > 0.0), "{text}: a distance that is none");
+                            }
+                            assert!(others * 1000 <= texels, "{text}: {others} of {texels} texels are others");
+                        }
+                    }
+                }
+            }
+        }
+    });
+}
+
+/// Whoever splats, in whatever order: the same bytes, run after run.
+#[test]
+fn paths_give_the_same_bytes() {
+    gpu_test("ism::paths_give_the_same_bytes", |context| {
+        for scene in [scenes::soup(), scenes::room()] {
+            for size in some([64, 32], 2) {
+                for more in ["fill=off", "fill=on", "fill=off,culling=off"] {
+                    let text = |path: &str| format!("ism:points=2048,size={size},path={path},{more}");
+                    if refusal(context, &scene, &text("tiled")).is_some() {
+                        continue;
+                    }
+                    let [tiled, again, atomic] =
+                        ["tiled", "tiled", "atomic"].map(|path| built(context, &scene, &text(path)));
+                    for light in 0..scene.lights.len() {
+                        let bits = |ism: &Ism| {
+                            let map = ism.atlas().map(light).expect("the map");
+                            map.into_iter().map(f32::to_bits).collect::<Vec<_>>()
+                        };
+                        let first = bits(&tiled);
+                        assert!(first == bits(&again), "{size}, {more}, light {light}: twice");
+                        assert!(first == bits(&atomic), "{size}, {more}, light {light}: tiled and atomic");
+                    }
+                    assert_eq!(tiled.atlas().seen().expect("counted"), atomic.atlas().seen().expect("counted"));
+                }
+            }
+        }
+    });
+}
+
+/// Drawn maps have points where splatted ones have them, at about their distance, and no more of them.
+#[test]
+fn drawn_maps_are_about_the_same() {
+    gpu_test("ism::drawn_maps_are_about_the_same", |context| {
+        let scene = scenes::room();
+        let atomic = built(context, &scene, "ism:points=8192,path=atomic");
+        for path in ["quads", "triangles"] {
+            for culling in ["on", "off"] {
+                let text = format!("ism:points=8192,path={path},culling={culling}");
+                let drawn = built(context, &scene, &text);
+                if culling == "on" {
+                    assert_eq!(
+                        drawn.atlas().seen().expect("counted"),
+                        atomic.atlas().seen().expect("counted"),
+                        "{text}"
+                    );
+                }
+                let (mut texels, mut nearer, mut off) = (0usize, 0usize, 0usize);
+                for light in 0..scene.lights.len() {
+                    let maps = [&drawn, &atomic].map(|ism| ism.atlas().map(light).expect("the map"));
+                    for (i, (a, b)) in maps[0].iter().zip(&maps[1]).enumerate() {
+                        let place = [i % 64, i / 64].map(|t| (t as f32 + 0.5) / 32.0 - 1.0);
+                        if place[0] * place[0] + place[1] * place[1] > 0.8 {
+                            continue;
+                        }
+                        texels += 1;
+                        nearer += usize::from(*a < 0.75 * b);
+                        off += usize::from(*a > 1.33 * b);
+                    }
+                }
+                // Squares and triangles that face the light are nearer at grazing angles; without culling near sides cast too.
+                assert!(5 * off <= texels, "{text}: {off} of {texels} texels are farther");
+                assert!(culling == "off" || 5 * nearer <= texels, "{text}: {nearer} of {texels} texels are nearer");
+            }
+        }
+    });
+}
+
+/// The closed form of a disc's share: a plate that a light sees under a known angle covers the texels within it.
+#[test]
+fn a_plate_covers_its_angle() {
+    gpu_test("ism::a_plate_covers_its_angle", |context| {
+        // From −1 to 1, a unit before the light: the tangent of the angle to a place is how far off the axis it is.
+        let plate = scenes::block([-1.0, -1.0, 1.0], [1.0, 1.0, 1.02]);
+        let scene = scenes::under("plate", vec![plate], vec![scenes::light(glam::DVec3::ZERO, glam::DVec3::Z)]);
+        for path in PATHS {
+            let text = format!("ism:points=4096,path={path}");
+            if refusal(context, &scene, &text).is_some() {
+                continue;
+            }
+            let map = built(context, &scene, &text).atlas().map(0).expect("the map");
+            for (i, distance) in map.iter().enumerate() {
+                let [x, y] = [i % 64, i / 64].map(|t| (t as f64 + 0.5) / 32.0 - 1.0);
+                let square = x * x + y * y;
+                let on_plate = [x, y].map(|p| 2.0 * p / (1.0 - square));
+                let off_axis = on_plate.map(f64::abs).into_iter().fold(0.0, f64::max);
+                if square >= 1.0 || off_axis > 1.2 {
+                    assert!(distance.is_infinite(), "{path}: {distance} beside the plate, texel {i}");
+                } else if off_axis < 0.85 {
+                    let wanted = (1.0 + square) / (1.0 - square) * 1.02;
+                    // Of a point's plane; or of the middle of a point beside, at a slant of up to 50°.
+                    let most = if path == "tiled" || path == "atomic" { 0.03 } else { 0.15 };
+                    assert!((f64::from(*distance) / wanted - 1.0).abs() < most, "{path}: {distance}, not {wanted}");
+                }
+            }
+        }
+    });
+}
+
+/// Holes are filled and nothing else: what was seen before filling is seen as before, and what has no points about it is empty.
+#[test]
+fn only_holes_are_filled() {
+    gpu_test("ism::only_holes_are_filled", |context| {
+        let scene = scenes::soup();
+        let text = |fill: &str| format!("ism:points=1024,path=atomic,fill={fill}");
+        let (before, after) = (built(context, &scene, &text("off")), built(context, &scene, &text("on")));
+        let (mut holes, mut filled) = (0, 0);
+        for light in 0..scene.lights.len() {
+            let maps = [&before, &after].map(|ism| ism.atlas().map(light).expect("the map"));
+            let nearest = maps[0].iter().copied().fold(f32::INFINITY, f32::min);
+            for (was, is) in maps[0].iter().zip(&maps[1]) {
+                assert!(was.is_infinite() || was == is, "{was} became {is}");
+                assert!(*is >= nearest, "{is} is nearer than anything that was seen");
+                holes += usize::from(was.is_infinite());
+                filled += usize::from(was.is_infinite() && is.is_finite());
+            }
+        }
+        assert!(filled > 0 && filled < holes, "{filled} of {holes} filled");
+    });
+}
