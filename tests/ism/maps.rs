@@ -2,6 +2,7 @@
 
 use crate::support::{gpu_test, some};
 use crate::{PATHS, built, refusal, scenes};
+use gobo::gpu::Context;
 use gobo::reference::twin::ism::fill::{fill, wide_down};
 use gobo::reference::twin::ism::map::Levels;
 use gobo::reference::twin::ism::points::{point_of, unpack_normal};
@@ -38,37 +39,41 @@ fn twin(scene: &Scene, ism: &Ism, light: usize, size: u32, culling: Culling, fil
     (map, seen)
 }
 
+/// How many texels of all lights' maps are others than their twins', and how many there are.
+fn others(context: &Context, scene: &Scene, text: &str, size: u32, culling: Culling, filled: bool) -> [usize; 2] {
+    let ism = built(context, scene, text);
+    let (mut others, mut texels) = (0, 0);
+    for (light, seen) in ism.atlas().seen().expect("counted").into_iter().enumerate() {
+        let (map, count) = twin(scene, &ism, light, size, culling, filled);
+        assert!(seen.abs_diff(count) <= 2, "{text}: {seen} seen, not {count}");
+        let got = ism.atlas().map(light).expect("the map");
+        let near = |a: f32, b: f32| a == b || (a - b).abs() <= 1e-4 * a.min(b);
+        others += got.iter().zip(&map.levels[0]).filter(|(a, b)| !near(**a, **b)).count();
+        texels += got.len();
+        assert!(got.iter().all(|d| *d > 0.0), "{text}: a distance that is none");
+    }
+    [others, texels]
+}
+
 /// Texel by texel, but where rounding decides whether a point's disc covers a texel's middle.
 #[test]
 fn maps_equal_their_twin() {
     gpu_test("ism::maps_equal_their_twin", |context| {
-        let cases = [("", true, false), ("culling=off", false, false), ("facing=slide", true, true)];
+        let cases = [("culling=on", true, false), ("culling=off", false, false), ("facing=slide", true, true)];
+        let fills = [("off", false), ("on", true)];
+        let cases: Vec<_> = some(cases, 2).into_iter().flat_map(|case| fills.map(|fill| (case, fill))).collect();
         for scene in [scenes::soup(), scenes::room()] {
-            for path in ["tiled", "atomic"] {
-                for size in some([64, 32, 128], 1) {
-                    for (text, on, slide) in some(cases, 2) {
-                        for filled in [false, true] {
-                            let fill = if filled { "on" } else { "off" };
-                            let text = format!("ism:points=1024,size={size},path={path},fill={fill},{text}");
-                            let text = text.trim_end_matches(',');
-                            if refusal(context, &scene, text).is_some() {
-                                continue;
-                            }
-                            let ism = built(context, &scene, text);
-                            let seen = ism.atlas().seen().expect("counted");
-                            let (mut texels, mut others) = (0, 0);
-                            for light in 0..scene.lights.len() {
-                                let (map, count) = twin(&scene, &ism, light, size, Culling { on, slide }, filled);
-                                assert!(seen[light].abs_diff(count) <= 2, "{text}: {} seen, not {count}", seen[light]);
-                                let got = ism.atlas().map(light).expect("the map");
-                                let near = |a: f32, b: f32| a == b || (a - b).abs() <= 1e-4 * a.min(b);
-                                others += got.iter().zip(&map.levels[0]).filter(|(a, b)| !near(**a, **b)).count();
-                                texels += got.len();
-                                assert!(got.iter().all(|d| *d > 0.0), "{text}: a distance that is none");
-                            }
-                            assert!(others * 1000 <= texels, "{text}: {others} of {texels} texels are others");
-                        }
+            for (path, size) in
+                ["tiled", "atomic"].into_iter().flat_map(|p| some([64, 32, 128], 1).into_iter().map(move |s| (p, s)))
+            {
+                for ((case, on, slide), (fill, filled)) in &cases {
+                    let text = format!("ism:points=1024,size={size},path={path},fill={fill},{case}");
+                    if refusal(context, &scene, &text).is_some() {
+                        continue;
                     }
+                    let [others, texels] =
+                        others(context, &scene, &text, size, Culling { on: *on, slide: *slide }, *filled);
+                    assert!(others * 1000 <= texels, "{text}: {others} of {texels} texels are others");
                 }
             }
         }

@@ -56,7 +56,7 @@ pub fn point(triangles: &[[V3; 3]], sums: &[u32], index: u32, points: u32) -> Op
     let (subset, stratum) = (index / points, index % points);
     let before = |stratum: u32| total * u64::from(stratum) / u64::from(points);
     let wide = before(stratum + 1) - before(stratum);
-    let weight = before(stratum) + (u64::from(hash(index)) * wide >> 32);
+    let weight = before(stratum) + ((u64::from(hash(index)) * wide) >> 32);
     let triangle = sums.partition_point(|sum| u64::from(*sum) <= weight);
     let rotated = [hash(subset), hash(subset + SUBSETS)];
     let mut at = [0, 1].map(|i| (stratum.wrapping_mul(R2[i]).wrapping_add(rotated[i]) >> 8) as f32 / 16_777_216.0);
