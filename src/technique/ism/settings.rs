@@ -32,7 +32,7 @@ pub(super) const PATH: Key = Key {
     name: "path",
     values: Values::OneOf(Way::WORDS),
     default: "auto",
-    about: "how points are splatted: a workgroup a light, its map in shared memory; a thread a point; drawn; auto: the first that runs",
+    about: "a workgroup a light, its map in shared memory; a thread a point; drawn; auto: the first that runs",
 };
 
 pub(super) const SIZE: Key = Key {
