@@ -3,6 +3,7 @@
 mod built_in;
 mod caster;
 mod contents;
+mod cornell;
 mod courtyard;
 mod courtyard_lights;
 mod courtyard_shapes;
@@ -162,8 +163,8 @@ pub enum Motion {
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 /// Names that [`Scene::load`] knows without a file.
-pub const BUILT_IN: [&str; 8] =
-    ["three-emitters", "big-8k", "hair", "lantern", "sparse", "town", "courtyard", "fountain"];
+pub const BUILT_IN: [&str; 9] =
+    ["three-emitters", "big-8k", "hair", "lantern", "sparse", "town", "courtyard", "cornell", "fountain"];
 
 /// What [`Scene::load`] takes, in words.
 pub fn known() -> String {
@@ -188,6 +189,7 @@ impl Scene {
             "sparse" => Ok(sparse::sparse()),
             "hair" => Ok(hair::hair()),
             "town" => Ok(town::town()),
+            "cornell" => Ok(cornell::cornell()),
             "lantern" => lantern::lantern(time_s),
             "courtyard" => courtyard::courtyard(&built_in.title, built_in.number("lights"), time_s),
             "fountain" => fountain::fountain(&built_in.title, built_in.number("particles"), time_s),

@@ -1,6 +1,8 @@
 //! The built-in scenes: deterministic, full, inside their bounds.
 
 use crate::*;
+use glam::DVec3;
+use gobo::reference::truth::Casters;
 use gobo::scene::{BUILT_IN, Motion, Particle, Scene};
 
 #[test]
@@ -11,7 +13,7 @@ fn built_in_scenes_are_deterministic_and_sane() {
             let scene = Scene::load(name, time_s).expect("built in");
             assert!(scene == Scene::load(name, time_s).expect("built in"), "{name} at {time_s}");
             assert_eq!(scene.name, name);
-            assert_eq!(scene.has_only_meshes(), ["town", "courtyard"].contains(&name));
+            assert_eq!(scene.has_only_meshes(), ["town", "courtyard", "cornell"].contains(&name));
             for particle in &scene.particles {
                 assert!(particle.position.iter().all(|value| (-8.0..=14.0).contains(value)), "{particle:?}");
                 assert!(particle.position[2] >= particle.radius, "{particle:?} is below the ground");
@@ -99,4 +101,29 @@ fn lantern_has_three_kinds_of_light() {
     assert_eq!(kinds.filter(|k| matches!(k, LightKind::Directional { .. })).count(), 1);
     assert_eq!(scene.map_count(), 8);
     message(Scene::load("lantern", -1.0), "lantern", "not in [0, 3600]");
+}
+
+/// Out of no corner of the room does light come, nor out of the lamp upwards; and there is air between them.
+#[test]
+fn cornell_is_tight() {
+    let scene = Scene::load("cornell", f64::NAN).expect("stands still, so ignores the time");
+    let meshes = &Casters::new(&scene).meshes;
+    let corner = |i: u32| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 });
+    for [x, y, z] in (0..8).map(corner) {
+        let inside = DVec3::new(0.99 * x, 0.99 * y, 1.0 + 0.99 * z);
+        assert!(!meshes.inside(inside, DVec3::new(0.1, 0.2, 0.97), f64::INFINITY), "{inside}");
+        // In front it is open.
+        assert!(!meshes.free(inside, DVec3::new(x, y.max(0.0), z), 1.0), "{inside} is open");
+    }
+    let lamp = scene.lights[0].position().expect("a spot light");
+    assert!(meshes.free(lamp, DVec3::NEG_Z, 1.5) && !meshes.free(lamp, DVec3::Z, 0.1));
+}
+
+/// The lamp of `cornell` reaches the floor and the lower parts of the walls, and nothing above.
+#[test]
+fn indirect_light_matters_in_cornell() {
+    let scene = Scene::load("cornell", 0.0).expect("built in");
+    let lit = |x: f64, y: f64, z: f64| scene.lights[0].shines_on(DVec3::new(x, y, z));
+    assert!(lit(0.9, -0.9, 0.0) && lit(1.0, 0.0, 0.6));
+    assert!(!lit(1.0, 0.0, 1.4) && !lit(0.9, 0.9, 2.0));
 }
