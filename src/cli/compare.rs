@@ -1,7 +1,7 @@
 //! `gobo compare`
 
 use super::progress::Progress;
-use super::{DeviceArguments, LoadArguments, MovingArgument, check_messages, load};
+use super::{DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, load};
 use crate::gpu::{Context, Features};
 use crate::measure::{
     Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Status, copy_bytes_per_second,
@@ -90,6 +90,8 @@ pub struct Arguments {
     #[command(flatten)]
     load: LoadArguments,
     #[command(flatten)]
+    vpls: VplArgument,
+    #[command(flatten)]
     device: DeviceArguments,
 }
 
@@ -131,7 +133,7 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
 fn frames(arguments: &Arguments, name: &str) -> Result<(Vec<Scene>, Vec<f64>)> {
     let scene = load(name, &arguments.load)?;
     let times_s = arguments.moving.times(&scene, arguments.frames)?;
-    if arguments.no_truth && matches!(scene.motion, Motion::Fountain(_)) {
+    if arguments.no_truth && matches!(scene.motion, Motion::Fountain(_)) && !arguments.vpls.is_given() {
         return Ok((vec![scene], times_s));
     }
     let mut states = arguments.moving.states(scene, arguments.frames)?;
@@ -168,8 +170,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         specs.extend(parse(text)?);
     }
     let mut scenes = scene_names.iter().map(|name| frames(arguments, name)).collect::<Result<Vec<_>>>()?;
-    name_apart(&mut scenes);
+    arguments.vpls.check(scenes.iter().flat_map(|(states, _)| states))?;
     let context = arguments.device.open()?;
+    for (states, _) in &mut scenes {
+        arguments.vpls.light(&context, states)?;
+    }
+    name_apart(&mut scenes);
     let of_scene = |(states, _): &(Vec<Scene>, Vec<f64>)| {
         let mut specs = if specs.is_empty() { default_specs(&states[0], context.features())? } else { specs.clone() };
         if arguments.no_skip {

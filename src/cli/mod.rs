@@ -11,6 +11,7 @@ mod sequence;
 mod slice;
 mod steps;
 
+use crate::consume::indirect::{check_count, check_meshes, lit_by_vpls};
 use crate::gpu::{Context, Messages, Options};
 use crate::scene::{FACES, Motion, Scene, check_time, known};
 use crate::technique::keys::{EVERY, TILED};
@@ -79,6 +80,37 @@ struct LoadArguments {
     /// How many lights courtyard has, 1 to 1024 [default: 32]
     #[arg(long, value_name = "N")]
     lights: Option<usize>,
+}
+
+/// Lights in the place of the scene's.
+#[derive(Args)]
+struct VplArgument {
+    /// Put N virtual lights in the place of the scene's lights, 64 to 4096: what its meshes send back of their light
+    #[arg(long, value_name = "N")]
+    vpls: Option<u32>,
+}
+
+impl VplArgument {
+    /// Whether the scene's lights are to be replaced.
+    fn is_given(&self) -> bool {
+        self.vpls.is_some()
+    }
+
+    /// Before a device is opened: whether there may be so many, of such scenes.
+    fn check<'a>(&self, scenes: impl IntoIterator<Item = &'a Scene>) -> Result<()> {
+        let Some(count) = self.vpls else { return Ok(()) };
+        check_count(count)?;
+        scenes.into_iter().try_for_each(check_meshes)
+    }
+
+    /// The states of a scene, each with virtual lights of its own where they are wanted.
+    fn light(&self, context: &Context, states: &mut [Scene]) -> Result<()> {
+        let Some(count) = self.vpls else { return Ok(()) };
+        for state in states {
+            *state = lit_by_vpls(context, state, count)?;
+        }
+        Ok(())
+    }
 }
 
 /// Times of a world that moves.

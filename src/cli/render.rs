@@ -2,7 +2,7 @@
 
 use super::sequence::Sequence;
 use super::steps::Range;
-use super::{DeviceArguments, LoadArguments, MovingArgument, check_messages, load, one_spec, particles};
+use super::{DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, load, one_spec, particles};
 use crate::consume::{Lighting, Renderer, Shading, Tiled};
 use crate::reference::truth::{Casters, fog, picture};
 use crate::scene::{Fog, View};
@@ -60,7 +60,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["fog", "wireframe"])]
     steps: bool,
     /// Draw simulated particles (of fountain) as the simulation left them: nothing of them leaves the device
-    #[arg(long, value_enum, conflicts_with_all = ["fog", "wireframe", "steps"])]
+    #[arg(long, value_enum, conflicts_with_all = ["fog", "wireframe", "steps", "vpls"])]
     particles: Option<ColoursArgument>,
     /// With --moving: how many pictures, FILE-00.png, FILE-01.png, … and an animated FILE.gif
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(2..=1000))]
@@ -69,6 +69,8 @@ pub struct Arguments {
     moving: MovingArgument,
     #[command(flatten)]
     load: LoadArguments,
+    #[command(flatten)]
+    vpls: VplArgument,
     #[command(flatten)]
     pub(super) device: DeviceArguments,
 }
@@ -94,7 +96,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         return particles::run(arguments, &scene, &times_s, colours);
     }
-    let states = arguments.moving.states(scene, arguments.frames)?;
+    let mut states = arguments.moving.states(scene, arguments.frames)?;
+    arguments.vpls.check(&states)?;
     let air = arguments.fog.map(|extinction| Fog::new(extinction, arguments.fog_steps)).transpose()?;
     let size = [arguments.width, arguments.height];
     let mut sequence = Sequence::new(&arguments.out, size, states.len() as u32);
@@ -103,6 +106,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         if arguments.steps {
             let way_out = "name a technique, or leave --steps out";
             return Err(Error::input("--technique reference", "it takes no steps", way_out));
+        }
+        if arguments.vpls.is_given() {
+            arguments.vpls.light(&arguments.device.open()?, &mut states)?;
         }
         for scene in &states {
             let camera = View::camera(&scene.camera, scene, size);
@@ -120,6 +126,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let spacing = lines_spacing(arguments, lighting)?;
     let context = arguments.device.open()?;
     context.features().require(lighting.requires())?;
+    arguments.vpls.light(&context, &mut states)?;
     let mut world = World::new(&context, &states[0])?;
     let mut opened = open(&context, &world, &spec)?;
     let shading = arguments.shading(&spec);

@@ -1,8 +1,9 @@
 //! Whoever needs the answer: the point query, the depth slice, the shaded picture (of many lights in tiles) and fog
 //! before it. They know no technique, only its
-//! [`crate::technique::Answer`].
+//! [`crate::technique::Answer`]. And virtual lights, of which techniques are then asked.
 
 mod fog;
+pub mod indirect;
 mod lighting;
 pub mod many_lights;
 mod picture;

@@ -163,6 +163,12 @@ impl Maps {
 
     /// Fits the maps to a world that has moved, and draws the opaque maps. No pass where there is nothing to do.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
+        self.fit(commands, world);
+        self.opaque.record(commands, world, self.count());
+    }
+
+    /// Fits the maps to a world that has moved, for whoever draws the meshes otherwise. No pass where there is nothing to do.
+    pub fn fit(&mut self, commands: &mut Commands, world: &World) {
         self.moved = self.generation != Some(world.generation());
         if self.moved {
             self.generation = Some(world.generation());
@@ -170,7 +176,6 @@ impl Maps {
             self.fit.record(commands, world, &self.buffer, &aimed);
             commands.read_back(&self.buffer, &self.fitted);
         }
-        self.opaque.record(commands, world, self.count());
     }
 
     /// Whether the last recording fitted them: whoever keeps something that follows from the views makes it anew.

@@ -200,6 +200,22 @@ fn a_number_of_lights_that_cannot_be() {
     fails(&["slice", "courtyard", "--lights", "2", "--light", "2"], &["--light 2", "2 lights"]);
 }
 
+/// Virtual lights need meshes that send light back, and are not any number.
+#[test]
+fn virtual_lights_that_cannot_be() {
+    let folder = folder();
+    let out = folder.path().join("out");
+    for command in ["compare", "render"] {
+        for count in ["0", "63", "4097"] {
+            fails(&[command, "cornell", "--vpls", count, "--out", text(&out)], &["--vpls", count, "64 to 4096"]);
+        }
+        fails(&[command, "big-8k", "--vpls", "64", "--out", text(&out)], &["big-8k", "no mesh", "--vpls"]);
+    }
+    let reference = ["render", "big-8k", "--vpls", "64", "--technique", "reference", "--out", text(&out)];
+    fails(&reference, &["big-8k", "no mesh"]);
+    assert!(!out.exists());
+}
+
 #[test]
 fn a_map_larger_than_the_device() {
     if !crate::runs("avsm", "two-pass").1 {

@@ -1,5 +1,5 @@
-//! CPU twins: a file a GPU pass that computes something, in f32 as on the device. Only [`vertex_lit`] is in f64: it asks
-//! the truth for light.
+//! CPU twins: a file a GPU pass that computes something, in f32 as on the device. [`vertex_lit`] is in f64, since it asks
+//! the truth for light, and so is what [`indirect`] knows of patches.
 
 pub mod avsm;
 pub mod beer_shadow_map;
@@ -9,6 +9,7 @@ pub mod cone;
 pub mod filter;
 pub mod fit;
 pub mod grid;
+pub mod indirect;
 pub mod ism;
 pub mod many_lights;
 pub mod media;

@@ -1,0 +1,38 @@
+#version 460
+// Units of flux before each block, and all. One workgroup. Input: sums. Output: starts. Twin: reference::twin::indirect::scan.
+#include "indirect/drawn.glsl"
+
+const uint THREADS = 128u;
+layout(local_size_x = THREADS) in;
+
+layout(push_constant, scalar) uniform SumsPush { uint block_count; };
+
+shared uvec2 before[THREADS];
+
+void main() {
+    uint thread = gl_LocalInvocationIndex;
+    uint share = (block_count + THREADS - 1u) / THREADS;
+    uint begin = min(thread * share, block_count), end = min(begin + share, block_count);
+    uvec2 mine = uvec2(0u);
+    for (uint b = begin; b < end; ++b) {
+        mine = add(mine, uvec2(sums[b], 0u));
+    }
+    before[thread] = mine;
+    barrier();
+    // So few that one thread's walk costs less than the barriers of a scan.
+    if (thread == 0u) {
+        uvec2 sum = uvec2(0u);
+        for (uint t = 0u; t < THREADS; ++t) {
+            uvec2 here = before[t];
+            before[t] = sum;
+            sum = add(sum, here);
+        }
+        starts[block_count] = sum;
+    }
+    barrier();
+    uvec2 sum = before[thread];
+    for (uint b = begin; b < end; ++b) {
+        starts[b] = sum;
+        sum = add(sum, uvec2(sums[b], 0u));
+    }
+}

@@ -1,0 +1,208 @@
+//! Virtual point lights, made on the device from a world and its lights: a reflective shadow map of each light's view, and lights
+//! drawn from all of them by flux. Sources: Keller 1997, *Instant radiosity*; Dachsbacher and Stamminger 2005, *Reflective
+//! shadow maps*. Twin: reference::twin::indirect.
+
+mod lit;
+mod passes;
+
+pub use lit::{VPLS, check_count, check_meshes, lit_by_vpls};
+
+use crate::Result;
+use crate::gpu::{Bindings, Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime, Resource};
+use crate::maps::{Map, Maps, OpaqueMaps};
+use crate::scene::{Light, LightKind};
+use crate::world::{LightData, World};
+use glam::DVec3;
+use passes::Kernels;
+
+/// Texels a side of a map, at most: 64 for each of 1,024 lights where there is one map.
+const MOST_SIDE_BITS: u32 = 8;
+
+/// And at least: a block of texels (glsl/indirect/units.glsl).
+const LEAST_SIDE_BITS: u32 = 4;
+
+/// Texels of all maps, at most, as far as the least side leaves it: 64 maps are of the largest size. More would make no light
+/// stand elsewhere than by a part of its own patch.
+const MOST_TEXELS: u64 = 1 << 22;
+
+/// Texels of a block. Twin: BLOCK.
+const BLOCK: u32 = 256;
+
+/// Texels a side of each of so many maps, as a power of 2.
+fn side_bits(maps: u32) -> u32 {
+    let fits = |bits: &u32| u64::from(maps) << (2 * bits) <= MOST_TEXELS;
+    (LEAST_SIDE_BITS..=MOST_SIDE_BITS).rev().find(fits).unwrap_or(LEAST_SIDE_BITS)
+}
+
+/// What virtual lights are made from, and they themselves, on the device.
+pub struct Vpls {
+    context: Context,
+    count: u32,
+    side_bits: u32,
+    maps: Maps,
+    seen: Image,
+    fluxes: Buffer,
+    greatest: Buffer,
+    sums: Buffer,
+    starts: Buffer,
+    picks: Buffer,
+    lights: Buffer,
+    kernels: Kernels,
+}
+
+impl Vpls {
+    /// Room for `count` virtual lights of the lights of `world`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where the count is out of range or nothing sends light back; [`crate::Error::Refused`] where the device has no
+    /// room for the maps of all lights; [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, count: u32) -> Result<Self> {
+        let scene = world.scene();
+        check_count(count)?;
+        check_meshes(scene)?;
+        let side_bits = side_bits(scene.map_count() as u32);
+        let opaque = OpaqueMaps { size: 1 << side_bits, ..OpaqueMaps::SHARED };
+        let maps = Maps::with_opaque(context, world, 1 << side_bits, opaque)?;
+        let seen = Image::new(context, "indirect.seen", Format::R32_UINT, maps.opaque_image().size(), ImageUse::Color)?;
+        let owner = |(light, shining): (usize, &Light)| vec![light as u32; shining.map_count()];
+        let owners: Vec<u32> = scene.lights.iter().enumerate().flat_map(owner).collect();
+        let owners = Buffer::with_data(context, "indirect.owners", &owners)?;
+        let texels = u64::from(maps.count()) << (2 * side_bits);
+        let blocks = texels / u64::from(BLOCK);
+        let buffer = |name, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);
+        let [fluxes, greatest] = [buffer("indirect.fluxes", texels)?, buffer("indirect.greatest", 1)?];
+        let [sums, starts] = [buffer("indirect.sums", blocks)?, buffer("indirect.starts", 2 * blocks + 2)?];
+        let picks = buffer("indirect.picks", count.into())?;
+        let lights = buffer("indirect.lights", u64::from(count) * size_of::<LightData>() as u64 / 4)?;
+        let of = |buffer: &Buffer| Resource::Buffer(buffer.clone());
+        let lit = [of(&world.lights), of(&owners), Resource::Texture(seen.clone())];
+        let lit = Bindings::new(context, "indirect.lit", &lit)?;
+        let drawn = [&fluxes, &greatest, &sums, &starts, &picks, &lights].map(of);
+        let drawn = Bindings::new(context, "indirect.drawn", &drawn)?;
+        let kernels = Kernels::new(context, [maps.scene(), &lit, &drawn], side_bits)?;
+        let context = context.clone();
+        Ok(Self { context, count, side_bits, maps, seen, fluxes, greatest, sums, starts, picks, lights, kernels })
+    }
+
+    /// Records all passes: of the world as it is now, and nothing is read back between them.
+    pub fn record(&mut self, commands: &mut Commands, world: &World) {
+        self.maps.fit(commands, world);
+        self.map(commands, world);
+        self.flux(commands);
+        self.sums(commands);
+        self.scan(commands);
+        self.draw(commands);
+        self.virtual_lights(commands);
+    }
+
+    /// Makes them of the world as it is now, and waits. The time of each pass.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the device is lost.
+    pub fn make(&mut self, world: &World) -> Result<Vec<PassTime>> {
+        let context = self.context.clone();
+        let times = context.submit(|commands| self.record(commands, world))?;
+        self.maps.settle(false)?;
+        Ok(times)
+    }
+
+    /// The virtual lights: [`LightData`] of kind 3, as many as were asked for. Where no light reaches a mesh all are black.
+    pub fn lights(&self) -> &Buffer {
+        &self.lights
+    }
+
+    /// The same on the host.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where they cannot be read.
+    pub fn read(&self) -> Result<Vec<Light>> {
+        Ok(self.lights.read::<LightData>(self.count as usize)?.iter().map(light_of).collect())
+    }
+}
+
+/// A virtual light as the host has it.
+fn light_of(data: &LightData) -> Light {
+    let vec = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    let kind = LightKind::Virtual {
+        position: vec(data.position),
+        normal: vec(data.direction).normalize_or(DVec3::Z),
+        nearest: 1.0 / f64::from(data.falloff).sqrt(),
+    };
+    Light { kind, radiance: data.radiance, radius: f64::INFINITY }
+}
+
+/// What the passes left on the device, for whoever holds it against its twin.
+pub struct VplsSeen {
+    /// As the lights' views were fitted.
+    pub maps: Vec<Map>,
+    /// Texels a side of a map, as a power of 2.
+    pub side_bits: u32,
+    /// Of each texel of the maps, one map after the other, each row by row, the triangle and 1, or 0.
+    pub triangles: Vec<u32>,
+    /// Of each texel along the curve, luminance of its flux.
+    pub fluxes: Vec<f32>,
+    /// The greatest of them, as bits.
+    pub greatest: u32,
+    /// Units of each block.
+    pub sums: Vec<u32>,
+    /// Units before each block and behind the last, the lower word first.
+    pub starts: Vec<[u32; 2]>,
+    /// Of each light, its texel along the curve.
+    pub picks: Vec<u32>,
+    /// The lights.
+    pub lights: Vec<LightData>,
+}
+
+impl Vpls {
+    /// See [`VplsSeen`].
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where it cannot be read.
+    pub fn seen(&self) -> Result<VplsSeen> {
+        let words = |buffer: &Buffer| buffer.read::<u32>(buffer.bytes() as usize / 4);
+        let side = 1u32 << self.side_bits;
+        let (image, across) = (self.seen.read::<u32>()?, self.seen.size()[0]);
+        let texels = |map: u32| {
+            let [x, y] = crate::maps::opaque_corner(&self.seen, [side; 2], map);
+            let row = move |row: u32| ((y + row) * across + x) as usize;
+            (0..side).flat_map(move |r| row(r)..row(r) + side as usize)
+        };
+        Ok(VplsSeen {
+            maps: self.maps.all().to_vec(),
+            side_bits: self.side_bits,
+            triangles: (0..self.maps.count()).flat_map(texels).map(|i| image[i]).collect(),
+            fluxes: self.fluxes.read(self.fluxes.bytes() as usize / 4)?,
+            greatest: words(&self.greatest)?[0],
+            sums: words(&self.sums)?,
+            starts: self.starts.read(self.starts.bytes() as usize / 8)?,
+            picks: words(&self.picks)?,
+            lights: self.lights.read(self.count as usize)?,
+        })
+    }
+
+    /// Draws lights of other fluxes than the maps', for whoever holds the drawing against its twin: as many as there are texels.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the device is lost.
+    pub fn draw_from(&self, fluxes: &[f32]) -> Result<()> {
+        self.fluxes.write(fluxes)?;
+        // The greatest of what is not negative, as the pass before finds it.
+        self.greatest.write(&[fluxes.iter().map(|f| f.to_bits()).max().unwrap_or(0)])?;
+        self.context.submit(|commands| {
+            self.sums(commands);
+            self.scan(commands);
+            self.draw(commands);
+        })?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn maps_are_as_large_as_their_number_leaves() {
+        assert_eq!([1, 64, 65, 192, 1024, 6144, 65535].map(side_bits), [8, 8, 7, 7, 6, 4, 4]);
+    }
+}
