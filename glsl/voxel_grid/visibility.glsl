@@ -49,10 +49,14 @@ const float RECEIVER_MARGIN = 1e-3;
 // A point of a surface leaves the voxels that the surface occupies along its normal: as far as a voxel reaches along it, so that
 // the voxel that it comes to lies beyond the surface, and each that a ray away from it enters. A cone also feels the voxels beside
 // its own, and begins half as far again.
+vec3 off_the_surface(vec3 position, vec3 normal) {
+    float voxels = (CONE ? 1.5 : 1.0) * (abs(normal.x) + abs(normal.y) + abs(normal.z)) + RECEIVER_MARGIN;
+    return position + normal * (voxels * visibility_grid.voxel);
+}
+
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
-    float voxels = (CONE ? 1.5 : 1.0) * (abs(normal.x) + abs(normal.y) + abs(normal.z)) + RECEIVER_MARGIN;
-    vec3 receiver = position + normal * (voxels * visibility_grid.voxel);
+    vec3 receiver = off_the_surface(position, normal);
     if (MARCH_STEPS != 0u || look_up_dither.x < 0.0) {
         return receiver;
     }
@@ -71,8 +75,10 @@ float light_visibility(uint light, vec3 position) {
         return 1.0;
     }
     float size = float(GRID_SIZE);
+    // A virtual light stands on a surface, and is asked for off it as receivers are.
+    vec3 end = l.kind == LIGHT_VIRTUAL ? off_the_surface(l.position, l.direction) : l.position;
     vec3 way = l.kind == LIGHT_DIRECTIONAL ? -l.direction * (2.0 * size + distance(from, vec3(0.5 * size)))
-                                           : (l.position - position) * visibility_grid.per_unit;
+                                           : (end - position) * visibility_grid.per_unit;
     float offset = look_up_dither.x < 0.0 ? MARCH_OFFSET : look_up_dither.x;
     float left = 1.0;
     if (CONE) {

@@ -4,7 +4,7 @@
 use super::casters::Casters;
 use super::shaft::Neighbourhood;
 use super::tube::Tube;
-use crate::scene::{Moved, Projection, Resolution, View};
+use crate::scene::{LightKind, Moved, Projection, Resolution, View};
 use glam::DVec3;
 
 /// The nearest that a point is tried across the rays, texels, so that what is thinner than a texel is met.
@@ -38,8 +38,8 @@ impl Casters<'_> {
     /// the technique does not tell the two apart.
     pub fn in_surface_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: DVec3) -> bool {
         if resolution.voxel > 0.0 {
-            let off = resolution.voxel * (normal.abs().element_sum() + GRID_MARGIN);
-            return self.ray_in_boundary(light, resolution.voxel, position, position + off * normal);
+            let at = position + off_the_surface(resolution.voxel, normal);
+            return self.ray_in_boundary(light, resolution.voxel, position, at);
         }
         let [right, up, along, z] = self.footprint(&resolution.view, position);
         let facing = normal.dot(along) / along.length();
@@ -75,9 +75,12 @@ impl Casters<'_> {
     /// Whether a ray through a grid may find another answer than there is at a point: of a lit one, where a surface meets a voxel
     /// that the ray from `at` may pass; of another, where that ray is free.
     fn ray_in_boundary(&self, light: usize, voxel: f64, position: DVec3, at: DVec3) -> bool {
-        let (direction, distance) = self.to_light(light, at);
+        let (direction, distance) = match self.scene.lights[light].kind {
+            LightKind::Virtual { position, normal, .. } => (position + off_the_surface(voxel, normal) - at, 1.0),
+            _ => self.to_light(light, at),
+        };
         if !self.unblocked(light, position) {
-            return self.unblocked(light, at);
+            return self.meshes.free(at, direction, distance);
         }
         // All meshes are nearer than this.
         let way = if distance.is_finite() { direction } else { direction * (4.0 * self.meshes.extent + at.length()) };
@@ -96,6 +99,11 @@ impl Casters<'_> {
         let z = if view.projection() == Projection::Parallel { 1.0 } else { z };
         [right, up, view.ray_through(position).direction, DVec3::X * z]
     }
+}
+
+/// How a grid moves what stands on a surface with that normal: receivers, and virtual lights.
+fn off_the_surface(voxel: f64, normal: DVec3) -> DVec3 {
+    voxel * (normal.abs().element_sum() + GRID_MARGIN) * normal
 }
 
 /// How far along a ray, in lengths of its direction.
