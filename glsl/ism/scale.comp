@@ -4,6 +4,9 @@
 layout(local_size_x = 128) in;
 #include "ism/sample.glsl"
 
+// Discs are so much wider than the area that a light's points share: they overlap, since points leave gaps.
+const float COVER = 1.5;
+
 shared float parts[BLOCK];
 
 // 2^30 over the next power of two, which is at most 2^127 and at least 2^-96: what is less has no weight.
@@ -28,6 +31,6 @@ void main() {
     }
     if (thread == 0u) {
         float area = min(parts[0], FARTHEST);
-        head = IsmPoints(scale_of(area), 0u, sqrt(area / (3.14159265 * float(points))), area);
+        head = IsmPoints(scale_of(area), 0u, COVER * sqrt(area / (3.14159265 * float(points))), area);
     }
 }
