@@ -8,10 +8,11 @@ mod support;
 
 use glam::{DVec2, DVec3, Vec3Swizzles};
 use gobo::consume::indirect::{VPLS, Vpls, VplsSeen, lit_by_vpls};
-use gobo::gpu::Context;
+use gobo::gpu::{Context, Requirement};
+use gobo::measure::Status;
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::indirect::{Facet, Patch, light, luminance, patch, place, unit};
-use gobo::scene::{Light, LightKind, Mesh, Motion, Scene};
+use gobo::scene::{Light, LightKind, Mesh, Motion, Scene, Side, sides};
 use gobo::world::World;
 use std::f64::consts::PI;
 use support::scenes::{self, level};
@@ -71,8 +72,12 @@ fn cases() -> Vec<Scene> {
 fn facets(scene: &Scene) -> Vec<Facet> {
     let vec = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let of = |m: &Mesh| -> Vec<Facet> {
-        let facet = |t: &[u32; 3]| Facet { corners: t.map(|i| vec(m.positions[i as usize])), albedo: vec(m.albedo) };
-        m.triangles.iter().map(facet).collect()
+        let facet = |(t, side): (&[u32; 3], Side)| Facet {
+            corners: t.map(|i| vec(m.positions[i as usize])),
+            albedo: vec(m.albedo),
+            side: side.sign(),
+        };
+        m.triangles.iter().zip(sides(m)).map(facet).collect()
     };
     scene.meshes.iter().flat_map(of).collect()
 }
@@ -83,13 +88,12 @@ fn owners(scene: &Scene) -> Vec<(usize, usize)> {
     scene.lights.iter().enumerate().flat_map::<Vec<_>, _>(of).collect()
 }
 
-/// The twin's patch of each texel along the curve, from the triangles that the device saw.
+/// The twin's patch of each texel, from the triangles that the device saw.
 fn patches(scene: &Scene, seen: &VplsSeen) -> Vec<Option<Patch>> {
     let (facets, owners) = (facets(scene), owners(scene));
-    let side = 1usize << seen.side_bits;
     let of = |texel: usize| {
         let (map, at) = place(texel as u32, seen.side_bits);
-        let met = seen.triangles[map * side * side + at[1] as usize * side + at[0] as usize];
+        let met = seen.triangles[texel];
         let (light, face) = owners[map];
         patch(&seen.maps[map].opaque, &scene.lights[light], face, facets.get(met.checked_sub(1)? as usize)?, at)
     };
@@ -224,8 +228,8 @@ fn all_flux_is_kept() {
                 let all = sum(&made(context, &scene, count).read().expect("read"));
                 let off = (all / expected - 1.0).abs().max_element();
                 println!("{name}, {count}: {all}, {off:.1e} off");
-                // A texel at the rim is all of it or nothing: of a slanted plane's view and of a cone.
-                assert!(off < 0.01, "{name}, {count}: {all}, and {expected} in closed form");
+                // A texel at the rim of a cone is all of it or nothing.
+                assert!(off < 1e-3, "{name}, {count}: {all}, and {expected} in closed form");
             }
         }
     });
@@ -294,20 +298,29 @@ fn a_scene_is_lit_by_them() {
     });
 }
 
-/// In one run, each technique that shadows with meshes answers for the same virtual lights: what has a boundary is right outside it,
-/// and rays are right everywhere.
+/// In one run, each technique that shadows with meshes answers for the same virtual lights: grids and rays are right outside their
+/// boundary, and small maps hardly ever wrong.
 #[test]
 fn techniques_answer_for_the_same_lights() {
     gpu_test("techniques_answer_for_the_same_lights", |context| {
         let cornell = Scene::load("cornell", 0.0).expect("built in");
         let scene = lit_by_vpls(context, &cornell, 64).expect("lit");
-        let wanted = ["ray-query", "voxel-grid:size=64", "shadow-map:size=16"];
-        let specs = support::those_that_run("techniques_answer_for_the_same_lights", context, wanted);
-        assert!(specs.len() > 1, "{specs:?}");
+        let mut specs = vec!["voxel-grid:size=64", "shadow-map:size=16"];
+        if context.features().lacks(Requirement::RayQuery).is_none() {
+            specs.push("ray-query");
+        }
         for (spec, row) in specs.iter().zip(support::rows(context, &scene, &specs)) {
-            // A small map of a room that it stands in has hardly any texel without an edge.
-            let least = if spec.starts_with("shadow-map") { 300 } else { 2000 };
-            support::assert_right_outside_the_boundary(&scene, row, least);
+            if !spec.starts_with("shadow-map") {
+                support::assert_right_outside_the_boundary(&scene, row, 20_000);
+                continue;
+            }
+            // Depths are pushed back by as much as a surface's changes over a texel, of 7° here: at a slant that is more than a wall is
+            // thick, whose other side is then lit.
+            assert_eq!(row.status, Status::Ok, "{}", row.reason);
+            let error = row.error.expect("a truth");
+            let [space, surface] = [error.space, error.surface].map(|points| points.map(|p| p.mean_abs));
+            println!("{spec}: {space:?} in space, {surface:?} on surfaces");
+            assert!(space.is_some_and(|e| e < 3e-3) && surface.is_some_and(|e| e < 0.15), "{error:?}");
         }
     });
 }

@@ -1,41 +1,50 @@
 #version 460
-// Draws the texels that virtual lights stand for: all flux in a row is divided into equal parts, and in each one unit is taken, at a
-// place of the part that is the light's own in every frame; the unit's texel is drawn. Inputs: fluxes, starts. Output: picks.
-// Twin: reference::twin::indirect::draw.
+// Draws the texels that virtual lights stand for, by flux. Each map has as many lights as it has of all flux; in a map, a light has a
+// place of its own in a square, the same in every frame, and the square is laid over the map so that equal parts of it have equal
+// flux: first its rows, then the texels of each. What moves a bit moves rows and texels by as little. Inputs: fluxes, sums, starts.
+// Output: picks. Twin: reference::twin::indirect::draw.
 #include "indirect/drawn.glsl"
 
 layout(local_size_x = 64) in;
 
 layout(push_constant, scalar) uniform DrawPush {
     uint light_count;
-    uint block_count;
+    uint map_count;
 };
 
-// In 1 / 65536 of a part: the golden section's multiples, which are spread evenly.
-uint offset_of(uint light) { return light * 40503u & 0xffffu; }
+// The place of a light in the square, in 1 / 65536 of its sides. Roberts' R2: any run of it is spread evenly.
+uvec2 place_of(uint light) { return uvec2(light * 3242174889u, light * 2447445413u) >> 16; }
 
-// Of `total` units, the one that light number `light` takes: (light + offset) / light_count of them, rounded down. In numbers of 16
-// bits, since the product has more than 64.
+// Of `total` units, the one in the middle of a light's equal part: (light + 1/2) / light_count of them, rounded down. In numbers of
+// 16 bits, since the product may have more than 64.
 uvec2 unit_of(uint light, uvec2 total) {
-    uint part[5] = uint[](0u, 0u, 0u, 0u, 0u);
-    uint units[3] = uint[](total.x & 0xffffu, total.x >> 16, total.y);
-    for (uint i = 0u; i < 3u; ++i) {
-        uint offset = offset_of(light) * units[i], whole = light * units[i];
-        part[i] += offset & 0xffffu;
-        part[i + 1u] += (offset >> 16) + (whole & 0xffffu);
-        part[i + 2u] += whole >> 16;
-    }
+    uint part[4] = uint[](total.x & 0xffffu, total.x >> 16, total.y, 0u);
+    uint carry = 0u, rest = 0u;
     for (uint i = 0u; i < 4u; ++i) {
-        part[i + 1u] += part[i] >> 16;
-        part[i] &= 0xffffu;
+        uint here = part[i] * (2u * light + 1u) + carry;
+        part[i] = here & 0xffffu;
+        carry = here >> 16;
     }
-    uint rest = 0u;
-    for (uint i = 4u; i >= 1u; --i) {
+    for (uint i = 4u; i-- > 0u;) {
         uint here = rest << 16 | part[i];
-        part[i] = here / light_count;
-        rest = here % light_count;
+        part[i] = here / (2u * light_count);
+        rest = here % (2u * light_count);
     }
-    return uvec2(part[1] | part[2] << 16, part[3]);
+    return uvec2(part[0] | part[1] << 16, part[2] | part[3] << 16);
+}
+
+// Of `count` steps of 2^step_bits rows from `first` on, the last that does not begin behind the unit.
+uint step_of(uvec2 unit, uint first, uint count, uint step_bits) {
+    uint low = 0u, high = count;
+    while (low + 1u < high) {
+        uint middle = (low + high) / 2u;
+        if (is_less(unit, starts[first + (middle << step_bits)])) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    return low;
 }
 
 void main() {
@@ -43,30 +52,22 @@ void main() {
     if (light >= light_count) {
         return;
     }
-    uvec2 total = starts[block_count];
+    uvec2 total = starts[map_count << SIDE_BITS];
     if (total == uvec2(0u)) {
         picks[light] = NO_TEXEL;
         return;
     }
-    uvec2 unit = unit_of(light, total);
-    // The last block that does not begin behind it.
-    uint low = 0u, high = block_count;
-    while (low + 1u < high) {
-        uint middle = (low + high) / 2u;
-        if (is_less(unit, starts[middle])) {
-            high = middle;
-        } else {
-            low = middle;
-        }
-    }
-    // No further than its block reaches.
-    uint rest = unit.x - starts[low].x, texel = low * BLOCK;
-    for (uint i = 0u; i < BLOCK; ++i) {
-        uint here = flux_units(fluxes[texel], greatest);
-        if (rest < here) {
+    uvec2 place = place_of(light);
+    uint first = step_of(unit_of(light, total), 0u, map_count, SIDE_BITS) << SIDE_BITS;
+    uvec2 before = starts[first], here = subtract(starts[first + SIDE], before);
+    uint row = first + step_of(add(before, part_of(here, place.y)), first, SIDE, 0u);
+    uint rest = part_of(uvec2(sums[row], 0u), place.x).x, texel = row << SIDE_BITS;
+    for (uint i = 0u; i < SIDE; ++i) {
+        uint units = flux_units(fluxes[texel], greatest);
+        if (rest < units) {
             break;
         }
-        rest -= here;
+        rest -= units;
         ++texel;
     }
     picks[light] = texel;

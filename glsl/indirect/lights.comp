@@ -10,7 +10,7 @@ layout(set = 2, binding = 5, scalar) writeonly buffer VirtualLights { Light virt
 
 layout(push_constant, scalar) uniform DrawPush {
     uint light_count;
-    uint block_count;
+    uint map_count;
 };
 
 // Off the surface, of the patch's coordinates and its distance from the light: some ten times what floats round, so that the surface is
@@ -28,7 +28,7 @@ void main() {
     uint texel = picks[i];
     Patch lit = texel == NO_TEXEL ? NO_PATCH : patch_of(texel);
     float own = luminance(lit.flux);
-    uvec2 total = starts[block_count];
+    uvec2 total = starts[map_count << SIDE_BITS];
     float share = (float(total.y) * 4294967296.0 + float(total.x)) * flux_unit(greatest) / float(light_count);
     // The area that has this share of the flux, over pi; and the texel's own where several lights share it.
     float cosine = max(lit.cosine, LEAST_COSINE);

@@ -10,8 +10,10 @@
 layout(set = 1, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 // The light of each map.
 layout(set = 1, binding = 1, scalar) readonly buffer Owners { uint owners[]; };
+// Of each triangle 1 where its normal looks out of something closed, -1 where it looks in, else 0.
+layout(set = 1, binding = 2, scalar) readonly buffer Sides { int sides[]; };
 // The triangle of each texel, and 1.
-layout(set = 1, binding = 2) uniform utexture2D seen;
+layout(set = 1, binding = 3) uniform utexture2D seen;
 
 const float PI = 3.14159265;
 
@@ -25,7 +27,7 @@ struct Patch {
 
 const Patch NO_PATCH = Patch(vec3(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), 0.0, 1.0);
 
-// The patch of a texel, by its number. None where no mesh is, or no light, or another face of a point light is asked.
+// The patch of a texel, by its number. None where no mesh is, or its inside, or another face of a point light is asked.
 Patch patch_of(uint texel) {
     uint map = texel_map(texel);
     View view = maps[map].opaque;
@@ -48,13 +50,18 @@ Patch patch_of(uint texel) {
     if (light_map(light, position) != map) {
         return NO_PATCH;
     }
-    // Both sides of a surface send light back, and a light is on one of them.
+    // Of what is open both sides send light back, and a light is on one of them; of what is closed the outside does. (At an edge a
+    // rasterizer may show the back of a side that the light does not see.)
+    int side = sides[met - 1u];
     float cosine = dot(normal, light_direction(light, position));
+    if (side != 0 && (cosine <= 0.0) == (side > 0)) {
+        return NO_PATCH;
+    }
     normal = cosine < 0.0 ? -normal : normal;
     // Of a pyramid of rays from a point: its solid angle, times the distance squared.
-    float side = length(ray.direction);
+    float slant = length(ray.direction);
     float crossed = 4.0 / (float(view.width) * float(view.height) * view.scale_x * view.scale_y * PI);
-    crossed *= view.projection == VIEW_PARALLEL ? 1.0 : z * z / side;
+    crossed *= view.projection == VIEW_PARALLEL ? 1.0 : z * z / slant;
     return Patch(position, normal, triangle.albedo * light_radiance(light, position) * crossed, crossed, abs(cosine));
 }
 

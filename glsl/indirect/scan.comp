@@ -1,21 +1,21 @@
 #version 460
-// Units of flux before each block, and all. One workgroup. Input: sums. Output: starts. Twin: reference::twin::indirect::scan.
+// Units of flux before each row, and of all. One workgroup. Input: sums. Output: starts. Twin: reference::twin::indirect::scan.
 #include "indirect/drawn.glsl"
 
 const uint THREADS = 128u;
 layout(local_size_x = THREADS) in;
 
-layout(push_constant, scalar) uniform SumsPush { uint block_count; };
+layout(push_constant, scalar) uniform SumsPush { uint row_count; };
 
 shared uvec2 before[THREADS];
 
 void main() {
     uint thread = gl_LocalInvocationIndex;
-    uint share = (block_count + THREADS - 1u) / THREADS;
-    uint begin = min(thread * share, block_count), end = min(begin + share, block_count);
+    uint share = (row_count + THREADS - 1u) / THREADS;
+    uint begin = min(thread * share, row_count), end = min(begin + share, row_count);
     uvec2 mine = uvec2(0u);
-    for (uint b = begin; b < end; ++b) {
-        mine = add(mine, uvec2(sums[b], 0u));
+    for (uint row = begin; row < end; ++row) {
+        mine = add(mine, uvec2(sums[row], 0u));
     }
     before[thread] = mine;
     barrier();
@@ -27,12 +27,12 @@ void main() {
             before[t] = sum;
             sum = add(sum, here);
         }
-        starts[block_count] = sum;
+        starts[row_count] = sum;
     }
     barrier();
     uvec2 sum = before[thread];
-    for (uint b = begin; b < end; ++b) {
-        starts[b] = sum;
-        sum = add(sum, uvec2(sums[b], 0u));
+    for (uint row = begin; row < end; ++row) {
+        starts[row] = sum;
+        sum = add(sum, uvec2(sums[row], 0u));
     }
 }

@@ -1,30 +1,30 @@
 #version 460
-// Units of flux of each block of texels. A workgroup a block. Inputs: fluxes, the greatest. Output: sums. Twin:
+// Units of flux of each row of texels of a map. A workgroup a row. Inputs: fluxes, the greatest. Output: sums. Twin:
 // reference::twin::indirect::sums.
 #include "indirect/drawn.glsl"
 
 const uint THREADS = 64u;
 layout(local_size_x = THREADS) in;
 
-layout(push_constant, scalar) uniform SumsPush { uint block_count; };
+layout(push_constant, scalar) uniform SumsPush { uint row_count; };
 
 shared uint total;
 
 void main() {
-    uint block = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint row = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
     if (gl_LocalInvocationIndex == 0u) {
         total = 0u;
     }
     barrier();
-    if (block < block_count) {
+    if (row < row_count) {
         uint mine = 0u;
-        for (uint i = gl_LocalInvocationIndex; i < BLOCK; i += THREADS) {
-            mine += flux_units(fluxes[block * BLOCK + i], greatest);
+        for (uint i = gl_LocalInvocationIndex; i < SIDE; i += THREADS) {
+            mine += flux_units(fluxes[row * SIDE + i], greatest);
         }
         atomicAdd(total, mine);
     }
     barrier();
-    if (gl_LocalInvocationIndex == 0u && block < block_count) {
-        sums[block] = total;
+    if (gl_LocalInvocationIndex == 0u && row < row_count) {
+        sums[row] = total;
     }
 }

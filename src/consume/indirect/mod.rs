@@ -18,15 +18,12 @@ use passes::Kernels;
 /// Texels a side of a map, at most: 64 for each of 1,024 lights where there is one map.
 const MOST_SIDE_BITS: u32 = 8;
 
-/// And at least: a block of texels (glsl/indirect/units.glsl).
+/// And at least: of the 6,144 maps of 1,024 point lights.
 const LEAST_SIDE_BITS: u32 = 4;
 
 /// Texels of all maps, at most, as far as the least side leaves it: 64 maps are of the largest size. More would make no light
 /// stand elsewhere than by a part of its own patch.
 const MOST_TEXELS: u64 = 1 << 22;
-
-/// Texels of a block. Twin: BLOCK.
-const BLOCK: u32 = 256;
 
 /// Texels a side of each of so many maps, as a power of 2.
 fn side_bits(maps: u32) -> u32 {
@@ -67,15 +64,14 @@ impl Vpls {
         let owner = |(light, shining): (usize, &Light)| vec![light as u32; shining.map_count()];
         let owners: Vec<u32> = scene.lights.iter().enumerate().flat_map(owner).collect();
         let owners = Buffer::with_data(context, "indirect.owners", &owners)?;
-        let texels = u64::from(maps.count()) << (2 * side_bits);
-        let blocks = texels / u64::from(BLOCK);
+        let rows = u64::from(maps.count()) << side_bits;
         let buffer = |name, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);
-        let [fluxes, greatest] = [buffer("indirect.fluxes", texels)?, buffer("indirect.greatest", 1)?];
-        let [sums, starts] = [buffer("indirect.sums", blocks)?, buffer("indirect.starts", 2 * blocks + 2)?];
+        let [fluxes, greatest] = [buffer("indirect.fluxes", rows << side_bits)?, buffer("indirect.greatest", 1)?];
+        let [sums, starts] = [buffer("indirect.sums", rows)?, buffer("indirect.starts", 2 * rows + 2)?];
         let picks = buffer("indirect.picks", count.into())?;
         let lights = buffer("indirect.lights", u64::from(count) * size_of::<LightData>() as u64 / 4)?;
         let of = |buffer: &Buffer| Resource::Buffer(buffer.clone());
-        let lit = [of(&world.lights), of(&owners), Resource::Texture(seen.clone())];
+        let lit = [of(&world.lights), of(&owners), of(&world.sides), Resource::Texture(seen.clone())];
         let lit = Bindings::new(context, "indirect.lit", &lit)?;
         let drawn = [&fluxes, &greatest, &sums, &starts, &picks, &lights].map(of);
         let drawn = Bindings::new(context, "indirect.drawn", &drawn)?;
@@ -139,15 +135,15 @@ pub struct VplsSeen {
     pub side_bits: u32,
     /// Of each texel of the maps, one map after the other, each row by row, the triangle and 1, or 0.
     pub triangles: Vec<u32>,
-    /// Of each texel along the curve, luminance of its flux.
+    /// Of each of them, luminance of its flux.
     pub fluxes: Vec<f32>,
     /// The greatest of them, as bits.
     pub greatest: u32,
-    /// Units of each block.
+    /// Units of each row.
     pub sums: Vec<u32>,
-    /// Units before each block and behind the last, the lower word first.
+    /// Units before each row and of all, the lower word first.
     pub starts: Vec<[u32; 2]>,
-    /// Of each light, its texel along the curve.
+    /// Of each light, its texel; [`u32::MAX`] where there is no flux.
     pub picks: Vec<u32>,
     /// The lights.
     pub lights: Vec<LightData>,

@@ -1,6 +1,6 @@
 //! The passes, each of its shader's name.
 
-use super::{BLOCK, Vpls};
+use super::Vpls;
 use crate::Result;
 use crate::gpu::{
     Bindings, Blend, Commands, Constants, Context, Format, Graphics, Kernel, Target, groups, push_struct,
@@ -25,14 +25,14 @@ push_struct! {
 
 push_struct! {
     /// Twin: SumsPush in glsl/indirect/sums.comp and scan.comp.
-    pub(super) struct SumsPush { block_count: u32 }
+    pub(super) struct SumsPush { row_count: u32 }
 }
 
 push_struct! {
     /// Twin: DrawPush in glsl/indirect/draw.comp and lights.comp.
     pub(super) struct DrawPush {
         light_count: u32,
-        block_count: u32,
+        map_count: u32,
     }
 }
 
@@ -73,12 +73,13 @@ impl Vpls {
         self.maps.count() << (2 * self.side_bits)
     }
 
-    fn blocks(&self) -> u32 {
-        self.texels() / BLOCK
+    /// Of all maps.
+    fn rows(&self) -> u32 {
+        self.maps.count() << self.side_bits
     }
 
     fn draw_push(&self) -> DrawPush {
-        DrawPush { light_count: self.count, block_count: self.blocks() }
+        DrawPush { light_count: self.count, map_count: self.maps.count() }
     }
 
     /// Draws which triangle each light sees through each texel.
@@ -106,16 +107,16 @@ impl Vpls {
         commands.pass("indirect.flux", |pass| pass.dispatch(&self.kernels.flux, &push, [x, y, 1]));
     }
 
-    /// Units of flux of each block of texels.
+    /// Units of flux of each row of texels.
     pub(super) fn sums(&self, commands: &mut Commands) {
-        let [x, y] = groups(u64::from(self.blocks()));
-        let push = SumsPush { block_count: self.blocks() };
+        let [x, y] = groups(u64::from(self.rows()));
+        let push = SumsPush { row_count: self.rows() };
         commands.pass("indirect.sums", |pass| pass.dispatch(&self.kernels.sums, &push, [x, y, 1]));
     }
 
-    /// Units before each block.
+    /// Units before each row.
     pub(super) fn scan(&self, commands: &mut Commands) {
-        let push = SumsPush { block_count: self.blocks() };
+        let push = SumsPush { row_count: self.rows() };
         commands.pass("indirect.scan", |pass| pass.dispatch(&self.kernels.scan, &push, [1, 1, 1]));
     }
 

@@ -4,10 +4,7 @@
 use crate::scene::{Light, LightKind, Projection, View};
 use glam::{DVec2, DVec3};
 
-/// Texels of a block. Twin: BLOCK in glsl/indirect/units.glsl.
-pub const BLOCK: usize = 256;
-
-/// Twin: LEAST_EXPONENT.
+/// Twin: LEAST_EXPONENT in glsl/indirect/units.glsl.
 const LEAST_EXPONENT: u32 = 27;
 
 /// Twin: LIFT in glsl/indirect/lights.comp.
@@ -16,10 +13,10 @@ const LIFT: f64 = 1e-5;
 /// Twin: LEAST_COSINE.
 const LEAST_COSINE: f64 = 0.1;
 
-/// The map and the place in it of a texel along Morton's curve. Twin: glsl/indirect/texels.glsl.
+/// The map and the place in it of a texel. Twin: glsl/indirect/texels.glsl.
 pub fn place(texel: u32, side_bits: u32) -> (usize, [u32; 2]) {
-    let axis = |first: u32| (0..side_bits).map(|bit| (texel >> (2 * bit + first) & 1) << bit).sum();
-    ((texel >> (2 * side_bits)) as usize, [axis(0), axis(1)])
+    let within = (1 << side_bits) - 1;
+    ((texel >> (2 * side_bits)) as usize, [texel & within, texel >> side_bits & within])
 }
 
 /// What a unit of flux is, where `greatest` is the greatest flux.
@@ -37,13 +34,13 @@ fn greatest(fluxes: &[f32]) -> f32 {
     fluxes.iter().fold(0.0, |most: f32, flux| most.max(*flux))
 }
 
-/// Units of each block. Twin: glsl/indirect/sums.comp.
-pub fn sums(fluxes: &[f32]) -> Vec<u32> {
+/// Units of each row of texels. Twin: glsl/indirect/sums.comp.
+pub fn sums(fluxes: &[f32], side_bits: u32) -> Vec<u32> {
     let most = greatest(fluxes);
-    fluxes.chunks(BLOCK).map(|block| block.iter().map(|flux| units(*flux, most)).sum()).collect()
+    fluxes.chunks(1 << side_bits).map(|row| row.iter().map(|flux| units(*flux, most)).sum()).collect()
 }
 
-/// Units before each block, and of all. Twin: glsl/indirect/scan.comp.
+/// Units before each row, and of all. Twin: glsl/indirect/scan.comp.
 pub fn scan(sums: &[u32]) -> Vec<u64> {
     let mut starts = vec![0];
     let mut all = 0;
@@ -54,22 +51,33 @@ pub fn scan(sums: &[u32]) -> Vec<u64> {
     starts
 }
 
-/// The texels of `count` lights; none where there is no flux. Twin: glsl/indirect/draw.comp.
-pub fn draw(fluxes: &[f32], count: u32) -> Vec<Option<u32>> {
-    let most = greatest(fluxes);
-    let mut ends = Vec::new();
-    let mut all = 0u64;
-    for flux in fluxes {
-        all += u64::from(units(*flux, most));
-        ends.push(all);
-    }
-    let pick = |light: u32| {
-        let place = u128::from(light) << 16 | u128::from(light.wrapping_mul(40503) & 0xffff);
-        let unit = (place * u128::from(all) / (u128::from(count) << 16)) as u64;
-        // The first texel that ends behind it.
-        (all > 0).then(|| ends.partition_point(|end| *end <= unit) as u32)
+/// Which of these a unit lies in, all in a row.
+fn find(mut unit: u64, of: impl IntoIterator<Item = u64>) -> usize {
+    let behind = |here: &u64| {
+        let is_behind = unit >= *here;
+        unit = unit.wrapping_sub(if is_behind { *here } else { 0 });
+        is_behind
     };
-    (0..count).map(pick).collect()
+    of.into_iter().take_while(behind).count()
+}
+
+/// The texels of `count` lights; none where there is no flux. Twin: glsl/indirect/draw.comp.
+pub fn draw(fluxes: &[f32], side_bits: u32, count: u32) -> Vec<Option<u32>> {
+    let (most, side) = (greatest(fluxes), 1usize << side_bits);
+    let rows = sums(fluxes, side_bits);
+    let maps: Vec<u64> = rows.chunks(side).map(|map| map.iter().copied().map(u64::from).sum()).collect();
+    let all: u64 = maps.iter().sum();
+    let part = |of: u64, light: u32, step: u32| of * u64::from(light.wrapping_mul(step) >> 16) >> 16;
+    let pick = |light: u32| {
+        let unit = (u128::from(2 * light + 1) * u128::from(all) / u128::from(2 * count)) as u64;
+        let map = find(unit, maps.iter().copied());
+        let unit = part(maps[map], light, 2_447_445_413);
+        let row = map * side + find(unit, rows[map * side..].iter().copied().map(u64::from));
+        let unit = part(rows[row].into(), light, 3_242_174_889);
+        let texels = fluxes[row * side..].iter().map(|flux| u64::from(units(*flux, most)));
+        (row * side + find(unit, texels)) as u32
+    };
+    (0..count).map(|light| (all > 0).then(|| pick(light))).collect()
 }
 
 /// A triangle of a mesh.
@@ -78,6 +86,8 @@ pub struct Facet {
     pub corners: [DVec3; 3],
     /// Diffuse reflectance.
     pub albedo: DVec3,
+    /// [`Side::sign`](crate::scene::Side::sign).
+    pub side: i32,
 }
 
 /// What a light sees of a surface through a texel. Twin: Patch in glsl/indirect/patch.glsl.
@@ -95,7 +105,7 @@ pub struct Patch {
 }
 
 /// The patch of a facet that a texel of `view` shows; the view is that of face number `face` of the light. None where another face
-/// is asked for what lies there. Twin: patch_of.
+/// is asked for what lies there, or the light is inside of what is closed. Twin: patch_of.
 pub fn patch(view: &View, light: &Light, face: usize, facet: &Facet, at: [u32; 2]) -> Option<Patch> {
     let ray = view.ray(DVec2::from(at.map(f64::from)) + 0.5);
     let [a, b, c] = facet.corners;
@@ -109,6 +119,9 @@ pub fn patch(view: &View, light: &Light, face: usize, facet: &Facet, at: [u32; 2
         return None;
     }
     let cosine = normal.dot(light.towards(position));
+    if facet.side != 0 && (cosine <= 0.0) == (facet.side > 0) {
+        return None;
+    }
     let across = 4.0 / (f64::from(view.scale_x) * f64::from(view.scale_y) * view.texels() as f64);
     let spread = match view.projection() {
         Projection::Parallel => 1.0,
@@ -144,18 +157,6 @@ pub fn light(patch: &Patch, origin: DVec3, share: f64) -> Light {
 mod tests {
     use super::*;
 
-    /// Each texel once, and neighbours of the row are neighbours in the map but at a square's end.
-    #[test]
-    fn the_curve_visits_each_texel_once() {
-        let mut seen = std::collections::BTreeSet::new();
-        for texel in 0..3 << 8 {
-            let (map, [x, y]) = place(texel, 4);
-            assert!(x < 16 && y < 16 && map == (texel >> 8) as usize && seen.insert((map, x, y)));
-            let (_, [left, up]) = place(texel & !3, 4);
-            assert!(x - left <= 1 && y - up <= 1, "four in a row are a square");
-        }
-    }
-
     /// The greatest has 22 bits at least and 23 at most, a half is half as many, and nothing is none.
     #[test]
     fn flux_in_units() {
@@ -167,15 +168,21 @@ mod tests {
         }
     }
 
-    /// Equal fluxes have equally many lights each, one of all flux has all, and none has none.
+    /// Of two maps of equal flux each has half of the lights, and of their rows each has its share; one texel with all flux has all
+    /// lights, and none has none.
     #[test]
     fn lights_are_drawn_by_flux() {
-        let picks = draw(&[1.5; 512], 128);
-        assert!(picks.iter().zip(0..).all(|(pick, i)| pick.is_some_and(|texel| texel / 4 == i)), "{picks:?}");
+        let picks = draw(&[1.5; 512], 4, 128);
+        let maps: Vec<usize> = picks.iter().map(|pick| place(pick.expect("flux"), 4).0).collect();
+        assert!(maps[..64] == [0; 64] && maps[64..] == [1; 64]);
+        for row in 0..16 {
+            let of_row = picks.iter().filter(|pick| place(pick.expect("flux"), 4).1[1] == row).count();
+            assert!((6..=10).contains(&of_row), "{of_row} of 128 in one of 16");
+        }
         let mut one = [0.0; 1024];
         one[777] = 1e-3;
-        assert_eq!(draw(&one, 64), [Some(777); 64]);
-        assert_eq!(draw(&[0.0; 256], 64), [None; 64]);
+        assert_eq!(draw(&one, 4, 64), [Some(777); 64]);
+        assert_eq!(draw(&[0.0; 256], 4, 64), [None; 64]);
         assert_eq!(scan(&[u32::MAX, 1, 5]), [0, (1 << 32) - 1, 1 << 32, (1 << 32) + 5]);
     }
 }
