@@ -23,7 +23,7 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
         max: error * 8.0,
         ..PointError::default()
     };
-    let image = ImageError { rmse: 0.25, flip_mean: 0.125 };
+    let image = ImageError { rmse: 0.25, flip_mean: 0.125, bounce_rmse: Some(0.0625), bounce_noise: None };
     Row {
         scene: scene.into(),
         technique: technique.into(),

@@ -1,11 +1,12 @@
-// Light that arrives at a point of a caster, summed over all lights.
+// Light that arrives at a point of a caster: what is ambient, and the sum over all lights.
 // Needs, declared before: lights[] and light_visibility.
 #ifndef CONSUME_CASTER_LIGHT_GLSL
 #define CONSUME_CASTER_LIGHT_GLSL
+#include "consume/ambient.glsl"
 #include "consume/shading.glsl"
 
 vec3 caster_light(Caster caster, vec3 position) {
-    vec3 light = vec3(0.0);
+    vec3 light = ambient();
     for (uint i = 0u; i < lights.length(); ++i) {
         vec3 radiance = light_radiance(lights[i], position);
         if (any(greaterThan(radiance, vec3(0.0)))) {

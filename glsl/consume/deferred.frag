@@ -5,13 +5,15 @@
 #include "consume/shading.glsl"
 #include "consume/surface.glsl"
 #include "visibility.glsl"
-#include "consume/receiver.glsl"
 
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
 layout(set = 2, binding = 0) uniform texture2D albedos;
 layout(set = 2, binding = 1) uniform texture2D normals;
 layout(set = 2, binding = 2) uniform texture2D distances;
+
+#include "consume/ambient.glsl"
+#include "consume/surface_light.glsl"
 
 layout(location = 0) out vec4 color;
 
@@ -26,14 +28,9 @@ void main() {
     vec4 normal_and_closed = texelFetch(normals, pixel, 0);
     vec3 normal = normal_and_closed.xyz;
     bool closed = normal_and_closed.w != 0.0;
-    vec3 light = vec3(0.0);
+    vec3 light = ambient();
     for (uint i = 0u; i < lights.length(); ++i) {
-        if (light_radiance(lights[i], position) == vec3(0.0)) {
-            continue;  // not asked for: it ends before, or shines elsewhere
-        }
-        vec3 towards = light_direction(lights[i], position);
-        float visibility = surface_visibility(i, towards, position, normal, closed);
-        light += light_on_surface(lights[i], position, normal, visibility);
+        light += surface_light(i, position, normal, closed);
     }
     color = vec4(shade_surface(albedo.rgb, light), 1.0);
 }

@@ -3,10 +3,12 @@
 #include "consume/shading.glsl"
 #include "consume/surface.glsl"
 #include "visibility.glsl"
-#include "consume/receiver.glsl"
 
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
+
+#include "consume/ambient.glsl"
+#include "consume/surface_light.glsl"
 
 layout(location = 0) flat in vec3 corner;
 layout(location = 1) flat in vec3 normal;
@@ -21,14 +23,9 @@ void main() {
     z = surface_z(ray, Surface(corner, normal, z_range));
     vec3 position = surface_position(ray, z);
     bool closed = is_closed != 0u;
-    vec3 light = vec3(0.0);
+    vec3 light = ambient();
     for (uint i = 0u; i < lights.length(); ++i) {
-        if (light_radiance(lights[i], position) == vec3(0.0)) {
-            continue;  // not asked for: it ends before, or shines elsewhere
-        }
-        vec3 towards = light_direction(lights[i], position);
-        float visibility = surface_visibility(i, towards, position, normal, closed);
-        light += light_on_surface(lights[i], position, normal, visibility);
+        light += surface_light(i, position, normal, closed);
     }
     color = vec4(shade_surface(albedo, light), 1.0);
 }

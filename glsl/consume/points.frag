@@ -5,6 +5,8 @@
 
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 
+#include "consume/ambient.glsl"
+
 layout(push_constant, scalar) uniform PointsPush {
     float fastest;  // the speed of the last colour
 };
@@ -24,7 +26,7 @@ vec3 ramp(float share) {
 }
 
 void main() {
-    vec3 light = vec3(0.0);
+    vec3 light = ambient();
     for (uint i = 0u; i < lights.length(); ++i) {
         light += light_radiance(lights[i], middle) * light_visibility(i, middle);
     }

@@ -6,7 +6,6 @@
 
 const vec3 PARTICLE_ALBEDO = vec3(0.92, 0.92, 0.95);
 const vec3 STRAND_ALBEDO = vec3(0.70, 0.42, 0.20);
-const vec3 AMBIENT = vec3(0.10, 0.12, 0.15);
 
 // What a surface turns of one light. Lambert, two-sided.
 vec3 light_on_surface(Light light, vec3 position, vec3 normal, float visibility) {
@@ -14,12 +13,12 @@ vec3 light_on_surface(Light light, vec3 position, vec3 normal, float visibility)
     return light_radiance(light, position) * cosine * visibility;
 }
 
-// `light` is the sum over all lights.
-vec3 shade_surface(vec3 albedo, vec3 light) { return albedo * (AMBIENT + light); }
+// `light` is the sum over all lights and what is ambient, here and below.
+vec3 shade_surface(vec3 albedo, vec3 light) { return albedo * light; }
 
 // Single scattering with an isotropic phase function, normalised so that a fully lit dense medium has its albedo.
 vec3 shade_caster(Caster caster, vec3 light) {
-    return (caster_is_strand(caster) ? STRAND_ALBEDO : PARTICLE_ALBEDO) * (AMBIENT + light);
+    return (caster_is_strand(caster) ? STRAND_ALBEDO : PARTICLE_ALBEDO) * light;
 }
 
 // Where to ask for the light that arrives at `position` of a caster: a strand takes its light in one step, on whose

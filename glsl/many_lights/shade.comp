@@ -12,6 +12,7 @@
 #include "consume/shading.glsl"
 #include "consume/surface.glsl"
 #include "many_lights/geometry.glsl"
+#include "consume/ambient.glsl"
 
 // Half a tile: what every device takes.
 layout(local_size_x = 16, local_size_y = 8) in;
@@ -142,7 +143,7 @@ void main() {
     float share = 1.0 / float(weights);
     vec3 normal = texelFetch(normals, ivec2(min(pixel, size - 1u)), 0).xyz;
     vec3 position = surface_position(surface_ray(frames[0].camera, vec2(pixel) + 0.5), z);
-    vec3 light = vec3(0.0);
+    vec3 light = ambient();
 
     uint first = tile_words(corner / TILE);
     for (uint word = 0u; word < words; ++word) {

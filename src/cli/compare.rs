@@ -4,7 +4,7 @@ use super::progress::Progress;
 use super::{DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, load};
 use crate::gpu::{Context, Features};
 use crate::measure::{
-    Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Status, copy_bytes_per_second,
+    Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Status, Traced, copy_bytes_per_second,
     difference_srgb8, with_case,
 };
 use crate::report::{Store, page, passes, plots, table};
@@ -91,6 +91,9 @@ pub struct Arguments {
     load: LoadArguments,
     #[command(flatten)]
     vpls: VplArgument,
+    /// With --vpls: compare pictures also with one bounce of the scene's lights, path traced by so many directions a pixel
+    #[arg(long, value_name = "SAMPLES", requires = "vpls", conflicts_with = "no_truth", value_parser = clap::value_parser!(u32).range(2..=65536))]
+    bounce: Option<u32>,
     #[command(flatten)]
     device: DeviceArguments,
 }
@@ -150,6 +153,22 @@ fn frames(arguments: &Arguments, name: &str) -> Result<(Vec<Scene>, Vec<f64>)> {
     Ok((states, times_s))
 }
 
+/// With `--bounce`, each scene in its last frame, under its own lights.
+fn bounced(arguments: &Arguments, scenes: &[(Vec<Scene>, Vec<f64>)]) -> Result<Vec<Scene>> {
+    if arguments.bounce.is_none() {
+        return Ok(Vec::new());
+    }
+    let last = scenes.iter().filter_map(|(states, _)| states.last());
+    let with_meshes = |scene: &Scene| match scene.has_only_meshes() {
+        true => Ok(scene.clone()),
+        false => {
+            let cause = "it has smoke or hair, and --bounce traces meshes alone";
+            Err(Error::input(scene.name.clone(), cause, "leave --bounce out"))
+        }
+    };
+    last.map(with_meshes).collect()
+}
+
 fn device_facts(features: &Features) -> DeviceFacts {
     DeviceFacts {
         name: features.name.clone(),
@@ -171,6 +190,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let mut scenes = scene_names.iter().map(|name| frames(arguments, name)).collect::<Result<Vec<_>>>()?;
     arguments.vpls.check(scenes.iter().flat_map(|(states, _)| states))?;
+    let bounced = bounced(arguments, &scenes)?;
     let context = arguments.device.open()?;
     for (states, _) in &mut scenes {
         arguments.vpls.light(&context, states)?;
@@ -197,8 +217,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let progress = Progress::new(specs.iter().map(Vec::len).sum());
     let mut writer = Writer { store: &store, failed: None };
-    for ((states, times_s), specs) in scenes.iter().zip(&specs) {
-        with_case(&context, Frames { states, times_s }, effort(arguments, context.features()), |case| {
+    for (i, ((states, times_s), specs)) in scenes.iter().zip(&specs).enumerate() {
+        let bounce = bounced.get(i).zip(arguments.bounce).map(|(scene, samples)| Traced { scene, samples });
+        with_case(&context, Frames { states, times_s, bounce }, effort(arguments, context.features()), |case| {
             for spec in specs {
                 progress.begins(&states[0].name, spec);
                 let (mut row, drawn) = case.measure(spec);
@@ -243,7 +264,8 @@ impl Writer<'_> {
         }
     }
 
-    /// The picture of a row, what it differs from the truth by, and the truth itself the first time.
+    /// The picture of a row, what it differs from the truth by, and the truth itself the first time; the bounce of light too, where
+    /// it was traced.
     fn pictures(&mut self, row: &mut Row, results: &Results, case: &Case, drawn: &Drawn) {
         let [name, difference] = ["", "-difference"].map(|suffix| picture_name(row, results, suffix));
         self.write(|store| write_picture(store, &name, &drawn.picture, &drawn.picture.to_srgb8()));
@@ -254,6 +276,10 @@ impl Writer<'_> {
         if results.rows.iter().all(|r| r.scene != row.scene || r.difference.is_none()) {
             let name = format!("{}-reference.png", row.scene);
             self.write(|store| write_picture(store, &name, reference, &reference.to_srgb8()));
+            if let Some(traced) = case.traced() {
+                let name = format!("{}-bounce.png", row.scene);
+                self.write(|store| write_picture(store, &name, traced, &traced.to_srgb8()));
+            }
         }
     }
 }

@@ -18,6 +18,7 @@ enum Mesh {
     Forward,
     Deferred,
     Tiled,
+    Interleaved,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -82,6 +83,7 @@ impl Arguments {
             (None, shading) | (Some(Mesh::Tiled), shading @ Shading::Tiled(_)) => shading,
             (Some(Mesh::Forward), _) => Shading::Forward,
             (Some(Mesh::Deferred), _) => Shading::Deferred,
+            (Some(Mesh::Interleaved), _) => Shading::Interleaved,
             (Some(Mesh::Tiled), _) => Shading::Tiled(Tiled::default()),
         }
     }

@@ -1,9 +1,10 @@
-//! Whoever needs the answer: the point query, the depth slice, the shaded picture (of many lights in tiles) and fog
-//! before it. They know no technique, only its
-//! [`crate::technique::Answer`]. And virtual lights, of which techniques are then asked.
+//! Whoever needs the answer: the point query, the depth slice, the shaded picture (of many lights in tiles, or a part of them
+//! a pixel) and fog before it. They know no technique, only its [`crate::technique::Answer`]. And virtual lights, of which
+//! techniques are then asked.
 
 mod fog;
 pub mod indirect;
+mod interleaved;
 mod lighting;
 pub mod many_lights;
 mod picture;
@@ -13,6 +14,7 @@ mod shading;
 mod slice;
 mod steps;
 
+pub use interleaved::PartsSeen;
 pub use lighting::{Lighting, VERTEX_SPACING};
 pub use picture::{Kernels, Renderer};
 pub use points::{Colours, Points};

@@ -1,5 +1,6 @@
-//! The shaded picture: meshes forward, deferred or in tiles, then casters from far to near. Twin: reference::truth::picture.
+//! The shaded picture: meshes forward, deferred, in tiles or by a part of the lights a pixel, then casters from far to near. Twin: reference::truth::picture.
 
+use super::interleaved::{Interleaved, PartsSeen};
 use super::many_lights::{Asking, ManyLights, ManyLightsPush, Targets, TilesSeen};
 use super::{Lighting, Shading, Tiled};
 use crate::gpu::{
@@ -24,7 +25,8 @@ pub struct Renderer {
     normal: Image,
     pub(super) distance: Image,
     pub(super) scene: Bindings,
-    buffers: Bindings,
+    /// Albedo, normal and z, as textures.
+    pub(super) buffers: Bindings,
     pub(super) distances: Bindings,
     pub(super) color_format: Format,
     lights: Buffer,
@@ -54,6 +56,7 @@ enum Meshes {
     Forward(Kernel),
     Deferred { gbuffer: Kernel, deferred: Kernel },
     Tiled { gbuffer: Kernel, tiles: Rc<ManyLights>, asking: Asking },
+    Interleaved { gbuffer: Kernel, interleaved: Interleaved },
 }
 
 /// What draws the casters.
@@ -173,7 +176,7 @@ impl Renderer {
     pub(super) fn frame(&self, kernels: &Kernels, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
         let tiles = match &kernels.meshes {
             Meshes::Tiled { tiles, .. } => Some((tiles, tiles.begin(&self.camera)?)),
-            Meshes::Forward(_) | Meshes::Deferred { .. } => None,
+            Meshes::Forward(_) | Meshes::Deferred { .. } | Meshes::Interleaved { .. } => None,
         };
         let times = self.context.submit(|commands| {
             self.meshes(commands, kernels, tiles.as_ref().map(|(_, push)| push));
@@ -196,6 +199,29 @@ impl Renderer {
     /// Bytes that `shading=tiled` has between G-buffer and picture; none where no such kernels were made.
     pub fn tiles_bytes(&self) -> Option<u64> {
         self.tiles.borrow().as_ref().map(|tiles| tiles.bytes())
+    }
+
+    /// Bytes that `shading=interleaved` has between G-buffer and picture; none where the kernels are others.
+    pub fn estimates_bytes(&self, kernels: &Kernels) -> Option<u64> {
+        match &kernels.meshes {
+            Meshes::Interleaved { interleaved, .. } => Some(interleaved.estimates.bytes()),
+            _ => None,
+        }
+    }
+
+    /// What `shading=interleaved` left on the device with the last frame of these kernels; none where they are others.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where it cannot be read back.
+    pub fn parts_seen(&self, kernels: &Kernels) -> Result<Option<PartsSeen>> {
+        let Meshes::Interleaved { interleaved, .. } = &kernels.meshes else { return Ok(None) };
+        let pixels = interleaved.estimates.bytes() as usize / 12;
+        Ok(Some(PartsSeen {
+            estimates: interleaved.estimates.read(pixels)?,
+            albedo: self.albedo.read()?,
+            normal: self.normal.read()?,
+            z: self.distance.read()?,
+        }))
     }
 
     /// Draws the picture and, over each caster, the sides of the triangles that it is made of; what is nearer hides them.
@@ -249,6 +275,10 @@ impl Renderer {
             (Meshes::Tiled { gbuffer, tiles, asking }, Some(push)) => {
                 self.gbuffer(commands, gbuffer);
                 tiles.record(commands, asking, push);
+            }
+            (Meshes::Interleaved { gbuffer, interleaved }, _) => {
+                self.gbuffer(commands, gbuffer);
+                interleaved.record(commands, &self.camera);
             }
             // Tiles are begun before they are drawn.
             (Meshes::Tiled { .. }, None) => {}
@@ -358,6 +388,9 @@ impl Renderer {
                 Shading::Tiled(tiled) => {
                     let tiles = self.tiles(tiled)?;
                     Meshes::Tiled { gbuffer: gbuffer()?, asking: tiles.asking(answer)?, tiles }
+                }
+                Shading::Interleaved => {
+                    Meshes::Interleaved { gbuffer: gbuffer()?, interleaved: Interleaved::new(self, answer)? }
                 }
             },
             casters: match lighting {

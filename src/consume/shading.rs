@@ -12,6 +12,9 @@ pub enum Shading {
     Deferred,
     /// The same in tiles, each with the lights that reach it, from a bit a light that says whether it is shadowed.
     Tiled(Tiled),
+    /// Once a pixel, by a part of the lights: each of 4 × 4 pixels has one of its own, and what they find is averaged over those
+    /// that see the same surface.
+    Interleaved,
 }
 
 /// What there is to choose of [`Shading::Tiled`].
@@ -43,6 +46,7 @@ impl Shading {
     pub fn of(spec: &Spec) -> Self {
         match spec.word(SHADING.name) {
             Some(ShadingKind::Deferred) => Self::Deferred,
+            Some(ShadingKind::Interleaved) => Self::Interleaved,
             Some(ShadingKind::Tiled) => Self::Tiled(Tiled {
                 dither: spec.word("dither").unwrap_or(DitherKind::Ordered),
                 blur: spec.is_on("blur"),
@@ -71,6 +75,7 @@ mod tests {
     fn specs_say_how_meshes_are_shaded() {
         let of = |text: &str| Shading::of(&parse(text).expect(text)[0]);
         assert_eq!((of("avsm"), of("avsm:shading=deferred")), (Shading::Forward, Shading::Deferred));
+        assert_eq!(of("avsm:shading=interleaved"), Shading::Interleaved);
         assert_eq!(of("avsm:shading=tiled"), Shading::Tiled(Tiled::default()));
         let bare = "avsm:shading=tiled,dither=none,blur=off,history=off";
         assert_eq!(of(bare), Shading::Tiled(Tiled::BARE));

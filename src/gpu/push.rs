@@ -33,6 +33,10 @@ impl PushMember for [u32; 2] {
     const GLSL: &'static str = "uvec2";
 }
 
+impl PushMember for [f32; 3] {
+    const GLSL: &'static str = "vec3";
+}
+
 /// Declares a struct of push constants: the twin of a GLSL block of the same name and members.
 #[macro_export]
 #[doc(hidden)]

@@ -2,12 +2,13 @@
 
 use super::flicker::Flicker;
 use super::frames::Frames;
+use super::picture_error::bounce_error;
 use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
 use super::turning::references;
 use super::{Answers, Extent, PassTiming, Row, RowError, Status, Timing, picture_error};
 use crate::consume::{Asked, Lighting, Query, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
-use crate::reference::truth::{Casters, MAP_DEPTHS, bounds, points_outside, points_within};
+use crate::reference::truth::{Bounce, Casters, MAP_DEPTHS, bounce, bounds, points_outside, points_within};
 use crate::scene::{Picture, Resolution, View};
 use crate::simulate::Simulation;
 use crate::technique::{self, Opened, Spec, Technique};
@@ -66,6 +67,8 @@ pub struct Case<'a> {
     pub(super) effort: Effort,
     /// Of frames one after the other, once somebody asks.
     references: OnceCell<Arc<Vec<Picture>>>,
+    /// What virtual lights are to come to, once somebody asks.
+    bounce: OnceCell<Bounce>,
     /// Of each light, for the timing of look-ups.
     pub(super) asked: Vec<Vec<[f32; 3]>>,
 }
@@ -110,8 +113,17 @@ pub fn with_case<'a, R>(
     let count = LOOKUPS / first.lights.len().max(1);
     let asked = within(&|light, all| points_within(all, &first.lights[light], count));
     let simulation = if frames.times_s.is_empty() { None } else { Simulation::of(context, &world)? };
-    let mut case =
-        Case { context, frames, simulation, truths: &truths, world, effort, references: OnceCell::new(), asked };
+    let mut case = Case {
+        context,
+        frames,
+        simulation,
+        truths: &truths,
+        world,
+        effort,
+        references: OnceCell::new(),
+        bounce: OnceCell::new(),
+        asked,
+    };
     let spare = std::thread::available_parallelism().map_or(1, |n| n.get()).saturating_sub(KEPT_PROCESSORS);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(spare.max(1)).build().ok();
     let beside = effort.truth != Extent::None && spare > 0 && !context.features().is_software();
@@ -172,6 +184,11 @@ impl Case<'_> {
     pub fn reference(&self) -> Option<&Picture> {
         let last = self.truths.last().filter(|_| self.effort.truth != Extent::None)?;
         last.picture().map(|lit| &lit.picture)
+    }
+
+    /// One bounce of light, if pictures were compared with it by now.
+    pub fn traced(&self) -> Option<&Picture> {
+        self.bounce.get().map(|bounce| &bounce.picture)
     }
 
     /// Measures one variant. A missing feature or a failure is a row too. The picture is there if it was drawn, and behind it
@@ -254,6 +271,7 @@ impl Case<'_> {
             row.draw_passes = pass_timings(&drawn);
         }
         row.counters.extend(renderer.tiles_bytes().map(|bytes| ("tiles_bytes".into(), bytes)));
+        row.counters.extend(renderer.estimates_bytes(&kernels).map(|bytes| ("estimates_bytes".into(), bytes)));
         row.frame_ns = row.build_ns.zip(row.draw_ns).map(|(build, draw)| build.median + draw.median);
         let picture = renderer.read()?;
         let mut beside_truth = None;
@@ -266,7 +284,11 @@ impl Case<'_> {
                     let renderer = Renderer::new(self.context, &self.world, &lit.camera)?;
                     renderer.picture(&opened.technique.answer(), shading, lighting)?
                 };
-                image = Some(picture_error(&drawn, &lit.picture));
+                let mut error = picture_error(&drawn, &lit.picture);
+                if let Some(bounce) = self.bounce(&lit.camera) {
+                    [error.bounce_rmse, error.bounce_noise] = bounce_error(&drawn, bounce).map(Some);
+                }
+                image = Some(error);
                 beside_truth = Some(drawn);
             }
             let (map, space, surface) = (asked.map.error()?, asked.space.error()?, asked.surface.error()?);
@@ -281,6 +303,14 @@ impl Case<'_> {
     /// The truth of the pictures of frames one after the other.
     pub(super) fn references(&self) -> Arc<Vec<Picture>> {
         self.references.get_or_init(|| Arc::new(references(self.frames.states))).clone()
+    }
+
+    /// One bounce of light in the picture that the truth lights; none where nobody asked for it.
+    fn bounce(&self, camera: &View) -> Option<&Bounce> {
+        let traced = self.frames.bounce?;
+        let made =
+            self.bounce.get_or_init(|| bounce(&Casters::new(traced.scene), traced.scene, camera, traced.samples));
+        Some(made)
     }
 
     /// Moves the world to a frame.

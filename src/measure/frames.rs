@@ -15,11 +15,22 @@ pub struct Frames<'a> {
     pub states: &'a [Scene],
     /// Of a scene that moves, the times: where the device can simulate it, it goes through them and not through the states.
     pub times_s: &'a [f64],
+    /// What pictures under virtual lights are compared with beside their own truth.
+    pub bounce: Option<Traced<'a>>,
+}
+
+/// One bounce of light, path traced.
+#[derive(Clone, Copy)]
+pub struct Traced<'a> {
+    /// The scene in the last frame, under the lights that virtual ones stand for.
+    pub scene: &'a Scene,
+    /// Directions a pixel on either side of what it sees.
+    pub samples: u32,
 }
 
 impl<'a> From<&'a [Scene]> for Frames<'a> {
     fn from(states: &'a [Scene]) -> Self {
-        Self { states, times_s: &[] }
+        Self { states, times_s: &[], bounce: None }
     }
 }
 

@@ -16,7 +16,7 @@ mod turning;
 pub use compare::{Case, Drawn, Effort, LOOKUPS, with_case};
 pub use copy::copy_bytes_per_second;
 pub use error_metrics::{Answers, BoundaryError, PointError, point_error};
-pub use frames::Frames;
+pub use frames::{Frames, Traced};
 pub use picture_error::{difference_srgb8, picture_error, picture_flicker};
 pub use results::{DeviceFacts, FramesError, ImageError, PassTiming, Results, Row, RowError, SCHEMA, Status};
 pub use timing::Timing;

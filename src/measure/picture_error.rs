@@ -1,19 +1,33 @@
 //! How far a picture is from the reference picture, as a person sees it.
 
 use super::ImageError;
+use crate::reference::truth::Bounce;
 use crate::scene::Picture;
+
+/// RMSE of the display-referred numbers.
+fn rmse(picture: &Picture, reference: &Picture) -> f64 {
+    let (a, b) = (picture.to_srgb(), reference.to_srgb());
+    let square: f64 = a.iter().zip(&b).map(|(a, b)| f64::from(a - b).powi(2)).sum();
+    (square / a.len().max(1) as f64).sqrt()
+}
+
+/// How far a picture is from one bounce of light, and that from what it would be by any number of directions: RMSE, and as
+/// standard error the half of what both halves differ by.
+pub(super) fn bounce_error(picture: &Picture, bounce: &Bounce) -> [f64; 2] {
+    [rmse(picture, &bounce.picture), 0.5 * rmse(&bounce.halves[0], &bounce.halves[1])]
+}
 
 /// RMSE of the display-referred numbers, and the mean of FLIP (Andersson et al. 2020) at its usual 67 pixels a degree.
 /// Both pictures have the same size.
 pub fn picture_error(picture: &Picture, reference: &Picture) -> ImageError {
-    let (a, b) = (picture.to_srgb(), reference.to_srgb());
-    let square: f64 = a.iter().zip(&b).map(|(a, b)| f64::from(a - b).powi(2)).sum();
     let image = |p: &Picture| nv_flip::FlipImageRgb8::with_data(p.width, p.height, &p.to_srgb8());
     let map = nv_flip::flip(image(reference), image(picture), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
     let values = map.to_vec();
     ImageError {
-        rmse: (square / a.len().max(1) as f64).sqrt(),
+        rmse: rmse(picture, reference),
         flip_mean: values.iter().map(|v| f64::from(*v)).sum::<f64>() / values.len().max(1) as f64,
+        bounce_rmse: None,
+        bounce_noise: None,
     }
 }
 

@@ -78,7 +78,7 @@ pub struct Row {
     pub build_ns: Option<Timing>,
     /// A million look-ups at random points, device time.
     pub lookup_ns_per_million: Option<Timing>,
-    /// The picture's casters, drawn and lit once, device time; with `shading=deferred` and `tiled` the whole picture. On slow
+    /// The picture's casters, drawn and lit once, device time; with any but `shading=forward` the whole picture. On slow
     /// devices of one sample, which is not warmed up.
     pub draw_ns: Option<Timing>,
     /// A build and `draw_ns`: what a frame takes whose light has moved. New in version 2.
@@ -87,7 +87,7 @@ pub struct Row {
     /// The passes of a build, in order; and what is no part of it: before them `world.move` where the world moves, or
     /// `simulate.step`, all steps of a frame together, where the device simulates it; behind them what then draws its particles.
     pub passes: Vec<PassTiming>,
-    /// The passes of drawing the picture, in order, with `shading=deferred` and `tiled`. New in version 2.
+    /// The passes of drawing the picture, in order, with any but `shading=forward`. New in version 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub draw_passes: Vec<PassTiming>,
     /// Bytes that the look-up needs. Absent where nothing was built.
@@ -164,6 +164,12 @@ pub struct ImageError {
     pub rmse: f64,
     /// Mean of the FLIP map.
     pub flip_mean: f64,
+    /// Under virtual lights, RMSE against one bounce of the lights that they stand for. Absent where nobody asks. New in version 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bounce_rmse: Option<f64>,
+    /// The standard error of that reference, in the same units. New in version 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bounce_noise: Option<f64>,
 }
 
 impl Results {

@@ -97,7 +97,7 @@ const LEAKS: &str = "Points outside the boundary that no light reaches and the a
                      light reaches and it says less than half";
 
 /// In the order in which they are shown.
-const COLUMNS: [Column; 23] = [
+const COLUMNS: [Column; 25] = [
     Column {
         spread: |row| row.build_ns.as_ref().map(spread_milliseconds),
         ..column(
@@ -257,6 +257,24 @@ const COLUMNS: [Column; 23] = [
         "Mean of the FLIP map of the shaded picture",
         17,
         |row| Some(row.error.as_ref()?.image?.flip_mean),
+        significant,
+    ),
+    column(
+        "Image",
+        "bounce RMSE",
+        "bounce RMSE",
+        "The same of the picture under virtual lights against one bounce of the lights that they stand for, path traced",
+        6,
+        |row| row.error.as_ref()?.image?.bounce_rmse,
+        significant,
+    ),
+    column(
+        "Image",
+        "noise",
+        "bounce noise",
+        "The standard error of that reference, in the same units",
+        6,
+        |row| row.error.as_ref()?.image?.bounce_noise,
         significant,
     ),
     column(

@@ -158,8 +158,8 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     for points in ["map", "space", "surface"] {
         names.extend(POINT_COLUMNS.map(|column| format!("{points}_{column}")));
     }
-    names
-        .extend(["image_rmse", "image_flip_mean", "limit_mean_abs", "standard_error", "flicker_rms"].map(String::from));
+    names.extend(["image_rmse", "image_flip_mean", "image_bounce_rmse", "image_bounce_noise"].map(String::from));
+    names.extend(["limit_mean_abs", "standard_error", "flicker_rms"].map(String::from));
     names.extend(["frames_rmse", "frames_flicker_rms"].map(String::from));
     // A prefix, for a counter may be called like a column.
     names.extend(counters.iter().map(|name| format!("counter_{name}")));
@@ -201,6 +201,7 @@ fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
     }
     let image = error.and_then(|error| error.image);
     fields.extend([image.map(|image| image.rmse), image.map(|image| image.flip_mean)].map(number));
+    fields.extend([image.and_then(|image| image.bounce_rmse), image.and_then(|image| image.bounce_noise)].map(number));
     fields.extend([row.limit_mean_abs, row.standard_error, row.flicker_rms].map(number));
     fields.extend([row.frames.map(|frames| frames.rmse), row.frames.map(|frames| frames.flicker_rms)].map(number));
     fields.extend(counters.iter().map(|&name| row.counters.get(name).map(u64::to_string).unwrap_or_default()));

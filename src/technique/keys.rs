@@ -143,6 +143,8 @@ words! {
         Deferred = "deferred",
         /// The same tile by tile, from a bit a light that says whether it is shadowed.
         Tiled = "tiled",
+        /// Each of 4 × 4 pixels asks a part of the lights, and all of them are its neighbours' mean.
+        Interleaved = "interleaved",
     }
 }
 
@@ -173,7 +175,7 @@ pub const SHADING: Key = Key {
     name: "shading",
     values: Values::OneOf(ShadingKind::WORDS),
     default: "forward",
-    about: "the picture's meshes are shaded as they are drawn, once a pixel, or in tiles with a bit a light",
+    about: "meshes are shaded as drawn, once a pixel, in tiles, or by a part of the lights a pixel",
 };
 
 /// Keys that a spec has with `shading=tiled` alone.

@@ -339,6 +339,7 @@ fn push_structs(folder: &Path, all: &mut BTreeMap<String, String>) {
                     "u32" => "uint",
                     "f32" => "float",
                     "[u32; 2]" => "uvec2",
+                    "[f32; 3]" => "vec3",
                     other => panic!("{name}: {other} has no GLSL type here; add it"),
                 };
                 format!("{kind} {};", name.split_whitespace().last().expect("a name"))

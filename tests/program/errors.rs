@@ -213,6 +213,11 @@ fn virtual_lights_that_cannot_be() {
     }
     let reference = ["render", "big-8k", "--vpls", "64", "--technique", "reference", "--out", text(&out)];
     fails(&reference, &["big-8k", "no mesh"]);
+    // One bounce is compared with virtual lights, and of meshes.
+    let bounce = ["compare", "cornell", "--bounce", "8", "--out", text(&out)];
+    let said = crate::run(&bounce);
+    assert!(!said.status.success() && String::from_utf8_lossy(&said.stderr).contains("--vpls"), "{said:?}");
+    fails(&["compare", "lantern", "--vpls", "64", "--bounce", "8", "--out", text(&out)], &["lantern", "smoke or hair"]);
     assert!(!out.exists());
 }
 

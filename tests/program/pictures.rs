@@ -33,6 +33,24 @@ fn render_is_repeatable() {
     assert!(largest <= Some(1), "forward and deferred differ by {largest:?} of 255");
 }
 
+/// Virtual lights, a part of them a pixel, against one bounce of light: passes in the table, numbers in the results, and the
+/// bounce's picture beside the others.
+#[test]
+fn compare_traces_a_bounce() {
+    log("exercised", "compare_traces_a_bounce", &runs("avsm", "binned").0);
+    let folder = folder();
+    let compare = ["compare", "cornell", "--vpls", "64", "--bounce", "8", "--quick", "--frames", "1", "--passes"];
+    let spec = ["--picture", "32x18", "--technique", "shadow-map:size=16,shading=interleaved", "--out"];
+    let said = ok(&[&compare[..], &spec, &[text(folder.path())]].concat());
+    for word in ["interleaved.ask", "interleaved.gather"] {
+        assert!(said.contains(word), "{word} is not in {said}");
+    }
+    let error = crate::results(folder.path()).rows.remove(0).error.expect("a truth").image.expect("a picture");
+    let (found, noise) = (error.bounce_rmse.expect("asked for"), error.bounce_noise.expect("asked for"));
+    assert!(noise > 0.0 && noise < found && found < 0.3, "{error:?}");
+    decodes(&folder.path().join("cornell-64-vpls-bounce.png"), [32, 18]);
+}
+
 /// The same fog each time, also after frames before it; thicker fog is another picture, fog of no extinction none.
 #[test]
 fn render_fills_fog() {

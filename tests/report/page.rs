@@ -21,9 +21,11 @@ fn what_a_row_does_not_have_is_absent() {
     assert_eq!(plots(&both), plots(&alone));
     let table = table(&both);
     let line = table.lines().find(|line| line.contains("half-angle")).expect("the row");
-    // Build, host, look-ups, draw, frame; two of memory, six at map points, one in space; two of the image.
-    let cells =
-        ["0.500 [0.450–0.600]", "–", "3.00", "5.00", "1.50"].into_iter().chain(["–"; 9]).chain(["0.250", "0.125"]);
+    // Build, host, look-ups, draw, frame; two of memory, six at map points, one in space; three of the image.
+    let cells = ["0.500 [0.450–0.600]", "–", "3.00", "5.00", "1.50"]
+        .into_iter()
+        .chain(["–"; 9])
+        .chain(["0.250", "0.125", "0.0625"]);
     let shown = line.split("  ").map(str::trim).filter(|c| !c.is_empty()).skip(2);
     assert_eq!(shown.collect::<Vec<_>>(), cells.collect::<Vec<_>>());
     let floor = passes(&both).lines().nth(2).map(|line| line.trim_end().ends_with('–'));

@@ -103,12 +103,12 @@ pub fn words(lights: u32) -> u32 {
     lights.div_ceil(32).max(1)
 }
 
-/// What a buffer takes that the device may not have: a refusal that says why.
-fn sized(context: &Context, name: &str, bytes: u64, what: &str) -> Result<Buffer> {
+/// What a buffer takes that the device may not have: a refusal that says why, of `what` and its `shading=`.
+pub(super) fn sized(context: &Context, name: &str, bytes: u64, what: &str) -> Result<Buffer> {
     let limit = u64::from(context.features().max_storage_buffer_range);
     if bytes > limit {
         let needs = format!(
-            "maxStorageBufferRange of at least {bytes} for {what} with shading=tiled (this device has {limit}); use a smaller \
+            "maxStorageBufferRange of at least {bytes} for {what} (this device has {limit}); use a smaller \
              picture or fewer lights"
         );
         return Err(Error::Refused { needs });
@@ -126,7 +126,7 @@ impl ManyLights {
         let size = targets.color.size();
         let (words, pixels) = (words(light_count), u64::from(size[0]) * u64::from(size[1]));
         let tiles: u64 = size.map(|s| u64::from(s.div_ceil(TILE))).iter().product();
-        let picture = format!("{light_count} lights in {} × {} pixels", size[0], size[1]);
+        let picture = format!("{light_count} lights in {} × {} pixels with shading=tiled", size[0], size[1]);
         let buffer = |name, bytes| sized(context, name, bytes, &picture);
         let [frames, masks] = [
             buffer("many_lights.frames", 2 * size_of::<FrameData>() as u64)?,

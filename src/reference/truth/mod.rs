@@ -1,5 +1,6 @@
 //! The truth: how much of each light reaches each point, in f64, and what techniques are measured against.
 
+mod bounce;
 mod boundary;
 mod casters;
 mod fog;
@@ -13,6 +14,7 @@ mod surface;
 mod true_curve;
 mod tube;
 
+pub use bounce::{Bounce, bounce};
 pub use casters::Casters;
 pub use fog::fog;
 pub use limit::{LIMIT_TEXELS, limit_mean_abs, limit_steps};

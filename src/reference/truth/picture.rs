@@ -3,7 +3,7 @@
 use super::casters::{Casters, optical_depth, overlap};
 use super::grid::Grid;
 use super::meshes::Hit;
-use crate::scene::{Caster, Picture, Ray, SKY, Scene, View, far_to_near};
+use crate::scene::{Caster, LightKind, Picture, Ray, SKY, Scene, View, far_to_near};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -90,14 +90,22 @@ fn pixel(
         let opacity = 1.0 - (-optical_depth(ray, caster, entry, exit)).exp();
         let light = light(i, ray.at(0.5 * (entry + exit)));
         let albedo = if caster.is_strand() { STRAND_ALBEDO } else { PARTICLE_ALBEDO };
-        color = albedo * (AMBIENT + light) * opacity + color * (1.0 - opacity);
+        color = albedo * (ambient(scene) + light) * opacity + color * (1.0 - opacity);
     }
     color
 }
 
 fn surface(casters: &Casters, scene: &Scene, position: DVec3, hit: &Hit) -> DVec3 {
     let light = light(casters, scene, position, 0.0, |towards| hit.normal.dot(towards).abs());
-    DVec3::from(hit.albedo.map(f64::from)) * (AMBIENT + light)
+    DVec3::from(hit.albedo.map(f64::from)) * (ambient(scene) + light)
+}
+
+/// What arrives from all sides; nothing where lights are virtual, which are what arrives. Twin: ambient.
+fn ambient(scene: &Scene) -> DVec3 {
+    match scene.lights.first().map(|light| light.kind) {
+        Some(LightKind::Virtual { .. }) => DVec3::ZERO,
+        _ => AMBIENT,
+    }
 }
 
 /// How far towards the light a caster asks for it.
@@ -118,7 +126,10 @@ pub(in crate::reference) fn light(
     for (i, light) in scene.lights.iter().enumerate().filter(|(_, light)| light.shines_on(position)) {
         let radiance = DVec3::from(light.radiance.map(f64::from)) * light.falloff(position);
         let towards = light.towards(position);
-        sum += radiance * turn(towards) * casters.visibility(i, position + lift * towards);
+        let turned = turn(towards);
+        if turned > 0.0 {
+            sum += radiance * turned * casters.visibility(i, position + lift * towards);
+        }
     }
     sum
 }

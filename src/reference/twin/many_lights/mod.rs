@@ -3,6 +3,6 @@
 
 pub mod cull;
 pub mod dither;
-pub mod geometry;
+pub mod frame;
 pub mod reproject;
 pub mod shade;

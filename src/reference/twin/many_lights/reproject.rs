@@ -1,6 +1,7 @@
 //! Twin of glsl/many_lights/reproject.comp.
 
-use super::geometry::{Frame, NORMAL_UNIT, along_normal, same_normal};
+use super::frame::Frame;
+use crate::reference::twin::packed_normal::{NORMAL_UNIT, along_normal, same_normal};
 
 /// Where a pixel's surface was in the frame before.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,7 @@
 //! Twin of the blur in glsl/many_lights/shade.comp: weights added up one after the other, light by light.
 
-use super::geometry::{Frame, NORMAL_UNIT, along_normal, same_normal};
+use super::frame::Frame;
+use crate::reference::twin::packed_normal::{NORMAL_UNIT, along_normal, same_normal};
 
 /// What a frame found, and the one before it.
 pub struct Found<'a> {
@@ -43,7 +44,12 @@ pub fn visibility(frame: &Frame, found: &Found, light: usize, reach: i32) -> Vec
 }
 
 /// Whether what a pixel sees goes on at another, `by` so many pixels away.
-fn is_same_surface(frame: &Frame, geometry: &[[u32; 2]], [pixel, other]: [usize; 2], by: [i32; 2]) -> bool {
+pub(in crate::reference::twin) fn is_same_surface(
+    frame: &Frame,
+    geometry: &[[u32; 2]],
+    [pixel, other]: [usize; 2],
+    by: [i32; 2],
+) -> bool {
     let [z, normal] = geometry[pixel];
     let [other_z, other_normal] = geometry[other];
     let (z, other_z) = (f32::from_bits(z), f32::from_bits(other_z));

@@ -1,33 +1,8 @@
-//! Twin of glsl/many_lights/geometry.glsl and frame.glsl: what is kept of what a pixel sees, and telling surfaces apart.
-
-use crate::scene::View;
-use std::array::from_fn;
+//! Twin of glsl/consume/packed_normal.glsl: telling surfaces apart.
 
 /// A unit, as normals have it, and the least product of two of one surface.
 pub const NORMAL_UNIT: i32 = 511;
 const SAME_NORMAL: i32 = 235_009;
-
-/// How a frame sees the world. Twin: Frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
-    /// The camera.
-    pub camera: View,
-    /// The direction at the upper left corner.
-    pub corner: [f32; 3],
-    /// What a pixel to the right adds to it.
-    pub across: [f32; 3],
-    /// And a pixel down.
-    pub down: [f32; 3],
-    /// How far a point may lie off a surface and belong to it, world units for each of z.
-    pub edge: f32,
-}
-
-impl Frame {
-    /// Twin: frame_direction.
-    pub fn direction(&self, [x, y]: [u32; 2]) -> [f32; 3] {
-        from_fn(|i| self.corner[i] + (x as f32 + 0.5) * self.across[i] + (y as f32 + 0.5) * self.down[i])
-    }
-}
 
 /// Twin: pack_normal.
 pub fn pack_normal(normal: [f32; 3]) -> u32 {

@@ -1,0 +1,16 @@
+// What arrives from all sides and is asked of nobody: it stands for indirect light. Virtual lights are that light, and where
+// they shine nothing stands for it; a scene has no others beside them. Sums over all lights begin with it.
+// Needs, declared before: lights[]. Twin: reference::truth::picture.
+#ifndef CONSUME_AMBIENT_GLSL
+#define CONSUME_AMBIENT_GLSL
+#include "world/light.glsl"
+
+const vec3 AMBIENT = vec3(0.10, 0.12, 0.15);
+
+vec3 ambient() {
+    if (lights.length() > 0 && lights[0].kind == LIGHT_VIRTUAL) {
+        return vec3(0.0);
+    }
+    return AMBIENT;
+}
+#endif

@@ -1,0 +1,16 @@
+// What a surface turns of one light, as far as the technique lets it through.
+// Needs, declared before: lights[] and light_visibility.
+#ifndef CONSUME_SURFACE_LIGHT_GLSL
+#define CONSUME_SURFACE_LIGHT_GLSL
+#include "consume/receiver.glsl"
+#include "consume/shading.glsl"
+
+vec3 surface_light(uint light, vec3 position, vec3 normal, bool closed) {
+    if (light_radiance(lights[light], position) == vec3(0.0)) {
+        return vec3(0.0);  // not asked for: it ends before, or shines elsewhere
+    }
+    vec3 towards = light_direction(lights[light], position);
+    float visibility = surface_visibility(light, towards, position, normal, closed);
+    return light_on_surface(lights[light], position, normal, visibility);
+}
+#endif

@@ -1,0 +1,90 @@
+//! Many lights, a part of them asked by each of 4 × 4 pixels, and what these find averaged over one surface. Sources: Keller and
+//! Heidrich 2001, Interleaved sampling; Segovia et al. 2006, Non-interleaved deferred shading of interleaved sample patterns.
+//! Twin: reference::twin::interleaved.
+
+use super::Renderer;
+use super::many_lights::{FrameData, sized};
+use crate::Result;
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Format, Kernel, Resource, push_struct};
+use crate::scene::{SKY, View};
+use crate::shaders::interleaved as shaders;
+use crate::technique::Answer;
+
+/// Pixels a side that have a part of the lights each, and how many of one part a side a workgroup asks for.
+const PLACES: u32 = 4;
+const BLOCK: u32 = 8;
+
+/// Pixels of a workgroup that gathers.
+const GATHERED: [u32; 2] = [16, 8];
+
+push_struct! {
+    /// Twin: GatherPush in glsl/interleaved/gather.comp.
+    struct GatherPush {
+        corner: [f32; 3],
+        across: [f32; 3],
+        down: [f32; 3],
+        edge: f32,
+        sky: [f32; 3],
+    }
+}
+
+/// What asks one technique for the lights of a picture.
+pub(super) struct Interleaved {
+    size: [u32; 2],
+    /// What each pixel turns of its part, RGB.
+    pub(super) estimates: Buffer,
+    ask: Kernel,
+    gather: Kernel<GatherPush>,
+}
+
+impl Interleaved {
+    pub(super) fn new(renderer: &Renderer, answer: &Answer) -> Result<Self> {
+        let (context, size) = (&renderer.context, renderer.color.size());
+        let what = format!("{} × {} pixels with shading=interleaved", size[0], size[1]);
+        let bytes = 12 * u64::from(size[0]) * u64::from(size[1]);
+        let estimates = sized(context, "interleaved.estimates", bytes, &what)?;
+        let written = Bindings::new(context, "interleaved.written", &[Resource::Buffer(estimates.clone())])?;
+        let colors = Resource::StorageImage(renderer.color.clone());
+        let read = Bindings::new(context, "interleaved.read", &[Resource::Buffer(estimates.clone()), colors])?;
+        let half = renderer.color_format == Format::R16G16B16A16_SFLOAT;
+        let gather = if half { &shaders::GATHER_HALF_1 } else { &shaders::GATHER_HALF_0 };
+        let asking = [&renderer.scene, answer.bindings, &renderer.buffers, &written];
+        let gathering = [&renderer.scene, &read, &renderer.buffers];
+        Ok(Self {
+            size,
+            estimates,
+            ask: Kernel::compute(context, shaders::ASK.of(answer.folder), &asking, answer.constants)?,
+            gather: Kernel::compute(context, gather, &gathering, &Constants::new())?,
+        })
+    }
+
+    /// Records both passes, behind that of the G-buffer.
+    pub(super) fn record(&self, commands: &mut Commands, camera: &View) {
+        self.ask(commands);
+        self.gather(commands, camera);
+    }
+
+    fn ask(&self, commands: &mut Commands) {
+        let [x, y] = self.size.map(|side| side.div_ceil(PLACES).div_ceil(BLOCK));
+        commands.pass("interleaved.ask", |pass| pass.dispatch(&self.ask, &(), [x, y, PLACES * PLACES]));
+    }
+
+    fn gather(&self, commands: &mut Commands, camera: &View) {
+        let FrameData { corner, across, down, edge, .. } = FrameData::of(camera);
+        let push = GatherPush { corner, across, down, edge, sky: SKY };
+        let groups = [0, 1].map(|i| self.size[i].div_ceil(GATHERED[i]));
+        commands.pass("interleaved.gather", |pass| pass.dispatch(&self.gather, &push, [groups[0], groups[1], 1]));
+    }
+}
+
+/// What `shading=interleaved` left on the device with the last frame, a value a pixel, for whoever holds it against its twin.
+pub struct PartsSeen {
+    /// What each turns of its part of the lights.
+    pub estimates: Vec<[f32; 3]>,
+    /// Albedo, and 0 where there is sky.
+    pub albedo: Vec<[f32; 4]>,
+    /// Normal, and whether it is the outside of something closed.
+    pub normal: Vec<[f32; 4]>,
+    /// Along the camera's axis, world units.
+    pub z: Vec<f32>,
+}

@@ -1,0 +1,26 @@
+//! Twin of glsl/many_lights/frame.glsl: how a frame sees the world.
+
+use crate::scene::View;
+use std::array::from_fn;
+
+/// How a frame sees the world. Twin: Frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Frame {
+    /// The camera.
+    pub camera: View,
+    /// The direction at the upper left corner.
+    pub corner: [f32; 3],
+    /// What a pixel to the right adds to it.
+    pub across: [f32; 3],
+    /// And a pixel down.
+    pub down: [f32; 3],
+    /// How far a point may lie off a surface and belong to it, world units for each of z.
+    pub edge: f32,
+}
+
+impl Frame {
+    /// Twin: frame_direction.
+    pub fn direction(&self, [x, y]: [u32; 2]) -> [f32; 3] {
+        from_fn(|i| self.corner[i] + (x as f32 + 0.5) * self.across[i] + (y as f32 + 0.5) * self.down[i])
+    }
+}
