@@ -37,10 +37,8 @@ void main() {
     for (uint round = 0u; round < ROUNDS; ++round) {
         IsmPoint point = pool[point_of(light, start + round * CULL_THREADS + thread, points)];
         precise vec3 offset = point.position - origin;
-        bool keep = dot(offset, offset) < FARTHEST;
-        if (ISM_CULLING) {
-            keep = keep && is_seen(unpack_normal(point.normal), forward, offset, point_closed(point.normal));
-        }
+        bool keep = dot(offset, offset) < FARTHEST && is_before(origin, forward, offset)
+                 && is_seen(unpack_normal(point.normal), forward, offset, point_closed(point.normal));
 #if BALLOTS == 1
         uvec4 ballot = subgroupBallot(keep);
         uint of_subgroup = 0u;

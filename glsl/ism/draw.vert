@@ -19,13 +19,13 @@ void main() {
     uint light = item / points;
     uvec2 size = uvec2(COLUMNS, (light_count + COLUMNS - 1u) / COLUMNS) * ISM_SIZE;
     corner = map_corner(light, ISM_SIZE);
-    vec3 offset = into_axes(axes_of(lights[light].direction), pool[point_of(light, item % points, points)].position
-                                                                  - lights[light].position);
-    float distance = length(offset), ahead = distance + offset.z;
-    if (!(ahead > 0.5 * distance)) {
+    precise vec3 way = pool[point_of(light, item % points, points)].position - lights[light].position;
+    if (!is_before(lights[light].position, lights[light].direction, way)) {
         gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // nowhere
         return;
     }
+    vec3 offset = into_axes(axes_of(lights[light].direction), way);
+    float distance = length(offset), ahead = distance + offset.z;
     // At least half a texel, so that the texel that it is in has it.
     float reach = max(head.radius / ahead * (0.5 * float(ISM_SIZE)), 0.57);
     vec2 about;

@@ -24,20 +24,33 @@ struct Splat {
     float distance;
 };
 
-// Whether the light can see the point: it is before the light's plane, and what is closed turns its back on the light. So the far side
-// of things casts, as far from what they shade as can be. Source: Tokuyoshi 2014, Culling via DirectCompute.
-bool is_seen(vec3 normal, vec3 forward, vec3 offset, bool closed) {
+// What a point has to lie before the light's plane, of its distance and of the light's coordinates: the surface that the light stands on
+// is not before it, however it rounds.
+const float SLANT = 1e-3;
+const float ROUNDING = 1e-6;
+
+// Whether a point lies before the light's plane: the paraboloid has no place for the others.
+bool is_before(vec3 origin, vec3 forward, vec3 offset) {
     precise float before = forward.x * offset.x + forward.y * offset.y + forward.z * offset.z;
+    precise float far = SLANT * (abs(offset.x) + abs(offset.y) + abs(offset.z))
+                      + ROUNDING * (abs(origin.x) + abs(origin.y) + abs(origin.z));
+    return before > far;
+}
+
+// Whether the light can see a point before its plane: what is closed turns its back on the light there. So the far side of things
+// casts, as far from what they shade as can be. Source: Tokuyoshi 2014, Culling via DirectCompute.
+bool is_seen(vec3 normal, vec3 forward, vec3 offset, bool closed) {
     vec3 along = ISM_SLIDE ? forward : offset;
     precise float away = normal.x * along.x + normal.y * along.y + normal.z * along.z;
-    return before > 0.0 && (!closed || away > 0.0);
+    return !closed || away > 0.0;
 }
 
 // Whether the point leaves anything in the map.
 bool project(Axes axes, vec3 origin, IsmPoint point, float radius, out Splat splat) {
     precise vec3 offset = point.position - origin;
     vec3 normal = unpack_normal(point.normal);
-    if (ISM_CULLING && !is_seen(normal, axes.forward, offset, point_closed(point.normal))) {
+    if (!is_before(origin, axes.forward, offset)
+        || ISM_CULLING && !is_seen(normal, axes.forward, offset, point_closed(point.normal))) {
         return false;
     }
     splat.offset = into_axes(axes, offset);
@@ -45,8 +58,7 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, out Splat spl
     precise float square = offset.x * offset.x + offset.y * offset.y + offset.z * offset.z;
     splat.distance = sqrt(square);
     precise float ahead = splat.distance + splat.offset.z;
-    // Not what is no number, at the light itself, or so far behind its plane that the map's corners do not have it.
-    if (!(square < FARTHEST) || !(ahead > 0.5 * splat.distance)) {
+    if (!(square < FARTHEST)) {
         return false;
     }
     precise vec2 place = splat.offset.xy / ahead * 0.5 + 0.5;

@@ -128,6 +128,43 @@ fn nothing_casts_nothing() {
     });
 }
 
+/// A light on a floor, anywhere: the floor is not before it, however its points round, and shadows nothing above it.
+#[test]
+fn a_floor_does_not_shadow_its_light() {
+    gpu_test("ism::a_floor_does_not_shadow_its_light", |context| {
+        let mut random = Random::new(31);
+        let up = DVec3::new(0.3, -0.2, 1.0).normalize();
+        let (right, ahead) = (up.cross(DVec3::Y).normalize(), up.cross(up.cross(DVec3::Y)).normalize());
+        for far in [0.0, 100.0] {
+            let at = |x: f64, y: f64, z: f64| far * DVec3::ONE + x * right + y * ahead + z * up;
+            let corner =
+                |i: u32| at([-2.0, 2.0][i as usize & 1], [-2.0, 2.0][i as usize >> 1], 0.0).as_vec3().to_array();
+            let floor = Mesh {
+                name: "floor".into(),
+                positions: (0..4).map(corner).collect(),
+                triangles: vec![[0, 1, 3], [0, 3, 2]],
+                albedo: [0.5; 3],
+                solid: false,
+            };
+            let mut place = || f64::from(random.between(-1.5, 1.5));
+            let lights = (0..8).map(|_| scenes::light(at(place(), place(), 0.0), up)).collect();
+            let points: Vec<_> = (0..300).map(|i| at(place(), place(), 0.3 + 0.005 * f64::from(i))).collect();
+            let points: Vec<_> = points.iter().map(|p| p.as_vec3().to_array()).collect();
+            let scene = scenes::under("floor", vec![floor], lights);
+            for path in PATHS {
+                for culling in ["on", "off"] {
+                    let text = format!("ism:points=1024,path={path},size=32,culling={culling}");
+                    let ism = built(context, &scene, &text);
+                    for light in 0..8 {
+                        let lit = ask(context, ism.as_ref(), light, &points).iter().filter(|a| **a == 1.0).count();
+                        assert_eq!(lit, points.len(), "{text}, {far} units away, light {light}");
+                    }
+                }
+            }
+        }
+    });
+}
+
 /// A light of another kind, and a device or a scene without room: one line that names it.
 #[test]
 fn what_has_no_answer_is_refused() {

@@ -53,7 +53,7 @@ pub(super) const CULLING: Key = Key {
     name: "culling",
     values: Values::OneOf(Switch::WORDS),
     default: "on",
-    about: "leave out points that a light does not see: behind its plane, or on a closed thing's near side",
+    about: "leave out the near sides of closed things; of points that are drawn, list those that a light sees",
 };
 
 pub(super) const FACING: Key = Key {

@@ -25,10 +25,20 @@ pub struct Culling {
     pub slide: bool,
 }
 
-/// Whether the light sees the point. Twin: is_seen.
+/// Twins: SLANT, ROUNDING.
+const SLANT: f32 = 1e-3;
+const ROUNDING: f32 = 1e-6;
+
+/// Whether a point lies before the light's plane. Twin: is_before.
+pub fn is_before(origin: V3, forward: V3, offset: V3) -> bool {
+    let sum = |v: V3| v[0].abs() + v[1].abs() + v[2].abs();
+    dot(forward, offset) > SLANT * sum(offset) + ROUNDING * sum(origin)
+}
+
+/// Whether the light sees a point before its plane. Twin: is_seen.
 pub fn is_seen(point: &Point, forward: V3, offset: V3, slide: bool) -> bool {
     let along = if slide { forward } else { offset };
-    dot(forward, offset) > 0.0 && (!point.closed || dot(point.normal, along) > 0.0)
+    !point.closed || dot(point.normal, along) > 0.0
 }
 
 /// A point, projected. Twin: Splat.
@@ -50,16 +60,14 @@ pub struct Splat {
 /// Twin: project.
 pub fn project(size: u32, axes: &Axes, origin: V3, point: &Point, radius: f32, culling: Culling) -> Option<Splat> {
     let offset = minus(point.position, origin);
-    if culling.on && !is_seen(point, axes.forward, offset, culling.slide) {
+    let seen = !culling.on || is_seen(point, axes.forward, offset, culling.slide);
+    if !(seen && is_before(origin, axes.forward, offset)) {
         return None;
     }
     let square = dot(offset, offset);
     let distance = square.sqrt();
     let (offset, normal) = (axes.into_axes(offset), axes.into_axes(point.normal));
     let ahead = distance + offset[2];
-    if !(square < 3e38 && ahead > 0.5 * distance) {
-        return None;
-    }
     let mut reach = radius / ahead * (0.5 * size as f32);
     let mut level = 0;
     while size >> (level + 1) >= 4 && reach > WIDEST {
@@ -68,7 +76,7 @@ pub fn project(size: u32, axes: &Axes, origin: V3, point: &Point, radius: f32, c
     }
     let middle = [0, 1].map(|i| (offset[i] / ahead * 0.5 + 0.5) * (size >> level) as f32);
     let plane = dot(normal, offset);
-    let near = middle.iter().all(|m| m.abs() < 1e6);
+    let near = square < 3e38 && middle.iter().all(|m| m.abs() < 1e6);
     near.then_some(Splat { level, middle, reach, offset, normal, plane, square: radius * radius, distance })
 }
 
