@@ -14,7 +14,7 @@ mod scenes;
 use gobo::Error;
 use gobo::gpu::Context;
 use gobo::scene::Scene;
-use gobo::technique::{Ism, IsmSettings, Opened, Technique};
+use gobo::technique::{Ism, IsmSettings, Opened};
 use gobo::world::World;
 use support::{opened, spec};
 
@@ -34,7 +34,7 @@ fn built(context: &Context, scene: &Scene, text: &str) -> Box<Ism> {
 fn refusal(context: &Context, scene: &Scene, text: &str) -> Option<String> {
     let world = World::new(context, scene).expect("room for the scene");
     match Ism::new(context, &world, &IsmSettings::of(&spec(text))) {
-        Ok(ism) => ism.facts().err().map(|error| error.to_string()),
+        Ok(_) => None,
         Err(Error::Refused { needs }) => Some(needs),
         Err(error) => panic!("{text}: {error}"),
     }

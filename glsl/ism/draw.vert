@@ -9,7 +9,7 @@ layout(set = 0, binding = 5, scalar) readonly buffer DrawListed { uint listed[];
 
 layout(location = 0) flat out uvec2 corner;
 
-// Sides of a square, and of a triangle whose middle is its centre of gravity, of the area of a disc of radius 1.
+// Half the side of a square, and how far a corner of a triangle is from its middle, of the area of a disc of radius 1.
 const float SQUARE = 0.88622693;
 const float TRIANGLE = 1.55512030;
 

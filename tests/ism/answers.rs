@@ -1,7 +1,8 @@
 //! Answers: the look-up, what is lit and what is not, what there is no answer to.
 
 use crate::maps::stand;
-use crate::support::{ask, gpu_test, scenes::Random};
+use crate::support::scenes::{Random, cuboid};
+use crate::support::{ask, gpu_test};
 use crate::{PATHS, built, refusal, scenes};
 use glam::DVec3;
 use gobo::reference::truth::Casters;
@@ -44,7 +45,7 @@ fn look_ups_equal_their_twin() {
 #[test]
 fn a_plate_shadows_what_is_behind_it() {
     gpu_test("ism::a_plate_shadows_what_is_behind_it", |context| {
-        let plate = scenes::block([-1.0, -1.0, 1.0], [1.0, 1.0, 1.02]);
+        let plate = cuboid([-1.0, -1.0, 1.0], [1.0, 1.0, 1.02]);
         let scene = scenes::under("plate", vec![plate], vec![scenes::light(DVec3::ZERO, DVec3::Z)]);
         let points = about(4000, 2.0).into_iter().map(|[x, y, z]| [x, y, z + 2.0]).collect::<Vec<_>>();
         for path in PATHS {

@@ -1,6 +1,6 @@
 //! Maps: points splatted and holes filled.
 
-use crate::support::{gpu_test, some};
+use crate::support::{gpu_test, scenes::cuboid, some};
 use crate::{PATHS, built, refusal, scenes};
 use gobo::gpu::Context;
 use gobo::reference::twin::ism::fill::{fill, wide_down};
@@ -152,7 +152,7 @@ fn drawn_maps_are_about_the_same() {
 fn a_plate_covers_its_angle() {
     gpu_test("ism::a_plate_covers_its_angle", |context| {
         // From −1 to 1, a unit before the light: the tangent of the angle to a place is how far off the axis it is.
-        let plate = scenes::block([-1.0, -1.0, 1.0], [1.0, 1.0, 1.02]);
+        let plate = cuboid([-1.0, -1.0, 1.0], [1.0, 1.0, 1.02]);
         let scene = scenes::under("plate", vec![plate], vec![scenes::light(glam::DVec3::ZERO, glam::DVec3::Z)]);
         for path in PATHS {
             let text = format!("ism:points=4096,path={path}");

@@ -1,6 +1,6 @@
 //! Points on the meshes.
 
-use crate::support::gpu_test;
+use crate::support::{gpu_test, scenes::cuboid};
 use crate::{built, scenes};
 use glam::DVec3;
 use gobo::reference::twin::ism::points::{SUBSETS, area, point, sums, unpack_normal};
@@ -60,8 +60,8 @@ fn points_equal_their_twin() {
 #[test]
 fn points_are_spread_by_area() {
     gpu_test("ism::points_are_spread_by_area", |context| {
-        let wide = scenes::block([-2.0, -2.0, 0.0], [2.0, 2.0, 0.01]);
-        let small = scenes::block([3.0, 3.0, 3.0], [3.5, 3.5, 3.5]);
+        let wide = cuboid([-2.0, -2.0, 0.0], [2.0, 2.0, 0.01]);
+        let small = cuboid([3.0, 3.0, 3.0], [3.5, 3.5, 3.5]);
         let scene = scenes::under("two", vec![wide, small], scenes::lights(1));
         let points = 4096;
         let (head, pool): (PointsData, Vec<PointData>) =

@@ -1,6 +1,6 @@
 //! Small scenes under virtual point lights.
 
-use crate::support::scenes::{self, Random};
+use crate::support::scenes::{self, Random, cuboid};
 use glam::DVec3;
 use gobo::scene::{Light, LightKind, Mesh, Scene};
 
@@ -8,19 +8,6 @@ use gobo::scene::{Light, LightKind, Mesh, Scene};
 pub fn light(position: DVec3, normal: DVec3) -> Light {
     let kind = LightKind::Virtual { position, normal: normal.normalize(), nearest: 0.1 };
     Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }
-}
-
-/// A closed box; counter-clockwise from outside.
-pub fn block(low: [f32; 3], high: [f32; 3]) -> Mesh {
-    let corner = |i: u32| [0, 1, 2].map(|axis| if i >> axis & 1 == 0 { low[axis] } else { high[axis] });
-    let faces = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    Mesh {
-        name: "block".into(),
-        positions: (0..8).map(corner).collect(),
-        triangles: faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect(),
-        albedo: [0.5; 3],
-        solid: false,
-    }
 }
 
 /// Meshes under these lights.
@@ -63,7 +50,7 @@ pub fn soup() -> Scene {
     let triangles = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     let soup = Mesh { name: "soup".into(), positions, triangles, albedo: [0.5; 3], solid: false };
     let blocks = [([-1.0, -1.0, -1.0], [0.5, 0.0, 0.25]), ([0.2, 0.2, 0.2], [1.5, 1.0, 0.3])];
-    let meshes = blocks.map(|(low, high)| block(low, high)).into_iter().chain([soup]).collect();
+    let meshes = blocks.map(|(low, high)| cuboid(low, high)).into_iter().chain([soup]).collect();
     under("soup", meshes, lights(24))
 }
 
@@ -74,10 +61,10 @@ pub fn room() -> Scene {
         [-1.0, 1.0].map(|side: f32| {
             let (mut low, mut high) = ([-h - t; 3], [h + t; 3]);
             (low[axis], high[axis]) = if side < 0.0 { (-h - t, -h) } else { (h, h + t) };
-            block(low, high)
+            cuboid(low, high)
         })
     });
-    let things = [block([-0.8, -0.6, -0.6], [0.8, 0.6, -0.4]), block([-0.2, -0.2, -1.999], [0.2, 0.2, -0.6])];
+    let things = [cuboid([-0.8, -0.6, -0.6], [0.8, 0.6, -0.4]), cuboid([-0.2, -0.2, -1.999], [0.2, 0.2, -0.6])];
     let meshes: Vec<_> = slabs.chain(things).collect();
     let mut random = Random::new(5);
     let mut one = |i: usize| {

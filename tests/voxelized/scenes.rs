@@ -1,20 +1,7 @@
 //! Meshes that make the cases at which voxels go wrong.
 
-use super::support::scenes::{Random, directional};
+use super::support::scenes::{Random, cuboid, directional};
 use gobo::scene::{Mesh, Scene};
-
-/// A closed box from `low` to `high`, its outside counter-clockwise.
-fn cuboid(low: [f32; 3], high: [f32; 3]) -> Mesh {
-    let corner = |i: usize| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] });
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    Mesh {
-        name: "box".into(),
-        positions: (0..8).map(corner).collect(),
-        triangles: quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect(),
-        albedo: [0.5; 3],
-        solid: false,
-    }
-}
 
 /// A grid with relief that is never seen from below.
 fn ground(solid: bool) -> Mesh {
