@@ -1,5 +1,5 @@
 #version 460
-// Lists the points that lights see, for a draw. Threads of a subgroup count themselves by a ballot, subgroups of a workgroup take their
+// Lists the points that lights see, projected, for a draw: vertices find there what they need. Threads of a subgroup count themselves by a ballot, subgroups of a workgroup take their
 // places in shared memory, and the workgroup takes its places in the list by one atomic operation. Source: Tokuyoshi 2014. Inputs:
 // lights, points. Outputs: the list, the draw's arguments, seen. Invariant: the same points each run, in any order. Twin:
 // reference::twin::ism::splat::is_seen.
@@ -13,10 +13,11 @@
 // Points a thread looks at before its workgroup takes places: fewer atomic operations.
 const uint ROUNDS = 8u;
 const uint CULL_THREADS = 128u;
+const uint UNKEPT = 0xffffffffu;
 
 layout(local_size_x = 128) in;
 
-layout(set = 0, binding = 5, scalar) writeonly buffer CullListed { uint listed[]; };
+layout(set = 0, binding = 5, scalar) writeonly buffer CullListed { vec4 listed[]; };
 layout(set = 0, binding = 6, scalar) buffer CullDraw { uint draw[]; };  // a VkDrawIndirectCommand
 
 shared uint kept;
@@ -33,12 +34,15 @@ void main() {
     }
     barrier();
     vec3 forward = lights[light].direction, origin = lights[light].position;
+    Axes axes = axes_of(forward);
     uint places[ROUNDS];
+    vec4 drawn[ROUNDS];
     for (uint round = 0u; round < ROUNDS; ++round) {
         IsmPoint point = pool[point_of(light, start + round * CULL_THREADS + thread, points)];
         precise vec3 offset = point.position - origin;
         bool keep = dot(offset, offset) < FARTHEST && is_before(origin, forward, offset)
                  && is_seen(unpack_normal(point.normal), forward, offset, point_closed(point.normal));
+        drawn[round] = drawn_point(light, axes, offset, head.radius);
 #if BALLOTS == 1
         uvec4 ballot = subgroupBallot(keep);
         uint of_subgroup = 0u;
@@ -59,7 +63,7 @@ void main() {
     barrier();
     for (uint round = 0u; round < ROUNDS; ++round) {
         if (places[round] != UNKEPT) {
-            listed[first + places[round]] = light * points + start + round * CULL_THREADS + thread;
+            listed[first + places[round]] = drawn[round];
         }
     }
 }

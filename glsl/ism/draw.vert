@@ -1,11 +1,11 @@
 #version 460
 // A corner of a point in its light's map: a square, or a triangle about the same middle, of the disc's area, facing the light. Sources:
-// Ritschel et al. 2008, Tokuyoshi 2014. Inputs: lights, points, the list. Outputs: where it is in the target, which map it may not leave.
+// Ritschel et al. 2008, Tokuyoshi 2014. Inputs: the list, or lights and points. Outputs: where it is in the target, which map it may not leave.
 #define ATLAS_ACCESS readonly
 #include "ism/atlas.glsl"
 #include "ism/drawn.glsl"
 
-layout(set = 0, binding = 5, scalar) readonly buffer DrawListed { uint listed[]; };
+layout(set = 0, binding = 5, scalar) readonly buffer DrawListed { vec4 listed[]; };
 
 layout(location = 0) flat out uvec2 corner;
 
@@ -13,21 +13,22 @@ layout(location = 0) flat out uvec2 corner;
 const float SQUARE = 0.88622693;
 const float TRIANGLE = 1.55512030;
 
+// Point `drawn` of all points of all lights; its radius is 0 where it is not before the light's plane.
+vec4 point_at(uint drawn) {
+    uint light = drawn / points;
+    precise vec3 offset = pool[point_of(light, drawn % points, points)].position - lights[light].position;
+    bool before = is_before(lights[light].position, lights[light].direction, offset);
+    return before ? drawn_point(light, axes_of(lights[light].direction), offset, head.radius) : vec4(0.0);
+}
+
 void main() {
     uint drawn = gl_VertexIndex / DRAWN_VERTICES, vertex = gl_VertexIndex % DRAWN_VERTICES;
-    uint item = DRAWN_LISTED ? listed[drawn] : drawn;
-    uint light = item / points;
-    uvec2 size = uvec2(COLUMNS, (light_count + COLUMNS - 1u) / COLUMNS) * ISM_SIZE;
-    corner = map_corner(light, ISM_SIZE);
-    precise vec3 way = pool[point_of(light, item % points, points)].position - lights[light].position;
-    if (!is_before(lights[light].position, lights[light].direction, way)) {
+    vec4 point = DRAWN_LISTED ? listed[drawn] : point_at(drawn);
+    corner = uvec2(point.xy) / ISM_SIZE * ISM_SIZE;
+    if (point.z == 0.0) {
         gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // nowhere
         return;
     }
-    vec3 offset = into_axes(axes_of(lights[light].direction), way);
-    float distance = length(offset), ahead = distance + offset.z;
-    // At least half a texel, so that the texel that it is in has it.
-    float reach = max(head.radius / ahead * (0.5 * float(ISM_SIZE)), 0.57);
     vec2 about;
     if (DRAWN_VERTICES == 6u) {
         uint place = vertex < 3u ? vertex : vertex - 2u;  // 0 1 2, 1 2 3
@@ -36,6 +37,6 @@ void main() {
         float angle = float(vertex) * 2.0943951;
         about = TRIANGLE * vec2(sin(angle), cos(angle));
     }
-    vec2 at = (offset.xy / ahead * 0.5 + 0.5) * float(ISM_SIZE) + about * reach + vec2(corner);
-    gl_Position = vec4(at / vec2(size) * 2.0 - 1.0, drawn_depth(distance, head.radius), 1.0);
+    uvec2 size = uvec2(COLUMNS, (light_count + COLUMNS - 1u) / COLUMNS) * ISM_SIZE;
+    gl_Position = vec4((point.xy + about * point.z) / vec2(size) * 2.0 - 1.0, point.w, 1.0);
 }

@@ -2,6 +2,7 @@
 // technique::ism::raster.
 #ifndef ISM_DRAWN_GLSL
 #define ISM_DRAWN_GLSL
+#include "ism/map.glsl"
 
 // Of a point: 6 for a quad, 3 for a triangle.
 CONSTANT(uint, DRAWN_VERTICES, 6u)
@@ -11,8 +12,6 @@ CONSTANT(uint, COLUMNS, 32u)
 // Points that lights see are listed; else all are drawn.
 CONSTANT(bool, DRAWN_LISTED, true)
 
-const uint UNKEPT = 0xffffffffu;
-
 // A distance that is as large as many points are wide is stored as a half.
 const float HALF_WAY = 64.0;
 
@@ -21,4 +20,18 @@ float drawn_depth(float distance, float radius) { return distance / (distance + 
 float drawn_distance(float depth, float radius) { return HALF_WAY * radius * depth / (1.0 - depth); }
 
 uvec2 map_corner(uint map, uint size) { return uvec2(map % COLUMNS, map / COLUMNS) * size; }
+
+// Rays through the middles of texels alone meet what is drawn: it is wider than a disc, which a texel has as well that it comes near to.
+const float WIDER = 1.2;
+
+// A point in the target: its middle and its radius, texels, and its depth. `offset`: from the light, world axes.
+vec4 drawn_point(uint light, Axes axes, vec3 offset, float radius) {
+    vec3 way = into_axes(axes, offset);
+    float distance = length(way), ahead = distance + way.z;
+    // Never on the border, where the next map begins.
+    vec2 middle = clamp((way.xy / ahead * 0.5 + 0.5) * float(ISM_SIZE), vec2(0.0), vec2(float(ISM_SIZE) - 0.01));
+    // At least half a texel, so that the texel that it is in has it.
+    float reach = max(WIDER * radius / ahead * (0.5 * float(ISM_SIZE)), 0.57);
+    return vec4(middle + vec2(map_corner(light, ISM_SIZE)), reach, drawn_depth(distance, radius));
+}
 #endif

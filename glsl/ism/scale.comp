@@ -5,7 +5,7 @@ layout(local_size_x = 128) in;
 #include "ism/sample.glsl"
 
 // Discs are so much wider than the area that a light's points share: they overlap, since points leave gaps.
-const float COVER = 1.5;
+const float COVER = 1.25;
 
 shared float parts[BLOCK];
 

@@ -12,6 +12,9 @@ CONSTANT(bool, ISM_SLIDE, false)
 // Radius in texels up to which a point is splatted at a level.
 const float WIDEST = 1.5;
 
+// A texel has a disc that comes as near to its middle, texels: discs that lie between the middles of texels leave no gaps.
+const float BESIDE = 0.5;
+
 struct Splat {
     uint level;
     ivec2 low;    // texels whose middles it may cover
@@ -20,7 +23,8 @@ struct Splat {
     vec3 offset;  // from the light, in its axes
     vec3 normal;
     float plane;  // normal · offset
-    float square; // of the disc's radius
+    float radius; // of the disc, world units
+    float square; // of the disc's radius and half a texel, squared
     float distance;
 };
 
@@ -76,11 +80,14 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, out Splat spl
     splat.texel = ivec2(floor(middle));
     int last = int(side) - 1;
     // Never across the map's border.
-    splat.low = clamp(ivec2(ceil(middle - reach - 0.5)), ivec2(0), ivec2(last + 1));
-    splat.high = clamp(ivec2(floor(middle + reach - 0.5)), ivec2(-1), ivec2(last));
+    precise float wide = reach + BESIDE;
+    splat.low = clamp(ivec2(ceil(middle - wide - 0.5)), ivec2(0), ivec2(last + 1));
+    splat.high = clamp(ivec2(floor(middle + wide - 0.5)), ivec2(-1), ivec2(last));
     precise float plane = splat.normal.x * splat.offset.x + splat.normal.y * splat.offset.y + splat.normal.z * splat.offset.z;
     splat.plane = plane;
-    splat.square = radius * radius;
+    splat.radius = radius;
+    precise float all = radius + ahead * (2.0 * BESIDE / side);
+    splat.square = all * all;
     return true;
 }
 
@@ -95,8 +102,7 @@ uint own_distance(Splat splat) {
     precise float slope = splat.normal.x * way.x + splat.normal.y * way.y + splat.normal.z * way.z;
     precise float along = splat.plane / slope;
     precise float distance = along * (2.0 - way.z);
-    precise float radius = sqrt(splat.square);
-    precise float least = max(splat.distance - radius, 0.5 * splat.distance), most = splat.distance + radius;
+    precise float least = max(splat.distance - splat.radius, 0.5 * splat.distance), most = splat.distance + splat.radius;
     return floatBitsToUint(along > 0.0 ? min(max(distance, least), most) : splat.distance);
 }
 

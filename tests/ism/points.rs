@@ -29,7 +29,7 @@ fn points_equal_their_twin() {
                 let areas: Vec<_> = triangles.iter().map(|t| area(*t)).collect();
                 let all: f32 = areas.iter().sum();
                 assert!((head.area / all - 1.0).abs() < 1e-5, "{head:?}, not {all}");
-                let radius = 1.5 * (all / points as f32 / std::f32::consts::PI).sqrt();
+                let radius = 1.25 * (all / points as f32 / std::f32::consts::PI).sqrt();
                 assert!((head.radius - radius).abs() < 1e-4 * radius, "{head:?}");
                 let sums = sums(&areas, head.scale);
                 assert!(head.total.abs_diff(*sums.last().expect("triangles")) < head.total >> 16, "{head:?}");

@@ -13,6 +13,9 @@ use crate::{Error, Result};
 /// Points that a workgroup looks at. Twins: CULL_THREADS, ROUNDS in glsl/ism/cull.comp.
 const CULLED_AT_ONCE: u32 = 128 * 8;
 
+/// Of a point in the list.
+const LISTED_BYTES: u64 = 16;
+
 /// Threads of a workgroup. Twin: local_size_x in glsl/ism/gather.comp.
 const GATHER_THREADS: u32 = 128;
 
@@ -20,7 +23,7 @@ const GATHER_THREADS: u32 = 128;
 pub struct Raster {
     settings: Settings,
     vertices: u32,
-    /// A point each: its light times points, and its stratum.
+    /// A point each, where it is drawn. Twin: drawn_point in glsl/ism/drawn.glsl.
     listed: Buffer,
     /// A VkDrawIndirectCommand.
     arguments: Buffer,
@@ -52,7 +55,8 @@ impl Raster {
             let needs = format!("maxImageDimension2D of at least {} for the maps (this device has {limit})", size[0]);
             return Err(Error::Refused { needs });
         }
-        let bytes = if settings.culling { 4 * u64::from(light_count.max(1)) * u64::from(settings.points) } else { 4 };
+        let most_points = if settings.culling { u64::from(light_count.max(1)) * u64::from(settings.points) } else { 1 };
+        let bytes = LISTED_BYTES * most_points;
         let most = u64::from(features.max_storage_buffer_range);
         if bytes > most {
             let needs =

@@ -5,6 +5,9 @@ use super::map::{Axes, Levels, V3, dot, map_way, minus, texel_place};
 /// Twin: WIDEST.
 const WIDEST: f32 = 1.5;
 
+/// Twin: BESIDE.
+const BESIDE: f32 = 0.5;
+
 /// A point: where it stands, its normal, and whether that looks out of something closed.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
@@ -53,6 +56,7 @@ pub struct Splat {
     offset: V3,
     normal: V3,
     plane: f32,
+    radius: f32,
     square: f32,
     distance: f32,
 }
@@ -76,8 +80,9 @@ pub fn project(size: u32, axes: &Axes, origin: V3, point: &Point, radius: f32, c
     }
     let middle = [0, 1].map(|i| (offset[i] / ahead * 0.5 + 0.5) * (size >> level) as f32);
     let plane = dot(normal, offset);
+    let all = radius + ahead * (2.0 * BESIDE / (size >> level) as f32);
     let near = square < 3e38 && middle.iter().all(|m| m.abs() < 1e6);
-    near.then_some(Splat { level, middle, reach, offset, normal, plane, square: radius * radius, distance })
+    near.then_some(Splat { level, middle, reach, offset, normal, plane, radius, square: all * all, distance })
 }
 
 impl Splat {
@@ -85,8 +90,7 @@ impl Splat {
     fn own_distance(&self, side: i32, own: [i32; 2]) -> f32 {
         let way = map_way(texel_place(side, own));
         let along = self.plane / dot(self.normal, way);
-        let radius = self.square.sqrt();
-        let (least, most) = ((self.distance - radius).max(0.5 * self.distance), self.distance + radius);
+        let (least, most) = ((self.distance - self.radius).max(0.5 * self.distance), self.distance + self.radius);
         if along > 0.0 { (along * (2.0 - way[2])).max(least).min(most) } else { self.distance }
     }
 
@@ -106,8 +110,9 @@ impl Splat {
         if own.iter().all(|t| inside(*t)) {
             all.push((own, self.own_distance(side, own)));
         }
-        let low = self.middle.map(|m| ((m - self.reach - 0.5).ceil() as i32).clamp(0, side));
-        let high = self.middle.map(|m| ((m + self.reach - 0.5).floor() as i32).clamp(-1, side - 1));
+        let wide = self.reach + BESIDE;
+        let low = self.middle.map(|m| ((m - wide - 0.5).ceil() as i32).clamp(0, side));
+        let high = self.middle.map(|m| ((m + wide - 0.5).floor() as i32).clamp(-1, side - 1));
         for y in low[1]..=high[1] {
             all.extend((low[0]..=high[0]).filter_map(|x| Some(([x, y], self.disc_at(side, [x, y])?))));
         }
