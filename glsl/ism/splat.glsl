@@ -78,13 +78,18 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, out Splat spl
         return false;
     }
     splat.texel = ivec2(floor(middle));
-    int last = int(side) - 1;
-    // Never across the map's border.
-    precise float wide = reach + BESIDE;
-    splat.low = clamp(ivec2(ceil(middle - wide - 0.5)), ivec2(0), ivec2(last + 1));
-    splat.high = clamp(ivec2(floor(middle + wide - 0.5)), ivec2(-1), ivec2(last));
     precise float plane = splat.normal.x * splat.offset.x + splat.normal.y * splat.offset.y + splat.normal.z * splat.offset.z;
     splat.plane = plane;
+    // A disc at a slant is narrower: by the angle between its normal and the axes of the map where it is, and more of it on its near
+    // side than an ellipse has.
+    precise float wide = reach + BESIDE, slant = splat.normal.z + plane / splat.distance;
+    precise vec2 across = splat.normal.xy - (2.0 * place - 1.0) * slant;
+    precise vec2 narrow = sqrt(max(1.0 - across * across, 0.0)) * (1.0 + 2.0 * wide / side);
+    precise vec2 extent = wide * min(narrow, vec2(1.0));
+    int last = int(side) - 1;
+    // Never across the map's border.
+    splat.low = clamp(ivec2(ceil(middle - extent - 0.5)), ivec2(0), ivec2(last + 1));
+    splat.high = clamp(ivec2(floor(middle + extent - 0.5)), ivec2(-1), ivec2(last));
     splat.radius = radius;
     precise float all = radius + ahead * (2.0 * BESIDE / side);
     splat.square = all * all;

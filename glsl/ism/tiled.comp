@@ -28,9 +28,13 @@ void main() {
     Axes axes = axes_of(lights[light].direction);
     vec3 origin = lights[light].position;
     uint kept = 0u;
+    // A point is on its way from memory while the one before it is splatted.
+    IsmPoint next = pool[point_of(light, thread, points)];
     for (uint i = thread; i < points; i += THREADS) {
+        IsmPoint point = next;
+        next = pool[point_of(light, min(i + THREADS, points - 1u), points)];
         Splat splat;
-        if (!project(axes, origin, pool[point_of(light, i, points)], head.radius, splat)) {
+        if (!project(axes, origin, point, head.radius, splat)) {
             continue;
         }
         ++kept;

@@ -51,8 +51,8 @@ pub struct Splat {
     pub level: usize,
     /// Its middle, texels of the level.
     pub middle: [f32; 2],
-    /// Its radius, texels of the level.
-    pub reach: f32,
+    /// How far texels are that may have it, texels of the level.
+    pub extent: [f32; 2],
     offset: V3,
     normal: V3,
     plane: f32,
@@ -80,9 +80,14 @@ pub fn project(size: u32, axes: &Axes, origin: V3, point: &Point, radius: f32, c
     }
     let middle = [0, 1].map(|i| (offset[i] / ahead * 0.5 + 0.5) * (size >> level) as f32);
     let plane = dot(normal, offset);
+    let (wide, slant) = (reach + BESIDE, normal[2] + plane / distance);
+    let extent = [0, 1].map(|i| {
+        let across = normal[i] - (2.0 * (offset[i] / ahead * 0.5 + 0.5) - 1.0) * slant;
+        wide * ((1.0 - across * across).max(0.0).sqrt() * (1.0 + 2.0 * wide / (size >> level) as f32)).min(1.0)
+    });
     let all = radius + ahead * (2.0 * BESIDE / (size >> level) as f32);
     let near = square < 3e38 && middle.iter().all(|m| m.abs() < 1e6);
-    near.then_some(Splat { level, middle, reach, offset, normal, plane, radius, square: all * all, distance })
+    near.then_some(Splat { level, middle, extent, offset, normal, plane, radius, square: all * all, distance })
 }
 
 impl Splat {
@@ -110,9 +115,8 @@ impl Splat {
         if own.iter().all(|t| inside(*t)) {
             all.push((own, self.own_distance(side, own)));
         }
-        let wide = self.reach + BESIDE;
-        let low = self.middle.map(|m| ((m - wide - 0.5).ceil() as i32).clamp(0, side));
-        let high = self.middle.map(|m| ((m + wide - 0.5).floor() as i32).clamp(-1, side - 1));
+        let low = [0, 1].map(|i| ((self.middle[i] - self.extent[i] - 0.5).ceil() as i32).clamp(0, side));
+        let high = [0, 1].map(|i| ((self.middle[i] + self.extent[i] - 0.5).floor() as i32).clamp(-1, side - 1));
         for y in low[1]..=high[1] {
             all.extend((low[0]..=high[0]).filter_map(|x| Some(([x, y], self.disc_at(side, [x, y])?))));
         }
