@@ -2,7 +2,7 @@
 //! its own beside the measuring, where that does not disturb it, or the measuring itself.
 
 use crate::reference::truth::{
-    Casters, MapTruth, SurfacePoint, limit_mean_abs, limit_steps, picture, picture_tests, points_outside, sample_maps,
+    Casters, MapTruth, SurfacePoint, limit_mean_abs, limit_steps, picture, picture_tries, points_outside, sample_maps,
     surface_points,
 };
 use crate::scene::{Picture, Resolution, Scene, View};
@@ -24,8 +24,9 @@ pub enum Extent {
 /// Covered texels of all maps in a sample.
 const SAMPLED_TEXELS: usize = 4096;
 
-/// Casters tried against rays for a picture, at most: some seconds of one core. Beyond it the picture is a smaller one.
-const PICTURE_TESTS: f64 = 1e9;
+/// What is tried against rays for a picture, at most, as [`picture_tries`] counts it: some seconds of one core. Beyond it the
+/// picture is a smaller one.
+const PICTURE_TRIES: f64 = 1e9;
 
 /// The smallest picture that says anything, pixels across.
 const LEAST_WIDTH: u32 = 80;
@@ -189,13 +190,13 @@ impl<'a> Truth<'a> {
     pub fn picture(&self) -> Option<&LitPicture> {
         let made = self.picture.get_or_init(|| {
             let mut size = self.wanted.picture;
-            let mut tests = picture_tests(self.casters(), self.scene, &self.camera(size));
-            let most = if self.wanted.extent == Extent::Full { f64::INFINITY } else { PICTURE_TESTS };
-            while tests > most && size[0] / 2 >= LEAST_WIDTH {
-                (size, tests) = (size.map(|side| side / 2), tests / 4.0);
+            let mut tries = picture_tries(self.casters(), self.scene, &self.camera(size));
+            let most = if self.wanted.extent == Extent::Full { f64::INFINITY } else { PICTURE_TRIES };
+            while tries > most && size[0] / 2 >= LEAST_WIDTH {
+                (size, tries) = (size.map(|side| side / 2), tries / 4.0);
             }
             let camera = self.camera(size);
-            (tests <= 4.0 * most).then(|| LitPicture { picture: picture(self.casters(), self.scene, &camera), camera })
+            (tries <= 4.0 * most).then(|| LitPicture { picture: picture(self.casters(), self.scene, &camera), camera })
         });
         made.as_ref()
     }
