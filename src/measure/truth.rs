@@ -59,6 +59,8 @@ pub(super) struct Points {
     surface: Vec<SurfacePoint>,
     /// Of these, the side that light is asked for on, unit length; empty for points in space.
     pub normals: Vec<[f32; 3]>,
+    /// Of these, how far the nearest mesh on the way is from the light and from the point, as [`Casters::caster_distances`].
+    pub casters: Vec<[f64; 2]>,
     /// Whether each is in the boundary, of the resolutions that were asked about.
     boundaries: Cached<Vec<Resolution>, Vec<bool>>,
 }
@@ -66,7 +68,8 @@ pub(super) struct Points {
 impl Points {
     /// Points in space.
     pub fn in_space(light: usize, positions: Vec<[f32; 3]>, visibility: Vec<f64>) -> Self {
-        Self { light, positions, visibility, surface: Vec::new(), normals: Vec::new(), boundaries: Cached::new() }
+        let (surface, normals, casters) = (Vec::new(), Vec::new(), Vec::new());
+        Self { light, positions, visibility, surface, normals, casters, boundaries: Cached::new() }
     }
 }
 
@@ -179,7 +182,8 @@ impl<'a> Truth<'a> {
                 let visibility = surface.par_iter().map(visibility).collect();
                 let towards = |p: &SurfacePoint| self.scene.lights[light].towards(p.position);
                 let normals = surface.iter().map(|p| p.facing(towards(p)).as_vec3().into()).collect();
-                Points { light, positions, visibility, surface, normals, boundaries: Cached::new() }
+                let distances = surface.par_iter().map(|p| casters.caster_distances(light, p.position)).collect();
+                Points { light, positions, visibility, surface, normals, casters: distances, boundaries: Cached::new() }
             };
             if self.scene.has_triangles() { (0..self.scene.lights.len()).map(of).collect() } else { Vec::new() }
         })

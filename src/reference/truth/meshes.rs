@@ -71,6 +71,8 @@ pub struct Meshes {
     closed: bool,
     /// The largest coordinate, either sign, world units.
     pub(super) extent: f64,
+    /// Of the box about all of them, world units.
+    pub(super) diagonal: f64,
     /// Nearest distance that counts as a hit, world units: a surface does not shadow itself.
     pub epsilon: f64,
 }
@@ -93,8 +95,10 @@ impl Meshes {
             .collect();
         let closed = triangles.iter().any(|t| t.side != 0);
         let extent = triangles.iter().flat_map(|t| t.corners).fold(0.0, |e: f64, c| e.max(c.abs().max_element()));
+        let corners = || triangles.iter().flat_map(|t| t.corners);
+        let diagonal = (corners().fold(DVec3::MIN, DVec3::max) - corners().fold(DVec3::MAX, DVec3::min)).length();
         let tree = Bvh::build(&mut triangles);
-        Self { triangles, tree, closed, extent, epsilon: extent * 1e-7 }
+        Self { triangles, tree, closed, extent, diagonal, epsilon: extent * 1e-7 }
     }
 
     /// The nearest hit beyond [`Meshes::epsilon`].
