@@ -45,7 +45,13 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
         bytes_transient: Some(1 << 10),
         bytes_on_disk: None,
         counters: [("fragments".to_owned(), 12)].into(),
-        error: Some(RowError { map: Some(point), space: Some(point), surface: None, image: Some(image) }),
+        error: Some(RowError {
+            map: Some(point),
+            space: Some(point),
+            surface: None,
+            casters: None,
+            image: Some(image),
+        }),
         limit_mean_abs: Some(error / 2.0),
         picture: None,
         difference: None,
@@ -102,7 +108,8 @@ fn opaque(scene: &str, technique: &str) -> Row {
         ..PointError::default()
     };
     let image = None;
-    row.error = Some(RowError { map: Some(points(100)), space: Some(points(200)), surface: Some(points(300)), image });
+    let surface = Some(points(300));
+    row.error = Some(RowError { map: Some(points(100)), space: Some(points(200)), surface, casters: None, image });
     (row.standard_error, row.flicker_rms, row.frame_ns) = (Some(0.000_312), Some(0.0625), Some(7_250_000.0));
     row.frames = Some(FramesError { rmse: 0.5, flicker_rms: 0.375 });
     row

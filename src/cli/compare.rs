@@ -7,7 +7,7 @@ use crate::measure::{
     Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Status, Traced, copy_bytes_per_second,
     difference_srgb8, with_case,
 };
-use crate::report::{Store, page, passes, plots, table};
+use crate::report::{Store, casters, page, passes, plots, table};
 use crate::scene::{Motion, Picture, Scene};
 use crate::technique::{Spec, parse};
 use crate::{Error, Result};
@@ -72,6 +72,9 @@ pub struct Arguments {
     /// Print the time of each pass of a build too, and the whole over that of copying as many bytes as it leaves behind
     #[arg(long)]
     passes: bool,
+    /// Print errors on surfaces in the shadow of meshes too, by how far these are from the light and from the surface
+    #[arg(long, conflicts_with = "no_truth")]
+    casters: bool,
     /// Size of the pictures, pixels, up to 16384 a side [default: 640x360, or 320x180 of a quick look]
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
     picture: Option<[u32; 2]>,
@@ -238,6 +241,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     println!("{}", table(&results));
     if arguments.passes {
         println!("{}", passes(&results));
+    }
+    if arguments.casters {
+        println!("{}", casters(&results));
     }
     for (file, svg) in plots(&results) {
         writer.write(|store| store.write_text(file, &svg));

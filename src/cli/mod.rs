@@ -4,6 +4,7 @@ mod bake;
 mod compare;
 mod curve;
 mod devices;
+mod map;
 mod particles;
 mod progress;
 mod render;
@@ -43,6 +44,9 @@ enum Command {
     /// Plot the transmittance along one light ray: the truth, each technique and its nodes
     #[command(after_long_help = techniques())]
     Curve(curve::Arguments),
+    /// Paint the distances in one light's map, of ism: dark is near, orange is empty
+    #[command(after_long_help = techniques())]
+    Map(map::Arguments),
     /// Bake a technique of a scene that stands still, once, into a file: --technique voxelized:file=FILE reads it
     #[command(after_long_help = techniques())]
     Bake(bake::Arguments),
@@ -283,6 +287,7 @@ pub fn main() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         Command::Slice(arguments) => slice::run(&arguments),
         Command::Curve(arguments) => curve::run(&arguments),
+        Command::Map(arguments) => map::run(&arguments),
         Command::Bake(arguments) => bake::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
     };

@@ -292,7 +292,7 @@ impl Case<'_> {
                 beside_truth = Some(drawn);
             }
             let (map, space, surface) = (asked.map.error()?, asked.space.error()?, asked.surface.error()?);
-            row.error = Some(RowError { map, space, surface, image });
+            row.error = Some(RowError { map, space, surface, casters: asked.surface.caster_error(), image });
         }
         if self.effort.turning && self.effort.truth != Extent::None {
             row.frames = self.turn(&mut opened, shading, lighting)?;
@@ -387,6 +387,7 @@ impl Case<'_> {
         let mut answers = Answers { approximate: self.ask(technique, all)?, ..Answers::default() };
         for points in all {
             answers.truth.extend(&points.visibility);
+            answers.casters.extend(&points.casters);
             answers.boundary.extend(truth.boundary(points, resolution).iter());
         }
         Ok(answers)

@@ -53,6 +53,9 @@ pub struct Answers {
     pub truth: Vec<f64>,
     /// Whether each point is in the boundary of an opaque shadow; empty where nothing opaque casts.
     pub boundary: Vec<bool>,
+    /// How far the nearest mesh on the way to the light is from the light and from each point, parts of the diagonal of all meshes:
+    /// infinite where there is none. Empty for points that are on no surface.
+    pub casters: Vec<[f64; 2]>,
 }
 
 /// Compares `approximate` with `truth`, point by point. No points have no error, not one of zero: `None`.
@@ -60,7 +63,7 @@ pub struct Answers {
 /// # Errors
 /// A value that is not a number is a failure that names its point, as is a difference in length.
 pub fn point_error(approximate: &[f32], truth: &[f64]) -> Result<Option<PointError>> {
-    let answers = Answers { approximate: approximate.to_vec(), truth: truth.to_vec(), boundary: Vec::new() };
+    let answers = Answers { approximate: approximate.to_vec(), truth: truth.to_vec(), ..Answers::default() };
     answers.error()
 }
 
@@ -128,6 +131,7 @@ impl Answers {
         self.approximate.extend(others.approximate);
         self.truth.extend(others.truth);
         self.boundary.extend(others.boundary);
+        self.casters.extend(others.casters);
     }
 
     /// The standard error of the mean absolute error outside the boundary, where each `per_texel` points are a texel's and the
@@ -196,6 +200,7 @@ mod tests {
             approximate: vec![1.0, 0.0, 0.25, 0.75, 1.0, 0.25, 0.5],
             truth: vec![0.0, 1.0, 0.5, 0.5, 0.0, 1.0, 0.5],
             boundary: vec![false, false, false, false, true, true, true],
+            casters: vec![],
         };
         let error = answers.error().expect("finite").expect("points outside");
         assert_eq!((error.points, error.leaks, error.false_shadows), (Some(4), Some(1), Some(1)));
@@ -223,7 +228,7 @@ mod tests {
                 order.swap(i, j.min(errors.len() - 1));
             }
             let approximate: Vec<f32> = order[..200].iter().flat_map(|i| [errors[*i] as f32; 4]).collect();
-            let sample = Answers { truth: vec![0.0; approximate.len()], approximate, boundary: vec![] };
+            let sample = Answers { truth: vec![0.0; approximate.len()], approximate, ..Answers::default() };
             means.push(sample.error().expect("finite").expect("points").mean_abs);
             stated.push(sample.standard_error(4, 0.1).expect("texels"));
         }

@@ -54,6 +54,7 @@ mod tests {
             approximate: approximate.to_vec(),
             truth: truth.to_vec(),
             boundary: vec![false, second],
+            casters: vec![],
         };
         let mut flicker = Flicker::default();
         assert_eq!(flicker.rms(), None);

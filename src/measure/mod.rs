@@ -1,5 +1,6 @@
 //! Asks techniques, times them and compares their answers with the truth.
 
+mod caster_error;
 mod compare;
 mod copy;
 mod error_metrics;
@@ -13,6 +14,7 @@ mod timing;
 mod truth;
 mod turning;
 
+pub use caster_error::{CLASSES as CASTER_CLASSES, CasterClass, CasterError};
 pub use compare::{Case, Drawn, Effort, LOOKUPS, with_case};
 pub use copy::copy_bytes_per_second;
 pub use error_metrics::{Answers, BoundaryError, PointError, point_error};

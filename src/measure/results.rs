@@ -1,7 +1,7 @@
 //! The schema of `results.json`, version 2. What a row does not have is absent, never zero. Fields may be added to a
 //! version, and are missing in older files; [`Results::read`] takes files of version 1 too.
 
-use crate::measure::{PointError, Timing};
+use crate::measure::{CasterError, PointError, Timing};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -143,6 +143,9 @@ pub struct RowError {
     /// At points on what the camera sees and on all meshes. Absent without meshes. New in version 2.
     #[serde(default)]
     pub surface: Option<PointError>,
+    /// Of surface points in the shadow of meshes, by how far these are. Absent without such points. New in version 2.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub casters: Option<CasterError>,
     /// Of the shaded picture. Absent where its truth would have taken longer than all else.
     #[serde(default)]
     pub image: Option<ImageError>,

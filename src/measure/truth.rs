@@ -2,7 +2,7 @@
 //! its own beside the measuring, where that does not disturb it, or the measuring itself.
 
 use crate::reference::truth::{
-    Casters, MapTruth, SurfacePoint, limit_mean_abs, limit_steps, picture, picture_tests, points_outside, sample_maps,
+    Casters, MapTruth, SurfacePoint, limit_mean_abs, limit_steps, picture, picture_tries, points_outside, sample_maps,
     surface_points,
 };
 use crate::scene::{Picture, Resolution, Scene, View};
@@ -24,8 +24,9 @@ pub enum Extent {
 /// Covered texels of all maps in a sample.
 const SAMPLED_TEXELS: usize = 4096;
 
-/// Casters tried against rays for a picture, at most: some seconds of one core. Beyond it the picture is a smaller one.
-const PICTURE_TESTS: f64 = 1e9;
+/// What is tried against rays for a picture, at most, as [`picture_tries`] counts it: some seconds of one core. Beyond it the
+/// picture is a smaller one.
+const PICTURE_TRIES: f64 = 1e9;
 
 /// The smallest picture that says anything, pixels across.
 const LEAST_WIDTH: u32 = 80;
@@ -58,6 +59,8 @@ pub(super) struct Points {
     surface: Vec<SurfacePoint>,
     /// Of these, the side that light is asked for on, unit length; empty for points in space.
     pub normals: Vec<[f32; 3]>,
+    /// Of these, how far the nearest mesh on the way is from the light and from the point, as [`Casters::caster_distances`].
+    pub casters: Vec<[f64; 2]>,
     /// Whether each is in the boundary, of the resolutions that were asked about.
     boundaries: Cached<Vec<Resolution>, Vec<bool>>,
 }
@@ -65,7 +68,8 @@ pub(super) struct Points {
 impl Points {
     /// Points in space.
     pub fn in_space(light: usize, positions: Vec<[f32; 3]>, visibility: Vec<f64>) -> Self {
-        Self { light, positions, visibility, surface: Vec::new(), normals: Vec::new(), boundaries: Cached::new() }
+        let (surface, normals, casters) = (Vec::new(), Vec::new(), Vec::new());
+        Self { light, positions, visibility, surface, normals, casters, boundaries: Cached::new() }
     }
 }
 
@@ -178,7 +182,8 @@ impl<'a> Truth<'a> {
                 let visibility = surface.par_iter().map(visibility).collect();
                 let towards = |p: &SurfacePoint| self.scene.lights[light].towards(p.position);
                 let normals = surface.iter().map(|p| p.facing(towards(p)).as_vec3().into()).collect();
-                Points { light, positions, visibility, surface, normals, boundaries: Cached::new() }
+                let distances = surface.par_iter().map(|p| casters.caster_distances(light, p.position)).collect();
+                Points { light, positions, visibility, surface, normals, casters: distances, boundaries: Cached::new() }
             };
             if self.scene.has_triangles() { (0..self.scene.lights.len()).map(of).collect() } else { Vec::new() }
         })
@@ -189,13 +194,13 @@ impl<'a> Truth<'a> {
     pub fn picture(&self) -> Option<&LitPicture> {
         let made = self.picture.get_or_init(|| {
             let mut size = self.wanted.picture;
-            let mut tests = picture_tests(self.casters(), self.scene, &self.camera(size));
-            let most = if self.wanted.extent == Extent::Full { f64::INFINITY } else { PICTURE_TESTS };
-            while tests > most && size[0] / 2 >= LEAST_WIDTH {
-                (size, tests) = (size.map(|side| side / 2), tests / 4.0);
+            let mut tries = picture_tries(self.casters(), self.scene, &self.camera(size));
+            let most = if self.wanted.extent == Extent::Full { f64::INFINITY } else { PICTURE_TRIES };
+            while tries > most && size[0] / 2 >= LEAST_WIDTH {
+                (size, tries) = (size.map(|side| side / 2), tries / 4.0);
             }
             let camera = self.camera(size);
-            (tests <= 4.0 * most).then(|| LitPicture { picture: picture(self.casters(), self.scene, &camera), camera })
+            (tries <= 4.0 * most).then(|| LitPicture { picture: picture(self.casters(), self.scene, &camera), camera })
         });
         made.as_ref()
     }

@@ -5,6 +5,7 @@
 //! | [`Store::write`] | `results.json` and `results.csv`, after every row, atomically |
 //! | [`table`](fn@table) | the terminal |
 //! | [`passes`](fn@passes) | the terminal, where it is asked for |
+//! | [`casters`](fn@casters) | the terminal, where it is asked for |
 //! | [`plots`](fn@plots) | `time-vs-error.svg`, `frame-vs-error.svg` |
 //! | [`page`](fn@page) | `report.html`: the above, the pictures and the definitions in one file without network |
 //!
@@ -12,6 +13,7 @@
 //! page share are listed once, in `columns.rs`, and what is plotted in `axes.rs`. Same results, same bytes out.
 
 mod axes;
+mod casters;
 mod colours;
 mod columns;
 mod curve;
@@ -24,6 +26,7 @@ mod store;
 mod table;
 mod wording;
 
+pub use casters::casters;
 pub use curve::{Line, Points, curve};
 pub use page::page;
 pub use pareto::pareto_front;

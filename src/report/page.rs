@@ -1,7 +1,8 @@
 //! The HTML page: everything in one file.
 
-use crate::measure::{DeviceFacts, PointError, Results, Row, Status};
+use crate::measure::{CASTER_CLASSES, DeviceFacts, PointError, Results, Row, Status};
 use crate::report::axes::AXES;
+use crate::report::casters::{ENDS, cell, heading};
 use crate::report::colours::distinct;
 use crate::report::columns::{Column, shown};
 use crate::report::pareto::{rows_on_front, scenes};
@@ -79,6 +80,7 @@ struct PageRow<'a> {
     cells: Vec<PageCell>,
     bars: Vec<Bar>,
     statistics: Statistics,
+    casters: Statistics,
     counters: Vec<(&'a str, String)>,
     picture: Picture,
     difference: Picture,
@@ -206,6 +208,7 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
             cells: cells.collect(),
             bars: bars.collect(),
             statistics: statistics(row),
+            casters: by_caster(row),
             counters: row.counters.iter().map(|(name, &count)| (name.as_str(), grouped(count))).collect(),
             picture: embedded(dir, row.picture.as_deref()),
             difference: embedded(dir, row.difference.as_deref()),
@@ -254,6 +257,19 @@ fn statistics(row: &Row) -> Statistics {
     ];
     lines.retain(|line| line[1..].iter().any(|value| value != NOTHING));
     Statistics { points, lines }
+}
+
+/// A column for each end of the way between light and surface, a line for each class of distances.
+fn by_caster(row: &Row) -> Statistics {
+    let error = row.error.as_ref().and_then(|error| error.casters.as_ref());
+    let found = ENDS.into_iter().filter_map(|(name, end)| Some((name, error.and_then(end)?)));
+    let (points, ends): (Vec<_>, Vec<_>) = found.unzip();
+    let count = ends.first().map_or(0, |classes| classes.len());
+    let line = |class| {
+        let cells = ends.iter().map(|classes| classes.get(class).map_or(NOTHING.into(), cell));
+        std::iter::once(heading(class)).chain(cells).collect()
+    };
+    Statistics { points, lines: (0..count.min(CASTER_CLASSES.len())).map(line).collect() }
 }
 
 /// `#0072b2`.

@@ -171,6 +171,7 @@ mod tests {
                 map: Some(point),
                 space: Some(point),
                 surface: None,
+                casters: None,
                 image: Some(ImageError { rmse: 0.01, flip_mean: 0.02, bounce_rmse: None, bounce_noise: None }),
             }),
             limit_mean_abs: Some(0.0071),

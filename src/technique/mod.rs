@@ -98,6 +98,15 @@ pub trait Technique {
         Ok(Vec::new())
     }
 
+    /// The distances to what is nearest in the map of light `light` after a build, as many rows as texels a row, infinite where
+    /// nothing is; none for a technique without such maps.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where they cannot be read back.
+    fn distances(&self, _light: usize) -> Result<Vec<f32>> {
+        Ok(Vec::new())
+    }
+
     /// The file that it can be opened from again, after a build for the world as it is now; none for what is not baked.
     ///
     /// # Errors

@@ -54,6 +54,30 @@ fn compare_traces_a_bounce() {
     decodes(&folder.path().join("cornell-64-vpls-bounce.png"), [32, 18]);
 }
 
+/// A virtual light's map before and after holes are filled: the same but for texels that were empty, which are fewer then. What
+/// has no such map is one line.
+#[test]
+fn a_map_is_painted() {
+    log("exercised", "a_map_is_painted", &runs("avsm", "binned").0);
+    let folder = folder();
+    let map = |fill: &str| {
+        let out = folder.path().join(format!("{fill}.png"));
+        let spec = format!("ism:fill={fill},points=1024,path=atomic");
+        let arguments = ["map", "cornell", "--vpls", "64", "--light", "9", "--scale", "2", "--technique", &spec];
+        ok(&[&arguments[..], &["--out", text(&out)]].concat());
+        decodes(&out, [128, 128]);
+        pixels(&bytes(&out))
+    };
+    let empty = |pixels: &[u8]| pixels.chunks(3).filter(|p| p[0] != p[1]).count();
+    let [before, after] = ["off", "on"].map(map);
+    assert!(empty(&after) < empty(&before), "{} after {}", empty(&after), empty(&before));
+    super::errors::fails(&["map", "cornell", "--technique", "shadow-map"], &["shadow-map", "no distances", "ism"]);
+    super::errors::fails(
+        &["map", "cornell", "--technique", "ism", "--vpls", "64", "--light", "64"],
+        &["--light 64", "64 lights"],
+    );
+}
+
 /// The same fog each time, also after frames before it; thicker fog is another picture, fog of no extinction none.
 #[test]
 fn render_fills_fog() {

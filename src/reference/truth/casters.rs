@@ -67,10 +67,11 @@ impl<'a> Casters<'a> {
             .sum()
     }
 
-    /// Casters that [`Casters::visibility`] tries.
-    pub(super) fn candidates(&self, light: usize, position: DVec3) -> usize {
+    /// Casters that [`Casters::visibility`] tries; of boxes and triangles of meshes two take as long as one.
+    pub(super) fn tries(&self, light: usize, position: DVec3) -> usize {
         let map = self.scene.first_map(light) + self.scene.lights[light].map_at(position.as_vec3().into());
-        1 + self.near(map, position).len()
+        let (direction, distance) = self.to_light(light, position);
+        self.near(map, position).len() + self.meshes.tries(position, direction, distance) / 2
     }
 
     /// From `position` to light `light`, and how many times that far the light is.
@@ -83,6 +84,23 @@ impl<'a> Casters<'a> {
     pub fn unblocked(&self, light: usize, position: DVec3) -> bool {
         let (direction, distance) = self.to_light(light, position);
         self.meshes.free(position, direction, distance)
+    }
+
+    /// How far the nearest mesh on the way is from light `light` and from `position`, parts of the diagonal of the box about all
+    /// meshes: infinite where none is on the way, and from a light that is infinitely far.
+    pub fn caster_distances(&self, light: usize, position: DVec3) -> [f64; 2] {
+        let (direction, distance) = self.to_light(light, position);
+        let Some(first) = self.meshes.hit(position, direction).map(|hit| hit.distance).filter(|at| *at < distance)
+        else {
+            return [f64::INFINITY; 2];
+        };
+        let length = direction.length() / self.meshes.diagonal;
+        let from_light = self.scene.lights[light].position().map_or(f64::INFINITY, |place| {
+            // Where the way back meets something later, what is on it touches the light.
+            let back = self.meshes.hit(place, -direction).map_or(0.0, |hit| hit.distance);
+            if back + first <= 1.0 + 1e-9 { back * length } else { 0.0 }
+        });
+        [from_light, first * length]
     }
 
     /// Whether `position` is inside a closed or solid mesh, and light `light` is not: its light is asked for by nobody.
@@ -157,4 +175,39 @@ pub(super) fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
 pub(super) fn optical_depth(ray: &Ray, caster: &Caster, entry: f64, exit: f64) -> f64 {
     let thickness = if caster.is_strand() { 1.0 } else { (exit - entry) * ray.direction.length() };
     f64::from(caster.density) * thickness
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::LightKind;
+    use crate::scene::tests::{mesh, on_the_axis};
+
+    /// Under a lamp at 4 with plates at 3 and at 1 above a ground, seen from the ground and from between.
+    #[test]
+    fn casters_are_where_the_plates_are() {
+        let plate = |z: f32, half: f32| {
+            let corners = vec![[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]];
+            mesh(corners, vec![[0, 1, 2], [0, 2, 3]])
+        };
+        let mut scene = on_the_axis(&[]);
+        scene.meshes = vec![plate(0.0, 2.0), plate(1.0, 1.0), plate(3.0, 1.0)];
+        scene.lights[0].kind = LightKind::Point { position: DVec3::new(0.0, 0.0, 4.0) };
+        let diagonal = (16.0_f64 + 16.0 + 9.0).sqrt();
+        let check = |scene: &Scene, position: [f64; 3], expected: [f64; 2]| {
+            let found = Casters::new(scene).caster_distances(0, DVec3::from(position));
+            for (found, expected) in found.into_iter().zip(expected) {
+                let expected = expected / diagonal;
+                assert!(found == expected || (found - expected).abs() < 1e-12, "{found}, not {expected}");
+            }
+        };
+        check(&scene, [0.1, 0.2, 0.0], [(1.0_f64 + 0.05 / 16.0).sqrt(); 2]);
+        check(&scene, [0.3, 0.0, 2.0], [(1.0_f64 + 0.09 / 4.0).sqrt(); 2]);
+        check(&scene, [0.3, 0.0, 3.5], [f64::INFINITY; 2]);
+        check(&scene, [5.0, 0.0, 0.0], [f64::INFINITY; 2]);
+        scene.meshes.remove(1);
+        check(&scene, [0.0, 0.0, 0.0], [1.0, 3.0]);
+        scene.lights[0].kind = LightKind::Directional { direction: DVec3::NEG_Z };
+        check(&scene, [0.1, 0.2, 0.0], [f64::INFINITY, 3.0]);
+    }
 }

@@ -5,7 +5,8 @@ use bvh::aabb::{Aabb, Bounded, IntersectsAabb};
 use bvh::bounding_hierarchy::BHShape;
 use bvh::bvh::Bvh;
 use glam::DVec3;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
+use std::cell::Cell;
 
 /// Where a ray meets a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,6 +71,8 @@ pub struct Meshes {
     closed: bool,
     /// The largest coordinate, either sign, world units.
     pub(super) extent: f64,
+    /// Of the box about all of them, world units.
+    pub(super) diagonal: f64,
     /// Nearest distance that counts as a hit, world units: a surface does not shadow itself.
     pub epsilon: f64,
 }
@@ -92,31 +95,40 @@ impl Meshes {
             .collect();
         let closed = triangles.iter().any(|t| t.side != 0);
         let extent = triangles.iter().flat_map(|t| t.corners).fold(0.0, |e: f64, c| e.max(c.abs().max_element()));
+        let corners = || triangles.iter().flat_map(|t| t.corners);
+        let diagonal = (corners().fold(DVec3::MIN, DVec3::max) - corners().fold(DVec3::MAX, DVec3::min)).length();
         let tree = Bvh::build(&mut triangles);
-        Self { triangles, tree, closed, extent, epsilon: extent * 1e-7 }
+        Self { triangles, tree, closed, extent, diagonal, epsilon: extent * 1e-7 }
     }
 
     /// The nearest hit beyond [`Meshes::epsilon`].
     pub fn hit(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
+        let way = Way::new(origin, direction, f64::INFINITY);
         let mut nearest: Option<Hit> = None;
-        self.visit(origin, direction, |triangle, distance| {
+        for (triangle, distance) in self.hits(&way) {
             if nearest.is_none_or(|n| distance < n.distance) {
                 let (normal, closed) = (triangle.normal(), triangle.side != 0);
                 nearest = Some(Hit { distance, normal, closed, albedo: triangle.albedo });
+                way.end.set(distance);
             }
-            false
-        });
+        }
         nearest
     }
 
     /// Whether nothing stands within `distance` (in lengths of `direction`).
     pub fn free(&self, origin: DVec3, direction: DVec3, distance: f64) -> bool {
-        let mut free = true;
-        self.visit(origin, direction, |_, hit| {
-            free &= hit >= distance;
-            !free
-        });
-        free
+        let way = Way::new(origin, direction, distance);
+        self.hits(&way).all(|(_, hit)| hit >= distance)
+    }
+
+    /// How many boxes and triangles [`Meshes::free`] tries.
+    pub(super) fn tries(&self, origin: DVec3, direction: DVec3, distance: f64) -> usize {
+        let way = Counted { way: Way::new(origin, direction, distance), boxes: Cell::new(0) };
+        let least = self.epsilon / direction.length();
+        let hit = |triangle: &Triangle| intersect(origin, direction, triangle.corners);
+        let free = |triangle: &&Triangle| !hit(triangle).is_some_and(|at| least < at && at < distance);
+        let triangles = self.meeting(&way).take_while(free).count();
+        triangles + way.boxes.get()
     }
 
     /// Whether a ray leaves more closed things than it enters before `distance` (in lengths of `direction`): whether it begins
@@ -125,9 +137,9 @@ impl Meshes {
         if !self.closed {
             return false;
         }
-        let ray = bvh::ray::Ray::new(point(origin), Vector3::new(direction.x, direction.y, direction.z));
+        let way = Way::new(origin, direction, distance);
         let mut left = 0;
-        for triangle in self.tree.traverse_iterator(&ray, &self.triangles).filter(|t| t.side != 0) {
+        for triangle in self.meeting(&way).filter(|t| t.side != 0) {
             if let Some((at, through_the_back)) = crossing(origin, direction, triangle.corners)
                 && at > 0.0
                 && at < distance
@@ -144,21 +156,55 @@ impl Meshes {
         some.then(|| self.tree.traverse_iterator(what, &self.triangles)).into_iter().flatten()
     }
 
-    /// Calls `on_hit` for each triangle that the ray meets, in no order, until it returns true.
-    fn visit(&self, origin: DVec3, direction: DVec3, mut on_hit: impl FnMut(&Triangle, f64) -> bool) {
-        if self.triangles.is_empty() {
-            return;
+    /// The triangles that a ray meets beyond [`Meshes::epsilon`], and where, in no order.
+    fn hits<'a>(&'a self, way: &'a Way) -> impl Iterator<Item = (&'a Triangle, f64)> {
+        let least = self.epsilon / way.direction.length();
+        let hit =
+            move |triangle: &'a Triangle| Some((triangle, intersect(way.origin, way.direction, triangle.corners)?));
+        self.meeting(way).filter_map(hit).filter(move |(_, distance)| *distance > least)
+    }
+}
+
+/// A ray as far as somebody asks.
+struct Way {
+    origin: DVec3,
+    direction: DVec3,
+    inverse: DVec3,
+    /// In lengths of the direction. Who has found what is nearest may bring it nearer.
+    end: Cell<f64>,
+}
+
+impl Way {
+    fn new(origin: DVec3, direction: DVec3, end: f64) -> Self {
+        Self { origin, direction, inverse: direction.recip(), end: Cell::new(end) }
+    }
+}
+
+impl IntersectsAabb<f64, 3> for Way {
+    /// Never false where they meet, but for what lies in the very face of a box (Kay and Kajiya 1986; of rounding, Ize 2013,
+    /// Robust BVH ray traversal, section 3).
+    fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
+        const ROUNDING: f64 = 1.0 + 8.0 * f64::EPSILON;
+        let (mut near, mut far) = (0.0_f64, self.end.get());
+        for axis in 0..3 {
+            let [low, high] = [aabb.min[axis], aabb.max[axis]].map(|at| (at - self.origin[axis]) * self.inverse[axis]);
+            near = near.max(low.min(high));
+            far = far.min(low.max(high));
         }
-        let ray = bvh::ray::Ray::new(point(origin), Vector3::new(direction.x, direction.y, direction.z));
-        let least = self.epsilon / direction.length();
-        for triangle in self.tree.traverse_iterator(&ray, &self.triangles) {
-            if let Some(distance) = intersect(origin, direction, triangle.corners)
-                && distance > least
-                && on_hit(triangle, distance)
-            {
-                return;
-            }
-        }
+        near <= far * ROUNDING
+    }
+}
+
+/// With how many boxes were tried.
+struct Counted {
+    way: Way,
+    boxes: Cell<usize>,
+}
+
+impl IntersectsAabb<f64, 3> for Counted {
+    fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
+        self.boxes.set(self.boxes.get() + 1);
+        self.way.intersects_aabb(aabb)
     }
 }
 
@@ -243,6 +289,43 @@ mod tests {
                 assert_eq!(found, *inside, "{point:?} along {direction}");
             }
         }
+    }
+
+    /// The hierarchy leaves out no triangle that a ray meets: hits are those of all triangles one after the other, along axes and
+    /// in the planes of faces too, however far the way goes.
+    #[test]
+    fn boxes_hide_nothing() {
+        use rand::Rng;
+        let mut random = rand_pcg::Pcg32::new(5, 7);
+        let mut whole = |count: u32| f64::from(random.next_u32() % count);
+        // On whole coordinates, where boxes of neighbours and rays meet in planes.
+        let corners: Vec<[f32; 3]> = (0..600).map(|_| [0; 3].map(|_| whole(17) as f32 - 8.0)).collect();
+        let cubes = (0..6).map(|i| cube([2.0 * i as f32 - 6.0, 0.0, 0.0], 1.0));
+        let scattered = mesh(corners, (0..200).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect());
+        let meshes = Meshes::new(&cubes.chain([scattered]).collect::<Vec<_>>());
+        let (mut met, mut free) = (0, 0);
+        for i in 0..20_000 {
+            let mut place = || DVec3::from([0; 3].map(|_| 0.5 * whole(41) - 10.0));
+            let (origin, mut direction) = (place(), place());
+            if i % 3 == 0 {
+                let axis = direction.abs().max_position();
+                direction = DVec3::from([0, 1, 2].map(|i| if i == axis { direction[i] } else { 0.0 }));
+            }
+            if direction == DVec3::ZERO {
+                continue;
+            }
+            let least = meshes.epsilon / direction.length();
+            let hits = || meshes.triangles.iter().filter_map(|t| intersect(origin, direction, t.corners));
+            let nearest = hits().filter(|at| *at > least).min_by(f64::total_cmp);
+            assert_eq!(meshes.hit(origin, direction).map(|hit| hit.distance), nearest, "{origin} {direction}");
+            for distance in [0.25, 1.0, f64::INFINITY].into_iter().chain(nearest) {
+                let is_free = nearest.is_none_or(|at| at >= distance);
+                assert_eq!(meshes.free(origin, direction, distance), is_free, "{origin} {direction} {distance}");
+                free += u32::from(is_free);
+            }
+            met += u32::from(nearest.is_some());
+        }
+        assert!(met > 3000 && free > 3000, "{met} {free}");
     }
 
     /// Each triangle as four: more edges and corners to look through, and boxes with faces in the middle.

@@ -6,6 +6,7 @@ use super::meshes::Hit;
 use crate::scene::{Caster, LightKind, Picture, Ray, SKY, Scene, View, far_to_near};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Twin: PARTICLE_ALBEDO.
 const PARTICLE_ALBEDO: DVec3 = DVec3::new(0.92, 0.92, 0.95);
@@ -20,33 +21,38 @@ const CELL_PIXELS: u32 = 8;
 /// Renders `scene` as `camera` sees it. Casters are blended from far to near by the z of their middles, as the
 /// device draws them.
 pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
-    camera_rays(casters, scene, camera, &far_to_near(scene, camera), |_, index, position| {
-        light(casters, scene, position, lift(&casters.all[index as usize]), |_| 1.0)
-    })
+    let caster = |_, index: u32, position| light(casters, scene, position, lift(&casters.all[index as usize]), |_| 1.0);
+    let surface = |position, hit: &Hit| lit_surface(casters, scene, position, hit);
+    camera_rays(casters, scene, camera, &far_to_near(scene, camera), caster, surface)
 }
 
-/// How many casters [`picture`] would try against rays, by a coarse picture of the same view: what it costs.
-pub fn picture_tests(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
+/// How many casters [`picture`] would try against rays to the lights, meshes included, by a coarse picture of the same view and
+/// some of many lights: what it costs.
+pub fn picture_tries(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
+    /// Lights that are asked for.
+    const SOME: usize = 64;
     let small = View { width: 32, height: 18, ..*camera };
-    let tests = std::sync::atomic::AtomicUsize::new(0);
-    let order: Vec<u32> = (0..casters.all.len() as u32).collect();
-    camera_rays(casters, scene, &small, &order, |_, _, position| {
-        let shining = (0..scene.lights.len()).filter(|light| scene.lights[*light].shines_on(position));
-        let all = shining.map(|light| casters.candidates(light, position)).sum();
-        tests.fetch_add(all, std::sync::atomic::Ordering::Relaxed);
+    let step = scene.lights.len().div_ceil(SOME).max(1);
+    let all = AtomicUsize::new(0);
+    let see = |position| {
+        let shining = (0..scene.lights.len()).step_by(step).filter(|light| scene.lights[*light].shines_on(position));
+        all.fetch_add(shining.map(|light| casters.tries(light, position)).sum(), Ordering::Relaxed);
         DVec3::ZERO
-    });
-    tests.into_inner() as f64 * camera.texels() as f64 / small.texels() as f64
+    };
+    let order: Vec<u32> = (0..casters.all.len() as u32).collect();
+    camera_rays(casters, scene, &small, &order, |_, _, position| see(position), |position, _| see(position));
+    all.into_inner() as f64 * step as f64 * camera.texels() as f64 / small.texels() as f64
 }
 
 /// A ray a pixel through casters in this order; what arrives at a caster is `light` of the pixel, the caster's index and
-/// the middle of what the ray sees of it.
+/// the middle of what the ray sees of it. A mesh looks as `surface` says of where the ray meets it.
 pub(in crate::reference) fn camera_rays(
     casters: &Casters,
     scene: &Scene,
     camera: &View,
     order: &[u32],
     light: impl Fn(DVec2, u32, DVec3) -> DVec3 + Sync,
+    surface: impl Fn(DVec3, &Hit) -> DVec3 + Sync,
 ) -> Picture {
     let cells =
         View { width: camera.width.div_ceil(CELL_PIXELS), height: camera.height.div_ceil(CELL_PIXELS), ..*camera };
@@ -58,7 +64,7 @@ pub(in crate::reference) fn camera_rays(
         .map(|i| {
             let at = DVec2::new(f64::from(i % camera.width) + 0.5, f64::from(i / camera.width) + 0.5);
             let light = |index, position| light(at, index, position);
-            pixel(casters, scene, camera, &camera.ray(at), grid.at(at * share), light).as_vec3().into()
+            pixel(casters, scene, camera, &camera.ray(at), grid.at(at * share), light, &surface).as_vec3().into()
         })
         .collect();
     Picture { width: camera.width, height: camera.height, pixels }
@@ -71,6 +77,7 @@ fn pixel(
     ray: &Ray,
     candidates: &[u32],
     light: impl Fn(u32, DVec3) -> DVec3,
+    surface: impl Fn(DVec3, &Hit) -> DVec3,
 ) -> DVec3 {
     let mut color = DVec3::from(SKY.map(f64::from));
     let mut farthest = f64::from(camera.far);
@@ -78,7 +85,7 @@ fn pixel(
         && hit.distance < farthest
     {
         farthest = hit.distance;
-        color = surface(casters, scene, ray.at(hit.distance), &hit);
+        color = surface(ray.at(hit.distance), &hit);
     }
     for &i in candidates {
         let caster = &casters.all[i as usize];
@@ -95,7 +102,8 @@ fn pixel(
     color
 }
 
-fn surface(casters: &Casters, scene: &Scene, position: DVec3, hit: &Hit) -> DVec3 {
+/// How a mesh looks where a ray meets it.
+pub(in crate::reference) fn lit_surface(casters: &Casters, scene: &Scene, position: DVec3, hit: &Hit) -> DVec3 {
     let light = light(casters, scene, position, 0.0, |towards| hit.normal.dot(towards).abs());
     DVec3::from(hit.albedo.map(f64::from)) * (ambient(scene) + light)
 }
@@ -132,4 +140,31 @@ pub(in crate::reference) fn light(
         }
     }
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Camera;
+    use crate::scene::tests::{mesh, on_the_axis};
+
+    /// What a picture of a plate costs grows with its pixels and with the lights, also with more than are asked for; the sky costs
+    /// nothing.
+    #[test]
+    fn meshes_cost_something() {
+        let mut scene = on_the_axis(&[]);
+        let corners = vec![[-99.0, -99.0, 0.0], [99.0, -99.0, 0.0], [99.0, 99.0, 0.0], [-99.0, 99.0, 0.0]];
+        scene.meshes = vec![mesh(corners, vec![[0, 1, 2], [0, 2, 3]])];
+        scene.camera =
+            Camera { position: DVec3::Z, target: DVec3::new(0.1, 0.0, 0.0), up: DVec3::X, fov_y_degrees: 30.0 };
+        let tries =
+            |scene: &Scene, size| picture_tries(&Casters::new(scene), scene, &View::camera(&scene.camera, scene, size));
+        let one = tries(&scene, [32, 18]);
+        assert!(one >= 576.0, "{one}");
+        assert_eq!(tries(&scene, [64, 36]), 4.0 * one);
+        scene.lights = vec![scene.lights[0]; 640];
+        assert_eq!(tries(&scene, [32, 18]), 640.0 * one);
+        scene.camera.target = DVec3::new(0.1, 0.0, 2.0);
+        assert_eq!(tries(&scene, [32, 18]), 0.0);
+    }
 }

@@ -8,8 +8,8 @@ use glam::{DVec2, DVec3};
 /// What is left of a square counts as nothing below this, texels²: edges that triangles share leave so much by rounding.
 const NOTHING: f64 = 1e-9;
 
-/// Pieces of a square beyond which it is taken to be partly lit.
-const MOST_PIECES: usize = 4096;
+/// Times that a square is cut, beyond which it is taken to be partly lit.
+const MOST_CUTS: usize = 1 << 16;
 
 /// On one side of a plane: where `normal · p <= most`.
 #[derive(Clone, Copy)]
@@ -24,7 +24,7 @@ pub(super) struct Shaft(Vec<Half>);
 impl Shaft {
     /// The part of a triangle that is in it.
     fn part(&self, corners: [DVec3; 3]) -> Vec<DVec3> {
-        self.0.iter().fold(corners.to_vec(), |polygon, half| clip(&polygon, *half))
+        self.0.iter().fold(corners.to_vec(), |polygon, half| clip(polygon, *half))
     }
 }
 
@@ -66,19 +66,11 @@ impl Neighbourhood<'_> {
                 return true;
             }
             // What is met within the box blocks only what is behind it.
-            let in_front: Vec<_> = clip(&met, self.before(z.x)).iter().map(|p| self.view.project(*p).0).collect();
-            blockers.push((area(&in_front).abs(), in_front));
+            let in_front = clip(met, self.before(z.x));
+            blockers.push(Flat::new(in_front.iter().map(|p| self.view.project(*p).0).collect()));
         }
-        // The largest first, so that little is left for the others.
-        blockers.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut lit = vec![vec![low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)]];
-        for (_, blocker) in &blockers {
-            lit = lit.into_iter().flat_map(|piece| without(piece, blocker)).collect();
-            if lit.is_empty() || lit.len() > MOST_PIECES {
-                break;
-            }
-        }
-        blocked && !lit.is_empty()
+        let square = Flat::new(vec![low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)]);
+        blocked && is_left(square, blockers)
     }
 
     /// Whether it is not in front of an eye.
@@ -134,9 +126,12 @@ impl Neighbourhood<'_> {
 }
 
 /// The part of a convex polygon that is on the inner side; nothing where that is a line.
-fn clip(polygon: &[DVec3], half: Half) -> Vec<DVec3> {
+fn clip(polygon: Vec<DVec3>, half: Half) -> Vec<DVec3> {
     let beyond = |p: &DVec3| half.normal.dot(*p) - half.most;
-    let part = cut(polygon, beyond, |a, b, share| a + (b - a) * share);
+    if polygon.iter().all(|p| beyond(p) <= 0.0) {
+        return polygon;
+    }
+    let part = cut(&polygon, beyond, |a, b, share| a + (b - a) * share);
     if part.len() < 3 { Vec::new() } else { part }
 }
 
@@ -156,33 +151,61 @@ fn cut<P: Copy>(polygon: &[P], beyond: impl Fn(&P) -> f64, between: impl Fn(P, P
     part
 }
 
-/// What is left of a convex piece without a convex polygon: convex pieces.
-fn without(piece: Vec<DVec2>, polygon: &[DVec2]) -> Vec<Vec<DVec2>> {
-    let turn = area(polygon);
-    if !turn.is_normal() || are_apart(&piece, polygon) {
-        return vec![piece];
-    }
-    let (mut inside, mut pieces) = (piece.clone(), Vec::new());
-    for (i, from) in polygon.iter().enumerate() {
-        let edge = polygon[(i + 1) % polygon.len()] - *from;
-        // Positive outside.
-        let out = |p: &DVec2| -edge.perp_dot(*p - *from) * turn.signum();
-        let between = |a: DVec2, b: DVec2, share: f64| a + (b - a) * share;
-        let outside = cut(&inside, |p| -out(p), between);
-        if area(&outside).abs() > NOTHING {
-            pieces.push(outside);
-        }
-        inside = cut(&inside, out, between);
-    }
-    // What the polygon misses stays in one piece.
-    if area(&inside).abs() > NOTHING { pieces } else { vec![piece] }
+/// A convex polygon.
+struct Flat {
+    corners: Vec<DVec2>,
+    /// As [`area`] has it.
+    area: f64,
+    low: DVec2,
+    high: DVec2,
 }
 
-/// Whether some line along an axis is between them.
-fn are_apart(a: &[DVec2], b: &[DVec2]) -> bool {
-    let bounds = |p: &[DVec2]| p.iter().fold((DVec2::MAX, DVec2::MIN), |(low, high), c| (low.min(*c), high.max(*c)));
-    let ((a_low, a_high), (b_low, b_high)) = (bounds(a), bounds(b));
-    a_low.cmpge(b_high).any() || b_low.cmpge(a_high).any()
+impl Flat {
+    fn new(corners: Vec<DVec2>) -> Self {
+        let include = |(low, high): (DVec2, DVec2), c: &DVec2| (low.min(*c), high.max(*c));
+        let (low, high) = corners.iter().fold((DVec2::MAX, DVec2::MIN), include);
+        Self { area: area(&corners), corners, low, high }
+    }
+
+    /// Whether no line along an axis is between them, and neither is a line itself.
+    fn meets(&self, other: &Self) -> bool {
+        other.area.is_normal() && self.low.cmplt(other.high).all() && other.low.cmplt(self.high).all()
+    }
+
+    /// What is left of it without another: convex pieces.
+    fn without(self, other: &Self) -> Vec<Self> {
+        let (mut inside, mut pieces) = (self.corners.clone(), Vec::new());
+        for (i, from) in other.corners.iter().enumerate() {
+            let edge = other.corners[(i + 1) % other.corners.len()] - *from;
+            // Positive outside.
+            let out = |p: &DVec2| -edge.perp_dot(*p - *from) * other.area.signum();
+            let between = |a: DVec2, b: DVec2, share: f64| a + (b - a) * share;
+            let outside = cut(&inside, |p| -out(p), between);
+            if area(&outside).abs() > NOTHING {
+                pieces.push(Self::new(outside));
+            }
+            inside = cut(&inside, out, between);
+        }
+        // What the other misses stays in one piece.
+        if area(&inside).abs() > NOTHING { pieces } else { vec![self] }
+    }
+}
+
+/// Whether anything of a polygon is in none of the others. One piece of it is followed through all of them before the next is
+/// looked at: the first that is left is the answer.
+fn is_left(polygon: Flat, mut others: Vec<Flat>) -> bool {
+    // The largest first, so that little is left for the others.
+    others.sort_by(|a, b| b.area.abs().total_cmp(&a.area.abs()));
+    // Each with how many of the others it is outside of.
+    let (mut pieces, mut cuts) = (vec![(polygon, 0)], 0);
+    while let Some((piece, outside)) = pieces.pop() {
+        let met = others[outside..].iter().position(|other| piece.meets(other));
+        let Some(met) = met.filter(|_| cuts < MOST_CUTS) else { return true };
+        cuts += 1;
+        let outside = outside + met + 1;
+        pieces.extend(piece.without(&others[outside - 1]).into_iter().map(|piece| (piece, outside)));
+    }
+    false
 }
 
 /// Positive where the corners turn counter-clockwise.

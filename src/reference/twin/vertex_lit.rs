@@ -1,7 +1,7 @@
 //! Pictures under `lighting=vertex`: light is asked for at the vertices of each caster's quad and interpolated between them.
 //! Twin: glsl/consume/vertex_lit.tesc ([`quad`]) and vertex_lit.tese ([`asked`]).
 
-use crate::reference::truth::{Casters, camera_rays, lift, light};
+use crate::reference::truth::{Casters, camera_rays, lift, light, lit_surface};
 use crate::scene::{Caster, Picture, Scene, View, far_to_near};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -125,10 +125,12 @@ pub fn picture(casters: &Casters, scene: &Scene, camera: &View, spacing: f64) ->
     let order = far_to_near(scene, camera);
     let size = DVec2::new(camera.width.into(), camera.height.into());
     [0, 1].map(|bound| {
-        camera_rays(casters, scene, camera, &order, |pixel, index, _| {
+        let caster = |pixel, index: u32, _| {
             let ndc = pixel / size * 2.0 - 1.0;
             // What has no quad meets no ray, rounding aside.
             lit[index as usize].as_ref().map_or(DVec3::ZERO, |l| l.at(ndc)[bound])
-        })
+        };
+        let surface = |position, hit: &_| lit_surface(casters, scene, position, hit);
+        camera_rays(casters, scene, camera, &order, caster, surface)
     })
 }

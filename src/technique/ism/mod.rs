@@ -119,6 +119,10 @@ impl Technique for Ism {
         self.resolution.clone()
     }
 
+    fn distances(&self, light: usize) -> Result<Vec<f32>> {
+        self.atlas.map(light)
+    }
+
     fn facts(&self) -> Result<Facts> {
         let mut counters = std::collections::BTreeMap::new();
         let seen = self.atlas.seen()?;
