@@ -28,6 +28,8 @@ shared uint pairs[2048];
 // Clusters of each rank; then points of the clusters of each thread.
 shared uint histogram[ADAPT_THREADS];
 shared uint scan[2][ADAPT_THREADS];
+// The cluster that the first of each RUN points is of.
+shared uint run_firsts[16384u / RUN];
 shared uint best;
 shared uint first_more;
 
@@ -140,17 +142,23 @@ void main() {
     }
     uint start = scan[from][thread] - sum, total = scan[from][ADAPT_THREADS - 1u];
     for (uint i = thread * own; i < (thread + 1u) * own; ++i) {
-        uint low = half_of(2u * i), high = half_of(2u * i + 1u);
-        uint second = start + count_of(low, rate + uint(low >= more));
-        pairs[i] = start | second << 16u;
-        start = second + count_of(high, rate + uint(high >= more));
+        uint starts[2];
+        for (uint part = 0u; part < 2u; ++part) {
+            uint rank = half_of(2u * i + part), end = start + count_of(rank, rate + uint(rank >= more));
+            for (uint run = (start + RUN - 1u) / RUN; run * RUN < end; ++run) {
+                run_firsts[run] = 2u * i + part;
+            }
+            starts[part] = start;
+            start = end;
+        }
+        pairs[i] = starts[0] | starts[1] << 16u;
     }
     barrier();
     uint scrambled = ism_hash(light);
     for (uint i = thread; i < points; i += ADAPT_THREADS) {
         uint code = UNTAKEN;
         if (i < total) {
-            uint low = 0u, high = count - 1u;
+            uint low = run_firsts[i / RUN], high = (i / RUN + 1u) * RUN < total ? run_firsts[i / RUN + 1u] : count - 1u;
             while (low < high) {
                 uint middle = (low + high + 1u) / 2u;
                 if (half_of(middle) <= i) {

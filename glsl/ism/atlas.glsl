@@ -27,19 +27,19 @@ CONSTANT(bool, ISM_ADAPTIVE, false)
 
 // The `i`-th point that a light takes, and the radius of the disc that it stands for; false where it takes fewer.
 bool take(uint light, uint i, out IsmPoint point, out float radius) {
-    uint index = 0u;
-    if (ISM_ADAPTIVE) {
-        uint code = taken[light * points + i];
-        if (code == UNTAKEN) {
-            return false;
-        }
-        index = taken_index(code);
-        radius = taken_radius(code, head.radius);
-    } else {
-        index = point_of(light, i, points);
+    if (!ISM_ADAPTIVE) {
+        point = pool[point_of(light, i, points)];
         radius = head.radius;
+        return true;
     }
-    point = pool[index];
+    uint code = taken[light * points + i];
+    if (code == UNTAKEN) {
+        point = IsmPoint(vec3(0.0), 0u);
+        radius = 0.0;
+        return false;
+    }
+    point = pool[taken_index(code)];
+    radius = taken_radius(code, head.radius);
     return true;
 }
 

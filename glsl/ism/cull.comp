@@ -38,13 +38,13 @@ void main() {
     uint places[ROUNDS];
     vec4 drawn[ROUNDS];
     for (uint round = 0u; round < ROUNDS; ++round) {
-        IsmPoint point = IsmPoint(origin, 0u);
+        IsmPoint point;
         float radius;
         bool keep = take(light, start + round * CULL_THREADS + thread, point, radius);
         precise vec3 offset = point.position - origin;
         keep = keep && dot(offset, offset) < FARTHEST && is_before(origin, forward, offset)
                  && is_seen(unpack_normal(point.normal), forward, offset, point_closed(point.normal));
-        drawn[round] = drawn_point(light, axes, offset, radius);
+        drawn[round] = drawn_point(light, axes, offset, radius, head.radius);
 #if BALLOTS == 1
         uvec4 ballot = subgroupBallot(keep);
         uint of_subgroup = 0u;

@@ -21,7 +21,7 @@ vec4 point_at(uint drawn) {
     bool takes = take(light, drawn % points, point, radius);
     precise vec3 offset = point.position - lights[light].position;
     bool before = takes && is_before(lights[light].position, lights[light].direction, offset);
-    return before ? drawn_point(light, axes_of(lights[light].direction), offset, radius) : vec4(0.0);
+    return before ? drawn_point(light, axes_of(lights[light].direction), offset, radius, head.radius) : vec4(0.0);
 }
 
 void main() {

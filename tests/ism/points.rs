@@ -7,7 +7,7 @@ use gobo::reference::twin::ism::points::{SUBSETS, area, point, sums, unpack_norm
 use gobo::scene::{Mesh, Scene, sides};
 use gobo::technique::{PointData, PointsData};
 
-fn triangles(scene: &Scene) -> Vec<[[f32; 3]; 3]> {
+pub fn triangles(scene: &Scene) -> Vec<[[f32; 3]; 3]> {
     let of = |mesh: &Mesh| mesh.triangles.iter().map(|t| t.map(|i| mesh.positions[i as usize])).collect::<Vec<_>>();
     scene.meshes.iter().flat_map(of).collect()
 }

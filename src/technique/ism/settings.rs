@@ -149,8 +149,7 @@ mod tests {
             Settings { size: 64, points: 8192, adaptive: false, way: None, culling: true, slide: false, fill: true };
         assert_eq!(of("ism"), plain);
         let way = Some(Way::Atomic);
-        let other =
-            Settings { size: 32, points: 1024, adaptive: true, way, culling: false, slide: true, fill: false };
+        let other = Settings { size: 32, points: 1024, adaptive: true, way, culling: false, slide: true, fill: false };
         assert_eq!(of("ism:size=32,points=1024,adaptive=on,path=atomic,culling=off,facing=slide,fill=off"), other);
         assert_eq!(
             [32, 64, 128].map(|size| Settings { size, ..plain }).map(|s| (s.levels(), s.texels())),
