@@ -24,17 +24,13 @@ CONSTANT(uint, ISM_STRIDE, 4096u)
 const float RECEIVER_TEXELS = 1.5;
 const float RECEIVER_POINTS = 0.5;
 
-// Where lights choose their points, what is near is in many small ones.
-CONSTANT(bool, ISM_ADAPTIVE, false)
-const float RECEIVER_ADAPTIVE = 0.125;
-
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     Light l = visibility_lights[light];
     vec3 offset = position - l.position;
     float distance = length(offset), along = dot(offset, l.direction);
     float width = max(distance + along, 0.0) * (2.0 / float(ISM_SIZE));
-    return position + normal * max(RECEIVER_TEXELS * width, (ISM_ADAPTIVE ? RECEIVER_ADAPTIVE : RECEIVER_POINTS) * visibility_points.radius);
+    return position + normal * max(RECEIVER_TEXELS * width, RECEIVER_POINTS * visibility_points.radius);
 }
 
 float light_visibility(uint light, vec3 position) {

@@ -71,10 +71,8 @@ impl Ism {
         let atlas = Atlas::new(context, world, settings, way, &sample, adapt.as_ref())?;
         let resources = [&world.lights, &sample.head, &atlas.maps].map(|buffer| Resource::Buffer(buffer.clone()));
         let look_up = Bindings::new(context, "ism.look_up", &resources)?;
-        let constants = Constants::new()
-            .set(constant::ISM_SIZE, settings.size)
-            .set(constant::ISM_STRIDE, atlas.stride())
-            .set(constant::ISM_ADAPTIVE, settings.adaptive);
+        let constants =
+            Constants::new().set(constant::ISM_SIZE, settings.size).set(constant::ISM_STRIDE, atlas.stride());
         Ok(Self { settings: *settings, way, reason, sample, adapt, atlas, resolution: Vec::new(), look_up, constants })
     }
 

@@ -70,7 +70,8 @@ fn rank_of(choice: &Choice, origin: V3, forward: V3, cluster: &Cluster) -> u32 {
     let thick = if slide { 0.0 } else { cluster.thick };
     let most =
         dot(cluster.normal, along) + thick + 1.001 * cluster.spread * wide + 1e-5 * wide + ROUNDING * sum(origin);
-    if choice.culling.on && cluster.closed && !(most > 0.0) {
+    let seen = most > 0.0;
+    if choice.culling.on && cluster.closed && !seen {
         return 0;
     }
     let straight = dot(cluster.normal, offset).abs() / distance.max(1e-30);
