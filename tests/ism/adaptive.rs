@@ -47,9 +47,11 @@ fn adaptive_points_equal_their_twin() {
                 let (head, pool) = ism.points().expect("the points");
                 let triangles = crate::points::triangles(&scene);
                 let sums = sums(&triangles.iter().map(|t| area(*t)).collect::<Vec<_>>(), head.scale);
+                // The rounding of areas shifts points along the curve, by some units of weight in 2^30 and so by the root of that share.
+                let far = 0.1 * (f64::from(head.area) / pool.len() as f64).sqrt();
                 let moved = (0..).zip(&pool).filter(|(i, got)| {
                     let (_, wanted) = point_along(&triangles, &sums, *i, points).expect("there is area");
-                    DVec3::from(got.position.map(f64::from)).distance(wanted.map(f64::from).into()) > 1e-5
+                    DVec3::from(got.position.map(f64::from)).distance(wanted.map(f64::from).into()) > far
                 });
                 let moved = moved.count();
                 assert!(moved * 500 < pool.len(), "{text}: {moved} of {} points stand elsewhere", pool.len());
