@@ -2,6 +2,8 @@
 
 mod support;
 
+#[path = "ism/adaptive.rs"]
+mod adaptive;
 #[path = "ism/answers.rs"]
 mod answers;
 #[path = "ism/maps.rs"]

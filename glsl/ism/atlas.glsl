@@ -1,6 +1,7 @@
 // What the passes share that fill maps. Twin: technique::ism::AtlasPush.
 #ifndef ISM_ATLAS_GLSL
 #define ISM_ATLAS_GLSL
+#include "ism/adaptive.glsl"
 #include "ism/splat.glsl"
 
 layout(push_constant, scalar) uniform AtlasPush {
@@ -18,6 +19,29 @@ layout(set = 0, binding = 1, scalar) readonly buffer AtlasHead { IsmPoints head;
 layout(set = 0, binding = 2, scalar) readonly buffer AtlasPool { IsmPoint pool[]; };
 layout(set = 0, binding = 3, scalar) coherent ATLAS_ACCESS buffer AtlasMaps { uint maps[]; };  // map after map
 layout(set = 0, binding = 4, scalar) ATLAS_ACCESS buffer AtlasSeen { uint seen[]; };            // of each light: points that it sees
+
+layout(set = 0, binding = 5, scalar) readonly buffer AtlasTaken { uint taken[]; };  // of each light: its points, where it chose them
+
+// Whether lights chose their points.
+CONSTANT(bool, ISM_ADAPTIVE, false)
+
+// The `i`-th point that a light takes, and the radius of the disc that it stands for; false where it takes fewer.
+bool take(uint light, uint i, out IsmPoint point, out float radius) {
+    if (!ISM_ADAPTIVE) {
+        point = pool[point_of(light, i, points)];
+        radius = head.radius;
+        return true;
+    }
+    uint code = taken[light * points + i];
+    if (code == UNTAKEN) {
+        point = IsmPoint(vec3(0.0), 0u);
+        radius = 0.0;
+        return false;
+    }
+    point = pool[taken_index(code)];
+    radius = taken_radius(code, head.radius);
+    return true;
+}
 
 // Fill holes, or leave them.
 CONSTANT(bool, ISM_FILL, true)

@@ -17,8 +17,8 @@ const uint UNKEPT = 0xffffffffu;
 
 layout(local_size_x = 128) in;
 
-layout(set = 0, binding = 5, scalar) writeonly buffer CullListed { vec4 listed[]; };
-layout(set = 0, binding = 6, scalar) buffer CullDraw { uint draw[]; };  // a VkDrawIndirectCommand
+layout(set = 0, binding = 6, scalar) writeonly buffer CullListed { vec4 listed[]; };
+layout(set = 0, binding = 7, scalar) buffer CullDraw { uint draw[]; };  // a VkDrawIndirectCommand
 
 shared uint kept;
 shared uint first;
@@ -38,11 +38,13 @@ void main() {
     uint places[ROUNDS];
     vec4 drawn[ROUNDS];
     for (uint round = 0u; round < ROUNDS; ++round) {
-        IsmPoint point = pool[point_of(light, start + round * CULL_THREADS + thread, points)];
+        IsmPoint point;
+        float radius;
+        bool keep = take(light, start + round * CULL_THREADS + thread, point, radius);
         precise vec3 offset = point.position - origin;
-        bool keep = dot(offset, offset) < FARTHEST && is_before(origin, forward, offset)
+        keep = keep && dot(offset, offset) < FARTHEST && is_before(origin, forward, offset)
                  && is_seen(unpack_normal(point.normal), forward, offset, point_closed(point.normal));
-        drawn[round] = drawn_point(light, axes, offset, head.radius);
+        drawn[round] = drawn_point(light, axes, offset, radius, head.radius);
 #if BALLOTS == 1
         uvec4 ballot = subgroupBallot(keep);
         uint of_subgroup = 0u;

@@ -5,7 +5,7 @@
 #include "ism/atlas.glsl"
 #include "ism/drawn.glsl"
 
-layout(set = 0, binding = 5, scalar) readonly buffer DrawListed { vec4 listed[]; };
+layout(set = 0, binding = 6, scalar) readonly buffer DrawListed { vec4 listed[]; };
 
 layout(location = 0) flat out uvec2 corner;
 
@@ -13,12 +13,15 @@ layout(location = 0) flat out uvec2 corner;
 const float SQUARE = 0.88622693;
 const float TRIANGLE = 1.55512030;
 
-// Point `drawn` of all points of all lights; its radius is 0 where it is not before the light's plane.
+// Point `drawn` of all points of all lights; its radius is 0 where it is not before the light's plane, or the light takes fewer.
 vec4 point_at(uint drawn) {
     uint light = drawn / points;
-    precise vec3 offset = pool[point_of(light, drawn % points, points)].position - lights[light].position;
-    bool before = is_before(lights[light].position, lights[light].direction, offset);
-    return before ? drawn_point(light, axes_of(lights[light].direction), offset, head.radius) : vec4(0.0);
+    IsmPoint point;
+    float radius;
+    bool takes = take(light, drawn % points, point, radius);
+    precise vec3 offset = point.position - lights[light].position;
+    bool before = takes && is_before(lights[light].position, lights[light].direction, offset);
+    return before ? drawn_point(light, axes_of(lights[light].direction), offset, radius, head.radius) : vec4(0.0);
 }
 
 void main() {

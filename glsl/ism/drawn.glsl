@@ -24,14 +24,15 @@ uvec2 map_corner(uint map, uint size) { return uvec2(map % COLUMNS, map / COLUMN
 // Rays through the middles of texels alone meet what is drawn: it is wider than a disc, which a texel has as well that it comes near to.
 const float WIDER = 1.2;
 
-// A point in the target: its middle and its radius, texels, and its depth. `offset`: from the light, world axes.
-vec4 drawn_point(uint light, Axes axes, vec3 offset, float radius) {
+// A point in the target: its middle and its radius, texels, and its depth. `offset`: from the light, world axes; `usual`: the radius
+// that depths are stored by.
+vec4 drawn_point(uint light, Axes axes, vec3 offset, float radius, float usual) {
     vec3 way = into_axes(axes, offset);
     float distance = length(way), ahead = distance + way.z;
     // Never on the border, where the next map begins.
     vec2 middle = clamp((way.xy / ahead * 0.5 + 0.5) * float(ISM_SIZE), vec2(0.0), vec2(float(ISM_SIZE) - 0.01));
     // At least half a texel, so that the texel that it is in has it.
     float reach = max(WIDER * radius / ahead * (0.5 * float(ISM_SIZE)), 0.57);
-    return vec4(middle + vec2(map_corner(light, ISM_SIZE)), reach, drawn_depth(distance, radius));
+    return vec4(middle + vec2(map_corner(light, ISM_SIZE)), reach, drawn_depth(distance, usual));
 }
 #endif

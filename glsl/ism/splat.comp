@@ -18,8 +18,10 @@ void main() {
         kept = 0u;
     }
     barrier();
+    IsmPoint point;
+    float radius;
     Splat splat;
-    if (project(axes_of(lights[light].direction), lights[light].position, pool[point_of(light, i, points)], head.radius, splat)) {
+    if (take(light, i, point, radius) && project(axes_of(lights[light].direction), lights[light].position, point, radius, splat)) {
         atomicAdd(kept, 1u);
         uint start = light * ISM_TEXELS;
         if (in_map(splat)) {

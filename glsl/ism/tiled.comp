@@ -29,12 +29,15 @@ void main() {
     vec3 origin = lights[light].position;
     uint kept = 0u;
     // A point is on its way from memory while the one before it is splatted.
-    IsmPoint next = pool[point_of(light, thread, points)];
-    for (uint i = thread; i < points; i += THREADS) {
+    IsmPoint next;
+    float next_radius;
+    bool takes = take(light, thread, next, next_radius);
+    for (uint i = thread; i < points && takes; i += THREADS) {
         IsmPoint point = next;
-        next = pool[point_of(light, min(i + THREADS, points - 1u), points)];
+        float radius = next_radius;
+        takes = take(light, min(i + THREADS, points - 1u), next, next_radius);
         Splat splat;
-        if (!project(axes, origin, point, head.radius, splat)) {
+        if (!project(axes, origin, point, radius, splat)) {
             continue;
         }
         ++kept;

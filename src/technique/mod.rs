@@ -25,8 +25,8 @@ pub use avsm::{Avsm, NodeData};
 pub use beer_shadow_map::beer_shadow_map;
 pub use build::{Built, Opened, open};
 pub use ism::{
-    Atlas as IsmAtlas, Facing, Ism, PointData, PointsData, SUBSETS as ISM_SUBSETS, Settings as IsmSettings,
-    Way as IsmWay,
+    Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Facing, Ism, PointData, PointsData, SUBSETS as ISM_SUBSETS,
+    Settings as IsmSettings, Way as IsmWay,
 };
 pub use keys::{Key, Values};
 pub use psm::Psm;

@@ -12,7 +12,7 @@ use gobo::grid::GridData;
 use gobo::maps::{BinTotals, Extents, ItemData, Map, SegmentData, TilePart};
 use gobo::scene::{Body, Caster, Jet, Law, View};
 use gobo::shaders::ALL;
-use gobo::technique::{LevelCounts, NodeData, PointData, PointsData, TreeData};
+use gobo::technique::{ClusterData, LevelCounts, NodeData, PointData, PointsData, TreeData};
 use gobo::world::{LightData, TriangleData};
 use spirq::ReflectConfig;
 use spirq::ty::{ScalarType, Type};
@@ -52,6 +52,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ),
         ("Map", twin!(Map, volume, opaque)),
         ("IsmPoint", twin!(PointData, position, normal)),
+        ("IsmCluster", twin!(ClusterData, middle, reach, normal, spread, thick, closed)),
         ("IsmPoints", twin!(PointsData, scale, total, radius, area)),
         ("Extents", twin!(Extents, low, high)),
         ("Item", twin!(ItemData, key, index)),

@@ -98,6 +98,8 @@ fn a_room_is_about_what_rays_say() {
         assert!(fine < 0.5 * dark, "{fine} and {dark}");
         let (other, _) = error("ism:points=8192,path=atomic", 1);
         assert!(other > 2.0 * fine, "{other} of another light's map, {fine}");
+        let (adaptive, _) = error("ism:points=8192,path=atomic,adaptive=on", 0);
+        assert!(adaptive < fine, "{adaptive} where lights choose their points, {fine} where they do not");
         let (coarse, _) = error("ism:points=1024,size=32,path=atomic", 0);
         assert!(coarse > fine, "{coarse} of fewer points and texels, {fine} of more");
     });
@@ -120,10 +122,12 @@ fn nothing_casts_nothing() {
         ];
         for scene in &scenes {
             for path in PATHS {
-                let text = format!("ism:points=1024,path={path},size=32");
-                let ism = built(context, scene, &text);
-                let answers = ask(context, ism.as_ref(), 0, &about(200, 3.0));
-                assert!(answers.iter().all(|answer| *answer == 1.0), "{text} of {}", scene.name);
+                for adaptive in ["off", "on"] {
+                    let text = format!("ism:points=1024,path={path},size=32,adaptive={adaptive}");
+                    let ism = built(context, scene, &text);
+                    let answers = ask(context, ism.as_ref(), 0, &about(200, 3.0));
+                    assert!(answers.iter().all(|answer| *answer == 1.0), "{text} of {}", scene.name);
+                }
             }
         }
     });

@@ -3,6 +3,7 @@
 use crate::support::{gpu_test, scenes::cuboid, some};
 use crate::{PATHS, built, refusal, scenes};
 use gobo::gpu::Context;
+use gobo::reference::twin::ism::adapt::{taken_index, taken_radius};
 use gobo::reference::twin::ism::fill::{fill, wide_down};
 use gobo::reference::twin::ism::map::Levels;
 use gobo::reference::twin::ism::points::{point_of, unpack_normal};
@@ -16,22 +17,31 @@ pub fn stand(scene: &Scene, light: usize) -> ([f32; 3], [f32; 3]) {
     (position.as_vec3().to_array(), normal.as_vec3().to_array())
 }
 
-/// The points of a light.
-fn points(pool: &[PointData], light: usize, points: u32) -> Vec<Point> {
-    let of = |stratum| {
-        let point = pool[point_of(light as u32, stratum, points) as usize];
-        let (normal, closed) = unpack_normal(point.normal);
-        Point { position: point.position, normal, closed }
-    };
-    (0..points).map(of).collect()
+/// A point as the twins have it.
+pub fn point(point: &PointData) -> Point {
+    let (normal, closed) = unpack_normal(point.normal);
+    Point { position: point.position, normal, closed }
+}
+
+/// The points of a light, and their radii.
+fn points(ism: &Ism, light: usize) -> Vec<(Point, f32)> {
+    let (head, pool) = ism.points().expect("the points");
+    let points = pool.len() / gobo::technique::ISM_SUBSETS as usize;
+    let of = |index: u32| point(&pool[index as usize]);
+    match ism.taken().expect("what lights take") {
+        None => (0..points as u32).map(|i| (of(point_of(light as u32, i, points as u32)), head.radius)).collect(),
+        Some((_, taken)) => {
+            let own = taken[light * points..][..points].iter().filter(|code| **code != u32::MAX);
+            own.map(|code| (of(taken_index(*code) as u32), taken_radius(*code, head.radius))).collect()
+        }
+    }
 }
 
 /// The map of a light by the twin, and how many points it sees.
 fn twin(scene: &Scene, ism: &Ism, light: usize, size: u32, culling: Culling, filled: bool) -> (Levels, u32) {
-    let (head, pool) = ism.points().expect("the points");
-    let count = pool.len() as u32 / gobo::technique::ISM_SUBSETS;
+    let head = ism.points().expect("the points").0;
     let (origin, normal) = stand(scene, light);
-    let (mut map, seen) = splat(size, normal, origin, &points(&pool, light, count), head.radius, culling);
+    let (mut map, seen) = splat(size, normal, origin, &points(ism, light), culling);
     wide_down(&mut map);
     if filled {
         fill(&mut map, head.radius);
@@ -59,9 +69,15 @@ fn others(context: &Context, scene: &Scene, text: &str, size: u32, culling: Cull
 #[test]
 fn maps_equal_their_twin() {
     gpu_test("ism::maps_equal_their_twin", |context| {
-        let cases = [("culling=on", true, false), ("culling=off", false, false), ("facing=slide", true, true)];
+        let cases = [
+            ("culling=on", true, false),
+            ("adaptive=on", true, false),
+            ("culling=off", false, false),
+            ("facing=slide", true, true),
+            ("facing=slide,adaptive=on", true, true),
+        ];
         let fills = [("off", false), ("on", true)];
-        let cases: Vec<_> = some(cases, 2).into_iter().flat_map(|case| fills.map(|fill| (case, fill))).collect();
+        let cases: Vec<_> = some(cases, 3).into_iter().flat_map(|case| fills.map(|fill| (case, fill))).collect();
         for scene in [scenes::soup(), scenes::room()] {
             for (path, size) in
                 ["tiled", "atomic"].into_iter().flat_map(|p| some([64, 32, 128], 1).into_iter().map(move |s| (p, s)))
@@ -86,7 +102,7 @@ fn paths_give_the_same_bytes() {
     gpu_test("ism::paths_give_the_same_bytes", |context| {
         for scene in [scenes::soup(), scenes::room()] {
             for size in some([64, 32], 2) {
-                for more in ["fill=off", "fill=on", "fill=off,culling=off"] {
+                for more in ["fill=off", "fill=on", "fill=off,culling=off", "adaptive=on", "adaptive=on,culling=off"] {
                     let text = |path: &str| format!("ism:points=2048,size={size},path={path},{more}");
                     if refusal(context, &scene, &text("tiled")).is_some() {
                         continue;
@@ -114,11 +130,13 @@ fn paths_give_the_same_bytes() {
 fn drawn_maps_are_about_the_same() {
     gpu_test("ism::drawn_maps_are_about_the_same", |context| {
         let scene = scenes::room();
-        let atomic = built(context, &scene, "ism:points=8192,path=atomic");
+        let atomics =
+            ["off", "on"].map(|on| built(context, &scene, &format!("ism:points=8192,path=atomic,adaptive={on}")));
         for path in ["quads", "triangles"] {
-            for culling in ["on", "off"] {
-                let text = format!("ism:points=8192,path={path},culling={culling}");
+            for (culling, adaptive) in [("on", "off"), ("on", "on"), ("off", "off"), ("off", "on")] {
+                let text = format!("ism:points=8192,path={path},culling={culling},adaptive={adaptive}");
                 let drawn = built(context, &scene, &text);
+                let atomic = &atomics[usize::from(adaptive == "on")];
                 if culling == "on" {
                     assert_eq!(
                         drawn.atlas().seen().expect("counted"),
@@ -128,7 +146,7 @@ fn drawn_maps_are_about_the_same() {
                 }
                 let (mut texels, mut nearer, mut off) = (0usize, 0usize, 0usize);
                 for light in 0..scene.lights.len() {
-                    let maps = [&drawn, &atomic].map(|ism| ism.atlas().map(light).expect("the map"));
+                    let maps = [&drawn, atomic].map(|ism| ism.atlas().map(light).expect("the map"));
                     for (i, (a, b)) in maps[0].iter().zip(&maps[1]).enumerate() {
                         let place = [i % 64, i / 64].map(|t| (t as f32 + 0.5) / 32.0 - 1.0);
                         if place[0] * place[0] + place[1] * place[1] > 0.8 {

@@ -7,7 +7,7 @@ use gobo::reference::twin::ism::points::{SUBSETS, area, point, sums, unpack_norm
 use gobo::scene::{Mesh, Scene, sides};
 use gobo::technique::{PointData, PointsData};
 
-fn triangles(scene: &Scene) -> Vec<[[f32; 3]; 3]> {
+pub fn triangles(scene: &Scene) -> Vec<[[f32; 3]; 3]> {
     let of = |mesh: &Mesh| mesh.triangles.iter().map(|t| t.map(|i| mesh.positions[i as usize])).collect::<Vec<_>>();
     scene.meshes.iter().flat_map(of).collect()
 }
@@ -93,10 +93,11 @@ fn points_move_with_their_triangles() {
         for position in moved.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions) {
             *position = position.map(|v| 2.0 * v);
         }
-        let both =
-            [&scene, &moved].map(|scene| built(context, scene, "ism:points=1024,size=32").points().expect("them").1);
-        for (a, b) in both[0].iter().zip(&both[1]) {
-            assert_eq!(a.position.map(|v| 2.0 * v), b.position);
+        for text in ["ism:points=1024,size=32", "ism:points=1024,size=32,adaptive=on"] {
+            let both = [&scene, &moved].map(|scene| built(context, scene, text).points().expect("them").1);
+            for (a, b) in both[0].iter().zip(&both[1]) {
+                assert_eq!(a.position.map(|v| 2.0 * v), b.position);
+            }
         }
     });
 }

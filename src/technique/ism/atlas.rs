@@ -1,5 +1,6 @@
 //! The maps of all lights, and the passes that splat points into them.
 
+use super::adapt::Adapt;
 use super::raster::Raster;
 use super::sample::Sample;
 use super::{Settings, Way};
@@ -43,6 +44,7 @@ impl Atlas {
         settings: &Settings,
         way: Way,
         sample: &Sample,
+        adapt: Option<&Adapt>,
     ) -> Result<Self> {
         let light_count = world.scene().lights.len() as u32;
         let bytes = 4 * u64::from(light_count.max(1)) * u64::from(stride(settings, way));
@@ -53,7 +55,9 @@ impl Atlas {
         }
         let maps = Buffer::new(context, "ism.maps", bytes, Memory::Device)?;
         let seen = Buffer::new(context, "ism.seen", 4 * u64::from(light_count.max(1)), Memory::Device)?;
-        let resources = [&world.lights, &sample.head, &sample.pool, &maps, &seen];
+        // What nobody reads where points do not adapt.
+        let taken = adapt.map_or(&seen, |adapt| &adapt.taken);
+        let resources = [&world.lights, &sample.head, &sample.pool, &maps, &seen, taken];
         let set = Bindings::new(context, "ism.atlas", &resources.map(|buffer| Resource::Buffer(buffer.clone())))?;
         let [most, few] = MAP_THREADS;
         let features = context.features();
@@ -65,6 +69,7 @@ impl Atlas {
             .set(constant::ISM_CULLING, settings.culling)
             .set(constant::ISM_SLIDE, settings.slide)
             .set(constant::ISM_FILL, settings.fill)
+            .set(constant::ISM_ADAPTIVE, settings.adaptive)
             .set(constant::THREADS, threads)
             .set(constant::WORKGROUP, threads);
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);

@@ -1,15 +1,18 @@
 //! Imperfect shadow maps: the meshes as points, splatted into a small map of each virtual point light. Sources: Ritschel et al. 2008
 //! (the maps), Tokuyoshi 2014 (which points are left out); a map in shared memory is ours.
 
+mod adapt;
 mod atlas;
 mod raster;
 mod sample;
 mod settings;
 
+pub use adapt::{CLUSTER, ClusterData};
 pub use atlas::Atlas;
 pub use sample::{PointData, PointsData, SUBSETS};
 pub use settings::{Facing, Settings, Way};
 
+use self::adapt::Adapt;
 use self::sample::Sample;
 use super::keys::word_of;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Spec, Technique};
@@ -19,7 +22,7 @@ use crate::scene::{Casting, LightKind, Moved, Resolution, Scene, View};
 use crate::shaders::{constant, folder};
 use crate::world::World;
 use crate::{Error, Result};
-use settings::{CULLING, FACING, FILL, PATH, PATHS, POINTS, SIZE};
+use settings::{ADAPTIVE, CULLING, FACING, FILL, PATH, PATHS, POINTS, SIZE};
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
@@ -27,7 +30,7 @@ pub const ENTRY: Entry = Entry {
     about: "points on the meshes, splatted into a small map of each virtual point light (Ritschel 2008, Tokuyoshi 2014)",
     casts: Casts { particles: false, strands: false, meshes: true },
     lifetime: Lifetime::Frame,
-    keys: &[PATH, SIZE, POINTS, CULLING, FACING, FILL],
+    keys: &[PATH, SIZE, POINTS, ADAPTIVE, CULLING, FACING, FILL],
     paths: PATHS,
     open: |context, world, spec: &Spec| Ok(Box::new(Ism::new(context, world, &Settings::of(spec))?)),
 };
@@ -38,6 +41,7 @@ pub struct Ism {
     way: Way,
     reason: &'static str,
     sample: Sample,
+    adapt: Option<Adapt>,
     atlas: Atlas,
     resolution: Vec<Resolution>,
     look_up: Bindings,
@@ -62,13 +66,14 @@ impl Ism {
             (None, None) => (Way::Tiled, "a workgroup has room for a map"),
             (None, Some(_)) => (Way::Atomic, "no workgroup has room for a map"),
         };
-        let sample = Sample::new(context, world, settings.points)?;
-        let atlas = Atlas::new(context, world, settings, way, &sample)?;
+        let sample = Sample::new(context, world, settings.points, settings.adaptive)?;
+        let adapt = settings.adaptive.then(|| Adapt::new(context, world, settings, &sample)).transpose()?;
+        let atlas = Atlas::new(context, world, settings, way, &sample, adapt.as_ref())?;
         let resources = [&world.lights, &sample.head, &atlas.maps].map(|buffer| Resource::Buffer(buffer.clone()));
         let look_up = Bindings::new(context, "ism.look_up", &resources)?;
         let constants =
             Constants::new().set(constant::ISM_SIZE, settings.size).set(constant::ISM_STRIDE, atlas.stride());
-        Ok(Self { settings: *settings, way, reason, sample, atlas, resolution: Vec::new(), look_up, constants })
+        Ok(Self { settings: *settings, way, reason, sample, adapt, atlas, resolution: Vec::new(), look_up, constants })
     }
 
     /// The points, subset after subset, and what is known of all of them, after a build.
@@ -78,6 +83,19 @@ impl Ism {
     pub fn points(&self) -> Result<(PointsData, Vec<PointData>)> {
         let count = (SUBSETS * self.settings.points) as usize;
         Ok((self.sample.head.read(1)?[0], self.sample.pool.read(count)?))
+    }
+
+    /// Where points adapt, what there is to know of their clusters, and of each light, after each other, what it takes: a place
+    /// among the points, and the times that its cluster's area was halved times 2^18.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where they cannot be read back.
+    pub fn taken(&self) -> Result<Option<(Vec<ClusterData>, Vec<u32>)>> {
+        let read = |adapt: &Adapt| {
+            let clusters = adapt.clusters.read((SUBSETS * self.settings.points / CLUSTER) as usize)?;
+            Ok((clusters, adapt.taken.read((adapt.taken.bytes() / 4) as usize)?))
+        };
+        self.adapt.as_ref().map(read).transpose()
     }
 
     /// The maps.
@@ -103,6 +121,9 @@ impl Technique for Ism {
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.resolution = resolution(world.scene(), self.settings.size);
         self.sample.record(commands, world);
+        if let Some(adapt) = &self.adapt {
+            adapt.record(commands, world);
+        }
         self.atlas.record(commands, world);
         Ok(())
     }
@@ -134,7 +155,9 @@ impl Technique for Ism {
             path: word_of(self.way),
             reason: self.reason.into(),
             bytes_resident: self.atlas.maps.bytes() + self.sample.head.bytes(),
-            bytes_transient: self.sample.transient_bytes() + self.atlas.transient_bytes(),
+            bytes_transient: self.sample.transient_bytes()
+                + self.adapt.as_ref().map_or(0, Adapt::transient_bytes)
+                + self.atlas.transient_bytes(),
             counters,
             ..Facts::default()
         })

@@ -43,7 +43,7 @@ impl Raster {
         context: &Context,
         settings: &Settings,
         light_count: u32,
-        atlas: &[&Buffer; 5],
+        atlas: &[&Buffer; 6],
         constants: &Constants,
         vertices: u32,
     ) -> Result<Self> {

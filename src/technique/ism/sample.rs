@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
-use crate::shaders::ism as shaders;
+use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
 
@@ -55,11 +55,11 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Points for lights that take `points` each, a power of two.
+    /// Points for lights that take `points` each, a power of two; where they choose them, `adaptive`, in order along their triangles.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, points: u32) -> Result<Self> {
+    pub fn new(context: &Context, world: &World, points: u32, adaptive: bool) -> Result<Self> {
         let triangles = u64::from(world.triangle_count().max(1));
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
         let head = buffer("ism.head", size_of::<PointsData>() as u64)?;
@@ -69,7 +69,8 @@ impl Sample {
         let pool = buffer("ism.pool", u64::from(SUBSETS * points) * size_of::<PointData>() as u64)?;
         let resources = [&world.triangles, &world.sides, &head, &areas, &sums, &blocks, &pool];
         let set = Bindings::new(context, "ism.sample", &resources.map(|buffer| Resource::Buffer(buffer.clone())))?;
-        let kernel = |shader| Kernel::compute(context, shader, &[&set], &Constants::new());
+        let constants = Constants::new().set(constant::ISM_ADAPTIVE, adaptive);
+        let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);
         let kernels = [
             ("ism.areas", kernel(&shaders::AREAS)?),
             ("ism.scale", kernel(&shaders::SCALE)?),

@@ -49,6 +49,13 @@ pub(super) const POINTS: Key = Key {
     about: "points on the meshes that each light takes, of sixteen times as many",
 };
 
+pub(super) const ADAPTIVE: Key = Key {
+    name: "adaptive",
+    values: Values::OneOf(Switch::WORDS),
+    default: "off",
+    about: "each light takes its points where it and the viewer see more of them",
+};
+
 pub(super) const CULLING: Key = Key {
     name: "culling",
     values: Values::OneOf(Switch::WORDS),
@@ -84,6 +91,8 @@ pub struct Settings {
     pub size: u32,
     /// Points that a light takes: a power of two from 1024 to 16384.
     pub points: u32,
+    /// Whether lights choose their points by what they see.
+    pub adaptive: bool,
     /// Who splats; none where the device decides.
     pub way: Option<Way>,
     /// Whether points that a light does not see are left out.
@@ -103,6 +112,7 @@ impl Settings {
         Self {
             size: spec.number(SIZE.name),
             points: spec.number(POINTS.name),
+            adaptive: spec.is_on(ADAPTIVE.name),
             way: spec.word(PATH.name),
             culling: spec.is_on(CULLING.name),
             slide: spec.word(FACING.name) == Some(Facing::Slide),
@@ -135,11 +145,12 @@ mod tests {
     #[test]
     fn a_spec_is_read() {
         let of = |text: &str| Settings::of(&parse(text).expect(text)[0]);
-        let plain = Settings { size: 64, points: 8192, way: None, culling: true, slide: false, fill: true };
+        let plain =
+            Settings { size: 64, points: 8192, adaptive: false, way: None, culling: true, slide: false, fill: true };
         assert_eq!(of("ism"), plain);
-        let other =
-            Settings { size: 32, points: 1024, way: Some(Way::Atomic), culling: false, slide: true, fill: false };
-        assert_eq!(of("ism:size=32,points=1024,path=atomic,culling=off,facing=slide,fill=off"), other);
+        let way = Some(Way::Atomic);
+        let other = Settings { size: 32, points: 1024, adaptive: true, way, culling: false, slide: true, fill: false };
+        assert_eq!(of("ism:size=32,points=1024,adaptive=on,path=atomic,culling=off,facing=slide,fill=off"), other);
         assert_eq!(
             [32, 64, 128].map(|size| Settings { size, ..plain }).map(|s| (s.levels(), s.texels())),
             [(4, 1360), (5, 5456), (6, 21840)]

@@ -1,5 +1,7 @@
 //! Twins of glsl/ism/: imperfect shadow maps.
 
+pub mod adapt;
+pub mod clusters;
 pub mod fill;
 pub mod look_up;
 pub mod map;

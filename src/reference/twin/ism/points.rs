@@ -68,6 +68,51 @@ pub fn point(triangles: &[[V3; 3]], sums: &[u32], index: u32, points: u32) -> Op
     Some((triangle, [0, 1, 2].map(|i| a[i] + at[0] * ab[i] + at[1] * ac[i])))
 }
 
+/// Twins: HALVINGS, LONGER.
+const HALVINGS: u32 = 20;
+const LONGER: f32 = 1.01;
+
+/// The place in a triangle at `weight` of its `wide`, on the curve through it. Twin: place_at.
+pub fn place_at(corners: [V3; 3], weight: u32, wide: u32) -> [f32; 2] {
+    let places: [[f32; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+    let (mut longest, mut most) = (0, 0.0);
+    for i in 0..3 {
+        let side = minus(corners[(i + 1) % 3], corners[i]);
+        let square = dot(side, side);
+        if square > LONGER * most {
+            (longest, most) = (i, square);
+        }
+    }
+    let [mut from, mut to, mut apex] = [0, 1, 2].map(|i| places[(longest + i) % 3]);
+    let mut weight = weight;
+    for _ in 0..HALVINGS {
+        let middle = [0, 1].map(|i| 0.5 * (from[i] + to[i]));
+        weight *= 2;
+        if weight < wide {
+            to = apex;
+        } else {
+            weight -= wide;
+            from = apex;
+        }
+        apex = middle;
+    }
+    apex
+}
+
+/// As [`point`], of the pool in order along all triangles. Twin: glsl/ism/points.comp, ISM_ADAPTIVE.
+pub fn point_along(triangles: &[[V3; 3]], sums: &[u32], index: u32, points: u32) -> Option<(usize, V3)> {
+    let total = u64::from(*sums.last().filter(|total| **total > 0)?);
+    let before = |index: u32| total * u64::from(index) / u64::from(points * SUBSETS);
+    let wide = before(index + 1) - before(index);
+    let weight = before(index) + ((u64::from(hash(index)) * wide) >> 32);
+    let triangle = sums.partition_point(|sum| u64::from(*sum) <= weight);
+    let first = if triangle == 0 { 0 } else { sums[triangle - 1] };
+    let [a, b, c] = triangles[triangle];
+    let at = place_at([a, b, c], weight as u32 - first, sums[triangle] - first);
+    let (ab, ac) = (minus(b, a), minus(c, a));
+    Some((triangle, [0, 1, 2].map(|i| a[i] + at[0] * ab[i] + at[1] * ac[i])))
+}
+
 /// Twins: pack_normal's inverse, unpack_normal and point_closed.
 pub fn unpack_normal(code: u32) -> (V3, bool) {
     let mut x = (code >> 17) as f32 / 32767.0 * 2.0 - 1.0;

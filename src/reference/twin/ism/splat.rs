@@ -29,8 +29,8 @@ pub struct Culling {
 }
 
 /// Twins: SLANT, ROUNDING.
-const SLANT: f32 = 1e-3;
-const ROUNDING: f32 = 1e-6;
+pub(super) const SLANT: f32 = 1e-3;
+pub(super) const ROUNDING: f32 = 1e-6;
 
 /// Whether a point lies before the light's plane. Twin: is_before.
 pub fn is_before(origin: V3, forward: V3, offset: V3) -> bool {
@@ -124,11 +124,11 @@ impl Splat {
     }
 }
 
-/// All points of a light. Twins: glsl/ism/tiled.comp and splat.comp, up to the holes.
-pub fn splat(size: u32, normal: V3, origin: V3, points: &[Point], radius: f32, culling: Culling) -> (Levels, u32) {
+/// All points of a light, each with the radius of its disc. Twins: glsl/ism/tiled.comp and splat.comp, up to the holes.
+pub fn splat(size: u32, normal: V3, origin: V3, points: &[(Point, f32)], culling: Culling) -> (Levels, u32) {
     let axes = Axes::of(normal);
     let (mut levels, mut seen) = (Levels::new(size), 0);
-    for splat in points.iter().filter_map(|point| project(size, &axes, origin, point, radius, culling)) {
+    for splat in points.iter().filter_map(|(point, radius)| project(size, &axes, origin, point, *radius, culling)) {
         seen += 1;
         for (texel, distance) in splat.texels(levels.side(splat.level)) {
             levels.set(splat.level, texel, levels.get(splat.level, texel).min(distance));

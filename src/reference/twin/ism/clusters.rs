@@ -1,0 +1,51 @@
+//! Twin of glsl/ism/clusters.comp.
+
+use super::map::{V3, dot, minus};
+use super::splat::Point;
+
+/// Points of a cluster. Twin: CLUSTER.
+pub const CLUSTER: usize = 64;
+
+/// Twin: IsmCluster.
+#[derive(Clone, Copy, Debug)]
+pub struct Cluster {
+    /// World units.
+    pub middle: V3,
+    /// Of the farthest point from there.
+    pub reach: f32,
+    /// The mean; 0 where they have none.
+    pub normal: V3,
+    /// Of a normal from the mean, at most.
+    pub spread: f32,
+    /// Of a point from the plane through the middle, at most.
+    pub thick: f32,
+    /// Whether all are of closed things.
+    pub closed: bool,
+}
+
+/// What there is to know of [`CLUSTER`] points.
+pub fn cluster(points: &[Point]) -> Cluster {
+    let bound = |of: fn(f32, f32) -> f32| {
+        points.iter().map(|p| p.position).reduce(|a, b| [0, 1, 2].map(|i| of(a[i], b[i]))).unwrap_or_default()
+    };
+    let (low, high) = (bound(f32::min), bound(f32::max));
+    let middle = [0, 1, 2].map(|i| 0.5 * (low[i] + high[i]));
+    let mut sums: Vec<V3> = points.iter().map(|p| p.normal).collect();
+    while sums.len() > 1 {
+        let (first, second) = sums.split_at(sums.len() / 2);
+        sums = first.iter().zip(second).map(|(a, b)| [0, 1, 2].map(|i| a[i] + b[i])).collect();
+    }
+    let sum = sums.first().copied().unwrap_or_default();
+    let square = dot(sum, sum);
+    let normal = if square > 1.0 { sum.map(|s| s / square.sqrt()) } else { [0.0; 3] };
+    let most = |of: &dyn Fn(&Point) -> f32| points.iter().map(of).fold(0.0, f32::max);
+    let length = |v: V3| dot(v, v).sqrt();
+    Cluster {
+        middle,
+        reach: most(&|p| length(minus(p.position, middle))),
+        normal,
+        spread: most(&|p| length(minus(p.normal, normal))),
+        thick: most(&|p| dot(normal, minus(p.position, middle)).abs()),
+        closed: points.iter().all(|p| p.closed),
+    }
+}

@@ -1,0 +1,116 @@
+//! Which points each light takes, by what it and the viewer see. Source: Ritschel et al. 2011, Making imperfect shadow maps
+//! view-adaptive.
+
+use super::Settings;
+use super::sample::{SUBSETS, Sample};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
+use crate::shaders::{constant, ism as shaders};
+use crate::world::World;
+use crate::{Error, Result};
+use bytemuck::{Pod, Zeroable};
+
+/// Points of a cluster. Twin: CLUSTER.
+pub const CLUSTER: u32 = 64;
+
+/// Points that stand next to each other. Twin: IsmCluster in glsl/ism/adaptive.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct ClusterData {
+    /// World units.
+    pub middle: [f32; 3],
+    /// Of the farthest point from there.
+    pub reach: f32,
+    /// The mean, unit length; 0 where they have none.
+    pub normal: [f32; 3],
+    /// Of a normal from the mean, at most.
+    pub spread: f32,
+    /// Of a point from the plane through the middle, at most.
+    pub thick: f32,
+    /// 1 where all are of closed things.
+    pub closed: u32,
+}
+
+push_struct! {
+    /// Twin: ClustersPush in glsl/ism/clusters.comp.
+    struct ClustersPush { cluster_count: u32 }
+}
+
+push_struct! {
+    /// Twin: AdaptPush in glsl/ism/adapt.comp.
+    struct AdaptPush { light_count: u32, points: u32, eye: [f32; 3], near: f32 }
+}
+
+/// The points that lights take, and the passes that choose them.
+pub struct Adapt {
+    settings: Settings,
+    light_count: u32,
+    /// Of each light as many as it may take: a place in the pool, and the share of its cluster's area that it stands for.
+    pub taken: Buffer,
+    /// [`ClusterData`].
+    pub clusters: Buffer,
+    gather: Kernel<ClustersPush>,
+    adapt: Kernel<AdaptPush>,
+}
+
+impl Adapt {
+    /// For the lights of a world, which take points of `sample`.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where the device has no such list, [`Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings, sample: &Sample) -> Result<Self> {
+        let light_count = world.scene().lights.len() as u32;
+        let bytes = 4 * u64::from(light_count.max(1)) * u64::from(settings.points);
+        let most = u64::from(context.features().max_storage_buffer_range);
+        if bytes > most {
+            let needs =
+                format!("maxStorageBufferRange of at least {bytes} for adaptive points (this device has {most})");
+            return Err(Error::Refused { needs });
+        }
+        let taken = Buffer::new(context, "ism.taken", bytes, Memory::Device)?;
+        let bytes = u64::from(cluster_count(settings)) * size_of::<ClusterData>() as u64;
+        let clusters = Buffer::new(context, "ism.clusters", bytes, Memory::Device)?;
+        let set = |name, buffers: &[&Buffer]| {
+            let resources: Vec<_> = buffers.iter().map(|buffer| Resource::Buffer((*buffer).clone())).collect();
+            Bindings::new(context, name, &resources)
+        };
+        let gathers = set("ism.clusters", &[&sample.pool, &clusters])?;
+        let adapts = set("ism.adapt", &[&world.lights, &sample.head, &clusters, &taken])?;
+        let constants = Constants::new()
+            .set(constant::ISM_SIZE, settings.size)
+            .set(constant::ISM_CULLING, settings.culling)
+            .set(constant::ISM_SLIDE, settings.slide);
+        Ok(Self {
+            settings: *settings,
+            light_count,
+            taken,
+            clusters,
+            gather: Kernel::compute(context, &shaders::CLUSTERS, &[&gathers], &Constants::new())?,
+            adapt: Kernel::compute(context, &shaders::ADAPT, &[&adapts], &constants)?,
+        })
+    }
+
+    /// Records the passes that choose among the points as they are now.
+    pub fn record(&self, commands: &mut Commands, world: &World) {
+        let push = ClustersPush { cluster_count: cluster_count(&self.settings) };
+        let [x, y] = groups(push.cluster_count.into());
+        commands.pass("ism.clusters", |pass| pass.dispatch(&self.gather, &push, [x, y, 1]));
+        let camera = &world.scene().camera;
+        let push = AdaptPush {
+            light_count: self.light_count,
+            points: self.settings.points,
+            eye: camera.position.as_vec3().to_array(),
+            near: camera.position.distance(camera.target) as f32,
+        };
+        let [x, y] = groups(self.light_count.into());
+        commands.pass("ism.adapt", |pass| pass.dispatch(&self.adapt, &push, [x, y, 1]));
+    }
+
+    /// What only a build needs.
+    pub fn transient_bytes(&self) -> u64 {
+        self.taken.bytes() + self.clusters.bytes()
+    }
+}
+
+fn cluster_count(settings: &Settings) -> u32 {
+    settings.points * SUBSETS / CLUSTER
+}
