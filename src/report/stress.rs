@@ -30,14 +30,12 @@ fn cells(figures: Option<&Figures>) -> [String; COLUMNS.len()] {
     let Some(figures) = figures else { return COLUMNS.map(|_| NOTHING.into()) };
     let shown = |value: Option<f64>, text: fn(f64) -> String| value.map_or_else(|| NOTHING.into(), text);
     let error = leading(figures);
-    let wrong = [figures.space, figures.surface].into_iter().flatten().filter_map(|asked| asked.error);
-    let wrong: u64 = wrong.map(|e| e.leaks.unwrap_or(0) + e.false_shadows.unwrap_or(0)).sum();
     [
         shown(error.map(|e| e.mean_abs), significant),
         shown(error.map(|e| e.bias), signed),
         shown(error.map(|e| e.max), significant),
         figures.not_finite.to_string(),
-        wrong.to_string(),
+        figures.wrong().map_or_else(|| NOTHING.into(), |wrong| wrong.to_string()),
         shown(figures.order_spread, significant),
         shown(figures.step_rms, significant),
     ]
@@ -132,7 +130,7 @@ fn fields(row: &Stressed) -> Vec<String> {
     let figures = row.figures.as_ref();
     for asked in [figures.and_then(|f| f.map), figures.and_then(|f| f.space), figures.and_then(|f| f.surface)] {
         let error = asked.and_then(|asked| asked.error);
-        let wrong = error.map(|e| (e.leaks.unwrap_or(0) + e.false_shadows.unwrap_or(0)).to_string());
+        let wrong = asked.and_then(|asked| asked.wrong()).map(|wrong| wrong.to_string());
         fields.push(asked.map(|asked| asked.points.to_string()).unwrap_or_default());
         fields.extend([error.map(|e| e.mean_abs), error.map(|e| e.bias), error.map(|e| e.max)].map(number));
         fields.push(wrong.unwrap_or_default());

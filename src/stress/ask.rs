@@ -45,7 +45,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
     let has_smoke = !subject.scene.has_only_meshes();
     // Of meshes alone what is true in space and on them says more than on rays of which most are in the boundary.
-    let maps = if views.is_empty() || !has_smoke { Vec::new() } else { subject.maps(&views)? };
+    let maps = if views.is_empty() || !has_smoke { Vec::new() } else { subject.maps(&views) };
     let kinds = [&maps[..], subject.space(), subject.surface()];
     let mut figures = Figures::default();
     let first = answers(context, &opened, &kinds, &mut figures)?;
@@ -150,7 +150,8 @@ fn order_spread(
     Ok(spread)
 }
 
-/// Over all steps, at the points in space. `before`: what is answered there as all casters stand where they began.
+/// Over all steps, at the points in space: against the filtered truth of who has maps of smoke, so that a texel's size is no
+/// step, else against the truth. `before`: what is answered there as all casters stand where they began.
 fn step_rms(
     context: &Context,
     subject: &Subject,
@@ -162,20 +163,26 @@ fn step_rms(
     let resolution = opened.technique.resolution();
     let boundary: Vec<bool> =
         subject.space().iter().flat_map(|points| subject.boundary(points, &resolution).to_vec()).collect();
-    let truth: Vec<f64> = subject.space().iter().flat_map(|points| points.visibility.clone()).collect();
-    let (mut before, mut truth_before) = (before.to_vec(), &truth);
+    let views = |opened: &Opened| opened.technique.maps().iter().map(|map| map.volume).collect::<Vec<_>>();
+    let has_maps = !views(opened).is_empty() && !subject.scene.has_only_meshes();
+    let mut truth_before: Vec<f64> = match has_maps {
+        true => subject.filtered(subject.scene, &views(opened)),
+        false => subject.space().iter().flat_map(|points| points.visibility.clone()).collect(),
+    };
+    let mut before = before.to_vec();
     let (mut sum, mut count) = (0.0, 0.0);
     for Moved { scene, visibility } in subject.moved() {
         world.replace(scene)?;
         opened.build(world)?;
         let Some(now) = answers(context, opened, &[subject.space()], figures)?.pop() else { break };
+        let truth = if has_maps { subject.filtered(scene, &views(opened)) } else { visibility.clone() };
         for i in (0..now.len()).filter(|i| boundary.get(*i) != Some(&true)) {
-            let more = f64::from(now[i]) - f64::from(before[i]) - (visibility[i] - truth_before[i]);
+            let more = f64::from(now[i]) - f64::from(before[i]) - (truth[i] - truth_before[i]);
             if more.is_finite() {
                 (sum, count) = (sum + more * more, count + 1.0);
             }
         }
-        (before, truth_before) = (now, visibility);
+        (before, truth_before) = (now, truth);
     }
     Ok((count > 0.0).then(|| f64::sqrt(sum / count)))
 }

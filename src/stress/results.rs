@@ -92,3 +92,18 @@ pub struct Asked {
     /// How many were asked, in the boundary too.
     pub points: u64,
 }
+
+impl Asked {
+    /// Leaks and false shadows outside the boundary of opaque shadows; none where nothing opaque casts.
+    pub fn wrong(&self) -> Option<u64> {
+        let error = self.error.filter(|error| error.boundary.is_some())?;
+        Some(error.leaks? + error.false_shadows?)
+    }
+}
+
+impl Figures {
+    /// The same in space and on surfaces.
+    pub fn wrong(&self) -> Option<u64> {
+        [self.space, self.surface].into_iter().flatten().filter_map(|asked| asked.wrong()).reduce(|a, b| a + b)
+    }
+}

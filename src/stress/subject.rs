@@ -1,13 +1,12 @@
 //! A scene of a case, with what is true there, which all techniques share.
 
 use super::strewn::random;
-use crate::Result;
 use crate::measure::{Extent, Points, Truth, Wanted};
-use crate::reference::truth::{Casters, TrueCurve, bounds, sample_maps};
+use crate::reference::truth::{Casters, MapTruth, TrueCurve, bounds, sample_maps};
 use crate::scene::{Resolution, Scene, View};
 use glam::{DVec2, DVec3, IVec2};
 use rayon::prelude::*;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};
 
 /// How many orders the same casters are given in.
@@ -71,22 +70,23 @@ impl<'a> Subject<'a> {
         self.truth.boundary(points, resolution)
     }
 
-    /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] a texel, depth rising, and what a bilinear
-    /// look-up would find there if each texel had its exact curve: at the very point, rounded as it is, so that no rounding of
-    /// the point is held against who answers.
-    pub(super) fn maps(&self, views: &[View]) -> Result<Vec<Points>> {
+    /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] a texel, depth rising, and the filtered truth
+    /// there: at the very point, rounded as it is, so that no rounding of the point is held against who answers.
+    pub(super) fn maps(&self, views: &[View]) -> Vec<Points> {
         let truths = sample_maps(&self.casters, self.scene, views, TEXELS).0;
-        let points = truths.into_iter().filter(|truth| !truth.texels.is_empty()).map(|truth| {
-            let curves = Curves::about(&self.casters, truth.map, &views[truth.map], &truth.points);
-            let at = |p: &[f32; 3]| {
-                let position = DVec3::from(p.map(f64::from));
-                let free = self.scene.meshes.is_empty() || self.casters.unblocked(truth.light, position);
-                if free { curves.filtered(position) } else { 0.0 }
-            };
-            let visibility = truth.points.par_iter().map(at).collect();
+        let covered = truths.into_iter().filter(|truth| !truth.texels.is_empty());
+        let points = |truth: MapTruth| {
+            let visibility = filtered(&self.casters, self.scene, views, truth.light, &truth.points);
             Points::in_space(truth.light, truth.points, visibility)
-        });
-        Ok(points.collect())
+        };
+        covered.map(points).collect()
+    }
+
+    /// The filtered truth at all points in space, where `scene` is the scene or has its casters a little farther on.
+    pub(super) fn filtered(&self, scene: &Scene, views: &[View]) -> Vec<f64> {
+        let casters = Casters::new(scene);
+        let of = |points: &Points| filtered(&casters, scene, views, points.light, &points.positions);
+        self.space().iter().flat_map(of).collect()
     }
 
     /// The same casters in other orders; none where there are fewer than two.
@@ -134,49 +134,54 @@ impl Moved {
     }
 }
 
-/// The exact curves of a map's texels, sorted by texel.
-struct Curves<'a> {
-    view: &'a View,
-    all: Vec<([i32; 2], TrueCurve)>,
+/// What a bilinear look-up finds at points of a light if each texel has its exact curve: the truth of who has such maps, and
+/// loses nothing in them.
+fn filtered(casters: &Casters, scene: &Scene, views: &[View], light: usize, points: &[[f32; 3]]) -> Vec<f64> {
+    let map = |p: &[f32; 3]| scene.first_map(light) + scene.lights[light].map_at(*p);
+    let places: Vec<_> = points.iter().map(|p| Place::of(views, map(p), DVec3::from(p.map(f64::from)))).collect();
+    let needed: BTreeSet<_> = places.iter().flat_map(|place| place.texels(views)).flatten().collect();
+    let curve = |(map, texel): (usize, [u32; 2])| {
+        let ray = views[map].ray(DVec2::from(texel.map(f64::from)) + 0.5);
+        ((map, texel), casters.true_curve(map, &views[map], &ray).0)
+    };
+    let curves: BTreeMap<_, _> = needed.into_iter().collect::<Vec<_>>().into_par_iter().map(curve).collect();
+    let at = |(p, place): (&[f32; 3], &Place)| {
+        let free = scene.meshes.is_empty() || casters.unblocked(light, DVec3::from(p.map(f64::from)));
+        let curve = |texel| curves.get(&texel).map_or(1.0, |curve: &TrueCurve| curve.transmittance(place.depth));
+        let [a, b, c, d] = place.texels(views).map(|texel| texel.map_or(1.0, curve));
+        let mix = |a: f64, b: f64, share: f64| a * (1.0 - share) + b * share;
+        if free { mix(mix(a, b, place.rest.x), mix(c, d, place.rest.x), place.rest.y) } else { 0.0 }
+    };
+    points.par_iter().zip(&places).map(at).collect()
 }
 
-impl<'a> Curves<'a> {
-    /// Of the texels that a bilinear look-up at these points has.
-    fn about(casters: &Casters, map: usize, view: &'a View, points: &[[f32; 3]]) -> Self {
-        let corners = |p: &[f32; 3]| {
-            let (corner, _) = footprint(view, DVec3::from(p.map(f64::from)));
-            [0, 1, 2, 3].map(|i| (corner + IVec2::new(i % 2, i / 2)).to_array())
-        };
-        let inside = |[x, y]: &[i32; 2]| (0..view.width as i32).contains(x) && (0..view.height as i32).contains(y);
-        let texels: BTreeSet<[i32; 2]> = points.iter().flat_map(corners).filter(inside).collect();
-        let curve = |texel: [i32; 2]| {
-            let ray = view.ray(DVec2::new(f64::from(texel[0]) + 0.5, f64::from(texel[1]) + 0.5));
-            (texel, casters.true_curve(map, view, &ray).0)
-        };
-        Self { view, all: texels.into_iter().collect::<Vec<_>>().into_par_iter().map(curve).collect() }
-    }
-
-    fn filtered(&self, position: DVec3) -> f64 {
-        let (_, z) = self.view.project(position);
-        if z <= f64::from(self.view.near) {
-            return 1.0;
-        }
-        let (corner, rest) = footprint(self.view, position);
-        let depth = self.view.depth(z);
-        let texel = |i: i32| {
-            let texel = (corner + IVec2::new(i % 2, i / 2)).to_array();
-            let found = self.all.binary_search_by_key(&texel, |(texel, _)| *texel);
-            found.map_or(1.0, |place| self.all[place].1.transmittance(depth))
-        };
-        let row = |y: i32| texel(2 * y) * (1.0 - rest.x) + texel(2 * y + 1) * rest.x;
-        row(0) * (1.0 - rest.y) + row(1) * rest.y
-    }
+/// Where a point is looked up.
+struct Place {
+    map: usize,
+    /// The first of the four texels about it; none before all casters.
+    corner: Option<IVec2>,
+    /// How far on it is from that texel's centre.
+    rest: DVec2,
+    depth: f64,
 }
 
-/// The first of the four texels about a point, and how far on the point is. Twin: view_footprint in glsl/world/view.glsl.
-fn footprint(view: &View, position: DVec3) -> (IVec2, DVec2) {
-    let (at, _) = view.project(position);
-    // Far outside all texels are outside.
-    let at = at.clamp(DVec2::splat(-2.0), DVec2::new(view.width.into(), view.height.into()) + 2.0) - 0.5;
-    (at.floor().as_ivec2(), at - at.floor())
+impl Place {
+    fn of(views: &[View], map: usize, position: DVec3) -> Self {
+        let view = &views[map];
+        let (at, z) = view.project(position);
+        // Far outside all texels are outside.
+        let at = at.clamp(DVec2::splat(-2.0), DVec2::new(view.width.into(), view.height.into()) + 2.0) - 0.5;
+        let corner = (z > f64::from(view.near)).then(|| at.floor().as_ivec2());
+        Self { map, corner, rest: at - at.floor(), depth: view.depth(z) }
+    }
+
+    /// The four about it, rows first; past a map's edge there is nothing to lose light to.
+    fn texels(&self, views: &[View]) -> [Option<(usize, [u32; 2])>; 4] {
+        let view = &views[self.map];
+        [[0, 0], [1, 0], [0, 1], [1, 1]].map(|offset| {
+            let [x, y] = (self.corner? + IVec2::from(offset)).to_array().map(|c| u32::try_from(c).ok());
+            let (x, y) = (x.filter(|x| *x < view.width)?, y.filter(|y| *y < view.height)?);
+            Some((self.map, [x, y]))
+        })
+    }
 }

@@ -1,6 +1,6 @@
 //! How far a technique holds in a case: what its answers must be, and where they first are not.
 
-use super::results::{Asked, Figures, Outcome, Stressed};
+use super::results::{Figures, Outcome, Stressed};
 use serde::{Deserialize, Serialize};
 
 /// What may be said of a technique's answers. What is absent is the method's to say.
@@ -83,10 +83,6 @@ impl Broken {
 
     /// In few words, with the figure.
     fn words(self, figures: &Figures) -> String {
-        let wrong = |asked: Option<Asked>| {
-            let error = asked.and_then(|asked| asked.error);
-            error.map_or(0, |e| e.leaks.unwrap_or(0) + e.false_shadows.unwrap_or(0))
-        };
         let most = |figure: Option<f64>| figure.unwrap_or_default();
         match self {
             Self::NotFinite => format!("{} answers not finite", figures.not_finite),
@@ -100,7 +96,7 @@ impl Broken {
             Self::Error => {
                 format!("mean error {:.1e}", most(figures.map.and_then(|m| m.error).map(|e| e.mean_abs)))
             }
-            Self::Wrong => format!("{} leaks or false shadows", wrong(figures.space) + wrong(figures.surface)),
+            Self::Wrong => format!("{} leaks or false shadows", figures.wrong().unwrap_or(0)),
             Self::Step => format!("step {:.1e}", most(figures.step_rms)),
         }
     }
@@ -118,11 +114,6 @@ pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
     let allowed = allowed(name, &row.path);
     // A figure that is not a number is no small one.
     let above = |figure: Option<f64>, most: Option<f64>| figure.zip(most).is_some_and(|(f, most)| !(f <= most));
-    let wrong = |asked: Option<Asked>| {
-        let error = asked.and_then(|asked| asked.error);
-        let count = error.map(|e| e.leaks.unwrap_or(0) + e.false_shadows.unwrap_or(0));
-        count.zip(allowed.wrong).is_some_and(|(count, most)| count > most)
-    };
     let map_mean = figures.map.and_then(|map| map.error).map(|error| error.mean_abs);
     [
         (figures.not_finite > 0, Broken::NotFinite),
@@ -132,7 +123,7 @@ pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
         (above(figures.order_spread, allowed.order), Broken::Order),
         (figures.messages > 0, Broken::Messages),
         (above(map_mean, allowed.map_mean), Broken::Error),
-        (wrong(figures.space) || wrong(figures.surface), Broken::Wrong),
+        (figures.wrong().zip(allowed.wrong).is_some_and(|(count, most)| count > most), Broken::Wrong),
         (above(figures.step_rms, allowed.step), Broken::Step),
     ]
     .into_iter()
@@ -230,6 +221,7 @@ pub fn verdicts(rows: &[Stressed]) -> Vec<Verdict> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use super::super::results::Asked;
     use crate::measure::PointError;
 
     fn row(value: f64, figures: Option<Figures>) -> Stressed {
