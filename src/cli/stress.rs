@@ -1,7 +1,7 @@
 //! `gobo stress`
 
 use super::DeviceArguments;
-use crate::report::{Store, stress_csv, stress_page, stress_table};
+use crate::report::{Store, stress_csv, stress_device, stress_page, stress_table};
 use crate::stress::{Case, Outcome, Results, SCHEMA, Stressed, Worker, cases, serve, verdicts};
 use crate::technique::{Spec, parse};
 use crate::{Error, Result};
@@ -9,10 +9,11 @@ use clap::Args;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-/// Who is asked when nobody is named: every path of every technique, in maps and grids that software devices build in no time.
-const DEFAULT: [&str; 13] = [
+/// Who is asked of smoke when nobody is named: every path of every technique, in maps and grids that software devices build in
+/// no time.
+const OF_SMOKE: [&str; 9] = [
     "avsm:size=32,path=two-pass|interlock|raster-order",
     "avsm:size=32,path=two-pass,resolve=whole",
     "avsm:size=32,path=binned,resolve=streaming|whole|cells",
@@ -20,6 +21,12 @@ const DEFAULT: [&str; 13] = [
     "psm:size=32,slices=64,path=raster|fused",
     "translucency-map:size=32,path=raster|binned",
     "beer-shadow-map:size=32,path=raster|binned",
+    "uncompressed:size=32",
+    "voxel-grid:size=64,march=exact",
+];
+
+/// Who is asked of meshes. The opaque maps of all that also have smoke are the same, and one stands for them.
+const OF_MESHES: [&str; 6] = [
     "uncompressed:size=32",
     "shadow-map:size=128",
     "voxelized:size=64",
@@ -67,14 +74,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         [] => cases().collect(),
         names => names.iter().map(|name| Case::named(name)).collect::<Result<_>>()?,
     };
-    let texts: Vec<&str> = match &arguments.techniques[..] {
-        [] => DEFAULT.to_vec(),
-        given => given.iter().map(String::as_str).collect(),
+    let read = |usual: &[&'static str]| -> Result<Vec<Spec>> {
+        let given = arguments.techniques.iter().map(String::as_str);
+        let texts: Vec<&str> = if arguments.techniques.is_empty() { usual.to_vec() } else { given.collect() };
+        Ok(texts.into_iter().map(parse).collect::<Result<Vec<_>>>()?.concat())
     };
-    let mut specs = Vec::new();
-    for text in texts {
-        specs.extend(parse(text)?);
-    }
+    let (of_smoke, of_meshes) = (read(&OF_SMOKE)?, read(&OF_MESHES)?);
     let store = Store::open(&arguments.out)?;
     let mut worker = Worker::start(own_command(arguments)?, Duration::from_secs_f64(arguments.limit))?;
     let (device, is_software) = worker.device.clone();
@@ -86,32 +91,42 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         limit_s: arguments.limit,
         ..Results::default()
     };
+    println!("{}", stress_device(&results));
     for case in asked {
-        sweep(&mut worker, case, is_software, &specs, &mut results.rows)?;
+        sweep(&mut worker, case, is_software, [&of_smoke, &of_meshes], &mut results.rows)?;
         results.verdicts = verdicts(&results.rows);
         write(&store, &results)?;
+        println!("{}", stress_table(&results, case));
     }
-    println!("{}", stress_table(&results));
     store.write_text("stress.html", &stress_page(&results)?)?;
     println!("{}", arguments.out.join("stress.html").display());
     let broken = results.verdicts.iter().any(|verdict| !verdict.invariants.is_empty());
     Ok(if broken { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// All values of a case. Who has not answered in time is not asked about what is more extreme, nor who was refused.
-fn sweep(worker: &mut Worker, case: &Case, is_software: bool, specs: &[Spec], rows: &mut Vec<Stressed>) -> Result<()> {
-    let mut left = specs.to_vec();
+/// All values of a case, of who casts from what is in it. Who has not answered in time is not asked about what is more extreme, nor who was refused.
+fn sweep(
+    worker: &mut Worker,
+    case: &Case,
+    is_software: bool,
+    [of_smoke, of_meshes]: [&[Spec]; 2],
+    rows: &mut Vec<Stressed>,
+) -> Result<()> {
+    let Some(first) = case.values.first() else { return Ok(()) };
+    let scene = (case.scene)(*first);
+    let specs = if scene.has_only_meshes() { of_meshes } else { of_smoke };
+    let mut left: Vec<Spec> = specs.iter().filter(|spec| spec.entry.casts.any_of(&scene)).cloned().collect();
     for value in case.values(is_software) {
-        let from = rows.len();
+        let (from, mut start) = (rows.len(), Instant::now());
         worker.ask(case, value, &left, |row| {
             let outcome = if row.outcome == Outcome::Answered { "answered" } else { &row.reason };
-            eprintln!("{} {value:e}: {}: {outcome}", case.name, row.technique);
+            let took_s = start.elapsed().as_secs_f64();
+            eprintln!("{} {value:e}: {}: {outcome}, {took_s:.2} s", case.name, row.technique);
+            start = Instant::now();
             rows.push(row);
         })?;
-        let answered = |spec: &Spec| {
-            rows[from..].iter().any(|row| row.technique == spec.short() && row.outcome != Outcome::NoAnswer && row.outcome != Outcome::Refused)
-        };
-        left.retain(answered);
+        let ended = |row: &Stressed| matches!(row.outcome, Outcome::NoAnswer | Outcome::Refused);
+        left.retain(|spec| !rows[from..].iter().any(|row| row.technique == spec.short() && ended(row)));
     }
     Ok(())
 }

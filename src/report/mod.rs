@@ -35,5 +35,5 @@ pub use pareto::pareto_front;
 pub use passes::passes;
 pub use plot::plots;
 pub use store::Store;
-pub use stress::{stress_csv, stress_page, stress_table};
+pub use stress::{stress_csv, stress_device, stress_page, stress_table};
 pub use table::table;

@@ -1,7 +1,7 @@
 //! What `gobo stress` found: the table for the terminal, the CSV, the page.
 
 use crate::measure::PointError;
-use crate::report::wording::{NOTHING, one_line, significant, signed};
+use crate::report::wording::{NOTHING, one_line, signed, significant};
 use crate::stress::{Case, Figures, Outcome, Results, Stressed, Verdict};
 use crate::{Error, Result};
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
@@ -69,29 +69,30 @@ fn heading(results: &Results, name: &str) -> String {
         }
     }
     let values: Vec<_> = values.into_iter().map(crate::stress::number).collect();
-    let about = Case::named(name).map_or_else(|_| name.into(), |case| format!("{name}: {}; {}", case.about, case.swept));
+    let about =
+        Case::named(name).map_or_else(|_| name.into(), |case| format!("{name}: {}; {}", case.about, case.swept));
     format!("{about}: {}", values.join(", "))
 }
 
-/// A line a case and technique: how far it holds, and its figures there.
-pub fn stress_table(results: &Results) -> String {
+/// Where it ran, in a line.
+pub fn stress_device(results: &Results) -> String {
     let device = &results.device;
-    let mut text = one_line(&format!("{} ({}), {}, Vulkan {}", device.name, device.kind, device.driver, device.api));
-    text.push('\n');
-    for name in cases(results) {
-        let mut table = Table::new();
-        table.load_style(comfy_table::presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
-        table.set_header(["  technique"].into_iter().chain(COLUMNS.map(|(heading, _)| heading)).chain(["verdict"]));
-        for verdict in results.verdicts.iter().filter(|verdict| verdict.case == name) {
-            let number = |text| Cell::new(text).set_alignment(CellAlignment::Right);
-            let figures = cells(verdict.figures.as_ref()).map(number);
-            let name = Cell::new(format!("  {}", one_line(&verdict.technique)));
-            table.add_row([name].into_iter().chain(figures).chain([Cell::new(words(verdict))]));
-        }
-        let lines = table.lines().map(|line| line.trim_end().to_owned() + "\n").collect::<String>();
-        text += &format!("\n{}\n{lines}", one_line(&heading(results, name)));
+    one_line(&format!("{} ({}), {}, Vulkan {}", device.name, device.kind, device.driver, device.api))
+}
+
+/// Of a case, a line a technique: its figures, and how far it holds.
+pub fn stress_table(results: &Results, case: &Case) -> String {
+    let mut table = Table::new();
+    table.load_style(comfy_table::presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
+    table.set_header(["  technique"].into_iter().chain(COLUMNS.map(|(heading, _)| heading)).chain(["verdict"]));
+    for verdict in results.verdicts.iter().filter(|verdict| verdict.case == case.name) {
+        let number = |text| Cell::new(text).set_alignment(CellAlignment::Right);
+        let figures = cells(verdict.figures.as_ref()).map(number);
+        let name = Cell::new(format!("  {}", one_line(&verdict.technique)));
+        table.add_row([name].into_iter().chain(figures).chain([Cell::new(words(verdict))]));
     }
-    text
+    let lines = table.lines().map(|line| line.trim_end().to_owned() + "\n").collect::<String>();
+    format!("\n{}\n{lines}", one_line(&heading(results, case.name)))
 }
 
 /// Of an error, behind its kind of points.

@@ -54,7 +54,8 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     for (points, said) in kinds.iter().zip(&first) {
         asked.push(Some(compared(subject, points, said, &resolution)?).filter(|asked| asked.points > 0));
     }
-    (figures.surface, figures.space, figures.map) = (asked.pop().flatten(), asked.pop().flatten(), asked.pop().flatten());
+    (figures.surface, figures.space, figures.map) =
+        (asked.pop().flatten(), asked.pop().flatten(), asked.pop().flatten());
     if !maps.is_empty() {
         let truth: Vec<f64> = maps.iter().flat_map(|points| &points.visibility).copied().collect();
         (figures.rise, figures.tail) = along_rays(&first[0], &truth);
@@ -66,12 +67,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
 }
 
 /// At points of each kind; those that no answer can be are counted.
-fn answers(
-    context: &Context,
-    opened: &Opened,
-    kinds: &[&[Points]],
-    figures: &mut Figures,
-) -> Result<Vec<Vec<f32>>> {
+fn answers(context: &Context, opened: &Opened, kinds: &[&[Points]], figures: &mut Figures) -> Result<Vec<Vec<f32>>> {
     let mut of = |all: &&[Points]| {
         let asked: Vec<_> = all.iter().map(in_query).collect();
         if asked.iter().all(|part| part.points.is_empty()) {
@@ -160,9 +156,7 @@ fn step_rms(
     before: &[f32],
     figures: &mut Figures,
 ) -> Result<Option<f64>> {
-    let resolution = opened.technique.resolution();
-    let boundary: Vec<bool> =
-        subject.space().iter().flat_map(|points| subject.boundary(points, &resolution).to_vec()).collect();
+    let mut boundary = subject.boundary_after(subject.scene, &opened.technique.resolution());
     let views = |opened: &Opened| opened.technique.maps().iter().map(|map| map.volume).collect::<Vec<_>>();
     let has_maps = !views(opened).is_empty() && !subject.scene.has_only_meshes();
     let mut truth_before: Vec<f64> = match has_maps {
@@ -176,13 +170,15 @@ fn step_rms(
         opened.build(world)?;
         let Some(now) = answers(context, opened, &[subject.space()], figures)?.pop() else { break };
         let truth = if has_maps { subject.filtered(scene, &views(opened)) } else { visibility.clone() };
-        for i in (0..now.len()).filter(|i| boundary.get(*i) != Some(&true)) {
+        // Of both ends of the step.
+        let boundary_now = subject.boundary_after(scene, &opened.technique.resolution());
+        for i in (0..now.len()).filter(|i| !boundary[*i] && !boundary_now[*i]) {
             let more = f64::from(now[i]) - f64::from(before[i]) - (truth[i] - truth_before[i]);
             if more.is_finite() {
                 (sum, count) = (sum + more * more, count + 1.0);
             }
         }
-        (before, truth_before) = (now, truth);
+        (before, truth_before, boundary) = (now, truth, boundary_now);
     }
     Ok((count > 0.0).then(|| f64::sqrt(sum / count)))
 }

@@ -183,7 +183,9 @@ pub(super) const CASES: &[Case] = &[
         about: "one triangle, and nothing that it shadows but itself",
         swept: "its size, units",
         values: &[1.0, 1e-3, 1e-6, 1e3],
-        scene: |size| scene(along(SLANTED), vec![], vec![triangles(1, |_| [DVec3::ZERO, DVec3::X, DVec3::Y].map(|p| p * size))]),
+        scene: |size| {
+            scene(along(SLANTED), vec![], vec![triangles(1, |_| [DVec3::ZERO, DVec3::X, DVec3::Y].map(|p| p * size))])
+        },
         ..Case::USUAL
     },
 ];

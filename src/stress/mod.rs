@@ -15,7 +15,7 @@ mod verdict;
 mod worker;
 
 pub use ask::ask;
-pub use results::{Asked, Figures, Outcome, Stressed, Results, SCHEMA};
+pub use results::{Asked, Figures, Outcome, Results, SCHEMA, Stressed};
 pub use subject::{SHUFFLES, Subject};
 pub(crate) use verdict::number;
 pub use verdict::{Broken, Verdict, verdicts};

@@ -79,9 +79,9 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "spot-wide",
-        about: "a wide spot light; wider than 170° is refused of files",
+        about: "a wide spot light; wider ones are refused",
         swept: "full opening angle, degrees",
-        values: &[60.0, 120.0, 150.0, 170.0, 179.0],
+        values: &[60.0, 120.0, 150.0, 170.0],
         scene: |degrees| scene(spot(DVec3::new(0.6, 0.4, 1.4), degrees), cloud(USUAL), vec![]),
         ..Case::USUAL
     },
@@ -89,7 +89,7 @@ pub(super) const CASES: &[Case] = &[
         name: "spot-narrow",
         about: "a narrow spot light",
         swept: "full opening angle, degrees",
-        values: &[60.0, 10.0, 1.0, 1e-1, 1e-3, 1e-5],
+        values: &[60.0, 10.0, 1.0, 1e-1, 1e-2, 1e-3],
         scene: |degrees| scene(spot(DVec3::new(0.6, 0.4, 2.4), degrees), cloud(USUAL), vec![]),
         ..Case::USUAL
     },

@@ -29,8 +29,9 @@ pub(super) const CASES: &[Case] = &[
         swept: "extinction of the former, 1 / unit",
         values: &[1.0, 1e3, 1e6, 1e12, 1e38],
         scene: |extinction| {
-            let alternating = |i: usize, p: &Particle| {
-                Particle { extinction: if i.is_multiple_of(2) { extinction as f32 } else { 0.0 }, ..*p }
+            let alternating = |i: usize, p: &Particle| Particle {
+                extinction: if i.is_multiple_of(2) { extinction as f32 } else { 0.0 },
+                ..*p
             };
             scene(along(SLANTED), changed(cloud(USUAL), alternating), vec![])
         },
@@ -90,9 +91,7 @@ pub(super) const CASES: &[Case] = &[
         swept: "how many",
         values: &[2.0, 16.0, 128.0, 1024.0, 8192.0, 20000.0],
         most_on_cpu: 1024.0,
-        scene: |count| {
-            scene(along(SLANTED), vec![sphere(DVec3::ZERO, 1.0, 1.0 / count); count as usize], vec![])
-        },
+        scene: |count| scene(along(SLANTED), vec![sphere(DVec3::ZERO, 1.0, 1.0 / count); count as usize], vec![]),
         ..Case::USUAL
     },
     Case {

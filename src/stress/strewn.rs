@@ -54,10 +54,7 @@ pub(super) fn cloud(count: usize) -> Vec<Particle> {
 pub(super) const USUAL: usize = 48;
 
 /// The same smoke, each sphere changed by its number.
-pub(super) fn changed(
-    mut particles: Vec<Particle>,
-    change: impl Fn(usize, &Particle) -> Particle,
-) -> Vec<Particle> {
+pub(super) fn changed(mut particles: Vec<Particle>, change: impl Fn(usize, &Particle) -> Particle) -> Vec<Particle> {
     particles.iter_mut().enumerate().for_each(|(i, p)| *p = change(i, p));
     particles
 }

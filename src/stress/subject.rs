@@ -89,6 +89,18 @@ impl<'a> Subject<'a> {
         self.space().iter().flat_map(of).collect()
     }
 
+    /// Whether each point in space is in the boundary of opaque shadows where `scene` has its casters a little farther on.
+    pub(super) fn boundary_after(&self, scene: &Scene, resolution: &[Resolution]) -> Vec<bool> {
+        let casters = Casters::new(scene);
+        let at = |light: usize, p: &[f32; 3]| {
+            let map = scene.first_map(light) + scene.lights[light].map_at(*p);
+            let resolution = resolution.get(map).filter(|_| scene.has_triangles());
+            resolution.is_some_and(|of| casters.in_boundary(light, of, DVec3::from(p.map(f64::from))))
+        };
+        let of = |points: &Points| points.positions.par_iter().map(|p| at(points.light, p)).collect::<Vec<_>>();
+        self.space().iter().flat_map(of).collect()
+    }
+
     /// The same casters in other orders; none where there are fewer than two.
     pub(super) fn shuffled(&self) -> impl Iterator<Item = Scene> + '_ {
         let triangles = self.scene.meshes.iter().map(|mesh| mesh.triangles.len());

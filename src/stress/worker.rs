@@ -105,8 +105,12 @@ struct Running {
     complaints: Arc<Mutex<String>>,
 }
 
-/// Of the limit: how long a process may take to start and to find the truth of a scene.
-const PREPARING: u32 = 4;
+/// How long a process may take to start and to find the truth of a scene: so many limits, or so long where that is short.
+const PREPARING: (u32, Duration) = (4, Duration::from_secs(60));
+
+fn preparing(limit: Duration) -> Duration {
+    (limit * PREPARING.0).max(PREPARING.1)
+}
 
 impl Worker {
     /// Starts `command`, which is to run [`serve`]; a row that takes longer than `limit` is none.
@@ -127,7 +131,7 @@ impl Worker {
         while let Some(first) = left.first() {
             let techniques = left.iter().map(Spec::to_string).collect();
             self.running.send(&Job { case: case.name.into(), value, techniques });
-            let mut ended = match self.running.reply(self.limit * PREPARING) {
+            let mut ended = match self.running.reply(preparing(self.limit)) {
                 Ok(_) => None,
                 // All of them would find the same.
                 Err(ended) => Some((left.len(), ended)),
@@ -178,7 +182,8 @@ impl Running {
             .stderr(Stdio::piped())
             .spawn()
             .map_err(|cause| fail(cause.to_string()))?;
-        let (Some(jobs), Some(stdout), Some(mut stderr)) = (child.stdin.take(), child.stdout.take(), child.stderr.take())
+        let (Some(jobs), Some(stdout), Some(mut stderr)) =
+            (child.stdin.take(), child.stdout.take(), child.stderr.take())
         else {
             return Err(fail("it has no pipes".into()));
         };
@@ -200,7 +205,7 @@ impl Running {
             }
         });
         let mut running = Self { child, jobs, replies, complaints };
-        match running.reply(limit * PREPARING) {
+        match running.reply(preparing(limit)) {
             Ok(Reply::Device(facts, is_software)) => Ok((running, (facts, is_software))),
             Ok(_) => Err(fail("it does not name its device".into())),
             Err((_, reason)) => Err(fail(reason)),
@@ -236,5 +241,37 @@ impl Drop for Running {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A process that does what a shell script says once it has named a device.
+    fn rows(script: &str, specs: &str) -> Vec<Stressed> {
+        let device = serde_json::to_string(&Reply::Device(DeviceFacts::default(), true)).expect("JSON");
+        let script = format!("echo '{device}'; read job; echo '\"Ready\"'; {script}");
+        let command = ["sh", "-c", &script].map(OsString::from).to_vec();
+        let mut worker = Worker::start(command, Duration::from_millis(200)).expect("a shell");
+        let mut rows = Vec::new();
+        let case = Case::named("few").expect("a case");
+        worker.ask(case, 1.0, &parse(specs).expect("specs"), |row| rows.push(row)).expect("it starts again");
+        rows
+    }
+
+    /// Each technique has its row, however its process ends, and a new one is asked for the next.
+    #[test]
+    fn what_hangs_and_what_dies_are_rows() {
+        let specs = "avsm:nodes=4|8|16";
+        let names: Vec<_> = parse(specs).expect("specs").iter().map(Spec::short).collect();
+        let died = rows("echo first >&2; echo it is lost >&2; sleep 0.05; exit 7", specs);
+        let hung = rows("exec sleep 60", specs);
+        for (rows, outcome, words) in
+            [(died, Outcome::Failed, "exit status: 7) it is lost"), (hung, Outcome::NoAnswer, "no answer within 0.2 s")]
+        {
+            assert_eq!(rows.iter().map(|row| row.technique.clone()).collect::<Vec<_>>(), names);
+            assert!(rows.iter().all(|row| row.outcome == outcome && row.reason.contains(words)), "{rows:?}");
+        }
     }
 }
