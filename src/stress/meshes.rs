@@ -121,7 +121,7 @@ pub(super) const CASES: &[Case] = &[
     },
     Case {
         name: "small-triangles",
-        about: "a plate of a thousand triangles, and triangles smaller than any voxel",
+        about: "a thousand triangles over a ground, at last smaller than any voxel and any texel",
         swept: "their size, units",
         values: &[1e-1, 1e-2, 1e-4, 1e-6, 1e-9],
         scene: |size| {
