@@ -1,7 +1,7 @@
 //! What a technique answers of one scene.
 
 use super::results::{Asked, Figures, Outcome, Stressed};
-use super::subject::{Moved, Subject};
+use super::subject::{Moved, Rounded, Subject};
 use crate::consume::{self, Query};
 use crate::gpu::Context;
 use crate::measure::{Answers, Points};
@@ -45,7 +45,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
     let has_smoke = !subject.scene.has_only_meshes();
     // Of meshes alone what is true in space and on them says more than on rays of which most are in the boundary.
-    let maps = if views.is_empty() || !has_smoke { Vec::new() } else { subject.maps(&views) };
+    let (maps, rounded) = if views.is_empty() || !has_smoke { Default::default() } else { subject.maps(&views) };
     let kinds = [&maps[..], subject.space(), subject.surface()];
     let mut figures = Figures::default();
     let first = answers(context, &opened, &kinds, &mut figures)?;
@@ -58,7 +58,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
         (asked.pop().flatten(), asked.pop().flatten(), asked.pop().flatten());
     if !maps.is_empty() {
         let truth: Vec<f64> = maps.iter().flat_map(|points| &points.visibility).copied().collect();
-        (figures.rise, figures.tail) = along_rays(&first[0], &truth);
+        (figures.rise, figures.tail) = along_rays(&first[0], &truth, &rounded);
     }
     figures.order_spread = order_spread(context, subject, &mut world, &mut opened, (&kinds, &first), &mut figures)?;
     figures.step_rms = step_rms(context, subject, &mut world, &mut opened, &first[1], &mut figures)?;
@@ -105,14 +105,16 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
     Ok(Asked { points: kept.truth.len() as u64, error: kept.error()? })
 }
 
-/// How much answers rise along rays more than the truth does, and how far the last of each is from it.
-fn along_rays(said: &[f32], truth: &[f64]) -> (Option<f64>, Option<f64>) {
+/// How much answers rise along rays, more than the rounding of points off their ray can do, and how far the last of each ray is
+/// from the truth.
+fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded]) -> (Option<f64>, Option<f64>) {
     let (mut rise, mut tail) = (0.0_f64, 0.0_f64);
     let depths = MAP_DEPTHS as usize;
-    for (said, truth) in said.chunks_exact(depths).zip(truth.chunks_exact(depths)) {
-        for k in 1..depths {
-            let true_rise = (truth[k] - truth[k - 1]).max(0.0);
-            rise = rise.max(f64::from(said[k]) - f64::from(said[k - 1]) - true_rise);
+    for (first, said) in said.chunks_exact(depths).enumerate() {
+        let (truth, rounded) = (&truth[first * depths..], &rounded[first * depths..]);
+        for k in (1..depths).filter(|k| rounded[*k].z > rounded[k - 1].z) {
+            let off = rounded[k].off + rounded[k - 1].off;
+            rise = rise.max(f64::from(said[k]) - f64::from(said[k - 1]) - off);
         }
         tail = tail.max((f64::from(said[depths - 1]) - truth[depths - 1]).abs());
     }

@@ -72,7 +72,7 @@ pub struct Figures {
     pub not_finite: u64,
     /// Answers below 0 or above 1 by more than rounding.
     pub outside: u64,
-    /// The most by which an answer rises along a light's ray where the truth does not.
+    /// The most by which an answer rises along a texel's ray.
     pub rise: Option<f64>,
     /// The most by which an answer behind all smoke is off the product of all.
     pub tail: Option<f64>,

@@ -2,7 +2,7 @@
 
 use super::strewn::random;
 use crate::measure::{Extent, Points, Truth, Wanted};
-use crate::reference::truth::{Casters, MapTruth, TrueCurve, bounds, sample_maps};
+use crate::reference::truth::{Casters, MAP_DEPTHS, MapTruth, TrueCurve, bounds, sample_maps};
 use crate::scene::{Resolution, Scene, View};
 use glam::{DVec2, DVec3, IVec2};
 use rayon::prelude::*;
@@ -71,15 +71,19 @@ impl<'a> Subject<'a> {
     }
 
     /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] a texel, depth rising, and the filtered truth
-    /// there: at the very point, rounded as it is, so that no rounding of the point is held against who answers.
-    pub(super) fn maps(&self, views: &[View]) -> Vec<Points> {
+    /// there: at the very point, rounded as it is, so that no rounding of the point is held against who answers. With each where
+    /// rounding left it.
+    pub(super) fn maps(&self, views: &[View]) -> (Vec<Points>, Vec<Rounded>) {
         let truths = sample_maps(&self.casters, self.scene, views, TEXELS).0;
         let covered = truths.into_iter().filter(|truth| !truth.texels.is_empty());
+        let mut rounded = Vec::new();
         let points = |truth: MapTruth| {
+            let texels = truth.texels.iter().flat_map(|texel| std::iter::repeat_n(*texel, MAP_DEPTHS as usize));
+            rounded.extend(texels.zip(&truth.points).map(|(texel, p)| Rounded::of(&views[truth.map], texel, *p)));
             let visibility = filtered(&self.casters, self.scene, views, truth.light, &truth.points);
             Points::in_space(truth.light, truth.points, visibility)
         };
-        covered.map(points).collect()
+        (covered.map(points).collect(), rounded)
     }
 
     /// The filtered truth at all points in space, where `scene` is the scene or has its casters a little farther on.
@@ -143,6 +147,22 @@ impl Moved {
         let visibility = |points: &Points| points.positions.par_iter().map(|p| at(points.light, p)).collect::<Vec<_>>();
         let visibility = subject.space().iter().flat_map(visibility).collect();
         Self { scene, visibility }
+    }
+}
+
+/// Where rounding left a point of a texel's ray.
+pub(super) struct Rounded {
+    /// How far off the ray, texels, across and up together: what a bilinear look-up may differ by from the ray's own.
+    pub off: f64,
+    /// Along the ray.
+    pub z: f64,
+}
+
+impl Rounded {
+    fn of(view: &View, texel: u32, position: [f32; 3]) -> Self {
+        let (at, z) = view.project(DVec3::from(position.map(f64::from)));
+        let centre = DVec2::new(f64::from(texel % view.width), f64::from(texel / view.width)) + 0.5;
+        Self { off: (at - centre).abs().element_sum(), z }
     }
 }
 
