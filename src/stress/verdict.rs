@@ -115,7 +115,8 @@ pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
     };
     let allowed = allowed(row);
     // A figure that is not a number is no small one.
-    let above = |figure: Option<f64>, most: Option<f64>| figure.zip(most).is_some_and(|(f, most)| !(f <= most));
+    let above =
+        |figure: Option<f64>, most: Option<f64>| figure.zip(most).is_some_and(|(f, most)| f.is_nan() || f > most);
     let map_mean = figures.map.and_then(|map| map.error).map(|error| error.mean_abs);
     [
         (figures.not_finite > 0, Broken::NotFinite),
