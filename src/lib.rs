@@ -19,6 +19,7 @@ pub mod report;
 pub mod scene;
 pub mod shaders;
 pub mod simulate;
+pub mod stress;
 pub mod technique;
 pub mod world;
 

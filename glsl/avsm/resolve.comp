@@ -1,8 +1,8 @@
 #version 460
 // Sorts each texel's list by entry depth and compresses it to NODES nodes. Source: Fife and Strugar 2013, Compression stage.
 // Inputs: maps, heads, segments, counts. Outputs: nodes; the lists' links are rewritten by the sort.
-// Invariant: a list of any length is inserted whole; ties go by caster index, so that the result does not depend on
-// the order in which the fragments were captured.
+// Invariant: a list of any length is inserted whole; ties go by exit, optical depth and caster index, so that the result depends
+// neither on the order in which the fragments were captured nor on that of the casters.
 #include "avsm/curve.glsl"
 #include "avsm/maps.glsl"
 #include "avsm/tiled.glsl"
@@ -20,8 +20,16 @@ layout(set = 2, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
 #include "avsm/store.glsl"
 
 bool before(uint a, uint b) {
-    float entry_a = segments[a].entry, entry_b = segments[b].entry;
-    return entry_a < entry_b || (entry_a == entry_b && segments[a].caster < segments[b].caster);
+    vec2 depth_a = vec2(segments[a].entry, segments[a].exit), depth_b = vec2(segments[b].entry, segments[b].exit);
+    float optical_depth_a = segments[a].optical_depth, optical_depth_b = segments[b].optical_depth;
+    if (depth_a.x != depth_b.x) {
+        return depth_a.x < depth_b.x;
+    }
+    if (depth_a.y != depth_b.y) {
+        return depth_a.y < depth_b.y;
+    }
+    return optical_depth_a < optical_depth_b
+        || (optical_depth_a == optical_depth_b && segments[a].caster < segments[b].caster);
 }
 
 // Merges two sorted lists by rewriting their links.

@@ -23,7 +23,11 @@ float segment_cut(View view, float ray_length, Caster caster, float dark, inout 
 // Through a texel's centre, as depths in the light's range. False where the ray misses the caster or leaves it before the
 // near plane.
 bool texel_segment(View view, uvec2 texel, Caster caster, out vec2 depth, out float optical_depth) {
-    Ray ray = view_ray(view, vec2(texel) + 0.5);
+    // About the view's origin: far from the world's, a ray's own would be rounded to what floats are apart there.
+    caster.position -= view.origin;
+    View about = view;
+    about.origin = vec3(0.0);
+    Ray ray = view_ray(about, vec2(texel) + 0.5);
     vec2 z;
     depth = vec2(0.0);
     optical_depth = 0.0;

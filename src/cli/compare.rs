@@ -1,7 +1,7 @@
 //! `gobo compare`
 
 use super::progress::Progress;
-use super::{DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, load};
+use super::{DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, command_line, load};
 use crate::gpu::{Context, Features};
 use crate::measure::{
     Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Status, Traced, copy_bytes_per_second,
@@ -344,11 +344,6 @@ fn name_apart(scenes: &mut [(Vec<Scene>, Vec<f64>)]) {
         }
         rest[0].0.iter_mut().for_each(|s| s.name.clone_from(&unique));
     }
-}
-
-/// The command as it was given, without the path of the program.
-fn command_line() -> String {
-    std::iter::once("gobo".to_owned()).chain(std::env::args().skip(1)).collect::<Vec<_>>().join(" ")
 }
 
 /// SCENE-NN-TECHNIQUE.png: the number is the row's place among its scene's.

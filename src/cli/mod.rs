@@ -11,6 +11,7 @@ mod render;
 mod sequence;
 mod slice;
 mod steps;
+mod stress;
 
 use crate::consume::indirect::{check_count, check_meshes, lit_by_vpls};
 use crate::gpu::{Context, Messages, Options};
@@ -50,6 +51,9 @@ enum Command {
     /// Bake a technique of a scene that stands still, once, into a file: --technique voxelized:file=FILE reads it
     #[command(after_long_help = techniques())]
     Bake(bake::Arguments),
+    /// Sweep what breaks shadow techniques, one number of a scene at a time, and say how far each holds
+    #[command(after_long_help = stress::help())]
+    Stress(stress::Arguments),
     /// List Vulkan devices and, for each path of each technique, yes or the missing feature
     Devices(devices::Arguments),
 }
@@ -261,6 +265,11 @@ fn load(name: &str, with: &LoadArguments) -> Result<Scene> {
     Ok(scene)
 }
 
+/// The command as it was given, without the path of the program.
+fn command_line() -> String {
+    std::iter::once("gobo".to_owned()).chain(std::env::args().skip(1)).collect::<Vec<_>>().join(" ")
+}
+
 /// Fails where the validation layer said something.
 fn check_messages(context: &Context) -> Result<()> {
     match context.messages().all().first() {
@@ -289,6 +298,7 @@ pub fn main() -> ExitCode {
         Command::Curve(arguments) => curve::run(&arguments),
         Command::Map(arguments) => map::run(&arguments),
         Command::Bake(arguments) => bake::run(&arguments),
+        Command::Stress(arguments) => stress::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
     };
     match result {

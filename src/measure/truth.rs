@@ -39,7 +39,7 @@ pub(super) const LIMIT_NODES: [usize; 3] = [4, 8, 16];
 
 /// What is wanted of the truth at one time.
 #[derive(Clone, Debug)]
-pub(super) struct Wanted {
+pub(crate) struct Wanted {
     pub extent: Extent,
     /// Space points and surface points, for each light.
     pub points: usize,
@@ -51,7 +51,7 @@ pub(super) struct Wanted {
 }
 
 /// Points of one light with what is true there.
-pub(super) struct Points {
+pub(crate) struct Points {
     pub light: usize,
     pub positions: Vec<[f32; 3]>,
     pub visibility: Vec<f64>,
@@ -74,7 +74,7 @@ impl Points {
 }
 
 /// In maps of the same views, and the limits over all.
-pub(super) struct MapsTruth {
+pub(crate) struct MapsTruth {
     /// Of each map that covers something.
     pub maps: Vec<Points>,
     pub covered: u64,
@@ -86,7 +86,7 @@ pub(super) struct MapsTruth {
 }
 
 /// A picture that the truth lights.
-pub(super) struct LitPicture {
+pub(crate) struct LitPicture {
     pub camera: View,
     pub picture: Picture,
 }
@@ -111,7 +111,7 @@ impl<K: PartialEq, V> Cached<K, V> {
 }
 
 /// See the module.
-pub(super) struct Truth<'a> {
+pub(crate) struct Truth<'a> {
     scene: &'a Scene,
     wanted: Wanted,
     casters: OnceLock<Casters<'a>>,

@@ -8,6 +8,7 @@
 //! | [`casters`](fn@casters) | the terminal, where it is asked for |
 //! | [`plots`](fn@plots) | `time-vs-error.svg`, `frame-vs-error.svg` |
 //! | [`page`](fn@page) | `report.html`: the above, the pictures and the definitions in one file without network |
+//! | [`stress_table`], [`stress_csv`], [`stress_page`] | the same of `gobo stress`: the terminal, `stress.csv`, `stress.html` |
 //!
 //! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the
 //! page share are listed once, in `columns.rs`, and what is plotted in `axes.rs`. Same results, same bytes out.
@@ -23,6 +24,7 @@ mod passes;
 mod plot;
 mod series;
 mod store;
+mod stress;
 mod table;
 mod wording;
 
@@ -33,4 +35,5 @@ pub use pareto::pareto_front;
 pub use passes::passes;
 pub use plot::plots;
 pub use store::Store;
+pub use stress::{stress_csv, stress_device, stress_page, stress_table};
 pub use table::table;

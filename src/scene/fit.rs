@@ -3,6 +3,7 @@
 use super::view::{across, caster_spheres, lasting_spheres, mesh_points, some_up, vec};
 use super::{FACES, LightKind, Projection, Scene, View};
 use glam::DVec3;
+use std::cell::LazyCell;
 
 /// What a view is fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,9 +42,20 @@ fn face_tangent(size: u32) -> f64 {
     1.0 / (1.0 - 2.0 * share)
 }
 
+/// The place of something that casts; of casters the first along x, then y, then z, so that the same casters in another order
+/// have the same views to the bit.
+fn anchor(scene: &Scene) -> DVec3 {
+    let first = |a: &DVec3, b: &DVec3| {
+        let order = |axis: fn(&DVec3) -> f64| axis(a).total_cmp(&axis(b));
+        order(|p| p.x).then_with(|| order(|p| p.y)).then_with(|| order(|p| p.z))
+    };
+    let place = lasting_spheres(scene).map(|(p, _)| p).min_by(first);
+    place.or_else(|| mesh_points(&scene.meshes).map(|(p, _)| p).min_by(first)).unwrap_or(DVec3::ZERO)
+}
+
 /// [`View::aimed`].
 pub(super) fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
-    let anchor = lasting_spheres(scene).chain(mesh_points(&scene.meshes)).next().map_or(DVec3::ZERO, |(p, _)| p);
+    let anchor = LazyCell::new(|| anchor(scene));
     let view = |origin: DVec3, forward: DVec3, projection: Projection, tangent: f64, nearest: f32| {
         let (right, up) = across(forward, some_up(forward));
         let scale = (1.0 / tangent) as f32;
@@ -62,7 +74,7 @@ pub(super) fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
         }
     };
     let maps = |light: &super::Light| match light.kind {
-        LightKind::Directional { direction } => vec![view(anchor, direction, Projection::Parallel, 1.0, 0.0)],
+        LightKind::Directional { direction } => vec![view(*anchor, direction, Projection::Parallel, 1.0, 0.0)],
         LightKind::Spot { position, direction, cone_degrees } => {
             let tangent = (cone_degrees.to_radians() * 0.5).tan();
             // Casters around the light itself are cut off at a thousandth of the range.

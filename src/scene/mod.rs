@@ -51,6 +51,7 @@ pub use fountain_law::{Body, Fountain, Jet, Law};
 pub use light::{FACES, Light, LightKind};
 pub use order::far_to_near;
 pub use picture::{Picture, SKY};
+pub(crate) use random::Random;
 pub use resolution::{Moved, Resolution};
 pub use sides::{Side, sides};
 pub use view::{FARTHEST, Projection, Ray, View};

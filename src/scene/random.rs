@@ -5,26 +5,26 @@ use rand::Rng;
 use rand_pcg::Pcg32;
 
 /// A sequence of them.
-pub(super) struct Random(Pcg32);
+pub(crate) struct Random(Pcg32);
 
 impl Random {
     /// The sequence of that state and stream.
-    pub(super) fn new([state, stream]: [u64; 2]) -> Self {
+    pub(crate) fn new([state, stream]: [u64; 2]) -> Self {
         Self(Pcg32::new(state, stream))
     }
 
     /// From `low` to `high`.
-    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * f64::from(self.0.next_u32()) / f64::from(u32::MAX)
     }
 
     /// Whether it happens, in so many of all cases.
-    pub(super) fn chance(&mut self, share: f64) -> bool {
+    pub(crate) fn chance(&mut self, share: f64) -> bool {
         self.between(0.0, 1.0) < share
     }
 
     /// Evenly in the unit ball.
-    pub(super) fn in_ball(&mut self) -> DVec3 {
+    pub(crate) fn in_ball(&mut self) -> DVec3 {
         loop {
             let point = DVec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0));
             if point.length_squared() <= 1.0 {

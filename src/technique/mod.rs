@@ -190,7 +190,7 @@ impl Casts {
     pub const ALL: Self = Self { particles: true, strands: true, meshes: true };
 
     /// Whether it casts from anything in `scene`, or there is nothing to cast from.
-    fn any_of(self, scene: &Scene) -> bool {
+    pub fn any_of(self, scene: &Scene) -> bool {
         let has = [!scene.particles.is_empty(), !scene.strands.is_empty(), !scene.meshes.is_empty()];
         let casts = [self.particles, self.strands, self.meshes];
         has == [false; 3] || has.iter().zip(casts).any(|(has, casts)| *has && casts)

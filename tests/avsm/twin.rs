@@ -51,7 +51,7 @@ const TRIALS: u64 = 24;
 /// The order in which segments meet the curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// Two-pass, order=sorted: by entry depth in each texel, ties by index.
+    /// Two-pass, order=sorted: by entry depth in each texel, ties by exit, optical depth and index.
     Entry,
     /// Interlock and raster order, order=captured: by particle index.
     Index,

@@ -54,7 +54,9 @@ fn strand_step(ray: (Vec3, Vec3), strand: &Caster) -> Option<f32> {
 
 /// Twin: texel_segment. None where the ray misses the caster or leaves it before the near plane.
 pub fn texel_segment(view: &View, texel: [u32; 2], caster: &Caster) -> Option<Segment> {
-    let (origin, direction) = ray(view, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5);
+    let caster = &Caster { position: (Vec3::from(caster.position) - Vec3::from(view.origin)).into(), ..*caster };
+    let about = View { origin: [0.0; 3], ..*view };
+    let (origin, direction) = ray(&about, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5);
     let depth = |z: f32| (z - view.near) / (view.far - view.near);
     if caster.is_strand() {
         let z = strand_step((origin, direction), caster).filter(|z| *z > view.near)?;
@@ -79,7 +81,11 @@ pub fn texel_segment(view: &View, texel: [u32; 2], caster: &Caster) -> Option<Se
     Some(Segment { entry: depth(low), exit: depth(high), optical_depth })
 }
 
-/// Sorts as glsl/list/ lists are sorted: by entry depth, ties by caster index.
+/// Sorts as glsl/list/ lists are sorted: by entry depth, ties by exit, optical depth and caster index.
 pub fn sort(segments: &mut [(u32, Segment)]) {
-    segments.sort_by(|a, b| a.1.entry.total_cmp(&b.1.entry).then(a.0.cmp(&b.0)));
+    let key = |of: fn(&Segment) -> f32| move |a: &Segment, b: &Segment| of(a).total_cmp(&of(b));
+    let (entry, exit, depth) = (key(|s| s.entry), key(|s| s.exit), key(|s| s.optical_depth));
+    segments.sort_by(|(i, a), (j, b)| {
+        entry(a, b).then_with(|| exit(a, b)).then_with(|| depth(a, b)).then_with(|| i.cmp(j))
+    });
 }

@@ -1,0 +1,158 @@
+//! `gobo stress`
+
+use super::DeviceArguments;
+use crate::report::{Store, stress_csv, stress_device, stress_page, stress_table};
+use crate::stress::{Case, Outcome, Results, SCHEMA, Stressed, Worker, cases, serve, verdicts};
+use crate::technique::{Spec, parse};
+use crate::{Error, Result};
+use clap::Args;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// Who is asked of smoke when nobody is named: every path of every technique, in maps and grids that software devices build in
+/// no time.
+const OF_SMOKE: [&str; 9] = [
+    "avsm:size=32,path=two-pass|interlock|raster-order",
+    "avsm:size=32,path=two-pass,resolve=whole",
+    "avsm:size=32,path=binned,resolve=streaming|whole|cells",
+    "avsm:size=32,path=two-pass,curve=linear",
+    "psm:size=32,slices=64,path=raster|fused",
+    "translucency-map:size=32,path=raster|binned",
+    "beer-shadow-map:size=32,path=raster|binned",
+    "uncompressed:size=32",
+    "voxel-grid:size=64,march=exact",
+];
+
+/// Who is asked of meshes. The opaque maps of all that also have smoke are the same, and one stands for them.
+const OF_MESHES: [&str; 6] = [
+    "uncompressed:size=32",
+    "shadow-map:size=128",
+    "voxelized:size=64",
+    "voxel-grid:size=64,march=exact",
+    "ism:size=32,points=1024,path=tiled|atomic|quads|triangles",
+    "ray-query",
+];
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Cases [default: all of them]
+    #[arg(value_name = "CASE")]
+    cases: Vec<String>,
+    /// Technique spec, repeatable [default: every path of every technique, in small maps]
+    #[arg(long = "technique", value_name = "SPEC")]
+    techniques: Vec<String>,
+    /// Folder for stress.json, stress.csv and stress.html
+    #[arg(long, default_value = "gobo-stress", value_name = "DIR")]
+    out: PathBuf,
+    /// How long a technique may take for one value, 8 orders and 3 steps of it included, seconds
+    #[arg(long, default_value_t = 30.0, value_name = "SECONDS", value_parser = seconds)]
+    limit: f64,
+    /// Answer another process: what stress starts for itself
+    #[arg(long, hide = true)]
+    worker: bool,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+fn seconds(text: &str) -> std::result::Result<f64, String> {
+    text.parse().ok().filter(|s| (0.001..=86400.0).contains(s)).ok_or_else(|| "give seconds, 0.001 to 86400".into())
+}
+
+/// The cases, for people.
+pub fn help() -> String {
+    let line = |case: &Case| format!("  {:<17} {} ({})\n", case.name, case.about, case.swept);
+    format!("Cases, and what is swept in each:\n{}", cases().map(line).collect::<String>())
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    if arguments.worker {
+        return serve(&arguments.device.open()?).map(|()| ExitCode::SUCCESS);
+    }
+    let asked: Vec<&Case> = match &arguments.cases[..] {
+        [] => cases().collect(),
+        names => names.iter().map(|name| Case::named(name)).collect::<Result<_>>()?,
+    };
+    let read = |usual: &[&'static str]| -> Result<Vec<Spec>> {
+        let given = arguments.techniques.iter().map(String::as_str);
+        let texts: Vec<&str> = if arguments.techniques.is_empty() { usual.to_vec() } else { given.collect() };
+        Ok(texts.into_iter().map(parse).collect::<Result<Vec<_>>>()?.concat())
+    };
+    let (of_smoke, of_meshes) = (read(&OF_SMOKE)?, read(&OF_MESHES)?);
+    let store = Store::open(&arguments.out)?;
+    let mut worker = Worker::start(own_command(arguments)?, Duration::from_secs_f64(arguments.limit))?;
+    let (device, is_software) = worker.device.clone();
+    let mut results = Results {
+        schema: SCHEMA,
+        gobo: env!("CARGO_PKG_VERSION").into(),
+        command: super::command_line(),
+        device,
+        limit_s: arguments.limit,
+        ..Results::default()
+    };
+    println!("{}", stress_device(&results));
+    for case in asked {
+        sweep(&mut worker, case, is_software, [&of_smoke, &of_meshes], &mut results.rows)?;
+        results.verdicts = verdicts(&results.rows);
+        write(&store, &results)?;
+        println!("{}", stress_table(&results, case));
+    }
+    store.write_text("stress.html", &stress_page(&results)?)?;
+    println!("{}", arguments.out.join("stress.html").display());
+    let broken = results.verdicts.iter().any(|verdict| !verdict.invariants.is_empty());
+    Ok(if broken { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// All values of a case, of who casts from what is in it. Who has not answered in time is not asked about what is more extreme, nor who was refused.
+fn sweep(
+    worker: &mut Worker,
+    case: &Case,
+    is_software: bool,
+    [of_smoke, of_meshes]: [&[Spec]; 2],
+    rows: &mut Vec<Stressed>,
+) -> Result<()> {
+    let Some(first) = case.values.first() else { return Ok(()) };
+    let scene = (case.scene)(*first);
+    let specs = if scene.has_only_meshes() { of_meshes } else { of_smoke };
+    let mut left: Vec<Spec> = specs.iter().filter(|spec| spec.entry.casts.any_of(&scene)).cloned().collect();
+    for value in case.values(is_software) {
+        let (from, mut start) = (rows.len(), Instant::now());
+        worker.ask(case, value, &left, |row| {
+            let outcome = if row.outcome == Outcome::Answered { "answered" } else { &row.reason };
+            let took_s = start.elapsed().as_secs_f64();
+            eprintln!("{} {value:e}: {}: {outcome}, {took_s:.2} s", case.name, row.technique);
+            start = Instant::now();
+            rows.push(row);
+        })?;
+        let ended = |row: &Stressed| matches!(row.outcome, Outcome::NoAnswer | Outcome::Refused);
+        left.retain(|spec| !rows[from..].iter().any(|row| row.technique == spec.short() && ended(row)));
+    }
+    Ok(())
+}
+
+/// After every case, so that an interrupted run keeps what it has.
+fn write(store: &Store, results: &Results) -> Result<()> {
+    let fail = |cause: serde_json::Error| Error::output(&store.dir().join("stress.json"), cause);
+    let json = serde_json::to_string_pretty(results).map_err(fail)? + "\n";
+    store.write_text("stress.json", &json)?;
+    store.write_text("stress.csv", &stress_csv(results)?)
+}
+
+/// This program, to be started as a worker; GOBO_RUNNER starts programs on another driver (setup.sh writes it).
+fn own_command(arguments: &Arguments) -> Result<Vec<OsString>> {
+    let runner = std::env::var_os("GOBO_RUNNER").filter(|runner| !runner.is_empty());
+    let fail = |cause: std::io::Error| Error::input("the program's own path", cause, "start it by its whole path");
+    let mut command = match (runner, std::env::args_os().next()) {
+        (Some(runner), Some(program)) => vec![runner, program],
+        _ => vec![std::env::current_exe().map_err(fail)?.into_os_string()],
+    };
+    command.extend(["stress", "--worker"].map(OsString::from));
+    if let Some(device) = &arguments.device.device {
+        command.extend(["--device".into(), device.into()]);
+    }
+    if arguments.device.validation {
+        command.push("--validation".into());
+    }
+    Ok(command)
+}

@@ -1,0 +1,186 @@
+//! What a technique answers of one scene.
+
+use super::results::{Asked, Figures, Outcome, Stressed};
+use super::subject::{Moved, Rounded, Subject};
+use crate::consume::{self, Query};
+use crate::gpu::Context;
+use crate::measure::{Answers, Points};
+use crate::reference::truth::MAP_DEPTHS;
+use crate::scene::Resolution;
+use crate::technique::{self, Opened, Spec};
+use crate::world::World;
+use crate::{Error, Result};
+
+/// What rounding may do to a sum of weights: answers are in [0, 1] up to this.
+const ROUNDING: f32 = 1e-6;
+
+/// Builds the technique of `spec` for the subject's scene, asks it, and again with its casters in other orders and moved a
+/// little. What fails is a row too.
+pub fn ask(context: &Context, subject: &Subject, (case, value): (&str, f64), spec: &Spec) -> Stressed {
+    let mut row = Stressed {
+        case: case.into(),
+        value,
+        technique: spec.short(),
+        path: spec.value("path").into(),
+        outcome: Outcome::Answered,
+        reason: String::new(),
+        figures: None,
+    };
+    match figures(context, subject, spec, &mut row.path) {
+        Ok(figures) => row.figures = Some(figures),
+        Err(error) => {
+            row.outcome = if matches!(error, Error::Refused { .. }) { Outcome::Refused } else { Outcome::Failed };
+            row.reason = error.to_string();
+        }
+    }
+    row
+}
+
+fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String) -> Result<Figures> {
+    let said = context.messages().all().len();
+    let mut world = World::new(context, subject.scene)?;
+    let mut opened = technique::open(context, &world, spec)?;
+    opened.build(&world)?;
+    *path = opened.technique.facts()?.path.into();
+    let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
+    let has_smoke = !subject.scene.has_only_meshes();
+    // Of meshes alone what is true in space and on them says more than on rays of which most are in the boundary.
+    let (maps, rounded) = if views.is_empty() || !has_smoke { Default::default() } else { subject.maps(&views) };
+    let kinds = [&maps[..], subject.space(), subject.surface()];
+    let mut figures = Figures::default();
+    let first = answers(context, &opened, &kinds, &mut figures)?;
+    let resolution = opened.technique.resolution();
+    let mut asked = Vec::new();
+    for (points, said) in kinds.iter().zip(&first) {
+        asked.push(Some(compared(subject, points, said, &resolution)?).filter(|asked| asked.points > 0));
+    }
+    (figures.surface, figures.space, figures.map) =
+        (asked.pop().flatten(), asked.pop().flatten(), asked.pop().flatten());
+    if !maps.is_empty() {
+        let truth: Vec<f64> = maps.iter().flat_map(|points| &points.visibility).copied().collect();
+        (figures.rise, figures.tail) = along_rays(&first[0], &truth, &rounded);
+    }
+    figures.order_spread = order_spread(context, subject, &mut world, &mut opened, (&kinds, &first), &mut figures)?;
+    figures.step_rms = step_rms(context, subject, &mut world, &mut opened, &first[1], &mut figures)?;
+    figures.messages = (context.messages().all().len() - said) as u64;
+    Ok(figures)
+}
+
+/// At points of each kind; those that no answer can be are counted.
+fn answers(context: &Context, opened: &Opened, kinds: &[&[Points]], figures: &mut Figures) -> Result<Vec<Vec<f32>>> {
+    let mut of = |all: &&[Points]| {
+        let asked: Vec<_> = all.iter().map(in_query).collect();
+        if asked.iter().all(|part| part.points.is_empty()) {
+            return Ok(Vec::new());
+        }
+        let said = Query::of_lights(context, &asked)?.ask(&opened.technique.answer())?;
+        figures.not_finite += said.iter().filter(|answer| !answer.is_finite()).count() as u64;
+        let outside = |answer: &&f32| answer.is_finite() && !(-ROUNDING..=1.0 + ROUNDING).contains(*answer);
+        figures.outside += said.iter().filter(outside).count() as u64;
+        Ok(said)
+    };
+    kinds.iter().map(&mut of).collect()
+}
+
+fn in_query(points: &Points) -> consume::Asked<'_> {
+    consume::Asked { light: points.light, points: &points.positions, normals: &points.normals }
+}
+
+/// What answers are off by, the finite ones.
+fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resolution]) -> Result<Asked> {
+    let mut kept = Answers::default();
+    let mut said = said.iter();
+    for points in all {
+        let boundary = subject.boundary(points, resolution);
+        for (i, truth) in points.visibility.iter().enumerate() {
+            let Some(&answer) = said.next() else { break };
+            if !answer.is_finite() {
+                continue;
+            }
+            kept.approximate.push(answer);
+            kept.truth.push(*truth);
+            kept.boundary.extend(boundary.get(i));
+        }
+    }
+    Ok(Asked { points: kept.truth.len() as u64, error: kept.error()? })
+}
+
+/// How much answers rise along rays, more than the rounding of points off their ray can do, and how far the last of each ray is
+/// from the truth.
+fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded]) -> (Option<f64>, Option<f64>) {
+    let (mut rise, mut tail) = (0.0_f64, 0.0_f64);
+    let depths = MAP_DEPTHS as usize;
+    for (first, said) in said.chunks_exact(depths).enumerate() {
+        let (truth, rounded) = (&truth[first * depths..], &rounded[first * depths..]);
+        for k in (1..depths).filter(|k| rounded[*k].z > rounded[k - 1].z) {
+            let off = rounded[k].off + rounded[k - 1].off;
+            rise = rise.max(f64::from(said[k]) - f64::from(said[k - 1]) - off);
+        }
+        tail = tail.max((f64::from(said[depths - 1]) - truth[depths - 1]).abs());
+    }
+    (Some(rise), Some(tail))
+}
+
+/// The most by which answers differ over the orders, the finite ones.
+fn order_spread(
+    context: &Context,
+    subject: &Subject,
+    world: &mut World,
+    opened: &mut Opened,
+    (kinds, first): (&[&[Points]], &[Vec<f32>]),
+    figures: &mut Figures,
+) -> Result<Option<f64>> {
+    let mut spread = None;
+    let (mut low, mut high) = (first.concat(), first.concat());
+    for scene in subject.shuffled() {
+        world.replace(&scene)?;
+        opened.build(world)?;
+        let said = answers(context, opened, kinds, figures)?.concat();
+        for ((low, high), said) in low.iter_mut().zip(&mut high).zip(said) {
+            (*low, *high) = (low.min(said), high.max(said));
+        }
+        let between = low.iter().zip(&high).map(|(low, high)| f64::from(high - low));
+        let most = between.filter(|spread| spread.is_finite()).fold(0.0, f64::max);
+        spread = Some(most);
+    }
+    world.replace(subject.scene)?;
+    opened.build(world)?;
+    Ok(spread)
+}
+
+/// Over all steps, at the points in space: against the filtered truth of who has maps of smoke, so that a texel's size is no
+/// step, else against the truth. `before`: what is answered there as all casters stand where they began.
+fn step_rms(
+    context: &Context,
+    subject: &Subject,
+    world: &mut World,
+    opened: &mut Opened,
+    before: &[f32],
+    figures: &mut Figures,
+) -> Result<Option<f64>> {
+    let mut boundary = subject.boundary_after(subject.scene, &opened.technique.resolution());
+    let views = |opened: &Opened| opened.technique.maps().iter().map(|map| map.volume).collect::<Vec<_>>();
+    let has_maps = !views(opened).is_empty() && !subject.scene.has_only_meshes();
+    let mut truth_before: Vec<f64> = match has_maps {
+        true => subject.filtered(subject.scene, &views(opened)),
+        false => subject.space().iter().flat_map(|points| points.visibility.clone()).collect(),
+    };
+    let mut before = before.to_vec();
+    let (mut sum, mut count) = (0.0, 0.0);
+    for Moved { scene, visibility } in subject.moved() {
+        world.replace(scene)?;
+        opened.build(world)?;
+        let Some(now) = answers(context, opened, &[subject.space()], figures)?.pop() else { break };
+        let truth = if has_maps { subject.filtered(scene, &views(opened)) } else { visibility.clone() };
+        // Of both ends of the step.
+        let boundary_now = subject.boundary_after(scene, &opened.technique.resolution());
+        for i in (0..now.len()).filter(|i| !boundary[*i] && !boundary_now[*i]) {
+            let more = f64::from(now[i]) - f64::from(before[i]) - (truth[i] - truth_before[i]);
+            if more.is_finite() {
+                (sum, count) = (sum + more * more, count + 1.0);
+            }
+        }
+        (before, truth_before, boundary) = (now, truth, boundary_now);
+    }
+    Ok((count > 0.0).then(|| f64::sqrt(sum / count)))
+}

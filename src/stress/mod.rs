@@ -1,0 +1,79 @@
+//! Techniques under what breaks such code: one number of a scene is swept from where it is common to where it is not, and each
+//! technique is asked until it breaks.
+//!
+//! [`cases`] says what is swept, [`ask`](fn@ask) what a technique answers at one of its values, [`Verdict`] how far it holds.
+//! Every technique works in a process of its own ([`Worker`]), so that a driver that hangs or dies is a row too.
+
+mod ask;
+mod meshes;
+mod placed;
+mod results;
+mod smoke;
+mod strewn;
+mod subject;
+mod verdict;
+mod worker;
+
+pub use ask::ask;
+pub use results::{Asked, Figures, Outcome, Results, SCHEMA, Stressed};
+pub use subject::{SHUFFLES, Subject};
+pub(crate) use verdict::number;
+pub use verdict::{Broken, Verdict, verdicts};
+pub use worker::{Job, Reply, Worker, serve};
+
+use crate::scene::Scene;
+use crate::{Error, Result};
+
+/// A number of a scene that is swept.
+#[derive(Clone, Copy)]
+pub struct Case {
+    /// Its name.
+    pub name: &'static str,
+    /// What is in the scene.
+    pub about: &'static str,
+    /// Which number, with its unit.
+    pub swept: &'static str,
+    /// From where it is common to where it is not.
+    pub values: &'static [f64],
+    /// The largest of them that a software device is asked; the others would take it minutes.
+    pub most_on_cpu: f64,
+    /// The scene at one of the values: the same each time.
+    pub scene: fn(f64) -> Scene,
+    /// Texels a side of maps, where a technique lets one choose.
+    pub texels: fn(f64) -> u32,
+}
+
+impl Case {
+    /// What cases are unless they say otherwise.
+    const USUAL: Self = Self {
+        name: "",
+        about: "",
+        swept: "",
+        values: &[],
+        most_on_cpu: f64::INFINITY,
+        scene: |_| strewn::scene(strewn::along(strewn::SLANTED), Vec::new(), Vec::new()),
+        texels: |_| 32,
+    };
+
+    /// The case of that name.
+    ///
+    /// # Errors
+    /// [`Error::Input`] that lists the names that there are.
+    pub fn named(name: &str) -> Result<&'static Self> {
+        cases().find(|case| case.name == name).ok_or_else(|| {
+            let known: Vec<_> = cases().map(|case| case.name).collect();
+            let shown = name.replace(char::is_control, "?");
+            Error::input(shown, "no such case", format!("choose one of: {}", known.join(", ")))
+        })
+    }
+
+    /// The values that a device is asked.
+    pub fn values(&self, is_software: bool) -> impl Iterator<Item = f64> + '_ {
+        self.values.iter().copied().filter(move |value| !is_software || *value <= self.most_on_cpu)
+    }
+}
+
+/// All of them: smoke and hair, lights and views, meshes.
+pub fn cases() -> impl Iterator<Item = &'static Case> {
+    [smoke::CASES, placed::CASES, meshes::CASES].into_iter().flatten()
+}

@@ -1,0 +1,71 @@
+//! What cases are made of: smoke that is strewn by numbers, lights, and a scene about them.
+
+use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Random, Scene};
+use glam::DVec3;
+
+/// Slanted against all axes, so that no coordinate drops out of the arithmetic.
+pub(super) const SLANTED: DVec3 = DVec3::new(0.5, 0.3, -0.81);
+
+/// A scene of these casters under one light.
+pub(super) fn scene(kind: LightKind, particles: Vec<Particle>, meshes: Vec<Mesh>) -> Scene {
+    Scene {
+        name: "stress".into(),
+        particles,
+        strands: Vec::new(),
+        meshes,
+        lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],
+        camera: Camera { position: DVec3::new(4.0, -5.0, 3.0), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
+        motion: Motion::Still,
+    }
+}
+
+/// Parallel rays that way.
+pub(super) fn along(direction: DVec3) -> LightKind {
+    LightKind::Directional { direction: direction.normalize() }
+}
+
+/// A spot light that looks at the origin.
+pub(super) fn spot(position: DVec3, cone_degrees: f64) -> LightKind {
+    LightKind::Spot { position, direction: -position.normalize(), cone_degrees }
+}
+
+/// A sphere.
+pub(super) fn sphere(position: DVec3, radius: f64, extinction: f64) -> Particle {
+    let finite = |number: f64| number.min(f32::MAX.into()) as f32;
+    Particle { position: position.as_vec3().into(), radius: finite(radius), extinction: finite(extinction) }
+}
+
+/// Numbers of a case, the same on every machine.
+pub(super) fn random(stream: u64) -> Random {
+    Random::new([0x57e55, stream])
+}
+
+/// Spheres of many sizes in the unit ball, each of which takes a tenth to two thirds of the light through its middle.
+pub(super) fn cloud(count: usize) -> Vec<Particle> {
+    let mut random = random(1);
+    let one = |_| {
+        let (position, radius) = (random.in_ball(), random.between(0.08, 0.35));
+        sphere(position, radius, random.between(0.1, 1.0) / (2.0 * radius))
+    };
+    (0..count).map(one).collect()
+}
+
+/// Spheres so many that they are common, in the cases that do not say how many.
+pub(super) const USUAL: usize = 48;
+
+/// The same smoke, each sphere changed by its number.
+pub(super) fn changed(mut particles: Vec<Particle>, change: impl Fn(usize, &Particle) -> Particle) -> Vec<Particle> {
+    particles.iter_mut().enumerate().for_each(|(i, p)| *p = change(i, p));
+    particles
+}
+
+/// With that many times the extinction, as far as there is such a number.
+pub(super) fn denser(particle: &Particle, factor: f64) -> Particle {
+    let extinction = (f64::from(particle.extinction) * factor).min(f32::MAX.into()) as f32;
+    Particle { extinction, ..*particle }
+}
+
+/// Spheres without extinction that hold the light's view open from −1 to 1 in all directions.
+pub(super) fn corners() -> Vec<Particle> {
+    [-0.9, 0.9].map(|at| sphere(DVec3::splat(at), 0.1, 0.0)).to_vec()
+}

@@ -1,0 +1,219 @@
+//! A scene of a case, with what is true there, which all techniques share.
+
+use super::strewn::random;
+use crate::measure::{Extent, Points, Truth, Wanted};
+use crate::reference::truth::{Casters, MAP_DEPTHS, MapTruth, TrueCurve, bounds, sample_maps};
+use crate::scene::{Resolution, Scene, View};
+use glam::{DVec2, DVec3, IVec2};
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, OnceLock};
+
+/// How many orders the same casters are given in.
+pub const SHUFFLES: usize = 8;
+
+/// Texels of all maps together that are asked.
+const TEXELS: usize = 96;
+
+/// Points of each light in space, and on meshes as many.
+const POINTS: usize = 1024;
+
+/// Pixels of the camera that half of the points on meshes are seen by.
+const PICTURE: [u32; 2] = [96, 64];
+
+/// By how much all casters move in a step, of the diagonal of their box, and how many steps there are.
+const STEP: f64 = 1e-3;
+const STEPS: usize = 3;
+
+/// A scene with its truth.
+pub struct Subject<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    truth: Truth<'a>,
+    casters: Casters<'a>,
+    moved: OnceLock<Vec<Moved>>,
+}
+
+/// The scene a little later, and what is true there at the points in space.
+pub(super) struct Moved {
+    pub scene: Scene,
+    pub visibility: Vec<f64>,
+}
+
+impl<'a> Subject<'a> {
+    /// Of that scene.
+    pub fn new(scene: &'a Scene) -> Self {
+        // Where there is nothing, somewhere.
+        let bounds = bounds(scene).unwrap_or([DVec3::NEG_ONE, DVec3::ONE]);
+        let wanted = Wanted {
+            extent: Extent::Sample,
+            points: POINTS,
+            picture: PICTURE,
+            bounds: Some(bounds),
+            watched: Arc::default(),
+        };
+        Self { scene, truth: Truth::new(scene, wanted), casters: Casters::new(scene), moved: OnceLock::new() }
+    }
+
+    /// Points in space, of each light.
+    pub(super) fn space(&self) -> &[Points] {
+        self.truth.space()
+    }
+
+    /// Points on meshes, of each light.
+    pub(super) fn surface(&self) -> &[Points] {
+        self.truth.surface()
+    }
+
+    /// Whether each point is in the boundary of opaque shadows.
+    pub(super) fn boundary(&self, points: &Points, resolution: &[Resolution]) -> Arc<Vec<bool>> {
+        self.truth.boundary(points, resolution)
+    }
+
+    /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] a texel, depth rising, and the filtered truth
+    /// there: at the very point, rounded as it is, so that no rounding of the point is held against who answers. With each where
+    /// rounding left it.
+    pub(super) fn maps(&self, views: &[View]) -> (Vec<Points>, Vec<Rounded>) {
+        let truths = sample_maps(&self.casters, self.scene, views, TEXELS).0;
+        let covered = truths.into_iter().filter(|truth| !truth.texels.is_empty());
+        let mut rounded = Vec::new();
+        let points = |truth: MapTruth| {
+            let texels = truth.texels.iter().flat_map(|texel| std::iter::repeat_n(*texel, MAP_DEPTHS as usize));
+            rounded.extend(texels.zip(&truth.points).map(|(texel, p)| Rounded::of(&views[truth.map], texel, *p)));
+            let visibility = filtered(&self.casters, self.scene, views, truth.light, &truth.points);
+            Points::in_space(truth.light, truth.points, visibility)
+        };
+        (covered.map(points).collect(), rounded)
+    }
+
+    /// The filtered truth at all points in space, where `scene` is the scene or has its casters a little farther on.
+    pub(super) fn filtered(&self, scene: &Scene, views: &[View]) -> Vec<f64> {
+        let casters = Casters::new(scene);
+        let of = |points: &Points| filtered(&casters, scene, views, points.light, &points.positions);
+        self.space().iter().flat_map(of).collect()
+    }
+
+    /// Whether each point in space is in the boundary of opaque shadows where `scene` has its casters a little farther on.
+    pub(super) fn boundary_after(&self, scene: &Scene, resolution: &[Resolution]) -> Vec<bool> {
+        let casters = Casters::new(scene);
+        let at = |light: usize, p: &[f32; 3]| {
+            let map = scene.first_map(light) + scene.lights[light].map_at(*p);
+            let resolution = resolution.get(map).filter(|_| scene.has_triangles());
+            resolution.is_some_and(|of| casters.in_boundary(light, of, DVec3::from(p.map(f64::from))))
+        };
+        let of = |points: &Points| points.positions.par_iter().map(|p| at(points.light, p)).collect::<Vec<_>>();
+        self.space().iter().flat_map(of).collect()
+    }
+
+    /// The same casters in other orders; none where there are fewer than two.
+    pub(super) fn shuffled(&self) -> impl Iterator<Item = Scene> + '_ {
+        let triangles = self.scene.meshes.iter().map(|mesh| mesh.triangles.len());
+        let most = triangles.chain([self.scene.particles.len(), self.scene.strands.len()]).max();
+        (0..if most > Some(1) { SHUFFLES } else { 0 }).map(|stream| {
+            let (mut scene, mut random) = (self.scene.clone(), random(100 + stream as u64));
+            // Fisher and Yates.
+            let mut swaps = |count: usize| -> Vec<[usize; 2]> {
+                let other = |i: usize, share: f64| ((share * (i + 1) as f64) as usize).min(i);
+                (1..count).rev().map(|i| [i, other(i, random.between(0.0, 1.0))]).collect()
+            };
+            swaps(scene.particles.len()).into_iter().for_each(|[i, j]| scene.particles.swap(i, j));
+            swaps(scene.strands.len()).into_iter().for_each(|[i, j]| scene.strands.swap(i, j));
+            for mesh in &mut scene.meshes {
+                swaps(mesh.triangles.len()).into_iter().for_each(|[i, j]| mesh.triangles.swap(i, j));
+            }
+            scene
+        })
+    }
+
+    /// All casters a little farther on, step by step; none where there are none.
+    pub(super) fn moved(&self) -> &[Moved] {
+        self.moved.get_or_init(|| {
+            let Some([low, high]) = bounds(self.scene) else { return Vec::new() };
+            let step = STEP * (high - low).length() * DVec3::new(0.7, -0.5, 0.5);
+            (1..=STEPS).map(|i| Moved::new(self, i as f64 * step)).collect()
+        })
+    }
+}
+
+impl Moved {
+    fn new(subject: &Subject, by: DVec3) -> Self {
+        let mut scene = subject.scene.clone();
+        let step = |p: &mut [f32; 3]| *p = (DVec3::from(p.map(f64::from)) + by).as_vec3().into();
+        scene.particles.iter_mut().for_each(|particle| step(&mut particle.position));
+        scene.strands.iter_mut().for_each(|strand| [&mut strand.start, &mut strand.end].into_iter().for_each(step));
+        scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions).for_each(step);
+        let casters = Casters::new(&scene);
+        let at = |light: usize, p: &[f32; 3]| casters.visibility(light, DVec3::from(p.map(f64::from)));
+        let visibility = |points: &Points| points.positions.par_iter().map(|p| at(points.light, p)).collect::<Vec<_>>();
+        let visibility = subject.space().iter().flat_map(visibility).collect();
+        Self { scene, visibility }
+    }
+}
+
+/// Where rounding left a point of a texel's ray.
+pub(super) struct Rounded {
+    /// How far off the ray, texels, across and up together: what a bilinear look-up may differ by from the ray's own.
+    pub off: f64,
+    /// Along the ray.
+    pub z: f64,
+}
+
+impl Rounded {
+    fn of(view: &View, texel: u32, position: [f32; 3]) -> Self {
+        let (at, z) = view.project(DVec3::from(position.map(f64::from)));
+        let centre = DVec2::new(f64::from(texel % view.width), f64::from(texel / view.width)) + 0.5;
+        Self { off: (at - centre).abs().element_sum(), z }
+    }
+}
+
+/// What a bilinear look-up finds at points of a light if each texel has its exact curve: the truth of who has such maps, and
+/// loses nothing in them.
+fn filtered(casters: &Casters, scene: &Scene, views: &[View], light: usize, points: &[[f32; 3]]) -> Vec<f64> {
+    let map = |p: &[f32; 3]| scene.first_map(light) + scene.lights[light].map_at(*p);
+    let places: Vec<_> = points.iter().map(|p| Place::of(views, map(p), DVec3::from(p.map(f64::from)))).collect();
+    let needed: BTreeSet<_> = places.iter().flat_map(|place| place.texels(views)).flatten().collect();
+    let curve = |(map, texel): (usize, [u32; 2])| {
+        let ray = views[map].ray(DVec2::from(texel.map(f64::from)) + 0.5);
+        ((map, texel), casters.true_curve(map, &views[map], &ray).0)
+    };
+    let curves: BTreeMap<_, _> = needed.into_iter().collect::<Vec<_>>().into_par_iter().map(curve).collect();
+    let at = |(p, place): (&[f32; 3], &Place)| {
+        let free = scene.meshes.is_empty() || casters.unblocked(light, DVec3::from(p.map(f64::from)));
+        let curve = |texel| curves.get(&texel).map_or(1.0, |curve: &TrueCurve| curve.transmittance(place.depth));
+        let [a, b, c, d] = place.texels(views).map(|texel| texel.map_or(1.0, curve));
+        let mix = |a: f64, b: f64, share: f64| a * (1.0 - share) + b * share;
+        if free { mix(mix(a, b, place.rest.x), mix(c, d, place.rest.x), place.rest.y) } else { 0.0 }
+    };
+    points.par_iter().zip(&places).map(at).collect()
+}
+
+/// Where a point is looked up.
+struct Place {
+    map: usize,
+    /// The first of the four texels about it; none before all casters.
+    corner: Option<IVec2>,
+    /// How far on it is from that texel's centre.
+    rest: DVec2,
+    depth: f64,
+}
+
+impl Place {
+    fn of(views: &[View], map: usize, position: DVec3) -> Self {
+        let view = &views[map];
+        let (at, z) = view.project(position);
+        // Far outside all texels are outside.
+        let at = at.clamp(DVec2::splat(-2.0), DVec2::new(view.width.into(), view.height.into()) + 2.0) - 0.5;
+        let corner = (z > f64::from(view.near)).then(|| at.floor().as_ivec2());
+        Self { map, corner, rest: at - at.floor(), depth: view.depth(z) }
+    }
+
+    /// The four about it, rows first; past a map's edge there is nothing to lose light to.
+    fn texels(&self, views: &[View]) -> [Option<(usize, [u32; 2])>; 4] {
+        let view = &views[self.map];
+        [[0, 0], [1, 0], [0, 1], [1, 1]].map(|offset| {
+            let [x, y] = (self.corner? + IVec2::from(offset)).to_array().map(|c| u32::try_from(c).ok());
+            let (x, y) = (x.filter(|x| *x < view.width)?, y.filter(|y| *y < view.height)?);
+            Some((self.map, [x, y]))
+        })
+    }
+}

@@ -1,0 +1,277 @@
+//! A process that asks for another: what hangs is ended, what dies is a row, and the run goes on with a new one.
+//!
+//! Both ends speak lines of JSON: a [`Job`] goes in; its [`Reply::Ready`] comes out, then a row for each of its techniques.
+
+use super::results::{Outcome, Stressed};
+use super::subject::Subject;
+use super::{Case, ask};
+use crate::gpu::{Context, Features};
+use crate::measure::DeviceFacts;
+use crate::technique::{Spec, parse};
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::ffi::OsString;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// A value of a case, and who is asked.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Job {
+    /// [`Case::name`].
+    pub case: String,
+    /// Of what is swept.
+    pub value: f64,
+    /// Specs.
+    pub techniques: Vec<String>,
+}
+
+/// What a worker says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub enum Reply {
+    /// First of all: its device, and whether that is a software one.
+    Device(DeviceFacts, bool),
+    /// The scene of a job is made, and its truth is at hand.
+    Ready,
+    /// One technique of it has been asked.
+    Row(Box<Stressed>),
+}
+
+/// The worker's end: answers jobs until there are no more.
+///
+/// # Errors
+/// [`Error::Input`] for a job that is none, [`Error::Output`] where nobody listens.
+pub fn serve(context: &Context) -> Result<()> {
+    let features = context.features();
+    say(&Reply::Device(facts(features), features.is_software()))?;
+    for line in std::io::stdin().lines() {
+        let wrong = |cause: String| Error::input("stress --worker", cause, "leave --worker to the program itself");
+        let line = line.map_err(|cause| wrong(cause.to_string()))?;
+        let job: Job = serde_json::from_str(&line).map_err(|cause| wrong(cause.to_string()))?;
+        let case = Case::named(&job.case)?;
+        let scene = (case.scene)(job.value);
+        let subject = Subject::new(&scene);
+        say(&Reply::Ready)?;
+        for text in &job.techniques {
+            for mut spec in parse(text)? {
+                let short = spec.short();
+                spec.set("size", &(case.texels)(job.value).to_string());
+                let row = ask(context, &subject, (case.name, job.value), &spec);
+                say(&Reply::Row(Box::new(Stressed { technique: short, ..row })))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn facts(features: &Features) -> DeviceFacts {
+    DeviceFacts {
+        name: features.name.clone(),
+        driver: features.driver.clone(),
+        api: features.api.clone(),
+        kind: features.kind.to_string(),
+        features: features.facts(),
+        copy_bytes_per_second: None,
+    }
+}
+
+fn say(reply: &Reply) -> Result<()> {
+    let told = || -> std::io::Result<()> {
+        let mut out = std::io::stdout().lock();
+        writeln!(out, "{}", serde_json::to_string(reply)?)?;
+        out.flush()
+    };
+    told().map_err(|cause| Error::output("stdout".as_ref(), cause))
+}
+
+/// The other end.
+pub struct Worker {
+    /// How it is started: the program and its arguments.
+    command: Vec<OsString>,
+    /// How long a row may take.
+    limit: Duration,
+    /// Its device, and whether that is a software one.
+    pub device: (DeviceFacts, bool),
+    running: Running,
+}
+
+/// A process, what it says, and what it complains about.
+struct Running {
+    child: Child,
+    jobs: ChildStdin,
+    replies: Receiver<String>,
+    complaints: Arc<Mutex<String>>,
+}
+
+/// How long a process may take to start and to find the truth of a scene: so many limits, or so long where that is short.
+const PREPARING: (u32, Duration) = (4, Duration::from_secs(60));
+
+fn preparing(limit: Duration) -> Duration {
+    (limit * PREPARING.0).max(PREPARING.1)
+}
+
+impl Worker {
+    /// Starts `command`, which is to run [`serve`]; a row that takes longer than `limit` is none.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where it does not start or finds no device.
+    pub fn start(command: Vec<OsString>, limit: Duration) -> Result<Self> {
+        let (running, device) = Running::start(&command, limit)?;
+        Ok(Self { command, limit, device, running })
+    }
+
+    /// A row for each spec, in their order, each given to `each` as it comes.
+    ///
+    /// # Errors
+    /// Those of [`Worker::start`], where a new process is needed and does not start.
+    pub fn ask(&mut self, case: &Case, value: f64, specs: &[Spec], mut each: impl FnMut(Stressed)) -> Result<()> {
+        let mut left = specs;
+        while let Some(first) = left.first() {
+            let techniques = left.iter().map(Spec::to_string).collect();
+            self.running.send(&Job { case: case.name.into(), value, techniques });
+            let mut ended = match self.running.reply(preparing(self.limit)) {
+                Ok(_) => None,
+                // All of them would find the same.
+                Err(ended) => Some((left.len(), ended)),
+            };
+            while ended.is_none() && !left.is_empty() {
+                match self.running.reply(self.limit) {
+                    Ok(Reply::Row(row)) => {
+                        each(*row);
+                        left = &left[1..];
+                    }
+                    Ok(_) => {}
+                    Err(reason) => ended = Some((1, reason)),
+                }
+            }
+            let Some((lost, (outcome, reason))) = ended else { continue };
+            let (lost, rest) = left.split_at(lost.min(left.len()));
+            for spec in if lost.is_empty() { std::slice::from_ref(first) } else { lost } {
+                each(Stressed {
+                    case: case.name.into(),
+                    value,
+                    technique: spec.short(),
+                    path: spec.value("path").into(),
+                    outcome,
+                    reason: reason.clone(),
+                    figures: None,
+                });
+            }
+            left = rest;
+            self.running = Running::start(&self.command, self.limit)?.0;
+        }
+        Ok(())
+    }
+}
+
+impl Running {
+    fn start(command: &[OsString], limit: Duration) -> Result<(Self, (DeviceFacts, bool))> {
+        let fail = |cause: String| Error::Gpu {
+            operation: "start",
+            name: "the process that asks".into(),
+            cause,
+            way_out: "run `gobo devices`, or raise --limit".into(),
+        };
+        let (program, arguments) = command.split_first().ok_or_else(|| fail("there is no program".into()))?;
+        let mut child = Command::new(program)
+            .args(arguments)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(|cause| fail(cause.to_string()))?;
+        let (Some(jobs), Some(stdout), Some(mut stderr)) =
+            (child.stdin.take(), child.stdout.take(), child.stderr.take())
+        else {
+            return Err(fail("it has no pipes".into()));
+        };
+        let (sender, replies) = channel();
+        std::thread::spawn(move || {
+            for line in BufReader::new(stdout).lines().map_while(std::result::Result::ok) {
+                if sender.send(line).is_err() {
+                    break;
+                }
+            }
+        });
+        let complaints = Arc::new(Mutex::new(String::new()));
+        let heard = complaints.clone();
+        std::thread::spawn(move || {
+            let mut bytes = [0; 4096];
+            while let Ok(count @ 1..) = stderr.read(&mut bytes) {
+                let mut heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
+                heard.push_str(&String::from_utf8_lossy(&bytes[..count]));
+            }
+        });
+        let mut running = Self { child, jobs, replies, complaints };
+        match running.reply(preparing(limit)) {
+            Ok(Reply::Device(facts, is_software)) => Ok((running, (facts, is_software))),
+            Ok(_) => Err(fail("it does not name its device".into())),
+            Err((_, reason)) => Err(fail(reason)),
+        }
+    }
+
+    /// Where it cannot be sent the process has ended, which shows as it is asked.
+    fn send(&mut self, job: &Job) {
+        if let Ok(text) = serde_json::to_string(job) {
+            let _ = writeln!(self.jobs, "{text}").and_then(|()| self.jobs.flush());
+        }
+    }
+
+    /// The next thing that it says, or how it ended.
+    fn reply(&mut self, limit: Duration) -> std::result::Result<Reply, (Outcome, String)> {
+        match self.replies.recv_timeout(limit) {
+            Ok(line) => serde_json::from_str(&line).map_err(|cause| (Outcome::Failed, format!("{cause}: {line}"))),
+            Err(RecvTimeoutError::Timeout) => {
+                Err((Outcome::NoAnswer, format!("no answer within {} s", limit.as_secs_f64())))
+            }
+            Err(RecvTimeoutError::Disconnected) => {
+                let status = self.child.wait().map_or_else(|cause| cause.to_string(), |status| status.to_string());
+                let heard = self.complaints.lock().unwrap_or_else(PoisonError::into_inner);
+                let last = heard.lines().rfind(|line| !line.trim().is_empty()).unwrap_or_default();
+                Err((Outcome::Failed, format!("the process ended ({status}) {last}").trim_end().to_owned()))
+            }
+        }
+    }
+}
+
+impl Drop for Running {
+    /// What hangs in a driver hears nothing else.
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A process that does what a shell script says once it has named a device.
+    fn rows(script: &str, specs: &str) -> Vec<Stressed> {
+        let device = serde_json::to_string(&Reply::Device(DeviceFacts::default(), true)).expect("JSON");
+        let script = format!("echo '{device}'; read job; echo '\"Ready\"'; {script}");
+        let command = ["sh", "-c", &script].map(OsString::from).to_vec();
+        let mut worker = Worker::start(command, Duration::from_millis(200)).expect("a shell");
+        let mut rows = Vec::new();
+        let case = Case::named("few").expect("a case");
+        worker.ask(case, 1.0, &parse(specs).expect("specs"), |row| rows.push(row)).expect("it starts again");
+        rows
+    }
+
+    /// Each technique has its row, however its process ends, and a new one is asked for the next.
+    #[test]
+    fn what_hangs_and_what_dies_are_rows() {
+        let specs = "avsm:nodes=4|8|16";
+        let names: Vec<_> = parse(specs).expect("specs").iter().map(Spec::short).collect();
+        let died = rows("echo first >&2; echo it is lost >&2; sleep 0.05; exit 7", specs);
+        let hung = rows("exec sleep 60", specs);
+        for (rows, outcome, words) in
+            [(died, Outcome::Failed, "exit status: 7) it is lost"), (hung, Outcome::NoAnswer, "no answer within 0.2 s")]
+        {
+            assert_eq!(rows.iter().map(|row| row.technique.clone()).collect::<Vec<_>>(), names);
+            assert!(rows.iter().all(|row| row.outcome == outcome && row.reason.contains(words)), "{rows:?}");
+        }
+    }
+}
