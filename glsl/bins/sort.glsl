@@ -1,6 +1,6 @@
-// Sorts a tile's entries by key, then caster, with one workgroup of TILE_THREADS threads: a bitonic network in shared
+// Sorts a tile's entries by key, then by what their casters are, not where they are listed, with one workgroup of TILE_THREADS threads: a bitonic network in shared
 // memory, or in the entries' own memory where a tile has more than fit. No limit on their number.
-// Needs, declared before: a coherent buffer `uvec2 entries[]`.
+// Needs, declared before: a coherent buffer `uvec2 entries[]`, and `casters`.
 #ifndef BINS_SORT_GLSL
 #define BINS_SORT_GLSL
 
@@ -10,7 +10,7 @@ const uint SORT_SHARED = 1024u;
 shared uvec2 sort_entries[SORT_SHARED];
 
 bool entry_after(uvec2 a, uvec2 b) {
-    return a.x > b.x || (a.x == b.x && a.y > b.y);
+    return a.x > b.x || (a.x == b.x && caster_after(casters[a.y], casters[b.y]));
 }
 
 void sort_pair(bool in_shared, uint first, uint i, uint j) {

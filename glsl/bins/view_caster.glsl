@@ -33,17 +33,19 @@ Ray view_ray_beside(View view, Ray ray, float right) {
 // As texel_segment, of a ray and a caster in the view's axes, between z.
 bool view_segment(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     bool hit;
+    vec3 within;
     if (view.projection == VIEW_PARALLEL && !caster_is_strand(caster)) {
         // caster_overlap, where the ray's direction is (0, 0, 1).
         vec2 across = caster.position.xy - ray.origin.xy;
         float half_square = caster.radius * caster.radius - dot(across, across);
         float half_chord = sqrt(max(half_square, 0.0));
-        z = vec2(caster.position.z - half_chord, caster.position.z + half_chord);
-        hit = half_square > 0.0 && z.y > view.near;
+        within = vec3(caster.position.z - half_chord, caster.position.z + half_chord, 2.0 * half_chord);
+        hit = half_square > 0.0 && within.y > view.near;
     } else {
-        hit = caster_overlap(ray, caster, z) && z.y > view.near;
+        hit = caster_overlap(ray, caster, within) && within.y > view.near;
     }
-    optical_depth = segment_cut(view, ray_length, caster, dark, z);
+    optical_depth = segment_cut(view, ray_length, caster, dark, within);
+    z = within.xy;
     return hit;
 }
 #endif

@@ -5,8 +5,9 @@
 
 // From z.x to z.y, between the near plane and the mesh at `farthest`; false where the ray sees nothing of it.
 bool caster_seen(View camera, Ray ray, Caster caster, float farthest, out vec2 z) {
-    bool hit = caster_overlap(ray, caster, z);
-    z = vec2(max(z.x, camera.near), min(z.y, farthest));
+    vec3 within;
+    bool hit = caster_overlap(ray, caster, within);
+    z = vec2(max(within.x, camera.near), min(within.y, farthest));
     return hit && z.y >= z.x;
 }
 

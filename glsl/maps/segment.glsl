@@ -4,17 +4,21 @@
 #include "world/caster.glsl"
 #include "world/light.glsl"
 
-// Of what a ray is inside a caster from z.x to z.y > near: cut off at the near plane, and where an optical depth of `dark`
+// Of what a ray is inside a caster, as caster_overlap has it, z.y > near: cut off at the near plane, and where an optical depth of `dark`
 // is reached, since nothing is left behind it; the light fades as fast as it should. `ray_length` is that of the ray's
 // direction.
-float segment_cut(View view, float ray_length, Caster caster, float dark, inout vec2 z) {
+float segment_cut(View view, float ray_length, Caster caster, float dark, inout vec3 z) {
     float optical_depth = caster.density;
     if (!caster_is_strand(caster)) {
-        z.x = max(z.x, view.near);
-        optical_depth = caster.density * (z.y - z.x) * ray_length;
+        if (z.x < view.near) {
+            z.x = view.near;
+            z.z = z.y - z.x;
+        }
+        optical_depth = caster.density * z.z * ray_length;
     }
     if (optical_depth > dark) {
-        z.y = z.x + (z.y - z.x) * (dark / optical_depth);
+        z.z *= dark / optical_depth;
+        z.y = z.x + z.z;
         optical_depth = dark;
     }
     return optical_depth;
@@ -28,7 +32,7 @@ bool texel_segment(View view, uvec2 texel, Caster caster, out vec2 depth, out fl
     View about = view;
     about.origin = vec3(0.0);
     Ray ray = view_ray(about, vec2(texel) + 0.5);
-    vec2 z;
+    vec3 z;
     depth = vec2(0.0);
     optical_depth = 0.0;
     if (!caster_overlap(ray, caster, z) || z.y <= view.near) {

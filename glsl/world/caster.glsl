@@ -19,6 +19,19 @@ bool caster_is_strand(Caster caster) {
     return STRANDS && any(notEqual(caster.axis, vec3(0.0)));
 }
 
+// Whether `a` comes after `b` in an order of casters by what they are, wherever they are listed; neither does if they are the same.
+bool caster_after(Caster a, Caster b) {
+    vec4 all_a[2] = { vec4(a.position, a.radius), vec4(a.axis, a.density) };
+    vec4 all_b[2] = { vec4(b.position, b.radius), vec4(b.axis, b.density) };
+    for (uint i = 0u; i < 8u; ++i) {
+        float of_a = all_a[i >> 2u][i & 3u], of_b = all_b[i >> 2u][i & 3u];
+        if (of_a != of_b) {
+            return of_a > of_b;
+        }
+    }
+    return false;
+}
+
 // Optical depth from which a caster counts as opaque: exp(-80) is still a normal float, and sums of many stay finite.
 const float MAX_OPTICAL_DEPTH = 80.0;
 
@@ -40,22 +53,22 @@ bool strand_along(Ray ray, Caster strand, out vec3 start, out vec3 axis, out flo
 
 // A strand takes its light in one step, z.x = z.y, at the point of its axis that is nearest to the ray. Its start
 // belongs to it and its end does not, so that a joint of two counts once.
-bool strand_overlap(Ray ray, Caster strand, out vec2 z) {
+bool strand_overlap(Ray ray, Caster strand, out vec3 z) {
     vec3 start, axis;
     float along;
-    z = vec2(0.0);
+    z = vec3(0.0);
     if (!strand_along(ray, strand, start, axis, along) || !(along >= 0.0 && along < 1.0)) {
         return false;
     }
     vec3 across = start + along * axis;
     vec3 offset = strand.position - ray.origin;
-    z = vec2((dot(offset, ray.direction) + along * dot(strand.axis, ray.direction)) / dot(ray.direction, ray.direction));
+    z.xy = vec2((dot(offset, ray.direction) + along * dot(strand.axis, ray.direction)) / dot(ray.direction, ray.direction));
     return dot(across, across) < strand.radius * strand.radius;
 }
 
-// Where the ray is inside the caster, z from .x to .y. The offset from the ray is squared after the subtraction, so
-// that a far origin costs no digits.
-bool caster_overlap(Ray ray, Caster caster, out vec2 z) {
+// Where the ray is inside the caster, z from .x to .y, and how long: .z, which a small sphere that is far away would lose in the
+// difference of the two. The offset from the ray is squared after the subtraction, so that a far origin costs no digits.
+bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     if (caster_is_strand(caster)) {
         return strand_overlap(ray, caster, z);
     }
@@ -65,11 +78,11 @@ bool caster_overlap(Ray ray, Caster caster, out vec2 z) {
     vec3 across = offset - middle * ray.direction;
     float half_square = (caster.radius * caster.radius - dot(across, across)) * scale;
     if (!(half_square > 0.0)) {
-        z = vec2(0.0);
+        z = vec3(0.0);
         return false;
     }
     float half_chord = sqrt(half_square);
-    z = vec2(middle - half_chord, middle + half_chord);
+    z = vec3(middle - half_chord, middle + half_chord, 2.0 * half_chord);
     return true;
 }
 

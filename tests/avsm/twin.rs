@@ -6,7 +6,7 @@ use glam::DVec2;
 use gobo::reference::twin::avsm::cells::Cells;
 use gobo::reference::twin::avsm::curve::{Build, Curve};
 use gobo::reference::twin::avsm::node::Interpolation;
-use gobo::reference::twin::bins::{TILE_TEXELS, tile_key};
+use gobo::reference::twin::bins::{TILE_TEXELS, caster_order, tile_key};
 use gobo::reference::twin::order;
 use gobo::reference::twin::segment::{Segment, sort, texel_segment};
 use gobo::reference::twin::sums::{DARK, bound};
@@ -40,7 +40,7 @@ const MARGIN_FLOOR: f32 = 1e-5;
 /// depths, relative. That is five times as far as rounding does, or farther, in any texel (checked below). Moves add up
 /// as roundings do, so that what a choice hangs on has five times the deviation too: where a device, at most three of its
 /// deviations away, makes the other choice, a trial does with a chance of 1 − Φ(3/5) = 0.27 or more.
-const MOVED: f32 = 5e-6;
+const MOVED: f32 = 6e-6;
 
 /// No trial moves depths farther than this.
 const MOVED_AT_MOST: f32 = 2.5e-4;
@@ -159,11 +159,15 @@ pub struct Twins<'a> {
     pub view: View,
     /// Where each caster stands in the drawing order.
     places: Vec<u32>,
+    /// Where each caster stands among all by what it is; the same for those that are the same.
+    ranks: Vec<usize>,
 }
 
 /// A segment before it is rounded otherwise.
 struct Cut {
     caster: u32,
+    /// Where the caster stands among all by what it is.
+    rank: usize,
     /// What the caster is sorted by in the texel's tile.
     key: f32,
     segment: Segment,
@@ -174,7 +178,7 @@ fn in_order(cuts: &[Cut], order: Order, rounded: impl Fn(Segment) -> Segment) ->
     if order == Order::Tile {
         // Two keys may lie so close that rounding alone orders them: a trial moves them as it moves depths.
         let key = |key| rounded(Segment { entry: key, exit: key, optical_depth: 1.0 }).entry;
-        let mut all: Vec<_> = cuts.iter().map(|c| (key(c.key), c.caster, rounded(c.segment))).collect();
+        let mut all: Vec<_> = cuts.iter().map(|c| (key(c.key), c.rank, rounded(c.segment))).collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         return all.into_iter().map(|(_, _, segment)| segment).collect();
     }
@@ -192,7 +196,10 @@ impl<'a> Twins<'a> {
         let keys: Vec<u32> = order::keys(&view, &casters).into_iter().map(order::float_order).collect();
         let mut places = vec![0; casters.len()];
         (0..).zip(order::sort(&keys)).for_each(|(place, caster)| places[caster as usize] = place);
-        Self { scene, casters, view, places }
+        let mut sorted: Vec<&Caster> = casters.iter().collect();
+        sorted.sort_by(|a, b| caster_order(a, b));
+        let ranks = casters.iter().map(|c| sorted.partition_point(|s| caster_order(s, c).is_lt())).collect();
+        Self { scene, view, places, ranks, casters }
     }
 
     /// The texel's segments, in the order of their casters. For [`Order::Tile`] those of casters that are in its tile.
@@ -204,7 +211,7 @@ impl<'a> Twins<'a> {
         };
         let cut = |(i, caster): (u32, &Caster)| {
             let segment = texel_segment(&self.view, at, caster)?;
-            Some(Cut { caster: i, key: key(caster)?, segment })
+            Some(Cut { caster: i, rank: self.ranks[i as usize], key: key(caster)?, segment })
         };
         let mut cuts: Vec<Cut> = (0..).zip(&self.casters).filter_map(cut).collect();
         if order == Order::Near {

@@ -3,11 +3,18 @@
 use super::segment::{ray, strand_along};
 use crate::scene::{Caster, FARTHEST, Projection, View};
 use glam::{IVec2, Vec2, Vec3};
+use std::cmp::Ordering;
 
 /// Texels a side of a tile. Twin: TILE_TEXELS.
 pub const TILE_TEXELS: u32 = 8;
 
-/// The key that a tile's casters are sorted by, ties by caster index; none where the caster misses all rays through the
+/// The order of casters by what they are, wherever they are listed. Twin: caster_after in glsl/world/caster.glsl.
+pub fn caster_order(a: &Caster, b: &Caster) -> Ordering {
+    let all = |c: &Caster| [c.position.as_slice(), &[c.radius], &c.axis, &[c.density]].concat();
+    all(a).partial_cmp(&all(b)).unwrap_or(Ordering::Equal)
+}
+
+/// The key that a tile's casters are sorted by, ties by [`caster_order`]; none where the caster misses all rays through the
 /// tile's texel centres. `tile` counts tiles across and down. Twin: tile_along, tile_distance, tile_missed, tile_key.
 pub fn tile_key(view: &View, caster: &Caster, tile: [u32; 2]) -> Option<f32> {
     let offset = Vec3::from(caster.position) - Vec3::from(view.origin);

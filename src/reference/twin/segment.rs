@@ -70,14 +70,15 @@ pub fn texel_segment(view: &View, texel: [u32; 2], caster: &Caster) -> Option<Se
     if half_square.is_nan() || half_square <= 0.0 {
         return None;
     }
-    let (low, high) = (middle - half_square.sqrt(), middle + half_square.sqrt());
+    let half = half_square.sqrt();
+    let (low, high) = (middle - half, middle + half);
     if high <= view.near {
         return None;
     }
-    let low = low.max(view.near);
-    let whole = caster.density * (high - low) * direction.length();
+    let (low, long) = if low < view.near { (view.near, high - view.near) } else { (low, 2.0 * half) };
+    let whole = caster.density * long * direction.length();
     let optical_depth = whole.min(MAX_OPTICAL_DEPTH);
-    let high = if whole > MAX_OPTICAL_DEPTH { low + (high - low) * (MAX_OPTICAL_DEPTH / whole) } else { high };
+    let high = if whole > MAX_OPTICAL_DEPTH { low + long * (MAX_OPTICAL_DEPTH / whole) } else { high };
     Some(Segment { entry: depth(low), exit: depth(high), optical_depth })
 }
 
