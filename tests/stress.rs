@@ -103,7 +103,7 @@ fn the_program_writes_what_it_finds() {
     let folder = tempfile::TempDir::new().expect("a temporary folder");
     let out = folder.path().to_str().expect("UTF-8");
     let techniques = ["--technique", "avsm:path=binned,size=32", "--technique", "voxel-grid:size=64,march=exact"];
-    let output = run(&[&["few", "no-area", "--out", out][..], &techniques].concat());
+    let output = run(&[&["few", "duplicated", "--out", out][..], &techniques].concat());
     let (said, heard) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{}\n{said}\n{heard}", output.status);
     let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect(name);

@@ -28,7 +28,7 @@ const OF_SMOKE: [&str; 9] = [
 /// Who is asked of meshes. The opaque maps of all that also have smoke are the same, and one stands for them.
 const OF_MESHES: [&str; 6] = [
     "uncompressed:size=32",
-    "shadow-map:size=128",
+    "shadow-map:size=32",
     "voxelized:size=64",
     "voxel-grid:size=64,march=exact",
     "ism:size=32,points=1024,path=tiled|atomic|quads|triangles",

@@ -99,7 +99,7 @@ pub(super) const CASES: &[Case] = &[
         swept: "texels a side",
         values: &[32.0, 8.0, 3.0, 2.0, 1.0],
         scene: |_| scene(along(SLANTED), cloud(USUAL), vec![]),
-        texels: |side| side as u32,
+        texels: Some(|side| side as u32),
         ..Case::USUAL
     },
     Case {

@@ -55,6 +55,13 @@ impl<'a> Subject<'a> {
         Self { scene, truth: Truth::new(scene, wanted), casters: Casters::new(scene), moved: OnceLock::new() }
     }
 
+    /// Finds what is the same for all who are asked, so that it is in nobody's time.
+    pub(super) fn find_truth(&self) {
+        self.space();
+        self.surface();
+        self.moved();
+    }
+
     /// Points in space, of each light.
     pub(super) fn space(&self) -> &[Points] {
         self.truth.space()

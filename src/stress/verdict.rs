@@ -167,7 +167,12 @@ impl Verdict {
         let end = breaks.unwrap_or(rows.len());
         let held = rows[..end].iter().rev().find(|row| row.outcome == Outcome::Answered);
         let verdict = match (held, breaks) {
-            (Some(_), None) => "holds".into(),
+            (Some(row), None) => match refused {
+                Some(at) => {
+                    format!("holds up to {}; at {} {}", number(row.value), number(rows[at].value), rows[at].reason)
+                }
+                None => "holds".into(),
+            },
             (Some(row), Some(_)) => format!("holds up to {}", number(row.value)),
             (None, Some(at)) => format!("breaks at {}", number(rows[at].value)),
             (None, None) => refused.map_or_else(String::new, |at| rows[at].reason.clone()),

@@ -53,17 +53,34 @@ pub fn serve(context: &Context) -> Result<()> {
         let case = Case::named(&job.case)?;
         let scene = (case.scene)(job.value);
         let subject = Subject::new(&scene);
+        subject.find_truth();
         say(&Reply::Ready)?;
         for text in &job.techniques {
             for mut spec in parse(text)? {
                 let short = spec.short();
-                spec.set("size", &(case.texels)(job.value).to_string());
-                let row = ask(context, &subject, (case.name, job.value), &spec);
+                let side = case.texels.map(|texels| texels(job.value).to_string());
+                if let Some(side) = &side {
+                    spec.set("size", side);
+                }
+                let row = match side.filter(|side| spec.value("size") != *side) {
+                    // Never another size in its place.
+                    Some(side) => {
+                        let reason = format!("refused: has no maps of {side} texels a side");
+                        no_answer(case, job.value, &spec, Outcome::Refused, reason)
+                    }
+                    None => ask(context, &subject, (case.name, job.value), &spec),
+                };
                 say(&Reply::Row(Box::new(Stressed { technique: short, ..row })))?;
             }
         }
     }
     Ok(())
+}
+
+/// A row without figures.
+fn no_answer(case: &Case, value: f64, spec: &Spec, outcome: Outcome, reason: String) -> Stressed {
+    let (technique, path) = (spec.short(), spec.value("path").into());
+    Stressed { case: case.name.into(), value, technique, path, outcome, reason, figures: None }
 }
 
 fn facts(features: &Features) -> DeviceFacts {
@@ -128,7 +145,7 @@ impl Worker {
     /// Those of [`Worker::start`], where a new process is needed and does not start.
     pub fn ask(&mut self, case: &Case, value: f64, specs: &[Spec], mut each: impl FnMut(Stressed)) -> Result<()> {
         let mut left = specs;
-        while let Some(first) = left.first() {
+        while !left.is_empty() {
             let techniques = left.iter().map(Spec::to_string).collect();
             self.running.send(&Job { case: case.name.into(), value, techniques });
             let mut ended = match self.running.reply(preparing(self.limit)) {
@@ -148,18 +165,12 @@ impl Worker {
             }
             let Some((lost, (outcome, reason))) = ended else { continue };
             let (lost, rest) = left.split_at(lost.min(left.len()));
-            for spec in if lost.is_empty() { std::slice::from_ref(first) } else { lost } {
-                each(Stressed {
-                    case: case.name.into(),
-                    value,
-                    technique: spec.short(),
-                    path: spec.value("path").into(),
-                    outcome,
-                    reason: reason.clone(),
-                    figures: None,
-                });
+            for spec in lost {
+                each(no_answer(case, value, spec, outcome, reason.clone()));
             }
             left = rest;
+            // What it holds on the device is wanted by the next.
+            let _ = self.running.child.kill().and_then(|()| self.running.child.wait());
             self.running = Running::start(&self.command, self.limit)?.0;
         }
         Ok(())
