@@ -30,7 +30,7 @@ void main() {
     }
     barrier();
     if (!point_closed(point.normal)) {
-        all_closed = 0u;
+        atomicAnd(all_closed, 0u);
     }
     for (uint step = CLUSTER / 2u; step > 0u; step /= 2u) {
         if (thread < step) {

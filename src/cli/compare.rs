@@ -172,17 +172,6 @@ fn bounced(arguments: &Arguments, scenes: &[(Vec<Scene>, Vec<f64>)]) -> Result<V
     last.map(with_meshes).collect()
 }
 
-fn device_facts(features: &Features) -> DeviceFacts {
-    DeviceFacts {
-        name: features.name.clone(),
-        driver: features.driver.clone(),
-        api: features.api.clone(),
-        kind: features.kind.to_string(),
-        features: features.facts(),
-        copy_bytes_per_second: None,
-    }
-}
-
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene_names =
         if arguments.scenes.is_empty() { vec!["three-emitters".to_owned()] } else { arguments.scenes.clone() };
@@ -212,7 +201,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         schema: SCHEMA,
         gobo: env!("CARGO_PKG_VERSION").into(),
         command: command_line(),
-        device: device_facts(context.features()),
+        device: DeviceFacts::of(context.features()),
         rows: Vec::new(),
     };
     if arguments.passes {

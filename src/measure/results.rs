@@ -1,6 +1,7 @@
 //! The schema of `results.json`, version 2. What a row does not have is absent, never zero. Fields may be added to a
 //! version, and are missing in older files; [`Results::read`] takes files of version 1 too.
 
+use crate::gpu::Features;
 use crate::measure::{CasterError, PointError, Timing};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -42,6 +43,20 @@ pub struct DeviceFacts {
     /// How fast it copies, where that was measured (`compare --passes`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub copy_bytes_per_second: Option<f64>,
+}
+
+impl DeviceFacts {
+    /// Of a device; what it copies is not measured.
+    pub fn of(features: &Features) -> Self {
+        Self {
+            name: features.name.clone(),
+            driver: features.driver.clone(),
+            api: features.api.clone(),
+            kind: features.kind.to_string(),
+            features: features.facts(),
+            copy_bytes_per_second: None,
+        }
+    }
 }
 
 /// How a row ended.

@@ -5,7 +5,7 @@
 use super::results::{Outcome, Stressed};
 use super::subject::Subject;
 use super::{Case, ask};
-use crate::gpu::{Context, Features};
+use crate::gpu::Context;
 use crate::measure::DeviceFacts;
 use crate::technique::{Spec, parse};
 use crate::{Error, Result};
@@ -45,7 +45,7 @@ pub enum Reply {
 /// [`Error::Input`] for a job that is none, [`Error::Output`] where nobody listens.
 pub fn serve(context: &Context) -> Result<()> {
     let features = context.features();
-    say(&Reply::Device(facts(features), features.is_software()))?;
+    say(&Reply::Device(DeviceFacts::of(features), features.is_software()))?;
     for line in std::io::stdin().lines() {
         let wrong = |cause: String| Error::input("stress --worker", cause, "leave --worker to the program itself");
         let line = line.map_err(|cause| wrong(cause.to_string()))?;
@@ -81,17 +81,6 @@ pub fn serve(context: &Context) -> Result<()> {
 fn no_answer(case: &Case, value: f64, spec: &Spec, outcome: Outcome, reason: String) -> Stressed {
     let (technique, path) = (spec.short(), spec.value("path").into());
     Stressed { case: case.name.into(), value, technique, path, outcome, reason, figures: None }
-}
-
-fn facts(features: &Features) -> DeviceFacts {
-    DeviceFacts {
-        name: features.name.clone(),
-        driver: features.driver.clone(),
-        api: features.api.clone(),
-        kind: features.kind.to_string(),
-        features: features.facts(),
-        copy_bytes_per_second: None,
-    }
 }
 
 fn say(reply: &Reply) -> Result<()> {
