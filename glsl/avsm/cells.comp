@@ -2,7 +2,8 @@
 // Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters: adds up their optical depth in
 // CELLS even cells of each texel's own depth range, then compresses the curve through the cells' ends, which is exact there.
 // Inputs: maps, casters, parts, entries. Outputs: nodes of tiles that have casters.
-// Invariant: cells are whole numbers, so the result depends only on the casters, not on the order they come in.
+// Invariants: cells are whole numbers, so the result depends only on the casters, not on the order they come in; where a
+// segment lets nothing through, the first such keeps its own two depths, and what is behind it is left out.
 // Source: ours. Twin: reference::twin::avsm::cells.
 
 // LANES 0: a whole tile. LANES 1: half a tile, with what bins/batch.glsl has for software devices: a whole one would
@@ -45,8 +46,12 @@ shared uint cells[CELLS * TEXELS];
 shared uint slopes[CELLS * TEXELS];
 #endif
 // Bits of non-negative floats, which order as the floats do.
+const uint NEVER = 0x7F800000u;
 shared uint low_bits[TEXELS];
 shared uint high_bits[TEXELS];
+// Of the first segment that lets nothing through, where there is one: where it does so, and where it begins.
+shared uint dark_bits[TEXELS];
+shared uint dark_from_bits[TEXELS];
 shared uint bound[2];
 // Bit i: the end of cell i stays, at each threshold.
 shared uvec2 ends[THRESHOLDS][TEXELS];
@@ -129,7 +134,7 @@ void main() {
 #endif
     }
     if (group == 0u) {
-        low_bits[t] = 0x7F800000u;
+        low_bits[t] = dark_bits[t] = dark_from_bits[t] = NEVER;
         high_bits[t] = 0u;
     }
     if (gl_LocalInvocationIndex == 0u) {
@@ -141,8 +146,8 @@ void main() {
     vec2 z;
     float optical_depth;
 
-    // The depths that each texel's segments span, and a bound of the optical depth in any texel.
-    float low = FARTHEST, high = -FARTHEST;
+    // The depths that each texel's segments span, where they are dark, and a bound of the optical depth in any texel.
+    float low = FARTHEST, high = -FARTHEST, dark = FARTHEST;
     uvec2 most = uvec2(0u);
     for (uint begin = 0u; begin < count; begin += batch_size()) {
         uint filled = min(batch_size(), count - begin);
@@ -151,6 +156,7 @@ void main() {
             if (view_segment(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth)) {
                 low = min(low, z.x);
                 high = max(high, z.y);
+                dark = optical_depth >= DARK ? min(dark, z.y) : dark;
             }
         }
     }
@@ -164,11 +170,17 @@ void main() {
         // One more than the bits, so that 0 says that nothing was hit.
         atomicMax(high_bits[t], floatBitsToUint(high) + 1u);
     }
+    if (dark < FARTHEST) {
+        atomicMin(dark_bits[t], floatBitsToUint(max((dark - view.near) * per_depth, 0.0)));
+    }
     WIDE_ATOMIC_ADD(bound[0], bound[1], most);
     barrier();
     bool covered = high_bits[t] > 0u;
     low = covered ? uintBitsToFloat(low_bits[t]) : 0.0;
-    float extent = max(covered ? uintBitsToFloat(high_bits[t] - 1u) - low : 0.0, 1e-6);
+    // Nothing counts behind what lets nothing through.
+    bool ends_dark = dark_bits[t] != NEVER;
+    high = covered ? uintBitsToFloat(ends_dark ? dark_bits[t] : high_bits[t] - 1u) : low;
+    float extent = max(high - low, 1e-6);
     float per_cell = float(CELLS) / extent;
     float scale = sum_scale(uvec2(bound[0], bound[1]));
     float unit = 1.0 / scale;
@@ -178,8 +190,14 @@ void main() {
         fetch_batch(view, first + begin, filled);
         for (uint i = group; i < filled; i += GROUPS) {
             if (view_segment(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth)) {
-                vec2 at = clamp(((z - view.near) * per_depth - low) * per_cell, 0.0, float(CELLS));
-                add_segment(t, at, optical_depth * scale);
+                vec2 depth = (z - view.near) * per_depth;
+                if (optical_depth >= DARK && floatBitsToUint(max(depth.y, 0.0)) == dark_bits[t]) {
+                    atomicMin(dark_from_bits[t], floatBitsToUint(max(depth.x, 0.0)));
+                } else if (!ends_dark || depth.x < high) {
+                    float share = ends_dark && depth.y > high ? (high - depth.x) / (depth.y - depth.x) : 1.0;
+                    vec2 at = clamp((depth - low) * per_cell, 0.0, float(CELLS));
+                    add_segment(t, at, optical_depth * scale * share);
+                }
             }
         }
     }
@@ -213,11 +231,22 @@ void main() {
         for (uint i = 1u; i < THRESHOLDS && !few_enough(mask); ++i) {
             mask = ends[i][t];
         }
+        float dark_from = uintBitsToFloat(dark_from_bits[t]);
         curve_append(low, 0.0);
         while (mask != uvec2(0u)) {
             int i = mask.x != 0u ? findLSB(mask.x) : 32 + findLSB(mask.y);
             mask = mask.x != 0u ? uvec2(mask.x & (mask.x - 1u), mask.y) : uvec2(0u, mask.y & (mask.y - 1u));
-            curve_append(low + float(i + 1) / per_cell, float(cells[uint(i) * TEXELS + t]) * unit);
+            float end = low + float(i + 1) / per_cell;
+            if (end < dark_from) {
+                curve_append(end, float(cells[uint(i) * TEXELS + t]) * unit);
+            }
+        }
+        if (dark_from_bits[t] != NEVER) {
+            float at = clamp((dark_from - low) * per_cell, 0.0, float(CELLS));
+            uint cell = min(uint(at), uint(CELLS - 1));
+            float before = cell > 0u ? float(cells[(cell - 1u) * TEXELS + t]) : 0.0;
+            curve_append(dark_from, mix(before, float(cells[cell * TEXELS + t]), at - float(cell)) * unit);
+            curve_append(high, float(cells[uint(CELLS - 1) * TEXELS + t]) * unit + DARK);
         }
     }
     curve_reduce();

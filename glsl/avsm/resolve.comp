@@ -19,44 +19,46 @@ layout(set = 2, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
 
 #include "avsm/store.glsl"
 
-bool before(uint a, uint b) {
-    vec2 depth_a = vec2(segments[a].entry, segments[a].exit), depth_b = vec2(segments[b].entry, segments[b].exit);
-    float optical_depth_a = segments[a].optical_depth, optical_depth_b = segments[b].optical_depth;
-    if (depth_a.x != depth_b.x) {
-        return depth_a.x < depth_b.x;
+bool before(Segment a, Segment b) {
+    if (a.entry != b.entry) {
+        return a.entry < b.entry;
     }
-    if (depth_a.y != depth_b.y) {
-        return depth_a.y < depth_b.y;
+    if (a.exit != b.exit) {
+        return a.exit < b.exit;
     }
-    return optical_depth_a < optical_depth_b
-        || (optical_depth_a == optical_depth_b && segments[a].caster < segments[b].caster);
+    return a.optical_depth < b.optical_depth || (a.optical_depth == b.optical_depth && a.caster < b.caster);
 }
 
-// Merges two sorted lists by rewriting their links.
+// Segments that are merged in a round: lavapipe 22.3 ends an invocation's loops after some 65,536 rounds.
+const int MERGED_AT_ONCE = 8;
+
+// Merges two sorted lists, neither empty, by rewriting their links. Each segment is read once.
 uint merge(uint a, uint b) {
-    uint head = NO_SEGMENT, tail = NO_SEGMENT;
-    while (a != NO_SEGMENT && b != NO_SEGMENT) {
-        uint least;
-        if (before(b, a)) {
-            least = b;
-            b = segments[b].next;
-        } else {
-            least = a;
-            a = segments[a].next;
+    Segment from_a = segments[a], from_b = segments[b];
+    bool b_first = before(from_b, from_a);
+    uint head = b_first ? b : a, tail = NO_SEGMENT, linked = NO_SEGMENT;
+    [[dont_unroll]] while (true) {
+        [[unroll]] for (int i = 0; i < MERGED_AT_ONCE; ++i) {
+            b_first = before(from_b, from_a);
+            uint least = b_first ? b : a;
+            if (linked != least && tail != NO_SEGMENT) {
+                segments[tail].next = least;
+            }
+            tail = least;
+            linked = b_first ? from_b.next : from_a.next;
+            if (linked == NO_SEGMENT) {
+                segments[tail].next = b_first ? a : b;
+                return head;
+            }
+            if (b_first) {
+                b = linked;
+                from_b = segments[b];
+            } else {
+                a = linked;
+                from_a = segments[a];
+            }
         }
-        if (tail == NO_SEGMENT) {
-            head = least;
-        } else {
-            segments[tail].next = least;
-        }
-        tail = least;
     }
-    uint rest = a != NO_SEGMENT ? a : b;
-    if (tail == NO_SEGMENT) {
-        return rest;
-    }
-    segments[tail].next = rest;
-    return head;
 }
 
 // Bottom-up merge sort of a linked list: in place, no limit on its length. runs[i] is empty or holds 2^i segments.
@@ -80,7 +82,9 @@ uint sort(uint head) {
     }
     uint sorted = NO_SEGMENT;
     for (int i = 0; i < used; ++i) {
-        sorted = merge(runs[i], sorted);
+        if (runs[i] != NO_SEGMENT) {
+            sorted = sorted != NO_SEGMENT ? merge(runs[i], sorted) : runs[i];
+        }
     }
     return sorted;
 }

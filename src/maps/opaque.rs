@@ -61,8 +61,10 @@ impl OpaqueMaps {
         let range = f64::from(view.far - view.near);
         // Pushed back by a rounding, and rounded by another; and so for the format's step.
         let depth = DEPTH_ROUNDING.max(STORED_ROUNDING + 2.0 * rounding(&view) / range) + 2.0 * f64::from(self.step());
-        let reach_texels = 2.0 * f64::from(self.reach) + COARSEST_SNAP;
-        Resolution { view, reach_texels, moved: Moved::default(), free_inside: false, depth, voxel: 0.0 }
+        let pushed_texels = f64::from(self.reach) + COARSEST_SNAP;
+        let reach_texels = f64::from(self.reach) + pushed_texels;
+        let moved = Moved::default();
+        Resolution { view, reach_texels, pushed_texels, moved, free_inside: false, depth, voxel: 0.0 }
     }
 }
 

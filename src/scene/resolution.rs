@@ -9,6 +9,9 @@ pub struct Resolution {
     pub view: View,
     /// How far across the light's rays, in texels of the view, a look-up may feel a surface.
     pub reach_texels: f64,
+    /// How far a compared texel's centre may be from a point, texels across and down, where depths of surfaces are pushed back by
+    /// what they change over that; 0 where they are not.
+    pub pushed_texels: f64,
     /// How far along its normal a point of a surface is moved before it is looked up.
     pub moved: Moved,
     /// Whether it may answer anything inside closed things: what is nearer to their inside than it resolves is boundary too.
@@ -23,7 +26,8 @@ pub struct Resolution {
 impl Resolution {
     /// Of a grid with voxels of that side.
     pub fn of_grid(view: View, voxel: f64) -> Self {
-        Self { view, voxel, reach_texels: 0.0, moved: Moved::default(), free_inside: false, depth: 0.0 }
+        let moved = Moved::default();
+        Self { view, voxel, reach_texels: 0.0, pushed_texels: 0.0, moved, free_inside: false, depth: 0.0 }
     }
 }
 

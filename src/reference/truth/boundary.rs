@@ -29,13 +29,14 @@ impl Casters<'_> {
         if resolution.voxel > 0.0 {
             return self.ray_in_boundary(light, resolution.voxel, position, position);
         }
-        let depth = resolution.depth * f64::from(resolution.view.far - resolution.view.near);
-        self.differs_about(resolution, position, depth, !self.unblocked(light, position))
+        let blocked = !self.unblocked(light, position);
+        self.differs_about(resolution, position, depth(resolution), blocked)
+            || self.is_missed(resolution, position, blocked)
     }
 
     /// The same of a point on a surface with that normal. Where look-ups move it off the surface, it is asked about where they
-    /// are; where they do not, within the surface's plane, and whether another surface is so near to it along the rays that
-    /// the technique does not tell the two apart.
+    /// are; where they do not, within the surface's plane, whether another surface is so near to it along the rays that
+    /// the technique does not tell the two apart, and whether depths that are pushed back miss what is there.
     pub fn in_surface_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: DVec3) -> bool {
         if resolution.voxel > 0.0 {
             let at = position + off_the_surface(resolution.voxel, normal);
@@ -57,10 +58,19 @@ impl Casters<'_> {
         }
         let within = |v: DVec3| v - along * (normal.dot(v) / normal.dot(along));
         let (right, up) = (within(right), within(up));
-        let depth = depth(resolution) * along;
+        let depth = self::depth(resolution) * along;
         let differs = |offset: DVec3| self.unblocked(light, position + offset) == blocked;
         offsets(resolution.reach_texels).any(|[x, y]| differs(x * right + y * up))
             || [-depth, depth].into_iter().any(|depth| !self.meshes.free(position, depth, 1.0))
+            || self.is_missed(resolution, position, blocked)
+    }
+
+    /// Whether a texel may say of a point that it is lit where it is `blocked`, or the other way round, by the depths that are
+    /// pushed back.
+    fn is_missed(&self, resolution: &Resolution, position: DVec3, blocked: bool) -> bool {
+        let (view, reach) = (&resolution.view, resolution.pushed_texels);
+        let texel = Neighbourhood { view, position, reach, depth: depth(resolution) };
+        reach > 0.0 && texel.differs_pushed(&self.meshes, blocked, reach)
     }
 
     /// Whether not all is `blocked` that is as near to a point as the technique resolves across the rays, and `depth` along
@@ -150,7 +160,15 @@ mod tests {
     fn resolution(scene: &Scene, reach_texels: f64, depth: f64) -> (Resolution, f64) {
         let view = View::opaques(scene, 64)[0];
         (
-            Resolution { view, reach_texels, moved: Moved::default(), free_inside: false, depth, voxel: 0.0 },
+            Resolution {
+                view,
+                reach_texels,
+                pushed_texels: 0.0,
+                moved: Moved::default(),
+                free_inside: false,
+                depth,
+                voxel: 0.0,
+            },
             2.0 / (f64::from(view.scale_x) * 64.0),
         )
     }
@@ -264,6 +282,7 @@ mod tests {
         let resolution = Resolution {
             view: down,
             reach_texels: 2.0,
+            pushed_texels: 0.0,
             moved: Moved::default(),
             free_inside: false,
             depth: 1e-5,
@@ -278,6 +297,69 @@ mod tests {
                 assert_eq!(casters.in_boundary(0, &resolution, at(texel, z)), is_near, "{share} texels, z {z}");
             }
             assert!(!casters.in_boundary(0, &resolution, at(rim, 1.0)), "above the plate");
+        }
+    }
+
+    /// What a texel with its centre at `at` says of a z, each triangle pushed back to the farthest corner of a square of `reach` texels
+    /// on its plane: whether none is in front.
+    fn texel_is_lit(scene: &Scene, view: &View, at: DVec2, z: f64, reach: f64) -> bool {
+        let corners = |mesh: &Mesh| {
+            let corner = |i: u32| DVec3::from(mesh.positions[i as usize].map(f64::from));
+            mesh.triangles.iter().map(|t| t.map(corner)).collect::<Vec<_>>()
+        };
+        scene.meshes.iter().flat_map(corners).all(|[a, b, c]| {
+            let normal = (b - a).cross(c - a);
+            let met = |at: DVec2| {
+                let ray = view.ray(at);
+                ray.at((a - ray.origin).dot(normal) / ray.direction.dot(normal))
+            };
+            let p = met(at);
+            let is_inside = [(a, b), (b, c), (c, a)].iter().all(|(a, b)| (b - a).cross(p - a).dot(normal) >= 0.0);
+            let far = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|corner| {
+                let z = view.project(met(at + reach * DVec2::from(corner))).1;
+                if z > 0.0 { z } else { f64::INFINITY }
+            });
+            // The axes of a view are floats.
+            !is_inside || far.into_iter().fold(0.0, f64::max) >= z - 1e-6
+        })
+    }
+
+    /// Outside the boundary no texel is wrong, wherever its centre stands within reach: on a box over a ground and under a plate close
+    /// above another, lit at a slant by the sun and by a lamp. Within it some are, by which the boundary is needed.
+    #[test]
+    fn outside_no_texel_is_wrong() {
+        let square = |z: f32, half: f32| {
+            let corners = [[-half, -half, z], [half, -half, z], [half, half, z], [-half, half, z]];
+            crate::scene::tests::mesh(corners.into(), vec![[0, 1, 2], [0, 2, 3]])
+        };
+        let block = crate::scene::tests::cube([-0.5, -0.3, 0.25], 0.4);
+        let mut scene = plate();
+        scene.meshes = vec![square(0.0, 1.0), block, square(0.9, 0.3), square(0.902, 0.3)];
+        let direction = DVec3::new(0.55, -0.35, -0.6).normalize();
+        let lamp = LightKind::Spot { position: -2.5 * direction, direction, cone_degrees: 60.0 };
+        for kind in [LightKind::Directional { direction }, lamp] {
+            scene.lights[0].kind = kind;
+            let casters = Casters::new(&scene);
+            let view = View::opaques(&scene, 32)[0];
+            let (reach, pushed_texels) = (0.5, 0.5625);
+            let (moved, voxel) = (Moved::default(), 0.0);
+            let resolution =
+                Resolution { view, reach_texels: 1.0625, pushed_texels, moved, free_inside: false, depth: 1e-5, voxel };
+            let (mut outside, mut missed) = (0, [0; 2]);
+            for point in super::super::surface_points(&casters, &scene, 0, &view, 600) {
+                let (texel, z) = view.project(point.position);
+                let lit = casters.unblocked(0, point.position);
+                let is_near = casters.in_surface_boundary(0, &resolution, point.position, point.normal);
+                outside += usize::from(!is_near);
+                for i in 0..24u32 * 24 {
+                    let offset = DVec2::new((i % 24).into(), (i / 24).into()) / 23.0 - 0.5;
+                    if texel_is_lit(&scene, &view, texel + offset, z, reach) != lit {
+                        missed[usize::from(lit)] += 1;
+                        assert!(is_near, "{point:?}, {lit}, texel {offset} off");
+                    }
+                }
+            }
+            assert!(outside > 200 && missed[0] > 20 && missed[1] > 20, "{outside} outside, {missed:?} missed");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The rays from a light to all of a small box: whether meshes block all of them, or none.
 
-use super::meshes::Meshes;
+use super::meshes::{Meshes, Triangle};
 use crate::scene::{Projection, View};
 use bvh::aabb::{Aabb, IntersectsAabb};
 use glam::{DVec2, DVec3};
@@ -54,20 +54,48 @@ pub(super) struct Neighbourhood<'a> {
 impl Neighbourhood<'_> {
     /// Whether any of it is blocked from the light where its middle is not (`blocked`), or the other way round.
     pub fn differs(&self, meshes: &Meshes, blocked: bool) -> bool {
-        let [low, high, z] = self.bounds();
-        let shaft = Shaft([&self.sides(low, high)[..], &[self.before(z.y)]].concat());
+        let z = self.bounds()[2];
+        // What is met within the box blocks only what is behind it.
+        let most = if blocked { z.x } else { z.y };
+        self.is_other(meshes, blocked, [f64::NEG_INFINITY, z.y], |_| most)
+    }
+
+    /// The same of its middle's depth alone, where every triangle is pushed away from the light by what its plane changes over so
+    /// many texels, and is cut off at the view's near plane. Surfaces that the middle lies on are none.
+    pub fn differs_pushed(&self, meshes: &Meshes, blocked: bool, texels: f64) -> bool {
+        let view = self.view;
+        let z = self.bounds()[2];
+        let along = view.ray_through(self.position).direction;
+        let texel = |axis: [f32; 3], scale: f32, count: u32| vec(axis) * (2.0 / (f64::from(scale) * f64::from(count)));
+        let (right, up) = (texel(view.right, view.scale_x, view.width), texel(view.up, view.scale_y, view.height));
+        let middle = (z.x + z.y) / 2.0;
+        let nearest = if blocked { z.x } else { middle - meshes.epsilon };
+        // Twin: farthest in glsl/maps/opaque.frag, the other way.
+        let most = |triangle: &Triangle| {
+            let normal = triangle.normal();
+            let (across, facing) = (normal.dot(right).abs() + normal.dot(up).abs(), normal.dot(along).abs());
+            match view.projection() {
+                Projection::Parallel => nearest - texels * across / facing,
+                Projection::Perspective => nearest * (1.0 - texels * across / facing),
+            }
+        };
+        self.is_other(meshes, blocked, [f64::from(view.near), middle], most)
+    }
+
+    /// Whether some of the square is free where `blocked`, else whether some is not: of what of the triangles is within a range of
+    /// z, of each up to the z that `most` gives it.
+    fn is_other(&self, meshes: &Meshes, blocked: bool, range: [f64; 2], most: impl Fn(&Triangle) -> f64) -> bool {
+        let [low, high, _] = self.bounds();
+        let shaft = Shaft([&self.sides(low, high)[..], &[self.before(range[1])]].concat());
+        let front = self.before(range[0]);
+        let behind = Half { normal: -front.normal, most: -front.most };
         let mut blockers = Vec::new();
         for triangle in meshes.meeting(&shaft) {
-            let met = shaft.part(triangle.corners);
-            if met.is_empty() {
-                continue;
-            }
-            if !blocked {
+            let met = clip(clip(shaft.part(triangle.corners), behind), self.before(most(triangle)));
+            if !blocked && !met.is_empty() {
                 return true;
             }
-            // What is met within the box blocks only what is behind it.
-            let in_front = clip(met, self.before(z.x));
-            blockers.push(Flat::new(in_front.iter().map(|p| self.view.project(*p).0).collect()));
+            blockers.push(Flat::new(met.iter().map(|p| self.view.project(*p).0).collect()));
         }
         let square = Flat::new(vec![low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)]);
         blocked && is_left(square, blockers)

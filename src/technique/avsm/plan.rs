@@ -35,11 +35,11 @@ impl Cells {
         if self == Self::Whole { 64 } else { 32 }
     }
 
-    /// Shared memory: 64 cells a texel, for lanes twice, else 128 casters; four sets of ends, a range, and the bound.
+    /// Shared memory: 64 cells a texel, for lanes twice, else 128 casters; four sets of ends, two ranges, and the bound.
     fn shared_bytes(self) -> u32 {
         let cells = 64 * 4 * self.texels();
         let more = if self == Self::Lanes { cells } else { 128 * 32 };
-        cells + more + (4 * 8 + 2 * 4) * self.texels() + 8
+        cells + more + (4 * 8 + 4 * 4) * self.texels() + 8
     }
 
     /// What of shared memory or threads the device lacks for `groups` times its texels, by its Vulkan name.

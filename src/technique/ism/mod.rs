@@ -109,6 +109,7 @@ fn resolution(scene: &Scene, size: u32) -> Vec<Resolution> {
     let of = |view| Resolution {
         view,
         reach_texels: 1.5,
+        pushed_texels: 0.0,
         moved: Moved { across: 0.0, along: 0.0, always: 1.5 },
         free_inside: false,
         depth: 0.0,

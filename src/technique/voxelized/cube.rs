@@ -32,7 +32,8 @@ pub fn resolution(cubes: &[View], settings: &Settings) -> Vec<Resolution> {
     let moved = Moved { across, along: 0.5, always: ROUNDING };
     let depth = 1.0 / f64::from(settings.size);
     let free_inside = settings.closed;
-    cubes.iter().map(|cube| Resolution { view: *cube, reach_texels, moved, free_inside, depth, voxel: 0.0 }).collect()
+    let of = |view| Resolution { view, reach_texels, pushed_texels: 0.0, moved, free_inside, depth, voxel: 0.0 };
+    cubes.iter().copied().map(of).collect()
 }
 
 fn cube(scene: &Scene, aimed: View) -> View {

@@ -18,8 +18,10 @@ pub struct Cells {
     per_cell: f32,
     /// Optical depth of a unit.
     unit: f32,
-    /// Units up to the end of each cell.
+    /// Units up to the end of each cell, without `dark`.
     sums: [u32; CELLS],
+    /// Depths of the first segment that lets nothing through: from where, and where it does so.
+    dark: Option<(f32, f32)>,
 }
 
 /// Adds a segment to cells, or to slopes that are added up to cells.
@@ -43,13 +45,21 @@ impl Cells {
         }
         let segments: Vec<_> = segments.iter().map(dark_segment).collect();
         let low = segments.iter().map(|s| s.entry).fold(f32::INFINITY, f32::min);
-        let high = segments.iter().map(|s| s.exit).fold(0.0, f32::max);
+        let is_dark = |s: &&Segment| s.optical_depth >= DARK;
+        let dark_at = segments.iter().filter(is_dark).map(|s| s.exit).reduce(f32::min);
+        let high = dark_at.unwrap_or_else(|| segments.iter().map(|s| s.exit).fold(0.0, f32::max));
         let per_cell = CELLS as f32 / (high - low).max(1e-6);
         let scale = scale(bound);
         let (mut cells, mut slopes) = ([0u32; CELLS], [0u32; CELLS]);
-        for s in segments {
-            let at = |depth: f32| ((depth - low) * per_cell).clamp(0.0, CELLS as f32);
-            add(&mut cells, &mut slopes, at(s.entry), at(s.exit), s.optical_depth * scale);
+        let mut dark: Option<(f32, f32)> = None;
+        for s in &segments {
+            if is_dark(&s) && s.exit == high {
+                dark = Some((dark.map_or(s.entry, |(from, _)| from.min(s.entry)), high));
+            } else if dark_at.is_none() || s.entry < high {
+                let share = if s.exit > high { (high - s.entry) / (s.exit - s.entry) } else { 1.0 };
+                let at = |depth: f32| ((depth - low) * per_cell).clamp(0.0, CELLS as f32);
+                add(&mut cells, &mut slopes, at(s.entry), at(s.exit), s.optical_depth * scale * share);
+            }
         }
         let mut sums = [0u32; CELLS];
         let (mut sum, mut slope) = (0u32, 0u32);
@@ -58,7 +68,7 @@ impl Cells {
             sum = sum.wrapping_add(cells[i]).wrapping_add(slope);
             sums[i] = sum;
         }
-        Some(Self { low, per_cell, unit: 1.0 / scale, sums })
+        Some(Self { low, per_cell, unit: 1.0 / scale, sums, dark })
     }
 
     fn optical_depth(&self, cell: usize) -> f32 {
@@ -97,7 +107,18 @@ impl Cells {
         let mut curve = Curve::new(build);
         curve.append(self.low, 0.0);
         for end in (0..CELLS).filter(|end| ends >> end & 1 == 1) {
-            curve.append(self.low + (end + 1) as f32 / self.per_cell, self.optical_depth(end));
+            let depth = self.low + (end + 1) as f32 / self.per_cell;
+            if self.dark.is_none_or(|(from, _)| depth < from) {
+                curve.append(depth, self.optical_depth(end));
+            }
+        }
+        if let Some((from, at)) = self.dark {
+            let place = ((from - self.low) * self.per_cell).clamp(0.0, CELLS as f32);
+            let cell = (place as usize).min(CELLS - 1);
+            let before = if cell > 0 { self.sums[cell - 1] as f32 } else { 0.0 };
+            let units = before + (self.sums[cell] as f32 - before) * (place - cell as f32);
+            curve.append(from, units * self.unit);
+            curve.append(at, self.optical_depth(CELLS - 1) + DARK);
         }
         curve.reduce();
         curve
@@ -182,7 +203,9 @@ mod tests {
             let truth = TrueCurve::new(&list.iter().map(as_f64).collect::<Vec<_>>());
             for cell in 0..CELLS {
                 let end = f64::from(cells.low) + (cell + 1) as f64 / f64::from(cells.per_cell);
-                let through = (-f64::from(cells.optical_depth(cell))).exp();
+                let rising = |(from, at): (f32, f32)| (end - f64::from(from)) / f64::from((at - from).max(1e-7));
+                let dark = f64::from(DARK) * cells.dark.map_or(0.0, rising).clamp(0.0, 1.0);
+                let through = (-f64::from(cells.optical_depth(cell)) - dark).exp();
                 // The end is known to some roundings of 1; dense short segments are steep there. Past 16 all is dark.
                 let (before, behind) = (truth.transmittance(end - 1e-6), truth.transmittance(end + 1e-6));
                 prop_assert!(through <= before + 2e-5 && through >= behind - 2e-5, "{through}, not {before} to {behind}");
