@@ -7,8 +7,11 @@ use super::true_curve::TrueCurve;
 use crate::scene::{Caster, Projection, Ray, Scene, View};
 use glam::DVec3;
 
-/// Cells a side of the grid over a map's view. It only finds candidates: any number gives the same answers.
+/// Cells a side of the grid over a map's view, or fewer. It only finds candidates: any number gives the same answers.
 const CELLS: u32 = 192;
+
+/// Casters in all cells of a grid: where more would be, there are fewer cells. Large casters are in all of them.
+const MOST_MEMBERS: usize = 1 << 24;
 
 /// The map size whose point lights' faces are the widest: a grid over it has the rays of every map size.
 const WIDEST: u32 = 4;
@@ -30,7 +33,10 @@ impl<'a> Casters<'a> {
         let all = scene.casters();
         let order: Vec<u32> = (0..all.len() as u32).collect();
         let with_grid = |view: View| {
-            let view = View { width: CELLS, height: CELLS, ..view };
+            let sides = std::iter::successors(Some(CELLS), |side| (*side > 1).then_some(side / 2));
+            let mut views = sides.map(|side| View { width: side, height: side, ..view });
+            let few = |view: &View| Grid::members(view, &all) <= MOST_MEMBERS;
+            let view = views.find(few).unwrap_or(View { width: 1, height: 1, ..view });
             (view, Grid::new(&view, &all, &order))
         };
         let views = if all.is_empty() { Vec::new() } else { View::volumes(scene, WIDEST) };
@@ -182,6 +188,25 @@ mod tests {
     use super::*;
     use crate::scene::LightKind;
     use crate::scene::tests::{mesh, on_the_axis};
+
+    /// Spheres that are each in all cells: these are fewer, and a diameter is what it is.
+    #[test]
+    fn many_large_casters_have_few_cells() {
+        let count = 2000;
+        let scene = on_the_axis(&vec![(0.0, 1.0, 1.0 / count as f32); count]);
+        let casters = Casters::new(&scene);
+        let (view, _) = &casters.maps[0];
+        assert!(view.width < CELLS && Grid::members(view, &casters.all) <= MOST_MEMBERS);
+        assert!(
+            Grid::members(&View { width: 2 * view.width, height: 2 * view.height, ..*view }, &casters.all)
+                > MOST_MEMBERS
+        );
+        for (z, expected) in [(1.5, 0.0), (0.0, 1.0), (-1.5, 2.0)] {
+            let found = casters.optical_depth(0, DVec3::new(0.0, 0.0, z));
+            // Extinctions are floats.
+            assert!((found - expected).abs() < 1e-6, "{found}, not {expected}");
+        }
+    }
 
     /// Under a lamp at 4 with plates at 3 and at 1 above a ground, seen from the ground and from between.
     #[test]

@@ -41,6 +41,11 @@ impl Grid {
         Self { width: view.width, height: view.height, starts, members }
     }
 
+    /// How many there would be in all cells.
+    pub fn members(view: &View, casters: &[Caster]) -> usize {
+        casters.iter().map(|caster| cells(view, caster).iter().map(Range::len).product::<usize>()).sum()
+    }
+
     /// The candidates of the cell at `texel`; none outside.
     pub fn at(&self, texel: DVec2) -> &[u32] {
         let size = DVec2::new(self.width.into(), self.height.into());
