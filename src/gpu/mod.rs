@@ -10,6 +10,7 @@ mod commands;
 mod constants;
 mod context;
 mod draw;
+pub(crate) mod fault;
 mod features;
 mod image;
 mod kernel;
