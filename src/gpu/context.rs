@@ -2,7 +2,7 @@
 
 use super::features::RAY_QUERY_EXTENSIONS;
 use super::pipelines::Pipelines;
-use super::validation::messenger_info;
+use super::validation::{is_gpu_assisted, messenger_info};
 use super::{Features, Messages, commands::Recorder, fault, vk_error};
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
@@ -164,8 +164,13 @@ fn open_instance(validation: bool, messages: &Messages) -> Result<InstanceOwner>
             .ty(vk::LayerSettingTypeEXT::BOOL32)
             .values(&on)
     };
-    let layer_settings = [setting(c"validate_sync"), setting(c"syncval_shader_accesses_heuristic")];
-    let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+    let mut layer_settings = vec![setting(c"validate_sync"), setting(c"syncval_shader_accesses_heuristic")];
+    let mut enabled = vec![vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+    if is_gpu_assisted() {
+        layer_settings.push(setting(c"gpuav_enable"));
+        enabled.push(vk::ValidationFeatureEnableEXT::GPU_ASSISTED);
+        enabled.push(vk::ValidationFeatureEnableEXT::GPU_ASSISTED_RESERVE_BINDING_SLOT);
+    }
     let mut settings_info = vk::LayerSettingsCreateInfoEXT::default().settings(&layer_settings);
     let mut features_info = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
     let mut messenger = messenger_info(messages);
