@@ -7,10 +7,14 @@ mod support;
 mod bake;
 #[path = "program/errors.rs"]
 mod errors;
+#[path = "program/faults.rs"]
+mod faults;
 #[path = "program/moving.rs"]
 mod moving;
 #[path = "program/pictures.rs"]
 mod pictures;
+#[path = "program/resume.rs"]
+mod resume;
 
 use gobo::measure::{Results, Status};
 use std::path::{Path, PathBuf};

@@ -7,10 +7,13 @@ mod support;
 mod layout;
 
 use gobo::Error;
-use gobo::gpu::{Buffer, Constants, Format, Image, ImageUse, Kernel, Memory, Messages, push_struct};
+use gobo::gpu::{
+    Bindings, Buffer, Constants, Format, Image, ImageUse, Kernel, Memory, Messages, Resource, is_gpu_assisted,
+    push_struct,
+};
 use gobo::shaders;
 use proptest::prelude::*;
-use support::{gpu_test, log, open};
+use support::{gpu_test, log, open, skipped};
 
 /// A device on which `wrong` is done; what the layer said to it.
 fn said_to(name: &str, wrong: impl FnOnce(&gobo::gpu::Context)) -> Vec<String> {
@@ -45,6 +48,28 @@ fn the_layer_reports_hazards() {
         context.submit(|c| c.pass("hazard", twice)).expect("submitted");
     });
     assert!(said.iter().any(|m| m.contains("SYNC-HAZARD-WRITE-AFTER-WRITE")), "{said:#?}");
+}
+
+/// Only where the layer checks in shaders (GOBO_TEST_VALIDATION): a copy into a buffer that is shorter.
+#[test]
+fn the_layer_reports_what_shaders_write_beyond_a_buffer() {
+    const TEST: &str = "the_layer_reports_what_shaders_write_beyond_a_buffer";
+    if !is_gpu_assisted() {
+        return skipped(TEST, "GOBO_TEST_VALIDATION is not gpu-assisted");
+    }
+    let copy = |bytes: [u64; 2]| {
+        said_to(TEST, |context| {
+            let buffer = |bytes| Buffer::new(context, "canary", bytes, Memory::Device).expect("a few bytes");
+            let resources = bytes.map(|bytes| Resource::Buffer(buffer(bytes)));
+            let bindings = Bindings::new(context, "copy", &resources).expect("two buffers");
+            let copy = &shaders::measure::COPY;
+            let kernel: Kernel = Kernel::compute(context, copy, &[&bindings], &Constants::new()).expect("compiled");
+            context.submit(|c| c.pass("copy", |pass| pass.dispatch(&kernel, &(), [1, 1, 1]))).expect("submitted");
+        })
+    };
+    assert_eq!(copy([256, 256]), [""; 0]);
+    let said = copy([256, 128]);
+    assert!(said.iter().any(|m| m.contains("out of bounds")), "{said:#?}");
 }
 
 /// The same two writes in two passes are in order: the barrier between passes is there, and the layer is not crying

@@ -85,6 +85,7 @@ fn results(rows: Vec<Row>) -> Results {
     Results {
         schema: SCHEMA,
         gobo: "0.1.0".into(),
+        conditions: Default::default(),
         command: "gobo compare".into(),
         device: DeviceFacts { name: "llvmpipe".into(), driver: "Mesa".into(), ..DeviceFacts::default() },
         rows,

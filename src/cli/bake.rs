@@ -1,6 +1,6 @@
 //! `gobo bake`
 
-use super::{DeviceArguments, LoadArguments, check_messages, load, one_spec};
+use super::{DeviceArguments, LoadArguments, check_messages, load, one_spec, say};
 use crate::report::Store;
 use crate::technique::{Entry, Lifetime, REGISTRY, open};
 use crate::world::World;
@@ -42,12 +42,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let world = World::new(&context, &scene)?;
     let mut opened = open(&context, &world, &spec)?;
     opened.build(&world)?;
-    check_messages(&context)?;
+    check_messages()?;
     let Some(bytes) = opened.technique.file(&world)? else {
         return wrong("it is not baked here, so that there is nothing to write", "leave file= out".into());
     };
     store.write_file(name, &bytes)?;
-    println!("{}: {spec} on {}, {} bytes", arguments.out.display(), context.features().name, bytes.len());
+    say(format!("{}: {spec} on {}, {} bytes", arguments.out.display(), context.features().name, bytes.len()))?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,7 +1,11 @@
 //! `gobo compare`
 
 use super::progress::Progress;
-use super::{DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, command_line, load};
+use super::resume::{SCENE, kept};
+use super::{
+    DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, load,
+    say,
+};
 use crate::gpu::{Context, Features};
 use crate::measure::{
     Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Status, Traced, copy_bytes_per_second,
@@ -12,6 +16,7 @@ use crate::scene::{Motion, Picture, Scene};
 use crate::technique::{Spec, parse};
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -60,6 +65,10 @@ pub struct Arguments {
     /// Folder for results.json, results.csv, pictures, plots and report.html
     #[arg(long, default_value = "gobo-report", value_name = "DIR")]
     out: PathBuf,
+    /// Go on where an earlier run of the same command ended: keep the rows in the folder, measure those that failed or are
+    /// missing
+    #[arg(long)]
+    resume: bool,
     /// Timed frames a row; with --moving, how many frames the world moves through
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
@@ -182,6 +191,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let mut scenes = scene_names.iter().map(|name| frames(arguments, name)).collect::<Result<Vec<_>>>()?;
     arguments.vpls.check(scenes.iter().flat_map(|(states, _)| states))?;
+    let fingerprints: Vec<u32> = scenes.iter().map(|(states, _)| states[0].fingerprint()).collect();
     let bounced = bounced(arguments, &scenes)?;
     let context = arguments.device.open()?;
     for (states, _) in &mut scenes {
@@ -197,43 +207,67 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     };
     let specs = scenes.iter().map(of_scene).collect::<Result<Vec<_>>>()?;
     let store = Store::open(&arguments.out)?;
+    let effort = effort(arguments, context.features());
     let mut results = Results {
         schema: SCHEMA,
         gobo: env!("CARGO_PKG_VERSION").into(),
         command: command_line(),
+        conditions: conditions(arguments, &effort),
         device: DeviceFacts::of(context.features()),
         rows: Vec::new(),
     };
+    let named = scenes.iter().zip(fingerprints);
+    let prints = named.map(|((states, _), print)| (format!("{SCENE}{}", states[0].name), format!("{print:08x}")));
+    results.conditions.extend(prints);
+    let asked = scenes.iter().zip(&specs).flat_map(|((states, _), specs)| {
+        let name = states[0].name.as_str();
+        specs.iter().map(move |spec| (name, spec))
+    });
+    let asked: Vec<(&str, &Spec)> = asked.collect();
+    let mut rows = if arguments.resume { kept(store.dir(), &results, &asked)? } else { vec![None; asked.len()] };
     if arguments.passes {
         results.device.copy_bytes_per_second = copy_bytes_per_second(&context)?;
     }
-    let progress = Progress::new(specs.iter().map(Vec::len).sum());
+    let progress = Progress::new(rows.iter().filter(|row| row.is_none()).count());
     let mut writer = Writer { store: &store, failed: None };
+    if rows.iter().any(Option::is_some) {
+        results.rows = rows.iter().flatten().cloned().collect();
+        writer.write(|store| store.write(&results));
+    }
+    // A scene that does not fit is no reason to leave the others out; a lost device is.
+    let mut ended: Result<()> = Ok(());
+    let mut first = 0;
     for (i, ((states, times_s), specs)) in scenes.iter().zip(&specs).enumerate() {
+        let of_scene = first..first + specs.len();
+        first = of_scene.end;
+        if rows[of_scene.clone()].iter().all(Option::is_some) || context.is_lost() {
+            continue;
+        }
         let bounce = bounced.get(i).zip(arguments.bounce).map(|(scene, samples)| Traced { scene, samples });
-        with_case(&context, Frames { states, times_s, bounce }, effort(arguments, context.features()), |case| {
-            for spec in specs {
+        let measured = with_case(&context, Frames { states, times_s, bounce }, effort, |case| {
+            for (place, (spec, row_place)) in specs.iter().zip(of_scene).enumerate() {
+                if rows[row_place].is_some() || context.is_lost() {
+                    continue;
+                }
                 progress.begins(&states[0].name, spec);
                 let (mut row, drawn) = case.measure(spec);
                 if let Some(drawn) = drawn {
-                    writer.pictures(&mut row, &results, case, &drawn);
+                    writer.pictures(&mut row, place + 1, &results, case, &drawn);
                 }
                 progress.ends(&row);
-                results.rows.push(row);
+                rows[row_place] = Some(row);
+                results.rows = rows.iter().flatten().cloned().collect();
                 writer.write(|store| store.write(&results));
             }
             Ok(())
-        })?;
+        });
+        ended = ended.and(measured);
     }
     progress.finish();
-    // First of all, so that a full disk does not cost it.
-    println!("{}", table(&results));
-    if arguments.passes {
-        println!("{}", passes(&results));
+    if results.rows.is_empty() && ended.is_err() {
+        return ended.map(|()| ExitCode::FAILURE);
     }
-    if arguments.casters {
-        println!("{}", casters(&results));
-    }
+    let printed = print(arguments, &results);
     for (file, svg) in plots(&results) {
         writer.write(|store| store.write_text(file, &svg));
     }
@@ -241,9 +275,60 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if let Some(error) = writer.failed {
         return Err(error);
     }
-    println!("{}", arguments.out.join("report.html").display());
-    check_messages(&context)?;
-    Ok(exit_code(&context, &results))
+    printed?;
+    say(arguments.out.join("report.html").display())?;
+    check_messages()?;
+    let code = exit_code(&context, &results);
+    let missing = rows.iter().filter(|row| row.is_none()).count();
+    if context.is_lost() {
+        return Err(Error::Gpu {
+            operation: "go on with",
+            name: context.features().name.clone(),
+            cause: format!("the device is lost, and {missing} of {} rows are not measured", rows.len()),
+            way_out:
+                "repeat the command with --resume; if it is lost again, leave the last row out, or update the driver"
+                    .into(),
+        });
+    }
+    ended.map(|()| code)
+}
+
+/// Before plots and page, so that a full disk does not cost it.
+fn print(arguments: &Arguments, results: &Results) -> Result<()> {
+    say(table(results))?;
+    if arguments.passes {
+        say(passes(results))?;
+    }
+    if arguments.casters {
+        say(casters(results))?;
+    }
+    Ok(())
+}
+
+/// What figures depend on that neither the specs nor the device say.
+fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String> {
+    let truth = match effort.truth {
+        Extent::None => "none",
+        Extent::Sample => "sample",
+        Extent::Full => "full",
+    };
+    let given = |value: Option<String>| value.unwrap_or_else(|| "none".into());
+    let moving =
+        arguments.moving.moving.map(|Span { from, to }| format!("{from}..{}", given(to.map(|to| to.to_string()))));
+    [
+        ("--frames", effort.frames.to_string()),
+        ("--quick", arguments.quick.to_string()),
+        ("--picture", effort.picture.map(|side| side.to_string()).join("x")),
+        ("--truth", truth.into()),
+        ("--turn", given(arguments.turn.map(|degrees| degrees.to_string()))),
+        ("--moving", given(moving)),
+        ("--time", arguments.load.time.to_string()),
+        ("--vpls", given(arguments.vpls.vpls.map(|count| count.to_string()))),
+        ("--bounce", given(arguments.bounce.map(|samples| samples.to_string()))),
+        ("--validation", arguments.device.validation.to_string()),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .into()
 }
 
 /// Writes what it can: after the first failure nothing more, so that the measuring goes on and its table is printed.
@@ -259,10 +344,12 @@ impl Writer<'_> {
         }
     }
 
-    /// The picture of a row, what it differs from the truth by, and the truth itself the first time; the bounce of light too, where
+    /// The picture of a row, by its place among its scene's, what it differs from the truth by, and the truth itself the first time; the bounce of light too, where
     /// it was traced.
-    fn pictures(&mut self, row: &mut Row, results: &Results, case: &Case, drawn: &Drawn) {
-        let [name, difference] = ["", "-difference"].map(|suffix| picture_name(row, results, suffix));
+    fn pictures(&mut self, row: &mut Row, place: usize, results: &Results, case: &Case, drawn: &Drawn) {
+        // A row that was kept may have that number of another order.
+        let number = (place..).find(|n| results.rows.iter().all(|r| r.picture != Some(picture_name(row, *n, ""))));
+        let [name, difference] = ["", "-difference"].map(|suffix| picture_name(row, number.unwrap_or(place), suffix));
         self.write(|store| write_picture(store, &name, &drawn.picture, &drawn.picture.to_srgb8()));
         row.picture = Some(name);
         let (Some(beside), Some(reference)) = (&drawn.beside_truth, case.reference()) else { return };
@@ -313,7 +400,7 @@ fn many_lights(on_cpu: bool) -> Result<Vec<Spec>> {
 fn exit_code(context: &Context, results: &Results) -> ExitCode {
     let failed: Vec<_> = results.rows.iter().filter(|r| r.status == Status::Failed).collect();
     for row in &failed {
-        eprintln!("gobo: {} on {} ({}): {}", row.spec(), row.scene, context.features().name, row.reason);
+        complain(format!("gobo: {} on {} ({}): {}", row.spec(), row.scene, context.features().name, row.reason));
     }
     if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
@@ -335,10 +422,9 @@ fn name_apart(scenes: &mut [(Vec<Scene>, Vec<f64>)]) {
     }
 }
 
-/// SCENE-NN-TECHNIQUE.png: the number is the row's place among its scene's.
-fn picture_name(row: &Row, results: &Results, suffix: &str) -> String {
-    let place = results.rows.iter().filter(|r| r.scene == row.scene).count() + 1;
-    format!("{}-{place:02}-{}{suffix}.png", row.scene, row.technique)
+/// SCENE-NN-TECHNIQUE.png
+fn picture_name(row: &Row, number: usize, suffix: &str) -> String {
+    format!("{}-{number:02}-{}{suffix}.png", row.scene, row.technique)
 }
 
 fn write_picture(store: &Store, name: &str, picture: &Picture, rgb8: &[u8]) -> Result<()> {

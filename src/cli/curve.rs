@@ -1,9 +1,9 @@
 //! `gobo curve`
 
-use super::{DeviceArguments, LoadArguments, MapArguments, check_messages, load};
+use super::{DeviceArguments, LoadArguments, MapArguments, check_messages, load, say};
 use crate::consume::Query;
 use crate::reference::truth::Casters;
-use crate::report::{Line, Points, curve};
+use crate::report::{Line, Points, curve, write_whole};
 use crate::technique::keys::SIZE;
 use crate::technique::{open, parse};
 use crate::world::World;
@@ -92,8 +92,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let title = format!("{}, texel {x},{y}: {segments} segments", scene.name);
     let svg = curve(&title, &truth, &lines)?;
-    std::fs::write(&arguments.out, svg).map_err(|e| Error::output(&arguments.out, e))?;
-    check_messages(&context)?;
-    println!("{}: {} on {}", arguments.out.display(), title, context.features().name);
+    write_whole(&arguments.out, svg.as_bytes())?;
+    check_messages()?;
+    say(format!("{}: {} on {}", arguments.out.display(), title, context.features().name))?;
     Ok(ExitCode::SUCCESS)
 }

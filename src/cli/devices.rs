@@ -1,5 +1,6 @@
 //! `gobo devices`
 
+use super::say;
 use crate::Result;
 use crate::gpu::{Features, Requirement, devices};
 use crate::technique::{Entry, REGISTRY};
@@ -47,18 +48,18 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 json!({ "index": index, "facts": features, "paths": paths })
             })
             .collect();
-        println!("{}", serde_json::Value::from(list));
+        say(serde_json::Value::from(list))?;
         return Ok(ExitCode::SUCCESS);
     }
     for (index, features) in all.iter().enumerate() {
-        println!("{index}  {} ({}, {}, Vulkan {})", features.name, features.kind, features.driver, features.api);
+        say(format!("{index}  {} ({}, {}, Vulkan {})", features.name, features.kind, features.driver, features.api))?;
         for (technique, path, missing) in paths(features) {
             let answer = missing.map_or("yes".to_owned(), |m| format!("needs {m}"));
-            println!("     {:<24} {answer}", format!("{technique}:{path}"));
+            say(format!("     {:<24} {answer}", format!("{technique}:{path}")))?;
         }
     }
     if all.is_empty() {
-        println!("no Vulkan device: install a driver (./setup.sh installs a software driver)");
+        say("no Vulkan device: install a driver (./setup.sh installs a software driver)")?;
     }
     Ok(ExitCode::SUCCESS)
 }

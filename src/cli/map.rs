@@ -1,6 +1,7 @@
 //! `gobo map`
 
-use super::{DeviceArguments, LoadArguments, VplArgument, check_messages, load, one_spec, write_png};
+use super::{DeviceArguments, LoadArguments, VplArgument, check_messages, load, one_spec, say};
+use crate::report::write_png;
 use crate::technique::open;
 use crate::world::World;
 use crate::{Error, Result};
@@ -50,7 +51,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut opened = open(&context, &world, &spec)?;
     opened.build(&world)?;
     let distances = opened.technique.distances(arguments.light)?;
-    check_messages(&context)?;
+    check_messages()?;
     if distances.is_empty() {
         let cause = "its maps have no distances";
         return Err(Error::input(format!("--technique {}", arguments.technique), cause, "name ism"));
@@ -63,13 +64,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let rgb8: Vec<u8> = (0..pixels * pixels).flat_map(texel).collect();
     write_png(&arguments.out, [pixels; 2], &rgb8)?;
     let empty = distances.iter().filter(|d| !d.is_finite()).count();
-    println!(
+    say(format!(
         "{}: {spec} on {}, light {}: {empty} of {} texels empty (orange), white at {farthest}",
         arguments.out.display(),
         context.features().name,
         arguments.light,
         distances.len(),
-    );
+    ))?;
     Ok(ExitCode::SUCCESS)
 }
 

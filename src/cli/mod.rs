@@ -8,19 +8,23 @@ mod map;
 mod particles;
 mod progress;
 mod render;
+mod resume;
 mod sequence;
 mod slice;
 mod steps;
 mod stress;
 
 use crate::consume::indirect::{check_count, check_meshes, lit_by_vpls};
-use crate::gpu::{Context, Messages, Options};
+use crate::gpu::{Context, Messages, Options, fault};
 use crate::scene::{FACES, Motion, Scene, check_time, known};
 use crate::technique::keys::{EVERY, TILED};
 use crate::technique::{Key, Lifetime, REGISTRY, Spec, Values, parse};
 use crate::{Error, Result};
 use clap::{Args, Parser, Subcommand};
+use std::fmt::Display;
+use std::io::Write;
 use std::process::ExitCode;
+use std::sync::LazyLock;
 
 /// How much of a light reaches a point? Gobo builds shadow techniques for smoke and other things that let some light
 /// pass, and measures their run time against their error, side by side, on any Vulkan 1.3 device.
@@ -71,11 +75,7 @@ struct DeviceArguments {
 
 impl DeviceArguments {
     fn open(&self) -> Result<Context> {
-        Context::new(&Options {
-            device: self.device.clone(),
-            validation: self.validation,
-            messages: Messages::default(),
-        })
+        Context::new(&Options { device: self.device.clone(), validation: self.validation, messages: MESSAGES.clone() })
     }
 }
 
@@ -265,14 +265,19 @@ fn load(name: &str, with: &LoadArguments) -> Result<Scene> {
     Ok(scene)
 }
 
-/// The command as it was given, without the path of the program.
+/// The command as it was given, without the path of the program. One that goes on with an earlier one is that one: what both
+/// write is what one would have.
 fn command_line() -> String {
-    std::iter::once("gobo".to_owned()).chain(std::env::args().skip(1)).collect::<Vec<_>>().join(" ")
+    let given = std::env::args().skip(1).filter(|argument| argument != "--resume");
+    std::iter::once("gobo".to_owned()).chain(given).collect::<Vec<_>>().join(" ")
 }
 
+/// What the validation layer says, and what leaks, of all devices that are opened. It outlives them.
+static MESSAGES: LazyLock<Messages> = LazyLock::new(Messages::default);
+
 /// Fails where the validation layer said something.
-fn check_messages(context: &Context) -> Result<()> {
-    match context.messages().all().first() {
+fn check_messages() -> Result<()> {
+    match MESSAGES.all().first() {
         None => Ok(()),
         Some(first) => Err(Error::Gpu {
             operation: "pass",
@@ -283,10 +288,24 @@ fn check_messages(context: &Context) -> Result<()> {
     }
 }
 
-/// Writes an eight-bit RGB picture.
-fn write_png(path: &std::path::Path, size: [u32; 2], rgb8: &[u8]) -> Result<()> {
-    image::save_buffer_with_format(path, rgb8, size[0], size[1], image::ColorType::Rgb8, image::ImageFormat::Png)
-        .map_err(|e| Error::output(path, e))
+/// Prints a line. The disk behind it may be full, or whoever listened gone.
+fn say(line: impl Display) -> Result<()> {
+    let said = || -> std::io::Result<()> {
+        fault::write()?;
+        let mut out = std::io::stdout().lock();
+        writeln!(out, "{line}")?;
+        out.flush()
+    };
+    said().map_err(|cause| Error::Output {
+        path: "stdout".into(),
+        cause: cause.to_string(),
+        way_out: "what was measured or drawn is in its files; print to a place with room".into(),
+    })
+}
+
+/// A line on standard error; where there is no room for it, nothing helps.
+fn complain(line: impl Display) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// Runs the program.
@@ -301,11 +320,14 @@ pub fn main() -> ExitCode {
         Command::Stress(arguments) => stress::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
     };
-    match result {
-        Ok(code) => code,
-        Err(error) => {
-            eprintln!("gobo: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    // The device is closed by now, of which the layer may have had something to say.
+    let mut errors: Vec<String> = [result.as_ref().err(), check_messages().as_ref().err()]
+        .into_iter()
+        .flatten()
+        .map(ToString::to_string)
+        .collect();
+    errors.dedup();
+    errors.iter().for_each(|error| complain(format!("gobo: {error}")));
+    fault::counted().into_iter().for_each(complain);
+    result.ok().filter(|_| errors.is_empty()).unwrap_or(ExitCode::FAILURE)
 }

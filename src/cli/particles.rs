@@ -2,7 +2,7 @@
 
 use super::render::{Arguments, ColoursArgument};
 use super::sequence::Sequence;
-use super::{check_messages, one_spec};
+use super::{check_messages, one_spec, say};
 use crate::consume::{Colours, Lighting, Renderer};
 use crate::scene::{Scene, View};
 use crate::simulate::Simulation;
@@ -33,17 +33,18 @@ pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colours: Colou
     let mut opened = open(&context, &world, &spec)?;
     let renderer = Renderer::new(&context, &world, &View::camera(&scene.camera, scene, size))?;
     let mut sequence = Sequence::new(&arguments.out, size, times_s.len() as u32);
+    let mut path = "";
     for time_s in times_s {
         simulation.move_to(&mut world, *time_s)?;
         opened.build(&world)?;
+        path = opened.technique.facts()?.path;
         let answer = opened.technique.answer();
         let kernels = renderer.kernels(&answer, arguments.shading(&spec), Lighting::Fragment)?;
         let points = renderer.points(&answer, simulation.bodies(), fountain.particles, colours)?;
         renderer.draw_points(&kernels, &points)?;
         sequence.add(renderer.read()?.to_srgb8())?;
     }
-    check_messages(&context)?;
-    let path = opened.technique.facts()?.path;
-    println!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name);
+    check_messages()?;
+    say(format!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name))?;
     Ok(ExitCode::SUCCESS)
 }

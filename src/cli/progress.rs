@@ -1,5 +1,6 @@
 //! How far a comparison is: a bar on a terminal, a line a row elsewhere.
 
+use super::complain;
 use crate::measure::{Row, Status};
 use crate::technique::Spec;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -38,7 +39,7 @@ impl Progress {
         self.bar.inc(1);
         self.done.set(self.done.get() + 1);
         if self.lines {
-            eprintln!(
+            complain(format!(
                 "[{}/{}] {:.1} s {}: {} {}",
                 self.done.get(),
                 self.rows,
@@ -46,7 +47,7 @@ impl Progress {
                 row.scene,
                 row.spec(),
                 outcome(row)
-            );
+            ));
         }
     }
 

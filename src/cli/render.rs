@@ -2,7 +2,9 @@
 
 use super::sequence::Sequence;
 use super::steps::Range;
-use super::{DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, load, one_spec, particles};
+use super::{
+    DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, load, one_spec, particles, say,
+};
 use crate::consume::{Lighting, Renderer, Shading, Tiled};
 use crate::reference::truth::{Casters, fog, picture};
 use crate::scene::{Fog, View};
@@ -134,11 +136,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let shading = arguments.shading(&spec);
     let mut renderer = Renderer::new(&context, &world, &View::camera(&states[0].camera, &states[0], size))?;
     let mut counts = Vec::new();
+    let mut path = "";
     for (frame, scene) in states.iter().enumerate() {
         if frame > 0 {
             world.replace(scene)?;
         }
         opened.build(&world)?;
+        path = opened.technique.facts()?.path;
         renderer.look(&world, &View::camera(&scene.camera, scene, size))?;
         let answer = opened.technique.answer();
         if arguments.steps {
@@ -168,10 +172,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     for counts in &counts {
         sequence.add(Range::paint(range, counts))?;
     }
-    check_messages(&context)?;
-    let path = opened.technique.facts()?.path;
-    println!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name);
-    range.iter().for_each(|range| println!("{range}"));
+    check_messages()?;
+    say(format!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name))?;
+    range.iter().try_for_each(say)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -1,12 +1,13 @@
 //! Pictures one after the other, as files and as an animation.
 
-use super::write_png;
+use crate::report::{write_png, write_whole};
 use crate::{Error, Result};
 use image::codecs::gif::{GifEncoder, Repeat};
 use image::{Delay, Frame, Rgba, RgbaImage};
-use std::fs::File;
-use std::io::BufWriter;
+use std::cell::RefCell;
+use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 /// A frame of an animation, milliseconds.
 const FRAME_MS: u32 = 80;
@@ -17,14 +18,29 @@ pub struct Sequence {
     size: [u32; 2],
     frames: u32,
     done: u32,
-    /// Made with the first frame, so that nothing is overwritten before.
-    animation: Option<GifEncoder<BufWriter<File>>>,
+    animation: Option<GifEncoder<Bytes>>,
+    /// What is encoded of it; a file with the last frame.
+    gif: Bytes,
+}
+
+/// Bytes that grow in one place while another looks on.
+#[derive(Clone, Default)]
+struct Bytes(Rc<RefCell<Vec<u8>>>);
+
+impl Write for Bytes {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.borrow_mut().write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 impl Sequence {
     /// Of so many pictures of that size.
     pub fn new(out: &Path, size: [u32; 2], frames: u32) -> Self {
-        Self { out: out.to_path_buf(), size, frames, done: 0, animation: None }
+        Self { out: out.to_path_buf(), size, frames, done: 0, animation: None, gif: Bytes::default() }
     }
 
     /// What is written in all, for people: one file, or the first, the last and the animation.
@@ -53,8 +69,7 @@ impl Sequence {
         let path = self.animation_path();
         let fail = |e: &dyn std::fmt::Display| Error::output(&path, e);
         if self.animation.is_none() {
-            let file = File::create(&path).map_err(|e| fail(&e))?;
-            let mut encoder = GifEncoder::new_with_speed(BufWriter::new(file), 10);
+            let mut encoder = GifEncoder::new_with_speed(self.gif.clone(), 10);
             encoder.set_repeat(Repeat::Infinite).map_err(|e| fail(&e))?;
             self.animation = Some(encoder);
         }
@@ -63,7 +78,13 @@ impl Sequence {
             *pixel = Rgba([rgb[0], rgb[1], rgb[2], 255]);
         }
         let frame = Frame::from_parts(image, 0, 0, Delay::from_numer_denom_ms(FRAME_MS, 1));
-        self.animation.as_mut().map_or(Ok(()), |gif| gif.encode_frame(frame)).map_err(|e| fail(&e))
+        self.animation.as_mut().map_or(Ok(()), |gif| gif.encode_frame(frame)).map_err(|e| fail(&e))?;
+        if self.done < self.frames {
+            return Ok(());
+        }
+        // Its end is written as it goes.
+        self.animation = None;
+        write_whole(&path, &self.gif.0.borrow())
     }
 }
 

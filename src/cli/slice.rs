@@ -1,7 +1,7 @@
 //! `gobo slice`
 
 use super::sequence::Sequence;
-use super::{DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, load, one_spec};
+use super::{DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, load, one_spec, say};
 use crate::consume::slice;
 use crate::technique::open;
 use crate::world::World;
@@ -68,11 +68,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut opened = open(&context, &world, &spec)?;
     let size = [arguments.size; 2];
     let mut sequence = Sequence::new(&arguments.out, size, frames);
+    let mut path = "";
     for frame in 0..frames {
         if frame > 0 && moves {
             world.replace(&states[frame as usize])?;
         }
         opened.build(&world)?;
+        path = opened.technique.facts()?.path;
         let technique = &opened.technique;
         let Some(view) = technique.maps().get(map).map(|m| m.volume) else {
             return Err(Error::input("--technique", "it has no maps", "name one that has, such as avsm"));
@@ -82,8 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let visibility = slice(&context, arguments.map.light, &view, &technique.answer(), depth, size)?;
         sequence.add(gray(&visibility, size))?;
     }
-    check_messages(&context)?;
-    let path = opened.technique.facts()?.path;
-    println!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name);
+    check_messages()?;
+    say(format!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name))?;
     Ok(ExitCode::SUCCESS)
 }

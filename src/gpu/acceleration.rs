@@ -1,6 +1,6 @@
 //! Acceleration structures: triangles that rays are asked about.
 
-use super::{Buffer, Context, Memory, Pass, vk_error};
+use super::{Buffer, Context, Memory, Pass, fault, vk_error};
 use crate::{Error, Result};
 use ash::{khr, vk};
 use std::sync::Arc;
@@ -140,7 +140,7 @@ impl AccelerationStructure {
             .size(storage.bytes())
             .ty(over.level());
         // SAFETY: the buffer is made for it, as large, and kept beside it.
-        let handle = unsafe { loader.create_acceleration_structure(&info, None) }
+        let handle = fault::creation(|| unsafe { loader.create_acceleration_structure(&info, None) })
             .map_err(|r| vk_error("create acceleration structure", name, r))?;
         context.set_name(handle, name);
         Ok(Self(Arc::new(Inner { context: context.clone(), handle, storage, scratch, over })))

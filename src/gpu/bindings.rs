@@ -1,6 +1,6 @@
 //! Descriptor sets: a list of resources, binding number = place in the list.
 
-use super::{AccelerationStructure, Buffer, Context, Image, vk_error};
+use super::{AccelerationStructure, Buffer, Context, Image, fault, vk_error};
 use crate::Result;
 use ash::vk;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -103,14 +103,14 @@ impl Bindings {
         };
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&slots);
         // SAFETY: `info` is complete.
-        inner.layout = unsafe { device.create_descriptor_set_layout(&info, None) }.map_err(fail)?;
+        inner.layout = fault::creation(|| unsafe { device.create_descriptor_set_layout(&info, None) }).map_err(fail)?;
         let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
         // SAFETY: as above.
-        inner.pool = unsafe { device.create_descriptor_pool(&info, None) }.map_err(fail)?;
+        inner.pool = fault::creation(|| unsafe { device.create_descriptor_pool(&info, None) }).map_err(fail)?;
         let layouts = [inner.layout];
         let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(inner.pool).set_layouts(&layouts);
         // SAFETY: the pool was made for exactly this set.
-        let sets = unsafe { device.allocate_descriptor_sets(&info) }.map_err(fail)?;
+        let sets = fault::creation(|| unsafe { device.allocate_descriptor_sets(&info) }).map_err(fail)?;
         inner.set = sets.first().copied().unwrap_or_default();
         for (binding, resource) in (0u32..).zip(resources) {
             let write = vk::WriteDescriptorSet::default()
@@ -135,7 +135,8 @@ impl Bindings {
                 }
                 Resource::Sampled(i, border) => {
                     // SAFETY: the info is complete and names no extension.
-                    let sampler = unsafe { device.create_sampler(&sampler_info(*border), None) }.map_err(fail)?;
+                    let sampler = fault::creation(|| unsafe { device.create_sampler(&sampler_info(*border), None) })
+                        .map_err(fail)?;
                     inner.samplers.push(sampler);
                     let info = image(i).map(|i| i.sampler(sampler));
                     // SAFETY: as above; the sampler lives as long as the set.

@@ -1,7 +1,6 @@
 //! Owned buffers.
 
-use super::context::allocation_error;
-use super::{Commands, Context, vk_error};
+use super::{Commands, Context, fault, vk_error};
 use crate::{Error, Result};
 use ash::vk;
 use bytemuck::Pod;
@@ -41,10 +40,8 @@ impl Drop for Inner {
     fn drop(&mut self) {
         // SAFETY: recorded commands keep a clone, so the device no longer uses the buffer.
         unsafe { self.context.device().destroy_buffer(self.handle, None) };
-        let allocation = self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner).take();
-        if let (Some(allocation), Some(allocator)) = (allocation, self.context.allocator().get()) {
-            // A failed free shows up as a leak when the context closes.
-            let _ = allocator.free(allocation);
+        if let Some(allocation) = self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner).take() {
+            self.context.free(allocation);
         }
     }
 }
@@ -87,28 +84,24 @@ impl Buffer {
         let device = context.device();
         let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
         // SAFETY: `info` is complete.
-        let handle = unsafe { device.create_buffer(&info, None) }.map_err(|r| vk_error("create buffer", name, r))?;
+        let handle = fault::creation(|| unsafe { device.create_buffer(&info, None) })
+            .map_err(|r| vk_error("create buffer", name, r))?;
         let inner =
             Inner { context: context.clone(), handle, allocation: Mutex::new(None), name: name.into(), bytes, memory };
         // SAFETY: the buffer was just created.
         let mut requirements = unsafe { device.get_buffer_memory_requirements(handle) };
         requirements.alignment = requirements.alignment.max(ALIGNMENT);
-        let allocation = context
-            .allocator()
-            .get()
-            .ok_or_else(|| vk_error("create buffer", name, vk::Result::ERROR_DEVICE_LOST))?
-            .allocate(&AllocationCreateDesc {
-                name,
-                requirements,
-                location: match memory {
-                    Memory::Device => MemoryLocation::GpuOnly,
-                    Memory::Upload => MemoryLocation::CpuToGpu,
-                    Memory::Readback => MemoryLocation::GpuToCpu,
-                },
-                linear: true,
-                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
-            })
-            .map_err(|e| allocation_error(name, &e))?;
+        let allocation = context.allocate(&AllocationCreateDesc {
+            name,
+            requirements,
+            location: match memory {
+                Memory::Device => MemoryLocation::GpuOnly,
+                Memory::Upload => MemoryLocation::CpuToGpu,
+                Memory::Readback => MemoryLocation::GpuToCpu,
+            },
+            linear: true,
+            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+        })?;
         // SAFETY: memory and offset are the allocator's, made for this buffer's requirements.
         let (memory_handle, offset) = (unsafe { allocation.memory() }, allocation.offset());
         *inner.allocation.lock().unwrap_or_else(PoisonError::into_inner) = Some(allocation);

@@ -1,7 +1,7 @@
 //! Recording and running commands: one call a pass writes the barrier, the label and the two timestamps.
 
 use super::kernel::PUSH_BYTES;
-use super::{Buffer, Context, Image, Kernel, Push, vk_error};
+use super::{Buffer, Context, Image, Kernel, Push, fault, vk_error};
 use crate::{Error, Result};
 use ash::vk;
 use std::any::Any;
@@ -59,18 +59,19 @@ impl Recorder {
         let device = &recorder.device;
         let info = vk::CommandPoolCreateInfo::default().queue_family_index(context.shared().queue_family);
         // SAFETY: the family is the one the device was opened with.
-        recorder.pool = unsafe { device.create_command_pool(&info, None) }.map_err(fail)?;
+        recorder.pool = fault::creation(|| unsafe { device.create_command_pool(&info, None) }).map_err(fail)?;
         let info = vk::CommandBufferAllocateInfo::default().command_pool(recorder.pool).command_buffer_count(1);
         // SAFETY: the pool was just made.
-        let buffers = unsafe { device.allocate_command_buffers(&info) }.map_err(fail)?;
+        let buffers = fault::creation(|| unsafe { device.allocate_command_buffers(&info) }).map_err(fail)?;
         recorder.buffer = buffers.first().copied().unwrap_or_default();
         // SAFETY: the info is complete.
-        recorder.fence = unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }.map_err(fail)?;
+        recorder.fence =
+            fault::creation(|| unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }).map_err(fail)?;
         if context.features().timestamp_valid_bits > 0 {
             let info =
                 vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2 * MAX_PASSES);
             // SAFETY: the info is complete and the queue has timestamps.
-            recorder.queries = unsafe { device.create_query_pool(&info, None) }.map_err(fail)?;
+            recorder.queries = fault::creation(|| unsafe { device.create_query_pool(&info, None) }).map_err(fail)?;
         }
         Ok(recorder)
     }
@@ -119,7 +120,13 @@ impl Context {
     /// That of `record`, else as [`Context::submit`].
     pub fn try_submit(&self, record: impl FnOnce(&mut Commands) -> Result<()>) -> Result<Vec<PassTime>> {
         let device = self.device();
-        let fail = |r| vk_error("run", "a submission", r);
+        let fail = |r| {
+            self.note_lost(r);
+            vk_error("run", "a submission", r)
+        };
+        if self.is_lost() {
+            return Err(fail(vk::Result::ERROR_DEVICE_LOST));
+        }
         let guard = self.shared().recorder.lock().unwrap_or_else(PoisonError::into_inner);
         let recorder = guard.as_ref().ok_or_else(|| fail(vk::Result::ERROR_DEVICE_LOST))?;
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
@@ -146,13 +153,19 @@ impl Context {
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(recorder.buffer)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
         // SAFETY: everything recorded is kept in `used` until the fence is signalled.
-        unsafe {
+        let waited = unsafe {
             device.end_command_buffer(recorder.buffer).map_err(fail)?;
             device.reset_fences(&[recorder.fence]).map_err(fail)?;
-            device.queue_submit2(self.shared().queue, &submit, recorder.fence).map_err(fail)?;
-            device.wait_for_fences(&[recorder.fence], true, u64::MAX).map_err(fail)?;
+            fault::submission(|| device.queue_submit2(self.shared().queue, &submit, recorder.fence)).map_err(fail)?;
+            fault::wait(|| device.wait_for_fences(&[recorder.fence], true, u64::MAX))
+        };
+        if waited.is_err() {
+            // The host may be out of memory while the device runs on with what it was given.
+            // SAFETY: the queue is the context's own, and nobody else submits now.
+            let _ = unsafe { device.device_wait_idle() };
         }
         drop(used);
+        waited.map_err(fail)?;
         if names.len() > MAX_PASSES as usize {
             return Err(Error::Gpu {
                 operation: "time",

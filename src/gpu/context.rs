@@ -2,13 +2,15 @@
 
 use super::features::RAY_QUERY_EXTENSIONS;
 use super::pipelines::Pipelines;
-use super::validation::messenger_info;
-use super::{Features, Messages, commands::Recorder, vk_error};
+use super::validation::{is_gpu_assisted, messenger_info};
+use super::{Features, Messages, commands::Recorder, fault, vk_error};
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
-use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
+use gpu_allocator::{AllocationError, MemoryLocation};
 use std::ffi::{CStr, CString};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
@@ -38,6 +40,8 @@ pub(super) struct Shared {
     pub(super) queue: vk::Queue,
     pub(super) queue_family: u32,
     pub(super) features: Features,
+    /// The driver said so; nothing is submitted any more.
+    lost: AtomicBool,
     messages: Messages,
     _instance: InstanceOwner,
 }
@@ -160,9 +164,14 @@ fn open_instance(validation: bool, messages: &Messages) -> Result<InstanceOwner>
             .ty(vk::LayerSettingTypeEXT::BOOL32)
             .values(&on)
     };
-    let layer_settings = [setting(c"validate_sync"), setting(c"syncval_shader_accesses_heuristic")];
+    let mut layer_settings = vec![setting(c"validate_sync"), setting(c"syncval_shader_accesses_heuristic")];
+    let mut enabled = vec![vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+    if is_gpu_assisted() {
+        layer_settings.push(setting(c"gpuav_enable"));
+        enabled.push(vk::ValidationFeatureEnableEXT::GPU_ASSISTED);
+        enabled.push(vk::ValidationFeatureEnableEXT::GPU_ASSISTED_RESERVE_BINDING_SLOT);
+    }
     let mut settings_info = vk::LayerSettingsCreateInfoEXT::default().settings(&layer_settings);
-    let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
     let mut features_info = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
     let mut messenger = messenger_info(messages);
     let mut info = vk::InstanceCreateInfo::default()
@@ -182,12 +191,14 @@ fn open_instance(validation: bool, messages: &Messages) -> Result<InstanceOwner>
         info = info.push_next(&mut features_info);
     }
     // SAFETY: all pointers in `info` live to the end of this function.
-    let instance = unsafe { entry.create_instance(&info, None) }.map_err(fail)?;
+    let instance = fault::creation(|| unsafe { entry.create_instance(&info, None) }).map_err(fail)?;
     let mut owner = InstanceOwner { _entry: entry, instance, messenger: None, _messages: messages.clone() };
     if validation && debug_utils {
         let loader = ext::debug_utils::Instance::new(&owner._entry, &owner.instance);
         // SAFETY: the message list is kept by the owner until after the messenger is destroyed.
-        let handle = unsafe { loader.create_debug_utils_messenger(&messenger_info(messages), None) }.map_err(fail)?;
+        let handle =
+            fault::creation(|| unsafe { loader.create_debug_utils_messenger(&messenger_info(messages), None) })
+                .map_err(fail)?;
         owner.messenger = Some((loader, handle));
     }
     Ok(owner)
@@ -252,6 +263,7 @@ impl Context {
             queue,
             queue_family,
             features,
+            lost: AtomicBool::new(false),
             messages: options.messages.clone(),
             _instance: instance,
         }));
@@ -291,23 +303,40 @@ impl Context {
         }
     }
 
-    pub(super) fn allocator(&self) -> AllocatorGuard<'_> {
-        AllocatorGuard(self.0.allocator.lock().unwrap_or_else(PoisonError::into_inner))
+    /// Whether the device is lost: everything that is submitted fails from then on.
+    pub fn is_lost(&self) -> bool {
+        self.0.lost.load(Ordering::Relaxed)
     }
-}
 
-/// The allocator, locked.
-pub(super) struct AllocatorGuard<'a>(MutexGuard<'a, Option<Allocator>>);
+    /// What the driver answered to a submission. A lost device stays lost.
+    pub(super) fn note_lost(&self, result: vk::Result) {
+        if result == vk::Result::ERROR_DEVICE_LOST {
+            self.0.lost.store(true, Ordering::Relaxed);
+        }
+    }
 
-impl AllocatorGuard<'_> {
-    /// `None` only while the context is being closed.
-    pub(super) fn get(&mut self) -> Option<&mut Allocator> {
-        self.0.as_mut()
+    /// Memory of its own, to be given back by [`Context::free`].
+    pub(super) fn allocate(&self, wanted: &AllocationCreateDesc) -> Result<Allocation> {
+        let mut allocator = self.0.allocator.lock().unwrap_or_else(PoisonError::into_inner);
+        // None only while the context is being closed.
+        let allocator = allocator
+            .as_mut()
+            .ok_or_else(|| vk_error("allocate memory for", wanted.name, vk::Result::ERROR_DEVICE_LOST))?;
+        fault::allocation(wanted.location != MemoryLocation::GpuOnly)
+            .and_then(|()| allocator.allocate(wanted))
+            .map_err(|e| allocation_error(wanted.name, &e))
+    }
+
+    /// A failed free shows up as a leak when the context closes.
+    pub(super) fn free(&self, allocation: Allocation) {
+        if let Some(allocator) = self.0.allocator.lock().unwrap_or_else(PoisonError::into_inner).as_mut() {
+            let _ = allocator.free(allocation);
+        }
     }
 }
 
 /// The error for a failed allocation.
-pub(super) fn allocation_error(name: &str, cause: &gpu_allocator::AllocationError) -> Error {
+fn allocation_error(name: &str, cause: &AllocationError) -> Error {
     Error::Gpu {
         operation: "allocate memory for",
         name: name.into(),
@@ -402,5 +431,6 @@ fn create_device(
         .enabled_extension_names(&extensions)
         .push_next(&mut all);
     // SAFETY: everything `info` points to lives to the end of this function, and only offered features are asked for.
-    unsafe { instance.create_device(physical, &info, None) }.map_err(|r| vk_error("open", &features.name, r))
+    fault::creation(|| unsafe { instance.create_device(physical, &info, None) })
+        .map_err(|r| vk_error("open", &features.name, r))
 }

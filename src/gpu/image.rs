@@ -1,7 +1,6 @@
 //! Owned images. They stay in the GENERAL layout for life.
 
-use super::context::allocation_error;
-use super::{Buffer, Context, Memory, vk_error};
+use super::{Buffer, Context, Memory, fault, vk_error};
 use crate::{Error, Result};
 use ash::vk;
 use bytemuck::Pod;
@@ -53,9 +52,8 @@ impl Drop for Inner {
             self.context.device().destroy_image_view(self.view, None);
             self.context.device().destroy_image(self.handle, None);
         }
-        if let (Some(allocation), Some(allocator)) = (self.allocation.take(), self.context.allocator().get()) {
-            // A failed free shows up as a leak when the context closes.
-            let _ = allocator.free(allocation);
+        if let Some(allocation) = self.allocation.take() {
+            self.context.free(allocation);
         }
     }
 }
@@ -175,7 +173,8 @@ impl Image {
             .usage(flags | copies);
         let device = context.device();
         // SAFETY: `info` is complete and within the limits checked above.
-        let handle = unsafe { device.create_image(&info, None) }.map_err(|r| vk_error("create image", name, r))?;
+        let handle = fault::creation(|| unsafe { device.create_image(&info, None) })
+            .map_err(|r| vk_error("create image", name, r))?;
         let mut inner = Inner {
             context: context.clone(),
             handle,
@@ -189,18 +188,13 @@ impl Image {
         };
         // SAFETY: the image was just created.
         let requirements = unsafe { device.get_image_memory_requirements(handle) };
-        let allocation = context
-            .allocator()
-            .get()
-            .ok_or_else(|| vk_error("create image", name, vk::Result::ERROR_DEVICE_LOST))?
-            .allocate(&AllocationCreateDesc {
-                name,
-                requirements,
-                location: MemoryLocation::GpuOnly,
-                linear: false,
-                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
-            })
-            .map_err(|e| allocation_error(name, &e))?;
+        let allocation = context.allocate(&AllocationCreateDesc {
+            name,
+            requirements,
+            location: MemoryLocation::GpuOnly,
+            linear: false,
+            allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+        })?;
         // SAFETY: memory and offset are the allocator's, made for this image's requirements; it is bound once.
         let bound = unsafe { device.bind_image_memory(handle, allocation.memory(), allocation.offset()) };
         inner.allocation = Some(allocation);
@@ -212,14 +206,14 @@ impl Image {
             .format(format)
             .subresource_range(range);
         // SAFETY: the image is bound and the view matches it.
-        inner.view =
-            unsafe { device.create_image_view(&info, None) }.map_err(|r| vk_error("create view of", name, r))?;
+        inner.view = fault::creation(|| unsafe { device.create_image_view(&info, None) })
+            .map_err(|r| vk_error("create view of", name, r))?;
         if drawn_volume {
             let range = range.layer_count(size[2]);
             let info = info.view_type(vk::ImageViewType::TYPE_2D_ARRAY).subresource_range(range);
             // SAFETY: the image is bound, three-dimensional, and made to be seen as an array of 2D images.
-            inner.layers =
-                unsafe { device.create_image_view(&info, None) }.map_err(|r| vk_error("create view of", name, r))?;
+            inner.layers = fault::creation(|| unsafe { device.create_image_view(&info, None) })
+                .map_err(|r| vk_error("create view of", name, r))?;
         }
         context.set_name(handle, name);
         let image = Self(Arc::new(inner));

@@ -1,7 +1,7 @@
 //! Kernels: pipelines together with the sets that they are given and the push constants that they take.
 
 use super::pipelines::{Key, Pipeline};
-use super::{Bindings, Constants, Context, OrderedAttachments, Push, Shader, vk_error};
+use super::{Bindings, Constants, Context, OrderedAttachments, Push, Shader, fault, vk_error};
 use crate::{Error, Result};
 use ash::vk;
 use std::marker::PhantomData;
@@ -99,10 +99,11 @@ impl Layout<'_> {
     /// The layout and the one pipeline that was asked for; a failed one is null and needs no destroying.
     fn with(
         mut self,
-        made: std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
+        make: impl FnOnce() -> std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
         name: &str,
     ) -> Result<Pipeline> {
-        let handle = made.map_err(|(_, r)| r).and_then(|all| all.first().copied().ok_or(vk::Result::ERROR_UNKNOWN));
+        let made = fault::creation(|| make().map_err(|(_, r)| r));
+        let handle = made.and_then(|all| all.first().copied().ok_or(vk::Result::ERROR_UNKNOWN));
         let handle = handle.map_err(|r| vk_error("create pipeline", name, r))?;
         self.0.set_name(handle, name);
         Ok(Pipeline { handle, layout: std::mem::take(&mut self.1) })
@@ -138,7 +139,7 @@ fn module<'a, P: Push>(context: &'a Context, shader: &Shader) -> Result<Module<'
     }
     let info = vk::ShaderModuleCreateInfo::default().code(shader.words());
     // SAFETY: the words are SPIR-V that the build compiled.
-    unsafe { context.device().create_shader_module(&info, None) }
+    fault::creation(|| unsafe { context.device().create_shader_module(&info, None) })
         .map(|m| Module(context, m))
         .map_err(|r| vk_error("load shader", shader.name, r))
 }
@@ -175,7 +176,7 @@ fn layout<'a>(context: &'a Context, name: &str, sets: &[&Bindings]) -> Result<La
     let push = [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::ALL).size(PUSH_BYTES)];
     let info = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts).push_constant_ranges(&push);
     // SAFETY: the set layouts are alive.
-    let layout = unsafe { context.device().create_pipeline_layout(&info, None) };
+    let layout = fault::creation(|| unsafe { context.device().create_pipeline_layout(&info, None) });
     layout.map(|layout| Layout(context, layout)).map_err(|r| vk_error("create pipeline layout", name, r))
 }
 
@@ -233,8 +234,8 @@ impl<P: Push> Kernel<P> {
                 .specialization_info(&specialization);
             let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.1)];
             // SAFETY: everything `info` points to is alive.
-            let made = unsafe { context.device().create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
-            layout.with(made, shader.name)
+            let make = || unsafe { context.device().create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
+            layout.with(make, shader.name)
         };
         let pipeline = context.pipelines().get(key, make)?;
         Ok(Self(Arc::new(Inner::new(pipeline, vk::PipelineBindPoint::COMPUTE, sets)), PhantomData))
@@ -404,8 +405,8 @@ impl<P: Push> Kernel<P> {
             Into::Targets | Into::Patches(_) | Into::Touched | Into::Layers(_) => info.push_next(&mut rendering),
         }];
         // SAFETY: everything `info` points to is alive.
-        let made = unsafe { context.device().create_graphics_pipelines(vk::PipelineCache::null(), &info, None) };
-        layout.with(made, name)
+        let make = || unsafe { context.device().create_graphics_pipelines(vk::PipelineCache::null(), &info, None) };
+        layout.with(make, name)
     }
 
     /// What a pass binds, and keeps alive.

@@ -10,6 +10,7 @@ mod commands;
 mod constants;
 mod context;
 mod draw;
+pub(crate) mod fault;
 mod features;
 mod image;
 mod kernel;
@@ -37,7 +38,7 @@ pub use ordered_attachments::OrderedAttachments;
 pub use push::{Push, PushMember, push_struct};
 pub use render::Target;
 pub use spirv::{Shader, Spirv};
-pub use validation::{ALLOWED, Allowed, Messages};
+pub use validation::{ALLOWED, Allowed, Messages, is_gpu_assisted};
 
 /// Image formats, as Vulkan names them.
 pub use ash::vk::Format;

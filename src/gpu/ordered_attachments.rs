@@ -1,7 +1,7 @@
 //! Colour attachments that a fragment shader reads and writes back, one fragment of a texel at a time, in drawing order
 //! (VK_EXT_rasterization_order_attachment_access). Dynamic rendering has no input attachments: this is a render pass.
 
-use super::{Bindings, Context, Format, Image, ImageUse, Resource, vk_error};
+use super::{Bindings, Context, Format, Image, ImageUse, Resource, fault, vk_error};
 use crate::Result;
 use ash::vk;
 use std::sync::Arc;
@@ -84,8 +84,8 @@ impl OrderedAttachments {
             .dependencies(&dependencies);
         let device = context.device();
         // SAFETY: everything `info` points to is alive.
-        inner.render_pass =
-            unsafe { device.create_render_pass(&info, None) }.map_err(|r| vk_error("create render pass", name, r))?;
+        inner.render_pass = fault::creation(|| unsafe { device.create_render_pass(&info, None) })
+            .map_err(|r| vk_error("create render pass", name, r))?;
         let views: Vec<_> = inner.images.iter().map(Image::view).collect();
         let info = vk::FramebufferCreateInfo::default()
             .render_pass(inner.render_pass)
@@ -94,8 +94,8 @@ impl OrderedAttachments {
             .height(size[1])
             .layers(1);
         // SAFETY: the views are those that the render pass describes and live as long as the framebuffer.
-        inner.framebuffer =
-            unsafe { device.create_framebuffer(&info, None) }.map_err(|r| vk_error("create framebuffer", name, r))?;
+        inner.framebuffer = fault::creation(|| unsafe { device.create_framebuffer(&info, None) })
+            .map_err(|r| vk_error("create framebuffer", name, r))?;
         context.set_name(inner.render_pass, name);
         context.set_name(inner.framebuffer, name);
         Ok(Self(Arc::new(inner)))

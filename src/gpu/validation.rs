@@ -18,7 +18,20 @@ pub struct Allowed {
 }
 
 /// Every message that does not count.
-pub const ALLOWED: [Allowed; 0] = [];
+pub const ALLOWED: [Allowed; 2] = [
+    Allowed {
+        id: "VALIDATION-SETTINGS",
+        contains: "Both GPU Assisted Validation and Normal Core Check Validation are enabled",
+        reason: "it is slow, and only some tests run so",
+        link: "https://github.com/KhronosGroup/Vulkan-ValidationLayers/blob/main/docs/gpu_validation.md",
+    },
+    Allowed {
+        id: "WARNING-GPU-Assisted-Validation",
+        contains: "Internal Warning: Forcing ",
+        reason: "GPU-assisted validation switches on for itself what its own shaders need",
+        link: "https://github.com/KhronosGroup/Vulkan-ValidationLayers/blob/main/docs/gpu_validation.md",
+    },
+];
 
 /// What the validation layer said, warnings and errors only. Clones share one list, which outlives the context.
 #[derive(Clone, Debug, Default)]
@@ -41,6 +54,12 @@ impl Messages {
     pub(super) fn user_data(&self) -> *mut c_void {
         Arc::as_ptr(&self.0).cast_mut().cast()
     }
+}
+
+/// For tests: `GOBO_TEST_VALIDATION=gpu-assisted` has the layer put checks into shaders too, so that what they read or write
+/// beyond a buffer is a message.
+pub fn is_gpu_assisted() -> bool {
+    std::env::var("GOBO_TEST_VALIDATION").is_ok_and(|mode| mode == "gpu-assisted")
 }
 
 /// The messenger's settings. `messages` must outlive the instance.

@@ -20,6 +20,10 @@ pub struct Results {
     pub gobo: String,
     /// The command that made it.
     pub command: String,
+    /// What the figures depend on beside the specs and the device: option → value, `scene NAME` → the scene's fingerprint. New
+    /// in version 2.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub conditions: BTreeMap<String, String>,
     /// What it ran on.
     pub device: DeviceFacts,
     /// One a scene and variant, in the order they were measured.

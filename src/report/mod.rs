@@ -8,6 +8,7 @@
 //! | [`casters`](fn@casters) | the terminal, where it is asked for |
 //! | [`plots`](fn@plots) | `time-vs-error.svg`, `frame-vs-error.svg` |
 //! | [`page`](fn@page) | `report.html`: the above, the pictures and the definitions in one file without network |
+//! | [`write_whole`], [`write_png`] | any other file, as whole |
 //! | [`stress_table`], [`stress_csv`], [`stress_page`] | the same of `gobo stress`: the terminal, `stress.csv`, `stress.html` |
 //!
 //! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the
@@ -26,6 +27,7 @@ mod series;
 mod store;
 mod stress;
 mod table;
+mod whole;
 mod wording;
 
 pub use casters::casters;
@@ -37,3 +39,4 @@ pub use plot::plots;
 pub use store::Store;
 pub use stress::{stress_csv, stress_device, stress_page, stress_table};
 pub use table::table;
+pub use whole::{remove_unfinished, write_png, write_whole};

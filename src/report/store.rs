@@ -1,10 +1,10 @@
 //! The output folder. Whatever is written there is whole or was not written at all.
 
 use crate::measure::{PassTiming, PointError, Results, Row, Timing};
+use crate::report::whole::{write_png, write_whole};
 use crate::report::wording::status_word;
 use crate::{Error, Result};
 use std::collections::BTreeSet;
-use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 
 /// A folder that takes results.
@@ -55,20 +55,8 @@ impl Store {
     /// # Errors
     /// As for [`Store::write`]; also when `rgb8` has not `width * height * 3` bytes.
     pub fn write_picture(&self, name: &str, width: u32, height: u32, rgb8: &[u8]) -> Result<()> {
-        let path = self.dir.join(name);
-        if rgb8.len() as u64 != u64::from(width) * u64::from(height) * 3 {
-            return Err(Error::output(&path, format!("{} bytes for {width} × {height} pixels", rgb8.len())));
-        }
-        let mut png = Vec::new();
-        image::ImageEncoder::write_image(
-            image::codecs::png::PngEncoder::new(&mut png),
-            rgb8,
-            width,
-            height,
-            image::ExtendedColorType::Rgb8,
-        )
-        .map_err(|cause| Error::output(&path, cause))?;
-        self.write_bytes(name, &png)
+        self.check(name)?;
+        write_png(&self.dir.join(name), [width, height], rgb8)
     }
 
     /// Writes a file of any bytes.
@@ -94,29 +82,9 @@ impl Store {
         }
     }
 
-    /// A new file next to the old one takes its name once it is on the disk: a reader, a crash or a full disk finds
-    /// the old file or the new one, never half of one.
     fn write_bytes(&self, name: &str, bytes: &[u8]) -> Result<()> {
         self.check(name)?;
-        let path = self.dir.join(name);
-        let written = || -> std::io::Result<()> {
-            let mut builder = tempfile::Builder::new();
-            let prefix = format!(".{name}.");
-            builder.prefix(&prefix);
-            // A temporary file is its owner's alone, unless told otherwise; a result is as readable as any other file.
-            #[cfg(unix)]
-            builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-            let mut file = builder.tempfile_in(&self.dir)?;
-            file.write_all(bytes)?;
-            file.as_file().sync_all()?;
-            file.persist(&path)?;
-            Ok(())
-        };
-        // tempfile adds the temporary file's path to the cause, which would be the second path on the line.
-        written().map_err(|cause| {
-            let told = cause.to_string();
-            Error::output(&path, told.split(" at path \"").next().unwrap_or(&told))
-        })
+        write_whole(&self.dir.join(name), bytes)
     }
 }
 

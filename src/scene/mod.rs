@@ -11,6 +11,7 @@ mod cube;
 mod data_file;
 mod emitters;
 mod file;
+mod fingerprint;
 mod fit;
 mod fitted;
 mod fog;

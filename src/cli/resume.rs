@@ -1,0 +1,82 @@
+//! `compare --resume`: rows that an earlier run has measured are kept.
+
+use crate::measure::{Results, Row, Status};
+use crate::report::remove_unfinished;
+use crate::technique::Spec;
+use crate::{Error, Result};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Of each row that is asked for (its scene's name and spec), what `folder` has of a run under the conditions of `now`. What
+/// has failed, or lacks one of its pictures, is measured again. A folder without results has none.
+///
+/// # Errors
+/// [`Error::Input`] where the rows there are of another device, driver, version or scene, were measured otherwise, or are more
+/// than are asked for.
+pub fn kept(folder: &Path, now: &Results, asked: &[(&str, &Spec)]) -> Result<Vec<Option<Row>>> {
+    let mut kept = vec![None; asked.len()];
+    remove_unfinished(folder);
+    let path = folder.join("results.json");
+    if !path.exists() {
+        return Ok(kept);
+    }
+    let before = Results::read(&path)?;
+    let otherwise = |cause: String| {
+        let way_out = "repeat the command as it was, choose another --out, or leave --resume out to begin anew";
+        Error::input(format!("--resume {}", folder.display()), cause, way_out)
+    };
+    if let Some((what, old, new)) = difference(&before, now) {
+        return Err(otherwise(format!("what is there was measured with {what} {old}, and this is {new}")));
+    }
+    for row in before.rows.into_iter().filter(|row| row.status != Status::Failed) {
+        let place = asked
+            .iter()
+            .zip(&kept)
+            .position(|((scene, spec), taken)| taken.is_none() && row.scene == *scene && is_of(&row, spec));
+        let Some(place) = place else {
+            return Err(otherwise(format!("{} on {} is there, and not asked for", row.spec(), row.scene)));
+        };
+        if pictures(&row).iter().all(|name| folder.join(name).is_file()) {
+            kept[place] = Some(row);
+        }
+    }
+    Ok(kept)
+}
+
+/// The first that figures depend on and is not the same: its name, and both values.
+fn difference(before: &Results, now: &Results) -> Option<(String, String, String)> {
+    let of = |results: &Results| {
+        let device = &results.device;
+        let named =
+            [("gobo", &results.gobo), ("device", &device.name), ("driver", &device.driver), ("Vulkan", &device.api)];
+        let mut all: BTreeMap<_, _> = named.map(|(name, value)| (name.to_owned(), value.clone())).into();
+        all.extend(device.features.iter().map(|(name, value)| (name.clone(), value.to_string())));
+        all.extend(results.conditions.clone());
+        all
+    };
+    let before = of(before);
+    of(now).into_iter().find_map(|(name, new)| match before.get(&name) {
+        // Of a scene that is asked for anew there are no rows yet.
+        None if name.starts_with(SCENE) => None,
+        None => Some((name, "unknown".into(), new)),
+        Some(old) => (*old != new).then(|| (name, old.clone(), new)),
+    })
+}
+
+/// What a scene's fingerprint stands behind in [`Results::conditions`].
+pub const SCENE: &str = "scene ";
+
+/// Whether a row is that of a spec; what the spec leaves open the row may say.
+fn is_of(row: &Row, spec: &Spec) -> bool {
+    let says = |(key, value): (&String, &String)| value.is_empty() || row.variant.get(key) == Some(value);
+    row.technique == spec.entry.name && spec.variant().iter().all(says)
+}
+
+/// The files that a row's pictures are, the truth's among them.
+fn pictures(row: &Row) -> Vec<String> {
+    let mut names: Vec<String> = [&row.picture, &row.difference].into_iter().flatten().cloned().collect();
+    let bounced = row.error.as_ref().and_then(|error| error.image).is_some_and(|image| image.bounce_rmse.is_some());
+    names.extend(row.difference.is_some().then(|| format!("{}-reference.png", row.scene)));
+    names.extend((row.difference.is_some() && bounced).then(|| format!("{}-bounce.png", row.scene)));
+    names
+}

@@ -1,0 +1,94 @@
+//! For tests: the n-th call of a kind fails, as a driver or a full disk would have it fail. `GOBO_TEST_FAULT=allocation:17`
+//! names both; with 0 all succeed. Calls of all kinds are counted. Without the variable nothing of this happens.
+
+use ash::prelude::VkResult;
+use ash::vk;
+use gpu_allocator::AllocationError;
+use std::io;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What can be made to fail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Call {
+    /// Memory for a buffer or an image: none is left.
+    Allocation,
+    /// Memory that the host sees: it cannot be mapped.
+    Map,
+    /// Any other object: the host's memory is full.
+    Creation,
+    /// Commands handed to the device, which is lost from then on.
+    Submission,
+    /// Waiting for them: the same.
+    Wait,
+    /// A file, or what is printed: the disk is full.
+    Write,
+}
+
+const CALLS: [(&str, Call); 6] = [
+    ("allocation", Call::Allocation),
+    ("map", Call::Map),
+    ("creation", Call::Creation),
+    ("submission", Call::Submission),
+    ("wait", Call::Wait),
+    ("write", Call::Write),
+];
+
+/// How many there were of each kind.
+static MADE: [AtomicU64; CALLS.len()] = [const { AtomicU64::new(0) }; CALLS.len()];
+
+/// Which kind is to fail, and at which call.
+fn plan() -> Option<(Call, u64)> {
+    static PLAN: OnceLock<Option<(Call, u64)>> = OnceLock::new();
+    let read = || {
+        let set = std::env::var("GOBO_TEST_FAULT").ok()?;
+        let (kind, nth) = set.split_once(':')?;
+        let (_, call) = CALLS.into_iter().find(|(name, _)| *name == kind)?;
+        Some((call, nth.parse().ok()?))
+    };
+    *PLAN.get_or_init(read)
+}
+
+/// Whether this call is the one to fail.
+fn fails(call: Call) -> bool {
+    let made = || MADE[call as usize].fetch_add(1, Ordering::Relaxed) + 1;
+    plan().is_some_and(|plan| (call, made()) == plan)
+}
+
+/// Memory that is allocated, and mapped where the host sees it.
+pub(super) fn allocation(is_mapped: bool) -> Result<(), AllocationError> {
+    if fails(Call::Allocation) {
+        return Err(AllocationError::OutOfMemory);
+    }
+    if is_mapped && fails(Call::Map) {
+        return Err(AllocationError::FailedToMap(vk::Result::ERROR_MEMORY_MAP_FAILED.to_string()));
+    }
+    Ok(())
+}
+
+/// What `make` makes.
+pub(super) fn creation<T>(make: impl FnOnce() -> VkResult<T>) -> VkResult<T> {
+    if fails(Call::Creation) { Err(vk::Result::ERROR_OUT_OF_HOST_MEMORY) } else { make() }
+}
+
+/// Commands that are handed over by `submit`.
+pub(super) fn submission(submit: impl FnOnce() -> VkResult<()>) -> VkResult<()> {
+    if fails(Call::Submission) { Err(vk::Result::ERROR_DEVICE_LOST) } else { submit() }
+}
+
+/// What `wait` waits for: the device runs on, so it is waited for all the same.
+pub(super) fn wait(wait: impl FnOnce() -> VkResult<()>) -> VkResult<()> {
+    let fails = fails(Call::Wait);
+    wait().and(if fails { Err(vk::Result::ERROR_DEVICE_LOST) } else { Ok(()) })
+}
+
+/// Bytes that go to a disk.
+pub(crate) fn write() -> io::Result<()> {
+    if fails(Call::Write) { Err(io::ErrorKind::StorageFull.into()) } else { Ok(()) }
+}
+
+/// As the program ends, for whoever set the variable: how many calls of each kind there were.
+pub(crate) fn counted() -> Option<String> {
+    let of = |(name, call): (&str, Call)| format!("{name} {}", MADE[call as usize].load(Ordering::Relaxed));
+    plan().map(|_| format!("GOBO_TEST_FAULT: {}", CALLS.map(of).join(", ")))
+}

@@ -1,0 +1,68 @@
+//! Files that are whole or not there: a reader, a crash or a full disk finds the old file or the new one, never half of one.
+
+use crate::gpu::fault;
+use crate::{Error, Result};
+use std::io::Write;
+use std::path::Path;
+
+/// What a file is called behind its name until it is whole. A process that is killed leaves it.
+const UNFINISHED: &str = ".unfinished";
+
+/// Writes a file next to the one that there may be, which takes its name once it is on the disk. What is no regular file (a
+/// pipe, say) is written to as it is.
+///
+/// # Errors
+/// [`Error::Output`] names the file; what was there is as it was.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let written = || -> std::io::Result<()> {
+        if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
+            fault::write()?;
+            return std::fs::write(path, bytes);
+        }
+        let name = path.file_name().ok_or_else(|| std::io::Error::other("it names no file"))?;
+        let mut builder = tempfile::Builder::new();
+        let prefix = format!(".{}.", name.to_string_lossy());
+        builder.prefix(&prefix).suffix(UNFINISHED);
+        // A temporary file is its owner's alone, unless told otherwise; a result is as readable as any other file.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let mut file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
+        file.write_all(bytes)?;
+        fault::write()?;
+        file.as_file().sync_all()?;
+        file.persist(path)?;
+        Ok(())
+    };
+    // tempfile adds the temporary file's path to the cause, which would be the second path on the line.
+    written().map_err(|cause| {
+        let told = cause.to_string();
+        Error::output(path, told.split(" at path \"").next().unwrap_or(&told))
+    })
+}
+
+/// Removes what killed processes left of files in a folder. What cannot be removed does no harm.
+pub fn remove_unfinished(folder: &Path) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with('.') && name.ends_with(UNFINISHED) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// Writes a PNG of `size` pixels from `rgb8`: rows from the top, three bytes a pixel.
+///
+/// # Errors
+/// As for [`write_whole`]; also when `rgb8` has another number of bytes.
+pub fn write_png(path: &Path, [width, height]: [u32; 2], rgb8: &[u8]) -> Result<()> {
+    if rgb8.len() as u64 != u64::from(width) * u64::from(height) * 3 {
+        return Err(Error::output(path, format!("{} bytes for {width} × {height} pixels", rgb8.len())));
+    }
+    let mut png = Vec::new();
+    let encoder = image::codecs::png::PngEncoder::new(&mut png);
+    image::ImageEncoder::write_image(encoder, rgb8, width, height, image::ExtendedColorType::Rgb8)
+        .map_err(|cause| Error::output(path, cause))?;
+    write_whole(path, &png)
+}
