@@ -4,6 +4,7 @@ use super::input;
 use crate::Result;
 use base64::Engine;
 use serde_json::{Value, json};
+use std::borrow::Cow;
 use std::path::Path;
 
 const WAY_OUT: &str = "check that the file is a glTF 2.0 file and was copied whole";
@@ -68,8 +69,9 @@ pub(super) fn open(path: &Path) -> Result<GltfDocument> {
         return Err(input::error(path, format!("there is no accessor {}", missing.value()), WAY_OUT));
     }
     let document = gltf::Document::from_json(root).map_err(unusable)?;
-    let blob = glb.as_ref().and_then(|glb| glb.bin.as_deref());
-    let buffers = document.buffers().map(|buffer| read_buffer(path, &buffer, blob)).collect::<Result<Vec<_>>>()?;
+    // Of one buffer alone (glTF 2.0, 4.4.3.3): a copy for each that has no URI would take as much memory as they are many.
+    let mut blob = glb.and_then(|glb| glb.bin).map(Cow::into_owned);
+    let buffers = document.buffers().map(|buffer| read_buffer(path, &buffer, &mut blob)).collect::<Result<Vec<_>>>()?;
     Ok(GltfDocument { document, buffers })
 }
 
@@ -163,12 +165,12 @@ fn keep_what_is_read(root: &mut Value) {
 
 /// The bytes of a glTF buffer: the file's own binary chunk, a base64 data URI, or a file beside it. Done here because
 /// the glTF crate's `import` feature brings image decoders along and panics on a URI that is not UTF-8.
-fn read_buffer(path: &Path, buffer: &gltf::Buffer, blob: Option<&[u8]>) -> Result<Vec<u8>> {
+fn read_buffer(path: &Path, buffer: &gltf::Buffer, blob: &mut Option<Vec<u8>>) -> Result<Vec<u8>> {
     let fail = |cause: String| {
         input::error(path, format!("buffer {}: {cause}", buffer.index()), "embed the buffer or put its file beside")
     };
     let mut bytes = match buffer.source() {
-        gltf::buffer::Source::Bin => blob.ok_or_else(|| fail("there is no binary chunk".into()))?.to_vec(),
+        gltf::buffer::Source::Bin => blob.take().ok_or_else(|| fail("there is no binary chunk for it".into()))?,
         gltf::buffer::Source::Uri(uri) => match uri.strip_prefix("data:") {
             Some(data) => {
                 let (_, text) = data.split_once(";base64,").ok_or_else(|| fail("data URI without base64".into()))?;

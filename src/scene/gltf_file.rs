@@ -8,8 +8,9 @@ use glam::{DMat4, DVec3};
 use gltf::accessor::{DataType, Dimensions};
 use std::path::Path;
 
-/// The most triangles that one file may unfold to. A small glTF file can place a large mesh many times.
-const MAX_TRIANGLES: usize = 1 << 26;
+/// The most triangles, and the most vertices, that one file may unfold to. A small glTF file can place a large mesh many
+/// times, and name the same vertices in many primitives.
+const MOST: usize = 1 << 26;
 
 /// Numbers that a position may consist of.
 const POSITION_TYPES: [DataType; 5] = [DataType::F32, DataType::I8, DataType::U8, DataType::I16, DataType::U16];
@@ -27,7 +28,7 @@ pub(super) fn load(path: &Path) -> Result<Contents> {
         .or_else(|| document.scenes().next())
         .ok_or_else(|| input::error(path, "has no scene", "give a glTF file with a scene"))?;
     let mut contents = Contents::default();
-    let mut triangles = 0_usize;
+    let [mut triangles, mut vertices] = [0_usize; 2];
     // Walked with a list instead of recursion, each node at most once: a hostile file may nest deep or in a circle.
     let mut visited = vec![false; document.nodes().len()];
     let mut open_nodes: Vec<_> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
@@ -45,8 +46,11 @@ pub(super) fn load(path: &Path) -> Result<Contents> {
         for primitive in node.mesh().iter().flat_map(|mesh| mesh.primitives().map(move |part| (mesh, part))) {
             let mesh = read_primitive(path, &buffers, primitive, to_world)?;
             triangles = triangles.saturating_add(mesh.triangles.len());
-            if triangles > MAX_TRIANGLES {
-                return Err(input::error(path, format!("more than {MAX_TRIANGLES} triangles"), "give a smaller file"));
+            vertices = vertices.saturating_add(mesh.positions.len());
+            for (count, what) in [(triangles, "triangles"), (vertices, "vertices")] {
+                if count > MOST {
+                    return Err(input::error(path, format!("more than {MOST} {what}"), "give a smaller file"));
+                }
             }
             contents.meshes.push(mesh);
         }

@@ -25,8 +25,9 @@ pub(super) fn light(light: &gltf::khr_lights_punctual::Light, to_world: DMat4) -
         Kind::Point => LightKind::Point { position: position()? },
         Kind::Spot { outer_cone_angle, .. } => {
             let cone_degrees = 2.0 * f64::from(outer_cone_angle).to_degrees();
-            if !(cone_degrees > 0.0 && cone_degrees < 181.0) {
-                return Err(format!("light outerConeAngle {outer_cone_angle} is not in (0, π/2]"));
+            if !(stage::NARROWEST_DEGREES..181.0).contains(&cone_degrees) {
+                let least = stage::NARROWEST_DEGREES;
+                return Err(format!("light outerConeAngle {outer_cone_angle} is not half of {least:e} to 180 degrees"));
             }
             let cone_degrees = cone_degrees.min(WIDEST_CONE);
             LightKind::Spot { position: position()?, direction: direction()?, cone_degrees }

@@ -1,6 +1,7 @@
 //! Triangle meshes of any format, and those from PLY files.
 
 use super::contents::Contents;
+use super::stage::{MAX_COORDINATE, in_range};
 use super::{Mesh, gltf_file, input, ply};
 use crate::Result;
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
@@ -26,11 +27,14 @@ pub(super) fn load(path: &Path) -> Result<Contents> {
     Ok(contents)
 }
 
-/// Checks what both formats must keep: finite positions, indices in range.
+/// Checks what both formats must keep: positions in range, indices in range.
 pub(super) fn check(path: &Path, mesh: &Mesh) -> Result<()> {
-    let number = mesh.positions.iter().position(|position| !position.iter().all(|value| value.is_finite()));
+    let number = mesh.positions.iter().position(|position| !in_range(position));
     if let Some(number) = number {
-        let cause = format!("mesh {}: position of vertex {number} (the first is 0) is not finite", mesh.name);
+        let cause = format!(
+            "mesh {}: position of vertex {number} (the first is 0) is not finite or exceeds {MAX_COORDINATE:e}",
+            mesh.name
+        );
         return Err(input::error(path, cause, "correct the file"));
     }
     let vertices = mesh.positions.len();

@@ -1,5 +1,6 @@
 //! Particles from PLY files: element `vertex` with `x y z radius` and `extinction` or `opacity`.
 
+use super::stage::{MAX_COORDINATE, in_range};
 use super::{MAX_OPTICAL_DEPTH, Particle, input, ply};
 use crate::Result;
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
@@ -83,11 +84,11 @@ fn particle(row: &Row, has_extinction: bool) -> std::result::Result<Particle, St
 pub(super) fn checked(position: [f64; 3], radius: f64, extinction: f64) -> std::result::Result<Particle, String> {
     let particle =
         Particle { position: position.map(|value| value as f32), radius: radius as f32, extinction: extinction as f32 };
-    if !particle.position.iter().all(|value| value.is_finite()) {
-        return Err(format!("position {position:?} is not finite"));
+    if !in_range(&particle.position) {
+        return Err(format!("position {position:?} is not finite or exceeds {MAX_COORDINATE:e}"));
     }
-    if !(particle.radius.is_finite() && particle.radius > 0.0) {
-        return Err(format!("radius {radius} is not finite and greater than 0"));
+    if !(in_range(&[particle.radius]) && particle.radius > 0.0) {
+        return Err(format!("radius {radius} is not greater than 0 or exceeds {MAX_COORDINATE:e}"));
     }
     if !(particle.extinction.is_finite() && particle.extinction >= 0.0) {
         return Err(format!("extinction {extinction} is not finite and at least 0"));

@@ -1,6 +1,6 @@
 //! Where a scene file puts what it names.
 
-use super::stage::{self, CameraEntry, finite};
+use super::stage::{self, CameraEntry, finite, in_range};
 use super::{Camera, Light, LightKind, Mesh, Particle, particle_file};
 use glam::DVec3;
 
@@ -42,7 +42,7 @@ impl Placement {
     pub(super) fn mesh(&self, mut mesh: Mesh) -> std::result::Result<Mesh, String> {
         for position in &mut mesh.positions {
             *position = self.position(*position).map(|value| value as f32);
-            if !position.iter().all(|value| value.is_finite()) {
+            if !in_range(position) {
                 return Err(format!("scale and translate move mesh {} out of range", mesh.name));
             }
         }

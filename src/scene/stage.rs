@@ -9,6 +9,9 @@ use serde::{Deserialize, Deserializer};
 /// The sine of the angle below which `up` counts as parallel to the view: the picture's roll would be rounding noise.
 const MIN_UP_SINE: f64 = 1e-6;
 
+/// The narrowest cone of a spot light, and angle of a camera. What is narrower has no tangent in f32.
+pub(super) const NARROWEST_DEGREES: f64 = 1e-6;
+
 /// A light of a scene file.
 #[derive(Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
@@ -88,8 +91,8 @@ pub(super) fn light(entry: &LightEntry) -> std::result::Result<Light, String> {
             let position = finite("light position", position)?;
             let target = finite("light target", target)?;
             let direction = unit(target - position).ok_or("light position and target are the same point")?;
-            if !(cone_degrees > 0.0 && cone_degrees <= 170.0) {
-                return Err(format!("light cone_degrees {cone_degrees} is not in (0, 170]"));
+            if !(NARROWEST_DEGREES..=170.0).contains(&cone_degrees) {
+                return Err(format!("light cone_degrees {cone_degrees} is not in [{NARROWEST_DEGREES:e}, 170]"));
             }
             (LightKind::Spot { position, direction, cone_degrees }, radiance, radius)
         }
@@ -123,15 +126,20 @@ pub(super) fn camera(entry: &CameraEntry) -> std::result::Result<Camera, String>
         return Err("camera up is parallel to the view".into());
     }
     let fov_y_degrees = entry.fov_y_degrees;
-    if !(fov_y_degrees > 0.0 && fov_y_degrees < 180.0) {
-        return Err(format!("camera fov_y_degrees {fov_y_degrees} is not in (0, 180)"));
+    if !(NARROWEST_DEGREES..180.0).contains(&fov_y_degrees) {
+        return Err(format!("camera fov_y_degrees {fov_y_degrees} is not in [{NARROWEST_DEGREES:e}, 180)"));
     }
     Ok(Camera { position, target, up, fov_y_degrees })
 }
 
-/// The widest coordinate of a light or a camera. Everything is stored or sent to the device as f32 sooner or later, and
-/// the squares of distances must stay finite there.
-const MAX_COORDINATE: f64 = 1e18;
+/// The widest coordinate of anything, and the widest radius. Everything is stored or sent to the device as f32 sooner or
+/// later, and the squares of distances must stay finite there.
+pub(super) const MAX_COORDINATE: f64 = 1e18;
+
+/// Whether these are coordinates, or radii, that may be.
+pub(super) fn in_range(values: &[f32]) -> bool {
+    values.iter().all(|value| f64::from(value.abs()) <= MAX_COORDINATE)
+}
 
 /// The vector, or that it is farther out than anything may be; `name` says what it is.
 pub(super) fn finite(name: &str, values: [f64; 3]) -> std::result::Result<DVec3, String> {

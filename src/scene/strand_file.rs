@@ -1,6 +1,7 @@
 //! Hair of any format: what the formats share.
 
 use super::placement::Placement;
+use super::stage::{MAX_COORDINATE, in_range};
 use super::{Strand, hair_file, input, tressfx_file};
 use crate::Result;
 use std::path::Path;
@@ -30,14 +31,11 @@ pub(super) fn load(path: &Path, placement: &Placement, overrides: Overrides) -> 
 pub(super) fn checked([start, end]: [[f64; 3]; 2], radius: f64, opacity: f64) -> std::result::Result<Strand, String> {
     let [from, to] = [start, end].map(|p| p.map(|value| value as f32));
     let strand = Strand { start: from, radius: radius as f32, end: to, opacity: opacity as f32 };
-    if ![from, to].iter().flatten().all(|value| value.is_finite()) {
-        return Err(format!("position {start:?} or {end:?} is not finite"));
+    if !(in_range(&from) && in_range(&to)) {
+        return Err(format!("position {start:?} or {end:?} is not finite or exceeds {MAX_COORDINATE:e}"));
     }
-    if !(0..3).all(|i| (to[i] - from[i]).is_finite()) {
-        return Err(format!("from {start:?} to {end:?} is too long"));
-    }
-    if !(strand.radius.is_finite() && strand.radius > 0.0) {
-        return Err(format!("radius {radius} is not finite and greater than 0"));
+    if !(in_range(&[strand.radius]) && strand.radius > 0.0) {
+        return Err(format!("radius {radius} is not greater than 0 or exceeds {MAX_COORDINATE:e}"));
     }
     if !(0.0..=1.0).contains(&strand.opacity) {
         return Err(format!("opacity {opacity} is not in [0, 1]"));

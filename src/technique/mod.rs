@@ -37,7 +37,9 @@ pub use texel_map::TexelMap;
 pub use translucency_map::translucency_map;
 pub use uncompressed::Uncompressed;
 pub use voxel_grid::{March, Settings as VoxelGridSettings, VoxelGrid};
-pub use voxelized::{Coverage, Free, LevelCounts, Settings as VoxelizedSettings, Structure, TreeData, Voxelized};
+pub use voxelized::{
+    Baked as VoxelizedBake, Coverage, Free, LevelCounts, Settings as VoxelizedSettings, Structure, TreeData, Voxelized,
+};
 
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};

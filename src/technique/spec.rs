@@ -3,8 +3,11 @@
 use super::keys::{Key, SHADING, ShadingKind, TILED, Values, Word};
 use super::{Entry, REGISTRY};
 use crate::{Error, Result};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+
+/// The most variants that a sweep may be: each more key multiplies them, and a line of text has room for many keys.
+const MOST_VARIANTS: usize = 4096;
 
 /// A technique with every setting spelt out.
 #[derive(Clone)]
@@ -54,22 +57,27 @@ impl Spec {
         }
     }
 
-    /// Forgets the keys that a file has, unless they are `given`.
-    fn leave_to_files(&mut self, given: &[&str]) {
-        for key in self.entry.all_keys() {
-            if let Values::Path(in_file) = key.values
-                && self.value(key.name) != key.default
-            {
-                self.values.retain(|name, _| given.contains(name) || !in_file.contains(name));
-            }
-        }
+    /// Keys that a file has which the spec names.
+    fn in_files(&self) -> Vec<&'static str> {
+        let of = |key: &'static Key| match key.values {
+            Values::Path(in_file) if self.value(key.name) != key.default => in_file,
+            _ => &[],
+        };
+        self.entry.all_keys().flat_map(of).copied().collect()
     }
 
-    /// The technique and what differs from the defaults: `avsm:nodes=4`.
+    /// Forgets those, unless they are `given`.
+    fn leave_to_files(&mut self, given: &[&str]) {
+        let in_files = self.in_files();
+        self.values.retain(|name, _| given.contains(name) || !in_files.contains(name));
+    }
+
+    /// The technique and what differs from the defaults, `avsm:nodes=4`; and whatever is to be held against a file.
     pub fn short(&self) -> String {
+        let in_files = self.in_files();
         let default = |key: &str| self.entry.all_keys().find(|k| k.name == key).map_or("", |k| k.default);
-        let pairs: Vec<_> =
-            self.values.iter().filter(|(k, v)| default(k) != *v).map(|(k, v)| format!("{k}={v}")).collect();
+        let says = |key: &str, value: &str| default(key) != value || in_files.contains(&key);
+        let pairs: Vec<_> = self.values.iter().filter(|(k, v)| says(k, v)).map(|(k, v)| format!("{k}={v}")).collect();
         if pairs.is_empty() { self.entry.name.into() } else { format!("{}:{}", self.entry.name, pairs.join(",")) }
     }
 
@@ -124,6 +132,10 @@ pub fn parse(text: &str) -> Result<Vec<Spec>> {
             return Err(fail(format!("key \"{name}\" is given twice"), "write several values as a|b".into()));
         }
         seen.push(key.name);
+        if specs.len().saturating_mul(values.split('|').count()) > MOST_VARIANTS {
+            let cause = format!("more than {MOST_VARIANTS} variants");
+            return Err(fail(cause, "give fewer values, or several sweeps".into()));
+        }
         let mut next = Vec::new();
         for spec in &specs {
             for value in values.split('|') {
@@ -144,13 +156,9 @@ pub fn parse(text: &str) -> Result<Vec<Spec>> {
         return Err(fail(format!("{name}= is about tiles, and there are none"), "add shading=tiled".into()));
     }
     // Of those that are not tiled, a sweep over what is said of tiles makes one.
-    let mut different: Vec<Spec> = Vec::new();
-    for spec in specs {
-        if different.iter().all(|other| other.values != spec.values) {
-            different.push(spec);
-        }
-    }
-    Ok(different)
+    let mut different = BTreeSet::new();
+    specs.retain(|spec| different.insert(spec.values.clone()));
+    Ok(specs)
 }
 
 /// What would be right, if `value` is not.
@@ -201,7 +209,9 @@ mod tests {
         let picked: Vec<_> =
             specs.iter().map(|s| ["file", "size", "structure", "filter"].map(|key| s.value(key))).collect();
         assert_eq!(picked, [["none", "512", "dag", "3"], ["a=b:c.gobo", "512", "", "3"]]);
-        assert_eq!(parse("voxelized:file=a").expect("valid")[0].short(), "voxelized:file=a");
+        for text in ["voxelized:file=a", "voxelized:file=a,size=1024"] {
+            assert_eq!(parse(text).expect("valid")[0].short(), text, "1024 is the default, and not of a file");
+        }
     }
 
     /// What is said of tiles is in specs of tiles alone.
@@ -214,6 +224,16 @@ mod tests {
         assert!(!spec.variant().contains_key("history"));
         spec.set("shading", "tiled");
         assert_eq!((spec.value("history"), spec.short().as_str()), ("on", "avsm:shading=tiled"));
+    }
+
+    /// A line of text is no reason to fill the memory.
+    #[test]
+    fn sweeps_end_somewhere() {
+        let values = |count: u32| (1..=count).map(|n| n.to_string()).collect::<Vec<_>>().join("|");
+        assert_eq!(parse(&format!("avsm:size={}", values(4096))).expect("as many as may be").len(), 4096);
+        let text = format!("avsm:size={},nodes=4|8", values(2049));
+        let error = parse(&text).expect_err("4,098").to_string();
+        assert!(error.contains("more than 4096 variants"), "{error}");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use glam::DVec3;
 use gobo::scene::LightKind;
 use tempfile::TempDir;
 
-pub(crate) fn data_file(name: &str, bytes: &[u8]) -> gobo::Result<Scene> {
+fn data_file(name: &str, bytes: &[u8]) -> gobo::Result<Scene> {
     let folder = TempDir::new().expect("a temporary folder");
     let path = folder.path().join(name);
     std::fs::write(&path, bytes).expect("write the file");

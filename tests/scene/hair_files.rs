@@ -138,5 +138,5 @@ fn broken_hair_is_refused() {
     let mut long = plain;
     long[points..points + 4].copy_from_slice(&f32::MIN.to_le_bytes());
     long[points + 12..points + 16].copy_from_slice(&f32::MAX.to_le_bytes());
-    message(strands(&long, ""), "head.hair", "too long");
+    message(strands(&long, ""), "head.hair", "exceeds 1e18");
 }

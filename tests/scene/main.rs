@@ -8,7 +8,6 @@ mod gltf_extensions;
 mod gltf_lights;
 mod hair_files;
 mod mesh_files;
-mod mutations;
 mod particle_files;
 mod scene_files;
 mod shared_data;

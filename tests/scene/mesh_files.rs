@@ -103,3 +103,28 @@ fn broken_gltf_is_refused() {
         message(meshes("leaf.glb", &glb()[..end]), "leaf.glb", "");
     }
 }
+
+/// Many primitives may name the same vertices, and each has them for itself.
+#[test]
+fn gltf_does_not_unfold_without_end() {
+    if support::is_left_out("gltf_does_not_unfold_without_end") {
+        return;
+    }
+    let (vertices, primitives) = (1 << 20, 65);
+    let primitive = r#"{"attributes":{"POSITION":0},"indices":1}"#;
+    let text = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],"nodes":[{{"mesh":0}}],
+        "meshes":[{{"primitives":[{}]}}],"extensionsRequired":["KHR_mesh_quantization"],
+        "accessors":[{{"bufferView":0,"componentType":5121,"count":{vertices},"type":"VEC3","min":[0,0,0],"max":[0,0,0]}},
+                     {{"bufferView":0,"componentType":5121,"count":3,"type":"SCALAR"}}],
+        "bufferViews":[{{"buffer":0,"byteLength":{bytes},"byteStride":4}}],
+        "buffers":[{{"byteLength":{bytes},"uri":"leaf.bin"}}]}}"#,
+        vec![primitive; primitives].join(","),
+        bytes = 4 * vertices,
+    );
+    let folder = TempDir::new().expect("a temporary folder");
+    std::fs::write(folder.path().join("leaf.bin"), vec![0; 4 * vertices]).expect("write the buffer");
+    let path = folder.path().join("leaf.gltf");
+    std::fs::write(&path, text).expect("write the file");
+    message(load(&path), "leaf.gltf", "more than 67108864 vertices");
+}

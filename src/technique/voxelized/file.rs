@@ -46,9 +46,9 @@ struct Header {
 pub struct Baked<'a> {
     /// Those that a file has: size, structure, closed, free and coverage.
     pub settings: Settings,
-    /// [`scene_hash`] of what was baked.
+    /// Hash of what was baked.
     pub scene: u64,
-    /// As [`COUNTS`] names them.
+    /// As facts count them: `counters`.
     pub counts: [u64; COUNTS.len()],
     /// One a light.
     pub trees: Vec<TreeData>,

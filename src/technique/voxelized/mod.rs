@@ -11,12 +11,13 @@ mod loaded;
 mod settings;
 
 pub use buffers::LevelCounts;
+pub use file::Baked;
 pub use settings::{Coverage, Free, Settings, Structure};
 
 use self::bake::{Bake, Job, tree_nodes};
 use self::buffers::{Buffers, BuildState, Room, Shape, Shared};
 use self::cube::{cubes, resolution};
-use self::file::{Baked, bytes_on_disk, scene_hash};
+use self::file::{bytes_on_disk, scene_hash};
 use self::loaded::Loaded;
 use self::settings::{CLOSED, COVERAGE, FILE, FREE, SIZE, STRUCTURE};
 use super::keys::PCF;

@@ -1,0 +1,57 @@
+//! Baked files: refused, or look-ups stay inside of them. The CPU twin of the look-up panics where it would leave its words.
+
+use super::assert_one_line;
+use super::memory::bounded;
+use gobo::reference::twin::voxelized::Baked;
+use gobo::technique::{TreeData, VoxelizedBake};
+
+/// Voxels that are asked for, in each tree.
+const ASKED: u32 = 500;
+
+/// Of the checksum.
+const LAST: usize = 4;
+
+/// The bytes as they are, and with the checksum that they ought to have, or none would get past it.
+pub fn bake(bytes: &[u8]) -> bool {
+    let as_it_is = opened(bytes);
+    let content = &bytes[..bytes.len().saturating_sub(LAST)];
+    opened(&[content, &crc32fast::hash(content).to_le_bytes()].concat());
+    as_it_is
+}
+
+fn opened(bytes: &[u8]) -> bool {
+    let bake = match bounded(bytes.len(), || VoxelizedBake::read("input.gobo", bytes)) {
+        Ok(bake) => bake,
+        Err(error) => {
+            assert_one_line(&error, "input.gobo");
+            return false;
+        }
+    };
+    let words: Vec<u32> = bake.words.chunks_exact(4).map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]])).collect();
+    for tree in &bake.trees {
+        let tree = twin(tree, if bake.settings.merges() { 16 } else { 32 }, &words);
+        for number in 0..ASKED {
+            // Corners first, then strewn all over.
+            let last = tree.size - 1;
+            let strewn = |axis: u32| number.wrapping_mul(0x9E37_79B1).rotate_left(11 * axis + number) & last;
+            let voxel = [0, 1, 2].map(|axis| if number < 8 { (number >> axis & 1) * last } else { strewn(axis) });
+            tree.shadowed(voxel);
+        }
+    }
+    assert_eq!(bake.bytes(), bytes, "what was read is what is written");
+    true
+}
+
+fn twin(tree: &TreeData, header_bits: u32, words: &[u32]) -> Baked {
+    let levels = tree.levels as usize;
+    Baked {
+        size: tree.size,
+        root: tree.root,
+        root_at: tree.root_at,
+        at: tree.at[..levels].to_vec(),
+        pointer_bits: tree.pointer_bits[..levels].to_vec(),
+        header_bits,
+        shortcuts: tree.shortcuts,
+        words: words.to_vec(),
+    }
+}

@@ -1,0 +1,30 @@
+//! Specs: what parses prints as what parses to the same.
+
+use super::assert_one_line;
+use super::memory::bounded;
+use gobo::technique::{Spec, parse};
+
+/// Of a sweep so many are printed.
+const PRINTED: usize = 16;
+
+/// Whatever is given to `--technique`.
+pub fn spec(bytes: &[u8]) -> bool {
+    let Ok(text) = str::from_utf8(bytes) else { return false };
+    // A sweep may be long, and is refused before it takes more than this.
+    let specs = match bounded(text.len() + (16 << 10), || parse(text)) {
+        Ok(specs) => specs,
+        Err(error) => {
+            assert_one_line(&error, "--technique");
+            return false;
+        }
+    };
+    assert!(!specs.is_empty());
+    for spec in specs.iter().take(PRINTED) {
+        for printed in [spec.to_string(), spec.short()] {
+            let again = parse(&printed).unwrap_or_else(|error| panic!("{text:?} is {printed:?}: {error}"));
+            let variants: Vec<_> = again.iter().map(Spec::variant).collect();
+            assert!(again[0].entry.name == spec.entry.name && variants == [spec.variant()], "{text:?} is {printed:?}");
+        }
+    }
+    true
+}
