@@ -2,7 +2,7 @@
 
 mod support;
 
-use gobo::stress::{Outcome, Results, Subject, ask, cases, verdicts};
+use gobo::stress::{Outcome, Results, Subject, Sweep, ask, cases, verdicts};
 use std::process::{Command, Output, Stdio};
 use support::{gpu_test, spec, those_that_run};
 
@@ -29,7 +29,7 @@ fn cases_are_scenes() {
         assert!(!mildest.casters().is_empty() || mildest.has_triangles(), "{}", case.name);
     }
     // On software devices something is left of each.
-    assert!(cases().all(|case| case.values(true).count() > 1));
+    assert!(cases().all(|case| Sweep::of(case).values(true).count() > 1));
 }
 
 /// Lists lose nothing, so that what they answer is the filtered truth up to rounding: on rays, behind all smoke and while it

@@ -10,6 +10,7 @@ mod progress;
 mod render;
 mod sequence;
 mod slice;
+mod soak;
 mod steps;
 mod stress;
 
