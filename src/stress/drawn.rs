@@ -9,7 +9,7 @@ use glam::DVec3;
 
 /// Of a seed.
 #[derive(Clone, Debug)]
-pub struct Drawn {
+pub(super) struct Drawn {
     /// The scene with all casters that there are at any time.
     pub most: Scene,
     /// The same, frame by frame: casters move, grow, shrink, come and go.
@@ -26,7 +26,7 @@ const TEXELS: f64 = 40.0;
 const CASTERS: f64 = 300.0;
 
 /// The same of the same seed, on every machine.
-pub fn drawn(seed: u64) -> Drawn {
+pub(super) fn drawn(seed: u64) -> Drawn {
     let mut draw = Draw { random: Random::new([seed, 0x50a1]), unit: 1.0, at: DVec3::ZERO };
     let most = draw.scene(seed);
     let frames = (0..FRAMES).map(|_| draw.frame(&most)).collect();

@@ -3,6 +3,7 @@
 //!
 //! [`cases`] says what is swept, [`ask`](fn@ask) what a technique answers at one of its values, [`Verdict`] how far it holds.
 //! Every technique works in a process of its own ([`Worker`]), so that a driver that hangs or dies is a row too.
+//! A [`round`](fn@round) of a soak is a random scene with random techniques, by its seed.
 
 mod ask;
 mod changes;
@@ -11,6 +12,7 @@ mod meshes;
 mod placed;
 mod results;
 mod round;
+mod serve;
 mod smoke;
 mod soak;
 mod strewn;
@@ -20,16 +22,16 @@ mod verdict;
 mod worker;
 
 pub use ask::ask;
-pub use drawn::{Drawn, drawn};
 pub use results::{Asked, Figures, Outcome, Results, SCHEMA, Stressed};
-pub use round::{Failure, Round, host_bytes, round};
+pub use round::{Failure, Round, round};
+pub use serve::{Job, Reply, serve};
 pub use soak::{Life, Soaked, is_flat};
 pub use subject::{SHUFFLES, Subject};
 pub use sweep::Sweep;
 pub(crate) use sweep::about;
 pub(crate) use verdict::number;
 pub use verdict::{Broken, Verdict, verdicts};
-pub use worker::{Job, Reply, Worker, serve};
+pub use worker::Worker;
 
 use crate::scene::Scene;
 use crate::{Error, Result};

@@ -9,7 +9,7 @@ use crate::gpu::Context;
 use crate::measure::Points;
 use crate::reference::truth::bounds;
 use crate::scene::{Random, Scene};
-use crate::technique::{self, Opened, Spec, keys};
+use crate::technique::{self, Lifetime, Opened, Spec, keys};
 use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -80,14 +80,18 @@ fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec
     let mut broken = Vec::new();
     let mut moved: Option<Opened> = None;
     let mut last = Vec::new();
-    for (frame, scene) in drawn.frames.iter().enumerate() {
+    // What is baked never moves.
+    let first = if spec.entry.lifetime == Lifetime::Baked { drawn.frames.len() - 1 } else { 0 };
+    for (frame, scene) in drawn.frames.iter().enumerate().skip(first) {
         world.replace(scene)?;
         let opened = match &mut moved {
             Some(opened) => opened,
             None => moved.insert(technique::open(context, &world, spec)?),
         };
         opened.build(&world)?;
-        let (figures, said) = asked(context, opened, scene, seed, spec)?;
+        let mut figures = Figures::default();
+        on_rays(context, opened, scene, spec, &mut figures)?;
+        last = anywhere(context, opened, scene, seed, &mut figures)?;
         let row = Stressed {
             case: String::new(),
             value: frame as f64,
@@ -98,12 +102,12 @@ fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec
             figures: Some(figures),
         };
         broken.extend(broken_invariants(&row).into_iter().map(|words| format!("frame {frame}: {words}")));
-        last = said;
     }
     let (Some(mut opened), Some(scene)) = (moved, drawn.frames.last()) else { return Ok(broken) };
+    let ask = |opened: &Opened| anywhere(context, opened, scene, seed, &mut Figures::default());
     if repeats(spec) {
         opened.rebuild(&world)?;
-        let again = asked(context, &opened, scene, seed, spec)?.1;
+        let again = ask(&opened)?;
         broken.extend(differ("built again", &last, &again));
     }
     if skips_alike(spec, scene) {
@@ -112,7 +116,7 @@ fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec
         match technique::open(context, &world, &other) {
             Ok(mut opened) => {
                 opened.build(&world)?;
-                let anew = asked(context, &opened, scene, seed, &other)?.1;
+                let anew = ask(&opened)?;
                 broken.extend(differ(&format!("opened anew with skip={}", other.value(keys::SKIP.name)), &last, &anew));
             }
             // What it casts from has gone meanwhile.
@@ -144,24 +148,27 @@ pub(super) fn differ(what: &str, before: &[f32], after: &[f32]) -> Option<String
         .then(|| format!("{what}: {} of {} answers differ, by up to {most:.1e}", others.len(), before.len()))
 }
 
-/// What is answered in and around the scene, and on the rays of texels where there is a truth to hold it against.
-fn asked(context: &Context, opened: &Opened, scene: &Scene, seed: u64, spec: &Spec) -> Result<(Figures, Vec<f32>)> {
+/// What is answered in and around the scene.
+fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figures: &mut Figures) -> Result<Vec<f32>> {
     let positions = points(scene, seed);
     let of_light = |light| Points::in_space(light, positions.clone(), Vec::new());
-    let anywhere: Vec<_> = (0..scene.lights.len()).map(of_light).collect();
+    let all: Vec<_> = (0..scene.lights.len()).map(of_light).collect();
+    Ok(answers(context, opened, &[&all], figures)?.concat())
+}
+
+/// What is answered on the rays of texels, where there is a truth to hold it against.
+fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figures: &mut Figures) -> Result<()> {
     let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
     // Of opaque shadows the maps' own texels decide; wider filters mean other rays; what a list lost is behind it.
     let is_plain = ["", "bilinear"].contains(&spec.value("filter")) && ["", "auto"].contains(&spec.value("capacity"));
-    let has_truth = is_plain && !views.is_empty() && !scene.has_triangles() && !scene.casters().is_empty();
-    let subject = Subject::new(scene);
-    let on_rays = if has_truth { subject.maps(&views) } else { Default::default() };
-    let mut figures = Figures::default();
-    let mut said = answers(context, opened, &[&on_rays.0, &anywhere], &mut figures)?;
-    if !on_rays.0.is_empty() {
-        let truth: Vec<f64> = on_rays.0.iter().flat_map(|points| &points.visibility).copied().collect();
-        (figures.rise, figures.tail) = along_rays(&said[0], &truth, &on_rays.1);
+    if !is_plain || views.is_empty() || scene.has_triangles() || scene.casters().is_empty() {
+        return Ok(());
     }
-    Ok((figures, said.pop().unwrap_or_default()))
+    let on_rays = Subject::new(scene).maps(&views);
+    let said = answers(context, opened, &[&on_rays.0], figures)?.concat();
+    let truth: Vec<f64> = on_rays.0.iter().flat_map(|points| &points.visibility).copied().collect();
+    (figures.rise, figures.tail) = along_rays(&said, &truth, &on_rays.1);
+    Ok(())
 }
 
 /// Points about the casters, in them, at the lights and far from everything.
@@ -179,7 +186,7 @@ fn points(scene: &Scene, seed: u64) -> Vec<[f32; 3]> {
 }
 
 /// Resident memory of this process; none where the system does not say.
-pub fn host_bytes() -> Option<u64> {
+pub(super) fn host_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
