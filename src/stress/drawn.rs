@@ -25,6 +25,9 @@ const FRAMES: usize = 3;
 const TEXELS: f64 = 40.0;
 const CASTERS: f64 = 300.0;
 
+/// Numbers that are no sizes: lists of more are more than a device need bind.
+const NUMBER: f64 = 1e5;
+
 /// The same of the same seed, on every machine.
 pub(super) fn drawn(seed: u64) -> Drawn {
     let mut draw = Draw { random: Random::new([seed, 0x50a1]), unit: 1.0, at: DVec3::ZERO };
@@ -226,7 +229,7 @@ impl Draw {
                 self.one_of(&words[..few]).unwrap_or(key.default).into()
             }
             Values::Number(low, high) => {
-                let most = if is_size { TEXELS.min(high.into()) } else { high.into() };
+                let most = f64::from(high).min(if is_size { TEXELS } else { NUMBER });
                 let number = self.decades(f64::from(low.max(1)).log10(), most.log10()) as u32;
                 number.clamp(low, high).to_string()
             }
