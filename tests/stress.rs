@@ -2,7 +2,9 @@
 
 mod support;
 
+use gobo::gpu::{Buffer, Memory};
 use gobo::stress::{Outcome, Results, Soaked, Subject, Sweep, ask, cases, round, verdicts};
+use std::io::{Read, Write};
 use std::process::{Command, Output, Stdio};
 use support::{all, gpu_test, spec, those_that_run};
 
@@ -84,8 +86,12 @@ fn cases_named(name: &str) -> &'static gobo::stress::Case {
     gobo::stress::Case::named(name).expect("a case")
 }
 
-/// The program, on the driver that this test was started on.
 fn run(arguments: &[&str]) -> Output {
+    program(arguments).stdin(Stdio::null()).output().expect("the program starts")
+}
+
+/// The program, on the driver that this test was started on.
+fn program(arguments: &[&str]) -> Command {
     let mut command = match std::env::var_os("GOBO_RUNNER").filter(|runner| !runner.is_empty()) {
         Some(runner) => {
             let mut command = Command::new(runner);
@@ -94,7 +100,8 @@ fn run(arguments: &[&str]) -> Output {
         }
         None => Command::new(env!("CARGO_BIN_EXE_gobo")),
     };
-    command.arg("stress").args(arguments).stdin(Stdio::null()).output().expect("the program starts")
+    command.arg("stress").args(arguments);
+    command
 }
 
 /// Smoke and meshes; a table, JSON, CSV and a page that say the same.
@@ -158,6 +165,14 @@ fn rounds_hold_and_leave_nothing() {
         assert!(all.iter().any(|(round, _)| round.asked > round.refused), "somebody answered");
         let again = rounds(3..4).remove(0);
         assert_eq!((again.1, again.0.refused), (all[3].1.clone(), all[3].0.refused));
+        // What is left over is found, with its seed.
+        let mut kept = None;
+        let left = round(context, 3, |_| {
+            kept = Some(Buffer::new(context, "kept", 4096, Memory::Device)?);
+            Ok(())
+        });
+        let failures = left.expect("a round").failures;
+        assert!(failures.len() == 1 && failures[0].seed == 3 && failures[0].broken.contains("of device memory before"));
     });
 }
 
@@ -226,6 +241,23 @@ fn who_casts_from_nothing_is_refused() {
     assert_eq!(row.outcome, Outcome::Refused);
     assert!(row.reason.contains("needs meshes in the scene"), "{}", row.reason);
     assert!(String::from_utf8_lossy(&output.stdout).contains(&row.reason));
+}
+
+/// A worker that panics says so in its last line, which is the reason of its row.
+#[test]
+fn a_panic_is_one_line() {
+    let job = r#"{"Value":{"sweep":"duplicated","given":null,"value":1e300,"techniques":[]}}"#;
+    let mut worker = program(&["--worker"]).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let worker = worker.as_mut().expect("the program starts");
+    let mut jobs = worker.stdin.take().expect("a pipe");
+    writeln!(jobs, "{job}").expect("it listens");
+    drop(jobs);
+    let (mut heard, mut said) = (String::new(), String::new());
+    worker.stdout.take().expect("a pipe").read_to_string(&mut said).expect("UTF-8");
+    worker.stderr.take().expect("a pipe").read_to_string(&mut heard).expect("UTF-8");
+    assert!(!worker.wait().expect("it ends").success() && said.lines().count() == 1, "{said}");
+    let last = heard.lines().last().unwrap_or_default();
+    assert!(last.contains("panicked at") && last.contains("capacity overflow"), "{heard}");
 }
 
 #[test]

@@ -13,6 +13,8 @@ struct Page<'a> {
     soaked: &'a Soaked,
     /// A line a life: its first seed, rounds, seconds, process, bytes.
     lives: Vec<[String; 7]>,
+    seconds: String,
+    failures: usize,
     flat: &'static str,
 }
 
@@ -32,6 +34,7 @@ pub fn soak_page(soaked: &Soaked) -> Result<String> {
         Some(false) => "growing",
         None => "not to be told: too few openings of the device, or a system that does not say",
     };
-    let page = Page { soaked, lives: lives.collect(), flat };
+    let (seconds, failures) = (format!("{:.0}", soaked.seconds), soaked.failures.len());
+    let page = Page { soaked, lives: lives.collect(), seconds, failures, flat };
     render("soak.html", include_str!("soak.html"), &Value::from(Serde(&page)))
 }

@@ -252,3 +252,21 @@ impl Place {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What several are held against is found once, for the maps that they share.
+    #[test]
+    fn the_truth_of_maps_is_found_once() {
+        let scene = (super::super::Case::named("few").expect("a case").scene)(2.0);
+        let subject = Subject::new(&scene);
+        let [small, large] = [8, 16].map(|size| View::volumes(&scene, size));
+        let maps = subject.maps(&small);
+        assert!(!maps.0.is_empty() && Arc::ptr_eq(&maps, &subject.maps(&small)));
+        assert!(!Arc::ptr_eq(&maps, &subject.maps(&large)));
+        let [now, later] = [0, 1].map(|step| subject.filtered(step, &small));
+        assert!(now != later && Arc::ptr_eq(&later, &subject.filtered(1, &small)));
+    }
+}
