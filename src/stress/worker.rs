@@ -147,6 +147,8 @@ impl Running {
         let (program, arguments) = command.split_first().ok_or_else(|| fail("there is no program".into()))?;
         let mut child = Command::new(program)
             .args(arguments)
+            // The C library's: what several heaps keep apart grows for minutes, and would look like a leak.
+            .env("MALLOC_ARENA_MAX", "1")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
