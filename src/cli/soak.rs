@@ -59,7 +59,7 @@ pub fn run(worker: &mut Worker, store: &Store, minutes: f64, seed: u64) -> Resul
 
 /// Closes the device after the round of that seed; what is left or said then is a failure of it.
 fn close(worker: &mut Worker, soaked: &mut Soaked, seed: u64) -> Result<()> {
-    let (host_bytes, said) = worker.reopen()?.unwrap_or_else(|ended| (None, vec![ended]));
+    let (host_bytes, said) = worker.reopen()?;
     let failure = |said| Failure { seed, broken: format!("as the device closed: {said}"), ..Failure::default() };
     soaked.failures.extend(said.into_iter().map(failure));
     if let Some(life) = soaked.lives.last_mut() {

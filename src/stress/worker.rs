@@ -109,19 +109,19 @@ impl Worker {
         }
     }
 
-    /// Closes the device and opens it again. What the process held meanwhile, and what was said, leaks too; or how it ended.
+    /// Closes the device and opens it again. What the process held meanwhile, and what was said, leaks too, or how it ended.
     ///
     /// # Errors
     /// As [`Worker::round`].
-    pub fn reopen(&mut self) -> Result<std::result::Result<(Option<u64>, Vec<String>), String>> {
+    pub fn reopen(&mut self) -> Result<(Option<u64>, Vec<String>)> {
         self.running.send(&Job::Reopen);
         loop {
             match self.running.reply(self.limit) {
-                Ok(Reply::Closed(bytes, messages)) => return Ok(Ok((bytes, messages))),
+                Ok(Reply::Closed(bytes, messages)) => return Ok((bytes, messages)),
                 Ok(_) => {}
                 Err((_, reason)) => {
                     self.restart()?;
-                    return Ok(Err(reason));
+                    return Ok((None, vec![reason]));
                 }
             }
         }
