@@ -2,9 +2,12 @@
 
 mod support;
 
-use gobo::stress::{Outcome, Results, Subject, ask, cases, verdicts};
+use gobo::gpu::{Buffer, Memory};
+use gobo::scene::Particle;
+use gobo::stress::{Outcome, Results, Soaked, Subject, Sweep, ask, cases, round, verdicts};
+use std::io::{Read, Write};
 use std::process::{Command, Output, Stdio};
-use support::{gpu_test, spec, those_that_run};
+use support::{all, gpu_test, spec, those_that_run};
 
 /// The same scene each time; numbers that files may have, up to an angle that they may not; something at the mildest value.
 #[test]
@@ -29,7 +32,7 @@ fn cases_are_scenes() {
         assert!(!mildest.casters().is_empty() || mildest.has_triangles(), "{}", case.name);
     }
     // On software devices something is left of each.
-    assert!(cases().all(|case| case.values(true).count() > 1));
+    assert!(cases().all(|case| Sweep::of(case).values(true).count() > 1));
 }
 
 /// Lists lose nothing, so that what they answer is the filtered truth up to rounding: on rays, behind all smoke and while it
@@ -84,8 +87,12 @@ fn cases_named(name: &str) -> &'static gobo::stress::Case {
     gobo::stress::Case::named(name).expect("a case")
 }
 
-/// The program, on the driver that this test was started on.
 fn run(arguments: &[&str]) -> Output {
+    program(arguments).stdin(Stdio::null()).output().expect("the program starts")
+}
+
+/// The program, on the driver that this test was started on.
+fn program(arguments: &[&str]) -> Command {
     let mut command = match std::env::var_os("GOBO_RUNNER").filter(|runner| !runner.is_empty()) {
         Some(runner) => {
             let mut command = Command::new(runner);
@@ -94,7 +101,8 @@ fn run(arguments: &[&str]) -> Output {
         }
         None => Command::new(env!("CARGO_BIN_EXE_gobo")),
     };
-    command.arg("stress").args(arguments).stdin(Stdio::null()).output().expect("the program starts")
+    command.arg("stress").args(arguments);
+    command
 }
 
 /// Smoke and meshes; a table, JSON, CSV and a page that say the same.
@@ -133,10 +141,133 @@ fn who_does_not_answer_in_time_is_a_row() {
     assert_eq!((row.outcome, row.reason.as_str()), (Outcome::NoAnswer, "no answer within 0.001 s"));
 }
 
+/// Rounds of random scenes and techniques hold, and leave nothing on the device; a seed is a round, wherever it stands.
+#[test]
+fn rounds_hold_and_leave_nothing() {
+    gpu_test("rounds_hold_and_leave_nothing", |context| {
+        let rounds = |seeds: std::ops::Range<u64>| -> Vec<_> {
+            let one = |seed| {
+                let mut asked = Vec::new();
+                let of = round(context, seed, |spec| {
+                    asked.push(spec.to_string());
+                    Ok(())
+                });
+                (of.expect("a round"), asked)
+            };
+            seeds.map(one).collect()
+        };
+        let all = rounds(0..if all() { 40 } else { 6 });
+        for (round, asked) in &all {
+            println!("{round:?}: {asked:?}");
+            assert!(round.failures.is_empty() && round.asked == asked.len() as u64, "{round:?}");
+            // Whatever is kept as long as the device is open was there from the beginning.
+            assert_eq!(round.device_bytes, all[0].0.device_bytes);
+        }
+        assert!(all.iter().any(|(round, _)| round.asked > round.refused), "somebody answered");
+        let again = rounds(3..4).remove(0);
+        assert_eq!((again.1, again.0.refused), (all[3].1.clone(), all[3].0.refused));
+        // What is left over is found, with its seed.
+        let mut kept = None;
+        let left = round(context, 3, |_| {
+            kept = Some(Buffer::new(context, "kept", 4096, Memory::Device)?);
+            Ok(())
+        });
+        let failures = left.expect("a round").failures;
+        assert!(failures.len() == 1 && failures[0].seed == 3 && failures[0].broken.contains("of device memory before"));
+    });
+}
+
+/// One round, by its seed; its files. What it holds is said, unless the system does not.
+#[test]
+fn a_soak_writes_what_it_finds() {
+    let folder = tempfile::TempDir::new().expect("a temporary folder");
+    let out = folder.path().to_str().expect("UTF-8");
+    let output = run(&["--soak", "0", "--seed", "3", "--out", out]);
+    assert!(output.status.success(), "{output:?}");
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect(name);
+    let soaked: Soaked = serde_json::from_str(&read("soak.json")).expect("JSON");
+    let [life] = &soaked.lives[..] else { panic!("one device: {soaked:?}") };
+    assert_eq!((soaked.seed, soaked.rounds, life.rounds, soaked.processes), (3, 1, 1, 1));
+    assert!(soaked.asked > 0 && soaked.failures.is_empty() && life.host_bytes.is_some() == cfg!(target_os = "linux"));
+    assert!(read("soak.html").contains("1 rounds from seed 3") && soaked.is_flat.is_none());
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("1 rounds") && said.contains("0 failures"), "{said}");
+}
+
+/// A scene is swept by changes of it, from itself on, and of nothing else.
+#[test]
+fn scenes_are_swept() {
+    let of = |scene: &str, change: &str, value: f64| {
+        let sweeps = Sweep::named(scene).expect("a scene");
+        sweeps.iter().find(|sweep| sweep.name == format!("{scene}/{change}")).expect(change).scene(value)
+    };
+    let plain = of("big-8k", "as-it-is", 1.0);
+    assert!(plain.particles.len() > 8000);
+    for (change, mildest) in [("extinction", 1.0), ("extinction-low", 1.0), ("origin", 0.0), ("radius-large", 1.0)] {
+        assert!(of("big-8k", change, mildest) == plain, "{change}");
+    }
+    let (thick, wide) = (of("big-8k", "extinction", 1e38), of("big-8k", "radius-small", 0.5));
+    let pairs = || plain.particles.iter().zip(thick.particles.iter().zip(&wide.particles));
+    // As much as there is such a number.
+    let most = |p: &Particle| (1e38 * f64::from(p.extinction)).min(f32::MAX.into()) as f32;
+    assert!(pairs().all(|(p, (t, _))| t.extinction == most(p) && t.extinction > 1e3 * p.extinction));
+    assert!(pairs().all(|(p, (t, w))| t.radius == p.radius && w.radius == 0.5 * p.radius && t.position == p.position));
+    let mixed = of("big-8k", "extinction-mixed", 1e3);
+    assert!(mixed.particles.chunks_exact(2).all(|pair| (pair[0].extinction, pair[1].extinction) == (1e3, 0.0)));
+    // Twice the hair takes away twice.
+    let (hair, twice) = (of("hair", "as-it-is", 1.0), of("hair", "extinction", 2.0));
+    for (one, two) in hair.strands.iter().zip(&twice.strands) {
+        assert!(((1.0 - one.opacity).powi(2) - (1.0 - two.opacity)).abs() < 1e-6, "{one:?} {two:?}");
+    }
+    // What moves, moves with its light and its camera; meshes alone have no extinction.
+    let far = of("cornell", "origin", 10.0);
+    let near = of("cornell", "as-it-is", 1.0);
+    let by = far.camera.position - near.camera.position;
+    assert!(
+        by.length() > 10.0 && far.lights[0].position().zip(near.lights[0].position()).is_none_or(|(a, b)| a - b == by)
+    );
+    assert!(Sweep::named("cornell").expect("a scene").iter().all(|sweep| !sweep.name.contains("extinction")));
+    // A case has its name for itself.
+    assert_eq!(Sweep::named("few").expect("a case").len(), 1);
+}
+
+/// Of who casts from nothing that is there the row says what it casts from.
+#[test]
+fn who_casts_from_nothing_is_refused() {
+    let folder = tempfile::TempDir::new().expect("a temporary folder");
+    let out = folder.path().to_str().expect("UTF-8");
+    let output = run(&["few", "--technique", "shadow-map:size=32", "--out", out]);
+    assert!(output.status.success(), "{output:?}");
+    let json = std::fs::read_to_string(folder.path().join("stress.json")).expect("JSON");
+    let results: Results = serde_json::from_str(&json).expect("JSON");
+    let [row] = &results.rows[..] else { panic!("once: {:?}", results.rows) };
+    assert_eq!(row.outcome, Outcome::Refused);
+    assert!(row.reason.contains("needs meshes in the scene"), "{}", row.reason);
+    assert!(String::from_utf8_lossy(&output.stdout).contains(&row.reason));
+}
+
+/// A worker that panics says so in its last line, which is the reason of its row.
+#[test]
+fn a_panic_is_one_line() {
+    let job = r#"{"Value":{"sweep":"duplicated","given":null,"value":1e300,"techniques":[]}}"#;
+    let mut worker = program(&["--worker"]).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let worker = worker.as_mut().expect("the program starts");
+    let mut jobs = worker.stdin.take().expect("a pipe");
+    writeln!(jobs, "{job}").expect("it listens");
+    drop(jobs);
+    let (mut heard, mut said) = (String::new(), String::new());
+    worker.stdout.take().expect("a pipe").read_to_string(&mut said).expect("UTF-8");
+    worker.stderr.take().expect("a pipe").read_to_string(&mut heard).expect("UTF-8");
+    assert!(!worker.wait().expect("it ends").success() && said.lines().count() == 1, "{said}");
+    let last = heard.lines().last().unwrap_or_default();
+    assert!(last.contains("panicked at") && last.contains("capacity overflow"), "{heard}");
+}
+
 #[test]
 fn what_cannot_be_asked_is_one_line() {
-    let all: [(&[&str], &str); 4] = [
-        (&["no-such-case"], "no such case"),
+    let all: [(&[&str], &str); 5] = [
+        (&["no-such-case"], "no such case or scene; choose one of: extinction"),
+        (&["no-such-file.ply"], "no-such-file.ply"),
         (&["few", "--technique", "nobody"], "no technique \"nobody\""),
         (&["few", "--device", "no such device", "--technique", "uncompressed", "--out", "/tmp"], "no such device"),
         (&["few", "--out", "/dev/null/under"], "cannot write /dev/null/under"),

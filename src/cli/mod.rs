@@ -11,6 +11,7 @@ mod render;
 mod resume;
 mod sequence;
 mod slice;
+mod soak;
 mod steps;
 mod stress;
 

@@ -1,8 +1,8 @@
 //! `gobo stress`
 
 use super::DeviceArguments;
-use crate::report::{Store, stress_csv, stress_device, stress_page, stress_table};
-use crate::stress::{Case, Outcome, Results, SCHEMA, Stressed, Worker, cases, serve, verdicts};
+use crate::report::{Store, one_line, stress_csv, stress_device, stress_page, stress_table};
+use crate::stress::{Case, Outcome, Results, SCHEMA, Stressed, Sweep, Worker, cases, serve, verdicts};
 use crate::technique::{Spec, parse};
 use crate::{Error, Result};
 use clap::Args;
@@ -37,18 +37,24 @@ const OF_MESHES: [&str; 6] = [
 
 #[derive(Args)]
 pub struct Arguments {
-    /// Cases [default: all of them]
-    #[arg(value_name = "CASE")]
-    cases: Vec<String>,
+    /// Cases, or scenes that are changed in each way [default: all cases]
+    #[arg(value_name = "SCENE|CASE")]
+    asked: Vec<String>,
     /// Technique spec, repeatable [default: every path of every technique, in small maps]
     #[arg(long = "technique", value_name = "SPEC")]
     techniques: Vec<String>,
-    /// Folder for stress.json, stress.csv and stress.html
+    /// Folder for stress.json, stress.csv and stress.html, or soak.json and soak.html
     #[arg(long, default_value = "gobo-stress", value_name = "DIR")]
     out: PathBuf,
-    /// How long a technique may take for one value, 8 orders and 3 steps of it included, seconds
+    /// How long a technique may take for one value, 8 orders and 3 steps of it included, or for one round, seconds
     #[arg(long, default_value_t = 30.0, value_name = "SECONDS", value_parser = seconds)]
     limit: f64,
+    /// Build random scenes with random techniques for so long, one round at least, and watch what they answer and hold
+    #[arg(long, value_name = "MINUTES", value_parser = minutes, conflicts_with_all = ["asked", "techniques"])]
+    soak: Option<f64>,
+    /// What the first round of a soak follows from; the next has the next [default: 0]
+    #[arg(long, value_name = "N", requires = "soak")]
+    seed: Option<u32>,
     /// Answer another process: what stress starts for itself
     #[arg(long, hide = true)]
     worker: bool,
@@ -60,6 +66,10 @@ fn seconds(text: &str) -> std::result::Result<f64, String> {
     text.parse().ok().filter(|s| (0.001..=86400.0).contains(s)).ok_or_else(|| "give seconds, 0.001 to 86400".into())
 }
 
+fn minutes(text: &str) -> std::result::Result<f64, String> {
+    text.parse().ok().filter(|m| (0.0..=1e5).contains(m)).ok_or_else(|| "give minutes, 0 to 100000".into())
+}
+
 /// The cases, for people.
 pub fn help() -> String {
     let line = |case: &Case| format!("  {:<17} {} ({})\n", case.name, case.about, case.swept);
@@ -68,12 +78,16 @@ pub fn help() -> String {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.worker {
-        return serve(&arguments.device.open()?).map(|()| ExitCode::SUCCESS);
+        return serve(|| arguments.device.open()).map(|()| ExitCode::SUCCESS);
     }
-    let asked: Vec<&Case> = match &arguments.cases[..] {
-        [] => cases().collect(),
-        names => names.iter().map(|name| Case::named(name)).collect::<Result<_>>()?,
-    };
+    // Before a device is opened.
+    let mut sweeps = Vec::new();
+    for name in &arguments.asked {
+        sweeps.extend(Sweep::named(name)?);
+    }
+    if arguments.asked.is_empty() {
+        sweeps.extend(cases().map(Sweep::of));
+    }
     let read = |usual: &[&'static str]| -> Result<Vec<Spec>> {
         let given = arguments.techniques.iter().map(String::as_str);
         let texts: Vec<&str> = if arguments.techniques.is_empty() { usual.to_vec() } else { given.collect() };
@@ -82,6 +96,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let (of_smoke, of_meshes) = (read(&OF_SMOKE)?, read(&OF_MESHES)?);
     let store = Store::open(&arguments.out)?;
     let mut worker = Worker::start(own_command(arguments)?, Duration::from_secs_f64(arguments.limit))?;
+    if let Some(minutes) = arguments.soak {
+        return super::soak::run(&mut worker, &store, minutes, arguments.seed.unwrap_or(0).into());
+    }
     let (device, is_software) = worker.device.clone();
     let mut results = Results {
         schema: SCHEMA,
@@ -92,11 +109,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         ..Results::default()
     };
     println!("{}", stress_device(&results));
-    for case in asked {
-        sweep(&mut worker, case, is_software, [&of_smoke, &of_meshes], &mut results.rows)?;
+    for sweep in &sweeps {
+        ask_all(&mut worker, sweep, is_software, [&of_smoke, &of_meshes], &mut results.rows)?;
         results.verdicts = verdicts(&results.rows);
         write(&store, &results)?;
-        println!("{}", stress_table(&results, case));
+        println!("{}", stress_table(&results, &sweep.name));
     }
     store.write_text("stress.html", &stress_page(&results)?)?;
     println!("{}", arguments.out.join("stress.html").display());
@@ -104,24 +121,23 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(if broken { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// All values of a case, of who casts from what is in it. Who has not answered in time is not asked about what is more extreme, nor who was refused.
-fn sweep(
+/// All values of a sweep, of everybody. Who has not answered in time is not asked about what is more extreme, nor who was
+/// refused.
+fn ask_all(
     worker: &mut Worker,
-    case: &Case,
+    sweep: &Sweep,
     is_software: bool,
     [of_smoke, of_meshes]: [&[Spec]; 2],
     rows: &mut Vec<Stressed>,
 ) -> Result<()> {
-    let Some(first) = case.values.first() else { return Ok(()) };
-    let scene = (case.scene)(*first);
-    let specs = if scene.has_only_meshes() { of_meshes } else { of_smoke };
-    let mut left: Vec<Spec> = specs.iter().filter(|spec| spec.entry.casts.any_of(&scene)).cloned().collect();
-    for value in case.values(is_software) {
+    let Some(first) = sweep.values.first() else { return Ok(()) };
+    let mut left = if sweep.scene(*first).has_only_meshes() { of_meshes } else { of_smoke }.to_vec();
+    for value in sweep.values(is_software) {
         let (from, mut start) = (rows.len(), Instant::now());
-        worker.ask(case, value, &left, |row| {
+        worker.ask(sweep, value, &left, |row| {
             let outcome = if row.outcome == Outcome::Answered { "answered" } else { &row.reason };
             let took_s = start.elapsed().as_secs_f64();
-            eprintln!("{} {value:e}: {}: {outcome}, {took_s:.2} s", case.name, row.technique);
+            eprintln!("{}", one_line(&format!("{} {value:e}: {}: {outcome}, {took_s:.2} s", row.case, row.technique)));
             start = Instant::now();
             rows.push(row);
         })?;

@@ -282,6 +282,11 @@ impl Context {
         &self.0.messages
     }
 
+    /// Bytes of the device's memory that are held by what was made here and is still there.
+    pub fn allocated_bytes(&self) -> u64 {
+        self.allocator().get().map_or(0, |allocator| allocator.generate_report().total_allocated_bytes)
+    }
+
     pub(super) fn shared(&self) -> &Shared {
         &self.0
     }

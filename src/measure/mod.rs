@@ -23,4 +23,4 @@ pub use picture_error::{difference_srgb8, picture_error, picture_flicker};
 pub use results::{DeviceFacts, FramesError, ImageError, PassTiming, Results, Row, RowError, SCHEMA, Status};
 pub use timing::Timing;
 pub use truth::Extent;
-pub(crate) use truth::{Points, Truth, Wanted};
+pub(crate) use truth::{Cached, Points, Truth, Wanted};

@@ -92,14 +92,14 @@ pub(crate) struct LitPicture {
 }
 
 /// Few values by their keys, each made once.
-struct Cached<K, V>(Mutex<Vec<(K, Arc<V>)>>);
+pub(crate) struct Cached<K, V>(Mutex<Vec<(K, Arc<V>)>>);
 
 impl<K: PartialEq, V> Cached<K, V> {
-    fn new() -> Self {
+    pub fn new() -> Self {
         Self(Mutex::new(Vec::new()))
     }
 
-    fn get(&self, key: K, make: impl FnOnce(&K) -> V) -> Arc<V> {
+    pub fn get(&self, key: K, make: impl FnOnce(&K) -> V) -> Arc<V> {
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, value)) = all.iter().find(|(k, _)| *k == key) {
             return value.clone();

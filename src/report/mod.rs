@@ -10,6 +10,7 @@
 //! | [`page`](fn@page) | `report.html`: the above, the pictures and the definitions in one file without network |
 //! | [`write_whole`], [`write_png`] | any other file, as whole |
 //! | [`stress_table`], [`stress_csv`], [`stress_page`] | the same of `gobo stress`: the terminal, `stress.csv`, `stress.html` |
+//! | [`soak_page`] | `soak.html`, of `gobo stress --soak` |
 //!
 //! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the
 //! page share are listed once, in `columns.rs`, and what is plotted in `axes.rs`. Same results, same bytes out.
@@ -24,6 +25,7 @@ mod pareto;
 mod passes;
 mod plot;
 mod series;
+mod soak;
 mod store;
 mod stress;
 mod table;
@@ -36,7 +38,9 @@ pub use page::page;
 pub use pareto::pareto_front;
 pub use passes::passes;
 pub use plot::plots;
+pub use soak::soak_page;
 pub use store::Store;
 pub use stress::{stress_csv, stress_device, stress_page, stress_table};
 pub use table::table;
 pub use whole::{remove_unfinished, write_png, write_whole};
+pub(crate) use wording::one_line;

@@ -2,7 +2,7 @@
 
 use crate::measure::PointError;
 use crate::report::wording::{NOTHING, one_line, signed, significant};
-use crate::stress::{Case, Figures, Outcome, Results, Stressed, Verdict};
+use crate::stress::{Figures, Outcome, Results, Stressed, Verdict, about};
 use crate::{Error, Result};
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 use minijinja::value::{Serde, Value};
@@ -69,9 +69,8 @@ fn heading(results: &Results, name: &str) -> String {
         }
     }
     let values: Vec<_> = values.into_iter().map(crate::stress::number).collect();
-    let about =
-        Case::named(name).map_or_else(|_| name.into(), |case| format!("{name}: {}; {}", case.about, case.swept));
-    format!("{about}: {}", values.join(", "))
+    let about = about(name).map(|about| format!(": {about}")).unwrap_or_default();
+    format!("{name}{about}: {}", values.join(", "))
 }
 
 /// Where it ran, in a line.
@@ -80,19 +79,19 @@ pub fn stress_device(results: &Results) -> String {
     one_line(&format!("{} ({}), {}, Vulkan {}", device.name, device.kind, device.driver, device.api))
 }
 
-/// Of a case, a line a technique: its figures, and how far it holds.
-pub fn stress_table(results: &Results, case: &Case) -> String {
+/// Of a sweep, a line a technique: its figures, and how far it holds.
+pub fn stress_table(results: &Results, case: &str) -> String {
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
     table.set_header(["  technique"].into_iter().chain(COLUMNS.map(|(heading, _)| heading)).chain(["verdict"]));
-    for verdict in results.verdicts.iter().filter(|verdict| verdict.case == case.name) {
+    for verdict in results.verdicts.iter().filter(|verdict| verdict.case == case) {
         let number = |text| Cell::new(text).set_alignment(CellAlignment::Right);
         let figures = cells(verdict.figures.as_ref()).map(number);
         let name = Cell::new(format!("  {}", one_line(&verdict.technique)));
         table.add_row([name].into_iter().chain(figures).chain([Cell::new(words(verdict))]));
     }
     let lines = table.lines().map(|line| line.trim_end().to_owned() + "\n").collect::<String>();
-    format!("\n{}\n{lines}", one_line(&heading(results, case.name)))
+    format!("\n{}\n{lines}", one_line(&heading(results, case)))
 }
 
 /// Of an error, behind its kind of points.
@@ -193,12 +192,17 @@ pub fn stress_page(results: &Results) -> Result<String> {
             .collect(),
     };
     let page = Page { results, columns: COLUMNS, cases: cases(results).into_iter().map(case).collect() };
+    render("stress.html", include_str!("stress.html"), &Value::from(Serde(&page)))
+}
+
+/// A template that escapes what it gets.
+pub(super) fn render(name: &str, template: &str, page: &Value) -> Result<String> {
+    let broken = |cause: minijinja::Error| Error::input(name, format!("{cause:#}"), "report this as a bug");
     let mut environment = Environment::new();
     // A misspelt name in the template must fail in a test, not leave a gap in a report.
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    let broken = |cause: minijinja::Error| Error::input("stress.html", format!("{cause:#}"), "report this as a bug");
+    environment.add_global("style", Value::from_safe_string(include_str!("stress.css").into()));
     // The name's ending turns autoescape on.
-    environment.add_template("stress.html", include_str!("stress.html")).map_err(broken)?;
-    let template = environment.get_template("stress.html").map_err(broken)?;
-    template.render(Value::from(Serde(&page))).map_err(broken)
+    environment.add_template(name, template).map_err(broken)?;
+    environment.get_template(name).and_then(|template| template.render(page)).map_err(broken)
 }

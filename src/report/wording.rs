@@ -77,7 +77,7 @@ pub(super) fn grouped(count: u64) -> String {
 }
 
 /// One line without characters that would move a terminal's cursor or break XML.
-pub(super) fn one_line(text: &str) -> String {
+pub(crate) fn one_line(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect::<String>().trim().to_owned()
 }
 

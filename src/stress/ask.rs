@@ -10,6 +10,7 @@ use crate::scene::Resolution;
 use crate::technique::{self, Opened, Spec};
 use crate::world::World;
 use crate::{Error, Result};
+use std::sync::Arc;
 
 /// What rounding may do to a sum of weights: answers are in [0, 1] up to this.
 const ROUNDING: f32 = 1e-6;
@@ -45,7 +46,8 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
     let has_smoke = !subject.scene.has_only_meshes();
     // Of meshes alone what is true in space and on them says more than on rays of which most are in the boundary.
-    let (maps, rounded) = if views.is_empty() || !has_smoke { Default::default() } else { subject.maps(&views) };
+    let on_rays = if views.is_empty() || !has_smoke { Arc::default() } else { subject.maps(&views) };
+    let (maps, rounded) = &*on_rays;
     let kinds = [&maps[..], subject.space(), subject.surface()];
     let mut figures = Figures::default();
     let first = answers(context, &opened, &kinds, &mut figures)?;
@@ -58,7 +60,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
         (asked.pop().flatten(), asked.pop().flatten(), asked.pop().flatten());
     if !maps.is_empty() {
         let truth: Vec<f64> = maps.iter().flat_map(|points| &points.visibility).copied().collect();
-        (figures.rise, figures.tail) = along_rays(&first[0], &truth, &rounded);
+        (figures.rise, figures.tail) = along_rays(&first[0], &truth, rounded);
     }
     figures.order_spread = order_spread(context, subject, &mut world, &mut opened, (&kinds, &first), &mut figures)?;
     figures.step_rms = step_rms(context, subject, &mut world, &mut opened, &first[1], &mut figures)?;
@@ -67,7 +69,12 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
 }
 
 /// At points of each kind; those that no answer can be are counted.
-fn answers(context: &Context, opened: &Opened, kinds: &[&[Points]], figures: &mut Figures) -> Result<Vec<Vec<f32>>> {
+pub(super) fn answers(
+    context: &Context,
+    opened: &Opened,
+    kinds: &[&[Points]],
+    figures: &mut Figures,
+) -> Result<Vec<Vec<f32>>> {
     let mut of = |all: &&[Points]| {
         let asked: Vec<_> = all.iter().map(in_query).collect();
         if asked.iter().all(|part| part.points.is_empty()) {
@@ -107,7 +114,7 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
 
 /// How much answers rise along rays, more than the rounding of points off their ray can do, and how far the last of each ray is
 /// from the truth.
-fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded]) -> (Option<f64>, Option<f64>) {
+pub(super) fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded]) -> (Option<f64>, Option<f64>) {
     let (mut rise, mut tail) = (0.0_f64, 0.0_f64);
     let depths = MAP_DEPTHS as usize;
     for (first, said) in said.chunks_exact(depths).enumerate() {
@@ -158,22 +165,22 @@ fn step_rms(
     before: &[f32],
     figures: &mut Figures,
 ) -> Result<Option<f64>> {
-    let mut boundary = subject.boundary_after(subject.scene, &opened.technique.resolution());
+    let mut boundary = subject.boundary_after(0, &opened.technique.resolution());
     let views = |opened: &Opened| opened.technique.maps().iter().map(|map| map.volume).collect::<Vec<_>>();
     let has_maps = !views(opened).is_empty() && !subject.scene.has_only_meshes();
-    let mut truth_before: Vec<f64> = match has_maps {
-        true => subject.filtered(subject.scene, &views(opened)),
-        false => subject.space().iter().flat_map(|points| points.visibility.clone()).collect(),
+    let mut truth_before: Arc<Vec<f64>> = match has_maps {
+        true => subject.filtered(0, &views(opened)),
+        false => Arc::new(subject.space().iter().flat_map(|points| points.visibility.clone()).collect()),
     };
     let mut before = before.to_vec();
     let (mut sum, mut count) = (0.0, 0.0);
-    for Moved { scene, visibility } in subject.moved() {
+    for (step, Moved { scene, visibility }) in (1..).zip(subject.moved()) {
         world.replace(scene)?;
         opened.build(world)?;
         let Some(now) = answers(context, opened, &[subject.space()], figures)?.pop() else { break };
-        let truth = if has_maps { subject.filtered(scene, &views(opened)) } else { visibility.clone() };
+        let truth = if has_maps { subject.filtered(step, &views(opened)) } else { visibility.clone() };
         // Of both ends of the step.
-        let boundary_now = subject.boundary_after(scene, &opened.technique.resolution());
+        let boundary_now = subject.boundary_after(step, &opened.technique.resolution());
         for i in (0..now.len()).filter(|i| !boundary[*i] && !boundary_now[*i]) {
             let more = f64::from(now[i]) - f64::from(before[i]) - (truth[i] - truth_before[i]);
             if more.is_finite() {

@@ -20,7 +20,7 @@ pub(super) fn plate(z: f64, half: f64) -> Mesh {
 const SIDES: [[u32; 4]; 6] = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6], [0, 2, 3, 1]];
 
 /// A closed box.
-fn block(low: DVec3, high: DVec3) -> Mesh {
+pub(super) fn block(low: DVec3, high: DVec3) -> Mesh {
     let corner = |i: u32| DVec3::select(glam::BVec3::new(i & 1 == 1, i & 2 == 2, i & 4 == 4), high, low);
     let triangles = SIDES.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
     mesh((0..8).map(corner), triangles)
@@ -42,7 +42,7 @@ fn lit_by(kind: LightKind) -> Scene {
 }
 
 /// Triangles of corners at random, one an argument of `corners`.
-fn triangles(count: usize, corners: impl FnMut(usize) -> [DVec3; 3]) -> Mesh {
+pub(super) fn triangles(count: usize, corners: impl FnMut(usize) -> [DVec3; 3]) -> Mesh {
     let positions: Vec<DVec3> = (0..count).flat_map(corners).collect();
     mesh(positions, (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
 }

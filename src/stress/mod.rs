@@ -3,23 +3,35 @@
 //!
 //! [`cases`] says what is swept, [`ask`](fn@ask) what a technique answers at one of its values, [`Verdict`] how far it holds.
 //! Every technique works in a process of its own ([`Worker`]), so that a driver that hangs or dies is a row too.
+//! A [`round`](fn@round) of a soak is a random scene with random techniques, by its seed.
 
 mod ask;
+mod changes;
+mod drawn;
 mod meshes;
 mod placed;
 mod results;
+mod round;
+mod serve;
 mod smoke;
+mod soak;
 mod strewn;
 mod subject;
+mod sweep;
 mod verdict;
 mod worker;
 
 pub use ask::ask;
 pub use results::{Asked, Figures, Outcome, Results, SCHEMA, Stressed};
+pub use round::{Failure, Round, round};
+pub use serve::{Job, Reply, serve};
+pub use soak::{Life, Soaked, is_flat};
 pub use subject::{SHUFFLES, Subject};
+pub use sweep::Sweep;
+pub(crate) use sweep::about;
 pub(crate) use verdict::number;
 pub use verdict::{Broken, Verdict, verdicts};
-pub use worker::{Job, Reply, Worker, serve};
+pub use worker::Worker;
 
 use crate::scene::Scene;
 use crate::{Error, Result};
@@ -65,11 +77,6 @@ impl Case {
             let shown = name.replace(char::is_control, "?");
             Error::input(shown, "no such case", format!("choose one of: {}", known.join(", ")))
         })
-    }
-
-    /// The values that a device is asked.
-    pub fn values(&self, is_software: bool) -> impl Iterator<Item = f64> + '_ {
-        self.values.iter().copied().filter(move |value| !is_software || *value <= self.most_on_cpu)
     }
 }
 

@@ -90,7 +90,7 @@ pub(super) const CASES: &[Case] = &[
         about: "equal spheres in one place: equal depths on every ray",
         swept: "how many",
         values: &[2.0, 16.0, 128.0, 1024.0, 8192.0, 20000.0],
-        most_on_cpu: 1024.0,
+        most_on_cpu: 8192.0,
         scene: |count| scene(along(SLANTED), vec![sphere(DVec3::ZERO, 1.0, 1.0 / count); count as usize], vec![]),
         ..Case::USUAL
     },
@@ -179,7 +179,7 @@ pub(super) const CASES: &[Case] = &[
         about: "thin smoke of many spheres",
         swept: "how many",
         values: &[1e3, 1e4, 1e5, 1e6],
-        most_on_cpu: 1e4,
+        most_on_cpu: 1e5,
         scene: |count| {
             let (mut random, radius) = (random(7), 0.6 / count.cbrt());
             let one = |_| sphere(random.in_ball(), radius, 0.4 / count.cbrt() / radius);
@@ -192,7 +192,7 @@ pub(super) const CASES: &[Case] = &[
         about: "opaque spheres in one tile of 8 × 8 texels",
         swept: "how many",
         values: &[1e2, 1e3, 1e4, 5e5],
-        most_on_cpu: 1e3,
+        most_on_cpu: 1e4,
         scene: |count| {
             let mut random = random(8);
             let one = |_| {

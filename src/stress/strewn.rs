@@ -69,3 +69,11 @@ pub(super) fn denser(particle: &Particle, factor: f64) -> Particle {
 pub(super) fn corners() -> Vec<Particle> {
     [-0.9, 0.9].map(|at| sphere(DVec3::splat(at), 0.1, 0.0)).to_vec()
 }
+
+/// All casters so far on, as floats have it.
+pub(super) fn step(scene: &mut Scene, by: DVec3) {
+    let step = |p: &mut [f32; 3]| *p = (DVec3::from(p.map(f64::from)) + by).as_vec3().into();
+    scene.particles.iter_mut().for_each(|particle| step(&mut particle.position));
+    scene.strands.iter_mut().for_each(|strand| [&mut strand.start, &mut strand.end].into_iter().for_each(step));
+    scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions).for_each(step);
+}

@@ -1,7 +1,7 @@
 //! A scene of a case, with what is true there, which all techniques share.
 
-use super::strewn::random;
-use crate::measure::{Extent, Points, Truth, Wanted};
+use super::strewn::{random, step};
+use crate::measure::{Cached, Extent, Points, Truth, Wanted};
 use crate::reference::truth::{Casters, MAP_DEPTHS, MapTruth, TrueCurve, bounds, sample_maps};
 use crate::scene::{Resolution, Scene, View};
 use glam::{DVec2, DVec3, IVec2};
@@ -32,12 +32,20 @@ pub struct Subject<'a> {
     truth: Truth<'a>,
     casters: Casters<'a>,
     moved: OnceLock<Vec<Moved>>,
+    /// Of maps, most of which are the same for several who are asked.
+    maps: Cached<Vec<View>, OnRays>,
+    /// After so many steps, at the points in space.
+    filtered: Cached<(usize, Vec<View>), Vec<f64>>,
+    boundaries: Cached<(usize, Vec<Resolution>), Vec<bool>>,
 }
+
+/// Points on the rays of texels, with each where rounding left it.
+pub(super) type OnRays = (Vec<Points>, Vec<Rounded>);
 
 /// The scene a little later, and what is true there at the points in space.
 pub(super) struct Moved {
     pub scene: Scene,
-    pub visibility: Vec<f64>,
+    pub visibility: Arc<Vec<f64>>,
 }
 
 impl<'a> Subject<'a> {
@@ -52,7 +60,15 @@ impl<'a> Subject<'a> {
             bounds: Some(bounds),
             watched: Arc::default(),
         };
-        Self { scene, truth: Truth::new(scene, wanted), casters: Casters::new(scene), moved: OnceLock::new() }
+        Self {
+            scene,
+            truth: Truth::new(scene, wanted),
+            casters: Casters::new(scene),
+            moved: OnceLock::new(),
+            maps: Cached::new(),
+            filtered: Cached::new(),
+            boundaries: Cached::new(),
+        }
     }
 
     /// Finds what is the same for all who are asked, so that it is in nobody's time.
@@ -78,9 +94,12 @@ impl<'a> Subject<'a> {
     }
 
     /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] a texel, depth rising, and the filtered truth
-    /// there: at the very point, rounded as it is, so that no rounding of the point is held against who answers. With each where
-    /// rounding left it.
-    pub(super) fn maps(&self, views: &[View]) -> (Vec<Points>, Vec<Rounded>) {
+    /// there: at the very point, rounded as it is, so that no rounding of the point is held against who answers.
+    pub(super) fn maps(&self, views: &[View]) -> Arc<OnRays> {
+        self.maps.get(views.to_vec(), |views| self.on_rays(views))
+    }
+
+    fn on_rays(&self, views: &[View]) -> OnRays {
         let truths = sample_maps(&self.casters, self.scene, views, TEXELS).0;
         let covered = truths.into_iter().filter(|truth| !truth.texels.is_empty());
         let mut rounded = Vec::new();
@@ -93,15 +112,27 @@ impl<'a> Subject<'a> {
         (covered.map(points).collect(), rounded)
     }
 
-    /// The filtered truth at all points in space, where `scene` is the scene or has its casters a little farther on.
-    pub(super) fn filtered(&self, scene: &Scene, views: &[View]) -> Vec<f64> {
-        let casters = Casters::new(scene);
-        let of = |points: &Points| filtered(&casters, scene, views, points.light, &points.positions);
-        self.space().iter().flat_map(of).collect()
+    /// The scene after so many steps.
+    fn after(&self, step: usize) -> &Scene {
+        step.checked_sub(1).and_then(|step| self.moved().get(step)).map_or(self.scene, |moved| &moved.scene)
     }
 
-    /// Whether each point in space is in the boundary of opaque shadows where `scene` has its casters a little farther on.
-    pub(super) fn boundary_after(&self, scene: &Scene, resolution: &[Resolution]) -> Vec<bool> {
+    /// The filtered truth at all points in space, after so many steps.
+    pub(super) fn filtered(&self, step: usize, views: &[View]) -> Arc<Vec<f64>> {
+        self.filtered.get((step, views.to_vec()), |_| {
+            let scene = self.after(step);
+            let casters = Casters::new(scene);
+            let of = |points: &Points| filtered(&casters, scene, views, points.light, &points.positions);
+            self.space().iter().flat_map(of).collect()
+        })
+    }
+
+    /// Whether each point in space is in the boundary of opaque shadows, after so many steps.
+    pub(super) fn boundary_after(&self, step: usize, resolution: &[Resolution]) -> Arc<Vec<bool>> {
+        self.boundaries.get((step, resolution.to_vec()), |_| self.in_boundary(self.after(step), resolution))
+    }
+
+    fn in_boundary(&self, scene: &Scene, resolution: &[Resolution]) -> Vec<bool> {
         let casters = Casters::new(scene);
         let at = |light: usize, p: &[f32; 3]| {
             let map = scene.first_map(light) + scene.lights[light].map_at(*p);
@@ -145,14 +176,11 @@ impl<'a> Subject<'a> {
 impl Moved {
     fn new(subject: &Subject, by: DVec3) -> Self {
         let mut scene = subject.scene.clone();
-        let step = |p: &mut [f32; 3]| *p = (DVec3::from(p.map(f64::from)) + by).as_vec3().into();
-        scene.particles.iter_mut().for_each(|particle| step(&mut particle.position));
-        scene.strands.iter_mut().for_each(|strand| [&mut strand.start, &mut strand.end].into_iter().for_each(step));
-        scene.meshes.iter_mut().flat_map(|mesh| &mut mesh.positions).for_each(step);
+        step(&mut scene, by);
         let casters = Casters::new(&scene);
         let at = |light: usize, p: &[f32; 3]| casters.visibility(light, DVec3::from(p.map(f64::from)));
         let visibility = |points: &Points| points.positions.par_iter().map(|p| at(points.light, p)).collect::<Vec<_>>();
-        let visibility = subject.space().iter().flat_map(visibility).collect();
+        let visibility = Arc::new(subject.space().iter().flat_map(visibility).collect());
         Self { scene, visibility }
     }
 }
@@ -222,5 +250,23 @@ impl Place {
             let (x, y) = (x.filter(|x| *x < view.width)?, y.filter(|y| *y < view.height)?);
             Some((self.map, [x, y]))
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What several are held against is found once, for the maps that they share.
+    #[test]
+    fn the_truth_of_maps_is_found_once() {
+        let scene = (super::super::Case::named("few").expect("a case").scene)(2.0);
+        let subject = Subject::new(&scene);
+        let [small, large] = [8, 16].map(|size| View::volumes(&scene, size));
+        let maps = subject.maps(&small);
+        assert!(!maps.0.is_empty() && Arc::ptr_eq(&maps, &subject.maps(&small)));
+        assert!(!Arc::ptr_eq(&maps, &subject.maps(&large)));
+        let [now, later] = [0, 1].map(|step| subject.filtered(step, &small));
+        assert!(now != later && Arc::ptr_eq(&later, &subject.filtered(1, &small)));
     }
 }

@@ -134,6 +134,12 @@ pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
     .collect()
 }
 
+/// All that a row breaks that nothing may break, in words.
+pub(super) fn broken_invariants(row: &Stressed) -> Vec<String> {
+    let figures = row.figures.clone().unwrap_or_default();
+    broken(row).into_iter().filter(|broken| broken.is_invariant()).map(|broken| broken.words(&figures)).collect()
+}
+
 /// How far a technique holds in a case.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {

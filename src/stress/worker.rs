@@ -1,98 +1,20 @@
-//! A process that asks for another: what hangs is ended, what dies is a row, and the run goes on with a new one.
-//!
-//! Both ends speak lines of JSON: a [`Job`] goes in; its [`Reply::Ready`] comes out, then a row for each of its techniques.
+//! The other end of a process that asks: what hangs is ended, what dies is a row, and the run goes on with a new one.
 
+use super::Sweep;
 use super::results::{Outcome, Stressed};
-use super::subject::Subject;
-use super::{Case, ask};
-use crate::gpu::Context;
+use super::round::{Failure, Round};
+use super::serve::{Job, Reply, no_answer};
 use crate::measure::DeviceFacts;
-use crate::technique::{Spec, parse};
+use crate::technique::Spec;
 use crate::{Error, Result};
-use serde::{Deserialize, Serialize};
 use std::ffi::OsString;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// A value of a case, and who is asked.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Job {
-    /// [`Case::name`].
-    pub case: String,
-    /// Of what is swept.
-    pub value: f64,
-    /// Specs.
-    pub techniques: Vec<String>,
-}
-
-/// What a worker says.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub enum Reply {
-    /// First of all: its device, and whether that is a software one.
-    Device(DeviceFacts, bool),
-    /// The scene of a job is made, and its truth is at hand.
-    Ready,
-    /// One technique of it has been asked.
-    Row(Box<Stressed>),
-}
-
-/// The worker's end: answers jobs until there are no more.
-///
-/// # Errors
-/// [`Error::Input`] for a job that is none, [`Error::Output`] where nobody listens.
-pub fn serve(context: &Context) -> Result<()> {
-    let features = context.features();
-    say(&Reply::Device(DeviceFacts::of(features), features.is_software()))?;
-    for line in std::io::stdin().lines() {
-        let wrong = |cause: String| Error::input("stress --worker", cause, "leave --worker to the program itself");
-        let line = line.map_err(|cause| wrong(cause.to_string()))?;
-        let job: Job = serde_json::from_str(&line).map_err(|cause| wrong(cause.to_string()))?;
-        let case = Case::named(&job.case)?;
-        let scene = (case.scene)(job.value);
-        let subject = Subject::new(&scene);
-        subject.find_truth();
-        say(&Reply::Ready)?;
-        for text in &job.techniques {
-            for mut spec in parse(text)? {
-                let short = spec.short();
-                let side = case.texels.map(|texels| texels(job.value).to_string());
-                if let Some(side) = &side {
-                    spec.set("size", side);
-                }
-                let row = match side.filter(|side| spec.value("size") != *side) {
-                    // Never another size in its place.
-                    Some(side) => {
-                        let reason = format!("refused: has no maps of {side} texels a side");
-                        no_answer(case, job.value, &spec, Outcome::Refused, reason)
-                    }
-                    None => ask(context, &subject, (case.name, job.value), &spec),
-                };
-                say(&Reply::Row(Box::new(Stressed { technique: short, ..row })))?;
-            }
-        }
-    }
-    Ok(())
-}
-
-/// A row without figures.
-fn no_answer(case: &Case, value: f64, spec: &Spec, outcome: Outcome, reason: String) -> Stressed {
-    let (technique, path) = (spec.short(), spec.value("path").into());
-    Stressed { case: case.name.into(), value, technique, path, outcome, reason, figures: None }
-}
-
-fn say(reply: &Reply) -> Result<()> {
-    let told = || -> std::io::Result<()> {
-        let mut out = std::io::stdout().lock();
-        writeln!(out, "{}", serde_json::to_string(reply)?)?;
-        out.flush()
-    };
-    told().map_err(|cause| Error::output("stdout".as_ref(), cause))
-}
-
-/// The other end.
+/// The end that asks.
 pub struct Worker {
     /// How it is started: the program and its arguments.
     command: Vec<OsString>,
@@ -100,15 +22,17 @@ pub struct Worker {
     limit: Duration,
     /// Its device, and whether that is a software one.
     pub device: (DeviceFacts, bool),
+    /// How many processes there were: more than one where some hung or died.
+    pub processes: u32,
     running: Running,
 }
 
-/// A process, what it says, and what it complains about.
+/// A process, what it says, and the last line that it complains in, once it has ended.
 struct Running {
     child: Child,
     jobs: ChildStdin,
     replies: Receiver<String>,
-    complaints: Arc<Mutex<String>>,
+    complaint: Option<JoinHandle<String>>,
 }
 
 /// How long a process may take to start and to find the truth of a scene: so many limits, or so long where that is short.
@@ -119,24 +43,25 @@ fn preparing(limit: Duration) -> Duration {
 }
 
 impl Worker {
-    /// Starts `command`, which is to run [`serve`]; a row that takes longer than `limit` is none.
+    /// Starts `command`, which is to run [`serve`](fn@super::serve); a row that takes longer than `limit` is none.
     ///
     /// # Errors
     /// [`Error::Gpu`] where it does not start or finds no device.
     pub fn start(command: Vec<OsString>, limit: Duration) -> Result<Self> {
         let (running, device) = Running::start(&command, limit)?;
-        Ok(Self { command, limit, device, running })
+        Ok(Self { command, limit, device, processes: 1, running })
     }
 
     /// A row for each spec, in their order, each given to `each` as it comes.
     ///
     /// # Errors
     /// Those of [`Worker::start`], where a new process is needed and does not start.
-    pub fn ask(&mut self, case: &Case, value: f64, specs: &[Spec], mut each: impl FnMut(Stressed)) -> Result<()> {
+    pub fn ask(&mut self, sweep: &Sweep, value: f64, specs: &[Spec], mut each: impl FnMut(Stressed)) -> Result<()> {
         let mut left = specs;
         while !left.is_empty() {
             let techniques = left.iter().map(Spec::to_string).collect();
-            self.running.send(&Job { case: case.name.into(), value, techniques });
+            let (name, given) = (sweep.name.clone(), sweep.given.clone());
+            self.running.send(&Job::Value { sweep: name, given, value, techniques });
             let mut ended = match self.running.reply(preparing(self.limit)) {
                 Ok(_) => None,
                 // All of them would find the same.
@@ -155,13 +80,58 @@ impl Worker {
             let Some((lost, (outcome, reason))) = ended else { continue };
             let (lost, rest) = left.split_at(lost.min(left.len()));
             for spec in lost {
-                each(no_answer(case, value, spec, outcome, reason.clone()));
+                each(no_answer(&sweep.name, value, spec, outcome, reason.clone()));
             }
             left = rest;
-            // What it holds on the device is wanted by the next.
-            let _ = self.running.child.kill().and_then(|()| self.running.child.wait());
-            self.running = Running::start(&self.command, self.limit)?.0;
+            self.restart()?;
         }
+        Ok(())
+    }
+
+    /// A round of a soak; of one that does not end the failure alone, of whoever was asked last.
+    ///
+    /// # Errors
+    /// Those of [`Worker::start`], where a new process is needed and does not start.
+    pub fn round(&mut self, seed: u64) -> Result<Round> {
+        self.running.send(&Job::Round(seed));
+        let mut technique = String::new();
+        loop {
+            match self.running.reply(self.limit) {
+                Ok(Reply::Round(round)) => return Ok(*round),
+                Ok(Reply::Asking(next)) => technique = next,
+                Ok(_) => {}
+                Err((_, broken)) => {
+                    self.restart()?;
+                    let failures = vec![Failure { seed, technique, broken }];
+                    return Ok(Round { seed, failures, ..Round::default() });
+                }
+            }
+        }
+    }
+
+    /// Closes the device and opens it again. What the process held meanwhile, and what was said, leaks too, or how it ended.
+    ///
+    /// # Errors
+    /// As [`Worker::round`].
+    pub fn reopen(&mut self) -> Result<(Option<u64>, Vec<String>)> {
+        self.running.send(&Job::Reopen);
+        loop {
+            match self.running.reply(self.limit) {
+                Ok(Reply::Closed(bytes, messages)) => return Ok((bytes, messages)),
+                Ok(_) => {}
+                Err((_, reason)) => {
+                    self.restart()?;
+                    return Ok((None, vec![reason]));
+                }
+            }
+        }
+    }
+
+    /// What it holds on the device is wanted by the next, so that it ends first.
+    fn restart(&mut self) -> Result<()> {
+        let _ = self.running.child.kill().and_then(|()| self.running.child.wait());
+        self.running = Running::start(&self.command, self.limit)?.0;
+        self.processes += 1;
         Ok(())
     }
 }
@@ -177,13 +147,14 @@ impl Running {
         let (program, arguments) = command.split_first().ok_or_else(|| fail("there is no program".into()))?;
         let mut child = Command::new(program)
             .args(arguments)
+            // The C library's: what several heaps keep apart grows for minutes, and would look like a leak.
+            .env("MALLOC_ARENA_MAX", "1")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
             .map_err(|cause| fail(cause.to_string()))?;
-        let (Some(jobs), Some(stdout), Some(mut stderr)) =
-            (child.stdin.take(), child.stdout.take(), child.stderr.take())
+        let (Some(jobs), Some(stdout), Some(stderr)) = (child.stdin.take(), child.stdout.take(), child.stderr.take())
         else {
             return Err(fail("it has no pipes".into()));
         };
@@ -195,16 +166,12 @@ impl Running {
                 }
             }
         });
-        let complaints = Arc::new(Mutex::new(String::new()));
-        let heard = complaints.clone();
-        std::thread::spawn(move || {
-            let mut bytes = [0; 4096];
-            while let Ok(count @ 1..) = stderr.read(&mut bytes) {
-                let mut heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
-                heard.push_str(&String::from_utf8_lossy(&bytes[..count]));
-            }
+        let complaint = std::thread::spawn(move || {
+            let lines = BufReader::new(stderr).split(b'\n').map_while(std::result::Result::ok);
+            let lines = lines.map(|line| String::from_utf8_lossy(&line).trim().to_owned());
+            lines.filter(|line| !line.is_empty()).last().unwrap_or_default()
         });
-        let mut running = Self { child, jobs, replies, complaints };
+        let mut running = Self { child, jobs, replies, complaint: Some(complaint) };
         match running.reply(preparing(limit)) {
             Ok(Reply::Device(facts, is_software)) => Ok((running, (facts, is_software))),
             Ok(_) => Err(fail("it does not name its device".into())),
@@ -228,8 +195,8 @@ impl Running {
             }
             Err(RecvTimeoutError::Disconnected) => {
                 let status = self.child.wait().map_or_else(|cause| cause.to_string(), |status| status.to_string());
-                let heard = self.complaints.lock().unwrap_or_else(PoisonError::into_inner);
-                let last = heard.lines().rfind(|line| !line.trim().is_empty()).unwrap_or_default();
+                // All of it: the other thread ends where its pipe does.
+                let last = self.complaint.take().and_then(|heard| heard.join().ok()).unwrap_or_default();
                 Err((Outcome::Failed, format!("the process ended ({status}) {last}").trim_end().to_owned()))
             }
         }
@@ -247,6 +214,7 @@ impl Drop for Running {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::technique::parse;
 
     /// A process that does what a shell script says once it has named a device.
     fn rows(script: &str, specs: &str) -> Vec<Stressed> {
@@ -255,8 +223,8 @@ mod tests {
         let command = ["sh", "-c", &script].map(OsString::from).to_vec();
         let mut worker = Worker::start(command, Duration::from_millis(200)).expect("a shell");
         let mut rows = Vec::new();
-        let case = Case::named("few").expect("a case");
-        worker.ask(case, 1.0, &parse(specs).expect("specs"), |row| rows.push(row)).expect("it starts again");
+        let sweep = Sweep::named("few").expect("a case").remove(0);
+        worker.ask(&sweep, 1.0, &parse(specs).expect("specs"), |row| rows.push(row)).expect("it starts again");
         rows
     }
 
@@ -265,7 +233,7 @@ mod tests {
     fn what_hangs_and_what_dies_are_rows() {
         let specs = "avsm:nodes=4|8|16";
         let names: Vec<_> = parse(specs).expect("specs").iter().map(Spec::short).collect();
-        let died = rows("echo first >&2; echo it is lost >&2; sleep 0.05; exit 7", specs);
+        let died = rows("exec 1>&-; echo first >&2; sleep 0.05; echo it is lost >&2; echo >&2; exit 7", specs);
         let hung = rows("exec sleep 60", specs);
         for (rows, outcome, words) in
             [(died, Outcome::Failed, "exit status: 7) it is lost"), (hung, Outcome::NoAnswer, "no answer within 0.2 s")]

@@ -1,0 +1,217 @@
+//! A round of a soak: what a seed comes to is built, moved and asked, and nothing of it is left.
+
+use super::ask::{along_rays, answers};
+use super::drawn::{Drawn, drawn};
+use super::results::{Figures, Outcome, Stressed};
+use super::subject::Subject;
+use super::verdict::broken_invariants;
+use crate::gpu::Context;
+use crate::measure::Points;
+use crate::reference::truth::bounds;
+use crate::scene::{Random, Scene};
+use crate::technique::{self, Lifetime, Opened, Spec, keys};
+use crate::world::World;
+use crate::{Error, Result};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// What broke, and what repeats it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Failure {
+    /// `gobo stress --soak 0 --seed` of it is the same round.
+    pub seed: u64,
+    /// Who was asked; empty where it was nobody's answer.
+    pub technique: String,
+    /// What broke.
+    pub broken: String,
+}
+
+/// A round.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Round {
+    /// Its own.
+    pub seed: u64,
+    /// Techniques that were asked.
+    pub asked: u64,
+    /// Those of them that refused: a key or a light that they do not take, a feature that the device lacks.
+    pub refused: u64,
+    /// All of them.
+    pub failures: Vec<Failure>,
+    /// What the process holds in memory after it; absent where the system does not say.
+    pub host_bytes: Option<u64>,
+    /// What it holds of the device's memory.
+    pub device_bytes: u64,
+}
+
+/// The round of a seed. `asking` is told who is asked next.
+///
+/// # Errors
+/// Those of `asking`; what else fails is in the round.
+pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Result<()>) -> Result<Round> {
+    let (drawn, before) = (drawn(seed), context.allocated_bytes());
+    let mut round = Round { seed, ..Round::default() };
+    for spec in &drawn.specs {
+        asking(spec)?;
+        round.asked += 1;
+        let said = context.messages().all().len();
+        let mut broken = match check(context, &drawn, seed, spec) {
+            Ok(broken) => broken,
+            Err(Error::Refused { .. } | Error::Input { .. }) => {
+                round.refused += 1;
+                Vec::new()
+            }
+            Err(error) => vec![error.to_string()],
+        };
+        broken.extend(context.messages().all().split_off(said));
+        let failure = |broken| Failure { seed, technique: spec.short(), broken };
+        round.failures.extend(broken.into_iter().map(failure));
+    }
+    (round.host_bytes, round.device_bytes) = (host_bytes(), context.allocated_bytes());
+    if round.device_bytes != before {
+        let broken = format!("{before} bytes of device memory before the round, {} after it", round.device_bytes);
+        round.failures.push(Failure { seed, technique: String::new(), broken });
+    }
+    Ok(round)
+}
+
+/// What breaks as a technique is asked in each frame, built again for the last, and opened anew with the other `skip=`.
+fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec<String>> {
+    let mut world = World::new(context, &drawn.most)?;
+    let mut broken = Vec::new();
+    let mut moved: Option<Opened> = None;
+    let mut last = Vec::new();
+    // What is baked never moves.
+    let first = if spec.entry.lifetime == Lifetime::Baked { drawn.frames.len() - 1 } else { 0 };
+    for (frame, scene) in drawn.frames.iter().enumerate().skip(first) {
+        world.replace(scene)?;
+        let opened = match &mut moved {
+            Some(opened) => opened,
+            None => moved.insert(technique::open(context, &world, spec)?),
+        };
+        opened.build(&world)?;
+        let mut figures = Figures::default();
+        on_rays(context, opened, scene, spec, &mut figures)?;
+        last = anywhere(context, opened, scene, seed, &mut figures)?;
+        let row = Stressed {
+            case: String::new(),
+            value: frame as f64,
+            technique: spec.short(),
+            path: opened.technique.facts()?.path.into(),
+            outcome: Outcome::Answered,
+            reason: String::new(),
+            figures: Some(figures),
+        };
+        broken.extend(broken_invariants(&row).into_iter().map(|words| format!("frame {frame}: {words}")));
+    }
+    let (Some(mut opened), Some(scene)) = (moved, drawn.frames.last()) else { return Ok(broken) };
+    let ask = |opened: &Opened| anywhere(context, opened, scene, seed, &mut Figures::default());
+    if repeats(spec) {
+        opened.rebuild(&world)?;
+        let again = ask(&opened)?;
+        broken.extend(differ("built again", &last, &again));
+    }
+    if skips_alike(spec, scene) {
+        let mut other = spec.clone();
+        other.set(keys::SKIP.name, if spec.is_on(keys::SKIP.name) { "off" } else { "on" });
+        match technique::open(context, &world, &other) {
+            Ok(mut opened) => {
+                opened.build(&world)?;
+                let anew = ask(&opened)?;
+                broken.extend(differ(&format!("opened anew with skip={}", other.value(keys::SKIP.name)), &last, &anew));
+            }
+            // What it casts from has gone meanwhile.
+            Err(Error::Refused { .. }) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(broken)
+}
+
+/// Whether the same world has the same bytes: all but who adds or inserts in the order in which fragments come, or keeps those
+/// that come first.
+fn repeats(spec: &Spec) -> bool {
+    let comes_as_it_does = spec.entry.name == "uncompressed" || spec.value("order") == "captured";
+    !comes_as_it_does && ["", "auto"].contains(&spec.value("capacity"))
+}
+
+/// Whether what is left out changes no byte: behind meshes a curve has less to hold.
+fn skips_alike(spec: &Spec, scene: &Scene) -> bool {
+    repeats(spec) && !scene.has_triangles()
+}
+
+/// What differs, if anything does.
+pub(super) fn differ(what: &str, before: &[f32], after: &[f32]) -> Option<String> {
+    let others: Vec<_> = before.iter().zip(after).filter(|(a, b)| a.to_bits() != b.to_bits()).collect();
+    let most = others.iter().map(|(a, b)| (*a - *b).abs()).fold(0.0, f32::max);
+    let lost = before.len() != after.len();
+    (lost || !others.is_empty())
+        .then(|| format!("{what}: {} of {} answers differ, by up to {most:.1e}", others.len(), before.len()))
+}
+
+/// What is answered in and around the scene.
+fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figures: &mut Figures) -> Result<Vec<f32>> {
+    let positions = points(scene, seed);
+    let of_light = |light| Points::in_space(light, positions.clone(), Vec::new());
+    let all: Vec<_> = (0..scene.lights.len()).map(of_light).collect();
+    Ok(answers(context, opened, &[&all], figures)?.concat())
+}
+
+/// What is answered on the rays of texels, where there is a truth to hold it against.
+fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figures: &mut Figures) -> Result<()> {
+    let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
+    // Of opaque shadows the maps' own texels decide; wider filters mean other rays; what a list lost is behind it.
+    let is_plain = ["", "bilinear"].contains(&spec.value("filter")) && ["", "auto"].contains(&spec.value("capacity"));
+    if !is_plain || views.is_empty() || scene.has_triangles() || scene.casters().is_empty() {
+        return Ok(());
+    }
+    let on_rays = Subject::new(scene).maps(&views);
+    let said = answers(context, opened, &[&on_rays.0], figures)?.concat();
+    let truth: Vec<f64> = on_rays.0.iter().flat_map(|points| &points.visibility).copied().collect();
+    (figures.rise, figures.tail) = along_rays(&said, &truth, &on_rays.1);
+    Ok(())
+}
+
+/// Points about the casters, in them, at the lights and far from everything.
+fn points(scene: &Scene, seed: u64) -> Vec<[f32; 3]> {
+    const SOMEWHERE: usize = 160;
+    const OF_CASTERS: usize = 32;
+    let [low, high] = bounds(scene).unwrap_or([DVec3::NEG_ONE, DVec3::ONE]);
+    let mut random = Random::new([seed, 0x901]);
+    let somewhere = (0..SOMEWHERE).map(|_| (low + high + 1.5 * (high - low) * random.in_ball()) / 2.0);
+    let lights = scene.lights.iter().filter_map(|light| light.position());
+    let far = [DVec3::ZERO, DVec3::splat(1e6), high + 1e3 * (high - low)];
+    let points = somewhere.chain(lights).chain(far).map(|p| p.as_vec3().into());
+    let in_casters = scene.particles.iter().map(|p| p.position).chain(scene.strands.iter().map(|s| s.start));
+    points.chain(in_casters.take(OF_CASTERS)).collect()
+}
+
+/// Resident memory of this process; none where the system does not say.
+pub(super) fn host_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every bit counts, of NaN too, and what is missing.
+    #[test]
+    fn what_differs_is_said() {
+        assert_eq!(differ("again", &[0.5, f32::NAN], &[0.5, f32::NAN]), None);
+        assert_eq!(
+            differ("again", &[0.5, 1.0], &[0.25, 1.0]).as_deref(),
+            Some("again: 1 of 2 answers differ, by up to 2.5e-1")
+        );
+        assert!(differ("again", &[0.0], &[-0.0]).is_some() && differ("again", &[0.0], &[]).is_some());
+    }
+
+    /// The system says what a process holds, and more where it holds more.
+    #[test]
+    fn memory_is_seen() {
+        let Some(before) = host_bytes() else { return println!("skipped: the system does not say") };
+        let held = vec![1_u8; 64 << 20];
+        assert!(host_bytes() > Some(before + (held.len() as u64) / 2));
+    }
+}

@@ -1,0 +1,134 @@
+//! The worker's end: a process that asks for another.
+//!
+//! Both ends speak lines of JSON. Of a [`Job::Value`] its [`Reply::Ready`] comes out, then a row for each of its techniques; of a
+//! [`Job::Round`] who is asked, one after the other, then the round.
+
+use super::results::{Outcome, Stressed};
+use super::round::{Round, host_bytes, round};
+use super::subject::Subject;
+use super::{Sweep, ask};
+use crate::gpu::Context;
+use crate::measure::DeviceFacts;
+use crate::technique::{Spec, parse};
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::io::Write;
+
+/// What a worker is to do.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub enum Job {
+    /// A value of what is swept, and who is asked.
+    Value {
+        /// [`Sweep::name`].
+        sweep: String,
+        /// [`Sweep::given`].
+        given: Option<String>,
+        /// Of what is swept.
+        value: f64,
+        /// Specs.
+        techniques: Vec<String>,
+    },
+    /// A round of a soak, by its seed.
+    Round(u64),
+    /// The device is closed, with all that it holds, and opened again.
+    Reopen,
+}
+
+/// What a worker says.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub enum Reply {
+    /// First of all: its device, and whether that is a software one.
+    Device(DeviceFacts, bool),
+    /// The scene of a job is made, and its truth is at hand.
+    Ready,
+    /// One technique of it has been asked.
+    Row(Box<Stressed>),
+    /// This technique of a round is about to be asked.
+    Asking(String),
+    /// A round is over.
+    Round(Box<Round>),
+    /// The device was closed: what the process held then, and what was said meanwhile, leaks too.
+    Closed(Option<u64>, Vec<String>),
+}
+
+/// Answers jobs until there are no more. `open` opens the device.
+///
+/// # Errors
+/// Those of `open`, [`Error::Input`] for a job that is none, [`Error::Output`] where nobody listens.
+pub fn serve(open: impl Fn() -> Result<Context>) -> Result<()> {
+    // One line, the last that it says.
+    std::panic::set_hook(Box::new(|panic| eprintln!("{}", panic.to_string().replace(char::is_control, " "))));
+    let mut context = open()?;
+    let (facts, is_software) = (DeviceFacts::of(context.features()), context.features().is_software());
+    say(&Reply::Device(facts, is_software))?;
+    // The last that was asked about: a file is read once.
+    let mut sweeps: (String, Vec<Sweep>) = Default::default();
+    for line in std::io::stdin().lines() {
+        let wrong = |cause: String| Error::input("stress --worker", cause, "leave --worker to the program itself");
+        let line = line.map_err(|cause| wrong(cause.to_string()))?;
+        match serde_json::from_str(&line).map_err(|cause| wrong(cause.to_string()))? {
+            Job::Value { sweep, given, value, techniques } => {
+                let name = given.unwrap_or_else(|| sweep.clone());
+                if sweeps.0 != name {
+                    sweeps = (name.clone(), Sweep::named(&name)?);
+                }
+                let sweep = sweeps.1.iter().find(|known| known.name == sweep).ok_or_else(|| wrong(sweep.clone()))?;
+                answer(&context, sweep, value, &techniques)?;
+            }
+            Job::Round(seed) => {
+                let of = round(&context, seed, |spec| say(&Reply::Asking(spec.to_string())))?;
+                say(&Reply::Round(Box::new(of)))?;
+            }
+            Job::Reopen => {
+                let messages = context.messages().clone();
+                let before = messages.all().len();
+                drop(context);
+                say(&Reply::Closed(host_bytes(), messages.all().split_off(before)))?;
+                context = open()?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A row for each technique at a value.
+fn answer(context: &Context, sweep: &Sweep, value: f64, techniques: &[String]) -> Result<()> {
+    let scene = sweep.scene(value);
+    let subject = Subject::new(&scene);
+    subject.find_truth();
+    say(&Reply::Ready)?;
+    for text in techniques {
+        for mut spec in parse(text)? {
+            let short = spec.short();
+            let side = sweep.texels.map(|texels| texels(value).to_string());
+            if let Some(side) = &side {
+                spec.set("size", side);
+            }
+            let row = match side.filter(|side| spec.value("size") != *side) {
+                // Never another size in its place.
+                Some(side) => {
+                    let reason = format!("refused: has no maps of {side} texels a side");
+                    no_answer(&sweep.name, value, &spec, Outcome::Refused, reason)
+                }
+                None => ask(context, &subject, (&sweep.name, value), &spec),
+            };
+            say(&Reply::Row(Box::new(Stressed { technique: short, ..row })))?;
+        }
+    }
+    Ok(())
+}
+
+/// A row without figures.
+pub(super) fn no_answer(case: &str, value: f64, spec: &Spec, outcome: Outcome, reason: String) -> Stressed {
+    let (technique, path) = (spec.short(), spec.value("path").into());
+    Stressed { case: case.into(), value, technique, path, outcome, reason, figures: None }
+}
+
+fn say(reply: &Reply) -> Result<()> {
+    let told = || -> std::io::Result<()> {
+        let mut out = std::io::stdout().lock();
+        writeln!(out, "{}", serde_json::to_string(reply)?)?;
+        out.flush()
+    };
+    told().map_err(|cause| Error::output("stdout".as_ref(), cause))
+}
