@@ -284,7 +284,8 @@ impl Context {
 
     /// Bytes of the device's memory that are held by what was made here and is still there.
     pub fn allocated_bytes(&self) -> u64 {
-        self.allocator().get().map_or(0, |allocator| allocator.generate_report().total_allocated_bytes)
+        let allocator = self.0.allocator.lock().unwrap_or_else(PoisonError::into_inner);
+        allocator.as_ref().map_or(0, |allocator| allocator.generate_report().total_allocated_bytes)
     }
 
     pub(super) fn shared(&self) -> &Shared {
