@@ -112,8 +112,8 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
     Ok(Asked { points: kept.truth.len() as u64, error: kept.error()? })
 }
 
-/// How much answers rise along rays, more than the rounding of points off their ray can do, and how far the last of each ray is
-/// from the truth.
+/// How much answers rise along rays, and how far the last of each ray is from the truth, both more than the rounding of points
+/// off their ray can do.
 pub(super) fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded]) -> (Option<f64>, Option<f64>) {
     let (mut rise, mut tail) = (0.0_f64, 0.0_f64);
     let depths = MAP_DEPTHS as usize;
@@ -123,7 +123,7 @@ pub(super) fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded]) -> (O
             let off = rounded[k].off + rounded[k - 1].off;
             rise = rise.max(f64::from(said[k]) - f64::from(said[k - 1]) - off);
         }
-        tail = tail.max((f64::from(said[depths - 1]) - truth[depths - 1]).abs());
+        tail = tail.max((f64::from(said[depths - 1]) - truth[depths - 1]).abs() - rounded[depths - 1].off);
     }
     (Some(rise), Some(tail))
 }

@@ -107,11 +107,12 @@ mod tests {
         (0..count).map(life).collect()
     }
 
-    /// What grows on and on is found out, however it jumps about; what a driver makes once, and one high value, are no leak.
+    /// What grows on and on, by 4 MiB from one opening to the next, is found out in 40 however it jumps about; what a driver makes
+    /// once, and one high value, are no leak.
     #[test]
     fn what_grows_is_not_flat() {
         assert_eq!(is_flat(&lives(|i| 300 + 10 * (i % 3), 40, 1)), Some(true));
-        assert_eq!(is_flat(&lives(|i| 300 + 2 * i + 10 * (i % 3), 40, 1)), Some(false));
+        assert_eq!(is_flat(&lives(|i| 300 + 4 * i + 10 * (i % 3), 40, 1)), Some(false));
         assert_eq!(is_flat(&lives(|i| if i < 8 { 100 } else { 400 }, 40, 1)), Some(true));
         assert_eq!(is_flat(&lives(|i| if i == 39 { 4000 } else { 400 }, 40, 1)), Some(true));
         assert_eq!(is_flat(&lives(|_| 300, 39, 1)), None);

@@ -3,7 +3,7 @@
 use super::strewn::{random, step};
 use crate::measure::{Cached, Extent, Points, Truth, Wanted};
 use crate::reference::truth::{Casters, MAP_DEPTHS, MapTruth, TrueCurve, bounds, sample_maps};
-use crate::scene::{Resolution, Scene, View};
+use crate::scene::{Projection, Resolution, Scene, View};
 use glam::{DVec2, DVec3, IVec2};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -185,9 +185,14 @@ impl Moved {
     }
 }
 
+/// What floats lose of a place as it is projected, of its distance from the view's origin: half a step in the difference, and in a
+/// sum of three products three.
+const PROJECTED: f64 = 4.0 / (1 << 24) as f64;
+
 /// Where rounding left a point of a texel's ray.
 pub(super) struct Rounded {
-    /// How far off the ray, texels, across and up together: what a bilinear look-up may differ by from the ray's own.
+    /// How far off the ray, texels, across and up together, where it is and where floats project it to: what a bilinear look-up
+    /// may differ by from the ray's own.
     pub off: f64,
     /// Along the ray.
     pub z: f64,
@@ -197,7 +202,12 @@ impl Rounded {
     fn of(view: &View, texel: u32, position: [f32; 3]) -> Self {
         let (at, z) = view.project(DVec3::from(position.map(f64::from)));
         let centre = DVec2::new(f64::from(texel % view.width), f64::from(texel / view.width)) + 0.5;
-        Self { off: (at - centre).abs().element_sum(), z }
+        let axes = view.axes(DVec3::from(position.map(f64::from)));
+        let spread = if view.projection() == Projection::Parallel { 1.0 } else { z };
+        let texels = |scale: f32, count: u32| 0.5 * f64::from(scale) * f64::from(count) / spread;
+        let projected =
+            PROJECTED * axes.length() * (texels(view.scale_x, view.width) + texels(view.scale_y, view.height));
+        Self { off: (at - centre).abs().element_sum() + projected, z }
     }
 }
 
