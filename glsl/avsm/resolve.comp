@@ -29,7 +29,8 @@ bool before(Segment a, Segment b) {
     return a.optical_depth < b.optical_depth || (a.optical_depth == b.optical_depth && a.caster < b.caster);
 }
 
-// Segments that are merged in a round: lavapipe 22.3 ends an invocation's loops after some 65,536 rounds.
+// Segments that are merged in a round: lavapipe 22.3 ends an invocation's loops after some 65,536 rounds, of which sorting then
+// takes few.
 const int MERGED_AT_ONCE = 8;
 
 // Merges two sorted lists, neither empty, by rewriting their links. Each segment is read once.
