@@ -40,17 +40,18 @@ void main() {
         uint next = 0u;
         while (next < filled) {
             vec2 depth;
-            float optical_depth = 0.0;
-            bool hit = false;
-            while (!hit && next < filled) {
+            float optical_depth;
+            bool hit;
+            do {
                 hit = texel_segment(view, texel, batch_caster(next), depth, optical_depth);
                 ++next;
-            }
+            } while (!hit && next < filled);
             if (hit) {
                 curve_insert(depth.x, depth.y, optical_depth);
             }
         }
     }
+    end_part(tile);
     if (any(greaterThanEqual(texel, uvec2(view.width, view.height)))) {
         return;
     }

@@ -249,6 +249,7 @@ void main() {
             curve_append(high, float(cells[uint(CELLS - 1) * TEXELS + t]) * unit + DARK);
         }
     }
+    end_part(part);
     curve_reduce();
     store_curve((map * view.height + texel.y) * view.width + texel.x);
 }

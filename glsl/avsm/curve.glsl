@@ -213,11 +213,13 @@ void curve_insert(float entry, float exit, float optical_depth) {
         }
     }
     node_count += 2;
-    [[dont_unroll]] for (int i = 0; i < 2; ++i) {
+    // A loop, since code for two removals is twice as long; one that goes round twice, since drivers count (maps/rounds.glsl).
+    int removed = 0;
+    [[dont_unroll]] do {
         if (node_count > WORK) {
             remove_cheapest();
         }
-    }
+    } while (++removed < 2);
 }
 
 // Appends a node behind all others, of the optical depth up to there.

@@ -7,6 +7,7 @@
 #include "avsm/maps.glsl"
 #include "avsm/tiled.glsl"
 #include "list/segments.glsl"
+#include "maps/rounds.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 // True: by entry depth. False: as captured, which differs from run to run.
@@ -14,6 +15,7 @@ CONSTANT(bool, SORTED, true)
 
 layout(set = 1, binding = 0, r32ui) uniform uimage2D heads;
 layout(set = 1, binding = 1, scalar) buffer Segments { Segment segments[]; };
+layout(set = 1, binding = 2, scalar) buffer Counters { uint cut_short; };
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 layout(set = 2, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
 
@@ -29,9 +31,8 @@ bool before(Segment a, Segment b) {
     return a.optical_depth < b.optical_depth || (a.optical_depth == b.optical_depth && a.caster < b.caster);
 }
 
-// Segments that are merged in a round: lavapipe 22.3 ends an invocation's loops after some 65,536 rounds, of which sorting then
-// takes few.
-const int MERGED_AT_ONCE = 8;
+// Segments that are merged in a round, of which some drivers give few (maps/rounds.glsl).
+const int MERGED_AT_ONCE = 16;
 
 // Merges two sorted lists, neither empty, by rewriting their links. Each segment is read once.
 uint merge(uint a, uint b) {
@@ -62,7 +63,24 @@ uint merge(uint a, uint b) {
     }
 }
 
-// Bottom-up merge sort of a linked list: in place, no limit on its length. runs[i] is empty or holds 2^i segments.
+// Takes the first two segments off a list and sorts them; the first alone if there is no other.
+uint take_pair(inout uint head) {
+    uint first = head, second = segments[first].next;
+    head = NO_SEGMENT;
+    if (second == NO_SEGMENT) {
+        return first;
+    }
+    head = segments[second].next;
+    if (before(segments[second], segments[first])) {
+        segments[first].next = NO_SEGMENT;
+        segments[second].next = first;
+        return second;
+    }
+    segments[second].next = NO_SEGMENT;
+    return first;
+}
+
+// Bottom-up merge sort of a linked list: in place, no limit on its length. runs[i] is empty or holds 2^(i + 1) segments.
 uint sort(uint head) {
     uint runs[32];
     for (int i = 0; i < 32; ++i) {
@@ -70,13 +88,14 @@ uint sort(uint head) {
     }
     int used = 0;
     while (head != NO_SEGMENT) {
-        uint run = head;
-        head = segments[head].next;
-        segments[run].next = NO_SEGMENT;
+        uint run = take_pair(head);
         int i = 0;
-        for (; i < 31 && runs[i] != NO_SEGMENT; ++i) {
-            run = merge(runs[i], run);
-            runs[i] = NO_SEGMENT;
+        if (runs[0] != NO_SEGMENT) {
+            do {
+                run = merge(runs[i], run);
+                runs[i] = NO_SEGMENT;
+                ++i;
+            } while (i < 31 && runs[i] != NO_SEGMENT);
         }
         runs[i] = run;
         used = max(used, i + 1);
@@ -105,6 +124,9 @@ void main() {
         Segment segment = segments[index];
         curve_insert(segment.entry, segment.exit, segment.optical_depth);
         index = segment.next;
+    }
+    if (rounds_ran_out(uint(node_count))) {
+        cut_short = 1u;
     }
     curve_reduce();
     store_curve(group_texel(group_map()));

@@ -33,6 +33,7 @@ void main() {
             }
         }
     }
+    end_part(part);
     if (all(lessThan(texel, uvec2(view.width, view.height)))) {
         vec2 depth = vec2(view_depth(view, range.x), view_depth(view, range.y));
         vec4 value = range.x <= range.y ? beer_texel(depth, float(sum) / scale) : vec4(0.0);

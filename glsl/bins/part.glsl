@@ -3,10 +3,11 @@
 #define BINS_PART_GLSL
 #include "bins/totals.glsl"
 #include "bins/view_caster.glsl"
+#include "maps/rounds.glsl"
 #include "maps/scene.glsl"
 
 layout(set = 1, binding = 1, scalar) readonly buffer Parts { TilePart parts[]; };
-layout(set = 1, binding = 3, scalar) readonly buffer Totals { BinTotals totals[]; };
+layout(set = 1, binding = 3, scalar) buffer Totals { BinTotals totals[]; };
 #ifndef BINS_ENTRIES_WRITTEN
 layout(set = 1, binding = 4, scalar) readonly buffer Entries { uvec2 entries[]; };
 #else
@@ -18,6 +19,13 @@ bool listed_part(out TilePart part) {
     uint place = gl_WorkGroupID.y * BIN_GROUPS_X + gl_WorkGroupID.x;
     part = parts[place];
     return place < totals[0].parts;
+}
+
+// After all loops over the part's casters: says if the driver cut them short.
+void end_part(TilePart part) {
+    if (rounds_ran_out(part.count)) {
+        totals[0].cut_short = 1u;
+    }
 }
 
 // The first texel of the part's tile.

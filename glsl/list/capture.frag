@@ -11,7 +11,10 @@
 layout(set = 2, binding = 0, r32ui) uniform uimage2D heads;
 layout(set = 2, binding = 1, scalar) writeonly buffer Segments { Segment segments[]; };
 // Of each group of maps that are captured at once.
-layout(set = 2, binding = 2, scalar) buffer Counters { uint fragments[]; };
+layout(set = 2, binding = 2, scalar) buffer Counters {
+    uint cut_short;  // as BinTotals has it, of loops over a list
+    uint fragments[];
+};
 
 void main() {
     View view = maps[map].volume;

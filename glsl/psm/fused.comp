@@ -119,6 +119,7 @@ void main() {
         }
     }
     upto += before;
+    end_part(part);
     if (any(greaterThanEqual(texel, uvec2(view.width, view.height)))) {
         return;
     }

@@ -36,6 +36,7 @@ void main() {
             }
         }
     }
+    end_part(part);
     if (all(lessThan(texel, uvec2(view.width, view.height)))) {
         imageStore(product, ivec2(texel + uvec2(0u, map * view.height)), vec4(exp(-float(sum) / scale)));
     }

@@ -51,6 +51,8 @@ pub struct BinTotals {
     pub groups_y: u32,
     /// Likewise.
     pub groups_z: u32,
+    /// Not 0: the driver ended loops over a tile's casters before their time.
+    pub cut_short: u32,
 }
 
 impl BinTotals {
@@ -278,7 +280,7 @@ impl Bins {
     /// again.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device has no room for them.
+    /// As [`Bins::make_room`].
     pub fn settle(&mut self) -> Result<bool> {
         let totals = self.totalled.read::<BinTotals>(1)?.first().copied().unwrap_or_default();
         self.make_room(totals)
@@ -287,9 +289,13 @@ impl Bins {
     /// Makes room for the entries of a build that counted `totals`; whether it had too little.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device has no room for them; the bins are then as they were.
+    /// [`Error::Gpu`] where the device has no room for them; the bins are then as they were. [`Error::Refused`] where the
+    /// driver ended loops over a tile's casters before their time.
     pub fn make_room(&mut self, totals: BinTotals) -> Result<bool> {
         self.last = Some(totals);
+        if totals.cut_short != 0 {
+            return Err(super::cut_short("a tile"));
+        }
         let entries = totals.all_entries();
         if entries <= self.capacity.into() || !self.keeps_entries {
             return Ok(false);

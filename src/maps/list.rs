@@ -50,7 +50,7 @@ pub struct List {
     pub heads: Image,
     /// [`SegmentData`].
     pub segments: Buffer,
-    /// Fragments of each group of maps that are captured at once.
+    /// Whether the driver cut loops over a list short; then fragments of each group of maps that are captured at once.
     counters: Buffer,
     counted: Buffer,
     capacity: u32,
@@ -86,7 +86,7 @@ impl List {
         let first = (u64::from(heads_size[0]) * u64::from(heads_size[1]) * FIRST_CAPACITY).min(limit(context));
         let capacity_now = capacity.unwrap_or(first as u32);
         let segments = segment_buffer(context, capacity_now)?;
-        let counter_bytes = 4 * u64::from(maps.count());
+        let counter_bytes = 4 * (1 + u64::from(maps.count()));
         let counters = Buffer::new(context, "list.counters", counter_bytes, Memory::Device)?;
         let counted = Buffer::new(context, "list.counted", counter_bytes, Memory::Readback)?;
         let resources = [
@@ -154,11 +154,17 @@ impl List {
     /// fewer maps at once, and says that the capture must run again.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the device has no room for the demand of one map.
+    /// [`crate::Error::Gpu`] where the device has no room for the demand of one map, [`crate::Error::Refused`] where the driver
+    /// ended loops over a list before their time.
     pub fn settle(&mut self) -> Result<bool> {
         let groups = self.map_count.div_ceil(self.at_once) as usize;
-        self.fragments = self.counted.read::<u32>(groups)?;
+        let counted = self.counted.read::<u32>(1 + groups)?;
+        let cut_short = counted.first().is_some_and(|c| *c != 0);
+        self.fragments = counted.into_iter().skip(1).collect();
         let fragments = self.fragments.iter().copied().max().unwrap_or(0);
+        if cut_short {
+            return Err(super::cut_short("a texel"));
+        }
         if self.fixed || fragments <= self.capacity {
             return Ok(false);
         }

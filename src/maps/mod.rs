@@ -47,6 +47,16 @@ pub struct Map {
 /// Maps of a scene: in a dispatch the map is the workgroup's z, of which every device takes so many.
 const MAX_MAPS: usize = 65535;
 
+/// A driver that gives an invocation's loops fewer rounds than the casters of `place` take (glsl/maps/rounds.glsl): what was
+/// built is too bright.
+fn cut_short(place: &str) -> Error {
+    Error::Refused {
+        needs: format!(
+            "more rounds of a shader's loops than this driver gives, for the casters of {place}: fewer casters, a larger map (size=) or another driver"
+        ),
+    }
+}
+
 impl Map {
     /// The maps of all lights of `scene`, those of the first light first, with volume maps of `size` texels a side and
     /// opaque maps of `opaque_size` where there are meshes, before they are fitted ([`View::aimed`]).

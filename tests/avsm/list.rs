@@ -1,11 +1,11 @@
 //! The per-texel lists lose nothing, and say so when they must.
 
-use crate::support::{built_avsm, gpu_test, opened, scenes, spec, views};
+use crate::support::{ask, built_avsm, gpu_test, opened, scenes, spec, views};
 use crate::twin::{Twins, look_up};
 use gobo::gpu::Context;
 use gobo::reference::twin::avsm::node::Interpolation;
-use gobo::scene::Scene;
-use gobo::technique::{Avsm, NodeData, Opened, Technique};
+use gobo::scene::{Particle, Scene};
+use gobo::technique::{self, Avsm, NodeData, Opened, Technique};
 use gobo::world::World;
 
 /// Texels a side.
@@ -81,6 +81,43 @@ fn a_fixed_capacity_says_what_it_lost() {
             assert_eq!((demand, overflowed), (fragments, lost), "{text}");
             assert_eq!(reason.contains(&format!("overflowed: {lost}")), lost > 0, "{text}: {reason}");
             assert_eq!(reason.contains("overflowed"), lost > 0, "{text}: {reason}");
+        }
+    });
+}
+
+/// Fragments in one texel, more than some drivers' loops have rounds for (docs/drivers.md): all of them count, or the row is
+/// refused and says why; never is a curve short. 1,000 are right everywhere.
+#[test]
+fn long_lists_are_whole_or_refused() {
+    gpu_test("long_lists_are_whole_or_refused", |context| {
+        // And how far aside of the middle the nearest texel's ray is, on each axis.
+        let paths = [
+            ("avsm:path=two-pass,size=1", 0.0f32),
+            ("avsm:path=binned,resolve=streaming,size=1", 0.0),
+            ("avsm:path=binned,resolve=cells,size=1", 0.0),
+            ("psm:path=fused,size=8,slices=16", 0.125),
+        ];
+        for (count, (text, aside)) in [1_000, 20_000].into_iter().flat_map(|count| paths.map(|path| (count, path))) {
+            let extinction = 0.5 / count as f32;
+            let sphere = |i| Particle { position: [0.0, 0.0, i as f32 / count as f32], radius: 1.0, extinction };
+            let mut scene = scenes::directional("column", [0.0, 0.0, -1.0], (0..count).map(sphere).collect());
+            // Where the tail is asked for.
+            scene.particles.push(Particle { position: [0.0, 0.0, -4.0], radius: 1.0, extinction: 0.0 });
+            let world = World::new(context, &scene).expect("room");
+            let mut built = technique::open(context, &world, &spec(text)).expect("opens");
+            match built.build(&world) {
+                Ok(_) => {
+                    let tail = ask(context, built.technique.as_ref(), 0, &[[0.0, 0.0, -4.0]])[0];
+                    let half_chord = (1.0 - 2.0 * aside * aside).sqrt();
+                    // Half of an 8-bit step, and what adding thousands of floats loses.
+                    assert!((tail - (-half_chord).exp()).abs() < 4e-3, "{text}, {count}: {tail}");
+                }
+                Err(gobo::Error::Refused { needs }) => {
+                    println!("{text}, {count}: {needs}");
+                    assert!(count > 1_000 && needs.contains("rounds of a shader's loops"), "{text}, {count}: {needs}");
+                }
+                Err(error) => panic!("{text}, {count}: {error}"),
+            }
         }
     });
 }
