@@ -56,7 +56,10 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("IsmPoints", twin!(PointsData, scale, total, radius, area)),
         ("Extents", twin!(Extents, low, high)),
         ("Item", twin!(ItemData, key, index)),
-        ("BinTotals", twin!(BinTotals, entries, entries_high, tiles_used, parts, groups_x, groups_y, groups_z, cut_short)),
+        (
+            "BinTotals",
+            twin!(BinTotals, entries, entries_high, tiles_used, parts, groups_x, groups_y, groups_z, cut_short),
+        ),
         ("TilePart", twin!(TilePart, tile, map_part, first, count)),
         ("View", twin!(View, origin, projection, right, scale_x, up, scale_y, forward, near, far, width, height)),
         ("Caster", twin!(Caster, position, radius, axis, density)),
