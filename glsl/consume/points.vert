@@ -25,5 +25,5 @@ void main() {
     vec3 offset = middle + corner.x * camera.right + corner.y * camera.up - camera.origin;
     z = dot(offset, camera.forward);
     gl_Position = vec4(dot(offset, camera.right) * camera.scale_x, dot(offset, camera.up) * camera.scale_y,
-                       (z - camera.near) * camera.far / (camera.far - camera.near), z);
+                       (z - camera.near) * camera.far / (camera.far - camera.near), view_w(camera, z));
 }

@@ -29,5 +29,5 @@ void main() {
     vec3 offset = triangle.corners[gl_VertexIndex % 3] - camera.origin;
     float z = z_all[gl_VertexIndex % 3];
     gl_Position = vec4(dot(offset, camera.right) * camera.scale_x, dot(offset, camera.up) * camera.scale_y,
-                       (z - camera.near) * camera.far / (camera.far - camera.near), z);
+                       (z - camera.near) * camera.far / (camera.far - camera.near), view_w(camera, z));
 }

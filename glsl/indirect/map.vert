@@ -18,6 +18,6 @@ void main() {
     if (view.projection == VIEW_PARALLEL) {
         gl_Position = vec4(across, view_depth(view, z), 1.0);
     } else {
-        gl_Position = vec4(across, (z - view.near) * view.far / (view.far - view.near), z);
+        gl_Position = vec4(across, (z - view.near) * view.far / (view.far - view.near), view_w(view, z));
     }
 }

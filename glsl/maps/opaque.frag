@@ -1,6 +1,6 @@
 #version 460
 // Writes depth in the light's range, pushed away by what the triangle's plane changes over the look-up's reach in each
-// direction and by as much as the rasterizer may be off the texel's centre, and by its own rounding. Inputs: map, the
+// direction and by as much as the rasterizer may be off the texel's centre, and by its own rounding. Inputs: map, z, the
 // triangle's plane. Output: depth.
 // Invariant: a plane's stored depth lies behind the plane everywhere within the reach of the texel's centre.
 #include "maps/scene.glsl"
@@ -20,12 +20,13 @@ CONSTANT(float, OPAQUE_REACH, 1.0)
 // What a depth of the map's format is less than the one written, at most; 0 where that is a rounding.
 CONSTANT(float, OPAQUE_STEP, 0.0)
 
-layout(location = 0) in float z;
+layout(location = 0) in float interpolated_z;
 layout(location = 1) flat in vec3 normal;
+layout(location = 2) flat in vec2 cut;
 
 // What a z or a place across may be off, world units: of a point that comes rounded to floats, one step of its
 // coordinates; of its offset from the view and of the rasterizer's z, ten. Twin: maps::opaque::rounding.
-float rounding(View view, Ray ray) {
+float rounding(View view, Ray ray, float z) {
     vec3 position = ray.origin + z * ray.direction;
     vec3 coordinates = abs(position);
     return 1.2e-7 * (coordinates.x + coordinates.y + coordinates.z) + 6e-7 * distance(position, view.origin);
@@ -41,7 +42,10 @@ void main() {
     Ray ray = view_ray(view, at);
     float across = abs(dot(normal, right)) + abs(dot(normal, up));
     float facing = abs(dot(normal, ray.direction));
-    float off = rounding(view, ray);
+    // Where a corner is at the eye or behind it, SwiftShader interpolates what it may: the plane has the z too. A sliver's plane is
+    // known badly, and its z between those of its corners.
+    float z = cut.y > 0.0 ? clamp(cut.x / dot(normal, ray.direction), view.near, cut.y) : interpolated_z;
+    float off = rounding(view, ray, z);
     // The plane's z a reach on from the centre, where it is farthest: along parallel rays z is linear in the texel,
     // along rays from a point its reciprocal is, in proportion to the plane's facing there. Past the horizon of the
     // plane, infinity.

@@ -1,5 +1,5 @@
 #version 460
-// Draws the meshes as a light sees them. Inputs: maps, triangles. Outputs: position, z, normal.
+// Draws the meshes as a light sees them. Inputs: maps, triangles. Outputs: position, z, normal, cut.
 #include "maps/scene.glsl"
 
 layout(push_constant, scalar) uniform MapPush {
@@ -9,16 +9,26 @@ layout(push_constant, scalar) uniform MapPush {
 
 layout(location = 0) out float z;
 layout(location = 1) flat out vec3 normal;
+// Of a triangle that the near plane cuts: its plane's distance from the eye, along the normal, and the z of its farthest corner;
+// of others the latter is 0.
+layout(location = 2) flat out vec2 cut;
 
 void main() {
     View view = maps[map].opaque;
-    normal = triangle_normal(triangles[gl_VertexIndex / 3]);
-    vec3 offset = triangles[gl_VertexIndex / 3].corners[gl_VertexIndex % 3] - view.origin;
-    z = dot(offset, view.forward);
+    Triangle triangle = triangles[gl_VertexIndex / 3];
+    normal = triangle_normal(triangle);
+    vec3 all_z;
+    for (int i = 0; i < 3; ++i) {
+        all_z[i] = dot(triangle.corners[i] - view.origin, view.forward);
+    }
+    bool is_cut = view.projection == VIEW_PERSPECTIVE && min(min(all_z.x, all_z.y), all_z.z) < view.near;
+    cut = vec2(dot(triangle.corners[0] - view.origin, normal), is_cut ? max(max(all_z.x, all_z.y), all_z.z) : 0.0);
+    vec3 offset = triangle.corners[gl_VertexIndex % 3] - view.origin;
+    z = all_z[gl_VertexIndex % 3];
     vec2 across = vec2(dot(offset, view.right) * view.scale_x, dot(offset, view.up) * view.scale_y);
     if (view.projection == VIEW_PARALLEL) {
         gl_Position = vec4(across, view_depth(view, z), 1.0);
     } else {
-        gl_Position = vec4(across, (z - view.near) * view.far / (view.far - view.near), z);
+        gl_Position = vec4(across, (z - view.near) * view.far / (view.far - view.near), view_w(view, z));
     }
 }
