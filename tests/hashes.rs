@@ -203,9 +203,9 @@ fn built(
             for head in list.heads.read::<u32>()? {
                 let follow = |index: u32| segments.get(index as usize).copied();
                 let mut list: Vec<_> = std::iter::successors(follow(head), |s| follow(s.next)).collect();
-                list.sort_by_key(|s| (s.entry.to_bits(), s.caster));
+                list.sort_by_key(|s| [s.entry, s.exit, s.optical_depth].map(f32::to_bits));
                 for s in list {
-                    hash.words(&[s.entry.to_bits(), s.exit.to_bits(), s.optical_depth.to_bits(), s.caster]);
+                    hash.words(&[s.entry, s.exit, s.optical_depth].map(f32::to_bits));
                 }
                 hash.words(&[u32::MAX]);
             }

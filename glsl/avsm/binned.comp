@@ -5,10 +5,9 @@
 // Invariant: the result depends only on the casters, not on the order in which they were binned.
 // Source: ours. Twin: reference::twin::avsm::curve, with the keys of reference::twin::bins.
 #define BINS_ENTRIES_WRITTEN
-#define BATCH_SOURCE(view, entry) casters[sort_entry(tile.first, tile.count, (entry) - tile.first).y]
+#define BATCH_SOURCE(view, entry) view_caster(view, casters[sort_entry(tile.first, tile.count, (entry) - tile.first).y])
 #include "avsm/curve.glsl"
 #include "bins/part.glsl"
-#include "maps/segment.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -31,6 +30,8 @@ void main() {
     View view = maps[map].volume;
     sort_tile(tile.first, tile.count);
     uvec2 texel = part_corner(view, tile) + gl_LocalInvocationID.xy;
+    Ray ray = view_texel_ray(view, texel);
+    float ray_length = length(ray.direction);
     curve_clear();
     for (uint begin = 0u; begin < tile.count; begin += batch_size()) {
         uint filled = min(batch_size(), tile.count - begin);
@@ -39,15 +40,15 @@ void main() {
         // often as the busiest of them has hits, and not once for every caster that one of them meets.
         uint next = 0u;
         while (next < filled) {
-            vec2 depth;
-            float optical_depth;
-            bool hit;
-            do {
-                hit = texel_segment(view, texel, batch_caster(next), depth, optical_depth);
+            vec2 z;
+            float optical_depth = 0.0;
+            bool hit = false;
+            while (!hit && next < filled) {
+                hit = view_segment(view, ray, ray_length, batch_caster(next), MAX_OPTICAL_DEPTH, z, optical_depth);
                 ++next;
-            } while (!hit && next < filled);
+            }
             if (hit) {
-                curve_insert(depth.x, depth.y, optical_depth);
+                curve_insert(view_depth(view, z.x), view_depth(view, z.y), optical_depth);
             }
         }
     }

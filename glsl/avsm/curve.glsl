@@ -33,11 +33,10 @@ void curve_clear() {
     }
 }
 
-// Appends a stored node.
+// Appends a stored node; insertion finds its transmittance.
 void curve_load(int i, Node node) {
     node_depths[i] = node.depth;
     node_values[i] = node.value;
-    node_transmittance[i] = curve_transmittance(node.value);
     node_count += int(node.depth < EMPTY);
 }
 

@@ -2,34 +2,36 @@
 #extension GL_ARB_fragment_shader_interlock : require
 // Inserts the caster's segment into the texel's curve, one fragment of a texel at a time, in drawing order.
 // Source: Fife and Strugar 2013, Pixel Shader Ordering. Inputs: maps, casters. In and out: nodes.
-// Invariant: `nodes` is coherent, since the interlock orders accesses but does not make writes visible.
+// Two nodes are read and written at once: each access of a warp meets as many lines of the cache as it has texels.
+// Invariant: `pairs` is coherent, since the interlock orders accesses but does not make writes visible.
 #define SPLAT_FRAGMENT
 #include "avsm/curve.glsl"
-#include "maps/scene.glsl"
-#include "maps/segment.glsl"
 #include "maps/splat.glsl"
 
 layout(pixel_interlock_ordered) in;
 
-layout(set = 2, binding = 0, scalar) coherent buffer Nodes { Node nodes[]; };
+layout(set = 2, binding = 0, std430) coherent buffer Nodes { vec4 pairs[]; };
 
 void main() {
     View view = maps[map].volume;
     uvec2 texel = splat_texel(view);
     vec2 depth;
     float optical_depth;
-    bool hit = texel_segment(view, texel, casters[caster_index], depth, optical_depth);
+    bool hit = splat_segment(view, depth, optical_depth);
     // Curves that are to be packed are built in room for the maps that are drawn at once.
-    uint first = (((PACKED ? slot : map) * view.height + texel.y) * view.width + texel.x) * NODES;
+    uint first = (((PACKED ? slot : map) * view.height + texel.y) * view.width + texel.x) * (NODES / 2);
     beginInvocationInterlockARB();
     if (hit) {
         curve_clear();
-        [[unroll]] for (int i = 0; i < NODES; ++i) {
-            curve_load(i, nodes[first + i]);
+        [[unroll]] for (int i = 0; i < NODES / 2; ++i) {
+            vec4 pair = pairs[first + i];
+            curve_load(2 * i, Node(pair.x, pair.y));
+            curve_load(2 * i + 1, Node(pair.z, pair.w));
         }
         curve_insert(depth.x, depth.y, optical_depth);
-        [[unroll]] for (int i = 0; i < NODES; ++i) {
-            nodes[first + i] = curve_node(i);
+        [[unroll]] for (int i = 0; i < NODES / 2; ++i) {
+            Node even = curve_node(2 * i), odd = curve_node(2 * i + 1);
+            pairs[first + i] = vec4(even.depth, even.value, odd.depth, odd.value);
         }
     }
     endInvocationInterlockARB();

@@ -7,8 +7,6 @@
 #define SPLAT_FRAGMENT
 #include "avsm/attachments.glsl"
 #include "avsm/curve.glsl"
-#include "maps/scene.glsl"
-#include "maps/segment.glsl"
 #include "maps/splat.glsl"
 
 #define STORED(i) layout(input_attachment_index = i, set = 2, binding = i) uniform subpassInput stored_##i;
@@ -30,7 +28,7 @@ void main() {
     vec2 depth;
     float optical_depth;
     View view = maps[map].volume;
-    if (!texel_segment(view, splat_texel(view), casters[caster_index], depth, optical_depth)) {
+    if (!splat_segment(view, depth, optical_depth)) {
         discard;  // the attachments keep what they have
     }
     curve_clear();

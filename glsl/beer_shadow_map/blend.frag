@@ -5,8 +5,6 @@
 // Invariant: order matters only as far as the sum rounds, and primitives blend in drawing order.
 #define SPLAT_FRAGMENT
 #include "beer_shadow_map/texel.glsl"
-#include "maps/scene.glsl"
-#include "maps/segment.glsl"
 #include "maps/splat.glsl"
 
 layout(location = 0) out vec4 texel;
@@ -15,7 +13,7 @@ void main() {
     View view = maps[map].volume;
     vec2 depth;
     float optical_depth;
-    if (!texel_segment(view, splat_texel(view), casters[caster_index], depth, optical_depth) || optical_depth <= 0.0) {
+    if (!splat_segment(view, depth, optical_depth) || optical_depth <= 0.0) {
         discard;
     }
     texel = beer_texel(depth, optical_depth);

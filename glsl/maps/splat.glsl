@@ -2,6 +2,8 @@
 // Twin: maps::splat::SplatPush.
 #ifndef MAPS_SPLAT_GLSL
 #define MAPS_SPLAT_GLSL
+#include "bins/view_caster.glsl"
+#include "maps/scene.glsl"
 
 layout(push_constant, scalar) uniform SplatPush {
     uint map;
@@ -12,9 +14,21 @@ layout(push_constant, scalar) uniform SplatPush {
 };
 
 #ifdef SPLAT_FRAGMENT
-layout(location = 0) flat in uint caster_index;
+// A caster in the view's axes: its position and radius, its axis and density.
+layout(location = 0) flat in vec4 ball;
+layout(location = 1) flat in vec4 rest;
 
 // Of the map.
 uvec2 splat_texel(View view) { return uvec2(gl_FragCoord.xy) - uvec2(0u, slot * view.height); }
+
+// The segment of the caster in the texel, as depths in the light's range. False where there is none.
+bool splat_segment(View view, out vec2 depth, out float optical_depth) {
+    Caster caster = Caster(ball.xyz, ball.w, STRANDS ? rest.xyz : vec3(0.0), rest.w);
+    Ray ray = view_texel_ray(view, splat_texel(view));
+    vec2 z;
+    bool hit = view_segment(view, ray, length(ray.direction), caster, MAX_OPTICAL_DEPTH, z, optical_depth);
+    depth = vec2(view_depth(view, z.x), view_depth(view, z.y));
+    return hit;
+}
 #endif
 #endif

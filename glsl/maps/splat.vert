@@ -1,14 +1,20 @@
 #version 460
 // Draws casters as quads over a map, in the order of `order` from `order_first` on. Six vertices a caster.
-// Inputs: maps, casters, order. Outputs: position, caster index. Source: Fife and Strugar 2013, Sample particle system.
-#include "maps/scene.glsl"
+// Inputs: maps, casters, order. Outputs: position, the caster in the view's axes. Source: Fife and Strugar 2013, Sample particle
+// system.
 #include "maps/splat.glsl"
 
 layout(set = 1, binding = 0, scalar) readonly buffer Order { uint order[]; };
 
-layout(location = 0) flat out uint caster_index;
+layout(location = 0) flat out vec4 ball;
+layout(location = 1) flat out vec4 rest;
 
 void main() {
-    caster_index = order[order_first + gl_VertexIndex / 6];
-    gl_Position = caster_corner(maps[map].volume, casters[caster_index], gl_VertexIndex % 6);
+    View view = maps[map].volume;
+    Caster caster = casters[order[order_first + gl_VertexIndex / 6]];
+    gl_Position = caster_corner(view, caster, gl_VertexIndex % 6);
+    // Once a caster what each fragment would do.
+    caster = view_caster(view, caster);
+    ball = vec4(caster.position, caster.radius);
+    rest = vec4(caster.axis, caster.density);
 }

@@ -3,8 +3,6 @@
 // Shadows. Inputs: maps, casters. Output: transmittance. Twin: reference::twin::translucency_map::multiply.
 // Invariant: order matters only as far as blending rounds, and primitives blend in drawing order.
 #define SPLAT_FRAGMENT
-#include "maps/scene.glsl"
-#include "maps/segment.glsl"
 #include "maps/splat.glsl"
 
 layout(location = 0) out float transmittance;
@@ -13,7 +11,7 @@ void main() {
     View view = maps[map].volume;
     vec2 depth;
     float optical_depth;
-    if (!texel_segment(view, splat_texel(view), casters[caster_index], depth, optical_depth)) {
+    if (!splat_segment(view, depth, optical_depth)) {
         discard;
     }
     transmittance = exp(-optical_depth);

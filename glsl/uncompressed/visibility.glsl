@@ -4,13 +4,13 @@
 #include "maps/look_up.glsl"
 
 layout(set = GOBO_SET, binding = 3, r32ui) uniform readonly uimage2D visibility_heads;
-layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilitySegments { Segment visibility_segments[]; };
+layout(set = GOBO_SET, binding = 4, std430) readonly buffer VisibilitySegments { uvec4 visibility_segments[]; };
 
 float texel_transmittance(LookUp l, ivec2 texel) {
     float optical_depth = 0.0;
     uint index = imageLoad(visibility_heads, stacked(l, texel)).r;
     while (index != NO_SEGMENT) {
-        Segment segment = visibility_segments[index];
+        Segment segment = segment_of(visibility_segments[index]);
         // Compared first, so that a segment of no length is a step and not 0/0; its own depth lies behind it.
         float ramp = l.depth >= segment.exit ? 1.0
                      : l.depth <= segment.entry ? 0.0

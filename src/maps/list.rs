@@ -19,8 +19,6 @@ pub struct SegmentData {
     pub exit: f32,
     /// Optical depth of the segment.
     pub optical_depth: f32,
-    /// The caster that made it.
-    pub caster: u32,
     /// Next in the list, or `0xFFFFFFFF`.
     pub next: u32,
 }

@@ -8,6 +8,7 @@ use crate::gpu::{
     push_struct,
 };
 use crate::shaders;
+use crate::shaders::constant::STRANDS;
 use crate::world::World;
 use std::ops::Range;
 
@@ -47,6 +48,8 @@ pub struct Splat {
     capacity: u32,
     caster_count: u32,
     size: [u32; 2],
+    /// Some casters are strands.
+    strands: bool,
 }
 
 impl Splat {
@@ -79,8 +82,8 @@ impl Splat {
         };
         let drawn = culled.as_ref().map_or(&order, |c| &c.drawn).clone();
         let set = Bindings::new(context, "splat", &[Resource::Buffer(drawn)])?;
-        let caster_count = world.caster_count();
-        Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size() })
+        let (caster_count, strands) = (world.caster_count(), world.has_strands());
+        Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), strands })
     }
 
     /// What draws casters with a fragment shader into colour targets: sets 0 and 1 are the maps' and the order, set 2 is
@@ -97,9 +100,10 @@ impl Splat {
         more: &[&Bindings],
         constants: &Constants,
     ) -> Result<Kernel<SplatPush>> {
+        let constants = constants.clone().set(STRANDS, self.strands);
         let state = Graphics { vertex: &shaders::maps::SPLAT_VERT, fragment, colors, depth: None };
         let sets: Vec<_> = [maps.scene(), &self.set].into_iter().chain(more.iter().copied()).collect();
-        Kernel::graphics(context, &state, &sets, constants)
+        Kernel::graphics(context, &state, &sets, &constants)
     }
 
     /// The set of the drawing orders.

@@ -63,7 +63,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("TilePart", twin!(TilePart, tile, map_part, first, count)),
         ("View", twin!(View, origin, projection, right, scale_x, up, scale_y, forward, near, far, width, height)),
         ("Caster", twin!(Caster, position, radius, axis, density)),
-        ("Segment", twin!(SegmentData, entry, exit, optical_depth, caster, next)),
+        ("Segment", twin!(SegmentData, entry, exit, optical_depth, next)),
         ("Node", twin!(NodeData, depth, value)),
         ("Triangle", twin!(TriangleData, corners, albedo)),
         ("Tree", twin!(TreeData, origin, size, right, levels, up, root, forward, root_at, shortcuts, at, pointer_bits)),
