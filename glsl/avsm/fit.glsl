@@ -7,6 +7,7 @@
 // Source: ours. Twin: reference::twin::avsm::fit.
 #ifndef AVSM_FIT_GLSL
 #define AVSM_FIT_GLSL
+#extension GL_EXT_control_flow_attributes : require
 #include "avsm/curve.glsl"
 
 // Rounds over all nodes; 0: they stay on the curve.
@@ -22,6 +23,27 @@ const float STRAIGHT = 1e-10;
 // (depth, value) of node i of texel t at i · TEXELS + t.
 shared vec2 fitted[(ROUNDS > 0 ? NODES : 1) * TEXELS];
 
+// Of the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to the curve at
+// the ends of cells `first` to `last` − 1. An end that the node passes goes over from one of its lines to the other bit by
+// bit, half a cell before to half a cell behind, so that what comes out has no leaps.
+vec2 line_sums(uint t, vec2 neighbour, vec2 node, float per, uint first, uint last) {
+    vec2 sums = vec2(0.0);
+    float rise = node.y - neighbour.y;
+    // Four that don't wait for each other at a time.
+    [[dont_unroll]] for (uint begin = first; begin < last; begin += 4u) {
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            uint cell = min(begin + i, last - 1u);
+            float end = float(cell + 1u);
+            float share = (end - neighbour.x) * per;
+            float belongs = begin + i < last ? clamp((node.x - end) * sign(per) + 0.5, 0.0, 1.0) : 0.0;
+            float optical_depth = uintBitsToFloat(cells[cell * TEXELS + t]);
+            float weight = exp(-2.0 * optical_depth) * share * belongs;
+            sums += weight * vec2(share, optical_depth - (neighbour.y + rise * share));
+        }
+    }
+    return sums;
+}
+
 // What node i is moved to. Places are in cells behind `low`.
 vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     vec2 node = fitted[i * TEXELS + t];
@@ -34,25 +56,10 @@ vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     vec2 q = is_last ? node : fitted[(i + 1u) * TEXELS + t];
     float at_p = (p.x - low) * per_cell, at = (node.x - low) * per_cell, at_q = (q.x - low) * per_cell;
     float per_p = 1.0 / max(at - at_p, 1e-6), per_q = 1.0 / max(at_q - at, 1e-6);
-    float rise_p = node.y - p.y, rise_q = q.y - node.y;
-    float slope_p = rise_p * per_p, slope_q = rise_q * per_q;
-    float until = min(at_q, (dark_from - low) * per_cell);
-    // Weights, and weighted distances from the line to the curve.
-    vec2 sums_p = vec2(0.0), sums_q = vec2(0.0);
-    for (uint cell = uint(at_p); cell < uint(CELLS); ++cell) {
-        float end = float(cell + 1u);
-        if (end > until) {
-            break;
-        }
-        bool before = end <= at;
-        float share = before ? (end - at_p) * per_p : (at_q - end) * per_q;
-        float line = before ? p.y + rise_p * share : q.y - rise_q * share;
-        float optical_depth = uintBitsToFloat(cells[cell * TEXELS + t]);
-        float weight = exp(-2.0 * optical_depth) * share;
-        vec2 sums = weight * vec2(share, optical_depth - line);
-        sums_p += before ? sums : vec2(0.0);
-        sums_q += before ? vec2(0.0) : sums;
-    }
+    float slope_p = (node.y - p.y) * per_p, slope_q = (q.y - node.y) * per_q;
+    float dark = min((dark_from - low) * per_cell, float(CELLS));
+    vec2 sums_p = line_sums(t, vec2(at_p, p.y), vec2(at, node.y), per_p, uint(at_p), uint(min(at + 0.5, dark)));
+    vec2 sums_q = line_sums(t, vec2(at_q, q.y), vec2(at, node.y), -per_q, uint(max(at - 0.5, at_p)), uint(min(at_q, dark)));
     // By how much each line alone should rise at the node.
     float wish_p = sums_p.y / (sums_p.x + DIM), wish_q = sums_q.y / (sums_q.x + DIM);
     float nearest = at - REACH * (at - at_p);

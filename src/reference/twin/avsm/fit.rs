@@ -1,6 +1,7 @@
 //! CPU twin of glsl/avsm/fit.glsl: nodes moved to where the sums in cells want them, in f32.
 
 use super::cells::{CELLS, Cells};
+use std::ops::Range;
 
 const REACH: f32 = 0.5;
 const DIM: f32 = 1e-7;
@@ -16,6 +17,22 @@ impl Cells {
         }
     }
 
+    /// Twin: line_sums.
+    fn line_sums(&self, neighbour: (f32, f32), node: (f32, f32), per: f32, range: Range<f32>) -> [f32; 2] {
+        let mut sums = [0.0; 2];
+        for cell in range.start as usize..range.end as usize {
+            let end = (cell + 1) as f32;
+            let share = (end - neighbour.0) * per;
+            let line = neighbour.1 + (node.1 - neighbour.1) * share;
+            let belongs = ((node.0 - end) * per.signum() + 0.5).clamp(0.0, 1.0);
+            let optical_depth = self.optical_depth(cell);
+            let weight = (-2.0 * optical_depth).exp() * share * belongs;
+            sums[0] += weight * share;
+            sums[1] += weight * (optical_depth - line);
+        }
+        sums
+    }
+
     /// Twin: fitted.
     fn fitted(&self, nodes: &[(f32, f32)], i: usize) -> (f32, f32) {
         let node = nodes[i];
@@ -29,24 +46,10 @@ impl Cells {
         let place = |depth: f32| (depth - self.low) * self.per_cell;
         let (at_p, at, at_q) = (place(p.0), place(node.0), place(q.0));
         let (per_p, per_q) = (1.0 / (at - at_p).max(1e-6), 1.0 / (at_q - at).max(1e-6));
-        let (rise_p, rise_q) = (node.1 - p.1, q.1 - node.1);
-        let (slope_p, slope_q) = (rise_p * per_p, rise_q * per_q);
-        let until = at_q.min(place(dark_from));
-        let (mut sums_p, mut sums_q) = ([0.0f32; 2], [0.0f32; 2]);
-        for cell in at_p as usize..CELLS {
-            let end = (cell + 1) as f32;
-            if end > until {
-                break;
-            }
-            let before = end <= at;
-            let share = if before { (end - at_p) * per_p } else { (at_q - end) * per_q };
-            let line = if before { p.1 + rise_p * share } else { q.1 - rise_q * share };
-            let optical_depth = self.optical_depth(cell);
-            let weight = (-2.0 * optical_depth).exp() * share;
-            let sums = if before { &mut sums_p } else { &mut sums_q };
-            sums[0] += weight * share;
-            sums[1] += weight * (optical_depth - line);
-        }
+        let (slope_p, slope_q) = ((node.1 - p.1) * per_p, (q.1 - node.1) * per_q);
+        let dark = place(dark_from).min(CELLS as f32);
+        let sums_p = self.line_sums((at_p, p.1), (at, node.1), per_p, at_p..(at + 0.5).min(dark));
+        let sums_q = self.line_sums((at_q, q.1), (at, node.1), -per_q, (at - 0.5).max(at_p)..at_q.min(dark));
         let (wish_p, wish_q) = (sums_p[1] / (sums_p[0] + DIM), sums_q[1] / (sums_q[0] + DIM));
         let (nearest, farthest) =
             (at - REACH * (at - at_p), at + REACH * (if is_last { CELLS as f32 } else { at_q } - at));
