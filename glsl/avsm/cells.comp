@@ -254,7 +254,7 @@ void main() {
         }
         curve_reduce();
     }
-    if (ROUNDS > 0) {
+    if (TURNS > 0) {
         curve_fit(t, group, GROUPS, low, per_cell, dark_from);
     }
     end_part(part);

@@ -10,8 +10,8 @@
 #extension GL_EXT_control_flow_attributes : require
 #include "avsm/curve.glsl"
 
-// Rounds over all nodes; 0: they stay on the curve.
-CONSTANT(int, ROUNDS, 0)
+// How often nodes of odd and of even number take turns; 0: all stay on the curve.
+CONSTANT(int, TURNS, 0)
 
 // Of the way to its neighbours, how far a node moves at a time. Half: it meets none that moves too.
 const float REACH = 0.5;
@@ -21,7 +21,7 @@ const float DIM = 1e-7;
 const float STRAIGHT = 1e-10;
 
 // (depth, value) of node i of texel t at i · TEXELS + t.
-shared vec2 fitted[(ROUNDS > 0 ? NODES : 1) * TEXELS];
+shared vec2 fitted[(TURNS > 0 ? NODES : 1) * TEXELS];
 
 // Of the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to the curve at
 // the ends of cells `first` to `last` − 1. An end that the node passes goes over from one of its lines to the other bit by
@@ -93,7 +93,7 @@ void curve_fit(uint t, uint group, uint groups, float low, float per_cell, float
         }
     }
     barrier();
-    [[dont_unroll]] for (int turn = 0; turn < 2 * ROUNDS; ++turn) {
+    [[dont_unroll]] for (int turn = 0; turn < TURNS; ++turn) {
         // Odd ones first.
         uint parity = uint(turn + 1) % 2u;
         [[dont_unroll]] for (uint i = parity + 2u * group; i < NODES; i += 2u * groups) {

@@ -138,10 +138,10 @@ pub fn build(spec: &Spec) -> Build {
             _ => Interpolation::Exponential,
         },
         nudge: spec.value("nudge") == "on",
-        // FIT_ROUNDS of the binned path, whose sums are of optical depth.
-        rounds: match (spec.value("curve"), spec.value("fit")) {
+        // FIT_TURNS of the binned path, whose sums are of optical depth.
+        turns: match (spec.value("curve"), spec.value("fit")) {
             ("linear", _) | (_, "plain") => 0,
-            _ => 2,
+            _ => 3,
         },
     }
 }

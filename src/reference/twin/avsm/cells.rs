@@ -124,7 +124,7 @@ impl Cells {
         }
         curve.reduce();
         if build.interpolation == Interpolation::Exponential {
-            self.fit(&mut curve.nodes, build.rounds);
+            self.fit(&mut curve.nodes, build.turns);
         }
         curve
     }
@@ -228,10 +228,10 @@ mod tests {
 
         #[test]
         fn invariants(list in segments(), nodes in prop::sample::select(vec![4usize, 8, 16]), linear: bool, nudge: bool,
-            rounds in 0usize..3) {
+            turns in 0usize..5) {
             let interpolation = if linear { Interpolation::Linear } else { Interpolation::Exponential };
             let cells = Cells::new(&list, bound_of(&list)).expect("some segments");
-            let curve = cells.curve(Build { nodes, work: nodes + 2, interpolation, nudge, rounds });
+            let curve = cells.curve(Build { nodes, work: nodes + 2, interpolation, nudge, turns });
             prop_assert!(curve.nodes().len() <= nodes);
             let mut last = 1.0f32;
             for i in 0..=64 {

@@ -8,9 +8,9 @@ const DIM: f32 = 1e-7;
 const STRAIGHT: f32 = 1e-10;
 
 impl Cells {
-    /// So many rounds over all nodes (depth, optical depth). Twin: fit.
-    pub(super) fn fit(&self, nodes: &mut [(f32, f32)], rounds: usize) {
-        for parity in (0..rounds).flat_map(|_| [1, 0]) {
+    /// Nodes (depth, optical depth) of odd and of even number take turns. Twin: curve_fit.
+    pub(super) fn fit(&self, nodes: &mut [(f32, f32)], turns: usize) {
+        for parity in (0..turns).map(|turn| (turn + 1) % 2) {
             for i in (parity..nodes.len()).step_by(2) {
                 nodes[i] = self.fitted(nodes, i);
             }
