@@ -33,7 +33,7 @@ layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
 const int CELLS = 64;
 // A cell end stays out of the curve where that changes the area under it by less than LEFT_OUT / NODES², at least a
-// hundredth of what NODES nodes lose on smoke; where more than 5/2 NODES ends would stay, COARSER times as much, and again.
+// hundredth of what NODES nodes lose on smoke; where more ends would stay than are few enough, COARSER times as much, and again.
 const float LEFT_OUT = 6.4e-4;
 const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;
@@ -120,8 +120,9 @@ uvec2 ends_that_stay(uint texel, float loss) {
     return mask;
 }
 
+// 5/2 NODES; 3/2 where nodes are fitted anyway, which is as good and saves two removals of three.
 bool few_enough(uvec2 mask) {
-    return bitCount(mask.x) + bitCount(mask.y) <= 5 * NODES / 2;
+    return bitCount(mask.x) + bitCount(mask.y) <= (TURNS > 0 ? 3 : 5) * NODES / 2;
 }
 
 void main() {

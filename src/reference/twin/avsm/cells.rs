@@ -95,17 +95,18 @@ impl Cells {
         ends
     }
 
-    /// The ends of cells that the curve of so many nodes is made from, bit i: of cell i. Twin: the masks of main.
-    pub fn ends(&self, nodes: usize) -> u64 {
+    /// The ends of cells that the curve is made from, bit i: of cell i. Twin: the masks of main.
+    pub fn ends(&self, build: Build) -> u64 {
+        let Build { nodes, turns, .. } = build;
         let square = (nodes * nodes) as f32;
         let at = |group| self.ends_that_stay(2.0 * LEFT_OUT / square * self.per_cell * COARSER.powi(group));
-        let few_enough = |ends: u64| ends.count_ones() as usize <= 5 * nodes / 2;
+        let few_enough = |ends: u64| ends.count_ones() as usize <= if turns > 0 { 3 } else { 5 } * nodes / 2;
         (0..GROUPS - 1).map(at).find(|ends| few_enough(*ends)).unwrap_or_else(|| at(GROUPS - 1))
     }
 
     /// The curve through the ends that stay, compressed. Twin: the rest of main.
     pub fn curve(&self, build: Build) -> Curve {
-        let ends = self.ends(build.nodes);
+        let ends = self.ends(build);
         let mut curve = Curve::new(build);
         curve.append(self.low, 0.0);
         for end in (0..CELLS).filter(|end| ends >> end & 1 == 1) {
