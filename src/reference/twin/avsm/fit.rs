@@ -73,3 +73,99 @@ impl Cells {
         ((self.low + moved / self.per_cell).max(p.0).min(end), value)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::curve::Build;
+    use super::super::node::Interpolation;
+    use super::*;
+    use crate::reference::twin::segment::Segment;
+    use proptest::prelude::*;
+
+    /// As much as cells hold of so few.
+    const BOUND: u64 = 1 << 12;
+
+    fn build(nodes: usize) -> Build {
+        Build { nodes, work: nodes + 2, interpolation: Interpolation::Exponential, nudge: true, turns: 0 }
+    }
+
+    fn segments(thick: f32) -> impl Strategy<Value = Vec<Segment>> {
+        prop::collection::vec((0.0..1.0f32, 0.0..0.3f32, 0.0..thick), 1..40).prop_map(|list| {
+            let segment = |(entry, length, optical_depth)| Segment { entry, exit: entry + length, optical_depth };
+            list.into_iter().map(segment).collect()
+        })
+    }
+
+    /// What its nodes are off the curve in all, at the ends of cells, as light.
+    fn error(cells: &Cells, nodes: &[(f32, f32)]) -> f32 {
+        let off = |cell: usize| {
+            let depth = cells.low + (cell + 1) as f32 / cells.per_cell;
+            let behind = nodes.partition_point(|n| n.0 <= depth);
+            let value = match (behind.checked_sub(1).map(|i| nodes[i]), nodes.get(behind)) {
+                (None, _) => 0.0,
+                (Some(p), None) => p.1,
+                (Some(p), Some(q)) => p.1 + (q.1 - p.1) * (depth - p.0) / (q.0 - p.0),
+            };
+            ((-value).exp() - (-cells.optical_depth(cell)).exp()).abs()
+        };
+        (0..CELLS).map(off).sum()
+    }
+
+    /// A curve of enough nodes already is where it should be.
+    #[test]
+    fn what_is_exact_stays() {
+        for optical_depth in [1e-3, 0.5, 6.0] {
+            let cells = Cells::new(&[Segment { entry: 0.25, exit: 0.75, optical_depth }], BOUND).expect("a segment");
+            let mut nodes = cells.curve(build(8)).nodes;
+            cells.fit(&mut nodes, 8);
+            assert!(error(&cells, &nodes) < 1e-5, "{optical_depth}: {nodes:?}");
+        }
+    }
+
+    /// In all, and each curve hardly worse.
+    #[test]
+    fn fitted_curves_err_less() {
+        let mut runner = proptest::test_runner::TestRunner::deterministic();
+        for count in [4, 8, 16] {
+            let (mut plain, mut fitted) = (0.0, 0.0);
+            for _ in 0..200 {
+                let list = segments(0.5).new_tree(&mut runner).expect("segments").current();
+                let cells = Cells::new(&list, BOUND).expect("some segments");
+                let mut nodes = cells.curve(build(count)).nodes;
+                let before = error(&cells, &nodes);
+                cells.fit(&mut nodes, 3);
+                let after = error(&cells, &nodes);
+                assert!(after < 1.25 * before + 0.02, "{after}, {before} before: {nodes:?}");
+                (plain, fitted) = (plain + before, fitted + after);
+            }
+            println!("{count} nodes: {fitted} of {plain}");
+            assert!(fitted < 0.8 * plain, "{count} nodes: {fitted} of {plain}");
+        }
+    }
+
+    proptest! {
+        /// Behind the last node the light is what it was; where it is dark nothing moves; depths and optical depths rise.
+        #[test]
+        fn fit_keeps_what_it_must(
+            list in segments(4.0),
+            dark in prop::option::of((0.0..1.0f32, 0.0..0.2f32)),
+            count in prop::sample::select(vec![4usize, 8, 16]),
+        ) {
+            let mut list = list;
+            list.extend(dark.map(|(entry, length)| Segment { entry, exit: entry + length, optical_depth: 40.0 }));
+            let cells = Cells::new(&list, BOUND).expect("some segments");
+            let plain = cells.curve(build(count)).nodes;
+            let mut nodes = plain.clone();
+            cells.fit(&mut nodes, 4);
+            prop_assert_eq!(nodes.len(), plain.len());
+            prop_assert_eq!(nodes.last().map(|n| n.1), plain.last().map(|n| n.1));
+            let from = cells.dark.map_or(f32::INFINITY, |(from, _)| from);
+            for (node, old) in nodes.iter().zip(&plain) {
+                prop_assert!(old.0 < from || node == old, "{old:?} went to {node:?}");
+            }
+            // Nudging leaves roundings.
+            let rises = |n: &[(f32, f32)]| n[0].0 <= n[1].0 && n[0].1 <= n[1].1 + 1e-5;
+            prop_assert!(nodes.windows(2).all(rises), "{nodes:?}");
+        }
+    }
+}
