@@ -1,7 +1,7 @@
 #version 460
 // Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters: adds up their optical depth in
-// CELLS even cells of each texel's own depth range, then compresses the curve through the cells' ends, which is exact there, and
-// fits the nodes that are left to all of it.
+// CELLS even cells of each texel's own depth range, then compresses the curve through the cells' ends, which is exact
+// there, and fits the nodes that are left to all of it.
 // Inputs: maps, casters, parts, entries. Outputs: nodes of tiles that have casters.
 // Invariants: cells are whole numbers, so the result depends only on the casters, not on the order they come in; where a
 // segment lets nothing through, the first such keeps its own two depths, and what is behind it is left out.
@@ -33,7 +33,7 @@ layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
 const int CELLS = 64;
 // A cell end stays out of the curve where that changes the area under it by less than LEFT_OUT / NODES², at least a
-// hundredth of what NODES nodes lose on smoke; where more ends would stay than are few enough, COARSER times as much, and again.
+// hundredth of what NODES nodes lose on smoke; where too many ends would stay, COARSER times as much, and again.
 const float LEFT_OUT = 6.4e-4;
 const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;

@@ -1,9 +1,9 @@
-// Moves the nodes of a compressed curve off the true curve, to where the sums in cells want them: a node's two lines, to the
-// node before and to the node behind, are each turned about their other ends into the best fit of the cells' ends that they
-// pass, and the node goes to where the two meet. Squares of transmittance are made least, with a step of Gauss and Newton.
-// Needs, declared before: CELLS and TEXELS, and cells[], each the bits of the optical depth up to a cell's end. All threads of a
-// workgroup take part: nodes of odd and of even number take turns, since a node asks for its neighbours alone.
-// Invariants: depths never fall; nor do optical depths; the last node's stays; nodes from `dark_from` on stay where they are.
+// Moves the nodes of a compressed curve off the true curve, to where the sums in cells want them: a node's two lines, to
+// the node before and to the node behind, are each turned about their other ends into the best fit of the cells' ends that
+// they pass, and the node goes to where the two meet: a step of Gauss and Newton for least squares of transmittance.
+// Needs, declared before: CELLS and TEXELS, and cells[], each the bits of the optical depth up to a cell's end. All threads
+// of a workgroup take part: nodes of odd and of even number take turns, since a node asks for its neighbours alone.
+// Invariants: depths never fall; nor do optical depths; the last node's stays; nodes from `dark_from` on stay as they are.
 // Source: ours. Twin: reference::twin::avsm::fit.
 #ifndef AVSM_FIT_GLSL
 #define AVSM_FIT_GLSL
@@ -13,7 +13,7 @@
 // How often nodes of odd and of even number take turns; 0: all stay on the curve.
 CONSTANT(int, TURNS, 0)
 
-// Of the way to its neighbours, how far a node moves at a time. Half: it meets none that moves too.
+// Of the way to its neighbours, how far a node moves at most at a time.
 const float REACH = 0.5;
 // Weights, squares of transmittance, that count for nothing.
 const float DIM = 1e-7;
@@ -23,10 +23,11 @@ const float STRAIGHT = 1e-10;
 // (depth, value) of node i of texel t at i · TEXELS + t.
 shared vec2 fitted[(TURNS > 0 ? NODES : 1) * TEXELS];
 
-// Of the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to the curve at
-// the ends of cells `first` to `last` − 1. An end that the node passes goes over from one of its lines to the other bit by
-// bit, half a cell before to half a cell behind, so that what comes out has no leaps.
-vec2 line_sums(uint t, vec2 neighbour, vec2 node, float per, uint first, uint last) {
+// Of the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to the
+// curve at the ends of cells `from` to `to`, places. An end that the node passes goes over from one of its lines to the other
+// bit by bit, half a cell before to half a cell behind, so that what comes out has no leaps.
+vec2 line_sums(uint t, vec2 neighbour, vec2 node, float per, float from, float to) {
+    uint first = uint(from), last = uint(to);
     vec2 sums = vec2(0.0);
     float rise = node.y - neighbour.y;
     // Four that don't wait for each other at a time.
@@ -57,9 +58,10 @@ vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     float at_p = (p.x - low) * per_cell, at = (node.x - low) * per_cell, at_q = (q.x - low) * per_cell;
     float per_p = 1.0 / max(at - at_p, 1e-6), per_q = 1.0 / max(at_q - at, 1e-6);
     float slope_p = (node.y - p.y) * per_p, slope_q = (q.y - node.y) * per_q;
-    float dark = min((dark_from - low) * per_cell, float(CELLS));
-    vec2 sums_p = line_sums(t, vec2(at_p, p.y), vec2(at, node.y), per_p, uint(at_p), uint(min(at + 0.5, dark)));
-    vec2 sums_q = line_sums(t, vec2(at_q, q.y), vec2(at, node.y), -per_q, uint(max(at - 0.5, at_p)), uint(min(at_q, dark)));
+    float dark = clamp((dark_from - low) * per_cell, 0.0, float(CELLS));
+    vec2 placed = vec2(at, node.y);
+    vec2 sums_p = line_sums(t, vec2(at_p, p.y), placed, per_p, at_p, min(at + 0.5, dark));
+    vec2 sums_q = line_sums(t, vec2(at_q, q.y), placed, -per_q, max(at - 0.5, at_p), min(at_q, dark));
     // By how much each line alone should rise at the node.
     float wish_p = sums_p.y / (sums_p.x + DIM), wish_q = sums_q.y / (sums_q.x + DIM);
     float nearest = at - REACH * (at - at_p);

@@ -20,8 +20,8 @@ const BINNED_NODES: u32 = 4;
 /// WORK − NODES of curves from cells: ends of cells come in order and few, so that little is gained by more.
 const CELLS_NODES: u32 = 2;
 
-/// With fit=refined: how often nodes of odd and of even number take turns. Two bring four fifths of what eight bring, three nine
-/// tenths.
+/// With fit=refined: how often nodes of odd and of even number take turns. Two bring four fifths of what eight bring, three
+/// nine tenths.
 const FIT_TURNS: u32 = 3;
 
 /// How glsl/avsm/cells.comp runs: its variants.
@@ -41,8 +41,8 @@ impl Cells {
         if self == Self::Whole { 64 } else { 32 }
     }
 
-    /// Shared memory: 64 cells a texel, for lanes twice, else 128 casters, of half a tile 64; four sets of ends, two ranges, 16 nodes
-    /// a texel, and the bound.
+    /// Shared memory: 64 cells a texel, for lanes twice, else 128 casters, of half a tile 64; four sets of ends, two ranges,
+    /// 16 nodes a texel, and the bound.
     fn shared_bytes(self) -> u32 {
         let cells = 64 * 4 * self.texels();
         let more = match self {

@@ -47,7 +47,7 @@ impl Cells {
         let (at_p, at, at_q) = (place(p.0), place(node.0), place(q.0));
         let (per_p, per_q) = (1.0 / (at - at_p).max(1e-6), 1.0 / (at_q - at).max(1e-6));
         let (slope_p, slope_q) = ((node.1 - p.1) * per_p, (q.1 - node.1) * per_q);
-        let dark = place(dark_from).min(CELLS as f32);
+        let dark = place(dark_from).clamp(0.0, CELLS as f32);
         let sums_p = self.line_sums((at_p, p.1), (at, node.1), per_p, at_p..(at + 0.5).min(dark));
         let sums_q = self.line_sums((at_q, q.1), (at, node.1), -per_q, (at - 0.5).max(at_p)..at_q.min(dark));
         let (wish_p, wish_q) = (sums_p[1] / (sums_p[0] + DIM), sums_q[1] / (sums_q[0] + DIM));
@@ -81,6 +81,8 @@ mod tests {
     use super::*;
     use crate::reference::twin::segment::Segment;
     use proptest::prelude::*;
+    use proptest::strategy::ValueTree;
+    use proptest::test_runner::TestRunner;
 
     /// As much as cells hold of so few.
     const BOUND: u64 = 1 << 12;
@@ -125,7 +127,7 @@ mod tests {
     /// In all, and each curve hardly worse.
     #[test]
     fn fitted_curves_err_less() {
-        let mut runner = proptest::test_runner::TestRunner::deterministic();
+        let mut runner = TestRunner::deterministic();
         for count in [4, 8, 16] {
             let (mut plain, mut fitted) = (0.0, 0.0);
             for _ in 0..200 {
