@@ -18,7 +18,7 @@ pub struct Cells {
     pub(super) low: f32,
     pub(super) per_cell: f32,
     /// Optical depth of a unit.
-    unit: f32,
+    pub(super) unit: f32,
     /// Units up to the end of each cell, without `dark`.
     sums: [u32; CELLS],
     /// Depths of the first segment that lets nothing through: from where, and where it does so.

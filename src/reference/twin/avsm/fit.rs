@@ -117,10 +117,13 @@ mod tests {
     #[test]
     fn what_is_exact_stays() {
         for optical_depth in [1e-3, 0.5, 6.0] {
-            let cells = Cells::new(&[Segment { entry: 0.25, exit: 0.75, optical_depth }], BOUND).expect("a segment");
+            let segment = Segment { entry: 0.25, exit: 0.75, optical_depth };
+            let cells = Cells::of_each_cell(&[segment], BOUND).expect("a segment");
             let mut nodes = cells.curve(build(8)).nodes;
             cells.fit(&mut nodes, 8);
-            assert!(error(&cells, &nodes) < 1e-5, "{optical_depth}: {nodes:?}");
+            // Sums are rounded to a unit, of which a fit may miss each by one more.
+            let off = error(&cells, &nodes);
+            assert!(off < 2.0 * CELLS as f32 * cells.unit, "{optical_depth}: {off}, {nodes:?}");
         }
     }
 
