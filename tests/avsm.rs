@@ -167,6 +167,9 @@ fn cells(name: &str, scene: &Scene, size: u32) {
         {
             compare(context, scene, size, "path=binned,resolve=cells,batch=shared", Order::Cells);
         }
+        if all() || scene.name == "random" {
+            compare(context, scene, size, "path=binned,resolve=cells,fit=plain", Order::Cells);
+        }
     });
 }
 
@@ -325,6 +328,11 @@ fn paths_are_what_the_device_can_do() {
                 let stores = "fragmentStoresAndAtomics";
                 assert!(matches!(&error, Error::Refused { needs } if needs == feature || needs == stores), "{error}");
             }
+        }
+        // Nor has insertion sums to fit to.
+        for text in ["avsm:path=binned,resolve=streaming,fit=refined,size=8", "avsm:curve=linear,fit=refined,size=8"] {
+            let Err(error) = open(text) else { panic!("{text}") };
+            assert!(error.to_string().contains("fit=refined"), "{error}");
         }
         let auto = |scene: &Scene, text: &str| {
             let facts = built_avsm(context, scene, text).facts().expect("counted");

@@ -1,6 +1,7 @@
 #version 460
 // Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters: adds up their optical depth in
-// CELLS even cells of each texel's own depth range, then compresses the curve through the cells' ends, which is exact there.
+// CELLS even cells of each texel's own depth range, then compresses the curve through the cells' ends, which is exact
+// there, and fits the nodes that are left to all of it.
 // Inputs: maps, casters, parts, entries. Outputs: nodes of tiles that have casters.
 // Invariants: cells are whole numbers, so the result depends only on the casters, not on the order they come in; where a
 // segment lets nothing through, the first such keeps its own two depths, and what is behind it is left out.
@@ -32,13 +33,13 @@ layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
 const int CELLS = 64;
 // A cell end stays out of the curve where that changes the area under it by less than LEFT_OUT / NODES², at least a
-// hundredth of what NODES nodes lose on smoke; where more than 5/2 NODES ends would stay, COARSER times as much, and again.
+// hundredth of what NODES nodes lose on smoke; where too many ends would stay, COARSER times as much, and again.
 const float LEFT_OUT = 6.4e-4;
 const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;
 
 // Cell c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. Units of optical depth that
-// segments take in a cell, in the end summed from the first cell on.
+// segments take in a cell, in the end the bits of the optical depth up to the cell's end.
 shared uint cells[CELLS * TEXELS];
 #if LANES == 1
 // By how much what segments take in every cell changes from a cell on: a segment is at most five numbers however many cells
@@ -55,6 +56,8 @@ shared uint dark_from_bits[TEXELS];
 shared uint bound[2];
 // Bit i: the end of cell i stays, at each threshold.
 shared uvec2 ends[THRESHOLDS][TEXELS];
+
+#include "avsm/fit.glsl"
 
 // Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units. Roundings of a segment
 // cancel: what it has taken by the end of a cell is rounded, not what it takes in the cell.
@@ -94,13 +97,17 @@ void add_segment(uint texel, vec2 at, float whole) {
 }
 #endif
 
+float optical_depth_at(uint texel, int cell) {
+    return uintBitsToFloat(cells[uint(cell) * TEXELS + texel]);
+}
+
 // The ends that stay: the last, and those whose triangle with the end that stayed before and the next end, times the
 // transmittance at the former, is at least `loss` (in cells times optical depth).
-uvec2 ends_that_stay(uint texel, float unit, float loss) {
+uvec2 ends_that_stay(uint texel, float loss) {
     uvec2 mask = uvec2(0u, 0x80000000u);
-    float before = 0.0, light = 1.0, extent = 1.0, here = float(cells[texel]) * unit;
+    float before = 0.0, light = 1.0, extent = 1.0, here = optical_depth_at(texel, 0);
     for (int i = 0; i < CELLS - 1; ++i) {
-        float next = float(cells[uint(i + 1) * TEXELS + texel]) * unit;
+        float next = optical_depth_at(texel, i + 1);
         float triangle = (here - before) * (extent + 1.0) - (next - before) * extent;
         bool stays = abs(triangle) * light >= loss;
         mask.x |= stays && i < 32 ? 1u << i : 0u;
@@ -113,8 +120,9 @@ uvec2 ends_that_stay(uint texel, float unit, float loss) {
     return mask;
 }
 
+// 5/2 NODES; 3/2 where nodes are fitted anyway, which is as good and saves two removals of three.
 bool few_enough(uvec2 mask) {
-    return bitCount(mask.x) + bitCount(mask.y) <= 5 * NODES / 2;
+    return bitCount(mask.x) + bitCount(mask.y) <= (TURNS > 0 ? 3 : 5) * NODES / 2;
 }
 
 void main() {
@@ -209,47 +217,49 @@ void main() {
             slope += slopes[place];
 #endif
             sum += cells[place] + slope;
-            cells[place] = sum;
+            cells[place] = floatBitsToUint(float(sum) * unit);
         }
     }
     barrier();
     // The finest threshold that leaves few enough ends is taken.
     for (uint i = group; i < THRESHOLDS; i += GROUPS) {
         float loss = 2.0 * LEFT_OUT / float(NODES * NODES) * per_cell * pow(COARSER, float(i));
-        ends[i][t] = ends_that_stay(t, unit, loss);
+        ends[i][t] = ends_that_stay(t, loss);
         if (GROUPS == 1u && few_enough(ends[i][t])) {
             break;
         }
     }
     barrier();
-    if (group != 0u || any(greaterThanEqual(texel, uvec2(view.width, view.height)))) {
-        return;
-    }
+    float dark_from = uintBitsToFloat(dark_from_bits[t]);
     curve_clear();
-    if (covered) {
+    if (group == 0u && covered) {
         uvec2 mask = ends[0][t];
         for (uint i = 1u; i < THRESHOLDS && !few_enough(mask); ++i) {
             mask = ends[i][t];
         }
-        float dark_from = uintBitsToFloat(dark_from_bits[t]);
         curve_append(low, 0.0);
         while (mask != uvec2(0u)) {
             int i = mask.x != 0u ? findLSB(mask.x) : 32 + findLSB(mask.y);
             mask = mask.x != 0u ? uvec2(mask.x & (mask.x - 1u), mask.y) : uvec2(0u, mask.y & (mask.y - 1u));
             float end = low + float(i + 1) / per_cell;
             if (end < dark_from) {
-                curve_append(end, float(cells[uint(i) * TEXELS + t]) * unit);
+                curve_append(end, optical_depth_at(t, i));
             }
         }
         if (dark_from_bits[t] != NEVER) {
             float at = clamp((dark_from - low) * per_cell, 0.0, float(CELLS));
-            uint cell = min(uint(at), uint(CELLS - 1));
-            float before = cell > 0u ? float(cells[(cell - 1u) * TEXELS + t]) : 0.0;
-            curve_append(dark_from, mix(before, float(cells[cell * TEXELS + t]), at - float(cell)) * unit);
-            curve_append(high, float(cells[uint(CELLS - 1) * TEXELS + t]) * unit + DARK);
+            int cell = min(int(at), CELLS - 1);
+            float before = cell > 0 ? optical_depth_at(t, cell - 1) : 0.0;
+            curve_append(dark_from, mix(before, optical_depth_at(t, cell), at - float(cell)));
+            curve_append(high, optical_depth_at(t, CELLS - 1) + DARK);
         }
+        curve_reduce();
+    }
+    if (TURNS > 0) {
+        curve_fit(t, group, GROUPS, low, per_cell, dark_from);
     }
     end_part(part);
-    curve_reduce();
-    store_curve((map * view.height + texel.y) * view.width + texel.x);
+    if (group == 0u && all(lessThan(texel, uvec2(view.width, view.height)))) {
+        store_curve((map * view.height + texel.y) * view.width + texel.x);
+    }
 }

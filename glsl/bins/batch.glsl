@@ -36,7 +36,8 @@ Caster batch_caster(uint i) {
     return caster;
 }
 #else
-const uint BATCH = 128u;
+// For devices of little memory fewer.
+const uint BATCH = LANES == 2 ? 64u : 128u;
 shared Caster batch[BATCH];
 
 uint batch_size() { return BATCH; }

@@ -87,16 +87,16 @@ impl Texel {
             (0..DEPTHS).any(|i| beyond(&curve, depth(i), other.transmittance(depth(i)), self.moved) > UNSTABLE)
         };
         let another = |rounded: &Vec<Segment>| differs(self::curve(rounded, self.bound, build));
-        let ambiguous = tied || self.has_other_ends(build.nodes) || self.rounded.iter().any(another);
+        let ambiguous = tied || self.has_other_ends(build) || self.rounded.iter().any(another);
         (curve, ambiguous)
     }
 
     /// Whether a trial, or the other way to share a segment among cells, which rounds to whole units alike at the segment's
     /// ends alone, makes the curve from other ends of cells.
-    fn has_other_ends(&self, nodes: usize) -> bool {
+    fn has_other_ends(&self, build: Build) -> bool {
         let Some(bound) = self.bound else { return false };
         let ways = [Cells::new, Cells::of_each_cell];
-        let ends = |segments: &[Segment]| ways.map(|add| add(segments, bound).map(|cells| cells.ends(nodes)));
+        let ends = |segments: &[Segment]| ways.map(|add| add(segments, bound).map(|cells| cells.ends(build)));
         let [own, other] = ends(&self.segments);
         own != other || self.rounded.iter().any(|segments| ends(segments) != [own; 2])
     }
@@ -138,6 +138,11 @@ pub fn build(spec: &Spec) -> Build {
             _ => Interpolation::Exponential,
         },
         nudge: spec.value("nudge") == "on",
+        // FIT_TURNS of the binned path, whose sums are of optical depth.
+        turns: match (spec.value("curve"), spec.value("fit")) {
+            ("linear", _) | (_, "plain") => 0,
+            _ => 3,
+        },
     }
 }
 

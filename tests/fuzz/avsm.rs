@@ -18,7 +18,8 @@ fn read(bytes: &[u8]) -> Option<(Build, Vec<Segment>)> {
     let nodes = [4, 8, 16][usize::from(code % 3)];
     let work = nodes + [0, 2, 8, 48][usize::from(code / 3 % 4)];
     let interpolation = [Interpolation::Linear, Interpolation::Exponential][usize::from(code / 12 % 2)];
-    Some((Build { nodes, work, interpolation, nudge: code / 24 % 2 == 1 }, segments(rest)))
+    let turns = usize::from(code / 48);
+    Some((Build { nodes, work, interpolation, nudge: code / 24 % 2 == 1, turns }, segments(rest)))
 }
 
 /// Curves by insertion.

@@ -1,9 +1,11 @@
 //! What a spec comes to with a device and a scene: the path, how curves are made, the constants of its shaders; or why not.
 
 use super::ENTRY;
-use super::settings::{Batch, Resolve, Settings, Way};
+use super::settings::{Batch, Fit, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Features, Requirement};
-use crate::shaders::constant::{EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TILED, WORK, WORKGROUP};
+use crate::shaders::constant::{
+    EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TILED, TURNS, WORK, WORKGROUP,
+};
 use crate::technique::keys::Word;
 use crate::world::World;
 use crate::{Error, Result};
@@ -17,6 +19,10 @@ const BINNED_NODES: u32 = 4;
 
 /// WORK − NODES of curves from cells: ends of cells come in order and few, so that little is gained by more.
 const CELLS_NODES: u32 = 2;
+
+/// With fit=refined: how often nodes of odd and of even number take turns. Two bring four fifths of what eight bring, three
+/// nine tenths.
+const FIT_TURNS: u32 = 3;
 
 /// How glsl/avsm/cells.comp runs: its variants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,11 +41,16 @@ impl Cells {
         if self == Self::Whole { 64 } else { 32 }
     }
 
-    /// Shared memory: 64 cells a texel, for lanes twice, else 128 casters; four sets of ends, two ranges, and the bound.
+    /// Shared memory: 64 cells a texel, for lanes twice, else 128 casters, of half a tile 64; four sets of ends, two ranges,
+    /// 16 nodes a texel, and the bound.
     fn shared_bytes(self) -> u32 {
         let cells = 64 * 4 * self.texels();
-        let more = if self == Self::Lanes { cells } else { 128 * 32 };
-        cells + more + (4 * 8 + 4 * 4) * self.texels() + 8
+        let more = match self {
+            Self::Whole => 128 * 32,
+            Self::Lanes => cells,
+            Self::Half => 64 * 32,
+        };
+        cells + more + (4 * 8 + 4 * 4 + 16 * 8) * self.texels() + 8
     }
 
     /// What of shared memory or threads the device lacks for `groups` times its texels, by its Vulkan name.
@@ -93,6 +104,11 @@ impl Plan {
             reason =
                 format!("{reason}; resolve={}: {}", word(resolve), if cells { "no hair" } else { "hair is steps" });
         }
+        let has_fit = cells && settings.exponential;
+        if settings.fit == Some(Fit::Refined) && !has_fit {
+            return refused("resolve=cells and curve=exponential: fit=refined is of sums of optical depth".into());
+        }
+        let turns = if has_fit && settings.fit != Some(Fit::Plain) { FIT_TURNS } else { 0 };
         let more_nodes = match (resolve, way) {
             (Resolve::Whole, _) => WHOLE_NODES,
             (Resolve::Cells, _) => CELLS_NODES,
@@ -109,6 +125,7 @@ impl Plan {
             .set(EXPONENTIAL, settings.exponential)
             .set(WORK, settings.nodes + more_nodes)
             .set(NUDGE, settings.nudge)
+            .set(TURNS, turns)
             .set(SORTED, settings.sorted)
             .set(TILED, settings.skip)
             .set(PACKED, settings.packed)

@@ -51,6 +51,16 @@ words! {
 }
 
 words! {
+    /// Where nodes stand.
+    pub enum Fit {
+        /// On the curve that is compressed, save for nudging.
+        Plain = "plain",
+        /// Where they fit best to all of it.
+        Refined = "refined",
+    }
+}
+
+words! {
     /// How nodes are stored.
     pub enum Storage {
         /// 8 bytes a node.
@@ -105,6 +115,12 @@ pub const KEYS: &[Key] = &[
         about: "keep the area under the curve when a node is removed (exponential only); off: as published",
     },
     Key {
+        name: "fit",
+        values: Values::OneOf(Fit::WORDS),
+        default: "auto",
+        about: "resolve=cells, exponential: nodes on the curve, or moved to fit all of it; auto: refined",
+    },
+    Key {
         name: "capacity",
         values: Values::Number(1, 1 << 28),
         default: "auto",
@@ -137,6 +153,7 @@ pub struct Settings {
     pub sorted: bool,
     pub resolve: Option<Resolve>,
     pub nudge: bool,
+    pub fit: Option<Fit>,
     pub skip: bool,
     pub capacity: Option<u32>,
     pub packed: bool,
@@ -154,6 +171,7 @@ impl Settings {
             sorted: spec.word("order") != Some(Order::Captured),
             resolve: spec.word("resolve"),
             nudge: spec.is_on("nudge"),
+            fit: spec.word("fit"),
             skip: spec.is_on(SKIP.name),
             capacity: Some(spec.number("capacity")).filter(|n| *n > 0),
             packed: spec.word("storage") == Some(Storage::Packed),

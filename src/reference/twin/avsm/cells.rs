@@ -1,6 +1,7 @@
 //! CPU twin of glsl/avsm/cells.comp: a texel's curve from sums of optical depth in even cells, in f32.
 
 use super::curve::{Build, Curve};
+use super::node::Interpolation;
 use crate::reference::twin::segment::Segment;
 use crate::reference::twin::sums::{DARK, scale};
 
@@ -14,14 +15,14 @@ const GROUPS: i32 = 4;
 /// The sums of a texel's segments.
 pub struct Cells {
     /// Depth at which the first cell begins.
-    low: f32,
-    per_cell: f32,
+    pub(super) low: f32,
+    pub(super) per_cell: f32,
     /// Optical depth of a unit.
-    unit: f32,
+    pub(super) unit: f32,
     /// Units up to the end of each cell, without `dark`.
     sums: [u32; CELLS],
     /// Depths of the first segment that lets nothing through: from where, and where it does so.
-    dark: Option<(f32, f32)>,
+    pub(super) dark: Option<(f32, f32)>,
 }
 
 /// Adds a segment to cells, or to slopes that are added up to cells.
@@ -71,7 +72,8 @@ impl Cells {
         Some(Self { low, per_cell, unit: 1.0 / scale, sums, dark })
     }
 
-    fn optical_depth(&self, cell: usize) -> f32 {
+    /// Up to the end of a cell.
+    pub(super) fn optical_depth(&self, cell: usize) -> f32 {
         self.sums[cell] as f32 * self.unit
     }
 
@@ -93,17 +95,18 @@ impl Cells {
         ends
     }
 
-    /// The ends of cells that the curve of so many nodes is made from, bit i: of cell i. Twin: the masks of main.
-    pub fn ends(&self, nodes: usize) -> u64 {
+    /// The ends of cells that the curve is made from, bit i: of cell i. Twin: the masks of main.
+    pub fn ends(&self, build: Build) -> u64 {
+        let Build { nodes, turns, .. } = build;
         let square = (nodes * nodes) as f32;
         let at = |group| self.ends_that_stay(2.0 * LEFT_OUT / square * self.per_cell * COARSER.powi(group));
-        let few_enough = |ends: u64| ends.count_ones() as usize <= 5 * nodes / 2;
+        let few_enough = |ends: u64| ends.count_ones() as usize <= if turns > 0 { 3 } else { 5 } * nodes / 2;
         (0..GROUPS - 1).map(at).find(|ends| few_enough(*ends)).unwrap_or_else(|| at(GROUPS - 1))
     }
 
     /// The curve through the ends that stay, compressed. Twin: the rest of main.
     pub fn curve(&self, build: Build) -> Curve {
-        let ends = self.ends(build.nodes);
+        let ends = self.ends(build);
         let mut curve = Curve::new(build);
         curve.append(self.low, 0.0);
         for end in (0..CELLS).filter(|end| ends >> end & 1 == 1) {
@@ -121,6 +124,9 @@ impl Cells {
             curve.append(at, self.optical_depth(CELLS - 1) + DARK);
         }
         curve.reduce();
+        if build.interpolation == Interpolation::Exponential {
+            self.fit(&mut curve.nodes, build.turns);
+        }
         curve
     }
 }
@@ -169,7 +175,6 @@ fn add_segment(cells: &mut [u32; CELLS], slopes: &mut [u32; CELLS], entry: f32, 
 
 #[cfg(test)]
 mod tests {
-    use super::super::node::Interpolation;
     use super::*;
     use crate::reference::truth::TrueCurve;
     use crate::reference::twin::sums::bound;
@@ -223,10 +228,11 @@ mod tests {
         }
 
         #[test]
-        fn invariants(list in segments(), nodes in prop::sample::select(vec![4usize, 8, 16]), linear: bool, nudge: bool) {
+        fn invariants(list in segments(), nodes in prop::sample::select(vec![4usize, 8, 16]), linear: bool, nudge: bool,
+            turns in 0usize..5) {
             let interpolation = if linear { Interpolation::Linear } else { Interpolation::Exponential };
             let cells = Cells::new(&list, bound_of(&list)).expect("some segments");
-            let curve = cells.curve(Build { nodes, work: nodes + 2, interpolation, nudge });
+            let curve = cells.curve(Build { nodes, work: nodes + 2, interpolation, nudge, turns });
             prop_assert!(curve.nodes().len() <= nodes);
             let mut last = 1.0f32;
             for i in 0..=64 {

@@ -15,6 +15,8 @@ pub struct Build {
     pub interpolation: Interpolation,
     /// NUDGE: removals keep the area under the curve, and the first node may go.
     pub nudge: bool,
+    /// TURNS: how often nodes of odd and of even number are moved to where sums in cells want them.
+    pub turns: usize,
 }
 
 /// A transmittance curve, as glsl/avsm/curve.glsl builds it.
@@ -272,7 +274,7 @@ mod tests {
             nudge: bool,
         ) {
             let interpolation = if linear { Interpolation::Linear } else { Interpolation::Exponential };
-            let mut curve = Curve::new(Build { nodes, work: nodes + more, interpolation, nudge });
+            let mut curve = Curve::new(Build { nodes, work: nodes + more, interpolation, nudge, turns: 0 });
             let mut total = 0.0f64;
             for s in &list {
                 curve.insert(*s);
@@ -296,7 +298,7 @@ mod tests {
         fn exact_while_there_is_room(list in segments()) {
             let list = &list[..list.len().min(8)];
             let interpolation = Interpolation::Exponential;
-            let mut curve = Curve::new(Build { nodes: 16, work: 16, interpolation, nudge: true });
+            let mut curve = Curve::new(Build { nodes: 16, work: 16, interpolation, nudge: true, turns: 0 });
             list.iter().for_each(|s| curve.insert(*s));
             let as_f64 = |s: &Segment| (f64::from(s.entry), f64::from(s.exit), f64::from(s.optical_depth));
             let truth = TrueCurve::new(&list.iter().map(as_f64).collect::<Vec<_>>());

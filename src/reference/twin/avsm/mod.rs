@@ -3,5 +3,6 @@
 
 pub mod cells;
 pub mod curve;
+mod fit;
 pub mod node;
 pub mod pack;

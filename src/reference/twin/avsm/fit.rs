@@ -1,0 +1,176 @@
+//! CPU twin of glsl/avsm/fit.glsl: nodes moved to where the sums in cells want them, in f32.
+
+use super::cells::{CELLS, Cells};
+use std::ops::Range;
+
+const REACH: f32 = 0.5;
+const DIM: f32 = 1e-7;
+const STRAIGHT: f32 = 1e-10;
+
+impl Cells {
+    /// Nodes (depth, optical depth) of odd and of even number take turns. Twin: curve_fit.
+    pub(super) fn fit(&self, nodes: &mut [(f32, f32)], turns: usize) {
+        for parity in (0..turns).map(|turn| (turn + 1) % 2) {
+            for i in (parity..nodes.len()).step_by(2) {
+                nodes[i] = self.fitted(nodes, i);
+            }
+        }
+    }
+
+    /// Twin: line_sums.
+    fn line_sums(&self, neighbour: (f32, f32), node: (f32, f32), per: f32, range: Range<f32>) -> [f32; 2] {
+        let mut sums = [0.0; 2];
+        for cell in range.start as usize..range.end as usize {
+            let end = (cell + 1) as f32;
+            let share = (end - neighbour.0) * per;
+            let line = neighbour.1 + (node.1 - neighbour.1) * share;
+            let belongs = ((node.0 - end) * per.signum() + 0.5).clamp(0.0, 1.0);
+            let optical_depth = self.optical_depth(cell);
+            let weight = (-2.0 * optical_depth).exp() * share * belongs;
+            sums[0] += weight * share;
+            sums[1] += weight * (optical_depth - line);
+        }
+        sums
+    }
+
+    /// Twin: fitted.
+    fn fitted(&self, nodes: &[(f32, f32)], i: usize) -> (f32, f32) {
+        let node = nodes[i];
+        let (is_first, is_last) = (i == 0, i + 1 == nodes.len());
+        let dark_from = self.dark.map_or(f32::INFINITY, |(from, _)| from);
+        if (is_first && is_last) || node.0 >= dark_from {
+            return node;
+        }
+        let p = if is_first { node } else { nodes[i - 1] };
+        let q = if is_last { node } else { nodes[i + 1] };
+        let place = |depth: f32| (depth - self.low) * self.per_cell;
+        let (at_p, at, at_q) = (place(p.0), place(node.0), place(q.0));
+        let (per_p, per_q) = (1.0 / (at - at_p).max(1e-6), 1.0 / (at_q - at).max(1e-6));
+        let (slope_p, slope_q) = ((node.1 - p.1) * per_p, (q.1 - node.1) * per_q);
+        let dark = place(dark_from).clamp(0.0, CELLS as f32);
+        let sums_p = self.line_sums((at_p, p.1), (at, node.1), per_p, at_p..(at + 0.5).min(dark));
+        let sums_q = self.line_sums((at_q, q.1), (at, node.1), -per_q, (at - 0.5).max(at_p)..at_q.min(dark));
+        let (wish_p, wish_q) = (sums_p[1] / (sums_p[0] + DIM), sums_q[1] / (sums_q[0] + DIM));
+        let (nearest, farthest) =
+            (at - REACH * (at - at_p), at + REACH * (if is_last { CELLS as f32 } else { at_q } - at));
+        let (moved, value);
+        if is_first {
+            let wanted = node.1 + wish_q;
+            let slope = (q.1 - wanted) * per_q;
+            moved = if wanted < 0.0 { (at - wanted / slope).min(farthest) } else { at };
+            value = wanted.max(0.0).min(q.1);
+        } else if is_last {
+            moved = (at - wish_p * slope_p / (slope_p * slope_p + STRAIGHT)).max(nearest).min(farthest);
+            value = node.1;
+        } else {
+            let bend = slope_p - slope_q;
+            moved = (at + (wish_q - wish_p) * bend / (bend * bend + STRAIGHT)).max(nearest).min(farthest);
+            let by = moved - at;
+            let both = sums_p[0] * (wish_p + slope_p * by) + sums_q[0] * (wish_q + slope_q * by);
+            value = (node.1 + both / (sums_p[0] + sums_q[0] + DIM)).max(p.1).min(q.1);
+        }
+        let end = if is_last { node.0.max(self.low + CELLS as f32 / self.per_cell) } else { q.0 };
+        ((self.low + moved / self.per_cell).max(p.0).min(end), value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::curve::Build;
+    use super::super::node::Interpolation;
+    use super::*;
+    use crate::reference::twin::segment::Segment;
+    use proptest::prelude::*;
+    use proptest::strategy::ValueTree;
+    use proptest::test_runner::TestRunner;
+
+    /// As much as cells hold of so few.
+    const BOUND: u64 = 1 << 12;
+
+    fn build(nodes: usize) -> Build {
+        Build { nodes, work: nodes + 2, interpolation: Interpolation::Exponential, nudge: true, turns: 0 }
+    }
+
+    fn segments(thick: f32) -> impl Strategy<Value = Vec<Segment>> {
+        prop::collection::vec((0.0..1.0f32, 0.0..0.3f32, 0.0..thick), 1..40).prop_map(|list| {
+            let segment = |(entry, length, optical_depth)| Segment { entry, exit: entry + length, optical_depth };
+            list.into_iter().map(segment).collect()
+        })
+    }
+
+    /// What its nodes are off the curve in all, at the ends of cells, as light.
+    fn error(cells: &Cells, nodes: &[(f32, f32)]) -> f32 {
+        let off = |cell: usize| {
+            let depth = cells.low + (cell + 1) as f32 / cells.per_cell;
+            let behind = nodes.partition_point(|n| n.0 <= depth);
+            let value = match (behind.checked_sub(1).map(|i| nodes[i]), nodes.get(behind)) {
+                (None, _) => 0.0,
+                (Some(p), None) => p.1,
+                (Some(p), Some(q)) => p.1 + (q.1 - p.1) * (depth - p.0) / (q.0 - p.0),
+            };
+            ((-value).exp() - (-cells.optical_depth(cell)).exp()).abs()
+        };
+        (0..CELLS).map(off).sum()
+    }
+
+    /// A curve of enough nodes already is where it should be.
+    #[test]
+    fn what_is_exact_stays() {
+        for optical_depth in [1e-3, 0.5, 6.0] {
+            let segment = Segment { entry: 0.25, exit: 0.75, optical_depth };
+            let cells = Cells::of_each_cell(&[segment], BOUND).expect("a segment");
+            let mut nodes = cells.curve(build(8)).nodes;
+            cells.fit(&mut nodes, 8);
+            // Sums are rounded to a unit, of which a fit may miss each by one more.
+            let off = error(&cells, &nodes);
+            assert!(off < 2.0 * CELLS as f32 * cells.unit, "{optical_depth}: {off}, {nodes:?}");
+        }
+    }
+
+    /// In all, and each curve hardly worse.
+    #[test]
+    fn fitted_curves_err_less() {
+        let mut runner = TestRunner::deterministic();
+        for count in [4, 8, 16] {
+            let (mut plain, mut fitted) = (0.0, 0.0);
+            for _ in 0..200 {
+                let list = segments(0.5).new_tree(&mut runner).expect("segments").current();
+                let cells = Cells::new(&list, BOUND).expect("some segments");
+                let mut nodes = cells.curve(build(count)).nodes;
+                let before = error(&cells, &nodes);
+                cells.fit(&mut nodes, 3);
+                let after = error(&cells, &nodes);
+                assert!(after < 1.25 * before + 0.02, "{after}, {before} before: {nodes:?}");
+                (plain, fitted) = (plain + before, fitted + after);
+            }
+            println!("{count} nodes: {fitted} of {plain}");
+            assert!(fitted < 0.8 * plain, "{count} nodes: {fitted} of {plain}");
+        }
+    }
+
+    proptest! {
+        /// Behind the last node the light is what it was; where it is dark nothing moves; depths and optical depths rise.
+        #[test]
+        fn fit_keeps_what_it_must(
+            list in segments(4.0),
+            dark in prop::option::of((0.0..1.0f32, 0.0..0.2f32)),
+            count in prop::sample::select(vec![4usize, 8, 16]),
+        ) {
+            let mut list = list;
+            list.extend(dark.map(|(entry, length)| Segment { entry, exit: entry + length, optical_depth: 40.0 }));
+            let cells = Cells::new(&list, BOUND).expect("some segments");
+            let plain = cells.curve(build(count)).nodes;
+            let mut nodes = plain.clone();
+            cells.fit(&mut nodes, 4);
+            prop_assert_eq!(nodes.len(), plain.len());
+            prop_assert_eq!(nodes.last().map(|n| n.1), plain.last().map(|n| n.1));
+            let from = cells.dark.map_or(f32::INFINITY, |(from, _)| from);
+            for (node, old) in nodes.iter().zip(&plain) {
+                prop_assert!(old.0 < from || node == old, "{old:?} went to {node:?}");
+            }
+            // Nudging leaves roundings.
+            let rises = |n: &[(f32, f32)]| n[0].0 <= n[1].0 && n[0].1 <= n[1].1 + 1e-5;
+            prop_assert!(nodes.windows(2).all(rises), "{nodes:?}");
+        }
+    }
+}
