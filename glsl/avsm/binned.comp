@@ -27,8 +27,7 @@ void main() {
     if (!listed_part(tile)) {
         return;
     }
-    uint map = part_map(tile);
-    View view = maps[map].volume;
+    View view = part_view(tile);
     sort_tile(tile.first, tile.count);
     uvec2 texel = part_corner(view, tile) + gl_LocalInvocationID.xy;
     curve_clear();
@@ -56,5 +55,5 @@ void main() {
         return;
     }
     curve_reduce();
-    store_curve((map * view.height + texel.y) * view.width + texel.x);
+    store_curve(part_texel(view, tile, texel));
 }

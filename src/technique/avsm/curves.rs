@@ -1,9 +1,9 @@
 //! Where the curves of all texels of all maps stand, and what they say.
 
 use super::settings::Settings;
-use crate::Result;
+use crate::{Error, Result};
 use crate::gpu::{Bindings, Buffer, Context, Memory, Resource};
-use crate::maps::{Bins, Maps};
+use crate::maps::{BLOCK_TEXELS, Bins, MOST_BLOCKS, Maps, SLOTS, TILE_TEXELS, table_bytes, tile_count};
 use crate::scene::FARTHEST;
 use bytemuck::{Pod, Zeroable};
 
@@ -22,7 +22,7 @@ pub struct Curves {
     /// Map after map, texel rows, then the curve of a texel, as glsl/avsm/node.glsl states it: [`NodeData`] in order of
     /// depth, or those packed.
     pub nodes: Buffer,
-    /// Casters of each tile: those of the bins, or a stand-in where nothing is skipped.
+    /// Casters of each tile: those of the bins, or a stand-in where nothing is skipped; with detail=adaptive its blocks.
     pub tiles: Buffer,
     /// Nodes, tiles, and the nodes again: glsl/avsm/store.glsl says why.
     pub set: Bindings,
@@ -38,12 +38,14 @@ impl Curves {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, maps: &Maps, bins: Option<&Bins>, settings: Settings) -> Result<Self> {
-        let texels = maps.texels();
+        let detail = bins.and_then(Bins::detail);
+        let texels = detail.map_or(maps.texels(), |d| u64::from(d.block_count()) * u64::from(BLOCK_TEXELS));
         let bytes = texels * pairs(&settings) as u64 * size_of::<NodeData>() as u64;
         let nodes = Buffer::new(context, "avsm.nodes", bytes, Memory::Device)?;
-        let tiles = match bins {
-            Some(bins) => bins.counts.clone(),
-            None => {
+        let tiles = match (detail, bins) {
+            (Some(detail), _) => detail.slots().clone(),
+            (None, Some(bins)) => bins.counts.clone(),
+            (None, None) => {
                 let tiles = u64::from(maps.tiles()[0]) * u64::from(maps.tiles()[1]) * u64::from(maps.count());
                 Buffer::new(context, "avsm.tiles", tiles * 4, Memory::Device)?
             }
@@ -53,11 +55,14 @@ impl Curves {
         Ok(Self { nodes, tiles, set, size: maps.size(), texels, settings })
     }
 
-    /// Texels whose curve has a node, of all maps.
+    /// Texels whose curve has a node, of all maps; none is counted where texels differ in size.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
-    pub fn covered_texels(&self, bins: Option<&Bins>) -> Result<u64> {
+    pub fn covered_texels(&self, bins: Option<&Bins>) -> Result<Option<u64>> {
+        if self.settings.adaptive {
+            return Ok(None);
+        }
         let pairs = pairs(&self.settings);
         let curves: Vec<NodeData> = self.nodes.read(self.texels as usize * pairs)?;
         let in_use = match bins {
@@ -66,22 +71,23 @@ impl Curves {
         };
         // Packed or not, a curve begins with the depth of its first node.
         let covered = |(n, in_use): &(&[NodeData], bool)| *in_use && n[0].depth < FARTHEST;
-        Ok(curves.chunks_exact(pairs).zip(in_use).filter(covered).count() as u64)
+        Ok(Some(curves.chunks_exact(pairs).zip(in_use).filter(covered).count() as u64))
     }
 
-    /// The nodes of a texel's curve, (depth, transmittance).
+    /// The nodes of a texel's curve, (depth, transmittance); with detail=adaptive of the one about the texel's centre.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
     pub fn texel(&self, bins: Option<&Bins>, map: usize, [x, y]: [u32; 2]) -> Result<Vec<(f64, f64)>> {
-        if let Some(bins) = bins
-            && self.settings.skip
-            && !bins.texel_in_use(map, [x, y])?
-        {
-            return Ok(Vec::new());
-        }
+        let texel = if self.settings.adaptive {
+            self.place(map as u32, [x, y])?
+        } else {
+            let in_use = |bins: &Bins| bins.texel_in_use(map, [x, y]);
+            let is_built = !self.settings.skip || bins.map_or(Ok(true), in_use)?;
+            is_built.then_some(((map as u32 * self.size[1] + y) * self.size[0] + x) as usize)
+        };
+        let Some(texel) = texel else { return Ok(Vec::new()) };
         let pairs = pairs(&self.settings);
-        let texel = ((map as u32 * self.size[1] + y) * self.size[0] + x) as usize;
         let curve: Vec<[u32; 2]> = self.nodes.read_from(texel * pairs, pairs)?;
         let exponential = self.settings.exponential;
         let transmittance = |value: f64| if exponential { (-value).exp() } else { value };
@@ -93,6 +99,41 @@ impl Curves {
         let used = nodes.into_iter().filter(|n: &(f64, f64)| n.0 < f64::from(FARTHEST));
         Ok(used.map(|(depth, value)| (depth, transmittance(value))).collect())
     }
+}
+
+impl Curves {
+    /// Where the curve of the finer texel about a texel's centre stands. Twin: detailed_transmittance in
+    /// glsl/avsm/visibility.glsl.
+    fn place(&self, map: u32, [x, y]: [u32; 2]) -> Result<Option<usize>> {
+        let [across, down] = self.size.map(|texels| texels.div_ceil(TILE_TEXELS));
+        let tile = (map * down + y / TILE_TEXELS) * across + x / TILE_TEXELS;
+        let words: Vec<u32> = self.tiles.read_from((tile * SLOTS) as usize, SLOTS as usize)?;
+        let side = words[0] >> 28;
+        let [x, y] = [x, y].map(|i| (2 * (i % TILE_TEXELS) + 1) * side / 2);
+        let place = words[(y / TILE_TEXELS * side + x / TILE_TEXELS) as usize] & MOST_BLOCKS;
+        let within = y % TILE_TEXELS * TILE_TEXELS + x % TILE_TEXELS;
+        Ok((place > 0).then(|| ((place - 1) * BLOCK_TEXELS + within) as usize))
+    }
+}
+
+/// How many blocks there may be with detail=adaptive; none is counted without.
+///
+/// # Errors
+/// [`Error::Refused`] where there is no room for a block of each tile.
+pub fn blocks(maps: &Maps, settings: &Settings) -> Result<Option<u32>> {
+    if !settings.adaptive {
+        return Ok(None);
+    }
+    let texel = pairs(settings) as u64 * size_of::<NodeData>() as u64;
+    let block = u64::from(BLOCK_TEXELS) * texel;
+    let least = tile_count(maps) * block + table_bytes(maps);
+    let even = u64::from(settings.size).pow(2) * u64::from(maps.count()) * texel;
+    let bytes = settings.bytes.map_or(even.max(least), u64::from);
+    if bytes < least {
+        let needs = format!("bytes= of at least {least}, for the coarsest texels of these maps, or a smaller size=");
+        return Err(Error::Refused { needs });
+    }
+    Ok(Some(((bytes - table_bytes(maps)) / block).min(u64::from(MOST_BLOCKS)) as u32))
 }
 
 /// Pairs of words a texel. Twin: curve_pairs in glsl/avsm/node.glsl.

@@ -3,7 +3,8 @@
 use super::ENTRY;
 use super::settings::{Batch, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Features, Requirement};
-use crate::shaders::constant::{EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TILED, WORK, WORKGROUP};
+use crate::maps::FilterKind;
+use crate::shaders::constant::{DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TILED, WORK, WORKGROUP};
 use crate::technique::keys::Word;
 use crate::world::World;
 use crate::{Error, Result};
@@ -89,6 +90,12 @@ impl Plan {
         if !settings.sorted && way == Way::Binned {
             return refused("order=sorted: path=binned has no other".into());
         }
+        if settings.adaptive && way != Way::Binned {
+            return refused("path=binned: detail=adaptive builds tiles".into());
+        }
+        if settings.adaptive && settings.filter.kind != FilterKind::Bilinear {
+            return refused("filter=bilinear: with detail=adaptive texels differ in size".into());
+        }
         if way == Way::Binned && settings.resolve.is_none() {
             reason =
                 format!("{reason}; resolve={}: {}", word(resolve), if cells { "no hair" } else { "hair is steps" });
@@ -103,7 +110,7 @@ impl Plan {
         let way_of_cells = if cells { Some(choose_cells(features, settings.batch)?) } else { None };
         // More groups only repeat work where threads take turns.
         let groups = if way_of_cells == Some(Cells::Lanes) { 1 } else { groups(features) };
-        settings.filter.check(world.scene(), settings.size)?;
+        settings.filter.check(world.scene(), settings.base_size())?;
         let constants = Constants::new()
             .set(NODES, settings.nodes)
             .set(EXPONENTIAL, settings.exponential)
@@ -112,6 +119,7 @@ impl Plan {
             .set(SORTED, settings.sorted)
             .set(TILED, settings.skip)
             .set(PACKED, settings.packed)
+            .set(DETAIL, settings.adaptive)
             .set(GROUPS, groups)
             .set(WORKGROUP, groups)
             .set(STRANDS, world.has_strands());
@@ -156,6 +164,9 @@ fn word(resolve: Resolve) -> &'static str {
 fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String) {
     if let Some(asked) = settings.way {
         return (asked, "asked for".into());
+    }
+    if settings.adaptive {
+        return (Way::Binned, "auto: detail=adaptive".into());
     }
     let features = context.features();
     if !settings.sorted {

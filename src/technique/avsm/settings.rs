@@ -70,6 +70,16 @@ words! {
     }
 }
 
+words! {
+    /// How fine tiles of a map are.
+    pub enum Fineness {
+        /// All alike.
+        Even = "even",
+        /// As fine as their casters need.
+        Adaptive = "adaptive",
+    }
+}
+
 /// The keys.
 pub const KEYS: &[Key] = &[
     Key { name: "nodes", values: Values::OneOf(&["4", "8", "16"]), default: "8", about: "nodes of a texel's curve" },
@@ -86,6 +96,18 @@ pub const KEYS: &[Key] = &[
         about: "auto: binned, save for what software devices do faster and for order=captured",
     },
     SIZE,
+    Key {
+        name: "detail",
+        values: Values::OneOf(Fineness::WORDS),
+        default: "even",
+        about: "all of a map is as fine as size= says, or each tile from half to four times that, as it needs (binned)",
+    },
+    Key {
+        name: "bytes",
+        values: Values::Number(1, u32::MAX),
+        default: "auto",
+        about: "detail=adaptive: bytes that the curves of all maps may take; auto: those of detail=even",
+    },
     Key {
         name: "order",
         values: Values::OneOf(Order::WORDS),
@@ -134,6 +156,10 @@ pub struct Settings {
     pub exponential: bool,
     pub way: Option<Way>,
     pub size: u32,
+    /// Tiles are as fine as they need.
+    pub adaptive: bool,
+    /// With that, of the curves of all maps.
+    pub bytes: Option<u32>,
     pub sorted: bool,
     pub resolve: Option<Resolve>,
     pub nudge: bool,
@@ -151,6 +177,8 @@ impl Settings {
             exponential: spec.word("curve") != Some(Interpolated::Transmittance),
             way: spec.word("path"),
             size: spec.number(SIZE.name),
+            adaptive: spec.word("detail") == Some(Fineness::Adaptive),
+            bytes: Some(spec.number("bytes")).filter(|n| *n > 0),
             sorted: spec.word("order") != Some(Order::Captured),
             resolve: spec.word("resolve"),
             nudge: spec.is_on("nudge"),
@@ -164,6 +192,11 @@ impl Settings {
 }
 
 impl Settings {
+    /// Texels a side of a map whose tiles are looked at: the coarsest that they may be.
+    pub fn base_size(&self) -> u32 {
+        if self.adaptive { self.size.div_ceil(2) } else { self.size }
+    }
+
     /// Single-pass paths insert casters in the order in which they are drawn.
     pub fn drawing_order(&self) -> DrawingOrder {
         if self.sorted { DrawingOrder::NearToFar } else { DrawingOrder::Index }
