@@ -3,7 +3,7 @@
 //   binding 3  readonly buffer: uvec2[], map-major, then texel rows, then a texel's curve as avsm/node.glsl states it
 //   binding 4  readonly buffer: uint[], casters in each tile of 8×8 texels, map-major, tile rows (any buffer where TILED is false);
 //              where DETAIL is true, detail/blocks.glsl's words of each tile's blocks, and the curves are block-major
-// Specialization constants NODES, EXPONENTIAL, TILED, PACKED and DETAIL as the curves were built.
+// Specialization constants NODES, EXPONENTIAL, TILED, PACKED, TIGHT and DETAIL as the curves were built.
 #define MAP_TRANSMITTANCE avsm_transmittance
 #include "avsm/pack.glsl"
 #include "avsm/tiled.glsl"
@@ -22,6 +22,10 @@ bool texel_empty(LookUp l, ivec2 texel) {
 
 // Node i of the curve at `at`; `range` is that of a packed curve.
 Node texel_node(uint at, uint i, vec2 range) {
+    if (TIGHT) {
+        uvec2 words = visibility_nodes[at + i / 4u];
+        return unpack_node(((i & 2u) == 0u ? words.x : words.y) >> (i % 2u * 16u) & 0xFFFFu, vec2(0.0, 1.0));
+    }
     if (PACKED) {
         uvec2 words = visibility_nodes[at + 1u + i / 2u];
         return unpack_node(i % 2u == 0u ? words.x : words.y, range);
@@ -33,7 +37,7 @@ Node texel_node(uint at, uint i, vec2 range) {
 // Of the curve of texel `place`: a coarse search over every fourth node, then four compares.
 float curve_transmittance_at(uint place, float depth) {
     uint at = place * curve_pairs();
-    vec2 range = PACKED ? uintBitsToFloat(visibility_nodes[at]) : vec2(0.0);
+    vec2 range = PACKED && !TIGHT ? uintBitsToFloat(visibility_nodes[at]) : vec2(0.0);
     uint group = 0u;
     for (uint i = 4u; i < NODES; i += 4u) {
         group = texel_node(at, i, range).depth <= depth ? i : group;

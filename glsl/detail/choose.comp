@@ -26,6 +26,11 @@ layout(set = 1, binding = 7, scalar) writeonly buffer Slots { uint slots[]; };
 layout(set = 2, binding = 0, scalar) readonly buffer Surveys { Survey surveys[]; };
 
 shared uint sums[THREADS];
+shared uint total;
+// Of a side: which cells a block of a row reaches over; how many blocks of a row reach over some of a mask of cells. Whole
+// numbers are slow to divide.
+shared uint cells_of_block[8][8];
+shared uint blocks_of_row[8][16];
 
 // 16 log2(x), x > 0, the mantissa linear.
 int log_16(uint x) {
@@ -57,9 +62,22 @@ Survey surveyed(uint tile) {
 }
 
 // Cells that a block reaches over along x or y, as a mask: place i of `side`.
-uint block_cells(uint i, uint side) {
-    uint first = i * SURVEY_CELLS / side, last = ((i + 1u) * SURVEY_CELLS - 1u) / side;
-    return (2u << last) - (1u << first);
+uint block_cells(uint i, uint side) { return cells_of_block[side - 1u][i]; }
+
+// The tables above. All threads call it alike.
+void fill_tables() {
+    uint i = gl_LocalInvocationIndex, side = i / 16u + 1u;
+    if (i % 16u < side) {
+        uint first = i % 16u * SURVEY_CELLS / side, last = ((i % 16u + 1u) * SURVEY_CELLS - 1u) / side;
+        cells_of_block[side - 1u][i % 16u] = (2u << last) - (1u << first);
+    }
+    barrier();
+    uint count = 0u;
+    for (uint x = 0u; x < side; ++x) {
+        count += uint((i % 16u & block_cells(x, side)) != 0u);
+    }
+    blocks_of_row[side - 1u][i % 16u] = count;
+    barrier();
 }
 
 // Cells of a row of blocks in which there are casters, as a mask of x.
@@ -74,39 +92,32 @@ uint row_cells(uint cells, uint y, uint side) {
 uint used_blocks(uint cells, uint side) {
     uint count = 0u;
     for (uint y = 0u; y < side; ++y) {
-        uint mask = row_cells(cells, y, side);
-        for (uint x = 0u; x < side; ++x) {
-            count += uint((mask & block_cells(x, side)) != 0u);
-        }
+        count += blocks_of_row[side - 1u][row_cells(cells, y, side)];
     }
     return count;
 }
 
-// Of all threads' values.
-uint sum_of_all(uint value) {
-    sums[gl_LocalInvocationIndex] = value;
-    barrier();
-    uint sum = 0u;
-    for (uint i = 0u; i < THREADS; ++i) {
-        sum += sums[i];
-    }
-    barrier();
-    return sum;
-}
-
 void main() {
     uint thread = gl_LocalInvocationIndex;
+    fill_tables();
     int scale = LEAST_SCALE, above = MOST_SCALE;
     while (above - scale > 1) {
         int middle = (scale + above) / 2;
-        uint count = 0u;
+        uint sum = 0u;
         for (uint tile = thread; tile < tile_count; tile += THREADS) {
             Survey survey = surveyed(tile);
-            count += used_blocks(survey.cells, tile_side(survey, tile, middle));
+            sum += used_blocks(survey.cells, tile_side(survey, tile, middle));
         }
-        bool fits = sum_of_all(count) <= block_count;
+        if (thread == 0u) {
+            total = 0u;
+        }
+        barrier();
+        atomicAdd(total, sum);
+        barrier();
+        bool fits = total <= block_count;
         scale = fits ? middle : scale;
         above = fits ? above : middle;
+        barrier();
     }
     uint run = (tile_count + THREADS - 1u) / THREADS;
     uint begin = min(thread * run, tile_count), end = min(begin + run, tile_count), count = 0u;
@@ -123,11 +134,17 @@ void main() {
     for (uint tile = begin; tile < end; ++tile) {
         Survey survey = surveyed(tile);
         uint side = tile_side(survey, tile, scale);
-        for (uint slot = 0u; slot < SLOTS; ++slot) {
-            bool used = slot < side * side
-                     && (row_cells(survey.cells, slot / side, side) & block_cells(slot % side, side)) != 0u;
-            place += uint(used);
-            slots[tile * SLOTS + slot] = slot_word(side, used ? place : 0u);
+        uint slot = tile * SLOTS;
+        for (uint y = 0u; y < side; ++y) {
+            uint mask = row_cells(survey.cells, y, side);
+            for (uint x = 0u; x < side; ++x, ++slot) {
+                bool used = (mask & block_cells(x, side)) != 0u;
+                place += uint(used);
+                slots[slot] = slot_word(side, used ? place : 0u);
+            }
+        }
+        for (; slot < (tile + 1u) * SLOTS; ++slot) {
+            slots[slot] = slot_word(side, 0u);
         }
     }
 }

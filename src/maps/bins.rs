@@ -1,13 +1,13 @@
 //! Casters binned to tiles of all lights' maps: count, place, scatter. Shared by the techniques that walk tiles, and by
 //! those that only want to know which casters meet some tile and which tiles have casters.
 
-use super::detail::{self, Detail, SLOTS};
 use super::Maps;
+use super::detail::{self, Detail, SLOTS};
 use crate::gpu::{
     Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Pass, Push, Resource, groups, push_struct,
 };
 use crate::shaders;
-use crate::shaders::constant::{DETAIL, EMPTY_PARTS, HIDE, PARTS, REACH, TILED, TILE_LANES};
+use crate::shaders::constant::{DETAIL, EMPTY_PARTS, HIDE, PARTS, REACH, TILE_LANES, TILED};
 use crate::world::World;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
@@ -358,8 +358,7 @@ impl Bins {
         let casters = u64::from(self.caster_count) * u64::from(self.map_count);
         let met: u64 = self.met.read::<u32>(casters as usize)?.into_iter().map(u64::from).sum();
         let (entries, used) = (last.all_entries(), u64::from(last.tiles_used));
-        let mut counters =
-            BTreeMap::from([("bin_entries".into(), entries), ("culled_casters".into(), casters - met)]);
+        let mut counters = BTreeMap::from([("bin_entries".into(), entries), ("culled_casters".into(), casters - met)]);
         if let Some(detail) = &self.detail {
             counters.insert("blocks".into(), u64::from(last.parts / self.parts_a_block));
             counters.insert("blocks_at_most".into(), detail.block_count().into());

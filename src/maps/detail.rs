@@ -85,8 +85,7 @@ impl Detail {
         constants: &Constants,
     ) -> Result<Self> {
         let tiles = tile_count(maps);
-        let surveys =
-            Buffer::new(context, "detail.surveys", tiles * size_of::<Survey>() as u64, Memory::Device)?;
+        let surveys = Buffer::new(context, "detail.surveys", tiles * size_of::<Survey>() as u64, Memory::Device)?;
         let set = Bindings::new(context, "detail", &[Resource::Buffer(surveys.clone())])?;
         let sets = [maps.scene(), bins, &set];
         Ok(Self {

@@ -1,10 +1,10 @@
 //! Where the curves of all texels of all maps stand, and what they say.
 
 use super::settings::Settings;
-use crate::{Error, Result};
 use crate::gpu::{Bindings, Buffer, Context, Memory, Resource};
 use crate::maps::{BLOCK_TEXELS, Bins, MOST_BLOCKS, Maps, SLOTS, TILE_TEXELS, table_bytes, tile_count};
 use crate::scene::FARTHEST;
+use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 
 /// Twin: Node in glsl/avsm/node.glsl. A depth of [`FARTHEST`] is that of an unused node.
@@ -69,8 +69,12 @@ impl Curves {
             Some(bins) if self.settings.skip => bins.texels_in_use(self.size)?,
             _ => vec![true; self.texels as usize],
         };
-        // Packed or not, a curve begins with the depth of its first node.
-        let covered = |(n, in_use): &(&[NodeData], bool)| *in_use && n[0].depth < FARTHEST;
+        // Packed or not, a curve begins with the depth of its first node; a tight one that has none is 0.
+        let has_nodes = |n: &[NodeData]| match self.settings.tight {
+            true => n.iter().any(|n| [n.depth, n.value].map(f32::to_bits) != [0; 2]),
+            false => n[0].depth < FARTHEST,
+        };
+        let covered = |(n, in_use): &(&[NodeData], bool)| *in_use && has_nodes(n);
         Ok(Some(curves.chunks_exact(pairs).zip(in_use).filter(covered).count() as u64))
     }
 
@@ -91,7 +95,9 @@ impl Curves {
         let curve: Vec<[u32; 2]> = self.nodes.read_from(texel * pairs, pairs)?;
         let exponential = self.settings.exponential;
         let transmittance = |value: f64| if exponential { (-value).exp() } else { value };
-        let nodes = if self.settings.packed {
+        let nodes = if self.settings.tight {
+            unpack_tight(&curve, exponential)
+        } else if self.settings.packed {
             unpack(&curve, exponential)
         } else {
             curve.iter().map(|n| (f32::from_bits(n[0]).into(), f32::from_bits(n[1]).into())).collect()
@@ -138,7 +144,12 @@ pub fn blocks(maps: &Maps, settings: &Settings) -> Result<Option<u32>> {
 
 /// Pairs of words a texel. Twin: curve_pairs in glsl/avsm/node.glsl.
 fn pairs(settings: &Settings) -> usize {
-    (if settings.packed { 1 + settings.nodes / 2 } else { settings.nodes }) as usize
+    let pairs = match (settings.tight, settings.packed) {
+        (true, _) => settings.nodes / 4,
+        (_, true) => 1 + settings.nodes / 2,
+        _ => settings.nodes,
+    };
+    pairs as usize
 }
 
 /// The nodes (depth, value) of a packed texel, in f64; unused ones repeat the last and are left out, so that no two are
@@ -153,4 +164,15 @@ fn unpack(curve: &[[u32; 2]], exponential: bool) -> Vec<(f64, f64)> {
         (first + extent * depth / 65535.0, value)
     };
     words.into_iter().map(node).collect()
+}
+
+/// The same of a tight texel, none of which is 0.
+fn unpack_tight(curve: &[[u32; 2]], exponential: bool) -> Vec<(f64, f64)> {
+    let mut words: Vec<u32> = curve.iter().flatten().flat_map(|pair| [pair & 0xFFFF, pair >> 16]).collect();
+    words.dedup();
+    let node = |word: u32| {
+        let (depth, value) = (f64::from(word >> 8), f64::from(word & 0xFF));
+        (depth / 255.0, if exponential { value / (256.0 - value) } else { 1.0 - value / 255.0 })
+    };
+    words.into_iter().filter(|word| *word != 0).map(node).collect()
 }

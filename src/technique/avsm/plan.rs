@@ -4,7 +4,9 @@ use super::ENTRY;
 use super::settings::{Batch, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Features, Requirement};
 use crate::maps::FilterKind;
-use crate::shaders::constant::{DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TILED, WORK, WORKGROUP};
+use crate::shaders::constant::{
+    DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED, WORK, WORKGROUP,
+};
 use crate::technique::keys::Word;
 use crate::world::World;
 use crate::{Error, Result};
@@ -119,6 +121,7 @@ impl Plan {
             .set(SORTED, settings.sorted)
             .set(TILED, settings.skip)
             .set(PACKED, settings.packed)
+            .set(TIGHT, settings.tight)
             .set(DETAIL, settings.adaptive)
             .set(GROUPS, groups)
             .set(WORKGROUP, groups)

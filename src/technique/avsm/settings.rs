@@ -57,6 +57,8 @@ words! {
         Full = "full",
         /// 4 bytes a node, and 8 a texel.
         Packed = "packed",
+        /// 2 bytes a node.
+        Tight = "tight",
     }
 }
 
@@ -136,7 +138,7 @@ pub const KEYS: &[Key] = &[
         name: "storage",
         values: Values::OneOf(Storage::WORDS),
         default: "full",
-        about: "full: 8 bytes a node; packed: 4, and 8 a texel",
+        about: "full: 8 bytes a node; packed: 4, and 8 a texel; tight: 2",
     },
     Key {
         name: "batch",
@@ -165,7 +167,10 @@ pub struct Settings {
     pub nudge: bool,
     pub skip: bool,
     pub capacity: Option<u32>,
+    /// In codes.
     pub packed: bool,
+    /// In the shortest.
+    pub tight: bool,
     pub batch: Option<Batch>,
     pub filter: Filter,
 }
@@ -184,7 +189,8 @@ impl Settings {
             nudge: spec.is_on("nudge"),
             skip: spec.is_on(SKIP.name),
             capacity: Some(spec.number("capacity")).filter(|n| *n > 0),
-            packed: spec.word("storage") == Some(Storage::Packed),
+            packed: spec.word("storage") != Some(Storage::Full),
+            tight: spec.word("storage") == Some(Storage::Tight),
             batch: spec.word("batch"),
             filter: filter(spec),
         }
