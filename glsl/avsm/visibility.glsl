@@ -73,16 +73,17 @@ float detailed_transmittance(LookUp l) {
     float transmittance = 0.0;
     for (int i = 0; i < 4; ++i) {
         ivec2 texel = f.corner + ivec2(i % 2, i / 2);
-        float here_too = 1.0;
+        float through = 1.0;
         if (view_has(fine, texel)) {
             uvec2 of = uvec2(texel) / (8u * side), its = uvec2(texel);
             uint place = (first + of.y * tiles.x + of.x) * SLOTS, its_side = slot_side(visibility_tiles[place]);
             its = (2u * its + 1u) * its_side / (2u * side);
             uvec2 block = its / 8u - of * its_side;
             uint curve = slot_place(visibility_tiles[place + block.y * its_side + block.x]);
-            here_too = curve > 0u ? curve_transmittance_at((curve - 1u) * 64u + its.y % 8u * 8u + its.x % 8u, l.depth) : 1.0;
+            uint within = its.y % 8u * 8u + its.x % 8u;
+            through = curve > 0u ? curve_transmittance_at((curve - 1u) * 64u + within, l.depth) : 1.0;
         }
-        transmittance += f.weights[i] * here_too;
+        transmittance += f.weights[i] * through;
     }
     return transmittance;
 }

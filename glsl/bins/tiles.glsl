@@ -56,9 +56,10 @@ float tile_along(View view, Caster strand, uvec2 tile, out vec3 across) {
     return along;
 }
 
-// Squared distance, in units of the radius, from the caster to the tile, never more than the true one to the nearest
-// ray of the tile less `inset` texels, half of one for the rays of texel centres. Exact for a sphere in a parallel view; for a strand to the circle about the tile, half a texel
-// too small and more; 0 in perspective, whose tiles are not rectangles across the rays.
+// Squared distance, in units of the radius, from the caster to the tile less `inset` texels (half of one: to the rays of
+// texel centres), never more than the true one to the nearest ray in it. Exact for a sphere in a parallel view; for a
+// strand to the circle about the tile, half a texel too small and more; 0 in perspective, whose tiles are not rectangles
+// across the rays.
 float tile_distance(View view, Caster caster, uvec2 tile, float inset) {
     if (view.projection == VIEW_PERSPECTIVE) {
         return 0.0;

@@ -2,11 +2,13 @@
 // Chooses how fine each tile of all maps is, and where its blocks stand, as fine as so many blocks allow. One workgroup.
 // Where edges of a strength E stand per texel, the error falls with about the side to the power of −1 (hair: −0.7), so that a
 // tile's side goes with E to about a third; that edges hide each other makes it a fifth of E / (1 + optical depth).
-// Inputs: surveys. Outputs: slots. Twin: reference::twin::detail::choose.
+// Inputs: surveys. Outputs: slots, totals. Twin: reference::twin::detail::choose.
 // Invariants: there are never more blocks than were allowed; only whole numbers are computed with, so that the same surveys
 // are the same choice on every device; every block that a caster meets has a place.
+#include "bins/totals.glsl"
 #include "detail/blocks.glsl"
 #include "detail/survey.glsl"
+#include "maps/rounds.glsl"
 #include "maps/scene.glsl"
 
 const uint THREADS = 128u;
@@ -22,6 +24,7 @@ layout(push_constant, scalar) uniform ChoosePush {
 // False: blocks without casters are built too.
 CONSTANT(bool, TILED, false)
 
+layout(set = 1, binding = 3, scalar) writeonly buffer Totals { BinTotals totals[]; };
 layout(set = 1, binding = 7, scalar) writeonly buffer Slots { uint slots[]; };
 layout(set = 2, binding = 0, scalar) readonly buffer Surveys { Survey surveys[]; };
 
@@ -83,7 +86,7 @@ void fill_tables() {
 // Cells of a row of blocks in which there are casters, as a mask of x.
 uint row_cells(uint cells, uint y, uint side) {
     uint rows = block_cells(y, side), mask = 0u;
-    for (uint row = 0u; row < SURVEY_CELLS; ++row) {
+    [[unroll]] for (uint row = 0u; row < SURVEY_CELLS; ++row) {
         mask |= (rows >> row & 1u) != 0u ? cells >> (row * SURVEY_CELLS) & 15u : 0u;
     }
     return mask;
@@ -146,5 +149,8 @@ void main() {
         for (; slot < (tile + 1u) * SLOTS; ++slot) {
             slots[slot] = slot_word(side, 0u);
         }
+    }
+    if (rounds_ran_out(tile_count)) {
+        totals[0].cut_short = 1u;
     }
 }

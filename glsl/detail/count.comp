@@ -1,11 +1,14 @@
 #version 460
 // As bins/count.comp, for blocks.
-// Inputs: maps, casters, horizon, slots. Outputs: counts, met (both cleared before).
+// Inputs: maps, casters, horizon, slots. Outputs: counts, met, totals (cleared before).
+#include "bins/totals.glsl"
 #include "detail/casters.glsl"
+#include "maps/rounds.glsl"
 
 layout(local_size_x = BIN_THREADS) in;
 
 layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
+layout(set = 1, binding = 3, scalar) writeonly buffer Totals { BinTotals totals[]; };
 layout(set = 1, binding = 5, scalar) buffer Met { uint met[]; };
 layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };
 layout(set = 1, binding = 7, scalar) readonly buffer Slots { uint slots[]; };
@@ -39,5 +42,9 @@ void main() {
     }
     if (any) {
         met[map * caster_count + index] = 1u;
+    }
+    // The other passes over casters take as many rounds at most.
+    if (rounds_ran_out(caster_count)) {
+        totals[0].cut_short = 1u;
     }
 }

@@ -181,8 +181,11 @@ fn points(view: &View) -> Vec<[f32; 3]> {
     let mut point = |i: u32| {
         let across = f64::from(random.between(-0.02, 1.02)) * f64::from(view.width);
         let down = f64::from(random.between(-0.02, 1.02)) * f64::from(view.height);
-        let across =
-            if i % 4 == 0 { (across / 8.0).round() * 8.0 + f64::from(random.between(-0.1, 0.1)) } else { across };
+        let across = if i.is_multiple_of(4) {
+            (across / 8.0).round() * 8.0 + f64::from(random.between(-0.1, 0.1))
+        } else {
+            across
+        };
         let z = view.z(f64::from(random.between(0.05, 1.1)));
         view.ray([across, down].into()).at(z).as_vec3().to_array()
     };

@@ -184,7 +184,9 @@ impl Technique for Avsm {
         let mut facts = Facts {
             path: self.plan.way.name(),
             reason: self.plan.reason.clone(),
-            bytes_resident: self.curves.nodes.bytes() + self.curves.tiles.bytes() + self.maps.opaque_image().bytes(),
+            bytes_resident: self.curves.nodes.bytes()
+                + bins.map_or(0, |_| self.curves.tiles.bytes())
+                + self.maps.opaque_image().bytes(),
             bytes_transient: bins.map_or(0, Bins::bytes_transient),
             nodes: Some(self.plan.settings.nodes),
             ..Facts::default()
