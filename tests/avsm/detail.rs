@@ -329,6 +329,10 @@ fn what_adaptive_maps_need() {
         for (settings, needs) in
             [("bytes=1000", "bytes= of at least"), ("path=two-pass", "path=binned"), ("filter=box", "filter=bilinear")]
         {
+            // A device may lack what two passes need: that is said first.
+            if settings.starts_with("path") && !runs("what_adaptive_maps_need", context, "avsm:path=two-pass") {
+                continue;
+            }
             let world = gobo::world::World::new(context, &scenes::random()).expect("room");
             let text = format!("avsm:detail=adaptive,size=64,{settings}");
             match Avsm::new(context, &world, &spec(&text)) {
