@@ -3,6 +3,8 @@
 
 mod support;
 
+#[path = "avsm/detail.rs"]
+mod detail;
 #[path = "avsm/list.rs"]
 mod list;
 #[path = "avsm/packed.rs"]

@@ -26,8 +26,7 @@ void main() {
     if (!listed_part(tile)) {
         return;
     }
-    uint map = part_map(tile);
-    View view = maps[map].volume;
+    View view = part_view(tile);
     sort_tile(tile.first, tile.count);
     uvec2 texel = part_corner(view, tile) + gl_LocalInvocationID.xy;
     Ray ray = view_texel_ray(view, texel);
@@ -57,5 +56,5 @@ void main() {
         return;
     }
     curve_reduce();
-    store_curve((map * view.height + texel.y) * view.width + texel.x);
+    store_curve(part_texel(view, tile, texel));
 }

@@ -130,8 +130,7 @@ void main() {
     if (!listed_part(part)) {
         return;
     }
-    uint map = part_map(part);
-    View view = maps[map].volume;
+    View view = part_view(part);
     uint first = part.first, count = part.count;
     uint t = gl_LocalInvocationID.x, group = gl_LocalInvocationID.y;
     uvec2 texel = part_corner(view, part) + uvec2(t % 8u, part_of_tile(part) * 4u + t / 8u);
@@ -260,6 +259,6 @@ void main() {
     }
     end_part(part);
     if (group == 0u && all(lessThan(texel, uvec2(view.width, view.height)))) {
-        store_curve((map * view.height + texel.y) * view.width + texel.x);
+        store_curve(part_texel(view, part, texel));
     }
 }

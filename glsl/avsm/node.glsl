@@ -1,6 +1,6 @@
 // What a texel's transmittance curve is stored as: curve_pairs() pairs of words. In full, each is the bits of a Node. Packed,
 // the first is the bits of the first node's depth and of how far the last node is behind it, the others hold two nodes
-// each, as avsm/pack.glsl codes them: 8 + 4 NODES bytes. Twin: technique::NodeData.
+// each, as avsm/pack.glsl codes them: 8 + 4 NODES bytes. Tight, each holds four nodes: 2 NODES bytes. Twin: technique::NodeData.
 #ifndef AVSM_NODE_GLSL
 #define AVSM_NODE_GLSL
 #include "world/view.glsl"
@@ -10,6 +10,8 @@ CONSTANT(int, NODES, 8)
 // which is exact within a sphere of constant extinction.
 CONSTANT(bool, EXPONENTIAL, true)
 CONSTANT(bool, PACKED, false)
+// Of packed curves: to two bytes a node.
+CONSTANT(bool, TIGHT, false)
 
 // Depth of an unused node. Its value is that of the last used one.
 const float EMPTY = FARTHEST;
@@ -20,7 +22,7 @@ struct Node {
 };
 
 // Pairs of words that a texel has.
-uint curve_pairs() { return PACKED ? uint(1 + NODES / 2) : uint(NODES); }
+uint curve_pairs() { return TIGHT ? uint(NODES / 4) : PACKED ? uint(1 + NODES / 2) : uint(NODES); }
 
 float curve_unshadowed() { return EXPONENTIAL ? 0.0 : 1.0; }
 

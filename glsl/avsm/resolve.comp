@@ -108,12 +108,9 @@ uint sort(uint head) {
     while (head != NO_SEGMENT) {
         uint run = take_run(head);
         int i = 0;
-        if (runs[0] != NO_SEGMENT) {
-            do {
-                run = merge(runs[i], run);
-                runs[i] = NO_SEGMENT;
-                ++i;
-            } while (i < 31 && runs[i] != NO_SEGMENT);
+        for (; i < 31 && runs[i] != NO_SEGMENT; ++i) {
+            run = merge(runs[i], run);
+            runs[i] = NO_SEGMENT;
         }
         runs[i] = run;
         used = max(used, i + 1);

@@ -13,6 +13,18 @@ void store_curve(uint texel, Node curve[NODES]) {
         }
         return;
     }
+    if (TIGHT) {
+        uint word = 0u;
+        [[unroll]] for (int i = 0; i < NODES; i += 4) {
+            uint words[4];
+            [[unroll]] for (int j = 0; j < 4; ++j) {
+                word = pack_node(word, curve[i + j], vec2(0.0, 1.0));
+                words[j] = word;
+            }
+            nodes[at + i / 4] = uvec2(words[0] | words[1] << 16, words[2] | words[3] << 16);
+        }
+        return;
+    }
     vec2 range = vec2(curve[0].depth);
     [[unroll]] for (int i = 1; i < NODES; ++i) {
         range.y = curve[i].depth < EMPTY ? curve[i].depth : range.y;

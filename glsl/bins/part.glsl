@@ -3,6 +3,7 @@
 #define BINS_PART_GLSL
 #include "bins/totals.glsl"
 #include "bins/view_caster.glsl"
+#include "detail/blocks.glsl"
 #include "maps/rounds.glsl"
 #include "maps/scene.glsl"
 
@@ -13,6 +14,8 @@ layout(set = 1, binding = 4, scalar) readonly buffer Entries { uvec2 entries[]; 
 #else
 layout(set = 1, binding = 4, scalar) coherent buffer Entries { uvec2 entries[]; };
 #endif
+
+layout(set = 1, binding = 7, scalar) readonly buffer Slots { uint slots[]; };
 
 // False where the list has ended; there is room behind it, so that both reads can be under way at once.
 bool listed_part(out TilePart part) {
@@ -28,10 +31,37 @@ void end_part(TilePart part) {
     }
 }
 
-// The first texel of the part's tile.
+// The word of the part's block, and tiles across and down its map.
+uint part_slot(TilePart part, out uvec2 tiles) {
+    tiles = (map_size() + 7u) / 8u;
+    return slots[part_map(part) * tiles.x * tiles.y * SLOTS + part.tile];
+}
+
+// The view of the part's map; of a block, as fine as its tile is.
+View part_view(TilePart part) {
+    uvec2 tiles;
+    View view = maps[part_map(part)].volume;
+    return DETAIL ? finer(view, slot_side(part_slot(part, tiles))) : view;
+}
+
+// The first texel of the part's tile or block, in that view.
 uvec2 part_corner(View view, TilePart part) {
+    if (DETAIL) {
+        uvec2 tiles;
+        uint side = slot_side(part_slot(part, tiles)), tile = part.tile / SLOTS, block = part.tile % SLOTS;
+        return (uvec2(tile % tiles.x, tile / tiles.x) * side + uvec2(block % side, block / side)) * 8u;
+    }
     uint across = (view.width + 7u) / 8u;
     return uvec2(part.tile % across, part.tile / across) * 8u;
+}
+
+// Where what is made of a texel stands: map after map in rows; of a block block after block.
+uint part_texel(View view, TilePart part, uvec2 texel) {
+    if (DETAIL) {
+        uvec2 tiles, within = texel % 8u;
+        return (slot_place(part_slot(part, tiles)) - 1u) * 64u + within.y * 8u + within.x;
+    }
+    return (part_map(part) * view.height + texel.y) * view.width + texel.x;
 }
 
 // The caster of an entry, in the view's axes.

@@ -1,9 +1,11 @@
 #version 460
 // Gives each tile of each map its place among the entries, in any order: tiles do not depend on each other. Lists the parts
 // into which tiles are cut, one a workgroup: PARTS of a tile that has casters, EMPTY_PARTS of one that has none.
-// Inputs: counts. Outputs: cursors, where scatter begins to write, parts, totals (cleared before).
+// With DETAIL the same of blocks: those that have a place are built.
+// Inputs: counts, slots. Outputs: cursors, where scatter begins to write, parts, totals (cleared before).
 #include "bins/tiles.glsl"
 #include "bins/totals.glsl"
+#include "detail/blocks.glsl"
 
 layout(local_size_x = BIN_THREADS) in;
 
@@ -14,6 +16,7 @@ layout(set = 1, binding = 0, scalar) readonly buffer Counts { uint counts[]; };
 layout(set = 1, binding = 1, scalar) writeonly buffer Parts { TilePart parts[]; };
 layout(set = 1, binding = 2, scalar) writeonly buffer Cursors { uint cursors[]; };
 layout(set = 1, binding = 3, scalar) buffer Totals { BinTotals totals[]; };
+layout(set = 1, binding = 7, scalar) readonly buffer Slots { uint slots[]; };
 
 void main() {
     uint map = gl_WorkGroupID.z, tile = map_thread();
@@ -22,7 +25,7 @@ void main() {
         totals[0].groups_z = 1u;
     }
     uvec2 tiles = tile_counts(maps[map].volume);
-    uint tile_total = tiles.x * tiles.y;
+    uint tile_total = tiles.x * tiles.y * (DETAIL ? SLOTS : 1u);
     if (tile >= tile_total) {
         return;
     }
@@ -37,7 +40,8 @@ void main() {
     }
     // Where the entries are too few, which is found out and mended after the build, nobody reads past them.
     uint readable = first < capacity ? min(count, capacity - first) : 0u;
-    uint wanted = count > 0u ? PARTS : EMPTY_PARTS;
+    bool built = DETAIL ? slot_place(slots[map * tile_total + tile]) != 0u : count > 0u;
+    uint wanted = built ? PARTS : DETAIL ? 0u : EMPTY_PARTS;
     if (wanted > 0u) {
         uint place = atomicAdd(totals[0].parts, wanted);
         for (uint i = 0u; i < wanted; ++i) {

@@ -56,10 +56,11 @@ float tile_along(View view, Caster strand, uvec2 tile, out vec3 across) {
     return along;
 }
 
-// Squared distance, in units of the radius, from the caster to the tile, never more than the true one to the nearest
-// ray of a texel centre. Exact for a sphere in a parallel view; for a strand to the circle about the tile, half a texel
-// too small and more; 0 in perspective, whose tiles are not rectangles across the rays.
-float tile_distance(View view, Caster caster, uvec2 tile) {
+// Squared distance, in units of the radius, from the caster to the tile less `inset` texels (half of one: to the rays of
+// texel centres), never more than the true one to the nearest ray in it. Exact for a sphere in a parallel view; for a
+// strand to the circle about the tile, half a texel too small and more; 0 in perspective, whose tiles are not rectangles
+// across the rays.
+float tile_distance(View view, Caster caster, uvec2 tile, float inset) {
     if (view.projection == VIEW_PERSPECTIVE) {
         return 0.0;
     }
@@ -72,11 +73,14 @@ float tile_distance(View view, Caster caster, uvec2 tile) {
     }
     vec3 offset = caster.position - view.origin;
     vec2 centre = vec2(dot(offset, view.right), dot(offset, view.up));
-    vec2 low = ((vec2(tile * TILE_TEXELS) + 0.5) / size * 2.0 - 1.0) / scale;
-    vec2 high = ((vec2(tile * TILE_TEXELS + TILE_TEXELS) - 0.5) / size * 2.0 - 1.0) / scale;
+    vec2 low = ((vec2(tile * TILE_TEXELS) + inset) / size * 2.0 - 1.0) / scale;
+    vec2 high = ((vec2(tile * TILE_TEXELS + TILE_TEXELS) - inset) / size * 2.0 - 1.0) / scale;
     vec2 apart = max(max(low - centre, centre - high), vec2(0.0)) / caster.radius;
     return dot(apart, apart);
 }
+
+// To the nearest ray of a texel centre.
+float tile_distance(View view, Caster caster, uvec2 tile) { return tile_distance(view, caster, tile, 0.5); }
 
 // A tile may be left out where no ray of it meets the caster; the margin is against rounding.
 bool tile_missed(float distance_square) {

@@ -2,11 +2,12 @@
 //! those that only want to know which casters meet some tile and which tiles have casters.
 
 use super::Maps;
+use super::detail::{self, Detail, SLOTS};
 use crate::gpu::{
     Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Pass, Push, Resource, groups, push_struct,
 };
 use crate::shaders;
-use crate::shaders::constant::{EMPTY_PARTS, HIDE, PARTS, REACH, TILE_LANES};
+use crate::shaders::constant::{DETAIL, EMPTY_PARTS, HIDE, PARTS, REACH, TILE_LANES, TILED};
 use crate::world::World;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
@@ -78,7 +79,7 @@ pub struct TilePart {
 
 push_struct! {
     /// Twin: BinPush in glsl/bins/tiles.glsl.
-    struct BinPush {
+    pub(super) struct BinPush {
         caster_count: u32,
         /// Of the entries.
         capacity: u32,
@@ -90,7 +91,9 @@ pub struct Bins {
     context: Context,
     map_count: u32,
     tiles: [u32; 2],
-    /// Casters of each tile: map after map, rows of tiles.
+    /// Tiles of a map, or with detail the blocks that they may have.
+    bins_a_map: u32,
+    /// Casters of each tile: map after map, rows of tiles; with detail of each word of its table.
     pub counts: Buffer,
     /// The listed parts of tiles.
     parts: Buffer,
@@ -109,8 +112,12 @@ pub struct Bins {
     hide: bool,
     /// Threads a caster.
     lanes: u32,
+    /// Workgroups a tile or block with casters.
+    parts_a_block: u32,
     lists_parts: bool,
     keeps_entries: bool,
+    /// Where tiles are as fine as they need.
+    detail: Option<Detail>,
     capacity: u32,
     caster_count: u32,
     /// What `totals` held after the last build.
@@ -138,6 +145,8 @@ pub struct Use {
     pub reach: u32,
     /// Workgroups a tile in [`Bins::per_part`]: of one with casters, of one without.
     pub parts: [u32; 2],
+    /// The most blocks, where each tile is to be as fine as it needs: bins are then blocks.
+    pub blocks: Option<u32>,
 }
 
 impl Bins {
@@ -148,8 +157,10 @@ impl Bins {
     pub fn new(context: &Context, world: &World, maps: &Maps, what: Use) -> Result<Self> {
         let tiles = maps.tiles();
         let count = u64::from(maps.count());
-        let tile_count = u64::from(tiles[0]) * u64::from(tiles[1]) * count;
-        let parts_listed = tile_count * u64::from(what.parts[0].max(what.parts[1]));
+        let bins_a_map = tiles[0] * tiles[1] * if what.blocks.is_some() { SLOTS } else { 1 };
+        let bin_count = u64::from(bins_a_map) * count;
+        let built = what.blocks.map_or(bin_count, u64::from);
+        let parts_listed = built * u64::from(what.parts[0].max(what.parts[1]));
         if parts_listed > GROUPS_X * MAX_ROWS {
             return Err(Error::Gpu {
                 operation: "list",
@@ -159,18 +170,20 @@ impl Bins {
             });
         }
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
-        let counts = buffer("bins.counts", tile_count * 4)?;
+        let counts = buffer("bins.counts", bin_count * 4)?;
         let parts = buffer("bins.parts", (parts_listed + PARTS_BEHIND) * size_of::<TilePart>() as u64)?;
-        let cursors = buffer("bins.cursors", tile_count * 4)?;
+        let cursors = buffer("bins.cursors", bin_count * 4)?;
         let totals = buffer("bins.totals", size_of::<BinTotals>() as u64)?;
         let totalled = Buffer::new(context, "bins.totalled", totals.bytes(), Memory::Readback)?;
         let casters = u64::from(world.caster_capacity());
         let wanted = if what.entries { casters * FIRST_ENTRIES } else { 1 };
         let capacity = wanted.clamp(1, limit(context)) as u32;
         let met = buffer("bins.met", count * casters.max(1) * 4)?;
-        let horizon = buffer("bins.horizon", tile_count * 4)?;
+        let horizon = buffer("bins.horizon", detail::tile_count(maps) * 4)?;
         let entries = buffer("bins.entries", u64::from(capacity) * ENTRY_BYTES)?;
-        let buffers = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon];
+        // Who has no detail reads no slots.
+        let slots = if what.blocks.is_some() { detail::slots(context, maps)? } else { horizon.clone() };
+        let buffers = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &slots];
         let set = Bindings::new(context, "bins", &buffers.map(|b| Resource::Buffer(b.clone())))?;
         let hide = what.skip && world.triangle_count() > 0;
         let lanes = if context.features().is_software() { 1 } else { 16 };
@@ -179,16 +192,26 @@ impl Bins {
             .set(REACH, what.reach)
             .set(TILE_LANES, lanes)
             .set(PARTS, what.parts[0])
-            .set(EMPTY_PARTS, what.parts[1]);
+            .set(EMPTY_PARTS, what.parts[1])
+            .set(TILED, what.skip)
+            .set(DETAIL, what.blocks.is_some());
         let kernel = |shader| Kernel::compute(context, shader, &[maps.scene(), &set], &constants);
+        let detailed = |blocks| Detail::new(context, maps, &set, slots, blocks, &constants);
+        let detail = what.blocks.map(detailed).transpose()?;
+        let [count_casters, scatter] = if detail.is_some() {
+            [&shaders::detail::COUNT, &shaders::detail::SCATTER]
+        } else {
+            [&shaders::bins::COUNT, &shaders::bins::SCATTER]
+        };
         Ok(Self {
             context: context.clone(),
             map_count: maps.count(),
             tiles,
+            bins_a_map,
             find_horizon: kernel(&shaders::bins::HORIZON)?,
-            count: kernel(&shaders::bins::COUNT)?,
+            count: kernel(count_casters)?,
             place: kernel(&shaders::bins::PLACE)?,
-            scatter: kernel(&shaders::bins::SCATTER)?,
+            scatter: kernel(scatter)?,
             counts,
             parts,
             cursors,
@@ -199,8 +222,10 @@ impl Bins {
             horizon,
             hide,
             lanes,
+            parts_a_block: what.parts[0],
             lists_parts: what.parts != [0, 0],
             keeps_entries: what.entries,
+            detail,
             capacity,
             caster_count: world.caster_count(),
             last: None,
@@ -208,7 +233,12 @@ impl Bins {
         })
     }
 
-    /// The set with counts, listed parts, cursors, totals, entries, met and horizon.
+    /// How fine tiles are, where they are as fine as they need.
+    pub fn detail(&self) -> Option<&Detail> {
+        self.detail.as_ref()
+    }
+
+    /// The set with counts, listed parts, cursors, totals, entries, met, horizon and slots.
     pub fn set(&self) -> &Bindings {
         &self.set
     }
@@ -227,6 +257,10 @@ impl Bins {
             pass.fill(&self.met, 0);
         });
         self.horizon(commands);
+        if let Some(detail) = &self.detail {
+            detail.survey(commands, &self.push(), self.caster_groups());
+            detail.choose(commands);
+        }
         self.count(commands);
         if self.lists_parts {
             self.place(commands);
@@ -242,8 +276,13 @@ impl Bins {
     }
 
     fn per_caster(&self, commands: &mut Commands, name: &str, kernel: &Kernel<BinPush>) {
+        commands.pass(name, |pass| pass.dispatch(kernel, &self.push(), self.caster_groups()));
+    }
+
+    /// Workgroups of a pass over all casters of all maps.
+    fn caster_groups(&self) -> [u32; 3] {
         let [x, y] = groups((u64::from(self.caster_count) * u64::from(self.lanes)).div_ceil(64));
-        commands.pass(name, |pass| pass.dispatch(kernel, &self.push(), [x, y, self.map_count]));
+        [x, y, self.map_count]
     }
 
     /// Finds how far light gets in each tile. No pass where that does not matter.
@@ -262,7 +301,7 @@ impl Bins {
 
     /// Finds each tile's place among the entries, and lists the parts of tiles that are built.
     fn place(&self, commands: &mut Commands) {
-        let [x, y] = groups(u64::from(self.tiles[0] * self.tiles[1]).div_ceil(64));
+        let [x, y] = groups(u64::from(self.bins_a_map).div_ceil(64));
         commands.pass("bins.place", |pass| pass.dispatch(&self.place, &self.push(), [x, y, self.map_count]));
     }
 
@@ -319,14 +358,18 @@ impl Bins {
         let casters = u64::from(self.caster_count) * u64::from(self.map_count);
         let met: u64 = self.met.read::<u32>(casters as usize)?.into_iter().map(u64::from).sum();
         let (entries, used) = (last.all_entries(), u64::from(last.tiles_used));
-        let all = u64::from(self.tiles[0]) * u64::from(self.tiles[1]) * u64::from(self.map_count);
-        Ok(BTreeMap::from([
-            ("bin_entries".into(), entries),
-            ("culled_casters".into(), casters - met),
-            ("tiles".into(), all),
-            ("tiles_used".into(), used),
-            ("tiles_skipped".into(), all - used),
-        ]))
+        let mut counters = BTreeMap::from([("bin_entries".into(), entries), ("culled_casters".into(), casters - met)]);
+        if let Some(detail) = &self.detail {
+            counters.insert("blocks".into(), u64::from(last.parts / self.parts_a_block));
+            counters.insert("blocks_at_most".into(), detail.block_count().into());
+            counters.insert("blocks_used".into(), used);
+        } else {
+            let all = u64::from(self.bins_a_map) * u64::from(self.map_count);
+            counters.insert("tiles".into(), all);
+            counters.insert("tiles_used".into(), used);
+            counters.insert("tiles_skipped".into(), all - used);
+        }
+        Ok(counters)
     }
 
     /// Whether the tile of a texel has casters.
@@ -350,9 +393,10 @@ impl Bins {
         Ok(counts.chunks_exact(tiles).flat_map(map).collect())
     }
 
-    /// All but the counts, which look-ups may need.
+    /// All but the counts, which look-ups may need; with detail those too, since look-ups need its slots.
     pub fn bytes_transient(&self) -> u64 {
         let buffers = [&self.parts, &self.cursors, &self.totals, &self.entries, &self.met, &self.horizon];
-        buffers.into_iter().map(Buffer::bytes).sum()
+        let detail = self.detail.as_ref().map_or(0, |d| d.surveys().bytes() + self.counts.bytes());
+        buffers.into_iter().map(Buffer::bytes).sum::<u64>() + detail
     }
 }

@@ -7,6 +7,7 @@
 
 mod bins;
 mod compact;
+mod detail;
 mod filter;
 mod fit;
 mod list;
@@ -17,6 +18,7 @@ mod texels;
 
 pub use bins::{BinTotals, Bins, TILE_TEXELS, TilePart, Use};
 pub use compact::Compact;
+pub use detail::{BLOCK_TEXELS, Detail, MOST_BLOCKS, SLOTS, Survey, table_bytes, tile_count};
 pub use filter::{Filter, FilterKind};
 pub use fit::Extents;
 pub use list::{Keep, List, SegmentData};

@@ -14,31 +14,49 @@ pub fn caster_order(a: &Caster, b: &Caster) -> Ordering {
     all(a).partial_cmp(&all(b)).unwrap_or(Ordering::Equal)
 }
 
-/// The key that a tile's casters are sorted by, ties by [`caster_order`]; none where the caster misses all rays through the
-/// tile's texel centres. `tile` counts tiles across and down. Twin: tile_along, tile_distance, tile_missed, tile_key.
-pub fn tile_key(view: &View, caster: &Caster, tile: [u32; 2]) -> Option<f32> {
+/// Squared distance of a caster from a tile less `inset` texels, in units of the radius. `tile` counts tiles across and down.
+/// Twin: tile_distance.
+pub fn tile_distance(view: &View, caster: &Caster, tile: [u32; 2], inset: f32) -> f32 {
+    if view.projection() != Projection::Parallel {
+        return 0.0;
+    }
     let offset = Vec3::from(caster.position) - Vec3::from(view.origin);
-    let dot = |axis: [f32; 3]| offset.dot(Vec3::from(axis));
     let scale = Vec2::new(view.scale_x, view.scale_y);
     let size = Vec2::new(view.width as f32, view.height as f32);
     let first = Vec2::new((tile[0] * TILE_TEXELS) as f32, (tile[1] * TILE_TEXELS) as f32);
-    let parallel = view.projection() == Projection::Parallel;
-    let (distance_square, nearest) = if caster.is_strand() {
-        let (start, axis, along) = strand_along(ray(view, first + 0.5 * TILE_TEXELS as f32), caster);
-        let along = along.map_or(0.0, |along| along.clamp(0.0, 1.0));
+    if caster.is_strand() {
+        let (_, across) = tile_along(view, caster, tile);
         let circle = (TILE_TEXELS as f32 / (size * scale)).length();
-        let apart = ((start + along * axis).length() - circle).max(0.0) / caster.radius;
-        let forward = Vec3::from(caster.axis).dot(Vec3::from(view.forward));
-        (if parallel { apart * apart } else { 0.0 }, dot(view.forward) + along * forward)
+        let apart = (across.length() - circle).max(0.0) / caster.radius;
+        return apart * apart;
+    }
+    let centre = Vec2::new(offset.dot(Vec3::from(view.right)), offset.dot(Vec3::from(view.up)));
+    let low = ((first + inset) / size * 2.0 - 1.0) / scale;
+    let high = ((first + TILE_TEXELS as f32 - inset) / size * 2.0 - 1.0) / scale;
+    let apart = (low - centre).max(centre - high).max(Vec2::ZERO) / caster.radius;
+    apart.dot(apart)
+}
+
+/// Twin: tile_along.
+fn tile_along(view: &View, strand: &Caster, tile: [u32; 2]) -> (f32, Vec3) {
+    let first = Vec2::new((tile[0] * TILE_TEXELS) as f32, (tile[1] * TILE_TEXELS) as f32);
+    let (start, axis, along) = strand_along(ray(view, first + 0.5 * TILE_TEXELS as f32), strand);
+    let along = along.map_or(0.0, |along| along.clamp(0.0, 1.0));
+    (along, start + along * axis)
+}
+
+/// The key that a tile's casters are sorted by, ties by [`caster_order`]; none where the caster misses all rays through the
+/// tile's texel centres. `tile` counts tiles across and down. Twin: tile_missed, tile_key.
+pub fn tile_key(view: &View, caster: &Caster, tile: [u32; 2]) -> Option<f32> {
+    let forward = Vec3::from(view.forward);
+    let centre = (Vec3::from(caster.position) - Vec3::from(view.origin)).dot(forward);
+    let square = tile_distance(view, caster, tile, 0.5);
+    let nearest = if caster.is_strand() {
+        centre + tile_along(view, caster, tile).0 * Vec3::from(caster.axis).dot(forward)
     } else {
-        let centre = Vec2::new(dot(view.right), dot(view.up));
-        let low = ((first + 0.5) / size * 2.0 - 1.0) / scale;
-        let high = ((first + TILE_TEXELS as f32 - 0.5) / size * 2.0 - 1.0) / scale;
-        let apart = (low - centre).max(centre - high).max(Vec2::ZERO) / caster.radius;
-        let square = if parallel { apart.dot(apart) } else { 0.0 };
-        (square, dot(view.forward) - caster.radius * (1.0 - square).max(0.0).sqrt())
+        centre - caster.radius * (1.0 - square).max(0.0).sqrt()
     };
-    (distance_square <= 1.0001).then(|| ((nearest - view.near) / (view.far - view.near)).max(0.0))
+    (square <= 1.0001).then(|| ((nearest - view.near) / (view.far - view.near)).max(0.0))
 }
 
 /// How far light gets in a tile: the farthest z at which a mesh ends it, over the tile and `reach` texels around it;

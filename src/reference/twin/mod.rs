@@ -6,6 +6,7 @@ pub mod beer_shadow_map;
 pub mod bins;
 pub mod compact;
 pub mod cone;
+pub mod detail;
 pub mod filter;
 pub mod fit;
 pub mod grid;

@@ -1,10 +1,10 @@
 //! Where the curves of all texels of all maps stand, and what they say.
 
 use super::settings::Settings;
-use crate::Result;
 use crate::gpu::{Bindings, Buffer, Context, Memory, Resource};
-use crate::maps::{Bins, Maps};
+use crate::maps::{BLOCK_TEXELS, Bins, MOST_BLOCKS, Maps, SLOTS, TILE_TEXELS, table_bytes, tile_count};
 use crate::scene::FARTHEST;
+use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 
 /// Twin: Node in glsl/avsm/node.glsl. A depth of [`FARTHEST`] is that of an unused node.
@@ -22,7 +22,7 @@ pub struct Curves {
     /// Map after map, texel rows, then the curve of a texel, as glsl/avsm/node.glsl states it: [`NodeData`] in order of
     /// depth, or those packed.
     pub nodes: Buffer,
-    /// Casters of each tile: those of the bins, or a stand-in where nothing is skipped.
+    /// Casters of each tile: those of the bins, or a stand-in where nothing is skipped; with detail=adaptive its blocks.
     pub tiles: Buffer,
     /// Nodes, tiles, and the nodes again: glsl/avsm/store.glsl says why.
     pub set: Bindings,
@@ -38,12 +38,14 @@ impl Curves {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, maps: &Maps, bins: Option<&Bins>, settings: Settings) -> Result<Self> {
-        let texels = maps.texels();
+        let detail = bins.and_then(Bins::detail);
+        let texels = detail.map_or(maps.texels(), |d| u64::from(d.block_count()) * u64::from(BLOCK_TEXELS));
         let bytes = texels * pairs(&settings) as u64 * size_of::<NodeData>() as u64;
         let nodes = Buffer::new(context, "avsm.nodes", bytes, Memory::Device)?;
-        let tiles = match bins {
-            Some(bins) => bins.counts.clone(),
-            None => {
+        let tiles = match (detail, bins) {
+            (Some(detail), _) => detail.slots().clone(),
+            (None, Some(bins)) => bins.counts.clone(),
+            (None, None) => {
                 let tiles = u64::from(maps.tiles()[0]) * u64::from(maps.tiles()[1]) * u64::from(maps.count());
                 Buffer::new(context, "avsm.tiles", tiles * 4, Memory::Device)?
             }
@@ -53,39 +55,49 @@ impl Curves {
         Ok(Self { nodes, tiles, set, size: maps.size(), texels, settings })
     }
 
-    /// Texels whose curve has a node, of all maps.
+    /// Texels whose curve has a node, of all maps; none is counted where texels differ in size.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
-    pub fn covered_texels(&self, bins: Option<&Bins>) -> Result<u64> {
+    pub fn covered_texels(&self, bins: Option<&Bins>) -> Result<Option<u64>> {
+        if self.settings.adaptive {
+            return Ok(None);
+        }
         let pairs = pairs(&self.settings);
         let curves: Vec<NodeData> = self.nodes.read(self.texels as usize * pairs)?;
         let in_use = match bins {
             Some(bins) if self.settings.skip => bins.texels_in_use(self.size)?,
             _ => vec![true; self.texels as usize],
         };
-        // Packed or not, a curve begins with the depth of its first node.
-        let covered = |(n, in_use): &(&[NodeData], bool)| *in_use && n[0].depth < FARTHEST;
-        Ok(curves.chunks_exact(pairs).zip(in_use).filter(covered).count() as u64)
+        // Packed or not, a curve begins with the depth of its first node; a tight one that has none is 0.
+        let has_nodes = |n: &[NodeData]| match self.settings.tight {
+            true => n.iter().any(|n| [n.depth, n.value].map(f32::to_bits) != [0; 2]),
+            false => n[0].depth < FARTHEST,
+        };
+        let covered = |(n, in_use): &(&[NodeData], bool)| *in_use && has_nodes(n);
+        Ok(Some(curves.chunks_exact(pairs).zip(in_use).filter(covered).count() as u64))
     }
 
-    /// The nodes of a texel's curve, (depth, transmittance).
+    /// The nodes of a texel's curve, (depth, transmittance); with detail=adaptive of the one about the texel's centre.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
     pub fn texel(&self, bins: Option<&Bins>, map: usize, [x, y]: [u32; 2]) -> Result<Vec<(f64, f64)>> {
-        if let Some(bins) = bins
-            && self.settings.skip
-            && !bins.texel_in_use(map, [x, y])?
-        {
-            return Ok(Vec::new());
-        }
+        let texel = if self.settings.adaptive {
+            self.place(map as u32, [x, y])?
+        } else {
+            let in_use = |bins: &Bins| bins.texel_in_use(map, [x, y]);
+            let is_built = !self.settings.skip || bins.map_or(Ok(true), in_use)?;
+            is_built.then_some(((map as u32 * self.size[1] + y) * self.size[0] + x) as usize)
+        };
+        let Some(texel) = texel else { return Ok(Vec::new()) };
         let pairs = pairs(&self.settings);
-        let texel = ((map as u32 * self.size[1] + y) * self.size[0] + x) as usize;
         let curve: Vec<[u32; 2]> = self.nodes.read_from(texel * pairs, pairs)?;
         let exponential = self.settings.exponential;
         let transmittance = |value: f64| if exponential { (-value).exp() } else { value };
-        let nodes = if self.settings.packed {
+        let nodes = if self.settings.tight {
+            unpack_tight(&curve, exponential)
+        } else if self.settings.packed {
             unpack(&curve, exponential)
         } else {
             curve.iter().map(|n| (f32::from_bits(n[0]).into(), f32::from_bits(n[1]).into())).collect()
@@ -95,9 +107,49 @@ impl Curves {
     }
 }
 
+impl Curves {
+    /// Where the curve of the finer texel about a texel's centre stands. Twin: detailed_transmittance in
+    /// glsl/avsm/visibility.glsl.
+    fn place(&self, map: u32, [x, y]: [u32; 2]) -> Result<Option<usize>> {
+        let [across, down] = self.size.map(|texels| texels.div_ceil(TILE_TEXELS));
+        let tile = (map * down + y / TILE_TEXELS) * across + x / TILE_TEXELS;
+        let words: Vec<u32> = self.tiles.read_from((tile * SLOTS) as usize, SLOTS as usize)?;
+        let side = words[0] >> 28;
+        let [x, y] = [x, y].map(|i| (2 * (i % TILE_TEXELS) + 1) * side / 2);
+        let place = words[(y / TILE_TEXELS * side + x / TILE_TEXELS) as usize] & MOST_BLOCKS;
+        let within = y % TILE_TEXELS * TILE_TEXELS + x % TILE_TEXELS;
+        Ok((place > 0).then(|| ((place - 1) * BLOCK_TEXELS + within) as usize))
+    }
+}
+
+/// How many blocks there may be with detail=adaptive; none is counted without.
+///
+/// # Errors
+/// [`Error::Refused`] where there is no room for a block of each tile.
+pub fn blocks(maps: &Maps, settings: &Settings) -> Result<Option<u32>> {
+    if !settings.adaptive {
+        return Ok(None);
+    }
+    let texel = pairs(settings) as u64 * size_of::<NodeData>() as u64;
+    let block = u64::from(BLOCK_TEXELS) * texel;
+    let least = tile_count(maps) * block + table_bytes(maps);
+    let even = u64::from(settings.size).pow(2) * u64::from(maps.count()) * texel;
+    let bytes = settings.bytes.map_or(even.max(least), u64::from);
+    if bytes < least {
+        let needs = format!("bytes= of at least {least}, for the coarsest texels of these maps, or a smaller size=");
+        return Err(Error::Refused { needs });
+    }
+    Ok(Some(((bytes - table_bytes(maps)) / block).min(u64::from(MOST_BLOCKS)) as u32))
+}
+
 /// Pairs of words a texel. Twin: curve_pairs in glsl/avsm/node.glsl.
 fn pairs(settings: &Settings) -> usize {
-    (if settings.packed { 1 + settings.nodes / 2 } else { settings.nodes }) as usize
+    let pairs = match (settings.tight, settings.packed) {
+        (true, _) => settings.nodes / 4,
+        (_, true) => 1 + settings.nodes / 2,
+        _ => settings.nodes,
+    };
+    pairs as usize
 }
 
 /// The nodes (depth, value) of a packed texel, in f64; unused ones repeat the last and are left out, so that no two are
@@ -112,4 +164,15 @@ fn unpack(curve: &[[u32; 2]], exponential: bool) -> Vec<(f64, f64)> {
         (first + extent * depth / 65535.0, value)
     };
     words.into_iter().map(node).collect()
+}
+
+/// The same of a tight texel, none of which is 0.
+fn unpack_tight(curve: &[[u32; 2]], exponential: bool) -> Vec<(f64, f64)> {
+    let mut words: Vec<u32> = curve.iter().flatten().flat_map(|pair| [pair & 0xFFFF, pair >> 16]).collect();
+    words.dedup();
+    let node = |word: u32| {
+        let (depth, value) = (f64::from(word >> 8), f64::from(word & 0xFF));
+        (depth / 255.0, if exponential { value / (256.0 - value) } else { 1.0 - value / 255.0 })
+    };
+    words.into_iter().filter(|word| *word != 0).map(node).collect()
 }

@@ -96,7 +96,7 @@ impl Avsm {
     pub fn new(context: &Context, world: &World, spec: &Spec) -> Result<Self> {
         let plan = Plan::new(context, world, Settings::of(spec))?;
         let settings = plan.settings;
-        let maps = Maps::new(context, world, settings.size)?;
+        let maps = Maps::new(context, world, settings.base_size())?;
         let bins = if settings.skip || plan.way == Way::Binned {
             let parts = if matches!(plan.cells, Some(Cells::Lanes | Cells::Half)) { 2 } else { 1 };
             let what = Use {
@@ -104,6 +104,7 @@ impl Avsm {
                 skip: settings.skip,
                 reach: settings.filter.reach(),
                 parts: [parts, if settings.skip { 0 } else { parts }],
+                blocks: curves::blocks(&maps, &settings)?,
             };
             Some(Bins::new(context, world, &maps, what)?)
         } else {
@@ -184,13 +185,15 @@ impl Technique for Avsm {
             path: self.plan.way.name(),
             reason: self.plan.reason.clone(),
             bytes_resident: self.curves.nodes.bytes()
-                + bins.map_or(0, |b| b.counts.bytes())
+                + bins.map_or(0, |_| self.curves.tiles.bytes())
                 + self.maps.opaque_image().bytes(),
             bytes_transient: bins.map_or(0, Bins::bytes_transient),
             nodes: Some(self.plan.settings.nodes),
             ..Facts::default()
         };
-        facts.counters.insert("covered_texels".into(), self.curves.covered_texels(bins)?);
+        if let Some(covered) = self.curves.covered_texels(bins)? {
+            facts.counters.insert("covered_texels".into(), covered);
+        }
         if let Some(bins) = bins {
             facts.counters.extend(bins.counters()?);
         }

@@ -3,8 +3,9 @@
 use super::ENTRY;
 use super::settings::{Batch, Fit, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Features, Requirement};
+use crate::maps::FilterKind;
 use crate::shaders::constant::{
-    EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TILED, TURNS, WORK, WORKGROUP,
+    DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED, TURNS, WORK, WORKGROUP,
 };
 use crate::technique::keys::Word;
 use crate::world::World;
@@ -100,6 +101,12 @@ impl Plan {
         if !settings.sorted && way == Way::Binned {
             return refused("order=sorted: path=binned has no other".into());
         }
+        if settings.adaptive && way != Way::Binned {
+            return refused("path=binned: detail=adaptive builds tiles".into());
+        }
+        if settings.adaptive && settings.filter.kind != FilterKind::Bilinear {
+            return refused("filter=bilinear: with detail=adaptive texels differ in size".into());
+        }
         if way == Way::Binned && settings.resolve.is_none() {
             reason =
                 format!("{reason}; resolve={}: {}", word(resolve), if cells { "no hair" } else { "hair is steps" });
@@ -119,7 +126,7 @@ impl Plan {
         let way_of_cells = if cells { Some(choose_cells(features, settings.batch)?) } else { None };
         // More groups only repeat work where threads take turns.
         let groups = if way_of_cells == Some(Cells::Lanes) { 1 } else { groups(features) };
-        settings.filter.check(world.scene(), settings.size)?;
+        settings.filter.check(world.scene(), settings.base_size())?;
         let constants = Constants::new()
             .set(NODES, settings.nodes)
             .set(EXPONENTIAL, settings.exponential)
@@ -129,6 +136,8 @@ impl Plan {
             .set(SORTED, settings.sorted)
             .set(TILED, settings.skip)
             .set(PACKED, settings.packed)
+            .set(TIGHT, settings.tight)
+            .set(DETAIL, settings.adaptive)
             .set(GROUPS, groups)
             .set(WORKGROUP, groups)
             .set(STRANDS, world.has_strands());
@@ -173,6 +182,9 @@ fn word(resolve: Resolve) -> &'static str {
 fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String) {
     if let Some(asked) = settings.way {
         return (asked, "asked for".into());
+    }
+    if settings.adaptive {
+        return (Way::Binned, "auto: detail=adaptive".into());
     }
     let features = context.features();
     if !settings.sorted {

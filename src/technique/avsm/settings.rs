@@ -67,6 +67,8 @@ words! {
         Full = "full",
         /// 4 bytes a node, and 8 a texel.
         Packed = "packed",
+        /// 2 bytes a node.
+        Tight = "tight",
     }
 }
 
@@ -77,6 +79,16 @@ words! {
         Shared = "shared",
         /// In the lanes of subgroups.
         Lanes = "lanes",
+    }
+}
+
+words! {
+    /// How fine tiles of a map are.
+    pub enum Fineness {
+        /// All alike.
+        Even = "even",
+        /// As fine as their casters need.
+        Adaptive = "adaptive",
     }
 }
 
@@ -96,6 +108,18 @@ pub const KEYS: &[Key] = &[
         about: "auto: binned, save for what software devices do faster and for order=captured",
     },
     SIZE,
+    Key {
+        name: "detail",
+        values: Values::OneOf(Fineness::WORDS),
+        default: "even",
+        about: "all of a map is as fine as size= says, or each tile from half to four times that, as it needs (binned)",
+    },
+    Key {
+        name: "bytes",
+        values: Values::Number(1, u32::MAX),
+        default: "auto",
+        about: "detail=adaptive: bytes that the curves of all maps may take; auto: those of detail=even",
+    },
     Key {
         name: "order",
         values: Values::OneOf(Order::WORDS),
@@ -130,7 +154,7 @@ pub const KEYS: &[Key] = &[
         name: "storage",
         values: Values::OneOf(Storage::WORDS),
         default: "full",
-        about: "full: 8 bytes a node; packed: 4, and 8 a texel",
+        about: "full: 8 bytes a node; packed: 4, and 8 a texel; tight: 2",
     },
     Key {
         name: "batch",
@@ -150,13 +174,20 @@ pub struct Settings {
     pub exponential: bool,
     pub way: Option<Way>,
     pub size: u32,
+    /// Tiles are as fine as they need.
+    pub adaptive: bool,
+    /// With that, of the curves of all maps.
+    pub bytes: Option<u32>,
     pub sorted: bool,
     pub resolve: Option<Resolve>,
     pub nudge: bool,
     pub fit: Option<Fit>,
     pub skip: bool,
     pub capacity: Option<u32>,
+    /// In codes.
     pub packed: bool,
+    /// In the shortest.
+    pub tight: bool,
     pub batch: Option<Batch>,
     pub filter: Filter,
 }
@@ -168,13 +199,16 @@ impl Settings {
             exponential: spec.word("curve") != Some(Interpolated::Transmittance),
             way: spec.word("path"),
             size: spec.number(SIZE.name),
+            adaptive: spec.word("detail") == Some(Fineness::Adaptive),
+            bytes: Some(spec.number("bytes")).filter(|n| *n > 0),
             sorted: spec.word("order") != Some(Order::Captured),
             resolve: spec.word("resolve"),
             nudge: spec.is_on("nudge"),
             fit: spec.word("fit"),
             skip: spec.is_on(SKIP.name),
             capacity: Some(spec.number("capacity")).filter(|n| *n > 0),
-            packed: spec.word("storage") == Some(Storage::Packed),
+            packed: spec.word("storage") != Some(Storage::Full),
+            tight: spec.word("storage") == Some(Storage::Tight),
             batch: spec.word("batch"),
             filter: filter(spec),
         }
@@ -182,6 +216,11 @@ impl Settings {
 }
 
 impl Settings {
+    /// Texels a side of a map whose tiles are looked at: the coarsest that they may be.
+    pub fn base_size(&self) -> u32 {
+        if self.adaptive { self.size.div_ceil(2) } else { self.size }
+    }
+
     /// Single-pass paths insert casters in the order in which they are drawn.
     pub fn drawing_order(&self) -> DrawingOrder {
         if self.sorted { DrawingOrder::NearToFar } else { DrawingOrder::Index }

@@ -1,4 +1,5 @@
-//! CPU twin of glsl/avsm/pack.glsl and glsl/avsm/store.glsl: curves in 16 bits of depth and 16 of value a node, in f32.
+//! CPU twin of glsl/avsm/pack.glsl and glsl/avsm/store.glsl: curves in 16 bits of depth and 16 of value a node, in f32; tight
+//! ones in 8 and 8.
 
 use super::curve::Curve;
 use super::node::{EMPTY, Interpolation};
@@ -37,6 +38,15 @@ pub fn unpack_value(code: u32, interpolation: Interpolation) -> f32 {
         Interpolation::Exponential => code as f32 / (65536 - code) as f32,
         Interpolation::Linear => (65535 - code) as f32 / 65535.0,
     }
+}
+
+/// A byte of value. Twin: pack_value where TIGHT.
+pub fn tight_value(value: f32, interpolation: Interpolation) -> u32 {
+    let code = match interpolation {
+        Interpolation::Exponential => 256.0 * (value / (1.0 + value)),
+        Interpolation::Linear => 255.0 * (1.0 - value),
+    };
+    (code + 0.5).clamp(0.0, 255.0) as u32
 }
 
 /// Packs the nodes (depth, value) in use, depths rising, into `count` words. Twin: store_curve.

@@ -1,0 +1,125 @@
+//! How fine each tile of the maps is: surveyed and chosen on the device, within so many blocks of 8×8 texels.
+
+use super::Maps;
+use super::bins::{BinPush, TILE_TEXELS};
+use crate::Result;
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, push_struct};
+use crate::shaders;
+use bytemuck::{Pod, Zeroable};
+
+/// Words of a tile in the table, and the most blocks that it is. Twin: SLOTS in glsl/detail/blocks.glsl.
+pub const SLOTS: u32 = 64;
+
+/// Texels of a block.
+pub const BLOCK_TEXELS: u32 = TILE_TEXELS * TILE_TEXELS;
+
+/// The most blocks that a word of the table can tell apart.
+pub const MOST_BLOCKS: u32 = (1 << 28) - 1;
+
+/// What is known of a tile. Twin: Survey in glsl/detail/survey.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Survey {
+    /// Bit 4 y + x: a caster meets cell (x, y) of 4 × 4.
+    pub cells: u32,
+    /// Lengths of edges times what they take of the light.
+    pub edges: u32,
+    /// Mean over the tile.
+    pub optical_depth: u32,
+}
+
+push_struct! {
+    /// Twin: ChoosePush in glsl/detail/choose.comp.
+    struct ChoosePush {
+        /// Of all maps.
+        tile_count: u32,
+        /// Tiles.
+        across: u32,
+        /// At most.
+        block_count: u32,
+    }
+}
+
+/// The table of blocks and what fills it.
+pub struct Detail {
+    /// glsl/detail/blocks.glsl says what its words are: map after map, rows of tiles.
+    slots: Buffer,
+    /// [`Survey`] of each tile.
+    surveys: Buffer,
+    survey: Kernel<BinPush>,
+    choose: Kernel<ChoosePush>,
+    push: ChoosePush,
+}
+
+/// The table of the blocks of all tiles.
+///
+/// # Errors
+/// [`crate::Error::Gpu`] where memory runs out.
+pub(super) fn slots(context: &Context, maps: &Maps) -> Result<Buffer> {
+    Buffer::new(context, "detail.slots", table_bytes(maps), Memory::Device)
+}
+
+/// Bytes of the table.
+pub fn table_bytes(maps: &Maps) -> u64 {
+    tile_count(maps) * u64::from(SLOTS) * 4
+}
+
+/// Tiles of all maps, each of which is a block at least.
+pub fn tile_count(maps: &Maps) -> u64 {
+    let [x, y] = maps.tiles().map(u64::from);
+    x * y * u64::from(maps.count())
+}
+
+impl Detail {
+    /// `bins` is the set that [`super::Bins`] have, with `slots`; at most `block_count` blocks are chosen, of which there are
+    /// as many as tiles at least.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub(super) fn new(
+        context: &Context,
+        maps: &Maps,
+        bins: &Bindings,
+        slots: Buffer,
+        block_count: u32,
+        constants: &Constants,
+    ) -> Result<Self> {
+        let tiles = tile_count(maps);
+        let surveys = Buffer::new(context, "detail.surveys", tiles * size_of::<Survey>() as u64, Memory::Device)?;
+        let set = Bindings::new(context, "detail", &[Resource::Buffer(surveys.clone())])?;
+        let sets = [maps.scene(), bins, &set];
+        Ok(Self {
+            survey: Kernel::compute(context, &shaders::detail::SURVEY, &sets, constants)?,
+            choose: Kernel::compute(context, &shaders::detail::CHOOSE, &sets, constants)?,
+            push: ChoosePush { tile_count: tiles as u32, across: maps.tiles()[0], block_count },
+            slots,
+            surveys,
+        })
+    }
+
+    /// The table.
+    pub fn slots(&self) -> &Buffer {
+        &self.slots
+    }
+
+    /// [`Survey`] of each tile: map after map, rows of tiles.
+    pub fn surveys(&self) -> &Buffer {
+        &self.surveys
+    }
+
+    /// Which blocks there may be at most.
+    pub fn block_count(&self) -> u32 {
+        self.push.block_count
+    }
+
+    /// Looks at what casters there are, a group of threads each.
+    pub(super) fn survey(&self, commands: &mut Commands, push: &BinPush, groups: [u32; 3]) {
+        commands.pass("detail.clear", |pass| pass.fill(&self.surveys, 0));
+        commands.pass("detail.survey", |pass| pass.dispatch(&self.survey, push, groups));
+    }
+
+    /// Chooses how fine each tile is.
+    pub(super) fn choose(&self, commands: &mut Commands) {
+        commands.pass("detail.choose", |pass| pass.dispatch(&self.choose, &self.push, [1; 3]));
+    }
+}
