@@ -99,7 +99,8 @@ fn entries_are_counted_past_32_bits() {
             let [counts, parts] = [buffer("counts", &counts), buffer("parts", &[0; 4 * 128])];
             let [cursors, entries, met, horizon] =
                 ["cursors", "entries", "met", "horizon"].map(|n| buffer(n, &[0; 64]));
-            let all = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon];
+            // Without detail no slots are read.
+            let all = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &horizon];
             let set = Bindings::new(context, "bins", &all.map(|b| Resource::Buffer(b.clone()))).expect("a set");
             let kernel = Kernel::compute(context, &shaders::bins::PLACE, &[maps.scene(), &set], &Constants::new())
                 .expect("made");

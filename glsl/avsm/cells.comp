@@ -122,7 +122,7 @@ uvec2 ends_that_stay(uint texel, float loss) {
 
 // 5/2 NODES; 3/2 where nodes are fitted anyway, which is as good and saves two removals of three.
 bool few_enough(uvec2 mask) {
-    return bitCount(mask.x) + bitCount(mask.y) <= (TURNS > 0 ? 3 : 5) * NODES / 2;
+    return bitCount(mask.x) + bitCount(mask.y) <= (TURNS == 0 ? 5 : 3) * NODES / 2;
 }
 
 void main() {
@@ -254,7 +254,7 @@ void main() {
         }
         curve_reduce();
     }
-    if (TURNS > 0) {
+    if (TURNS != 0) {
         curve_fit(t, group, GROUPS, low, per_cell, dark_from);
     }
     end_part(part);

@@ -21,7 +21,7 @@ const float DIM = 1e-7;
 const float STRAIGHT = 1e-10;
 
 // (depth, value) of node i of texel t at i · TEXELS + t.
-shared vec2 fitted[(TURNS > 0 ? NODES : 1) * TEXELS];
+shared vec2 fitted[NODES * TEXELS];
 
 // Of the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to the
 // curve at the ends of cells `from` to `to`, places. An end that the node passes goes over from one of its lines to the other
