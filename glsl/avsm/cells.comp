@@ -28,6 +28,8 @@ const uint THREADS = TEXELS * GROUPS;
 
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
+// As many casters at a time as there is room for in what the nodes stand in while they are fitted.
+#define BATCH (uint(NODES) * TEXELS / 4u)
 #include "avsm/store.glsl"
 #include "bins/batch.glsl"
 

@@ -20,8 +20,26 @@ const float DIM = 1e-7;
 // The square of a bend, in optical depth a cell, that says nothing about where it is.
 const float STRAIGHT = 1e-10;
 
-// (depth, value) of node i of texel t at i · TEXELS + t.
-shared vec2 fitted[NODES * TEXELS];
+// (depth, value) of node i of texel t, two nodes a word of four floats: where the casters stood, which are all added up by now.
+#if LANES == 1
+shared vec4 fitted[NODES / 2 * TEXELS];
+#else
+#define fitted batch
+#endif
+
+vec2 fitted_at(uint i, uint t) {
+    vec4 pair = fitted[i / 2u * TEXELS + t];
+    return i % 2u == 0u ? pair.xy : pair.zw;
+}
+
+// The other half of a word belongs to a node that others may write at the same time.
+void fit_node(uint i, uint t, vec2 node) {
+    if (i % 2u == 0u) {
+        fitted[i / 2u * TEXELS + t].xy = node;
+    } else {
+        fitted[i / 2u * TEXELS + t].zw = node;
+    }
+}
 
 // Of the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to the
 // curve at the ends of cells `from` to `to`, places. An end that the node passes goes over from one of its lines to the other
@@ -47,14 +65,14 @@ vec2 line_sums(uint t, vec2 neighbour, vec2 node, float per, float from, float t
 
 // What node i is moved to. Places are in cells behind `low`.
 vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
-    vec2 node = fitted[i * TEXELS + t];
+    vec2 node = fitted_at(i, t);
     bool is_first = i == 0u;
-    bool is_last = i + 1u == NODES || fitted[(i + 1u) * TEXELS + t].x == EMPTY;
+    bool is_last = i + 1u == NODES || fitted_at(i + 1u, t).x == EMPTY;
     if ((is_first && is_last) || node.x >= dark_from) {
         return node;
     }
-    vec2 p = is_first ? node : fitted[(i - 1u) * TEXELS + t];
-    vec2 q = is_last ? node : fitted[(i + 1u) * TEXELS + t];
+    vec2 p = is_first ? node : fitted_at(i - 1u, t);
+    vec2 q = is_last ? node : fitted_at(i + 1u, t);
     float at_p = (p.x - low) * per_cell, at = (node.x - low) * per_cell, at_q = (q.x - low) * per_cell;
     float per_p = 1.0 / max(at - at_p, 1e-6), per_q = 1.0 / max(at_q - at, 1e-6);
     float slope_p = (node.y - p.y) * per_p, slope_q = (q.y - node.y) * per_q;
@@ -91,7 +109,7 @@ vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
 void curve_fit(uint t, uint group, uint groups, float low, float per_cell, float dark_from) {
     if (group == 0u) {
         [[unroll]] for (int i = 0; i < NODES; ++i) {
-            fitted[uint(i) * TEXELS + t] = vec2(node_depths[i], node_values[i]);
+            fit_node(uint(i), t, vec2(node_depths[i], node_values[i]));
         }
     }
     barrier();
@@ -99,16 +117,17 @@ void curve_fit(uint t, uint group, uint groups, float low, float per_cell, float
         // Odd ones first.
         uint parity = uint(turn + 1) % 2u;
         [[dont_unroll]] for (uint i = parity + 2u * group; i < NODES; i += 2u * groups) {
-            if (fitted[i * TEXELS + t].x < EMPTY) {
-                fitted[i * TEXELS + t] = fitted_node(t, i, low, per_cell, dark_from);
+            if (fitted_at(i, t).x < EMPTY) {
+                fit_node(i, t, fitted_node(t, i, low, per_cell, dark_from));
             }
         }
         barrier();
     }
     if (group == 0u) {
         [[unroll]] for (int i = 0; i < NODES; ++i) {
-            node_depths[i] = fitted[uint(i) * TEXELS + t].x;
-            node_values[i] = fitted[uint(i) * TEXELS + t].y;
+            vec2 node = fitted_at(uint(i), t);
+            node_depths[i] = node.x;
+            node_values[i] = node.y;
         }
     }
 }

@@ -2,7 +2,8 @@
 // LANES 0: they stand in shared memory. LANES 1: each thread of a subgroup keeps one of them, which it shows the others;
 // there is no wait, and every subgroup fetches them for itself. For software devices, on which what all threads read of one
 // place in memory is read by one after the other.
-// Needs, declared before: THREADS, of a workgroup. Who keeps the entries in another order defines BATCH_SOURCE before.
+// Needs, declared before: THREADS, of a workgroup. Who keeps the entries in another order defines BATCH_SOURCE
+// before; who wants more or fewer at a time, BATCH.
 #ifndef BINS_BATCH_GLSL
 #define BINS_BATCH_GLSL
 #include "bins/part.glsl"
@@ -37,8 +38,11 @@ Caster batch_caster(uint i) {
 }
 #else
 // For devices of little memory fewer.
-const uint BATCH = LANES == 2 ? 64u : 128u;
-shared Caster batch[BATCH];
+#ifndef BATCH
+#define BATCH 128u
+#endif
+// Two words of four floats a caster: position and radius, axis and density.
+shared vec4 batch[2u * BATCH];
 
 uint batch_size() { return BATCH; }
 
@@ -46,12 +50,17 @@ uint batch_size() { return BATCH; }
 void fetch_batch(View view, uint first, uint filled) {
     barrier();
     for (uint i = gl_LocalInvocationIndex; i < filled; i += THREADS) {
-        batch[i] = BATCH_SOURCE(view, first + i);
+        Caster caster = BATCH_SOURCE(view, first + i);
+        batch[2u * i] = vec4(caster.position, caster.radius);
+        batch[2u * i + 1u] = vec4(caster.axis, caster.density);
     }
     barrier();
 }
 
 // Caster i < filled.
-Caster batch_caster(uint i) { return batch[i]; }
+Caster batch_caster(uint i) {
+    vec4 ball = batch[2u * i], rest = batch[2u * i + 1u];
+    return Caster(ball.xyz, ball.w, rest.xyz, rest.w);
+}
 #endif
 #endif

@@ -42,16 +42,11 @@ impl Cells {
         if self == Self::Whole { 64 } else { 32 }
     }
 
-    /// Shared memory: 64 cells a texel, for lanes twice, else 128 casters, of half a tile 64; four sets of ends, two ranges,
-    /// 16 nodes a texel, and the bound.
+    /// Shared memory: 64 cells a texel, for lanes twice; 16 nodes at most, or the casters in their place; four sets of ends, two
+    /// ranges, and the bound.
     fn shared_bytes(self) -> u32 {
-        let cells = 64 * 4 * self.texels();
-        let more = match self {
-            Self::Whole => 128 * 32,
-            Self::Lanes => cells,
-            Self::Half => 64 * 32,
-        };
-        cells + more + (4 * 8 + 4 * 4 + 16 * 8) * self.texels() + 8
+        let cells = if self == Self::Lanes { 2 * 64 * 4 } else { 64 * 4 };
+        (cells + 16 * 8 + 4 * 8 + 4 * 4) * self.texels() + 8
     }
 
     /// What of shared memory or threads the device lacks for `groups` times its texels, by its Vulkan name.
