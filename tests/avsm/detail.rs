@@ -135,7 +135,8 @@ fn compare(context: &Context, scene: &Scene, settings: &str, order: Order) {
                 };
                 sides[side as usize] += 1;
                 let nodes = &nodes[place * build.nodes..][..build.nodes];
-                check_invariants(&what, nodes, &twin.segments, build.interpolation, 1e-5);
+                let rounding = 1e-5 + twins.chord_rounding(texel);
+                check_invariants(&what, nodes, &twin.segments, build.interpolation, rounding);
                 covered += u32::from(!twin.segments.is_empty());
                 let (curve, is_ambiguous) = twin.curve(build);
                 let at = |i| look_up(nodes, depth(i), build.interpolation);

@@ -269,6 +269,22 @@ impl<'a> Twins<'a> {
         (0..self.view.texels() as u32).map(|texel| self.cuts(texel, Order::Index).len() as u64).sum()
     }
 
+    /// What rounding of spheres' places may do to the optical depth along the texel's ray: the shorter a chord, the more. A
+    /// coordinate in the view's axes is three products and their sum, of which both sides of a comparison round some.
+    pub fn chord_rounding(&self, texel: u32) -> f64 {
+        let (x, y) = (texel % self.view.width, texel / self.view.width);
+        let ray = self.view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+        let of = |caster: &Caster| {
+            let offset = caster.start() - ray.origin;
+            let distance = offset.reject_from(ray.direction).length();
+            let square = f64::from(caster.radius).powi(2) - distance * distance;
+            let moved = 5.0 * f64::from(f32::EPSILON) * offset.length();
+            let chord = |moved: f64| 2.0 * (square - 2.0 * distance * moved).max(0.0).sqrt();
+            f64::from(caster.density) * (chord(-moved) - chord(moved)).max(0.0) / 2.0
+        };
+        self.casters.iter().filter(|caster| !caster.is_strand()).map(of).sum()
+    }
+
     /// Casters that the texel's ray grazes so closely that rounding decides whether it meets them.
     pub fn grazed(&self, texel: u32) -> u64 {
         let (x, y) = (texel % self.view.width, texel / self.view.width);
