@@ -62,6 +62,7 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
     let twins: Vec<_> = views(context, scene, size)
         .into_iter()
         .map(|view| Twins::new(scene, view))
+        .map(|twins| if settings.contains("texel=area") { twins.of_area() } else { twins })
         .flat_map(|twins| (0..size * size).map(|texel| met_alike(&twins, texel)).collect::<Vec<_>>())
         .collect();
     for count in some([8, 4, 16], if scene.name == "random" { 3 } else { 1 }) {
@@ -197,6 +198,24 @@ macro_rules! twin_tests {
 }
 
 twin_tests!(random 24, duplicates 16, nested 16, opaque 16, crowd 24, strands 24, locks 16, inside 12, beside 12);
+
+/// Texels that stand for all that they cover.
+fn area(name: &str, scene: &Scene, size: u32) {
+    gpu_test(&format!("area_{name}"), |context| {
+        let (resolve, order) =
+            if scene.strands.is_empty() { ("cells", Order::Cells) } else { ("streaming", Order::Tile) };
+        compare(context, scene, size, &format!("path=binned,resolve={resolve},texel=area"), order);
+    });
+}
+
+twin_tests!(areas_equal_their_twin area random 12, strands 20, locks 12, inside 4);
+
+/// In perspective a texel's square is the larger the farther.
+#[test]
+fn areas_under_a_spot_light() {
+    let scene = scenes::spot([2.0, 1.0, 3.0], 60.0, scenes::locks());
+    area("locks_under_a_spot_light", &scene, 12);
+}
 
 /// A tile with more entries than are sorted in shared memory.
 #[test]

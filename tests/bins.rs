@@ -88,7 +88,7 @@ fn entries_are_counted_past_32_bits() {
     gpu_test("entries_are_counted_past_32_bits", |context| {
         let world = World::new(context, &scenes::random()).expect("room for the scene");
         let maps = Maps::new(context, &world, 64).expect("room for the maps");
-        let every_entry = Use { entries: true, skip: false, reach: 0, parts: [1, 0], blocks: None };
+        let every_entry = Use { entries: true, skip: false, reach: 0, parts: [1, 0], area: false, blocks: None };
         let mut random = Random::new(52);
         let few: Vec<u32> = (0..64).map(|_| random.bits() >> 20).collect();
         let many: Vec<u32> = (0..64).map(|_| random.bits()).collect();

@@ -7,6 +7,7 @@
 #define BINS_ENTRIES_WRITTEN
 #define BATCH_SOURCE(view, entry) view_caster(view, casters[sort_entry(tile.first, tile.count, (entry) - tile.first).y])
 #include "avsm/curve.glsl"
+#include "bins/area.glsl"
 #include "bins/part.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -43,7 +44,7 @@ void main() {
             float optical_depth = 0.0;
             bool hit = false;
             while (!hit && next < filled) {
-                hit = view_segment(view, ray, ray_length, batch_caster(next), MAX_OPTICAL_DEPTH, z, optical_depth);
+                hit = texel_part(view, ray, ray_length, batch_caster(next), MAX_OPTICAL_DEPTH, z, optical_depth);
                 ++next;
             }
             if (hit) {

@@ -12,6 +12,7 @@
 // threads.
 // variants: LANES 0 1 2
 #include "avsm/curve.glsl"
+#include "bins/area.glsl"
 #include "bins/sums.glsl"
 
 #if LANES == 0
@@ -162,7 +163,7 @@ void main() {
         uint filled = min(batch_size(), count - begin);
         fetch_batch(view, first + begin, filled);
         for (uint i = group; i < filled; i += GROUPS) {
-            if (view_segment(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth)) {
+            if (texel_part(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth)) {
                 low = min(low, z.x);
                 high = max(high, z.y);
                 dark = optical_depth >= DARK ? min(dark, z.y) : dark;
@@ -198,7 +199,7 @@ void main() {
         uint filled = min(batch_size(), count - begin);
         fetch_batch(view, first + begin, filled);
         for (uint i = group; i < filled; i += GROUPS) {
-            if (view_segment(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth)) {
+            if (texel_part(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth)) {
                 vec2 depth = (z - view.near) * per_depth;
                 if (optical_depth >= DARK && floatBitsToUint(max(depth.y, 0.0)) == dark_bits[t]) {
                     atomicMin(dark_from_bits[t], floatBitsToUint(max(depth.x, 0.0)));

@@ -1,6 +1,7 @@
 // Casters binned to tiles of 8×8 texels of the light's map. Twin: reference::twin::bins.
 #ifndef BINS_TILES_GLSL
 #define BINS_TILES_GLSL
+#include "bins/texel.glsl"
 #include "maps/scene.glsl"
 
 layout(push_constant, scalar) uniform BinPush {
@@ -27,7 +28,8 @@ uvec2 tile_counts(View view) {
     return (uvec2(view.width, view.height) + TILE_TEXELS - 1u) / TILE_TEXELS;
 }
 
-// The tiles that hold a texel centre within the caster's bounds: low to high, both included; false where none does.
+// The tiles of texels that the caster's bounds reach, their centres or with AREA their squares: low to high, both included;
+// false where there is none.
 bool caster_tiles(View view, Caster caster, out uvec2 low_tile, out uvec2 high_tile) {
     vec2 low, high;
     low_tile = high_tile = uvec2(0u);
@@ -36,8 +38,8 @@ bool caster_tiles(View view, Caster caster, out uvec2 low_tile, out uvec2 high_t
     }
     vec2 size = vec2(view.width, view.height);
     // Texel i has its centre at i + 0.5.
-    vec2 first = ceil(clamp((low * 0.5 + 0.5) * size - 0.5, vec2(0.0), size));
-    vec2 last = floor(clamp((high * 0.5 + 0.5) * size - 0.5, vec2(-1.0), size - 1.0));
+    vec2 first = ceil(clamp((low * 0.5 + 0.5) * size - 0.5 - TEXEL_REACH, vec2(0.0), size));
+    vec2 last = floor(clamp((high * 0.5 + 0.5) * size - 0.5 + TEXEL_REACH, vec2(-1.0), size - 1.0));
     if (any(greaterThan(first, last))) {
         return false;
     }
@@ -79,8 +81,10 @@ float tile_distance(View view, Caster caster, uvec2 tile, float inset) {
     return dot(apart, apart);
 }
 
-// To the nearest ray of a texel centre.
-float tile_distance(View view, Caster caster, uvec2 tile) { return tile_distance(view, caster, tile, 0.5); }
+// To the nearest ray of a texel.
+float tile_distance(View view, Caster caster, uvec2 tile) {
+    return tile_distance(view, caster, tile, 0.5 - TEXEL_REACH);
+}
 
 // A tile may be left out where no ray of it meets the caster; the margin is against rounding.
 bool tile_missed(float distance_square) {

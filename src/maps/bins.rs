@@ -7,7 +7,7 @@ use crate::gpu::{
     Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Pass, Push, Resource, groups, push_struct,
 };
 use crate::shaders;
-use crate::shaders::constant::{DETAIL, EMPTY_PARTS, HIDE, PARTS, REACH, TILE_LANES, TILED};
+use crate::shaders::constant::{AREA, DETAIL, EMPTY_PARTS, HIDE, PARTS, REACH, TILE_LANES, TILED};
 use crate::world::World;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
@@ -145,6 +145,8 @@ pub struct Use {
     pub reach: u32,
     /// Workgroups a tile in [`Bins::per_part`]: of one with casters, of one without.
     pub parts: [u32; 2],
+    /// Whether a texel stands for all of its square, and not only for the ray through its centre.
+    pub area: bool,
     /// The most blocks, where each tile is to be as fine as it needs: bins are then blocks.
     pub blocks: Option<u32>,
 }
@@ -194,6 +196,7 @@ impl Bins {
             .set(PARTS, what.parts[0])
             .set(EMPTY_PARTS, what.parts[1])
             .set(TILED, what.skip)
+            .set(AREA, what.area)
             .set(DETAIL, what.blocks.is_some());
         let kernel = |shader| Kernel::compute(context, shader, &[maps.scene(), &set], &constants);
         let detailed = |blocks| Detail::new(context, maps, &set, slots, blocks, &constants);

@@ -71,8 +71,12 @@ impl Texels {
                 Way::Raster { splat, draw, empty: kernels.empty, label: raster }
             }
             TexelWay::Binned => {
-                let bins =
-                    Bins::new(context, world, maps, Use { entries: true, skip, reach, parts: [1, 1], blocks: None })?;
+                let bins = Bins::new(
+                    context,
+                    world,
+                    maps,
+                    Use { entries: true, skip, reach, parts: [1, 1], area: false, blocks: None },
+                )?;
                 let storage = Bindings::new(context, binned, &[Resource::StorageImage(image.clone())])?;
                 let sets = [maps.scene(), bins.set(), &storage];
                 let kernel = Kernel::compute(context, kernels.binned, &sets, constants)?;

@@ -2,7 +2,9 @@
 //!
 //! Only operations whose result IEEE 754 fixes are used (no `sin`): the same bytes on every machine.
 
+use super::emitters::{check_time, wave};
 use super::{Camera, Light, LightKind, Mesh, Motion, Scene, Strand};
+use crate::Result;
 use glam::DVec3;
 use rand::Rng;
 use rand_pcg::Pcg32;
@@ -30,6 +32,9 @@ const FLOOR_WORLD: f32 = -1.9;
 
 /// Cosine and sine by which a curl turns from a segment to the next: two turns and a third in a hair.
 const CURL: [f64; 2] = [0.6, 0.8];
+
+/// When the light stands where a picture of the scene as it is has it.
+const AT_REST_S: f64 = 20.0;
 
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x4a17, 1];
@@ -71,9 +76,25 @@ struct Lock {
     phase: [f64; 2],
 }
 
-/// 48,000 segments of 3,000 hairs on an ellipsoid, a directional light from the front left. The same bytes on every call
-/// and machine.
-pub(super) fn hair() -> Scene {
+/// The light, which sways about where it stands at AT_REST_S: slowly enough that texels crawl over the hairs.
+///
+/// # Errors
+/// [`crate::Error::Input`] where the time is out of range.
+pub(super) fn lights(time_s: f64) -> Result<Vec<Light>> {
+    check_time("hair", time_s)?;
+    let swing = |period_s: f64| wave((time_s - AT_REST_S) / period_s);
+    let direction = DVec3::new(0.5 + 0.12 * swing(11.0), 0.58, -0.64 + 0.05 * swing(7.0));
+    let kind = LightKind::Directional { direction: direction.normalize() };
+    Ok(vec![Light { kind, radiance: [1.3; 3], radius: f64::INFINITY }])
+}
+
+/// 48,000 segments of 3,000 hairs on an ellipsoid, a directional light from the front left that sways. The same bytes on every
+/// call and machine.
+///
+/// # Errors
+/// As [`lights`].
+pub(super) fn hair(time_s: f64) -> Result<Scene> {
+    let lights = lights(time_s)?;
     let mut random = Random(Pcg32::new(SEED[0], SEED[1]));
     let mut strands = Vec::with_capacity(LOCKS * HAIRS_PER_LOCK * SEGMENTS_PER_HAIR);
     for _ in 0..LOCKS {
@@ -96,24 +117,20 @@ pub(super) fn hair() -> Scene {
             strands.extend(points.windows(2).map(strand));
         }
     }
-    Scene {
+    Ok(Scene {
         name: "hair".into(),
         particles: Vec::new(),
         strands,
         meshes: vec![head(), floor()],
-        motion: Motion::Still,
-        lights: vec![Light {
-            kind: LightKind::Directional { direction: DVec3::new(0.5, 0.58, -0.64).normalize() },
-            radiance: [1.3; 3],
-            radius: f64::INFINITY,
-        }],
+        motion: Motion::Hair,
+        lights,
         camera: Camera {
             position: DVec3::new(1.9, -6.2, 0.9),
             target: DVec3::new(0.0, 0.0, -0.32),
             up: DVec3::Z,
             fov_y_degrees: 32.0,
         },
-    }
+    })
 }
 
 /// The points of a hair from `root` on, before it curls: out of the skin, combed to the sides and back, then down under

@@ -154,6 +154,8 @@ pub enum Motion {
     ThreeEmitters,
     /// The smoke and the lights of `lantern`.
     Lantern,
+    /// The light of `hair`.
+    Hair,
     /// The lights of `courtyard`, as many as it has.
     Courtyard,
     /// The particles of `fountain`, which the device can simulate too.
@@ -178,7 +180,7 @@ pub fn known() -> String {
 impl Scene {
     /// Loads a scene file (`*.toml`), or a data file of one of [`DATA_ENDINGS`] with a light and a camera fitted to it,
     /// or makes a built-in scene, some with numbers (`fountain:particles=1000000`, `courtyard:lights=256`). `time_s` is how long the emitters of
-    /// `three-emitters`, `lantern` and `fountain` have been running and the lights of `courtyard` under way, in seconds; other
+    /// `three-emitters`, `lantern` and `fountain` have been running and the lights of `courtyard` and `hair` under way, in seconds; other
     /// scenes stand still and ignore it.
     ///
     /// # Errors
@@ -189,7 +191,7 @@ impl Scene {
             "three-emitters" => emitters::three_emitters(time_s),
             "big-8k" => Ok(cube::big_8k()),
             "sparse" => Ok(sparse::sparse()),
-            "hair" => Ok(hair::hair()),
+            "hair" => hair::hair(time_s),
             "town" => Ok(town::town()),
             "cornell" => Ok(cornell::cornell()),
             "lantern" => lantern::lantern(time_s),
@@ -229,6 +231,7 @@ impl Scene {
             Motion::Still => (self.particles.clone(), self.lights.clone()),
             Motion::ThreeEmitters => (emitters::particles(time_s)?, self.lights.clone()),
             Motion::Lantern => (lantern::particles(time_s)?, lantern::lights(time_s)),
+            Motion::Hair => (Vec::new(), hair::lights(time_s)?),
             Motion::Courtyard => (Vec::new(), courtyard::lights_at(self.lights.len(), time_s)?),
             Motion::Fountain(fountain) => (fountain::particles(&fountain, time_s)?, self.lights.clone()),
         };
@@ -246,7 +249,7 @@ impl Scene {
     /// Casters that there are at once, at any time.
     pub fn most_casters(&self) -> usize {
         let moving = match self.motion {
-            Motion::Still | Motion::Courtyard => 0,
+            Motion::Still | Motion::Hair | Motion::Courtyard => 0,
             Motion::ThreeEmitters => emitters::most_particles(),
             Motion::Lantern => lantern::most_particles(),
             Motion::Fountain(fountain) => fountain.particles as usize,

@@ -13,7 +13,7 @@ const SIZE: u32 = 128;
 #[test]
 fn avsm_suits_hair() {
     gpu_test("avsm_suits_hair", |context| {
-        let mut scene = Scene::load("hair", 0.0).expect("built in");
+        let mut scene = Scene::load("hair", 20.0).expect("built in");
         scene.meshes.clear();
         let casters = Casters::new(&scene);
         let views = View::volumes(&scene, SIZE);

@@ -3,10 +3,11 @@
 use crate::support::scenes::{self, Random};
 use crate::support::{gpu_test, views};
 use glam::DVec2;
+use gobo::reference::twin::area::texel_part;
 use gobo::reference::twin::avsm::cells::Cells;
 use gobo::reference::twin::avsm::curve::{Build, Curve};
 use gobo::reference::twin::avsm::node::Interpolation;
-use gobo::reference::twin::bins::{TILE_TEXELS, caster_order, tile_key};
+use gobo::reference::twin::bins::{TILE_TEXELS, caster_order, tile_key_within};
 use gobo::reference::twin::order;
 use gobo::reference::twin::segment::{Segment, sort, texel_segment};
 use gobo::reference::twin::sums::{DARK, bound};
@@ -162,6 +163,8 @@ pub struct Twins<'a> {
     scene: &'a Scene,
     casters: Vec<Caster>,
     pub view: View,
+    /// Whether a texel stands for all rays through it.
+    area: bool,
     /// Where each caster stands in the drawing order.
     places: Vec<u32>,
     /// Where each caster stands among all by what it is; the same for those that are the same.
@@ -204,18 +207,28 @@ impl<'a> Twins<'a> {
         let mut sorted: Vec<&Caster> = casters.iter().collect();
         sorted.sort_by(|a, b| caster_order(a, b));
         let ranks = casters.iter().map(|c| sorted.partition_point(|s| caster_order(s, c).is_lt())).collect();
-        Self { scene, view, places, ranks, casters }
+        Self { scene, view, places, ranks, casters, area: false }
+    }
+
+    /// As texel=area has them.
+    pub fn of_area(self) -> Self {
+        Self { area: true, ..self }
+    }
+
+    /// What the caster is sorted by in the texel's tile, where it is in it.
+    fn key(&self, caster: &Caster, at: [u32; 2]) -> Option<f32> {
+        tile_key_within(&self.view, caster, at.map(|t| t / TILE_TEXELS), if self.area { 0.0 } else { 0.5 })
     }
 
     /// The texel's segments, in the order of their casters. For [`Order::Tile`] those of casters that are in its tile.
     fn cuts(&self, texel: u32, order: Order) -> Vec<Cut> {
         let at = [texel % self.view.width, texel / self.view.width];
         let key = |caster: &Caster| match order {
-            Order::Tile => tile_key(&self.view, caster, at.map(|t| t / TILE_TEXELS)),
+            Order::Tile => self.key(caster, at),
             _ => Some(0.0),
         };
         let cut = |(i, caster): (u32, &Caster)| {
-            let segment = texel_segment(&self.view, at, caster)?;
+            let segment = if self.area { texel_part } else { texel_segment }(&self.view, at, caster)?;
             Some(Cut { caster: i, rank: self.ranks[i as usize], key: key(caster)?, segment })
         };
         let mut cuts: Vec<Cut> = (0..).zip(&self.casters).filter_map(cut).collect();
@@ -244,8 +257,7 @@ impl<'a> Twins<'a> {
 
     /// Bound of the optical depth in the texel's tile.
     fn bound(&self, texel: u32) -> u64 {
-        let tile = [texel % self.view.width, texel / self.view.width].map(|t| t / TILE_TEXELS);
-        let met = |c: &&Caster| tile_key(&self.view, c, tile).is_some();
+        let met = |c: &&Caster| self.key(c, [texel % self.view.width, texel / self.view.width]).is_some();
         bound(&self.casters.iter().filter(met).copied().collect::<Vec<_>>(), DARK)
     }
 
@@ -287,6 +299,10 @@ impl<'a> Twins<'a> {
 
     /// Casters that the texel's ray grazes so closely that rounding decides whether it meets them.
     pub fn grazed(&self, texel: u32) -> u64 {
+        // What a texel's square has in it grows with it from nothing.
+        if self.area {
+            return 0;
+        }
         let (x, y) = (texel % self.view.width, texel / self.view.width);
         let ray = self.view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
         self.casters.iter().filter(|caster| grazes(&ray, caster)).count() as u64

@@ -48,9 +48,14 @@ fn tile_along(view: &View, strand: &Caster, tile: [u32; 2]) -> (f32, Vec3) {
 /// The key that a tile's casters are sorted by, ties by [`caster_order`]; none where the caster misses all rays through the
 /// tile's texel centres. `tile` counts tiles across and down. Twin: tile_missed, tile_key.
 pub fn tile_key(view: &View, caster: &Caster, tile: [u32; 2]) -> Option<f32> {
+    tile_key_within(view, caster, tile, 0.5)
+}
+
+/// The same of all rays through the tile less `inset` texels.
+pub fn tile_key_within(view: &View, caster: &Caster, tile: [u32; 2], inset: f32) -> Option<f32> {
     let forward = Vec3::from(view.forward);
     let centre = (Vec3::from(caster.position) - Vec3::from(view.origin)).dot(forward);
-    let square = tile_distance(view, caster, tile, 0.5);
+    let square = tile_distance(view, caster, tile, inset);
     let nearest = if caster.is_strand() {
         centre + tile_along(view, caster, tile).0 * Vec3::from(caster.axis).dot(forward)
     } else {

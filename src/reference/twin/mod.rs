@@ -1,6 +1,7 @@
 //! CPU twins: a file a GPU pass that computes something, in f32 as on the device. [`vertex_lit`] is in f64, since it asks
 //! the truth for light, and so is what [`indirect`] knows of patches.
 
+pub mod area;
 pub mod avsm;
 pub mod beer_shadow_map;
 pub mod bins;

@@ -54,9 +54,19 @@ fn strand_step(ray: (Vec3, Vec3), strand: &Caster) -> Option<f32> {
 
 /// Twin: texel_segment. None where the ray misses the caster or leaves it before the near plane.
 pub fn texel_segment(view: &View, texel: [u32; 2], caster: &Caster) -> Option<Segment> {
-    let caster = &Caster { position: (Vec3::from(caster.position) - Vec3::from(view.origin)).into(), ..*caster };
-    let about = View { origin: [0.0; 3], ..*view };
-    let (origin, direction) = ray(&about, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5);
+    let (about, caster) = about_origin(view, caster);
+    segment_at(&about, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5, &caster)
+}
+
+/// Both as seen from the view's origin.
+pub(super) fn about_origin(view: &View, caster: &Caster) -> (View, Caster) {
+    let position = (Vec3::from(caster.position) - Vec3::from(view.origin)).into();
+    (View { origin: [0.0; 3], ..*view }, Caster { position, ..*caster })
+}
+
+/// The segment of the ray through a point given in texels; `view` stands at the world's origin.
+pub(super) fn segment_at(view: &View, at: Vec2, caster: &Caster) -> Option<Segment> {
+    let (origin, direction) = ray(view, at);
     let depth = |z: f32| (z - view.near) / (view.far - view.near);
     if caster.is_strand() {
         let z = strand_step((origin, direction), caster).filter(|z| *z > view.near)?;

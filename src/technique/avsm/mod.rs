@@ -104,6 +104,7 @@ impl Avsm {
                 skip: settings.skip,
                 reach: settings.filter.reach(),
                 parts: [parts, if settings.skip { 0 } else { parts }],
+                area: settings.area,
                 blocks: curves::blocks(&maps, &settings)?,
             };
             Some(Bins::new(context, world, &maps, what)?)

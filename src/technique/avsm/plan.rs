@@ -5,7 +5,7 @@ use super::settings::{Batch, Fit, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Features, Requirement};
 use crate::maps::FilterKind;
 use crate::shaders::constant::{
-    DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED, TURNS, WORK, WORKGROUP,
+    AREA, DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED, TURNS, WORK, WORKGROUP,
 };
 use crate::technique::keys::Word;
 use crate::world::World;
@@ -102,6 +102,9 @@ impl Plan {
         if settings.adaptive && settings.filter.kind != FilterKind::Bilinear {
             return refused("filter=bilinear: with detail=adaptive texels differ in size".into());
         }
+        if settings.area && way != Way::Binned {
+            return refused("path=binned: texel=area builds tiles".into());
+        }
         if way == Way::Binned && settings.resolve.is_none() {
             reason =
                 format!("{reason}; resolve={}: {}", word(resolve), if cells { "no hair" } else { "hair is steps" });
@@ -133,6 +136,7 @@ impl Plan {
             .set(PACKED, settings.packed)
             .set(TIGHT, settings.tight)
             .set(DETAIL, settings.adaptive)
+            .set(AREA, settings.area)
             .set(GROUPS, groups)
             .set(WORKGROUP, groups)
             .set(STRANDS, world.has_strands());
@@ -180,6 +184,9 @@ fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String
     }
     if settings.adaptive {
         return (Way::Binned, "auto: detail=adaptive".into());
+    }
+    if settings.area {
+        return (Way::Binned, "auto: texel=area".into());
     }
     let features = context.features();
     if !settings.sorted {

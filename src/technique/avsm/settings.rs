@@ -92,6 +92,16 @@ words! {
     }
 }
 
+words! {
+    /// What a texel stands for.
+    pub enum Stands {
+        /// The ray through its centre.
+        Centre = "centre",
+        /// The mean of all rays through it.
+        Area = "area",
+    }
+}
+
 /// The keys.
 pub const KEYS: &[Key] = &[
     Key { name: "nodes", values: Values::OneOf(&["4", "8", "16"]), default: "8", about: "nodes of a texel's curve" },
@@ -119,6 +129,12 @@ pub const KEYS: &[Key] = &[
         values: Values::Number(1, u32::MAX),
         default: "auto",
         about: "detail=adaptive: bytes that the curves of all maps may take; auto: those of detail=even",
+    },
+    Key {
+        name: "texel",
+        values: Values::OneOf(Stands::WORDS),
+        default: "centre",
+        about: "what a texel stands for: the ray through its centre, or the mean of all that it covers (binned)",
     },
     Key {
         name: "order",
@@ -178,6 +194,8 @@ pub struct Settings {
     pub adaptive: bool,
     /// With that, of the curves of all maps.
     pub bytes: Option<u32>,
+    /// A texel stands for all that it covers.
+    pub area: bool,
     pub sorted: bool,
     pub resolve: Option<Resolve>,
     pub nudge: bool,
@@ -201,6 +219,7 @@ impl Settings {
             size: spec.number(SIZE.name),
             adaptive: spec.word("detail") == Some(Fineness::Adaptive),
             bytes: Some(spec.number("bytes")).filter(|n| *n > 0),
+            area: spec.word("texel") == Some(Stands::Area),
             sorted: spec.word("order") != Some(Order::Captured),
             resolve: spec.word("resolve"),
             nudge: spec.is_on("nudge"),

@@ -41,7 +41,7 @@ impl Fused {
         constants: &Constants,
         threads: u32,
     ) -> Result<Self> {
-        let what = Use { entries: true, skip, reach: layout.filter.reach(), parts: PARTS, blocks: None };
+        let what = Use { entries: true, skip, reach: layout.filter.reach(), parts: PARTS, area: false, blocks: None };
         let bins = Bins::new(context, world, maps, what)?;
         let storage = Bindings::new(context, "psm.volume", &[Resource::StorageImage(volume.clone())])?;
         let shader = if layout.is_8_bit() { &psm::FUSED_BITS_8 } else { &psm::FUSED_BITS_16 };

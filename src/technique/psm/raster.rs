@@ -84,7 +84,7 @@ impl Raster {
         let bins = match layout.coverage {
             Coverage::Tiles => {
                 // All tiles that casters meet, whether light gets there or not.
-                let what = Use { entries: false, skip: false, reach: 0, parts: [0, 0], blocks: None };
+                let what = Use { entries: false, skip: false, reach: 0, parts: [0, 0], area: false, blocks: None };
                 Some(Bins::new(context, world, maps, what)?)
             }
             _ => None,
