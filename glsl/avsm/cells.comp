@@ -60,6 +60,13 @@ shared uint bound[2];
 // Bit i: the end of cell i stays, at each threshold.
 shared uvec2 ends[THRESHOLDS][TEXELS];
 
+// Nodes stand where the casters stood, which are all added up by then.
+#if LANES == 1
+shared vec4 fitted[NODES / 2 * TEXELS];
+#define FITTED fitted
+#else
+#define FITTED batch
+#endif
 #include "avsm/fit.glsl"
 
 // Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units. Roundings of a segment

@@ -1,8 +1,8 @@
 // Moves the nodes of a compressed curve off the true curve, to where the sums in cells want them: a node's two lines, to
 // the node before and to the node behind, are each turned about their other ends into the best fit of the cells' ends that
 // they pass, and the node goes to where the two meet: a step of Gauss and Newton for least squares of transmittance.
-// Needs, declared before: CELLS and TEXELS, and cells[], each the bits of the optical depth up to a cell's end. All threads
-// of a workgroup take part: nodes of odd and of even number take turns, since a node asks for its neighbours alone.
+// Needs, declared before: CELLS and TEXELS, and cells[], each the bits of the optical depth up to a cell's end; FITTED, a shared
+// vec4[NODES / 2 * TEXELS] or more. All threads of a workgroup take part: nodes of odd and of even number take turns, since a node asks for its neighbours alone.
 // Invariants: depths never fall; nor do optical depths; the last node's stays; nodes from `dark_from` on stay as they are.
 // Source: ours. Twin: reference::twin::avsm::fit.
 #ifndef AVSM_FIT_GLSL
@@ -20,24 +20,18 @@ const float DIM = 1e-7;
 // The square of a bend, in optical depth a cell, that says nothing about where it is.
 const float STRAIGHT = 1e-10;
 
-// (depth, value) of node i of texel t, two nodes a word of four floats: where the casters stood, which are all added up by now.
-#if LANES == 1
-shared vec4 fitted[NODES / 2 * TEXELS];
-#else
-#define fitted batch
-#endif
-
+// (depth, value) of node i of texel t, two nodes a word of four floats.
 vec2 fitted_at(uint i, uint t) {
-    vec4 pair = fitted[i / 2u * TEXELS + t];
+    vec4 pair = FITTED[i / 2u * TEXELS + t];
     return i % 2u == 0u ? pair.xy : pair.zw;
 }
 
 // The other half of a word belongs to a node that others may write at the same time.
 void fit_node(uint i, uint t, vec2 node) {
     if (i % 2u == 0u) {
-        fitted[i / 2u * TEXELS + t].xy = node;
+        FITTED[i / 2u * TEXELS + t].xy = node;
     } else {
-        fitted[i / 2u * TEXELS + t].zw = node;
+        FITTED[i / 2u * TEXELS + t].zw = node;
     }
 }
 

@@ -3,6 +3,9 @@
 // Inputs: maps, heads, segments, counts. Outputs: nodes; the lists' links are rewritten by the sort.
 // Invariant: a list of any length is inserted whole; ties go by exit and optical depth, so that the result depends
 // neither on the order in which the fragments were captured nor on that of the casters.
+
+// REFINE 1: with fit=refined, for which the whole curve, as long as it is, is kept at the ends of CELLS even cells.
+// variants: REFINE 0 1
 #include "avsm/curve.glsl"
 #include "avsm/maps.glsl"
 #include "avsm/tiled.glsl"
@@ -21,6 +24,35 @@ layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 layout(set = 2, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
 
 #include "avsm/store.glsl"
+
+#if REFINE
+const uint TEXELS = 64u;
+const int CELLS = 64;
+shared uint cells[CELLS * TEXELS];
+shared vec4 fitted[NODES / 2 * TEXELS];
+#define FITTED fitted
+#include "avsm/fit.glsl"
+
+// Of a segment that lets nothing through (bins/sums.glsl).
+const float DARK = 16.0;
+
+// Compresses the curve and moves the nodes that are left to where all of it wants them.
+void curve_reduce_refined() {
+    uint t = gl_LocalInvocationIndex;
+    float low = node_depths[0], high = low, dark_from = EMPTY;
+    [[unroll]] for (int i = WORK - 1; i > 0; --i) {
+        bool dark = node_depths[i] < EMPTY && node_values[i] - node_values[i - 1] >= DARK;
+        dark_from = dark ? node_depths[i - 1] : dark_from;
+        high = dark ? node_depths[i] : max(high, node_depths[i] < EMPTY ? node_depths[i] : low);
+    }
+    float per_cell = float(CELLS) / max(high - low, 1e-6);
+    [[dont_unroll]] for (int i = 0; i < CELLS; ++i) {
+        cells[uint(i) * TEXELS + t] = floatBitsToUint(node_count > 0 ? curve_value(low + float(i + 1) / per_cell) : 0.0);
+    }
+    curve_reduce();
+    curve_fit(t, 0u, 1u, low, per_cell, dark_from);
+}
+#endif
 
 // Those that tie in all are the same.
 bool before(Segment a, Segment b) {
@@ -126,11 +158,15 @@ uint sort(uint head) {
 
 void main() {
     uvec2 size = map_size();
-    if (any(greaterThanEqual(gl_GlobalInvocationID.xy, size)) || tile_skipped(counts[group_tile()])) {
+    if (tile_skipped(counts[group_tile()])) {
         return;
     }
-    // The maps of the group stand one above the other.
-    uint index = imageLoad(heads, ivec2(gl_GlobalInvocationID.xy + uvec2(0u, gl_WorkGroupID.z * size.y))).r;
+    bool within = all(lessThan(gl_GlobalInvocationID.xy, size));
+    uint index = NO_SEGMENT;
+    if (within) {
+        // The maps of the group stand one above the other.
+        index = imageLoad(heads, ivec2(gl_GlobalInvocationID.xy + uvec2(0u, gl_WorkGroupID.z * size.y))).r;
+    }
     if (SORTED) {
         index = sort(index);
     }
@@ -143,6 +179,12 @@ void main() {
     if (rounds_ran_out(uint(node_count))) {
         counters[CUT_SHORT] = 1u;
     }
+#if REFINE
+    curve_reduce_refined();
+#else
     curve_reduce();
-    store_curve(group_texel(group_map()));
+#endif
+    if (within) {
+        store_curve(group_texel(group_map()));
+    }
 }

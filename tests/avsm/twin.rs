@@ -139,10 +139,10 @@ pub fn build(spec: &Spec) -> Build {
             _ => Interpolation::Exponential,
         },
         nudge: spec.value("nudge") == "on",
-        // FIT_TURNS of the binned path, whose sums are of optical depth.
-        turns: match (spec.value("curve"), spec.value("fit")) {
-            ("linear", _) | (_, "plain") => 0,
-            _ => 3,
+        // FIT_TURNS: sums in cells, and whole curves where asked for, of optical depth both.
+        turns: match (spec.value("curve"), spec.value("resolve"), spec.value("fit")) {
+            ("exponential", "cells", "auto" | "refined") | ("exponential", "whole", "refined") => 3,
+            _ => 0,
         },
     }
 }
@@ -154,7 +154,11 @@ pub fn curve(segments: &[Segment], bound: Option<u64>, build: Build) -> Curve {
         return Cells::new(segments, bound).map_or(curve, |cells| cells.curve(build));
     }
     segments.iter().for_each(|s| curve.insert(*s));
-    curve.reduce();
+    if build.turns > 0 {
+        curve.reduce_refined();
+    } else {
+        curve.reduce();
+    }
     curve
 }
 

@@ -25,6 +25,9 @@ const CELLS_NODES: u32 = 2;
 /// nine tenths.
 const FIT_TURNS: u32 = 3;
 
+/// Of a tile whose whole curves are fitted: 64 cells a texel and 16 nodes at most (glsl/avsm/resolve.comp).
+const FIT_SHARED_BYTES: u32 = (64 * 4 + 16 * 8) * 64;
+
 /// How glsl/avsm/cells.comp runs: its variants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cells {
@@ -67,6 +70,8 @@ pub struct Plan {
     pub way: Way,
     /// For resolve=cells, asked for or chosen.
     pub cells: Option<Cells>,
+    /// Nodes are fitted to the whole curve.
+    pub refined: bool,
     /// Why this path.
     pub reason: String,
     pub constants: Constants,
@@ -109,11 +114,20 @@ impl Plan {
             reason =
                 format!("{reason}; resolve={}: {}", word(resolve), if cells { "no hair" } else { "hair is steps" });
         }
-        let has_fit = cells && settings.exponential;
-        if settings.fit == Some(Fit::Refined) && !has_fit {
-            return refused("resolve=cells and curve=exponential: fit=refined is of sums of optical depth".into());
+        let asked = settings.fit == Some(Fit::Refined);
+        let whole = resolve == Resolve::Whole && way == Way::TwoPass;
+        if asked && !(settings.exponential && (cells || whole)) {
+            let ways = "resolve=cells, or path=two-pass,resolve=whole";
+            return refused(format!("{ways}, and curve=exponential: fit=refined is of a whole curve of optical depth"));
         }
-        let turns = if has_fit && settings.fit != Some(Fit::Plain) { FIT_TURNS } else { 0 };
+        let has = context.features().max_compute_shared_memory_bytes;
+        if asked && whole && has < FIT_SHARED_BYTES {
+            return refused(format!(
+                "maxComputeSharedMemorySize of at least {FIT_SHARED_BYTES} (this device has {has}) for fit=refined"
+            ));
+        }
+        let refined = asked || (cells && settings.exponential && settings.fit.is_none());
+        let turns = if refined { FIT_TURNS } else { 0 };
         let more_nodes = match (resolve, way) {
             (Resolve::Whole, _) => WHOLE_NODES,
             (Resolve::Cells, _) => CELLS_NODES,
@@ -141,7 +155,7 @@ impl Plan {
             .set(WORKGROUP, groups)
             .set(STRANDS, world.has_strands());
         let constants = settings.filter.constants(constants);
-        Ok(Self { settings, way, cells: way_of_cells, reason, constants })
+        Ok(Self { settings, way, cells: way_of_cells, refined, reason, constants })
     }
 }
 

@@ -158,7 +158,7 @@ pub const KEYS: &[Key] = &[
         name: "fit",
         values: Values::OneOf(Fit::WORDS),
         default: "auto",
-        about: "resolve=cells, exponential: nodes on the curve, or moved to fit all of it; auto: refined",
+        about: "exponential: nodes on the curve, or moved to fit all of it (resolve=cells; two-pass whole); auto: refined for cells",
     },
     Key {
         name: "capacity",

@@ -21,7 +21,8 @@ impl TwoPass {
         let splat = Splat::new(context, world, maps, DrawingOrder::Index, bins)?;
         let list = List::new(context, maps, splat, Keep::Some, plan.settings.capacity)?;
         let sets = [maps.scene(), list.set(), &curves.set];
-        let resolve = Kernel::compute(context, &shaders::avsm::RESOLVE, &sets, &plan.constants)?;
+        let shader = if plan.refined { &shaders::avsm::RESOLVE_REFINE_1 } else { &shaders::avsm::RESOLVE_REFINE_0 };
+        let resolve = Kernel::compute(context, shader, &sets, &plan.constants)?;
         Ok(Self { list, resolve })
     }
 

@@ -1,6 +1,7 @@
 //! CPU twin of glsl/avsm/cells.comp: a texel's curve from sums of optical depth in even cells, in f32.
 
 use super::curve::{Build, Curve};
+use super::fit::Ends;
 use super::node::Interpolation;
 use crate::reference::twin::segment::Segment;
 use crate::reference::twin::sums::{DARK, scale};
@@ -77,6 +78,16 @@ impl Cells {
         self.sums[cell] as f32 * self.unit
     }
 
+    /// What nodes are fitted to.
+    pub(super) fn ends_of_cells(&self) -> Ends {
+        Ends {
+            low: self.low,
+            per_cell: self.per_cell,
+            dark_from: self.dark.map_or(f32::INFINITY, |(from, _)| from),
+            optical_depth: std::array::from_fn(|cell| self.optical_depth(cell)),
+        }
+    }
+
     /// The ends, a bit a cell. Twin: ends_that_stay.
     fn ends_that_stay(&self, loss: f32) -> u64 {
         let mut ends = 1 << (CELLS - 1);
@@ -125,7 +136,7 @@ impl Cells {
         }
         curve.reduce();
         if build.interpolation == Interpolation::Exponential {
-            self.fit(&mut curve.nodes, build.turns);
+            self.ends_of_cells().fit(&mut curve.nodes, build.turns);
         }
         curve
     }

@@ -1,8 +1,11 @@
 //! CPU twin of glsl/avsm/curve.glsl and of the look-up in one texel, in f32. Source: Salvi et al. 2010, the streaming
 //! compression, and Intel's sample of 2013, "Compression stage"; nudging and the free first node are ours.
 
+use super::cells::CELLS;
+use super::fit::Ends;
 use super::node::Interpolation;
 use crate::reference::twin::segment::Segment;
+use crate::reference::twin::sums::DARK;
 
 /// How a curve is built. Twin: the specialization constants of glsl/avsm/curve.glsl.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,6 +118,19 @@ impl Curve {
     /// Twin: curve_reduce.
     pub fn reduce(&mut self) {
         self.shrink(self.build.nodes);
+    }
+
+    /// Twin: curve_reduce_refined.
+    pub fn reduce_refined(&mut self) {
+        let (Some(first), Some(last)) = (self.nodes.first().copied(), self.nodes.last().copied()) else { return };
+        let dark = self.nodes.windows(2).find(|pair| pair[1].1 - pair[0].1 >= DARK);
+        let high = dark.map_or(last.0, |pair| pair[1].0);
+        let dark_from = dark.map_or(f32::INFINITY, |pair| pair[0].0);
+        let per_cell = CELLS as f32 / (high - first.0).max(1e-6);
+        let end = |cell: usize| first.0 + (cell + 1) as f32 / per_cell;
+        let optical_depth = std::array::from_fn(|cell| self.value(end(cell)));
+        self.reduce();
+        Ends { low: first.0, per_cell, dark_from, optical_depth }.fit(&mut self.nodes, self.build.turns);
     }
 
     fn shrink(&mut self, count: usize) {

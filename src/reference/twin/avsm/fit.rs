@@ -1,13 +1,24 @@
 //! CPU twin of glsl/avsm/fit.glsl: nodes moved to where the sums in cells want them, in f32.
 
-use super::cells::{CELLS, Cells};
+use super::cells::CELLS;
 use std::ops::Range;
 
 const REACH: f32 = 0.5;
 const DIM: f32 = 1e-7;
 const STRAIGHT: f32 = 1e-10;
 
-impl Cells {
+/// A whole curve at the ends of even cells.
+pub(super) struct Ends {
+    /// Depth at which the first cell begins.
+    pub low: f32,
+    pub per_cell: f32,
+    /// Depth from which on it is to stay as it is.
+    pub dark_from: f32,
+    /// Up to the end of each cell.
+    pub optical_depth: [f32; CELLS],
+}
+
+impl Ends {
     /// Nodes (depth, optical depth) of odd and of even number take turns. Twin: curve_fit.
     pub(super) fn fit(&self, nodes: &mut [(f32, f32)], turns: usize) {
         for parity in (0..turns).map(|turn| (turn + 1) % 2) {
@@ -25,7 +36,7 @@ impl Cells {
             let share = (end - neighbour.0) * per;
             let line = neighbour.1 + (node.1 - neighbour.1) * share;
             let belongs = ((node.0 - end) * per.signum() + 0.5).clamp(0.0, 1.0);
-            let optical_depth = self.optical_depth(cell);
+            let optical_depth = self.optical_depth[cell];
             let weight = (-2.0 * optical_depth).exp() * share * belongs;
             sums[0] += weight * share;
             sums[1] += weight * (optical_depth - line);
@@ -37,7 +48,7 @@ impl Cells {
     fn fitted(&self, nodes: &[(f32, f32)], i: usize) -> (f32, f32) {
         let node = nodes[i];
         let (is_first, is_last) = (i == 0, i + 1 == nodes.len());
-        let dark_from = self.dark.map_or(f32::INFINITY, |(from, _)| from);
+        let dark_from = self.dark_from;
         if (is_first && is_last) || node.0 >= dark_from {
             return node;
         }
@@ -76,6 +87,7 @@ impl Cells {
 
 #[cfg(test)]
 mod tests {
+    use super::super::cells::Cells;
     use super::super::curve::Build;
     use super::super::node::Interpolation;
     use super::*;
@@ -120,7 +132,7 @@ mod tests {
             let segment = Segment { entry: 0.25, exit: 0.75, optical_depth };
             let cells = Cells::of_each_cell(&[segment], BOUND).expect("a segment");
             let mut nodes = cells.curve(build(8)).nodes;
-            cells.fit(&mut nodes, 8);
+            cells.ends_of_cells().fit(&mut nodes, 8);
             // Sums are rounded to a unit, of which a fit may miss each by one more.
             let off = error(&cells, &nodes);
             assert!(off < 2.0 * CELLS as f32 * cells.unit, "{optical_depth}: {off}, {nodes:?}");
@@ -138,7 +150,7 @@ mod tests {
                 let cells = Cells::new(&list, BOUND).expect("some segments");
                 let mut nodes = cells.curve(build(count)).nodes;
                 let before = error(&cells, &nodes);
-                cells.fit(&mut nodes, 3);
+                cells.ends_of_cells().fit(&mut nodes, 3);
                 let after = error(&cells, &nodes);
                 assert!(after < 1.25 * before + 0.02, "{after}, {before} before: {nodes:?}");
                 (plain, fitted) = (plain + before, fitted + after);
@@ -161,7 +173,7 @@ mod tests {
             let cells = Cells::new(&list, BOUND).expect("some segments");
             let plain = cells.curve(build(count)).nodes;
             let mut nodes = plain.clone();
-            cells.fit(&mut nodes, 4);
+            cells.ends_of_cells().fit(&mut nodes, 4);
             prop_assert_eq!(nodes.len(), plain.len());
             prop_assert_eq!(nodes.last().map(|n| n.1), plain.last().map(|n| n.1));
             let from = cells.dark.map_or(f32::INFINITY, |(from, _)| from);
