@@ -142,8 +142,11 @@ impl Curve {
     /// Twin: remove_cheapest.
     fn remove_cheapest(&mut self) {
         let nudged = self.build.interpolation == Interpolation::Exponential && self.build.nudge;
+        let spans: Vec<Span> = self.nodes.windows(2).map(|n| self.span(n[0], n[1])).collect();
         let first = usize::from(!nudged);
-        let costs: Vec<f32> = (first..self.nodes.len() - 1).map(|i| self.removal_cost(i)).collect();
+        let cost =
+            |i: usize| if i == 0 { spans[0].extent - spans[0].area() } else { self.removal_change(i, &spans).abs() };
+        let costs: Vec<f32> = (first..spans.len()).map(cost).collect();
         let mut cheapest = 0;
         for (i, cost) in costs.iter().enumerate() {
             if *cost < costs[cheapest] {
@@ -154,110 +157,94 @@ impl Curve {
         let second = others.fold(f32::INFINITY, f32::min);
         // Relative to the area of the whole range, 1: two removals that cost next to nothing are no choice either.
         self.margin = self.margin.min((second - costs[cheapest]) / second.max(1e-5));
-        let gone = self.nodes.remove(first + cheapest);
-        match (nudged, first + cheapest) {
+        let gone = first + cheapest;
+        match (nudged, gone) {
             (false, _) => {}
-            (true, 0) => self.nudge_first(gone),
-            (true, i) => self.nudge(i - 1, gone),
+            (true, 0) => self.nodes[1].0 = self.nodes[0].0 + spans[0].extent * share(&spans[0], &spans[1]),
+            (true, i) => self.nudge(i, &spans, self.removal_change(i, &spans)),
         }
+        self.nodes.remove(gone);
     }
 
-    /// Twin: removal_cost.
-    fn removal_cost(&self, i: usize) -> f32 {
-        let (node, next) = (self.nodes[i], self.nodes[i + 1]);
-        if i == 0 {
-            return next.0 - node.0 - Span::new(node, next).area();
+    /// By how much the area under the curve grows when node `i`, not the first, goes. Twin: remove_cheapest.
+    fn removal_change(&self, i: usize, spans: &[Span]) -> f32 {
+        let (before, behind) = (&spans[i - 1], &spans[i]);
+        let triangle = 0.5 * (behind.extent * before.rise - before.extent * behind.rise);
+        if self.by_triangles() {
+            return 0.5 * (before.mean + behind.mean) * triangle;
         }
-        let last = self.nodes[i - 1];
         match self.build.interpolation {
             Interpolation::Exponential => {
-                (Span::new(last, node).area() + Span::new(node, next).area() - Span::new(last, next).area()).abs()
+                self.span(self.nodes[i - 1], self.nodes[i + 1]).area() - (before.area() + behind.area())
             }
-            Interpolation::Linear => {
-                0.5 * ((node.0 - last.0) * (next.1 - last.1) - (next.0 - last.0) * (node.1 - last.1)).abs()
-            }
+            Interpolation::Linear => triangle,
         }
     }
 
-    /// Twin: nudge_first.
-    fn nudge_first(&mut self, gone: (f32, f32)) {
-        let (first, second) = (self.nodes[0], self.nodes[1]);
-        let next = Span::new(first, second);
-        let area = Span::new(gone, first).area() + next.area();
-        if next.mean < 0.999 {
-            self.nodes[0].0 = ((area + gone.0 - second.0 * next.mean) / (1.0 - next.mean)).clamp(gone.0, first.0);
-        }
+    /// Twin: by_triangles.
+    fn by_triangles(&self) -> bool {
+        let Build { nodes, work, interpolation, nudge, .. } = self.build;
+        interpolation == Interpolation::Exponential && nudge && work == nodes
     }
 
-    /// Twin: nudge.
-    fn nudge(&mut self, before: usize, gone: (f32, f32)) {
-        let (a, c) = (self.nodes[before], self.nodes[before + 1]);
-        let p = before.checked_sub(1).map(|i| self.nodes[i]);
-        let q = self.nodes.get(before + 2).copied();
-        let merged = Span::new(a, c);
-        let excess = merged.area() - Span::new(a, gone).area() - Span::new(gone, c).area();
-        let by_a = p.map_or(0.0, |p| merged.by_start() + Span::new(p, a).by_end());
-        let by_c = q.map_or(0.0, |q| merged.by_end() + Span::new(c, q).by_start());
-        let slope = by_a + by_c;
-        if slope > -1e-12 {
+    fn span(&self, from: (f32, f32), to: (f32, f32)) -> Span {
+        let (extent, rise) = (to.0 - from.0, to.1 - from.1);
+        let (start, end) = ((-from.1).exp(), (-to.1).exp());
+        let mean = if self.by_triangles() { 0.5 * (start + end) } else { span_mean(start, end, rise) };
+        Span { extent, rise, mean }
+    }
+
+    /// Of the neighbours of node `gone`, whose going makes up `change`. Twin: remove_cheapest.
+    fn nudge(&mut self, gone: usize, spans: &[Span], change: f32) {
+        let span = |i: Option<usize>| i.and_then(|i| spans.get(i));
+        let (p, q) = (span(gone.checked_sub(2)), span(Some(gone + 1)));
+        let both = spans[gone - 1].rise + spans[gone].rise;
+        let area = |span: Option<&Span>| span.map_or(0.0, Span::area);
+        let weight = 0.5 * area(p) + spans[gone - 1].area() + spans[gone].area() + 0.5 * area(q);
+        if weight <= 1e-12 {
             return;
         }
-        let (low, high) = match (p, q) {
-            (Some(p), Some(q)) => (p.1 - a.1, q.1 - c.1),
-            (Some(p), None) => (p.1 - a.1, c.1 - a.1),
-            (None, Some(q)) => (a.1 - c.1, q.1 - c.1),
-            (None, None) => (0.0, 0.0),
-        };
-        let shift = (-excess / slope).max(low).min(high);
+        let (low, high) = (p.map_or(-both, |p| -p.rise), q.map_or(both, |q| q.rise));
+        let shift = (change / weight).max(low).min(high);
         if p.is_some() {
-            self.nodes[before].1 += shift;
+            self.nodes[gone - 1].1 += shift;
         }
         if q.is_some() {
-            self.nodes[before + 1].1 += shift;
+            self.nodes[gone + 1].1 += shift;
         }
     }
+}
+
+/// Of the way to the first node, how far behind it the second one's step is when the first goes. Twin: remove_cheapest.
+fn share(first: &Span, second: &Span) -> f32 {
+    if second.mean < 0.999 { ((first.mean - second.mean) / (1.0 - second.mean)).clamp(0.0, 1.0) } else { 1.0 }
 }
 
 fn mix(a: f32, b: f32, t: f32) -> f32 {
     a * (1.0 - t) + b * t
 }
 
-/// Twin: Span.
+/// Between two nodes of optical depth.
 struct Span {
     extent: f32,
-    start: f32,
-    end: f32,
     rise: f32,
+    /// Mean transmittance.
     mean: f32,
 }
 
 impl Span {
-    fn new(from: (f32, f32), to: (f32, f32)) -> Self {
-        let (extent, rise) = (to.0 - from.0, to.1 - from.1);
-        let (start, end) = ((-from.1).exp(), (-to.1).exp());
-        let square = rise * rise;
-        let mean = if rise < 0.25 {
-            0.5 * (start + end) * (1.0 - square * (1.0 / 12.0 - square / 120.0))
-        } else {
-            (start - end) / rise
-        };
-        Self { extent, start, end, rise, mean }
-    }
-
     fn area(&self) -> f32 {
         self.extent * self.mean
     }
+}
 
-    fn by_start(&self) -> f32 {
-        let slope =
-            if self.rise < 0.05 { -self.start * (0.5 - self.rise / 6.0) } else { (self.mean - self.start) / self.rise };
-        self.extent * slope
-    }
-
-    fn by_end(&self) -> f32 {
-        let slope =
-            if self.rise < 0.05 { -self.start * (0.5 - self.rise / 3.0) } else { (self.end - self.mean) / self.rise };
-        self.extent * slope
+/// Twin: span_mean.
+fn span_mean(start: f32, end: f32, rise: f32) -> f32 {
+    let square = rise * rise;
+    if rise < 0.25 {
+        0.5 * (start + end) * (1.0 - square * (1.0 / 12.0 - square / 120.0))
+    } else {
+        (start - end) / rise
     }
 }
 
