@@ -82,6 +82,63 @@ push_struct! {
     struct BinPush { caster_count: u32, capacity: u32 }
 }
 
+/// Counted and scattered by workgroups that count by themselves first, as devices do that have very many casters, the tiles have the
+/// same entries; so have they with as many threads a caster as any device takes.
+#[test]
+fn tiles_have_the_same_entries_however_they_are_counted() {
+    gpu_test("tiles_have_the_same_entries_however_they_are_counted", |context| {
+        let mut scene = scenes::random();
+        // Two workgroups that count by themselves and a part of a third, with 4 threads a caster; large casters among small ones.
+        let mut random = Random::new(53);
+        let some = scene.particles.clone();
+        while scene.particles.len() < 2 * 512 + 77 {
+            let mut particle = some[random.bits() as usize % some.len()];
+            particle.position = particle.position.map(|x| x + random.between(-0.5, 0.5));
+            particle.radius *= random.between(0.05, 1.5);
+            scene.particles.push(particle);
+        }
+        let world = World::new(context, &scene).expect("room for the scene");
+        let mut maps = Maps::new(context, &world, 64).expect("room for the maps");
+        context.submit(|commands| maps.record(commands, &world)).expect("submitted");
+        let (casters, tiles) = (world.caster_count() as usize, 64);
+        let capacity = casters * tiles;
+        let mut all = Vec::new();
+        for (shaders, lanes, threads, turns) in [
+            ([&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0], 1, 64, 1),
+            ([&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0], 16, 64, 1),
+            ([&shaders::bins::COUNT_TALLY_1, &shaders::bins::SCATTER_TALLY_1], 1, 128, 16),
+            ([&shaders::bins::COUNT_TALLY_1, &shaders::bins::SCATTER_TALLY_1], 4, 128, 16),
+        ] {
+            let buffer = |name, words: usize| Buffer::with_data(context, name, &vec![0u32; words]).expect("room");
+            let [counts, cursors, horizon] = ["counts", "cursors", "horizon"].map(|n| buffer(n, tiles));
+            let (parts, met) = (buffer("parts", 4 * 128), buffer("met", casters));
+            let (totals, entries) = (buffer("totals", size_of::<BinTotals>() / 4), buffer("entries", 2 * capacity));
+            let buffers = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &horizon];
+            let set = Bindings::new(context, "bins", &buffers.map(|b| Resource::Buffer(b.clone()))).expect("a set");
+            let constants = Constants::new().set(shaders::constant::TILE_LANES, lanes);
+            let push = BinPush { caster_count: casters as u32, capacity: capacity as u32 };
+            let caster_groups = (casters * lanes as usize).div_ceil(threads * turns) as u32;
+            let [count, scatter] = shaders;
+            for (shader, groups) in [(count, caster_groups), (&shaders::bins::PLACE, 1), (scatter, caster_groups)] {
+                let kernel = Kernel::compute(context, shader, &[maps.scene(), &set], &constants).expect("made");
+                context.submit(|c| c.pass("bins", |pass| pass.dispatch(&kernel, &push, [groups, 1, 1]))).expect("done");
+            }
+            let found: BinTotals = totals.read(1).expect("read")[0];
+            let entries: Vec<[u32; 2]> = entries.read(capacity).expect("read");
+            let mut binned = vec![Vec::new(); tiles];
+            for [tile, _, first, count] in parts.read::<[u32; 4]>(found.parts as usize).expect("read") {
+                binned[tile as usize] = entries[first as usize..][..count as usize].to_vec();
+                binned[tile as usize].sort_unstable();
+            }
+            let counts: Vec<u32> = counts.read(tiles).expect("read");
+            assert!(binned.iter().map(Vec::len).eq(counts.iter().map(|count| *count as usize)));
+            all.push((binned, met.read::<u32>(casters).expect("read")));
+        }
+        assert!(all[0].0.iter().map(Vec::len).sum::<usize>() > 2 * casters, "tiles that share casters");
+        assert!(all.iter().all(|one| *one == all[0]));
+    });
+}
+
 /// Entries of all tiles are counted past 32 bits, which is an error, and no tile is given a place that it has not.
 #[test]
 fn entries_are_counted_past_32_bits() {

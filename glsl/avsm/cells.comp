@@ -135,6 +135,32 @@ bool few_enough(uvec2 mask) {
     return bitCount(mask.x) + bitCount(mask.y) <= (TURNS == 0 ? 5 : 3) * NODES / 2;
 }
 
+#if LANES != 1
+// Casters that a thread looks at before it goes on with those that it may hit: the threads of a subgroup then go on together, as
+// often as the busiest of them has hits, and not once for every caster that one of them hits.
+const uint AHEAD = 32u;
+#else
+const uint AHEAD = 1u;
+#endif
+
+// Bits of the casters i, i + GROUPS, … < filled of the batch, AHEAD at most: of those that the ray may hit and that may reach
+// beyond `known`, from z to z, or let nothing through. Where lanes hold the casters all threads take all of them alike.
+uint hits_ahead(View view, Ray ray, float ray_length, uint i, uint filled, vec2 known) {
+#if LANES == 1
+    return 1u;
+#else
+    uint hits = 0u;
+    for (uint bit = 0u; bit < AHEAD && i < filled; ++bit, i += GROUPS) {
+        Caster caster = batch_caster(i);
+        float reach = caster.radius + 1e-5 * (caster.radius + abs(caster.position.z));
+        bool matters = caster.position.z - reach < known.x || caster.position.z + reach > known.y
+                       || 2.001 * caster.radius * caster.density >= DARK || caster_is_strand(caster);
+        hits |= uint(matters && (AREA || view_meets(view, ray, ray_length, caster))) << bit;
+    }
+    return hits;
+#endif
+}
+
 void main() {
     TilePart part;
     if (!listed_part(part)) {
@@ -169,17 +195,28 @@ void main() {
     for (uint begin = 0u; begin < count; begin += batch_size()) {
         uint filled = min(batch_size(), count - begin);
         fetch_batch(view, first + begin, filled);
-        for (uint i = group; i < filled; i += GROUPS) {
-            if (texel_part(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth)) {
-                low = min(low, z.x);
-                high = max(high, z.y);
-                dark = optical_depth >= DARK ? min(dark, z.y) : dark;
+#if LANES != 1
+        for (uint i = gl_LocalInvocationIndex; i < filled; i += THREADS) {
+            wide_add(most, caster_bound(batch_caster(i), DARK));
+        }
+#endif
+        for (uint i = group; i < filled; i += AHEAD * GROUPS) {
+            uint hits = hits_ahead(view, ray, ray_length, i, filled, vec2(low, high));
+            for (; hits != 0u; hits &= hits - 1u) {
+                Caster caster = batch_caster(i + uint(findLSB(hits)) * GROUPS);
+                if (texel_part(view, ray, ray_length, caster, DARK, z, optical_depth)) {
+                    low = min(low, z.x);
+                    high = max(high, z.y);
+                    dark = optical_depth >= DARK ? min(dark, z.y) : dark;
+                }
             }
         }
     }
+#if LANES == 1
     for (uint i = gl_LocalInvocationIndex; i < count; i += THREADS) {
         wide_add(most, caster_bound(casters[entries[first + i].y], DARK));
     }
+#endif
     low = max((low - view.near) * per_depth, 0.0);
     high = (high - view.near) * per_depth;
     if (high >= 0.0) {
@@ -205,8 +242,13 @@ void main() {
     for (uint begin = 0u; begin < count; begin += batch_size()) {
         uint filled = min(batch_size(), count - begin);
         fetch_batch(view, first + begin, filled);
-        for (uint i = group; i < filled; i += GROUPS) {
-            if (texel_part(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth)) {
+        for (uint i = group; i < filled; i += AHEAD * GROUPS) {
+            uint hits = hits_ahead(view, ray, ray_length, i, filled, vec2(FARTHEST, -FARTHEST));
+            for (; hits != 0u; hits &= hits - 1u) {
+                Caster caster = batch_caster(i + uint(findLSB(hits)) * GROUPS);
+                if (!texel_part(view, ray, ray_length, caster, DARK, z, optical_depth)) {
+                    continue;
+                }
                 vec2 depth = (z - view.near) * per_depth;
                 if (optical_depth >= DARK && floatBitsToUint(max(depth.y, 0.0)) == dark_bits[t]) {
                     atomicMin(dark_from_bits[t], floatBitsToUint(max(depth.x, 0.0)));

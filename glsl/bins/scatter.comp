@@ -1,33 +1,65 @@
 #version 460
 // Writes (key, caster) of each caster into each of its tiles, in any order: whoever reads a tile sorts it or needs no
 // order, and no two entries of a tile are equal. Inputs: maps, casters, cursors, horizon. Outputs: entries.
-#include "bins/tiles.glsl"
-#include "bins/totals.glsl"
 
-layout(local_size_x = BIN_THREADS) in;
+// As in count.comp. With TALLY 1 a workgroup takes the places of all its entries of a tile at once.
+// variants: TALLY 0 1
+#include "bins/tiles.glsl"
+#include "bins/tally.glsl"
+
+layout(local_size_x = TALLY_THREADS) in;
 
 layout(set = 1, binding = 2, scalar) buffer Cursors { uint cursors[]; };
 layout(set = 1, binding = 4, scalar) writeonly buffer Entries { uvec2 entries[]; };
 layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };
 
+#if TALLY == 1
+// First how many entries of each tile there are, then they.
+const uint ROUNDS = 2u;
+#else
+const uint ROUNDS = 1u;
+#endif
+
 void main() {
-    uint map = gl_WorkGroupID.z, index = map_thread() / TILE_LANES, lane = map_thread() % TILE_LANES;
-    uvec2 low, high;
-    if (index >= caster_count || !caster_tiles(maps[map].volume, casters[index], low, high)) {
-        return;
-    }
+    uint map = gl_WorkGroupID.z, lane = tally_lane();
     View view = maps[map].volume;
-    Caster caster = casters[index];
-    uvec2 tiles = tile_counts(view), size = high - low + 1u;
-    for (uint i = lane; i < size.x * size.y; i += TILE_LANES) {
-        uvec2 tile = low + uvec2(i % size.x, i / size.x);
-        uint place = (map * tiles.y + tile.y) * tiles.x + tile.x;
-        float distance_square = tile_distance(view, caster, tile);
-        if (!tile_missed(distance_square) && !tile_hidden(view, caster, horizon[place])) {
-            uint slot = atomicAdd(cursors[place], 1u);
-            if (slot < capacity) {
-                entries[slot] = uvec2(tile_key(view, caster, tile, distance_square), index);
+    uvec2 tiles = tile_counts(view);
+    uint first_tile = map * tiles.x * tiles.y;
+    tally_clear(tiles);
+    for (uint round = 1u; round <= ROUNDS; ++round) {
+        for (uint turn = 0u; turn < TALLY_TURNS; ++turn) {
+            uint index = tally_caster(turn);
+            uvec2 low, high;
+            if (index >= caster_count || !caster_tiles(view, casters[index], low, high)) {
+                continue;
+            }
+            Caster caster = casters[index];
+            uvec2 size = high - low + 1u;
+            for (uint i = lane; i < size.x * size.y; i += TILE_LANES) {
+                uvec2 tile = low + uvec2(i % size.x, i / size.x);
+                uint place = tile.y * tiles.x + tile.x;
+                float distance_square = tile_distance(view, caster, tile);
+                if (tile_missed(distance_square) || tile_hidden(view, caster, horizon[first_tile + place])) {
+                    continue;
+                }
+#if TALLY == 1
+                uint slot = atomicAdd(tally[place], 1u);
+#else
+                uint slot = atomicAdd(cursors[first_tile + place], 1u);
+#endif
+                if (round == ROUNDS && slot < capacity) {
+                    entries[slot] = uvec2(tile_key(view, caster, tile, distance_square), index);
+                }
             }
         }
+#if TALLY == 1
+        barrier();
+        for (uint i = gl_LocalInvocationIndex; round == 1u && i < tiles.x * tiles.y; i += TALLY_THREADS) {
+            if (tally[i] != 0u) {
+                tally[i] = atomicAdd(cursors[first_tile + i], tally[i]);
+            }
+        }
+        barrier();
+#endif
     }
 }

@@ -30,6 +30,20 @@ Ray view_ray_beside(View view, Ray ray, float right) {
     return ray;
 }
 
+// Whether the ray may meet the caster: where it says no view_segment does, too, however either is rounded.
+bool view_meets(View view, Ray ray, float ray_length, Caster caster) {
+    if (caster_is_strand(caster)) {
+        return true;
+    }
+    float radius = 1.00001 * caster.radius;
+    vec3 across = vec3(caster.position.xy - ray.origin.xy, 0.0);
+    if (view.projection != VIEW_PARALLEL) {
+        across = caster.position - dot(caster.position, ray.direction) / (ray_length * ray_length) * ray.direction;
+        radius += 1e-6 * ray_length * abs(caster.position.z);
+    }
+    return dot(across, across) < radius * radius;
+}
+
 // As texel_segment, of a ray and a caster in the view's axes, between z.
 bool view_segment(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     bool hit;

@@ -28,6 +28,18 @@ const MAX_ROWS: u64 = 65535;
 /// Entries a caster that the buffer starts with. It grows to what a scene demands.
 const FIRST_ENTRIES: u64 = 8;
 
+/// From so many casters on, threads wait for each other at the counts of tiles: a workgroup then counts by itself before.
+const MANY_CASTERS: u32 = 1 << 18;
+
+/// Threads a caster then, threads of a workgroup, and casters that a thread has. Twins of the latter: TALLY_THREADS and
+/// TALLY_TURNS in glsl/bins/tally.glsl.
+const TALLY_LANES: u32 = 4;
+const TALLY_THREADS: u32 = 128;
+const TALLY_TURNS: u32 = 16;
+
+/// Tiles of a map that a workgroup has room to count. Twin: the size of `tally` in glsl/bins/tally.glsl.
+const MOST_TALLIED: u32 = 4096;
+
 /// Bytes of an entry: key and caster.
 const ENTRY_BYTES: u64 = 8;
 
@@ -110,8 +122,8 @@ pub struct Bins {
     pub horizon: Buffer,
     /// Whether casters behind the horizon are left out.
     hide: bool,
-    /// Threads a caster.
-    lanes: u32,
+    /// Casters of a workgroup of the passes over them.
+    casters_a_group: u32,
     /// Workgroups a tile or block with casters.
     parts_a_block: u32,
     lists_parts: bool,
@@ -188,7 +200,15 @@ impl Bins {
         let buffers = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &slots];
         let set = Bindings::new(context, "bins", &buffers.map(|b| Resource::Buffer(b.clone())))?;
         let hide = what.skip && world.triangle_count() > 0;
-        let lanes = if context.features().is_software() { 1 } else { 16 };
+        let tallies = !context.features().is_software()
+            && what.blocks.is_none()
+            && world.caster_capacity() >= MANY_CASTERS
+            && bins_a_map <= MOST_TALLIED;
+        let [lanes, casters_a_group] = match (context.features().is_software(), tallies) {
+            (true, _) => [1, 64],
+            (_, true) => [TALLY_LANES, TALLY_THREADS / TALLY_LANES * TALLY_TURNS],
+            _ => [16, 64 / 16],
+        };
         let constants = Constants::new()
             .set(HIDE, hide)
             .set(REACH, what.reach)
@@ -201,10 +221,10 @@ impl Bins {
         let kernel = |shader| Kernel::compute(context, shader, &[maps.scene(), &set], &constants);
         let detailed = |blocks| Detail::new(context, maps, &set, slots, blocks, &constants);
         let detail = what.blocks.map(detailed).transpose()?;
-        let [count_casters, scatter] = if detail.is_some() {
-            [&shaders::detail::COUNT, &shaders::detail::SCATTER]
-        } else {
-            [&shaders::bins::COUNT, &shaders::bins::SCATTER]
+        let [count_casters, scatter] = match (detail.is_some(), tallies) {
+            (true, _) => [&shaders::detail::COUNT, &shaders::detail::SCATTER],
+            (_, true) => [&shaders::bins::COUNT_TALLY_1, &shaders::bins::SCATTER_TALLY_1],
+            _ => [&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0],
         };
         Ok(Self {
             context: context.clone(),
@@ -224,7 +244,7 @@ impl Bins {
             met,
             horizon,
             hide,
-            lanes,
+            casters_a_group,
             parts_a_block: what.parts[0],
             lists_parts: what.parts != [0, 0],
             keeps_entries: what.entries,
@@ -284,7 +304,7 @@ impl Bins {
 
     /// Workgroups of a pass over all casters of all maps.
     fn caster_groups(&self) -> [u32; 3] {
-        let [x, y] = groups((u64::from(self.caster_count) * u64::from(self.lanes)).div_ceil(64));
+        let [x, y] = groups(u64::from(self.caster_count.div_ceil(self.casters_a_group)));
         [x, y, self.map_count]
     }
 

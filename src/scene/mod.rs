@@ -30,6 +30,7 @@ mod order;
 mod particle_file;
 mod picture;
 mod placement;
+mod plume;
 mod ply;
 mod random;
 mod resolution;
@@ -167,8 +168,8 @@ pub enum Motion {
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 /// Names that [`Scene::load`] knows without a file.
-pub const BUILT_IN: [&str; 9] =
-    ["three-emitters", "big-8k", "hair", "lantern", "sparse", "town", "courtyard", "cornell", "fountain"];
+pub const BUILT_IN: [&str; 10] =
+    ["three-emitters", "plume-1m", "big-8k", "hair", "lantern", "sparse", "town", "courtyard", "cornell", "fountain"];
 
 /// What [`Scene::load`] takes, in words.
 pub fn known() -> String {
@@ -189,6 +190,7 @@ impl Scene {
         let built_in = built_in::BuiltIn::read(name)?;
         match built_in.name {
             "three-emitters" => emitters::three_emitters(time_s),
+            "plume-1m" => plume::plume_1m(),
             "big-8k" => Ok(cube::big_8k()),
             "sparse" => Ok(sparse::sparse()),
             "hair" => hair::hair(time_s),

@@ -127,3 +127,18 @@ fn indirect_light_matters_in_cornell() {
     assert!(lit(0.9, -0.9, 0.0) && lit(1.0, 0.0, 0.6));
     assert!(!lit(1.0, 0.0, 1.4) && !lit(0.9, 0.9, 2.0));
 }
+
+#[test]
+fn plume_1m_is_a_million_thin_particles() {
+    let scene = Scene::load("plume-1m", f64::NAN).expect("stands still, so ignores the time");
+    assert_eq!(scene.particles.len(), 1_000_000);
+    // Straight through the plume some light is left, and most is not.
+    let light = |x: f32| {
+        let ray = |p: &&Particle| (p.position[0] - x).hypot(p.position[1]) < p.radius;
+        let chord =
+            |p: &Particle| 2.0 * (p.radius.powi(2) - (p.position[0] - x).powi(2) - p.position[1].powi(2)).sqrt();
+        (-scene.particles.iter().filter(ray).map(|p| p.extinction * chord(p)).sum::<f32>()).exp()
+    };
+    let mean = (0..16).map(|i| light(-1.5 + 0.2 * i as f32)).sum::<f32>() / 16.0;
+    assert!((0.001..0.5).contains(&mean), "{mean} of the light");
+}
