@@ -16,24 +16,48 @@
 layout(local_size_x_id = ID_WORKGROUP) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
 CONSTANT(uint, THREADS, 512u)
+// Casters that stand in shared memory at the same time, in the view's axes; THREADS at most. 0: each is fetched by who
+// looks at it.
+CONSTANT(uint, BATCH, 0u)
 
 layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
 
 const uint ROW = 8u, ROWS = 4u, TEXELS = ROW * ROWS;
-// Texels of a row that a thread looks at for a caster, and casters that are looked at at the same time. Few threads gain more
-// from fetching a caster less often.
-const uint SPAN = THREADS == TEXELS ? 8u : 4u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
+// Texels of a row that a thread looks at for a caster: the dearer it is to fetch one, the more. Casters that are looked at
+// at the same time.
+const uint SPAN = THREADS == TEXELS ? 8u : BATCH == 0u ? 4u : 1u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
 // Runs of slices that are summed at the same time, each by one thread a texel, and slices of a run: whole layers.
 const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
+// Fewer casters than these are summed in units that suit any casters. Their sum is wrong by 2⁻¹³ at most, half a unit
+// for each addition: a quarter of a step of a half float.
+const uint MANY = SPLIT ? 128u : 256u;
 
 // Slice k of texel t at k · TEXELS + t, so that the threads of a subgroup never meet in a bank: units of optical depth. With
 // 256 slices it is all the shared memory that many devices have, so the first two words are the bound before they are
-// sums.
-shared uint slices[SLICES * TEXELS];
+// sums. Behind the slices the batch.
+const uint BATCH_PLACE = SLICES * TEXELS, CASTER_WORDS = 8u;
+shared uint slices[BATCH_PLACE + BATCH * CASTER_WORDS];
 
 void write(uint map, uvec2 texel, uint slice, vec4 transmittance) {
     ivec3 at = ivec3(texel, map * LAYERS + slice / 4u);
     imageStore(volume, at, ADDITIVE ? 1.0 - transmittance : transmittance);
+}
+
+void put_caster(uint i, Caster caster) {
+    uint at = BATCH_PLACE + i * CASTER_WORDS;
+    for (uint x = 0u; x < 3u; ++x) {
+        slices[at + x] = floatBitsToUint(caster.position[x]);
+        slices[at + 4u + x] = floatBitsToUint(caster.axis[x]);
+    }
+    slices[at + 3u] = floatBitsToUint(caster.radius);
+    slices[at + 7u] = floatBitsToUint(caster.density);
+}
+
+Caster batch_caster(uint i) {
+    uint at = BATCH_PLACE + i * CASTER_WORDS;
+    vec4 ball = uintBitsToFloat(uvec4(slices[at], slices[at + 1u], slices[at + 2u], slices[at + 3u]));
+    vec4 rest = uintBitsToFloat(uvec4(slices[at + 4u], slices[at + 5u], slices[at + 6u], slices[at + 7u]));
+    return Caster(ball.xyz, ball.w, rest.xyz, rest.w);
 }
 
 // Adds what a caster, in the view's axes, takes of the rays of a span, the first of which is `ray`, `place_in_part` among the
@@ -55,6 +79,53 @@ void add_caster(View view, Ray ray, uint place_in_part, uint rotation, Caster ca
             }
         }
     }
+}
+
+// Adds all casters of the part. The slices are 0, and all threads call it alike.
+void add_casters(View view, TilePart part, uvec2 corner, float scale) {
+    uint thread = gl_LocalInvocationIndex, span = thread % SPANS * SPAN;
+    Ray ray = view_texel_ray(view, corner + uvec2(span % ROW, span / ROW));
+    if (BATCH == 0u) {
+        barrier();
+        for (uint i = thread / SPANS; i < part.count; i += CASTERS) {
+            add_caster(view, ray, span, thread / SPANS, tile_caster(view, part.first + i), scale);
+        }
+    } else {
+        for (uint first = 0u; first < part.count; first += BATCH) {
+            uint filled = min(part.count - first, BATCH);
+            barrier();
+            if (thread < filled) {
+                put_caster(thread, tile_caster(view, part.first + first + thread));
+            }
+            barrier();
+            for (uint i = thread / SPANS; i < filled; i += CASTERS) {
+                add_caster(view, ray, span, thread / SPANS, batch_caster(i), scale);
+            }
+        }
+    }
+    barrier();
+}
+
+// Units an optical depth of 1: as fine as it gets without a sum passing 32 bits. Few casters may each take 2⁴, DARK, and
+// with SPLIT twice; what many may take is added up. Writes to the slices; all threads call it alike.
+float part_scale(TilePart part) {
+    if (part.count < MANY) {
+        return exp2(float(min(22, (SPLIT ? 26 : 27) - findMSB(part.count))));
+    }
+    uint thread = gl_LocalInvocationIndex;
+    uvec2 most = uvec2(0u);
+    for (uint i = thread; i < part.count; i += THREADS) {
+        wide_add(most, caster_bound(casters[entries[part.first + i].y], DARK * (SPLIT ? 2.0 : 1.0)));
+    }
+    if (thread < 2u) {
+        slices[thread] = 0u;
+    }
+    barrier();
+    WIDE_ATOMIC_ADD(slices[0], slices[1], most);
+    barrier();
+    float scale = sum_scale(uvec2(slices[0], slices[1]));
+    barrier();
+    return scale;
 }
 
 void main() {
@@ -79,30 +150,11 @@ void main() {
     corner.y += part_of_tile(part) * ROWS;
     texel.y += part_of_tile(part) * ROWS;
 
-    uvec2 most = uvec2(0u);
-    for (uint i = thread; i < part.count; i += THREADS) {
-        wide_add(most, caster_bound(casters[entries[part.first + i].y], DARK * (SPLIT ? 2.0 : 1.0)));
-    }
+    float scale = part_scale(part), unit = 1.0 / scale;
     for (uint i = thread; i < SLICES * TEXELS; i += THREADS) {
         slices[i] = 0u;
     }
-    barrier();
-    WIDE_ATOMIC_ADD(slices[0], slices[1], most);
-    barrier();
-    float scale = sum_scale(uvec2(slices[0], slices[1])), unit = 1.0 / scale;
-    barrier();
-    if (thread == 0u) {
-        slices[0] = slices[1] = 0u;
-    }
-    barrier();
-
-    uint span = thread % SPANS * SPAN;
-    Ray ray = view_texel_ray(view, corner + uvec2(span % ROW, span / ROW));
-    for (uint i = thread / SPANS; i < part.count; i += CASTERS) {
-        Caster caster = tile_caster(view, part.first + i);
-        add_caster(view, ray, span, thread / SPANS, caster, scale);
-    }
-    barrier();
+    add_casters(view, part, corner, scale);
 
     // The sum of each run stands where its last slice was; then that of the runs before it.
     uint before = 0u, upto = 0u;
@@ -123,13 +175,22 @@ void main() {
     if (any(greaterThanEqual(texel, uvec2(view.width, view.height)))) {
         return;
     }
+    vec4 behind = vec4(exp(-float(before) * unit));
     for (uint k = begin; k < end; k += 4u) {
         uvec4 sums;
+        uint here = before;
         for (uint i = 0u; i < 4u; ++i) {
-            before += slices[(k + i) * TEXELS + t];
-            sums[i] = before;
+            here += slices[(k + i) * TEXELS + t];
+            sums[i] = here;
         }
         sums.w = RUNS != 1u && k + 4u == end ? upto : sums.w;
-        write(map, texel, k, exp(-vec4(sums) * unit));
+        // In most layers a ray meets nothing.
+        if (sums.w != before) {
+            behind = exp(-vec4(sums) * unit);
+            before = sums.w;
+        } else {
+            behind = behind.wwww;
+        }
+        write(map, texel, k, behind);
     }
 }

@@ -2,9 +2,9 @@
 
 use super::segments::ROUNDING;
 use glam::DVec3;
-use gobo::reference::twin::psm::{Slices, bound, fused, look_up, place, propagate, propagate_depths, voxelize};
+use gobo::reference::twin::psm::{Slices, fused, look_up, place, propagate, propagate_depths, scale, voxelize};
 use gobo::reference::twin::segment::texel_segment;
-use gobo::reference::twin::sums::{DARK, scale};
+use gobo::reference::twin::sums::DARK;
 use gobo::scene::{Camera, Caster, Light, LightKind, Motion, Particle, Scene, View};
 
 /// Most that stand on the ray.
@@ -50,14 +50,14 @@ pub fn psm(bytes: &[u8]) -> bool {
         taken[place.slice + 1] += depth * f64::from(place.share);
     }
     let local = voxelize(&view, [0, 0], &casters, slices);
-    let bound = bound(&casters, slices.split);
+    let scale = scale(&casters, slices.split);
     let sums = propagate_depths(&local);
     let products = propagate(&local.iter().map(|depth| (-depth).exp()).collect::<Vec<_>>());
-    let whole = fused(&view, [0, 0], &casters, slices, bound);
+    let whole = fused(&view, [0, 0], &casters, slices, scale);
     // A share and a sum rounded for each caster, and a sum (or a product) for each slice.
     let rounded = (2 * casters.len() + slices.count as usize + 8) as f64 * ROUNDING;
     // Half a unit for each of the two slices of a caster, and no share is darker than DARK.
-    let units = casters.len() as f64 / f64::from(scale(bound)) + (-f64::from(DARK)).exp();
+    let units = casters.len() as f64 / f64::from(scale) + (-f64::from(DARK)).exp();
     let mut sum = 0.0;
     for slice in 0..slices.count as usize {
         sum += taken[slice];

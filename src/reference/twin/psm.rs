@@ -70,15 +70,23 @@ pub fn propagate_depths(local: &[f32]) -> Vec<f32> {
     local.iter().scan(0.0, sum).collect()
 }
 
-/// Bound of the optical depth that casters of a tile can take, for [`fused`].
-pub fn bound(casters: &[Caster], split: bool) -> u64 {
-    sums::bound(casters, if split { 2.0 * DARK } else { DARK })
+/// Casters from which on a tile's unit follows from what they take. Twin: MANY.
+pub fn many(split: bool) -> usize {
+    if split { 128 } else { 256 }
 }
 
-/// What is left behind each slice, from sums of whole numbers; `bound` is [`bound`](fn@bound) of the casters of the texel's
-/// tile. Twin: fused.comp.
-pub fn fused(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices, bound: u64) -> Vec<f32> {
-    let scale = sums::scale(bound);
+/// Units of an optical depth of 1 in which the casters of a tile are added up, for [`fused`]. Twin: part_scale.
+pub fn scale(casters: &[Caster], split: bool) -> f32 {
+    if casters.len() < many(split) {
+        let bits = 27 - i32::from(split) - casters.len().max(1).ilog2() as i32;
+        return (bits.min(22) as f32).exp2();
+    }
+    sums::scale(sums::bound(casters, if split { 2.0 * DARK } else { DARK }))
+}
+
+/// What is left behind each slice, from sums of whole numbers; `scale` is [`scale`] of the casters of the texel's tile.
+/// Twin: fused.comp.
+pub fn fused(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices, scale: f32) -> Vec<f32> {
     let mut sums = vec![0u32; slices.count as usize];
     for caster in casters {
         let Some(segment) = texel_segment(view, texel, caster) else { continue };
@@ -117,6 +125,15 @@ mod tests {
     }
 
     proptest! {
+        /// Few casters, each as dark as can be, fit into 32 bits, and their roundings are at most 2⁻¹³, as fused.comp says.
+        #[test]
+        fn the_unit_suits_few_casters(count in 1usize..256, split: bool) {
+            let casters = vec![along_the_axis(&[(0.0, 1.0, 1e6)]).1[0]; count];
+            let (unit, shares) = (1.0 / f64::from(scale(&casters, split)), 1.0 + f64::from(u8::from(split)));
+            prop_assert!(count as f64 * shares * f64::from(DARK) / unit < 2f64.powi(32));
+            prop_assert!(count >= many(split) || count as f64 * shares * 0.5 * unit <= 2f64.powi(-13));
+        }
+
         /// The three ways to the same ray agree; transmittance never rises and ends at the product of all.
         #[test]
         fn one_ray_three_ways(casters in casters(), count in prop::sample::select(vec![4u32, 8, 64, 256]), split: bool) {
@@ -124,7 +141,7 @@ mod tests {
             let local = voxelize(&view, [0, 0], &casters, slices);
             let added = propagate_depths(&local);
             let multiplied = propagate(&local.iter().map(|d| (-d).exp()).collect::<Vec<_>>());
-            let whole = fused(&view, [0, 0], &casters, slices, bound(&casters, split));
+            let whole = fused(&view, [0, 0], &casters, slices, scale(&casters, split));
             let mut last = 1.0;
             for i in 0..count as usize {
                 prop_assert!((added[i] - multiplied[i]).abs() < 1e-5 && (added[i] - whole[i]).abs() < 1e-4);
@@ -135,7 +152,7 @@ mod tests {
             let product = (-segments.map(|s| f64::from(s.optical_depth)).sum::<f64>()).exp();
             prop_assert!((f64::from(last) - product).abs() < 1e-4, "{last}, not {product}");
             let backwards: Vec<_> = casters.iter().rev().copied().collect();
-            prop_assert_eq!(whole, fused(&view, [0, 0], &backwards, slices, bound(&casters, split)));
+            prop_assert_eq!(whole, fused(&view, [0, 0], &backwards, slices, scale(&casters, split)));
         }
     }
 }

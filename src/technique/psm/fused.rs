@@ -4,7 +4,7 @@ use super::volume::Volume;
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Kernel, Resource};
 use crate::maps::{Bins, Maps, Use};
-use crate::shaders::constant::{THREADS, WORKGROUP};
+use crate::shaders::constant::{BATCH, THREADS, WORKGROUP};
 use crate::shaders::psm;
 use crate::world::World;
 
@@ -13,6 +13,10 @@ const PARTS: [u32; 2] = [2, 1];
 
 /// Shared memory, bytes a slice: half a tile's texels.
 pub const SLICE_BYTES: u32 = 32 * 4;
+
+/// Casters that stand in shared memory at the same time where there is room for them, and bytes of each.
+const BATCH_CASTERS: u32 = 128;
+const CASTER_BYTES: u32 = 32;
 
 /// Threads a workgroup, at least and at most; multiples of the former.
 const MOST_AND_LEAST_THREADS: [u32; 2] = [512, 32];
@@ -31,6 +35,14 @@ pub fn threads(context: &Context) -> u32 {
     (room / least * least).clamp(least, most)
 }
 
+/// Casters that so many threads keep in shared memory beside the slices: as many as they can, or none. One at a time, threads
+/// gain nothing from what all of them see.
+fn batch(context: &Context, slices: u32, threads: u32) -> u32 {
+    let room = context.features().max_compute_shared_memory_bytes.saturating_sub(slices * SLICE_BYTES) / CASTER_BYTES;
+    let casters = BATCH_CASTERS.min(threads);
+    if threads == MOST_AND_LEAST_THREADS[1] || room < casters { 0 } else { casters }
+}
+
 impl Fused {
     pub fn new(
         context: &Context,
@@ -45,7 +57,8 @@ impl Fused {
         let bins = Bins::new(context, world, maps, what)?;
         let storage = Bindings::new(context, "psm.volume", &[Resource::StorageImage(volume.clone())])?;
         let shader = if layout.is_8_bit() { &psm::FUSED_BITS_8 } else { &psm::FUSED_BITS_16 };
-        let constants = constants.clone().set(THREADS, threads).set(WORKGROUP, threads);
+        let batch = batch(context, layout.slices, threads);
+        let constants = constants.clone().set(THREADS, threads).set(WORKGROUP, threads).set(BATCH, batch);
         let kernel = Kernel::compute(context, shader, &[maps.scene(), bins.set(), &storage], &constants)?;
         Ok(Self { bins, kernel })
     }
