@@ -135,20 +135,17 @@ bool few_enough(uvec2 mask) {
     return bitCount(mask.x) + bitCount(mask.y) <= (TURNS == 0 ? 5 : 3) * NODES / 2;
 }
 
-#if LANES != 1
-// Casters that a thread looks at before it goes on with those that it may hit: the threads of a subgroup then go on together, as
-// often as the busiest of them has hits, and not once for every caster that one of them hits.
-const uint AHEAD = 32u;
-#else
-const uint AHEAD = 1u;
-#endif
+// Casters that a thread looks at before it goes on with those that it may hit, 32 at most: where they are small, the threads of
+// a subgroup then go on together, as often as the busiest of them has hits, and not once for every caster that one of them
+// hits. 1 where lanes hold the casters, which all threads take alike.
+CONSTANT(uint, AHEAD, 1u)
 
 // Bits of the casters i, i + GROUPS, … < filled of the batch, AHEAD at most: of those that the ray may hit and that may reach
-// beyond `known`, from z to z, or let nothing through. Where lanes hold the casters all threads take all of them alike.
+// beyond `known`, from z to z, or let nothing through. Of one it is not asked.
 uint hits_ahead(View view, Ray ray, float ray_length, uint i, uint filled, vec2 known) {
-#if LANES == 1
-    return 1u;
-#else
+    if (AHEAD == 1u) {
+        return 1u;
+    }
     uint hits = 0u;
     for (uint bit = 0u; bit < AHEAD && i < filled; ++bit, i += GROUPS) {
         Caster caster = batch_caster(i);
@@ -158,7 +155,6 @@ uint hits_ahead(View view, Ray ray, float ray_length, uint i, uint filled, vec2 
         hits |= uint(matters && (AREA || view_meets(view, ray, ray_length, caster))) << bit;
     }
     return hits;
-#endif
 }
 
 void main() {

@@ -3,9 +3,10 @@
 use super::ENTRY;
 use super::settings::{Batch, Fit, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Features, Requirement};
-use crate::maps::FilterKind;
+use crate::maps::{FilterKind, MANY_CASTERS};
 use crate::shaders::constant::{
-    AREA, DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED, TURNS, WORK, WORKGROUP,
+    AHEAD, AREA, DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED, TURNS, WORK,
+    WORKGROUP,
 };
 use crate::technique::keys::Word;
 use crate::world::World;
@@ -20,6 +21,9 @@ const BINNED_NODES: u32 = 4;
 
 /// WORK − NODES of curves from cells: ends of cells come in order and few, so that little is gained by more.
 const CELLS_NODES: u32 = 2;
+
+/// Of very many casters, which are small, so many are looked at before those that are hit are added.
+const MOST_AHEAD: u32 = 32;
 
 /// With fit=refined: how often nodes of odd and of even number take turns. Two bring four fifths of what eight bring, three
 /// nine tenths.
@@ -138,6 +142,8 @@ impl Plan {
         let way_of_cells = if cells { Some(choose_cells(features, settings.batch)?) } else { None };
         // More groups only repeat work where threads take turns.
         let groups = if way_of_cells == Some(Cells::Lanes) { 1 } else { groups(features) };
+        let has_many = world.caster_capacity() >= MANY_CASTERS && !features.is_software();
+        let ahead = if has_many && way_of_cells != Some(Cells::Lanes) { MOST_AHEAD } else { 1 };
         settings.filter.check(world.scene(), settings.base_size())?;
         let constants = Constants::new()
             .set(NODES, settings.nodes)
@@ -145,6 +151,7 @@ impl Plan {
             .set(WORK, settings.nodes + more_nodes)
             .set(NUDGE, settings.nudge)
             .set(TURNS, turns)
+            .set(AHEAD, ahead)
             .set(SORTED, settings.sorted)
             .set(TILED, settings.skip)
             .set(PACKED, settings.packed)
