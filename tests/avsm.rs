@@ -45,8 +45,8 @@ fn most_ambiguous(build: Build) -> f64 {
 const ENOUGH: u32 = 113;
 
 /// Where another node may rightly be removed, the curve is another but no worse: its mean distance from the truth is at
-/// most the twin's and that of one more curve of four nodes from what it approximates, 0.008 on the project's smoke.
-const AMBIGUOUS_TOLERANCE: f32 = 0.008;
+/// most the twin's and that of two curves of four nodes from what they approximate, 0.008 each on the project's smoke.
+const AMBIGUOUS_TOLERANCE: f32 = 0.016;
 
 /// The nodes of each texel, map after map.
 fn nodes(avsm: &Avsm, texels: usize, count: usize) -> Vec<NodeData> {
