@@ -17,7 +17,7 @@ const SIZE: f32 = 0.33;
 const APART: f32 = 1.0;
 
 /// Extinction of a particle, of its puff's: a ray through the plume loses most of its light.
-const THIN: f32 = 0.25;
+const THIN: f32 = 0.1;
 
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x5eed_1000, 44];
