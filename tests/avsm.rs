@@ -3,6 +3,8 @@
 
 mod support;
 
+#[path = "avsm/ahead.rs"]
+mod ahead;
 #[path = "avsm/detail.rs"]
 mod detail;
 #[path = "avsm/list.rs"]

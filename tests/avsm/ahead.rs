@@ -1,0 +1,60 @@
+//! Sums in cells of casters that are looked at ahead, as GPUs do where there are very many.
+
+use crate::support::{gpu_test, runs, scenes};
+use gobo::gpu::{Bindings, Buffer, Constants, Kernel, Resource};
+use gobo::maps::{Bins, Maps, Use};
+use gobo::shaders::{avsm, constant};
+use gobo::world::World;
+
+/// Nodes of a curve.
+const NODES: u32 = 8;
+
+/// Texels a side; some tiles are cut off.
+const SIZE: u32 = 44;
+
+/// Whether threads look at one caster after the other or at 32 before they add those that they may hit, the curves are the
+/// same: directional light and in perspective, with what lets nothing through, and with more casters than a batch.
+#[test]
+fn looking_ahead_changes_nothing() {
+    gpu_test("looking_ahead_changes_nothing", |context| {
+        // Either needs at least what the other does.
+        if !runs("looking_ahead_changes_nothing", context, "avsm:path=binned,resolve=cells,batch=shared") {
+            return;
+        }
+        let spot = scenes::spot([0.3, 0.2, 0.9], 80.0, scenes::random());
+        for scene in [scenes::random(), scenes::crowd(), scenes::opaque(), scenes::strands(), spot] {
+            let world = World::new(context, &scene).expect("room for the scene");
+            let mut maps = Maps::new(context, &world, SIZE).expect("room for the maps");
+            let what = Use { entries: true, skip: false, reach: 1, parts: [2, 2], area: false, blocks: None };
+            let mut bins = Bins::new(context, &world, &maps, what).expect("room for the bins");
+            let record = |bins: &mut Bins, maps: &mut Maps| {
+                context.submit(|commands| {
+                    maps.record(commands, &world);
+                    bins.record(commands, &world);
+                })
+            };
+            record(&mut bins, &mut maps).expect("submitted");
+            while bins.settle().expect("room for the entries") {
+                record(&mut bins, &mut maps).expect("submitted");
+            }
+            let words = 2 * (SIZE * SIZE * NODES * maps.count()) as usize;
+            let [one, many] = [1u32, 32].map(|ahead| {
+                let nodes = Buffer::with_data(context, "nodes", &vec![0u32; words]).expect("room");
+                let set =
+                    Bindings::new(context, "curves", &[0; 3].map(|_| Resource::Buffer(nodes.clone()))).expect("a set");
+                let constants = Constants::new()
+                    .set(constant::NODES, NODES)
+                    .set(constant::WORK, NODES + 2)
+                    .set(constant::GROUPS, 4u32)
+                    .set(constant::WORKGROUP, 4u32)
+                    .set(constant::AHEAD, ahead);
+                let sets = [maps.scene(), bins.set(), &set];
+                let kernel = Kernel::compute(context, &avsm::CELLS_LANES_2, &sets, &constants).expect("made");
+                context.submit(|c| c.pass("cells", |pass| bins.per_part(pass, &kernel, &()))).expect("done");
+                nodes.read::<u32>(words).expect("read")
+            });
+            assert!(one.iter().filter(|word| **word != 0).count() > words / 8, "{}: curves", scene.name);
+            assert!(one == many, "{}: other curves", scene.name);
+        }
+    });
+}
