@@ -3,7 +3,6 @@
 use crate::support::scenes::{self, Random};
 use crate::support::{gpu_test, views};
 use glam::DVec2;
-use gobo::reference::truth::TrueCurve;
 use gobo::reference::twin::area::texel_part;
 use gobo::reference::twin::avsm::cells::Cells;
 use gobo::reference::twin::avsm::curve::{Build, Curve};
@@ -91,14 +90,6 @@ impl Texel {
         let another = |rounded: &Vec<Segment>| differs(self::curve(rounded, self.bound, build));
         let ambiguous = tied || self.has_other_ends(build) || self.rounded.iter().any(another);
         (curve, ambiguous)
-    }
-
-    /// Mean distance of such transmittances from those of the segments.
-    pub fn error(&self, transmittance: impl Fn(f32) -> f32) -> f32 {
-        let exact = |s: &Segment| (s.entry.into(), s.exit.into(), s.optical_depth.into());
-        let truth = TrueCurve::new(&self.segments.iter().map(exact).collect::<Vec<_>>());
-        let off = |i| (f64::from(transmittance(depth(i))) - truth.transmittance(depth(i).into())).abs();
-        ((0..DEPTHS).map(off).sum::<f64>() / DEPTHS as f64) as f32
     }
 
     /// Whether a trial, or the other way to share a segment among cells, which rounds to whole units alike at the segment's
