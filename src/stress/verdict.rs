@@ -38,8 +38,11 @@ fn allowed(row: &Stressed) -> Allowed {
     match (name, row.path.as_str()) {
         ("uncompressed", _) => Allowed { map_mean: Some(1e-4), tail: Some(1e-3), order: Some(ROUNDING), ..usual },
         // Straight lines between nodes, where smoke fades by an exponential.
-        // What is asked about are the texels of an even map, which these are not; that each of theirs has the tail, the twins say.
-        ("avsm", _) if keys.contains("detail=adaptive") => Allowed { order: sorted, ..usual },
+        // What is asked about are the rays of an even map's texels, which these have not; that each of theirs has the tail, the
+        // twins say.
+        ("avsm", _) if ["detail=adaptive", "texel=area"].iter().any(|key| keys.contains(key)) => {
+            Allowed { order: sorted, ..usual }
+        }
         // A byte a node, rounded once.
         ("avsm", "two-pass" | "binned") if keys.contains("storage=tight") => {
             Allowed { tail: Some(1e-2), order: sorted, ..usual }
