@@ -4,6 +4,9 @@
 // Inputs: maps, casters, parts, entries. Outputs: nodes of tiles that have casters.
 // Invariant: the result depends only on the casters, not on the order in which they were binned.
 // Source: ours. Twin: reference::twin::avsm::curve, with the keys of reference::twin::bins.
+
+// LANES 0: the tile's casters stand in shared memory, some at a time. LANES 1: in the lanes of subgroups (bins/batch.glsl).
+// variants: LANES 0 1
 #define BINS_ENTRIES_WRITTEN
 #define BATCH_SOURCE(view, entry) view_caster(view, casters[sort_entry(tile.first, tile.count, (entry) - tile.first).y])
 #include "avsm/curve.glsl"
@@ -38,6 +41,26 @@ void main() {
         fetch_batch(view, tile.first + begin, filled);
         // Each thread looks for its next hit before any inserts: the threads of a subgroup then insert together, as
         // often as the busiest of them has hits, and not once for every caster that one of them meets.
+#if LANES == 1
+        // All look at one caster alike, and keep which they hit; these few are fetched again.
+        uvec2 hits = uvec2(0u);
+        for (uint i = 0u; i < filled; ++i) {
+            vec2 z;
+            float optical_depth;
+            bool hit = texel_part(view, ray, ray_length, batch_caster(i), MAX_OPTICAL_DEPTH, z, optical_depth);
+            hits |= uvec2(i < 32u, i >= 32u) * (uint(hit) << i % 32u);
+        }
+        while (hits != uvec2(0u)) {
+            uint i = hits.x != 0u ? uint(findLSB(hits.x)) : 32u + uint(findLSB(hits.y));
+            hits = hits.x != 0u ? uvec2(hits.x & (hits.x - 1u), hits.y) : uvec2(0u, hits.y & (hits.y - 1u));
+            vec2 z;
+            float optical_depth;
+            Caster caster = BATCH_SOURCE(view, tile.first + begin + i);
+            if (texel_part(view, ray, ray_length, caster, MAX_OPTICAL_DEPTH, z, optical_depth)) {
+                curve_insert(view_depth(view, z.x), view_depth(view, z.y), optical_depth);
+            }
+        }
+#else
         uint next = 0u;
         while (next < filled) {
             vec2 z;
@@ -51,6 +74,7 @@ void main() {
                 curve_insert(view_depth(view, z.x), view_depth(view, z.y), optical_depth);
             }
         }
+#endif
     }
     end_part(tile);
     if (any(greaterThanEqual(texel, uvec2(view.width, view.height)))) {

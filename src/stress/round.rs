@@ -134,9 +134,10 @@ fn repeats(spec: &Spec) -> bool {
     !comes_as_it_does && ["", "auto"].contains(&spec.value("capacity"))
 }
 
-/// Whether what is left out changes no byte: behind meshes a curve has less to hold.
+/// Whether what is left out changes no byte: behind meshes a curve has less to hold, and tiles without casters, which are built
+/// too where nothing is left out, take of the bytes that adaptive maps share.
 fn skips_alike(spec: &Spec, scene: &Scene) -> bool {
-    repeats(spec) && !scene.has_triangles()
+    repeats(spec) && !scene.has_triangles() && spec.value("detail") != "adaptive"
 }
 
 /// What differs, if anything does.

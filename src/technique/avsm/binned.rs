@@ -23,7 +23,8 @@ impl Binned {
             Some(Cells::Whole) => Kernel::compute(context, &avsm::CELLS_LANES_0, &sets, &plan.constants),
             Some(Cells::Lanes) => Kernel::full_subgroups(context, &avsm::CELLS_LANES_1, &sets, &plan.constants),
             Some(Cells::Half) => Kernel::compute(context, &avsm::CELLS_LANES_2, &sets, &plan.constants),
-            None => Kernel::compute(context, &avsm::BINNED, &sets, &plan.constants),
+            None if plan.lanes => Kernel::full_subgroups(context, &avsm::BINNED_LANES_1, &sets, &plan.constants),
+            None => Kernel::compute(context, &avsm::BINNED_LANES_0, &sets, &plan.constants),
         };
         Ok(Self { kernel: kernel?, cells: plan.cells.is_some() })
     }

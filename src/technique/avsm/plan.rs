@@ -3,7 +3,7 @@
 use super::ENTRY;
 use super::settings::{Batch, Fit, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Features, Requirement};
-use crate::maps::{FilterKind, MANY_CASTERS};
+use crate::maps::{BLOCK_TEXELS, FilterKind, MANY_CASTERS};
 use crate::shaders::constant::{
     AHEAD, AREA, DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED, TURNS, WORK,
     WORKGROUP,
@@ -74,6 +74,8 @@ pub struct Plan {
     pub way: Way,
     /// For resolve=cells, asked for or chosen.
     pub cells: Option<Cells>,
+    /// Inserted in tiles, casters stand in the lanes of subgroups.
+    pub lanes: bool,
     /// Nodes are fitted to the whole curve.
     pub refined: bool,
     /// Why this path.
@@ -140,6 +142,7 @@ impl Plan {
         };
         let features = context.features();
         let way_of_cells = if cells { Some(choose_cells(features, settings.batch)?) } else { None };
+        let lanes = !cells && way == Way::Binned && choose_lanes(features, settings.batch)?;
         // More groups only repeat work where threads take turns.
         let groups = if way_of_cells == Some(Cells::Lanes) { 1 } else { groups(features) };
         let has_many = world.caster_capacity() >= MANY_CASTERS && !features.is_software();
@@ -162,7 +165,7 @@ impl Plan {
             .set(WORKGROUP, groups)
             .set(STRANDS, world.has_strands());
         let constants = settings.filter.constants(constants);
-        Ok(Self { settings, way, cells: way_of_cells, refined, reason, constants })
+        Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
     }
 }
 
@@ -184,6 +187,16 @@ fn choose_cells(features: &Features, batch: Option<Batch>) -> Result<Cells> {
         return Ok(Cells::Whole);
     }
     Cells::Half.lacks(features, groups(features)).map_or(Ok(Cells::Half), |needs| Err(Error::Refused { needs }))
+}
+
+/// Whether binned.comp has lanes, as a software device does if it can.
+fn choose_lanes(features: &Features, batch: Option<Batch>) -> Result<bool> {
+    match (batch, features.lacks_full_subgroups(BLOCK_TEXELS)) {
+        (Some(Batch::Lanes), Some(needs)) => Err(Error::Refused { needs }),
+        (asked, lacks) => {
+            Ok(lacks.is_none() && (asked == Some(Batch::Lanes) || asked.is_none() && features.is_software()))
+        }
+    }
 }
 
 fn word(resolve: Resolve) -> &'static str {
