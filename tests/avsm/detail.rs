@@ -119,6 +119,7 @@ fn compare(context: &Context, scene: &Scene, settings: &str, order: Order) {
     for (map, view) in built.views.iter().enumerate() {
         for side in 1..=8 {
             let twins = Twins::new(scene, finer(view, side));
+            let twins = if settings.contains("texel=area") { twins.of_area() } else { twins };
             let width = twins.view.width;
             // Of the many texels of fine tiles some.
             for texel in (0..width * twins.view.height).step_by(if all() { 1 } else { 5 }) {
@@ -165,6 +166,7 @@ fn blocks_equal_their_twin() {
         for scene in scenes_of(false) {
             compare(context, &scene, "resolve=streaming", Order::Tile);
         }
+        compare(context, &scenes::strands(), "resolve=streaming,texel=area", Order::Tile);
         for batch in ["lanes", "shared"] {
             let settings = format!("resolve=cells,batch={batch}");
             if runs("blocks_equal_their_twin", context, &format!("avsm:path=binned,{settings}")) {
