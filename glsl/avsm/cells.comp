@@ -141,11 +141,8 @@ bool few_enough(uvec2 mask) {
 CONSTANT(uint, AHEAD, 1u)
 
 // Bits of the casters i, i + GROUPS, … < filled of the batch, AHEAD at most: of those that the ray may hit and that may reach
-// beyond `known`, from z to z, or let nothing through. Of one it is not asked.
+// beyond `known`, from z to z, or let nothing through.
 uint hits_ahead(View view, Ray ray, float ray_length, uint i, uint filled, vec2 known) {
-    if (AHEAD == 1u) {
-        return 1u;
-    }
     uint hits = 0u;
     for (uint bit = 0u; bit < AHEAD && i < filled; ++bit, i += GROUPS) {
         Caster caster = batch_caster(i);
@@ -155,6 +152,35 @@ uint hits_ahead(View view, Ray ray, float ray_length, uint i, uint filled, vec2 
         hits |= uint(matters && (AREA || view_meets(view, ray, ray_length, caster))) << bit;
     }
     return hits;
+}
+
+// From where to where casters reach along the ray, and from where on it is dark, with one more caster.
+void reach_caster(View view, Ray ray, float ray_length, Caster caster, inout float low, inout float high, inout float dark) {
+    vec2 z;
+    float optical_depth;
+    if (texel_part(view, ray, ray_length, caster, DARK, z, optical_depth)) {
+        low = min(low, z.x);
+        high = max(high, z.y);
+        dark = optical_depth >= DARK ? min(dark, z.y) : dark;
+    }
+}
+
+// Adds a caster to the cells of a texel, which are between two depths.
+void add_caster(View view, Ray ray, float ray_length, Caster caster, uint t, vec2 range, float per_cell, float scale) {
+    vec2 z;
+    float optical_depth;
+    if (!texel_part(view, ray, ray_length, caster, DARK, z, optical_depth)) {
+        return;
+    }
+    bool ends_dark = dark_bits[t] != NEVER;
+    vec2 depth = (z - view.near) * (1.0 / (view.far - view.near));
+    if (optical_depth >= DARK && floatBitsToUint(max(depth.y, 0.0)) == dark_bits[t]) {
+        atomicMin(dark_from_bits[t], floatBitsToUint(max(depth.x, 0.0)));
+    } else if (!ends_dark || depth.x < range.y) {
+        float share = ends_dark && depth.y > range.y ? (range.y - depth.x) / (depth.y - depth.x) : 1.0;
+        vec2 at = clamp((depth - range.x) * per_cell, 0.0, float(CELLS));
+        add_segment(t, at, optical_depth * scale * share);
+    }
 }
 
 void main() {
@@ -182,8 +208,6 @@ void main() {
     Ray ray = view_texel_ray(view, texel);
     float ray_length = length(ray.direction);
     float per_depth = 1.0 / (view.far - view.near);
-    vec2 z;
-    float optical_depth;
 
     // The depths that each texel's segments span, where they are dark, and a bound of the optical depth in any texel.
     float low = FARTHEST, high = -FARTHEST, dark = FARTHEST;
@@ -197,14 +221,14 @@ void main() {
         }
 #endif
         for (uint i = group; i < filled; i += AHEAD * GROUPS) {
+            if (AHEAD == 1u) {
+                reach_caster(view, ray, ray_length, batch_caster(i), low, high, dark);
+                continue;
+            }
             uint hits = hits_ahead(view, ray, ray_length, i, filled, vec2(low, high));
             for (; hits != 0u; hits &= hits - 1u) {
                 Caster caster = batch_caster(i + uint(findLSB(hits)) * GROUPS);
-                if (texel_part(view, ray, ray_length, caster, DARK, z, optical_depth)) {
-                    low = min(low, z.x);
-                    high = max(high, z.y);
-                    dark = optical_depth >= DARK ? min(dark, z.y) : dark;
-                }
+                reach_caster(view, ray, ray_length, caster, low, high, dark);
             }
         }
     }
@@ -239,20 +263,14 @@ void main() {
         uint filled = min(batch_size(), count - begin);
         fetch_batch(view, first + begin, filled);
         for (uint i = group; i < filled; i += AHEAD * GROUPS) {
+            if (AHEAD == 1u) {
+                add_caster(view, ray, ray_length, batch_caster(i), t, vec2(low, high), per_cell, scale);
+                continue;
+            }
             uint hits = hits_ahead(view, ray, ray_length, i, filled, vec2(FARTHEST, -FARTHEST));
             for (; hits != 0u; hits &= hits - 1u) {
                 Caster caster = batch_caster(i + uint(findLSB(hits)) * GROUPS);
-                if (!texel_part(view, ray, ray_length, caster, DARK, z, optical_depth)) {
-                    continue;
-                }
-                vec2 depth = (z - view.near) * per_depth;
-                if (optical_depth >= DARK && floatBitsToUint(max(depth.y, 0.0)) == dark_bits[t]) {
-                    atomicMin(dark_from_bits[t], floatBitsToUint(max(depth.x, 0.0)));
-                } else if (!ends_dark || depth.x < high) {
-                    float share = ends_dark && depth.y > high ? (high - depth.x) / (depth.y - depth.x) : 1.0;
-                    vec2 at = clamp((depth - low) * per_cell, 0.0, float(CELLS));
-                    add_segment(t, at, optical_depth * scale * share);
-                }
+                add_caster(view, ray, ray_length, caster, t, vec2(low, high), per_cell, scale);
             }
         }
     }

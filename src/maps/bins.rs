@@ -28,7 +28,8 @@ const MAX_ROWS: u64 = 65535;
 /// Entries a caster that the buffer starts with. It grows to what a scene demands.
 const FIRST_ENTRIES: u64 = 8;
 
-/// From so many casters on they are small beside a tile, and threads wait for each other at the counts of tiles: a workgroup then counts by itself before.
+/// From so many casters on they are small beside a tile, and threads wait for each other at the counts of tiles: a workgroup
+/// then counts by itself before.
 pub const MANY_CASTERS: u32 = 1 << 18;
 
 /// Threads a caster then, threads of a workgroup, and casters that a thread has. Twins of the latter: TALLY_THREADS and
