@@ -384,11 +384,13 @@ fn paths_are_what_the_device_can_do() {
             facts.path
         };
         let lists = features.is_software() && features.fragment_stores_and_atomics;
-        let segment_by_segment = if lists { "two-pass" } else { "binned" };
+        let wide = features.subgroup_size >= 8 && features.lacks_full_subgroups(64).is_none();
+        let segment_by_segment = if lists && !wide { "two-pass" } else { "binned" };
         assert_eq!(auto(&scene, "avsm:size=8"), "binned");
         assert_eq!(auto(&scenes::strands(), "avsm:size=8"), segment_by_segment);
         assert_eq!(auto(&scene, "avsm:size=8,resolve=whole"), segment_by_segment);
         if features.fragment_stores_and_atomics {
+            assert_eq!(auto(&scene, "avsm:size=8,resolve=whole,fit=refined"), "two-pass");
             let captured = if interlock { "interlock" } else { "two-pass" };
             assert_eq!(auto(&scene, "avsm:size=8,order=captured"), captured);
         }

@@ -5,10 +5,11 @@
 // Invariant: the result depends only on the casters, not on the order in which they were binned.
 // Source: ours. Twin: reference::twin::avsm::curve, with the keys of reference::twin::bins.
 
-// LANES 0: the tile's casters stand in shared memory, some at a time. LANES 1: in the lanes of subgroups (bins/batch.glsl).
+// LANES 0: the tile's casters stand in shared memory, some at a time. LANES 1: in the lanes of subgroups (bins/batch.glsl),
+// each of which leaves out what does not meet its own texels.
 // variants: LANES 0 1
 #define BINS_ENTRIES_WRITTEN
-#define BATCH_SOURCE(view, entry) view_caster(view, casters[sort_entry(tile.first, tile.count, (entry) - tile.first).y])
+#define BATCH_SOURCE(view, entry) sorted_caster(view, entry)
 #include "avsm/curve.glsl"
 #include "bins/area.glsl"
 #include "bins/part.glsl"
@@ -23,44 +24,81 @@ TilePart tile;
 #include "avsm/store.glsl"
 #include "bins/sort.glsl"
 
+Caster sorted_caster(View view, uint entry) {
+    return view_caster(view, casters[sort_entry(tile.first, tile.count, entry - tile.first).y]);
+}
+
 const uint THREADS = TILE_THREADS;
 #include "bins/batch.glsl"
 
-void main() {
-    if (!listed_part(tile)) {
-        return;
-    }
-    View view = part_view(tile);
-    sort_tile(tile.first, tile.count);
-    uvec2 texel = part_corner(view, tile) + gl_LocalInvocationID.xy;
-    Ray ray = view_texel_ray(view, texel);
-    float ray_length = length(ray.direction);
-    curve_clear();
-    for (uint begin = 0u; begin < tile.count; begin += batch_size()) {
-        uint filled = min(batch_size(), tile.count - begin);
-        fetch_batch(view, tile.first + begin, filled);
-        // Each thread looks for its next hit before any inserts: the threads of a subgroup then insert together, as
-        // often as the busiest of them has hits, and not once for every caster that one of them meets.
 #if LANES == 1
-        // All look at one caster alike, and keep which they hit; these few are fetched again.
-        uvec2 hits = uvec2(0u);
-        for (uint i = 0u; i < filled; ++i) {
+// Casters that are looked at before those that are hit are inserted: a bit each.
+const uint AT_ONCE = 64u;
+
+// The texel of a thread, so that those of a subgroup of any size are a square or half of one.
+uvec2 texel_in_tile() {
+    uint i = gl_LocalInvocationIndex;
+    return uvec2(i & 1u | i >> 1u & 2u | i >> 2u & 4u, i >> 1u & 1u | i >> 2u & 2u | i >> 3u & 4u);
+}
+
+// The lowest bit that is set, which is cleared.
+uint take_first(inout uvec2 bits) {
+    bool in_x = bits.x != 0u;
+    uint first = in_x ? uint(findLSB(bits.x)) : 32u + uint(findLSB(bits.y));
+    bits = in_x ? uvec2(bits.x & (bits.x - 1u), bits.y) : uvec2(0u, bits.y & (bits.y - 1u));
+    return first;
+}
+
+// Those of AT_ONCE casters from the tile's `begin` on that the texel meets. Each lane sees whether its caster may meet the
+// subgroup's texels, first to last; all look at those that do.
+uvec2 hits_of(View view, Ray ray, float ray_length, uvec2 first, uvec2 last, uint begin, uint filled) {
+    uvec2 hits = uvec2(0u);
+    for (uint some = 0u; some < filled; some += batch_size()) {
+        uint count = min(filled - some, batch_size());
+        fetch_batch(view, tile.first + begin + some, count);
+        vec2 low, high;
+        bool meets = gl_SubgroupInvocationID < count && texel_bounds(view, lane_caster, low, high) &&
+                     all(lessThanEqual(low, vec2(last))) && all(greaterThanEqual(high, vec2(first)));
+        uvec2 met = subgroupBallot(meets).xy;
+        while (met != uvec2(0u)) {
+            uint i = take_first(met);
             vec2 z;
             float optical_depth;
             bool hit = texel_part(view, ray, ray_length, batch_caster(i), MAX_OPTICAL_DEPTH, z, optical_depth);
+            i += some;
             hits |= uvec2(i < 32u, i >= 32u) * (uint(hit) << i % 32u);
         }
+    }
+    return hits;
+}
+
+void insert_tile(View view, uvec2 texel, Ray ray, float ray_length) {
+    uvec2 first = texel, last = texel;
+    for (uint i = 0u; i < gl_SubgroupSize; ++i) {
+        uvec2 other = subgroupBroadcast(texel, i);
+        first = min(first, other);
+        last = max(last, other);
+    }
+    for (uint begin = 0u; begin < tile.count; begin += AT_ONCE) {
+        uvec2 hits = hits_of(view, ray, ray_length, first, last, begin, min(AT_ONCE, tile.count - begin));
+        // The few that are hit are fetched again.
         while (hits != uvec2(0u)) {
-            uint i = hits.x != 0u ? uint(findLSB(hits.x)) : 32u + uint(findLSB(hits.y));
-            hits = hits.x != 0u ? uvec2(hits.x & (hits.x - 1u), hits.y) : uvec2(0u, hits.y & (hits.y - 1u));
+            Caster caster = sorted_caster(view, tile.first + begin + take_first(hits));
             vec2 z;
             float optical_depth;
-            Caster caster = BATCH_SOURCE(view, tile.first + begin + i);
             if (texel_part(view, ray, ray_length, caster, MAX_OPTICAL_DEPTH, z, optical_depth)) {
                 curve_insert(view_depth(view, z.x), view_depth(view, z.y), optical_depth);
             }
         }
+    }
+}
 #else
+uvec2 texel_in_tile() { return gl_LocalInvocationID.xy; }
+
+void insert_tile(View view, uvec2 texel, Ray ray, float ray_length) {
+    for (uint begin = 0u; begin < tile.count; begin += batch_size()) {
+        uint filled = min(batch_size(), tile.count - begin);
+        fetch_batch(view, tile.first + begin, filled);
         uint next = 0u;
         while (next < filled) {
             vec2 z;
@@ -74,8 +112,22 @@ void main() {
                 curve_insert(view_depth(view, z.x), view_depth(view, z.y), optical_depth);
             }
         }
-#endif
     }
+}
+#endif
+
+void main() {
+    if (!listed_part(tile)) {
+        return;
+    }
+    View view = part_view(tile);
+    sort_tile(tile.first, tile.count);
+    uvec2 texel = part_corner(view, tile) + texel_in_tile();
+    Ray ray = view_texel_ray(view, texel);
+    curve_clear();
+    // Each thread looks for its next hit before any inserts: the threads of a subgroup then insert together, as often as the
+    // busiest of them has hits, and not once for every caster that one of them meets.
+    insert_tile(view, texel, ray, length(ray.direction));
     end_part(tile);
     if (any(greaterThanEqual(texel, uvec2(view.width, view.height)))) {
         return;

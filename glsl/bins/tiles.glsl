@@ -33,13 +33,12 @@ uvec2 tile_counts(View view) {
 bool caster_tiles(View view, Caster caster, out uvec2 low_tile, out uvec2 high_tile) {
     vec2 low, high;
     low_tile = high_tile = uvec2(0u);
-    if (!caster_bounds(view, caster, low, high)) {
+    if (!texel_bounds(view, view_caster(view, caster), low, high)) {
         return false;
     }
     vec2 size = vec2(view.width, view.height);
-    // Texel i has its centre at i + 0.5.
-    vec2 first = ceil(clamp((low * 0.5 + 0.5) * size - 0.5 - TEXEL_REACH, vec2(0.0), size));
-    vec2 last = floor(clamp((high * 0.5 + 0.5) * size - 0.5 + TEXEL_REACH, vec2(-1.0), size - 1.0));
+    vec2 first = ceil(clamp(low, vec2(0.0), size));
+    vec2 last = floor(clamp(high, vec2(-1.0), size - 1.0));
     if (any(greaterThan(first, last))) {
         return false;
     }

@@ -1,16 +1,7 @@
-// Casters and rays in the axes of a view: what is the same for all texels of a tile is worked out once a caster. Distances
-// and z are what they were.
+// Rays in the axes of a view, and where they meet casters there.
 #ifndef BINS_VIEW_CASTER_GLSL
 #define BINS_VIEW_CASTER_GLSL
 #include "maps/segment.glsl"
-
-Caster view_caster(View view, Caster caster) {
-    caster.position = view_axes(view, caster.position - view.origin);
-    if (caster_is_strand(caster)) {
-        caster.axis = view_axes(view, caster.axis);
-    }
-    return caster;
-}
 
 // view_ray through a texel's centre.
 Ray view_texel_ray(View view, uvec2 texel) {

@@ -115,15 +115,23 @@ vec3 view_axes(View view, vec3 offset) {
     return vec3(dot(offset, view.right), dot(offset, view.up), dot(offset, view.forward));
 }
 
-// Bounds of the caster in NDC, low corner and high corner; false where it is behind the view. They are a 16th of a
-// texel too large, against rounding: whoever draws or bins with them decides exactly afterwards.
-bool caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
-    vec3 centre = view_axes(view, caster.position - view.origin);
-    vec4 extent = sphere_extent(view, centre, caster.radius);
-    float farthest = centre.z;
+// In the view's axes: what is the same for all texels is worked out once a caster. Distances and z are what they were.
+Caster view_caster(View view, Caster caster) {
+    caster.position = view_axes(view, caster.position - view.origin);
+    if (caster_is_strand(caster)) {
+        caster.axis = view_axes(view, caster.axis);
+    }
+    return caster;
+}
+
+// Bounds in NDC of a caster in the view's axes, low corner and high corner; false where it is behind the view. They are a
+// 16th of a texel too large, against rounding: whoever draws or bins with them decides exactly afterwards.
+bool view_caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
+    vec4 extent = sphere_extent(view, caster.position, caster.radius);
+    float farthest = caster.position.z;
     if (caster_is_strand(caster)) {
         // A strand lies in the hull of the spheres about its ends.
-        vec3 end = centre + view_axes(view, caster.axis);
+        vec3 end = caster.position + caster.axis;
         vec4 other = sphere_extent(view, end, caster.radius);
         extent = vec4(min(extent.x, other.x), max(extent.y, other.y), min(extent.z, other.z), max(extent.w, other.w));
         farthest = max(farthest, end.z);
@@ -138,6 +146,11 @@ bool caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
     low = vec2(min(x.x, x.y), min(y.x, y.y)) - margin;
     high = vec2(max(x.x, x.y), max(y.x, y.y)) + margin;
     return true;
+}
+
+// Of a caster in the world.
+bool caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
+    return view_caster_bounds(view, view_caster(view, caster), low, high);
 }
 
 // Corner 0..5 of two triangles over the caster's bounds.

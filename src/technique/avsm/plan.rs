@@ -29,6 +29,9 @@ const MOST_AHEAD: u32 = 32;
 /// nine tenths.
 const FIT_TURNS: u32 = 3;
 
+/// Software devices with subgroups of so many threads insert segments in tiles faster than they do from lists.
+const WIDE: u32 = 8;
+
 /// Of a tile whose whole curves are fitted: 64 cells a texel and 16 nodes at most (glsl/avsm/resolve.comp).
 const FIT_SHARED_BYTES: u32 = (64 * 4 + 16 * 8) * 64;
 
@@ -209,7 +212,7 @@ fn word(resolve: Resolve) -> &'static str {
 /// |---|---|
 /// | a GPU | binned: fastest on the H200, at the least memory |
 /// | a software device, curves from cells | binned: fastest on both lavapipes |
-/// | a software device, hair or `resolve=streaming` or `whole` | two-pass: fastest on both |
+/// | a software device, hair or `resolve=streaming` or `whole` | binned with subgroups of 8 or more, else two-pass |
 ///
 /// Binned has no `order=captured`, which is left to interlock, where there is one, and to two-pass.
 fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String) {
@@ -221,6 +224,9 @@ fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String
     }
     if settings.area {
         return (Way::Binned, "auto: texel=area".into());
+    }
+    if settings.resolve == Some(Resolve::Whole) && settings.fit == Some(Fit::Refined) {
+        return (Way::TwoPass, "auto: resolve=whole,fit=refined".into());
     }
     let features = context.features();
     if !settings.sorted {
@@ -235,9 +241,14 @@ fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String
     if let Some(missing) = features.lacks(Requirement::FragmentStores) {
         return (Way::Binned, format!("auto: a device that lacks {missing}"));
     }
+    let cells = settings.resolve.map_or(!world.has_strands(), |resolve| resolve == Resolve::Cells);
+    let wide = features.subgroup_size >= WIDE && choose_lanes(features, settings.batch).unwrap_or(false);
     match settings.resolve {
-        None if world.has_strands() => (Way::TwoPass, "auto: hair on a software device".into()),
-        None | Some(Resolve::Cells) => (Way::Binned, "auto: a software device".into()),
-        Some(resolve) => (Way::TwoPass, format!("auto: resolve={} on a software device", word(resolve))),
+        _ if cells => (Way::Binned, "auto: a software device".into()),
+        _ if wide => (Way::Binned, format!("auto: a software device with subgroups of {}", features.subgroup_size)),
+        None => (Way::TwoPass, "auto: hair on a software device with narrow subgroups".into()),
+        Some(resolve) => {
+            (Way::TwoPass, format!("auto: resolve={} on a software device with narrow subgroups", word(resolve)))
+        }
     }
 }
