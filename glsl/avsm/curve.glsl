@@ -2,7 +2,8 @@
 // Source: Salvi et al. 2010, Fife and Strugar 2013, Compression stage; nudging and the free first node are ours.
 // Twin: reference::twin::avsm::curve.
 // Invariants: depths never fall; transmittance never rises with depth; in front of the first node the light is whole,
-// behind the last it is the product of all segments, whatever was removed.
+// behind the last it is the product of all segments, whatever was removed, save of those that begin where an optical depth of DARK
+// has been taken: these are left out.
 //
 // The arrays are meant for registers: loops are unrolled, every index is a constant, and a node that is picked at run
 // time is picked by comparison.
@@ -10,6 +11,7 @@
 #define AVSM_CURVE_GLSL
 #extension GL_EXT_control_flow_attributes : require
 #include "avsm/node.glsl"
+#include "world/caster.glsl"
 
 // Nodes while segments are inserted, >= NODES. More cost time and lose less.
 CONSTANT(int, WORK, 8)
@@ -134,10 +136,17 @@ void place_node(float depth, float value) {
     }
 }
 
-// Attenuates the curve by a segment from `entry` to `exit`, both in the light's range, entry <= exit.
-void curve_insert(float entry, float exit, float optical_depth) {
-    if (!(optical_depth > 0.0) || !(entry <= exit)) {
-        return;  // nothing to lose, or not a number
+// Whether no light gets to `depth`.
+bool curve_dark(float depth) {
+    float value = curve_value(depth);
+    return EXPONENTIAL ? value >= DARK : value <= exp(-DARK);
+}
+
+// Attenuates the curve by a segment from `entry` to `exit`, both in the light's range, entry <= exit. False where that changes
+// nothing.
+bool curve_insert(float entry, float exit, float optical_depth) {
+    if (!(optical_depth > 0.0) || !(entry <= exit) || curve_dark(entry)) {
+        return false;  // nothing to lose, or not a number
     }
     float value_entry = curve_value(entry);
     float value_exit = curve_value(exit);
@@ -163,6 +172,7 @@ void curve_insert(float entry, float exit, float optical_depth) {
     if (node_depths[WORK] < EMPTY) {
         remove_cheapest(WORK + 1);
     }
+    return true;
 }
 
 // Appends a node behind all others, of the optical depth up to there.

@@ -17,18 +17,19 @@ void main() {
     uvec2 texel = splat_texel(view);
     vec2 depth;
     float optical_depth;
-    bool hit = splat_segment(view, depth, optical_depth);
+    if (!splat_segment(view, depth, optical_depth)) {
+        discard;  // before the lock, for which nobody behind has to wait then
+    }
     // Curves that are to be packed are built in room for the maps that are drawn at once.
     uint first = (((PACKED ? slot : map) * view.height + texel.y) * view.width + texel.x) * (NODES / 2);
     beginInvocationInterlockARB();
-    if (hit) {
-        curve_clear();
-        [[unroll]] for (int i = 0; i < NODES / 2; ++i) {
-            vec4 pair = pairs[first + i];
-            curve_load(2 * i, Node(pair.x, pair.y));
-            curve_load(2 * i + 1, Node(pair.z, pair.w));
-        }
-        curve_insert(depth.x, depth.y, optical_depth);
+    curve_clear();
+    [[unroll]] for (int i = 0; i < NODES / 2; ++i) {
+        vec4 pair = pairs[first + i];
+        curve_load(2 * i, Node(pair.x, pair.y));
+        curve_load(2 * i + 1, Node(pair.z, pair.w));
+    }
+    if (curve_insert(depth.x, depth.y, optical_depth)) {
         [[unroll]] for (int i = 0; i < NODES / 2; ++i) {
             Node even = curve_node(2 * i), odd = curve_node(2 * i + 1);
             pairs[first + i] = vec4(even.depth, even.value, odd.depth, odd.value);

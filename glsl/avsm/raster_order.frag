@@ -34,7 +34,9 @@ void main() {
     curve_clear();
 #define LOAD(i) load(i, subpassLoad(stored_##i));
     EACH_ATTACHMENT(LOAD)
-    curve_insert(depth.x, depth.y, optical_depth);
+    if (!curve_insert(depth.x, depth.y, optical_depth)) {
+        discard;
+    }
 #define STORE(i) inserted_##i = pair(i);
     EACH_ATTACHMENT(STORE)
 }

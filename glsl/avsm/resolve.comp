@@ -33,9 +33,6 @@ shared vec4 fitted[NODES / 2 * TEXELS];
 #define FITTED fitted
 #include "avsm/fit.glsl"
 
-// Of a segment that lets nothing through (bins/sums.glsl).
-const float DARK = 16.0;
-
 // Compresses the curve and moves the nodes that are left to where all of it wants them.
 void curve_reduce_refined() {
     uint t = gl_LocalInvocationIndex;
@@ -173,6 +170,9 @@ void main() {
     curve_clear();
     while (index != NO_SEGMENT) {
         Segment segment = segments[index];
+        if (SORTED && curve_dark(segment.entry)) {
+            break;  // nor is there light for those behind it
+        }
         curve_insert(segment.entry, segment.exit, segment.optical_depth);
         index = segment.next;
     }

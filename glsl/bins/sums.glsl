@@ -4,8 +4,6 @@
 #define BINS_SUMS_GLSL
 #include "world/caster.glsl"
 
-// Where this has been taken, nothing is left: exp(-16) is about a ten-millionth.
-const float DARK = 16.0;
 // The bound of a texel's optical depth is added up in 256ths.
 const float BOUND_UNITS = 256.0;
 

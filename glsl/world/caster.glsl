@@ -34,6 +34,8 @@ bool caster_after(Caster a, Caster b) {
 
 // Optical depth from which a caster counts as opaque: exp(-80) is still a normal float, and sums of many stay finite.
 const float MAX_OPTICAL_DEPTH = 80.0;
+// Where this has been taken, nothing is left to take: exp(-16) is about a ten-millionth.
+const float DARK = 16.0;
 
 // Squared sine of the angle between ray and axis below which a ribbon is edge on: it has no width there, and the
 // nearest point of its axis is no one point.

@@ -80,6 +80,13 @@ impl Curve {
             return;
         }
         let value_entry = self.value(entry);
+        let dark = match self.build.interpolation {
+            Interpolation::Exponential => value_entry >= DARK,
+            Interpolation::Linear => value_entry <= (-DARK).exp(),
+        };
+        if dark {
+            return;
+        }
         let mut value_exit = self.value(exit);
         match self.build.interpolation {
             Interpolation::Exponential => value_exit += optical_depth,
@@ -294,6 +301,17 @@ mod tests {
             }
             // The tail is the product of all segments, to the rounding of 60 multiplications.
             prop_assert!((f64::from(last) - (-total).exp()).abs() < 1e-5, "{last} is not {}", (-total).exp());
+        }
+
+        /// What begins where an optical depth of DARK has been taken is left out, and nothing else is.
+        #[test]
+        fn nothing_goes_in_behind_the_dark(list in segments(), linear: bool, at in 0.0..1.0f32) {
+            let interpolation = if linear { Interpolation::Linear } else { Interpolation::Exponential };
+            let mut curve = Curve::new(Build { nodes: 8, work: 8, interpolation, nudge: true, turns: 0 });
+            list.iter().for_each(|s| curve.insert(*s));
+            let before = curve.clone();
+            curve.insert(Segment { entry: at, exit: 1.0, optical_depth: 0.5 });
+            prop_assert_eq!(curve == before, before.transmittance(at) <= (-DARK).exp());
         }
 
         /// With room for every node nothing is removed, and the curve is exact at its own interpolation.
