@@ -1,12 +1,12 @@
 #version 460
 // Empties the curves of tiles that have casters, for the interlock path. Inputs: maps, counts. Output: nodes.
+#include "avsm/beside.glsl"
 #include "avsm/maps.glsl"
-#include "avsm/node.glsl"
 #include "avsm/tiled.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 1, binding = 0, scalar) writeonly buffer Nodes { Node nodes[]; };
+layout(set = 1, binding = 0, scalar) writeonly buffer Pairs { Node pairs[][2]; };
 layout(set = 1, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
 
 void main() {
@@ -14,8 +14,9 @@ void main() {
         return;
     }
     // As in avsm/insert.frag.
-    uint first = group_texel(PACKED ? gl_WorkGroupID.z : group_map()) * NODES;
-    for (int i = 0; i < NODES; ++i) {
-        nodes[first + i] = Node(EMPTY, curve_unshadowed());
+    uint row = group_texel(PACKED ? gl_WorkGroupID.z : group_map()) - gl_GlobalInvocationID.x;
+    for (int i = 0; i < NODES / 2; ++i) {
+        uint place = pair_place(row, gl_GlobalInvocationID.x, map_size().x, i);
+        pairs[place] = Node[](Node(EMPTY, curve_unshadowed()), Node(EMPTY, curve_unshadowed()));
     }
 }

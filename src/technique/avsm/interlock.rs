@@ -14,15 +14,11 @@ pub struct Interlock {
     splat: Splat,
     clear: Kernel<GroupPush>,
     insert: Kernel<SplatPush>,
-    full: Option<Full>,
+    pack: Kernel<GroupPush>,
+    /// What a group of maps is built in before it is packed: nodes that fragments read back must not be rounded.
+    full: Option<Buffer>,
     /// Maps that are drawn at once.
     at_once: u32,
-}
-
-/// What a group of maps is built in before it is packed: nodes that fragments read back must not be rounded.
-struct Full {
-    nodes: Buffer,
-    pack: Kernel<GroupPush>,
 }
 
 impl Interlock {
@@ -42,12 +38,13 @@ impl Interlock {
             let nodes = Buffer::new(context, "avsm.full", map_bytes * u64::from(at_once), Memory::Device)?;
             let resources = [&nodes, &curves.tiles].map(|b| Resource::Buffer(b.clone()));
             set = Bindings::new(context, "avsm.full", &resources)?;
-            let sets = [maps.scene(), &set, &curves.set];
-            full = Some(Full { nodes, pack: Kernel::compute(context, &shaders::avsm::PACK, &sets, &plan.constants)? });
+            full = Some(nodes);
         }
         let insert = splat.kernel(context, maps, &shaders::avsm::INSERT_FRAG, &[], &[&set], &plan.constants)?;
         let clear = Kernel::compute(context, &shaders::avsm::CLEAR, &[maps.scene(), &set], &plan.constants)?;
-        Ok(Self { splat, clear, insert, full, at_once })
+        let sets = [maps.scene(), &set, &curves.set];
+        let pack = Kernel::compute(context, &shaders::avsm::PACK, &sets, &plan.constants)?;
+        Ok(Self { splat, clear, insert, pack, full, at_once })
     }
 
     pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) -> Result<()> {
@@ -55,9 +52,7 @@ impl Interlock {
         for (group, of) in (0..).zip(maps.groups(self.at_once)) {
             self.clear(commands, maps, of.clone());
             self.insert(commands, maps, of.clone(), group);
-            if let Some(full) = &self.full {
-                full.pack(commands, maps, of);
-            }
+            self.pack(commands, maps, of);
         }
         Ok(())
     }
@@ -75,15 +70,13 @@ impl Interlock {
         });
     }
 
-    /// Bytes that are needed only while building.
-    pub fn bytes(&self) -> u64 {
-        self.splat.bytes() + self.full.as_ref().map_or(0, |f| f.nodes.bytes())
-    }
-}
-
-impl Full {
-    /// Packs the curves of a group.
+    /// Puts the nodes of each curve of a group one after the other.
     fn pack(&self, commands: &mut Commands, maps: &Maps, group: Range<u32>) {
         per_tile(commands, "avsm.pack", &self.pack, maps, group);
+    }
+
+    /// Bytes that are needed only while building.
+    pub fn bytes(&self) -> u64 {
+        self.splat.bytes() + self.full.as_ref().map_or(0, Buffer::bytes)
     }
 }
