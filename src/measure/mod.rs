@@ -6,6 +6,7 @@ mod copy;
 mod error_metrics;
 mod flicker;
 mod frames;
+mod passes;
 mod picture_error;
 mod repeats;
 mod results;

@@ -1,0 +1,48 @@
+//! Times of passes over the frames of a run.
+
+use super::results::PassTiming;
+use super::timing::Timing;
+use crate::gpu::PassTime;
+
+/// From the start of the first pass to the end of the last.
+pub fn frame_ns(passes: &[PassTime]) -> Option<f64> {
+    Some(passes.last()?.end_ns - passes.first()?.start_ns)
+}
+
+/// One timing a pass name, in the order of the frame that has most: the time of all passes of that name in a frame, since a
+/// build runs a pass once for each map. A frame to which nothing had moved has fewer.
+pub fn pass_timings(frames: &[Vec<PassTime>]) -> Vec<PassTiming> {
+    let longest = frames.iter().rev().max_by_key(|passes| passes.len());
+    let mut names: Vec<&str> = Vec::new();
+    for pass in longest.into_iter().chain(frames).flatten() {
+        if !names.contains(&pass.name.as_str()) {
+            names.push(&pass.name);
+        }
+    }
+    let timing = |name: &str| {
+        let frame_ns = |f: &Vec<PassTime>| f.iter().filter(|p| p.name == name).map(|p| p.end_ns - p.start_ns).sum();
+        let timing = Timing::of(&frames.iter().map(frame_ns).collect::<Vec<f64>>())?;
+        Some(PassTiming { name: name.into(), median_ns: timing.median, p05_ns: timing.p05, p95_ns: timing.p95 })
+    };
+    names.into_iter().filter_map(timing).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_of_one_name_are_summed() {
+        let pass = |name: &str, start_ns: f64, end_ns: f64| PassTime { name: name.into(), start_ns, end_ns };
+        let frame = |by: f64| {
+            vec![pass("a", 0.0, by), pass("b", 10.0, 12.0), pass("a", 20.0, 21.0), pass("b", 30.0, 30.0 + by)]
+        };
+        let timings = pass_timings(&[frame(1.0), frame(3.0), frame(5.0)]);
+        let medians: Vec<_> = timings.iter().map(|t| (t.name.as_str(), t.median_ns)).collect();
+        assert_eq!(medians, [("a", 4.0), ("b", 5.0)]);
+        // What only some frames have stands where those have it.
+        let timings = pass_timings(&[vec![pass("b", 0.0, 1.0)], frame(1.0), frame(3.0)]);
+        let medians: Vec<_> = timings.iter().map(|t| (t.name.as_str(), t.median_ns)).collect();
+        assert_eq!(medians, [("a", 2.0), ("b", 3.0)]);
+    }
+}
