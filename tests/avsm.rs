@@ -7,6 +7,8 @@ mod support;
 mod ahead;
 #[path = "avsm/detail.rs"]
 mod detail;
+#[path = "avsm/lanes.rs"]
+mod lanes;
 #[path = "avsm/list.rs"]
 mod list;
 #[path = "avsm/packed.rs"]

@@ -5,7 +5,8 @@
 #define AVSM_BESIDE_GLSL
 #include "avsm/node.glsl"
 
-// Of pair i of the texel at x of the row whose first texel is `row` of all, in pairs. At a row's end there are fewer than eight.
+// Where pair i of a texel stands, in pairs: x in its row, `row` the place of the row's first texel among all. At a row's end
+// there are fewer than eight.
 uint pair_place(uint row, uint x, uint width, uint i) {
     uint first = x & ~7u;
     return (row + first) * (NODES / 2) + i * min(8u, width - first) + (x - first);

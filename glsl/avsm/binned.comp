@@ -5,16 +5,18 @@
 // Invariant: the result depends only on the casters, not on the order in which they were binned.
 // Source: ours. Twin: reference::twin::avsm::curve, with the keys of reference::twin::bins.
 
-// LANES 0: the tile's casters stand in shared memory, some at a time. LANES 1: in the lanes of subgroups (bins/batch.glsl),
-// each of which leaves out what does not meet its own texels.
+// LANES 0: the tile's casters stand in shared memory, some at a time. LANES 1: in the lanes of subgroups (bins/batch.glsl);
+// each subgroup leaves out casters that cannot meet its texels.
 // variants: LANES 0 1
 #define BINS_ENTRIES_WRITTEN
 #define BATCH_SOURCE(view, entry) sorted_caster(view, entry)
 #include "avsm/curve.glsl"
 #include "bins/area.glsl"
 #include "bins/part.glsl"
+#include "bins/sort.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
+// Along x alone: full subgroups have to fit into it.
+layout(local_size_x = TILE_THREADS) in;
 
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
@@ -22,7 +24,6 @@ layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 TilePart tile;
 
 #include "avsm/store.glsl"
-#include "bins/sort.glsl"
 
 Caster sorted_caster(View view, uint entry) {
     return view_caster(view, casters[sort_entry(tile.first, tile.count, entry - tile.first).y]);
@@ -57,8 +58,11 @@ uvec2 hits_of(View view, Ray ray, float ray_length, uvec2 first, uvec2 last, uin
         uint count = min(filled - some, batch_size());
         fetch_batch(view, tile.first + begin + some, count);
         vec2 low, high;
-        bool meets = gl_SubgroupInvocationID < count && texel_bounds(view, lane_caster, low, high) &&
-                     all(lessThanEqual(low, vec2(last))) && all(greaterThanEqual(high, vec2(first)));
+        bool reaches = texel_bounds(view, lane_caster, low, high) && all(lessThanEqual(low, vec2(last))) &&
+                       all(greaterThanEqual(high, vec2(first)));
+        // In perspective, a texel's share of a strand that points at the light is not bounded by where its ends are.
+        bool unbounded = AREA && view.projection != VIEW_PARALLEL && caster_is_strand(lane_caster);
+        bool meets = gl_SubgroupInvocationID < count && (reaches || unbounded);
         uvec2 met = subgroupBallot(meets).xy;
         while (met != uvec2(0u)) {
             uint i = take_first(met);
@@ -93,8 +97,10 @@ void insert_tile(View view, uvec2 texel, Ray ray, float ray_length) {
     }
 }
 #else
-uvec2 texel_in_tile() { return gl_LocalInvocationID.xy; }
+uvec2 texel_in_tile() { return uvec2(gl_LocalInvocationIndex % 8u, gl_LocalInvocationIndex / 8u); }
 
+// Each thread looks for its next hit before any inserts: the threads of a subgroup then insert together, as often as the
+// busiest of them has hits, and not once for every caster that one of them meets.
 void insert_tile(View view, uvec2 texel, Ray ray, float ray_length) {
     for (uint begin = 0u; begin < tile.count; begin += batch_size()) {
         uint filled = min(batch_size(), tile.count - begin);
@@ -125,8 +131,6 @@ void main() {
     uvec2 texel = part_corner(view, tile) + texel_in_tile();
     Ray ray = view_texel_ray(view, texel);
     curve_clear();
-    // Each thread looks for its next hit before any inserts: the threads of a subgroup then insert together, as often as the
-    // busiest of them has hits, and not once for every caster that one of them meets.
     insert_tile(view, texel, ray, length(ray.direction));
     end_part(tile);
     if (any(greaterThanEqual(texel, uvec2(view.width, view.height)))) {

@@ -1,4 +1,4 @@
-// A tile's casters, some at a time, in the view's axes; each is looked at by all threads of a workgroup alike.
+// A tile's casters, some at a time, in the view's axes; each is looked at by all threads of a workgroup or subgroup alike.
 // LANES 0: they stand in shared memory. LANES 1: each thread of a subgroup keeps one of them, which it shows the others;
 // there is no wait, and every subgroup fetches them for itself. For software devices, on which what all threads read of one
 // place in memory is read by one after the other.

@@ -167,16 +167,16 @@ mod tests {
                 sum += own;
                 wanted += all;
             }
-            // A strand along which rays stand in line is known to the space between two of them, and its ends to the space between
-            // two lines. (Where another goes on, as in hair, what one is missed in the other has.)
+            // A strand along which rays stand in line is known to the space between two of them, and its ends to the space
+            // between two lines. (Where another goes on, as in hair, what one is missed in the other has.)
             let side = length_in_texels(projection, &caster) / FINE as f32;
             let end = 2.0 * caster.radius / COLUMNS as f32;
             let most = 0.02 * wanted + 0.02 + f64::from((side + end) * share_taken(caster.density));
             prop_assert!((sum - wanted).abs() < most, "{sum} in all, not {wanted}");
         }
 
-        /// 16 rays of a texel against 4096 of it: on each of four lines each of two edges is off by half the space between rays at
-        /// most.
+        /// 16 rays of a texel against 4096 of it: on each of four lines each of two edges is off by half the space between
+        /// rays at most.
         #[test]
         fn a_small_sphere_takes_the_mean_of_all_rays(caster in caster(false), projection in projection()) {
             let view = view(projection, SIZE);

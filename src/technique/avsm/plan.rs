@@ -29,7 +29,8 @@ const MOST_AHEAD: u32 = 32;
 /// nine tenths.
 const FIT_TURNS: u32 = 3;
 
-/// Software devices with subgroups of so many threads insert segments in tiles faster than they do from lists.
+/// Software devices with subgroups of so many threads insert segments in tiles about as fast as from lists, or faster, in less
+/// memory.
 const WIDE: u32 = 8;
 
 /// Of a tile whose whole curves are fitted: 64 cells a texel and 16 nodes at most (glsl/avsm/resolve.comp).
@@ -211,8 +212,9 @@ fn word(resolve: Resolve) -> &'static str {
 /// | device | path |
 /// |---|---|
 /// | a GPU | binned: fastest on the H200, at the least memory |
-/// | a software device, curves from cells | binned: fastest on both lavapipes |
-/// | a software device, hair or `resolve=streaming` or `whole` | binned with subgroups of 8 or more, else two-pass |
+/// | a software device, curves from cells | binned: fastest or nearly so on both lavapipes, at the least error |
+/// | a software device, hair or `resolve=streaming` or `whole` | binned with lanes of 8 or more, else two-pass |
+/// | any, `resolve=whole,fit=refined` | two-pass, which alone has it |
 ///
 /// Binned has no `order=captured`, which is left to interlock, where there is one, and to two-pass.
 fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String) {
@@ -238,6 +240,9 @@ fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String
     if !features.is_software() {
         return (Way::Binned, format!("auto: {} device", features.kind));
     }
+    if settings.batch.is_some() {
+        return (Way::Binned, "auto: batch= is of tiles".into());
+    }
     if let Some(missing) = features.lacks(Requirement::FragmentStores) {
         return (Way::Binned, format!("auto: a device that lacks {missing}"));
     }
@@ -246,9 +251,9 @@ fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String
     match settings.resolve {
         _ if cells => (Way::Binned, "auto: a software device".into()),
         _ if wide => (Way::Binned, format!("auto: a software device with subgroups of {}", features.subgroup_size)),
-        None => (Way::TwoPass, "auto: hair on a software device with narrow subgroups".into()),
+        None => (Way::TwoPass, "auto: hair on a software device without wide lanes".into()),
         Some(resolve) => {
-            (Way::TwoPass, format!("auto: resolve={} on a software device with narrow subgroups", word(resolve)))
+            (Way::TwoPass, format!("auto: resolve={} on a software device without wide lanes", word(resolve)))
         }
     }
 }
