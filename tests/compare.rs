@@ -136,7 +136,7 @@ fn compare_writes_everything() {
     let passes = [
         &[&culling[..], &["bins.mark", "bins.scan", "bins.compact", "list.clear", "list.capture", "avsm.resolve"]]
             .concat()[..],
-        &[&culling[..], &["bins.mark", "bins.scan", "bins.compact", "avsm.clear", "avsm.insert"]].concat(),
+        &[&culling[..], &["bins.mark", "bins.scan", "bins.compact", "avsm.clear", "avsm.insert", "avsm.pack"]].concat(),
         &["maps.opaque", "list.clear", "list.capture"],
     ];
     for (row, passes) in results.rows.iter().zip(passes) {

@@ -6,7 +6,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 1, binding = 0, scalar) writeonly buffer Pairs { Node pairs[][2]; };
+layout(set = 1, binding = 0, scalar) writeonly buffer Nodes { Node nodes[]; };
 layout(set = 1, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
 
 void main() {
@@ -16,7 +16,8 @@ void main() {
     // As in avsm/insert.frag.
     uint row = group_texel(PACKED ? gl_WorkGroupID.z : group_map()) - gl_GlobalInvocationID.x;
     for (int i = 0; i < NODES / 2; ++i) {
-        uint place = pair_place(row, gl_GlobalInvocationID.x, map_size().x, i);
-        pairs[place] = Node[](Node(EMPTY, curve_unshadowed()), Node(EMPTY, curve_unshadowed()));
+        uint place = 2u * pair_place(row, gl_GlobalInvocationID.x, map_size().x, i);
+        nodes[place] = Node(EMPTY, curve_unshadowed());
+        nodes[place + 1u] = Node(EMPTY, curve_unshadowed());
     }
 }
