@@ -168,7 +168,7 @@ fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figur
     let on_rays = Subject::new(scene).maps(&views);
     let said = answers(context, opened, &[&on_rays.0], figures)?.concat();
     let truth: Vec<f64> = on_rays.0.iter().flat_map(|points| &points.visibility).copied().collect();
-    (figures.rise, figures.tail) = along_rays(&said, &truth, &on_rays.1);
+    (figures.rise, figures.tail) = along_rays(&said, &truth, &on_rays.1, spec);
     Ok(())
 }
 
