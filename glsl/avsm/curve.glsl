@@ -146,7 +146,7 @@ bool curve_dark(float depth) {
 // nothing.
 bool curve_insert(float entry, float exit, float optical_depth) {
     if (!(optical_depth > 0.0) || !(entry <= exit) || curve_dark(entry)) {
-        return false;  // nothing to lose, or not a number
+        return false;  // nothing to lose, not a number, or no light to lose it of
     }
     float value_entry = curve_value(entry);
     float value_exit = curve_value(exit);

@@ -13,7 +13,7 @@ void main() {
     View view = maps[map].volume;
     Caster caster = casters[order[order_first + gl_VertexIndex / 6]];
     gl_Position = caster_corner(view, caster, gl_VertexIndex % 6);
-    // Once a caster what each fragment would do.
+    // Once a vertex what each fragment would do.
     caster = view_caster(view, caster);
     ball = vec4(caster.position, caster.radius);
     rest = vec4(caster.axis, caster.density);

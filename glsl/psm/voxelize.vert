@@ -21,7 +21,7 @@ void main() {
     Caster caster = casters[index / quad_count()];
     Quad quad;
     bool drawn = caster_quad(view, map, caster, index % quad_count(), quad);
-    // Once a caster what each fragment would do.
+    // Once a vertex what each fragment would do.
     caster = view_caster(view, caster);
     ball = vec4(caster.position, caster.radius);
     rest = vec4(caster.axis, caster.density);
