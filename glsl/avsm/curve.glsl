@@ -136,11 +136,10 @@ void place_node(float depth, float value) {
     }
 }
 
-// Whether no light gets to `depth`.
-bool curve_dark(float depth) {
-    float value = curve_value(depth);
-    return EXPONENTIAL ? value >= DARK : value <= exp(-DARK);
-}
+bool is_dark(float value) { return EXPONENTIAL ? value >= DARK : value <= exp(-DARK); }
+
+// Whether no light gets to `depth`. Most curves nowhere take so much, which is known at once.
+bool curve_dark(float depth) { return is_dark(node_values[WORK - 1]) && is_dark(curve_value(depth)); }
 
 // Attenuates the curve by a segment from `entry` to `exit`, both in the light's range, entry <= exit. False where that changes
 // nothing.

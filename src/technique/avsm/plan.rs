@@ -146,7 +146,8 @@ impl Plan {
         };
         let features = context.features();
         let way_of_cells = if cells { Some(choose_cells(features, settings.batch)?) } else { None };
-        let lanes = !cells && way == Way::Binned && choose_lanes(features, settings.batch)?;
+        let suits_lanes = features.is_software() || (world.has_strands() && resolve == Resolve::Streaming);
+        let lanes = !cells && way == Way::Binned && choose_lanes(features, settings.batch, suits_lanes)?;
         // More groups only repeat work where threads take turns.
         let groups = if way_of_cells == Some(Cells::Lanes) { 1 } else { groups(features) };
         let has_many = world.caster_capacity() >= MANY_CASTERS && !features.is_software();
@@ -193,13 +194,11 @@ fn choose_cells(features: &Features, batch: Option<Batch>) -> Result<Cells> {
     Cells::Half.lacks(features, groups(features)).map_or(Ok(Cells::Half), |needs| Err(Error::Refused { needs }))
 }
 
-/// Whether binned.comp has lanes, as a software device does if it can.
-fn choose_lanes(features: &Features, batch: Option<Batch>) -> Result<bool> {
+/// Whether binned.comp has lanes; `auto`: where they suit, if the device can.
+fn choose_lanes(features: &Features, batch: Option<Batch>, suit: bool) -> Result<bool> {
     match (batch, features.lacks_full_subgroups(BLOCK_TEXELS)) {
         (Some(Batch::Lanes), Some(needs)) => Err(Error::Refused { needs }),
-        (asked, lacks) => {
-            Ok(lacks.is_none() && (asked == Some(Batch::Lanes) || asked.is_none() && features.is_software()))
-        }
+        (asked, lacks) => Ok(lacks.is_none() && (asked == Some(Batch::Lanes) || asked.is_none() && suit)),
     }
 }
 
@@ -247,7 +246,7 @@ fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String
         return (Way::Binned, format!("auto: a device that lacks {missing}"));
     }
     let cells = settings.resolve.map_or(!world.has_strands(), |resolve| resolve == Resolve::Cells);
-    let wide = features.subgroup_size >= WIDE && choose_lanes(features, settings.batch).unwrap_or(false);
+    let wide = features.subgroup_size >= WIDE && choose_lanes(features, settings.batch, true).unwrap_or(false);
     match settings.resolve {
         _ if cells => (Way::Binned, "auto: a software device".into()),
         _ if wide => (Way::Binned, format!("auto: a software device with subgroups of {}", features.subgroup_size)),
