@@ -79,7 +79,7 @@ fn what_is_met_is_gathered_in_drawing_order() {
 
 push_struct! {
     /// What glsl/bins/place.comp is pushed, under its name.
-    struct BinPush { caster_count: u32, capacity: u32 }
+    struct BinPush { caster_count: u32, capacity: u32, room: u32 }
 }
 
 /// Counted and scattered by workgroups that count by themselves first, as devices do that have very many casters, the tiles have the
@@ -103,11 +103,14 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
         let (casters, tiles) = (world.caster_count() as usize, 64);
         let capacity = casters * tiles;
         let mut all = Vec::new();
-        for (shaders, lanes, threads, turns) in [
-            ([&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0], 1, 64, 1),
-            ([&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0], 16, 64, 1),
-            ([&shaders::bins::COUNT_TALLY_1, &shaders::bins::SCATTER_TALLY_1], 1, 128, 16),
-            ([&shaders::bins::COUNT_TALLY_1, &shaders::bins::SCATTER_TALLY_1], 4, 128, 16),
+        for (shaders, lanes, threads, turns, room) in [
+            ([&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0], 1, 64, 1, 0),
+            ([&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0], 16, 64, 1, 0),
+            ([&shaders::bins::COUNT_TALLY_1, &shaders::bins::SCATTER_TALLY_1], 1, 128, 16, 0),
+            ([&shaders::bins::COUNT_TALLY_1, &shaders::bins::SCATTER_TALLY_1], 4, 128, 16, 0),
+            // With the same room for each tile nothing is counted before.
+            ([&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0], 1, 64, 1, casters),
+            ([&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0], 16, 64, 1, casters),
         ] {
             let buffer = |name, words: usize| Buffer::with_data(context, name, &vec![0u32; words]).expect("room");
             let [counts, cursors, horizon] = ["counts", "cursors", "horizon"].map(|n| buffer(n, tiles));
@@ -116,10 +119,11 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             let buffers = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &horizon];
             let set = Bindings::new(context, "bins", &buffers.map(|b| Resource::Buffer(b.clone()))).expect("a set");
             let constants = Constants::new().set(shaders::constant::TILE_LANES, lanes);
-            let push = BinPush { caster_count: casters as u32, capacity: capacity as u32 };
+            let push = BinPush { caster_count: casters as u32, capacity: capacity as u32, room: room as u32 };
             let caster_groups = (casters * lanes as usize).div_ceil(threads * turns) as u32;
-            let [count, scatter] = shaders;
-            for (shader, groups) in [(count, caster_groups), (&shaders::bins::PLACE, 1), (scatter, caster_groups)] {
+            let [count, scatter] = shaders.map(|shader| (shader, caster_groups));
+            let place = (&shaders::bins::PLACE, 1);
+            for (shader, groups) in if room > 0 { vec![scatter, place] } else { vec![count, place, scatter] } {
                 let kernel = Kernel::compute(context, shader, &[maps.scene(), &set], &constants).expect("made");
                 context.submit(|c| c.pass("bins", |pass| pass.dispatch(&kernel, &push, [groups, 1, 1]))).expect("done");
             }
@@ -132,6 +136,7 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             }
             let counts: Vec<u32> = counts.read(tiles).expect("read");
             assert!(binned.iter().map(Vec::len).eq(counts.iter().map(|count| *count as usize)));
+            assert_eq!(Some(&found.fullest), counts.iter().max());
             all.push((binned, met.read::<u32>(casters).expect("read")));
         }
         assert!(all[0].0.iter().map(Vec::len).sum::<usize>() > 2 * casters, "tiles that share casters");
@@ -161,7 +166,7 @@ fn entries_are_counted_past_32_bits() {
             let set = Bindings::new(context, "bins", &all.map(|b| Resource::Buffer(b.clone()))).expect("a set");
             let kernel = Kernel::compute(context, &shaders::bins::PLACE, &[maps.scene(), &set], &Constants::new())
                 .expect("made");
-            let push = BinPush { caster_count: 1, capacity: 100 };
+            let push = BinPush { caster_count: 1, capacity: 100, room: 0 };
             context.submit(|c| c.pass("place", |pass| pass.dispatch(&kernel, &push, [1, 1, 1]))).expect("submitted");
             let found: BinTotals = totals.read(1).expect("read")[0];
             assert_eq!(found.all_entries(), sum);
@@ -220,4 +225,38 @@ fn workgroups_are_what_every_device_takes() {
     }
     // A caster has up to 16 threads, 64 to a workgroup: more of them than one dimension takes.
     assert!(groups(262_141 * 16 / 64 + 1)[1] > 1);
+}
+
+/// From the second build on each tile has the same room, and nothing is counted; where a tile has more than there is room for in
+/// each, they are counted again. Either way the tiles have the same casters.
+#[test]
+fn tiles_have_the_same_room() {
+    gpu_test("tiles_have_the_same_room", |context| {
+        let every_entry = Use { entries: true, skip: false, reach: 0, parts: [1, 0], area: false, blocks: None };
+        let world = World::new(context, &scenes::random()).expect("room for the scene");
+        let mut maps = Maps::new(context, &world, 64).expect("room for the maps");
+        let mut bins = Bins::new(context, &world, &maps, every_entry).expect("room for the bins");
+        let mut build = |bins: &mut Bins| {
+            let passes = context.submit(|commands| {
+                maps.record(commands, &world);
+                bins.record(commands, &world);
+            });
+            let counted = passes.expect("submitted").iter().any(|pass| pass.name == "bins.count");
+            (counted, bins.settle().expect("room"), bins.counts.read::<u32>(64).expect("read"))
+        };
+        let (counted, again, counts) = build(&mut bins);
+        assert!(counted && again, "the first build counts");
+        let fullest = *counts.iter().max().expect("tiles");
+        assert!(fullest > 1, "{counts:?}");
+        assert_eq!(build(&mut bins), (false, false, counts.clone()));
+        let roomy = bins.bytes_transient();
+        assert!(roomy > 64 * 8 * u64::from(fullest), "{roomy} bytes for {fullest} in each tile");
+        // More than a tile has room for, and then more than any may have.
+        let totals = |fullest| BinTotals { fullest, entries: fullest, ..BinTotals::default() };
+        assert!(bins.make_room(totals(2 * fullest + 64)).expect("room"));
+        assert!(bins.bytes_transient() > roomy);
+        assert_eq!(build(&mut bins), (false, false, counts.clone()));
+        assert!(bins.make_room(totals(1 << 16)).expect("room"));
+        assert_eq!(build(&mut bins), (true, true, counts));
+    });
 }

@@ -21,7 +21,8 @@ const uint TEXELS = 64u;
 const uint TEXELS = 32u;
 #endif
 // Casters that are looked at at the same time, each by one thread a texel; thresholds that are tried at the same time.
-// 4, or 1 where threads of a workgroup do not run at the same time anyway.
+// 4; 16 where there are very many casters, for the fullest tiles; 1 where threads of a workgroup do not run at the same time
+// anyway.
 layout(local_size_x = TEXELS, local_size_y_id = ID_WORKGROUP) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
 CONSTANT(uint, GROUPS, 4u)
@@ -29,8 +30,8 @@ const uint THREADS = TEXELS * GROUPS;
 
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
-// As many casters at a time as there is room for in what the nodes stand in while they are fitted.
-#define BATCH (uint(NODES) * TEXELS / 4u)
+// As many casters at a time as there is room for in what the nodes stand in while they are fitted, and 32 a group at least.
+#define BATCH (uint(NODES) * TEXELS / 4u > 32u * GROUPS ? uint(NODES) * TEXELS / 4u : 32u * GROUPS)
 #include "avsm/store.glsl"
 #include "bins/batch.glsl"
 

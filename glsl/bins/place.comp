@@ -1,5 +1,6 @@
 #version 460
-// Gives each tile of each map its place among the entries, in any order: tiles do not depend on each other. Lists the parts
+// Gives each tile of each map its place among the entries, in any order: tiles do not depend on each other. With room for
+// each tile it has one already, and entries in it. Lists the parts
 // into which tiles are cut, one a workgroup: PARTS of a tile that has casters, EMPTY_PARTS of one that has none.
 // With DETAIL the same of blocks: those that have a place are built.
 // Inputs: counts, slots. Outputs: cursors, where scatter begins to write, parts, totals (cleared before).
@@ -32,14 +33,19 @@ void main() {
     uint count = counts[map * tile_total + tile], first = 0u;
     if (count > 0u) {
         first = atomicAdd(totals[0].entries, count);
-        cursors[map * tile_total + tile] = first;
         if (first + count < first) {
             atomicAdd(totals[0].entries_high, 1u);
         }
         atomicAdd(totals[0].tiles_used, 1u);
+        atomicMax(totals[0].fullest, count);
+        if (room == 0u) {
+            cursors[map * tile_total + tile] = first;
+        } else {
+            first = (map * tile_total + tile) * room;
+        }
     }
     // Where the entries are too few, which is found out and mended after the build, nobody reads past them.
-    uint readable = first < capacity ? min(count, capacity - first) : 0u;
+    uint readable = first < capacity ? min(count, room != 0u ? room : capacity - first) : 0u;
     bool built = DETAIL ? slot_place(slots[map * tile_total + tile]) != 0u : count > 0u;
     uint wanted = built ? PARTS : DETAIL ? 0u : EMPTY_PARTS;
     if (wanted > 0u) {

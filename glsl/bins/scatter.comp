@@ -1,6 +1,8 @@
 #version 460
 // Writes (key, caster) of each caster into each of its tiles, in any order: whoever reads a tile sorts it or needs no
-// order, and no two entries of a tile are equal. Inputs: maps, casters, cursors, horizon. Outputs: entries.
+// order, and no two entries of a tile are equal. Where each tile has the same room, nothing is counted before: counts are the
+// cursors, and what count.comp else does is done here. Inputs: maps, casters, cursors, horizon. Outputs: entries; with room also
+// counts, met (both cleared before).
 
 // As in count.comp. With TALLY 1 a workgroup takes the places of all its entries of a tile at once.
 // variants: TALLY 0 1
@@ -9,8 +11,10 @@
 
 layout(local_size_x = TALLY_THREADS) in;
 
+layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
 layout(set = 1, binding = 2, scalar) buffer Cursors { uint cursors[]; };
 layout(set = 1, binding = 4, scalar) writeonly buffer Entries { uvec2 entries[]; };
+layout(set = 1, binding = 5, scalar) writeonly buffer Met { uint met[]; };
 layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };
 
 #if TALLY == 1
@@ -35,6 +39,7 @@ void main() {
             }
             Caster caster = casters[index];
             uvec2 size = high - low + 1u;
+            bool any = false;
             for (uint i = lane; i < size.x * size.y; i += TILE_LANES) {
                 uvec2 tile = low + uvec2(i % size.x, i / size.x);
                 uint place = tile.y * tiles.x + tile.x;
@@ -45,11 +50,21 @@ void main() {
 #if TALLY == 1
                 uint slot = atomicAdd(tally[place], 1u);
 #else
-                uint slot = atomicAdd(cursors[first_tile + place], 1u);
+                uint slot = capacity;
+                if (room == 0u) {
+                    slot = atomicAdd(cursors[first_tile + place], 1u);
+                } else {
+                    uint before = atomicAdd(counts[first_tile + place], 1u);
+                    slot = before < room ? (first_tile + place) * room + before : slot;
+                }
 #endif
+                any = true;
                 if (round == ROUNDS && slot < capacity) {
                     entries[slot] = uvec2(tile_key(view, caster, tile, distance_square), index);
                 }
+            }
+            if (room != 0u && any) {
+                met[map * caster_count + index] = 1u;
             }
         }
 #if TALLY == 1

@@ -7,6 +7,7 @@
 layout(push_constant, scalar) uniform BinPush {
     uint caster_count;
     uint capacity;  // of the entries
+    uint room;      // not 0: entries of each tile, tile after tile, which are not counted before
 };
 
 const uint TILE_TEXELS = 8u;

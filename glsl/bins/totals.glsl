@@ -17,6 +17,7 @@ struct BinTotals {
     uint groups_y;
     uint groups_z;
     uint cut_short;  // not 0: the driver ended loops over a tile's casters before their time
+    uint fullest;    // most casters of a tile
 };
 
 // What a workgroup builds: a tile, or a part of one.

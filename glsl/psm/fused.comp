@@ -9,6 +9,7 @@
 // variants: BITS 8 16
 #include "bins/part.glsl"
 #include "bins/sums.glsl"
+#include "bins/texel.glsl"
 #include "psm/format.glsl"
 #include "psm/place.glsl"
 
@@ -16,8 +17,8 @@
 layout(local_size_x_id = ID_WORKGROUP) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
 CONSTANT(uint, THREADS, 512u)
-// Casters that stand in shared memory at the same time, in the view's axes; THREADS at most. 0: each is fetched by who
-// looks at it.
+// Casters that stand in shared memory at the same time, in the view's axes, THREADS at most, without those that miss the half
+// tile. 0: each is fetched by who looks at it.
 CONSTANT(uint, BATCH, 0u)
 
 layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
@@ -34,72 +35,96 @@ const uint MANY = SPLIT ? 128u : 256u;
 
 // Slice k of texel t at k · TEXELS + t, so that the threads of a subgroup never meet in a bank: units of optical depth. With
 // 256 slices it is all the shared memory that many devices have, so the first two words are the bound before they are
-// sums. Behind the slices the batch.
-const uint BATCH_PLACE = SLICES * TEXELS, CASTER_WORDS = 8u;
-shared uint slices[BATCH_PLACE + BATCH * CASTER_WORDS];
+// sums. Behind the slices the batch, and how many casters it has, this time and the next.
+const uint BATCH_PLACE = SLICES * TEXELS, CASTER_WORDS = 10u, COUNTS_PLACE = BATCH_PLACE + BATCH * CASTER_WORDS;
+shared uint slices[COUNTS_PLACE + (BATCH == 0u ? 0u : 2u)];
 
 void write(uint map, uvec2 texel, uint slice, vec4 transmittance) {
     ivec3 at = ivec3(texel, map * LAYERS + slice / 4u);
     imageStore(volume, at, ADDITIVE ? 1.0 - transmittance : transmittance);
 }
 
-void put_caster(uint i, Caster caster) {
-    uint at = BATCH_PLACE + i * CASTER_WORDS;
+// Of a caster in the view's axes.
+Place place_of(View view, Caster caster) {
+    return depth_place(view_depth(view, caster.position.z + 0.5 * caster.axis.z));
+}
+
+// Puts a caster that may meet the half tile into the batch, with the slice that takes it.
+void put_caster(View view, uvec2 corner, Caster caster, uint turn) {
+    vec2 low, high;
+    vec2 first = vec2(corner), last = first + vec2(float(ROW - 1u), float(ROWS - 1u));
+    if (!texel_bounds(view, caster, low, high) || any(greaterThan(low, last)) || any(lessThan(high, first))) {
+        return;
+    }
+    Place place = place_of(view, caster);
+    uint at = BATCH_PLACE + atomicAdd(slices[COUNTS_PLACE + (turn & 1u)], 1u) * CASTER_WORDS;
     for (uint x = 0u; x < 3u; ++x) {
         slices[at + x] = floatBitsToUint(caster.position[x]);
         slices[at + 4u + x] = floatBitsToUint(caster.axis[x]);
     }
     slices[at + 3u] = floatBitsToUint(caster.radius);
     slices[at + 7u] = floatBitsToUint(caster.density);
+    slices[at + 8u] = place.slice;
+    slices[at + 9u] = floatBitsToUint(place.share);
 }
 
-Caster batch_caster(uint i) {
+Caster batch_caster(uint i, out Place place) {
     uint at = BATCH_PLACE + i * CASTER_WORDS;
     vec4 ball = uintBitsToFloat(uvec4(slices[at], slices[at + 1u], slices[at + 2u], slices[at + 3u]));
     vec4 rest = uintBitsToFloat(uvec4(slices[at + 4u], slices[at + 5u], slices[at + 6u], slices[at + 7u]));
+    place = Place(slices[at + 8u], uintBitsToFloat(slices[at + 9u]));
     return Caster(ball.xyz, ball.w, rest.xyz, rest.w);
 }
 
-// Adds what a caster, in the view's axes, takes of the rays of a span, the first of which is `ray`, `place_in_part` among the
-// texels.
-void add_caster(View view, Ray ray, uint place_in_part, uint rotation, Caster caster, float scale) {
-    Place place = depth_place(view_depth(view, caster.position.z + 0.5 * caster.axis.z));
-    float texel_width = 2.0 / (float(view.width) * view.scale_x);
-    for (uint i = 0u; i < SPAN; ++i) {
-        // Casters begin at different texels of a span, for the banks again.
-        uint x = (i + rotation) % SPAN;
-        Ray beside = view_ray_beside(view, ray, float(x) * texel_width);
-        vec2 z;
-        float optical_depth;
-        if (view_segment(view, beside, length(beside.direction), caster, MAX_OPTICAL_DEPTH, z, optical_depth)) {
-            uint at = place.slice * TEXELS + place_in_part + x;
-            atomicAdd(slices[at], uint(min(optical_depth * (1.0 - place.share), DARK) * scale + 0.5));
-            if (SPLIT && place.slice + 1u < SLICES) {
-                atomicAdd(slices[at + TEXELS], uint(min(optical_depth * place.share, DARK) * scale + 0.5));
-            }
+// Adds what a caster, in the view's axes, takes of the ray of a texel.
+void add_caster(View view, Ray ray, float ray_length, uint texel, Caster caster, Place place, float scale) {
+    vec2 z;
+    float optical_depth;
+    if (view_segment(view, ray, ray_length, caster, MAX_OPTICAL_DEPTH, z, optical_depth)) {
+        uint at = place.slice * TEXELS + texel;
+        atomicAdd(slices[at], uint(min(optical_depth * (1.0 - place.share), DARK) * scale + 0.5));
+        if (SPLIT && place.slice + 1u < SLICES) {
+            atomicAdd(slices[at + TEXELS], uint(min(optical_depth * place.share, DARK) * scale + 0.5));
         }
     }
 }
 
 // Adds all casters of the part. The slices are 0, and all threads call it alike.
 void add_casters(View view, TilePart part, uvec2 corner, float scale) {
-    uint thread = gl_LocalInvocationIndex, span = thread % SPANS * SPAN;
+    uint thread = gl_LocalInvocationIndex, span = thread % SPANS * SPAN, rotation = thread / SPANS;
     Ray ray = view_texel_ray(view, corner + uvec2(span % ROW, span / ROW));
     if (BATCH == 0u) {
+        float texel_width = 2.0 / (float(view.width) * view.scale_x);
         barrier();
         for (uint i = thread / SPANS; i < part.count; i += CASTERS) {
-            add_caster(view, ray, span, thread / SPANS, tile_caster(view, part.first + i), scale);
+            Caster caster = tile_caster(view, part.first + i);
+            Place place = place_of(view, caster);
+            for (uint j = 0u; j < SPAN; ++j) {
+                // Casters begin at different texels of a span, for the banks again.
+                uint x = (j + rotation) % SPAN;
+                Ray beside = view_ray_beside(view, ray, float(x) * texel_width);
+                add_caster(view, beside, length(beside.direction), span + x, caster, place, scale);
+            }
         }
     } else {
-        for (uint first = 0u; first < part.count; first += BATCH) {
-            uint filled = min(part.count - first, BATCH);
+        float ray_length = length(ray.direction);
+        if (thread < 2u) {
+            slices[COUNTS_PLACE + thread] = 0u;
+        }
+        for (uint first = 0u, turn = 0u; first < part.count; first += BATCH, ++turn) {
             barrier();
-            if (thread < filled) {
-                put_caster(thread, tile_caster(view, part.first + first + thread));
+            if (thread < min(part.count - first, BATCH)) {
+                put_caster(view, corner, tile_caster(view, part.first + first + thread), turn);
+            } else if (thread == THREADS - 1u) {
+                // Of the batch before, which is done with; the last thread has no caster of its own.
+                slices[COUNTS_PLACE + (turn + 1u & 1u)] = 0u;
             }
             barrier();
-            for (uint i = thread / SPANS; i < filled; i += CASTERS) {
-                add_caster(view, ray, span, thread / SPANS, batch_caster(i), scale);
+            uint filled = slices[COUNTS_PLACE + (turn & 1u)];
+            for (uint i = rotation; i < filled; i += CASTERS) {
+                Place place;
+                Caster caster = batch_caster(i, place);
+                add_caster(view, ray, ray_length, span, caster, place, scale);
             }
         }
     }

@@ -7,9 +7,13 @@ use ash::vk;
 use std::any::Any;
 use std::ffi::CString;
 use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
 
 /// Passes in one submission, at most: two timestamps each.
 const MAX_PASSES: u32 = 512;
+
+/// The name of all passes of a submission that are timed together.
+const ALL_PASSES: &str = "all passes";
 
 /// What Vulkan takes in one vkCmdUpdateBuffer.
 pub const MAX_UPDATE_BYTES: usize = 65536;
@@ -83,6 +87,8 @@ pub struct Commands<'a> {
     pub(super) buffer: vk::CommandBuffer,
     queries: vk::QueryPool,
     names: Vec<String>,
+    /// Not all passes together.
+    times_passes: bool,
     /// Whatever a recorded command uses, kept alive until the device is done.
     pub(super) used: Vec<Box<dyn Any>>,
     /// Copied behind the last pass.
@@ -102,8 +108,8 @@ pub struct Pass<'c, 'a> {
 }
 
 impl Context {
-    /// Records and runs commands, waits for them, and returns the time of each pass (none where the device has no
-    /// timestamps). One submission runs at a time.
+    /// Records and runs commands, waits for them, and returns the time of each pass, or of all as one
+    /// ([`Context::time_passes`]); none where the device has no timestamps. One submission runs at a time.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device is lost, or more than 512 passes are recorded.
@@ -143,13 +149,15 @@ impl Context {
             buffer: recorder.buffer,
             queries: recorder.queries,
             names: Vec::new(),
+            times_passes: self.shared().times_passes.load(Ordering::Relaxed),
             used: Vec::new(),
             read_backs: Vec::new(),
         };
         record(&mut commands)?;
+        commands.end_passes();
         commands.copy_read_backs();
         commands.barrier(vk::PipelineStageFlags2::HOST, vk::AccessFlags2::HOST_READ);
-        let Commands { names, used, .. } = commands;
+        let Commands { mut names, times_passes, used, .. } = commands;
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(recorder.buffer)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
         // SAFETY: everything recorded is kept in `used` until the fence is signalled.
@@ -176,6 +184,9 @@ impl Context {
         }
         if names.is_empty() || recorder.queries == vk::QueryPool::null() {
             return Ok(Vec::new());
+        }
+        if !times_passes {
+            names = vec![ALL_PASSES.into()];
         }
         let mut ticks = vec![0u64; 2 * names.len()];
         let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
@@ -208,14 +219,25 @@ impl<'a> Commands<'a> {
             // SAFETY: the command buffer is being recorded.
             unsafe { labels.cmd_begin_debug_utils_label(self.buffer, &label) };
         }
-        self.timestamp(2 * index);
+        if self.times_passes || index == 0 {
+            self.timestamp(2 * index);
+        }
         self.settle();
         record(&mut Pass { commands: self });
         self.settle();
-        self.timestamp(2 * index + 1);
+        if self.times_passes {
+            self.timestamp(2 * index + 1);
+        }
         if let Some(labels) = &self.context.shared().labels {
             // SAFETY: as above; the label was begun above.
             unsafe { labels.cmd_end_debug_utils_label(self.buffer) };
+        }
+    }
+
+    /// Behind the last pass, where all are timed together.
+    fn end_passes(&self) {
+        if !self.times_passes && !self.names.is_empty() {
+            self.timestamp(1);
         }
     }
 

@@ -42,6 +42,8 @@ pub(super) struct Shared {
     pub(super) features: Features,
     /// The driver said so; nothing is submitted any more.
     lost: AtomicBool,
+    /// Each pass of a submission is timed, not only all of them together.
+    pub(super) times_passes: AtomicBool,
     messages: Messages,
     _instance: InstanceOwner,
 }
@@ -264,6 +266,7 @@ impl Context {
             queue_family,
             features,
             lost: AtomicBool::new(false),
+            times_passes: AtomicBool::new(true),
             messages: options.messages.clone(),
             _instance: instance,
         }));
@@ -307,6 +310,12 @@ impl Context {
             // SAFETY: the handle belongs to this device. A name that cannot be set is no loss.
             let _ = unsafe { labels.set_debug_utils_object_name(&info) };
         }
+    }
+
+    /// Whether each pass of what is submitted from now on is timed, as it is at first, or all passes of a submission together,
+    /// as one: a timestamp waits for all work before it, which takes a GPU some microseconds a pass.
+    pub fn time_passes(&self, each: bool) {
+        self.0.times_passes.store(each, Ordering::Relaxed);
     }
 
     /// Whether the device is lost: everything that is submitted fails from then on.

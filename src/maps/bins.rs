@@ -41,6 +41,13 @@ const TALLY_TURNS: u32 = 16;
 /// Tiles of a map that a workgroup has room to count. Twin: the size of `tally` in glsl/bins/tally.glsl.
 const MOST_TALLIED: u32 = 4096;
 
+/// Bytes of entries of which each tile has the same number, at most: with more they are counted before, which takes the time of a
+/// pass over all casters, and the least memory.
+const MOST_ROOM_BYTES: u64 = 16 << 20;
+
+/// Such a number is a multiple of this.
+const ROOM_STEP: u32 = 32;
+
 /// Bytes of an entry: key and caster.
 const ENTRY_BYTES: u64 = 8;
 
@@ -67,6 +74,8 @@ pub struct BinTotals {
     pub groups_z: u32,
     /// Not 0: the driver ended loops over a tile's casters before their time.
     pub cut_short: u32,
+    /// Most casters of a tile.
+    pub fullest: u32,
 }
 
 impl BinTotals {
@@ -96,6 +105,8 @@ push_struct! {
         caster_count: u32,
         /// Of the entries.
         capacity: u32,
+        /// Not 0: entries of each tile.
+        room: u32,
     }
 }
 
@@ -132,6 +143,10 @@ pub struct Bins {
     /// Where tiles are as fine as they need.
     detail: Option<Detail>,
     capacity: u32,
+    /// Entries of each tile; 0: they are counted.
+    room: u32,
+    /// Whether tiles may have the same room each.
+    may_have_room: bool,
     caster_count: u32,
     /// What `totals` held after the last build.
     last: Option<BinTotals>,
@@ -251,6 +266,8 @@ impl Bins {
             keeps_entries: what.entries,
             detail,
             capacity,
+            room: 0,
+            may_have_room: what.entries && what.blocks.is_none() && !tallies,
             caster_count: world.caster_count(),
             last: None,
             set,
@@ -285,18 +302,23 @@ impl Bins {
             detail.survey(commands, &self.push(), self.caster_groups());
             detail.choose(commands);
         }
-        self.count(commands);
-        if self.lists_parts {
-            self.place(commands);
-        }
-        if self.keeps_entries {
+        if self.room != 0 {
             self.scatter(commands);
+            self.place(commands);
+        } else {
+            self.count(commands);
+            if self.lists_parts {
+                self.place(commands);
+            }
+            if self.keeps_entries {
+                self.scatter(commands);
+            }
         }
         commands.read_back(&self.totals, &self.totalled);
     }
 
     fn push(&self) -> BinPush {
-        BinPush { caster_count: self.caster_count, capacity: self.capacity }
+        BinPush { caster_count: self.caster_count, capacity: self.capacity, room: self.room }
     }
 
     fn per_caster(&self, commands: &mut Commands, name: &str, kernel: &Kernel<BinPush>) {
@@ -349,7 +371,7 @@ impl Bins {
         self.make_room(totals)
     }
 
-    /// Makes room for the entries of a build that counted `totals`; whether it had too little.
+    /// Makes room for the entries of a build that counted `totals`, the same for each tile if it can; whether it must run again.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device has no room for them; the bins are then as they were. [`Error::Refused`] where the
@@ -360,8 +382,16 @@ impl Bins {
             return Err(super::cut_short("a tile"));
         }
         let entries = totals.all_entries();
-        if entries <= self.capacity.into() || !self.keeps_entries {
+        if !self.keeps_entries || (self.room != 0 && totals.fullest <= self.room) {
             return Ok(false);
+        }
+        // From the second build on nothing is counted.
+        let had_room = self.room != 0;
+        if self.take_room(&totals) {
+            return Ok(true);
+        }
+        if entries <= self.capacity.into() {
+            return Ok(had_room);
         }
         // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
         // What is past the limit is an error here.
@@ -370,6 +400,32 @@ impl Bins {
         self.capacity = wanted as u32;
         self.set.replace(ENTRIES, &self.entries);
         Ok(true)
+    }
+
+    /// Entries that each tile should have room for after a build that counted `totals`, a quarter more than the fullest has, so
+    /// that a scene in motion does not grow every frame; 0 where that is too much.
+    fn room_for(&self, totals: &BinTotals) -> u32 {
+        let most = u64::from(totals.fullest) + u64::from(totals.fullest / 4);
+        let room = most.next_multiple_of(ROOM_STEP.into());
+        let bytes = room * u64::from(self.bins_a_map) * u64::from(self.map_count) * ENTRY_BYTES;
+        let fits = bytes <= MOST_ROOM_BYTES.min(limit(&self.context) * ENTRY_BYTES);
+        if self.may_have_room && fits { room as u32 } else { 0 }
+    }
+
+    /// Gives each tile the same room, after a build that counted `totals`; false where that is too much.
+    fn take_room(&mut self, totals: &BinTotals) -> bool {
+        self.room = self.room_for(totals);
+        let wanted = u64::from(self.room) * u64::from(self.bins_a_map) * u64::from(self.map_count);
+        if wanted == 0 {
+            return false;
+        }
+        let Ok(entries) = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device) else {
+            (self.room, self.may_have_room) = (0, false);
+            return false;
+        };
+        (self.entries, self.capacity) = (entries, wanted as u32);
+        self.set.replace(ENTRIES, &self.entries);
+        true
     }
 
     /// Counts of the last build over all maps, by name, none before the first; a caster is culled once for each map that does

@@ -20,6 +20,8 @@ const DRAW_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
 pub(super) struct Timed {
     /// The passes of each.
     pub(super) frames: Vec<Vec<PassTime>>,
+    /// Each once more with all its passes timed as one, without what the timestamps in between take; or the same as `frames`.
+    pub(super) wholes: Vec<Vec<PassTime>>,
     /// The passes that moved the world before it, where it moves.
     pub(super) moves: Vec<Vec<PassTime>>,
     /// Those that drew it behind, where it is simulated.
@@ -39,15 +41,25 @@ impl Case<'_> {
         let camera = self.camera(self.effort.picture);
         let drawing = |simulation| Drawing::new(self.context, &self.world, simulation, &camera, technique, shading);
         let drawing = self.simulation.as_ref().map(drawing).transpose()?;
+        // A software device waits between passes either way, and a bake takes long.
+        let twice = !self.context.features().is_software() && lifetime == Lifetime::Frame;
         let builds = Repeats::of(lifetime, self.effort.warm_up, count).run(|frame| {
             let moved = self.show(frame % self.frames.count())?;
-            let built = technique.rebuild(&self.world)?;
-            Ok((moved, built, drawing.as_ref().map(Drawing::draw).transpose()?))
+            let mut built = technique.rebuild(&self.world)?;
+            let passes = built.passes.clone();
+            if twice {
+                self.context.time_passes(false);
+                let again = technique.rebuild(&self.world);
+                self.context.time_passes(true);
+                built = again?;
+            }
+            Ok((moved, passes, built, drawing.as_ref().map(Drawing::draw).transpose()?))
         })?;
         let mut timed = Timed::default();
-        for (moved, built, drawn) in builds {
+        for (moved, passes, built, drawn) in builds {
             timed.moves.extend((!moved.is_empty()).then_some(moved));
-            timed.frames.push(built.passes);
+            timed.frames.push(passes);
+            timed.wholes.push(built.passes);
             timed.draws.extend(drawn);
             timed.host_ns.push(built.host_ns);
         }

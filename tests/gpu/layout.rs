@@ -58,7 +58,18 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Item", twin!(ItemData, key, index)),
         (
             "BinTotals",
-            twin!(BinTotals, entries, entries_high, tiles_used, parts, groups_x, groups_y, groups_z, cut_short),
+            twin!(
+                BinTotals,
+                entries,
+                entries_high,
+                tiles_used,
+                parts,
+                groups_x,
+                groups_y,
+                groups_z,
+                cut_short,
+                fullest
+            ),
         ),
         ("Survey", twin!(Survey, cells, edges, optical_depth)),
         ("TilePart", twin!(TilePart, tile, map_part, first, count)),

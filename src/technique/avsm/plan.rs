@@ -22,6 +22,10 @@ const BINNED_NODES: u32 = 4;
 /// WORK − NODES of curves from cells: ends of cells come in order and few, so that little is gained by more.
 const CELLS_NODES: u32 = 2;
 
+/// Threads a texel of glsl/avsm/cells.comp where there are very many casters: tiles have very different numbers of them, and the
+/// fullest is waited for.
+const MANY_GROUPS: u32 = 16;
+
 /// Of very many casters, which are small, so many are looked at before those that are hit are added.
 const MOST_AHEAD: u32 = 32;
 
@@ -53,16 +57,16 @@ impl Cells {
         if self == Self::Whole { 64 } else { 32 }
     }
 
-    /// Shared memory: 64 cells a texel, for lanes twice; 16 nodes at most, or the casters in their place; four sets of ends, two
-    /// ranges, and the bound.
-    fn shared_bytes(self) -> u32 {
+    /// Shared memory: 64 cells a texel, for lanes twice; 16 nodes at most, or 32 casters for each of `groups` in their place; four
+    /// sets of ends, two ranges, and the bound.
+    fn shared_bytes(self, groups: u32) -> u32 {
         let cells = if self == Self::Lanes { 2 * 64 * 4 } else { 64 * 4 };
-        (cells + 16 * 8 + 4 * 8 + 4 * 4) * self.texels() + 8
+        (cells + 4 * 8 + 4 * 4) * self.texels() + (16 * 8 * self.texels()).max(groups * 32 * 32) + 8
     }
 
     /// What of shared memory or threads the device lacks for `groups` times its texels, by its Vulkan name.
     fn lacks(self, features: &Features, groups: u32) -> Option<String> {
-        let (has, needs) = (features.max_compute_shared_memory_bytes, self.shared_bytes());
+        let (has, needs) = (features.max_compute_shared_memory_bytes, self.shared_bytes(groups));
         let (threads, wants) = (features.max_compute_workgroup_threads, groups * self.texels());
         if has < needs {
             return Some(format!("maxComputeSharedMemorySize of at least {needs} (this device has {has})"));
@@ -149,8 +153,12 @@ impl Plan {
         let suits_lanes = features.is_software() || (world.has_strands() && resolve == Resolve::Streaming);
         let lanes = !cells && way == Way::Binned && choose_lanes(features, settings.batch, suits_lanes)?;
         // More groups only repeat work where threads take turns.
-        let groups = if way_of_cells == Some(Cells::Lanes) { 1 } else { groups(features) };
         let has_many = world.caster_capacity() >= MANY_CASTERS && !features.is_software();
+        let groups = match way_of_cells {
+            Some(Cells::Lanes) => 1,
+            Some(Cells::Whole) if has_many && Cells::Whole.lacks(features, MANY_GROUPS).is_none() => MANY_GROUPS,
+            _ => groups(features),
+        };
         let ahead = if has_many && way_of_cells != Some(Cells::Lanes) { MOST_AHEAD } else { 1 };
         settings.filter.check(world.scene(), settings.base_size())?;
         let constants = Constants::new()

@@ -14,9 +14,11 @@ const PARTS: [u32; 2] = [2, 1];
 /// Shared memory, bytes a slice: half a tile's texels.
 pub const SLICE_BYTES: u32 = 32 * 4;
 
-/// Casters that stand in shared memory at the same time where there is room for them, and bytes of each.
-const BATCH_CASTERS: u32 = 128;
-const CASTER_BYTES: u32 = 32;
+/// Casters that stand in shared memory at the same time where there is room for them, fewer than threads; bytes of each, and of
+/// how many there are.
+const BATCH_CASTERS: u32 = 256;
+const CASTER_BYTES: u32 = 40;
+const COUNT_BYTES: u32 = 8;
 
 /// Threads a workgroup, at least and at most; multiples of the former.
 const MOST_AND_LEAST_THREADS: [u32; 2] = [512, 32];
@@ -35,12 +37,13 @@ pub fn threads(context: &Context) -> u32 {
     (room / least * least).clamp(least, most)
 }
 
-/// Casters that so many threads keep in shared memory beside the slices: as many as they can, or none. One at a time, threads
-/// gain nothing from what all of them see.
+/// Casters that threads keep in shared memory beside the slices, half as many as there are threads at most, or none where there is
+/// no room for them. One at a time, threads gain nothing from what all of them see.
 fn batch(context: &Context, slices: u32, threads: u32) -> u32 {
-    let room = context.features().max_compute_shared_memory_bytes.saturating_sub(slices * SLICE_BYTES) / CASTER_BYTES;
-    let casters = BATCH_CASTERS.min(threads);
-    if threads == MOST_AND_LEAST_THREADS[1] || room < casters { 0 } else { casters }
+    let casters = BATCH_CASTERS.min(threads / 2);
+    let needs = slices * SLICE_BYTES + casters * CASTER_BYTES + COUNT_BYTES;
+    let has = context.features().max_compute_shared_memory_bytes;
+    if threads == MOST_AND_LEAST_THREADS[1] || has < needs { 0 } else { casters }
 }
 
 impl Fused {
