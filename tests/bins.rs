@@ -114,7 +114,10 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
         ] {
             let buffer = |name, words: usize| Buffer::with_data(context, name, &vec![0u32; words]).expect("room");
             let [counts, cursors, horizon] = ["counts", "cursors", "horizon"].map(|n| buffer(n, tiles));
-            let (parts, met) = (buffer("parts", 4 * 128), buffer("met", casters));
+            let parts = buffer("parts", 4 * 128);
+            // With room in each tile what stood there is written over.
+            let stood = if room > 0 { u32::MAX } else { 0 };
+            let met = Buffer::with_data(context, "met", &vec![stood; casters]).expect("room");
             let (totals, entries) = (buffer("totals", size_of::<BinTotals>() / 4), buffer("entries", 2 * capacity));
             let buffers = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &horizon];
             let set = Bindings::new(context, "bins", &buffers.map(|b| Resource::Buffer(b.clone()))).expect("a set");

@@ -30,8 +30,10 @@ const uint THREADS = TEXELS * GROUPS;
 
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 
-// As many casters at a time as there is room for in what the nodes stand in while they are fitted, and 32 a group at least.
-#define BATCH (uint(NODES) * TEXELS / 4u > 32u * GROUPS ? uint(NODES) * TEXELS / 4u : 32u * GROUPS)
+// Casters at a time: as many as there is room for in what the nodes stand in while they are fitted, NODES * TEXELS / 4, and 32 a
+// group at least.
+CONSTANT(uint, BATCH, 128u)
+#define BATCH BATCH
 #include "avsm/store.glsl"
 #include "bins/batch.glsl"
 

@@ -2,17 +2,19 @@
 // Writes (key, caster) of each caster into each of its tiles, in any order: whoever reads a tile sorts it or needs no
 // order, and no two entries of a tile are equal. Where each tile has the same room, nothing is counted before: counts are the
 // cursors, and what count.comp else does is done here. Inputs: maps, casters, cursors, horizon. Outputs: entries; with room also
-// counts, met (both cleared before).
+// counts, totals (both cleared before; of the totals how full a tile is that has too little room), met.
 
 // As in count.comp. With TALLY 1 a workgroup takes the places of all its entries of a tile at once.
 // variants: TALLY 0 1
 #include "bins/tiles.glsl"
 #include "bins/tally.glsl"
+#include "bins/totals.glsl"
 
 layout(local_size_x = TALLY_THREADS) in;
 
 layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
 layout(set = 1, binding = 2, scalar) buffer Cursors { uint cursors[]; };
+layout(set = 1, binding = 3, scalar) buffer Totals { BinTotals totals[]; };
 layout(set = 1, binding = 4, scalar) writeonly buffer Entries { uvec2 entries[]; };
 layout(set = 1, binding = 5, scalar) writeonly buffer Met { uint met[]; };
 layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };
@@ -24,12 +26,23 @@ const uint ROUNDS = 2u;
 const uint ROUNDS = 1u;
 #endif
 
+#if TALLY == 0
+// Of each caster of the workgroup: whether it is in some tile.
+shared uint in_tile[TALLY_THREADS];
+#endif
+
 void main() {
     uint map = gl_WorkGroupID.z, lane = tally_lane();
     View view = maps[map].volume;
     uvec2 tiles = tile_counts(view);
     uint first_tile = map * tiles.x * tiles.y;
     tally_clear(tiles);
+#if TALLY == 0
+    if (room != 0u) {
+        in_tile[gl_LocalInvocationIndex] = 0u;
+        barrier();
+    }
+#endif
     for (uint round = 1u; round <= ROUNDS; ++round) {
         for (uint turn = 0u; turn < TALLY_TURNS; ++turn) {
             uint index = tally_caster(turn);
@@ -55,7 +68,11 @@ void main() {
                     slot = atomicAdd(cursors[first_tile + place], 1u);
                 } else {
                     uint before = atomicAdd(counts[first_tile + place], 1u);
-                    slot = before < room ? (first_tile + place) * room + before : slot;
+                    if (before < room) {
+                        slot = (first_tile + place) * room + before;
+                    } else {
+                        atomicMax(totals[0].fullest, before + 1u);
+                    }
                 }
 #endif
                 any = true;
@@ -63,9 +80,11 @@ void main() {
                     entries[slot] = uvec2(tile_key(view, caster, tile, distance_square), index);
                 }
             }
+#if TALLY == 0
             if (room != 0u && any) {
-                met[map * caster_count + index] = 1u;
+                atomicOr(in_tile[gl_LocalInvocationIndex / TILE_LANES], 1u);
             }
+#endif
         }
 #if TALLY == 1
         barrier();
@@ -77,4 +96,13 @@ void main() {
         barrier();
 #endif
     }
+#if TALLY == 0
+    if (room != 0u) {
+        barrier();
+        uint index = tally_caster(0u);
+        if (lane == 0u && index < caster_count) {
+            met[map * caster_count + index] = in_tile[gl_LocalInvocationIndex / TILE_LANES];
+        }
+    }
+#endif
 }

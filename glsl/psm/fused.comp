@@ -2,7 +2,7 @@
 // Builds the rays of half a tile, 8×4 texels, in any order of the casters: adds up their optical depth in the slices and
 // writes what is left of the light behind each slice once. No clear, no blending, no propagation. Of a tile without casters,
 // one workgroup writes all.
-// Inputs: maps, casters, totals, parts, entries. Output: volume, every texel of it.
+// Inputs: maps, casters, totals, parts or counts, entries. Output: volume, every texel of it.
 // Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
 // Source: ours. Twin: reference::twin::psm::fused.
 
@@ -21,6 +21,11 @@ CONSTANT(uint, THREADS, 512u)
 // tile. 0: each is fetched by who looks at it.
 CONSTANT(uint, BATCH, 0u)
 
+layout(push_constant, scalar) uniform PartPush {
+    uint room;  // not 0: entries of each tile, tile after tile; parts are not listed then
+};
+
+layout(set = 1, binding = 0, scalar) readonly buffer Counts { uint counts[]; };
 layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
 
 const uint ROW = 8u, ROWS = 4u, TEXELS = ROW * ROWS;
@@ -37,7 +42,7 @@ const uint MANY = SPLIT ? 128u : 256u;
 // 256 slices it is all the shared memory that many devices have, so the first two words are the bound before they are
 // sums. Behind the slices the batch, and how many casters it has, this time and the next.
 const uint BATCH_PLACE = SLICES * TEXELS, CASTER_WORDS = 10u, COUNTS_PLACE = BATCH_PLACE + BATCH * CASTER_WORDS;
-shared uint slices[COUNTS_PLACE + (BATCH == 0u ? 0u : 2u)];
+shared uint slices[COUNTS_PLACE + (BATCH + THREADS - 1u) / THREADS * 2u];
 
 void write(uint map, uvec2 texel, uint slice, vec4 transmittance) {
     ivec3 at = ivec3(texel, map * LAYERS + slice / 4u);
@@ -153,9 +158,22 @@ float part_scale(TilePart part) {
     return scale;
 }
 
+// Where parts are not listed: two workgroups a tile, the second without work where there are no casters.
+bool unlisted_part(out TilePart part) {
+    uvec2 tiles = (map_size() + 7u) / 8u;
+    uint place = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, tile = place / 2u, map = gl_WorkGroupID.z;
+    uint bin = map * tiles.x * tiles.y + tile;
+    if (tile >= tiles.x * tiles.y) {
+        return false;
+    }
+    uint count = counts[bin];
+    part = TilePart(tile, map << 8 | place & 1u, bin * room, min(count, room));
+    return count > 0u || (place & 1u) == 0u;
+}
+
 void main() {
     TilePart part;
-    if (!listed_part(part)) {
+    if (room == 0u ? !listed_part(part) : !unlisted_part(part)) {
         return;
     }
     uint map = part_map(part);

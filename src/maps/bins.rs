@@ -110,6 +110,14 @@ push_struct! {
     }
 }
 
+push_struct! {
+    /// Twin: PartPush in glsl/psm/fused.comp.
+    pub struct PartPush {
+        /// Not 0: entries of each tile.
+        room: u32,
+    }
+}
+
 /// The bins and the passes that fill them.
 pub struct Bins {
     context: Context,
@@ -147,6 +155,8 @@ pub struct Bins {
     room: u32,
     /// Whether tiles may have the same room each.
     may_have_room: bool,
+    /// Where they have, parts are not listed.
+    unlisted: bool,
     caster_count: u32,
     /// What `totals` held after the last build.
     last: Option<BinTotals>,
@@ -268,10 +278,16 @@ impl Bins {
             capacity,
             room: 0,
             may_have_room: what.entries && what.blocks.is_none() && !tallies,
+            unlisted: false,
             caster_count: world.caster_count(),
             last: None,
             set,
         })
+    }
+
+    /// For who runs [`Bins::per_half`].
+    pub fn unlisted(self) -> Self {
+        Self { unlisted: true, ..self }
     }
 
     /// How fine tiles are, where they are as fine as they need.
@@ -295,7 +311,10 @@ impl Bins {
         commands.pass("bins.clear", |pass| {
             pass.fill(&self.counts, 0);
             pass.fill(&self.totals, 0);
-            pass.fill(&self.met, 0);
+            // With room in tiles scatter writes a word for each caster.
+            if self.room == 0 {
+                pass.fill(&self.met, 0);
+            }
         });
         self.horizon(commands);
         if let Some(detail) = &self.detail {
@@ -304,7 +323,9 @@ impl Bins {
         }
         if self.room != 0 {
             self.scatter(commands);
-            self.place(commands);
+            if !self.unlisted {
+                self.place(commands);
+            }
         } else {
             self.count(commands);
             if self.lists_parts {
@@ -359,6 +380,17 @@ impl Bins {
     /// Runs a shader with a workgroup for each listed part of a tile.
     pub fn per_part<P: Push>(&self, pass: &mut Pass, kernel: &Kernel<P>, push: &P) {
         pass.dispatch_indirect(kernel, push, &self.totals, std::mem::offset_of!(BinTotals, groups_x) as u64);
+    }
+
+    /// Runs a shader with two workgroups a tile, or where they are listed one for each part; the shader is pushed what room each tile
+    /// has, 0 where parts are listed.
+    pub fn per_half(&self, pass: &mut Pass, kernel: &Kernel<PartPush>) {
+        let push = PartPush { room: self.room };
+        if self.room == 0 {
+            return self.per_part(pass, kernel, &push);
+        }
+        let [x, y] = groups(2 * u64::from(self.bins_a_map));
+        pass.dispatch(kernel, &push, [x, y, self.map_count]);
     }
 
     /// Looks at the totals of the last build. Where the entries did not fit, makes room and says that the build must run
@@ -437,7 +469,13 @@ impl Bins {
         let Some(last) = self.last else { return Ok(BTreeMap::new()) };
         let casters = u64::from(self.caster_count) * u64::from(self.map_count);
         let met: u64 = self.met.read::<u32>(casters as usize)?.into_iter().map(u64::from).sum();
-        let (entries, used) = (last.all_entries(), u64::from(last.tiles_used));
+        let (mut entries, mut used) = (last.all_entries(), u64::from(last.tiles_used));
+        if self.room != 0 {
+            // What is not listed is not counted either.
+            let counts: Vec<u32> = self.counts.read(self.bins_a_map as usize * self.map_count as usize)?;
+            entries = counts.iter().map(|count| u64::from(*count)).sum();
+            used = counts.iter().filter(|count| **count > 0).count() as u64;
+        }
         let mut counters = BTreeMap::from([("bin_entries".into(), entries), ("culled_casters".into(), casters - met)]);
         if let Some(detail) = &self.detail {
             counters.insert("blocks".into(), u64::from(last.parts / self.parts_a_block));

@@ -16,7 +16,7 @@ mod order;
 mod splat;
 mod texels;
 
-pub use bins::{BinTotals, Bins, MANY_CASTERS, TILE_TEXELS, TilePart, Use};
+pub use bins::{BinTotals, Bins, MANY_CASTERS, PartPush, TILE_TEXELS, TilePart, Use};
 pub use compact::Compact;
 pub use detail::{BLOCK_TEXELS, Detail, MOST_BLOCKS, SLOTS, Survey, table_bytes, tile_count};
 pub use filter::{Filter, FilterKind};

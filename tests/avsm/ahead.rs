@@ -49,6 +49,7 @@ fn looking_ahead_changes_nothing() {
                     .set(constant::NODES, NODES)
                     .set(constant::WORK, NODES + 2)
                     .set(constant::GROUPS, groups)
+                    .set(constant::BATCH, 32 * groups)
                     .set(constant::WORKGROUP, groups)
                     .set(constant::AHEAD, ahead);
                 let sets = [maps.scene(), bins.set(), &set];

@@ -5,7 +5,7 @@ use super::settings::{Batch, Fit, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Features, Requirement};
 use crate::maps::{BLOCK_TEXELS, FilterKind, MANY_CASTERS};
 use crate::shaders::constant::{
-    AHEAD, AREA, DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED, TURNS, WORK,
+    AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED, TURNS, WORK,
     WORKGROUP,
 };
 use crate::technique::keys::Word;
@@ -25,6 +25,9 @@ const CELLS_NODES: u32 = 2;
 /// Threads a texel of glsl/avsm/cells.comp where there are very many casters: tiles have very different numbers of them, and the
 /// fullest is waited for.
 const MANY_GROUPS: u32 = 16;
+
+/// With 16 nodes, which take so many registers that few workgroups have room at a time.
+const WIDE_GROUPS: u32 = 8;
 
 /// Of very many casters, which are small, so many are looked at before those that are hit are added.
 const MOST_AHEAD: u32 = 32;
@@ -57,11 +60,17 @@ impl Cells {
         if self == Self::Whole { 64 } else { 32 }
     }
 
-    /// Shared memory: 64 cells a texel, for lanes twice; 16 nodes at most, or 32 casters for each of `groups` in their place; four
+    /// Casters that stand in shared memory at a time: 32 for each of `groups`, and all that there is room for in what `nodes`
+    /// stand in while they are fitted. Lanes have none.
+    fn batch(self, groups: u32, nodes: u32) -> u32 {
+        (nodes * self.texels() / 4).max(32 * groups)
+    }
+
+    /// Shared memory: 64 cells a texel, for lanes twice; 16 nodes at most, or the casters in their place, 32 bytes each; four
     /// sets of ends, two ranges, and the bound.
     fn shared_bytes(self, groups: u32) -> u32 {
         let cells = if self == Self::Lanes { 2 * 64 * 4 } else { 64 * 4 };
-        (cells + 4 * 8 + 4 * 4) * self.texels() + (16 * 8 * self.texels()).max(groups * 32 * 32) + 8
+        (cells + 4 * 8 + 4 * 4) * self.texels() + self.batch(groups, 16) * 32 + 8
     }
 
     /// What of shared memory or threads the device lacks for `groups` times its texels, by its Vulkan name.
@@ -157,6 +166,13 @@ impl Plan {
         let groups = match way_of_cells {
             Some(Cells::Lanes) => 1,
             Some(Cells::Whole) if has_many && Cells::Whole.lacks(features, MANY_GROUPS).is_none() => MANY_GROUPS,
+            Some(Cells::Whole)
+                if !features.is_software()
+                    && settings.nodes == 16
+                    && Cells::Whole.lacks(features, WIDE_GROUPS).is_none() =>
+            {
+                WIDE_GROUPS
+            }
             _ => groups(features),
         };
         let ahead = if has_many && way_of_cells != Some(Cells::Lanes) { MOST_AHEAD } else { 1 };
@@ -168,6 +184,7 @@ impl Plan {
             .set(NUDGE, settings.nudge)
             .set(TURNS, turns)
             .set(AHEAD, ahead)
+            .set(BATCH, way_of_cells.map_or(0, |way| way.batch(groups, settings.nodes)))
             .set(SORTED, settings.sorted)
             .set(TILED, settings.skip)
             .set(PACKED, settings.packed)

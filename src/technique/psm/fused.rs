@@ -3,7 +3,7 @@
 use super::volume::Volume;
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Kernel, Resource};
-use crate::maps::{Bins, Maps, Use};
+use crate::maps::{Bins, Maps, PartPush, Use};
 use crate::shaders::constant::{BATCH, THREADS, WORKGROUP};
 use crate::shaders::psm;
 use crate::world::World;
@@ -26,7 +26,7 @@ const MOST_AND_LEAST_THREADS: [u32; 2] = [512, 32];
 /// What the path builds with.
 pub struct Fused {
     pub bins: Bins,
-    kernel: Kernel,
+    kernel: Kernel<PartPush>,
 }
 
 /// Threads a workgroup that suit the device.
@@ -57,7 +57,7 @@ impl Fused {
         threads: u32,
     ) -> Result<Self> {
         let what = Use { entries: true, skip, reach: layout.filter.reach(), parts: PARTS, area: false, blocks: None };
-        let bins = Bins::new(context, world, maps, what)?;
+        let bins = Bins::new(context, world, maps, what)?.unlisted();
         let storage = Bindings::new(context, "psm.volume", &[Resource::StorageImage(volume.clone())])?;
         let shader = if layout.is_8_bit() { &psm::FUSED_BITS_8 } else { &psm::FUSED_BITS_16 };
         let batch = batch(context, layout.slices, threads);
@@ -68,6 +68,6 @@ impl Fused {
 
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         self.bins.record(commands, world);
-        commands.pass("psm.fused", |pass| self.bins.per_part(pass, &self.kernel, &()));
+        commands.pass("psm.fused", |pass| self.bins.per_half(pass, &self.kernel));
     }
 }
