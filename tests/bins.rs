@@ -79,7 +79,7 @@ fn what_is_met_is_gathered_in_drawing_order() {
 
 push_struct! {
     /// What glsl/bins/place.comp is pushed, under its name.
-    struct BinPush { caster_count: u32, capacity: u32, room: u32 }
+    struct BinPush { caster_count: u32, capacity: u32, room: u32, mark: u32 }
 }
 
 /// Counted and scattered by workgroups that count by themselves first, as devices do that have very many casters, the tiles have the
@@ -115,14 +115,12 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             let buffer = |name, words: usize| Buffer::with_data(context, name, &vec![0u32; words]).expect("room");
             let [counts, cursors, horizon] = ["counts", "cursors", "horizon"].map(|n| buffer(n, tiles));
             let parts = buffer("parts", 4 * 128);
-            // With room in each tile what stood there is written over.
-            let stood = if room > 0 { u32::MAX } else { 0 };
-            let met = Buffer::with_data(context, "met", &vec![stood; casters]).expect("room");
+            let met = buffer("met", casters);
             let (totals, entries) = (buffer("totals", size_of::<BinTotals>() / 4), buffer("entries", 2 * capacity));
             let buffers = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &horizon];
             let set = Bindings::new(context, "bins", &buffers.map(|b| Resource::Buffer(b.clone()))).expect("a set");
             let constants = Constants::new().set(shaders::constant::TILE_LANES, lanes);
-            let push = BinPush { caster_count: casters as u32, capacity: capacity as u32, room: room as u32 };
+            let push = BinPush { caster_count: casters as u32, capacity: capacity as u32, room: room as u32, mark: 1 };
             let caster_groups = (casters * lanes as usize).div_ceil(threads * turns) as u32;
             let [count, scatter] = shaders.map(|shader| (shader, caster_groups));
             let place = (&shaders::bins::PLACE, 1);
@@ -169,7 +167,7 @@ fn entries_are_counted_past_32_bits() {
             let set = Bindings::new(context, "bins", &all.map(|b| Resource::Buffer(b.clone()))).expect("a set");
             let kernel = Kernel::compute(context, &shaders::bins::PLACE, &[maps.scene(), &set], &Constants::new())
                 .expect("made");
-            let push = BinPush { caster_count: 1, capacity: 100, room: 0 };
+            let push = BinPush { caster_count: 1, capacity: 100, room: 0, mark: 1 };
             context.submit(|c| c.pass("place", |pass| pass.dispatch(&kernel, &push, [1, 1, 1]))).expect("submitted");
             let found: BinTotals = totals.read(1).expect("read")[0];
             assert_eq!(found.all_entries(), sum);
@@ -251,7 +249,9 @@ fn tiles_have_the_same_room() {
         assert!(counted && again, "the first build counts");
         let fullest = *counts.iter().max().expect("tiles");
         assert!(fullest > 1, "{counts:?}");
+        let culled = bins.counters().expect("counted")["culled_casters"];
         assert_eq!(build(&mut bins), (false, false, counts.clone()));
+        assert_eq!(bins.counters().expect("counted")["culled_casters"], culled, "marks of two builds");
         let roomy = bins.bytes_transient();
         assert!(roomy > 64 * 8 * u64::from(fullest), "{roomy} bytes for {fullest} in each tile");
         // More than a tile has room for, and then more than any may have.

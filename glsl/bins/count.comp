@@ -43,7 +43,7 @@ void main() {
             }
         }
         if (any) {
-            met[map * caster_count + index] = 1u;
+            met[map * caster_count + index] = mark;
         }
     }
 #if TALLY == 1

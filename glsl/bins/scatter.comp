@@ -2,7 +2,8 @@
 // Writes (key, caster) of each caster into each of its tiles, in any order: whoever reads a tile sorts it or needs no
 // order, and no two entries of a tile are equal. Where each tile has the same room, nothing is counted before: counts are the
 // cursors, and what count.comp else does is done here. Inputs: maps, casters, cursors, horizon. Outputs: entries; with room also
-// counts, totals (both cleared before; of the totals how full a tile is that has too little room), met.
+// counts, totals (both cleared before; of the totals how full a tile is that has too little room), met (not cleared: who is in no
+// tile keeps an older mark).
 
 // As in count.comp. With TALLY 1 a workgroup takes the places of all its entries of a tile at once.
 // variants: TALLY 0 1
@@ -26,23 +27,12 @@ const uint ROUNDS = 2u;
 const uint ROUNDS = 1u;
 #endif
 
-#if TALLY == 0
-// Of each caster of the workgroup: whether it is in some tile.
-shared uint in_tile[TALLY_THREADS];
-#endif
-
 void main() {
     uint map = gl_WorkGroupID.z, lane = tally_lane();
     View view = maps[map].volume;
     uvec2 tiles = tile_counts(view);
     uint first_tile = map * tiles.x * tiles.y;
     tally_clear(tiles);
-#if TALLY == 0
-    if (room != 0u) {
-        in_tile[gl_LocalInvocationIndex] = 0u;
-        barrier();
-    }
-#endif
     for (uint round = 1u; round <= ROUNDS; ++round) {
         for (uint turn = 0u; turn < TALLY_TURNS; ++turn) {
             uint index = tally_caster(turn);
@@ -80,11 +70,9 @@ void main() {
                     entries[slot] = uvec2(tile_key(view, caster, tile, distance_square), index);
                 }
             }
-#if TALLY == 0
             if (room != 0u && any) {
-                atomicOr(in_tile[gl_LocalInvocationIndex / TILE_LANES], 1u);
+                met[map * caster_count + index] = mark;
             }
-#endif
         }
 #if TALLY == 1
         barrier();
@@ -96,13 +84,4 @@ void main() {
         barrier();
 #endif
     }
-#if TALLY == 0
-    if (room != 0u) {
-        barrier();
-        uint index = tally_caster(0u);
-        if (lane == 0u && index < caster_count) {
-            met[map * caster_count + index] = in_tile[gl_LocalInvocationIndex / TILE_LANES];
-        }
-    }
-#endif
 }

@@ -107,6 +107,8 @@ push_struct! {
         capacity: u32,
         /// Not 0: entries of each tile.
         room: u32,
+        /// Of casters that are in some tile.
+        mark: u32,
     }
 }
 
@@ -153,6 +155,8 @@ pub struct Bins {
     capacity: u32,
     /// Entries of each tile; 0: they are counted.
     room: u32,
+    /// What marks the casters that are in some tile: 1 where marks are cleared before each build, else another each time.
+    mark: u32,
     /// Whether tiles may have the same room each.
     may_have_room: bool,
     /// Where they have, parts are not listed.
@@ -277,6 +281,7 @@ impl Bins {
             detail,
             capacity,
             room: 0,
+            mark: 1,
             may_have_room: what.entries && what.blocks.is_none() && !tallies,
             unlisted: false,
             caster_count: world.caster_count(),
@@ -300,7 +305,8 @@ impl Bins {
         &self.set
     }
 
-    /// Whether each caster of each map meets a tile: map after map, as many words as there are casters now.
+    /// Whether each caster of each map meets a tile, 1 or 0, for who keeps no entries: map after map, as many words as there are
+    /// casters now.
     pub fn met(&self) -> &Buffer {
         &self.met
     }
@@ -308,10 +314,11 @@ impl Bins {
     /// Fills the bins of all maps; the opaque maps stand already.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         self.caster_count = world.caster_count();
+        self.mark = if self.room == 0 { 1 } else { self.mark.checked_add(1).unwrap_or(2) };
         commands.pass("bins.clear", |pass| {
             pass.fill(&self.counts, 0);
             pass.fill(&self.totals, 0);
-            // With room in tiles scatter writes a word for each caster.
+            // With room in tiles each build has a mark of its own.
             if self.room == 0 {
                 pass.fill(&self.met, 0);
             }
@@ -339,7 +346,7 @@ impl Bins {
     }
 
     fn push(&self) -> BinPush {
-        BinPush { caster_count: self.caster_count, capacity: self.capacity, room: self.room }
+        BinPush { caster_count: self.caster_count, capacity: self.capacity, room: self.room, mark: self.mark }
     }
 
     fn per_caster(&self, commands: &mut Commands, name: &str, kernel: &Kernel<BinPush>) {
@@ -468,7 +475,7 @@ impl Bins {
     pub fn counters(&self) -> Result<BTreeMap<String, u64>> {
         let Some(last) = self.last else { return Ok(BTreeMap::new()) };
         let casters = u64::from(self.caster_count) * u64::from(self.map_count);
-        let met: u64 = self.met.read::<u32>(casters as usize)?.into_iter().map(u64::from).sum();
+        let met = self.met.read::<u32>(casters as usize)?.into_iter().filter(|mark| *mark == self.mark).count() as u64;
         let (mut entries, mut used) = (last.all_entries(), u64::from(last.tiles_used));
         if self.room != 0 {
             // What is not listed is not counted either.
