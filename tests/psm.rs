@@ -16,9 +16,10 @@ use gobo::gpu::{Context, Requirement};
 use gobo::reference::twin::bins::{TILE_TEXELS, tile_key};
 use gobo::reference::twin::psm;
 use gobo::reference::twin::segment::texel_segment;
-use gobo::scene::{Scene, View};
+use gobo::scene::{Particle, Scene, View};
 use gobo::technique::{Opened, Psm, Spec, Technique};
 use gobo::world::World;
+use support::scenes::Random;
 use support::{gpu_test, gpu_test_needing, runs, scenes, some, spec};
 use twin::Twins;
 
@@ -228,6 +229,41 @@ fn fused_equals_its_twin() {
                     fused(opened(context, &world, &text), &world, &spec, &format!("{} {text}", scene.name));
                 }
             }
+        }
+    });
+}
+
+/// Where a tile has so many casters that all tiles cannot have room for as many, parts are listed: one tile of 4,096 has 440.
+#[test]
+fn fused_equals_its_twin_where_parts_are_listed() {
+    // A quarter of a million rays, each asked of all casters.
+    if support::is_left_out("fused_equals_its_twin_where_parts_are_listed") {
+        return;
+    }
+    gpu_test("fused_equals_its_twin_where_parts_are_listed", |context| {
+        let mut random = Random::new(61);
+        let mut heap: Vec<_> = (0..440)
+            .map(|_| Particle {
+                position: random.point(-0.001, 0.001).map(|x| x + 0.32),
+                radius: random.between(0.002, 0.004),
+                extinction: random.between(0.2, 2.0),
+            })
+            .collect();
+        for position in [[1.0, 1.0, 1.0], [-1.0, -1.0, -1.0], [1.0, -1.0, -1.0]] {
+            heap.push(Particle { position, radius: 0.1, extinction: 3.0 });
+        }
+        let scene = scenes::directional("heap", [0.3, 0.2, -0.9], heap);
+        let text = "psm:path=fused,storage=optical-depth,assign=nearest,size=512,slices=8";
+        if runs("fused_equals_its_twin_where_parts_are_listed", context, text) {
+            let world = world(context, &scene);
+            let psm = opened(context, &world, text);
+            fused(psm, &world, &spec(text), "heap");
+            // Counted, though what was built before is known.
+            let mut psm = opened(context, &world, text);
+            psm.rebuild(&world).expect("built");
+            let passes = psm.rebuild(&world).expect("built").passes;
+            let counts = passes.iter().any(|pass| pass.name == "bins.count");
+            assert_eq!(counts, context.features().timestamp_valid_bits > 0);
         }
     });
 }

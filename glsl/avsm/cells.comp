@@ -21,8 +21,8 @@ const uint TEXELS = 64u;
 const uint TEXELS = 32u;
 #endif
 // Casters that are looked at at the same time, each by one thread a texel; thresholds that are tried at the same time.
-// 4; 16 where there are very many casters, for the fullest tiles; 1 where threads of a workgroup do not run at the same time
-// anyway.
+// 4; 8 for 16 nodes, which take so many registers that few workgroups have room; 16 where there are very many casters, for the
+// fullest tiles; 1 where threads of a workgroup do not run at the same time anyway.
 layout(local_size_x = TEXELS, local_size_y_id = ID_WORKGROUP) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
 CONSTANT(uint, GROUPS, 4u)

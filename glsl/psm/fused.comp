@@ -17,7 +17,7 @@
 layout(local_size_x_id = ID_WORKGROUP) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
 CONSTANT(uint, THREADS, 512u)
-// Casters that stand in shared memory at the same time, in the view's axes, THREADS at most, without those that miss the half
+// Casters that stand in shared memory at the same time, in the view's axes, fewer than THREADS, without those that miss the half
 // tile. 0: each is fetched by who looks at it.
 CONSTANT(uint, BATCH, 0u)
 

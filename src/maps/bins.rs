@@ -413,7 +413,7 @@ impl Bins {
     /// Makes room for the entries of a build that counted `totals`, the same for each tile if it can; whether it must run again.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the device has no room for them; the bins are then as they were. [`Error::Refused`] where the
+    /// [`Error::Gpu`] where the device has no room for them. [`Error::Refused`] where the
     /// driver ended loops over a tile's casters before their time.
     pub fn make_room(&mut self, totals: BinTotals) -> Result<bool> {
         self.last = Some(totals);

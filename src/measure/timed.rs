@@ -20,7 +20,8 @@ const DRAW_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
 pub(super) struct Timed {
     /// The passes of each.
     pub(super) frames: Vec<Vec<PassTime>>,
-    /// Each once more with all its passes timed as one, without what the timestamps in between take; or the same as `frames`.
+    /// Each once more with all its passes timed as one, without what the timestamps in between take; the same as `frames` where
+    /// the world moves, of a bake, and on a software device.
     pub(super) wholes: Vec<Vec<PassTime>>,
     /// The passes that moved the world before it, where it moves.
     pub(super) moves: Vec<Vec<PassTime>>,
@@ -41,8 +42,10 @@ impl Case<'_> {
         let camera = self.camera(self.effort.picture);
         let drawing = |simulation| Drawing::new(self.context, &self.world, simulation, &camera, technique, shading);
         let drawing = self.simulation.as_ref().map(drawing).transpose()?;
-        // A software device waits between passes either way, and a bake takes long.
-        let twice = !self.context.features().is_software() && lifetime == Lifetime::Frame;
+        // A software device waits between passes either way, and a bake takes long. Where the world moves, a second build of the same
+        // frame would find views and orders made.
+        let moves = self.frames.count() > 1 || self.simulation.is_some();
+        let twice = !self.context.features().is_software() && lifetime == Lifetime::Frame && !moves;
         let builds = Repeats::of(lifetime, self.effort.warm_up, count).run(|frame| {
             let moved = self.show(frame % self.frames.count())?;
             let mut built = technique.rebuild(&self.world)?;

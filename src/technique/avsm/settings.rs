@@ -176,7 +176,7 @@ pub const KEYS: &[Key] = &[
         name: "batch",
         values: Values::OneOf(Batch::WORDS),
         default: "auto",
-        about: "binned: casters stand in shared memory or in the lanes of subgroups; auto: lanes on software devices",
+        about: "binned: casters stand in shared memory or in the lanes of subgroups; auto: lanes for hair and on software devices",
     },
     FILTER,
     RADIUS,

@@ -37,13 +37,16 @@ pub fn threads(context: &Context) -> u32 {
     (room / least * least).clamp(least, most)
 }
 
-/// Casters that threads keep in shared memory beside the slices, half as many as there are threads at most, or none where there is
-/// no room for them. One at a time, threads gain nothing from what all of them see.
+/// Casters that threads keep in shared memory beside the slices, half as many as there are threads at most, or a half or a quarter
+/// of that, or none where there is no room for them. One at a time, threads gain nothing from what all of them see.
 fn batch(context: &Context, slices: u32, threads: u32) -> u32 {
-    let casters = BATCH_CASTERS.min(threads / 2);
-    let needs = slices * SLICE_BYTES + casters * CASTER_BYTES + COUNT_BYTES;
+    if threads == MOST_AND_LEAST_THREADS[1] {
+        return 0;
+    }
+    let most = BATCH_CASTERS.min(threads / 2);
     let has = context.features().max_compute_shared_memory_bytes;
-    if threads == MOST_AND_LEAST_THREADS[1] || has < needs { 0 } else { casters }
+    let fits = |casters: &u32| slices * SLICE_BYTES + casters * CASTER_BYTES + COUNT_BYTES <= has;
+    [most, most / 2, most / 4].into_iter().find(fits).unwrap_or(0)
 }
 
 impl Fused {
