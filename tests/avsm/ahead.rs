@@ -13,7 +13,8 @@ const NODES: u32 = 8;
 const SIZE: u32 = 44;
 
 /// Whether threads look at one caster after the other or at 32 before they add those that they may hit, the curves are the
-/// same, and so with more threads a texel: directional light and in perspective, with what lets nothing through, and with more casters than a batch.
+/// same, and so with more threads a texel: directional light and in perspective, with what lets nothing through, and with
+/// more casters than a batch.
 #[test]
 fn looking_ahead_changes_nothing() {
     gpu_test("looking_ahead_changes_nothing", |context| {
