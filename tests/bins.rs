@@ -79,16 +79,18 @@ fn what_is_met_is_gathered_in_drawing_order() {
 
 push_struct! {
     /// What glsl/bins/place.comp is pushed, under its name.
-    struct BinPush { caster_count: u32, capacity: u32, room: u32, mark: u32 }
+    struct BinPush { caster_count: u32, capacity: u32, room: u32, mark: u32, map_count: u32 }
 }
 
 /// Counted and scattered by workgroups that count by themselves first, as devices do that have very many casters, the tiles have the
-/// same entries; so have they with as many threads a caster as any device takes.
+/// same entries; so have they with as many threads a caster as any device takes, and with the fullest tiles first, in which order
+/// these are listed then: each before all that have less than four fifths of its casters.
 #[test]
 fn tiles_have_the_same_entries_however_they_are_counted() {
     gpu_test("tiles_have_the_same_entries_however_they_are_counted", |context| {
         let mut scene = scenes::random();
-        // Two workgroups that count by themselves and a part of a third, with 4 threads a caster; large casters among small ones.
+        // A workgroup that counts by itself and a part of a second, or with 4 threads a caster two and a part of a third; large casters
+        // among small ones.
         let mut random = Random::new(53);
         let some = scene.particles.clone();
         while scene.particles.len() < 2 * 512 + 77 {
@@ -103,14 +105,16 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
         let (casters, tiles) = (world.caster_count() as usize, 64);
         let capacity = casters * tiles;
         let mut all = Vec::new();
-        for (shaders, lanes, threads, turns, room) in [
-            ([&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0], 1, 64, 1, 0),
-            ([&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0], 16, 64, 1, 0),
-            ([&shaders::bins::COUNT_TALLY_1, &shaders::bins::SCATTER_TALLY_1], 1, 128, 16, 0),
-            ([&shaders::bins::COUNT_TALLY_1, &shaders::bins::SCATTER_TALLY_1], 4, 128, 16, 0),
+        let one_by_one = [&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0];
+        let tallied = [&shaders::bins::COUNT_TALLY_1, &shaders::bins::SCATTER_TALLY_1];
+        for (shaders, fullest_first, lanes, threads, turns, room) in [
+            (one_by_one, false, 1, 64, 1, 0),
+            (one_by_one, true, 16, 64, 1, 0),
+            (tallied, true, 1, 128, 8, 0),
+            (tallied, false, 4, 128, 16, 0),
             // With the same room for each tile nothing is counted before.
-            ([&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0], 1, 64, 1, casters),
-            ([&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0], 16, 64, 1, casters),
+            (one_by_one, true, 1, 64, 1, casters),
+            (one_by_one, false, 16, 64, 1, casters),
         ] {
             let buffer = |name, words: usize| Buffer::with_data(context, name, &vec![0u32; words]).expect("room");
             let [counts, cursors, horizon] = ["counts", "cursors", "horizon"].map(|n| buffer(n, tiles));
@@ -119,11 +123,22 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             let (totals, entries) = (buffer("totals", size_of::<BinTotals>() / 4), buffer("entries", 2 * capacity));
             let buffers = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &horizon];
             let set = Bindings::new(context, "bins", &buffers.map(|b| Resource::Buffer(b.clone()))).expect("a set");
-            let constants = Constants::new().set(shaders::constant::TILE_LANES, lanes);
-            let push = BinPush { caster_count: casters as u32, capacity: capacity as u32, room: room as u32, mark: 1 };
+            let constants = Constants::new()
+                .set(shaders::constant::TILE_LANES, lanes)
+                .set(shaders::constant::TALLY_THREADS, threads as u32)
+                .set(shaders::constant::TALLY_TURNS, turns as u32)
+                .set(shaders::constant::THREADS, 128)
+                .set(shaders::constant::WORKGROUP, 128);
+            let push = BinPush {
+                caster_count: casters as u32,
+                capacity: capacity as u32,
+                room: room as u32,
+                mark: 1,
+                map_count: 1,
+            };
             let caster_groups = (casters * lanes as usize).div_ceil(threads * turns) as u32;
             let [count, scatter] = shaders.map(|shader| (shader, caster_groups));
-            let place = (&shaders::bins::PLACE, 1);
+            let place = (if fullest_first { &shaders::bins::PLACE_FULLEST } else { &shaders::bins::PLACE }, 1);
             for (shader, groups) in if room > 0 { vec![scatter, place] } else { vec![count, place, scatter] } {
                 let kernel = Kernel::compute(context, shader, &[maps.scene(), &set], &constants).expect("made");
                 context.submit(|c| c.pass("bins", |pass| pass.dispatch(&kernel, &push, [groups, 1, 1]))).expect("done");
@@ -131,7 +146,10 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             let found: BinTotals = totals.read(1).expect("read")[0];
             let entries: Vec<[u32; 2]> = entries.read(capacity).expect("read");
             let mut binned = vec![Vec::new(); tiles];
+            let mut least = u32::MAX;
             for [tile, _, first, count] in parts.read::<[u32; 4]>(found.parts as usize).expect("read") {
+                assert!(!fullest_first || 4 * u64::from(count) < 5 * u64::from(least), "{count} behind {least}");
+                least = least.min(count);
                 binned[tile as usize] = entries[first as usize..][..count as usize].to_vec();
                 binned[tile as usize].sort_unstable();
             }
@@ -155,7 +173,9 @@ fn entries_are_counted_past_32_bits() {
         let mut random = Random::new(52);
         let few: Vec<u32> = (0..64).map(|_| random.bits() >> 20).collect();
         let many: Vec<u32> = (0..64).map(|_| random.bits()).collect();
-        for (counts, words) in [(vec![1 << 26; 64], 1), (vec![u32::MAX; 64], 63), (few, 0), (many, 20)] {
+        for (counts, words) in
+            [(vec![1 << 26; 64], 1), (vec![u32::MAX; 64], 63), (few, 0), (many.clone(), 20), (many, 1)]
+        {
             let sum: u64 = counts.iter().copied().map(u64::from).sum();
             let buffer = |name, words: &[u32]| Buffer::with_data(context, name, words).expect("room");
             let totals = buffer("totals", &[0; size_of::<BinTotals>() / 4]);
@@ -165,9 +185,11 @@ fn entries_are_counted_past_32_bits() {
             // Without detail no slots are read.
             let all = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &horizon];
             let set = Bindings::new(context, "bins", &all.map(|b| Resource::Buffer(b.clone()))).expect("a set");
-            let kernel = Kernel::compute(context, &shaders::bins::PLACE, &[maps.scene(), &set], &Constants::new())
-                .expect("made");
-            let push = BinPush { caster_count: 1, capacity: 100, room: 0, mark: 1 };
+            let place = if words > 1 { &shaders::bins::PLACE } else { &shaders::bins::PLACE_FULLEST };
+            let constants =
+                Constants::new().set(shaders::constant::THREADS, 128).set(shaders::constant::WORKGROUP, 128);
+            let kernel = Kernel::compute(context, place, &[maps.scene(), &set], &constants).expect("made");
+            let push = BinPush { caster_count: 1, capacity: 100, room: 0, mark: 1, map_count: 1 };
             context.submit(|c| c.pass("place", |pass| pass.dispatch(&kernel, &push, [1, 1, 1]))).expect("submitted");
             let found: BinTotals = totals.read(1).expect("read")[0];
             assert_eq!(found.all_entries(), sum);

@@ -9,8 +9,6 @@
 #include "bins/tiles.glsl"
 #include "bins/tally.glsl"
 
-layout(local_size_x = TALLY_THREADS) in;
-
 layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
 layout(set = 1, binding = 5, scalar) buffer Met { uint met[]; };
 layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };

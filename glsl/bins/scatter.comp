@@ -11,8 +11,6 @@
 #include "bins/tally.glsl"
 #include "bins/totals.glsl"
 
-layout(local_size_x = TALLY_THREADS) in;
-
 layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
 layout(set = 1, binding = 2, scalar) buffer Cursors { uint cursors[]; };
 layout(set = 1, binding = 3, scalar) buffer Totals { BinTotals totals[]; };

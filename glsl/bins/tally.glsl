@@ -5,15 +5,17 @@
 #include "bins/tiles.glsl"
 
 #if TALLY == 1
-// Twins of both: those in maps::bins.
-const uint TALLY_THREADS = 128u;
+// Both of the host's choice, within what the device takes.
+layout(local_size_x_id = ID_TALLY_THREADS) in;
+CONSTANT(uint, TALLY_THREADS, 128u)
 // Casters that a thread has, one after the other.
-const uint TALLY_TURNS = 16u;
+CONSTANT(uint, TALLY_TURNS, 8u)
 // A word a tile of a map, of which there are as many at most. Twin: MOST_TALLIED in maps::bins.
 shared uint tally[4096];
 #else
 const uint TALLY_THREADS = BIN_THREADS;
 const uint TALLY_TURNS = 1u;
+layout(local_size_x = TALLY_THREADS) in;
 #endif
 
 // The thread among those that share a caster.

@@ -3,12 +3,11 @@
 
 use super::Maps;
 use super::detail::{self, Detail, SLOTS};
+use super::threads::Threads;
 use super::totals::{BinTotals, TilePart};
-use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Pass, Push, Resource, groups, push_struct,
-};
+use crate::gpu::{Bindings, Buffer, Commands, Context, Kernel, Memory, Pass, Push, Resource, groups, push_struct};
 use crate::shaders;
-use crate::shaders::constant::{AREA, DETAIL, EMPTY_PARTS, HIDE, PARTS, REACH, TILE_LANES, TILED};
+use crate::shaders::constant::{AREA, DETAIL, EMPTY_PARTS, HIDE, PARTS, REACH, TILED};
 use crate::world::World;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -27,19 +26,6 @@ const MAX_ROWS: u64 = 65535;
 
 /// Entries a caster that the buffer starts with. It grows to what a scene demands.
 const FIRST_ENTRIES: u64 = 8;
-
-/// From so many casters on they are small beside a tile, and threads wait for each other at the counts of tiles: a workgroup
-/// then counts by itself before.
-pub const MANY_CASTERS: u32 = 1 << 18;
-
-/// Threads a caster then, threads of a workgroup, and casters that a thread has. Twins of the latter: TALLY_THREADS and
-/// TALLY_TURNS in glsl/bins/tally.glsl.
-const TALLY_LANES: u32 = 4;
-const TALLY_THREADS: u32 = 128;
-const TALLY_TURNS: u32 = 16;
-
-/// Tiles of a map that a workgroup has room to count. Twin: the size of `tally` in glsl/bins/tally.glsl.
-const MOST_TALLIED: u32 = 4096;
 
 /// Bytes of entries of which each tile has the same number, at most: with more they are counted before, which takes the time of a
 /// pass over all casters, and the least memory.
@@ -64,6 +50,7 @@ push_struct! {
         room: u32,
         /// Of casters that are in some tile.
         mark: u32,
+        map_count: u32,
     }
 }
 
@@ -72,6 +59,8 @@ push_struct! {
     pub struct PartPush {
         /// Not 0: entries of each tile.
         room: u32,
+        /// Of a map.
+        tile_count: u32,
     }
 }
 
@@ -104,6 +93,8 @@ pub struct Bins {
     /// Workgroups a tile or block with casters.
     parts_a_block: u32,
     lists_parts: bool,
+    /// Those of the fullest tiles first, by one workgroup.
+    fullest_first: bool,
     keeps_entries: bool,
     /// Where tiles are as fine as they need.
     detail: Option<Detail>,
@@ -185,19 +176,11 @@ impl Bins {
         let buffers = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &slots];
         let set = Bindings::new(context, "bins", &buffers.map(|b| Resource::Buffer(b.clone())))?;
         let hide = what.skip && world.triangle_count() > 0;
-        let tallies = !context.features().is_software()
-            && what.blocks.is_none()
-            && world.caster_capacity() >= MANY_CASTERS
-            && bins_a_map <= MOST_TALLIED;
-        let [lanes, casters_a_group] = match (context.features().is_software(), tallies) {
-            (true, _) => [1, 64],
-            (_, true) => [TALLY_LANES, TALLY_THREADS / TALLY_LANES * TALLY_TURNS],
-            _ => [16, 64 / 16],
-        };
-        let constants = Constants::new()
+        let threads = Threads::new(context, world, what, bins_a_map, maps.count());
+        let constants = threads
+            .constants()
             .set(HIDE, hide)
             .set(REACH, what.reach)
-            .set(TILE_LANES, lanes)
             .set(PARTS, what.parts[0])
             .set(EMPTY_PARTS, what.parts[1])
             .set(TILED, what.skip)
@@ -206,7 +189,7 @@ impl Bins {
         let kernel = |shader| Kernel::compute(context, shader, &[maps.scene(), &set], &constants);
         let detailed = |blocks| Detail::new(context, maps, &set, slots, blocks, &constants);
         let detail = what.blocks.map(detailed).transpose()?;
-        let [count_casters, scatter] = match (detail.is_some(), tallies) {
+        let [count_casters, scatter] = match (detail.is_some(), threads.tallies) {
             (true, _) => [&shaders::detail::COUNT, &shaders::detail::SCATTER],
             (_, true) => [&shaders::bins::COUNT_TALLY_1, &shaders::bins::SCATTER_TALLY_1],
             _ => [&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0],
@@ -218,7 +201,8 @@ impl Bins {
             bins_a_map,
             find_horizon: kernel(&shaders::bins::HORIZON)?,
             count: kernel(count_casters)?,
-            place: kernel(&shaders::bins::PLACE)?,
+            place: kernel(if threads.fullest_first { &shaders::bins::PLACE_FULLEST } else { &shaders::bins::PLACE })?,
+            fullest_first: threads.fullest_first,
             scatter: kernel(scatter)?,
             counts,
             parts,
@@ -229,7 +213,7 @@ impl Bins {
             met,
             horizon,
             hide,
-            casters_a_group,
+            casters_a_group: threads.casters_a_group,
             parts_a_block: what.parts[0],
             lists_parts: what.parts != [0, 0],
             keeps_entries: what.entries,
@@ -237,7 +221,7 @@ impl Bins {
             capacity,
             room: 0,
             mark: 1,
-            may_have_room: what.entries && what.blocks.is_none() && !tallies,
+            may_have_room: what.entries && what.blocks.is_none() && !threads.tallies,
             unlisted: false,
             caster_count: world.caster_count(),
             last: None,
@@ -301,7 +285,13 @@ impl Bins {
     }
 
     fn push(&self) -> BinPush {
-        BinPush { caster_count: self.caster_count, capacity: self.capacity, room: self.room, mark: self.mark }
+        BinPush {
+            caster_count: self.caster_count,
+            capacity: self.capacity,
+            room: self.room,
+            mark: self.mark,
+            map_count: self.map_count,
+        }
     }
 
     fn per_caster(&self, commands: &mut Commands, name: &str, kernel: &Kernel<BinPush>) {
@@ -331,7 +321,8 @@ impl Bins {
     /// Finds each tile's place among the entries, and lists the parts of tiles that are built.
     fn place(&self, commands: &mut Commands) {
         let [x, y] = groups(u64::from(self.bins_a_map).div_ceil(64));
-        commands.pass("bins.place", |pass| pass.dispatch(&self.place, &self.push(), [x, y, self.map_count]));
+        let size = if self.fullest_first { [1; 3] } else { [x, y, self.map_count] };
+        commands.pass("bins.place", |pass| pass.dispatch(&self.place, &self.push(), size));
     }
 
     /// Writes the entries.
@@ -347,7 +338,7 @@ impl Bins {
     /// Runs a shader with two workgroups a tile, or where they are listed one for each part; the shader is pushed what room each tile
     /// has, 0 where parts are listed.
     pub fn per_half(&self, pass: &mut Pass, kernel: &Kernel<PartPush>) {
-        let push = PartPush { room: self.room };
+        let push = PartPush { room: self.room, tile_count: self.bins_a_map };
         if self.room == 0 {
             return self.per_part(pass, kernel, &push);
         }

@@ -15,9 +15,10 @@ mod opaque;
 mod order;
 mod splat;
 mod texels;
+mod threads;
 mod totals;
 
-pub use bins::{Bins, MANY_CASTERS, PartPush, TILE_TEXELS, Use};
+pub use bins::{Bins, PartPush, TILE_TEXELS, Use};
 pub use compact::Compact;
 pub use detail::{BLOCK_TEXELS, Detail, MOST_BLOCKS, SLOTS, Survey, table_bytes, tile_count};
 pub use filter::{Filter, FilterKind};
@@ -27,6 +28,7 @@ pub use opaque::{OPAQUE_SIZE, OpaqueMaps, opaque_corner};
 pub use order::{ItemData, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
 pub use texels::{TexelKernels, TexelWay, Texels};
+pub use threads::MANY_CASTERS;
 pub use totals::{BinTotals, TilePart};
 
 use self::fit::Fit;

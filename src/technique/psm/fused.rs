@@ -4,24 +4,28 @@ use super::volume::Volume;
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Kernel, Resource};
 use crate::maps::{Bins, Maps, PartPush, Use};
-use crate::shaders::constant::{BATCH, THREADS, WORKGROUP};
+use crate::shaders::constant::{BATCH, BATCH_AXES, ROWS, THREADS, WORKGROUP};
 use crate::shaders::psm;
 use crate::world::World;
 
 /// Workgroups: two halves of a tile that has casters, one of a tile to be written over.
 const PARTS: [u32; 2] = [2, 1];
 
-/// Shared memory, bytes a slice: half a tile's texels.
-pub const SLICE_BYTES: u32 = 32 * 4;
+/// Rows of 8 texels that are built at the same time, of the four of half a tile; shared memory, bytes a slice.
+const ROWS_AT_A_TIME: u32 = 2;
+pub const SLICE_BYTES: u32 = ROWS_AT_A_TIME * 8 * 4;
 
-/// Casters that stand in shared memory at the same time where there is room for them, fewer than threads; bytes of each, and of
-/// how many there are.
-const BATCH_CASTERS: u32 = 256;
-const CASTER_BYTES: u32 = 40;
-const COUNT_BYTES: u32 = 8;
+/// Casters that stand in shared memory at the same time where there is room for them, fewer than threads; bytes of each, and with
+/// strands. With so many two workgroups have room where 64 KiB are shared.
+const BATCH_CASTERS: u32 = 240;
+const CASTER_BYTES: u32 = 24;
+const AXIS_BYTES: u32 = 16;
+
+/// How many they are, twice, and the room of one caster, which there always is.
+pub const OTHER_BYTES: u32 = 8 + CASTER_BYTES + AXIS_BYTES;
 
 /// Threads a workgroup, at least and at most; multiples of the former.
-const MOST_AND_LEAST_THREADS: [u32; 2] = [512, 32];
+const LEAST_AND_MOST_THREADS: [u32; 2] = [ROWS_AT_A_TIME * 8, 256];
 
 /// What the path builds with.
 pub struct Fused {
@@ -31,21 +35,22 @@ pub struct Fused {
 
 /// Threads a workgroup that suit the device.
 pub fn threads(context: &Context) -> u32 {
-    let [most, least] = MOST_AND_LEAST_THREADS;
+    let [least, most] = LEAST_AND_MOST_THREADS;
     // The threads of a software device do not run at the same time, and each costs it something.
     let room = if context.features().is_software() { least } else { context.features().max_compute_workgroup_threads };
     (room / least * least).clamp(least, most)
 }
 
-/// Casters that threads keep in shared memory beside the slices, half as many as there are threads at most, or a half or a quarter
-/// of that, or none where there is no room for them. One at a time, threads gain nothing from what all of them see.
-fn batch(context: &Context, slices: u32, threads: u32) -> u32 {
-    if threads == MOST_AND_LEAST_THREADS[1] {
+/// Casters that threads keep in shared memory beside the slices, fewer than there are threads, or a half or a quarter of that, or
+/// none where there is no room for them. One at a time, threads gain nothing from what all of them see.
+fn batch(context: &Context, slices: u32, threads: u32, strands: bool) -> u32 {
+    if threads == LEAST_AND_MOST_THREADS[0] {
         return 0;
     }
-    let most = BATCH_CASTERS.min(threads / 2);
+    let most = BATCH_CASTERS.min(threads / 2 * 2 - 2);
+    let bytes = CASTER_BYTES + if strands { AXIS_BYTES } else { 0 };
     let has = context.features().max_compute_shared_memory_bytes;
-    let fits = |casters: &u32| slices * SLICE_BYTES + casters * CASTER_BYTES + COUNT_BYTES <= has;
+    let fits = |casters: &u32| slices * SLICE_BYTES + casters * bytes + OTHER_BYTES <= has;
     [most, most / 2, most / 4].into_iter().find(fits).unwrap_or(0)
 }
 
@@ -63,8 +68,15 @@ impl Fused {
         let bins = Bins::new(context, world, maps, what)?.unlisted();
         let storage = Bindings::new(context, "psm.volume", &[Resource::StorageImage(volume.clone())])?;
         let shader = if layout.is_8_bit() { &psm::FUSED_BITS_8 } else { &psm::FUSED_BITS_16 };
-        let batch = batch(context, layout.slices, threads);
-        let constants = constants.clone().set(THREADS, threads).set(WORKGROUP, threads).set(BATCH, batch);
+        let strands = world.has_strands();
+        let batch = batch(context, layout.slices, threads, strands);
+        let constants = constants
+            .clone()
+            .set(ROWS, ROWS_AT_A_TIME)
+            .set(THREADS, threads)
+            .set(WORKGROUP, threads)
+            .set(BATCH, batch)
+            .set(BATCH_AXES, if strands { batch } else { 0 });
         let kernel = Kernel::compute(context, shader, &[maps.scene(), bins.set(), &storage], &constants)?;
         Ok(Self { bins, kernel })
     }

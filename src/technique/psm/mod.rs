@@ -10,7 +10,7 @@ mod fused;
 mod raster;
 mod volume;
 
-use self::fused::{Fused, SLICE_BYTES};
+use self::fused::{Fused, OTHER_BYTES, SLICE_BYTES};
 use self::raster::{Raster, Route};
 use self::volume::{Assign, Coverage, Storage, Volume};
 use super::keys::{FILTER, RADIUS, SKIP, Values, Word, words};
@@ -112,7 +112,7 @@ impl Psm {
         Self::with_threads(context, world, spec, fused::threads(context))
     }
 
-    /// As [`Psm::new`], with so many threads a workgroup of path=fused, a multiple of 32, instead of what suits the device.
+    /// As [`Psm::new`], with so many threads a workgroup of path=fused, a multiple of 16, instead of what suits the device.
     ///
     /// # Errors
     /// As [`Psm::new`].
@@ -175,7 +175,8 @@ impl Psm {
 
 /// The path and why. `auto` is fused wherever it runs: it writes each voxel once and blends nothing.
 fn choose(context: &Context, spec: &Spec) -> Result<(Way, String)> {
-    let (has, wants) = (context.features().max_compute_shared_memory_bytes, spec.number("slices") * SLICE_BYTES);
+    let (has, wants) =
+        (context.features().max_compute_shared_memory_bytes, spec.number("slices") * SLICE_BYTES + OTHER_BYTES);
     let lacks_room = (has < wants)
         .then(|| format!("maxComputeSharedMemorySize of at least {wants} for as many slices (this device has {has})"));
     let wants_raster = [("coverage", "off"), ("route", "auto")].into_iter().find(|(k, v)| spec.value(k) != *v);

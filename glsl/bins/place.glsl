@@ -1,0 +1,47 @@
+// What place.comp and place_fullest.comp have in common: how a tile of a map is listed for those who build it.
+#ifndef BINS_PLACE_GLSL
+#define BINS_PLACE_GLSL
+#include "bins/tiles.glsl"
+#include "bins/totals.glsl"
+#include "detail/blocks.glsl"
+
+// Parts of a tile that has casters, and of one that has none.
+CONSTANT(uint, PARTS, 1u)
+CONSTANT(uint, EMPTY_PARTS, 0u)
+
+layout(set = 1, binding = 0, scalar) readonly buffer Counts { uint counts[]; };
+layout(set = 1, binding = 1, scalar) writeonly buffer Parts { TilePart parts[]; };
+layout(set = 1, binding = 2, scalar) writeonly buffer Cursors { uint cursors[]; };
+layout(set = 1, binding = 3, scalar) buffer Totals { BinTotals totals[]; };
+layout(set = 1, binding = 7, scalar) readonly buffer Slots { uint slots[]; };
+
+// Tiles of a map, or with DETAIL the blocks that they may have.
+uint bins_a_map() {
+    uvec2 tiles = tile_counts(maps[0].volume);
+    return tiles.x * tiles.y * (DETAIL ? SLOTS : 1u);
+}
+
+// Parts that are listed of a bin with so many casters.
+uint parts_wanted(uint bin, uint count) {
+    bool built = DETAIL ? slot_place(slots[bin]) != 0u : count > 0u;
+    return built ? PARTS : DETAIL ? 0u : EMPTY_PARTS;
+}
+
+// Where the entries of a bin stand, for who writes them and who reads them; `counted` is its place where nothing else says it.
+uint first_entry(uint bin, uint count, uint counted) {
+    if (count > 0u && room == 0u) {
+        cursors[bin] = counted;
+    }
+    return room == 0u ? counted : bin * room;
+}
+
+// Lists so many parts of a bin from a place on.
+void list_parts(uint place, uint wanted, uint bin, uint count, uint first) {
+    // Where the entries are too few, which is found out and mended after the build, nobody reads past them.
+    uint readable = first < capacity ? min(count, room != 0u ? room : capacity - first) : 0u;
+    uint a_map = bins_a_map(), tile = bin % a_map, map = bin / a_map;
+    for (uint i = 0u; i < wanted; ++i) {
+        parts[place + i] = TilePart(tile, map << 8 | i, first, readable);
+    }
+}
+#endif
