@@ -49,8 +49,13 @@ fn most_ambiguous(build: Build) -> f64 {
 const ENOUGH: u32 = 113;
 
 /// Where another node may rightly be removed, the curve is another but no worse: its mean distance from the twin's is at
-/// most that of two curves of four nodes from what they approximate, 0.008 on the project's smoke.
+/// most that of two curves of four nodes from what they approximate, 0.008 on the project's smoke; or else it is as near to what it
+/// approximates ([`twin::Texel::is_no_worse`]).
 const AMBIGUOUS_TOLERANCE: f32 = 0.016;
+
+/// The largest share of the texels with one right answer whose nodes a fit may have moved elsewhere: where a curve is met already,
+/// what is left of it is rounding, after which a node goes. They have to be no worse.
+const FITTED_ELSEWHERE: f64 = 0.02;
 
 /// The nodes of each texel, map after map.
 fn nodes(avsm: &Avsm, texels: usize, count: usize) -> Vec<NodeData> {
@@ -82,7 +87,8 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
             let avsm = built_avsm(context, scene, &text);
             let all = nodes_of(&avsm, &text, twins.len());
             let packed = text.contains("storage=packed");
-            let (mut covered, mut ambiguous, mut grazed, mut worst, mut farthest) = (0, 0, 0, 0.0f32, 0.0f32);
+            let (mut covered, mut ambiguous, mut elsewhere, mut grazed) = (0, 0, 0, 0);
+            let (mut worst, mut farthest) = (0.0f32, 0.0f32);
             for (texel, (nodes, twin)) in all.chunks_exact(count).zip(&twins).enumerate() {
                 let what = format!("{}, {text}, texel {texel}", scene.name);
                 let Some(twin) = twin else {
@@ -106,12 +112,18 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
                     let distance = |i| (look_up(nodes, depth(i), interpolation) - curve.transmittance(depth(i))).abs();
                     let mean = (0..DEPTHS).map(distance).sum::<f32>() / DEPTHS as f32;
                     farthest = farthest.max(mean);
-                    assert!(mean <= AMBIGUOUS_TOLERANCE, "{what}: {mean} from the twin\n{nodes:?}\n{:?}", curve);
+                    let is_right = mean <= AMBIGUOUS_TOLERANCE || twin.is_no_worse(build, nodes);
+                    assert!(is_right, "{what}: {mean} from the twin\n{nodes:?}\n{:?}", curve);
+                    continue;
+                }
+                let off = |i| beyond(&curve, depth(i), look_up(nodes, depth(i), interpolation), rounding);
+                if build.turns > 0 && (0..DEPTHS).any(|i| off(i) > tolerance) && twin.is_no_worse(build, nodes) {
+                    elsewhere += 1;
                     continue;
                 }
                 for i in 0..DEPTHS {
                     let transmittance = look_up(nodes, depth(i), interpolation);
-                    let difference = beyond(&curve, depth(i), transmittance, rounding);
+                    let difference = off(i);
                     worst = worst.max(difference);
                     assert!(
                         difference <= tolerance,
@@ -131,6 +143,11 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
             let compared = covered - ambiguous;
             let enough = if scene.name == "crowd" { compared >= ENOUGH } else { share <= most_ambiguous(build) };
             assert!(enough, "{} {text}: {share} of the texels are ambiguous, {compared} are not", scene.name);
+            assert!(
+                f64::from(elsewhere) <= (f64::from(compared) * FITTED_ELSEWHERE).max(1.0),
+                "{} {text}: {elsewhere} of {compared} fitted elsewhere",
+                scene.name
+            );
             assert!(grazed * 20 < covered, "{} {text}: {grazed} texels are left out", scene.name);
             assert!(covered > 0, "{} {text}: nothing was compared", scene.name);
         }

@@ -92,6 +92,25 @@ impl Texel {
         (curve, ambiguous)
     }
 
+    /// Whether what a device has made of the texel is as near to all of its segments as what the twin makes of them, or of one of
+    /// the trials: at most a quarter farther, in the mean.
+    pub fn is_no_worse(&self, build: Build, nodes: &[NodeData]) -> bool {
+        let part = |s: &Segment, depth: f32| match s.exit - s.entry {
+            length if length > 0.0 => ((depth - s.entry) / length).clamp(0.0, 1.0),
+            _ => f32::from(depth >= s.entry),
+        };
+        let whole = |depth| (-self.segments.iter().map(|s| s.optical_depth * part(s, depth)).sum::<f32>()).exp();
+        let off = |found: &dyn Fn(f32) -> f32| {
+            (0..DEPTHS).map(|i| (found(depth(i)) - whole(depth(i))).abs()).sum::<f32>() / DEPTHS as f32
+        };
+        let of_trial = |segments: &Vec<Segment>| {
+            let curve = curve(segments, self.bound, build);
+            off(&|depth| curve.transmittance(depth))
+        };
+        let worst = self.rounded.iter().chain([&self.segments]).map(of_trial).fold(0.0, f32::max);
+        off(&|depth| look_up(nodes, depth, build.interpolation)) <= 1.25 * worst + UNSTABLE
+    }
+
     /// Whether a trial, or the other way to share a segment among cells, which rounds to whole units alike at the segment's
     /// ends alone, makes the curve from other ends of cells.
     fn has_other_ends(&self, build: Build) -> bool {
@@ -299,6 +318,28 @@ impl<'a> Twins<'a> {
             f64::from(caster.density) * (chord(-moved) - chord(moved)).max(0.0) / 2.0
         };
         self.casters.iter().filter(|caster| !caster.is_strand()).map(of).sum()
+    }
+
+    /// What rounding of strands' places may do to the optical depth of a texel that stands for its area: an edge that lies aside by a
+    /// share of a texel's side covers so much more or less of it, along √2 of it at most. Places as in [`Twins::chord_rounding`].
+    pub fn area_rounding(&self, texel: u32) -> f64 {
+        if !self.area {
+            return 0.0;
+        }
+        let at = [texel % self.view.width, texel / self.view.width];
+        let ray = self.view.ray(DVec2::new(f64::from(at[0]) + 0.5, f64::from(at[1]) + 0.5));
+        let beside = self.view.ray(DVec2::new(f64::from(at[0]) + 1.5, f64::from(at[1]) + 1.5));
+        let of = |caster: &Caster| {
+            let segment = texel_part(&self.view, at, caster)?;
+            let z = (caster.start() - ray.origin).dot(ray.direction) / ray.direction.length_squared();
+            let diagonal = (beside.at(z) - ray.at(z)).length();
+            let moved = 5.0 * f64::from(f32::EPSILON) * (caster.start() - ray.origin).length() / diagonal;
+            // Two edges, each by √2 of a side, which is the diagonal over √2.
+            let share = 2.0 * 2.0 * moved;
+            let left = (-f64::from(segment.optical_depth)).exp();
+            Some(share * (1.0 - (-f64::from(caster.density)).exp()) / left)
+        };
+        self.casters.iter().filter(|caster| caster.is_strand()).filter_map(of).sum()
     }
 
     /// Casters that the texel's ray grazes so closely that rounding decides whether it meets them.
