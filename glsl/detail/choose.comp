@@ -2,6 +2,7 @@
 // Chooses how fine each tile of all maps is, and where its blocks stand, as fine as so many blocks allow. One workgroup.
 // Where edges of a strength E stand per texel, the error falls with about the side to the power of −1 (hair: −0.7), so that a
 // tile's side goes with E to about a third; that edges hide each other makes it a fifth of E / (1 + optical depth).
+// How many blocks there are at each scale follows from where each tile changes its side.
 // Inputs: surveys. Outputs: slots, totals. Twin: reference::twin::detail::choose.
 // Invariants: there are never more blocks than were allowed; only whole numbers are computed with, so that the same surveys
 // are the same choice on every device; every block that a caster meets has a place.
@@ -11,9 +12,10 @@
 #include "maps/rounds.glsl"
 #include "maps/scene.glsl"
 
-const uint THREADS = 128u;
-
-layout(local_size_x = THREADS) in;
+// 128 at least.
+layout(local_size_x_id = ID_WORKGROUP) in;
+// The same number: what is read of a specialized workgroup size is no constant to every tool.
+CONSTANT(uint, THREADS, 128u)
 
 layout(push_constant, scalar) uniform ChoosePush {
     uint tile_count;  // of all maps
@@ -28,8 +30,16 @@ layout(set = 1, binding = 3, scalar) writeonly buffer Totals { BinTotals totals[
 layout(set = 1, binding = 7, scalar) writeonly buffer Slots { uint slots[]; };
 layout(set = 2, binding = 0, scalar) readonly buffer Surveys { Survey surveys[]; };
 
+// Scales at which all tiles have side 1, and from which on all have side 8.
+const int LEAST_SCALE = -760;
+const int MOST_SCALE = 240;
+const uint SCALES = uint(MOST_SCALE - LEAST_SCALE);
+
+// By how many blocks each scale has more than the one before, modulo 2³².
+shared uint more[SCALES];
 shared uint sums[THREADS];
-shared uint total;
+// The greatest scale that fits, behind LEAST_SCALE.
+shared uint greatest;
 // Of a side: which cells a block of a row reaches over; how many blocks of a row reach over some of a mask of cells. Whole
 // numbers are slow to divide.
 shared uint cells_of_block[8][8];
@@ -41,22 +51,33 @@ int log_16(uint x) {
     return 16 * top + int(x << (31 - top) >> 27 & 15u);
 }
 
-// Side of a tile at a scale: 2^(level / 80), rounded, where 16 levels are an octave of edges to the power of a fifth.
+// 80 log2(1.5), 80 log2(2.5), …: levels from which on a tile has side 2, 3, …
+const int LEVELS[7] = int[](47, 106, 145, 174, 197, 217, 233);
+
+// Level of a tile at scale 0: its side is 2^(level / 80), rounded, where 16 levels are an octave of edges to the power of a fifth.
+int tile_level(Survey survey, uint tile) {
+    int level = log_16(survey.edges + 1u) - log_16(uint(DEPTH_UNITS) + survey.optical_depth) + 160;
+    // Tiles that are alike do not all change at the same scale.
+    return level + int((tile % across * 13u + tile / across * 29u) & 31u);
+}
+
+// Side of a tile at a scale.
 uint tile_side(Survey survey, uint tile, int scale) {
     if (survey.cells == 0u) {
         return 8u;
     }
-    int level = log_16(survey.edges + 1u) - log_16(uint(DEPTH_UNITS) + survey.optical_depth) + 160 + scale;
-    // Tiles that are alike do not all change at the same scale.
-    level += int((tile % across * 13u + tile / across * 29u) & 31u);
-    // 80 log2(1.5), 80 log2(2.5), …
-    return 1u + uint(level >= 47) + uint(level >= 106) + uint(level >= 145) + uint(level >= 174) + uint(level >= 197)
-         + uint(level >= 217) + uint(level >= 233);
+    int level = tile_level(survey, tile) + scale;
+    uint side = 1u;
+    [[unroll]] for (uint i = 0u; i < 7u; ++i) {
+        side += uint(level >= LEVELS[i]);
+    }
+    return side;
 }
 
-// Scales at which all tiles have side 1, and from which on all have side 8.
-const int LEAST_SCALE = -760;
-const int MOST_SCALE = 240;
+// The first scale at which a tile of that level has a side, behind LEAST_SCALE; SCALES or more: none.
+uint first_scale(int level, uint side) {
+    return side == 1u ? 0u : side > 8u ? SCALES : uint(max(LEVELS[side - 2u] - level - LEAST_SCALE, 0));
+}
 
 Survey surveyed(uint tile) {
     Survey survey = surveys[tile];
@@ -69,8 +90,8 @@ uint block_cells(uint i, uint side) { return cells_of_block[side - 1u][i]; }
 
 // The tables above. All threads call it alike.
 void fill_tables() {
-    uint i = gl_LocalInvocationIndex, side = i / 16u + 1u;
-    if (i % 16u < side) {
+    uint i = gl_LocalInvocationIndex, side = min(i / 16u + 1u, 8u);
+    if (i < 128u && i % 16u < side) {
         uint first = i % 16u * SURVEY_CELLS / side, last = ((i % 16u + 1u) * SURVEY_CELLS - 1u) / side;
         cells_of_block[side - 1u][i % 16u] = (2u << last) - (1u << first);
     }
@@ -79,7 +100,9 @@ void fill_tables() {
     for (uint x = 0u; x < side; ++x) {
         count += uint((i % 16u & block_cells(x, side)) != 0u);
     }
-    blocks_of_row[side - 1u][i % 16u] = count;
+    if (i < 128u) {
+        blocks_of_row[side - 1u][i % 16u] = count;
+    }
     barrier();
 }
 
@@ -100,40 +123,68 @@ uint used_blocks(uint cells, uint side) {
     return count;
 }
 
+// Sum of the values of the threads before. All threads call it alike.
+uint sum_before(uint value) {
+    uint thread = gl_LocalInvocationIndex, sum = value;
+    for (uint step = 1u; step < THREADS; step *= 2u) {
+        sums[thread] = sum;
+        barrier();
+        sum += thread >= step ? sums[thread - step] : 0u;
+        barrier();
+    }
+    return sum - value;
+}
+
+// The greatest scale at which there are no more blocks than may be. All threads call it alike.
+int greatest_scale() {
+    uint thread = gl_LocalInvocationIndex;
+    for (uint i = thread; i < SCALES; i += THREADS) {
+        more[i] = 0u;
+    }
+    if (thread == 0u) {
+        greatest = 0u;
+    }
+    barrier();
+    // Each side of each tile: from one scale on so many blocks, from another on not any more.
+    for (uint i = thread; i < tile_count * 8u; i += THREADS) {
+        uint tile = i / 8u, side = i % 8u + 1u;
+        Survey survey = surveyed(tile);
+        int level = survey.cells == 0u ? 0 : tile_level(survey, tile);
+        uint used = used_blocks(survey.cells, side), from = first_scale(level, side), to = first_scale(level, side + 1u);
+        if (used > 0u && from < SCALES) {
+            atomicAdd(more[from], used);
+        }
+        if (used > 0u && to < SCALES) {
+            atomicAdd(more[to], 0u - used);
+        }
+    }
+    barrier();
+    uint run = (SCALES + THREADS - 1u) / THREADS, begin = min(thread * run, SCALES), end = min(begin + run, SCALES), sum = 0u;
+    for (uint i = begin; i < end; ++i) {
+        sum += more[i];
+    }
+    sum = sum_before(sum);
+    for (uint i = begin; i < end; ++i) {
+        sum += more[i];
+        if (sum <= block_count) {
+            atomicMax(greatest, i);
+        }
+    }
+    barrier();
+    return LEAST_SCALE + int(greatest);
+}
+
 void main() {
     uint thread = gl_LocalInvocationIndex;
     fill_tables();
-    int scale = LEAST_SCALE, above = MOST_SCALE;
-    while (above - scale > 1) {
-        int middle = (scale + above) / 2;
-        uint sum = 0u;
-        for (uint tile = thread; tile < tile_count; tile += THREADS) {
-            Survey survey = surveyed(tile);
-            sum += used_blocks(survey.cells, tile_side(survey, tile, middle));
-        }
-        if (thread == 0u) {
-            total = 0u;
-        }
-        barrier();
-        atomicAdd(total, sum);
-        barrier();
-        bool fits = total <= block_count;
-        scale = fits ? middle : scale;
-        above = fits ? above : middle;
-        barrier();
-    }
+    int scale = greatest_scale();
     uint run = (tile_count + THREADS - 1u) / THREADS;
     uint begin = min(thread * run, tile_count), end = min(begin + run, tile_count), count = 0u;
     for (uint tile = begin; tile < end; ++tile) {
         Survey survey = surveyed(tile);
         count += used_blocks(survey.cells, tile_side(survey, tile, scale));
     }
-    sums[thread] = count;
-    barrier();
-    uint place = 0u;
-    for (uint i = 0u; i < thread; ++i) {
-        place += sums[i];
-    }
+    uint place = sum_before(count);
     for (uint tile = begin; tile < end; ++tile) {
         Survey survey = surveyed(tile);
         uint side = tile_side(survey, tile, scale);

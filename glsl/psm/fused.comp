@@ -205,8 +205,10 @@ void write_run(View view, uint map, uvec2 texel, uint t, uint run, float unit) {
             slices[sum_place(end - 1u, t)] = whole;
         }
         barrier();
-        for (uint last = RUN - 1u; last < begin; last += RUN) {
-            before += slices[sum_place(last, t)];
+        // All are read, so that none waits for another.
+        [[unroll]] for (uint i = 1u; i < RUNS; ++i) {
+            uint last = i * RUN - 1u;
+            before += last < begin ? slices[sum_place(min(last, SLICES - 1u), t)] : 0u;
         }
     }
     if (any(greaterThanEqual(texel, uvec2(view.width, view.height)))) {

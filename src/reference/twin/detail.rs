@@ -116,22 +116,21 @@ pub fn used_blocks(cells: u32, side: u32) -> Vec<bool> {
 
 /// The words of all tiles' tables, rows of `across` tiles, with at most so many blocks. Twin: glsl/detail/choose.comp.
 pub fn choose(tiles: &[Tile], across: u32, block_count: usize) -> Vec<u32> {
-    let blocks = |scale: i32| -> Vec<(u32, Vec<bool>)> {
-        let of = |(tile, known): (usize, &Tile)| {
-            let side = tile_side(known, tile as u32, across, scale);
-            (side, used_blocks(known.cells, side))
-        };
-        tiles.iter().enumerate().map(of).collect()
-    };
-    let count = |scale| blocks(scale).iter().flat_map(|(_, used)| used).filter(|used| **used).count();
-    let [mut scale, mut above] = SCALES;
-    while above - scale > 1 {
-        let middle = (scale + above) / 2;
-        if count(middle) <= block_count { scale = middle } else { above = middle }
-    }
+    let counts: Vec<[usize; 9]> = (tiles.iter())
+        .map(|known| {
+            std::array::from_fn(|side| used_blocks(known.cells, side as u32).iter().filter(|used| **used).count())
+        })
+        .collect();
+    let side = |tile: usize, scale| tile_side(&tiles[tile], tile as u32, across, scale);
+    let count = |scale| (0..tiles.len()).map(|tile| counts[tile][side(tile, scale) as usize]).sum::<usize>();
+    // More is not always more: a coarse grid's lines may cut a cell that a finer one's do not.
+    let [least, end] = SCALES;
+    let scale = (least..end).rev().find(|scale| count(*scale) <= block_count).unwrap_or(least);
     let mut place = 0;
     let mut words = Vec::with_capacity(tiles.len() * SLOTS);
-    for (side, used) in blocks(scale) {
+    for (tile, known) in tiles.iter().enumerate() {
+        let side = side(tile, scale);
+        let used = used_blocks(known.cells, side);
         for slot in 0..SLOTS {
             let is_used = used.get(slot).is_some_and(|used| *used);
             place += u32::from(is_used);
