@@ -147,19 +147,34 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
     } else {
         float ray_length = length(ray.direction);
         uint rows = part.count <= BATCH ? HALF : ROWS;
+        // The thread's caster of the next batch, and which is its own of the one behind, are fetched while others are added.
+        uint mine = thread < BATCH ? thread : part.count, later = 0u;
+        Caster next;
+        if (!again && mine < part.count) {
+            next = casters[entries[part.first + mine].y];
+        }
+        if (!again && BATCH + mine < part.count) {
+            later = entries[part.first + BATCH + mine].y;
+        }
         if (thread < 2u && !again) {
             filled[thread] = 0u;
         }
         for (uint first = 0u, turn = 0u; first < part.count; first += BATCH, ++turn) {
             barrier();
             if (!again) {
-                if (thread < min(part.count - first, BATCH)) {
-                    put_caster(view, corner, rows, tile_caster(view, part.first + first + thread), scale, turn);
+                if (first + mine < part.count) {
+                    put_caster(view, corner, rows, view_caster(view, next), scale, turn);
                 } else if (thread == THREADS - 1u) {
                     // Of the batch before, which is done with; the last thread has no caster of its own.
                     filled[turn + 1u & 1u] = 0u;
                 }
                 barrier();
+                if (first + BATCH + mine < part.count) {
+                    next = casters[later];
+                }
+                if (first + 2u * BATCH + mine < part.count) {
+                    later = entries[part.first + first + 2u * BATCH + mine].y;
+                }
             }
             uint count = filled[turn & 1u];
             for (uint i = rotation; i < count; i += CASTERS) {
