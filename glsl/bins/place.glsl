@@ -32,7 +32,7 @@ uint first_entry(uint bin, uint count, uint counted) {
     if (count > 0u && room == 0u) {
         cursors[bin] = counted;
     }
-    return room == 0u ? counted : bin * room;
+    return room == 0u ? counted : (DETAIL ? slot_place(slots[bin]) - 1u : bin) * room;
 }
 
 // Lists so many parts of a bin from a place on.

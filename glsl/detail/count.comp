@@ -41,7 +41,7 @@ void main() {
         }
     }
     if (any) {
-        met[map * caster_count + index] = 1u;
+        met[map * caster_count + index] = mark;
     }
     // The other passes over casters take as many rounds at most.
     if (rounds_ran_out(caster_count)) {

@@ -1,14 +1,31 @@
 #version 460
-// As bins/scatter.comp, for blocks.
-// Inputs: maps, casters, cursors, horizon, slots. Outputs: entries.
+// As bins/scatter.comp, for blocks: where each has the same room, they stand in the order of their places.
+// Inputs: maps, casters, cursors, horizon, slots. Outputs: entries; with room also counts, totals (both cleared before), met.
+#include "bins/totals.glsl"
 #include "detail/casters.glsl"
+#include "maps/rounds.glsl"
 
 layout(local_size_x = BIN_THREADS) in;
 
+layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
 layout(set = 1, binding = 2, scalar) buffer Cursors { uint cursors[]; };
+layout(set = 1, binding = 3, scalar) buffer Totals { BinTotals totals[]; };
 layout(set = 1, binding = 4, scalar) writeonly buffer Entries { uvec2 entries[]; };
+layout(set = 1, binding = 5, scalar) writeonly buffer Met { uint met[]; };
 layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };
 layout(set = 1, binding = 7, scalar) readonly buffer Slots { uint slots[]; };
+
+// The next entry of a block; `capacity` where there is no room for it.
+uint next_entry(uint bin) {
+    if (room == 0u) {
+        return atomicAdd(cursors[bin], 1u);
+    }
+    uint before = atomicAdd(counts[bin], 1u), place = slot_place(slots[bin]);
+    if (before >= room) {
+        atomicMax(totals[0].fullest, before + 1u);
+    }
+    return before < room && place > 0u ? (place - 1u) * room + before : capacity;
+}
 
 void main() {
     uint map = gl_WorkGroupID.z, index = map_thread() / TILE_LANES, lane = map_thread() % TILE_LANES;
@@ -19,6 +36,7 @@ void main() {
     View view = maps[map].volume;
     Caster caster = casters[index];
     uvec2 tiles = tile_counts(view), size = high - low + 1u;
+    bool any = false;
     for (uint t = 0u; t < size.x * size.y; ++t) {
         uvec2 tile = low + uvec2(t % size.x, t / size.x), first, last;
         uint place = (map * tiles.y + tile.y) * tiles.x + tile.x, side = slot_side(slots[place * SLOTS]);
@@ -32,11 +50,18 @@ void main() {
             uvec2 block = first + uvec2(i % blocks.x, i / blocks.x), within = block - tile * side;
             float distance_square = tile_distance(fine, caster, block);
             if (!tile_missed(distance_square)) {
-                uint slot = atomicAdd(cursors[place * SLOTS + within.y * side + within.x], 1u);
-                if (slot < capacity) {
-                    entries[slot] = uvec2(tile_key(fine, caster, block, distance_square), index);
+                uint entry = next_entry(place * SLOTS + within.y * side + within.x);
+                any = true;
+                if (entry < capacity) {
+                    entries[entry] = uvec2(tile_key(fine, caster, block, distance_square), index);
                 }
             }
         }
+    }
+    if (room != 0u && any) {
+        met[map * caster_count + index] = mark;
+    }
+    if (rounds_ran_out(caster_count)) {
+        totals[0].cut_short = 1u;
     }
 }

@@ -221,7 +221,7 @@ impl Bins {
             capacity,
             room: 0,
             mark: 1,
-            may_have_room: what.entries && what.blocks.is_none() && !threads.tallies,
+            may_have_room: what.entries && !threads.tallies,
             unlisted: false,
             caster_count: world.caster_count(),
             last: None,
@@ -260,6 +260,9 @@ impl Bins {
             // With room in tiles each build has a mark of its own.
             if self.room == 0 {
                 pass.fill(&self.met, 0);
+            }
+            if let Some(detail) = &self.detail {
+                pass.fill(detail.surveys(), 0);
             }
         });
         self.horizon(commands);
@@ -392,15 +395,21 @@ impl Bins {
     fn room_for(&self, totals: &BinTotals) -> u32 {
         let most = u64::from(totals.fullest) + u64::from(totals.fullest / 4);
         let room = most.next_multiple_of(ROOM_STEP.into());
-        let bytes = room * u64::from(self.bins_a_map) * u64::from(self.map_count) * ENTRY_BYTES;
+        let bytes = room * self.rooms() * ENTRY_BYTES;
         let fits = bytes <= MOST_ROOM_BYTES.min(limit(&self.context) * ENTRY_BYTES);
         if self.may_have_room && fits { room as u32 } else { 0 }
+    }
+
+    /// Tiles, or with detail the most blocks.
+    fn rooms(&self) -> u64 {
+        let tiles = u64::from(self.bins_a_map) * u64::from(self.map_count);
+        self.detail.as_ref().map_or(tiles, |detail| detail.block_count().into())
     }
 
     /// Gives each tile the same room, after a build that counted `totals`; false where that is too much.
     fn take_room(&mut self, totals: &BinTotals) -> bool {
         self.room = self.room_for(totals);
-        let wanted = u64::from(self.room) * u64::from(self.bins_a_map) * u64::from(self.map_count);
+        let wanted = u64::from(self.room) * self.rooms();
         if wanted == 0 {
             return false;
         }

@@ -112,9 +112,8 @@ impl Detail {
         self.push.block_count
     }
 
-    /// Looks at what casters there are, a group of threads each.
+    /// Looks at what casters there are, a group of threads each; the surveys are 0.
     pub(super) fn survey(&self, commands: &mut Commands, push: &BinPush, groups: [u32; 3]) {
-        commands.pass("detail.clear", |pass| pass.fill(&self.surveys, 0));
         commands.pass("detail.survey", |pass| pass.dispatch(&self.survey, push, groups));
     }
 

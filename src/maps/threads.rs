@@ -48,7 +48,9 @@ impl Threads {
         };
         let fullest = most.min(FULLEST_THREADS);
         let bins = u64::from(bins_a_map) * u64::from(map_count);
-        let fullest_first = !software && what.parts != [0, 0] && bins <= FULLEST_TURNS * u64::from(fullest);
+        // Blocks are as fine as they have casters.
+        let fullest_first =
+            !software && what.blocks.is_none() && what.parts != [0, 0] && bins <= FULLEST_TURNS * u64::from(fullest);
         // A power of two, which divides the casters.
         let tally = 1 << most.min(TALLY_MOST_THREADS).ilog2();
         Self { tallies, fullest_first, casters_a_group, lanes, tally, fullest }
