@@ -53,8 +53,8 @@ const ENOUGH: u32 = 113;
 /// approximates ([`twin::Texel::is_no_worse`]).
 const AMBIGUOUS_TOLERANCE: f32 = 0.016;
 
-/// The largest share of the texels with one right answer whose nodes a fit may have moved elsewhere: where a curve is met already,
-/// what is left of it is rounding, after which a node goes. They have to be no worse.
+/// The largest share of the texels with one right answer whose nodes a fit may have moved elsewhere, without those that the twin meets
+/// all but exactly: what is left of these is rounding, after which a node goes. All have to be no worse.
 const FITTED_ELSEWHERE: f64 = 0.02;
 
 /// The nodes of each texel, map after map.
@@ -118,7 +118,7 @@ fn compare(context: &Context, scene: &Scene, size: u32, settings: &str, order: O
                 }
                 let off = |i| beyond(&curve, depth(i), look_up(nodes, depth(i), interpolation), rounding);
                 if build.turns > 0 && (0..DEPTHS).any(|i| off(i) > tolerance) && twin.is_no_worse(build, nodes) {
-                    elsewhere += 1;
+                    elsewhere += u32::from(!twin.is_met(build));
                     continue;
                 }
                 for i in 0..DEPTHS {

@@ -268,13 +268,13 @@ fn fused_equals_its_twin_where_parts_are_listed() {
     });
 }
 
-/// Software devices take 32; runs of slices that are shared by threads are a GPU's business, and even only by luck.
+/// Software devices take 16; runs of slices that are shared by threads are a GPU's business, and even only by luck.
 #[test]
 fn fused_equals_its_twin_with_many_threads() {
     gpu_test("fused_equals_its_twin_with_many_threads", |context| {
         let has = context.features().max_compute_workgroup_threads;
         for (scene, keys) in cases() {
-            for (assign, threads) in [("nearest", 512), ("split", 384), ("nearest", 96)] {
+            for (assign, threads, ahead) in [("nearest", 512, false), ("split", 384, true), ("nearest", 96, true)] {
                 if threads > has {
                     println!("skipped: {threads} threads, and this device has {has}");
                     continue;
@@ -284,7 +284,7 @@ fn fused_equals_its_twin_with_many_threads() {
                     continue;
                 }
                 let world = world(context, &scene);
-                let psm = support::opened(Psm::with_threads(context, &world, &spec(&text), threads), &text);
+                let psm = support::opened(Psm::with_threads(context, &world, &spec(&text), threads, ahead), &text);
                 let psm = Opened::new(context, Box::new(psm), true);
                 fused(psm, &world, &spec(&text), &format!("{} {text}, {threads} threads", scene.name));
             }

@@ -41,7 +41,8 @@ Caster batch_caster(uint i) {
 #ifndef BATCH
 #define BATCH 128u
 #endif
-// Two words of four floats a caster: position and radius, axis and density.
+// Four floats each: positions and radii, then axes and densities. Threads that look at casters of their own meet in fewer banks than
+// if both stood side by side.
 shared vec4 batch[2u * BATCH];
 
 uint batch_size() { return BATCH; }
@@ -51,15 +52,15 @@ void fetch_batch(View view, uint first, uint filled) {
     barrier();
     for (uint i = gl_LocalInvocationIndex; i < filled; i += THREADS) {
         Caster caster = BATCH_SOURCE(view, first + i);
-        batch[2u * i] = vec4(caster.position, caster.radius);
-        batch[2u * i + 1u] = vec4(caster.axis, caster.density);
+        batch[i] = vec4(caster.position, caster.radius);
+        batch[BATCH + i] = vec4(caster.axis, caster.density);
     }
     barrier();
 }
 
 // Caster i < filled.
 Caster batch_caster(uint i) {
-    vec4 ball = batch[2u * i], rest = batch[2u * i + 1u];
+    vec4 ball = batch[i], rest = batch[BATCH + i];
     return Caster(ball.xyz, ball.w, rest.xyz, rest.w);
 }
 #endif

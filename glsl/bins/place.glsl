@@ -23,7 +23,11 @@ uint bins_a_map() {
 
 // Parts that are listed of a bin with so many casters.
 uint parts_wanted(uint bin, uint count) {
-    bool built = DETAIL ? slot_place(slots[bin]) != 0u : count > 0u;
+    bool built = count > 0u;
+    if (DETAIL) {
+        uint slot = bin % SLOTS, side = slot_side(slots[bin - slot]);
+        built = slot < side * side && slot_place(slots[bin]) != 0u;
+    }
     return built ? PARTS : DETAIL ? 0u : EMPTY_PARTS;
 }
 

@@ -197,9 +197,6 @@ void main() {
                 slots[slot] = slot_word(side, used ? place : 0u);
             }
         }
-        for (; slot < (tile + 1u) * SLOTS; ++slot) {
-            slots[slot] = slot_word(side, 0u);
-        }
     }
     if (rounds_ran_out(tile_count)) {
         totals[0].cut_short = 1u;

@@ -24,6 +24,9 @@ CONSTANT(uint, BATCH, 0u)
 // As many where there are strands, else 0.
 CONSTANT(uint, BATCH_AXES, 0u)
 
+// The casters of the next batch are fetched while those of one are added: where tiles have many batches.
+CONSTANT(bool, FETCH_AHEAD, false)
+
 layout(push_constant, scalar) uniform PartPush {
     uint room;        // not 0: entries of each tile, tile after tile; parts are not listed then
     uint tile_count;  // of a map
@@ -147,13 +150,13 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
     } else {
         float ray_length = length(ray.direction);
         uint rows = part.count <= BATCH ? HALF : ROWS;
-        // The thread's caster of the next batch, and which is its own of the one behind, are fetched while others are added.
+        // The thread's caster of the next batch, and which is its own of the one behind.
         uint mine = thread < BATCH ? thread : part.count, later = 0u;
         Caster next;
-        if (!again && mine < part.count) {
+        if (FETCH_AHEAD && !again && mine < part.count) {
             next = casters[entries[part.first + mine].y];
         }
-        if (!again && BATCH + mine < part.count) {
+        if (FETCH_AHEAD && !again && BATCH + mine < part.count) {
             later = entries[part.first + BATCH + mine].y;
         }
         if (thread < 2u && !again) {
@@ -163,16 +166,19 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
             barrier();
             if (!again) {
                 if (first + mine < part.count) {
+                    if (!FETCH_AHEAD) {
+                        next = casters[entries[part.first + first + mine].y];
+                    }
                     put_caster(view, corner, rows, view_caster(view, next), scale, turn);
                 } else if (thread == THREADS - 1u) {
                     // Of the batch before, which is done with; the last thread has no caster of its own.
                     filled[turn + 1u & 1u] = 0u;
                 }
                 barrier();
-                if (first + BATCH + mine < part.count) {
+                if (FETCH_AHEAD && first + BATCH + mine < part.count) {
                     next = casters[later];
                 }
-                if (first + 2u * BATCH + mine < part.count) {
+                if (FETCH_AHEAD && first + 2u * BATCH + mine < part.count) {
                     later = entries[part.first + first + 2u * BATCH + mine].y;
                 }
             }

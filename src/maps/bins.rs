@@ -101,7 +101,8 @@ pub struct Bins {
     capacity: u32,
     /// Entries of each tile; 0: they are counted.
     room: u32,
-    /// What marks the casters that are in some tile: 1 where marks are cleared before each build, else another each time.
+    /// What marks the casters that are in some tile: another in each build, and older ones are cleared before 1; where no entries are
+    /// kept always 1, for who reads the marks.
     mark: u32,
     /// Whether tiles may have the same room each.
     may_have_room: bool,
@@ -220,7 +221,7 @@ impl Bins {
             detail,
             capacity,
             room: 0,
-            mark: 1,
+            mark: 0,
             may_have_room: what.entries && !threads.tallies,
             unlisted: false,
             caster_count: world.caster_count(),
@@ -253,12 +254,11 @@ impl Bins {
     /// Fills the bins of all maps; the opaque maps stand already.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         self.caster_count = world.caster_count();
-        self.mark = if self.room == 0 { 1 } else { self.mark.checked_add(1).unwrap_or(2) };
+        self.mark = if self.keeps_entries { self.mark.checked_add(1).unwrap_or(1) } else { 1 };
         commands.pass("bins.clear", |pass| {
             pass.fill(&self.counts, 0);
             pass.fill(&self.totals, 0);
-            // With room in tiles each build has a mark of its own.
-            if self.room == 0 {
+            if self.mark == 1 {
                 pass.fill(&self.met, 0);
             }
             if let Some(detail) = &self.detail {

@@ -32,7 +32,12 @@ impl Built {
         let known: Vec<Survey> = detail.surveys().read(tiles).expect("the surveys");
         let known =
             known.iter().map(|s| Tile { cells: s.cells, edges: s.edges, optical_depth: s.optical_depth }).collect();
-        let slots = detail.slots().read(tiles * SLOTS).expect("the table");
+        let mut slots: Vec<u32> = detail.slots().read(tiles * SLOTS).expect("the table");
+        // Words past side² say nothing.
+        slots.chunks_mut(SLOTS).for_each(|words| {
+            let side = words[0] >> 28;
+            words[(side * side) as usize..].fill(side << 28);
+        });
         Self { known, slots, views, text: text.into(), avsm }
     }
 
@@ -150,7 +155,7 @@ fn compare(context: &Context, scene: &Scene, settings: &str, order: Order) {
                 compared += u32::from(!twin.segments.is_empty());
                 let off = |i| beyond(&curve, depth(i), at(i), DEPTH_ROUNDING);
                 if build.turns > 0 && (0..DEPTHS).any(|i| off(i) > TOLERANCE) && twin.is_no_worse(build, nodes) {
-                    elsewhere += 1;
+                    elsewhere += u32::from(!twin.is_met(build));
                     continue;
                 }
                 for i in 0..DEPTHS {

@@ -92,23 +92,31 @@ impl Texel {
         (curve, ambiguous)
     }
 
-    /// Whether what a device has made of the texel is as near to all of its segments as what the twin makes of them, or of one of
-    /// the trials: at most a quarter farther, in the mean.
-    pub fn is_no_worse(&self, build: Build, nodes: &[NodeData]) -> bool {
+    /// How far a curve is from all of the segments, in the mean.
+    fn off(&self, found: impl Fn(f32) -> f32) -> f32 {
         let part = |s: &Segment, depth: f32| match s.exit - s.entry {
             length if length > 0.0 => ((depth - s.entry) / length).clamp(0.0, 1.0),
             _ => f32::from(depth >= s.entry),
         };
         let whole = |depth| (-self.segments.iter().map(|s| s.optical_depth * part(s, depth)).sum::<f32>()).exp();
-        let off = |found: &dyn Fn(f32) -> f32| {
-            (0..DEPTHS).map(|i| (found(depth(i)) - whole(depth(i))).abs()).sum::<f32>() / DEPTHS as f32
-        };
-        let of_trial = |segments: &Vec<Segment>| {
-            let curve = curve(segments, self.bound, build);
-            off(&|depth| curve.transmittance(depth))
-        };
-        let worst = self.rounded.iter().chain([&self.segments]).map(of_trial).fold(0.0, f32::max);
-        off(&|depth| look_up(nodes, depth, build.interpolation)) <= 1.25 * worst + UNSTABLE
+        (0..DEPTHS).map(|i| (found(depth(i)) - whole(depth(i))).abs()).sum::<f32>() / DEPTHS as f32
+    }
+
+    fn off_with(&self, segments: &[Segment], build: Build) -> f32 {
+        let curve = curve(segments, self.bound, build);
+        self.off(|depth| curve.transmittance(depth))
+    }
+
+    /// Whether the twin's curve is all of the segments, but for rounding.
+    pub fn is_met(&self, build: Build) -> bool {
+        self.off_with(&self.segments, build) <= UNSTABLE
+    }
+
+    /// Whether what a device has made of the texel is as near to all of its segments as what the twin makes of them, or of one of
+    /// the trials: at most a quarter farther, in the mean.
+    pub fn is_no_worse(&self, build: Build, nodes: &[NodeData]) -> bool {
+        let trials = self.rounded.iter().chain([&self.segments]).map(|segments| self.off_with(segments, build));
+        self.off(|depth| look_up(nodes, depth, build.interpolation)) <= 1.25 * trials.fold(0.0, f32::max) + UNSTABLE
     }
 
     /// Whether a trial, or the other way to share a segment among cells, which rounds to whole units alike at the segment's

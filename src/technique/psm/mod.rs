@@ -16,7 +16,8 @@ use self::volume::{Assign, Coverage, Storage, Volume};
 use super::keys::{FILTER, RADIUS, SKIP, Values, Word, words};
 use super::{Answer, Casts, Entry, Facts, Key, Lifetime, Path, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Requirement, Resource};
-use crate::maps::{Bins, Map, Maps};
+use crate::maps::{Bins, MANY_CASTERS, Map, Maps};
+use crate::shaders::constant::FETCH_AHEAD;
 use crate::shaders::folder;
 use crate::world::World;
 use crate::{Error, Result};
@@ -109,14 +110,21 @@ impl Psm {
     /// [`Error::Refused`] where the device lacks what the path needs, [`Error::Gpu`] where the
     /// volume is past its limits or memory runs out.
     pub fn new(context: &Context, world: &World, spec: &Spec) -> Result<Self> {
-        Self::with_threads(context, world, spec, fused::threads(context))
+        Self::with_threads(context, world, spec, fused::threads(context), world.caster_capacity() >= MANY_CASTERS)
     }
 
-    /// As [`Psm::new`], with so many threads a workgroup of path=fused, a multiple of 16, instead of what suits the device.
+    /// As [`Psm::new`], with so many threads a workgroup of path=fused, a multiple of 16, instead of what suits the device, and
+    /// whether they fetch casters ahead, instead of what suits the scene.
     ///
     /// # Errors
     /// As [`Psm::new`].
-    pub fn with_threads(context: &Context, world: &World, spec: &Spec, fused_threads: u32) -> Result<Self> {
+    pub fn with_threads(
+        context: &Context,
+        world: &World,
+        spec: &Spec,
+        fused_threads: u32,
+        fetch_ahead: bool,
+    ) -> Result<Self> {
         let layout = Volume::of(spec);
         let (way, reason) = choose(context, spec)?;
         let has = context.features().max_compute_workgroup_threads;
@@ -135,6 +143,7 @@ impl Psm {
             }
             Way::Fused => {
                 let layout = (&layout, spec.is_on(SKIP.name));
+                let constants = constants.clone().set(FETCH_AHEAD, fetch_ahead);
                 let fused = Fused::new(context, world, &maps, layout, &volume, &constants, fused_threads)?;
                 Build::Fused(Box::new(fused))
             }
