@@ -100,9 +100,10 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             scene.particles.push(particle);
         }
         let world = World::new(context, &scene).expect("room for the scene");
-        let mut maps = Maps::new(context, &world, 64).expect("room for the maps");
+        // More tiles than the one workgroup that lists the fullest first has threads.
+        let mut maps = Maps::new(context, &world, 128).expect("room for the maps");
         context.submit(|commands| maps.record(commands, &world)).expect("submitted");
-        let (casters, tiles) = (world.caster_count() as usize, 64);
+        let (casters, tiles) = (world.caster_count() as usize, 256);
         let capacity = casters * tiles;
         let mut all = Vec::new();
         let one_by_one = [&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0];
@@ -118,7 +119,7 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
         ] {
             let buffer = |name, words: usize| Buffer::with_data(context, name, &vec![0u32; words]).expect("room");
             let [counts, cursors, horizon] = ["counts", "cursors", "horizon"].map(|n| buffer(n, tiles));
-            let parts = buffer("parts", 4 * 128);
+            let parts = buffer("parts", 4 * 2 * tiles);
             let met = buffer("met", casters);
             let (totals, entries) = (buffer("totals", size_of::<BinTotals>() / 4), buffer("entries", 2 * capacity));
             let buffers = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &horizon];
@@ -128,7 +129,9 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
                 .set(shaders::constant::TALLY_THREADS, threads as u32)
                 .set(shaders::constant::TALLY_TURNS, turns as u32)
                 .set(shaders::constant::THREADS, 128)
-                .set(shaders::constant::WORKGROUP, 128);
+                .set(shaders::constant::WORKGROUP, 128)
+                .set(shaders::constant::PARTS, 1 + u32::from(fullest_first))
+                .set(shaders::constant::EMPTY_PARTS, u32::from(fullest_first));
             let push = BinPush {
                 caster_count: casters as u32,
                 capacity: capacity as u32,
@@ -138,7 +141,11 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             };
             let caster_groups = (casters * lanes as usize).div_ceil(threads * turns) as u32;
             let [count, scatter] = shaders.map(|shader| (shader, caster_groups));
-            let place = (if fullest_first { &shaders::bins::PLACE_FULLEST } else { &shaders::bins::PLACE }, 1);
+            let place = if fullest_first {
+                (&shaders::bins::PLACE_FULLEST, 1)
+            } else {
+                (&shaders::bins::PLACE, tiles as u32 / 64)
+            };
             for (shader, groups) in if room > 0 { vec![scatter, place] } else { vec![count, place, scatter] } {
                 let kernel = Kernel::compute(context, shader, &[maps.scene(), &set], &constants).expect("made");
                 context.submit(|c| c.pass("bins", |pass| pass.dispatch(&kernel, &push, [groups, 1, 1]))).expect("done");
@@ -148,7 +155,7 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             let mut binned = vec![Vec::new(); tiles];
             let mut least = u32::MAX;
             for [tile, _, first, count] in parts.read::<[u32; 4]>(found.parts as usize).expect("read") {
-                assert!(!fullest_first || 4 * u64::from(count) < 5 * u64::from(least), "{count} behind {least}");
+                assert!(!fullest_first || 4 * u64::from(count) <= 5 * u64::from(least), "{count} behind {least}");
                 least = least.min(count);
                 binned[tile as usize] = entries[first as usize..][..count as usize].to_vec();
                 binned[tile as usize].sort_unstable();
@@ -156,6 +163,8 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             let counts: Vec<u32> = counts.read(tiles).expect("read");
             assert!(binned.iter().map(Vec::len).eq(counts.iter().map(|count| *count as usize)));
             assert_eq!(Some(&found.fullest), counts.iter().max());
+            let used = counts.iter().filter(|count| **count > 0).count();
+            assert_eq!(found.parts as usize, if fullest_first { 2 * used + tiles - used } else { used });
             all.push((binned, met.read::<u32>(casters).expect("read")));
         }
         assert!(all[0].0.iter().map(Vec::len).sum::<usize>() > 2 * casters, "tiles that share casters");

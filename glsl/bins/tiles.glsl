@@ -8,7 +8,7 @@ layout(push_constant, scalar) uniform BinPush {
     uint caster_count;
     uint capacity;  // of the entries
     uint room;      // not 0: entries of each tile, tile after tile, which are not counted before
-    uint mark;      // of casters that are in some tile; with room it is another for each build
+    uint mark;      // of casters that are in some tile; where entries are kept another for each build
     uint map_count;
 };
 

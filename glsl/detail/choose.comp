@@ -30,7 +30,7 @@ layout(set = 1, binding = 3, scalar) writeonly buffer Totals { BinTotals totals[
 layout(set = 1, binding = 7, scalar) writeonly buffer Slots { uint slots[]; };
 layout(set = 2, binding = 0, scalar) readonly buffer Surveys { Survey surveys[]; };
 
-// Scales at which all tiles have side 1, and from which on all have side 8.
+// Scales at which all tiles have side 1, and from which on few have less than side 8.
 const int LEAST_SCALE = -760;
 const int MOST_SCALE = 240;
 const uint SCALES = uint(MOST_SCALE - LEAST_SCALE);

@@ -1,6 +1,6 @@
 #version 460
 // As bins/count.comp, for blocks.
-// Inputs: maps, casters, horizon, slots. Outputs: counts, met, totals (cleared before).
+// Inputs: maps, casters, horizon, slots. Outputs: counts, totals (both cleared before), met (older marks may stand).
 #include "bins/totals.glsl"
 #include "detail/casters.glsl"
 #include "maps/rounds.glsl"

@@ -16,10 +16,12 @@ const TALLY_MOST_THREADS: u32 = 512;
 /// Tiles of a map that a workgroup has room to count. Twin: the size of `tally` in glsl/bins/tally.glsl.
 const MOST_TALLIED: u32 = 4096;
 
-/// Threads of the one workgroup that lists the fullest tiles first, or as many as the device takes, and tiles of each at most: of
-/// more tiles each is less of the whole, and one workgroup would take too long.
-const FULLEST_THREADS: u32 = 1024;
-const FULLEST_TURNS: u64 = 16;
+/// Threads of a pass of one workgroup, which lists the fullest tiles first or chooses how fine tiles are, or as many as the device
+/// takes.
+const LONE_THREADS: u32 = 1024;
+
+/// Tiles of each when it lists them, at most: of more tiles each is less of the whole, and one workgroup would take too long.
+const MOST_TURNS: u64 = 16;
 
 /// What is decided before the passes are made.
 pub(super) struct Threads {
@@ -32,7 +34,8 @@ pub(super) struct Threads {
     /// That share a caster.
     lanes: u32,
     tally: u32,
-    fullest: u32,
+    /// Of a pass of one workgroup.
+    lone: u32,
 }
 
 impl Threads {
@@ -46,23 +49,22 @@ impl Threads {
             (_, true) => [1, TALLY_CASTERS],
             _ => [16, 64 / 16],
         };
-        let fullest = most.min(FULLEST_THREADS);
+        let lone = most.min(LONE_THREADS);
         let bins = u64::from(bins_a_map) * u64::from(map_count);
         // Blocks are as fine as they have casters.
-        let fullest_first =
-            !software && what.blocks.is_none() && what.parts != [0, 0] && bins <= FULLEST_TURNS * u64::from(fullest);
+        let fullest_first = !software && what.entries && what.blocks.is_none() && bins <= MOST_TURNS * u64::from(lone);
         // A power of two, which divides the casters.
         let tally = 1 << most.min(TALLY_MOST_THREADS).ilog2();
-        Self { tallies, fullest_first, casters_a_group, lanes, tally, fullest }
+        Self { tallies, fullest_first, casters_a_group, lanes, tally, lone }
     }
 
-    /// Of the shaders that count, place and scatter.
+    /// Of the shaders that count, place and scatter, and of those in glsl/detail.
     pub fn constants(&self) -> Constants {
         Constants::new()
             .set(TILE_LANES, self.lanes)
             .set(TALLY_THREADS, self.tally)
             .set(TALLY_TURNS, TALLY_CASTERS / self.tally)
-            .set(THREADS, self.fullest)
-            .set(WORKGROUP, self.fullest)
+            .set(THREADS, self.lone)
+            .set(WORKGROUP, self.lone)
     }
 }

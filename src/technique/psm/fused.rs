@@ -16,13 +16,13 @@ const ROWS_AT_A_TIME: u32 = 2;
 pub const SLICE_BYTES: u32 = ROWS_AT_A_TIME * 8 * 4;
 
 /// Casters that stand in shared memory at the same time where there is room for them, fewer than threads; bytes of each, and with
-/// strands. With so many two workgroups have room where 64 KiB are shared.
+/// strands. Without these two workgroups have room where some 48 KiB are shared.
 const BATCH_CASTERS: u32 = 240;
 const CASTER_BYTES: u32 = 24;
 const AXIS_BYTES: u32 = 16;
 
-/// How many they are, twice, and the room of one caster, which there always is.
-pub const OTHER_BYTES: u32 = 8 + CASTER_BYTES + AXIS_BYTES;
+/// How many they are, twice, the room of one caster, which there always is, and what begins at a multiple of 16.
+pub const OTHER_BYTES: u32 = 8 + CASTER_BYTES + AXIS_BYTES + 16;
 
 /// Threads a workgroup, at least and at most; multiples of the former.
 const LEAST_AND_MOST_THREADS: [u32; 2] = [ROWS_AT_A_TIME * 8, 256];
@@ -47,7 +47,7 @@ fn batch(context: &Context, slices: u32, threads: u32, strands: bool) -> u32 {
     if threads == LEAST_AND_MOST_THREADS[0] {
         return 0;
     }
-    let most = BATCH_CASTERS.min(threads / 2 * 2 - 2);
+    let most = BATCH_CASTERS.min(threads - 2);
     let bytes = CASTER_BYTES + if strands { AXIS_BYTES } else { 0 };
     let has = context.features().max_compute_shared_memory_bytes;
     let fits = |casters: &u32| slices * SLICE_BYTES + casters * bytes + OTHER_BYTES <= has;
