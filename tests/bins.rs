@@ -5,7 +5,7 @@ mod support;
 
 use gobo::Error;
 use gobo::gpu::{Bindings, Buffer, Constants, Context, Kernel, Resource, groups, push_struct};
-use gobo::maps::{BinTotals, Bins, Compact, Maps, Use};
+use gobo::maps::{BinTotals, Bins, Compact, Entries, Maps, Use};
 use gobo::reference::twin::compact::{compact, mark, scan};
 use gobo::scene::Particle;
 use gobo::shaders;
@@ -142,7 +142,7 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             let caster_groups = (casters * lanes as usize).div_ceil(threads * turns) as u32;
             let [count, scatter] = shaders.map(|shader| (shader, caster_groups));
             let place = if fullest_first {
-                (&shaders::bins::PLACE_FULLEST, 1)
+                (&shaders::bins::PLACE_FULLEST_LISTED_0, 1)
             } else {
                 (&shaders::bins::PLACE, tiles as u32 / 64)
             };
@@ -172,13 +172,112 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
     });
 }
 
+push_struct! {
+    /// What glsl/detail/choose.comp is pushed.
+    struct ChoosePush { tile_count: u32, across: u32, block_count: u32 }
+}
+
+/// The blocks that are chosen are listed in the order of their places, and placed fullest first they are the same parts as in any
+/// order, with room for each and without.
+#[test]
+fn blocks_are_listed_fullest_first() {
+    gpu_test("blocks_are_listed_fullest_first", |context| {
+        const TILES: usize = 64;
+        let world = World::new(context, &scenes::random()).expect("room for the scene");
+        let maps = Maps::new(context, &world, 64).expect("room for the maps");
+        let mut random = Random::new(57);
+        let buffer = |name, words: &[u32]| Buffer::with_data(context, name, words).expect("room");
+        let set = |name, buffers: &[&Buffer]| {
+            let buffers: Vec<_> = buffers.iter().map(|b| Resource::Buffer((*b).clone())).collect();
+            Bindings::new(context, name, &buffers).expect("a set")
+        };
+        for (block_count, room) in [(64u32, 100u32), (700, 5000), (2500, 0), (4096, 5000)] {
+            let survey = |tile: usize, bits: u32| [[0, 0xFFFF, bits & 0xFFFF][tile % 3], bits >> 12, bits >> 16];
+            let surveys: Vec<[u32; 3]> = (0..TILES).map(|tile| survey(tile, random.bits())).collect();
+            let surveys = buffer("surveys", surveys.as_flattened());
+            let listed = buffer("listed", &vec![0; block_count as usize + 1]);
+            let of_detail = set("detail", &[&surveys, &listed]);
+            let [slots, other] = [buffer("slots", &[0; TILES * 64]), buffer("other", &[0; 64])];
+            let constants = Constants::new()
+                .set(shaders::constant::DETAIL, true)
+                .set(shaders::constant::TILED, true)
+                .set(shaders::constant::LISTS, true)
+                .set(shaders::constant::THREADS, 128)
+                .set(shaders::constant::WORKGROUP, 128);
+            let totals = || buffer("totals", &[0; size_of::<BinTotals>() / 4]);
+            let of_bins = set("bins", &[&other, &other, &other, &totals(), &other, &other, &other, &slots]);
+            let sets = [maps.scene(), &of_bins, &of_detail];
+            let choose = Kernel::compute(context, &shaders::detail::CHOOSE, &sets, &constants).expect("made");
+            let push = ChoosePush { tile_count: TILES as u32, across: 8, block_count };
+            context.submit(|c| c.pass("choose", |pass| pass.dispatch(&choose, &push, [1; 3]))).expect("submitted");
+            let words: Vec<u32> = slots.read(TILES * 64).expect("read");
+            let sides: Vec<u32> = words.iter().step_by(64).map(|word| word >> 28).collect();
+            let place = |slot: usize| {
+                let is_block = (slot % 64) < sides[slot / 64].pow(2) as usize;
+                (words[slot] & 0xFFF_FFFF).checked_sub(1).filter(|_| is_block)
+            };
+            let blocks: Vec<u32> =
+                (0..TILES * 64).filter(|slot| place(*slot).is_some()).map(|slot| slot as u32).collect();
+            let list: Vec<u32> = listed.read(blocks.len() + 1).expect("read");
+            assert!(blocks.len() <= block_count as usize && blocks.len() > 40, "{} of {block_count}", blocks.len());
+            assert_eq!(list, [&[blocks.len() as u32], &blocks[..]].concat());
+
+            // Up to 4,095 casters, and some have none.
+            let mut count = |slot| place(slot).map_or(0, |_| (random.bits() >> 20) >> (random.bits() % 13));
+            let counts: Vec<u32> = (0..TILES * 64).map(&mut count).collect();
+            let push = BinPush { caster_count: 1, capacity: 1 << 30, room, mark: 1, map_count: 1 };
+            let [fullest, any] = [true, false].map(|fullest_first| {
+                let [parts, cursors] = [4 * (TILES * 64 + 64), TILES * 64].map(|n| buffer("words", &vec![0; n]));
+                let (counts, totals) = (buffer("counts", &counts), totals());
+                let of_bins = set("bins", &[&counts, &parts, &cursors, &totals, &other, &other, &other, &slots]);
+                let (shader, groups) = if fullest_first {
+                    (&shaders::bins::PLACE_FULLEST_LISTED_1, 1)
+                } else {
+                    (&shaders::bins::PLACE, TILES as u32)
+                };
+                let sets = [maps.scene(), &of_bins, &of_detail];
+                let sets = if fullest_first { &sets[..] } else { &sets[..2] };
+                let kernel = Kernel::compute(context, shader, sets, &constants).expect("made");
+                context.submit(|c| c.pass("place", |p| p.dispatch(&kernel, &push, [groups, 1, 1]))).expect("submitted");
+                let found: BinTotals = totals.read(1).expect("read")[0];
+                let parts: Vec<[u32; 4]> = parts.read(found.parts as usize).expect("read");
+                (found, parts, cursors.read::<u32>(TILES * 64).expect("read"))
+            });
+            let mut least = u32::MAX;
+            for [.., count] in &fullest.1 {
+                assert!(4 * u64::from(*count) <= 5 * u64::from(least), "{count} behind {least}");
+                least = least.min(*count);
+            }
+            let [known, other] = [&fullest, &any].map(|(totals, ..)| {
+                (totals.all_entries(), totals.tiles_used, totals.fullest, totals.parts, totals.groups_y)
+            });
+            assert_eq!(known, other);
+            for (_, mut parts, cursors) in [fullest, any] {
+                parts.sort_unstable();
+                let read = |slot: &u32| [*slot, counts[*slot as usize].min(if room > 0 { room } else { u32::MAX })];
+                assert!(parts.iter().map(|part| [part[0], part[3]]).eq(blocks.iter().map(read)));
+                // Where there is no room for each, entries stand behind one another in any order.
+                parts.sort_unstable_by_key(|part| (part[2], part[3]));
+                let mut end = 0;
+                for [slot, _, first, count] in parts {
+                    let own = place(slot as usize).map(|place| place * room);
+                    assert!(if room > 0 { own == Some(first) } else { count == 0 || first == end }, "{slot}: {first}");
+                    assert!(room > 0 || count == 0 || cursors[slot as usize] == first, "{slot}: {first}");
+                    end = if count > 0 { first + count } else { end };
+                }
+            }
+        }
+    });
+}
+
 /// Entries of all tiles are counted past 32 bits, which is an error, and no tile is given a place that it has not.
 #[test]
 fn entries_are_counted_past_32_bits() {
     gpu_test("entries_are_counted_past_32_bits", |context| {
         let world = World::new(context, &scenes::random()).expect("room for the scene");
         let maps = Maps::new(context, &world, 64).expect("room for the maps");
-        let every_entry = Use { entries: true, skip: false, reach: 0, parts: [1, 0], area: false, blocks: None };
+        let every_entry =
+            Use { entries: Entries::Sorted, skip: false, reach: 0, parts: [1, 0], area: false, blocks: None };
         let mut random = Random::new(52);
         let few: Vec<u32> = (0..64).map(|_| random.bits() >> 20).collect();
         let many: Vec<u32> = (0..64).map(|_| random.bits()).collect();
@@ -194,7 +293,7 @@ fn entries_are_counted_past_32_bits() {
             // Without detail no slots are read.
             let all = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &horizon];
             let set = Bindings::new(context, "bins", &all.map(|b| Resource::Buffer(b.clone()))).expect("a set");
-            let place = if words > 1 { &shaders::bins::PLACE } else { &shaders::bins::PLACE_FULLEST };
+            let place = if words > 1 { &shaders::bins::PLACE } else { &shaders::bins::PLACE_FULLEST_LISTED_0 };
             let constants =
                 Constants::new().set(shaders::constant::THREADS, 128).set(shaders::constant::WORKGROUP, 128);
             let kernel = Kernel::compute(context, place, &[maps.scene(), &set], &constants).expect("made");
@@ -264,7 +363,8 @@ fn workgroups_are_what_every_device_takes() {
 #[test]
 fn tiles_have_the_same_room() {
     gpu_test("tiles_have_the_same_room", |context| {
-        let every_entry = Use { entries: true, skip: false, reach: 0, parts: [1, 0], area: false, blocks: None };
+        let every_entry =
+            Use { entries: Entries::Sorted, skip: false, reach: 0, parts: [1, 0], area: false, blocks: None };
         let world = World::new(context, &scenes::random()).expect("room for the scene");
         let mut maps = Maps::new(context, &world, 64).expect("room for the maps");
         let mut bins = Bins::new(context, &world, &maps, every_entry).expect("room for the bins");

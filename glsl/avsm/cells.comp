@@ -44,14 +44,10 @@ const float LEFT_OUT = 6.4e-4;
 const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;
 
-// Cell c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. Units of optical depth that
-// segments take in a cell, in the end the bits of the optical depth up to the cell's end.
-shared uint cells[CELLS * TEXELS];
-#if LANES == 1
-// By how much what segments take in every cell changes from a cell on: a segment is at most five numbers however many cells
-// it spans. Software devices reach for shared memory one thread after the other.
-shared uint slopes[CELLS * TEXELS];
-#endif
+// Cell c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. What segments take in a cell, in units
+// of optical depth, or by how much that changes, in the end the bits of the optical depth up to the cell's end. One more, which
+// nobody reads.
+shared uint cells[(CELLS + 1) * TEXELS];
 // Bits of non-negative floats, which order as the floats do.
 const uint NEVER = 0x7F800000u;
 shared uint low_bits[TEXELS];
@@ -71,44 +67,6 @@ shared vec4 fitted[NODES / 2 * TEXELS];
 #define FITTED batch
 #endif
 #include "avsm/fit.glsl"
-
-// Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units. Roundings of a segment
-// cancel: what it has taken by the end of a cell is rounded, not what it takes in the cell.
-#if LANES == 1
-// A thread has its texel for itself. Sums may wrap around on their way.
-void add_segment(uint texel, vec2 at, float whole) {
-    uint first = min(uint(at.x), uint(CELLS - 1)), last = min(uint(at.y), uint(CELLS - 1));
-    uint units = uint(whole + 0.5);
-    if (first == last) {
-        cells[first * TEXELS + texel] += units;
-        return;
-    }
-    // What it has taken by the end of its first cell and by the begin of its last.
-    float rate = whole / max(at.y - at.x, 1e-6);
-    uint early = uint(min((float(first + 1u) - at.x) * rate, whole) + 0.5);
-    uint late = uint(min((float(last) - at.x) * rate, whole) + 0.5);
-    cells[first * TEXELS + texel] += early;
-    if (last > first + 1u) {
-        // In even shares, whole numbers: the last `rest` cells in between take one more.
-        uint count = last - first - 1u, share = (late - early) / count, rest = (late - early) % count;
-        slopes[(first + 1u) * TEXELS + texel] += share;
-        slopes[(last - rest) * TEXELS + texel] += 1u;
-        slopes[last * TEXELS + texel] -= share + 1u;
-    }
-    cells[last * TEXELS + texel] += units - late;
-}
-#else
-void add_segment(uint texel, vec2 at, float whole) {
-    int cell = min(int(at.x), CELLS - 1), last = min(int(at.y), CELLS - 1);
-    float rate = whole / max(at.y - at.x, 1e-6);
-    uint before = 0u;
-    for (; cell <= last; ++cell) {
-        uint upto = uint((cell == last ? whole : min((float(cell + 1) - at.x) * rate, whole)) + 0.5);
-        atomicAdd(cells[uint(cell) * TEXELS + texel], upto - before);
-        before = upto;
-    }
-}
-#endif
 
 float optical_depth_at(uint texel, int cell) {
     return uintBitsToFloat(cells[uint(cell) * TEXELS + texel]);
@@ -138,53 +96,80 @@ bool few_enough(uvec2 mask) {
     return bitCount(mask.x) + bitCount(mask.y) <= (TURNS == 0 ? 5 : 3) * NODES / 2;
 }
 
-// Casters that a thread looks at before it goes on with those that it may hit, 32 at most: where they are small, the threads of
-// a subgroup then go on together, as often as the busiest of them has hits, and not once for every caster that one of them
-// hits. 1 where lanes hold the casters, which all threads take alike.
-CONSTANT(uint, AHEAD, 1u)
+struct TexelRay {
+    View view;
+    Ray ray;
+    float ray_length;
+    uint texel;  // of the workgroup
+};
 
-// Bits of the casters i, i + GROUPS, … < filled of the batch, AHEAD at most: of those that the ray may hit and that may reach
-// beyond `known`, from z to z, or let nothing through.
-uint hits_ahead(View view, Ray ray, float ray_length, uint i, uint filled, vec2 known) {
-    uint hits = 0u;
-    for (uint bit = 0u; bit < AHEAD && i < filled; ++bit, i += GROUPS) {
-        Caster caster = batch_caster(i);
-        float reach = caster.radius + 1e-5 * (caster.radius + abs(caster.position.z));
-        bool matters = caster.position.z - reach < known.x || caster.position.z + reach > known.y
-                       || 2.001 * caster.radius * caster.density >= DARK || caster_is_strand(caster);
-        hits |= uint(matters && (AREA || view_meets(view, ray, ray_length, caster))) << bit;
-    }
-    return hits;
-}
+// From where to where casters reach along a ray, and from where on it is dark; z.
+struct Reach {
+    float low;
+    float high;
+    float dark;
+};
 
-// From where to where casters reach along the ray, and from where on it is dark, with one more caster.
-void reach_caster(View view, Ray ray, float ray_length, Caster caster, inout float low, inout float high, inout float dark) {
+// Where a texel's cells are, of the light's range, and how many of them there would be in all of it, or in a length of 1, and the
+// other way round; whether they end where it is dark; units an optical depth of 1.
+struct Range {
+    float low;
+    float high;
+    float per_cell;
+    float per_z;
+    float z_per_cell;
+    bool ends_dark;
+    float scale;
+};
+
+void reach_caster(TexelRay its, Caster caster, inout Reach reach) {
     vec2 z;
     float optical_depth;
-    if (texel_part(view, ray, ray_length, caster, DARK, z, optical_depth)) {
-        low = min(low, z.x);
-        high = max(high, z.y);
-        dark = optical_depth >= DARK ? min(dark, z.y) : dark;
+    if (texel_part(its.view, its.ray, its.ray_length, caster, DARK, z, optical_depth)) {
+        reach.low = min(reach.low, z.x);
+        reach.high = max(reach.high, z.y);
+        reach.dark = optical_depth >= DARK ? min(reach.dark, z.y) : reach.dark;
     }
 }
 
-// Adds a caster to the cells of a texel, which are between two depths.
-void add_caster(View view, Ray ray, float ray_length, Caster caster, uint t, vec2 range, float per_cell, float scale) {
-    vec2 z;
-    float optical_depth;
-    if (!texel_part(view, ray, ray_length, caster, DARK, z, optical_depth)) {
-        return;
+// Adds what one thread knows of a texel to what all do.
+void share_reach(TexelRay its, Reach reach) {
+    float per_depth = 1.0 / (its.view.far - its.view.near), high = (reach.high - its.view.near) * per_depth;
+    if (high >= 0.0) {
+        atomicMin(low_bits[its.texel], floatBitsToUint(max((reach.low - its.view.near) * per_depth, 0.0)));
+        // One more than the bits, so that 0 says that nothing was hit.
+        atomicMax(high_bits[its.texel], floatBitsToUint(high) + 1u);
     }
-    bool ends_dark = dark_bits[t] != NEVER;
-    vec2 depth = (z - view.near) * (1.0 / (view.far - view.near));
-    if (optical_depth >= DARK && floatBitsToUint(max(depth.y, 0.0)) == dark_bits[t]) {
-        atomicMin(dark_from_bits[t], floatBitsToUint(max(depth.x, 0.0)));
-    } else if (!ends_dark || depth.x < range.y) {
-        float share = ends_dark && depth.y > range.y ? (range.y - depth.x) / (depth.y - depth.x) : 1.0;
-        vec2 at = clamp((depth - range.x) * per_cell, 0.0, float(CELLS));
-        add_segment(t, at, optical_depth * scale * share);
+    if (reach.dark < FARTHEST) {
+        atomicMin(dark_bits[its.texel], floatBitsToUint(max((reach.dark - its.view.near) * per_depth, 0.0)));
     }
 }
+
+// The part of a caster within the cells of a texel, and where it is there. Of the first that lets nothing through, where it begins
+// is noted, and no part is left.
+bool caster_within(TexelRay its, Caster caster, Range range, out vec2 at, out float optical_depth) {
+    vec2 z;
+    at = vec2(0.0);
+    if (!texel_part(its.view, its.ray, its.ray_length, caster, DARK, z, optical_depth)) {
+        return false;
+    }
+    vec2 depth = (z - its.view.near) * (1.0 / (its.view.far - its.view.near));
+    if (optical_depth >= DARK && floatBitsToUint(max(depth.y, 0.0)) == dark_bits[its.texel]) {
+        atomicMin(dark_from_bits[its.texel], floatBitsToUint(max(depth.x, 0.0)));
+        return false;
+    }
+    optical_depth *= range.ends_dark && depth.y > range.high ? (range.high - depth.x) / (depth.y - depth.x) : 1.0;
+    at = clamp((depth - range.low) * range.per_cell, 0.0, float(CELLS));
+    return !range.ends_dark || depth.x < range.high;
+}
+
+// Both have, of all of a tile's casters: clear_cells; find_range, what low_bits and the others say, and a bound of what they take of
+// any ray; add_casters, to the cells; sum_cells, of a texel.
+#if LANES == 1
+#include "avsm/cells_lanes.glsl"
+#else
+#include "avsm/cells_shared.glsl"
+#endif
 
 void main() {
     TilePart part;
@@ -192,15 +177,9 @@ void main() {
         return;
     }
     View view = part_view(part);
-    uint first = part.first, count = part.count;
     uint t = gl_LocalInvocationID.x, group = gl_LocalInvocationID.y;
     uvec2 texel = part_corner(view, part) + uvec2(t % 8u, part_of_tile(part) * 4u + t / 8u);
-    for (uint i = gl_LocalInvocationIndex; i < uint(CELLS) * TEXELS; i += THREADS) {
-        cells[i] = 0u;
-#if LANES == 1
-        slopes[i] = 0u;
-#endif
-    }
+    clear_cells();
     if (group == 0u) {
         low_bits[t] = dark_bits[t] = dark_from_bits[t] = NEVER;
         high_bits[t] = 0u;
@@ -209,84 +188,20 @@ void main() {
         bound[0] = bound[1] = 0u;
     }
     Ray ray = view_texel_ray(view, texel);
-    float ray_length = length(ray.direction);
-    float per_depth = 1.0 / (view.far - view.near);
-
-    // The depths that each texel's segments span, where they are dark, and a bound of the optical depth in any texel.
-    float low = FARTHEST, high = -FARTHEST, dark = FARTHEST;
-    uvec2 most = uvec2(0u);
-    for (uint begin = 0u; begin < count; begin += batch_size()) {
-        uint filled = min(batch_size(), count - begin);
-        fetch_batch(view, first + begin, filled);
-#if LANES != 1
-        for (uint i = gl_LocalInvocationIndex; i < filled; i += THREADS) {
-            wide_add(most, caster_bound(batch_caster(i), DARK));
-        }
-#endif
-        for (uint i = group; i < filled; i += AHEAD * GROUPS) {
-            if (AHEAD == 1u) {
-                reach_caster(view, ray, ray_length, batch_caster(i), low, high, dark);
-                continue;
-            }
-            uint hits = hits_ahead(view, ray, ray_length, i, filled, vec2(low, high));
-            for (; hits != 0u; hits &= hits - 1u) {
-                Caster caster = batch_caster(i + uint(findLSB(hits)) * GROUPS);
-                reach_caster(view, ray, ray_length, caster, low, high, dark);
-            }
-        }
-    }
-#if LANES == 1
-    for (uint i = gl_LocalInvocationIndex; i < count; i += THREADS) {
-        wide_add(most, caster_bound(casters[entries[first + i].y], DARK));
-    }
-#endif
-    low = max((low - view.near) * per_depth, 0.0);
-    high = (high - view.near) * per_depth;
-    if (high >= 0.0) {
-        atomicMin(low_bits[t], floatBitsToUint(low));
-        // One more than the bits, so that 0 says that nothing was hit.
-        atomicMax(high_bits[t], floatBitsToUint(high) + 1u);
-    }
-    if (dark < FARTHEST) {
-        atomicMin(dark_bits[t], floatBitsToUint(max((dark - view.near) * per_depth, 0.0)));
-    }
-    WIDE_ATOMIC_ADD(bound[0], bound[1], most);
+    TexelRay its = TexelRay(view, ray, length(ray.direction), t);
+    find_range(its, part);
     barrier();
     bool covered = high_bits[t] > 0u;
-    low = covered ? uintBitsToFloat(low_bits[t]) : 0.0;
+    float low = covered ? uintBitsToFloat(low_bits[t]) : 0.0;
     // Nothing counts behind what lets nothing through.
     bool ends_dark = dark_bits[t] != NEVER;
-    high = covered ? uintBitsToFloat(ends_dark ? dark_bits[t] : high_bits[t] - 1u) : low;
-    float extent = max(high - low, 1e-6);
-    float per_cell = float(CELLS) / extent;
-    float scale = sum_scale(uvec2(bound[0], bound[1]));
-    float unit = 1.0 / scale;
-
-    for (uint begin = 0u; begin < count; begin += batch_size()) {
-        uint filled = min(batch_size(), count - begin);
-        fetch_batch(view, first + begin, filled);
-        for (uint i = group; i < filled; i += AHEAD * GROUPS) {
-            if (AHEAD == 1u) {
-                add_caster(view, ray, ray_length, batch_caster(i), t, vec2(low, high), per_cell, scale);
-                continue;
-            }
-            uint hits = hits_ahead(view, ray, ray_length, i, filled, vec2(FARTHEST, -FARTHEST));
-            for (; hits != 0u; hits &= hits - 1u) {
-                Caster caster = batch_caster(i + uint(findLSB(hits)) * GROUPS);
-                add_caster(view, ray, ray_length, caster, t, vec2(low, high), per_cell, scale);
-            }
-        }
-    }
+    float high = covered ? uintBitsToFloat(ends_dark ? dark_bits[t] : high_bits[t] - 1u) : low;
+    float extent = max(high - low, 1e-6), per_cell = float(CELLS) / extent;
+    float depth = view.far - view.near, scale = sum_scale(uvec2(bound[0], bound[1]));
+    add_casters(its, part, Range(low, high, per_cell, per_cell / depth, extent / float(CELLS) * depth, ends_dark, scale));
     barrier();
     if (group == 0u) {
-        uint sum = 0u, slope = 0u;
-        for (uint place = t; place < uint(CELLS) * TEXELS; place += TEXELS) {
-#if LANES == 1
-            slope += slopes[place];
-#endif
-            sum += cells[place] + slope;
-            cells[place] = floatBitsToUint(float(sum) * unit);
-        }
+        sum_cells(t, 1.0 / scale);
     }
     barrier();
     // The finest threshold that leaves few enough ends is taken.

@@ -26,7 +26,7 @@ void main() {
         atomicAdd(totals[0].tiles_used, 1u);
         atomicMax(totals[0].fullest, count);
     }
-    first = first_entry(bin, count, first);
+    first = first_entry(bin, DETAIL ? slot_place(slots[bin]) - 1u : bin, count, first);
     uint wanted = parts_wanted(bin, count);
     if (wanted > 0u) {
         uint place = atomicAdd(totals[0].parts, wanted);

@@ -31,12 +31,13 @@ uint parts_wanted(uint bin, uint count) {
     return built ? PARTS : DETAIL ? 0u : EMPTY_PARTS;
 }
 
-// Where the entries of a bin stand, for who writes them and who reads them; `counted` is its place where nothing else says it.
-uint first_entry(uint bin, uint count, uint counted) {
+// Where the entries of a bin stand, for who writes them and who reads them: at its `place` among those of the same room, or at
+// `counted`.
+uint first_entry(uint bin, uint place, uint count, uint counted) {
     if (count > 0u && room == 0u) {
         cursors[bin] = counted;
     }
-    return room == 0u ? counted : (DETAIL ? slot_place(slots[bin]) - 1u : bin) * room;
+    return room == 0u ? counted : place * room;
 }
 
 // Lists so many parts of a bin from a place on.

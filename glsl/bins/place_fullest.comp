@@ -3,6 +3,8 @@
 // tile that is begun last is what all the device waits for.
 // Inputs: counts, slots. Outputs: cursors, parts, totals (cleared before).
 // Invariant: a tile stands before all that have less than four fifths of its casters.
+// LISTED 0: of all tiles. LISTED 1: of the blocks that detail/choose.comp has listed.
+// variants: LISTED 0 1
 #include "bins/place.glsl"
 
 // 128 at least.
@@ -22,8 +24,20 @@ uint class_of(uint count) {
     return 4u * top + (count >> top);
 }
 
+#if LISTED == 1
+layout(set = 2, binding = 1, scalar) readonly buffer Listed { uint listed[]; };
+
+uint bin_count() { return listed[0]; }
+uint bin_at(uint i) { return listed[i + 1u]; }
+uint wanted_of(uint bin, uint count) { return PARTS; }
+#else
+uint bin_count() { return bins_a_map() * map_count; }
+uint bin_at(uint i) { return i; }
+uint wanted_of(uint bin, uint count) { return parts_wanted(bin, count); }
+#endif
+
 void main() {
-    uint thread = gl_LocalInvocationIndex, bins = bins_a_map() * map_count;
+    uint thread = gl_LocalInvocationIndex, bins = bin_count();
     if (thread < CLASSES) {
         classes[thread] = 0u;
     }
@@ -32,11 +46,11 @@ void main() {
     }
     barrier();
     uint most = 0u, with_casters = 0u;
-    for (uint bin = thread; bin < bins; bin += THREADS) {
-        uint count = counts[bin];
+    for (uint i = thread; i < bins; i += THREADS) {
+        uint bin = bin_at(i), count = counts[bin];
         most = max(most, count);
         with_casters += uint(count > 0u);
-        atomicAdd(classes[class_of(count)], parts_wanted(bin, count));
+        atomicAdd(classes[class_of(count)], wanted_of(bin, count));
     }
     atomicMax(fullest, most);
     atomicAdd(used, with_casters);
@@ -53,17 +67,17 @@ void main() {
         classes[thread] = before;
     }
     barrier();
-    for (uint bin = thread; bin < bins; bin += THREADS) {
-        uint count = counts[bin], first = 0u;
+    for (uint i = thread; i < bins; i += THREADS) {
+        uint bin = bin_at(i), count = counts[bin], first = 0u;
         if (count > 0u) {
             first = atomicAdd(entries_low, count);
             if (first + count < first) {
                 atomicAdd(entries_high, 1u);
             }
         }
-        uint wanted = parts_wanted(bin, count);
+        uint wanted = wanted_of(bin, count);
         uint place = wanted > 0u ? atomicAdd(classes[class_of(count)], wanted) : 0u;
-        list_parts(place, wanted, bin, count, first_entry(bin, count, first));
+        list_parts(place, wanted, bin, count, first_entry(bin, i, count, first));
     }
     barrier();
     if (thread == 0u) {

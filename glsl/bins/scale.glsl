@@ -15,7 +15,7 @@ float tile_scale(TilePart part) {
     barrier();
     uvec2 most = uvec2(0u);
     for (uint i = gl_LocalInvocationIndex; i < part.count; i += THREADS) {
-        wide_add(most, caster_bound(casters[entries[part.first + i].y], DARK));
+        wide_add(most, entry_bound(entries[part.first + i], DARK));
     }
     WIDE_ATOMIC_ADD(tile_bound[0], tile_bound[1], most);
     barrier();

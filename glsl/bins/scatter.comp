@@ -1,5 +1,5 @@
 #version 460
-// Writes (key, caster) of each caster into each of its tiles, in any order: whoever reads a tile sorts it or needs no
+// Writes an entry of each caster into each of its tiles, in any order: whoever reads a tile sorts it or needs no
 // order, and no two entries of a tile are equal. Where each tile has the same room, nothing is counted before: counts are the
 // cursors, and what count.comp else does is done here. Inputs: maps, casters, cursors, horizon. Outputs: entries; with room also
 // counts, totals (both cleared before; of the totals how full a tile is that has too little room), met (not cleared: who is in no
@@ -65,7 +65,7 @@ void main() {
 #endif
                 any = true;
                 if (round == ROUNDS && slot < capacity) {
-                    entries[slot] = uvec2(tile_key(view, caster, tile, distance_square), index);
+                    entries[slot] = tile_entry(view, caster, index, tile, distance_square);
                 }
             }
             if (room != 0u && any) {

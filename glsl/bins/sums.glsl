@@ -7,10 +7,9 @@
 // The bound of a texel's optical depth is added up in 256ths.
 const float BOUND_UNITS = 256.0;
 
-// The most that a caster can take of any ray, `dark` at most; rounded up.
-uint caster_bound(Caster caster, float dark) {
-    float most = caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
-    return uint(min(most, dark) * BOUND_UNITS) + 1u;
+// Of an entry that has what its caster takes at most (bins/tiles.glsl), `dark` at most; rounded up.
+uint entry_bound(uvec2 entry, float dark) {
+    return uint(min(uintBitsToFloat(entry.x), dark) * BOUND_UNITS) + 1u;
 }
 
 // A bound is added up in two words, low word first: a million opaque casters of a tile are more than one holds.

@@ -60,6 +60,16 @@ float tile_along(View view, Caster strand, uvec2 tile, out vec3 across) {
     return along;
 }
 
+// In a parallel view, how far a sphere's centre is from the tile less `inset` texels, along right and up, in units of its radius.
+vec2 tile_apart(View view, Caster sphere, uvec2 tile, float inset) {
+    vec2 scale = vec2(view.scale_x, view.scale_y), size = vec2(view.width, view.height);
+    vec3 offset = sphere.position - view.origin;
+    vec2 centre = vec2(dot(offset, view.right), dot(offset, view.up));
+    vec2 low = ((vec2(tile * TILE_TEXELS) + inset) / size * 2.0 - 1.0) / scale;
+    vec2 high = ((vec2(tile * TILE_TEXELS + TILE_TEXELS) - inset) / size * 2.0 - 1.0) / scale;
+    return max(max(low - centre, centre - high), vec2(0.0)) / sphere.radius;
+}
+
 // Squared distance, in units of the radius, from the caster to the tile less `inset` texels (half of one: to the rays of
 // texel centres), never more than the true one to the nearest ray in it. Exact for a sphere in a parallel view; for a
 // strand to the circle about the tile, half a texel too small and more; 0 in perspective, whose tiles are not rectangles
@@ -68,18 +78,14 @@ float tile_distance(View view, Caster caster, uvec2 tile, float inset) {
     if (view.projection == VIEW_PERSPECTIVE) {
         return 0.0;
     }
-    vec2 scale = vec2(view.scale_x, view.scale_y), size = vec2(view.width, view.height);
     if (caster_is_strand(caster)) {
+        vec2 scale = vec2(view.scale_x, view.scale_y), size = vec2(view.width, view.height);
         vec3 across;
         tile_along(view, caster, tile, across);
         float apart = max(length(across) - length(float(TILE_TEXELS) / (size * scale)), 0.0) / caster.radius;
         return apart * apart;
     }
-    vec3 offset = caster.position - view.origin;
-    vec2 centre = vec2(dot(offset, view.right), dot(offset, view.up));
-    vec2 low = ((vec2(tile * TILE_TEXELS) + inset) / size * 2.0 - 1.0) / scale;
-    vec2 high = ((vec2(tile * TILE_TEXELS + TILE_TEXELS) - inset) / size * 2.0 - 1.0) / scale;
-    vec2 apart = max(max(low - centre, centre - high), vec2(0.0)) / caster.radius;
+    vec2 apart = tile_apart(view, caster, tile, inset);
     return dot(apart, apart);
 }
 
@@ -103,6 +109,9 @@ bool tile_hidden(View view, Caster caster, float horizon) {
     return nearest > horizon + 1e-5 * (view.far - view.near);
 }
 
+// An entry has what it is sorted by; or, for who adds up casters in any order, what its caster takes of any ray at most.
+CONSTANT(bool, KEYED, true)
+
 // Sorts as the depth at which the sphere begins, nearest within the tile, or of the strand's point nearest to the tile's
 // middle: non-negative floats order as their bits do.
 uint tile_key(View view, Caster caster, uvec2 tile, float distance_square) {
@@ -113,5 +122,10 @@ uint tile_key(View view, Caster caster, uvec2 tile, float distance_square) {
         nearest = centre + tile_along(view, caster, tile, across) * dot(caster.axis, view.forward);
     }
     return floatBitsToUint(max(view_depth(view, nearest), 0.0));
+}
+
+// Of the caster `index` in a tile.
+uvec2 tile_entry(View view, Caster caster, uint index, uvec2 tile, float distance_square) {
+    return uvec2(KEYED ? tile_key(view, caster, tile, distance_square) : floatBitsToUint(caster_most(caster)), index);
 }
 #endif

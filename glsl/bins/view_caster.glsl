@@ -35,6 +35,11 @@ bool view_meets(View view, Ray ray, float ray_length, Caster caster) {
     return dot(across, across) < radius * radius;
 }
 
+// Whether a ray is in the caster for as long as its chord: a sphere behind the near plane, where rays are parallel.
+bool plain_sphere(View view, Caster caster) {
+    return view.projection == VIEW_PARALLEL && !caster_is_strand(caster) && caster.position.z - caster.radius >= view.near;
+}
+
 // As texel_segment, of a ray and a caster in the view's axes, between z.
 bool view_segment(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     bool hit;

@@ -3,7 +3,7 @@
 // Where edges of a strength E stand per texel, the error falls with about the side to the power of −1 (hair: −0.7), so that a
 // tile's side goes with E to about a third; that edges hide each other makes it a fifth of E / (1 + optical depth).
 // How many blocks there are at each scale follows from where each tile changes its side.
-// Inputs: surveys. Outputs: slots, totals. Twin: reference::twin::detail::choose.
+// Inputs: surveys. Outputs: slots, listed, totals. Twin: reference::twin::detail::choose.
 // Invariants: there are never more blocks than were allowed; only whole numbers are computed with, so that the same surveys
 // are the same choice on every device; every block that a caster meets has a place.
 #include "bins/totals.glsl"
@@ -12,7 +12,7 @@
 #include "maps/rounds.glsl"
 #include "maps/scene.glsl"
 
-// 128 at least.
+// A multiple of SLOTS, 128 at least.
 layout(local_size_x_id = ID_WORKGROUP) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
 CONSTANT(uint, THREADS, 128u)
@@ -23,12 +23,16 @@ layout(push_constant, scalar) uniform ChoosePush {
     uint block_count;  // at most
 };
 
+// The blocks are also listed: how many there are, then their slots in the order of their places.
+CONSTANT(bool, LISTS, false)
+
 // False: blocks without casters are built too.
 CONSTANT(bool, TILED, false)
 
 layout(set = 1, binding = 3, scalar) writeonly buffer Totals { BinTotals totals[]; };
 layout(set = 1, binding = 7, scalar) writeonly buffer Slots { uint slots[]; };
 layout(set = 2, binding = 0, scalar) readonly buffer Surveys { Survey surveys[]; };
+layout(set = 2, binding = 1, scalar) writeonly buffer Listed { uint listed[]; };
 
 // Scales at which all tiles have side 1, and from which on few have less than side 8.
 const int LEAST_SCALE = -760;
@@ -38,12 +42,20 @@ const uint SCALES = uint(MOST_SCALE - LEAST_SCALE);
 // By how many blocks each scale has more than the one before, modulo 2³².
 shared uint more[SCALES];
 shared uint sums[THREADS];
+// Of runs of so many threads.
+const uint RUN = 32u, RUNS = (THREADS + RUN - 1u) / RUN;
+shared uint run_sums[RUNS];
 // The greatest scale that fits, behind LEAST_SCALE.
 shared uint greatest;
-// Of a side: which cells a block of a row reaches over; how many blocks of a row reach over some of a mask of cells. Whole
+// Of a side: which cells a block of a row reaches over; which blocks of a row reach over some of a mask of cells. Whole
 // numbers are slow to divide.
 shared uint cells_of_block[8][8];
 shared uint blocks_of_row[8][16];
+// Of THREADS tiles: which of their blocks meet casters, and as a word of the table the side and the blocks before.
+shared uvec2 used_of_tile[THREADS];
+shared uint word_of_tile[THREADS];
+// Blocks of the tiles up to these.
+shared uint placed;
 
 // 16 log2(x), x > 0, the mantissa linear.
 int log_16(uint x) {
@@ -96,12 +108,12 @@ void fill_tables() {
         cells_of_block[side - 1u][i % 16u] = (2u << last) - (1u << first);
     }
     barrier();
-    uint count = 0u;
-    for (uint x = 0u; x < side; ++x) {
-        count += uint((i % 16u & block_cells(x, side)) != 0u);
+    uint blocks = 0u;
+    [[dont_unroll]] for (uint x = 0u; x < side; ++x) {
+        blocks |= uint((i % 16u & block_cells(x, side)) != 0u) << x;
     }
     if (i < 128u) {
-        blocks_of_row[side - 1u][i % 16u] = count;
+        blocks_of_row[side - 1u][i % 16u] = blocks;
     }
     barrier();
 }
@@ -109,30 +121,42 @@ void fill_tables() {
 // Cells of a row of blocks in which there are casters, as a mask of x.
 uint row_cells(uint cells, uint y, uint side) {
     uint rows = block_cells(y, side), mask = 0u;
-    [[unroll]] for (uint row = 0u; row < SURVEY_CELLS; ++row) {
+    [[dont_unroll]] for (uint row = 0u; row < SURVEY_CELLS; ++row) {
         mask |= (rows >> row & 1u) != 0u ? cells >> (row * SURVEY_CELLS) & 15u : 0u;
     }
     return mask;
 }
 
-uint used_blocks(uint cells, uint side) {
-    uint count = 0u;
-    for (uint y = 0u; y < side; ++y) {
-        count += blocks_of_row[side - 1u][row_cells(cells, y, side)];
+// The blocks that reach over cells with casters, a bit each.
+uvec2 used_blocks(uint cells, uint side) {
+    uvec2 used = uvec2(0u);
+    [[dont_unroll]] for (uint y = 0u; y < side && cells != 0u; ++y) {
+        uint row = blocks_of_row[side - 1u][row_cells(cells, y, side)], at = y * side;
+        used.x |= at < 32u ? row << at : 0u;
+        used.y |= at >= 32u ? row << (at - 32u) : at > 24u ? row >> (32u - at) : 0u;
     }
-    return count;
+    return used;
 }
+
+uint bit_count(uvec2 bits) { return bitCount(bits.x) + bitCount(bits.y); }
 
 // Sum of the values of the threads before. All threads call it alike.
 uint sum_before(uint value) {
-    uint thread = gl_LocalInvocationIndex, sum = value;
-    for (uint step = 1u; step < THREADS; step *= 2u) {
-        sums[thread] = sum;
-        barrier();
-        sum += thread >= step ? sums[thread - step] : 0u;
-        barrier();
+    uint thread = gl_LocalInvocationIndex, run = thread / RUN * RUN, sum = 0u;
+    sums[thread] = value;
+    barrier();
+    // Not unrolled, here and below: what runs once waits for its own instructions, which are to be few.
+    [[dont_unroll]] for (uint i = run; i < thread; ++i) {
+        sum += sums[i];
     }
-    return sum - value;
+    if (thread == min(run + RUN, THREADS) - 1u) {
+        run_sums[thread / RUN] = sum + value;
+    }
+    barrier();
+    [[dont_unroll]] for (uint i = 0u; i < thread / RUN; ++i) {
+        sum += run_sums[i];
+    }
+    return sum;
 }
 
 // The greatest scale at which there are no more blocks than may be. All threads call it alike.
@@ -142,15 +166,15 @@ int greatest_scale() {
         more[i] = 0u;
     }
     if (thread == 0u) {
-        greatest = 0u;
+        greatest = placed = 0u;
     }
     barrier();
     // Each side of each tile: from one scale on so many blocks, from another on not any more.
-    for (uint i = thread; i < tile_count * 8u; i += THREADS) {
+    [[dont_unroll]] for (uint i = thread; i < tile_count * 8u; i += THREADS) {
         uint tile = i / 8u, side = i % 8u + 1u;
         Survey survey = surveyed(tile);
         int level = survey.cells == 0u ? 0 : tile_level(survey, tile);
-        uint used = used_blocks(survey.cells, side), from = first_scale(level, side), to = first_scale(level, side + 1u);
+        uint used = bit_count(used_blocks(survey.cells, side)), from = first_scale(level, side), to = first_scale(level, side + 1u);
         if (used > 0u && from < SCALES) {
             atomicAdd(more[from], used);
         }
@@ -160,15 +184,24 @@ int greatest_scale() {
     }
     barrier();
     uint run = (SCALES + THREADS - 1u) / THREADS, begin = min(thread * run, SCALES), end = min(begin + run, SCALES), sum = 0u;
-    for (uint i = begin; i < end; ++i) {
+    [[dont_unroll]] for (uint i = begin; i < end; ++i) {
         sum += more[i];
     }
     sum = sum_before(sum);
-    for (uint i = begin; i < end; ++i) {
+    uint fits = 0u, fitting = 0u;
+    [[dont_unroll]] for (uint i = begin; i < end; ++i) {
         sum += more[i];
         if (sum <= block_count) {
-            atomicMax(greatest, i);
+            fits = 1u;
+            fitting = i;
         }
+    }
+    barrier();
+    sums[thread] = fits;
+    barrier();
+    // Most scales fit. Those that do behind one another need not wait for each other.
+    if (fits != 0u && (thread == THREADS - 1u || sums[min(thread + 1u, THREADS - 1u)] == 0u)) {
+        atomicMax(greatest, fitting);
     }
     barrier();
     return LEAST_SCALE + int(greatest);
@@ -178,25 +211,43 @@ void main() {
     uint thread = gl_LocalInvocationIndex;
     fill_tables();
     int scale = greatest_scale();
-    uint run = (tile_count + THREADS - 1u) / THREADS;
-    uint begin = min(thread * run, tile_count), end = min(begin + run, tile_count), count = 0u;
-    for (uint tile = begin; tile < end; ++tile) {
-        Survey survey = surveyed(tile);
-        count += used_blocks(survey.cells, tile_side(survey, tile, scale));
-    }
-    uint place = sum_before(count);
-    for (uint tile = begin; tile < end; ++tile) {
-        Survey survey = surveyed(tile);
-        uint side = tile_side(survey, tile, scale);
-        uint slot = tile * SLOTS;
-        for (uint y = 0u; y < side; ++y) {
-            uint mask = row_cells(survey.cells, y, side);
-            for (uint x = 0u; x < side; ++x, ++slot) {
-                bool used = (mask & block_cells(x, side)) != 0u;
-                place += uint(used);
-                slots[slot] = slot_word(side, used ? place : 0u);
+    // A thread writes words of the same slot of different tiles.
+    uint slot = thread % SLOTS, low = min(slot, 32u), high = max(slot, 32u) - 32u;
+    uvec2 bit = slot < 32u ? uvec2(1u << slot, 0u) : uvec2(0u, 1u << high);
+    uvec2 bits_before = uvec2(low == 32u ? ~0u : (1u << low) - 1u, (1u << high) - 1u);
+    for (uint first = 0u; first < tile_count; first += THREADS) {
+        uint tile = first + thread, side = 1u;
+        uvec2 used = uvec2(0u);
+        if (tile < tile_count) {
+            Survey survey = surveyed(tile);
+            side = tile_side(survey, tile, scale);
+            used = used_blocks(survey.cells, side);
+        }
+        uint before = placed + sum_before(bit_count(used));
+        used_of_tile[thread] = used;
+        word_of_tile[thread] = slot_word(side, before);
+        barrier();
+        if (thread == THREADS - 1u) {
+            placed = before + bit_count(used);
+        }
+        // Threads side by side write words side by side.
+        [[dont_unroll]] for (uint its = thread / SLOTS; its < min(THREADS, tile_count - first); its += THREADS / SLOTS) {
+            uint word = word_of_tile[its];
+            uvec2 all = used_of_tile[its];
+            side = slot_side(word);
+            if (slot < side * side) {
+                bool is_used = bit_count(all & bit) != 0u;
+                uint place = slot_place(word) + bit_count(all & bits_before), at = (first + its) * SLOTS + slot;
+                slots[at] = slot_word(side, is_used ? place + 1u : 0u);
+                if (LISTS && is_used) {
+                    listed[place + 1u] = at;
+                }
             }
         }
+        barrier();
+    }
+    if (LISTS && thread == 0u) {
+        listed[0] = placed;
     }
     if (rounds_ran_out(tile_count)) {
         totals[0].cut_short = 1u;

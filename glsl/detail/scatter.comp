@@ -17,10 +17,11 @@ layout(set = 1, binding = 7, scalar) readonly buffer Slots { uint slots[]; };
 
 // The next entry of a block; `capacity` where there is no room for it.
 uint next_entry(uint bin) {
+    uint place = slot_place(slots[bin]);
     if (room == 0u) {
-        return atomicAdd(cursors[bin], 1u);
+        return place > 0u ? atomicAdd(cursors[bin], 1u) : capacity;
     }
-    uint before = atomicAdd(counts[bin], 1u), place = slot_place(slots[bin]);
+    uint before = atomicAdd(counts[bin], 1u);
     if (before >= room) {
         atomicMax(totals[0].fullest, before + 1u);
     }
@@ -53,7 +54,7 @@ void main() {
                 uint entry = next_entry(place * SLOTS + within.y * side + within.x);
                 any = true;
                 if (entry < capacity) {
-                    entries[entry] = uvec2(tile_key(fine, caster, block, distance_square), index);
+                    entries[entry] = tile_entry(fine, caster, index, block, distance_square);
                 }
             }
         }

@@ -72,11 +72,6 @@ Place place_of(View view, Caster caster) {
     return depth_place(view_depth(view, caster.position.z + 0.5 * caster.axis.z));
 }
 
-// Whether a ray is in the caster for as long as its chord: a sphere behind the near plane, where rays are parallel.
-bool plain_sphere(View view, Caster caster) {
-    return view.projection == VIEW_PARALLEL && !caster_is_strand(caster) && caster.position.z - caster.radius >= view.near;
-}
-
 // Puts a caster into the batch that may meet `rows` rows from the corner on, with the slice that takes it.
 void put_caster(View view, uvec2 corner, uint rows, Caster caster, float scale, uint turn) {
     vec2 low, high;
@@ -200,7 +195,7 @@ float part_scale(TilePart part) {
     uint thread = gl_LocalInvocationIndex;
     uvec2 most = uvec2(0u);
     for (uint i = thread; i < part.count; i += THREADS) {
-        wide_add(most, caster_bound(casters[entries[part.first + i].y], DARK * (SPLIT ? 2.0 : 1.0)));
+        wide_add(most, entry_bound(entries[part.first + i], DARK * (SPLIT ? 2.0 : 1.0)));
     }
     if (thread < 2u) {
         slices[thread] = 0u;

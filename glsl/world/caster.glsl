@@ -32,6 +32,11 @@ bool caster_after(Caster a, Caster b) {
     return false;
 }
 
+// The optical depth that it has along any ray, at most.
+float caster_most(Caster caster) {
+    return caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
+}
+
 // Optical depth from which a caster counts as opaque: exp(-80) is still a normal float, and sums of many stay finite.
 const float MAX_OPTICAL_DEPTH = 80.0;
 // Where this has been taken, nothing is left to take: exp(-16) is about a ten-millionth.

@@ -5,9 +5,10 @@ use super::Maps;
 use super::detail::{self, Detail, SLOTS};
 use super::threads::Threads;
 use super::totals::{BinTotals, TilePart};
+use super::uses::{Entries, Use};
 use crate::gpu::{Bindings, Buffer, Commands, Context, Kernel, Memory, Pass, Push, Resource, groups, push_struct};
 use crate::shaders;
-use crate::shaders::constant::{AREA, DETAIL, EMPTY_PARTS, HIDE, PARTS, REACH, TILED};
+use crate::shaders::constant::{AREA, DETAIL, EMPTY_PARTS, HIDE, KEYED, PARTS, REACH, TILED};
 use crate::world::World;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -34,7 +35,7 @@ const MOST_ROOM_BYTES: u64 = 16 << 20;
 /// Such a number is a multiple of this.
 const ROOM_STEP: u32 = 32;
 
-/// Bytes of an entry: key and caster.
+/// Bytes of an entry: what it is sorted by or takes at most, and its caster.
 const ENTRY_BYTES: u64 = 8;
 
 /// Where `entries` stands in the set.
@@ -123,23 +124,6 @@ fn limit(context: &Context) -> u64 {
     u64::from(context.features().max_storage_buffer_range) / ENTRY_BYTES
 }
 
-/// What bins are for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Use {
-    /// Entries are wanted, and not only which casters and tiles meet.
-    pub entries: bool,
-    /// Casters that stand in the dark behind meshes may be left out.
-    pub skip: bool,
-    /// Texels around a tile from which look-ups read it.
-    pub reach: u32,
-    /// Workgroups a tile in [`Bins::per_part`]: of one with casters, of one without.
-    pub parts: [u32; 2],
-    /// Whether a texel stands for all of its square, and not only for the ray through its centre.
-    pub area: bool,
-    /// The most blocks, where each tile is to be as fine as it needs: bins are then blocks.
-    pub blocks: Option<u32>,
-}
-
 impl Bins {
     /// Bins over the volume maps.
     ///
@@ -167,7 +151,7 @@ impl Bins {
         let totals = buffer("bins.totals", size_of::<BinTotals>() as u64)?;
         let totalled = Buffer::new(context, "bins.totalled", totals.bytes(), Memory::Readback)?;
         let casters = u64::from(world.caster_capacity());
-        let wanted = if what.entries { casters * FIRST_ENTRIES } else { 1 };
+        let wanted = if what.entries != Entries::None { casters * FIRST_ENTRIES } else { 1 };
         let capacity = wanted.clamp(1, limit(context)) as u32;
         let met = buffer("bins.met", count * casters.max(1) * 4)?;
         let horizon = buffer("bins.horizon", detail::tile_count(maps) * 4)?;
@@ -186,14 +170,23 @@ impl Bins {
             .set(EMPTY_PARTS, what.parts[1])
             .set(TILED, what.skip)
             .set(AREA, what.area)
+            .set(KEYED, what.entries == Entries::Sorted)
             .set(DETAIL, what.blocks.is_some());
         let kernel = |shader| Kernel::compute(context, shader, &[maps.scene(), &set], &constants);
-        let detailed = |blocks| Detail::new(context, maps, &set, slots, blocks, &constants);
+        let detailed = |blocks| Detail::new(context, maps, &set, slots, blocks, &threads, &constants);
         let detail = what.blocks.map(detailed).transpose()?;
         let [count_casters, scatter] = match (detail.is_some(), threads.tallies) {
             (true, _) => [&shaders::detail::COUNT, &shaders::detail::SCATTER],
             (_, true) => [&shaders::bins::COUNT_TALLY_1, &shaders::bins::SCATTER_TALLY_1],
             _ => [&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0],
+        };
+        let place = match (&detail, threads.fullest_first) {
+            (_, false) => kernel(&shaders::bins::PLACE)?,
+            (None, _) => kernel(&shaders::bins::PLACE_FULLEST_LISTED_0)?,
+            (Some(detail), _) => {
+                let sets = [maps.scene(), &set, detail.set()];
+                Kernel::compute(context, &shaders::bins::PLACE_FULLEST_LISTED_1, &sets, &constants)?
+            }
         };
         Ok(Self {
             context: context.clone(),
@@ -202,7 +195,7 @@ impl Bins {
             bins_a_map,
             find_horizon: kernel(&shaders::bins::HORIZON)?,
             count: kernel(count_casters)?,
-            place: kernel(if threads.fullest_first { &shaders::bins::PLACE_FULLEST } else { &shaders::bins::PLACE })?,
+            place,
             fullest_first: threads.fullest_first,
             scatter: kernel(scatter)?,
             counts,
@@ -217,12 +210,12 @@ impl Bins {
             casters_a_group: threads.casters_a_group,
             parts_a_block: what.parts[0],
             lists_parts: what.parts != [0, 0],
-            keeps_entries: what.entries,
+            keeps_entries: what.entries != Entries::None,
             detail,
             capacity,
             room: 0,
             mark: 0,
-            may_have_room: what.entries && !threads.tallies,
+            may_have_room: what.entries != Entries::None && !threads.tallies,
             unlisted: false,
             caster_count: world.caster_count(),
             last: None,
@@ -267,7 +260,7 @@ impl Bins {
         });
         self.horizon(commands);
         if let Some(detail) = &self.detail {
-            detail.survey(commands, &self.push(), self.caster_groups());
+            detail.survey(commands, &self.push());
             detail.choose(commands);
         }
         if self.room != 0 {
@@ -476,7 +469,7 @@ impl Bins {
     /// All but the counts, which look-ups may need; with detail those too, since look-ups need its slots.
     pub fn bytes_transient(&self) -> u64 {
         let buffers = [&self.parts, &self.cursors, &self.totals, &self.entries, &self.met, &self.horizon];
-        let detail = self.detail.as_ref().map_or(0, |d| d.surveys().bytes() + self.counts.bytes());
+        let detail = self.detail.as_ref().map_or(0, |d| d.bytes_transient() + self.counts.bytes());
         buffers.into_iter().map(Buffer::bytes).sum::<u64>() + detail
     }
 }

@@ -2,9 +2,11 @@
 
 use super::Maps;
 use super::bins::{BinPush, TILE_TEXELS};
+use super::threads::{Surveying, Threads};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, push_struct};
 use crate::shaders;
+use crate::shaders::constant::{LISTS, SHARING, THREADS, WORKGROUP};
 use bytemuck::{Pod, Zeroable};
 
 /// Words of a tile in the table, and the most blocks that it is. Twin: SLOTS in glsl/detail/blocks.glsl.
@@ -46,7 +48,11 @@ pub struct Detail {
     slots: Buffer,
     /// [`Survey`] of each tile.
     surveys: Buffer,
+    /// How many blocks there are, then the slots of each in the order of their places; for who asks for it.
+    listed: Buffer,
+    set: Bindings,
     survey: Kernel<BinPush>,
+    surveying: Surveying,
     choose: Kernel<ChoosePush>,
     push: ChoosePush,
 }
@@ -82,15 +88,26 @@ impl Detail {
         bins: &Bindings,
         slots: Buffer,
         block_count: u32,
+        threads: &Threads,
         constants: &Constants,
     ) -> Result<Self> {
         let tiles = tile_count(maps);
         let surveys = Buffer::new(context, "detail.surveys", tiles * size_of::<Survey>() as u64, Memory::Device)?;
-        let set = Bindings::new(context, "detail", &[Resource::Buffer(surveys.clone())])?;
+        let listed = if threads.fullest_first { u64::from(block_count) + 1 } else { 1 };
+        let listed = Buffer::new(context, "detail.listed", listed * 4, Memory::Device)?;
+        let set =
+            Bindings::new(context, "detail", &[&surveys, &listed].map(|buffer| Resource::Buffer(buffer.clone())))?;
         let sets = [maps.scene(), bins, &set];
+        let Surveying { tallies, threads: alone, sharing } = threads.surveying;
+        let survey = if tallies { &shaders::detail::SURVEY_TALLY_1 } else { &shaders::detail::SURVEY_TALLY_0 };
+        let of_survey = constants.clone().set(THREADS, alone).set(WORKGROUP, alone).set(SHARING, sharing);
+        let of_choice = constants.clone().set(LISTS, threads.fullest_first);
         Ok(Self {
-            survey: Kernel::compute(context, &shaders::detail::SURVEY, &sets, constants)?,
-            choose: Kernel::compute(context, &shaders::detail::CHOOSE, &sets, constants)?,
+            survey: Kernel::compute(context, survey, &sets, &of_survey)?,
+            surveying: threads.surveying,
+            choose: Kernel::compute(context, &shaders::detail::CHOOSE, &sets, &of_choice)?,
+            listed,
+            set,
             push: ChoosePush { tile_count: tiles as u32, across: maps.tiles()[0], block_count },
             slots,
             surveys,
@@ -107,13 +124,25 @@ impl Detail {
         &self.surveys
     }
 
+    /// The set of surveys and of the list of blocks.
+    pub(super) fn set(&self) -> &Bindings {
+        &self.set
+    }
+
+    /// Bytes that no look-up needs.
+    pub(super) fn bytes_transient(&self) -> u64 {
+        self.surveys.bytes() + self.listed.bytes()
+    }
+
     /// Which blocks there may be at most.
     pub fn block_count(&self) -> u32 {
         self.push.block_count
     }
 
-    /// Looks at what casters there are, a group of threads each; the surveys are 0.
-    pub(super) fn survey(&self, commands: &mut Commands, push: &BinPush, groups: [u32; 3]) {
+    /// Looks at what casters of so many maps there are; the surveys are 0.
+    pub(super) fn survey(&self, commands: &mut Commands, push: &BinPush) {
+        let [x, y] = self.surveying.groups(push.caster_count);
+        let groups = [x, y, push.map_count];
         commands.pass("detail.survey", |pass| pass.dispatch(&self.survey, push, groups));
     }
 

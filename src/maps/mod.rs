@@ -17,8 +17,9 @@ mod splat;
 mod texels;
 mod threads;
 mod totals;
+mod uses;
 
-pub use bins::{Bins, PartPush, TILE_TEXELS, Use};
+pub use bins::{Bins, PartPush, TILE_TEXELS};
 pub use compact::Compact;
 pub use detail::{BLOCK_TEXELS, Detail, MOST_BLOCKS, SLOTS, Survey, table_bytes, tile_count};
 pub use filter::{Filter, FilterKind};
@@ -30,6 +31,7 @@ pub use splat::{DrawingOrder, Splat, SplatPush};
 pub use texels::{TexelKernels, TexelWay, Texels};
 pub use threads::MANY_CASTERS;
 pub use totals::{BinTotals, TilePart};
+pub use uses::{Entries, Use};
 
 use self::fit::Fit;
 use self::opaque::Opaque;

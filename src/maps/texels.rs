@@ -1,6 +1,6 @@
 //! An image of one texel a ray, for techniques that keep so little of a ray that blending makes it, or one workgroup a tile.
 
-use super::{Bins, DrawingOrder, Maps, Splat, SplatPush, Use, stacked};
+use super::{Bins, DrawingOrder, Entries, Maps, Splat, SplatPush, Use, stacked};
 use crate::Result;
 use crate::gpu::{
     Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Shader, Target,
@@ -75,7 +75,7 @@ impl Texels {
                     context,
                     world,
                     maps,
-                    Use { entries: true, skip, reach, parts: [1, 1], area: false, blocks: None },
+                    Use { entries: Entries::Summed, skip, reach, parts: [1, 1], area: false, blocks: None },
                 )?;
                 let storage = Bindings::new(context, binned, &[Resource::StorageImage(image.clone())])?;
                 let sets = [maps.scene(), bins.set(), &storage];

@@ -1,7 +1,8 @@
 //! How the passes that bin run: threads of a workgroup, casters of a thread, and which of their shaders suit.
 
-use super::Use;
-use crate::gpu::{Constants, Context};
+use super::detail::SLOTS;
+use super::{Entries, Use};
+use crate::gpu::{Constants, Context, groups};
 use crate::shaders::constant::{TALLY_THREADS, TALLY_TURNS, THREADS, TILE_LANES, WORKGROUP};
 use crate::world::World;
 
@@ -20,8 +21,37 @@ const MOST_TALLIED: u32 = 4096;
 /// takes.
 const LONE_THREADS: u32 = 1024;
 
+/// Workgroups that survey casters, by themselves at first, at most: the fewer, the less they wait for each other.
+const MOST_SURVEYING: u64 = 256;
+
+/// Threads of such a workgroup, or as many as the device takes, and threads that share a caster then, at most.
+const SURVEYING_THREADS: u32 = 256;
+const SURVEYING_LANES: u32 = 4;
+
+/// Tiles of a map that such a workgroup has room for. Twin: MOST_TILES in glsl/detail/survey.comp.
+const MOST_SURVEYED: u32 = 1024;
+
 /// Tiles of each when it lists them, at most: of more tiles each is less of the whole, and one workgroup would take too long.
 const MOST_TURNS: u64 = 16;
+
+/// How casters are surveyed.
+#[derive(Clone, Copy)]
+pub(super) struct Surveying {
+    /// A workgroup adds up by itself before it adds to the tiles.
+    pub tallies: bool,
+    /// Of a workgroup.
+    pub threads: u32,
+    /// That share a caster.
+    pub sharing: u32,
+}
+
+impl Surveying {
+    /// Workgroups for so many casters.
+    pub fn groups(self, casters: u32) -> [u32; 2] {
+        let all = (u64::from(casters) * u64::from(self.sharing)).div_ceil(self.threads.into());
+        groups(if self.tallies { all.min(MOST_SURVEYING) } else { all })
+    }
+}
 
 /// What is decided before the passes are made.
 pub(super) struct Threads {
@@ -31,6 +61,7 @@ pub(super) struct Threads {
     pub fullest_first: bool,
     /// Casters of a workgroup of the passes over them.
     pub casters_a_group: u32,
+    pub surveying: Surveying,
     /// That share a caster.
     lanes: u32,
     tally: u32,
@@ -49,13 +80,17 @@ impl Threads {
             (_, true) => [1, TALLY_CASTERS],
             _ => [16, 64 / 16],
         };
-        let lone = most.min(LONE_THREADS);
+        // A power of two, which slots of tiles divide.
+        let lone = 1 << most.min(LONE_THREADS).ilog2();
         let bins = u64::from(bins_a_map) * u64::from(map_count);
-        // Blocks are as fine as they have casters.
-        let fullest_first = !software && what.entries && what.blocks.is_none() && bins <= MOST_TURNS * u64::from(lone);
+        let listed = what.blocks.map_or(bins, u64::from);
+        let fullest_first = !software && what.entries != Entries::None && listed <= MOST_TURNS * u64::from(lone);
         // A power of two, which divides the casters.
         let tally = 1 << most.min(TALLY_MOST_THREADS).ilog2();
-        Self { tallies, fullest_first, casters_a_group, lanes, tally, lone }
+        let alone = bins_a_map <= MOST_SURVEYED * SLOTS;
+        let threads = if alone { most.min(SURVEYING_THREADS) } else { 64 };
+        let surveying = Surveying { tallies: alone, threads, sharing: lanes.min(SURVEYING_LANES) };
+        Self { tallies, fullest_first, casters_a_group, surveying, lanes, tally, lone }
     }
 
     /// Of the shaders that count, place and scatter, and of those in glsl/detail.

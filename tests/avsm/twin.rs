@@ -123,7 +123,7 @@ impl Texel {
     /// ends alone, makes the curve from other ends of cells.
     fn has_other_ends(&self, build: Build) -> bool {
         let Some(bound) = self.bound else { return false };
-        let ways = [Cells::new, Cells::of_each_cell];
+        let ways = [Cells::new, Cells::of_changes];
         let ends = |segments: &[Segment]| ways.map(|add| add(segments, bound).map(|cells| cells.ends(build)));
         let [own, other] = ends(&self.segments);
         own != other || self.rounded.iter().any(|segments| ends(segments) != [own; 2])

@@ -45,7 +45,7 @@ pub fn cells(bytes: &[u8]) -> bool {
     let Some((build, segments)) = read(bytes) else { return false };
     let sphere = |s: &Segment| Caster { position: [0.0; 3], radius: 0.5, axis: [0.0; 3], density: s.optical_depth };
     let bound = bound(&segments.iter().map(sphere).collect::<Vec<_>>(), DARK);
-    for cells in [Cells::new(&segments, bound), Cells::of_each_cell(&segments, bound)] {
+    for cells in [Cells::new(&segments, bound), Cells::of_changes(&segments, bound)] {
         let Some(cells) = cells else { return false };
         let curve = cells.curve(build);
         // Half a unit a segment; of 64 segments a unit is 2⁻²⁰ at least. What is darker than DARK counts as that.

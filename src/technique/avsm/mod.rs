@@ -100,7 +100,7 @@ impl Avsm {
         let bins = if settings.skip || plan.way == Way::Binned {
             let parts = if matches!(plan.cells, Some(Cells::Lanes | Cells::Half)) { 2 } else { 1 };
             let what = Use {
-                entries: plan.way == Way::Binned,
+                entries: plan.entries(),
                 skip: settings.skip,
                 reach: settings.filter.reach(),
                 parts: [parts, if settings.skip { 0 } else { parts }],

@@ -3,7 +3,7 @@
 use super::ENTRY;
 use super::settings::{Batch, Fit, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Features, Requirement};
-use crate::maps::{BLOCK_TEXELS, FilterKind, MANY_CASTERS};
+use crate::maps::{BLOCK_TEXELS, Entries, FilterKind, MANY_CASTERS};
 use crate::shaders::constant::{
     AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED, TURNS, WORK,
     WORKGROUP,
@@ -66,11 +66,11 @@ impl Cells {
         (nodes * self.texels() / 4).max(32 * groups)
     }
 
-    /// Shared memory: 64 cells a texel, for lanes twice; 16 nodes at most, or the casters in their place, 32 bytes each; four
-    /// sets of ends, two ranges, and the bound.
+    /// Shared memory: 64 cells a texel, for lanes twice, and one more; 16 nodes at most, or the casters in their place, 32 bytes
+    /// each; four sets of ends, two ranges, the bound, and what is known of all texels.
     fn shared_bytes(self, groups: u32) -> u32 {
         let cells = if self == Self::Lanes { 2 * 64 * 4 } else { 64 * 4 };
-        (cells + 4 * 8 + 4 * 4) * self.texels() + self.batch(groups, 16) * 32 + 8
+        (cells + 4 + 4 * 8 + 4 * 4) * self.texels() + self.batch(groups, 16) * 32 + 8 + 24
     }
 
     /// What of shared memory or threads the device lacks for `groups` times its texels, by its Vulkan name.
@@ -196,6 +196,15 @@ impl Plan {
             .set(STRANDS, world.has_strands());
         let constants = settings.filter.constants(constants);
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
+    }
+
+    /// What of each tile's casters the path wants.
+    pub fn entries(&self) -> Entries {
+        match (self.way, self.cells) {
+            (Way::Binned, Some(_)) => Entries::Summed,
+            (Way::Binned, None) => Entries::Sorted,
+            _ => Entries::None,
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::volume::Volume;
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Kernel, Resource};
-use crate::maps::{Bins, Maps, PartPush, Use};
+use crate::maps::{Bins, Entries, Maps, PartPush, Use};
 use crate::shaders::constant::{BATCH, BATCH_AXES, ROWS, THREADS, WORKGROUP};
 use crate::shaders::psm;
 use crate::world::World;
@@ -64,7 +64,14 @@ impl Fused {
         constants: &Constants,
         threads: u32,
     ) -> Result<Self> {
-        let what = Use { entries: true, skip, reach: layout.filter.reach(), parts: PARTS, area: false, blocks: None };
+        let what = Use {
+            entries: Entries::Summed,
+            skip,
+            reach: layout.filter.reach(),
+            parts: PARTS,
+            area: false,
+            blocks: None,
+        };
         let bins = Bins::new(context, world, maps, what)?.unlisted();
         let storage = Bindings::new(context, "psm.volume", &[Resource::StorageImage(volume.clone())])?;
         let shader = if layout.is_8_bit() { &psm::FUSED_BITS_8 } else { &psm::FUSED_BITS_16 };

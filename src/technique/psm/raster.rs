@@ -6,7 +6,7 @@ use crate::Result;
 use crate::gpu::{
     Bindings, Commands, Constants, Context, Graphics, Image, Kernel, Layered, Requirement, Resource, push_struct,
 };
-use crate::maps::{Bins, Maps, Use};
+use crate::maps::{Bins, Entries, Maps, Use};
 use crate::shaders;
 use crate::shaders::constant::MAP_PUSHED;
 use crate::technique::Spec;
@@ -84,7 +84,8 @@ impl Raster {
         let bins = match layout.coverage {
             Coverage::Tiles => {
                 // All tiles that casters meet, whether light gets there or not.
-                let what = Use { entries: false, skip: false, reach: 0, parts: [0, 0], area: false, blocks: None };
+                let what =
+                    Use { entries: Entries::None, skip: false, reach: 0, parts: [0, 0], area: false, blocks: None };
                 Some(Bins::new(context, world, maps, what)?)
             }
             _ => None,

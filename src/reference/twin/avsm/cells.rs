@@ -36,9 +36,9 @@ impl Cells {
         Self::added(segments, bound, add_segment)
     }
 
-    /// The same as LANES 0 and 2 do: what a segment has taken by the end of each cell. A sum may differ by some units a segment.
-    pub fn of_each_cell(segments: &[Segment], bound: u64) -> Option<Self> {
-        Self::added(segments, bound, add_to_each_cell)
+    /// The same as LANES 0 and 2 do: four changes of what cells take. A sum may differ by some units a segment.
+    pub fn of_changes(segments: &[Segment], bound: u64) -> Option<Self> {
+        Self::added(segments, bound, add_changes)
     }
 
     fn added(segments: &[Segment], bound: u64, add: AddSegment) -> Option<Self> {
@@ -69,6 +69,9 @@ impl Cells {
             slope = slope.wrapping_add(slopes[i]);
             sum = sum.wrapping_add(cells[i]).wrapping_add(slope);
             sums[i] = sum;
+        }
+        for i in (0..CELLS - 1).rev() {
+            sums[i] = sums[i].min(sums[i + 1]);
         }
         Some(Self { low, per_cell, unit: 1.0 / scale, sums, dark })
     }
@@ -149,20 +152,26 @@ fn dark_segment(segment: &Segment) -> Segment {
     Segment { entry, exit: entry + (exit - entry) * share, optical_depth: segment.optical_depth.min(DARK) }
 }
 
-/// Twin: add_segment where LANES is not 1.
-fn add_to_each_cell(cells: &mut [u32; CELLS], _: &mut [u32; CELLS], entry: f32, exit: f32, whole: f32) {
+/// Twin: add_segment of glsl/avsm/cells_shared.glsl.
+fn add_changes(_: &mut [u32; CELLS], changes: &mut [u32; CELLS], entry: f32, exit: f32, whole: f32) {
     let (first, last) = ((entry as usize).min(CELLS - 1), (exit as usize).min(CELLS - 1));
     let rate = whole / (exit - entry).max(1e-6);
-    let mut before = 0;
-    for (cell, sum) in cells.iter_mut().enumerate().take(last + 1).skip(first) {
-        let taken = if cell == last { whole } else { (((cell + 1) as f32 - entry) * rate).min(whole) };
-        let upto = (taken + 0.5) as u32;
-        *sum = sum.wrapping_add(upto - before);
-        before = upto;
-    }
+    let begin = entry - first as f32;
+    let (units, early) = ((whole + 0.5) as u32, (((1.0 - begin) * rate).min(whole) + 0.5) as u32);
+    let even = (rate.min(whole) + begin) as u32;
+    let late = early.wrapping_add(even.wrapping_mul((last - first) as u32)).wrapping_sub(units);
+    let mut add = |cell: usize, units: u32| {
+        if let Some(change) = changes.get_mut(cell) {
+            *change = change.wrapping_add(units);
+        }
+    };
+    add(first, early);
+    add(first + 1, even.wrapping_sub(early));
+    add(last, late.wrapping_neg());
+    add(last + 1, late.wrapping_sub(even));
 }
 
-/// Twin: add_segment where LANES is 1.
+/// Twin: add_segment of glsl/avsm/cells_lanes.glsl.
 fn add_segment(cells: &mut [u32; CELLS], slopes: &mut [u32; CELLS], entry: f32, exit: f32, whole: f32) {
     let (first, last) = ((entry as usize).min(CELLS - 1), (exit as usize).min(CELLS - 1));
     let units = (whole + 0.5) as u32;
@@ -226,16 +235,50 @@ mod tests {
                 let (before, behind) = (truth.transmittance(end - 1e-6), truth.transmittance(end + 1e-6));
                 prop_assert!(through <= before + 2e-5 && through >= behind - 2e-5, "{through}, not {before} to {behind}");
             }
-            let each = Cells::of_each_cell(&list, bound_of(&list)).expect("the same segments");
-            for (a, b) in cells.sums.iter().zip(&each.sums) {
-                // Of n cells in even shares the last r take one more, which leaves r (n - r) / n units behind, n / 4 at most;
-                // a unit each of the two; some roundings of f32 products as large as the whole.
-                let most = (CELLS / 4 + 2) as u32 * list.len() as u32 + cells.sums[CELLS - 1] / 1_000_000;
+            let changes = Cells::of_changes(&list, bound_of(&list)).expect("the same segments");
+            for (a, b) in cells.sums.iter().zip(&changes.sums) {
+                // Of n cells in even shares the last r take one more, which leaves r (n - r) / n units behind, n / 4 at most. By
+                // changes each cell takes less than a unit more or less than it should. A unit each of the two; some roundings
+                // of f32 products as large as the whole.
+                let most = (CELLS / 4 + CELLS + 2) as u32 * list.len() as u32 + cells.sums[CELLS - 1] / 1_000_000;
                 prop_assert!(a.abs_diff(*b) <= most, "{a} and {b} of {} segments", list.len());
             }
-            prop_assert_eq!(cells.sums[CELLS - 1], each.sums[CELLS - 1]);
+            prop_assert!(changes.sums.is_sorted());
+            prop_assert_eq!(cells.sums[CELLS - 1], changes.sums[CELLS - 1]);
             let backwards: Vec<_> = list.iter().rev().copied().collect();
             prop_assert_eq!(cells.sums, Cells::new(&backwards, bound_of(&list)).expect("the same").sums);
+        }
+
+        /// Roundings of many segments that take as little in each cell, a few units, are not all the same: what is off grows as the
+        /// root of their number.
+        #[test]
+        fn roundings_of_changes_cancel(units in 1.0..20.0f32, length in 0.05..0.5f32, seed: u64) {
+            const MANY: usize = 4096;
+            let mut state = seed | 1;
+            let mut random = || {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 40) as f32 / (1u64 << 24) as f32
+            };
+            let cells_long = length * CELLS as f32;
+            // The bound makes a unit of an optical depth of 2⁻¹⁶. What a segment takes in all is a whole number.
+            let optical_depth = (units * cells_long).round() / 65536.0;
+            let mut list: Vec<_> = (0..MANY)
+                .map(|_| random() * (1.0 - length))
+                .map(|entry| Segment { entry, exit: entry + length, optical_depth })
+                .collect();
+            // From 0 to 1 there are 64 cells.
+            list.push(Segment { entry: 0.0, exit: 1.0, optical_depth: 0.0 });
+            let cells = Cells::of_changes(&list, 1 << 22).expect("some segments");
+            prop_assert_eq!(cells.unit, 1.0 / 65536.0);
+            for cell in 0..CELLS {
+                let end = (cell + 1) as f32 / CELLS as f32;
+                let taken = |s: &Segment| f64::from(s.optical_depth) * f64::from(((end - s.entry) / length).clamp(0.0, 1.0));
+                let exact: f64 = list.iter().map(taken).sum::<f64>() * 65536.0;
+                // A cell's share is rounded up or down, by half a unit in the root of the mean square at most; of so many cells.
+                let most = 5.0 * (MANY as f64).sqrt() * f64::from(0.5 * cells_long + 1.0);
+                let off = f64::from(cells.sums[cell]) - exact;
+                prop_assert!(off.abs() < most, "{off} units of {exact}, not {most}");
+            }
         }
 
         #[test]
