@@ -44,8 +44,8 @@ const float LEFT_OUT = 6.4e-4;
 const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;
 
-// Cell c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. What segments take in a cell, in units
-// of optical depth, or by how much that changes, in the end the bits of the optical depth up to the cell's end. One more, which
+// Cell c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. By how much more segments take in a cell
+// than in the one before, in units of optical depth; in the end the bits of the optical depth up to the cell's end. One more, which
 // nobody reads.
 shared uint cells[(CELLS + 1) * TEXELS];
 // Bits of non-negative floats, which order as the floats do.
@@ -95,6 +95,8 @@ uvec2 ends_that_stay(uint texel, float loss) {
 bool few_enough(uvec2 mask) {
     return bitCount(mask.x) + bitCount(mask.y) <= (TURNS == 0 ? 5 : 3) * NODES / 2;
 }
+
+#include "avsm/changes.glsl"
 
 struct TexelRay {
     View view;
@@ -163,8 +165,8 @@ bool caster_within(TexelRay its, Caster caster, Range range, out vec2 at, out fl
     return !range.ends_dark || depth.x < range.high;
 }
 
-// Both have, of all of a tile's casters: clear_cells; find_range, what low_bits and the others say, and a bound of what they take of
-// any ray; add_casters, to the cells; sum_cells, of a texel.
+// Both have, of all of a tile's casters: find_range, what low_bits and the others say, and a bound of what they take of any ray;
+// add_casters, to the cells.
 #if LANES == 1
 #include "avsm/cells_lanes.glsl"
 #else
@@ -179,7 +181,9 @@ void main() {
     View view = part_view(part);
     uint t = gl_LocalInvocationID.x, group = gl_LocalInvocationID.y;
     uvec2 texel = part_corner(view, part) + uvec2(t % 8u, part_of_tile(part) * 4u + t / 8u);
-    clear_cells();
+    for (uint i = gl_LocalInvocationIndex; i < uint(CELLS + 1) * TEXELS; i += THREADS) {
+        cells[i] = 0u;
+    }
     if (group == 0u) {
         low_bits[t] = dark_bits[t] = dark_from_bits[t] = NEVER;
         high_bits[t] = 0u;

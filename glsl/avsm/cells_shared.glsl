@@ -1,6 +1,6 @@
 // The two passes over a tile's casters, of glsl/avsm/cells.comp, for GPUs: casters stand in shared memory, several threads a texel
 // look at them and add them up.
-// Needs, declared before: what glsl/avsm/cells.comp says. Twin: reference::twin::avsm::cells::Cells::of_changes.
+// Needs, declared before: what glsl/avsm/cells.comp says. Twin: reference::twin::avsm::cells.
 #ifndef AVSM_CELLS_SHARED_GLSL
 #define AVSM_CELLS_SHARED_GLSL
 
@@ -15,16 +15,6 @@ CONSTANT(uint, AHEAD, 1u)
 shared uint last_low[2];
 shared uint first_high[2];
 shared uint filled[2];
-
-void clear_cells() {
-    for (uint i = gl_LocalInvocationIndex; i < uint(CELLS + 1) * TEXELS; i += THREADS) {
-        cells[i] = 0u;
-    }
-    if (gl_LocalInvocationIndex < 2u) {
-        last_low[gl_LocalInvocationIndex] = filled[gl_LocalInvocationIndex] = 0u;
-        first_high[gl_LocalInvocationIndex] = NEVER;
-    }
-}
 
 // A sphere that each ray is in for as long as its chord.
 bool is_plain(View view, Caster caster) {
@@ -90,6 +80,10 @@ bool reaches_beyond(View view, Caster caster, uint low, uint high) {
 void find_range_sieved(TexelRay its, TilePart part) {
     uvec2 most = uvec2(0u);
     uint thread = gl_LocalInvocationIndex, group = gl_LocalInvocationID.y;
+    if (thread < 2u) {
+        last_low[thread] = filled[thread] = 0u;
+        first_high[thread] = NEVER;
+    }
     for (uint begin = 0u, turn = 0u; begin < part.count; begin += BATCH, ++turn) {
         uint now = turn & 1u;
         bool mine = thread < BATCH && begin + thread < part.count;
@@ -151,26 +145,6 @@ void find_range(TexelRay its, TilePart part) {
     WIDE_ATOMIC_ADD(bound[0], bound[1], most);
 }
 
-void add_to_cell(uint cell, uint texel, uint units) {
-    atomicAdd(cells[cell * TEXELS + texel], units);
-}
-
-// Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units, `rate` units a cell. Cells are
-// changes: by how much more is taken in a cell than in the one before. Four of them are a segment, however many cells it spans.
-// What it takes in all is rounded once. Sums may wrap around on their way.
-void add_segment(uint texel, vec2 at, float whole, float rate) {
-    uint first = min(uint(at.x), uint(CELLS - 1)), last = min(uint(at.y), uint(CELLS - 1));
-    float begin = at.x - float(first);
-    uint units = uint(whole + 0.5), early = uint(min((1.0 - begin) * rate, whole) + 0.5);
-    // Rounded up or down by chance, as segments begin anywhere in a cell: many of the same rate are not all rounded alike.
-    uint even = uint(min(rate, whole) + begin);
-    uint late = early + even * (last - first) - units;
-    add_to_cell(first, texel, early);
-    add_to_cell(first + 1u, texel, even - early);
-    add_to_cell(last, texel, -late);
-    add_to_cell(last + 1u, texel, late - even);
-}
-
 // Adds a caster of the batch to the cells of a texel.
 void add_batched(TexelRay its, uint i, Range range) {
     vec4 ball = batch[i];
@@ -213,21 +187,6 @@ void add_casters(TexelRay its, TilePart part, Range range) {
                 add_batched(its, i + uint(findLSB(hits)) * GROUPS, range);
             }
         }
-    }
-}
-
-// Of one texel: from changes to the optical depth up to the end of each cell, which never falls and ends with what all segments take.
-void sum_cells(uint texel, float unit) {
-    uint sum = 0u, change = 0u;
-    for (uint place = texel; place < uint(CELLS) * TEXELS; place += TEXELS) {
-        change += cells[place];
-        sum += change;
-        cells[place] = sum;
-    }
-    for (uint cell = uint(CELLS); cell > 0u; --cell) {
-        uint place = (cell - 1u) * TEXELS + texel;
-        sum = min(sum, cells[place]);
-        cells[place] = floatBitsToUint(float(sum) * unit);
     }
 }
 #endif

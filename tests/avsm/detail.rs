@@ -69,7 +69,7 @@ fn the_choice_equals_its_twin() {
     gpu_test("the_choice_equals_its_twin", |context| {
         for scene in scenes_of(true).into_iter().chain(scenes_of(false)) {
             // Of more than 1,024 tiles each caster is surveyed by itself.
-            let many = (scene.name == "random").then_some((600, "3000000", "on"));
+            let many = (scene.name == "random").then_some((600, "4000000", "on"));
             let sizes = [(64, "auto", "on"), (100, "1000000", "on"), (31, "600000", "on"), (64, "auto", "off")];
             for (size, bytes, skip) in sizes.into_iter().chain(many) {
                 let text = format!("avsm:path=binned,detail=adaptive,nodes=4,size={size},bytes={bytes},skip={skip}");

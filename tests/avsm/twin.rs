@@ -119,14 +119,12 @@ impl Texel {
         self.off(|depth| look_up(nodes, depth, build.interpolation)) <= 1.25 * trials.fold(0.0, f32::max) + UNSTABLE
     }
 
-    /// Whether a trial, or the other way to share a segment among cells, which rounds to whole units alike at the segment's
-    /// ends alone, makes the curve from other ends of cells.
+    /// Whether a trial makes the curve from other ends of cells.
     fn has_other_ends(&self, build: Build) -> bool {
         let Some(bound) = self.bound else { return false };
-        let ways = [Cells::new, Cells::of_changes];
-        let ends = |segments: &[Segment]| ways.map(|add| add(segments, bound).map(|cells| cells.ends(build)));
-        let [own, other] = ends(&self.segments);
-        own != other || self.rounded.iter().any(|segments| ends(segments) != [own; 2])
+        let ends = |segments: &[Segment]| Cells::new(segments, bound).map(|cells| cells.ends(build));
+        let own = ends(&self.segments);
+        self.rounded.iter().any(|segments| ends(segments) != own)
     }
 }
 

@@ -40,19 +40,17 @@ pub fn avsm(bytes: &[u8]) -> bool {
     true
 }
 
-/// Curves by cells, in both ways that they are added up.
+/// Curves by cells.
 pub fn cells(bytes: &[u8]) -> bool {
     let Some((build, segments)) = read(bytes) else { return false };
     let sphere = |s: &Segment| Caster { position: [0.0; 3], radius: 0.5, axis: [0.0; 3], density: s.optical_depth };
     let bound = bound(&segments.iter().map(sphere).collect::<Vec<_>>(), DARK);
-    for cells in [Cells::new(&segments, bound), Cells::of_changes(&segments, bound)] {
-        let Some(cells) = cells else { return false };
-        let curve = cells.curve(build);
-        // Half a unit a segment; of 64 segments a unit is 2⁻²⁰ at least. What is darker than DARK counts as that.
-        let off = 0.5 * segments.len() as f64 / f64::from(1 << 20) + 16.0 * ROUNDING;
-        holds(&curve, build, &segments, 16.0 * ROUNDING);
-        assert_tail(&curve, &segments, off + (-f64::from(DARK)).exp());
-    }
+    let Some(cells) = Cells::new(&segments, bound) else { return false };
+    let curve = cells.curve(build);
+    // Half a unit a segment; of 64 segments a unit is 2⁻²⁰ at least. What is darker than DARK counts as that.
+    let off = 0.5 * segments.len() as f64 / f64::from(1 << 20) + 16.0 * ROUNDING;
+    holds(&curve, build, &segments, 16.0 * ROUNDING);
+    assert_tail(&curve, &segments, off + (-f64::from(DARK)).exp());
     true
 }
 

@@ -66,11 +66,10 @@ impl Cells {
         (nodes * self.texels() / 4).max(32 * groups)
     }
 
-    /// Shared memory: 64 cells a texel, for lanes twice, and one more; 16 nodes at most, or the casters in their place, 32 bytes
+    /// Shared memory: 64 cells a texel and one more; 16 nodes at most, or the casters in their place, 32 bytes
     /// each; four sets of ends, two ranges, the bound, and what is known of all texels.
     fn shared_bytes(self, groups: u32) -> u32 {
-        let cells = if self == Self::Lanes { 2 * 64 * 4 } else { 64 * 4 };
-        (cells + 4 + 4 * 8 + 4 * 4) * self.texels() + self.batch(groups, 16) * 32 + 8 + 24
+        (65 * 4 + 4 * 8 + 4 * 4) * self.texels() + self.batch(groups, 16) * 32 + 8 + 24
     }
 
     /// What of shared memory or threads the device lacks for `groups` times its texels, by its Vulkan name.

@@ -26,22 +26,9 @@ pub struct Cells {
     pub(super) dark: Option<(f32, f32)>,
 }
 
-/// Adds a segment to cells, or to slopes that are added up to cells.
-type AddSegment = fn(&mut [u32; CELLS], &mut [u32; CELLS], f32, f32, f32);
-
 impl Cells {
-    /// Adds up segments, in any order; none of no segments. `bound` is that of the texel's tile. As LANES 1 does: even shares
-    /// between a segment's first and last cell.
+    /// Adds up segments, in any order; none of no segments. `bound` is that of the texel's tile.
     pub fn new(segments: &[Segment], bound: u64) -> Option<Self> {
-        Self::added(segments, bound, add_segment)
-    }
-
-    /// The same as LANES 0 and 2 do: four changes of what cells take. A sum may differ by some units a segment.
-    pub fn of_changes(segments: &[Segment], bound: u64) -> Option<Self> {
-        Self::added(segments, bound, add_changes)
-    }
-
-    fn added(segments: &[Segment], bound: u64, add: AddSegment) -> Option<Self> {
         if segments.is_empty() {
             return None;
         }
@@ -52,7 +39,7 @@ impl Cells {
         let high = dark_at.unwrap_or_else(|| segments.iter().map(|s| s.exit).fold(0.0, f32::max));
         let per_cell = CELLS as f32 / (high - low).max(1e-6);
         let scale = scale(bound);
-        let (mut cells, mut slopes) = ([0u32; CELLS], [0u32; CELLS]);
+        let mut changes = [0u32; CELLS];
         let mut dark: Option<(f32, f32)> = None;
         for s in &segments {
             if is_dark(&s) && s.exit == high {
@@ -60,15 +47,15 @@ impl Cells {
             } else if dark_at.is_none() || s.entry < high {
                 let share = if s.exit > high { (high - s.entry) / (s.exit - s.entry) } else { 1.0 };
                 let at = |depth: f32| ((depth - low) * per_cell).clamp(0.0, CELLS as f32);
-                add(&mut cells, &mut slopes, at(s.entry), at(s.exit), s.optical_depth * scale * share);
+                add_segment(&mut changes, at(s.entry), at(s.exit), s.optical_depth * scale * share);
             }
         }
         let mut sums = [0u32; CELLS];
-        let (mut sum, mut slope) = (0u32, 0u32);
-        for i in 0..CELLS {
-            slope = slope.wrapping_add(slopes[i]);
-            sum = sum.wrapping_add(cells[i]).wrapping_add(slope);
-            sums[i] = sum;
+        let (mut sum, mut taken) = (0u32, 0u32);
+        for (sum_upto, change) in sums.iter_mut().zip(changes) {
+            taken = taken.wrapping_add(change);
+            sum = sum.wrapping_add(taken);
+            *sum_upto = sum;
         }
         for i in (0..CELLS - 1).rev() {
             sums[i] = sums[i].min(sums[i + 1]);
@@ -152,8 +139,8 @@ fn dark_segment(segment: &Segment) -> Segment {
     Segment { entry, exit: entry + (exit - entry) * share, optical_depth: segment.optical_depth.min(DARK) }
 }
 
-/// Twin: add_segment of glsl/avsm/cells_shared.glsl.
-fn add_changes(_: &mut [u32; CELLS], changes: &mut [u32; CELLS], entry: f32, exit: f32, whole: f32) {
+/// Twin: add_segment.
+fn add_segment(changes: &mut [u32; CELLS], entry: f32, exit: f32, whole: f32) {
     let (first, last) = ((entry as usize).min(CELLS - 1), (exit as usize).min(CELLS - 1));
     let rate = whole / (exit - entry).max(1e-6);
     let begin = entry - first as f32;
@@ -169,28 +156,6 @@ fn add_changes(_: &mut [u32; CELLS], changes: &mut [u32; CELLS], entry: f32, exi
     add(first + 1, even.wrapping_sub(early));
     add(last, late.wrapping_neg());
     add(last + 1, late.wrapping_sub(even));
-}
-
-/// Twin: add_segment of glsl/avsm/cells_lanes.glsl.
-fn add_segment(cells: &mut [u32; CELLS], slopes: &mut [u32; CELLS], entry: f32, exit: f32, whole: f32) {
-    let (first, last) = ((entry as usize).min(CELLS - 1), (exit as usize).min(CELLS - 1));
-    let units = (whole + 0.5) as u32;
-    let add = |sum: &mut u32, units: u32| *sum = sum.wrapping_add(units);
-    if first == last {
-        return add(&mut cells[first], units);
-    }
-    let rate = whole / (exit - entry).max(1e-6);
-    let taken = |cell: usize| (((cell as f32 - entry) * rate).min(whole) + 0.5) as u32;
-    let (early, late) = (taken(first + 1), taken(last));
-    add(&mut cells[first], early);
-    if last > first + 1 {
-        let count = (last - first - 1) as u32;
-        let (share, rest) = ((late - early) / count, (late - early) % count);
-        add(&mut slopes[first + 1], share);
-        add(&mut slopes[last - rest as usize], 1);
-        add(&mut slopes[last], (share + 1).wrapping_neg());
-    }
-    add(&mut cells[last], units - late);
 }
 
 #[cfg(test)]
@@ -235,16 +200,7 @@ mod tests {
                 let (before, behind) = (truth.transmittance(end - 1e-6), truth.transmittance(end + 1e-6));
                 prop_assert!(through <= before + 2e-5 && through >= behind - 2e-5, "{through}, not {before} to {behind}");
             }
-            let changes = Cells::of_changes(&list, bound_of(&list)).expect("the same segments");
-            for (a, b) in cells.sums.iter().zip(&changes.sums) {
-                // Of n cells in even shares the last r take one more, which leaves r (n - r) / n units behind, n / 4 at most. By
-                // changes each cell takes less than a unit more or less than it should. A unit each of the two; some roundings
-                // of f32 products as large as the whole.
-                let most = (CELLS / 4 + CELLS + 2) as u32 * list.len() as u32 + cells.sums[CELLS - 1] / 1_000_000;
-                prop_assert!(a.abs_diff(*b) <= most, "{a} and {b} of {} segments", list.len());
-            }
-            prop_assert!(changes.sums.is_sorted());
-            prop_assert_eq!(cells.sums[CELLS - 1], changes.sums[CELLS - 1]);
+            prop_assert!(cells.sums.is_sorted());
             let backwards: Vec<_> = list.iter().rev().copied().collect();
             prop_assert_eq!(cells.sums, Cells::new(&backwards, bound_of(&list)).expect("the same").sums);
         }
@@ -252,7 +208,7 @@ mod tests {
         /// Roundings of many segments that take as little in each cell, a few units, are not all the same: what is off grows as the
         /// root of their number.
         #[test]
-        fn roundings_of_changes_cancel(units in 1.0..20.0f32, length in 0.05..0.5f32, seed: u64) {
+        fn roundings_new_cancel(units in 1.0..20.0f32, length in 0.05..0.5f32, seed: u64) {
             const MANY: usize = 4096;
             let mut state = seed | 1;
             let mut random = || {
@@ -268,7 +224,7 @@ mod tests {
                 .collect();
             // From 0 to 1 there are 64 cells.
             list.push(Segment { entry: 0.0, exit: 1.0, optical_depth: 0.0 });
-            let cells = Cells::of_changes(&list, 1 << 22).expect("some segments");
+            let cells = Cells::new(&list, 1 << 22).expect("some segments");
             prop_assert_eq!(cells.unit, 1.0 / 65536.0);
             for cell in 0..CELLS {
                 let end = (cell + 1) as f32 / CELLS as f32;

@@ -131,7 +131,7 @@ mod tests {
         // A whole number of units in each cell.
         for optical_depth in [1.0 / 1024.0, 0.5, 6.0] {
             let segment = Segment { entry: 0.25, exit: 0.75, optical_depth };
-            let cells = Cells::of_changes(&[segment], BOUND).expect("a segment");
+            let cells = Cells::new(&[segment], BOUND).expect("a segment");
             let mut nodes = cells.curve(build(8)).nodes;
             cells.ends_of_cells().fit(&mut nodes, 8);
             // Sums are rounded to a unit, of which a fit may miss each by one more.
