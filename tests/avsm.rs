@@ -15,6 +15,8 @@ mod list;
 mod packed;
 #[path = "avsm/skip.rs"]
 mod skip;
+#[path = "avsm/sort.rs"]
+mod sort;
 #[path = "avsm/steps.rs"]
 mod steps;
 #[path = "avsm/twin.rs"]
