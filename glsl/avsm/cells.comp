@@ -7,9 +7,8 @@
 // segment lets nothing through, the first such keeps its own two depths, and what is behind it is left out.
 // Source: ours. Twin: reference::twin::avsm::cells.
 
-// LANES 0: a whole tile. LANES 1: half a tile, with what bins/batch.glsl has for software devices: a whole one would
-// need more shared memory than they have. LANES 2: half a tile, else as 0, for devices of as little memory or of few
-// threads.
+// LANES 0: a whole tile. LANES 1: half a tile, with what bins/batch.glsl has for software devices. LANES 2: half a tile, else as 0,
+// for devices of little shared memory or of few threads.
 // variants: LANES 0 1 2
 #include "avsm/curve.glsl"
 #include "bins/area.glsl"

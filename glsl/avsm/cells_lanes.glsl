@@ -17,6 +17,8 @@ void find_range(TexelRay its, TilePart part) {
     for (uint i = gl_LocalInvocationIndex; i < part.count; i += THREADS) {
         wide_add(most, entry_bound(entries[part.first + i], DARK));
     }
+    // All have been set.
+    barrier();
     share_reach(its, reach);
     WIDE_ATOMIC_ADD(bound[0], bound[1], most);
 }

@@ -15,6 +15,8 @@ CONSTANT(int, TURNS, 0)
 
 // Of the way to its neighbours, how far a node moves at most at a time.
 const float REACH = 0.5;
+// A line is taken for as long as this, in cells: of a step, which has no length, rounding would decide where its ends go.
+const float STEEP = 0.0625;
 // Weights, squares of transmittance, that count for nothing.
 const float DIM = 1e-7;
 // The square of a bend, in optical depth a cell, that says nothing about where it is.
@@ -68,7 +70,7 @@ vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     vec2 p = is_first ? node : fitted_at(i - 1u, t);
     vec2 q = is_last ? node : fitted_at(i + 1u, t);
     float at_p = (p.x - low) * per_cell, at = (node.x - low) * per_cell, at_q = (q.x - low) * per_cell;
-    float per_p = 1.0 / max(at - at_p, 1e-6), per_q = 1.0 / max(at_q - at, 1e-6);
+    float per_p = 1.0 / max(at - at_p, STEEP), per_q = 1.0 / max(at_q - at, STEEP);
     float slope_p = (node.y - p.y) * per_p, slope_q = (q.y - node.y) * per_q;
     float dark = clamp((dark_from - low) * per_cell, 0.0, float(CELLS));
     vec2 placed = vec2(at, node.y);

@@ -98,7 +98,7 @@ impl Detail {
         let set =
             Bindings::new(context, "detail", &[&surveys, &listed].map(|buffer| Resource::Buffer(buffer.clone())))?;
         let sets = [maps.scene(), bins, &set];
-        let Surveying { tallies, threads: alone, sharing } = threads.surveying;
+        let Surveying { tallies, threads: alone, sharing, .. } = threads.surveying;
         let survey = if tallies { &shaders::detail::SURVEY_TALLY_1 } else { &shaders::detail::SURVEY_TALLY_0 };
         let of_survey = constants.clone().set(THREADS, alone).set(WORKGROUP, alone).set(SHARING, sharing);
         let of_choice = constants.clone().set(LISTS, threads.fullest_first);

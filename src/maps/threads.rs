@@ -21,6 +21,9 @@ const MOST_TALLIED: u32 = 4096;
 /// takes.
 const LONE_THREADS: u32 = 1024;
 
+/// Shared memory of so many that choose, 16 bytes each and tables; half as many fit into what every device has.
+const LONE_BYTES: u32 = LONE_THREADS * 16 + 5120;
+
 /// Workgroups that survey casters, by themselves at first, at most: the fewer, the less they wait for each other.
 const MOST_SURVEYING: u64 = 256;
 
@@ -41,6 +44,8 @@ pub(super) struct Surveying {
     pub tallies: bool,
     /// Of a workgroup.
     pub threads: u32,
+    /// Workgroups, at most.
+    most_groups: u64,
     /// That share a caster.
     pub sharing: u32,
 }
@@ -49,7 +54,7 @@ impl Surveying {
     /// Workgroups for so many casters.
     pub fn groups(self, casters: u32) -> [u32; 2] {
         let all = (u64::from(casters) * u64::from(self.sharing)).div_ceil(self.threads.into());
-        groups(if self.tallies { all.min(MOST_SURVEYING) } else { all })
+        groups(all.min(self.most_groups))
     }
 }
 
@@ -81,7 +86,8 @@ impl Threads {
             _ => [16, 64 / 16],
         };
         // A power of two, which slots of tiles divide.
-        let lone = 1 << most.min(LONE_THREADS).ilog2();
+        let has_room = context.features().max_compute_shared_memory_bytes >= LONE_BYTES;
+        let lone = 1 << most.min(if has_room { LONE_THREADS } else { LONE_THREADS / 2 }).ilog2();
         let bins = u64::from(bins_a_map) * u64::from(map_count);
         let listed = what.blocks.map_or(bins, u64::from);
         let fullest_first = !software && what.entries != Entries::None && listed <= MOST_TURNS * u64::from(lone);
@@ -89,7 +95,9 @@ impl Threads {
         let tally = 1 << most.min(TALLY_MOST_THREADS).ilog2();
         let alone = bins_a_map <= MOST_SURVEYED * SLOTS;
         let threads = if alone { most.min(SURVEYING_THREADS) } else { 64 };
-        let surveying = Surveying { tallies: alone, threads, sharing: lanes.min(SURVEYING_LANES) };
+        // A software driver may end loops of many rounds, of which a thread then has no more than in the other passes.
+        let most_groups = if alone && !software { MOST_SURVEYING } else { u64::MAX };
+        let surveying = Surveying { tallies: alone, threads, most_groups, sharing: lanes.min(SURVEYING_LANES) };
         Self { tallies, fullest_first, casters_a_group, surveying, lanes, tally, lone }
     }
 

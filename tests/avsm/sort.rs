@@ -22,7 +22,7 @@ fn stacks(name: &str, alike: usize, centres: usize) -> Scene {
 #[test]
 fn casters_of_the_same_key_are_sorted_too() {
     gpu_test("casters_of_the_same_key_are_sorted_too", |context| {
-        for (alike, centres) in [(2, 60), (16, 12), (17, 12), (200, 3), (600, 3)] {
+        for (alike, centres) in [(2, 60), (16, 12), (17, 12), (200, 3), (8, 200), (600, 3)] {
             let mut scene = stacks("stacks", alike, centres);
             let mut random = Random::new(62);
             let mut all = [Vec::new(), Vec::new()];

@@ -7,7 +7,8 @@ pub const DARK: f32 = 16.0;
 
 const BOUND_UNITS: f32 = 256.0;
 
-/// Bound of the optical depth that casters can take of any ray, `dark` at most each, in 256ths. Twin: caster_bound.
+/// Bound of the optical depth that casters can take of any ray, `dark` at most each, in 256ths. Twins: caster_most,
+/// entry_bound.
 pub fn bound(casters: &[Caster], dark: f32) -> u64 {
     let most = |c: &Caster| if c.is_strand() { c.density } else { 2.0 * c.radius * c.density };
     casters.iter().map(|c| (most(c).min(dark) * BOUND_UNITS) as u64 + 1).sum()

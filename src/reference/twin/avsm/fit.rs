@@ -4,6 +4,7 @@ use super::cells::CELLS;
 use std::ops::Range;
 
 const REACH: f32 = 0.5;
+const STEEP: f32 = 0.0625;
 const DIM: f32 = 1e-7;
 const STRAIGHT: f32 = 1e-10;
 
@@ -56,7 +57,7 @@ impl Ends {
         let q = if is_last { node } else { nodes[i + 1] };
         let place = |depth: f32| (depth - self.low) * self.per_cell;
         let (at_p, at, at_q) = (place(p.0), place(node.0), place(q.0));
-        let (per_p, per_q) = (1.0 / (at - at_p).max(1e-6), 1.0 / (at_q - at).max(1e-6));
+        let (per_p, per_q) = (1.0 / (at - at_p).max(STEEP), 1.0 / (at_q - at).max(STEEP));
         let (slope_p, slope_q) = ((node.1 - p.1) * per_p, (q.1 - node.1) * per_q);
         let dark = place(dark_from).clamp(0.0, CELLS as f32);
         let sums_p = self.line_sums((at_p, p.1), (at, node.1), per_p, at_p..(at + 0.5).min(dark));
