@@ -4,8 +4,13 @@ use crate::Result;
 use crate::technique::Lifetime;
 use std::time::{Duration, Instant};
 
-/// Shortest warm-up: a GPU that idled needs some milliseconds of work to reach its clock.
+/// Shortest warm-up: a device that idled needs some milliseconds of work to reach its clock.
 const WARM_UP: Duration = Duration::from_millis(200);
+
+/// Of a GPU for each build that is timed, and at most: after a pause an H200 was seen to fall from 1,980 to 1,260 MHz, and to
+/// take 1.2 s of work to come back (docs/drivers.md).
+const GPU_WARM_UP: Duration = Duration::from_millis(50);
+const MOST_WARM_UP: Duration = Duration::from_millis(1500);
 
 /// When to stop building what is baked once: a bake may take a minute, and is no part of a frame.
 const BAKE_BUDGET: Duration = Duration::from_secs(2);
@@ -24,9 +29,11 @@ pub struct Repeats {
 impl Repeats {
     /// `warm_up` and `timed` builds of what is built each frame; of what is baked one and as many as the budget allows. Of either
     /// fewer where they take long.
-    pub fn of(lifetime: Lifetime, warm_up: usize, timed: usize) -> Self {
+    pub fn of(lifetime: Lifetime, software: bool, warm_up: usize, timed: usize) -> Self {
+        let of_gpu = (GPU_WARM_UP * timed as u32).clamp(WARM_UP, MOST_WARM_UP);
+        let least = if software { WARM_UP } else { of_gpu };
         match lifetime {
-            Lifetime::Frame => Self { warm_up, least: WARM_UP, timed, budget: FRAME_BUDGET },
+            Lifetime::Frame => Self { warm_up, least, timed, budget: FRAME_BUDGET },
             Lifetime::Baked => Self { warm_up: 1, least: WARM_UP, timed, budget: BAKE_BUDGET },
         }
     }
@@ -71,20 +78,27 @@ mod tests {
 
     #[test]
     fn what_is_built_each_frame_is_built_as_often_as_asked() {
-        let repeats = Repeats { least: Duration::ZERO, ..Repeats::of(Lifetime::Frame, 2, 3) };
+        let repeats = Repeats { least: Duration::ZERO, ..Repeats::of(Lifetime::Frame, true, 2, 3) };
         assert!(repeats.budget >= Duration::from_secs(30), "30 builds of a second are all timed");
         assert_eq!(run(&repeats, Duration::ZERO), (3, vec![0, 1, 0, 1, 2]));
     }
 
     #[test]
+    fn a_gpu_warms_up_for_as_long_as_many_builds_need() {
+        let least = |software, timed| Repeats::of(Lifetime::Frame, software, 5, timed).least.as_millis();
+        assert_eq!([1, 8, 30, 1000].map(|timed| least(false, timed)), [200, 400, 1500, 1500]);
+        assert_eq!(least(true, 1000), 200);
+    }
+
+    #[test]
     fn a_build_that_takes_minutes_is_done_once() {
-        let repeats = Repeats { budget: Duration::from_millis(1), ..Repeats::of(Lifetime::Frame, 5, 30) };
+        let repeats = Repeats { budget: Duration::from_millis(1), ..Repeats::of(Lifetime::Frame, true, 5, 30) };
         assert_eq!(run(&repeats, Duration::from_millis(5)), (1, vec![0]));
     }
 
     #[test]
     fn a_long_bake_is_done_once() {
-        let baked = Repeats::of(Lifetime::Baked, 5, 30);
+        let baked = Repeats::of(Lifetime::Baked, true, 5, 30);
         assert!(baked.budget < Duration::from_secs(60), "a bake of a minute spends it");
         let repeats = Repeats { budget: Duration::from_millis(1), ..baked };
         assert_eq!(run(&repeats, Duration::from_millis(5)), (1, vec![0]));
@@ -93,7 +107,7 @@ mod tests {
     /// A sleep takes as long as it should or longer, so that these are the most that there can be.
     #[test]
     fn a_bake_is_repeated_until_the_budget_is_spent() {
-        let baked = Repeats { least: Duration::ZERO, ..Repeats::of(Lifetime::Baked, 5, 30) };
+        let baked = Repeats { least: Duration::ZERO, ..Repeats::of(Lifetime::Baked, true, 5, 30) };
         let repeats = Repeats { budget: Duration::from_millis(100), ..baked };
         let (timed, frames) = run(&repeats, Duration::from_millis(30));
         assert!((1..=3).contains(&timed) && frames.len() <= 4, "{timed} timed of {frames:?}");
@@ -103,7 +117,7 @@ mod tests {
 
     #[test]
     fn a_build_that_fails_is_the_last() {
-        let repeats = Repeats::of(Lifetime::Baked, 1, 2);
+        let repeats = Repeats::of(Lifetime::Baked, true, 1, 2);
         let failed = repeats.run(|_| -> Result<()> { Err(crate::Error::input("it", "fails", "leave it")) });
         assert!(failed.is_err());
     }

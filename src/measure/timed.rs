@@ -45,8 +45,9 @@ impl Case<'_> {
         // A software device waits between passes either way, and a bake takes long. Where the world moves, a second build of the same
         // frame would find views and orders made.
         let moves = self.frames.count() > 1 || self.simulation.is_some();
-        let twice = !self.context.features().is_software() && lifetime == Lifetime::Frame && !moves;
-        let builds = Repeats::of(lifetime, self.effort.warm_up, count).run(|frame| {
+        let software = self.context.features().is_software();
+        let twice = !software && lifetime == Lifetime::Frame && !moves;
+        let builds = Repeats::of(lifetime, software, self.effort.warm_up, count).run(|frame| {
             let moved = self.show(frame % self.frames.count())?;
             let mut built = technique.rebuild(&self.world)?;
             let passes = built.passes.clone();
