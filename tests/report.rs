@@ -1,8 +1,8 @@
 //! Results on their way to a reader, through the public API: the store here, plots, tables and the page beside it.
 
 use gobo::measure::{
-    BoundaryError, DeviceFacts, FramesError, ImageError, PassTiming, PointError, Results, Row, RowError, SCHEMA,
-    Status, Timing,
+    DeviceFacts, FramesError, ImageError, PartError, PassTiming, PointError, Results, Row, RowError, SCHEMA, Status,
+    Timing,
 };
 use gobo::report::{Store, page, plots, table};
 use std::collections::BTreeMap;
@@ -17,10 +17,10 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
     let point = PointError {
         points: Some(640),
         mean_abs: error,
-        bias: -error / 2.0,
-        rms: error * 2.0,
-        p99: error * 4.0,
-        max: error * 8.0,
+        bias: Some(-error / 2.0),
+        rms: Some(error * 2.0),
+        p99: Some(error * 4.0),
+        max: Some(error * 8.0),
         ..PointError::default()
     };
     let image = ImageError { rmse: 0.25, flip_mean: 0.125, bounce_rmse: Some(0.0625), bounce_noise: None };
@@ -33,8 +33,6 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
         reason: String::new(),
         frame_ns: Some(ns * 3.0),
         standard_error: Some(error / 50.0),
-        flicker_rms: None,
-        frames: None,
         host_ns: Some(Timing { median: ns * 1.5, p05: ns, p95: ns * 2.0, samples: 30 }),
         build_ns: Some(Timing { median: ns, p05: ns * 0.9, p95: ns * 1.2, samples: 30 }),
         lookup_ns_per_million: Some(Timing { median: 3e6, p05: 2e6, p95: 4e6, samples: 30 }),
@@ -43,7 +41,6 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
         draw_passes: vec![PassTiming { name: "consume.gbuffer".into(), median_ns: 7.0, p05_ns: 6.0, p95_ns: 8.0 }],
         bytes_resident: Some(1 << 20),
         bytes_transient: Some(1 << 10),
-        bytes_on_disk: None,
         counters: [("fragments".to_owned(), 12)].into(),
         error: Some(RowError {
             map: Some(point),
@@ -53,32 +50,14 @@ fn row(scene: &str, technique: &str, nodes: u32, milliseconds: f64, error: f64) 
             image: Some(image),
         }),
         limit_mean_abs: Some(error / 2.0),
-        picture: None,
-        difference: None,
+        ..Row::default()
     }
 }
 
 fn refused(scene: &str, reason: &str) -> Row {
     let measured = row(scene, "avsm", 8, 1.0, 0.01);
-    Row {
-        status: Status::Refused,
-        reason: reason.into(),
-        host_ns: None,
-        frame_ns: None,
-        standard_error: None,
-        flicker_rms: None,
-        frames: None,
-        build_ns: None,
-        lookup_ns_per_million: None,
-        draw_ns: None,
-        passes: vec![],
-        draw_passes: vec![],
-        bytes_resident: None,
-        bytes_transient: None,
-        error: None,
-        limit_mean_abs: None,
-        ..measured
-    }
+    let Row { scene, technique, variant, path, .. } = measured;
+    Row { scene, technique, variant, path, status: Status::Refused, reason: reason.into(), ..Row::default() }
 }
 
 fn results(rows: Vec<Row>) -> Results {
@@ -96,15 +75,15 @@ fn results(rows: Vec<Row>) -> Results {
 fn opaque(scene: &str, technique: &str) -> Row {
     let mut row = row(scene, technique, 8, 2.0, 0.01);
     let points = |base: u64| PointError {
-        points: Some(base),
+        points: Some(10 * base),
         mean_abs: base as f64 / 1e4,
         leaks: Some(base + 1),
         false_shadows: Some(base + 2),
-        boundary: Some(BoundaryError {
+        within: Some(PartError {
             points: base + 3,
-            mean_abs: Some(base as f64 / 1e3),
-            leaks: base + 4,
-            false_shadows: base + 5,
+            mean_abs: Some(base as f64 / 2e3),
+            leaks: base / 100 + 4,
+            false_shadows: base / 100 + 5,
         }),
         ..PointError::default()
     };
@@ -210,7 +189,7 @@ fn files_that_cannot_be_read_are_one_line() {
     assert!(told("empty.json", Some("")).contains("EOF"));
     assert!(told("other.json", Some("{}")).contains("`schema`"));
     // What else is in it may be anything.
-    assert!(told("newer.json", Some(r#"{ "schema": 3, "rows": 7 }"#)).contains("schema 3"));
+    assert!(told("newer.json", Some(r#"{ "schema": 4, "rows": 7 }"#)).contains("schema 4"));
     assert!(told("older.json", Some(r#"{ "schema": 0 }"#)).contains("schema 0"));
 }
 
@@ -280,17 +259,20 @@ fn every_number_is_in_the_csv() {
             .map(|(name, value)| (name.into(), value.into()))
             .collect();
     for (kind, base) in [("map", 100), ("space", 200), ("surface", 300)] {
+        let class = base / 100;
         let counts = [
-            ("points", 0),
-            ("leaks", 1),
-            ("false_shadows", 2),
-            ("boundary_points", 3),
-            ("boundary_leaks", 4),
-            ("boundary_false_shadows", 5),
+            ("points", 10 * base),
+            ("leaks", base + 1),
+            ("false_shadows", base + 2),
+            ("within_points", base + 3),
+            ("within_leaks", class + 4),
+            ("within_false_shadows", class + 5),
+            ("beyond_leaks", base + 1 - (class + 4)),
+            ("beyond_false_shadows", base + 2 - (class + 5)),
         ];
-        expected.extend(counts.map(|(name, more)| (format!("{kind}_{name}"), (base + more).to_string())));
-        expected.push((format!("{kind}_mean_abs"), format!("0.0{}", base / 100)));
-        expected.push((format!("{kind}_boundary_mean_abs"), format!("0.{}", base / 100)));
+        expected.extend(counts.map(|(name, count)| (format!("{kind}_{name}"), count.to_string())));
+        expected.push((format!("{kind}_mean_abs"), format!("0.0{class}")));
+        expected.push((format!("{kind}_within_mean_abs"), (f64::from(base) / 2e3).to_string()));
     }
     for (name, value) in expected {
         assert_eq!((&records[0][&name], records[1][&name].as_str()), (&value, ""), "{name}");
@@ -309,11 +291,12 @@ fn earlier_files_of_schema_2_are_read() {
         keys.iter().for_each(|key| assert!(map.remove(*key).is_some(), "{key}"));
     };
     let row = &mut json["rows"][0];
-    without(row, &["frame_ns", "standard_error", "flicker_rms"]);
+    without(row, &["frame_ns", "standard_error", "flicker_rms", "first_ns", "first_host_ns", "steadiness"]);
     without(&mut row["error"], &["surface"]);
     for points in ["map", "space"] {
-        without(&mut row["error"][points], &["leaks", "false_shadows", "boundary"]);
+        without(&mut row["error"][points], &["leaks", "false_shadows", "within"]);
     }
+    json["schema"] = 2.into();
     let dir = tempfile::tempdir().expect("a folder");
     let path = dir.path().join("results.json");
     std::fs::write(&path, json.to_string()).expect("written");
@@ -321,4 +304,29 @@ fn earlier_files_of_schema_2_are_read() {
     assert_eq!(read, expected);
     assert_eq!(plots(&read).len(), 1);
     assert!(page(&read, dir.path()).is_ok() && !table(&read).contains("frame ms"));
+}
+
+/// Schema 2 left the points within a technique's resolution out of the error: they are put back, and what cannot be known of all
+/// points is absent, in the file's columns too.
+#[test]
+fn errors_of_schema_2_are_over_all_points_once_they_are_read() {
+    let mut json = serde_json::to_value(results(vec![opaque("room", "psm")])).expect("JSON");
+    json["schema"] = 2.into();
+    for points in ["map", "space", "surface"] {
+        let points = &mut json["rows"][0]["error"][points];
+        let map = points.as_object_mut().expect("an error");
+        let boundary = map.remove("within").expect("opaque casters");
+        map.insert("boundary".into(), boundary);
+        map.insert("max".into(), 0.5.into());
+    }
+    let dir = tempfile::tempdir().expect("a folder");
+    let path = dir.path().join("results.json");
+    std::fs::write(&path, json.to_string()).expect("written");
+    let read = Results::read(&path).expect("read");
+    let surface = read.rows[0].error.as_ref().and_then(|error| error.surface).expect("measured");
+    assert_eq!((surface.points, surface.leaks, surface.max), (Some(3303), Some(301 + 7), None));
+    assert!((surface.mean_abs - (3000.0 * 0.03 + 303.0 * 0.15) / 3303.0).abs() < 1e-12, "{surface:?}");
+    assert_eq!(surface.beyond().map(|beyond| (beyond.points, beyond.leaks)), Some((3000, 301)));
+    assert_eq!(read.rows[0].standard_error, None, "it was of a part of the points");
+    assert_eq!(records(&read)[0]["surface_max"], "");
 }

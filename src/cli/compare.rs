@@ -317,6 +317,8 @@ fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String
         arguments.moving.moving.map(|Span { from, to }| format!("{from}..{}", given(to.map(|to| to.to_string()))));
     [
         ("--frames", effort.frames.to_string()),
+        // Files from before schema 3 do not say this, and their errors leave points out.
+        ("errors", "over all points".into()),
         ("--quick", arguments.quick.to_string()),
         ("--picture", effort.picture.map(|side| side.to_string()).join("x")),
         ("--truth", truth.into()),

@@ -48,6 +48,9 @@ pub struct Features {
     pub name: String,
     /// Driver name and version.
     pub driver: String,
+    /// VkPhysicalDeviceIDProperties::deviceUUID, by which other libraries know the device.
+    #[serde(skip)]
+    pub uuid: [u8; 16],
     /// Vulkan version of the device.
     pub api: String,
     /// discrete, integrated, virtual, cpu or other.
@@ -163,6 +166,13 @@ impl Features {
         self.kind == DeviceKind::Cpu
     }
 
+    /// The name by which NVIDIA's management library knows the device, `GPU-` and the UUID; none of another vendor's.
+    pub fn nvidia_uuid(&self) -> Option<String> {
+        let hexadecimal = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<String>();
+        let [a, b, c, d, e] = [0..4, 4..6, 6..8, 8..10, 10..16].map(|part| hexadecimal(&self.uuid[part]));
+        self.driver.starts_with("NVIDIA").then(|| format!("GPU-{a}-{b}-{c}-{d}-{e}"))
+    }
+
     /// The Vulkan name of `requirement` if this device lacks it.
     pub fn lacks(&self, requirement: Requirement) -> Option<&'static str> {
         let geometry_layers = self.geometry_shader && self.multi_viewport;
@@ -244,7 +254,11 @@ impl Features {
 
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
-        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
+        let mut ids = vk::PhysicalDeviceIDProperties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut driver)
+            .push_next(&mut subgroup)
+            .push_next(&mut ids);
         // SAFETY: the chain holds structures of Vulkan 1.2, which a 1.3 instance accepts.
         unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
         let properties = properties.properties;
@@ -307,6 +321,7 @@ impl Features {
         };
         Self {
             name: text(properties.device_name_as_c_str()),
+            uuid: ids.device_uuid,
             driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
             api: format!(
                 "{}.{}.{}",

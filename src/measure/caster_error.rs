@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Where classes of distances begin, parts of the diagonal of all meshes: octaves, and what is nearer or farther.
 pub const CLASSES: [f64; 6] = [0.0, 1.0 / 64.0, 1.0 / 32.0, 1.0 / 16.0, 1.0 / 8.0, 1.0 / 4.0];
 
-/// Surface points that a mesh keeps all light from, outside the boundary, by the mesh on the way that is nearest to the light, and
+/// Surface points that a mesh keeps all light from, by the mesh on the way that is nearest to the light, and
 /// by the one that is nearest to the point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CasterError {
@@ -36,9 +36,8 @@ impl Answers {
             let mut classes = CLASSES.map(|from| CasterClass { from, points: 0, mean_abs: None, leaks: 0 });
             let mut sums = [0.0; CLASSES.len()];
             for (point, distances) in self.casters.iter().enumerate() {
-                let outside = self.boundary.get(point) != Some(&true);
                 let Some(at) = CLASSES.iter().rposition(|from| *from <= distances[end]) else { continue };
-                if outside && distances[end].is_finite() {
+                if distances[end].is_finite() {
                     classes[at].points += 1;
                     classes[at].leaks += u64::from(self.approximate[point] > 0.5);
                     sums[at] += f64::from(self.approximate[point]);
@@ -57,26 +56,26 @@ impl Answers {
 mod tests {
     use super::*;
 
-    /// Each in its class at either end; what is lit, what is in the boundary and a light that is infinitely far in none.
+    /// Each in its class at either end, within the resolution too; what is lit and a light that is infinitely far in none.
     #[test]
     fn each_point_is_in_one_class() {
         let far = f64::INFINITY;
         let answers = Answers {
             approximate: vec![1.0, 0.25, 0.5, 0.75, 1.0, 0.5],
             truth: vec![0.0, 0.0, 0.0, 0.0, 1.0, 0.0],
-            boundary: vec![false, false, false, false, false, true],
+            within: vec![false, false, false, false, false, true],
             casters: vec![[0.0, 3.0], [0.01, 0.25], [0.02, 0.03], [far, 0.0], [far, far], [0.0, 0.0]],
         };
         let class = |from, points, mean_abs, leaks| CasterClass { from, points, mean_abs, leaks };
         let found = answers.caster_error().expect("points in shadow");
         let by_light = found.from_light.expect("lights have places");
-        assert_eq!(by_light[0], class(0.0, 2, Some(0.625), 1));
+        assert_eq!(by_light[0], class(0.0, 3, Some(1.75 / 3.0), 1));
         assert_eq!(by_light[1], class(1.0 / 64.0, 1, Some(0.5), 0));
         assert_eq!(by_light[2..].iter().map(|c| c.points).sum::<u64>(), 0);
         assert_eq!(by_light[5], class(0.25, 0, None, 0));
         let receivers: Vec<_> = found.from_receiver.iter().map(|c| (c.points, c.mean_abs, c.leaks)).collect();
         let none = (0, None, 0);
-        assert_eq!(receivers, [(1, Some(0.75), 1), (1, Some(0.5), 0), none, none, none, (2, Some(0.625), 1)]);
+        assert_eq!(receivers, [(2, Some(0.625), 1), (1, Some(0.5), 0), none, none, none, (2, Some(0.625), 1)]);
         let sun = Answers { approximate: vec![0.0], casters: vec![[far, 0.5]], ..Answers::default() };
         assert_eq!(sun.caster_error().expect("one").from_light, None);
         assert_eq!(Answers { casters: vec![[far; 2]], ..sun }.caster_error(), None);

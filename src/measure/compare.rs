@@ -4,6 +4,7 @@ use super::flicker::Flicker;
 use super::frames::Frames;
 use super::passes::{frame_ns, pass_timings};
 use super::picture_error::bounce_error;
+use super::steadiness::ClockMeter;
 use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
 use super::turning::references;
 use super::{Answers, Extent, Row, RowError, Status, Timing, picture_error};
@@ -17,7 +18,6 @@ use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
 use std::cell::OnceCell;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -70,6 +70,7 @@ pub struct Case<'a> {
     references: OnceCell<Arc<Vec<Picture>>>,
     /// What virtual lights are to come to, once somebody asks.
     bounce: OnceCell<Bounce>,
+    pub(super) clock: Arc<ClockMeter>,
     /// Of each light, for the timing of look-ups.
     pub(super) asked: Vec<Vec<[f32; 3]>>,
 }
@@ -123,6 +124,7 @@ pub fn with_case<'a, R>(
         effort,
         references: OnceCell::new(),
         bounce: OnceCell::new(),
+        clock: Arc::new(ClockMeter::of(context.features())),
         asked,
     };
     let spare = std::thread::available_parallelism().map_or(1, |n| n.get()).saturating_sub(KEPT_PROCESSORS);
@@ -200,26 +202,8 @@ impl Case<'_> {
             technique: spec.entry.name.into(),
             variant: spec.variant(),
             path: spec.value("path").into(),
-            status: Status::Ok,
-            reason: String::new(),
-            host_ns: None,
-            build_ns: None,
-            lookup_ns_per_million: None,
-            draw_ns: None,
-            frame_ns: None,
-            passes: Vec::new(),
-            draw_passes: Vec::new(),
-            bytes_resident: None,
-            bytes_transient: None,
-            bytes_on_disk: None,
-            counters: BTreeMap::new(),
-            error: None,
-            limit_mean_abs: None,
-            standard_error: None,
-            flicker_rms: None,
-            frames: None,
-            picture: None,
-            difference: None,
+            unseen: spec.entry.casts.unseen_of(self.world.scene()),
+            ..Row::default()
         };
         match self.fill(spec, &mut row) {
             Ok(picture) => (row, Some(picture)),
@@ -236,7 +220,10 @@ impl Case<'_> {
         self.context.features().require(lighting.requires())?;
         self.show(0)?;
         let mut opened = technique::open(self.context, &self.world, spec)?;
+        let first = opened.build(&self.world)?;
+        (row.first_ns, row.first_host_ns) = (first.device_ns, Some(first.host_ns));
         let timed = self.time_builds(&mut opened, spec.entry.lifetime, shading)?;
+        row.steadiness = Some(timed.steadiness);
         row.host_ns = Timing::of(&timed.host_ns);
         row.build_ns = Timing::of(&timed.wholes.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
         row.passes = [timed.moves, timed.frames, timed.draws].iter().flat_map(|passes| pass_timings(passes)).collect();
@@ -264,13 +251,8 @@ impl Case<'_> {
         let renderer = Renderer::new(self.context, &self.world, &camera)?;
         let kernels = renderer.kernels(&opened.technique.answer(), shading, lighting)?;
         let drawn = self.time_draws(shading, || renderer.draw(&kernels))?;
-        if shading == Shading::Forward {
-            let casters = |passes: &Vec<PassTime>| passes.last().map(|pass| pass.end_ns - pass.start_ns);
-            row.draw_ns = Timing::of(&drawn.iter().filter_map(casters).collect::<Vec<_>>());
-        } else {
-            row.draw_ns = Timing::of(&drawn.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
-            row.draw_passes = pass_timings(&drawn);
-        }
+        row.draw_ns = Timing::of(&drawn.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
+        row.draw_passes = pass_timings(&drawn);
         row.counters.extend(renderer.tiles_bytes().map(|bytes| ("tiles_bytes".into(), bytes)));
         row.counters.extend(renderer.estimates_bytes(&kernels).map(|bytes| ("estimates_bytes".into(), bytes)));
         row.frame_ns = row.build_ns.zip(row.draw_ns).map(|(build, draw)| build.median + draw.median);
@@ -389,7 +371,7 @@ impl Case<'_> {
         for points in all {
             answers.truth.extend(&points.visibility);
             answers.casters.extend(&points.casters);
-            answers.boundary.extend(truth.boundary(points, resolution).iter());
+            answers.within.extend(truth.boundary(points, resolution).iter());
         }
         Ok(answers)
     }

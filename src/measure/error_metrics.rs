@@ -3,7 +3,7 @@
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// Statistics of `approximate − truth`, both in [0, 1], over the points outside the boundary.
+/// Statistics of `approximate − truth`, both in [0, 1], over all points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PointError {
     /// How many points. Absent in files of schema 1.
@@ -11,29 +11,30 @@ pub struct PointError {
     pub points: Option<u64>,
     /// Mean of the absolute difference.
     pub mean_abs: f64,
-    /// Signed mean: positive is too bright.
-    pub bias: f64,
+    /// Signed mean: positive is too bright. This and the three below are absent where a file of schema 1 or 2 has them only for
+    /// a part of the points.
+    pub bias: Option<f64>,
     /// Root mean square.
-    pub rms: f64,
+    pub rms: Option<f64>,
     /// 99th percentile of the absolute difference (nearest rank).
-    pub p99: f64,
+    pub p99: Option<f64>,
     /// Largest absolute difference.
-    pub max: f64,
+    pub max: Option<f64>,
     /// Points that no light reaches and the answer says more than half. Absent in files of schema 1.
     #[serde(default)]
     pub leaks: Option<u64>,
     /// Points that all light reaches and the answer says less than half. Absent in files of schema 1.
     #[serde(default)]
     pub false_shadows: Option<u64>,
-    /// The points nearer to where an opaque shadow begins or ends than the representation resolves. Absent where nothing
-    /// opaque casts, and in files of schema 1.
-    #[serde(default)]
-    pub boundary: Option<BoundaryError>,
+    /// The part of the points that is nearer to where an opaque shadow begins or ends than the representation resolves. Absent
+    /// where nothing opaque casts, and in files of schema 1. Schema 2 called it `boundary`.
+    #[serde(default, alias = "boundary")]
+    pub within: Option<PartError>,
 }
 
-/// Statistics over the points in the boundary of opaque shadows.
+/// Statistics over a part of the points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct BoundaryError {
+pub struct PartError {
     /// How many points.
     pub points: u64,
     /// Mean of the absolute difference; absent without points.
@@ -44,6 +45,40 @@ pub struct BoundaryError {
     pub false_shadows: u64,
 }
 
+impl PointError {
+    /// The share of all points that is within the resolution, in [0, 1].
+    pub fn share_within(&self) -> Option<f64> {
+        let (all, within) = (self.points.filter(|n| *n > 0)?, self.within?);
+        Some(within.points as f64 / all as f64)
+    }
+
+    /// All points but those within the resolution. No leaks and no false shadows are there, if the method is right.
+    pub fn beyond(&self) -> Option<PartError> {
+        let (all, within) = (self.points?, self.within?);
+        let points = all.saturating_sub(within.points);
+        let sum = self.mean_abs * all as f64 - within.mean_abs.unwrap_or(0.0) * within.points as f64;
+        Some(PartError {
+            points,
+            mean_abs: (points > 0).then(|| (sum / points as f64).max(0.0)),
+            leaks: self.leaks?.saturating_sub(within.leaks),
+            false_shadows: self.false_shadows?.saturating_sub(within.false_shadows),
+        })
+    }
+
+    /// Files of schemas 1 and 2 keep what is within apart: the same over all points, as far as that can be known.
+    pub(super) fn over_all_points(&mut self) {
+        let Some(within) = self.within.filter(|within| within.points > 0) else { return };
+        let beyond = self.points.unwrap_or(0);
+        let all = beyond + within.points;
+        let sum = self.mean_abs * beyond as f64 + within.mean_abs.unwrap_or(0.0) * within.points as f64;
+        self.points = Some(all);
+        self.mean_abs = sum / all as f64;
+        self.leaks = self.leaks.map(|leaks| leaks + within.leaks);
+        self.false_shadows = self.false_shadows.map(|count| count + within.false_shadows);
+        (self.bias, self.rms, self.p99, self.max) = (None, None, None, None);
+    }
+}
+
 /// Answers at points, with the truth there.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answers {
@@ -51,8 +86,8 @@ pub struct Answers {
     pub approximate: Vec<f32>,
     /// What is.
     pub truth: Vec<f64>,
-    /// Whether each point is in the boundary of an opaque shadow; empty where nothing opaque casts.
-    pub boundary: Vec<bool>,
+    /// Whether each point is nearer to an opaque shadow's edge than the technique resolves; empty where nothing opaque casts.
+    pub within: Vec<bool>,
     /// How far the nearest mesh on the way to the light is from the light and from each point, parts of the diagonal of all meshes:
     /// infinite where there is none. Empty for points that are on no surface.
     pub casters: Vec<[f64; 2]>,
@@ -68,19 +103,19 @@ pub fn point_error(approximate: &[f32], truth: &[f64]) -> Result<Option<PointErr
 }
 
 impl Answers {
-    /// What they are off by: the points of the boundary by themselves. `None` without points outside of it.
+    /// What they are off by, all of them, and beside it those within the resolution. `None` without points.
     ///
     /// # Errors
     /// As [`point_error`].
     pub fn error(&self) -> Result<Option<PointError>> {
-        let (count, truths, flags) = (self.approximate.len(), self.truth.len(), self.boundary.len());
+        let (count, truths, flags) = (self.approximate.len(), self.truth.len(), self.within.len());
         if count != truths || (flags != 0 && flags != count) {
             let cause = format!("{count} values for {truths} points, {flags} of which are looked at");
             return Err(Error::input("visibility", cause, "report this as a bug"));
         }
-        let (mut absolute, mut error, mut beside) =
-            (Vec::with_capacity(count), PointError::default(), BoundaryError::default());
-        let (mut leaks, mut false_shadows, mut sum_beside) = (0, 0, 0.0);
+        let (mut absolute, mut within) = (Vec::with_capacity(count), PartError::default());
+        let [mut bias, mut sum, mut squares, mut sum_within] = [0.0; 4];
+        let (mut leaks, mut false_shadows) = (0, 0);
         for (point, (&a, &t)) in self.approximate.iter().zip(&self.truth).enumerate() {
             let difference = f64::from(a) - t;
             if !difference.is_finite() {
@@ -91,19 +126,18 @@ impl Answers {
                 ));
             }
             let (leak, false_shadow) = (u64::from(t == 0.0 && a > 0.5), u64::from(t == 1.0 && a < 0.5));
-            if self.boundary.get(point) == Some(&true) {
-                beside.points += 1;
-                beside.leaks += leak;
-                beside.false_shadows += false_shadow;
-                sum_beside += difference.abs();
-                continue;
-            }
             leaks += leak;
             false_shadows += false_shadow;
-            error.bias += difference;
-            error.mean_abs += difference.abs();
-            error.rms += difference * difference;
+            bias += difference;
+            sum += difference.abs();
+            squares += difference * difference;
             absolute.push(difference.abs());
+            if self.within.get(point) == Some(&true) {
+                within.points += 1;
+                within.leaks += leak;
+                within.false_shadows += false_shadow;
+                sum_within += difference.abs();
+            }
         }
         if absolute.is_empty() {
             return Ok(None);
@@ -112,17 +146,17 @@ impl Answers {
         let rank = ((0.99 * n).ceil() as usize).clamp(1, absolute.len()) - 1;
         let (_, &mut p99, above) = absolute.select_nth_unstable_by(rank, f64::total_cmp);
         let max = above.iter().copied().fold(p99, f64::max);
-        beside.mean_abs = (beside.points > 0).then(|| sum_beside / beside.points as f64);
+        within.mean_abs = (within.points > 0).then(|| sum_within / within.points as f64);
         Ok(Some(PointError {
-            points: Some(absolute.len() as u64),
-            mean_abs: error.mean_abs / n,
-            bias: error.bias / n,
-            rms: (error.rms / n).sqrt(),
-            p99,
-            max,
+            points: Some(count as u64),
+            mean_abs: sum / n,
+            bias: Some(bias / n),
+            rms: Some((squares / n).sqrt()),
+            p99: Some(p99),
+            max: Some(max),
             leaks: Some(leaks),
             false_shadows: Some(false_shadows),
-            boundary: (!self.boundary.is_empty()).then_some(beside),
+            within: (!self.within.is_empty()).then_some(within),
         }))
     }
 
@@ -130,34 +164,29 @@ impl Answers {
     pub fn extend(&mut self, others: Self) {
         self.approximate.extend(others.approximate);
         self.truth.extend(others.truth);
-        self.boundary.extend(others.boundary);
+        self.within.extend(others.within);
         self.casters.extend(others.casters);
     }
 
-    /// The standard error of the mean absolute error outside the boundary, where each `per_texel` points are a texel's and the
-    /// texels are a random sample of more, `share` of all: what the mean would differ by from that over all of them. Points of
-    /// a texel are alike, so that texels are counted and not points. None for fewer than two texels.
+    /// The standard error of the mean absolute error, where each `per_texel` points are a texel's and the texels are a random
+    /// sample of more, `share` of all: what the mean would differ by from that over all of them. Points of a texel are alike, so
+    /// that texels are counted and not points. None for fewer than two texels.
     pub fn standard_error(&self, per_texel: usize, share: f64) -> Option<f64> {
-        let outside = |point: usize| self.boundary.get(point) != Some(&true);
-        let (mut sums, mut counts) = (Vec::new(), Vec::new());
-        for texel in 0..self.truth.len() / per_texel.max(1) {
-            let points = (texel * per_texel..(texel + 1) * per_texel).filter(|p| outside(*p));
-            let (mut sum, mut count) = (0.0, 0.0);
-            for point in points {
-                sum += (f64::from(self.approximate[point]) - self.truth[point]).abs();
-                count += 1.0;
-            }
-            sums.push(sum);
-            counts.push(count);
-        }
-        let (n, all) = (sums.len() as f64, counts.iter().sum::<f64>());
-        if n < 2.0 || all == 0.0 {
+        let per_texel = per_texel.max(1);
+        let pairs: Vec<_> = self.approximate.iter().zip(&self.truth).collect();
+        let error = |(a, t): &(&f32, &f64)| (f64::from(**a) - **t).abs();
+        let means: Vec<f64> = pairs
+            .chunks_exact(per_texel)
+            .map(|texel| texel.iter().map(error).sum::<f64>() / per_texel as f64)
+            .collect();
+        let n = means.len() as f64;
+        if n < 2.0 {
             return None;
         }
-        // Of a ratio: Cochran, Sampling Techniques, section 6.3.
-        let mean = sums.iter().sum::<f64>() / all;
-        let square: f64 = sums.iter().zip(&counts).map(|(s, c)| (s - mean * c).powi(2)).sum();
-        Some((square / (n - 1.0) * n * (1.0 - share.clamp(0.0, 1.0))).sqrt() / all)
+        // Of a simple random sample without replacement: Cochran, Sampling Techniques, section 2.6.
+        let mean = means.iter().sum::<f64>() / n;
+        let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        Some((variance / n * (1.0 - share.clamp(0.0, 1.0))).sqrt())
     }
 }
 
@@ -177,13 +206,13 @@ mod tests {
         let expected = PointError {
             points,
             mean_abs: 0.005,
-            bias: 0.0,
-            rms,
-            p99: 0.25,
-            max: 0.25,
+            bias: Some(0.0),
+            rms: Some(rms),
+            p99: Some(0.25),
+            max: Some(0.25),
             leaks: none,
             false_shadows: none,
-            boundary: None,
+            within: None,
         };
         assert_eq!(e, Some(expected));
     }
@@ -193,22 +222,38 @@ mod tests {
         assert_eq!(point_error(&[], &[]).expect("as many answers as points"), None);
     }
 
-    /// Two wrong points of four outside, two of three in the boundary; smoke is neither a leak nor a false shadow.
+    /// Two wrong points of four beyond the resolution, two of three within; smoke is neither a leak nor a false shadow.
     #[test]
-    fn the_boundary_is_counted_by_itself() {
+    fn an_error_is_over_all_points_and_its_parts_stand_beside_it() {
         let answers = Answers {
             approximate: vec![1.0, 0.0, 0.25, 0.75, 1.0, 0.25, 0.5],
             truth: vec![0.0, 1.0, 0.5, 0.5, 0.0, 1.0, 0.5],
-            boundary: vec![false, false, false, false, true, true, true],
+            within: vec![false, false, false, false, true, true, true],
             casters: vec![],
         };
-        let error = answers.error().expect("finite").expect("points outside");
-        assert_eq!((error.points, error.leaks, error.false_shadows), (Some(4), Some(1), Some(1)));
-        assert_eq!((error.mean_abs, error.bias, error.max), (0.625, 0.0, 1.0));
-        let boundary = BoundaryError { points: 3, mean_abs: Some(1.75 / 3.0), leaks: 1, false_shadows: 1 };
-        assert_eq!(error.boundary, Some(boundary));
-        let inside = Answers { boundary: vec![true; 7], ..answers };
-        assert_eq!(inside.error().expect("finite"), None);
+        let error = answers.error().expect("finite").expect("points");
+        assert_eq!((error.points, error.leaks, error.false_shadows), (Some(7), Some(2), Some(2)));
+        assert_eq!((error.mean_abs, error.bias, error.max), (4.25 / 7.0, Some(0.25 / 7.0), Some(1.0)));
+        let within = PartError { points: 3, mean_abs: Some(1.75 / 3.0), leaks: 1, false_shadows: 1 };
+        assert_eq!((error.within, error.share_within()), (Some(within), Some(3.0 / 7.0)));
+        let beyond = error.beyond().expect("opaque casters");
+        assert_eq!((beyond.points, beyond.leaks, beyond.false_shadows), (4, 1, 1));
+        assert!((beyond.mean_abs.expect("points") - 0.625).abs() < 1e-15, "{beyond:?}");
+        let all = Answers { within: vec![true; 7], ..answers };
+        let all = all.error().expect("finite").expect("they count, however near an edge");
+        assert_eq!((all.mean_abs, all.beyond().expect("none").mean_abs), (4.25 / 7.0, None));
+    }
+
+    /// What schema 2 kept apart is put together as far as it can be: a mean is, a percentile is not.
+    #[test]
+    fn older_errors_are_over_all_points_too() {
+        let old = r#"{"points":4,"mean_abs":0.625,"bias":0.0,"rms":0.7,"p99":1.0,"max":1.0,"leaks":1,"false_shadows":1,
+            "boundary":{"points":3,"mean_abs":0.25,"leaks":1,"false_shadows":0}}"#;
+        let mut error: PointError = serde_json::from_str(old).expect("schema 2");
+        error.over_all_points();
+        assert_eq!((error.points, error.mean_abs), (Some(7), (4.0 * 0.625 + 3.0 * 0.25) / 7.0));
+        assert_eq!((error.leaks, error.false_shadows, error.max, error.rms), (Some(2), Some(1), None, None));
+        assert!((error.beyond().and_then(|b| b.mean_abs).expect("four points") - 0.625).abs() < 1e-15);
     }
 
     /// Against the spread of the mean over many samples of a population of texels.

@@ -1,15 +1,16 @@
-//! The schema of `results.json`, version 2. What a row does not have is absent, never zero. Fields may be added to a
-//! version, and are missing in older files; [`Results::read`] takes files of version 1 too.
+//! The schema of `results.json`, version 3: errors are over all points, with the part within a technique's own resolution beside
+//! them; before, they were over the rest alone. What a row does not have is absent, never zero. Fields may be added to a version,
+//! and are missing in older files; [`Results::read`] takes files of versions 1 and 2 too.
 
 use crate::gpu::Features;
-use crate::measure::{CasterError, PointError, Timing};
+use crate::measure::{CasterError, PointError, Steadiness, Timing};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The version that is written.
-pub const SCHEMA: u32 = 2;
+pub const SCHEMA: u32 = 3;
 
 /// A whole comparison.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -64,10 +65,11 @@ impl DeviceFacts {
 }
 
 /// How a row ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Status {
     /// Measured.
+    #[default]
     Ok,
     /// The device lacks a feature; `reason` names it.
     Refused,
@@ -76,7 +78,7 @@ pub enum Status {
 }
 
 /// One technique variant on one scene.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// Scene name.
     pub scene: String,
@@ -90,15 +92,28 @@ pub struct Row {
     pub status: Status,
     /// Why this path, why refused, or what failed.
     pub reason: String,
+    /// Casters of the scene that the technique does not see: `smoke`, `hair`, `meshes`. New in version 3.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unseen: Vec<String>,
+    /// The first build since the technique was opened, device time: what was recorded again, since something had no room, is
+    /// in it. New in version 3.
+    #[serde(default)]
+    pub first_ns: Option<f64>,
+    /// The same, host time. New in version 3.
+    #[serde(default)]
+    pub first_host_ns: Option<f64>,
+    /// How far the times of the builds may be trusted. New in version 3.
+    #[serde(default)]
+    pub steadiness: Option<Steadiness>,
     /// One build of the representation, host time: recording, submitting, waiting and settling. New in version 2.
     #[serde(default)]
     pub host_ns: Option<Timing>,
-    /// One build of the representation, device time.
+    /// One build of the representation, device time: a warm one, for which everything has room.
     pub build_ns: Option<Timing>,
     /// A million look-ups at random points, device time.
     pub lookup_ns_per_million: Option<Timing>,
-    /// The picture's casters, drawn and lit once, device time; with any but `shading=forward` the whole picture. On slow
-    /// devices of one sample, which is not warmed up.
+    /// The picture, drawn and lit once, device time: meshes and casters, however they are shaded. In files of schemas 1 and 2
+    /// without the meshes where `shading=forward`. On slow devices of one sample, which is not warmed up.
     pub draw_ns: Option<Timing>,
     /// A build and `draw_ns`: what a frame takes whose light has moved. New in version 2.
     #[serde(default)]
@@ -106,7 +121,7 @@ pub struct Row {
     /// The passes of a build, in order; and what is no part of it: before them `world.move` where the world moves, or
     /// `simulate.step`, all steps of a frame together, where the device simulates it; behind them what then draws its particles.
     pub passes: Vec<PassTiming>,
-    /// The passes of drawing the picture, in order, with any but `shading=forward`. New in version 2.
+    /// The passes of drawing the picture, in order. New in version 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub draw_passes: Vec<PassTiming>,
     /// Bytes that the look-up needs. Absent where nothing was built.
@@ -223,12 +238,31 @@ impl Results {
                 (row.bytes_resident, row.bytes_transient) = (None, None);
             }
         }
+        if schema < 3 {
+            for row in &mut results.rows {
+                let Some(error) = &mut row.error else { continue };
+                let sampled = error.map.and_then(|map| map.within).is_some_and(|within| within.points > 0);
+                // The first is over a part of the points, and so are the second's classes, which do not say of how many more.
+                row.standard_error = row.standard_error.filter(|_| !sampled);
+                error.casters = None;
+                let kinds = [&mut error.map, &mut error.space, &mut error.surface];
+                kinds.into_iter().flatten().for_each(PointError::over_all_points);
+            }
+        }
         results.schema = SCHEMA;
         Ok(results)
     }
 }
 
 impl Row {
+    /// Device time of those passes of a build that techniques share: that move the world, fit views, order casters and draw
+    /// opaque maps. Absent where no pass was timed.
+    pub fn shared_ns(&self) -> Option<f64> {
+        let shared =
+            |pass: &&PassTiming| ["world.", "simulate.", "maps."].iter().any(|room| pass.name.starts_with(room));
+        (!self.passes.is_empty()).then(|| self.passes.iter().filter(shared).map(|pass| pass.median_ns).sum())
+    }
+
     /// The spec that made this row, short enough for a table: `avsm:nodes=8,curve=linear,…`.
     pub fn spec(&self) -> String {
         let keys: Vec<_> = self.variant.iter().map(|(k, v)| format!("{k}={v}")).collect();

@@ -8,7 +8,7 @@ pub(super) struct Axes {
     pub(super) file: &'static str,
     /// Above the plot.
     pub(super) title: &'static str,
-    /// For who cannot see the plot.
+    /// For a reader that cannot see the plot.
     pub(super) aria_label: &'static str,
     /// In a sentence.
     pub(super) names: &'static str,
@@ -25,7 +25,7 @@ pub(super) struct Axes {
 }
 
 /// A build may be short because the look-ups have the work: only a frame has both in it.
-pub(super) const AXES: [Axes; 2] = [
+pub(super) const AXES: [Axes; 3] = [
     Axes {
         file: "time-vs-error.svg",
         title: "Build time against map error",
@@ -43,11 +43,23 @@ pub(super) const AXES: [Axes; 2] = [
         title: "Time of a frame against space error",
         aria_label: "Time of a frame against mean absolute error in space, one panel a scene",
         names: "frame time and space error",
-        time_title: "time of a frame, ms (a build, and the picture's casters drawn)",
+        time_title: "time of a frame, ms (a build, and the picture drawn)",
         error_title: "mean absolute error of visibility (in space)",
         milliseconds: |row| Some(row.frame_ns? / 1e6),
         spread_milliseconds: |_| None,
         error: |row| Some(row.error.as_ref()?.space?.mean_abs),
+        limit: |_| None,
+    },
+    Axes {
+        file: "frame-vs-surface.svg",
+        title: "Time of a frame against surface error",
+        aria_label: "Time of a frame against mean absolute error on surfaces, one panel a scene",
+        names: "frame time and surface error",
+        time_title: "time of a frame, ms (a build, and the picture drawn)",
+        error_title: "mean absolute error of visibility (on surfaces)",
+        milliseconds: |row| Some(row.frame_ns? / 1e6),
+        spread_milliseconds: |_| None,
+        error: |row| Some(row.error.as_ref()?.surface?.mean_abs),
         limit: |_| None,
     },
 ];

@@ -1,6 +1,8 @@
 //! The measured columns that the table and the page share.
 
-use super::wording::{NOTHING, bytes, grouped, milliseconds, one_digit, signed, significant, spread_milliseconds};
+use super::wording::{
+    NOTHING, bytes, grouped, milliseconds, one_digit, percent, signed, significant, spread_milliseconds,
+};
 use crate::measure::{PointError, Row, Status};
 
 /// One measured column.
@@ -68,8 +70,13 @@ fn surface(row: &Row) -> Option<PointError> {
 
 /// Where nothing opaque casts, nothing leaks either.
 fn leaks(points: Option<PointError>) -> Option<f64> {
-    let points = points.filter(|points| points.boundary.is_some())?;
+    let points = points.filter(|points| points.within.is_some())?;
     Some(points.leaks? as f64)
+}
+
+/// Stands behind a share within.
+fn error_within(points: Option<PointError>) -> Option<String> {
+    Some(format!("({})", significant(points?.within?.mean_abs?)))
 }
 
 /// Stands behind the leaks.
@@ -93,11 +100,14 @@ pub(super) fn shown<'a>(rows: impl Iterator<Item = &'a Row> + Clone) -> Vec<&'st
     COLUMNS.iter().filter(has_value).collect()
 }
 
-const LEAKS: &str = "Points outside the boundary that no light reaches and the answer says more than half, / that all \
+const WITHIN: &str = "The share of the points that is nearer to an opaque shadow's edge than the technique resolves, \
+                      and their mean absolute error";
+
+const LEAKS: &str = "Points that no light reaches and the answer says more than half, / that all \
                      light reaches and it says less than half";
 
 /// In the order in which they are shown.
-const COLUMNS: [Column; 25] = [
+const COLUMNS: [Column; 28] = [
     Column {
         spread: |row| row.build_ns.as_ref().map(spread_milliseconds),
         ..column(
@@ -107,6 +117,18 @@ const COLUMNS: [Column; 25] = [
             "One build of the representation on the device: median [5th–95th percentile]",
             0,
             |row| Some(row.build_ns?.median),
+            milliseconds,
+        )
+    },
+    Column {
+        spread: |row| Some(format!("(host {})", milliseconds(row.first_host_ns?))),
+        ..column(
+            "Time, ms",
+            "first",
+            "first ms",
+            "The first build of what is baked on the device, all that was recorded again in it; on the host",
+            14,
+            |row| row.first_ns.filter(|_| row.bytes_on_disk.is_some()),
             milliseconds,
         )
     },
@@ -132,7 +154,7 @@ const COLUMNS: [Column; 25] = [
         "Time, ms",
         "draw",
         "draw ms",
-        "The picture's casters, drawn and lit once on the device, median",
+        "The picture, drawn and lit once on the device: meshes and casters, median",
         12,
         |row| Some(row.draw_ns?.median),
         milliseconds,
@@ -141,7 +163,7 @@ const COLUMNS: [Column; 25] = [
         "Time, ms",
         "frame",
         "frame ms",
-        "A build, and the picture's casters drawn and lit: what a frame takes whose light has moved",
+        "A build, and the picture drawn and lit: what a frame takes whose light has moved",
         4,
         |row| row.frame_ns,
         milliseconds,
@@ -200,12 +222,12 @@ const COLUMNS: [Column; 25] = [
         "bias",
         "Signed mean: positive is too bright",
         14,
-        |row| Some(map(row)?.bias),
+        |row| map(row)?.bias,
         signed,
     ),
-    column("Error at map points", "RMS", "RMS", "Root mean square", 19, |row| Some(map(row)?.rms), significant),
-    column("Error at map points", "p99", "p99", "99th percentile", 18, |row| Some(map(row)?.p99), significant),
-    column("Error at map points", "max", "max", "Largest absolute error", 15, |row| Some(map(row)?.max), significant),
+    column("Error at map points", "RMS", "RMS", "Root mean square", 19, |row| map(row)?.rms, significant),
+    column("Error at map points", "p99", "p99", "99th percentile", 18, |row| map(row)?.p99, significant),
+    column("Error at map points", "max", "max", "Largest absolute error", 15, |row| map(row)?.max, significant),
     column(
         "In space",
         "mean abs",
@@ -215,6 +237,10 @@ const COLUMNS: [Column; 25] = [
         |row| Some(space(row)?.mean_abs),
         significant,
     ),
+    Column {
+        spread: |row| error_within(space(row)),
+        ..column("In space", "within", "space within", WITHIN, 16, |row| space(row)?.share_within(), percent)
+    },
     Column {
         spread: |row| false_shadows(space(row)),
         ..column("In space", "leaks / false", "space leaks/false", LEAKS, 10, |row| leaks(space(row)), count_text)
@@ -228,6 +254,10 @@ const COLUMNS: [Column; 25] = [
         |row| Some(surface(row)?.mean_abs),
         significant,
     ),
+    Column {
+        spread: |row| error_within(surface(row)),
+        ..column("On surfaces", "within", "surface within", WITHIN, 15, |row| surface(row)?.share_within(), percent)
+    },
     Column {
         spread: |row| false_shadows(surface(row)),
         ..column("On surfaces", "leaks / false", "surface leaks/false", LEAKS, 9, |row| leaks(surface(row)), count_text)

@@ -20,6 +20,7 @@ mod casters;
 mod colours;
 mod columns;
 mod curve;
+mod notes;
 mod page;
 mod pareto;
 mod passes;

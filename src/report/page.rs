@@ -5,11 +5,14 @@ use crate::report::axes::AXES;
 use crate::report::casters::{ENDS, cell, heading};
 use crate::report::colours::distinct;
 use crate::report::columns::{Column, shown};
+use crate::report::notes::{agreement, warnings};
 use crate::report::pareto::{rows_on_front, scenes};
 use crate::report::passes::pass_names;
 use crate::report::plot::plots;
 use crate::report::store::is_plain_name;
-use crate::report::wording::{NOTHING, Specs, grouped, milliseconds, outcome, signed, significant, status_word};
+use crate::report::wording::{
+    NOTHING, Specs, grouped, milliseconds, outcome, path, percent, signed, significant, status_word,
+};
 use crate::{Error, Result};
 use base64::Engine;
 use minijinja::value::{Serde, Value};
@@ -27,6 +30,8 @@ struct Page<'a> {
     features: Vec<(&'a str, String)>,
     tally: String,
     shared: Option<String>,
+    /// How far surface error and FLIP agree.
+    agreement: Option<String>,
     plots: Vec<String>,
     /// Of the passes, by their number in the run.
     colours: Vec<String>,
@@ -71,7 +76,11 @@ struct PageRow<'a> {
     /// The same, cut where a line may break.
     spec_parts: Vec<String>,
     full_spec: String,
-    path: &'a str,
+    path: String,
+    /// What speaks against its times, or against the method.
+    warnings: Vec<String>,
+    /// Milliseconds of the passes that techniques share; none where there are none.
+    shared: Option<String>,
     status: &'static str,
     outcome: String,
     reason: &'a str,
@@ -137,6 +146,7 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         features: results.device.features.iter().map(|(name, value)| (name.as_str(), plain(value))).collect(),
         tally: tally(results),
         shared: specs.shared_line(),
+        agreement: agreement(results),
         plots: plots(results).into_iter().map(|(_, svg)| svg).collect(),
         colours: distinct(shared.passes.len()).iter().map(hexadecimal).collect(),
         fronts: shared.fronts.iter().map(|&(front, _)| front).collect(),
@@ -195,7 +205,9 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
             spec_parts: specs.compact(row).split_inclusive(',').map(String::from).collect(),
             spec: specs.compact(row),
             full_spec: row.spec(),
-            path: &row.path,
+            path: path(row),
+            warnings: warnings(row),
+            shared: row.shared_ns().filter(|ns| *ns > 0.0).map(milliseconds),
             status: status_word(row.status),
             outcome: outcome(row),
             reason: &row.reason,
@@ -244,16 +256,20 @@ fn statistics(row: &Row) -> Statistics {
     let mut lines = vec![
         line("points", &|e| e.points.map(grouped)),
         line("mean abs", &|e| Some(significant(e.mean_abs))),
-        line("bias", &|e| Some(signed(e.bias))),
-        line("RMS", &|e| Some(significant(e.rms))),
-        line("p99", &|e| Some(significant(e.p99))),
-        line("max", &|e| Some(significant(e.max))),
+        line("bias", &|e| e.bias.map(signed)),
+        line("RMS", &|e| e.rms.map(significant)),
+        line("p99", &|e| e.p99.map(significant)),
+        line("max", &|e| e.max.map(significant)),
         line("leaks", &|e| e.leaks.map(grouped)),
         line("false shadows", &|e| e.false_shadows.map(grouped)),
-        line("boundary: points", &|e| e.boundary.map(|b| grouped(b.points))),
-        line("boundary: mean abs", &|e| e.boundary?.mean_abs.map(significant)),
-        line("boundary: leaks", &|e| e.boundary.map(|b| grouped(b.leaks))),
-        line("boundary: false shadows", &|e| e.boundary.map(|b| grouped(b.false_shadows))),
+        line("within: points", &|e| e.within.map(|w| grouped(w.points))),
+        line("within: share", &|e| e.share_within().map(percent)),
+        line("within: mean abs", &|e| e.within?.mean_abs.map(significant)),
+        line("within: leaks", &|e| e.within.map(|w| grouped(w.leaks))),
+        line("within: false shadows", &|e| e.within.map(|w| grouped(w.false_shadows))),
+        line("beyond: mean abs", &|e| e.beyond()?.mean_abs.map(significant)),
+        line("beyond: leaks", &|e| e.beyond().map(|b| grouped(b.leaks))),
+        line("beyond: false shadows", &|e| e.beyond().map(|b| grouped(b.false_shadows))),
     ];
     lines.retain(|line| line[1..].iter().any(|value| value != NOTHING));
     Statistics { points, lines }

@@ -2,6 +2,7 @@
 
 use crate::measure::Results;
 use crate::report::axes::Axes;
+use crate::report::series::says_nothing;
 
 /// The indices of the points that no other point beats: none is at most as large in both coordinates and smaller in
 /// one. Sorted by the first coordinate. Equal points stay together; a point that is not a number is never on the front.
@@ -33,6 +34,9 @@ pub(super) fn rows_on_front(results: &Results, axes: &Axes) -> Vec<usize> {
             .filter(|(_, row)| row.scene == scene)
             .filter_map(|(index, row)| Some((index, axes.point(row)?)))
             .unzip();
+        if says_nothing(&points) {
+            continue;
+        }
         on_front.extend(pareto_front(&points).into_iter().map(|place| rows[place]));
     }
     on_front.sort_unstable();

@@ -7,8 +7,8 @@ use crate::report::wording::{NOTHING, Specs, milliseconds, one_line, significant
 use comfy_table::presets;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 
-/// A scene's measured rows one a line, a column for each pass: median milliseconds, and those of the whole build. Where it
-/// is known how fast the device copies, also the whole over the floor: the time of copying the bytes that look-ups need. Below,
+/// A scene's measured rows one a line, a column for each pass: median milliseconds, those of the
+/// passes that techniques share (the world, fits, orders, opaque maps), of its own, and of the whole build. Where it is known how fast the device copies, also the whole over the floor: the time of copying the bytes that look-ups need. Below,
 /// the same of drawing, for rows whose pictures are drawn in passes.
 pub fn passes(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
@@ -17,11 +17,10 @@ pub fn passes(results: &Results) -> String {
         let rows: Vec<&Row> = results.rows.iter().filter(|r| r.scene == scene && r.status == Status::Ok).collect();
         let scene = one_line(scene);
         let floor = results.device.copy_bytes_per_second;
-        text += &table(&format!("{scene}: passes, ms"), &rows, &specs, (|row| &row.passes, |row| row.build_ns), floor);
+        text += &table(&format!("{scene}: passes, ms"), &rows, &specs, BUILD, floor);
         let drawn: Vec<&Row> = rows.into_iter().filter(|row| !row.draw_passes.is_empty()).collect();
         if !drawn.is_empty() {
-            let of: (Passes, Whole) = (|row| &row.draw_passes, |row| row.draw_ns);
-            text += &table(&format!("{scene}: drawing, ms"), &drawn, &specs, of, None);
+            text += &table(&format!("{scene}: drawing, ms"), &drawn, &specs, DRAW, None);
         }
     }
     if let Some(rate) = results.device.copy_bytes_per_second {
@@ -30,22 +29,37 @@ pub fn passes(results: &Results) -> String {
     text
 }
 
-/// Which passes of a row.
-type Passes = fn(&Row) -> &Vec<PassTiming>;
+/// What a table is about.
+#[derive(Clone, Copy)]
+struct Of {
+    /// Which passes of a row.
+    passes: fn(&Row) -> &Vec<PassTiming>,
+    /// Their time in all.
+    whole: fn(&Row) -> Option<Timing>,
+    /// The time of those that techniques share, where there are such.
+    shared: Option<fn(&Row) -> Option<f64>>,
+}
 
-/// And their time in all.
-type Whole = fn(&Row) -> Option<Timing>;
+const BUILD: Of = Of { passes: |row| &row.passes, whole: |row| row.build_ns, shared: Some(Row::shared_ns) };
+const DRAW: Of = Of { passes: |row| &row.draw_passes, whole: |row| row.draw_ns, shared: None };
 
 /// Rows with their passes. `rate` is how many bytes a second the device copies, for the column of the floor.
-fn table(title: &str, rows: &[&Row], specs: &Specs, (passes, whole): (Passes, Whole), rate: Option<f64>) -> String {
+fn table(title: &str, rows: &[&Row], specs: &Specs, Of { passes, whole, shared }: Of, rate: Option<f64>) -> String {
     let names = names(rows.iter().map(|row| passes(row)));
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
     let floor = rate.map(|_| "× floor");
-    table.set_header([title, "path"].into_iter().chain(names.iter().copied()).chain(["total"]).chain(floor));
+    let sums = if shared.is_some() { &["shared", "own", "total"][..] } else { &["total"] };
+    table.set_header([title, "path"].into_iter().chain(names.iter().copied()).chain(sums.iter().copied()).chain(floor));
     for row in rows {
         let of = |name: &&str| passes(row).iter().find(|p| p.name == *name).map(|p| p.median_ns);
-        let times = names.iter().map(of).chain([whole(row).map(|t| t.median)]);
+        let total = whole(row).map(|t| t.median);
+        // Passes are timed in builds of their own, so that they do not add up to the whole to the digit.
+        let parts = shared.map(|shared| shared(row)).map(|shared| {
+            let all = (!passes(row).is_empty()).then(|| passes(row).iter().map(|p| p.median_ns).sum::<f64>());
+            [shared, all.zip(shared).map(|(all, shared)| all - shared)]
+        });
+        let times = names.iter().map(of).chain(parts.into_iter().flatten()).chain([total]);
         let naming = [format!("  {}", specs.compact(row)), one_line(&row.path)].map(Cell::new);
         let number = |time: Option<f64>| {
             Cell::new(time.map_or(NOTHING.into(), milliseconds)).set_alignment(CellAlignment::Right)

@@ -66,6 +66,9 @@ fn panel(results: &Results, axes: &Axes, scene: &str, specs: &Specs) -> Option<P
     let rows: Vec<(&Row, (f64, f64))> =
         results.rows.iter().filter(|row| row.scene == scene).filter_map(|row| Some((row, axes.point(row)?))).collect();
     let measured: Vec<(f64, f64)> = rows.iter().map(|&(_, point)| point).collect();
+    if says_nothing(&measured) {
+        return None;
+    }
     let front = pareto_front(&measured);
 
     let smallest_shown = measured.iter().map(|&(_, error)| error).filter(|&e| e >= SMALLEST_ERROR).reduce(f64::min);
@@ -107,6 +110,12 @@ fn panel(results: &Results, axes: &Axes, scene: &str, specs: &Specs) -> Option<P
         limits,
         floor,
     })
+}
+
+/// Whether no error is above zero, or all of several rows have the same: there is nothing to choose by.
+pub(super) fn says_nothing(points: &[(f64, f64)]) -> bool {
+    let same = points.len() > 1 && points.iter().all(|point| point.1 == points[0].1);
+    same || points.iter().all(|point| point.1 < SMALLEST_ERROR)
 }
 
 /// Technique, path, curve and whatever else differs between rows, but for the nodes: they label the points.

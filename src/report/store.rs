@@ -95,7 +95,7 @@ pub(super) fn is_plain_name(name: &str) -> bool {
 }
 
 /// Of a kind of points, behind its name: `map_mean_abs`.
-const POINT_COLUMNS: [&str; 12] = [
+const POINT_COLUMNS: [&str; 15] = [
     "points",
     "mean_abs",
     "bias",
@@ -104,10 +104,13 @@ const POINT_COLUMNS: [&str; 12] = [
     "max",
     "leaks",
     "false_shadows",
-    "boundary_points",
-    "boundary_mean_abs",
-    "boundary_leaks",
-    "boundary_false_shadows",
+    "within_points",
+    "within_mean_abs",
+    "within_leaks",
+    "within_false_shadows",
+    "beyond_mean_abs",
+    "beyond_leaks",
+    "beyond_false_shadows",
 ];
 
 /// One line a row, flat. Numbers in full precision; a value that is missing is an empty field.
@@ -115,9 +118,12 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     let counters: BTreeSet<&str> =
         results.rows.iter().flat_map(|row| row.counters.keys()).map(String::as_str).collect();
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let mut names: Vec<String> = ["scene", "technique", "variant", "path", "status", "reason"].map(String::from).into();
+    let naming = ["scene", "technique", "variant", "path", "status", "reason", "unseen"];
+    let mut names: Vec<String> = naming.map(String::from).into();
     names.extend(["build_median_ns", "build_p05_ns", "build_p95_ns", "samples"].map(String::from));
     names.extend(["host_median_ns", "host_p05_ns", "host_p95_ns", "host_samples"].map(String::from));
+    names.extend(["first_ns", "first_host_ns", "shared_median_ns"].map(String::from));
+    names.extend(["spread", "clock_low_mhz", "clock_high_mhz", "busy", "measured_again"].map(String::from));
     names.extend(["pass_median_ns", "lookup_median_ns_per_million"].map(String::from));
     names.extend(
         ["draw_median_ns", "draw_p05_ns", "draw_p95_ns", "draw_samples", "draw_pass_median_ns"].map(String::from),
@@ -146,6 +152,7 @@ fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
         row.path.clone(),
         status_word(row.status).into(),
         row.reason.clone(),
+        row.unseen.join(" "),
     ];
     let timing = |timing: Option<Timing>| {
         let [median, p05, p95] =
@@ -154,6 +161,11 @@ fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
     };
     fields.extend(timing(row.build_ns));
     fields.extend(timing(row.host_ns));
+    fields.extend([row.first_ns, row.first_host_ns, row.shared_ns()].map(number));
+    let steady = row.steadiness.unwrap_or_default();
+    let [low, high] = steady.clock_mhz.map_or([None; 2], |[low, high]| [Some(low), Some(high)]);
+    fields.extend([steady.spread, low, high, steady.busy].map(number));
+    fields.push(row.steadiness.map(|s| s.measured_again.to_string()).unwrap_or_default());
     let passes = |of: &[PassTiming]| {
         of.iter().map(|pass| format!("{}={}", pass.name, pass.median_ns)).collect::<Vec<_>>().join(" ")
     };
@@ -178,21 +190,24 @@ fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
 
 /// As [`POINT_COLUMNS`].
 fn point_fields(points: Option<PointError>) -> [String; POINT_COLUMNS.len()] {
-    let statistic = |of: fn(PointError) -> f64| number(points.map(of));
-    let boundary = points.and_then(|e| e.boundary);
+    let statistic = |of: fn(PointError) -> Option<f64>| number(points.and_then(of));
+    let (within, beyond) = (points.and_then(|e| e.within), points.and_then(|e| e.beyond()));
     [
         count(points.and_then(|e| e.points)),
-        statistic(|e| e.mean_abs),
+        statistic(|e| Some(e.mean_abs)),
         statistic(|e| e.bias),
         statistic(|e| e.rms),
         statistic(|e| e.p99),
         statistic(|e| e.max),
         count(points.and_then(|e| e.leaks)),
         count(points.and_then(|e| e.false_shadows)),
-        count(boundary.map(|b| b.points)),
-        number(boundary.and_then(|b| b.mean_abs)),
-        count(boundary.map(|b| b.leaks)),
-        count(boundary.map(|b| b.false_shadows)),
+        count(within.map(|w| w.points)),
+        number(within.and_then(|w| w.mean_abs)),
+        count(within.map(|w| w.leaks)),
+        count(within.map(|w| w.false_shadows)),
+        number(beyond.and_then(|b| b.mean_abs)),
+        count(beyond.map(|b| b.leaks)),
+        count(beyond.map(|b| b.false_shadows)),
     ]
 }
 

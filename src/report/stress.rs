@@ -13,9 +13,9 @@ use serde::Serialize;
 const COLUMNS: [(&str, &str); 7] = [
     ("mean", "mean absolute error, on the rays of texels where there are any, else in space"),
     ("bias", "signed mean: positive is too bright"),
-    ("worst", "largest absolute error outside the boundary"),
+    ("worst", "largest absolute error"),
     ("not finite", "answers that are infinite or not a number"),
-    ("wrong", "leaks and false shadows outside the boundary, in space and on surfaces"),
+    ("wrong", "leaks and false shadows beyond the technique's own resolution, in space and on surfaces"),
     ("order", "the most by which answers differ over eight orders of the same casters"),
     ("step", "RMS of how much more than the truth answers change in a tiny motion"),
 ];
@@ -32,8 +32,8 @@ fn cells(figures: Option<&Figures>) -> [String; COLUMNS.len()] {
     let error = leading(figures);
     [
         shown(error.map(|e| e.mean_abs), significant),
-        shown(error.map(|e| e.bias), signed),
-        shown(error.map(|e| e.max), significant),
+        shown(error.and_then(|e| e.bias), signed),
+        shown(error.and_then(|e| e.max), significant),
         figures.not_finite.to_string(),
         figures.wrong().map_or_else(|| NOTHING.into(), |wrong| wrong.to_string()),
         shown(figures.order_spread, significant),
@@ -132,7 +132,7 @@ fn fields(row: &Stressed) -> Vec<String> {
         let error = asked.and_then(|asked| asked.error);
         let wrong = asked.and_then(|asked| asked.wrong()).map(|wrong| wrong.to_string());
         fields.push(asked.map(|asked| asked.points.to_string()).unwrap_or_default());
-        fields.extend([error.map(|e| e.mean_abs), error.map(|e| e.bias), error.map(|e| e.max)].map(number));
+        fields.extend([error.map(|e| e.mean_abs), error.and_then(|e| e.bias), error.and_then(|e| e.max)].map(number));
         fields.push(wrong.unwrap_or_default());
     }
     let count = |of: fn(&Figures) -> u64| figures.map(|f| of(f).to_string()).unwrap_or_default();

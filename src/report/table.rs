@@ -2,8 +2,9 @@
 
 use crate::measure::{Results, Row, Status};
 use crate::report::columns::{Column, shown};
+use crate::report::notes::{agreement, warnings};
 use crate::report::pareto::scenes;
-use crate::report::wording::{Specs, one_line, outcome, shortened};
+use crate::report::wording::{Specs, one_line, outcome, path, shortened};
 use comfy_table::presets::NOTHING;
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 
@@ -59,6 +60,12 @@ fn table_of_width(results: &Results, width: Option<usize>) -> String {
         left_out.reverse();
         text += &format!("left out for this width: {}\n", left_out.join(", "));
     }
+    for row in &results.rows {
+        for warning in warnings(row) {
+            text += &format!("note: {} on {}: {warning}\n", specs.compact(row), one_line(&row.scene));
+        }
+    }
+    text.extend(agreement(results).map(|line| line + "\n"));
     text
 }
 
@@ -72,7 +79,7 @@ fn lines(results: &Results, specs: &Specs, columns: &[&Column], longest_spec: us
     let mut rows: Vec<&Row> = Vec::new();
     for scene in scenes(results) {
         for row in results.rows.iter().filter(|row| row.scene == scene) {
-            let naming = [format!("  {}", spec(row)), one_line(&row.path)].map(Cell::new);
+            let naming = [format!("  {}", spec(row)), path(row)].map(Cell::new);
             let cells = columns.iter().map(|column| match row.status {
                 Status::Ok => Cell::new(column.cell(row)).set_alignment(CellAlignment::Right),
                 Status::Refused | Status::Failed => Cell::new(""),
@@ -133,17 +140,17 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::{DeviceFacts, ImageError, PointError, RowError, SCHEMA, Timing};
+    use crate::measure::{DeviceFacts, ImageError, PartError, PointError, RowError, SCHEMA, Timing};
 
     fn row(nodes: &str, status: Status, reason: &str) -> Row {
         let measured = status == Status::Ok;
         let point = PointError {
             points: Some(64),
             mean_abs: 0.0142,
-            bias: -0.002,
-            rms: 0.03,
-            p99: 0.2,
-            max: 0.5,
+            bias: Some(-0.002),
+            rms: Some(0.03),
+            p99: Some(0.2),
+            max: Some(0.5),
             ..PointError::default()
         };
         Row {
@@ -154,19 +161,8 @@ mod tests {
             status,
             reason: reason.into(),
             build_ns: measured.then_some(Timing { median: 2e6, p05: 1.9e6, p95: 2.5e6, samples: 30 }),
-            host_ns: None,
-            frame_ns: None,
-            standard_error: None,
-            flicker_rms: None,
-            frames: None,
-            lookup_ns_per_million: None,
-            draw_ns: None,
-            passes: vec![],
-            draw_passes: vec![],
             bytes_resident: Some(2 << 20),
             bytes_transient: Some(0),
-            bytes_on_disk: None,
-            counters: Default::default(),
             error: measured.then_some(RowError {
                 map: Some(point),
                 space: Some(point),
@@ -175,8 +171,7 @@ mod tests {
                 image: Some(ImageError { rmse: 0.01, flip_mean: 0.02, bounce_rmse: None, bounce_noise: None }),
             }),
             limit_mean_abs: Some(0.0071),
-            picture: None,
-            difference: None,
+            ..Row::default()
         }
     }
 
@@ -218,6 +213,29 @@ mod tests {
         assert!(text.contains("left out for this width:"), "{text}");
         assert!(text.contains("map |err|") && text.contains("build ms"), "{text}");
         assert!(text.contains("failed: device lost at") && !text.contains('\u{1b}'), "{text}");
+    }
+
+    /// A technique that does not see the smoke, and a row that is not steady and wrong where it should be right.
+    #[test]
+    fn what_a_reader_has_to_know_stands_beside_the_figures() {
+        let mut odd = row("8", Status::Ok, "");
+        odd.unseen = vec!["smoke".into()];
+        odd.steadiness =
+            Some(crate::measure::Steadiness { spread: Some(1.8), measured_again: true, ..Default::default() });
+        let within = Some(PartError { points: 16, mean_abs: Some(0.05), leaks: 1, false_shadows: 0 });
+        let points =
+            PointError { points: Some(64), leaks: Some(3), false_shadows: Some(0), within, ..PointError::default() };
+        odd.error.as_mut().expect("measured").surface = Some(points);
+        let text = table_of_width(&results(vec![row("4", Status::Ok, ""), odd]), None);
+        for part in [
+            "two-pass, smoke is not seen",
+            "note: avsm:nodes=8 on plume_8k: not steady: p95/p05 1.8, the steadier of two",
+            "note: avsm:nodes=8 on plume_8k: on surfaces, beyond its own resolution: 2 leaks, 0 false shadows",
+            "25 % (0.0500)",
+        ] {
+            assert!(text.contains(part), "{part} is not in {text}");
+        }
+        assert_eq!(text.matches("note:").count(), 2, "{text}");
     }
 
     #[test]

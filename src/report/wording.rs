@@ -51,6 +51,24 @@ pub(super) fn spread_milliseconds(timing: &Timing) -> String {
     format!("[{}–{}]", milliseconds(timing.p05), milliseconds(timing.p95))
 }
 
+/// A share as percent, two digits or more: `6.2 %`, `59 %`, `0 %`.
+pub(super) fn percent(share: f64) -> String {
+    match 100.0 * share {
+        0.0 => "0 %".into(),
+        p if p < 0.05 => "<0.1 %".into(),
+        p if p < 9.95 => format!("{p:.1} %"),
+        p => format!("{p:.0} %"),
+    }
+}
+
+/// The path that ran, and what the technique does not see of its scene: `map, smoke is not seen`.
+pub(super) fn path(row: &Row) -> String {
+    let unseen = row.unseen.join(" and ");
+    let verb = if unseen.ends_with("meshes") || row.unseen.len() > 1 { "are" } else { "is" };
+    let note = if unseen.is_empty() { String::new() } else { format!(", {unseen} {verb} not seen") };
+    one_line(&format!("{}{note}", row.path))
+}
+
 /// Bytes in the largest binary unit that leaves at least one before the point.
 pub(super) fn bytes(count: u64) -> String {
     let value = count as f64;

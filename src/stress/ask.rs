@@ -106,7 +106,7 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
             }
             kept.approximate.push(answer);
             kept.truth.push(*truth);
-            kept.boundary.extend(boundary.get(i));
+            kept.within.extend(boundary.get(i));
         }
     }
     Ok(Asked { points: kept.truth.len() as u64, error: kept.error()? })

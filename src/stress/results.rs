@@ -87,17 +87,17 @@ pub struct Figures {
 /// Answers of one kind of points, the finite ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Asked {
-    /// What they are off by, outside the boundary of opaque shadows; absent where all are in it.
+    /// What they are off by, all of them.
     pub error: Option<PointError>,
-    /// How many were asked, in the boundary too.
+    /// How many were asked.
     pub points: u64,
 }
 
 impl Asked {
-    /// Leaks and false shadows outside the boundary of opaque shadows; none where nothing opaque casts.
+    /// Leaks and false shadows beyond the technique's own resolution of opaque shadows; none where nothing opaque casts.
     pub fn wrong(&self) -> Option<u64> {
-        let error = self.error.filter(|error| error.boundary.is_some())?;
-        Some(error.leaks? + error.false_shadows?)
+        let beyond = self.error?.beyond()?;
+        Some(beyond.leaks + beyond.false_shadows)
     }
 }
 

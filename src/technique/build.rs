@@ -24,6 +24,8 @@ pub struct Opened<T: Technique + ?Sized = dyn Technique> {
 pub struct Built {
     /// Device time of each pass of the last submission; none where nothing was to do or the device has no timestamps.
     pub passes: Vec<PassTime>,
+    /// Device time of all submissions, those too that were recorded again because something had no room.
+    pub device_ns: Option<f64>,
     /// The host's time, nanoseconds: recording, submitting, waiting and settling.
     pub host_ns: f64,
 }
@@ -55,7 +57,7 @@ impl<T: Technique + ?Sized> Opened<T> {
     /// [`Error::Gpu`] where memory runs out, the device is lost, or an earlier build ended in an error: open it anew then.
     pub fn build(&mut self, world: &World) -> Result<Built> {
         if self.skip && self.built == Some(world.generation()) {
-            return Ok(Built { passes: Vec::new(), host_ns: 0.0 });
+            return Ok(Built { passes: Vec::new(), device_ns: None, host_ns: 0.0 });
         }
         self.rebuild(world)
     }
@@ -75,16 +77,20 @@ impl<T: Technique + ?Sized> Opened<T> {
         }
         (self.built, self.broken) = (None, true);
         let start = Instant::now();
-        let mut passes = Vec::new();
+        let (mut passes, mut device_ns) = (Vec::new(), None);
         loop {
-            follow(&mut passes, self.context.try_submit(|commands| self.technique.record(commands, world))?);
+            let submitted = self.context.try_submit(|commands| self.technique.record(commands, world))?;
+            if let (Some(first), Some(last)) = (submitted.first(), submitted.last()) {
+                device_ns = Some(device_ns.unwrap_or(0.0) + last.end_ns - first.start_ns);
+            }
+            follow(&mut passes, submitted);
             match self.technique.settle()? {
                 Settled::More => {}
                 // What had too little room is no part of what a build takes.
                 Settled::Grew => passes.clear(),
                 Settled::Done => {
                     (self.built, self.broken) = (Some(world.generation()), false);
-                    return Ok(Built { passes, host_ns: start.elapsed().as_nanos() as f64 });
+                    return Ok(Built { passes, device_ns, host_ns: start.elapsed().as_nanos() as f64 });
                 }
             }
         }

@@ -198,6 +198,16 @@ impl Casts {
         has == [false; 3] || has.iter().zip(casts).any(|(has, casts)| *has && casts)
     }
 
+    /// What there is in `scene` that it does not see: `smoke`, `hair`, `meshes`.
+    pub fn unseen_of(self, scene: &Scene) -> Vec<String> {
+        let kinds = [
+            ("smoke", !scene.particles.is_empty(), self.particles),
+            ("hair", !scene.strands.is_empty(), self.strands),
+            ("meshes", !scene.meshes.is_empty(), self.meshes),
+        ];
+        kinds.into_iter().filter(|(_, has, sees)| *has && !sees).map(|(name, ..)| name.into()).collect()
+    }
+
     /// What it casts from, for people.
     pub fn names(self) -> String {
         let names = [(self.particles, "particles"), (self.strands, "strands"), (self.meshes, "meshes")];
@@ -265,5 +275,6 @@ mod tests {
         let meshes = Casts { particles: false, strands: false, meshes: true };
         assert!(Casts::ALL.any_of(&smoke) && !meshes.any_of(&smoke) && meshes.any_of(&nothing));
         assert_eq!(Casts::ALL.names(), "particles, strands, meshes");
+        assert_eq!((meshes.unseen_of(&smoke), Casts::ALL.unseen_of(&smoke)), (vec!["smoke".to_owned()], vec![]));
     }
 }

@@ -61,16 +61,21 @@ fn columns_without_any_value_are_not_there() {
     };
     let fixed = html(&results(vec![row("plume", "avsm", 8, 2.0, 0.01)])).expect("a table");
     let moving = html(&results(vec![opaque("room", "psm")])).expect("a table");
-    for part in ["flicker", "On surfaces", "leaks", "boundary"] {
+    for part in ["flicker", "On surfaces", "leaks", "within"] {
         assert!(!fixed.contains(part) && moving.contains(part), "{part}");
     }
     for (name, values) in [
         ("leaks", ["101", "201", "301"]),
         ("false shadows", ["102", "202", "302"]),
-        ("boundary: points", ["103", "203", "303"]),
-        ("boundary: mean abs", ["0.100", "0.200", "0.300"]),
-        ("boundary: leaks", ["104", "204", "304"]),
-        ("boundary: false shadows", ["105", "205", "305"]),
+        ("within: points", ["103", "203", "303"]),
+        ("within: share", ["10 %", "10 %", "10 %"]),
+        ("within: mean abs", ["0.0500", "0.100", "0.150"]),
+        ("within: leaks", ["5", "6", "7"]),
+        ("within: false shadows", ["6", "7", "8"]),
+        // Of 1,000 points 103 are within: (1000 × 0.01 − 103 × 0.05) / 897, and so on.
+        ("beyond: mean abs", ["0.00541", "0.0110", "0.0165"]),
+        ("beyond: leaks", ["96", "195", "294"]),
+        ("beyond: false shadows", ["96", "195", "294"]),
     ] {
         let cells: String = values.iter().map(|value| format!("<td>{value}</td>")).collect();
         assert!(moving.contains(&format!("<th scope=\"row\">{name}</th>{cells}")), "{name}");
@@ -166,16 +171,17 @@ fn page_and_table_of_an_interrupted_run() {
 fn passes_stand_in_columns_with_the_whole_build() {
     let mut rows = vec![row("a", "psm", 4, 3.5, 0.01), row("a", "psm", 8, 2.0, 0.01), refused("a", "no geometry")];
     let pass = |name: &str, ms: f64| PassTiming { name: name.into(), median_ns: ms * 1e6, p05_ns: 0.0, p95_ns: 0.0 };
-    rows[0].passes = vec![pass("psm.clear", 0.25), pass("psm.propagate", 1.75)];
+    rows[0].passes = vec![pass("maps.opaque", 0.125), pass("psm.clear", 0.25), pass("psm.propagate", 1.75)];
     rows[1].passes = vec![pass("psm.fused", 1.5)];
     rows[0].draw_passes.clear();
     rows[1].draw_passes = vec![pass("consume.gbuffer", 0.5), pass("many_lights.shade", 0.125)];
     let text = passes(&results(rows));
     let lines: Vec<Vec<&str>> = text.lines().map(|line| line.split_whitespace().collect()).collect();
     assert_eq!(lines.len(), 5, "a heading and the measured rows, and another where drawing has passes: {text}");
-    assert_eq!(lines[0], ["a:", "passes,", "ms", "path", "psm.clear", "psm.propagate", "psm.fused", "total"]);
-    assert_eq!(lines[1][2..], ["0.250", "1.75", "–", "3.50"]);
-    assert_eq!(lines[2][2..], ["–", "–", "1.50", "2.00"]);
+    assert_eq!(lines[0][..4], ["a:", "passes,", "ms", "path"]);
+    assert_eq!(lines[0][4..], ["maps.opaque", "psm.clear", "psm.propagate", "psm.fused", "shared", "own", "total"]);
+    assert_eq!(lines[1][2..], ["0.125", "0.250", "1.75", "–", "0.125", "2.00", "3.50"]);
+    assert_eq!(lines[2][2..], ["–", "–", "–", "1.50", "0", "1.50", "2.00"]);
     assert_eq!(lines[3], ["a:", "drawing,", "ms", "path", "consume.gbuffer", "many_lights.shade", "total"]);
     assert_eq!(lines[4][2..], ["0.500", "0.125", "5.00"]);
 }

@@ -1,0 +1,184 @@
+//! How far times may be trusted: how they spread, at which clock they were taken, and what else the machine did meanwhile.
+
+use super::Timing;
+use crate::gpu::Features;
+use nvml_wrapper::Nvml;
+use nvml_wrapper::enum_wrappers::device::Clock as Domain;
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
+
+/// 95th over 5th percentile above which a median says little.
+const STEADY_SPREAD: f64 = 1.3;
+
+/// The part of its highest clock below which a device is slow.
+const STEADY_CLOCK: f64 = 0.9;
+
+/// The part of the processors that others may use before it is seen in times.
+const QUIET: f64 = 0.25;
+
+/// What was seen while builds were timed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Steadiness {
+    /// 95th over 5th percentile of a build's device time, of its host time where there is no other.
+    pub spread: Option<f64>,
+    /// The lowest and the highest clock of the device that were seen, MHz. Absent where nothing tells it.
+    pub clock_mhz: Option<[f64; 2]>,
+    /// The highest clock that the device can have, MHz.
+    pub highest_mhz: Option<f64>,
+    /// The part of the processors that other processes used meanwhile, in [0, 1]. Absent where nothing tells it.
+    pub busy: Option<f64>,
+    /// Whether the row was measured a second time, since the first was not steady: the steadier of the two stands.
+    pub measured_again: bool,
+}
+
+impl Steadiness {
+    /// The same with the spread of times.
+    pub(super) fn with_spread(self, timing: Option<Timing>) -> Self {
+        Self { spread: timing.filter(|t| t.samples > 1 && t.p05 > 0.0).map(|t| t.p95 / t.p05), ..self }
+    }
+
+    /// What speaks against the times, in few words; nothing where they are steady.
+    pub fn warnings(&self) -> Vec<String> {
+        let low_clock = self.clock_mhz.zip(self.highest_mhz).filter(|([low, _], most)| *low < STEADY_CLOCK * most);
+        [
+            self.spread.filter(|s| *s > STEADY_SPREAD).map(|s| format!("p95/p05 {s:.1}")),
+            low_clock.map(|([low, _], most)| format!("clock {low:.0} of {most:.0} MHz")),
+            self.busy.filter(|b| *b > QUIET).map(|b| format!("others used {:.0} % of the processors", 100.0 * b)),
+        ]
+        .into_iter()
+        .flatten()
+        .collect()
+    }
+
+    /// Whether it is the steadier of two.
+    pub(super) fn is_steadier_than(&self, other: &Self) -> bool {
+        let badness = |s: &Self| (s.warnings().len(), s.spread.unwrap_or(f64::INFINITY));
+        badness(self) < badness(other)
+    }
+}
+
+/// Looks at the device's clock and at the machine's load while something is timed.
+pub(super) struct Watch<'a> {
+    meter: &'a ClockMeter,
+    clock_mhz: Option<[f64; 2]>,
+    began: Instant,
+    others: Option<Jiffies>,
+}
+
+impl<'a> Watch<'a> {
+    pub(super) fn begin(meter: &'a ClockMeter) -> Self {
+        Self { meter, clock_mhz: None, began: Instant::now(), others: Jiffies::now() }
+    }
+
+    /// To be called while the device works or has just worked.
+    pub(super) fn look(&mut self) {
+        let Some(now) = self.meter.now_mhz() else { return };
+        self.clock_mhz = Some(self.clock_mhz.map_or([now; 2], |[low, high]| [low.min(now), high.max(now)]));
+    }
+
+    pub(super) fn end(self, timing: Option<Timing>) -> Steadiness {
+        // Of less time the counters, which count hundredths of a second, say nothing.
+        let counted = self.others.filter(|_| self.began.elapsed().as_secs_f64() > 0.25);
+        let busy = counted.and_then(|before| Jiffies::now()?.others_since(before));
+        let highest_mhz = self.meter.highest_mhz;
+        let seen = Steadiness { clock_mhz: self.clock_mhz, highest_mhz, busy, ..Steadiness::default() };
+        seen.with_spread(timing)
+    }
+}
+
+/// Asks a driver for the clock of a device; of software devices, and where no library tells it, there is none.
+pub(super) struct ClockMeter {
+    nvml: Option<(Nvml, u32)>,
+    highest_mhz: Option<f64>,
+}
+
+impl ClockMeter {
+    /// Of NVIDIA's devices, by NVML, where it is installed.
+    pub(super) fn of(features: &Features) -> Self {
+        let open = || {
+            let uuid = features.nvidia_uuid()?;
+            let nvml = Nvml::init().ok()?;
+            let index = (0..nvml.device_count().ok()?)
+                .find(|i| nvml.device_by_index(*i).and_then(|d| d.uuid()).is_ok_and(|known| known == uuid))?;
+            Some((nvml, index))
+        };
+        let nvml = open();
+        let highest = nvml
+            .as_ref()
+            .and_then(|(nvml, i)| nvml.device_by_index(*i).ok()?.max_clock_info(Domain::Graphics).ok().map(f64::from));
+        Self { nvml, highest_mhz: highest }
+    }
+
+    fn now_mhz(&self) -> Option<f64> {
+        let (nvml, index) = self.nvml.as_ref()?;
+        nvml.device_by_index(*index).ok()?.clock_info(Domain::Graphics).ok().map(f64::from)
+    }
+}
+
+/// Processor time since the machine started, hundredths of a second (proc(5)): of all, spent or not, and of this process.
+#[derive(Clone, Copy)]
+struct Jiffies {
+    all: f64,
+    idle: f64,
+    own: f64,
+}
+
+impl Jiffies {
+    fn now() -> Option<Self> {
+        Self::of(&std::fs::read_to_string("/proc/stat").ok()?, &std::fs::read_to_string("/proc/self/stat").ok()?)
+    }
+
+    /// From the texts of /proc/stat and /proc/self/stat.
+    fn of(machine: &str, process: &str) -> Option<Self> {
+        let first = machine.lines().next()?.strip_prefix("cpu ")?;
+        // User, nice, system, idle, waiting for a disk, interrupts, and what a host took.
+        let times: Vec<f64> = first.split_whitespace().take(8).map_while(|t| t.parse().ok()).collect();
+        // The name, in brackets, may have blanks; user and system time are the 14th and 15th field.
+        let fields: Vec<&str> = process.rsplit_once(')')?.1.split_whitespace().collect();
+        let own = [11, 12].map(|i| fields.get(i).and_then(|t| t.parse::<f64>().ok()));
+        Some(Self { all: times.iter().sum(), idle: times.get(3)? + times.get(4)?, own: own[0]? + own[1]? })
+    }
+
+    /// The part of all processors' time that other processes had in between.
+    fn others_since(self, before: Self) -> Option<f64> {
+        let all = self.all - before.all;
+        let others = (all - (self.idle - before.idle) - (self.own - before.own)).max(0.0);
+        (all > 0.0).then(|| (others / all).min(1.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_steady_is_said() {
+        let steady = Steadiness { spread: Some(1.2), busy: Some(0.1), ..Steadiness::default() };
+        assert_eq!(steady.warnings(), [] as [String; 0]);
+        let clock = |low| Steadiness { clock_mhz: Some([low, 1980.0]), highest_mhz: Some(1980.0), ..steady };
+        assert_eq!(
+            (clock(1800.0).warnings().len(), clock(1260.0).warnings()),
+            (0, vec!["clock 1260 of 1980 MHz".into()])
+        );
+        let wild = Steadiness { spread: Some(1.5), busy: Some(0.6), ..steady };
+        assert_eq!(wild.warnings(), ["p95/p05 1.5", "others used 60 % of the processors"]);
+        assert!(steady.is_steadier_than(&wild) && !wild.is_steadier_than(&steady));
+        let timing = Timing { median: 2.0, p05: 1.0, p95: 3.0, samples: 9 };
+        assert_eq!(Steadiness::default().with_spread(Some(timing)).spread, Some(3.0));
+        assert_eq!(Steadiness::default().with_spread(Some(Timing { samples: 1, ..timing })).spread, None);
+    }
+
+    /// Two processors for ten seconds: half of it idle, three seconds this process, the rest another.
+    #[test]
+    fn others_are_what_is_neither_idle_nor_own() {
+        let of = |machine: &str, own: &str| {
+            Jiffies::of(machine, &format!("7 (a b) c) S 1 1 1 0 -1 0 0 0 0 0 {own} 0 0")).expect("as in proc(5)")
+        };
+        let before = of("cpu  100 0 50 1000 10 0 0 0 0 0\ncpu0 1 2 3\n", "30 10");
+        let after = of("cpu  900 0 250 1990 20 0 0 0 0 0\n", "250 90");
+        let all = 2000.0;
+        assert_eq!(after.others_since(before), Some((all - 1000.0 - 300.0) / all));
+        assert_eq!(before.others_since(before), None);
+        assert!(Jiffies::of("", "").is_none());
+    }
+}

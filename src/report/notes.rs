@@ -1,0 +1,41 @@
+//! What a reader has to know beside the figures.
+
+use super::wording::grouped;
+use crate::measure::{PointError, Results, Row, Status, spearman};
+
+/// Rows of a scene below which the orders of two figures say nothing.
+const ENOUGH_ROWS: usize = 5;
+
+/// What speaks against a row: times that are not steady, and points that are wrong though the technique resolves them.
+pub(super) fn warnings(row: &Row) -> Vec<String> {
+    let unsteady =
+        row.steadiness.map(|s| (s.warnings(), s.measured_again)).filter(|(warnings, _)| !warnings.is_empty());
+    let unsteady = unsteady.map(|(warnings, again)| {
+        format!("not steady: {}{}", warnings.join(", "), if again { ", the steadier of two" } else { "" })
+    });
+    let of = |name, points: Option<PointError>| {
+        let beyond = points?.beyond().filter(|b| b.leaks + b.false_shadows > 0)?;
+        let (leaks, shadows) = (grouped(beyond.leaks), grouped(beyond.false_shadows));
+        Some(format!("{name}, beyond its own resolution: {leaks} leaks, {shadows} false shadows"))
+    };
+    let error = row.error.as_ref();
+    let wrong = [("in space", error.and_then(|e| e.space)), ("on surfaces", error.and_then(|e| e.surface))];
+    unsteady.into_iter().chain(wrong.into_iter().filter_map(|(name, points)| of(name, points))).collect()
+}
+
+/// Whether surface error puts the rows of each scene in the order that FLIP does, which is about what an eye sees: Spearman's
+/// rank correlation. None where too few rows have both.
+pub(super) fn agreement(results: &Results) -> Option<String> {
+    let both = |row: &Row| {
+        let error = row.error.as_ref().filter(|_| row.status == Status::Ok)?;
+        Some((error.surface?.mean_abs, error.image?.flip_mean))
+    };
+    let of_scene = |scene: &&str| {
+        let pairs: Vec<_> = results.rows.iter().filter(|row| row.scene == *scene).filter_map(both).collect();
+        let rank = spearman(&pairs).filter(|_| pairs.len() >= ENOUGH_ROWS)?;
+        Some(format!("{scene} {rank:.2} ({} rows)", pairs.len()))
+    };
+    let scenes: Vec<_> = super::pareto::scenes(results).iter().filter_map(of_scene).collect();
+    (!scenes.is_empty())
+        .then(|| format!("rank correlation (Spearman) of surface error and FLIP: {}", scenes.join(", ")))
+}
