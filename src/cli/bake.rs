@@ -2,7 +2,7 @@
 
 use super::{DeviceArguments, LoadArguments, check_messages, load, one_spec, say};
 use crate::report::Store;
-use crate::technique::{Entry, Lifetime, REGISTRY, open};
+use crate::technique::{Entry, Lifetime, REGISTRY, open, usual};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
@@ -14,7 +14,7 @@ pub struct Arguments {
     /// Scene file, data file or built-in scene
     scene: String,
     /// Spec of a technique that is baked once
-    #[arg(long, default_value = "voxelized", value_name = "SPEC")]
+    #[arg(long, default_value = usual::BAKED, value_name = "SPEC")]
     technique: String,
     /// The file to write, which the technique opens with file=FILE
     #[arg(short, long, default_value = "gobo-bake.gobo", value_name = "FILE")]

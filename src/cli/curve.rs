@@ -5,7 +5,7 @@ use crate::consume::Query;
 use crate::reference::truth::Casters;
 use crate::report::{Line, Points, curve, write_whole};
 use crate::technique::keys::SIZE;
-use crate::technique::{open, parse};
+use crate::technique::{open, parse, usual};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
@@ -26,7 +26,7 @@ pub struct Arguments {
     #[command(flatten)]
     map: MapArguments,
     /// Technique spec, repeatable; all of one map size
-    #[arg(long = "technique", value_name = "SPEC", default_value = "avsm:nodes=8,curve=linear|exponential")]
+    #[arg(long = "technique", value_name = "SPEC", default_value = usual::CURVE)]
     techniques: Vec<String>,
     /// The SVG to write
     #[arg(short, long, default_value = "gobo-curve.svg")]

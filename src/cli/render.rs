@@ -8,7 +8,7 @@ use super::{
 use crate::consume::{Lighting, Renderer, Shading, Tiled};
 use crate::reference::truth::{Casters, fog, picture};
 use crate::scene::{Fog, View};
-use crate::technique::{Spec, open};
+use crate::technique::{Spec, open, usual};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
@@ -36,7 +36,7 @@ pub struct Arguments {
     /// Scene file, data file or built-in scene
     scene: String,
     /// Technique spec, or "reference" for the f64 reference on the CPU
-    #[arg(long, default_value = "avsm", value_name = "SPEC")]
+    #[arg(long, default_value = usual::PICTURE, value_name = "SPEC")]
     pub(super) technique: String,
     /// The PNG to write
     #[arg(short, long, default_value = "gobo-render.png")]

@@ -3,7 +3,7 @@
 use super::sequence::Sequence;
 use super::{DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, load, one_spec, say};
 use crate::consume::slice;
-use crate::technique::open;
+use crate::technique::{open, usual};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
@@ -15,7 +15,7 @@ pub struct Arguments {
     /// Scene file, data file or built-in scene
     scene: String,
     /// Technique spec
-    #[arg(long, default_value = "avsm", value_name = "SPEC")]
+    #[arg(long, default_value = usual::PICTURE, value_name = "SPEC")]
     technique: String,
     #[command(flatten)]
     map: MapArguments,

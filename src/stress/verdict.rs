@@ -1,69 +1,13 @@
 //! How far a technique holds in a case: what its answers must be, and where they first are not.
 
 use super::results::{Figures, Outcome, Stressed};
+use crate::technique::{Promises, parse};
 use serde::{Deserialize, Serialize};
 
-/// What may be said of a technique's answers. What is absent is the method's to say.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Allowed {
-    /// Mean absolute error on the rays of texels, against the filtered truth.
-    map_mean: Option<f64>,
-    /// By how much an answer behind all smoke may be off the product of all.
-    tail: Option<f64>,
-    /// By how much an answer may rise along a ray.
-    rise: Option<f64>,
-    /// By how much answers may differ with the casters' order.
-    order: Option<f64>,
-    /// Root mean square of a step, more than the truth's.
-    step: Option<f64>,
-    /// Leaks and false shadows outside the boundary of opaque shadows.
-    wrong: Option<u64>,
-}
-
-/// Rounding of a few thousand sums of floats: a fortieth of what eight bits tell apart.
-const ROUNDING: f64 = 1e-4;
-
-/// What a filter in hardware may rise by: it knows a place in a texel to 8 bits, across and up, and rounding decides which of two.
-const FILTERED: f64 = 2.0 / 256.0;
-
-/// Of the technique of a row.
-fn allowed(row: &Stressed) -> Allowed {
-    let (name, keys) = row.technique.split_once(':').unwrap_or((&row.technique, ""));
-    let exact = Some(0.0);
-    let sorted = exact.filter(|_| !keys.contains("curve=linear"));
-    let usual = Allowed { rise: Some(ROUNDING), wrong: Some(0), step: Some(0.02), ..Allowed::default() };
-    // Knows no depth: before all smoke it is as wrong as behind, and changes by as much in a step.
-    let blind = Allowed { wrong: None, step: None, ..usual };
-    let in_hardware = Allowed { rise: Some(ROUNDING + FILTERED), ..usual };
-    match (name, row.path.as_str()) {
-        ("uncompressed", _) => Allowed { map_mean: Some(1e-4), tail: Some(1e-3), order: Some(ROUNDING), ..usual },
-        // Straight lines between nodes, where smoke fades by an exponential.
-        // What is asked about are the rays of an even map's texels, which these have not; that each of theirs has the tail, the
-        // twins say.
-        ("avsm", _) if ["detail=adaptive", "texel=area"].iter().any(|key| keys.contains(key)) => {
-            Allowed { order: sorted, ..usual }
-        }
-        // A byte a node, rounded once.
-        ("avsm", "two-pass" | "binned") if keys.contains("storage=tight") => {
-            Allowed { tail: Some(1e-2), order: sorted, ..usual }
-        }
-        ("avsm", _) if keys.contains("storage=tight") => Allowed { tail: Some(1e-2), ..usual },
-        ("avsm", _) if keys.contains("curve=linear") => Allowed { tail: Some(1e-3), ..usual },
-        ("avsm", "two-pass" | "binned") => Allowed { map_mean: Some(1e-2), tail: Some(1e-3), order: exact, ..usual },
-        // One pass inserts in the order of the casters' middles.
-        ("avsm", _) => Allowed { map_mean: Some(2e-2), tail: Some(1e-3), ..usual },
-        // A sphere is in one slice, so that its error is as large as itself; eight bits are rounded once.
-        ("psm", "fused") => Allowed { tail: Some(1e-2), order: exact, ..in_hardware },
-        // Blending rounds to eight bits at each sphere.
-        ("translucency-map", "raster") => blind,
-        ("psm", "raster") => in_hardware,
-        ("beer-shadow-map", _) => usual,
-        ("translucency-map", _) => Allowed { tail: Some(1e-2), ..blind },
-        ("shadow-map" | "ray-query" | "voxelized" | "voxel-grid", _) => {
-            Allowed { wrong: Some(0), order: exact, ..Allowed::default() }
-        }
-        _ => Allowed::default(),
-    }
+/// What the technique of a row promises, where it is one.
+fn promises(row: &Stressed) -> Option<Promises> {
+    let spec = parse(&row.technique).ok()?.pop()?;
+    Some((spec.entry.promises)(&spec, &row.path))
 }
 
 /// What broke.
@@ -129,21 +73,29 @@ pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
         (Outcome::Failed, _) | (_, None) => return vec![Broken::Failed],
         (Outcome::Answered, Some(figures)) => figures,
     };
-    let allowed = allowed(row);
+    match promises(row) {
+        Some(promises) => broken_of(figures, &promises),
+        // Nobody goes unchecked.
+        None => vec![Broken::Failed],
+    }
+}
+
+/// What figures break of promises, and of what is everybody's.
+fn broken_of(figures: &Figures, promises: &Promises) -> Vec<Broken> {
     // A figure that is not a number is no small one.
     let above =
         |figure: Option<f64>, most: Option<f64>| figure.zip(most).is_some_and(|(f, most)| f.is_nan() || f > most);
-    let map_mean = figures.map.and_then(|map| map.error).map(|error| error.mean_abs);
+    let mean = figures.map.and_then(|map| map.error).map(|error| error.mean_abs);
     [
         (figures.not_finite > 0, Broken::NotFinite),
         (figures.outside > 0, Broken::Outside),
-        (above(figures.rise, allowed.rise), Broken::Rising),
-        (above(figures.tail, allowed.tail), Broken::Tail),
-        (above(figures.order_spread, allowed.order), Broken::Order),
+        (above(figures.rise, promises.rise), Broken::Rising),
+        (above(figures.tail, promises.tail), Broken::Tail),
+        (above(figures.order_spread, promises.order), Broken::Order),
         (figures.messages > 0, Broken::Messages),
-        (above(map_mean, allowed.map_mean), Broken::Error),
-        (figures.wrong().zip(allowed.wrong).is_some_and(|(count, most)| count > most), Broken::Wrong),
-        (above(figures.step_rms, allowed.step), Broken::Step),
+        (above(mean, promises.mean), Broken::Error),
+        (figures.wrong().zip(promises.wrong).is_some_and(|(count, most)| count > most), Broken::Wrong),
+        (above(figures.step_rms, promises.step), Broken::Step),
     ]
     .into_iter()
     .filter_map(|(is_broken, what)| is_broken.then_some(what))
@@ -296,6 +248,56 @@ mod tests {
         let late = Figures { not_finite: 1, ..Figures::default() };
         let rows = [row(1.0, off_by(0.5)), row(2.0, Some(late))];
         assert_eq!(verdicts(&rows)[0].invariants, [Broken::NotFinite]);
+    }
+
+    /// A promise is broken by what is above it, and by nothing where none was given; what is everybody's needs no promise.
+    #[test]
+    fn each_promise_is_held_against_its_figure() {
+        let error = PointError { leaks: Some(1), false_shadows: Some(1), boundary: Some(0.5), ..PointError::default() };
+        let asked = Asked { error: Some(PointError { mean_abs: 0.3, ..error }), points: 9 };
+        let figures = Figures {
+            map: Some(asked),
+            space: Some(asked),
+            rise: Some(0.3),
+            tail: Some(0.3),
+            order_spread: Some(0.3),
+            step_rms: Some(0.3),
+            ..Figures::default()
+        };
+        let none = Promises::NONE;
+        let of = |most: f64| {
+            let (most, wrong) = (Some(most), Some(if most < 0.3 { 1 } else { 2 }));
+            [
+                (Promises { mean: most, ..none }, Broken::Error),
+                (Promises { tail: most, ..none }, Broken::Tail),
+                (Promises { rise: most, ..none }, Broken::Rising),
+                (Promises { order: most, ..none }, Broken::Order),
+                (Promises { step: most, ..none }, Broken::Step),
+                (Promises { wrong, ..none }, Broken::Wrong),
+            ]
+        };
+        for (promises, what) in of(0.29) {
+            assert_eq!(broken_of(&figures, &promises), [what]);
+        }
+        assert!(of(0.31).iter().all(|(promises, _)| broken_of(&figures, promises).is_empty()));
+        assert_eq!(broken_of(&figures, &none), []);
+        let no_number = Figures { not_finite: 1, outside: 1, messages: 1, ..Figures::default() };
+        assert_eq!(broken_of(&no_number, &none), [Broken::NotFinite, Broken::Outside, Broken::Messages]);
+    }
+
+    /// The entry is asked with the path that ran; a name that is no technique's is no answer's.
+    #[test]
+    fn promises_are_those_of_the_entry() {
+        let tail_off = Figures { tail: Some(5e-3), order_spread: Some(1e-6), ..Figures::default() };
+        let of = |technique: &str, path: &str| {
+            let row = row(1.0, Some(tail_off.clone()));
+            broken(&Stressed { technique: technique.into(), path: path.into(), ..row })
+        };
+        assert_eq!(of("avsm", "binned"), [Broken::Tail, Broken::Order]);
+        assert_eq!(of("avsm", "interlock"), [Broken::Tail]);
+        assert_eq!(of("avsm:detail=adaptive,curve=linear", "binned"), []);
+        assert_eq!((of("psm", "fused"), of("psm", "raster")), (vec![Broken::Order], vec![]));
+        assert_eq!(of("nobody", ""), [Broken::Failed]);
     }
 
     #[test]

@@ -18,6 +18,8 @@ mod voxelized;
 // What they share.
 mod build;
 pub mod keys;
+pub mod promises;
+pub mod runs;
 mod spec;
 mod texel_map;
 
@@ -29,8 +31,10 @@ pub use ism::{
     Settings as IsmSettings, Way as IsmWay,
 };
 pub use keys::{Key, Values};
+pub use promises::Promises;
 pub use psm::Psm;
 pub use ray_query::RayQuery;
+pub use runs::Runs;
 pub use shadow_map::ShadowMap;
 pub use spec::{Spec, parse};
 pub use texel_map::TexelMap;
@@ -56,6 +60,18 @@ macro_rules! registry {
     };
 }
 crate::shaders::with_folders!(registry);
+
+/// Who is asked where a command names nobody.
+pub mod usual {
+    /// For a picture.
+    pub const PICTURE: &str = super::avsm::ENTRY.name;
+    /// For the curve of a ray.
+    pub const CURVE: &str = "avsm:nodes=8,curve=linear|exponential";
+    /// For the distances in a map.
+    pub const DISTANCES: &str = super::ism::ENTRY.name;
+    /// For a file.
+    pub const BAKED: &str = super::voxelized::ENTRY.name;
+}
 
 /// A technique, opened for one world. [`Opened`] builds it; it submits, waits and loops by nothing of its own.
 pub trait Technique {
@@ -227,7 +243,7 @@ pub enum Lifetime {
 /// Opens a technique.
 pub type Open = fn(&Context, &World, &Spec) -> Result<Box<dyn Technique>>;
 
-/// A line of the registry.
+/// A line of the registry: a technique says all about itself.
 pub struct Entry {
     /// Its name in specs.
     pub name: &'static str,
@@ -241,6 +257,10 @@ pub struct Entry {
     pub keys: &'static [Key],
     /// Its paths.
     pub paths: &'static [Path],
+    /// What it promises of its answers where a spec's path, the second, runs.
+    pub promises: fn(&Spec, &str) -> Promises,
+    /// What is run of it where nobody names it.
+    pub runs: Runs,
     /// Opens it for a world that has what it casts from.
     pub open: Open,
 }

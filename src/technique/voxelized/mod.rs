@@ -21,7 +21,7 @@ use self::file::{bytes_on_disk, scene_hash};
 use self::loaded::Loaded;
 use self::settings::{CLOSED, COVERAGE, FILE, FREE, SIZE, STRUCTURE};
 use super::keys::PCF;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory, Resource};
 use crate::maps::Map;
 use crate::scene::{Resolution, View};
@@ -39,6 +39,8 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Baked,
     keys: &[SIZE, STRUCTURE, CLOSED, FREE, COVERAGE, FILE, PCF],
     paths: &[Path { name: TILES, requires: &[] }],
+    promises: |_, _| Promises::OF_OPAQUE,
+    runs: Runs { stress_meshes: &["size=64"], ..Runs::NONE },
     open,
 };
 
