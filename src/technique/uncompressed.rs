@@ -75,7 +75,7 @@ impl Technique for Uncompressed {
     fn settle(&mut self) -> Result<Settled> {
         let grew = self.list.settle()?;
         if grew {
-            self.list.bind_segments(&self.look_up, SEGMENTS);
+            self.list.bind_segments(&self.look_up, SEGMENTS)?;
         }
         self.maps.settle(grew)?;
         Ok(Settled::of(grew))

@@ -287,8 +287,8 @@ impl Voxelized {
         self.room = room;
         let bytes = 4 * u64::from(self.room.data);
         self.buffers.set_data(Buffer::new(&self.context, "voxelized.data", bytes, Memory::Device)?);
-        self.set.replace(DATA, &self.buffers.data);
-        self.look_up.replace(NODES, &self.buffers.data);
+        self.set.replace(DATA, &self.buffers.data)?;
+        self.look_up.replace(NODES, &self.buffers.data)?;
         self.step = Step::Pack;
         Ok(Settled::More)
     }
@@ -306,8 +306,8 @@ impl Voxelized {
         let settings = &self.settings;
         let buffers =
             Buffers::new(&self.context, self.shape, &room, settings.merges(), settings.keep_columns, &self.shared)?;
-        buffers.rebind(&self.set);
-        self.look_up.replace(NODES, &buffers.data);
+        buffers.rebind(&self.set)?;
+        self.look_up.replace(NODES, &buffers.data)?;
         (self.room, self.buffers) = (room, buffers);
         self.step = Step::Tile { light: 0, tile: 0 };
         Ok(())
