@@ -28,8 +28,6 @@ pub enum Broken {
     Messages,
     /// A call failed, or the process died.
     Failed,
-    /// No answer in time.
-    NoAnswer,
     /// The mean error is above the threshold.
     Error,
     /// Leaks or false shadows outside the boundary.
@@ -41,7 +39,7 @@ pub enum Broken {
 impl Broken {
     /// Whether nothing may do this, however extreme the scene: what a method's own limits cannot excuse.
     pub fn is_invariant(self) -> bool {
-        !matches!(self, Self::NoAnswer | Self::Error | Self::Wrong | Self::Step)
+        !matches!(self, Self::Error | Self::Wrong | Self::Step)
     }
 
     /// In few words, with the figure.
@@ -55,7 +53,6 @@ impl Broken {
             Self::Order => format!("order {:.1e}", most(figures.order_spread)),
             Self::Messages => format!("{} validation messages", figures.messages),
             Self::Failed => "failed".into(),
-            Self::NoAnswer => "no answer in time".into(),
             Self::Error => {
                 format!("mean error {:.1e}", most(figures.map.and_then(|m| m.error).map(|e| e.mean_abs)))
             }
@@ -68,8 +65,8 @@ impl Broken {
 /// All that a row breaks.
 pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
     let figures = match (row.outcome, &row.figures) {
-        (Outcome::Refused, _) => return Vec::new(),
-        (Outcome::NoAnswer, _) => return vec![Broken::NoAnswer],
+        // Who has not answered, in time or at all, has broken nothing.
+        (Outcome::Refused | Outcome::NoAnswer, _) => return Vec::new(),
         (Outcome::Failed, _) | (_, None) => return vec![Broken::Failed],
         (Outcome::Answered, Some(figures)) => figures,
     };
@@ -115,7 +112,8 @@ pub struct Verdict {
     pub case: String,
     /// Its spec, without what is the default.
     pub technique: String,
-    /// `holds`, `holds up to X`, `breaks at X` where that is the first, or `refused: …`.
+    /// `holds`, `holds up to X`, `breaks at X` where that is the first; `refused: …` or `no answer within …`, behind what it holds
+    /// up to where that is known.
     pub verdict: String,
     /// The last value before the first at which something breaks; absent where it breaks at once or is refused.
     pub holds_up_to: Option<f64>,
@@ -137,11 +135,11 @@ impl Verdict {
         let first = rows.first()?;
         let found: Vec<_> = rows.iter().map(|row| broken(row)).collect();
         let breaks = found.iter().position(|broken| !broken.is_empty());
-        let refused = rows.iter().position(|row| row.outcome == Outcome::Refused);
+        let silent = rows.iter().position(|row| matches!(row.outcome, Outcome::Refused | Outcome::NoAnswer));
         let end = breaks.unwrap_or(rows.len());
         let held = rows[..end].iter().rev().find(|row| row.outcome == Outcome::Answered);
         let verdict = match (held, breaks) {
-            (Some(row), None) => match refused {
+            (Some(row), None) => match silent {
                 Some(at) => {
                     format!("holds up to {}; at {} {}", number(row.value), number(rows[at].value), rows[at].reason)
                 }
@@ -149,7 +147,7 @@ impl Verdict {
             },
             (Some(row), Some(_)) => format!("holds up to {}", number(row.value)),
             (None, Some(at)) => format!("breaks at {}", number(rows[at].value)),
-            (None, None) => refused.map_or_else(String::new, |at| rows[at].reason.clone()),
+            (None, None) => silent.map_or_else(String::new, |at| rows[at].reason.clone()),
         };
         let why = breaks.map_or_else(String::new, |at| {
             let words = |broken: &Broken| match &rows[at].figures {
@@ -309,7 +307,8 @@ mod tests {
         assert_eq!((failed.verdict.as_str(), failed.why.as_str()), ("breaks at 2", "device lost"));
         assert_eq!(failed.invariants, [Broken::Failed]);
         let silent = verdicts(&[row(1.0, off_by(0.0)), ended(Outcome::NoAnswer, "no answer within 9 s")]).remove(0);
-        assert_eq!((silent.verdict.as_str(), silent.why.as_str()), ("holds up to 1", "no answer within 9 s"));
-        assert_eq!(silent.invariants, []);
+        assert_eq!(silent.verdict, "holds up to 1; at 2 no answer within 9 s");
+        assert_eq!((silent.breaks_at, silent.broken, silent.invariants), (None, vec![], vec![]));
+        assert_eq!(of(ended(Outcome::NoAnswer, "no answer within 9 s")).verdict, "no answer within 9 s");
     }
 }
