@@ -36,6 +36,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         return wrong("it is built each frame", format!("name one that is baked: {}", baked.join(", ")));
     }
     let scene = load(&arguments.scene, &arguments.load)?;
+    // A picture of nothing is one; a bake of nothing is a mistake.
+    if !spec.entry.casts.are_in(&scene) {
+        return Err(spec.entry.casts_from_nothing(&scene));
+    }
     // What is wrong with the place is found before a bake that takes minutes.
     let (store, name) = place(&arguments.out)?;
     let context = arguments.device.open()?;

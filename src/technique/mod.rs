@@ -45,12 +45,12 @@ pub use voxelized::{
     Baked as VoxelizedBake, Coverage, Free, LevelCounts, Settings as VoxelizedSettings, Structure, TreeData, Voxelized,
 };
 
-use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
 use crate::maps::{Map, OpaqueMaps};
 use crate::scene::{Resolution, Scene};
 use crate::shaders::Folder;
 use crate::world::World;
+use crate::{Error, Result};
 use std::collections::BTreeMap;
 
 macro_rules! registry {
@@ -209,9 +209,14 @@ impl Casts {
 
     /// Whether it casts from anything in `scene`, or there is nothing to cast from.
     pub fn any_of(self, scene: &Scene) -> bool {
+        let has_nothing = scene.particles.is_empty() && scene.strands.is_empty() && scene.meshes.is_empty();
+        has_nothing || self.are_in(scene)
+    }
+
+    /// Whether it casts from anything that is in `scene`.
+    pub fn are_in(self, scene: &Scene) -> bool {
         let has = [!scene.particles.is_empty(), !scene.strands.is_empty(), !scene.meshes.is_empty()];
-        let casts = [self.particles, self.strands, self.meshes];
-        has == [false; 3] || has.iter().zip(casts).any(|(has, casts)| *has && casts)
+        has.into_iter().zip([self.particles, self.strands, self.meshes]).any(|(has, casts)| has && casts)
     }
 
     /// What there is in `scene` that it does not see: `smoke`, `hair`, `meshes`.
@@ -271,6 +276,11 @@ impl Entry {
         self.keys.iter().chain(keys::EVERY).chain(keys::TILED)
     }
 
+    /// The error where it casts from nothing that is in `scene`.
+    pub fn casts_from_nothing(&self, scene: &Scene) -> Error {
+        Error::Refused { needs: format!("{} in the scene, and {} has none", self.casts.names(), scene.name) }
+    }
+
     /// An error where the device lacks what the path of that name needs.
     ///
     /// # Errors
@@ -293,6 +303,7 @@ mod tests {
         let mut nothing = smoke.clone();
         nothing.particles.clear();
         let meshes = Casts { particles: false, strands: false, meshes: true };
+        assert!(Casts::ALL.are_in(&smoke) && !Casts::ALL.are_in(&nothing) && !meshes.are_in(&smoke));
         assert!(Casts::ALL.any_of(&smoke) && !meshes.any_of(&smoke) && meshes.any_of(&nothing));
         assert_eq!(Casts::ALL.names(), "particles, strands, meshes");
         assert_eq!((meshes.unseen_of(&smoke), Casts::ALL.unseen_of(&smoke)), (vec!["smoke".to_owned()], vec![]));
