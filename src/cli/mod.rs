@@ -6,6 +6,7 @@ mod curve;
 mod devices;
 mod map;
 mod particles;
+mod place;
 mod progress;
 mod render;
 mod resume;

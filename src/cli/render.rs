@@ -3,7 +3,7 @@
 use super::sequence::Sequence;
 use super::steps::Range;
 use super::{
-    DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, load, one_spec, particles, say,
+    DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, load, one_spec, particles, place, say,
 };
 use crate::consume::{Lighting, Renderer, Shading, Tiled};
 use crate::reference::truth::{Casters, fog, picture};
@@ -92,6 +92,7 @@ impl Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    place::check(&arguments.out, "png")?;
     let scene = load(&arguments.scene, &arguments.load)?;
     if let Some(colours) = arguments.particles {
         let mut times_s = arguments.moving.times(&scene, arguments.frames)?;

@@ -1,7 +1,7 @@
 //! `gobo slice`
 
 use super::sequence::Sequence;
-use super::{DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, load, one_spec, say};
+use super::{DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, load, one_spec, place, say};
 use crate::consume::slice;
 use crate::technique::{open, usual};
 use crate::world::World;
@@ -58,6 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.frames.is_some() && arguments.depth.is_some() && !moves {
         return Err(Error::input("--frames", "they go through all depths, and --depth names one", "leave one out"));
     }
+    place::check(&arguments.out, "png")?;
     let scene = load(&arguments.scene, &arguments.load)?;
     let map = arguments.map.of(&scene)?;
     let spec = one_spec(&arguments.technique)?;
