@@ -1,7 +1,7 @@
 //! `gobo compare`
 
 use super::progress::Progress;
-use super::resume::{SCENE, kept};
+use super::resume::{SCENE, files, kept};
 use super::{
     DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, load,
     say,
@@ -192,6 +192,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let named = scenes.iter().zip(fingerprints);
     let prints = named.map(|((states, _), print)| (format!("{SCENE}{}", states[0].name), format!("{print:08x}")));
     results.conditions.extend(prints);
+    results.conditions.extend(files(specs.iter().flatten()));
     let asked = scenes.iter().zip(&specs).flat_map(|((states, _), specs)| {
         let name = states[0].name.as_str();
         specs.iter().map(move |spec| (name, spec))
@@ -227,7 +228,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 if let Some(drawn) = drawn {
                     writer.pictures(&mut row, place + 1, &results, case, &drawn);
                 }
-                progress.ends(&row);
+                progress.ends(&row, spec);
                 rows[row_place] = Some(row);
                 results.rows = rows.iter().flatten().cloned().collect();
                 writer.write(|store| store.write(&results));
