@@ -203,7 +203,7 @@ pub fn verdicts(rows: &[Stressed]) -> Vec<Verdict> {
 mod tests {
     use super::super::results::Asked;
     use super::*;
-    use crate::measure::PointError;
+    use crate::measure::{PartError, PointError};
 
     fn row(value: f64, figures: Option<Figures>) -> Stressed {
         Stressed {
@@ -251,8 +251,15 @@ mod tests {
     /// A promise is broken by what is above it, and by nothing where none was given; what is everybody's needs no promise.
     #[test]
     fn each_promise_is_held_against_its_figure() {
-        let error = PointError { leaks: Some(1), false_shadows: Some(1), boundary: Some(0.5), ..PointError::default() };
-        let asked = Asked { error: Some(PointError { mean_abs: 0.3, ..error }), points: 9 };
+        let error = PointError {
+            points: Some(9),
+            mean_abs: 0.3,
+            leaks: Some(2),
+            false_shadows: Some(1),
+            within: Some(PartError { points: 2, leaks: 1, ..PartError::default() }),
+            ..PointError::default()
+        };
+        let asked = Asked { error: Some(error), points: 9 };
         let figures = Figures {
             map: Some(asked),
             space: Some(asked),
