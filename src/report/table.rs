@@ -13,6 +13,9 @@ const GAP: usize = 2;
 /// Columns that every row has: the spec and the path.
 const NAMING_COLUMNS: usize = 2;
 
+/// Columns that stay, however narrow the terminal is.
+const KEPT_COLUMNS: usize = 3;
+
 /// One row a line, grouped by scene in the order in which they were measured. A column in which
 /// no row has a value is not there. On a terminal that is too narrow, the columns that say least go first, and a last
 /// line names them. Never any colour, so that a file or pipe gets the same text in full width.
@@ -42,9 +45,9 @@ fn table_of_width(results: &Results, width: Option<usize>) -> String {
             break lines;
         };
         let most_dispensable = (0..columns.len()).max_by_key(|&place| columns[place].dispensable);
-        match most_dispensable.filter(|&place| columns[place].dispensable > 1) {
+        match most_dispensable.filter(|_| columns.len() > KEPT_COLUMNS) {
             Some(place) => left_out.push(columns.remove(place).heading),
-            // Build time and error stay: then the spec has to give, as far as it can still be told from others.
+            // Some stay: then the spec has to give, as far as it can still be told from others.
             None if longest_spec == usize::MAX => {
                 let longest = results.rows.iter().map(|row| specs.compact(row).chars().count()).max().unwrap_or(0);
                 longest_spec = longest.saturating_sub(excess).max(16);
@@ -211,8 +214,31 @@ mod tests {
         let text = table_of_width(&results(rows), Some(80));
         assert!(text.lines().skip(2).take(5).all(|line| line.chars().count() <= 80), "{text}");
         assert!(text.contains("left out for this width:"), "{text}");
-        assert!(text.contains("map |err|") && text.contains("build ms"), "{text}");
+        assert!(text.contains("map |err|") && text.contains("FLIP"), "{text}");
         assert!(text.contains("failed: device lost at") && !text.contains('\u{1b}'), "{text}");
+    }
+
+    /// By their worth, whatever place they have.
+    #[test]
+    fn what_is_worth_most_stays_longest() {
+        let mut rows = vec![row("4", Status::Ok, ""), row("8", Status::Ok, "")];
+        rows.iter_mut().for_each(|row| row.frame_ns = Some(5e6));
+        let headings = ["frame ms", "resident", "FLIP", "map |err|", "space |err|", "build ms"];
+        let shown = |width| {
+            let text = table_of_width(&results(rows.clone()), Some(width));
+            let heading = text.lines().find(|line| line.contains("technique")).expect("a heading").to_owned();
+            headings.map(|name| heading.contains(name))
+        };
+        let mut kept = Vec::new();
+        for width in 30..140 {
+            let shown = shown(width);
+            assert!(shown.is_sorted_by(|a, b| a >= b), "{width}: {shown:?}");
+            kept.push(shown.iter().filter(|shown| **shown).count());
+        }
+        assert!(
+            kept.is_sorted() && kept[0] == 3 && kept.contains(&4) && kept.contains(&5) && kept.contains(&6),
+            "{kept:?}"
+        );
     }
 
     /// A technique that does not see the smoke, and a row that is not steady and wrong where it should be right.
