@@ -110,7 +110,7 @@ fn strewn(ground: &Mesh) -> Mesh {
         for _ in 0..LEAVES_A_TREE {
             let mut about = |size: f64| size * (random.in_ball() + random.in_ball());
             let leaf = middle + about(spread);
-            let ends = [leaf, leaf + about(0.32), leaf + about(0.32)];
+            let ends = [leaf, leaf + about(0.31), leaf + about(0.31)];
             positions.extend(ends.map(|end| end.as_vec3().to_array()));
         }
     }

@@ -175,6 +175,9 @@ fn combinations(text: &str) -> Result<Vec<Vec<(String, String)>>, String> {
 const UNITS: [(&str, f64); 6] =
     [("KiB", 1024.0), ("MiB", 1048576.0), ("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("%", 0.01)];
 
+/// What columns that count have in their names.
+const COUNTS: [&str; 7] = ["counter_", ".points", ".leaks", ".false", "resident", "transient", "disk"];
+
 /// What stands in braces, as a reader wants it.
 fn worked_out(asked: &str, ask: &mut dyn FnMut(&str, &str) -> Result<f64, String>) -> Result<String, String> {
     let mut words = asked.split_whitespace().peekable();
@@ -186,7 +189,9 @@ fn worked_out(asked: &str, ask: &mut dyn FnMut(&str, &str) -> Result<f64, String
             sign = word;
             continue;
         }
-        let mut term = match word.parse::<f64>() {
+        let number = word.parse::<f64>();
+        is_whole &= sign != "/" && (number.is_ok() || COUNTS.iter().any(|name| word.contains(name)));
+        let mut term = match number {
             Ok(number) => number,
             Err(_) => ask(word, words.next().ok_or_else(|| format!("{asked:?}: {word} of what?"))?)?,
         };
@@ -196,7 +201,6 @@ fn worked_out(asked: &str, ask: &mut dyn FnMut(&str, &str) -> Result<f64, String
             term /= unit;
             is_whole = false;
         }
-        is_whole &= sign != "/" && term.fract() == 0.0;
         value = Some(match (value, sign) {
             (None, _) => term,
             (Some(before), "/") => before / term,
@@ -270,5 +274,9 @@ fn recipes() {
     assert_eq!(counted.off, ["page: t 16: 0.500 / 2.01, and it should be 0.500 / 2.00"]);
     assert_eq!(new, page.replace("2.01", "2.00"));
     assert_eq!(asked[..2], ["a/b s avsm:nodes=4 build", "c/d hair psm build"]);
+    // A recipe that asks for what there is not is a line, and its table stays.
+    let (mut counted, none) = (Counted::default(), |_: &str, _: &Which, _: &str| Err("no column".to_owned()));
+    assert_eq!(remade(page, "page", &mut counted, &mut { none }), page);
+    assert_eq!(counted.off, ["page: no column"]);
     assert!(asked.contains(&"a/b t avsm:nodes=16 disk".to_owned()));
 }
