@@ -1,6 +1,6 @@
-//! For tests: with `GOBO_TEST_LITTLE`, set and not empty, commands do what they are told, but little of it: two frames, small
-//! pictures, maps and grids, the first variant of each sweep and the first casters of the first scene. So every command of
-//! docs is run.
+//! For tests: with `GOBO_TEST_LITTLE`, set and not empty, commands do what they are told, but little of it: two
+//! frames, small pictures, maps and grids, the first variant of each sweep and the first casters of the first scene.
+//! So every command of docs is run.
 
 use crate::scene::Scene;
 use crate::technique::{Spec, Values};

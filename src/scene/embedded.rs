@@ -1,5 +1,5 @@
-//! Built-in scenes of data that others made: `plume_8k`, `plume_64k`, `terrain`, `mohawk`. What the data is, where it is
-//! from and how it is packed: `data/README.md`.
+//! Built-in scenes of data: `plume_8k`, `plume_64k`, `terrain`, `mohawk`. What the data is, where it is from and how it
+//! is packed: `data/README.md`.
 
 use super::contents::Contents;
 use super::random::Random;
@@ -13,7 +13,8 @@ const MOHAWK: &[u8] = include_bytes!("data/mohawk.bin");
 pub(super) const GROUND: &[u8] = include_bytes!("data/ground.bin");
 pub(super) const HOUSES: &[u8] = include_bytes!("data/houses.bin");
 
-/// Of `plume_64k`: radius and extinction of one of eight parts of a particle, of the particle's. Together they are as dark.
+/// Of `plume_64k`: radius and extinction of one of eight parts of a particle, of the particle's. All together are as
+/// dark.
 const PART: [f32; 2] = [8.0 / 13.0, 2197.0 / 4096.0];
 
 /// How far from the middle the parts' middles are at most, of the radius: they fill what the particle did.

@@ -1,5 +1,5 @@
-//! The built-in scenes `houses`, `leaves` and `shafts`: 400 closed houses on a ground with relief. Ground and houses are
-//! data (`data/README.md`), leaves are strewn.
+//! The built-in scenes `houses`, `leaves` and `shafts`: 400 closed houses on a ground with relief. Ground and houses
+//! are data (`data/README.md`), leaves are strewn.
 
 use super::embedded::{GROUND, HOUSES, sun, vectors};
 use super::mesh_file::DEFAULT_ALBEDO;

@@ -1,5 +1,5 @@
-//! Rows of results/*.csv, and what the tables of docs ask of them: columns of the file by their names, and a few that follow
-//! from these.
+//! Rows of results/*.csv, and what the tables of docs ask of them: columns of the file by their names, and a few that
+//! follow from these.
 
 use gobo::technique::parse;
 use std::collections::BTreeMap;
@@ -102,8 +102,8 @@ impl Rows {
     }
 
     /// `error`, `points`, `leaks` and `false` of all points, with `within.` or `beyond.` before it of those within the
-    /// technique's own resolution or beyond it. Files of schema 2 have those beyond in the plain columns, and those within
-    /// as *boundary*; later ones have all points there.
+    /// technique's own resolution or beyond it. Files of schema 2 have those beyond in the plain columns, and those
+    /// within as *boundary*; later ones have all points there.
     fn error(&self, row: &BTreeMap<String, String>, points: &str, what: &str) -> Result<f64, String> {
         let is_old = self.columns.iter().any(|column| column.starts_with(&format!("{points}_boundary_")));
         let within = if is_old { "boundary" } else { "within" };

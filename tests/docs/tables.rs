@@ -1,5 +1,5 @@
-//! The tables of docs are made from results/*.csv: what stands in a comment before a table says how. `GOBO_WRITE_TABLES=1`
-//! writes them anew, else a cell that differs fails.
+//! The tables of docs are made from results/*.csv: what stands in a comment before a table says how.
+//! `GOBO_WRITE_TABLES=1` writes them anew, else a cell that differs fails.
 //!
 //! ```text
 //! <!-- rows nvidia-h200/results
@@ -12,9 +12,10 @@
 //! <!-- /rows -->
 //! ```
 //!
-//! The first line names the file; then what is short for a spec, maybe of another file or scene; then a line a row: what `$`
-//! stands for, each value in turn where there are several (`;` in one is a comma), and the cells; `"` are the last row's. In braces stands a column and a spec ([`Rows`] has
-//! the columns), maybe with a unit, or several with signs between them, which are worked out from left to right.
+//! The first line names the file; then what is short for a spec, maybe of another file or scene; then a line a row:
+//! what `$` stands for, each value in turn where there are several (`;` in one is a comma), and the cells; `"` are the
+//! last row's. In braces stands a column and a spec ([`Rows`] has the columns), maybe with a unit, or several with
+//! signs between them, which are worked out from left to right.
 
 use super::rows::{Rows, Which};
 use std::collections::BTreeMap;
