@@ -4,6 +4,8 @@ mod support;
 
 #[path = "docs/commands.rs"]
 mod commands;
+#[path = "docs/list.rs"]
+mod list;
 #[path = "docs/rows.rs"]
 mod rows;
 #[path = "docs/tables.rs"]
