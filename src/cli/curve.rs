@@ -1,6 +1,6 @@
 //! `gobo curve`
 
-use super::{DeviceArguments, LoadArguments, MapArguments, check_messages, load, say};
+use super::{DeviceArguments, LoadArguments, MapArguments, check_messages, load_whole, say};
 use crate::consume::Query;
 use crate::reference::truth::Casters;
 use crate::report::{Line, Points, curve, write_whole};
@@ -43,7 +43,7 @@ fn texel(text: &str) -> std::result::Result<[u32; 2], String> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
-    let scene = load(&arguments.scene, &arguments.load)?;
+    let scene = load_whole(&arguments.scene, &arguments.load)?;
     let (light, map) = (arguments.map.light, arguments.map.of(&scene)?);
     let mut specs = Vec::new();
     for text in &arguments.techniques {
