@@ -1,32 +1,21 @@
 //! The transmittance along one light ray, as each technique has it, as an SVG.
 
+use crate::measure::{LightRay, RayPoints};
 use crate::report::colours::COLOURS;
 use crate::{Error, Result};
 use plotters::prelude::*;
 
-/// Points (depth in the light's range, transmittance).
-pub type Points = Vec<(f64, f64)>;
-
-/// One line of the plot.
-pub struct Line {
-    /// For the legend.
-    pub name: String,
-    /// Drawn through.
-    pub points: Points,
-    /// Marked; empty for a technique without nodes.
-    pub nodes: Points,
-}
-
-/// Draws the true curve in black and each line in a colour of its own.
+/// Draws the true curve in black and each technique's line, by its name of `names`, in a colour of its own, with its nodes as
+/// dots.
 ///
 /// # Errors
 /// [`Error::Input`] where there is nothing to draw.
-pub fn curve(title: &str, truth: &Points, lines: &[Line]) -> Result<String> {
-    if truth.is_empty() {
+pub fn curve(title: &str, ray: &LightRay, names: &[String]) -> Result<String> {
+    if ray.truth.is_empty() {
         return Err(Error::input(title, "no points to draw", "choose a texel that casters cover"));
     }
     let mut svg = String::new();
-    draw(&mut svg, title, truth, lines)
+    draw(&mut svg, title, ray, names)
         .map_err(|e| Error::input(title, format!("cannot be drawn: {e}"), "report this as a bug"))?;
     Ok(svg)
 }
@@ -34,8 +23,8 @@ pub fn curve(title: &str, truth: &Points, lines: &[Line]) -> Result<String> {
 fn draw(
     svg: &mut String,
     title: &str,
-    truth: &Points,
-    lines: &[Line],
+    LightRay { truth, lines, .. }: &LightRay,
+    names: &[String],
 ) -> std::result::Result<(), Box<dyn std::error::Error>> {
     // A fifth of the range in front of the casters and behind them is enough.
     let covered = truth.iter().filter(|(_, t)| *t < 1.0).map(|p| p.0);
@@ -58,16 +47,16 @@ fn draw(
         .y_desc("transmittance")
         .label_style(("sans-serif", 13))
         .draw()?;
-    let path = |points: &Points, style: ShapeStyle| PathElement::new(points.clone(), style);
+    let path = |points: &RayPoints, style: ShapeStyle| PathElement::new(points.clone(), style);
     chart
         .draw_series(std::iter::once(path(truth, BLACK.stroke_width(3))))?
         .label("true")
         .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], BLACK.stroke_width(3)));
-    for (i, line) in lines.iter().enumerate() {
+    for (i, (line, name)) in lines.iter().zip(names).enumerate() {
         let color = COLOURS[i % COLOURS.len()];
         chart
             .draw_series(std::iter::once(path(&line.points, color.stroke_width(2))))?
-            .label(&line.name)
+            .label(name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)));
         chart.draw_series(line.nodes.iter().map(|p| Circle::new(*p, 4, color.filled())))?;
     }

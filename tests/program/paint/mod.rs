@@ -1,0 +1,3 @@
+//! What each painting command paints, by its content.
+
+mod curve;
