@@ -73,7 +73,8 @@ impl LightRay {
 
         // What is asked is a point of three floats: its depth is theirs, and no two are nearer than these can tell apart.
         let [near, far] = [0.0, 1.0].map(|depth| ray.at(view.z(depth)));
-        let apart = 2.0 * f64::from(f32::EPSILON) * near.abs().max(far.abs()).max_element() / (view.z(1.0) - view.z(0.0));
+        let apart =
+            2.0 * f64::from(f32::EPSILON) * near.abs().max(far.abs()).max_element() / (view.z(1.0) - view.z(0.0));
         let even = (0..=SAMPLES).map(|i| f64::from(i) / f64::from(SAMPLES));
         let bends = curve.depths.iter().chain(nodes.iter().flatten().map(|(depth, _)| depth));
         let mut depths: Vec<f64> = even.chain(bends.flat_map(|depth| [depth - apart, depth + apart])).collect();
@@ -91,7 +92,10 @@ impl LightRay {
         for (opened, mut nodes) in opened.iter().zip(nodes) {
             let answers = query.ask(&opened.technique.answer())?;
             nodes.retain(|(depth, _)| lit(*depth));
-            lines.push(RayLine { points: depths.iter().copied().zip(answers.into_iter().map(f64::from)).collect(), nodes });
+            lines.push(RayLine {
+                points: depths.iter().copied().zip(answers.into_iter().map(f64::from)).collect(),
+                nodes,
+            });
         }
         Ok(Self { view, segments, truth, lines })
     }

@@ -32,6 +32,7 @@ fn draw(
     let first = covered.clone().fold(1.0, f64::min);
     let settled = truth.iter().filter(|(_, t)| *t > last + 1e-4).map(|p| p.0).fold(first, f64::max);
     let margin = 0.2 * (settled - first).max(0.01);
+    let range = (first - margin).max(0.0)..(settled + margin).min(1.0);
     let root = SVGBackend::with_string(svg, (960, 540)).into_drawing_area();
     root.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&root)
@@ -39,7 +40,7 @@ fn draw(
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(56)
-        .build_cartesian_2d((first - margin).max(0.0)..(settled + margin).min(1.0), 0.0..1.02)?;
+        .build_cartesian_2d(range.clone(), 0.0..1.02)?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
@@ -47,7 +48,9 @@ fn draw(
         .y_desc("transmittance")
         .label_style(("sans-serif", 13))
         .draw()?;
-    let path = |points: &RayPoints, style: ShapeStyle| PathElement::new(points.clone(), style);
+    // What lies beyond would be drawn at the edge.
+    let within = |points: &RayPoints| points.iter().copied().filter(|(x, _)| range.contains(x)).collect::<Vec<_>>();
+    let path = |points: &RayPoints, style: ShapeStyle| PathElement::new(within(points), style);
     chart
         .draw_series(std::iter::once(path(truth, BLACK.stroke_width(3))))?
         .label("true")
@@ -58,7 +61,7 @@ fn draw(
             .draw_series(std::iter::once(path(&line.points, color.stroke_width(2))))?
             .label(name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)));
-        chart.draw_series(line.nodes.iter().map(|p| Circle::new(*p, 4, color.filled())))?;
+        chart.draw_series(within(&line.nodes).into_iter().map(|p| Circle::new(p, 4, color.filled())))?;
     }
     chart
         .configure_series_labels()
