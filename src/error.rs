@@ -63,3 +63,44 @@ impl Error {
         }
     }
 }
+
+/// ` (did you mean avsm?)`, for the cause of an error; empty where nothing that is known is near.
+pub(crate) fn did_you_mean<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let length = given.chars().count();
+    // Of numbers and of a letter or two anything is near.
+    if !(3..=64).contains(&length) || !given.contains(char::is_alphabetic) {
+        return String::new();
+    }
+    let given = given.to_lowercase();
+    let changes = |known: &str| match known.starts_with(&given) {
+        true => 0,
+        false => strsim::damerau_levenshtein(&given, known),
+    };
+    let nearest = known.into_iter().map(|known| (changes(known), known)).min_by_key(|(changes, _)| *changes);
+    let near = nearest.filter(|(changes, _)| *changes <= (length / 3).max(1));
+    near.map_or_else(String::new, |(_, known)| format!(" (did you mean {known}?)"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::did_you_mean;
+
+    #[test]
+    fn what_is_near_is_meant() {
+        let known = ["avsm", "voxel-grid", "voxelized", "exponential", "4", "16"];
+        for (given, meant) in [
+            ("vsm", "avsm"),
+            ("AVSM", "avsm"),
+            ("voxelgrid", "voxel-grid"),
+            ("voxelised", "voxelized"),
+            ("exp", "exponential"),
+            ("expoential", "exponential"),
+        ] {
+            assert_eq!(did_you_mean(given, known), format!(" (did you mean {meant}?)"));
+        }
+        for given in ["", "av", "5", "161", "shadow-map", "linear", &"avsm".repeat(100)] {
+            assert_eq!(did_you_mean(given, known), "", "{given}");
+        }
+        assert_eq!(did_you_mean("avsm", []), "");
+    }
+}

@@ -1,4 +1,5 @@
-//! docs/add-a-technique.md, followed to the letter in a copy of the repository: the toy technique is found in `compare`.
+//! docs/add-a-technique.md, followed to the letter in a copy of the repository: the toy technique is found in `compare` and holds
+//! what it promises; one beside it that breaks a promise is caught.
 
 mod support;
 
@@ -29,6 +30,29 @@ fn quoted(line: &str, at: usize) -> &str {
     line.split('`').nth(at).unwrap_or_else(|| panic!("{line}: no name in backquotes"))
 }
 
+/// Writes what the page says into the copy of the repository.
+fn follow(page: &str, toy: &Path) {
+    let mut files = Vec::new();
+    for (said, text) in blocks(page) {
+        if said.starts_with('`') && said.ends_with("`:") {
+            let file = toy.join(quoted(&said, 1));
+            std::fs::create_dir_all(file.parent().expect("a folder")).expect("made");
+            assert!(!file.exists(), "{} is there already", file.display());
+            std::fs::write(&file, text).expect("written");
+            files.push(quoted(&said, 1).to_owned());
+        } else {
+            // In `FILE`, after the line `LINE`:
+            assert!(said.starts_with("In `") && said.contains(", after the line `"), "{said}: where does this go?");
+            let (file, line) = (toy.join(quoted(&said, 1)), format!("{}\n", quoted(&said, 3)));
+            let before = std::fs::read_to_string(&file).expect("there");
+            assert_eq!(before.matches(&line).count(), 1, "{said}");
+            std::fs::write(&file, before.replace(&line, &format!("{line}{text}"))).expect("written");
+            assert_eq!(text.lines().count(), 1, "one line of the registry: {text}");
+        }
+    }
+    assert_eq!(files.len(), 3, "{files:?}");
+}
+
 fn copy(from: &Path, to: &Path) {
     // Links instead of copies: what is linked is not built again, so that nothing writes into it.
     let done = Command::new("cp").args(["-al"]).arg(from).arg(to).status().expect("cp");
@@ -36,8 +60,8 @@ fn copy(from: &Path, to: &Path) {
 }
 
 #[test]
-fn a_toy_technique_is_found_in_compare() {
-    let name = "a_toy_technique_is_found_in_compare";
+fn a_toy_technique_is_found_and_stressed() {
+    let name = "a_toy_technique_is_found_and_stressed";
     if !all() {
         return skipped(name, "it builds the crate once more; GOBO_TEST_ALL=1 runs it");
     }
@@ -72,25 +96,13 @@ fn a_toy_technique_is_found_in_compare() {
         copy(&repository.join(".shaderc"), &toy.join(".shaderc"));
     }
     let page = std::fs::read_to_string(repository.join("docs/add-a-technique.md")).expect("the page");
-    let mut files = Vec::new();
-    for (said, text) in blocks(&page) {
-        if said.starts_with('`') && said.ends_with("`:") {
-            let file = toy.join(quoted(&said, 1));
-            std::fs::create_dir_all(file.parent().expect("a folder")).expect("made");
-            assert!(!file.exists(), "{} is there already", file.display());
-            std::fs::write(&file, text).expect("written");
-            files.push(quoted(&said, 1).to_owned());
-        } else {
-            // In `FILE`, after the line `LINE`:
-            assert!(said.starts_with("In `") && said.contains(", after the line `"), "{said}: where does this go?");
-            let (file, line) = (toy.join(quoted(&said, 1)), format!("{}\n", quoted(&said, 3)));
-            let before = std::fs::read_to_string(&file).expect("there");
-            assert_eq!(before.matches(&line).count(), 1, "{said}");
-            std::fs::write(&file, before.replace(&line, &format!("{line}{text}"))).expect("written");
-            assert_eq!(text.lines().count(), 1, "one line of the registry: {text}");
-        }
-    }
-    assert_eq!(files.len(), 3, "{files:?}");
+    follow(&page, &toy);
+    // Beside it one that promises as much, and takes the darkest caster for all.
+    let names = [("brute_force", "dim_force"), ("brute-force", "dim-force"), ("BruteForce", "DimForce")];
+    let dim = names.iter().fold(page.clone(), |page, (from, to)| page.replace(from, to));
+    let sum = "sum += optical_depth;";
+    assert_eq!(dim.matches(sum).count(), 1, "{sum}");
+    follow(&dim.replace(sum, "sum = max(sum, optical_depth);"), &toy);
 
     let run = |command: &mut Command| {
         let output = command.current_dir(&toy).output().expect("started");
@@ -100,17 +112,32 @@ fn a_toy_technique_is_found_in_compare() {
     };
     run(Command::new(env!("CARGO")).args(["build", "--release", "--offline"]).env_remove("CARGO_TARGET_DIR"));
     let toy_program = toy.join("target/release/gobo");
-    let mut gobo = match std::env::var_os("GOBO_RUNNER") {
-        Some(runner) => {
-            let mut command = Command::new(runner);
-            command.arg(&toy_program);
-            command
-        }
-        None => Command::new(&toy_program),
+    let gobo = |arguments: &str| {
+        let mut gobo = match std::env::var_os("GOBO_RUNNER") {
+            Some(runner) => {
+                let mut command = Command::new(runner);
+                command.arg(&toy_program);
+                command
+            }
+            None => Command::new(&toy_program),
+        };
+        gobo.args(arguments.split_whitespace());
+        gobo
     };
-    let command = page.lines().find_map(|l| l.strip_prefix("    cargo run --release -- ")).expect("the command");
-    let table = run(gobo.args(command.split_whitespace()).arg("--validation"));
+    let commands: Vec<_> = page.lines().filter_map(|l| l.strip_prefix("    cargo run --release -- ")).collect();
+    let [compare, stress] = commands[..] else { panic!("two commands: {commands:?}") };
+    let table = run(gobo(compare).arg("--validation"));
     let row = table.lines().find(|l| l.contains("brute-force")).unwrap_or_else(|| panic!("no such row:\n{table}"));
     assert!(row.contains("compute"), "{row}");
+    let verdicts = |table: &str, of: &str| -> Vec<String> {
+        table.lines().filter(|line| line.trim_start().starts_with(of)).map(str::to_owned).collect()
+    };
+    let held = verdicts(&run(&mut gobo(stress)), "brute-force:size=32");
+    assert!(held.len() == 3 && held.iter().all(|line| line.ends_with("  holds")), "{held:?}");
+    // It is stressed where nobody names it.
+    assert_eq!(verdicts(&run(&mut gobo("stress few")), "brute-force:size=32").len(), 1);
+    let dim = gobo(&stress.replace("brute-force", "dim-force")).current_dir(&toy).output().expect("started");
+    let caught = verdicts(&String::from_utf8_lossy(&dim.stdout), "dim-force:size=32");
+    assert!(!dim.status.success() && caught.iter().any(|line| line.contains("tail off by")), "{caught:?}");
     log("exercised", name, "the device of `gobo compare`");
 }

@@ -319,3 +319,40 @@ fn unknown_devices_are_refused() {
         assert!(text.contains(first.as_str()), "{text} does not list {first}");
     }
 }
+
+/// Whoever records may make an image, which submits something of its own; that runs before what is recorded. A set that may be
+/// in use is not changed meanwhile: an error, and neither hangs.
+#[test]
+fn images_are_made_while_recording() {
+    gpu_test("images_are_made_while_recording", |context| {
+        let buffer = |bytes| Buffer::new(context, "words", bytes, Memory::Device).expect("a few bytes");
+        let (words, other) = (buffer(64), buffer(64));
+        let set = Bindings::new(context, "words", &[Resource::Buffer(words.clone())]).expect("a set");
+        let (told, heard) = std::sync::mpsc::channel();
+        let theirs = (context.clone(), words.clone(), other.clone(), set.clone());
+        std::thread::spawn(move || {
+            let (context, words, other, set) = theirs;
+            let times = context.try_submit(|commands| {
+                commands.pass("before", |pass| pass.fill(&words, 1));
+                let image = Image::new(&context, "inner", Format::R32_SFLOAT, [4, 4], ImageUse::Storage)?;
+                other.write(&[7_u32; 16])?;
+                let error = set.replace(0, &other).expect_err("it is being recorded").to_string();
+                assert!(error.contains("binding 0") && error.contains("being recorded"), "{error}");
+                commands.pass("after", |pass| pass.copy(&other, &words, 32));
+                drop(image);
+                Ok(())
+            });
+            // All that is theirs is gone before the device closes.
+            drop((context, words, other, set));
+            told.send(times).expect("somebody listens");
+        });
+        let times = heard.recv_timeout(std::time::Duration::from_secs(60)).expect("it hangs").expect("submitted");
+        let names: Vec<_> = times.iter().map(|time| time.name.as_str()).collect();
+        assert!(names.is_empty() || names == ["before", "after"], "the others' are their own: {names:?}");
+        let mut expected = vec![7_u32; 8];
+        expected.extend([1; 8]);
+        assert_eq!(words.read::<u32>(16).expect("read"), expected);
+        // Once nothing is recorded it is changed.
+        set.replace(0, &other).expect("nothing is recorded");
+    });
+}

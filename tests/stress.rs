@@ -139,6 +139,9 @@ fn who_does_not_answer_in_time_is_a_row() {
     let results: Results = serde_json::from_str(&json).expect("JSON");
     let [row] = &results.rows[..] else { panic!("who has not answered is asked no more: {:?}", results.rows) };
     assert_eq!((row.outcome, row.reason.as_str()), (Outcome::NoAnswer, "no answer within 0.001 s"));
+    assert_eq!(results.verdicts[0].verdict, "no answer within 0.001 s");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("  no answer within 0.001 s\n") && !said.contains("breaks"), "{said}");
 }
 
 /// Rounds of random scenes and techniques hold, and leave nothing on the device; a seed is a round, wherever it stands.

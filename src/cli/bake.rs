@@ -2,7 +2,7 @@
 
 use super::{DeviceArguments, LoadArguments, check_messages, load, one_spec, say};
 use crate::report::Store;
-use crate::technique::{Entry, Lifetime, REGISTRY, open};
+use crate::technique::{Entry, Lifetime, REGISTRY, open, usual};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
@@ -14,7 +14,7 @@ pub struct Arguments {
     /// Scene file, data file or built-in scene
     scene: String,
     /// Spec of a technique that is baked once
-    #[arg(long, default_value = "voxelized", value_name = "SPEC")]
+    #[arg(long, default_value = usual::BAKED, value_name = "SPEC")]
     technique: String,
     /// The file to write, which the technique opens with file=FILE
     #[arg(short, long, default_value = "gobo-bake.gobo", value_name = "FILE")]
@@ -36,6 +36,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         return wrong("it is built each frame", format!("name one that is baked: {}", baked.join(", ")));
     }
     let scene = load(&arguments.scene, &arguments.load)?;
+    // A picture of nothing is one; a bake of nothing is a mistake.
+    if !spec.entry.casts.are_in(&scene) {
+        return Err(spec.entry.casts_from_nothing(&scene));
+    }
     // What is wrong with the place is found before a bake that takes minutes.
     let (store, name) = place(&arguments.out)?;
     let context = arguments.device.open()?;

@@ -1,7 +1,7 @@
 //! `gobo compare`
 
 use super::progress::Progress;
-use super::resume::{SCENE, kept};
+use super::resume::{SCENE, files, kept};
 use super::{
     DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, little,
     load, say,
@@ -13,6 +13,7 @@ use crate::measure::{
 };
 use crate::report::{Store, casters, page, passes, plots, table};
 use crate::scene::{Motion, Picture, Scene};
+use crate::technique::runs::specs;
 use crate::technique::{Spec, parse};
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
@@ -20,38 +21,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// What is compared when no technique is named, as far as the device has what it needs, of a scene of few lights or of
-/// translucent casters.
-const DEFAULT: [&str; 6] = [
-    "avsm:nodes=4|8|16,curve=linear|exponential,path=two-pass|interlock",
-    "avsm:nodes=8,path=raster-order|binned",
-    "psm:path=raster|fused",
-    "translucency-map:path=raster|binned",
-    "beer-shadow-map:path=raster|binned",
-    "uncompressed",
-];
-
-/// Texels a side of the light's map in [`DEFAULT`] on a software device, which would take minutes for 256.
-const DEFAULT_SIZE_ON_CPU: u32 = 64;
-
 /// A scene of meshes under more lights than this is one of many lights.
 const FEW_LIGHTS: usize = 8;
 
-/// What is compared of a scene of many lights when no technique is named: ways through one grid for all lights (the sizes and
-/// numbers of steps of Pestana 2015), beside maps of each light and rays. What the device lacks is a row that says so.
-const MANY_LIGHTS: [&str; 6] = [
-    "voxel-grid:shading=tiled,march=exact,size=64|128|256",
-    "voxel-grid:shading=tiled,march=steps,steps=5|10|15|25|50|75,size=64|128|256",
-    "voxel-grid:shading=tiled,march=exact,dither=none|ordered|noise,blur=off|on,history=off|on",
-    "voxel-grid:shading=tiled,march=steps,steps=25,dither=none|ordered|noise,blur=off|on,history=off|on",
-    "shadow-map:shading=tiled,size=128|512",
-    "ray-query:shading=tiled",
-];
-
-/// The maps of [`MANY_LIGHTS`] on a software device.
-const MANY_LIGHTS_ON_CPU: &str = "shadow-map:shading=tiled,size=64";
-
-/// Pixels of a picture of a quick look, and of [`DEFAULT`] on a software device.
+/// Pixels of a picture of a quick look, and on a software device where no technique is named.
 const SMALL_PICTURE: [u32; 2] = [320, 180];
 
 #[derive(Args)]
@@ -236,6 +209,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let named = scenes.iter().zip(fingerprints);
     let prints = named.map(|((states, _), print)| (format!("{SCENE}{}", states[0].name), format!("{print:08x}")));
     results.conditions.extend(prints);
+    results.conditions.extend(files(specs.iter().flatten()));
     let asked = scenes.iter().zip(&specs).flat_map(|((states, _), specs)| {
         let name = states[0].name.as_str();
         specs.iter().map(move |spec| (name, spec))
@@ -271,7 +245,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 if let Some(drawn) = drawn {
                     writer.pictures(&mut row, place + 1, &results, case, &drawn);
                 }
-                progress.ends(&row);
+                progress.ends(&row, spec);
                 rows[row_place] = Some(row);
                 results.rows = rows.iter().flatten().cloned().collect();
                 writer.write(|store| store.write(&results));
@@ -385,33 +359,18 @@ impl Writer<'_> {
     }
 }
 
+/// What is compared when no technique is named: of many lights all that their entries say, so that what the device lacks is a row
+/// that says so, else as far as the device has what it needs.
 fn default_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
+    let on_cpu = features.is_software();
     if scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes() {
-        return many_lights(features.is_software());
+        return specs(|runs| runs.many_lights, on_cpu);
     }
-    let mut specs = Vec::new();
-    for text in DEFAULT {
-        let on_cpu = format!("{text}{}size={DEFAULT_SIZE_ON_CPU}", if text.contains(':') { ',' } else { ':' });
-        specs.extend(parse(if features.is_software() { &on_cpu } else { text })?);
-    }
+    let mut specs = specs(|runs| runs.compare, on_cpu)?;
     specs.retain(|spec| {
         let path = spec.entry.paths.iter().find(|p| p.name == spec.value("path"));
         path.is_none_or(|p| p.requires.iter().all(|r| features.lacks(*r).is_none()))
     });
-    Ok(specs)
-}
-
-fn many_lights(on_cpu: bool) -> Result<Vec<Spec>> {
-    let mut specs = Vec::new();
-    for text in MANY_LIGHTS {
-        let is_map = text.starts_with("shadow-map");
-        for spec in parse(if is_map && on_cpu { MANY_LIGHTS_ON_CPU } else { text })? {
-            // Two lines may have one in common.
-            if specs.iter().all(|other: &Spec| other.to_string() != spec.to_string()) {
-                specs.push(spec);
-            }
-        }
-    }
     Ok(specs)
 }
 
@@ -448,25 +407,4 @@ fn picture_name(row: &Row, number: usize, suffix: &str) -> String {
 
 fn write_picture(store: &Store, name: &str, picture: &Picture, rgb8: &[u8]) -> Result<()> {
     store.write_picture(name, picture.width, picture.height, rgb8)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Six numbers of steps and every voxel, in each of three sizes; maps of each light, and rays.
-    #[test]
-    fn many_lights_have_a_table_of_their_own() {
-        for (on_cpu, maps) in [(false, 2), (true, 1)] {
-            let specs = many_lights(on_cpu).expect("they are known");
-            let count = |name: &str| specs.iter().filter(|spec| spec.entry.name == name).count();
-            // Three sizes with seven ways each, and twelve ways to shade with two of these that are among the seven.
-            assert_eq!(["voxel-grid", "shadow-map", "ray-query"].map(count), [21 + 2 * 11, maps, 1]);
-            assert_eq!(specs.len(), 44 + maps);
-            let mut all: Vec<_> = specs.iter().map(ToString::to_string).collect();
-            all.sort();
-            all.dedup();
-            assert_eq!(all.len(), specs.len(), "{all:?}");
-        }
-    }
 }

@@ -1,11 +1,11 @@
 //! `gobo curve`
 
-use super::{DeviceArguments, LoadArguments, MapArguments, check_messages, load_whole, say};
+use super::{DeviceArguments, LoadArguments, MapArguments, check_messages, load_whole, place, say};
 use crate::measure::LightRay;
 use crate::reference::truth::Casters;
 use crate::report::{curve, write_whole};
 use crate::technique::keys::SIZE;
-use crate::technique::{open, parse};
+use crate::technique::{open, parse, usual};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
@@ -22,7 +22,7 @@ pub struct Arguments {
     #[command(flatten)]
     map: MapArguments,
     /// Technique spec, repeatable; all of one map size
-    #[arg(long = "technique", value_name = "SPEC", default_value = "avsm:nodes=8,curve=linear|exponential")]
+    #[arg(long = "technique", value_name = "SPEC", default_value = usual::CURVE)]
     techniques: Vec<String>,
     /// The SVG to write
     #[arg(short, long, default_value = "gobo-curve.svg")]
@@ -39,6 +39,7 @@ fn texel(text: &str) -> std::result::Result<[u32; 2], String> {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    place::check(&arguments.out, "svg")?;
     let scene = load_whole(&arguments.scene, &arguments.load)?;
     let map = arguments.map.of(&scene)?;
     let mut specs = Vec::new();

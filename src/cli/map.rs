@@ -1,8 +1,8 @@
 //! `gobo map`
 
-use super::{DeviceArguments, LoadArguments, VplArgument, check_messages, load, one_spec, say};
+use super::{DeviceArguments, LoadArguments, VplArgument, check_messages, load, one_spec, place, say};
 use crate::report::write_png;
-use crate::technique::open;
+use crate::technique::{open, usual};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
@@ -17,7 +17,7 @@ pub struct Arguments {
     /// Scene file, data file or built-in scene
     scene: String,
     /// Technique spec
-    #[arg(long, default_value = "ism", value_name = "SPEC")]
+    #[arg(long, default_value = usual::DISTANCES, value_name = "SPEC")]
     technique: String,
     /// The light, from 0
     #[arg(long, default_value_t = 0, value_name = "N")]
@@ -37,6 +37,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    place::check(&arguments.out, "png")?;
     let mut states = [load(&arguments.scene, &arguments.load)?];
     let spec = one_spec(&arguments.technique)?;
     arguments.vpls.check(&states)?;

@@ -7,6 +7,7 @@ mod devices;
 mod little;
 mod map;
 mod particles;
+mod place;
 mod progress;
 mod render;
 mod resume;

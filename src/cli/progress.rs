@@ -22,7 +22,7 @@ impl Progress {
     /// Begins.
     pub fn new(rows: usize) -> Self {
         let bar = ProgressBar::new(rows as u64);
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed} {wide_msg}") {
+        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed}, {eta} left: {wide_msg}") {
             bar.set_style(style);
         }
         Self { bar, lines: !std::io::stderr().is_terminal(), rows, done: Cell::new(0), start: Instant::now() }
@@ -30,24 +30,17 @@ impl Progress {
 
     /// A row begins.
     pub fn begins(&self, scene: &str, spec: &Spec) {
-        self.bar.set_message(format!("{scene}: {spec}"));
+        self.bar.set_message(format!("{scene}: {}", spec.short()));
         self.bar.tick();
     }
 
     /// A row ends.
-    pub fn ends(&self, row: &Row) {
+    pub fn ends(&self, row: &Row, spec: &Spec) {
         self.bar.inc(1);
         self.done.set(self.done.get() + 1);
         if self.lines {
-            complain(format!(
-                "[{}/{}] {:.1} s {}: {} {}",
-                self.done.get(),
-                self.rows,
-                self.start.elapsed().as_secs_f64(),
-                row.scene,
-                row.spec(),
-                outcome(row)
-            ));
+            let took_s = self.start.elapsed().as_secs_f64();
+            complain(line([self.done.get(), self.rows], took_s, row, spec));
         }
     }
 
@@ -55,6 +48,13 @@ impl Progress {
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }
+}
+
+/// Of the last of so many rows that have ended, of so many: what the others may take, as these took.
+fn line([done, rows]: [usize; 2], took_s: f64, row: &Row, spec: &Spec) -> String {
+    let left_s = took_s / done as f64 * (rows - done) as f64;
+    let left = if done < rows { format!(", {left_s:.0} s left") } else { String::new() };
+    format!("[{done}/{rows}] {took_s:.1} s{left} {}: {} {}", row.scene, spec.short(), outcome(row))
 }
 
 /// What is known of a row, in a few words.
@@ -67,4 +67,18 @@ fn outcome(row: &Row) -> String {
     let error = row.error.as_ref().and_then(|error| error.map.or(error.space));
     words.extend(error.map(|error| format!("error {:.3e}", error.mean_abs)));
     words.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::technique::parse;
+
+    #[test]
+    fn a_line_is_short_and_says_what_is_left() {
+        let spec = parse("avsm:size=8").expect("valid").remove(0);
+        let row = Row { scene: "town".into(), technique: "avsm".into(), path: "binned".into(), ..Row::default() };
+        assert_eq!(line([2, 8], 3.0, &row, &spec), "[2/8] 3.0 s, 9 s left town: avsm:size=8 binned");
+        assert_eq!(line([8, 8], 12.0, &row, &spec), "[8/8] 12.0 s town: avsm:size=8 binned");
+    }
 }

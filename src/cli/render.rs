@@ -3,12 +3,13 @@
 use super::sequence::Sequence;
 use super::steps::Range;
 use super::{
-    DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, little, load, one_spec, particles, say,
+    DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, little, load, one_spec, particles,
+    place, say,
 };
 use crate::consume::{Lighting, Renderer, Shading, Tiled};
 use crate::reference::truth::{Casters, fog, picture};
 use crate::scene::{Fog, View};
-use crate::technique::{Spec, open};
+use crate::technique::{Spec, open, usual};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
@@ -36,7 +37,7 @@ pub struct Arguments {
     /// Scene file, data file or built-in scene
     scene: String,
     /// Technique spec, or "reference" for the f64 reference on the CPU
-    #[arg(long, default_value = "avsm", value_name = "SPEC")]
+    #[arg(long, default_value = usual::PICTURE, value_name = "SPEC")]
     pub(super) technique: String,
     /// The PNG to write
     #[arg(short, long, default_value = "gobo-render.png")]
@@ -101,6 +102,7 @@ impl Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    place::check(&arguments.out, "png")?;
     let scene = load(&arguments.scene, &arguments.load)?;
     if let Some(colours) = arguments.particles {
         let mut times_s = arguments.moving.times(&scene, arguments.frames)?;

@@ -1,10 +1,11 @@
 //! `compare --resume`: rows that an earlier run has measured are kept.
 
+use crate::gpu::Mapped;
 use crate::measure::{Results, Row, Status};
 use crate::report::remove_unfinished;
 use crate::technique::Spec;
 use crate::{Error, Result};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Of each row that is asked for (its scene's name and spec), what `folder` has of a run under the conditions of `now`. What
@@ -56,8 +57,8 @@ fn difference(before: &Results, now: &Results) -> Option<(String, String, String
     };
     let before = of(before);
     of(now).into_iter().find_map(|(name, new)| match before.get(&name) {
-        // Of a scene that is asked for anew there are no rows yet.
-        None if name.starts_with(SCENE) => None,
+        // Of a scene or a file that is asked for anew there are no rows yet.
+        None if name.starts_with(SCENE) || name.starts_with(FILE) => None,
         None => Some((name, "unknown".into(), new)),
         Some(old) => (*old != new).then(|| (name, old.clone(), new)),
     })
@@ -65,6 +66,20 @@ fn difference(before: &Results, now: &Results) -> Option<(String, String, String
 
 /// What a scene's fingerprint stands behind in [`Results::conditions`].
 pub const SCENE: &str = "scene ";
+
+/// What a file's fingerprint stands behind there.
+const FILE: &str = "file ";
+
+/// The fingerprints of all files that specs name: a bake may be another one by now.
+pub fn files<'a>(specs: impl Iterator<Item = &'a Spec>) -> BTreeMap<String, String> {
+    let names: BTreeSet<_> = specs.flat_map(Spec::files).collect();
+    let print = |name: &str| match Mapped::open(Path::new(name)) {
+        Ok(bytes) => format!("{:08x}", crc32fast::hash(&bytes)),
+        // Its rows fail, and say why.
+        Err(_) => "unreadable".into(),
+    };
+    names.into_iter().map(|name| (format!("{FILE}{name}"), print(name))).collect()
+}
 
 /// Whether a row is that of a spec; what the spec leaves open the row may say.
 fn is_of(row: &Row, spec: &Spec) -> bool {

@@ -2,10 +2,10 @@
 
 use super::sequence::Sequence;
 use super::{
-    DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, little, load, one_spec, say,
+    DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, little, load, one_spec, place, say,
 };
 use crate::consume::slice;
-use crate::technique::open;
+use crate::technique::{open, usual};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
@@ -17,7 +17,7 @@ pub struct Arguments {
     /// Scene file, data file or built-in scene
     scene: String,
     /// Technique spec
-    #[arg(long, default_value = "avsm", value_name = "SPEC")]
+    #[arg(long, default_value = usual::PICTURE, value_name = "SPEC")]
     technique: String,
     #[command(flatten)]
     map: MapArguments,
@@ -70,6 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.frames.is_some() && arguments.depth.is_some() && !moves {
         return Err(Error::input("--frames", "they go through all depths, and --depth names one", "leave one out"));
     }
+    place::check(&arguments.out, "png")?;
     let scene = load(&arguments.scene, &arguments.load)?;
     let map = arguments.map.of(&scene)?;
     let spec = one_spec(&arguments.technique)?;

@@ -3,6 +3,7 @@
 use super::{DeviceArguments, little};
 use crate::report::{Store, one_line, stress_csv, stress_device, stress_page, stress_table};
 use crate::stress::{Case, Outcome, Results, SCHEMA, Stressed, Sweep, Worker, cases, serve, verdicts};
+use crate::technique::runs::{List, specs};
 use crate::technique::{Spec, parse};
 use crate::{Error, Result};
 use clap::Args;
@@ -10,30 +11,6 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
-
-/// Who is asked of smoke when nobody is named: every path of every technique, in maps and grids that software devices build in
-/// no time.
-const OF_SMOKE: [&str; 9] = [
-    "avsm:size=32,path=two-pass|interlock|raster-order",
-    "avsm:size=32,path=two-pass,resolve=whole",
-    "avsm:size=32,path=binned,resolve=streaming|whole|cells",
-    "avsm:size=32,path=two-pass,curve=linear",
-    "psm:size=32,slices=64,path=raster|fused",
-    "translucency-map:size=32,path=raster|binned",
-    "beer-shadow-map:size=32,path=raster|binned",
-    "uncompressed:size=32",
-    "voxel-grid:size=64,march=exact",
-];
-
-/// Who is asked of meshes. The opaque maps of all that also have smoke are the same, and one stands for them.
-const OF_MESHES: [&str; 6] = [
-    "uncompressed:size=32",
-    "shadow-map:size=32",
-    "voxelized:size=64",
-    "voxel-grid:size=64,march=exact",
-    "ism:size=32,points=1024,path=tiled|atomic|quads|triangles",
-    "ray-query",
-];
 
 #[derive(Args)]
 pub struct Arguments {
@@ -102,12 +79,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         sweeps.truncate(1);
         sweeps.iter_mut().for_each(|sweep| sweep.values = &sweep.values[..1]);
     }
-    let read = |usual: &[&'static str]| -> Result<Vec<Spec>> {
-        let given = arguments.techniques.iter().map(String::as_str);
-        let texts: Vec<&str> = if arguments.techniques.is_empty() { usual.to_vec() } else { given.collect() };
-        Ok(texts.into_iter().map(parse).collect::<Result<Vec<_>>>()?.concat())
-    };
-    let (of_smoke, of_meshes) = (read(&OF_SMOKE)?, read(&OF_MESHES)?);
+    let mut named = Vec::new();
+    for text in &arguments.techniques {
+        named.extend(parse(text)?);
+    }
+    // As small as they are on every device.
+    let asked = |list: List| if named.is_empty() { specs(list, false) } else { Ok(named.clone()) };
+    let (of_smoke, of_meshes) = (asked(|runs| runs.stress_smoke)?, asked(|runs| runs.stress_meshes)?);
     let store = Store::open(&arguments.out)?;
     let mut worker = Worker::start(own_command(arguments)?, Duration::from_secs_f64(arguments.limit))?;
     if let Some(minutes) = arguments.soak {

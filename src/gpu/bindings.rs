@@ -154,23 +154,24 @@ impl Bindings {
     }
 
     /// Puts another buffer where binding `binding` has one; every kernel that was made with the set reads it from now on.
-    /// Not while commands are recorded.
-    pub fn replace(&self, binding: usize, buffer: &Buffer) {
-        // Whoever submits holds this until the device is done.
-        let idle = self.0.context.shared().recorder.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut resources = self.0.resources.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(resource @ Resource::Buffer(_)) = resources.get_mut(binding) {
-            let info = [vk::DescriptorBufferInfo::default().buffer(buffer.handle()).range(vk::WHOLE_SIZE)];
-            let write = vk::WriteDescriptorSet::default()
-                .dst_set(self.0.set)
-                .dst_binding(binding as u32)
-                .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                .buffer_info(&info);
-            // SAFETY: no submission is under way, and the buffer lives as long as the set names it.
-            unsafe { self.0.context.device().update_descriptor_sets(&[write], &[]) };
-            *resource = Resource::Buffer(buffer.clone());
-        }
-        drop(idle);
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] while this thread records commands, which may use the set.
+    pub fn replace(&self, binding: usize, buffer: &Buffer) -> Result<()> {
+        self.0.context.shared().recorders.while_idle(&format!("binding {binding}"), || {
+            let mut resources = self.0.resources.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(resource @ Resource::Buffer(_)) = resources.get_mut(binding) {
+                let info = [vk::DescriptorBufferInfo::default().buffer(buffer.handle()).range(vk::WHOLE_SIZE)];
+                let write = vk::WriteDescriptorSet::default()
+                    .dst_set(self.0.set)
+                    .dst_binding(binding as u32)
+                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                    .buffer_info(&info);
+                // SAFETY: nothing is recorded and nothing runs, and the buffer lives as long as the set names it.
+                unsafe { self.0.context.device().update_descriptor_sets(&[write], &[]) };
+                *resource = Resource::Buffer(buffer.clone());
+            }
+        })
     }
 
     /// Its descriptors of a kind.

@@ -1,16 +1,16 @@
 //! Recording and running commands: one call a pass writes the barrier, the label and the two timestamps.
 
 use super::kernel::PUSH_BYTES;
+use super::recorder::Taken;
 use super::{Buffer, Context, Image, Kernel, Push, fault, vk_error};
 use crate::{Error, Result};
 use ash::vk;
 use std::any::Any;
 use std::ffi::CString;
-use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 
 /// Passes in one submission, at most: two timestamps each.
-const MAX_PASSES: u32 = 512;
+pub(super) const MAX_PASSES: u32 = 512;
 
 /// The name of all passes of a submission that are timed together.
 const ALL_PASSES: &str = "all passes";
@@ -27,58 +27,6 @@ pub struct PassTime {
     pub start_ns: f64,
     /// Likewise.
     pub end_ns: f64,
-}
-
-/// The one command buffer of a context. Not an owner of the context, which owns it.
-pub(super) struct Recorder {
-    device: ash::Device,
-    pool: vk::CommandPool,
-    buffer: vk::CommandBuffer,
-    fence: vk::Fence,
-    queries: vk::QueryPool,
-}
-
-impl Drop for Recorder {
-    fn drop(&mut self) {
-        // SAFETY: the context waits for the device before it drops this; null handles are ignored.
-        unsafe {
-            self.device.destroy_query_pool(self.queries, None);
-            self.device.destroy_fence(self.fence, None);
-            self.device.destroy_command_pool(self.pool, None);
-        }
-    }
-}
-
-impl Recorder {
-    pub(super) fn new(context: &Context) -> Result<Self> {
-        let device = context.device().clone();
-        let fail = |r| vk_error("create", "the command recorder", r);
-        let mut recorder = Self {
-            device,
-            pool: vk::CommandPool::null(),
-            buffer: vk::CommandBuffer::null(),
-            fence: vk::Fence::null(),
-            queries: vk::QueryPool::null(),
-        };
-        let device = &recorder.device;
-        let info = vk::CommandPoolCreateInfo::default().queue_family_index(context.shared().queue_family);
-        // SAFETY: the family is the one the device was opened with.
-        recorder.pool = fault::creation(|| unsafe { device.create_command_pool(&info, None) }).map_err(fail)?;
-        let info = vk::CommandBufferAllocateInfo::default().command_pool(recorder.pool).command_buffer_count(1);
-        // SAFETY: the pool was just made.
-        let buffers = fault::creation(|| unsafe { device.allocate_command_buffers(&info) }).map_err(fail)?;
-        recorder.buffer = buffers.first().copied().unwrap_or_default();
-        // SAFETY: the info is complete.
-        recorder.fence =
-            fault::creation(|| unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }).map_err(fail)?;
-        if context.features().timestamp_valid_bits > 0 {
-            let info =
-                vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2 * MAX_PASSES);
-            // SAFETY: the info is complete and the queue has timestamps.
-            recorder.queries = fault::creation(|| unsafe { device.create_query_pool(&info, None) }).map_err(fail)?;
-        }
-        Ok(recorder)
-    }
 }
 
 /// A submission being recorded.
@@ -109,7 +57,8 @@ pub struct Pass<'c, 'a> {
 
 impl Context {
     /// Records and runs commands, waits for them, and returns the time of each pass, or of all as one
-    /// ([`Context::time_passes`]); none where the device has no timestamps. One submission runs at a time.
+    /// ([`Context::time_passes`]); none where the device has no timestamps. One submission runs at a time. What is submitted
+    /// while another is recorded runs before it.
     ///
     /// # Errors
     /// [`Error::Gpu`] where the device is lost, or more than 512 passes are recorded.
@@ -133,10 +82,10 @@ impl Context {
         if self.is_lost() {
             return Err(fail(vk::Result::ERROR_DEVICE_LOST));
         }
-        let guard = self.shared().recorder.lock().unwrap_or_else(PoisonError::into_inner);
-        let recorder = guard.as_ref().ok_or_else(|| fail(vk::Result::ERROR_DEVICE_LOST))?;
+        let taken = Taken::of(self)?;
+        let recorder = &taken.recorder;
         let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the last submission was waited for, so the pool's only buffer is idle.
+        // SAFETY: whoever had the recorder waited for its submission, so the pool's only buffer is idle.
         unsafe {
             device.reset_command_pool(recorder.pool, vk::CommandPoolResetFlags::empty()).map_err(fail)?;
             device.begin_command_buffer(recorder.buffer, &begin).map_err(fail)?;
@@ -160,7 +109,9 @@ impl Context {
         let Commands { mut names, times_passes, used, .. } = commands;
         let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(recorder.buffer)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
-        // SAFETY: everything recorded is kept in `used` until the fence is signalled.
+        // One submission after the other, so that they are not in each other's time.
+        let queue = self.shared().recorders.queue();
+        // SAFETY: everything recorded is kept in `used` until the fence is signalled; the queue is nobody else's meanwhile.
         let waited = unsafe {
             device.end_command_buffer(recorder.buffer).map_err(fail)?;
             device.reset_fences(&[recorder.fence]).map_err(fail)?;
@@ -172,6 +123,7 @@ impl Context {
             // SAFETY: the queue is the context's own, and nobody else submits now.
             let _ = unsafe { device.device_wait_idle() };
         }
+        drop(queue);
         drop(used);
         waited.map_err(fail)?;
         if names.len() > MAX_PASSES as usize {

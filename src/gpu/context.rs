@@ -2,8 +2,9 @@
 
 use super::features::RAY_QUERY_EXTENSIONS;
 use super::pipelines::Pipelines;
+use super::recorder::Recorders;
 use super::validation::{is_gpu_assisted, messenger_info};
-use super::{Features, Messages, commands::Recorder, fault, vk_error};
+use super::{Features, Messages, fault, vk_error};
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
@@ -31,7 +32,7 @@ pub struct Context(Arc<Shared>);
 
 /// Fields are destroyed in this order.
 pub(super) struct Shared {
-    pub(super) recorder: Mutex<Option<Recorder>>,
+    pub(super) recorders: Recorders,
     allocator: Mutex<Option<Allocator>>,
     pub(super) device: DeviceOwner,
     pub(super) labels: Option<ext::debug_utils::Device>,
@@ -94,7 +95,7 @@ impl Drop for Shared {
     fn drop(&mut self) {
         // SAFETY: the device is still there; nothing is recorded any more.
         let _ = unsafe { self.device.device_wait_idle() };
-        drop(self.recorder.get_mut().unwrap_or_else(PoisonError::into_inner).take());
+        self.recorders.end();
         if let Some(allocator) = self.allocator.get_mut().unwrap_or_else(PoisonError::into_inner).take() {
             for leak in allocator.generate_report().allocations {
                 self.messages.push("gobo-leak", &format!("{} ({} bytes) was never freed", leak.name, leak.size));
@@ -257,7 +258,7 @@ impl Context {
         })
         .map_err(|e| allocation_error("the allocator", &e))?;
         let context = Self(Arc::new(Shared {
-            recorder: Mutex::new(None),
+            recorders: Recorders::default(),
             allocator: Mutex::new(Some(allocator)),
             device,
             labels,
@@ -270,8 +271,7 @@ impl Context {
             messages: options.messages.clone(),
             _instance: instance,
         }));
-        let recorder = Recorder::new(&context)?;
-        *context.0.recorder.lock().unwrap_or_else(PoisonError::into_inner) = Some(recorder);
+        context.0.recorders.begin(&context)?;
         Ok(context)
     }
 

@@ -19,6 +19,7 @@ mod mapped;
 mod ordered_attachments;
 mod pipelines;
 mod push;
+mod recorder;
 mod render;
 mod spirv;
 mod validation;

@@ -368,7 +368,7 @@ impl Bins {
         }
         // From the second build on nothing is counted.
         let had_room = self.room != 0;
-        if self.take_room(&totals) {
+        if self.take_room(&totals)? {
             return Ok(true);
         }
         if entries <= self.capacity.into() {
@@ -379,7 +379,7 @@ impl Bins {
         let wanted = (entries + entries / 8).min(limit(&self.context)).max(entries);
         self.entries = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device)?;
         self.capacity = wanted as u32;
-        self.set.replace(ENTRIES, &self.entries);
+        self.set.replace(ENTRIES, &self.entries)?;
         Ok(true)
     }
 
@@ -400,19 +400,19 @@ impl Bins {
     }
 
     /// Gives each tile the same room, after a build that counted `totals`; false where that is too much.
-    fn take_room(&mut self, totals: &BinTotals) -> bool {
+    fn take_room(&mut self, totals: &BinTotals) -> Result<bool> {
         self.room = self.room_for(totals);
         let wanted = u64::from(self.room) * self.rooms();
         if wanted == 0 {
-            return false;
+            return Ok(false);
         }
         let Ok(entries) = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device) else {
             (self.room, self.may_have_room) = (0, false);
-            return false;
+            return Ok(false);
         };
         (self.entries, self.capacity) = (entries, wanted as u32);
-        self.set.replace(ENTRIES, &self.entries);
-        true
+        self.set.replace(ENTRIES, &self.entries)?;
+        Ok(true)
     }
 
     /// Counts of the last build over all maps, by name, none before the first; a caster is culled once for each map that does

@@ -119,8 +119,11 @@ impl List {
     }
 
     /// Puts the segments where binding `binding` of another set has a buffer.
-    pub fn bind_segments(&self, set: &Bindings, binding: usize) {
-        set.replace(binding, &self.segments);
+    ///
+    /// # Errors
+    /// As [`Bindings::replace`].
+    pub fn bind_segments(&self, set: &Bindings, binding: usize) -> Result<()> {
+        set.replace(binding, &self.segments)
     }
 
     /// Maps that are captured at once.
@@ -175,7 +178,7 @@ impl List {
         let wanted = u64::from(fragments) + u64::from(fragments) / 8;
         let capacity = wanted.min(limit).max(fragments.into()).min(u32::MAX.into()) as u32;
         self.segments = segment_buffer(&self.context, capacity)?;
-        self.set.replace(SEGMENTS, &self.segments);
+        self.set.replace(SEGMENTS, &self.segments)?;
         self.capacity = capacity;
         Ok(true)
     }

@@ -1,6 +1,7 @@
 //! Numbers, units and specs as a reader wants them.
 
 use crate::measure::{Row, Status, Timing};
+use crate::technique::REGISTRY;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Stands where a row has no value.
@@ -133,38 +134,55 @@ pub(super) fn status_word(status: Status) -> &'static str {
 
 /// Which keys of the specs tell rows apart, and which are said once above the table.
 pub(super) struct Specs {
-    /// Key → its one value and the techniques that have it, or nobody named when every row has it.
-    shared: BTreeMap<String, (String, Vec<String>)>,
+    /// Key and value with the techniques that have it, or nobody named when every row has it.
+    shared: Vec<(String, String, Vec<String>)>,
+    /// Techniques with their keys that tell no rows apart.
+    silent: BTreeSet<(String, String)>,
+}
+
+/// What a key of a technique is where a spec does not say.
+fn default(technique: &str, key: &str) -> Option<&'static str> {
+    let entry = REGISTRY.iter().find(|entry| entry.name == technique)?;
+    entry.all_keys().find(|known| known.name == key).map(|known| known.default)
 }
 
 impl Specs {
-    /// A key is shared when every row that has it agrees. A single row keeps all its keys: it has nobody to share with.
+    /// A key is shared when every row that has it agrees, or every row of a technique has its default: what one technique has
+    /// otherwise than another tells no rows of either apart. A single row has nobody to share with, and says what is not the
+    /// default.
     pub(super) fn of(rows: &[Row]) -> Self {
-        let mut values: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
-        for (key, value) in rows.iter().flat_map(|row| &row.variant) {
-            values.entry(key).or_default().insert(value);
+        let mut specs = Self { shared: Vec::new(), silent: BTreeSet::new() };
+        let mut keys: BTreeMap<&str, BTreeMap<&str, BTreeSet<&str>>> = BTreeMap::new();
+        for row in rows {
+            // The path that ran has a column of its own, whatever the spec asked for.
+            for (key, value) in row.variant.iter().filter(|(key, _)| *key != "path") {
+                keys.entry(key).or_default().entry(&row.technique).or_default().insert(value);
+            }
         }
-        if rows.len() < 2 {
-            values.clear();
+        for (key, techniques) in keys {
+            let all: BTreeSet<&str> = techniques.values().flatten().copied().collect();
+            let agree = rows.len() > 1 && all.len() == 1;
+            for value in all {
+                let is_said = |technique: &str, values: &BTreeSet<&str>| {
+                    values.len() == 1 && values.contains(value) && (agree || default(technique, key) == Some(value))
+                };
+                let said = techniques.iter().filter(|(technique, values)| is_said(technique, values));
+                let named: Vec<String> = said.map(|(technique, _)| (*technique).to_owned()).collect();
+                specs.silent.extend(named.iter().map(|technique| (technique.clone(), key.to_owned())));
+                let everywhere = agree && rows.iter().all(|row| row.variant.contains_key(key));
+                if rows.len() > 1 && !named.is_empty() {
+                    specs.shared.push((key.into(), value.into(), if everywhere { Vec::new() } else { named }));
+                }
+            }
         }
-        let shared = values.into_iter().filter_map(|(key, values)| {
-            let [value] = values.into_iter().collect::<Vec<_>>()[..] else { return None };
-            let techniques: BTreeSet<_> =
-                rows.iter().filter(|row| row.variant.contains_key(key)).map(|row| row.technique.clone()).collect();
-            let everywhere = rows.iter().all(|row| row.variant.contains_key(key));
-            let named = if everywhere { Vec::new() } else { techniques.into_iter().collect() };
-            Some((key.to_owned(), (value.to_owned(), named)))
-        });
-        // The path that ran has a column of its own, whatever the spec asked for.
-        Self { shared: shared.filter(|(key, _)| key != "path").collect() }
+        specs
     }
 
     /// The keys of a row that differ between rows, without the path, as `key=value`.
     pub(super) fn differing<'a>(&'a self, row: &'a Row) -> impl Iterator<Item = (&'a str, &'a str)> {
-        row.variant
-            .iter()
-            .filter(|(key, _)| key.as_str() != "path" && !self.shared.contains_key(*key))
-            .map(|(key, value)| (key.as_str(), value.as_str()))
+        let tells = |key: &str| key != "path" && !self.silent.contains(&(row.technique.clone(), key.to_owned()));
+        let keys = row.variant.iter().filter(move |(key, _)| tells(key));
+        keys.map(|(key, value)| (key.as_str(), value.as_str()))
     }
 
     /// `avsm:curve=linear,nodes=8` with only what tells this row from others.
@@ -179,7 +197,7 @@ impl Specs {
         let keys: Vec<_> = self
             .shared
             .iter()
-            .map(|(key, (value, techniques))| match techniques.is_empty() {
+            .map(|(key, value, techniques)| match techniques.is_empty() {
                 true => format!("{key}={value}"),
                 false => format!("{key}={value} ({})", techniques.join(", ")),
             })
@@ -228,6 +246,40 @@ mod tests {
         let blank = '\u{202f}';
         let expected = ["0".into(), "999".into(), format!("1{blank}000"), format!("12{blank}345{blank}678")];
         assert_eq!([0, 999, 1000, 12_345_678].map(grouped), expected);
+    }
+
+    fn row(spec: &str) -> Row {
+        let spec = crate::technique::parse(spec).expect(spec).remove(0);
+        Row { technique: spec.entry.name.into(), variant: spec.variant(), ..Row::default() }
+    }
+
+    fn labels(specs: &[&str]) -> (Vec<String>, String) {
+        let rows: Vec<_> = specs.iter().map(|spec| row(spec)).collect();
+        let specs = Specs::of(&rows);
+        (rows.iter().map(|row| specs.compact(row)).collect(), specs.shared_line().unwrap_or_default())
+    }
+
+    #[test]
+    fn one_row_spells_no_defaults() {
+        assert_eq!(labels(&["avsm"]), (vec!["avsm".into()], String::new()));
+        assert_eq!(labels(&["avsm:nodes=4,size=64"]).0, ["avsm:nodes=4,size=64"]);
+    }
+
+    /// `storage=` is 8 bits of the one and half a curve's of the other; each has one value only.
+    #[test]
+    fn what_only_one_technique_has_is_no_label() {
+        let (names, shared) = labels(&["avsm:nodes=4", "avsm:nodes=8", "psm", "translucency-map:size=64"]);
+        assert_eq!(names, ["avsm:nodes=4", "avsm:nodes=8", "psm", "translucency-map:size=64"]);
+        for words in ["storage=rgba8 (psm)", "storage=full (avsm)", "size=256 (avsm, psm)", "skip=on"] {
+            assert!(shared.contains(words), "{words} is not in {shared}");
+        }
+        assert!(!shared.contains("size=64") && !shared.contains("nodes=") && !shared.contains("skip=on ("), "{shared}");
+        // What differs between its own rows is one.
+        let names = labels(&["psm", "psm:storage=rgba16f", "avsm"]).0;
+        assert_eq!(names, ["psm:storage=rgba8", "psm:storage=rgba16f", "avsm"]);
+        // What all agree in is none, default or not.
+        let (names, shared) = labels(&["avsm:size=64", "psm:size=64"]);
+        assert!(names == ["avsm", "psm"] && shared.contains("size=64"), "{names:?}, {shared}");
     }
 
     #[test]

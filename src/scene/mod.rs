@@ -60,6 +60,7 @@ pub use resolution::{Moved, Resolution};
 pub use sides::{Side, sides};
 pub use view::{FARTHEST, Projection, Ray, View};
 
+use crate::error::did_you_mean;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use glam::{DQuat, DVec3};
@@ -228,7 +229,10 @@ impl Scene {
             path => match input::ending(path.as_ref()).as_str() {
                 "toml" => file::load(path.as_ref()),
                 ending if DATA_ENDINGS.contains(&ending) => data_file::load(path.as_ref()),
-                _ => Err(Error::input(name, "no such scene", format!("give {}", known()))),
+                _ => {
+                    let cause = format!("no such scene{}", did_you_mean(built_in.name, BUILT_IN));
+                    Err(Error::input(name, cause, format!("give {}", known())))
+                }
             },
         }
     }

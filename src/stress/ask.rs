@@ -60,7 +60,8 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
         (asked.pop().flatten(), asked.pop().flatten(), asked.pop().flatten());
     if !maps.is_empty() {
         let truth: Vec<f64> = maps.iter().flat_map(|points| &points.visibility).copied().collect();
-        (figures.rise, figures.tail) = along_rays(&first[0], &truth, rounded, spec);
+        let finer = (spec.entry.promises)(spec, path).finer;
+        (figures.rise, figures.tail) = along_rays(&first[0], &truth, rounded, finer);
     }
     figures.order_spread = order_spread(context, subject, &mut world, &mut opened, (&kinds, &first), &mut figures)?;
     figures.step_rms = step_rms(context, subject, &mut world, &mut opened, &first[1], &mut figures)?;
@@ -113,10 +114,9 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
 }
 
 /// How much answers rise along rays, and how far the last of each ray is from the truth, both more than the rounding of points
-/// off their ray can do: of the rays of a map's texels, in which detail=adaptive has texels of up to an eighth of a side.
-pub(super) fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded], spec: &Spec) -> (Option<f64>, Option<f64>) {
+/// off their ray can do: of the rays of a map's texels, in which who is asked may have some that are `finer`.
+pub(super) fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded], finer: f64) -> (Option<f64>, Option<f64>) {
     let (mut rise, mut tail) = (0.0_f64, 0.0_f64);
-    let finer = if spec.value("detail") == "adaptive" { 8.0 } else { 1.0 };
     let depths = MAP_DEPTHS as usize;
     for (first, said) in said.chunks_exact(depths).enumerate() {
         let (truth, rounded) = (&truth[first * depths..], &rounded[first * depths..]);

@@ -9,7 +9,8 @@ use crate::gpu::Context;
 use crate::measure::Points;
 use crate::reference::truth::bounds;
 use crate::scene::{Random, Scene};
-use crate::technique::{self, Lifetime, Opened, Spec, keys};
+use crate::technique::keys::{FILTER, SKIP};
+use crate::technique::{self, Lifetime, Opened, Spec};
 use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -105,19 +106,21 @@ fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec
     }
     let (Some(mut opened), Some(scene)) = (moved, drawn.frames.last()) else { return Ok(broken) };
     let ask = |opened: &Opened| anywhere(context, opened, scene, seed, &mut Figures::default());
-    if repeats(spec) {
+    let promises = (spec.entry.promises)(spec, opened.technique.facts()?.path);
+    if promises.repeats {
         opened.rebuild(&world)?;
         let again = ask(&opened)?;
         broken.extend(differ("built again", &last, &again));
     }
-    if skips_alike(spec, scene) {
+    // Behind meshes a curve has less to hold where more is left out.
+    if promises.repeats && promises.skips_alike && !scene.has_triangles() {
         let mut other = spec.clone();
-        other.set(keys::SKIP.name, if spec.is_on(keys::SKIP.name) { "off" } else { "on" });
+        other.set(SKIP.name, if spec.is_on(SKIP.name) { "off" } else { "on" });
         match technique::open(context, &world, &other) {
             Ok(mut opened) => {
                 opened.build(&world)?;
                 let anew = ask(&opened)?;
-                broken.extend(differ(&format!("opened anew with skip={}", other.value(keys::SKIP.name)), &last, &anew));
+                broken.extend(differ(&format!("opened anew with skip={}", other.value(SKIP.name)), &last, &anew));
             }
             // What it casts from has gone meanwhile.
             Err(Error::Refused { .. }) => {}
@@ -125,19 +128,6 @@ fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec
         }
     }
     Ok(broken)
-}
-
-/// Whether the same world has the same bytes: all but who adds or inserts in the order in which fragments come, or keeps those
-/// that come first.
-fn repeats(spec: &Spec) -> bool {
-    let comes_as_it_does = spec.entry.name == "uncompressed" || spec.value("order") == "captured";
-    !comes_as_it_does && ["", "auto"].contains(&spec.value("capacity"))
-}
-
-/// Whether what is left out changes no byte: behind meshes a curve has less to hold, and tiles without casters, which are built
-/// too where nothing is left out, take of the bytes that adaptive maps share.
-fn skips_alike(spec: &Spec, scene: &Scene) -> bool {
-    repeats(spec) && !scene.has_triangles() && spec.value("detail") != "adaptive"
 }
 
 /// What differs, if anything does.
@@ -160,15 +150,16 @@ fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figure
 /// What is answered on the rays of texels, where there is a truth to hold it against.
 fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figures: &mut Figures) -> Result<()> {
     let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
-    // Of opaque shadows the maps' own texels decide; wider filters mean other rays; what a list lost is behind it.
-    let is_plain = ["", "bilinear"].contains(&spec.value("filter")) && ["", "auto"].contains(&spec.value("capacity"));
+    // Of opaque shadows the maps' own texels decide; wider filters mean other rays.
+    let is_plain = ["", FILTER.default].contains(&spec.value(FILTER.name));
     if !is_plain || views.is_empty() || scene.has_triangles() || scene.casters().is_empty() {
         return Ok(());
     }
     let on_rays = Subject::new(scene).maps(&views);
     let said = answers(context, opened, &[&on_rays.0], figures)?.concat();
     let truth: Vec<f64> = on_rays.0.iter().flat_map(|points| &points.visibility).copied().collect();
-    (figures.rise, figures.tail) = along_rays(&said, &truth, &on_rays.1, spec);
+    let finer = (spec.entry.promises)(spec, opened.technique.facts()?.path).finer;
+    (figures.rise, figures.tail) = along_rays(&said, &truth, &on_rays.1, finer);
     Ok(())
 }
 

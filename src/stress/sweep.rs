@@ -2,7 +2,8 @@
 
 use super::changes::CHANGES;
 use super::{Case, cases};
-use crate::scene::{Motion, Scene, known};
+use crate::error::did_you_mean;
+use crate::scene::{BUILT_IN, Motion, Scene, known};
 use crate::{Error, Result};
 use std::sync::Arc;
 
@@ -40,10 +41,11 @@ impl Sweep {
             return Ok(vec![Self::of(case)]);
         }
         let scene = Scene::load(name, TIME_S).map_err(|error| match error {
-            Error::Input { name, cause, .. } if cause == "no such scene" => {
+            Error::Input { name: given, cause, .. } if cause.starts_with("no such scene") => {
                 let all: Vec<_> = cases().map(|case| case.name).collect();
+                let meant = did_you_mean(name, all.iter().copied().chain(BUILT_IN));
                 let way_out = format!("choose one of: {}; or give {}", all.join(", "), known());
-                Error::input(name.replace(char::is_control, "?"), "no such case or scene", way_out)
+                Error::input(given.replace(char::is_control, "?"), format!("no such case or scene{meant}"), way_out)
             }
             error => error,
         })?;

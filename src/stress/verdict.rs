@@ -1,69 +1,13 @@
 //! How far a technique holds in a case: what its answers must be, and where they first are not.
 
 use super::results::{Figures, Outcome, Stressed};
+use crate::technique::{Promises, parse};
 use serde::{Deserialize, Serialize};
 
-/// What may be said of a technique's answers. What is absent is the method's to say.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Allowed {
-    /// Mean absolute error on the rays of texels, against the filtered truth.
-    map_mean: Option<f64>,
-    /// By how much an answer behind all smoke may be off the product of all.
-    tail: Option<f64>,
-    /// By how much an answer may rise along a ray.
-    rise: Option<f64>,
-    /// By how much answers may differ with the casters' order.
-    order: Option<f64>,
-    /// Root mean square of a step, more than the truth's.
-    step: Option<f64>,
-    /// Leaks and false shadows outside the boundary of opaque shadows.
-    wrong: Option<u64>,
-}
-
-/// Rounding of a few thousand sums of floats: a fortieth of what eight bits tell apart.
-const ROUNDING: f64 = 1e-4;
-
-/// What a filter in hardware may rise by: it knows a place in a texel to 8 bits, across and up, and rounding decides which of two.
-const FILTERED: f64 = 2.0 / 256.0;
-
-/// Of the technique of a row.
-fn allowed(row: &Stressed) -> Allowed {
-    let (name, keys) = row.technique.split_once(':').unwrap_or((&row.technique, ""));
-    let exact = Some(0.0);
-    let sorted = exact.filter(|_| !keys.contains("curve=linear"));
-    let usual = Allowed { rise: Some(ROUNDING), wrong: Some(0), step: Some(0.02), ..Allowed::default() };
-    // Knows no depth: before all smoke it is as wrong as behind, and changes by as much in a step.
-    let blind = Allowed { wrong: None, step: None, ..usual };
-    let in_hardware = Allowed { rise: Some(ROUNDING + FILTERED), ..usual };
-    match (name, row.path.as_str()) {
-        ("uncompressed", _) => Allowed { map_mean: Some(1e-4), tail: Some(1e-3), order: Some(ROUNDING), ..usual },
-        // Straight lines between nodes, where smoke fades by an exponential.
-        // What is asked about are the rays of an even map's texels, which these have not; that each of theirs has the tail, the
-        // twins say.
-        ("avsm", _) if ["detail=adaptive", "texel=area"].iter().any(|key| keys.contains(key)) => {
-            Allowed { order: sorted, ..usual }
-        }
-        // A byte a node, rounded once.
-        ("avsm", "two-pass" | "binned") if keys.contains("storage=tight") => {
-            Allowed { tail: Some(1e-2), order: sorted, ..usual }
-        }
-        ("avsm", _) if keys.contains("storage=tight") => Allowed { tail: Some(1e-2), ..usual },
-        ("avsm", _) if keys.contains("curve=linear") => Allowed { tail: Some(1e-3), ..usual },
-        ("avsm", "two-pass" | "binned") => Allowed { map_mean: Some(1e-2), tail: Some(1e-3), order: exact, ..usual },
-        // One pass inserts in the order of the casters' middles.
-        ("avsm", _) => Allowed { map_mean: Some(2e-2), tail: Some(1e-3), ..usual },
-        // A sphere is in one slice, so that its error is as large as itself; eight bits are rounded once.
-        ("psm", "fused") => Allowed { tail: Some(1e-2), order: exact, ..in_hardware },
-        // Blending rounds to eight bits at each sphere.
-        ("translucency-map", "raster") => blind,
-        ("psm", "raster") => in_hardware,
-        ("beer-shadow-map", _) => usual,
-        ("translucency-map", _) => Allowed { tail: Some(1e-2), ..blind },
-        ("shadow-map" | "ray-query" | "voxelized" | "voxel-grid", _) => {
-            Allowed { wrong: Some(0), order: exact, ..Allowed::default() }
-        }
-        _ => Allowed::default(),
-    }
+/// What the technique of a row promises, where it is one.
+fn promises(row: &Stressed) -> Option<Promises> {
+    let spec = parse(&row.technique).ok()?.pop()?;
+    Some((spec.entry.promises)(&spec, &row.path))
 }
 
 /// What broke.
@@ -84,8 +28,6 @@ pub enum Broken {
     Messages,
     /// A call failed, or the process died.
     Failed,
-    /// No answer in time.
-    NoAnswer,
     /// The mean error is above the threshold.
     Error,
     /// Leaks or false shadows outside the boundary.
@@ -97,7 +39,7 @@ pub enum Broken {
 impl Broken {
     /// Whether nothing may do this, however extreme the scene: what a method's own limits cannot excuse.
     pub fn is_invariant(self) -> bool {
-        !matches!(self, Self::NoAnswer | Self::Error | Self::Wrong | Self::Step)
+        !matches!(self, Self::Error | Self::Wrong | Self::Step)
     }
 
     /// In few words, with the figure.
@@ -111,7 +53,6 @@ impl Broken {
             Self::Order => format!("order {:.1e}", most(figures.order_spread)),
             Self::Messages => format!("{} validation messages", figures.messages),
             Self::Failed => "failed".into(),
-            Self::NoAnswer => "no answer in time".into(),
             Self::Error => {
                 format!("mean error {:.1e}", most(figures.map.and_then(|m| m.error).map(|e| e.mean_abs)))
             }
@@ -124,26 +65,34 @@ impl Broken {
 /// All that a row breaks.
 pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
     let figures = match (row.outcome, &row.figures) {
-        (Outcome::Refused, _) => return Vec::new(),
-        (Outcome::NoAnswer, _) => return vec![Broken::NoAnswer],
+        // Who has not answered, in time or at all, has broken nothing.
+        (Outcome::Refused | Outcome::NoAnswer, _) => return Vec::new(),
         (Outcome::Failed, _) | (_, None) => return vec![Broken::Failed],
         (Outcome::Answered, Some(figures)) => figures,
     };
-    let allowed = allowed(row);
+    match promises(row) {
+        Some(promises) => broken_of(figures, &promises),
+        // Nobody goes unchecked.
+        None => vec![Broken::Failed],
+    }
+}
+
+/// What figures break of promises, and of what is everybody's.
+fn broken_of(figures: &Figures, promises: &Promises) -> Vec<Broken> {
     // A figure that is not a number is no small one.
     let above =
         |figure: Option<f64>, most: Option<f64>| figure.zip(most).is_some_and(|(f, most)| f.is_nan() || f > most);
-    let map_mean = figures.map.and_then(|map| map.error).map(|error| error.mean_abs);
+    let mean = figures.map.and_then(|map| map.error).map(|error| error.mean_abs);
     [
         (figures.not_finite > 0, Broken::NotFinite),
         (figures.outside > 0, Broken::Outside),
-        (above(figures.rise, allowed.rise), Broken::Rising),
-        (above(figures.tail, allowed.tail), Broken::Tail),
-        (above(figures.order_spread, allowed.order), Broken::Order),
+        (above(figures.rise, promises.rise), Broken::Rising),
+        (above(figures.tail, promises.tail), Broken::Tail),
+        (above(figures.order_spread, promises.order), Broken::Order),
         (figures.messages > 0, Broken::Messages),
-        (above(map_mean, allowed.map_mean), Broken::Error),
-        (figures.wrong().zip(allowed.wrong).is_some_and(|(count, most)| count > most), Broken::Wrong),
-        (above(figures.step_rms, allowed.step), Broken::Step),
+        (above(mean, promises.mean), Broken::Error),
+        (figures.wrong().zip(promises.wrong).is_some_and(|(count, most)| count > most), Broken::Wrong),
+        (above(figures.step_rms, promises.step), Broken::Step),
     ]
     .into_iter()
     .filter_map(|(is_broken, what)| is_broken.then_some(what))
@@ -163,7 +112,8 @@ pub struct Verdict {
     pub case: String,
     /// Its spec, without what is the default.
     pub technique: String,
-    /// `holds`, `holds up to X`, `breaks at X` where that is the first, or `refused: …`.
+    /// `holds`, `holds up to X`, `breaks at X` where that is the first; `refused: …` or `no answer within …`, behind what it holds
+    /// up to where that is known.
     pub verdict: String,
     /// The last value before the first at which something breaks; absent where it breaks at once or is refused.
     pub holds_up_to: Option<f64>,
@@ -185,11 +135,11 @@ impl Verdict {
         let first = rows.first()?;
         let found: Vec<_> = rows.iter().map(|row| broken(row)).collect();
         let breaks = found.iter().position(|broken| !broken.is_empty());
-        let refused = rows.iter().position(|row| row.outcome == Outcome::Refused);
+        let silent = rows.iter().position(|row| matches!(row.outcome, Outcome::Refused | Outcome::NoAnswer));
         let end = breaks.unwrap_or(rows.len());
         let held = rows[..end].iter().rev().find(|row| row.outcome == Outcome::Answered);
         let verdict = match (held, breaks) {
-            (Some(row), None) => match refused {
+            (Some(row), None) => match silent {
                 Some(at) => {
                     format!("holds up to {}; at {} {}", number(row.value), number(rows[at].value), rows[at].reason)
                 }
@@ -197,7 +147,7 @@ impl Verdict {
             },
             (Some(row), Some(_)) => format!("holds up to {}", number(row.value)),
             (None, Some(at)) => format!("breaks at {}", number(rows[at].value)),
-            (None, None) => refused.map_or_else(String::new, |at| rows[at].reason.clone()),
+            (None, None) => silent.map_or_else(String::new, |at| rows[at].reason.clone()),
         };
         let why = breaks.map_or_else(String::new, |at| {
             let words = |broken: &Broken| match &rows[at].figures {
@@ -253,7 +203,7 @@ pub fn verdicts(rows: &[Stressed]) -> Vec<Verdict> {
 mod tests {
     use super::super::results::Asked;
     use super::*;
-    use crate::measure::PointError;
+    use crate::measure::{PartError, PointError};
 
     fn row(value: f64, figures: Option<Figures>) -> Stressed {
         Stressed {
@@ -298,6 +248,63 @@ mod tests {
         assert_eq!(verdicts(&rows)[0].invariants, [Broken::NotFinite]);
     }
 
+    /// A promise is broken by what is above it, and by nothing where none was given; what is everybody's needs no promise.
+    #[test]
+    fn each_promise_is_held_against_its_figure() {
+        let error = PointError {
+            points: Some(9),
+            mean_abs: 0.3,
+            leaks: Some(2),
+            false_shadows: Some(1),
+            within: Some(PartError { points: 2, leaks: 1, ..PartError::default() }),
+            ..PointError::default()
+        };
+        let asked = Asked { error: Some(error), points: 9 };
+        let figures = Figures {
+            map: Some(asked),
+            space: Some(asked),
+            rise: Some(0.3),
+            tail: Some(0.3),
+            order_spread: Some(0.3),
+            step_rms: Some(0.3),
+            ..Figures::default()
+        };
+        let none = Promises::NONE;
+        let of = |most: f64| {
+            let (most, wrong) = (Some(most), Some(if most < 0.3 { 1 } else { 2 }));
+            [
+                (Promises { mean: most, ..none }, Broken::Error),
+                (Promises { tail: most, ..none }, Broken::Tail),
+                (Promises { rise: most, ..none }, Broken::Rising),
+                (Promises { order: most, ..none }, Broken::Order),
+                (Promises { step: most, ..none }, Broken::Step),
+                (Promises { wrong, ..none }, Broken::Wrong),
+            ]
+        };
+        for (promises, what) in of(0.29) {
+            assert_eq!(broken_of(&figures, &promises), [what]);
+        }
+        assert!(of(0.31).iter().all(|(promises, _)| broken_of(&figures, promises).is_empty()));
+        assert_eq!(broken_of(&figures, &none), []);
+        let no_number = Figures { not_finite: 1, outside: 1, messages: 1, ..Figures::default() };
+        assert_eq!(broken_of(&no_number, &none), [Broken::NotFinite, Broken::Outside, Broken::Messages]);
+    }
+
+    /// The entry is asked with the path that ran; a name that is no technique's is no answer's.
+    #[test]
+    fn promises_are_those_of_the_entry() {
+        let tail_off = Figures { tail: Some(5e-3), order_spread: Some(1e-6), ..Figures::default() };
+        let of = |technique: &str, path: &str| {
+            let row = row(1.0, Some(tail_off.clone()));
+            broken(&Stressed { technique: technique.into(), path: path.into(), ..row })
+        };
+        assert_eq!(of("avsm", "binned"), [Broken::Tail, Broken::Order]);
+        assert_eq!(of("avsm", "interlock"), [Broken::Tail]);
+        assert_eq!(of("avsm:detail=adaptive,curve=linear", "binned"), []);
+        assert_eq!((of("psm", "fused"), of("psm", "raster")), (vec![Broken::Order], vec![]));
+        assert_eq!(of("nobody", ""), [Broken::Failed]);
+    }
+
     #[test]
     fn refusals_failures_and_silence_are_verdicts() {
         let ended = |outcome, reason: &str| Stressed { outcome, reason: reason.into(), ..row(2.0, None) };
@@ -307,7 +314,8 @@ mod tests {
         assert_eq!((failed.verdict.as_str(), failed.why.as_str()), ("breaks at 2", "device lost"));
         assert_eq!(failed.invariants, [Broken::Failed]);
         let silent = verdicts(&[row(1.0, off_by(0.0)), ended(Outcome::NoAnswer, "no answer within 9 s")]).remove(0);
-        assert_eq!((silent.verdict.as_str(), silent.why.as_str()), ("holds up to 1", "no answer within 9 s"));
-        assert_eq!(silent.invariants, []);
+        assert_eq!(silent.verdict, "holds up to 1; at 2 no answer within 9 s");
+        assert_eq!((silent.breaks_at, silent.broken, silent.invariants), (None, vec![], vec![]));
+        assert_eq!(of(ended(Outcome::NoAnswer, "no answer within 9 s")).verdict, "no answer within 9 s");
     }
 }

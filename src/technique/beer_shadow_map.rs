@@ -3,7 +3,7 @@
 
 use super::keys::{FILTER, RADIUS, SIZE};
 use super::texel_map::{BINNED, PATH, RASTER, TexelMap};
-use super::{Casts, Entry, Lifetime, Path, Spec};
+use super::{Casts, Entry, Lifetime, Path, Promises, Runs, Spec};
 use crate::Result;
 use crate::gpu::{Blend, Context, Format};
 use crate::maps::TexelKernels;
@@ -18,6 +18,13 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: &[PATH, SIZE, FILTER, RADIUS],
     paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[] }],
+    promises: |_, _| Promises::OF_DEPTH,
+    runs: Runs {
+        compare: &["path=raster|binned"],
+        on_cpu: &[("size", "64")],
+        stress_smoke: &["size=32,path=raster|binned"],
+        ..Runs::NONE
+    },
     open: |context, world, spec| Ok(Box::new(beer_shadow_map(context, world, spec)?)),
 };
 

@@ -38,8 +38,7 @@ pub struct Built {
 pub fn open(context: &Context, world: &World, spec: &Spec) -> Result<Opened> {
     let entry = spec.entry;
     if !entry.casts.any_of(world.scene()) {
-        let scene = &world.scene().name;
-        return Err(Error::Refused { needs: format!("{} in the scene, and {scene} has none", entry.casts.names()) });
+        return Err(entry.casts_from_nothing(world.scene()));
     }
     Ok(Opened::new(context, (entry.open)(context, world, spec)?, spec.is_on(keys::SKIP.name)))
 }

@@ -18,6 +18,8 @@ mod voxelized;
 // What they share.
 mod build;
 pub mod keys;
+pub mod promises;
+pub mod runs;
 mod spec;
 mod texel_map;
 
@@ -29,8 +31,10 @@ pub use ism::{
     Settings as IsmSettings, Way as IsmWay,
 };
 pub use keys::{Key, Values};
+pub use promises::Promises;
 pub use psm::Psm;
 pub use ray_query::RayQuery;
+pub use runs::Runs;
 pub use shadow_map::ShadowMap;
 pub use spec::{Spec, parse};
 pub use texel_map::TexelMap;
@@ -41,12 +45,12 @@ pub use voxelized::{
     Baked as VoxelizedBake, Coverage, Free, LevelCounts, Settings as VoxelizedSettings, Structure, TreeData, Voxelized,
 };
 
-use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
 use crate::maps::{Map, OpaqueMaps};
 use crate::scene::{Resolution, Scene};
 use crate::shaders::Folder;
 use crate::world::World;
+use crate::{Error, Result};
 use std::collections::BTreeMap;
 
 macro_rules! registry {
@@ -56,6 +60,18 @@ macro_rules! registry {
     };
 }
 crate::shaders::with_folders!(registry);
+
+/// Who is asked where a command names nobody.
+pub mod usual {
+    /// For a picture.
+    pub const PICTURE: &str = super::avsm::ENTRY.name;
+    /// For the curve of a ray.
+    pub const CURVE: &str = "avsm:nodes=8,curve=linear|exponential";
+    /// For the distances in a map.
+    pub const DISTANCES: &str = super::ism::ENTRY.name;
+    /// For a file.
+    pub const BAKED: &str = super::voxelized::ENTRY.name;
+}
 
 /// A technique, opened for one world. [`Opened`] builds it; it submits, waits and loops by nothing of its own.
 pub trait Technique {
@@ -194,9 +210,14 @@ impl Casts {
 
     /// Whether it casts from anything in `scene`, or there is nothing to cast from.
     pub fn any_of(self, scene: &Scene) -> bool {
+        let has_nothing = scene.particles.is_empty() && scene.strands.is_empty() && scene.meshes.is_empty();
+        has_nothing || self.are_in(scene)
+    }
+
+    /// Whether it casts from anything that is in `scene`.
+    pub fn are_in(self, scene: &Scene) -> bool {
         let has = [!scene.particles.is_empty(), !scene.strands.is_empty(), !scene.meshes.is_empty()];
-        let casts = [self.particles, self.strands, self.meshes];
-        has == [false; 3] || has.iter().zip(casts).any(|(has, casts)| *has && casts)
+        has.into_iter().zip([self.particles, self.strands, self.meshes]).any(|(has, casts)| has && casts)
     }
 
     /// What there is in `scene` that it does not see: `smoke`, `hair`, `meshes`.
@@ -228,7 +249,7 @@ pub enum Lifetime {
 /// Opens a technique.
 pub type Open = fn(&Context, &World, &Spec) -> Result<Box<dyn Technique>>;
 
-/// A line of the registry.
+/// A line of the registry: a technique says all about itself.
 pub struct Entry {
     /// Its name in specs.
     pub name: &'static str,
@@ -242,6 +263,10 @@ pub struct Entry {
     pub keys: &'static [Key],
     /// Its paths.
     pub paths: &'static [Path],
+    /// What it promises of its answers where a spec's path, the second, runs.
+    pub promises: fn(&Spec, &str) -> Promises,
+    /// What is run of it where nobody names it.
+    pub runs: Runs,
     /// Opens it for a world that has what it casts from.
     pub open: Open,
 }
@@ -250,6 +275,11 @@ impl Entry {
     /// Its own keys and those of every technique.
     pub fn all_keys(&self) -> impl Iterator<Item = &'static Key> {
         self.keys.iter().chain(keys::EVERY).chain(keys::TILED)
+    }
+
+    /// The error where it casts from nothing that is in `scene`.
+    pub fn casts_from_nothing(&self, scene: &Scene) -> Error {
+        Error::Refused { needs: format!("{} in the scene, and {} has none", self.casts.names(), scene.name) }
     }
 
     /// An error where the device lacks what the path of that name needs.
@@ -274,6 +304,7 @@ mod tests {
         let mut nothing = smoke.clone();
         nothing.particles.clear();
         let meshes = Casts { particles: false, strands: false, meshes: true };
+        assert!(Casts::ALL.are_in(&smoke) && !Casts::ALL.are_in(&nothing) && !meshes.are_in(&smoke));
         assert!(Casts::ALL.any_of(&smoke) && !meshes.any_of(&smoke) && meshes.any_of(&nothing));
         assert_eq!(Casts::ALL.names(), "particles, strands, meshes");
         assert_eq!((meshes.unseen_of(&smoke), Casts::ALL.unseen_of(&smoke)), (vec!["smoke".to_owned()], vec![]));

@@ -1,6 +1,6 @@
 //! Rays against the meshes themselves: exact, where the device has ray queries. Source: VK_KHR_ray_query.
 
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;
 use crate::gpu::{
     AccelerationStructure, Bindings, Buffer, Commands, Constants, Context, Memory, Requirement, Resource,
@@ -18,6 +18,8 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: &[],
     paths: &[Path { name: TRACE, requires: &[Requirement::RayQuery] }],
+    promises: |_, _| Promises::OF_OPAQUE,
+    runs: Runs { many_lights: &["shading=tiled"], stress_meshes: &[""], ..Runs::NONE },
     open: |context, world, _| Ok(Box::new(RayQuery::new(context, world)?)),
 };
 

@@ -2,7 +2,7 @@
 //! surfaces*; Reeves, Salesin and Cook 1987, *Rendering antialiased shadows with depth maps*.
 
 use super::keys::{Key, PCF, Values, Word, words};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image};
 use crate::maps::{Map, Maps, OpaqueMaps};
 use crate::scene::{Resolution, Scene, gutter_texels};
@@ -18,6 +18,13 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: &[SIZE, BITS, PCF],
     paths: &[Path { name: RASTER, requires: &[] }],
+    promises: |_, _| Promises::OF_OPAQUE,
+    runs: Runs {
+        many_lights: &["shading=tiled,size=128|512"],
+        on_cpu: &[("size", "64")],
+        stress_meshes: &["size=32"],
+        ..Runs::NONE
+    },
     open: |context, world, spec| Ok(Box::new(ShadowMap::new(context, world, spec)?)),
 };
 

@@ -2,6 +2,7 @@
 
 use super::keys::{Key, SHADING, ShadingKind, TILED, Values, Word};
 use super::{Entry, REGISTRY};
+use crate::error::did_you_mean;
 use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -55,6 +56,12 @@ impl Spec {
         } else {
             self.values.retain(|name, _| TILED.iter().all(|key| key.name != *name));
         }
+    }
+
+    /// The files that it names.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        let is_named = |key: &&Key| matches!(key.values, Values::Path(_)) && self.value(key.name) != key.default;
+        self.entry.all_keys().filter(is_named).map(|key| self.value(key.name))
     }
 
     /// Keys that a file has which the spec names.
@@ -112,7 +119,9 @@ pub fn parse(text: &str) -> Result<Vec<Spec>> {
         |cause: String, way_out: String| Error::input(line(&format!("--technique {text}")), line(&cause), way_out);
     let entry = *REGISTRY.iter().find(|e| e.name == name).ok_or_else(|| {
         let known: Vec<_> = REGISTRY.iter().map(|e| e.name).collect();
-        fail(format!("no technique \"{name}\""), format!("choose one of: {}", known.join(", ")))
+        let meant = did_you_mean(name, known.iter().copied());
+        let way_out = listed(name).unwrap_or_else(|| format!("choose one of: {}", known.join(", ")));
+        fail(format!("no technique \"{name}\"{meant}"), way_out)
     })?;
     let defaults = entry.all_keys().map(|k| (k.name, k.default.to_owned())).collect();
     let mut specs = vec![Spec { entry, values: defaults }];
@@ -120,14 +129,18 @@ pub fn parse(text: &str) -> Result<Vec<Spec>> {
     let is_path = |name: &&str| entry.all_keys().any(|k| k.name == *name && matches!(k.values, Values::Path(_)));
     for setting in settings.split(',').filter(|s| !s.is_empty()) {
         let known = || entry.all_keys().map(|k| k.name).collect::<Vec<_>>().join(", ");
+        if is_technique(setting.split(':').next().unwrap_or_default()) {
+            let cause = format!("\"{setting}\" is another technique");
+            return Err(fail(cause, "write a --technique for each: --technique SPEC --technique SPEC".into()));
+        }
         let (name, values) = setting.split_once('=').ok_or_else(|| {
             let hint = if seen.iter().any(is_path) { ", and no comma in a file's name" } else { "" };
             fail(format!("\"{setting}\" has no value"), format!("write key=value{hint}; keys: {}", known()))
         })?;
-        let key = entry
-            .all_keys()
-            .find(|k| k.name == name)
-            .ok_or_else(|| fail(format!("no key \"{name}\""), format!("choose one of: {}", known())))?;
+        let key = entry.all_keys().find(|k| k.name == name).ok_or_else(|| {
+            let meant = did_you_mean(name, entry.all_keys().map(|k| k.name));
+            fail(format!("no key \"{name}\"{meant}"), format!("choose one of: {}", known()))
+        })?;
         if seen.contains(&key.name) {
             return Err(fail(format!("key \"{name}\" is given twice"), "write several values as a|b".into()));
         }
@@ -139,7 +152,11 @@ pub fn parse(text: &str) -> Result<Vec<Spec>> {
         let mut next = Vec::new();
         for spec in &specs {
             for value in values.split('|') {
-                check(key, value).map_err(|known| fail(format!("{name}={value} is not known"), known))?;
+                check(key, value).map_err(|known| {
+                    let words = if let Values::OneOf(words) = key.values { words } else { &[] };
+                    let meant = did_you_mean(value, words.iter().copied());
+                    fail(format!("{name}={value} is not known{meant}"), known)
+                })?;
                 let mut spec = spec.clone();
                 spec.values.insert(key.name, value.to_owned());
                 next.push(spec);
@@ -159,6 +176,20 @@ pub fn parse(text: &str) -> Result<Vec<Spec>> {
     let mut different = BTreeSet::new();
     specs.retain(|spec| different.insert(spec.values.clone()));
     Ok(specs)
+}
+
+fn is_technique(name: &str) -> bool {
+    REGISTRY.iter().any(|entry| entry.name == name)
+}
+
+/// How several techniques are written, or one with its keys, where `name` is a list.
+fn listed(name: &str) -> Option<String> {
+    let (first, rest) = name.split_once(',')?;
+    if rest.contains('=') {
+        return Some(format!("write a colon behind the technique: {first}:{rest}"));
+    }
+    let each: Vec<_> = name.split(',').map(|name| format!("--technique {name}")).collect();
+    Some(format!("write a --technique for each: {}", each.join(" ")))
 }
 
 /// What would be right, if `value` is not.
@@ -252,6 +283,13 @@ mod tests {
             ("avsm:shading=deferred,dither=noise", "add shading=tiled"),
             ("voxelized:file=", "without commas"),
             ("voxelized:file=a,b.gobo", "no comma in a file's name"),
+            ("avsn", "did you mean avsm?"),
+            ("avsm:node=4", "did you mean nodes?"),
+            ("avsm:curve=lineal", "did you mean linear?"),
+            ("avsm,psm", "--technique avsm --technique psm"),
+            ("avsm,size=8", "avsm:size=8"),
+            ("avsm:size=8,psm:size=8", "a --technique for each"),
+            ("avsm:size=8,psm", "a --technique for each"),
         ] {
             let error = parse(text).expect_err(text).to_string();
             assert!(error.contains(known) && error.contains(text) && !error.contains('\n'), "{error}");

@@ -2,8 +2,9 @@
 //! 2011; Bavoil and Jansen 2013, External Shadows.
 
 use super::keys::{FILTER, RADIUS, SIZE, Values, Word, words};
+use super::promises::EIGHT_BITS;
 use super::texel_map::{BINNED, PATH, RASTER, TexelMap};
-use super::{Casts, Entry, Key, Lifetime, Path, Spec};
+use super::{Casts, Entry, Key, Lifetime, Path, Promises, Runs, Spec};
 use crate::Result;
 use crate::gpu::{Blend, Context, Format, Requirement};
 use crate::maps::TexelKernels;
@@ -39,8 +40,20 @@ pub const ENTRY: Entry = Entry {
         RADIUS,
     ],
     paths: &[Path { name: BINNED, requires: &[Requirement::ExtendedFormats] }, Path { name: RASTER, requires: &[] }],
+    promises: promises,
+    runs: Runs {
+        compare: &["path=raster|binned"],
+        on_cpu: &[("size", "64")],
+        stress_smoke: &["size=32,path=raster|binned"],
+        ..Runs::NONE
+    },
     open: |context, world, spec| Ok(Box::new(translucency_map(context, world, spec)?)),
 };
+
+/// Blending rounds at each sphere; sums are rounded once.
+fn promises(_: &Spec, path: &str) -> Promises {
+    Promises { tail: Some(EIGHT_BITS).filter(|_| path == BINNED), ..Promises::OF_NO_DEPTH }
+}
 
 /// Opens the path that `spec` names.
 ///

@@ -1,7 +1,8 @@
 //! The whole list, searched at each look-up: exact at texel centres, the yardstick of Intel's 2010 demonstration of AVSM.
 
 use super::keys::{FILTER, RADIUS, SIZE, filter};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
+use super::promises::ROUNDING;
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement, Resource};
 use crate::maps::{DrawingOrder, Keep, List, Map, Maps, Splat};
@@ -16,8 +17,20 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: &[SIZE, FILTER, RADIUS],
     paths: &[Path { name: LIST, requires: &[Requirement::FragmentStores] }],
+    promises: |_, _| PROMISES,
+    runs: Runs {
+        compare: &[""],
+        on_cpu: &[("size", "64")],
+        stress_smoke: &["size=32"],
+        stress_meshes: &["size=32"],
+        ..Runs::NONE
+    },
     open: |context, world, spec| Ok(Box::new(Uncompressed::new(context, world, spec)?)),
 };
+
+/// Lists lose nothing, and are added up in the order in which fragments come.
+const PROMISES: Promises =
+    Promises { mean: Some(1e-4), tail: Some(1e-3), order: Some(ROUNDING), repeats: false, ..Promises::OF_DEPTH };
 
 const LIST: &str = "list";
 
@@ -62,7 +75,7 @@ impl Technique for Uncompressed {
     fn settle(&mut self) -> Result<Settled> {
         let grew = self.list.settle()?;
         if grew {
-            self.list.bind_segments(&self.look_up, SEGMENTS);
+            self.list.bind_segments(&self.look_up, SEGMENTS)?;
         }
         self.maps.settle(grew)?;
         Ok(Settled::of(grew))

@@ -2,7 +2,7 @@
 //! the world's: all lights ask the same one. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel on the way).
 
 use super::keys::{Key, Values, Word, words};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Spec, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement, Resource};
 use crate::grid::{Grid, Voxelizer};
@@ -81,6 +81,19 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: &[PATH, SIZE, MARCH, STEPS, OFFSET, APERTURE],
     paths: &[Path { name: COMPUTE, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
+    promises: |_, _| Promises::OF_OPAQUE,
+    runs: Runs {
+        // The sizes and numbers of steps of Pestana 2015.
+        many_lights: &[
+            "shading=tiled,march=exact,size=64|128|256",
+            "shading=tiled,march=steps,steps=5|10|15|25|50|75,size=64|128|256",
+            "shading=tiled,march=exact,dither=none|ordered|noise,blur=off|on,history=off|on",
+            "shading=tiled,march=steps,steps=25,dither=none|ordered|noise,blur=off|on,history=off|on",
+        ],
+        stress_smoke: &["size=64,march=exact,path=compute|raster"],
+        stress_meshes: &["size=64,march=exact,path=compute|raster"],
+        ..Runs::NONE
+    },
     open: |context, world, spec| Ok(Box::new(VoxelGrid::new(context, world, &Settings::of(spec, context.features()))?)),
 };
 

@@ -2,7 +2,7 @@
 
 use crate::errors::{fails, one_line};
 use crate::support::log;
-use crate::{folder, gobo, ok, results, runs, small_scene, text};
+use crate::{folder, gobo, ok, results, runs, small_scene, text, write_scene};
 use std::path::Path;
 
 fn bake(scene: &Path, technique: &str, out: &Path) -> Vec<u8> {
@@ -123,11 +123,15 @@ fn a_bake_that_cannot_be_made() {
     let file = folder.path().join("small.gobo");
     bake(&scene, "voxelized:size=64", &file);
     let from_file = format!("voxelized:file={}", text(&file));
+    let empty = write_scene(folder.path(), "empty", &[]);
+    let with_ground = std::fs::read_to_string(&empty).expect("there");
+    std::fs::write(&empty, with_ground.replace("[[meshes]]\nfile = \"ground.ply\"\n", "")).expect("written");
     for (scene, technique, words) in [
         (text(&scene), "avsm:size=8", &["avsm:size=8", "built each frame", "voxelized"][..]),
         (text(&scene), "voxelized:size=64|128", &["sweep"]),
         (text(&scene), &from_file, &["small.gobo", "not baked here", "leave file= out"]),
         ("big-8k", "voxelized:size=64", &["meshes in the scene", "big-8k"]),
+        (text(&empty), "voxelized:size=64", &["meshes in the scene", "empty has none"]),
         ("lantern", "voxelized:size=64", &["directional lights"]),
     ] {
         fails(&["bake", scene, "--technique", technique, "--out", text(&out)], words);

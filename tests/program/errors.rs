@@ -49,6 +49,43 @@ fn a_broken_particle_file() {
     }
 }
 
+/// What was meant is named, in whatever is named by words.
+#[test]
+fn what_was_meant() {
+    for (arguments, words) in [
+        (&["render", "big-8k", "--technique", "avms"][..], &["did you mean avsm?", "choose one of"][..]),
+        (&["render", "big-8k", "--technique", "avsm:node=4"], &["did you mean nodes?"]),
+        (&["render", "big-8k", "--technique", "avsm:curve=lineal"], &["did you mean linear?"]),
+        (&["render", "big8k"], &["big8k", "did you mean big-8k?"]),
+        (&["stress", "extincton"], &["did you mean extinction?"]),
+        (&["stress", "corneli"], &["did you mean cornell?"]),
+        (&["compare", "big-8k", "--technique", "avsm,psm"], &["--technique avsm --technique psm"]),
+        (&["compare", "big-8k", "--technique", "avsm,size=8"], &["avsm:size=8"]),
+        (&["compare", "big-8k", "--technique", "avsm:size=8,psm:size=8"], &["a --technique for each"]),
+    ] {
+        fails(arguments, words);
+    }
+}
+
+/// A picture is a PNG and a plot an SVG, whatever else they are called; folders are not made for them.
+#[test]
+fn a_file_of_another_kind_or_in_no_folder() {
+    let folder = folder();
+    let scene = small_scene(folder.path());
+    for (command, more, right) in
+        [("render", &[][..], "png"), ("slice", &[], "png"), ("map", &[], "png"), ("curve", &["--texel", "4,4"], "svg")]
+    {
+        let jpg = folder.path().join("x.jpg");
+        let named = format!("name {}", text(&jpg.with_extension(right)));
+        fails(&[&[command, text(&scene), "-o", text(&jpg)][..], more].concat(), &["x.jpg", &named]);
+        let absent = folder.path().join("nodir");
+        let out = absent.join(format!("out.{right}"));
+        let words = [text(&out), "cannot write", &format!("there is no folder {}", text(&absent)), "make it"];
+        fails(&[&[command, text(&scene), "-o", text(&out)][..], more].concat(), &words);
+        assert!(!jpg.exists() && !absent.exists());
+    }
+}
+
 #[test]
 fn a_technique_that_is_not_known() {
     for (spec, words) in [

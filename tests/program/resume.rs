@@ -174,6 +174,31 @@ fn what_is_kept() {
     assert!(anew.status.success() && results(out.path()).rows.len() == 1);
 }
 
+/// A bake that has changed meanwhile is another one; one that is named for the first time is none that has.
+#[test]
+fn a_bake_that_has_changed() {
+    log("exercised", "a_bake_that_has_changed", &runs("voxelized", "tiles").0);
+    let (scenes, out) = (folder(), folder());
+    let scene = small_scene(scenes.path());
+    let file = scenes.path().join("small.gobo");
+    let bake = |technique: &str| ok(&["bake", text(&scene), "--technique", technique, "--out", text(&file)]);
+    let spec = format!("voxelized:file={}", text(&file));
+    let base = ["compare", text(&scene), "--quick", "--frames", "1", "--picture", "16x16", "--no-truth", "--resume"];
+    let base = [&base[..], &["--out", text(out.path()), "--technique", "beer-shadow-map:path=binned,size=8"]].concat();
+    let with = [&base[..], &["--technique", &spec]].concat();
+    bake("voxelized:size=64");
+    ok(&base);
+    ok(&with);
+    let before = results(out.path());
+    ok(&with);
+    assert_eq!(results(out.path()).rows, before.rows, "nothing is measured again");
+    bake("voxelized:size=128");
+    fails(&with, &["--resume", "small.gobo", "begin anew"]);
+    assert_eq!(results(out.path()).rows, before.rows, "and nothing is lost");
+    bake("voxelized:size=64");
+    ok(&with);
+}
+
 /// A device without timestamps: times are absent, not zero, in whatever is written.
 #[test]
 fn without_timestamps_there_are_no_times() {

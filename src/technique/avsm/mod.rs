@@ -10,6 +10,7 @@ mod binned;
 mod curves;
 mod interlock;
 mod plan;
+mod promises;
 mod raster_order;
 mod settings;
 mod two_pass;
@@ -44,6 +45,8 @@ pub const ENTRY: Entry = Entry {
         Path { name: "interlock", requires: &[Requirement::FragmentStores, Requirement::PixelInterlock] },
         Path { name: "raster-order", requires: &[Requirement::RasterOrder] },
     ],
+    promises: promises::promises,
+    runs: promises::RUNS,
     open: |context, world, spec| Ok(Box::new(Avsm::new(context, world, spec)?)),
 };
 

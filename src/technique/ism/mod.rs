@@ -15,7 +15,7 @@ pub use settings::{Facing, Settings, Way};
 use self::adapt::Adapt;
 use self::sample::Sample;
 use super::keys::word_of;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Spec, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Promises, Runs, Spec, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Resource};
 use crate::maps::Map;
 use crate::scene::{Casting, LightKind, Moved, Resolution, Scene, View};
@@ -32,6 +32,9 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: &[PATH, SIZE, POINTS, ADAPTIVE, CULLING, FACING, FILL],
     paths: PATHS,
+    // Points leave holes, and which triangles they are on follows from the order of these.
+    promises: |_, _| Promises::NONE,
+    runs: Runs { stress_meshes: &["size=32,points=1024,path=tiled|atomic|quads|triangles"], ..Runs::NONE },
     open: |context, world, spec: &Spec| Ok(Box::new(Ism::new(context, world, &Settings::of(spec))?)),
 };
 

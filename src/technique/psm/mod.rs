@@ -14,7 +14,8 @@ use self::fused::{Fused, OTHER_BYTES, SLICE_BYTES};
 use self::raster::{Raster, Route};
 use self::volume::{Assign, Coverage, Storage, Volume};
 use super::keys::{FILTER, RADIUS, SKIP, Values, Word, words};
-use super::{Answer, Casts, Entry, Facts, Key, Lifetime, Path, Settled, Spec, Technique};
+use super::promises::{EIGHT_BITS, FILTERED, ROUNDING};
+use super::{Answer, Casts, Entry, Facts, Key, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Requirement, Resource};
 use crate::maps::{Bins, MANY_CASTERS, Map, Maps};
 use crate::shaders::constant::FETCH_AHEAD;
@@ -80,8 +81,26 @@ pub const ENTRY: Entry = Entry {
         RADIUS,
     ],
     paths: &[Path { name: FUSED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::Layers] }],
+    promises: promises,
+    runs: Runs {
+        compare: &["path=raster|fused"],
+        on_cpu: &[("size", "64")],
+        stress_smoke: &["size=32,slices=64,path=raster|fused"],
+        ..Runs::NONE
+    },
     open: |context, world, spec| Ok(Box::new(Psm::new(context, world, spec)?)),
 };
+
+/// A sphere is in one slice, so that its error is as large as itself.
+fn promises(_: &Spec, path: &str) -> Promises {
+    let in_hardware = Promises { rise: Some(ROUNDING + FILTERED), ..Promises::OF_DEPTH };
+    match path {
+        // Eight bits are rounded once.
+        FUSED => Promises { tail: Some(EIGHT_BITS), order: Some(0.0), ..in_hardware },
+        // Blending rounds at each sphere.
+        _ => in_hardware,
+    }
+}
 
 const FUSED: &str = "fused";
 const RASTER: &str = "raster";

@@ -365,8 +365,8 @@ impl Buffers {
     }
 
     /// Puts these buffers where others were.
-    pub fn rebind(&self, set: &Bindings) {
-        self.all.iter().enumerate().for_each(|(binding, buffer)| set.replace(binding, buffer));
+    pub fn rebind(&self, set: &Bindings) -> Result<()> {
+        self.all.iter().enumerate().try_for_each(|(binding, buffer)| set.replace(binding, buffer))
     }
 
     /// Puts another buffer where what look-ups read was.

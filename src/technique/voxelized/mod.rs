@@ -21,7 +21,7 @@ use self::file::{bytes_on_disk, scene_hash};
 use self::loaded::Loaded;
 use self::settings::{CLOSED, COVERAGE, FILE, FREE, SIZE, STRUCTURE};
 use super::keys::PCF;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory, Resource};
 use crate::maps::Map;
 use crate::scene::{Resolution, View};
@@ -39,6 +39,8 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Baked,
     keys: &[SIZE, STRUCTURE, CLOSED, FREE, COVERAGE, FILE, PCF],
     paths: &[Path { name: TILES, requires: &[] }],
+    promises: |_, _| Promises::OF_OPAQUE,
+    runs: Runs { stress_meshes: &["size=64"], ..Runs::NONE },
     open,
 };
 
@@ -285,8 +287,8 @@ impl Voxelized {
         self.room = room;
         let bytes = 4 * u64::from(self.room.data);
         self.buffers.set_data(Buffer::new(&self.context, "voxelized.data", bytes, Memory::Device)?);
-        self.set.replace(DATA, &self.buffers.data);
-        self.look_up.replace(NODES, &self.buffers.data);
+        self.set.replace(DATA, &self.buffers.data)?;
+        self.look_up.replace(NODES, &self.buffers.data)?;
         self.step = Step::Pack;
         Ok(Settled::More)
     }
@@ -304,8 +306,8 @@ impl Voxelized {
         let settings = &self.settings;
         let buffers =
             Buffers::new(&self.context, self.shape, &room, settings.merges(), settings.keep_columns, &self.shared)?;
-        buffers.rebind(&self.set);
-        self.look_up.replace(NODES, &buffers.data);
+        buffers.rebind(&self.set)?;
+        self.look_up.replace(NODES, &buffers.data)?;
         (self.room, self.buffers) = (room, buffers);
         self.step = Step::Tile { light: 0, tile: 0 };
         Ok(())

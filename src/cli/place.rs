@@ -1,0 +1,47 @@
+//! Whether a file can go where it is to go, which is found before anything is measured or drawn.
+
+use crate::{Error, Result};
+use std::path::Path;
+
+/// Of a file that is written as `format`, an ending: what is named otherwise would be no such file.
+///
+/// # Errors
+/// [`Error::Input`] for another ending, [`Error::Output`] where the folder is missing.
+pub fn check(out: &Path, format: &str) -> Result<()> {
+    if let Some(ending) = out.extension().filter(|ending| !ending.eq_ignore_ascii_case(format)) {
+        let cause = format!("it would be a {}, and not a {}", format.to_uppercase(), ending.display());
+        let way_out = format!("name {}", out.with_extension(format).display());
+        return Err(Error::input(out.display().to_string(), cause, way_out));
+    }
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
+    match folder.filter(|folder| !folder.is_dir()) {
+        None => Ok(()),
+        Some(folder) => Err(Error::Output {
+            path: out.into(),
+            cause: format!("there is no folder {}", folder.display()),
+            way_out: "make it, or choose another place with --out".into(),
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::check;
+    use std::path::Path;
+
+    #[test]
+    fn a_place_is_a_folder_and_an_ending() {
+        for (out, words) in [
+            ("a.jpg", "a.jpg: it would be a PNG, and not a jpg; name a.png"),
+            ("a.b.gif", "name a.b.png"),
+            ("no/dir/a.png", "cannot write no/dir/a.png: there is no folder no/dir; make it"),
+        ] {
+            let error = check(Path::new(out), "png").expect_err(out).to_string();
+            assert!(error.contains(words), "{error}");
+        }
+        for out in ["a.png", "a.PNG", "a", "/dev/null", "src/a.png"] {
+            check(Path::new(out), "png").expect(out);
+        }
+        assert!(check(Path::new("a.png"), "svg").is_err());
+    }
+}

@@ -1,0 +1,76 @@
+//! What AVSM promises, and what is run of it where nobody names it.
+
+use super::settings::{Fineness, Order, Stands, Storage, Way};
+use crate::technique::keys::word_of;
+use crate::technique::promises::EIGHT_BITS;
+use crate::technique::{Promises, Runs, Spec};
+
+/// Of what a spec says, on the path that runs.
+pub fn promises(spec: &Spec, path: &str) -> Promises {
+    let is_linear = spec.value("curve") == "linear";
+    let is_tight = spec.word("storage") == Some(Storage::Tight);
+    let is_adaptive = spec.word("detail") == Some(Fineness::Adaptive);
+    let is_captured = spec.word("order") == Some(Order::Captured);
+    // A list that is full loses what comes last.
+    let loses = spec.value("capacity") != "auto";
+    // Single passes insert in the order of the casters' middles.
+    let is_sorted = [Way::TwoPass, Way::Binned].map(word_of).contains(&path) && !is_captured;
+    // What is asked about are the rays of an even map's texels, which these have not; that each of theirs has the tail, the twins
+    // say.
+    let has_other_rays = is_adaptive || spec.word("texel") == Some(Stands::Area);
+    let mean = if is_sorted { 1e-2 } else { 2e-2 };
+    Promises {
+        // Straight lines between nodes err where smoke fades by an exponential; so do nodes of two bytes.
+        mean: Some(mean).filter(|_| !(is_linear || is_tight || has_other_rays || loses)),
+        // A byte a node, rounded once.
+        tail: Some(if is_tight { EIGHT_BITS } else { 1e-3 }).filter(|_| !(has_other_rays || loses)),
+        order: Some(0.0).filter(|_| is_sorted && !is_linear && !loses),
+        repeats: !is_captured && !loses,
+        // Tiles without casters, which are built too where nothing is left out, take of the bytes that adaptive maps share.
+        skips_alike: !is_adaptive,
+        finer: if is_adaptive { 8.0 } else { 1.0 },
+        ..Promises::OF_DEPTH
+    }
+}
+
+/// What is run.
+pub const RUNS: Runs = Runs {
+    compare: &["nodes=4|8|16,curve=linear|exponential,path=two-pass|interlock", "nodes=8,path=raster-order|binned"],
+    on_cpu: &[("size", "64")],
+    stress_smoke: &[
+        "size=32,path=two-pass|interlock|raster-order",
+        "size=32,path=two-pass,resolve=whole",
+        "size=32,path=binned,resolve=streaming|whole|cells",
+        "size=32,path=two-pass,curve=linear",
+    ],
+    ..Runs::NONE
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::technique::parse;
+
+    /// What each key takes back of the promises.
+    #[test]
+    fn keys_take_promises_back() {
+        let of = |settings: &str, path: &str| {
+            let promises = promises(&parse(&format!("avsm:{settings}")).expect(settings)[0], path);
+            (promises.mean, promises.tail, promises.order)
+        };
+        let exact = Some(0.0);
+        for (settings, path, expected) in [
+            ("", "binned", (Some(1e-2), Some(1e-3), exact)),
+            ("", "two-pass", (Some(1e-2), Some(1e-3), exact)),
+            ("", "interlock", (Some(2e-2), Some(1e-3), None)),
+            ("order=captured", "two-pass", (Some(2e-2), Some(1e-3), None)),
+            ("curve=linear", "binned", (None, Some(1e-3), None)),
+            ("storage=tight", "binned", (None, Some(1e-2), exact)),
+            ("detail=adaptive", "binned", (None, None, exact)),
+            ("texel=area", "binned", (None, None, exact)),
+            ("capacity=100", "two-pass", (None, None, None)),
+        ] {
+            assert_eq!(of(settings, path), expected, "{settings} {path}");
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! What a technique promises of its answers, whatever the scene. `gobo stress` holds it to that.
+//!
+//! That answers are finite and in [0, 1] is not among it: that is everybody's.
+
+/// Rounding of a few thousand sums of floats: a fortieth of what eight bits tell apart.
+pub const ROUNDING: f64 = 1e-4;
+
+/// Eight bits, rounded once or twice.
+pub const EIGHT_BITS: f64 = 1e-2;
+
+/// What a filter in hardware may rise by: it knows a place in a texel to 8 bits, across and up, and rounding decides which of two.
+pub const FILTERED: f64 = 2.0 / 256.0;
+
+/// A threshold for each figure. None: the figure is the method's to say, and nothing is promised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Promises {
+    /// Mean absolute error on the rays of a map's texels, against what a bilinear look-up finds there in exact curves.
+    pub mean: Option<f64>,
+    /// By how much an answer behind all smoke may be off the product of all.
+    pub tail: Option<f64>,
+    /// By how much an answer may rise along a texel's ray.
+    pub rise: Option<f64>,
+    /// By how much answers may differ with the casters' order.
+    pub order: Option<f64>,
+    /// Root mean square of a step of all casters by a thousandth of the scene, more than the truth's.
+    pub step: Option<f64>,
+    /// Leaks and false shadows of opaque casters, farther from a shadow's edge than its resolution.
+    pub wrong: Option<u64>,
+    /// The same world has the same bytes.
+    pub repeats: bool,
+    /// Without opaque casters `skip=` changes no byte.
+    pub skips_alike: bool,
+    /// Texels a side that it may have in one of its maps': by as much more than on a ray may be lost or won beside it.
+    pub finer: f64,
+}
+
+impl Promises {
+    /// Of the answers' values nothing.
+    pub const NONE: Self = Self {
+        mean: None,
+        tail: None,
+        rise: None,
+        order: None,
+        step: None,
+        wrong: None,
+        repeats: true,
+        skips_alike: true,
+        finer: 1.0,
+    };
+
+    /// Of who stands in maps and knows depth in them.
+    pub const OF_DEPTH: Self = Self { rise: Some(ROUNDING), wrong: Some(0), step: Some(0.02), ..Self::NONE };
+
+    /// Of who stands in maps and knows no depth: before all smoke it is as wrong as behind, and changes by as much in a step.
+    pub const OF_NO_DEPTH: Self = Self { rise: Some(ROUNDING), ..Self::NONE };
+
+    /// Of who asks for what is opaque on the way.
+    pub const OF_OPAQUE: Self = Self { wrong: Some(0), order: Some(0.0), ..Self::NONE };
+}
