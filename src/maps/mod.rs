@@ -82,6 +82,7 @@ pub struct Maps {
     size: u32,
     opaque_size: u32,
     views: Made,
+    sees_casters: bool,
     /// What follows from the volume views.
     orders: Made,
     buffer: Buffer,
@@ -111,14 +112,18 @@ impl Maps {
     /// [`Error::Input`] where the lights have too many maps, [`Error::Refused`] where the device has no image or no memory for
     /// opaque maps of so many, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, size: u32) -> Result<Self> {
-        Self::with_opaque(context, world, size, OpaqueMaps::SHARED)
+        Self::seeing(context, world, size, OpaqueMaps::SHARED, Self::VOLUME)
     }
 
-    /// The same with opaque maps of the technique's own.
+    /// Opaque maps of the technique's own, for who sees no smoke and no hair: volume views are of the meshes too.
     ///
     /// # Errors
     /// As [`Maps::new`].
     pub fn with_opaque(context: &Context, world: &World, size: u32, opaque: OpaqueMaps) -> Result<Self> {
+        Self::seeing(context, world, size, opaque, Self::OPAQUE)
+    }
+
+    fn seeing(context: &Context, world: &World, size: u32, opaque: OpaqueMaps, seen: Parts) -> Result<Self> {
         let count = world.scene().map_count();
         if !(1..=MAX_MAPS).contains(&count) {
             let cause =
@@ -146,7 +151,8 @@ impl Maps {
             all,
             size,
             opaque_size,
-            views: Made::of(Self::VOLUME.and(Self::OPAQUE)),
+            views: Made::of(seen.and(Self::OPAQUE)),
+            sees_casters: seen == Self::VOLUME,
             orders: Made::of(Self::VOLUME),
             buffer,
             fitted,
@@ -220,7 +226,8 @@ impl Maps {
         (self.fits, self.moves) = (self.views.make(world), self.orders.make(world));
         if self.fits {
             let aimed = Map::aimed(world.scene(), self.size, self.opaque_size);
-            self.fit.record(commands, world, &self.buffer, &aimed);
+            let casters = if self.sees_casters { world.caster_count() } else { 0 };
+            self.fit.record(commands, world, casters, &self.buffer, &aimed);
             commands.read_back(&self.buffer, &self.fitted);
         }
     }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use gobo::Error;
 use gobo::gpu::Context;
 use gobo::scene::{Light, LightKind, Particle, Scene, Strand};
-use gobo::technique::{self, Spec};
+use gobo::technique::{self, REGISTRY, Spec};
 use gobo::world::World;
 
 /// Parts of a world, as the test knows them.
@@ -120,12 +120,22 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
 /// Every path that this device runs, points that adapt too.
 fn specs(test: &str, context: &Context) -> Vec<Spec> {
     let mut specs = every_path(test, context);
+    // Those that see meshes alone are not open to the scene of one sphere that decides there.
+    for entry in REGISTRY.iter().filter(|entry| !entry.casts.particles && entry.name != "ism") {
+        specs.extend(entry.paths.iter().map(|path| {
+            let mut spec = spec(entry.name);
+            spec.set("path", path.name);
+            spec
+        }));
+    }
     for path in ["tiled,adaptive=on", "tiled", "atomic", "quads"] {
         specs.push(spec(&format!("ism:points=1024,size=32,path={path}")));
     }
     for spec in &mut specs {
-        if !["voxelized", "voxel-grid", "ism"].contains(&spec.entry.name) {
-            spec.set("size", "28");
+        match spec.entry.name {
+            "ism" | "voxel-grid" => {}
+            "voxelized" => spec.set("size", "64"),
+            _ => spec.set("size", "28"),
         }
     }
     let runs = |spec: &Spec| match technique::open(context, &world(context, &all_of_it(spec)), spec) {
