@@ -141,7 +141,7 @@ impl View {
 
     /// The views of all maps of all lights before they are fitted (a point light has one for each of [`super::FACES`]),
     /// `size` texels a side: origin and axes, and in perspective the scale. A directional light's origin is the place of
-    /// something that casts, or a corner of the box of what is simulated, so that distances from it are no larger than they need
+    /// something that `casting` is fitted to, or a corner of the box of what is simulated, so that distances from it are no larger than they need
     /// to be. `near` is the least share of the range at which the view may begin, `far` its range over what the casters need.
     pub fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<Self> {
         aimed(scene, size, casting)
@@ -153,7 +153,7 @@ impl View {
         fit_all(scene, size, Casting::Volume)
     }
 
-    /// The views of the meshes and of all that they may shadow, one for each map of each light.
+    /// The views of the meshes, one for each map of each light, `size` texels a side.
     pub fn opaques(scene: &Scene, size: u32) -> Vec<Self> {
         fit_all(scene, size, Casting::Opaque)
     }

@@ -7,7 +7,7 @@ use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image};
 use crate::maps::{Map, Maps, OpaqueMaps};
 use crate::scene::{Resolution, Scene, gutter_texels};
 use crate::shaders::{constant, folder};
-use crate::world::World;
+use crate::world::{Parts, World};
 use crate::{Error, Result};
 
 /// For the registry.
@@ -110,6 +110,15 @@ fn check_faces(scene: &Scene, size: u32, side: u32) -> Result<()> {
 }
 
 impl Technique for ShadowMap {
+    /// Smoke and hair it does not see.
+    fn made_of(&self) -> Parts {
+        Maps::OPAQUE
+    }
+
+    fn forget(&mut self) {
+        self.maps.forget();
+    }
+
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.maps.record(commands, world);
         Ok(())

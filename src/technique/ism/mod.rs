@@ -20,7 +20,7 @@ use crate::gpu::{Bindings, Commands, Constants, Context, Resource};
 use crate::maps::Map;
 use crate::scene::{Casting, LightKind, Moved, Resolution, Scene, View};
 use crate::shaders::{constant, folder};
-use crate::world::World;
+use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 use settings::{ADAPTIVE, CULLING, FACING, FILL, PATH, PATHS, POINTS, SIZE};
 
@@ -44,6 +44,7 @@ pub struct Ism {
     way: Way,
     reason: &'static str,
     sample: Sample,
+    sampled: Made,
     adapt: Option<Adapt>,
     atlas: Atlas,
     resolution: Vec<Resolution>,
@@ -76,7 +77,18 @@ impl Ism {
         let look_up = Bindings::new(context, "ism.look_up", &resources)?;
         let constants =
             Constants::new().set(constant::ISM_SIZE, settings.size).set(constant::ISM_STRIDE, atlas.stride());
-        Ok(Self { settings: *settings, way, reason, sample, adapt, atlas, resolution: Vec::new(), look_up, constants })
+        Ok(Self {
+            settings: *settings,
+            way,
+            reason,
+            sample,
+            sampled: Made::of(Parts::MESHES),
+            adapt,
+            atlas,
+            resolution: Vec::new(),
+            look_up,
+            constants,
+        })
     }
 
     /// The points, subset after subset, and what is known of all of them, after a build.
@@ -122,9 +134,24 @@ fn resolution(scene: &Scene, size: u32) -> Vec<Resolution> {
 }
 
 impl Technique for Ism {
+    /// Points that adapt go where the camera looks.
+    fn made_of(&self) -> Parts {
+        let of = Parts::MESHES.and(Parts::LIGHTS);
+        if self.settings.adaptive { of.and(Parts::CAMERA) } else { of }
+    }
+
+    fn forget(&mut self) {
+        self.sampled.forget();
+    }
+
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.resolution = resolution(world.scene(), self.settings.size);
-        self.sample.record(commands, world);
+        if self.sampled.make(world) {
+            self.sample.record(commands, world);
+            if let Some(adapt) = &self.adapt {
+                adapt.gather(commands);
+            }
+        }
         if let Some(adapt) = &self.adapt {
             adapt.record(commands, world);
         }
