@@ -87,7 +87,11 @@ impl View {
 
     /// Texel coordinates (centres at .5) and z of a point. Behind a perspective view the coordinates mean nothing.
     pub fn project(&self, position: DVec3) -> (DVec2, f64) {
-        let offset = position - vec(self.origin);
+        self.project_offset(position - vec(self.origin))
+    }
+
+    /// The same of a point that lies so far from the origin, world units.
+    pub fn project_offset(&self, offset: DVec3) -> (DVec2, f64) {
         let z = offset.dot(vec(self.forward));
         let w = if self.projection() == Projection::Parallel { 1.0 } else { z };
         let ndc = DVec2::new(
