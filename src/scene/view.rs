@@ -118,6 +118,14 @@ impl View {
         }
     }
 
+    /// A texel to the right and a texel up at `position`, world units; in front of the view where it is perspective.
+    pub fn texel_at(&self, position: DVec3) -> [DVec3; 2] {
+        let spread = if self.projection() == Projection::Parallel { 1.0 } else { self.axes(position).z };
+        let texel =
+            |axis: [f32; 3], scale: f32, count: u32| vec(axis) * (2.0 * spread / (f64::from(scale) * f64::from(count)));
+        [texel(self.right, self.scale_x, self.width), texel(self.up, self.scale_y, self.height)]
+    }
+
     /// The ray through the view and `position`.
     pub fn ray_through(&self, position: DVec3) -> Ray {
         let offset = position - vec(self.origin);
