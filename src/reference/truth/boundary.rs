@@ -259,6 +259,63 @@ mod tests {
         }
     }
 
+    /// Under a virtual light, in texels of its own map: a point behind the plate is within where the plate's rim is less than the reach
+    /// away from it in the map, by the map's formula (glsl/ism/visibility.glsl), and nowhere else; points off a surface are where
+    /// the look-up is.
+    #[test]
+    fn in_texels_of_a_paraboloid() {
+        let mut scene = plate();
+        let (light, size) = (DVec3::new(0.3, -0.2, 1.5), 64.0);
+        for normal in [DVec3::NEG_Z, DVec3::new(0.6, 0.2, -0.8), DVec3::new(-1.0, 0.4, -0.3)].map(DVec3::normalize) {
+            scene.lights[0].kind = LightKind::Virtual { position: light, normal, nearest: 0.1 };
+            let casters = Casters::new(&scene);
+            let view = View::paraboloid(light, normal, 64);
+            let resolution = Resolution::of_paraboloid(view, 0.0);
+            let axes = [view.right, view.up, view.forward].map(|axis| DVec3::from(axis.map(f64::from)));
+            let texel = |p: DVec3| {
+                let [x, y, z] = axes.map(|axis| axis.dot(p - light));
+                DVec2::new(x, y) * (0.5 * size / ((p - light).length() + z))
+            };
+            let side = |i: i32| (i % 2000) as f64 / 1000.0 - 1.0;
+            let rim: Vec<DVec2> = (0..8000)
+                .map(|i| match i / 2000 {
+                    0 => DVec3::new(side(i), -1.0, 0.0),
+                    1 => DVec3::new(side(i), 1.0, 0.0),
+                    2 => DVec3::new(-1.0, side(i), 0.0),
+                    _ => DVec3::new(1.0, side(i), 0.0),
+                })
+                .filter(|p| (*p - light).dot(normal) > -0.5)
+                .map(texel)
+                .collect();
+            let mut counted = [0; 2];
+            for i in 0..4000 {
+                let at = |k: f64| (f64::from(i) * k).sin();
+                let point = DVec3::new(3.0 * at(1.3), 3.0 * at(2.9), -1.0 + 0.5 * at(0.7));
+                if (point - light).dot(normal) < 0.05 {
+                    continue;
+                }
+                let away = |p: DVec3| rim.iter().map(|r| (*r - texel(p)).abs().max_element()).fold(f64::MAX, f64::min);
+                let check = |is_near: bool, at: DVec3| {
+                    // What is straight to the light is bent a little in the map.
+                    let away = away(at);
+                    assert!(
+                        (away - 1.5).abs() < 0.1 || is_near == (away < 1.5),
+                        "{point}, normal {normal}: {away} texels"
+                    );
+                    is_near
+                };
+                counted[usize::from(check(casters.in_boundary(0, &resolution, point), point))] += 1;
+                // On a surface that looks up: where it is looked up, a texel and a half of the map off it.
+                let wide = (point - light).length() + (point - light).dot(normal);
+                let at = point + DVec3::Z * (1.5 * wide * 2.0 / size);
+                if casters.unblocked(0, point) == casters.unblocked(0, at) && (at - light).dot(normal) > 0.05 {
+                    check(casters.in_surface_boundary(0, &resolution, point, DVec3::Z), at);
+                }
+            }
+            assert!(counted[0] > 500 && counted[1] > 100, "{counted:?}");
+        }
+    }
+
     /// What a texel with its centre at `at` says of a z, each triangle pushed back to the farthest corner of a square of `reach` texels
     /// on its plane: whether none is in front.
     fn texel_is_lit(scene: &Scene, view: &View, at: DVec2, z: f64, reach: f64) -> bool {
