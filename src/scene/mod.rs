@@ -29,6 +29,7 @@ mod lantern;
 mod light;
 mod mesh_file;
 mod order;
+mod paraboloid;
 mod particle_file;
 mod picture;
 mod placement;
