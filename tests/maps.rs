@@ -68,7 +68,7 @@ fn vertices(scene: &Scene) -> Vec<[f32; 3]> {
 fn twins(scene: &Scene, size: u32) -> Vec<[View; 2]> {
     let (casters, vertices) = (scene.casters(), vertices(scene));
     let twin = |map: Map| {
-        let bounds = fit::bounds(&map.volume, &casters, &vertices);
+        let bounds = fit::bounds([&map.volume, &map.opaque], &casters, &vertices);
         fit::fit([map.volume, map.opaque], bounds, casters.is_empty())
     };
     Map::aimed(scene, size, OPAQUE_SIZE).into_iter().map(twin).collect()
@@ -153,7 +153,7 @@ fn no_extents_are_none() {
     assert!(Extents::NONE.low.iter().all(|l| order::float_order(none.low.x) < *l));
     assert!(Extents::NONE.high.iter().all(|h| order::float_order(none.high.x) > *h));
     let view = View::aimed(&scenes::nested(), 8, Casting::Volume)[0];
-    assert_eq!(fit::bounds(&view, &[], &[]), [none, none]);
+    assert_eq!(fit::bounds([&view; 2], &[], &[]), [none, none]);
 }
 
 /// So many spheres on a line.

@@ -1,6 +1,7 @@
 #version 460
 // How far the casters and the meshes reach in each map's view. Twin: reference::twin::fit.
-// Inputs: maps, of which origin, axes and, in perspective, the scale are set; casters, triangles. Output: extents.
+// Inputs: maps, of which origin, axes and, in perspective, the scale are set; casters, triangles. Output: extents, of casters from
+// the volume's origin, of meshes from the opaque view's.
 // Invariant: the extents hold every sphere that the map can see, whatever the order of the atomics.
 #include "maps/extents.glsl"
 #include "maps/scene.glsl"
@@ -55,7 +56,7 @@ void main() {
         high[gl_LocalInvocationIndex] = 0u;
     }
     barrier();
-    View view = maps[map].volume;
+    View view = maps[map].volume, opaque = maps[map].opaque;
     bool all = view.projection == VIEW_PARALLEL || see_all == 1u;
     Seen casters_seen = Seen(uvec3(0xFFFFFFFFu), uvec3(0u)), meshes_seen = casters_seen;
     for (uint i = gl_GlobalInvocationID.x; i < caster_count; i += threads) {
@@ -70,7 +71,7 @@ void main() {
     }
     for (uint i = gl_GlobalInvocationID.x; i < triangle_count; i += threads) {
         for (uint corner = 0u; corner < 3u; ++corner) {
-            include(meshes_seen, view_axes(view, triangles[i].corners[corner] - view.origin), 0.0);
+            include(meshes_seen, view_axes(opaque, triangles[i].corners[corner] - opaque.origin), 0.0);
         }
     }
     share(casters_seen, 0u);

@@ -81,13 +81,13 @@ void main() {
         return;
     }
     Range casters = range_of(map, 0u), meshes = range_of(map, 3u);
-    Range both = Range(min(casters.low, meshes.low), max(casters.high, meshes.high));
     Map m = maps[map];
     if (only_meshes == 1u) {
+        m.volume.origin = m.opaque.origin;
         fit(m.volume, meshes);
     } else {
         fit(m.volume, casters);
     }
-    fit(m.opaque, both);
+    fit(m.opaque, meshes);
     maps[map] = m;
 }

@@ -3,8 +3,8 @@
 use super::progress::Progress;
 use super::resume::{SCENE, files, kept};
 use super::{
-    DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, load,
-    say,
+    DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, little,
+    load, say,
 };
 use crate::gpu::{Context, Features};
 use crate::measure::{
@@ -81,6 +81,18 @@ pub struct Arguments {
     bounce: Option<u32>,
     #[command(flatten)]
     device: DeviceArguments,
+}
+
+impl Arguments {
+    /// What is run of it.
+    pub fn little(mut self) -> Self {
+        if little::is_asked() {
+            (self.frames, self.quick, self.picture) = (self.frames.min(2), true, Some([32, 18]));
+            self.vpls.vpls = self.vpls.vpls.map(|count| count.min(64));
+            self.bounce = self.bounce.map(|samples| samples.min(2));
+        }
+        self
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -160,9 +172,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     // Everything that can be wrong with the input is found before the first measurement.
     let mut specs: Vec<Spec> = Vec::new();
     for text in &arguments.techniques {
-        specs.extend(parse(text)?);
+        specs.extend(little::specs(parse(text)?));
     }
     let mut scenes = scene_names.iter().map(|name| frames(arguments, name)).collect::<Result<Vec<_>>>()?;
+    little::scenes(&mut scenes);
     arguments.vpls.check(scenes.iter().flat_map(|(states, _)| states))?;
     let fingerprints: Vec<u32> = scenes.iter().map(|(states, _)| states[0].fingerprint()).collect();
     let bounced = bounced(arguments, &scenes)?;
@@ -172,7 +185,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     name_apart(&mut scenes);
     let of_scene = |(states, _): &(Vec<Scene>, Vec<f64>)| {
-        let mut specs = if specs.is_empty() { default_specs(&states[0], context.features())? } else { specs.clone() };
+        let mut specs = if specs.is_empty() {
+            little::specs(default_specs(&states[0], context.features())?)
+        } else {
+            specs.clone()
+        };
         if arguments.no_skip {
             specs.iter_mut().for_each(|spec| spec.set("skip", "off"));
         }

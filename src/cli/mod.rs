@@ -4,6 +4,7 @@ mod bake;
 mod compare;
 mod curve;
 mod devices;
+mod little;
 mod map;
 mod particles;
 mod place;
@@ -250,7 +251,7 @@ fn keys(keys: &[Key]) -> String {
 
 /// The one spec that a command for a single picture takes.
 fn one_spec(text: &str) -> Result<Spec> {
-    let mut specs = parse(text)?;
+    let mut specs = little::specs(parse(text)?);
     match (specs.pop(), specs.is_empty()) {
         (Some(spec), true) => Ok(spec),
         _ => Err(Error::input(format!("--technique {text}"), "a sweep", "name one value a key, or use compare")),
@@ -259,6 +260,11 @@ fn one_spec(text: &str) -> Result<Spec> {
 
 /// The scene with a name that is safe in file names.
 fn load(name: &str, with: &LoadArguments) -> Result<Scene> {
+    Ok(little::scene(load_whole(&little::name(name), with)?))
+}
+
+/// The same for who shows one place of it, which has to be there.
+fn load_whole(name: &str, with: &LoadArguments) -> Result<Scene> {
     let mut scene = Scene::load(name, with.time)?;
     if let Some(lights) = with.lights {
         scene = scene.with_lights(lights, with.time)?;
@@ -313,13 +319,13 @@ fn complain(line: impl Display) {
 /// Runs the program.
 pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
-        Command::Compare(arguments) => compare::run(&arguments),
-        Command::Render(arguments) => render::run(&arguments),
-        Command::Slice(arguments) => slice::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments.little()),
+        Command::Render(arguments) => render::run(&arguments.little()),
+        Command::Slice(arguments) => slice::run(&arguments.little()),
         Command::Curve(arguments) => curve::run(&arguments),
         Command::Map(arguments) => map::run(&arguments),
         Command::Bake(arguments) => bake::run(&arguments),
-        Command::Stress(arguments) => stress::run(&arguments),
+        Command::Stress(arguments) => stress::run(&arguments.little()),
         Command::Devices(arguments) => devices::run(&arguments),
     };
     // The device is closed by now, of which the layer may have had something to say.

@@ -3,7 +3,8 @@
 use super::sequence::Sequence;
 use super::steps::Range;
 use super::{
-    DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, load, one_spec, particles, place, say,
+    DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, little, load, one_spec, particles,
+    place, say,
 };
 use crate::consume::{Lighting, Renderer, Shading, Tiled};
 use crate::reference::truth::{Casters, fog, picture};
@@ -79,6 +80,15 @@ pub struct Arguments {
 }
 
 impl Arguments {
+    /// What is run of it.
+    pub fn little(mut self) -> Self {
+        if little::is_asked() {
+            (self.width, self.height, self.frames) = (32, 18, self.frames.min(2));
+            self.vpls.vpls = self.vpls.vpls.map(|count| count.min(64));
+        }
+        self
+    }
+
     /// How meshes are shaded.
     pub(super) fn shading(&self, spec: &Spec) -> Shading {
         match (self.meshes, Shading::of(spec)) {

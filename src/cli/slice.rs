@@ -1,7 +1,9 @@
 //! `gobo slice`
 
 use super::sequence::Sequence;
-use super::{DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, load, one_spec, place, say};
+use super::{
+    DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, little, load, one_spec, place, say,
+};
 use crate::consume::slice;
 use crate::technique::{open, usual};
 use crate::world::World;
@@ -38,6 +40,16 @@ pub struct Arguments {
     load: LoadArguments,
     #[command(flatten)]
     device: DeviceArguments,
+}
+
+impl Arguments {
+    /// What is run of it.
+    pub fn little(mut self) -> Self {
+        if little::is_asked() {
+            (self.size, self.frames) = (32, self.frames.map(|frames| frames.min(2)));
+        }
+        self
+    }
 }
 
 /// Grey: linear visibility, shown as sRGB.

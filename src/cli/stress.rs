@@ -1,6 +1,6 @@
 //! `gobo stress`
 
-use super::DeviceArguments;
+use super::{DeviceArguments, little};
 use crate::report::{Store, one_line, stress_csv, stress_device, stress_page, stress_table};
 use crate::stress::{Case, Outcome, Results, SCHEMA, Stressed, Sweep, Worker, cases, serve, verdicts};
 use crate::technique::runs::{List, specs};
@@ -39,6 +39,16 @@ pub struct Arguments {
     device: DeviceArguments,
 }
 
+impl Arguments {
+    /// What is run of it.
+    pub fn little(mut self) -> Self {
+        if little::is_asked() {
+            self.soak = self.soak.map(|_| 0.0);
+        }
+        self
+    }
+}
+
 fn seconds(text: &str) -> std::result::Result<f64, String> {
     text.parse().ok().filter(|s| (0.001..=86400.0).contains(s)).ok_or_else(|| "give seconds, 0.001 to 86400".into())
 }
@@ -64,6 +74,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     if arguments.asked.is_empty() {
         sweeps.extend(cases().map(Sweep::of));
+    }
+    if little::is_asked() {
+        sweeps.truncate(1);
+        sweeps.iter_mut().for_each(|sweep| sweep.values = &sweep.values[..1]);
     }
     let mut named = Vec::new();
     for text in &arguments.techniques {

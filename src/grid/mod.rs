@@ -12,7 +12,7 @@ use crate::gpu::{
 };
 use crate::shaders::constant::CONSERVATIVE;
 use crate::shaders::grid as shaders;
-use crate::world::World;
+use crate::world::{Made, Parts, World};
 use bytemuck::{Pod, Zeroable};
 
 /// Threads of every pass.
@@ -130,6 +130,8 @@ pub struct Grid {
     voxelize: Voxelize,
     /// Where it stands, if that is given and not fitted to what casts.
     stands: Option<GridData>,
+    voxelized: Made,
+    deposited: Made,
 }
 
 /// What a grid is to hold, and where.
@@ -172,6 +174,7 @@ impl Grid {
         let casters = Bindings::new(context, "grid.casters", &[Resource::Buffer(world.casters.clone())])?;
         let constants = Constants::new();
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);
+        let place = if stands.is_some() { Parts::MESHES } else { Parts::BOX };
         Ok(Self {
             size,
             data,
@@ -184,6 +187,8 @@ impl Grid {
             clear: kernel(&shaders::CLEAR)?,
             voxelize: Voxelize::new(context, voxelizer, &set)?,
             stands,
+            voxelized: Made::of(Parts::MESHES.and(place)),
+            deposited: Made::of(Parts::CASTERS.and(place)),
         })
     }
 
@@ -246,19 +251,31 @@ impl Grid {
         self.cells.as_ref().map_or(Ok(Vec::new()), |cells| cells.counts.read(cells::count(self.size) as usize))
     }
 
-    /// Records the passes that fill it with all that casts as it is now.
-    pub fn record(&self, commands: &mut Commands, world: &World) {
-        self.clear(commands);
-        if self.stands.is_none() {
-            self.place(commands, world);
+    /// Records the passes that fill it with all that casts as it is now: meshes where they or the grid's place have changed, smoke
+    /// and hair likewise. Smoke that moves inside the box about all that casts leaves what meshes meet as it is.
+    pub fn record(&mut self, commands: &mut Commands, world: &World) {
+        if self.voxelized.make(world) {
+            self.clear(commands);
+            if self.stands.is_none() {
+                self.place(commands, world);
+            }
+            self.voxelize(commands, world);
+            if let Some(cells) = &self.cells {
+                cells.record(commands);
+            }
         }
-        self.voxelize(commands, world);
-        if let Some(cells) = &self.cells {
-            cells.record(commands);
-        }
-        if let Some(media) = &self.media {
+        if let Some(media) = &self.media
+            && self.deposited.make(world)
+        {
+            media.clear(commands);
             media.deposit(commands, world);
         }
+    }
+
+    /// The next recording fills all of it, whatever has changed.
+    pub fn forget(&mut self) {
+        self.voxelized.forget();
+        self.deposited.forget();
     }
 
     /// Nothing is occupied, and nothing is known of what casts: zeros where there was something.
@@ -277,9 +294,6 @@ impl Grid {
         commands.pass("grid.clear", |pass| {
             pass.fill_part(&self.bits, self.bits.bytes() - 8 * top, 8 * top, 0);
         });
-        if let Some(media) = &self.media {
-            media.clear(commands);
-        }
     }
 
     fn place(&self, commands: &mut Commands, world: &World) {

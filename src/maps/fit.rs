@@ -74,14 +74,14 @@ impl Fit {
         })
     }
 
-    /// Fits `maps` to the world as it is now; `aimed` is what they are before ([`Map::aimed`]).
-    pub(super) fn record(&self, commands: &mut Commands, world: &World, maps: &Buffer, aimed: &[Map]) {
+    /// Fits `maps` to the world as it is now, so many of its casters; `aimed` is what they are before ([`Map::aimed`]).
+    pub(super) fn record(&self, commands: &mut Commands, world: &World, casters: u32, maps: &Buffer, aimed: &[Map]) {
         let count = aimed.len() as u32;
         commands.pass("maps.aim", |pass| {
             pass.update(maps, aimed);
             pass.update(&self.extents, &vec![Extents::NONE; aimed.len()]);
         });
-        let (casters, triangles) = (world.caster_count(), world.triangle_count());
+        let triangles = world.triangle_count();
         let things = u64::from(casters.max(triangles));
         let groups = things.div_ceil(64 * PER_THREAD).clamp(1, MOST_GROUPS) as u32;
         let push = BoundsPush {

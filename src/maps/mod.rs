@@ -37,7 +37,7 @@ use self::fit::Fit;
 use self::opaque::Opaque;
 use crate::gpu::{Bindings, Buffer, Commands, Context, Memory, Resource};
 use crate::scene::{Casting, Scene, View};
-use crate::world::World;
+use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -48,7 +48,7 @@ use std::ops::Range;
 pub struct Map {
     /// The view of the translucent casters.
     pub volume: View,
-    /// The view of the meshes and all they may shadow.
+    /// The view of the meshes.
     pub opaque: View,
 }
 
@@ -81,13 +81,20 @@ pub struct Maps {
     all: Vec<Map>,
     size: u32,
     opaque_size: u32,
-    /// Of the world that they are fitted to; none before the first.
-    generation: Option<u64>,
+    views: Made,
+    sees_casters: bool,
+    /// What follows from the volume views.
+    orders: Made,
     buffer: Buffer,
     /// Its copy for the host, which is newer than `all` after a fit.
     fitted: Buffer,
-    /// Whether the last recording fitted them.
-    moved: bool,
+    /// Whether the last recording fitted them, and moved the volume views, and drew the opaque maps.
+    fits: bool,
+    moves: bool,
+    draws: bool,
+    drawn: Made,
+    /// Whether any build has fitted them: what they are before is nobody's view.
+    ready: bool,
     fit: Fit,
     lights: Buffer,
     opaque: Opaque,
@@ -95,20 +102,30 @@ pub struct Maps {
 }
 
 impl Maps {
+    /// What the opaque maps and their views are made of.
+    pub const OPAQUE: Parts = Parts::MESHES.and(Parts::LIGHTS);
+
+    /// What the volume views are, and whatever is made of casters in them: the meshes do not matter there.
+    pub const VOLUME: Parts = Parts::CASTERS.and(Parts::LIGHTS);
+
     /// Maps of `size` texels a side of all lights of `world`, with the opaque maps that techniques share.
     ///
     /// # Errors
     /// [`Error::Input`] where the lights have too many maps, [`Error::Refused`] where the device has no image or no memory for
     /// opaque maps of so many, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, size: u32) -> Result<Self> {
-        Self::with_opaque(context, world, size, OpaqueMaps::SHARED)
+        Self::seeing(context, world, size, OpaqueMaps::SHARED, Self::VOLUME)
     }
 
-    /// The same with opaque maps of the technique's own.
+    /// Opaque maps of the technique's own, for who sees no smoke and no hair: volume views are of the meshes too.
     ///
     /// # Errors
     /// As [`Maps::new`].
     pub fn with_opaque(context: &Context, world: &World, size: u32, opaque: OpaqueMaps) -> Result<Self> {
+        Self::seeing(context, world, size, opaque, Self::OPAQUE)
+    }
+
+    fn seeing(context: &Context, world: &World, size: u32, opaque: OpaqueMaps, seen: Parts) -> Result<Self> {
         let count = world.scene().map_count();
         if !(1..=MAX_MAPS).contains(&count) {
             let cause =
@@ -132,12 +149,30 @@ impl Maps {
         let opaque = Opaque::new(context, image, &scene, opaque, one)?;
         let fit = Fit::new(context, &buffer, &scene, count as u32)?;
         let lights = world.lights.clone();
-        Ok(Self { all, size, opaque_size, generation: None, buffer, fitted, moved: false, fit, lights, opaque, scene })
+        Ok(Self {
+            all,
+            size,
+            opaque_size,
+            views: Made::of(seen.and(Self::OPAQUE)),
+            sees_casters: seen == Self::VOLUME,
+            orders: Made::of(Self::VOLUME),
+            buffer,
+            fitted,
+            fits: false,
+            moves: false,
+            draws: false,
+            drawn: Made::of(Self::OPAQUE),
+            ready: false,
+            fit,
+            lights,
+            opaque,
+            scene,
+        })
     }
 
-    /// The maps as the last build fitted them, those of the first light first.
+    /// The maps as the last build fitted them, those of the first light first; none before the first build.
     pub fn all(&self) -> &[Map] {
-        &self.all
+        if self.ready { &self.all } else { &[] }
     }
 
     /// How many.
@@ -179,39 +214,54 @@ impl Maps {
         Bindings::new(context, name, &resources)
     }
 
-    /// Fits the maps to a world that has moved, and draws the opaque maps. No pass where there is nothing to do.
+    /// Fits the maps to a world that has moved, and draws the opaque maps where meshes or lights have. No pass where there is
+    /// nothing to do.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         self.fit(commands, world);
-        self.opaque.record(commands, world, self.count());
+        self.draws = self.drawn.make(world);
+        if self.draws {
+            self.opaque.record(commands, world, self.count());
+        }
     }
 
     /// Fits the maps to a world that has moved, for whoever draws the meshes otherwise. No pass where there is nothing to do.
     pub fn fit(&mut self, commands: &mut Commands, world: &World) {
-        self.moved = self.generation != Some(world.generation());
-        if self.moved {
-            self.generation = Some(world.generation());
+        (self.fits, self.moves) = (self.views.make(world), self.orders.make(world));
+        if self.fits {
             let aimed = Map::aimed(world.scene(), self.size, self.opaque_size);
-            self.fit.record(commands, world, &self.buffer, &aimed);
+            let casters = if self.sees_casters { world.caster_count() } else { 0 };
+            self.fit.record(commands, world, casters, &self.buffer, &aimed);
             commands.read_back(&self.buffer, &self.fitted);
         }
     }
 
-    /// Whether the last recording fitted them: whoever keeps something that follows from the views makes it anew.
+    /// Whether the last recording moved casters or the volume views: whoever keeps something that follows from both makes it
+    /// anew.
     pub fn moved(&self) -> bool {
-        self.moved
+        self.moves
     }
 
-    /// After the submission: the host has the maps as they were fitted. Where the build has to run again (`grew`) they are
-    /// fitted again, so that its last submission is all of it.
+    /// The next recording draws the opaque maps, whatever has changed.
+    pub fn forget(&mut self) {
+        self.drawn.forget();
+    }
+
+    /// After the submission: the host has the maps as they were fitted. Where the build has to run again (`grew`) so does what
+    /// it made of them, so that its last submission is all of it.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read.
     pub fn settle(&mut self, grew: bool) -> Result<()> {
-        if self.moved {
+        if self.fits {
             self.all = self.fitted.read(self.all.len())?;
+            self.ready = true;
         }
-        if self.moved && grew {
-            self.generation = None;
+        for (made, recorded) in
+            [(&mut self.views, self.fits), (&mut self.orders, self.moves), (&mut self.drawn, self.draws)]
+        {
+            if grew && recorded {
+                made.forget();
+            }
         }
         Ok(())
     }

@@ -3,7 +3,7 @@
 use crate::gpu::{
     Bindings, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Target, push_struct,
 };
-use crate::scene::{Moved, Projection, Resolution, View};
+use crate::scene::{Projection, Resolution, View};
 use crate::shaders;
 use crate::shaders::constant::{OPAQUE_REACH, OPAQUE_STEP, SNAP};
 use crate::world::World;
@@ -63,8 +63,7 @@ impl OpaqueMaps {
         let depth = DEPTH_ROUNDING.max(STORED_ROUNDING + 2.0 * rounding(&view) / range) + 2.0 * f64::from(self.step());
         let pushed_texels = f64::from(self.reach) + COARSEST_SNAP;
         let reach_texels = f64::from(self.reach) + pushed_texels;
-        let moved = Moved::default();
-        Resolution { view, reach_texels, pushed_texels, moved, free_inside: false, depth, voxel: 0.0 }
+        Resolution { reach_texels, pushed_texels, depth, ..Resolution::exact(view) }
     }
 }
 

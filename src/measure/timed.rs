@@ -61,6 +61,14 @@ impl Case<'_> {
         Ok(best)
     }
 
+    /// The device's time of each build. A build without passes, of a world in which nothing moved that the technique is made of, took
+    /// none.
+    pub(super) fn device_ns(&self, timed: &Timed) -> Vec<f64> {
+        let has_times = self.context.features().timestamp_valid_bits > 0;
+        let of = |passes: &Vec<PassTime>| frame_ns(passes).or((has_times && passes.is_empty()).then_some(0.0));
+        timed.wholes.iter().filter_map(of).collect()
+    }
+
     fn time_builds_once(&mut self, technique: &mut Opened, lifetime: Lifetime, shading: Shading) -> Result<Timed> {
         let count = if self.frames.count() > 1 { self.frames.count() } else { self.effort.frames };
         let camera = self.camera(self.effort.picture);
@@ -76,7 +84,8 @@ impl Case<'_> {
         let mut looked = 0;
         let builds = Repeats::of(lifetime, software, self.effort.warm_up, count).run(|frame| {
             let moved = self.show(frame % self.frames.count())?;
-            let mut built = technique.rebuild(&self.world)?;
+            // Of a frame to which something moved what follows from that; of one like the last all of it.
+            let mut built = if moves { technique.build(&self.world)? } else { technique.rebuild(&self.world)? };
             let passes = built.passes.clone();
             if twice {
                 self.context.time_passes(false);
@@ -99,7 +108,7 @@ impl Case<'_> {
             timed.draws.extend(drawn);
             timed.host_ns.push(built.host_ns);
         }
-        let device: Vec<f64> = timed.wholes.iter().filter_map(|passes| frame_ns(passes)).collect();
+        let device = self.device_ns(&timed);
         timed.steadiness = watch.end(Timing::of(if device.is_empty() { &timed.host_ns } else { &device }));
         Ok(timed)
     }

@@ -10,7 +10,8 @@ use std::cell::LazyCell;
 pub enum Casting {
     /// The translucent casters.
     Volume,
-    /// The meshes and all that they may shadow.
+    /// The meshes alone, so that it stays while smoke moves: in front of them and beside them light goes on, and behind all of
+    /// them a point is in the dark of the first or in none.
     Opaque,
 }
 
@@ -43,19 +44,24 @@ fn face_tangent(size: u32) -> f64 {
 }
 
 /// The place of something that casts; of casters the first along x, then y, then z, so that the same casters in another order
-/// have the same views to the bit.
-fn anchor(scene: &Scene) -> DVec3 {
+/// have the same views to the bit. Of what is opaque one of the meshes, if there are any.
+fn anchor(scene: &Scene, casting: Casting) -> DVec3 {
     let first = |a: &DVec3, b: &DVec3| {
         let order = |axis: fn(&DVec3) -> f64| axis(a).total_cmp(&axis(b));
         order(|p| p.x).then_with(|| order(|p| p.y)).then_with(|| order(|p| p.z))
     };
-    let place = lasting_spheres(scene).map(|(p, _)| p).min_by(first);
-    place.or_else(|| mesh_points(&scene.meshes).map(|(p, _)| p).min_by(first)).unwrap_or(DVec3::ZERO)
+    let casters = || lasting_spheres(scene).map(|(p, _)| p).min_by(first);
+    let meshes = || mesh_points(&scene.meshes).map(|(p, _)| p).min_by(first);
+    let place = match casting {
+        Casting::Volume => casters().or_else(meshes),
+        Casting::Opaque => meshes().or_else(casters),
+    };
+    place.unwrap_or(DVec3::ZERO)
 }
 
 /// [`View::aimed`].
 pub(super) fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
-    let anchor = LazyCell::new(|| anchor(scene));
+    let anchor = LazyCell::new(|| anchor(scene, casting));
     let view = |origin: DVec3, forward: DVec3, projection: Projection, tangent: f64, nearest: f32| {
         let (right, up) = across(forward, some_up(forward));
         let scale = (1.0 / tangent) as f32;
@@ -94,7 +100,10 @@ pub(super) fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
 pub(super) fn fit_all(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
     let with_meshes = casting == Casting::Opaque || scene.has_only_meshes();
     let meshes: Vec<_> = if with_meshes { mesh_points(&scene.meshes).collect() } else { Vec::new() };
-    let casters: Vec<_> = caster_spheres(&scene.particles, &scene.strands).collect();
+    let casters: Vec<_> = match casting {
+        Casting::Volume => caster_spheres(&scene.particles, &scene.strands).collect(),
+        Casting::Opaque => Vec::new(),
+    };
     // A strand may cross a view that sees none of its ends.
     let see_all = !scene.strands.is_empty();
     let fitted = |view: View| {

@@ -9,6 +9,7 @@ mod courtyard_lights;
 mod courtyard_shapes;
 mod cube;
 mod data_file;
+mod embedded;
 mod emitters;
 mod file;
 mod fingerprint;
@@ -22,11 +23,13 @@ mod gltf_file;
 mod gltf_stage;
 mod hair;
 mod hair_file;
+mod houses;
 mod input;
 mod lantern;
 mod light;
 mod mesh_file;
 mod order;
+mod paraboloid;
 mod particle_file;
 mod picture;
 mod placement;
@@ -169,8 +172,25 @@ pub enum Motion {
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 /// Names that [`Scene::load`] knows without a file.
-pub const BUILT_IN: [&str; 10] =
-    ["three-emitters", "plume-1m", "big-8k", "hair", "lantern", "sparse", "town", "courtyard", "cornell", "fountain"];
+pub const BUILT_IN: [&str; 17] = [
+    "three-emitters",
+    "plume_8k",
+    "plume_64k",
+    "plume-1m",
+    "big-8k",
+    "hair",
+    "mohawk",
+    "lantern",
+    "sparse",
+    "town",
+    "houses",
+    "leaves",
+    "shafts",
+    "terrain",
+    "courtyard",
+    "cornell",
+    "fountain",
+];
 
 /// What [`Scene::load`] takes, in words.
 pub fn known() -> String {
@@ -195,6 +215,13 @@ impl Scene {
             "big-8k" => Ok(cube::big_8k()),
             "sparse" => Ok(sparse::sparse()),
             "hair" => hair::hair(time_s),
+            "plume_8k" => Ok(embedded::plume_8k()),
+            "plume_64k" => Ok(embedded::plume_64k()),
+            "terrain" => embedded::terrain(),
+            "mohawk" => embedded::mohawk(),
+            "houses" => Ok(houses::houses()),
+            "leaves" => Ok(houses::leaves()),
+            "shafts" => Ok(houses::shafts()),
             "town" => Ok(town::town()),
             "cornell" => Ok(cornell::cornell()),
             "lantern" => lantern::lantern(time_s),

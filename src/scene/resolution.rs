@@ -1,12 +1,19 @@
 //! How finely a technique knows where opaque shadows begin and end.
 
 use super::View;
+use glam::DVec3;
+
+/// What a receiver is moved by in a grid, voxels, more than a voxel reaches. Twin: RECEIVER_MARGIN in
+/// glsl/voxel_grid/visibility.glsl.
+const GRID_MARGIN: f64 = 1e-3;
 
 /// Of one of a technique's maps, or of what stands for a map: the size of what it cannot tell apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
     /// Whose texels count, and whose range.
     pub view: View,
+    /// Whether the view's texels are those of a [paraboloid](View::paraboloid).
+    pub paraboloid: bool,
     /// How far across the light's rays, in texels of the view, a look-up may feel a surface.
     pub reach_texels: f64,
     /// How far a compared texel's centre may be from a point, texels across and down, where depths of surfaces are pushed back by
@@ -26,14 +33,53 @@ pub struct Resolution {
 impl Resolution {
     /// Of a grid with voxels of that side.
     pub fn of_grid(view: View, voxel: f64) -> Self {
-        let moved = Moved::default();
-        Self { view, voxel, reach_texels: 0.0, pushed_texels: 0.0, moved, free_inside: false, depth: 0.0 }
+        Self { voxel, ..Self::exact(view) }
+    }
+
+    /// Of a map whose paraboloid is `view`, asked at the four texels about a place: each of them is up to a texel away, and stands
+    /// for half a texel about its middle. Points of surfaces are moved by as much, and by `least_world` at least.
+    pub fn of_paraboloid(view: View, least_world: f64) -> Self {
+        const REACH: f64 = 1.5;
+        let moved = Moved { always: REACH, least_world, ..Moved::default() };
+        Self { paraboloid: true, reach_texels: REACH, moved, ..Self::exact(view) }
+    }
+
+    /// Of what knows all exactly.
+    pub fn exact(view: View) -> Self {
+        Self {
+            view,
+            paraboloid: false,
+            reach_texels: 0.0,
+            pushed_texels: 0.0,
+            moved: Moved::default(),
+            free_inside: false,
+            depth: 0.0,
+            voxel: 0.0,
+        }
+    }
+
+    /// Where a point of a surface with that normal is looked up, world units; and where a grid has a virtual light of that normal.
+    pub fn looked_up(&self, position: DVec3, normal: DVec3) -> DVec3 {
+        if self.voxel > 0.0 {
+            return position + self.voxel * (normal.abs().element_sum() + GRID_MARGIN) * normal;
+        }
+        let view = self.view_about(position);
+        let ([right, up], along) = (view.texel_at(position), view.ray_through(position).direction);
+        let looks = |way: DVec3| (normal.dot(way) / way.length()).abs();
+        let Moved { across, along: forward, always, least_world } = self.moved;
+        let texels = across * (looks(right) + looks(up)) + forward * looks(along) + always;
+        position + normal * (texels * right.length()).max(least_world)
+    }
+
+    /// The view whose texels count about a place.
+    pub fn view_about(&self, position: DVec3) -> View {
+        if self.paraboloid { self.view.about(position) } else { self.view }
     }
 }
 
 /// How far along its normal a point of a surface is moved, so that the surface stays behind it: three numbers of texels, of which
-/// one counts as much as the normal looks along the view's right and up, the next as much as it looks forward, the last in full.
-/// All are 0 where points stay where they are.
+/// one counts as much as the normal looks along the view's right and up, the next as much as it looks forward, the third in full;
+/// and what it is moved by in any case. All are 0 where points stay where they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moved {
     /// Times |right · n| + |up · n|.
@@ -42,4 +88,6 @@ pub struct Moved {
     pub along: f64,
     /// Whatever the normal.
     pub always: f64,
+    /// The least of all that, world units.
+    pub least_world: f64,
 }

@@ -87,7 +87,11 @@ impl View {
 
     /// Texel coordinates (centres at .5) and z of a point. Behind a perspective view the coordinates mean nothing.
     pub fn project(&self, position: DVec3) -> (DVec2, f64) {
-        let offset = position - vec(self.origin);
+        self.project_offset(position - vec(self.origin))
+    }
+
+    /// The same of a point that lies so far from the origin, world units.
+    pub fn project_offset(&self, offset: DVec3) -> (DVec2, f64) {
         let z = offset.dot(vec(self.forward));
         let w = if self.projection() == Projection::Parallel { 1.0 } else { z };
         let ndc = DVec2::new(
@@ -112,6 +116,14 @@ impl View {
             Projection::Parallel => Ray { origin: vec(self.origin) + across, direction: vec(self.forward) },
             Projection::Perspective => Ray { origin: vec(self.origin), direction: vec(self.forward) + across },
         }
+    }
+
+    /// A texel to the right and a texel up at `position`, world units; in front of the view where it is perspective.
+    pub fn texel_at(&self, position: DVec3) -> [DVec3; 2] {
+        let spread = if self.projection() == Projection::Parallel { 1.0 } else { self.axes(position).z };
+        let texel =
+            |axis: [f32; 3], scale: f32, count: u32| vec(axis) * (2.0 * spread / (f64::from(scale) * f64::from(count)));
+        [texel(self.right, self.scale_x, self.width), texel(self.up, self.scale_y, self.height)]
     }
 
     /// The ray through the view and `position`.
@@ -141,7 +153,7 @@ impl View {
 
     /// The views of all maps of all lights before they are fitted (a point light has one for each of [`super::FACES`]),
     /// `size` texels a side: origin and axes, and in perspective the scale. A directional light's origin is the place of
-    /// something that casts, or a corner of the box of what is simulated, so that distances from it are no larger than they need
+    /// something that `casting` is fitted to, or a corner of the box of what is simulated, so that distances from it are no larger than they need
     /// to be. `near` is the least share of the range at which the view may begin, `far` its range over what the casters need.
     pub fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<Self> {
         aimed(scene, size, casting)
@@ -153,7 +165,7 @@ impl View {
         fit_all(scene, size, Casting::Volume)
     }
 
-    /// The views of the meshes and of all that they may shadow, one for each map of each light.
+    /// The views of the meshes, one for each map of each light, `size` texels a side.
     pub fn opaques(scene: &Scene, size: u32) -> Vec<Self> {
         fit_all(scene, size, Casting::Opaque)
     }

@@ -51,7 +51,7 @@ impl Simulation {
             size: place.size,
             ..GridData::zeroed()
         };
-        let grid = Grid::standing(context, world, stands)?;
+        let mut grid = Grid::standing(context, world, stands)?;
         let bytes = u64::from(fountain.particles) * size_of::<Body>() as u64;
         let bodies = Buffer::new(context, "simulate.bodies", bytes, Memory::Device)?;
         let law = Buffer::with_data(context, "simulate.law", &[fountain.law()])?;

@@ -2,7 +2,7 @@
 
 use super::{Settled, Spec, Technique, keys};
 use crate::gpu::{Context, PassTime};
-use crate::world::World;
+use crate::world::{Generations, World};
 use crate::{Error, Result};
 use std::time::Instant;
 
@@ -13,8 +13,8 @@ pub struct Opened<T: Technique + ?Sized = dyn Technique> {
     pub technique: Box<T>,
     /// An unchanged world is not built again.
     skip: bool,
-    /// The world's generation at the last build.
-    built: Option<u64>,
+    /// The world's generations at the last build.
+    built: Option<Generations>,
     /// A build ended in an error: what stands on the device is a part of it.
     broken: bool,
 }
@@ -49,23 +49,32 @@ impl<T: Technique + ?Sized> Opened<T> {
         Self { context: context.clone(), technique, skip, built: None, broken: false }
     }
 
-    /// Builds for the world as it is now: no pass where it has not changed since the last build, unless the spec says
-    /// `skip=off`. Records and submits again for as long as something did not fit.
+    /// Builds for the world as it is now what has changed since the last build: no pass where none of what it is made of has. With
+    /// `skip=off` all of it. Records and submits again for as long as something did not fit.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out, the device is lost, or an earlier build ended in an error: open it anew then.
     pub fn build(&mut self, world: &World) -> Result<Built> {
-        if self.skip && self.built == Some(world.generation()) {
+        if !self.skip {
+            return self.rebuild(world);
+        }
+        let parts = self.technique.made_of();
+        if self.built.as_ref().is_some_and(|built| built.agree(world.generations(), parts)) {
             return Ok(Built { passes: Vec::new(), device_ns: None, host_ns: 0.0 });
         }
-        self.rebuild(world)
+        self.record(world)
     }
 
-    /// As [`Opened::build`], whether the world has changed or not.
+    /// Builds all of it for the world as it is now but views and orders that stand ([`Technique::forget`]).
     ///
     /// # Errors
     /// As [`Opened::build`].
     pub fn rebuild(&mut self, world: &World) -> Result<Built> {
+        self.technique.forget();
+        self.record(world)
+    }
+
+    fn record(&mut self, world: &World) -> Result<Built> {
         if self.broken {
             return Err(Error::Gpu {
                 operation: "build",
@@ -88,7 +97,7 @@ impl<T: Technique + ?Sized> Opened<T> {
                 // What had too little room is no part of what a build takes.
                 Settled::Grew => passes.clear(),
                 Settled::Done => {
-                    (self.built, self.broken) = (Some(world.generation()), false);
+                    (self.built, self.broken) = (Some(world.generations().clone()), false);
                     return Ok(Built { passes, device_ns, host_ns: start.elapsed().as_nanos() as f64 });
                 }
             }

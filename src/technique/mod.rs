@@ -49,7 +49,7 @@ use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
 use crate::maps::{Map, OpaqueMaps};
 use crate::scene::{Resolution, Scene};
 use crate::shaders::Folder;
-use crate::world::World;
+use crate::world::{Parts, World};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
@@ -75,13 +75,22 @@ pub mod usual {
 
 /// A technique, opened for one world. [`Opened`] builds it; it submits, waits and loops by nothing of its own.
 pub trait Technique {
-    /// Records the passes of one build for the world as it is now.
+    /// What of the world it is made of, or says of itself: where none of it has changed, nothing is recorded. By default all.
+    fn made_of(&self) -> Parts {
+        Parts::ALL
+    }
+
+    /// Records the passes of one build for the world as it is now. What has not changed since the last recording need not be
+    /// made again.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()>;
 
-    /// After the submission: done, or a buffer grew and all has to be recorded again.
+    /// The next recording makes all of it but what follows from the casters alone, views and orders. By default each does.
+    fn forget(&mut self) {}
+
+    /// After the submission: done, or a buffer grew and all that was recorded has to be again.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device has no room for the demand.
@@ -92,7 +101,7 @@ pub trait Technique {
     /// How to ask it.
     fn answer(&self) -> Answer<'_>;
 
-    /// The maps that it stands in; none for what has no maps.
+    /// The maps that it stands in, as the last build fitted them: none before the first, and none for what has no maps.
     fn maps(&self) -> &[Map];
 
     /// How finely it knows where opaque shadows begin and end, one for each map of all lights; none where it knows it
@@ -107,8 +116,9 @@ pub trait Technique {
     /// [`crate::Error::Gpu`] where counts cannot be read back.
     fn facts(&self) -> Result<Facts>;
 
-    /// The nodes of a texel's curve after a build, (depth, transmittance); none for a technique without nodes. `map`
-    /// counts the maps of all lights.
+    /// The nodes of the curve that answers along the ray of a texel's centre after a build, (depth in the range of the map's
+    /// volume, transmittance); none for a technique without nodes, and none where several curves are averaged there. `map` counts
+    /// the maps of all lights.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.

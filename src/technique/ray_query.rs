@@ -8,7 +8,7 @@ use crate::gpu::{
 use crate::maps::Map;
 use crate::scene::Scene;
 use crate::shaders::folder;
-use crate::world::{TriangleData, World};
+use crate::world::{Parts, TriangleData, World};
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
@@ -86,6 +86,10 @@ fn extent(scene: &Scene) -> f32 {
 }
 
 impl Technique for RayQuery {
+    fn made_of(&self) -> Parts {
+        Parts::MESHES
+    }
+
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.bottom(commands);
         self.top(commands, world);

@@ -7,7 +7,7 @@ use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image};
 use crate::maps::{Map, Maps, OpaqueMaps};
 use crate::scene::{Resolution, Scene, gutter_texels};
 use crate::shaders::{constant, folder};
-use crate::world::World;
+use crate::world::{Parts, World};
 use crate::{Error, Result};
 
 /// For the registry.
@@ -52,7 +52,7 @@ const BITS: Key = Key {
 pub struct ShadowMap {
     maps: Maps,
     opaque: OpaqueMaps,
-    /// The maps as callers see them: there is none but the opaque map.
+    /// The maps as callers see them: there is none but the opaque map. None before the first build.
     all: Vec<Map>,
     look_up: Bindings,
     constants: Constants,
@@ -81,7 +81,7 @@ impl ShadowMap {
         let maps = Maps::with_opaque(context, world, size, opaque)?;
         let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
         let constants = Constants::new().set(constant::PCF, side);
-        Ok(Self { all: seen(&maps), maps, opaque, look_up, constants })
+        Ok(Self { all: Vec::new(), maps, opaque, look_up, constants })
     }
 
     /// The depths of all maps: each stands where [`crate::maps::opaque_corner`] says.
@@ -110,6 +110,15 @@ fn check_faces(scene: &Scene, size: u32, side: u32) -> Result<()> {
 }
 
 impl Technique for ShadowMap {
+    /// Smoke and hair it does not see.
+    fn made_of(&self) -> Parts {
+        Maps::OPAQUE
+    }
+
+    fn forget(&mut self) {
+        self.maps.forget();
+    }
+
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.maps.record(commands, world);
         Ok(())

@@ -8,7 +8,7 @@ use crate::gpu::{Bindings, Commands, Constants, Context, Resource};
 use crate::maps::{Map, Maps, TexelKernels, TexelWay, Texels};
 use crate::shaders::Folder;
 use crate::shaders::constant::STRANDS;
-use crate::world::World;
+use crate::world::{Made, Parts, World};
 
 word!(TexelWay { Raster = "raster", Binned = "binned" });
 
@@ -29,6 +29,7 @@ pub const PATH: Key = Key {
 pub struct TexelMap {
     /// What look-ups fetch.
     pub texels: Texels,
+    written: Made,
     maps: Maps,
     look_up: Bindings,
     constants: Constants,
@@ -60,19 +61,34 @@ impl TexelMap {
         let skip = (spec.is_on(SKIP.name), filter.reach());
         let texels = Texels::new(context, world, &maps, way, skip, kernels, &constants)?;
         let look_up = maps.look_up(context, folder.name, &[Resource::Texture(texels.image.clone())])?;
-        Ok(Self { texels, maps, look_up, constants, folder, way, reason })
+        // Of what is hidden behind meshes nothing is written; what is drawn is drawn behind them too.
+        let of_meshes = if way == TexelWay::Binned { Maps::OPAQUE } else { Maps::VOLUME };
+        let written = Made::of(Maps::VOLUME.and(of_meshes));
+        Ok(Self { texels, written, maps, look_up, constants, folder, way, reason })
     }
 }
 
 impl Technique for TexelMap {
+    fn made_of(&self) -> Parts {
+        Maps::VOLUME.and(Maps::OPAQUE)
+    }
+
+    fn forget(&mut self) {
+        self.maps.forget();
+        self.written.forget();
+    }
+
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.maps.record(commands, world);
-        self.texels.record(commands, world, &self.maps)
+        if self.written.make(world) { self.texels.record(commands, world, &self.maps) } else { Ok(()) }
     }
 
     fn settle(&mut self) -> Result<Settled> {
         let grew = self.texels.settle()?;
         self.maps.settle(grew)?;
+        if grew {
+            self.written.forget();
+        }
         Ok(Settled::of(grew))
     }
 

@@ -7,7 +7,7 @@ use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement, Resource};
 use crate::maps::{DrawingOrder, Keep, List, Map, Maps, Splat};
 use crate::shaders::folder;
-use crate::world::World;
+use crate::world::{Made, Parts, World};
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
@@ -42,6 +42,7 @@ pub struct Uncompressed {
     maps: Maps,
     /// Of all maps.
     pub list: List,
+    listed: Made,
     look_up: Bindings,
     constants: Constants,
 }
@@ -60,15 +61,27 @@ impl Uncompressed {
         let list = List::new(context, &maps, splat, Keep::All, None)?;
         let more = [Resource::StorageImage(list.heads.clone()), Resource::Buffer(list.segments.clone())];
         let look_up = maps.look_up(context, "uncompressed.look_up", &more)?;
-        Ok(Self { maps, list, look_up, constants: filter.constants(Constants::new()) })
+        let listed = Made::of(Maps::VOLUME);
+        Ok(Self { maps, list, listed, look_up, constants: filter.constants(Constants::new()) })
     }
 }
 
 impl Technique for Uncompressed {
+    fn made_of(&self) -> Parts {
+        Maps::VOLUME.and(Maps::OPAQUE)
+    }
+
+    fn forget(&mut self) {
+        self.maps.forget();
+        self.listed.forget();
+    }
+
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.maps.record(commands, world);
-        self.list.begin(commands, world, &self.maps, None);
-        self.list.capture(commands, 0..self.maps.count(), 0);
+        if self.listed.make(world) {
+            self.list.begin(commands, world, &self.maps, None);
+            self.list.capture(commands, 0..self.maps.count(), 0);
+        }
         Ok(())
     }
 
@@ -76,6 +89,7 @@ impl Technique for Uncompressed {
         let grew = self.list.settle()?;
         if grew {
             self.list.bind_segments(&self.look_up, SEGMENTS)?;
+            self.listed.forget();
         }
         self.maps.settle(grew)?;
         Ok(Settled::of(grew))

@@ -9,7 +9,7 @@ use crate::grid::{Grid, Voxelizer};
 use crate::maps::Map;
 use crate::scene::{Casting, Resolution, Scene, View};
 use crate::shaders::{constant, folder};
-use crate::world::World;
+use crate::world::{Parts, World};
 use glam::DVec3;
 
 words! {
@@ -195,6 +195,15 @@ fn resolution(scene: &Scene, size: u32) -> Vec<Resolution> {
 }
 
 impl Technique for VoxelGrid {
+    /// Of the lights nothing is built, but where they see edges from is said of it.
+    fn made_of(&self) -> Parts {
+        Parts::MESHES.and(Parts::CASTERS).and(Parts::LIGHTS)
+    }
+
+    fn forget(&mut self) {
+        self.grid.forget();
+    }
+
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.resolution =
             if world.scene().has_triangles() { resolution(world.scene(), self.settings.size) } else { Vec::new() };

@@ -1,8 +1,13 @@
-//! The scene on the device as it is now: casters, triangles, lights, and a generation that says whether anything moved.
+//! The scene on the device as it is now: casters, triangles, lights, and generations that say what of it has changed.
 
+mod bounds;
+mod generations;
 mod light;
 
+pub use generations::{Generations, Made, Parts};
 pub use light::LightData;
+
+use self::bounds::Bounds;
 
 use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};
 use crate::scene::{Caster, Motion, Particle, Scene, Side, sides};
@@ -24,7 +29,13 @@ pub struct TriangleData {
 pub struct World {
     context: Context,
     scene: Scene,
-    generation: u64,
+    generations: Generations,
+    /// The device's casters are others than the host's scene has.
+    written: bool,
+    /// A copy failed: what is on the device is of neither scene.
+    mixed: bool,
+    /// Of the meshes, and of smoke and hair as the host knows them.
+    bounds: [Bounds; 2],
     /// [`Caster`]: spheres, then strands; [`World::caster_count`] of them.
     pub casters: Buffer,
     caster_capacity: u32,
@@ -70,8 +81,11 @@ impl World {
             sides: Buffer::with_data(context, "world.sides", &signs(scene))?,
             strands: !scene.strands.is_empty(),
             lights: Buffer::with_data(context, "world.lights", &LightData::all(scene))?,
+            generations: Generations { lights: vec![0; scene.lights.len()], ..Generations::default() },
+            written: false,
+            mixed: false,
+            bounds: [Bounds::of_meshes(&scene.meshes), Bounds::of_casters(&casters)],
             scene: scene.clone(),
-            generation: 0,
         })
     }
 
@@ -80,9 +94,9 @@ impl World {
         &self.scene
     }
 
-    /// Rises whenever anything has moved.
-    pub fn generation(&self) -> u64 {
-        self.generation
+    /// Of which each rises whenever its part has changed.
+    pub fn generations(&self) -> &Generations {
+        &self.generations
     }
 
     /// Casters as they are now.
@@ -106,7 +120,7 @@ impl World {
     }
 
     /// Moves what moves by itself to where it is `time_s` seconds after the scene's emitters began. A scene of which nothing
-    /// does stays as it is, generation and all.
+    /// does stays as it is, generations and all.
     ///
     /// # Errors
     /// As [`Scene::at`] and [`World::replace`].
@@ -123,7 +137,10 @@ impl World {
     /// # Errors
     /// [`Error::Gpu`] where the device is lost.
     pub fn write_casters(&mut self, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
-        self.generation += 1;
+        self.written = true;
+        self.generations.particles += 1;
+        self.generations.strands += u64::from(self.strands);
+        self.generations.bounds += 1;
         self.context.submit(record)
     }
 
@@ -135,44 +152,111 @@ impl World {
         let casters: Vec<Caster> = self.casters.read(self.scene.particles.len())?;
         let particle = |c: &Caster| Particle { position: c.position, radius: c.radius, extinction: c.density };
         self.scene.particles = casters.iter().map(particle).collect();
+        self.bounds[1] = Bounds::of_casters(&self.scene.casters());
+        self.written = false;
         Ok(())
     }
 
-    /// Puts another state of the same scene in its place: particles, strands and lights may have moved and changed.
+    /// Puts another state of the same scene in its place: particles, strands, meshes, lights and the camera may have moved and
+    /// changed. What has not is not copied, and its generation stays.
     ///
     /// # Errors
     /// [`Error::Input`] where there are more casters than there is room for, strands where it began with none, or lights or
     /// meshes of another number, or a point light for another, for which everything has to be opened anew; [`Error::Gpu`] where a copy fails.
     pub fn replace(&mut self, scene: &Scene) -> Result<Moved> {
         let start = Instant::now();
-        let casters = scene.casters();
+        self.check(scene)?;
+        let changed = self.changed(scene);
+        let casters = if changed.particles || changed.strands { scene.casters() } else { Vec::new() };
+        let bounds = [
+            if changed.meshes { Bounds::of_meshes(&scene.meshes) } else { self.bounds[0] },
+            if changed.particles || changed.strands { Bounds::of_casters(&casters) } else { self.bounds[1] },
+        ];
+        // First: where a copy fails, what is on the device is of neither scene.
+        self.raise(scene, &changed, bounds);
+        self.mixed = true;
+        let pass = if changed.on_device() { self.copy(scene, &changed, &casters)? } else { None };
+        (self.written, self.mixed, self.bounds) = (false, false, bounds);
+        let host_ns = start.elapsed().as_nanos() as f64;
+        self.scene.clone_from(scene);
+        Ok(Moved { pass, host_ns })
+    }
+
+    /// An error where a scene is no other state of this one.
+    fn check(&self, scene: &Scene) -> Result<()> {
+        let casters = scene.particles.len() + scene.strands.len();
         let triangle_count: usize = scene.meshes.iter().map(|m| m.triangles.len()).sum();
         let maps = |s: &Scene| s.lights.iter().map(crate::scene::Light::map_count).collect::<Vec<_>>();
-        let cause = if casters.len() > self.caster_capacity as usize {
-            format!("{} casters, and the world has room for {}", casters.len(), self.caster_capacity)
+        let cause = if casters > self.caster_capacity as usize {
+            format!("{casters} casters, and the world has room for {}", self.caster_capacity)
         } else if !scene.strands.is_empty() && !self.strands {
             "it has strands, and the world was made without".into()
         } else if triangle_count != self.triangle_count as usize || maps(scene) != maps(&self.scene) {
             "meshes or lights are others than those that the world was made for".into()
         } else {
-            // First: where a copy fails, what is on the device is of neither scene.
-            self.generation += 1;
-            let passes = self.context.try_submit(|commands| {
-                let casters = commands.stage(&self.casters, &casters)?;
-                let lights = commands.stage(&self.lights, &LightData::all(scene))?;
-                let unmoved = scene.meshes == self.scene.meshes;
-                let triangles = if unmoved { None } else { commands.stage(&self.triangles, &triangles(scene))? };
-                let sides = if unmoved { None } else { commands.stage(&self.sides, &signs(scene))? };
-                commands.pass("world.move", |pass| {
-                    [casters, lights, triangles, sides].iter().flatten().for_each(|staged| pass.copy_staged(staged));
-                });
-                Ok(())
-            })?;
-            let host_ns = start.elapsed().as_nanos() as f64;
-            self.scene.clone_from(scene);
-            return Ok(Moved { pass: passes.into_iter().next(), host_ns });
+            return Ok(());
         };
         Err(Error::input(scene.name.clone(), cause, "make a new world, and open its techniques anew"))
+    }
+
+    /// What a scene has otherwise than the device.
+    fn changed(&self, scene: &Scene) -> Changed {
+        let was = &self.scene;
+        let particles =
+            bytemuck::cast_slice::<_, u8>(&scene.particles) != bytemuck::cast_slice::<_, u8>(&was.particles);
+        Changed {
+            meshes: self.mixed || scene.meshes != was.meshes,
+            // What simulates them decides where views begin.
+            particles: self.mixed || self.written || particles || scene.motion != was.motion,
+            strands: self.mixed || self.written && self.strands || scene.strands != was.strands,
+            lights: self.mixed || scene.lights != was.lights,
+        }
+    }
+
+    fn raise(&mut self, scene: &Scene, changed: &Changed, bounds: [Bounds; 2]) {
+        let whole = |[meshes, casters]: [Bounds; 2]| meshes.with(casters);
+        let now = &mut self.generations;
+        now.meshes += u64::from(changed.meshes);
+        now.particles += u64::from(changed.particles);
+        now.strands += u64::from(changed.strands);
+        let lights = scene.lights.iter().zip(&self.scene.lights).zip(&mut now.lights);
+        for ((is, was), generation) in lights {
+            *generation += u64::from(self.mixed || (is.kind, is.radius) != (was.kind, was.radius));
+        }
+        now.camera += u64::from(scene.camera != self.scene.camera);
+        now.bounds += u64::from(self.mixed || self.written || whole(bounds) != whole(self.bounds));
+    }
+
+    /// Copies what has changed to the device.
+    fn copy(&self, scene: &Scene, changed: &Changed, casters: &[Caster]) -> Result<Option<PassTime>> {
+        let passes = self.context.try_submit(|commands| {
+            let mut staged = vec![commands.stage(&self.casters, casters)?];
+            if changed.lights {
+                staged.push(commands.stage(&self.lights, &LightData::all(scene))?);
+            }
+            if changed.meshes {
+                staged.push(commands.stage(&self.triangles, &triangles(scene))?);
+                staged.push(commands.stage(&self.sides, &signs(scene))?);
+            }
+            commands.pass("world.move", |pass| staged.iter().flatten().for_each(|staged| pass.copy_staged(staged)));
+            Ok(())
+        })?;
+        Ok(passes.into_iter().next())
+    }
+}
+
+/// Parts of a scene that are other than they were.
+struct Changed {
+    meshes: bool,
+    particles: bool,
+    strands: bool,
+    /// Or their colours.
+    lights: bool,
+}
+
+impl Changed {
+    fn on_device(&self) -> bool {
+        self.meshes || self.particles || self.strands || self.lights
     }
 }
 

@@ -2,9 +2,10 @@
 
 use crate::support::{ask, built, gpu_test, scenes};
 use glam::{DVec2, DVec3};
-use gobo::reference::truth::Casters;
-use gobo::scene::{Scene, View};
+use gobo::reference::truth::{Casters, SurfacePoint, bounds, points_outside, surface_points};
+use gobo::scene::{LightKind, Moved, Resolution, Scene, View};
 use gobo::technique::Technique;
+use rayon::prelude::*;
 
 /// Half the side of the ground, at z = 0.
 const HALF: f32 = 5.0;
@@ -147,4 +148,90 @@ fn particles_and_meshes_multiply() {
             }
         }
     });
+}
+
+/// A ball of so many triangles, about a place.
+fn ball(place: [f32; 3], rings: u32) -> gobo::scene::Mesh {
+    let round = 2 * rings;
+    let at = |i: u32| {
+        let (ring, along) = (f64::from(i / round), f64::from(i % round));
+        let (polar, around) =
+            (std::f64::consts::PI * ring / f64::from(rings), std::f64::consts::TAU * along / f64::from(round));
+        let p = DVec3::new(polar.sin() * around.cos(), polar.sin() * around.sin(), polar.cos()).as_vec3();
+        [p.x + place[0], p.y + place[1], p.z + place[2]]
+    };
+    let quad = |ring: u32, along: u32| {
+        let (a, b) = (ring * round + along, ring * round + (along + 1) % round);
+        [[a, a + round, b], [b, a + round, b + round]]
+    };
+    gobo::scene::Mesh {
+        name: "ball".into(),
+        positions: (0..(rings + 1) * round).map(at).collect(),
+        triangles: (0..rings).flat_map(|ring| (0..round).flat_map(move |along| quad(ring, along))).collect(),
+        albedo: [0.5; 3],
+        solid: false,
+    }
+}
+
+/// What is within the resolution of a finer map is within that of a coarser one, point by point, as far as maps go: of many triangles,
+/// near the origin and far from it, under parallel rays and rays from a point, on surfaces that a look-up leaves, and of a scanned mesh where
+/// the data is.
+#[test]
+fn within_never_grows_as_the_size_doubles() {
+    let at = |place: [f32; 3], kind: fn(DVec3) -> LightKind| {
+        let mut scene = scenes::directional("ball", [0.4, 0.35, -0.8], Vec::new());
+        scene.meshes = vec![ball(place, 40)];
+        scene.lights[0].kind = kind(DVec3::from(place.map(f64::from)));
+        scene
+    };
+    let sun = |_| LightKind::Directional { direction: DVec3::new(0.4, 0.35, -0.8).normalize() };
+    let spot = |place| LightKind::Spot {
+        position: place - DVec3::new(1.6, 1.4, -3.2),
+        direction: DVec3::new(0.4, 0.35, -0.8).normalize(),
+        cone_degrees: 60.0,
+    };
+    let mut all =
+        vec![at([0.0; 3], sun), at([0.0; 3], spot), at([3000.0, -2000.0, 500.0], sun), at([300.0, 0.0, 50.0], spot)];
+    if let Some(folder) = crate::support::shared_data("within_never_grows_as_the_size_doubles") {
+        all.push(Scene::load(&folder.join("bunny.ply").to_string_lossy(), 0.0).expect("a mesh"));
+    }
+    for scene in &all {
+        let casters = Casters::new(scene);
+        let points = points_outside(&casters, bounds(scene).expect("meshes"), 0, 3000);
+        let camera = View::camera(&scene.camera, scene, [64, 64]);
+        let surface = surface_points(&casters, scene, 0, &camera, 2000);
+        let mut before: Option<(usize, Vec<bool>, usize)> = None;
+        // 65,536 is the largest cube that `voxelized` bakes.
+        for size in (9..=16).map(|level| 1u32 << level) {
+            let view = View::opaques(scene, size)[0];
+            let depth = 1.0 / f64::from(size);
+            let moved = Moved { across: 0.5, along: 0.5, always: 1.0 / 32.0, least_world: 0.0 };
+            let off = Resolution { reach_texels: 0.5, depth, moved, ..Resolution::exact(view) };
+            let map =
+                Resolution { reach_texels: 2.0625, pushed_texels: 1.0625, depth: 1e-5, ..Resolution::exact(view) };
+            let near = |p: &[f32; 3]| casters.in_boundary(0, &map, DVec3::from(p.map(f64::from)));
+            let now: Vec<bool> = points.par_iter().map(near).collect();
+            let facing = |s: &SurfacePoint| s.facing(scene.lights[0].towards(s.position));
+            let on = |s: &&SurfacePoint| casters.in_surface_boundary(0, &off, s.position, facing(s));
+            let (within, on) = (now.iter().filter(|near| **near).count(), surface.par_iter().filter(on).count());
+            println!(
+                "{}, {size}: {within} of {} in space, {on} of {} on surfaces",
+                scene.name,
+                points.len(),
+                surface.len()
+            );
+            if let Some((before, all, on_before)) = before {
+                let new = now.iter().zip(&all).filter(|(now, before)| **now && !**before).count();
+                assert_eq!(new, 0, "{}: at {size} are within that were not, of {before}", scene.name);
+                assert!(
+                    on <= on_before,
+                    "{}: {on} points of surfaces at {size}, {on_before} at half of it",
+                    scene.name
+                );
+            }
+            before = Some((within, now, on));
+        }
+        let least = before.expect("some").0;
+        assert!(least * 100 < points.len(), "{}: {least} are left", scene.name);
+    }
 }

@@ -4,7 +4,7 @@
 use super::casters::Casters;
 use super::shaft::Neighbourhood;
 use super::tube::Tube;
-use crate::scene::{LightKind, Moved, Projection, Resolution, View};
+use crate::scene::{LightKind, Moved, Projection, Resolution};
 use glam::DVec3;
 
 /// The nearest that a point is tried across the rays, texels, so that what is thinner than a texel is met.
@@ -17,17 +17,13 @@ const APART: f64 = 2.0625;
 /// texels has the answer.
 const GRAZING: f64 = 0.02;
 
-/// What a receiver is moved by in a grid, voxels, more than a voxel reaches. Twin: RECEIVER_MARGIN in
-/// glsl/voxel_grid/visibility.glsl.
-const GRID_MARGIN: f64 = 1e-3;
-
 impl Casters<'_> {
     /// Whether a point lies in the boundary of an opaque shadow of light `light`: whether a point nearer to it than the
     /// technique resolves, across the light's rays or along them, is blocked where it is not, or the other way round; or lies
     /// inside something closed, where the technique may answer anything.
     pub fn in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3) -> bool {
         if resolution.voxel > 0.0 {
-            return self.ray_in_boundary(light, resolution.voxel, position, position);
+            return self.ray_in_boundary(light, resolution, position, position);
         }
         let blocked = !self.unblocked(light, position);
         self.differs_about(resolution, position, depth(resolution), blocked)
@@ -39,22 +35,21 @@ impl Casters<'_> {
     /// the technique does not tell the two apart, and whether depths that are pushed back miss what is there.
     pub fn in_surface_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: DVec3) -> bool {
         if resolution.voxel > 0.0 {
-            let at = position + off_the_surface(resolution.voxel, normal);
-            return self.ray_in_boundary(light, resolution.voxel, position, at);
+            let at = resolution.looked_up(position, normal);
+            return self.ray_in_boundary(light, resolution, position, at);
         }
-        let [right, up, along, z] = self.footprint(&resolution.view, position);
+        let view = resolution.view_about(position);
+        let ([right, up], along) = (view.texel_at(position), view.ray_through(position).direction);
         let facing = normal.dot(along) / along.length();
-        if z.x <= 0.0 || facing.abs() < GRAZING {
+        let is_behind = view.projection() == Projection::Perspective && view.axes(position).z <= 0.0;
+        if is_behind || facing.abs() < GRAZING {
             return true;
         }
         let blocked = !self.unblocked(light, position);
         if resolution.moved != Moved::default() {
-            let (moved, texel) = (resolution.moved, right.length());
-            let across = (normal.dot(right) / texel).abs() + (normal.dot(up) / up.length()).abs();
-            let off = moved.across * across + moved.along * facing.abs() + moved.always;
-            let at = position + normal * (off * texel);
+            let at = resolution.looked_up(position, normal);
             return resolution.free_inside && self.inside(light, at)
-                || self.differs_about(resolution, at, moved.along * texel, blocked);
+                || self.differs_about(resolution, at, resolution.moved.along * right.length(), blocked);
         }
         let within = |v: DVec3| v - along * (normal.dot(v) / normal.dot(along));
         let (right, up) = (within(right), within(up));
@@ -76,7 +71,8 @@ impl Casters<'_> {
     /// Whether not all is `blocked` that is as near to a point as the technique resolves across the rays, and `depth` along
     /// them; or some of it may be inside something closed.
     fn differs_about(&self, resolution: &Resolution, position: DVec3, depth: f64, blocked: bool) -> bool {
-        let near = Neighbourhood { view: &resolution.view, position, reach: resolution.reach_texels, depth };
+        let view = resolution.view_about(position);
+        let near = Neighbourhood { view: &view, position, reach: resolution.reach_texels, depth };
         near.is_behind()
             || resolution.free_inside && near.meets_closed(&self.meshes)
             || near.differs(&self.meshes, blocked)
@@ -84,9 +80,9 @@ impl Casters<'_> {
 
     /// Whether a ray through a grid may find another answer than there is at a point: of a lit one, where a surface meets a voxel
     /// that the ray from `at` may pass; of another, where that ray is free.
-    fn ray_in_boundary(&self, light: usize, voxel: f64, position: DVec3, at: DVec3) -> bool {
+    fn ray_in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, at: DVec3) -> bool {
         let (direction, distance) = match self.scene.lights[light].kind {
-            LightKind::Virtual { position, normal, .. } => (position + off_the_surface(voxel, normal) - at, 1.0),
+            LightKind::Virtual { position, normal, .. } => (resolution.looked_up(position, normal) - at, 1.0),
             _ => self.to_light(light, at),
         };
         if !self.unblocked(light, position) {
@@ -94,26 +90,8 @@ impl Casters<'_> {
         }
         // All meshes are nearer than this.
         let way = if distance.is_finite() { direction } else { direction * (4.0 * self.meshes.extent + at.length()) };
-        Tube::new(at, way, voxel).is_met(&self.meshes)
+        Tube::new(at, way, resolution.voxel).is_met(&self.meshes)
     }
-
-    /// A texel to the right and up at a point, the ray's direction there, and its z (in x).
-    fn footprint(&self, view: &View, position: DVec3) -> [DVec3; 4] {
-        let z = view.axes(position).z;
-        let spread = if view.projection() == Projection::Parallel { 1.0 } else { z };
-        let texel = |axis: [f32; 3], scale: f32, count: u32| {
-            DVec3::from(axis.map(f64::from)) * (2.0 * spread / (f64::from(scale) * f64::from(count)))
-        };
-        let right = texel(view.right, view.scale_x, view.width);
-        let up = texel(view.up, view.scale_y, view.height);
-        let z = if view.projection() == Projection::Parallel { 1.0 } else { z };
-        [right, up, view.ray_through(position).direction, DVec3::X * z]
-    }
-}
-
-/// How a grid moves what stands on a surface with that normal: receivers, and virtual lights.
-fn off_the_surface(voxel: f64, normal: DVec3) -> DVec3 {
-    voxel * (normal.abs().element_sum() + GRID_MARGIN) * normal
 }
 
 /// How far along a ray, in lengths of its direction.
@@ -159,18 +137,7 @@ mod tests {
     /// Of the scene's light, 64 texels across.
     fn resolution(scene: &Scene, reach_texels: f64, depth: f64) -> (Resolution, f64) {
         let view = View::opaques(scene, 64)[0];
-        (
-            Resolution {
-                view,
-                reach_texels,
-                pushed_texels: 0.0,
-                moved: Moved::default(),
-                free_inside: false,
-                depth,
-                voxel: 0.0,
-            },
-            2.0 / (f64::from(view.scale_x) * 64.0),
-        )
+        (Resolution { view, reach_texels, depth, ..Resolution::exact(view) }, 2.0 / (f64::from(view.scale_x) * 64.0))
     }
 
     /// Along the edge of the plate's shadow two texels to either side, and nothing else: not the middle of the shadow, not the
@@ -279,15 +246,7 @@ mod tests {
         let casters = Casters::new(&scene);
         let views = View::opaques(&scene, 64);
         let down = views.into_iter().find(|v| v.forward[2] < -0.9).expect("a face looks down");
-        let resolution = Resolution {
-            view: down,
-            reach_texels: 2.0,
-            pushed_texels: 0.0,
-            moved: Moved::default(),
-            free_inside: false,
-            depth: 1e-5,
-            voxel: 0.0,
-        };
+        let resolution = Resolution { reach_texels: 2.0, depth: 1e-5, ..Resolution::exact(down) };
         // In texels the shadow is as wide at any depth.
         let at = |texel: DVec2, z: f64| down.ray(texel).at(z);
         let (rim, _) = down.project(DVec3::new(1.0, 0.1, 0.0));
@@ -297,6 +256,63 @@ mod tests {
                 assert_eq!(casters.in_boundary(0, &resolution, at(texel, z)), is_near, "{share} texels, z {z}");
             }
             assert!(!casters.in_boundary(0, &resolution, at(rim, 1.0)), "above the plate");
+        }
+    }
+
+    /// Under a virtual light, in texels of its own map: a point behind the plate is within where the plate's rim is less than the reach
+    /// away from it in the map, by the map's formula (glsl/ism/visibility.glsl), and nowhere else; points off a surface are where
+    /// the look-up is.
+    #[test]
+    fn in_texels_of_a_paraboloid() {
+        let mut scene = plate();
+        let (light, size) = (DVec3::new(0.3, -0.2, 1.5), 64.0);
+        for normal in [DVec3::NEG_Z, DVec3::new(0.6, 0.2, -0.8), DVec3::new(-1.0, 0.4, -0.3)].map(DVec3::normalize) {
+            scene.lights[0].kind = LightKind::Virtual { position: light, normal, nearest: 0.1 };
+            let casters = Casters::new(&scene);
+            let view = View::paraboloid(light, normal, 64);
+            let resolution = Resolution::of_paraboloid(view, 0.0);
+            let axes = [view.right, view.up, view.forward].map(|axis| DVec3::from(axis.map(f64::from)));
+            let texel = |p: DVec3| {
+                let [x, y, z] = axes.map(|axis| axis.dot(p - light));
+                DVec2::new(x, y) * (0.5 * size / ((p - light).length() + z))
+            };
+            let side = |i: i32| (i % 2000) as f64 / 1000.0 - 1.0;
+            let rim: Vec<DVec2> = (0..8000)
+                .map(|i| match i / 2000 {
+                    0 => DVec3::new(side(i), -1.0, 0.0),
+                    1 => DVec3::new(side(i), 1.0, 0.0),
+                    2 => DVec3::new(-1.0, side(i), 0.0),
+                    _ => DVec3::new(1.0, side(i), 0.0),
+                })
+                .filter(|p| (*p - light).dot(normal) > -0.5)
+                .map(texel)
+                .collect();
+            let mut counted = [0; 2];
+            for i in 0..4000 {
+                let at = |k: f64| (f64::from(i) * k).sin();
+                let point = DVec3::new(3.0 * at(1.3), 3.0 * at(2.9), -1.0 + 0.5 * at(0.7));
+                if (point - light).dot(normal) < 0.05 {
+                    continue;
+                }
+                let away = |p: DVec3| rim.iter().map(|r| (*r - texel(p)).abs().max_element()).fold(f64::MAX, f64::min);
+                let check = |is_near: bool, at: DVec3| {
+                    // What is straight to the light is bent a little in the map.
+                    let away = away(at);
+                    assert!(
+                        (away - 1.5).abs() < 0.1 || is_near == (away < 1.5),
+                        "{point}, normal {normal}: {away} texels"
+                    );
+                    is_near
+                };
+                counted[usize::from(check(casters.in_boundary(0, &resolution, point), point))] += 1;
+                // On a surface that looks up: where it is looked up, a texel and a half of the map off it.
+                let wide = (point - light).length() + (point - light).dot(normal);
+                let at = point + DVec3::Z * (1.5 * wide * 2.0 / size);
+                if casters.unblocked(0, point) == casters.unblocked(0, at) && (at - light).dot(normal) > 0.05 {
+                    check(casters.in_surface_boundary(0, &resolution, point, DVec3::Z), at);
+                }
+            }
+            assert!(counted[0] > 500 && counted[1] > 100, "{counted:?}");
         }
     }
 
@@ -342,9 +358,7 @@ mod tests {
             let casters = Casters::new(&scene);
             let view = View::opaques(&scene, 32)[0];
             let (reach, pushed_texels) = (0.5, 0.5625);
-            let (moved, voxel) = (Moved::default(), 0.0);
-            let resolution =
-                Resolution { view, reach_texels: 1.0625, pushed_texels, moved, free_inside: false, depth: 1e-5, voxel };
+            let resolution = Resolution { reach_texels: 1.0625, pushed_texels, depth: 1e-5, ..Resolution::exact(view) };
             let (mut outside, mut missed) = (0, [0; 2]);
             for point in super::super::surface_points(&casters, &scene, 0, &view, 600) {
                 let (texel, z) = view.project(point.position);

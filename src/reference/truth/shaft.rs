@@ -5,13 +5,15 @@ use crate::scene::{Projection, View};
 use bvh::aabb::{Aabb, IntersectsAabb};
 use glam::{DVec2, DVec3};
 
-/// What is left of a square counts as nothing below this, texels²: edges that triangles share leave so much by rounding.
+/// What is left of a square counts as nothing below this, texels²: edges that triangles share leave so much by rounding. A corner
+/// is rounded to 2⁻⁵² of its distance from the view's origin, which is 10⁻¹¹ texels in a view of 65,536 texels a side; and a square
+/// is some texels wide.
 const NOTHING: f64 = 1e-9;
 
 /// Times that a square is cut, beyond which it is taken to be partly lit.
 const MOST_CUTS: usize = 1 << 16;
 
-/// On one side of a plane: where `normal · p <= most`.
+/// On one side of a plane: where `normal · p <= most`, from the view's origin, so that what lies far off is no rounder.
 #[derive(Clone, Copy)]
 struct Half {
     normal: DVec3,
@@ -19,21 +21,26 @@ struct Half {
 }
 
 /// What is on the inner side of all of these.
-pub(super) struct Shaft(Vec<Half>);
+pub(super) struct Shaft {
+    /// Of the view, world units.
+    origin: DVec3,
+    halves: Vec<Half>,
+}
 
 impl Shaft {
-    /// The part of a triangle that is in it.
+    /// The part of a triangle that is in it, from the view's origin.
     fn part(&self, corners: [DVec3; 3]) -> Vec<DVec3> {
-        self.0.iter().fold(corners.to_vec(), |polygon, half| clip(polygon, *half))
+        let corners = corners.map(|corner| corner - self.origin);
+        self.halves.iter().fold(corners.to_vec(), |polygon, half| clip(polygon, *half))
     }
 }
 
 impl IntersectsAabb<f64, 3> for Shaft {
     /// Never false where they meet.
     fn intersects_aabb(&self, aabb: &Aabb<f64, 3>) -> bool {
-        self.0.iter().all(|half| {
-            let nearest = |i: usize| half.normal[i] * if half.normal[i] > 0.0 { aabb.min[i] } else { aabb.max[i] };
-            (0..3).map(nearest).sum::<f64>() <= half.most
+        self.halves.iter().all(|half| {
+            let corner = |i: usize| if half.normal[i] > 0.0 { aabb.min[i] } else { aabb.max[i] };
+            (0..3).map(|i| half.normal[i] * (corner(i) - self.origin[i])).sum::<f64>() <= half.most
         })
     }
 }
@@ -54,7 +61,7 @@ pub(super) struct Neighbourhood<'a> {
 impl Neighbourhood<'_> {
     /// Whether any of it is blocked from the light where its middle is not (`blocked`), or the other way round.
     pub fn differs(&self, meshes: &Meshes, blocked: bool) -> bool {
-        let z = self.bounds()[2];
+        let z = self.range();
         // What is met within the box blocks only what is behind it.
         let most = if blocked { z.x } else { z.y };
         self.is_other(meshes, blocked, [f64::NEG_INFINITY, z.y], |_| most)
@@ -64,7 +71,7 @@ impl Neighbourhood<'_> {
     /// many texels, and is cut off at the view's near plane. Surfaces that the middle lies on are none.
     pub fn differs_pushed(&self, meshes: &Meshes, blocked: bool, texels: f64) -> bool {
         let view = self.view;
-        let z = self.bounds()[2];
+        let z = self.range();
         let along = view.ray_through(self.position).direction;
         let texel = |axis: [f32; 3], scale: f32, count: u32| vec(axis) * (2.0 / (f64::from(scale) * f64::from(count)));
         let (right, up) = (texel(view.right, view.scale_x, view.width), texel(view.up, view.scale_y, view.height));
@@ -85,19 +92,20 @@ impl Neighbourhood<'_> {
     /// Whether some of the square is free where `blocked`, else whether some is not: of what of the triangles is within a range of
     /// z, of each up to the z that `most` gives it.
     fn is_other(&self, meshes: &Meshes, blocked: bool, range: [f64; 2], most: impl Fn(&Triangle) -> f64) -> bool {
-        let [low, high, _] = self.bounds();
-        let shaft = Shaft([&self.sides(low, high)[..], &[self.before(range[1])]].concat());
-        let front = self.before(range[0]);
-        let behind = Half { normal: -front.normal, most: -front.most };
+        let shaft = self.shaft(&[self.before(range[1])]);
+        let behind = self.behind(range[0]);
+        let middle = self.view.project(self.position).0;
         let mut blockers = Vec::new();
         for triangle in meshes.meeting(&shaft) {
             let met = clip(clip(shaft.part(triangle.corners), behind), self.before(most(triangle)));
             if !blocked && !met.is_empty() {
                 return true;
             }
-            blockers.push(Flat::new(met.iter().map(|p| self.view.project(*p).0).collect()));
+            // About the middle: an area about a corner of the view would be a difference of numbers as large as the view.
+            blockers.push(Flat::new(met.iter().map(|p| self.view.project_offset(*p).0 - middle).collect()));
         }
-        let square = Flat::new(vec![low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)]);
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        let square = Flat::new(corners.map(|corner| self.reach * DVec2::from(corner)).into());
         blocked && is_left(square, blockers)
     }
 
@@ -108,29 +116,38 @@ impl Neighbourhood<'_> {
 
     /// Whether the surface of something closed passes through it.
     pub fn meets_closed(&self, meshes: &Meshes) -> bool {
-        let [low, high, z] = self.bounds();
-        let front = self.before(z.x);
-        let behind = Half { normal: -front.normal, most: -front.most };
-        let shaft = Shaft([&self.sides(low, high)[..], &[self.before(z.y), behind]].concat());
+        let z = self.range();
+        let shaft = self.shaft(&[self.before(z.y), self.behind(z.x)]);
         meshes.meeting(&shaft).any(|triangle| triangle.side != 0 && !shaft.part(triangle.corners).is_empty())
     }
 
-    /// Its least and greatest texel, and z.
-    fn bounds(&self) -> [DVec2; 3] {
-        let (middle, z) = self.view.project(self.position);
-        [middle - self.reach, middle + self.reach, DVec2::new(z - self.depth, z + self.depth)]
+    /// Its least and greatest z.
+    fn range(&self) -> DVec2 {
+        let z = self.view.project(self.position).1;
+        DVec2::new(z - self.depth, z + self.depth)
     }
 
     /// Up to a z.
     fn before(&self, z: f64) -> Half {
-        let [origin, forward] = [self.view.origin, self.view.forward].map(vec);
-        Half { normal: forward, most: forward.dot(origin) + z }
+        Half { normal: vec(self.view.forward), most: z }
     }
 
-    /// Between texels, and in front of an eye.
-    fn sides(&self, low: DVec2, high: DVec2) -> [Half; 5] {
+    /// From a z on.
+    fn behind(&self, z: f64) -> Half {
+        Half { normal: -vec(self.view.forward), most: -z }
+    }
+
+    /// What is within its sides and these.
+    fn shaft(&self, halves: &[Half]) -> Shaft {
+        Shaft { origin: vec(self.view.origin), halves: [&self.sides()[..], halves].concat() }
+    }
+
+    /// Between its outermost texels, and in front of an eye.
+    fn sides(&self) -> [Half; 5] {
         let view = self.view;
-        let (origin, forward) = (vec(view.origin), vec(view.forward));
+        let forward = vec(view.forward);
+        let middle = view.project(self.position).0;
+        let (low, high) = (middle - self.reach, middle + self.reach);
         let perspective = view.projection() == Projection::Perspective;
         // A texel's coordinate, times z where there is perspective, is linear in the position.
         let half = |axis: [f32; 3], scale: f32, count: u32, at: f64, sign: f64| {
@@ -138,11 +155,11 @@ impl Neighbourhood<'_> {
             let across = vec(axis) * (f64::from(scale) * middle);
             let along = if perspective { forward * (middle - at) } else { DVec3::ZERO };
             let normal = sign * (across + along);
-            Half { normal, most: normal.dot(origin) + if perspective { 0.0 } else { sign * (at - middle) } }
+            Half { normal, most: if perspective { 0.0 } else { sign * (at - middle) } }
         };
         // Nothing at the eye itself, where texels mean nothing.
         let (ahead, eye) = if perspective { (forward, 1e-6 * f64::from(view.far)) } else { (DVec3::ZERO, 0.0) };
-        let ahead = Half { normal: -ahead, most: -ahead.dot(origin) - eye };
+        let ahead = Half { normal: -ahead, most: -eye };
         [
             half(view.right, view.scale_x, view.width, low.x, -1.0),
             half(view.right, view.scale_x, view.width, high.x, 1.0),

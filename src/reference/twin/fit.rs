@@ -28,10 +28,6 @@ impl Range {
         self.low = self.low.min(through(centre - radius));
         self.high = self.high.max(through(centre + radius));
     }
-
-    fn with(self, other: Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
-    }
 }
 
 fn axes(view: &View, position: Vec3) -> Vec3 {
@@ -47,8 +43,9 @@ fn sees(view: &View, centre: Vec3, radius: f32) -> bool {
     outside < radius * (1.0 + tangent * tangent).sqrt() && centre.z + radius > 0.0
 }
 
-/// How far casters reach, and how far mesh vertices do, in an aimed view. Twin: glsl/maps/bounds.comp.
-pub fn bounds(view: &View, casters: &[Caster], vertices: &[[f32; 3]]) -> [Range; 2] {
+/// How far casters reach in a map's aimed volume view, and how far mesh vertices do in its opaque one. Twin:
+/// glsl/maps/bounds.comp.
+pub fn bounds([view, opaque_view]: [&View; 2], casters: &[Caster], vertices: &[[f32; 3]]) -> [Range; 2] {
     let (mut translucent, mut opaque) = (Range::NONE, Range::NONE);
     let see_all = view.projection() == Projection::Parallel || casters.iter().any(Caster::is_strand);
     for caster in casters {
@@ -61,13 +58,18 @@ pub fn bounds(view: &View, casters: &[Caster], vertices: &[[f32; 3]]) -> [Range;
             translucent.include(axes(view, start + Vec3::from(caster.axis)), caster.radius);
         }
     }
-    vertices.iter().for_each(|v| opaque.include(axes(view, (*v).into()), 0.0));
+    vertices.iter().for_each(|v| opaque.include(axes(opaque_view, (*v).into()), 0.0));
     [translucent, opaque]
 }
 
 /// The volume and the opaque view of a map, from those that are aimed. Twin: glsl/maps/fit.comp.
 pub fn fit([volume, opaque]: [View; 2], [casters, meshes]: [Range; 2], only_meshes: bool) -> [View; 2] {
-    [fit_view(volume, if only_meshes { meshes } else { casters }), fit_view(opaque, casters.with(meshes))]
+    let volume = if only_meshes {
+        fit_view(View { origin: opaque.origin, ..volume }, meshes)
+    } else {
+        fit_view(volume, casters)
+    };
+    [volume, fit_view(opaque, meshes)]
 }
 
 fn fit_view(mut view: View, mut range: Range) -> View {

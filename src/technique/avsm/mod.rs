@@ -29,7 +29,7 @@ use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Context, Image, Kernel, Requirement, Resource, push_struct};
 use crate::maps::{Bins, Map, Maps, Use};
 use crate::shaders::folder;
-use crate::world::World;
+use crate::world::{Parts, World};
 use std::ops::Range;
 
 /// For the registry.
@@ -146,6 +146,14 @@ impl Avsm {
 }
 
 impl Technique for Avsm {
+    fn made_of(&self) -> Parts {
+        Maps::VOLUME.and(Maps::OPAQUE)
+    }
+
+    fn forget(&mut self) {
+        self.maps.forget();
+    }
+
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.maps.record(commands, world);
         if let Some(bins) = &mut self.bins {

@@ -89,11 +89,15 @@ impl Adapt {
         })
     }
 
-    /// Records the passes that choose among the points as they are now.
-    pub fn record(&self, commands: &mut Commands, world: &World) {
+    /// Records the pass that finds what there is to know of the clusters of points as they are now.
+    pub fn gather(&self, commands: &mut Commands) {
         let push = ClustersPush { cluster_count: cluster_count(&self.settings) };
         let [x, y] = groups(push.cluster_count.into());
         commands.pass("ism.clusters", |pass| pass.dispatch(&self.gather, &push, [x, y, 1]));
+    }
+
+    /// Records the pass that chooses among them.
+    pub fn record(&self, commands: &mut Commands, world: &World) {
         let camera = &world.scene().camera;
         let push = AdaptPush {
             light_count: self.light_count,

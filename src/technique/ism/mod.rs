@@ -18,9 +18,9 @@ use super::keys::word_of;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Promises, Runs, Spec, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Resource};
 use crate::maps::Map;
-use crate::scene::{Casting, LightKind, Moved, Resolution, Scene, View};
+use crate::scene::{Light, LightKind, Resolution, Scene, View};
 use crate::shaders::{constant, folder};
-use crate::world::World;
+use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 use settings::{ADAPTIVE, CULLING, FACING, FILL, PATH, PATHS, POINTS, SIZE};
 
@@ -44,6 +44,7 @@ pub struct Ism {
     way: Way,
     reason: &'static str,
     sample: Sample,
+    sampled: Made,
     adapt: Option<Adapt>,
     atlas: Atlas,
     resolution: Vec<Resolution>,
@@ -76,7 +77,18 @@ impl Ism {
         let look_up = Bindings::new(context, "ism.look_up", &resources)?;
         let constants =
             Constants::new().set(constant::ISM_SIZE, settings.size).set(constant::ISM_STRIDE, atlas.stride());
-        Ok(Self { settings: *settings, way, reason, sample, adapt, atlas, resolution: Vec::new(), look_up, constants })
+        Ok(Self {
+            settings: *settings,
+            way,
+            reason,
+            sample,
+            sampled: Made::of(Parts::MESHES),
+            adapt,
+            atlas,
+            resolution: Vec::new(),
+            look_up,
+            constants,
+        })
     }
 
     /// The points, subset after subset, and what is known of all of them, after a build.
@@ -107,24 +119,38 @@ impl Ism {
     }
 }
 
-/// How finely a map knows the meshes, one for each face of all lights: a texel of a cube's face as wide as the map's are.
-fn resolution(scene: &Scene, size: u32) -> Vec<Resolution> {
-    let of = |view| Resolution {
-        view,
-        reach_texels: 1.5,
-        pushed_texels: 0.0,
-        moved: Moved { across: 0.0, along: 0.0, always: 1.5 },
-        free_inside: false,
-        depth: 0.0,
-        voxel: 0.0,
+/// How finely a map knows the meshes, the same for each face of the cube about a light: as finely as its texels lie, where it is asked.
+/// A point of a surface is moved by half of what a point of the map stands for at least. Twin: light_receiver.
+fn resolution(scene: &Scene, settings: &Settings) -> Vec<Resolution> {
+    const RECEIVER_POINTS: f64 = 0.5;
+    let least_world = RECEIVER_POINTS * sample::radius(scene, settings.points);
+    let maps = |light: &Light| {
+        let LightKind::Virtual { position, normal, .. } = light.kind else { return Vec::new() };
+        let view = View::paraboloid(position, normal, settings.size);
+        vec![Resolution::of_paraboloid(view, least_world); light.map_count()]
     };
-    View::aimed(scene, size, Casting::Opaque).into_iter().map(of).collect()
+    scene.lights.iter().flat_map(maps).collect()
 }
 
 impl Technique for Ism {
+    /// Points that adapt go where the camera looks.
+    fn made_of(&self) -> Parts {
+        let of = Parts::MESHES.and(Parts::LIGHTS);
+        if self.settings.adaptive { of.and(Parts::CAMERA) } else { of }
+    }
+
+    fn forget(&mut self) {
+        self.sampled.forget();
+    }
+
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        self.resolution = resolution(world.scene(), self.settings.size);
-        self.sample.record(commands, world);
+        self.resolution = resolution(world.scene(), &self.settings);
+        if self.sampled.make(world) {
+            self.sample.record(commands, world);
+            if let Some(adapt) = &self.adapt {
+                adapt.gather(commands);
+            }
+        }
         if let Some(adapt) = &self.adapt {
             adapt.record(commands, world);
         }

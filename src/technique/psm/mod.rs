@@ -20,7 +20,7 @@ use crate::gpu::{Bindings, Commands, Constants, Context, Image, Requirement, Res
 use crate::maps::{Bins, MANY_CASTERS, Map, Maps};
 use crate::shaders::constant::FETCH_AHEAD;
 use crate::shaders::folder;
-use crate::world::World;
+use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 
 words! {
@@ -117,6 +117,7 @@ pub struct Psm {
     pub volume: Image,
     maps: Maps,
     build: Build,
+    built: Made,
     look_up: Bindings,
     constants: Constants,
     reason: String,
@@ -169,7 +170,10 @@ impl Psm {
         };
         let more = [Resource::Sampled(volume.clone(), layout.empty().1)];
         let look_up = maps.look_up(context, "psm.look_up", &more)?;
-        Ok(Self { volume, maps, build, look_up, constants, reason })
+        // Of what is hidden behind meshes nothing is summed; what is drawn is drawn behind them too.
+        let of_meshes = if way == Way::Fused { Maps::OPAQUE } else { Maps::VOLUME };
+        let built = Made::of(Maps::VOLUME.and(of_meshes));
+        Ok(Self { volume, maps, build, built, look_up, constants, reason })
     }
 
     /// path=raster's first pass alone; nothing for path=fused.
@@ -225,8 +229,20 @@ fn choose(context: &Context, spec: &Spec) -> Result<(Way, String)> {
 }
 
 impl Technique for Psm {
+    fn made_of(&self) -> Parts {
+        Maps::VOLUME.and(Maps::OPAQUE)
+    }
+
+    fn forget(&mut self) {
+        self.maps.forget();
+        self.built.forget();
+    }
+
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.maps.record(commands, world);
+        if !self.built.make(world) {
+            return Ok(());
+        }
         match &mut self.build {
             Build::Raster(raster) => raster.record(commands, world, &self.maps),
             Build::Fused(fused) => fused.record(commands, world),
@@ -237,6 +253,9 @@ impl Technique for Psm {
     fn settle(&mut self) -> Result<Settled> {
         let grew = if let Build::Fused(fused) = &mut self.build { fused.bins.settle()? } else { false };
         self.maps.settle(grew)?;
+        if grew {
+            self.built.forget();
+        }
         Ok(Settled::of(grew))
     }
 

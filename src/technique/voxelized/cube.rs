@@ -29,10 +29,10 @@ pub fn resolution(cubes: &[View], settings: &Settings) -> Vec<Resolution> {
     // What touches a column is up to a voxel away from a place in it.
     let across = f64::from(settings.filter) / 2.0 + if settings.is_conservative() { 0.5 } else { 0.0 };
     let reach_texels = across + ROUNDING / 2.0;
-    let moved = Moved { across, along: 0.5, always: ROUNDING };
+    let moved = Moved { across, along: 0.5, always: ROUNDING, least_world: 0.0 };
     let depth = 1.0 / f64::from(settings.size);
     let free_inside = settings.closed;
-    let of = |view| Resolution { view, reach_texels, pushed_texels: 0.0, moved, free_inside, depth, voxel: 0.0 };
+    let of = |view| Resolution { reach_texels, moved, free_inside, depth, ..Resolution::exact(view) };
     cubes.iter().copied().map(of).collect()
 }
 

@@ -3,14 +3,14 @@
 use super::cube::{cubes, resolution};
 use super::file::{Baked, scene_hash};
 use super::settings::{FILE, Settings};
-use super::{COUNTS, TreeData, counters};
+use super::{COUNTS, OF, TreeData, counters};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Mapped, Memory, Resource};
 use crate::maps::Map;
 use crate::scene::{Resolution, Scene, View};
 use crate::shaders::folder;
 use crate::technique::keys::PCF;
 use crate::technique::{Answer, Facts, Spec, Technique};
-use crate::world::World;
+use crate::world::{Parts, World};
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -26,8 +26,6 @@ pub struct Loaded {
     scene: u64,
     counts: [u64; COUNTS.len()],
     cubes: Vec<View>,
-    /// Of the world that was found to be the file's.
-    generation: u64,
     bytes_resident: u64,
     look_up: Bindings,
     constants: Constants,
@@ -68,7 +66,6 @@ impl Loaded {
             scene: baked.scene,
             counts: baked.counts,
             cubes: cubes(world.scene(), settings.size)?,
-            generation: world.generation(),
             bytes_resident,
             look_up: Bindings::new(context, "voxelized.look_up", &resources)?,
             constants: settings.constants(Constants::new()),
@@ -87,13 +84,13 @@ fn check_scene(file: &str, baked: u64, scene: &Scene) -> Result<()> {
 }
 
 impl Technique for Loaded {
-    /// No pass: all of it is on the device.
+    fn made_of(&self) -> Parts {
+        OF
+    }
+
+    /// No pass: all of it is on the device, as long as the file is of the world.
     fn record(&mut self, _commands: &mut Commands, world: &World) -> Result<()> {
-        if world.generation() != self.generation {
-            check_scene(&self.file, self.scene, world.scene())?;
-            self.generation = world.generation();
-        }
-        Ok(())
+        check_scene(&self.file, self.scene, world.scene())
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -26,7 +26,7 @@ use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTE
 use crate::maps::Map;
 use crate::scene::{Resolution, View};
 use crate::shaders::folder;
-use crate::world::World;
+use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use std::collections::BTreeMap;
@@ -116,6 +116,9 @@ impl TreeData {
     }
 }
 
+/// What a bake is of.
+const OF: Parts = Parts::MESHES.and(Parts::LIGHTS);
+
 /// What is recorded next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Step {
@@ -140,8 +143,8 @@ pub struct Voxelized {
     look_up: Bindings,
     constants: Constants,
     cubes: Vec<View>,
-    /// Of the world that the cubes are about.
-    generation: Option<u64>,
+    /// Cubes, and the trees in them.
+    looked: Made,
     triangles: u32,
     step: Step,
     restarts: u32,
@@ -196,7 +199,7 @@ impl Voxelized {
             look_up,
             constants: settings.constants(Constants::new()),
             cubes,
-            generation: None,
+            looked: Made::of(OF),
             triangles,
             step: Step::Tile { light: 0, tile: 0 },
             restarts: 0,
@@ -239,9 +242,8 @@ impl Voxelized {
     /// Before the first tile: cubes about the meshes as they are now.
     fn look_at(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         (self.tree, self.kept) = ([0; 2], [0; 2]);
-        if self.generation != Some(world.generation()) {
+        if self.looked.make(world) {
             self.cubes = cubes(world.scene(), self.settings.size)?;
-            self.generation = Some(world.generation());
         }
         let trees: Vec<_> = self.cubes.iter().map(TreeData::of).collect();
         commands.pass("voxelized.begin", |pass| pass.update(&self.shared.trees, &trees));
@@ -315,6 +317,10 @@ impl Voxelized {
 }
 
 impl Technique for Voxelized {
+    fn made_of(&self) -> Parts {
+        OF
+    }
+
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         let tiles = self.shape.tiles();
         let first = self.step == Step::Tile { light: 0, tile: 0 };
@@ -402,7 +408,7 @@ impl Technique for Voxelized {
     }
 
     fn file(&self, world: &World) -> Result<Option<Vec<u8>>> {
-        if self.generation != Some(world.generation()) {
+        if !self.looked.stands(world) {
             return Ok(None);
         }
         let words = self.nodes()?;

@@ -1,0 +1,70 @@
+//! For tests: with `GOBO_TEST_LITTLE`, set and not empty, commands do what they are told, but little of it: two
+//! frames, small pictures, maps and grids, the first variant of each sweep and the first casters of the first scene.
+//! So every command of docs is run.
+
+use crate::scene::Scene;
+use crate::technique::{Spec, Values};
+use std::sync::OnceLock;
+
+/// Texels or slices, where any number may be chosen: enough for the widest filter.
+const MOST_TEXELS: u32 = 48;
+
+/// Casters of each kind, and triangles of each mesh.
+const MOST_CASTERS: usize = 300;
+
+/// Numbers in the names of scenes; more than the few lights that are measured otherwise.
+const MOST_NAMED: u32 = 12;
+
+/// Whether that is asked for.
+pub(super) fn is_asked() -> bool {
+    static ASKED: OnceLock<bool> = OnceLock::new();
+    *ASKED.get_or_init(|| std::env::var_os("GOBO_TEST_LITTLE").is_some_and(|value| !value.is_empty()))
+}
+
+/// The name of a scene, with small numbers: `courtyard:lights=12` for `courtyard:lights=1024`.
+pub(super) fn name(name: &str) -> String {
+    match name.rsplit_once('=').and_then(|(key, number)| Some((key, number.parse::<u32>().ok()?))) {
+        Some((key, number)) if is_asked() => format!("{key}={}", number.min(MOST_NAMED)),
+        _ => name.to_owned(),
+    }
+}
+
+/// The first scene; the others are there.
+pub(super) fn scenes<T>(scenes: &mut Vec<T>) {
+    if is_asked() {
+        scenes.truncate(1);
+    }
+}
+
+/// The first of what is in it.
+pub(super) fn scene(mut scene: Scene) -> Scene {
+    if is_asked() {
+        scene.particles.truncate(MOST_CASTERS);
+        scene.strands.truncate(MOST_CASTERS);
+        for mesh in &mut scene.meshes {
+            mesh.triangles.truncate(MOST_CASTERS);
+            let used = mesh.triangles.iter().flatten().max().map_or(0, |last| *last as usize + 1);
+            mesh.positions.truncate(used);
+        }
+    }
+    scene
+}
+
+/// The first of a sweep, in the smallest map or grid.
+pub(super) fn specs(mut specs: Vec<Spec>) -> Vec<Spec> {
+    if !is_asked() {
+        return specs;
+    }
+    for spec in &mut specs {
+        for name in ["size", "points", "slices"] {
+            let key = spec.entry.all_keys().find(|key| key.name == name && !spec.value(name).is_empty());
+            match key.map(|key| &key.values) {
+                Some(Values::OneOf(words)) => spec.set(name, words[0]),
+                Some(_) => spec.set(name, &spec.number(name).min(MOST_TEXELS).to_string()),
+                None => {}
+            }
+        }
+    }
+    specs.truncate(1);
+    specs
+}

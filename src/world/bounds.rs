@@ -1,0 +1,47 @@
+//! The box about all that casts, in floats as glsl/grid/bounds.comp finds it: where it is the same, a grid stands where it stood.
+
+use crate::scene::{Caster, Mesh};
+use glam::Vec3;
+
+/// A box; low above high where nothing is in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Bounds {
+    low: Vec3,
+    high: Vec3,
+}
+
+impl Bounds {
+    const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
+
+    /// About the corners of triangles.
+    pub(super) fn of_meshes(meshes: &[Mesh]) -> Self {
+        let mut bounds = Self::NONE;
+        for mesh in meshes {
+            for i in mesh.triangles.iter().flatten() {
+                bounds.include(mesh.positions.get(*i as usize).copied().unwrap_or_default().into(), 0.0);
+            }
+        }
+        bounds
+    }
+
+    /// About smoke and hair.
+    pub(super) fn of_casters(casters: &[Caster]) -> Self {
+        let mut bounds = Self::NONE;
+        for caster in casters {
+            let position = Vec3::from(caster.position);
+            bounds.include(position, caster.radius);
+            bounds.include(position + Vec3::from(caster.axis), caster.radius);
+        }
+        bounds
+    }
+
+    fn include(&mut self, centre: Vec3, radius: f32) {
+        self.low = self.low.min(centre - radius);
+        self.high = self.high.max(centre + radius);
+    }
+
+    /// About both.
+    pub(super) fn with(self, other: Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+}

@@ -1,0 +1,12 @@
+//! Docs are held to the truth: their commands run, and their tables are what was measured.
+
+mod support;
+
+#[path = "docs/commands.rs"]
+mod commands;
+#[path = "docs/list.rs"]
+mod list;
+#[path = "docs/rows.rs"]
+mod rows;
+#[path = "docs/tables.rs"]
+mod tables;

@@ -1,0 +1,138 @@
+//! Every command of README.md and docs runs, with little (`GOBO_TEST_LITTLE`): those in blocks, and those in running
+//! text that are whole. A few of them in the usual loop, all with `GOBO_TEST_ALL`. What the device lacks is a skip.
+
+use crate::support::{self, log, skipped};
+use crate::tables::pages;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::Mutex;
+use std::time::Instant;
+
+/// What stands for anything, and what it is here. The longer ones first.
+const PLACEHOLDERS: [(&str, &str); 8] = [
+    ("SCENE…", "cornell"),
+    ("SPEC…", "voxel-grid"),
+    ("MINUTES", "0"),
+    ("SCENE", "cornell"),
+    ("SPEC", "voxel-grid"),
+    ("DIR", "folder"),
+    (" N", " 64"),
+    (" L", " 0"),
+];
+
+/// Files of the reader's own, and what they are here.
+const FILES: [(&str, &str); 3] = [
+    ("smoke.ply", "fuzz/seeds/ply/ok-particles-ascii.ply"),
+    ("head.tfx", "fuzz/seeds/tressfx/ok-version-4.tfx"),
+    ("town.glb", "fuzz/seeds/gltf/ok-binary.glb"),
+];
+
+/// Commands that need a scene, and are only spoken of where there is none.
+const OF_A_SCENE: [&str; 5] = ["render", "slice", "curve", "map", "bake"];
+
+/// Every so many-th command is run in the usual loop.
+const STRIDE: usize = 13;
+
+/// A command as it stands in a page.
+struct Found {
+    page: String,
+    /// Variables that the page set before.
+    set: String,
+    text: String,
+}
+
+/// All of them, without comments and line ends, and the syntax of commands, in brackets.
+fn found(root: &Path) -> (Vec<Found>, Vec<Found>) {
+    let mut all = Vec::new();
+    for page in pages(root) {
+        let text = std::fs::read_to_string(&page).expect("a page").replace("\\\n", " ");
+        let page = page.file_name().expect("a name").to_string_lossy().into_owned();
+        let (mut set, mut running) = (String::new(), String::new());
+        for line in text.lines() {
+            let Some(code) = line.strip_prefix("    ") else {
+                running += &format!("{line}\n");
+                continue;
+            };
+            let code = code.split(" #").next().unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+            if code.starts_with(|c: char| c.is_ascii_uppercase()) && code.contains('=') && !code.contains("cargo") {
+                set += &format!("{code}; ");
+            }
+            // What starts it, such as a driver's runner, is not ours.
+            if let Some(at) = ["gobo ", "cargo run --release -- "].iter().find_map(|start| code.find(start)) {
+                let text = code[at..].replace("cargo run --release -- ", "gobo ");
+                all.push(Found { page: page.clone(), set: set.clone(), text });
+            }
+        }
+        for text in
+            running.split('`').skip(1).step_by(2).map(|text| text.split_whitespace().collect::<Vec<_>>().join(" "))
+        {
+            let words: Vec<&str> = text.split(' ').collect();
+            let is_whole =
+                words.len() > 1 && (words.len() > 2 && !words[2].starts_with('-') || !OF_A_SCENE.contains(&words[1]));
+            if words[0] == "gobo" && is_whole {
+                all.push(Found { page: page.clone(), set: set.clone(), text });
+            }
+        }
+    }
+    // The technique of that page is built by a test of its own.
+    all.retain(|found| !found.text.contains('`') && !found.text.contains("brute-force"));
+    all.into_iter().partition(|found| !found.text.contains('['))
+}
+
+#[test]
+fn commands_run() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let (all, syntax) = found(root);
+    assert!(all.len() > 100, "{} commands: where are the others?", all.len());
+    for Found { page, text, .. } in &syntax {
+        let help = run(root, &format!("gobo {} --help", text.split(' ').nth(1).unwrap_or_default())).0;
+        for option in text.split([' ', '[', ']']).filter(|word| word.starts_with("--")) {
+            assert!(help.contains(option), "{page}: {text}: there is no {option}");
+        }
+    }
+    let folder = tempfile::TempDir::new().expect("a temporary folder");
+    for (name, seed) in FILES {
+        std::fs::copy(root.join(seed), folder.path().join(name)).expect(seed);
+    }
+    std::os::unix::fs::symlink(root.join("fuzz"), folder.path().join("fuzz")).expect("a link to the seeds");
+    let total = all.len();
+    let chosen: Vec<&Found> =
+        all.iter().enumerate().filter(|(i, _)| support::all() || i % STRIDE == 0).map(|(_, f)| f).collect();
+    // In order, since a command may open what the one before it has baked.
+    let next = Mutex::new(chosen.iter());
+    let failed = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                loop {
+                    let Some(Found { page, set, text }) = next.lock().expect("no panic").next() else { break };
+                    let started = Instant::now();
+                    let filled = PLACEHOLDERS.iter().fold(text.clone(), |text, (what, is)| text.replace(what, is));
+                    let (_, error, is_ok) = run(folder.path(), &format!("{set}{filled}"));
+                    log("ran", "commands_run", &format!("{:.1} s: {page}: {text}", started.elapsed().as_secs_f64()));
+                    if error.contains("refused: needs ") {
+                        skipped("commands_run", &format!("{text}: {}", error.trim()));
+                    } else if !is_ok {
+                        failed.lock().expect("no panic").push(format!("{page}: {text}\n    {}", error.trim()));
+                    }
+                }
+            });
+        }
+    });
+    if chosen.len() < total {
+        skipped("commands_run", &format!("{} of {total} commands, which GOBO_TEST_ALL runs", total - chosen.len()));
+    }
+    let failed = failed.into_inner().expect("no panic");
+    assert!(failed.is_empty(), "{} of {} failed:\n{}", failed.len(), chosen.len(), failed.join("\n"));
+}
+
+/// Standard output and error of a line of a shell in which `gobo` is the program, and whether it succeeded.
+fn run(folder: &Path, line: &str) -> (String, String, bool) {
+    let runner = std::env::var("GOBO_RUNNER").unwrap_or_default();
+    let script = format!("gobo() {{ {runner} {} \"$@\"; }}\n{line}\n", env!("CARGO_BIN_EXE_gobo"));
+    let mut command = Command::new("bash");
+    command.args(["-c", &script]).current_dir(folder).env("GOBO_TEST_LITTLE", "1").stdin(Stdio::null());
+    let output = command.output().expect("bash starts");
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (text(&output.stdout), text(&output.stderr), output.status.success())
+}

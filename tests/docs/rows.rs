@@ -1,0 +1,138 @@
+//! Rows of results/*.csv, and what the tables of docs ask of them: columns of the file by their names, and a few that
+//! follow from these.
+
+use gobo::technique::parse;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A file's rows, column → text.
+pub struct Rows {
+    file: String,
+    path: PathBuf,
+    columns: Vec<String>,
+    rows: Vec<BTreeMap<String, String>>,
+}
+
+/// Which row is meant.
+pub struct Which<'a> {
+    pub scene: &'a str,
+    /// As a user gives it: what it leaves out has its default.
+    pub spec: &'a str,
+}
+
+impl Rows {
+    /// `nvidia-h200/psm` is results/nvidia-h200/psm.csv.
+    pub fn read(root: &Path, file: &str) -> Result<Self, String> {
+        let path = root.join("results").join(file).with_extension("csv");
+        let wrong = |cause: csv::Error| format!("{}: {cause}", path.display());
+        let mut reader = csv::Reader::from_path(&path).map_err(wrong)?;
+        let columns: Vec<String> = reader.headers().map_err(wrong)?.iter().map(str::to_owned).collect();
+        let rows = reader.deserialize().collect::<Result<_, _>>().map_err(wrong)?;
+        Ok(Self { file: file.to_owned(), path, columns, rows })
+    }
+
+    /// The number in a column of a row: times in milliseconds, bytes in bytes.
+    pub fn value(&self, which: &Which, column: &str) -> Result<f64, String> {
+        let row = self.row(which)?;
+        let at = |name: &str| self.number(row, name);
+        let ms = |name: &str| Ok(at(name)? / 1e6);
+        match column {
+            "build" | "host" => ms(&format!("{column}_median_ns")),
+            "draw" => ms("draw_median_ns"),
+            "frame" => ms("frame_ns"),
+            "look-up" => ms("lookup_median_ns_per_million"),
+            "resident" | "transient" => at(&format!("bytes_{column}")),
+            "disk" => at("bytes_on_disk"),
+            // How often a build takes as long as copying as many bytes as it leaves behind.
+            "floor" => Ok(at("build_median_ns")? * self.copy_gb_per_second()? / at("bytes_resident")?),
+            _ => match column.split_once('.') {
+                Some(("pass", prefix)) => self.passes(row, prefix),
+                Some((points @ ("map" | "space" | "surface"), what)) => self.error(row, points, what),
+                _ => at(column),
+            },
+        }
+    }
+
+    /// The only row of a scene and a spec.
+    fn row(&self, which: &Which) -> Result<&BTreeMap<String, String>, String> {
+        let Which { scene, spec } = which;
+        let [wanted] = &parse(spec).map_err(|error| error.to_string())?[..] else {
+            return Err(format!("{spec} is a sweep"));
+        };
+        let wanted_keys = wanted.variant();
+        // Keys that are newer than the row had their default.
+        let is_it = |row: &&BTreeMap<String, String>| {
+            let variant = row.get("variant").map_or("", String::as_str);
+            let (name, keys) = variant.split_once(':').unwrap_or((variant, ""));
+            let keys = keys.split(',').filter_map(|pair| pair.split_once('='));
+            let same = |(key, value): (&str, &str)| wanted_keys.get(key).is_none_or(|wanted| wanted == value);
+            row.get("scene").is_some_and(|name| name == scene) && name == wanted.entry.name && keys.clone().all(same)
+        };
+        let mut found = self.rows.iter().filter(is_it);
+        match (found.next(), found.next()) {
+            (Some(row), None) => Ok(row),
+            (None, _) => Err(format!("{}.csv has no row of {scene}, {}", self.file, wanted.short())),
+            _ => Err(format!("{}.csv has several rows of {scene}, {}", self.file, wanted.short())),
+        }
+    }
+
+    fn number(&self, row: &BTreeMap<String, String>, column: &str) -> Result<f64, String> {
+        let text = row.get(column).ok_or_else(|| format!("{}.csv has no column {column}", self.file))?;
+        text.parse().map_err(|_| format!("{}.csv: {column} of {}: {text:?} is no number", self.file, row["variant"]))
+    }
+
+    /// As it was printed with the rows.
+    fn copy_gb_per_second(&self) -> Result<f64, String> {
+        let path = self.path.with_extension("txt");
+        let text = std::fs::read_to_string(&path).map_err(|cause| format!("{}: {cause}", path.display()))?;
+        let rate = text.rsplit_once(" GB/s").and_then(|(before, _)| before.rsplit(' ').next());
+        rate.and_then(|rate| rate.parse().ok()).ok_or_else(|| format!("{}: no rate of copying", path.display()))
+    }
+
+    /// All passes, of building and drawing, whose names begin so.
+    fn passes(&self, row: &BTreeMap<String, String>, prefix: &str) -> Result<f64, String> {
+        let texts = ["pass_median_ns", "draw_pass_median_ns"].map(|name| row.get(name).map_or("", String::as_str));
+        let pairs = texts.iter().flat_map(|text| text.split(' ')).filter_map(|pair| pair.split_once('='));
+        let times: Vec<f64> =
+            pairs.filter(|(name, _)| name.starts_with(prefix)).filter_map(|(_, ns)| ns.parse().ok()).collect();
+        match times.is_empty() {
+            true => Err(format!("{}.csv: no pass {prefix} of {}", self.file, row["variant"])),
+            false => Ok(times.iter().sum::<f64>() / 1e6),
+        }
+    }
+
+    /// `error`, `points`, `leaks` and `false` of all points, with `within.` or `beyond.` before it of those within the
+    /// technique's own resolution or beyond it. Files of schema 2 have those beyond in the plain columns, and those
+    /// within as *boundary*; later ones have all points there.
+    fn error(&self, row: &BTreeMap<String, String>, points: &str, what: &str) -> Result<f64, String> {
+        let is_old = self.columns.iter().any(|column| column.starts_with(&format!("{points}_boundary_")));
+        let within = if is_old { "boundary" } else { "within" };
+        // A technique that is exact, or a scene without meshes, has nothing within.
+        let part = |name: &str| match row.get(&format!("{points}_{within}_{name}")) {
+            Some(text) if text.is_empty() => Ok(0.0),
+            _ => self.number(row, &format!("{points}_{within}_{name}")),
+        };
+        let plain = |name: &str| self.number(row, &format!("{points}_{name}"));
+        let (which, what) = what.split_once('.').unwrap_or(("all", what));
+        // Both as sums: of errors, or of points.
+        let sums = |name: &str, weighted: bool| -> Result<[f64; 2], String> {
+            let weight = |count: f64| if weighted { count } else { 1.0 };
+            let (own, inner) = (plain(name)? * weight(plain("points")?), part(name)? * weight(part("points")?));
+            Ok(if is_old { [own + inner, inner] } else { [own, inner] })
+        };
+        let of = |[all, inner]: [f64; 2]| match which {
+            "all" => Ok(all),
+            "within" => Ok(inner),
+            "beyond" => Ok(all - inner),
+            _ => Err(format!("{points}.{which} is no part of all points")),
+        };
+        match what {
+            "points" => of(sums("points", false)?),
+            "leaks" => of(sums("leaks", false)?),
+            "false" => of(sums("false_shadows", false)?),
+            "share" => Ok(of(sums("points", false)?)? / sums("points", false)?[0]),
+            "error" => Ok(of(sums("mean_abs", true)?)? / of(sums("points", false)?)?),
+            _ => plain(what),
+        }
+    }
+}
