@@ -5,7 +5,9 @@ use crate::measure::{Results, Row, Status};
 use crate::report::remove_unfinished;
 use crate::technique::Spec;
 use crate::{Error, Result};
+use fnv::FnvHasher;
 use std::collections::{BTreeMap, BTreeSet};
+use std::hash::Hasher;
 use std::path::Path;
 
 /// Of each row that is asked for (its scene's name and spec), what `folder` has of a run under the conditions of `now`. What
@@ -74,7 +76,12 @@ const FILE: &str = "file ";
 pub fn files<'a>(specs: impl Iterator<Item = &'a Spec>) -> BTreeMap<String, String> {
     let names: BTreeSet<_> = specs.flat_map(Spec::files).collect();
     let print = |name: &str| match Mapped::open(Path::new(name)) {
-        Ok(bytes) => format!("{:08x}", crc32fast::hash(&bytes)),
+        // No CRC: all files that end in their own have the same.
+        Ok(bytes) => {
+            let mut hasher = FnvHasher::default();
+            hasher.write(&bytes);
+            format!("{:016x}", hasher.finish())
+        }
         // Its rows fail, and say why.
         Err(_) => "unreadable".into(),
     };
