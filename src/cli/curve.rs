@@ -1,20 +1,16 @@
 //! `gobo curve`
 
 use super::{DeviceArguments, LoadArguments, MapArguments, check_messages, load, say};
-use crate::consume::Query;
+use crate::measure::LightRay;
 use crate::reference::truth::Casters;
-use crate::report::{Line, Points, curve, write_whole};
+use crate::report::{curve, write_whole};
 use crate::technique::keys::SIZE;
 use crate::technique::{open, parse};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
-use glam::DVec2;
 use std::path::PathBuf;
 use std::process::ExitCode;
-
-/// Points that a line is drawn through.
-const SAMPLES: u32 = 1024;
 
 #[derive(Args)]
 pub struct Arguments {
@@ -44,54 +40,28 @@ fn texel(text: &str) -> std::result::Result<[u32; 2], String> {
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let scene = load(&arguments.scene, &arguments.load)?;
-    let (light, map) = (arguments.map.light, arguments.map.of(&scene)?);
+    let map = arguments.map.of(&scene)?;
     let mut specs = Vec::new();
     for text in &arguments.techniques {
         specs.extend(parse(text)?);
     }
-    let size = specs.first().map_or(0, |s| s.number(SIZE.name));
-    let [x, y] = arguments.texel;
-    let name = format!("--texel {x},{y}");
-    if specs.iter().any(|s| s.number(SIZE.name) != size) {
+    if specs.iter().any(|s| s.number(SIZE.name) != specs[0].number(SIZE.name)) {
         return Err(Error::input("--technique", "maps of different sizes", "give all the same size="));
-    }
-    if x >= size || y >= size {
-        return Err(Error::input(name, format!("outside the map of {size} texels a side"), "choose one inside"));
     }
     let context = arguments.device.open()?;
     let world = World::new(&context, &scene)?;
-    let mut opened = specs.iter().map(|spec| open(&context, &world, spec)).collect::<Result<Vec<_>>>()?;
-    // All stand in the same maps.
-    let Some(view) = opened.first().and_then(|o| o.technique.maps().get(map)).map(|m| m.volume) else {
-        return Err(Error::input("--technique", "it has no maps", "name one that has, such as avsm"));
-    };
-    let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-    if scene.first_map(light) + scene.lights[light].map_at(ray.at(view.z(1.0)).as_vec3().into()) != map {
-        return Err(Error::input(name, "in the margin of the face, which another face is asked for", "go further in"));
+    let mut opened = Vec::new();
+    let mut names = Vec::new();
+    for spec in &specs {
+        let mut technique = open(&context, &world, spec)?;
+        technique.build(&world)?;
+        names.push(format!("{} ({})", spec.short(), technique.technique.facts()?.path));
+        opened.push(technique);
     }
-    let casters = Casters::new(&scene);
-    let (true_curve, segments) = casters.true_curve(map, &view, &ray);
-    if segments == 0 {
-        return Err(Error::input(name, "nothing translucent covers it", "choose another (`gobo slice` shows the map)"));
-    }
-    let depths: Vec<f64> = (0..=SAMPLES).map(|i| f64::from(i) / f64::from(SAMPLES)).collect();
-    let truth: Points = depths.iter().map(|d| (*d, true_curve.transmittance(*d))).collect();
-    let positions: Vec<[f32; 3]> = depths.iter().map(|d| ray.at(view.z(*d)).as_vec3().into()).collect();
-
-    let query = Query::new(&context, light, &positions)?;
-    let mut lines = Vec::new();
-    for (spec, opened) in specs.iter().zip(&mut opened) {
-        opened.build(&world)?;
-        let technique = &opened.technique;
-        let answers = query.ask(&technique.answer())?;
-        lines.push(Line {
-            name: format!("{} ({})", spec.short(), technique.facts()?.path),
-            points: depths.iter().copied().zip(answers.into_iter().map(f64::from)).collect(),
-            nodes: technique.nodes(map, [x, y])?,
-        });
-    }
-    let title = format!("{}, texel {x},{y}: {segments} segments", scene.name);
-    let svg = curve(&title, &truth, &lines)?;
+    let ray = LightRay::new(&context, &Casters::new(&scene), &opened, map, arguments.texel)?;
+    let [x, y] = arguments.texel;
+    let title = format!("{}, texel {x},{y}: {} segments", scene.name, ray.segments);
+    let svg = curve(&title, &ray, &names)?;
     write_whole(&arguments.out, svg.as_bytes())?;
     check_messages()?;
     say(format!("{}: {} on {}", arguments.out.display(), title, context.features().name))?;

@@ -88,6 +88,8 @@ pub struct Maps {
     fitted: Buffer,
     /// Whether the last recording fitted them.
     moved: bool,
+    /// Whether any build has: what they are before is nobody's view.
+    ready: bool,
     fit: Fit,
     lights: Buffer,
     opaque: Opaque,
@@ -132,12 +134,13 @@ impl Maps {
         let opaque = Opaque::new(context, image, &scene, opaque, one)?;
         let fit = Fit::new(context, &buffer, &scene, count as u32)?;
         let lights = world.lights.clone();
-        Ok(Self { all, size, opaque_size, generation: None, buffer, fitted, moved: false, fit, lights, opaque, scene })
+        let (generation, moved, ready) = (None, false, false);
+        Ok(Self { all, size, opaque_size, generation, buffer, fitted, moved, ready, fit, lights, opaque, scene })
     }
 
-    /// The maps as the last build fitted them, those of the first light first.
+    /// The maps as the last build fitted them, those of the first light first; none before the first build.
     pub fn all(&self) -> &[Map] {
-        &self.all
+        if self.ready { &self.all } else { &[] }
     }
 
     /// How many.
@@ -209,6 +212,7 @@ impl Maps {
     pub fn settle(&mut self, grew: bool) -> Result<()> {
         if self.moved {
             self.all = self.fitted.read(self.all.len())?;
+            self.ready = true;
         }
         if self.moved && grew {
             self.generation = None;

@@ -1,32 +1,21 @@
 //! The transmittance along one light ray, as each technique has it, as an SVG.
 
+use crate::measure::{LightRay, RayPoints};
 use crate::report::colours::COLOURS;
 use crate::{Error, Result};
 use plotters::prelude::*;
 
-/// Points (depth in the light's range, transmittance).
-pub type Points = Vec<(f64, f64)>;
-
-/// One line of the plot.
-pub struct Line {
-    /// For the legend.
-    pub name: String,
-    /// Drawn through.
-    pub points: Points,
-    /// Marked; empty for a technique without nodes.
-    pub nodes: Points,
-}
-
-/// Draws the true curve in black and each line in a colour of its own.
+/// Draws the true curve in black and each technique's line, by its name of `names`, in a colour of its own, with its nodes as
+/// dots.
 ///
 /// # Errors
 /// [`Error::Input`] where there is nothing to draw.
-pub fn curve(title: &str, truth: &Points, lines: &[Line]) -> Result<String> {
-    if truth.is_empty() {
+pub fn curve(title: &str, ray: &LightRay, names: &[String]) -> Result<String> {
+    if ray.truth.is_empty() {
         return Err(Error::input(title, "no points to draw", "choose a texel that casters cover"));
     }
     let mut svg = String::new();
-    draw(&mut svg, title, truth, lines)
+    draw(&mut svg, title, ray, names)
         .map_err(|e| Error::input(title, format!("cannot be drawn: {e}"), "report this as a bug"))?;
     Ok(svg)
 }
@@ -34,8 +23,8 @@ pub fn curve(title: &str, truth: &Points, lines: &[Line]) -> Result<String> {
 fn draw(
     svg: &mut String,
     title: &str,
-    truth: &Points,
-    lines: &[Line],
+    LightRay { truth, lines, .. }: &LightRay,
+    names: &[String],
 ) -> std::result::Result<(), Box<dyn std::error::Error>> {
     // A fifth of the range in front of the casters and behind them is enough.
     let covered = truth.iter().filter(|(_, t)| *t < 1.0).map(|p| p.0);
@@ -43,6 +32,7 @@ fn draw(
     let first = covered.clone().fold(1.0, f64::min);
     let settled = truth.iter().filter(|(_, t)| *t > last + 1e-4).map(|p| p.0).fold(first, f64::max);
     let margin = 0.2 * (settled - first).max(0.01);
+    let range = (first - margin).max(0.0)..(settled + margin).min(1.0);
     let root = SVGBackend::with_string(svg, (960, 540)).into_drawing_area();
     root.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&root)
@@ -50,7 +40,7 @@ fn draw(
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(56)
-        .build_cartesian_2d((first - margin).max(0.0)..(settled + margin).min(1.0), 0.0..1.02)?;
+        .build_cartesian_2d(range.clone(), 0.0..1.02)?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
@@ -58,18 +48,20 @@ fn draw(
         .y_desc("transmittance")
         .label_style(("sans-serif", 13))
         .draw()?;
-    let path = |points: &Points, style: ShapeStyle| PathElement::new(points.clone(), style);
+    // What lies beyond would be drawn at the edge.
+    let within = |points: &RayPoints| points.iter().copied().filter(|(x, _)| range.contains(x)).collect::<Vec<_>>();
+    let path = |points: &RayPoints, style: ShapeStyle| PathElement::new(within(points), style);
     chart
         .draw_series(std::iter::once(path(truth, BLACK.stroke_width(3))))?
         .label("true")
         .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], BLACK.stroke_width(3)));
-    for (i, line) in lines.iter().enumerate() {
+    for (i, (line, name)) in lines.iter().zip(names).enumerate() {
         let color = COLOURS[i % COLOURS.len()];
         chart
             .draw_series(std::iter::once(path(&line.points, color.stroke_width(2))))?
-            .label(&line.name)
+            .label(name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)));
-        chart.draw_series(line.nodes.iter().map(|p| Circle::new(*p, 4, color.filled())))?;
+        chart.draw_series(within(&line.nodes).into_iter().map(|p| Circle::new(p, 4, color.filled())))?;
     }
     chart
         .configure_series_labels()

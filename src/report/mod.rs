@@ -33,7 +33,7 @@ mod whole;
 mod wording;
 
 pub use casters::casters;
-pub use curve::{Line, Points, curve};
+pub use curve::curve;
 pub use page::page;
 pub use pareto::pareto_front;
 pub use passes::passes;

@@ -76,7 +76,7 @@ pub trait Technique {
     /// How to ask it.
     fn answer(&self) -> Answer<'_>;
 
-    /// The maps that it stands in; none for what has no maps.
+    /// The maps that it stands in, as the last build fitted them: none before the first, and none for what has no maps.
     fn maps(&self) -> &[Map];
 
     /// How finely it knows where opaque shadows begin and end, one for each map of all lights; none where it knows it
@@ -91,8 +91,9 @@ pub trait Technique {
     /// [`crate::Error::Gpu`] where counts cannot be read back.
     fn facts(&self) -> Result<Facts>;
 
-    /// The nodes of a texel's curve after a build, (depth, transmittance); none for a technique without nodes. `map`
-    /// counts the maps of all lights.
+    /// The nodes of the curve that answers along the ray of a texel's centre after a build, (depth in the range of the map's
+    /// volume, transmittance); none for a technique without nodes, and none where several curves are averaged there. `map` counts
+    /// the maps of all lights.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.

@@ -45,7 +45,7 @@ const BITS: Key = Key {
 pub struct ShadowMap {
     maps: Maps,
     opaque: OpaqueMaps,
-    /// The maps as callers see them: there is none but the opaque map.
+    /// The maps as callers see them: there is none but the opaque map. None before the first build.
     all: Vec<Map>,
     look_up: Bindings,
     constants: Constants,
@@ -74,7 +74,7 @@ impl ShadowMap {
         let maps = Maps::with_opaque(context, world, size, opaque)?;
         let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
         let constants = Constants::new().set(constant::PCF, side);
-        Ok(Self { all: seen(&maps), maps, opaque, look_up, constants })
+        Ok(Self { all: Vec::new(), maps, opaque, look_up, constants })
     }
 
     /// The depths of all maps: each stands where [`crate::maps::opaque_corner`] says.

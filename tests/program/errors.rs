@@ -177,7 +177,7 @@ fn a_light_or_a_face_that_is_not_there() {
         fails(&[&["curve", "lantern", "--texel", "20,20"][..], more].concat(), words);
     }
     let gutter = ["curve", "lantern", "--texel", "0,0", "--face", "-z", "--technique", "avsm:size=32"];
-    fails(&gutter, &["--texel 0,0", "margin"]);
+    fails(&gutter, &["texel 0,0", "margin"]);
 }
 
 /// Only courtyard has as many lights as are wanted, and not any number of them.

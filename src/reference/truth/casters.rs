@@ -44,6 +44,11 @@ impl<'a> Casters<'a> {
         Self { scene, meshes: Meshes::new(&scene.meshes), maps, all }
     }
 
+    /// The scene that casts.
+    pub fn scene(&self) -> &'a Scene {
+        self.scene
+    }
+
     /// The casters whose shadow may reach the ray through `position` in map `map`.
     fn near(&self, map: usize, position: DVec3) -> &[u32] {
         let Some((view, grid)) = self.maps.get(map) else { return &[] };

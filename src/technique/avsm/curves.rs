@@ -2,7 +2,7 @@
 
 use super::settings::Settings;
 use crate::gpu::{Bindings, Buffer, Context, Memory, Resource};
-use crate::maps::{BLOCK_TEXELS, Bins, MOST_BLOCKS, Maps, SLOTS, TILE_TEXELS, table_bytes, tile_count};
+use crate::maps::{BLOCK_TEXELS, Bins, FilterKind, MOST_BLOCKS, Maps, SLOTS, TILE_TEXELS, table_bytes, tile_count};
 use crate::scene::FARTHEST;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
@@ -78,12 +78,15 @@ impl Curves {
         Ok(Some(curves.chunks_exact(pairs).zip(in_use).filter(covered).count() as u64))
     }
 
-    /// The nodes of a texel's curve, (depth, transmittance); with detail=adaptive of the one about the texel's centre.
+    /// The nodes of the curve that answers at a texel's centre, (depth, transmittance); none where several do: with a wider
+    /// filter than the bilinear one, and with detail=adaptive where finer texels meet there.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
     pub fn texel(&self, bins: Option<&Bins>, map: usize, [x, y]: [u32; 2]) -> Result<Vec<(f64, f64)>> {
-        let texel = if self.settings.adaptive {
+        let texel = if self.settings.filter.kind != FilterKind::Bilinear {
+            None
+        } else if self.settings.adaptive {
             self.place(map as u32, [x, y])?
         } else {
             let in_use = |bins: &Bins| bins.texel_in_use(map, [x, y]);
@@ -108,8 +111,8 @@ impl Curves {
 }
 
 impl Curves {
-    /// Where the curve of the finer texel about a texel's centre stands. Twin: detailed_transmittance in
-    /// glsl/avsm/visibility.glsl.
+    /// Where the curve of the finer texel stands in whose centre a texel's lies: in none, where its tile has an even number of
+    /// them across a texel. Twin: detailed_transmittance in glsl/avsm/visibility.glsl.
     fn place(&self, map: u32, [x, y]: [u32; 2]) -> Result<Option<usize>> {
         let [across, down] = self.size.map(|texels| texels.div_ceil(TILE_TEXELS));
         let tile = (map * down + y / TILE_TEXELS) * across + x / TILE_TEXELS;
@@ -118,7 +121,7 @@ impl Curves {
         let [x, y] = [x, y].map(|i| (2 * (i % TILE_TEXELS) + 1) * side / 2);
         let place = words[(y / TILE_TEXELS * side + x / TILE_TEXELS) as usize] & MOST_BLOCKS;
         let within = y % TILE_TEXELS * TILE_TEXELS + x % TILE_TEXELS;
-        Ok((place > 0).then(|| ((place - 1) * BLOCK_TEXELS + within) as usize))
+        Ok((side % 2 == 1 && place > 0).then(|| ((place - 1) * BLOCK_TEXELS + within) as usize))
     }
 }
 

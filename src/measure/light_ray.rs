@@ -1,0 +1,109 @@
+//! The transmittance along one light ray: what is true, and what techniques say.
+
+use crate::consume::Query;
+use crate::gpu::Context;
+use crate::maps::Map;
+use crate::reference::truth::Casters;
+use crate::scene::{Scene, View};
+use crate::technique::Opened;
+use crate::{Error, Result};
+use glam::{DVec2, DVec3};
+
+/// (depth in the range of the light's map, transmittance), in order of depth.
+pub type RayPoints = Vec<(f64, f64)>;
+
+/// What one technique says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RayLine {
+    /// Its answers at [`LightRay::truth`]'s depths.
+    pub points: RayPoints,
+    /// The nodes of its curve; none of a technique without nodes or whose maps see the light otherwise than
+    /// [`LightRay::view`], and none behind a mesh, which ends the line there.
+    pub nodes: RayPoints,
+}
+
+/// The ray from a light through the centre of a texel of its map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightRay {
+    /// The map's view.
+    pub view: View,
+    /// Translucent casters that the ray meets.
+    pub segments: u32,
+    /// Evenly over the range, and on both sides of wherever the truth bends or leaps or a technique has a node.
+    pub truth: RayPoints,
+    /// Of each technique.
+    pub lines: Vec<RayLine>,
+}
+
+/// Points evenly over the range.
+const SAMPLES: u32 = 1024;
+
+impl LightRay {
+    /// Along the ray of `texel` in map `map` (of all lights' maps) as the first of `opened` has it. All of them stand as they
+    /// were built for the scene of `casters`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the first has no maps, or the texel is none of the map's, is never asked for or is covered by
+    /// nothing translucent; [`Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, casters: &Casters, opened: &[Opened], map: usize, texel: [u32; 2]) -> Result<Self> {
+        let (name, [x, y]) = (format!("texel {},{}", texel[0], texel[1]), texel);
+        let seen = |opened: &Opened| opened.technique.maps().get(map).map(|map: &Map| map.volume);
+        let Some(view) = opened.first().and_then(seen) else {
+            return Err(Error::input("the first technique", "it has no maps", "name one that has, such as avsm"));
+        };
+        if x >= view.width || y >= view.height {
+            let cause = format!("outside the map of {} texels a side", view.width);
+            return Err(Error::input(name, cause, "choose one inside"));
+        }
+        let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+        let Some(light) = light_of(casters.scene(), map, ray.at(view.z(1.0))) else {
+            let cause = "in the margin of the face, which another face is asked for";
+            return Err(Error::input(name, cause, "go further in"));
+        };
+        let (curve, segments) = casters.true_curve(map, &view, &ray);
+        if segments == 0 {
+            let way_out = "choose another (`gobo slice` shows the map)";
+            return Err(Error::input(name, "nothing translucent covers it", way_out));
+        }
+        let mut nodes = Vec::new();
+        for opened in opened {
+            let stands_in_it = seen(opened) == Some(view);
+            nodes.push(if stands_in_it { opened.technique.nodes(map, texel)? } else { Vec::new() });
+        }
+
+        // What is asked is a point of three floats: its depth is theirs, and no two are nearer than these can tell apart.
+        let [near, far] = [0.0, 1.0].map(|depth| ray.at(view.z(depth)));
+        let apart =
+            2.0 * f64::from(f32::EPSILON) * near.abs().max(far.abs()).max_element() / (view.z(1.0) - view.z(0.0));
+        let even = (0..=SAMPLES).map(|i| f64::from(i) / f64::from(SAMPLES));
+        let bends = curve.depths.iter().chain(nodes.iter().flatten().map(|(depth, _)| depth));
+        let mut depths: Vec<f64> = even.chain(bends.flat_map(|depth| [depth - apart, depth + apart])).collect();
+        depths.retain(|depth| (0.0..=1.0).contains(depth));
+        depths.sort_unstable_by(f64::total_cmp);
+        let positions: Vec<[f32; 3]> = depths.iter().map(|d| ray.at(view.z(*d)).as_vec3().into()).collect();
+        let depth_of = |position: &[f32; 3]| view.depth(view.project(DVec3::from(position.map(f64::from))).1);
+        let depths: Vec<f64> = positions.iter().map(depth_of).collect();
+        let lit = |depth: f64| casters.unblocked(light, ray.at(view.z(depth)));
+        let through = |depth: f64| if lit(depth) { curve.transmittance(depth) } else { 0.0 };
+        let truth = depths.iter().map(|depth| (*depth, through(*depth))).collect();
+
+        let query = Query::new(context, light, &positions)?;
+        let mut lines = Vec::new();
+        for (opened, mut nodes) in opened.iter().zip(nodes) {
+            let answers = query.ask(&opened.technique.answer())?;
+            nodes.retain(|(depth, _)| lit(*depth));
+            lines.push(RayLine {
+                points: depths.iter().copied().zip(answers.into_iter().map(f64::from)).collect(),
+                nodes,
+            });
+        }
+        Ok(Self { view, segments, truth, lines })
+    }
+}
+
+/// The light that is asked for through map `map` at `position`; none where it is asked for through another map.
+fn light_of(scene: &Scene, map: usize, position: DVec3) -> Option<usize> {
+    let light = (0..scene.lights.len()).rfind(|light| scene.first_map(*light) <= map)?;
+    let asked = scene.first_map(light) + scene.lights[light].map_at(position.as_vec3().into());
+    (asked == map).then_some(light)
+}
