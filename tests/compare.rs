@@ -11,6 +11,8 @@ mod errors;
 mod faults;
 #[path = "program/moving.rs"]
 mod moving;
+#[path = "program/paint/mod.rs"]
+mod paint;
 #[path = "program/pictures.rs"]
 mod pictures;
 #[path = "program/resume.rs"]

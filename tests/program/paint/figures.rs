@@ -1,0 +1,169 @@
+//! Pictures of the documentation, made again by the command that stands beside them.
+
+use super::plot::Plot;
+use super::rgb8;
+use crate::support::{log, shared_data, skipped, some};
+use crate::{folder, run, runs, text};
+use std::path::{Path, PathBuf};
+
+/// A picture of results/pictures, the page that has its command, how the command begins, and for one that shows two pictures the
+/// column where this one begins.
+struct Figure(&'static str, &'static str, &'static str, u32);
+
+/// The quick ones first.
+const FIGURES: [Figure; 18] = [
+    Figure("curve.svg", "docs/avsm.md", "gobo curve plume_8k", 0),
+    Figure("three-emitters-slice.png", "docs/results.md", "gobo slice three-emitters", 0),
+    Figure("ism-map.png", "docs/ism.md", "gobo map cornell --vpls 256 --light 100 --technique ism:fill=off", 0),
+    Figure("ism-map.png", "docs/ism.md", "gobo map cornell --vpls 256 --light 100 --technique ism:fill=on", 260),
+    Figure("hair-curve.svg", "docs/avsm.md", "gobo curve hair", 0),
+    Figure("steps.png", "docs/fog.md", "gobo render tests/data/houses.toml", 0),
+    Figure("fog.png", "docs/fog.md", "gobo render tests/data/shafts.toml", 0),
+    Figure(
+        "three-emitters-translucency-map.png",
+        "docs/translucency-map.md",
+        "gobo render three-emitters --technique translucency-map",
+        0,
+    ),
+    Figure(
+        "three-emitters-beer-shadow-map.png",
+        "docs/beer-shadow-map.md",
+        "gobo render three-emitters --technique beer-shadow-map",
+        0,
+    ),
+    Figure("three-emitters.png", "README.md", "gobo render three-emitters", 0),
+    Figure("hair.png", "docs/avsm.md", "gobo render hair", 0),
+    Figure("lantern.png", "docs/lights-and-filters.md", "gobo render lantern", 0),
+    Figure("lantern-vertices-wireframe.png", "docs/lighting.md", "gobo render lantern", 0),
+    Figure("lantern-vertices.png", "docs/lighting.md", "gobo render lantern", 0),
+    Figure("courtyard.png", "docs/many-lights.md", "gobo render courtyard --width", 0),
+    Figure("fountain-density.png", "docs/particles.md", "gobo render fountain:particles=300000", 0),
+    Figure("fountain-speed.png", "docs/particles.md", "gobo render fountain:particles=1000000", 0),
+    Figure("fountain.gif", "docs/particles.md", "gobo render fountain:particles=100000", 0),
+];
+
+/// Those that no one command makes: put together from pictures of several.
+const PUT_TOGETHER: [&str; 3] = ["indirect-cornell.png", "indirect-courtyard.png", "many-lights.png"];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The words of a page's command that begins so: in a line of text up to its backtick, in a block up to the end of a line that
+/// does not go on.
+fn command(page: &str, begins: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(root().join(page)).unwrap_or_else(|e| panic!("{page}: {e}"));
+    let start = text.find(begins).unwrap_or_else(|| panic!("{page} has no command `{begins}…`"));
+    let rest = &text[start..];
+    let end = match text[..start].ends_with('`') {
+        true => rest.find('`').expect("a closing backtick"),
+        false => rest.match_indices('\n').find(|(at, _)| !rest[..*at].ends_with('\\')).map_or(rest.len(), |(at, _)| at),
+    };
+    let words = rest[..end].split(" #").next().expect("a command").replace("\\\n", " ").replace('\'', "");
+    words.split_whitespace().skip(1).map(str::to_owned).collect()
+}
+
+/// Runs a figure's command into `folder`; nothing where it needs data that is not there, or a driver refuses it.
+fn made(Figure(picture, page, begins, _): &Figure, folder: &Path) -> Option<PathBuf> {
+    let mut words = command(page, begins);
+    if *picture == "lantern-vertices.png" {
+        words.retain(|word| word != "--wireframe");
+    }
+    if words.iter().any(|word| word.ends_with(".toml")) {
+        let data = shared_data(&format!("figures, {picture}"))?;
+        let of_data = words.iter_mut().filter(|word| word.ends_with(".toml") && !word.contains('/'));
+        of_data.for_each(|word| *word = text(&data.join(&**word)).to_owned());
+    }
+    let out = folder.join(Path::new(picture).with_extension(if picture.ends_with("svg") { "svg" } else { "png" }));
+    match words.iter().position(|word| word == "-o") {
+        Some(at) => words[at + 1] = text(&out).to_owned(),
+        None => words.extend(["-o".to_owned(), text(&out).to_owned()]),
+    }
+    // Paths in a page's commands are those of the repository.
+    let in_root =
+        |word: &String| if word.starts_with("tests/") { text(&root().join(word)).to_owned() } else { word.clone() };
+    let words: Vec<String> = words.iter().map(in_root).collect();
+    let output = run(&words.iter().map(String::as_str).collect::<Vec<_>>());
+    let error = String::from_utf8_lossy(&output.stderr);
+    if let Some((_, needs)) = error.split_once("refused: ") {
+        skipped(&format!("figures, {picture}"), needs.trim());
+        return None;
+    }
+    assert!(output.status.success(), "{words:?}: {error}");
+    Some(out.with_extension(Path::new(picture).extension().expect("of a file")))
+}
+
+/// Lines and dots of two plots, value by value: in the pixels of the one that is shown.
+fn same_plots(picture: &str, shown: &Plot, made: &Plot) {
+    assert_eq!(shown.names, made.names, "{picture}");
+    for (i, (shown_line, made_line)) in shown.drawn.iter().zip(&made.drawn).enumerate() {
+        let apart = shown.apart(&shown_line.line, &made_line.line);
+        let far = |dot: &&glam::DVec2| made_line.dots.iter().all(|other| (*other - **dot).length() > 2.0);
+        let moved = shown_line.dots.iter().filter(far).count();
+        println!("{picture}, {}: {apart:.2} pixels apart", shown.names[i]);
+        assert!(apart < 2.0, "{picture}, {}: {apart} pixels apart", shown.names[i]);
+        assert_eq!((shown_line.dots.len(), moved), (made_line.dots.len(), 0), "{picture}, {}", shown.names[i]);
+        assert!(shown.off(&shown_line.dots, &shown_line.line) < 2.0, "{picture}: dots are on their line");
+    }
+    // And the axes have the same numbers.
+    let ends = [(0.0, 0.0), (1.0, 1.0)].map(|point| (shown.pixel(point) - made.pixel(point)).length());
+    assert!(ends.iter().all(|apart| *apart < 20.0), "{picture}: other axes");
+}
+
+/// Two pictures, but for what drivers round: a few pixels at edges, and in the mean half of one of 255 steps.
+fn same_pictures(picture: &str, (shown, made): (&Path, &Path), from: u32) {
+    let (shown, made) = (rgb8(shown), rgb8(made));
+    let [width, height] = made.0;
+    assert!(shown.0[0] >= from + width && shown.0[1] == height, "{picture}: {:?} and {:?}", shown.0, made.0);
+    assert!(shown.0[0] == width || picture == "ism-map.png", "{picture}: {:?} and {:?}", shown.0, made.0);
+    let (mut sum, mut far) = (0.0, 0);
+    for (i, pixel) in made.1.iter().enumerate() {
+        let (x, y) = (i as u32 % width + from, i as u32 / width);
+        let other = shown.1[(y * shown.0[0] + x) as usize];
+        let apart = pixel.iter().zip(other).map(|(a, b)| f64::from(a.abs_diff(b)));
+        far += usize::from(apart.clone().fold(0.0, f64::max) > 8.0);
+        sum += apart.sum::<f64>() / 3.0;
+    }
+    let (mean, far) = (sum / made.1.len() as f64, far as f64 / made.1.len() as f64);
+    println!("{picture}: {mean:.3} of 255 in the mean, {:.3} % by more than 8", 100.0 * far);
+    assert!(mean < 0.5 && far < 0.01, "{picture}: {mean} of 255 in the mean, {} % by more than 8", 100.0 * far);
+}
+
+/// Each shows what its command makes.
+#[test]
+fn figures_are_what_their_commands_make() {
+    const NAME: &str = "figures_are_what_their_commands_make";
+    let (device, two_pass) = runs("avsm", "two-pass");
+    if !two_pass {
+        return skipped(NAME, "needs fragmentStoresAndAtomics");
+    }
+    log("exercised", NAME, &device);
+    let folder = folder();
+    for figure in some(&FIGURES, 3) {
+        let Some(out) = made(figure, folder.path()) else { continue };
+        let shown = root().join("results/pictures").join(figure.0);
+        match figure.0.ends_with(".svg") {
+            true => same_plots(figure.0, &Plot::read(&shown), &Plot::read(&out)),
+            false => same_pictures(figure.0, (&shown, &out), figure.3),
+        }
+    }
+}
+
+/// No picture lies about without a command, or a page that shows it.
+#[test]
+fn pictures_are_of_commands() {
+    let pages: String = std::fs::read_dir(root().join("docs"))
+        .expect("the pages")
+        .map(|page| page.expect("a page").path())
+        .chain([root().join("README.md")])
+        .filter(|path| path.extension().is_some_and(|extension| extension == "md"))
+        .map(|path| std::fs::read_to_string(path).expect("a page"))
+        .collect();
+    let pictures = std::fs::read_dir(root().join("results/pictures")).expect("the pictures");
+    for name in pictures.map(|file| file.expect("a picture").file_name().into_string().expect("UTF-8")) {
+        assert!(pages.contains(&format!("results/pictures/{name}")), "{name} is on no page");
+        let made = FIGURES.iter().any(|figure| figure.0 == name) || PUT_TOGETHER.contains(&name.as_str());
+        assert!(made, "{name}: nothing says which command makes it");
+    }
+    FIGURES.iter().for_each(|Figure(_, page, begins, _)| drop(command(page, begins)));
+}

@@ -1,0 +1,132 @@
+//! `gobo map`: a virtual light's map against rays in f64.
+
+use super::rgb8;
+use crate::support::{gpu_test_needing, some};
+use crate::{folder, ok, text};
+use glam::DVec3;
+use gobo::consume::indirect::lit_by_vpls;
+use gobo::reference::truth::Meshes;
+use gobo::scene::{LightKind, Scene};
+
+/// The light's axes across its normal: Duff et al. 2017.
+fn across(normal: DVec3) -> [DVec3; 2] {
+    let side = if normal.z >= 0.0 { 1.0 } else { -1.0 };
+    let a = -1.0 / (side + normal.z);
+    let b = normal.x * normal.y * a;
+    let right = DVec3::new(1.0 + side * normal.x * normal.x * a, side * b, -side * normal.x);
+    [right, DVec3::new(b, side + normal.y * normal.y * a, -normal.y)]
+}
+
+const ORANGE: [u8; 3] = [213, 94, 0];
+
+/// Texels a side of a map.
+const SIDE: usize = 64;
+
+/// Pixels a side of a texel.
+const SCALE: usize = 2;
+
+/// What a ray finds: behind the plane of the light nothing is ever asked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Seen {
+    Behind,
+    Nothing,
+    At(f64),
+}
+
+/// The paraboloid over the half space that the light shines into (Brabec, Annen and Seidel 2002), a ray a texel. With
+/// `culling` closed things cast from where a ray leaves them.
+fn rays(meshes: &Meshes, position: DVec3, normal: DVec3, culling: bool) -> Vec<Seen> {
+    let [right, up] = across(normal);
+    let of = |i: usize| {
+        let [x, y] = [i % SIDE, i / SIDE].map(|t| (t as f64 + 0.5) / (SIDE as f64 / 2.0) - 1.0);
+        let square = x * x + y * y;
+        if square >= 1.0 {
+            return Seen::Behind;
+        }
+        let way = (2.0 * x * right + 2.0 * y * up + (1.0 - square) * normal) / (1.0 + square);
+        let mut gone = 0.0;
+        while let Some(hit) = meshes.hit(position + gone * way, way) {
+            gone += hit.distance;
+            if !(culling && hit.closed && hit.normal.dot(way) < 0.0) {
+                return Seen::At(gone);
+            }
+        }
+        Seen::Nothing
+    };
+    (0..SIDE * SIDE).map(of).collect()
+}
+
+/// Where the texel and those two away find nearly the same, if anything: points are sparse, and a disc covers texels beside it.
+fn is_even(seen: &[Seen], texel: usize) -> bool {
+    let (x, y) = ((texel % SIDE) as i32, (texel / SIDE) as i32);
+    let about = (-2..=2).flat_map(|dy| (-2..=2).map(move |dx| [x + dx, y + dy]));
+    about.filter(|at| at.iter().all(|i| (0..SIDE as i32).contains(i))).all(|[x, y]| {
+        match (seen[texel], seen[y as usize * SIDE + x as usize]) {
+            (Seen::At(a), Seen::At(b)) => (a / b - 1.0).abs() < 0.15,
+            (a, b) => a == b,
+        }
+    })
+}
+
+/// Grey is how far a ray goes, of the farthest that the command names; orange is where it goes on for ever, and the few
+/// holes.
+#[test]
+fn a_map_is_what_rays_find() {
+    gpu_test_needing("a_map_is_what_rays_find", &[], |context| {
+        let scene = Scene::load("cornell", 20.0).expect("built in");
+        let meshes = Meshes::new(&scene.meshes);
+        let lights = lit_by_vpls(context, &scene, 64).expect("lit").lights;
+        let folder = folder();
+        let out = folder.path().join("map.png");
+        let specs = [("fill=on", true, true), ("fill=off,culling=off", false, false), ("fill=off", false, true)];
+        let cases = [9, 23, 40, 61].into_iter().flat_map(|light| specs.map(|spec| (light, spec)));
+        for (light, (spec, filled, culling)) in some(cases, 5) {
+            let LightKind::Virtual { position, normal, .. } = lights[light].kind else { panic!("a virtual light") };
+            let (scale, number, spec) = (SCALE.to_string(), light.to_string(), format!("ism:path=atomic,{spec}"));
+            let map = ["map", "cornell", "--vpls", "64", "--scale", &scale, "--technique", &spec];
+            let said = ok(&[&map[..], &["--light", &number, "--out", text(&out)]].concat());
+            let (size, pixels) = rgb8(&out);
+            assert_eq!(size, [(SIDE * SCALE) as u32; 2]);
+            let painted: Vec<[u8; 3]> =
+                (0..SIDE * SIDE).map(|i| pixels[i / SIDE * SCALE * SIDE * SCALE + i % SIDE * SCALE]).collect();
+            for (i, pixel) in pixels.iter().enumerate() {
+                let [x, y] = [i % (SIDE * SCALE), i / (SIDE * SCALE)].map(|p| p / SCALE);
+                assert_eq!(*pixel, painted[y * SIDE + x], "a texel is one colour");
+                assert!(*pixel == ORANGE || pixel.iter().all(|c| *c == pixel[0]), "grey or orange: {pixel:?}");
+            }
+            let empty = painted.iter().filter(|p| **p == ORANGE).count();
+            assert!(said.contains(&format!("{empty} of {} texels empty", SIDE * SIDE)), "{said}");
+            let farthest: f64 = said.trim().rsplit(' ').next().expect("a word").parse().expect("a distance");
+
+            let seen = rays(&meshes, position, normal, culling);
+            let ([mut behind, mut open, mut holes], mut off) = ([[0; 2]; 3], Vec::new());
+            for (texel, pixel) in painted.iter().enumerate().filter(|(texel, _)| is_even(&seen, *texel)) {
+                let is_orange = usize::from(*pixel == ORANGE);
+                match seen[texel] {
+                    Seen::Behind => behind[is_orange] += 1,
+                    Seen::Nothing => open[is_orange] += 1,
+                    Seen::At(distance) => {
+                        holes[is_orange] += 1;
+                        if *pixel != ORANGE {
+                            off.push((f64::from(pixel[0]) / 255.0 * farthest - distance).abs() / distance);
+                        }
+                    }
+                }
+            }
+            off.sort_unstable_by(f64::total_cmp);
+            let share = |s: f64| off[(s * (off.len() - 1) as f64) as usize];
+            let [half, most] = [share(0.5), share(0.9)];
+            println!(
+                "light {light}, {spec}: grey and orange behind {behind:?}, in the open {open:?}, on meshes {holes:?}, \
+                 off by {half:.4}, {most:.4}, {:.3}",
+                share(1.0)
+            );
+            assert!(behind[1] > 150 && holes[0] > 500, "light {light}, {spec}: {behind:?}, {holes:?}");
+            // Discs reach a little past the map's circle, and what is filled from coarser levels farther; nobody asks there.
+            assert!(filled || 10 * behind[0] <= behind[1], "light {light}, {spec}: {behind:?} behind the light");
+            assert!(50 * open[0] <= open[1], "light {light}, {spec}: {open:?} in the open");
+            assert!(20 * holes[1] <= holes[0], "light {light}, {spec}: {holes:?} holes");
+            assert!(half < 0.02 && most < 0.06, "light {light}, {spec}: off by {half} and {most}");
+        }
+    });
+}

@@ -1,0 +1,17 @@
+//! What each painting command paints, by its content: against the truth, a twin or a ray that the command knows nothing of.
+
+mod curve;
+mod figures;
+mod map;
+mod plot;
+mod slice;
+mod steps;
+mod wireframe;
+
+use std::path::Path;
+
+/// Size and three bytes a pixel of a picture.
+fn rgb8(path: &Path) -> ([u32; 2], Vec<[u8; 3]>) {
+    let picture = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).to_rgb8();
+    (picture.dimensions().into(), picture.pixels().map(|pixel| pixel.0).collect())
+}

@@ -1,0 +1,96 @@
+//! `gobo slice`: each pixel is the truth at its point of the light's view.
+
+use super::rgb8;
+use crate::support::{gpu_test_needing, some};
+use crate::{folder, ok, small_scene, text};
+use glam::DVec2;
+use gobo::gpu::Requirement;
+use gobo::maps::OpaqueMaps;
+use gobo::reference::truth::Casters;
+use gobo::scene::{FACES, Scene, View};
+use image::AnimationDecoder;
+
+/// IEC 61966-2-1, in eight bits.
+fn srgb8(linear: f64) -> f64 {
+    255.0 * if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// Pixels a side, which are the texels of the map: in their middles the exact list has the truth.
+const SIZE: u32 = 48;
+
+/// What a slice of a map shows where it is known, eight bits a pixel: in a face's margin another face answers, and in the
+/// boundary of a mesh's shadow nobody knows.
+fn truth(casters: &Casters, light: usize, map: usize, depth: f64) -> Vec<Option<f64>> {
+    let scene = casters.scene();
+    let (view, opaque) = (View::volumes(scene, SIZE)[map], View::opaques(scene, OpaqueMaps::SHARED.size)[map]);
+    let resolution = OpaqueMaps::SHARED.resolution(opaque);
+    let at = |i: u32| {
+        let pixel = DVec2::new((i % SIZE).into(), (i / SIZE).into()) + 0.5;
+        let point = view.ray(pixel).at(view.z(depth));
+        let asked = scene.first_map(light) + scene.lights[light].map_at(point.as_vec3().into());
+        let known = asked == map && !(scene.has_triangles() && casters.in_boundary(light, &resolution, point));
+        known.then(|| srgb8(casters.visibility(light, point)))
+    };
+    (0..SIZE * SIZE).map(at).collect()
+}
+
+/// The most that known pixels are off, how many are known, and the darkest of them.
+fn compared(painted: &[[u8; 3]], truth: &[Option<f64>]) -> (f64, usize, f64) {
+    let known = painted.iter().zip(truth).filter_map(|(pixel, truth)| truth.map(|truth| (pixel, truth)));
+    known.fold((0.0, 0, 255.0), |(off, count, darkest), (pixel, truth)| {
+        assert!(pixel.iter().all(|c| *c == pixel[0]), "grey: {pixel:?}");
+        (f64::max(off, (f64::from(pixel[0]) - truth).abs()), count + 1, f64::min(darkest, truth))
+    })
+}
+
+/// At one depth and in a sweep, of each kind of light, above meshes and without.
+#[test]
+fn slices_are_the_truth() {
+    gpu_test_needing("slices_are_the_truth", &[Requirement::FragmentStores], |_| {
+        let folder = folder();
+        let small = small_scene(folder.path());
+        let cases = [(text(&small), 0, None), ("lantern", 0, Some("+y")), ("lantern", 1, None), ("hair", 0, None)];
+        for (name, light, face) in some(cases, 3) {
+            let scene = Scene::load(name, 20.0).expect("loaded");
+            let casters = Casters::new(&scene);
+            let place = face.map_or(0, |face| FACES.iter().position(|(name, _)| *name == face).expect("a face"));
+            let map = scene.first_map(light) + place;
+            let (size, light_text) = (SIZE.to_string(), light.to_string());
+            let technique = format!("uncompressed:size={size}");
+            let mut slice = vec!["slice", name, "--technique", &technique, "--size", &size, "--light", &light_text];
+            slice.extend(face.into_iter().flat_map(|face| ["--face", face]));
+            let (one, sweep) = (folder.path().join("one.png"), folder.path().join("sweep.png"));
+            ok(&[&slice[..], &["--depth", "0.62", "--out", text(&one)]].concat());
+            ok(&[&slice[..], &["--frames", "4", "--out", text(&sweep)]].concat());
+            let file = std::fs::File::open(sweep.with_extension("gif")).expect("an animation");
+            let gif = image::codecs::gif::GifDecoder::new(std::io::BufReader::new(file)).expect("a GIF");
+            let animated = gif.into_frames().collect_frames().expect("frames");
+            assert_eq!(animated.len(), 4);
+
+            let mut painted = vec![(f64::from(0.62f32), rgb8(&one))];
+            for frame in 0..4 {
+                painted.push((f64::from(frame) / 3.0, rgb8(&folder.path().join(format!("sweep-{frame}.png")))));
+            }
+            let mut darkest = 255.0f64;
+            for (i, (depth, (size, pixels))) in painted.iter().enumerate() {
+                assert_eq!(*size, [SIZE; 2]);
+                let truth = truth(&casters, light, map, *depth);
+                let (off, known, dark) = compared(pixels, &truth);
+                println!(
+                    "{name}, light {light}, depth {depth:.2}: {known} pixels, off by {off:.2} of 255, to {dark:.0}"
+                );
+                assert!(2 * known > truth.len(), "{name}, depth {depth}: {known} pixels are known");
+                assert!(off < 1.0, "{name}, light {light}, depth {depth}: off by {off} of 255");
+                darkest = darkest.min(dark);
+                if i > 0 {
+                    // An animation has 256 colours, here of grey.
+                    let frame = animated[i - 1].buffer();
+                    let rgb: Vec<[u8; 3]> = frame.pixels().map(|p| [p.0[0], p.0[1], p.0[2]]).collect();
+                    let off = rgb.iter().zip(pixels).map(|(a, b)| a[0].abs_diff(b[0])).max();
+                    assert!(off <= Some(4), "{name}, frame {}: the animation is off by {off:?} of 255", i - 1);
+                }
+            }
+            assert!(darkest < 160.0, "{name}: no shadow is seen");
+        }
+    });
+}

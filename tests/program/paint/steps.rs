@@ -1,0 +1,75 @@
+//! `gobo render --steps`: each pixel's colour is its count. That counts are the twin's stands in tests/voxelized/steps.rs.
+
+use super::rgb8;
+use crate::support::{gpu_test_needing, opened, spec};
+use crate::{folder, ok, text};
+use glam::DVec2;
+use gobo::consume::Renderer;
+use gobo::reference::truth::Meshes;
+use gobo::scene::{Scene, View};
+use gobo::technique::open;
+use gobo::world::World;
+
+/// Cividis at the ends and in the middle (Nuñez, Anderton and Renslow 2018).
+fn cividis(at: f64) -> [u8; 3] {
+    let [dark, middle, bright] = [[0.0, 32.0, 77.0], [124.0, 123.0, 120.0], [255.0, 234.0, 70.0]];
+    let mix = |a: [f64; 3], b: [f64; 3], t: f64| [0, 1, 2].map(|i| (a[i] + t * (b[i] - a[i])).round() as u8);
+    if at < 0.5 { mix(dark, middle, 2.0 * at) } else { mix(middle, bright, 2.0 * at - 1.0) }
+}
+
+const SIZE: [u32; 2] = [96, 54];
+
+/// Black where a ray meets no mesh, and nowhere else; elsewhere the counts, in the range that is printed.
+#[test]
+fn colours_are_counts() {
+    gpu_test_needing("colours_are_counts", &[], |context| {
+        let text_of = "voxelized:size=512";
+        let scene = Scene::load("town", 20.0).expect("built in");
+        let world = World::new(context, &scene).expect("room for the scene");
+        let mut baked = opened(open(context, &world, &spec(text_of)), text_of);
+        baked.build(&world).expect("baked");
+        let camera = View::camera(&scene.camera, &scene, SIZE);
+        let renderer = Renderer::new(context, &world, &camera).expect("a renderer");
+        let counts = renderer.steps(&baked.technique.answer()).expect("counted");
+
+        let folder = folder();
+        let out = folder.path().join("steps.png");
+        let [width, height] = SIZE.map(|side| side.to_string());
+        let size = ["--width", &width, "--height", &height, "--out", text(&out)];
+        let said = ok(&[&["render", "town", "--technique", text_of, "--steps"][..], &size].concat());
+        let printed = said.lines().last().expect("the range").split_once(": ").expect("numbers").1;
+        let numbers: Vec<f64> = printed.split(' ').filter_map(|word| word.parse().ok()).collect();
+        let [least, most, mean] = numbers[..] else { panic!("{said}") };
+        let of_mesh: Vec<f64> = counts.iter().flatten().map(|count| f64::from(*count)).collect();
+        let range = of_mesh.iter().fold((f64::MAX, 0.0f64), |(low, high), count| (low.min(*count), high.max(*count)));
+        assert_eq!((least, most), range, "{said}");
+        assert!((of_mesh.iter().sum::<f64>() / of_mesh.len() as f64 - mean).abs() < 0.0051, "{said}");
+        assert!(most > least + 2.0, "{said}: the test proves nothing");
+
+        let meshes = Meshes::new(&scene.meshes);
+        let (size, pixels) = rgb8(&out);
+        assert_eq!(size, SIZE);
+        let (mut black, mut of_count) = (0, std::collections::BTreeMap::new());
+        for (i, pixel) in pixels.iter().enumerate() {
+            let at = DVec2::new((i as u32 % SIZE[0]).into(), (i as u32 / SIZE[0]).into()) + 0.5;
+            let meets = |offset: [f64; 2]| {
+                let ray = camera.ray(at + DVec2::from(offset));
+                meshes.hit(ray.origin, ray.direction).is_some()
+            };
+            let about = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]].map(meets);
+            if about == [meets([0.0; 2]); 4] {
+                assert_eq!(*pixel != [0; 3], about[0], "pixel {at}: black is where no mesh is");
+            }
+            match counts[i] {
+                None => black += usize::from(*pixel == [0; 3]),
+                Some(count) => {
+                    let wanted = cividis((f64::from(count) - least) / (most - least));
+                    assert_eq!(*pixel, wanted, "pixel {at}: {count} of {least} to {most}");
+                    *of_count.entry(count).or_insert(0) += 1;
+                }
+            }
+        }
+        println!("{black} pixels black, by their counts {of_count:?}");
+        assert!(black > 100 && of_count.values().filter(|n| **n > 20).count() > 2, "{black}, {of_count:?}");
+    });
+}

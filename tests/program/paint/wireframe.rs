@@ -1,0 +1,92 @@
+//! `gobo render --wireframe`: black are the sides of the triangles, where they project to, and all of them.
+
+use super::rgb8;
+use crate::support::log;
+use crate::{folder, ok, runs, text, write_scene};
+use glam::DVec2;
+use gobo::consume::VERTEX_SPACING;
+use gobo::reference::twin::vertex_lit::quad;
+use gobo::scene::{Scene, View};
+
+const SIZE: [u32; 2] = [480, 270];
+
+/// Three spheres beside each other across the camera's view, so dense that their lines are black.
+#[test]
+fn lines_are_where_triangles_meet() {
+    const NAME: &str = "lines_are_where_triangles_meet";
+    let (device, runs) = runs("any", "render --wireframe");
+    if !runs {
+        return crate::support::skipped(NAME, "needs tessellationShader and fillModeNonSolid");
+    }
+    log("exercised", NAME, &device);
+    let folder = folder();
+    let rows = [[-1.3, -1.3, 1.0, 0.5, 40.0], [0.0, 0.0, 1.3, 0.7, 40.0], [1.2, 1.2, 0.8, 0.3, 40.0]];
+    let file = write_scene(folder.path(), "three", &rows.map(|row| row.map(|v: f64| v.to_string()).join(" ")));
+    let out = folder.path().join("lines.png");
+    let [width, height] = SIZE.map(|side| side.to_string());
+    let technique = ["--technique", "avsm:path=binned,size=32,lighting=vertex", "--wireframe"];
+    let size = ["--width", &width, "--height", &height, "--out", text(&out)];
+    ok(&[&["render", text(&file)][..], &technique, &size].concat());
+
+    let scene = Scene::load(text(&file), 20.0).expect("written");
+    let camera = View::camera(&scene.camera, &scene, SIZE);
+    let (_, pixels) = rgb8(&out);
+    let black = |x: i32, y: i32| {
+        let inside = (0..SIZE[0] as i32).contains(&x) && (0..SIZE[1] as i32).contains(&y);
+        inside && pixels[(y as u32 * SIZE[0] + x as u32) as usize].iter().all(|c| *c < 12)
+    };
+    // Corner, size of a part, and parts, pixels.
+    let grids: Vec<(DVec2, DVec2, [usize; 2])> = scene
+        .casters()
+        .iter()
+        .map(|caster| {
+            let quad = quad(&camera, caster, VERTEX_SPACING.into()).expect("in the picture");
+            let corners = quad.corners.map(|ndc| (0.5 * ndc + 0.5) * DVec2::from(SIZE.map(f64::from)));
+            let low = corners[0].min(corners[1]);
+            (low, (corners[0] - corners[1]).abs() / DVec2::from(quad.parts.map(|n| n as f64)), quad.parts)
+        })
+        .collect();
+
+    // Each black pixel is on a side of a part, or on one of its diagonals: which one is the device's choice.
+    let mut lines = 0;
+    for i in 0..SIZE[0] * SIZE[1] {
+        let (x, y) = (i % SIZE[0], i / SIZE[0]);
+        if !black(x as i32, y as i32) {
+            continue;
+        }
+        let at = DVec2::new(x.into(), y.into()) + 0.5;
+        let near = |(low, part, parts): &(DVec2, DVec2, [usize; 2])| {
+            let place = (at - *low) / *part;
+            let inside = [place.x, place.y].iter().zip(parts).all(|(p, n)| (-0.2..*n as f64 + 0.2).contains(p));
+            let within = place - place.floor();
+            let side = ((place - place.round()).abs() * *part).min_element();
+            let steep = part.x * part.y / part.length();
+            let diagonal = (within.x - within.y).abs().min((within.x + within.y - 1.0).abs()) * steep;
+            inside && side.min(diagonal) < 1.1
+        };
+        assert!(grids.iter().any(near), "a line at {at}, where no side of a triangle is");
+        lines += 1;
+    }
+    // And every side of a part is drawn, all along.
+    let (mut drawn, mut sides) = (0, 0);
+    for (low, part, parts) in &grids {
+        let high = *low + *part * DVec2::from(parts.map(|n| n as f64));
+        for axis in [0, 1] {
+            for line in 0..=parts[axis] {
+                let across = low[axis] + line as f64 * part[axis];
+                for along in low[1 - axis].ceil() as i32..high[1 - axis].floor() as i32 {
+                    let middle = across.floor() as i32;
+                    let is_black =
+                        |by: i32| if axis == 0 { black(middle + by, along) } else { black(along, middle + by) };
+                    sides += 1;
+                    drawn += usize::from((-1..=1).any(is_black));
+                }
+            }
+        }
+    }
+    let area: f64 = grids.iter().map(|(_, part, parts)| part.x * part.y * (parts[0] * parts[1]) as f64).sum();
+    println!("{lines} black pixels of {area:.0}, {drawn} of {sides} along the sides, parts {:?}", grids);
+    assert!(grids.iter().all(|grid| grid.2.iter().all(|n| *n > 1)), "the test proves nothing");
+    assert!(100 * drawn > 98 * sides, "{drawn} of {sides} pixels along the sides");
+    assert!((lines as f64) < 0.6 * area, "{lines} of {area}: lines, and no filled triangles");
+}
