@@ -225,9 +225,7 @@ impl Case<'_> {
         let timed = self.time_builds(&mut opened, spec.entry.lifetime, shading)?;
         row.steadiness = Some(timed.steadiness);
         row.host_ns = Timing::of(&timed.host_ns);
-        // Where nothing had to be built, no time.
-        let nothing = (self.context.features().timestamp_valid_bits > 0).then_some(0.0);
-        row.build_ns = Timing::of(&timed.wholes.iter().filter_map(|f| frame_ns(f).or(nothing)).collect::<Vec<_>>());
+        row.build_ns = Timing::of(&self.device_ns(&timed));
         row.passes = [timed.moves, timed.frames, timed.draws].iter().flat_map(|passes| pass_timings(passes)).collect();
         let facts = opened.technique.facts()?;
         row.path = facts.path.into();

@@ -153,7 +153,7 @@ fn the_svg_shows_the_ray() {
         let small = small_scene(folder.path());
         let face = ["--light", "0", "--face", "+y"];
         let cases = [(text(&small), [20, 20], &[][..]), ("lantern", [17, 19], &face), ("hair", [15, 20], &[])];
-        for (name, texel, more) in some(cases, 2) {
+        for (name, texel, more) in some(cases, 1) {
             let specs = ["uncompressed:", "avsm:path=binned,nodes=8,"];
             let scene = Scene::load(name, 20.0).expect("loaded");
             let opened = built(context, &scene, &specs, 40);

@@ -3,7 +3,7 @@
 use super::plot::Plot;
 use super::rgb8;
 use crate::support::{log, shared_data, skipped, some};
-use crate::{folder, ok, runs, text};
+use crate::{folder, run, runs, text};
 use std::path::{Path, PathBuf};
 
 /// A picture of results/pictures, the page that has its command, how the command begins, and for one that shows two pictures the
@@ -63,7 +63,7 @@ fn command(page: &str, begins: &str) -> Vec<String> {
     words.split_whitespace().skip(1).map(str::to_owned).collect()
 }
 
-/// Runs a figure's command into `folder`; nothing where it needs data that is not there.
+/// Runs a figure's command into `folder`; nothing where it needs data that is not there, or a driver refuses it.
 fn made(Figure(picture, page, begins, _): &Figure, folder: &Path) -> Option<PathBuf> {
     let mut words = command(page, begins);
     if *picture == "lantern-vertices.png" {
@@ -83,7 +83,13 @@ fn made(Figure(picture, page, begins, _): &Figure, folder: &Path) -> Option<Path
     let in_root =
         |word: &String| if word.starts_with("tests/") { text(&root().join(word)).to_owned() } else { word.clone() };
     let words: Vec<String> = words.iter().map(in_root).collect();
-    ok(&words.iter().map(String::as_str).collect::<Vec<_>>());
+    let output = run(&words.iter().map(String::as_str).collect::<Vec<_>>());
+    let error = String::from_utf8_lossy(&output.stderr);
+    if let Some((_, needs)) = error.split_once("refused: ") {
+        skipped(&format!("figures, {picture}"), needs.trim());
+        return None;
+    }
+    assert!(output.status.success(), "{words:?}: {error}");
     Some(out.with_extension(Path::new(picture).extension().expect("of a file")))
 }
 

@@ -68,8 +68,8 @@ fn is_even(seen: &[Seen], texel: usize) -> bool {
     })
 }
 
-/// Grey is how far a ray goes, of the farthest that the command names; orange is where it goes on for ever, and holes, of which
-/// few are left once they are filled.
+/// Grey is how far a ray goes, of the farthest that the command names; orange is where it goes on for ever, and the few
+/// holes.
 #[test]
 fn a_map_is_what_rays_find() {
     gpu_test_needing("a_map_is_what_rays_find", &[], |context| {
@@ -121,11 +121,11 @@ fn a_map_is_what_rays_find() {
                  off by {half:.4}, {most:.4}, {:.3}",
                 share(1.0)
             );
-            assert!(behind[1] > 100 && holes[0] > 500, "light {light}, {spec}: the test proves nothing");
-            // What is filled may reach past the map's circle, where nobody asks.
-            assert!(filled || behind[0] == 0, "light {light}, {spec}: {behind:?}");
+            assert!(behind[1] > 150 && holes[0] > 500, "light {light}, {spec}: {behind:?}, {holes:?}");
+            // Discs reach a little past the map's circle, and what is filled from coarser levels farther; nobody asks there.
+            assert!(filled || 10 * behind[0] <= behind[1], "light {light}, {spec}: {behind:?} behind the light");
             assert!(50 * open[0] <= open[1], "light {light}, {spec}: {open:?} in the open");
-            assert!(if filled { 200 } else { 20 } * holes[1] <= holes[0], "light {light}, {spec}: {holes:?} holes");
+            assert!(20 * holes[1] <= holes[0], "light {light}, {spec}: {holes:?} holes");
             assert!(half < 0.02 && most < 0.06, "light {light}, {spec}: off by {half} and {most}");
         }
     });

@@ -23,7 +23,7 @@ const SIZE: [u32; 2] = [96, 54];
 #[test]
 fn colours_are_counts() {
     gpu_test_needing("colours_are_counts", &[], |context| {
-        let text_of = "voxelized:size=1024";
+        let text_of = "voxelized:size=512";
         let scene = Scene::load("town", 20.0).expect("built in");
         let world = World::new(context, &scene).expect("room for the scene");
         let mut baked = opened(open(context, &world, &spec(text_of)), text_of);
