@@ -50,7 +50,8 @@ impl Case<'_> {
         let builds = Repeats::of(lifetime, software, self.effort.warm_up, count).run(|frame| {
             let moved = self.show(frame % self.frames.count())?;
             // Of a frame to which something moved what follows from that; of one like the last all of it.
-            let mut built = if moves { technique.build(&self.world)? } else { technique.rebuild(&self.world)? };
+            let more = self.frames.count() > 1;
+            let mut built = if more { technique.build(&self.world)? } else { technique.rebuild(&self.world)? };
             let passes = built.passes.clone();
             if twice {
                 self.context.time_passes(false);
