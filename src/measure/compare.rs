@@ -238,8 +238,9 @@ impl Case<'_> {
         let mut opened = technique::open(self.context, &self.world, spec)?;
         let timed = self.time_builds(&mut opened, spec.entry.lifetime, shading)?;
         row.host_ns = Timing::of(&timed.host_ns);
-        // Where nothing had to be built, no time.
-        let nothing = (self.context.features().timestamp_valid_bits > 0).then_some(0.0);
+        // A frame in which nothing had to be built takes no time.
+        let timed_frames = self.frames.count() > 1 && self.context.features().timestamp_valid_bits > 0;
+        let nothing = timed_frames.then_some(0.0);
         row.build_ns = Timing::of(&timed.wholes.iter().filter_map(|f| frame_ns(f).or(nothing)).collect::<Vec<_>>());
         row.passes = [timed.moves, timed.frames, timed.draws].iter().flat_map(|passes| pass_timings(passes)).collect();
         let facts = opened.technique.facts()?;
