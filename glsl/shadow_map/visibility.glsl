@@ -32,19 +32,18 @@ float light_visibility(uint light, vec3 position) {
     // Outside the map nothing ends the light.
     ivec2 first = ivec2(floor(inside)) - side / 2;
     ivec2 low = max(first, ivec2(0)), high = min(first + side, ivec2(view.width, view.height));
-    bool gathers = PCF >= GATHERED;
+    int stride = PCF >= GATHERED ? 2 : 1;
     uint dark = 0u;
-    for (int y = low.y; !gathers && y < high.y; ++y) {
-        for (int x = low.x; x < high.x; ++x) {
-            dark += uint(texelFetch(look_up_opaque, corner + ivec2(x, y), 0).r < min(depth, 1.0));
-        }
-    }
-    for (int y = low.y; gathers && y < high.y; y += 2) {
-        for (int x = low.x; x < high.x; x += 2) {
+    for (int y = low.y; y < high.y; y += stride) {
+        for (int x = low.x; x < high.x; x += stride) {
+            if (PCF < GATHERED) {
+                dark += uint(texelFetch(look_up_opaque, corner + ivec2(x, y), 0).r < min(depth, 1.0));
+                continue;
+            }
             uvec4 ends = uvec4(opaque_ends(opaque_quad(corner, look_up_opaque, ivec2(x, y)), depth));
             // The last of an odd number in a row or column comes with one that does not count.
-            uvec2 right = ends.xz + (x + 1 < high.x ? ends.yw : uvec2(0u));
-            dark += right.x + (y + 1 < high.y ? right.y : 0u);
+            uvec2 rows = ends.xz + (x + 1 < high.x ? ends.yw : uvec2(0u));
+            dark += rows.x + (y + 1 < high.y ? rows.y : 0u);
         }
     }
     // A device may divide by multiplying: none and all are exact.
