@@ -1,7 +1,7 @@
 // What every look-up through maps is given. Bound by maps::Maps::look_up.
 //   binding 0  readonly buffer: Light[] (world/light.glsl)
 //   binding 1  readonly buffer: Map[] (world/light.glsl)
-//   binding 2  texture2D: the opaque map of maps/opaque.glsl (any 1×1 image where has_opaque is 0)
+//   binding 2  sampler2D, of which nothing is filtered: the opaque map of maps/opaque.glsl (any 1×1 image where has_opaque is 0)
 #ifndef MAPS_LOOK_UP_SET_GLSL
 #define MAPS_LOOK_UP_SET_GLSL
 #include "world/light.glsl"
@@ -12,5 +12,5 @@
 
 layout(set = GOBO_SET, binding = 0, scalar) readonly buffer LookUpLights { Light look_up_lights[]; };
 layout(set = GOBO_SET, binding = 1, scalar) readonly buffer LookUpMaps { Map look_up_maps[]; };
-layout(set = GOBO_SET, binding = 2) uniform texture2D look_up_opaque;
+layout(set = GOBO_SET, binding = 2) uniform sampler2D look_up_opaque;
 #endif

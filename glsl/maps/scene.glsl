@@ -10,7 +10,7 @@ layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
 // The opaque maps: see opaque_corner in maps/opaque.glsl.
-layout(set = 0, binding = 3) uniform texture2D opaque_map;
+layout(set = 0, binding = 3) uniform sampler2D opaque_map;
 
 // Texels across and down a volume map: all have the same.
 uvec2 map_size() { return uvec2(maps[0].volume.width, maps[0].volume.height); }

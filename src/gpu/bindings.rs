@@ -16,6 +16,8 @@ pub enum Resource {
     Texture(Image),
     /// `sampler2D`, `sampler3D` in GLSL, linear, with what lies outside.
     Sampled(Image, Border),
+    /// `sampler2D` in GLSL, read with `texelFetch` and `textureGather`, at whose edges it goes on as it ends.
+    Gathered(Image),
     /// `subpassInput` in GLSL, for fragment shaders alone.
     InputAttachment(Image),
     /// `accelerationStructureEXT` in GLSL.
@@ -62,7 +64,7 @@ impl Resource {
             Self::Buffer(_) => vk::DescriptorType::STORAGE_BUFFER,
             Self::StorageImage(_) => vk::DescriptorType::STORAGE_IMAGE,
             Self::Texture(_) => vk::DescriptorType::SAMPLED_IMAGE,
-            Self::Sampled(..) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
+            Self::Sampled(..) | Self::Gathered(_) => vk::DescriptorType::COMBINED_IMAGE_SAMPLER,
             Self::InputAttachment(_) => vk::DescriptorType::INPUT_ATTACHMENT,
             Self::AccelerationStructure(_) => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
         }
@@ -133,10 +135,17 @@ impl Bindings {
                     // SAFETY: as above.
                     unsafe { device.update_descriptor_sets(&[write.descriptor_count(1).push_next(&mut info)], &[]) };
                 }
-                Resource::Sampled(i, border) => {
+                Resource::Sampled(i, _) | Resource::Gathered(i) => {
+                    // Not every format may be filtered; what is gathered is not.
+                    let sampling = match resource {
+                        Resource::Sampled(_, border) => sampler_info(*border),
+                        _ => vk::SamplerCreateInfo::default()
+                            .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_EDGE)
+                            .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE),
+                    };
                     // SAFETY: the info is complete and names no extension.
-                    let sampler = fault::creation(|| unsafe { device.create_sampler(&sampler_info(*border), None) })
-                        .map_err(fail)?;
+                    let sampler =
+                        fault::creation(|| unsafe { device.create_sampler(&sampling, None) }).map_err(fail)?;
                     inner.samplers.push(sampler);
                     let info = image(i).map(|i| i.sampler(sampler));
                     // SAFETY: as above; the sampler lives as long as the set.

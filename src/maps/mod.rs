@@ -142,7 +142,7 @@ impl Maps {
             Resource::Buffer(buffer.clone()),
             Resource::Buffer(world.casters.clone()),
             Resource::Buffer(world.triangles.clone()),
-            Resource::Texture(image.clone()),
+            Resource::Gathered(image.clone()),
         ];
         let scene = Bindings::new(context, "maps.scene", &resources)?;
         let opaque_size = opaque.size;
@@ -208,7 +208,7 @@ impl Maps {
         let mut resources = vec![
             Resource::Buffer(self.lights.clone()),
             Resource::Buffer(self.buffer.clone()),
-            Resource::Texture(self.opaque.image().clone()),
+            Resource::Gathered(self.opaque.image().clone()),
         ];
         resources.extend_from_slice(more);
         Bindings::new(context, name, &resources)

@@ -64,7 +64,7 @@ impl Case<'_> {
     /// The device's time of each build. A build without passes, of a world in which nothing moved that the technique is made of, took
     /// none.
     pub(super) fn device_ns(&self, timed: &Timed) -> Vec<f64> {
-        let has_times = self.context.features().timestamp_valid_bits > 0;
+        let has_times = self.frames.count() > 1 && self.context.features().timestamp_valid_bits > 0;
         let of = |passes: &Vec<PassTime>| frame_ns(passes).or((has_times && passes.is_empty()).then_some(0.0));
         timed.wholes.iter().filter_map(of).collect()
     }
@@ -85,7 +85,8 @@ impl Case<'_> {
         let builds = Repeats::of(lifetime, software, self.effort.warm_up, count).run(|frame| {
             let moved = self.show(frame % self.frames.count())?;
             // Of a frame to which something moved what follows from that; of one like the last all of it.
-            let mut built = if moves { technique.build(&self.world)? } else { technique.rebuild(&self.world)? };
+            let more = self.frames.count() > 1;
+            let mut built = if more { technique.build(&self.world)? } else { technique.rebuild(&self.world)? };
             let passes = built.passes.clone();
             if twice {
                 self.context.time_passes(false);

@@ -48,6 +48,10 @@ const BITS: Key = Key {
     about: "bits of a depth: whole numbers of 16, or floats of 32",
 };
 
+/// The least filter whose texels are gathered four at a time, and that of a software device, where a gather of four takes as long as
+/// two to four fetches.
+const GATHERED: [u32; 2] = [3, 5];
+
 /// The technique, opened for one world.
 pub struct ShadowMap {
     maps: Maps,
@@ -80,7 +84,8 @@ impl ShadowMap {
         let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0 };
         let maps = Maps::with_opaque(context, world, size, opaque)?;
         let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
-        let constants = Constants::new().set(constant::PCF, side);
+        let gathered = GATHERED[usize::from(context.features().is_software())];
+        let constants = Constants::new().set(constant::PCF, side).set(constant::GATHERED, gathered);
         Ok(Self { all: Vec::new(), maps, opaque, look_up, constants })
     }
 

@@ -214,7 +214,7 @@ fn a_file_is_of_its_scene() {
     });
 }
 
-/// Before a build there is nothing to write, nor after the world has changed.
+/// Before a build there is nothing to write, nor after meshes or lights have moved; what casts from neither may.
 #[test]
 fn only_what_is_baked_is_written() {
     gpu_test("only_what_is_baked_is_written", |context| {
@@ -225,7 +225,12 @@ fn only_what_is_baked_is_written() {
         assert!(!has_file(&opened, &world));
         opened.build(&world).expect("baked");
         assert!(has_file(&opened, &world));
-        world.replace(&scene).expect("the same again, which a technique cannot know");
+        let mut seen = scene.clone();
+        seen.camera.position.x += 1.0;
+        world.replace(&seen).expect("the same meshes and lights");
+        assert!(has_file(&opened, &world));
+        seen.meshes[0].positions[0][0] += 0.1;
+        world.replace(&seen).expect("as many");
         assert!(!has_file(&opened, &world));
     });
 }

@@ -197,7 +197,7 @@ fn what_did_not_change_is_not_built() {
     });
 }
 
-/// What a failed copy or the device's own passes left behind is no state that the host's scene may be compared with.
+/// What the device's own passes left behind is not what the host's scene may be compared with.
 #[test]
 fn casters_that_the_device_wrote_are_replaced() {
     gpu_test("casters_that_the_device_wrote_are_replaced", |context| {
