@@ -40,7 +40,7 @@ pub const ENTRY: Entry = Entry {
         RADIUS,
     ],
     paths: &[Path { name: BINNED, requires: &[Requirement::ExtendedFormats] }, Path { name: RASTER, requires: &[] }],
-    promises: promises,
+    promises,
     runs: Runs {
         compare: &["path=raster|binned"],
         on_cpu: &[("size", "64")],

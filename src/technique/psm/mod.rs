@@ -81,7 +81,7 @@ pub const ENTRY: Entry = Entry {
         RADIUS,
     ],
     paths: &[Path { name: FUSED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::Layers] }],
-    promises: promises,
+    promises,
     runs: Runs {
         compare: &["path=raster|fused"],
         on_cpu: &[("size", "64")],
