@@ -3,8 +3,8 @@
 // Every file in tests/ is a program of its own and uses only a part of this.
 #![allow(dead_code)]
 
-pub mod edges;
 pub mod scenes;
+pub mod within;
 
 use gobo::Error;
 use gobo::consume::Query;
@@ -228,10 +228,10 @@ pub fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
     rows
 }
 
-/// Beyond its resolution no leak and no false shadow, in space and on surfaces; and not because all of it is within: no more than lies
-/// nearer than `reach` to where shadows may have edges, world units, whatever the technique says of itself.
-pub fn assert_right_outside_the_boundary(scene: &Scene, row: Row, least_points: u64, reach: f64) {
-    let shares = edges::shares_near_edges(scene, reach);
+/// Beyond its resolution no leak and no false shadow, in space and on surfaces; and not because all of it is within: no more than has
+/// another answer nearer than `reach`, world units in space and on surfaces, by rays, whatever the technique says of itself.
+pub fn assert_right_outside_the_boundary(scene: &Scene, row: Row, least_points: u64, reach: [f64; 2]) {
+    let shares = within::shares_within(scene, reach);
     let what = format!("{}, {:?}", scene.name, row.variant);
     assert_eq!(row.status, Status::Ok, "{what}: {}", row.reason);
     let error = row.error.expect("a truth");
@@ -242,8 +242,8 @@ pub fn assert_right_outside_the_boundary(scene: &Scene, row: Row, least_points: 
         assert_eq!((points.leaks, points.false_shadows), (Some(0), Some(0)), "{what}: {kind}");
         let within = points.boundary.map_or(0, |within| within.points) as f64;
         let within = within / (within + points.points.unwrap_or(0) as f64);
-        println!("{what}: {kind}, {within:.4} within, {share:.4} within {reach:.4} of edges");
+        println!("{what}: {kind}, {within:.4} within, {share:.4} by rays");
         // Both are samples.
-        assert!(within <= share + 0.02, "{what}: {within} of {kind} within, {share} nearer to edges than {reach}");
+        assert!(within <= share + 0.02, "{what}: {within} of {kind} within, {share} by rays");
     }
 }
