@@ -19,7 +19,7 @@ use gobo::reference::twin::grid::{Bits, Place};
 use gobo::scene::{Light, LightKind, Scene};
 use gobo::technique::{Opened, VoxelGrid, VoxelGridSettings as Settings};
 use gobo::world::World;
-use support::{ask, assert_right_outside_the_boundary, gpu_test, rows, scenes::Random};
+use support::{ask, assert_right_outside_the_boundary, gpu_test, rows, scenes::Random, within::diagonal};
 
 const PLAIN: Settings = Settings { size: 64, steps: None, offset: 0.5, cone: None, voxelizer: Voxelizer::Compute };
 
@@ -264,8 +264,13 @@ fn exact_ways_neither_leak_nor_shadow_falsely() {
         let kind = LightKind::Point { position: DVec3::new(0.1, -0.7, 0.8) };
         lamp.lights = vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }];
         for scene in shapes::seen().into_iter().chain([lamp]) {
-            for row in rows(context, &scene, &support::some(["voxel-grid:size=256", "voxel-grid:size=64"], 1)) {
-                assert_right_outside_the_boundary(&scene, row, 1000);
+            let sizes = support::some([256, 64], 1);
+            let specs: Vec<_> = sizes.iter().map(|size| format!("voxel-grid:size={size}")).collect();
+            let specs: Vec<_> = specs.iter().map(String::as_str).collect();
+            for (row, size) in rows(context, &scene, &specs).into_iter().zip(sizes) {
+                // A voxel along each axis, and as far off a surface.
+                let reach = 3f64.sqrt() * diagonal(&scene) / f64::from(size - 2);
+                assert_right_outside_the_boundary(&scene, row, 1000, [reach, 2.0 * reach]);
             }
         }
     });

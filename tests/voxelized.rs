@@ -24,7 +24,7 @@ use gobo::technique::{
 };
 use gobo::world::World;
 use std::collections::BTreeSet;
-use support::{ask, assert_right_outside_the_boundary, gpu_test, rows, scenes::Random};
+use support::{ask, assert_right_outside_the_boundary, gpu_test, rows, scenes::Random, within::diagonal};
 
 /// What most tests bake.
 const PLAIN: Settings = Settings {
@@ -284,7 +284,14 @@ fn nothing_leaks_outside_the_boundary() {
         ];
         for scene in shapes::seen() {
             for row in rows(context, &scene, &support::some(specs, 4)) {
-                assert_right_outside_the_boundary(&scene, row, 2000);
+                // What docs/voxelized.md says, in voxels: half the filter across, half a voxel more where it is conservative, and a
+                // voxel along the light; a surface's point is moved as far across, and half a voxel and a bit.
+                let number = |key: &str| row.variant[key].parse::<f64>().expect("a number");
+                let conservative = row.variant["coverage"] == "conservative";
+                let across = number("filter") / 2.0 + if conservative { 0.5 } else { 0.0 };
+                let (across, voxel) = (2f64.sqrt() * across, diagonal(&scene) / number("size"));
+                let reach = [(across + 1.0) * voxel, (2.0 * across + 1.6) * voxel];
+                assert_right_outside_the_boundary(&scene, row, 2000, reach);
             }
         }
     });
