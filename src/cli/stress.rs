@@ -98,13 +98,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.asked.is_empty() {
         sweeps.extend(cases().map(Sweep::of));
     }
+    little::first(&mut sweeps, 1);
     if little::is_asked() {
-        sweeps.truncate(1);
         sweeps.iter_mut().for_each(|sweep| sweep.values = &sweep.values[..1]);
     }
     let read = |usual: &[&'static str]| -> Result<Vec<Spec>> {
         let given = arguments.techniques.iter().map(String::as_str);
-        let texts: Vec<&str> = if arguments.techniques.is_empty() { usual.to_vec() } else { given.collect() };
+        let mut texts: Vec<&str> = if arguments.techniques.is_empty() { usual.to_vec() } else { given.collect() };
+        little::first(&mut texts, 2);
         Ok(texts.into_iter().map(parse).collect::<Result<Vec<_>>>()?.concat())
     };
     let (of_smoke, of_meshes) = (read(&OF_SMOKE)?, read(&OF_MESHES)?);
