@@ -175,7 +175,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         specs.extend(little::specs(parse(text)?));
     }
     let mut scenes = scene_names.iter().map(|name| frames(arguments, name)).collect::<Result<Vec<_>>>()?;
-    little::scenes(&mut scenes);
+    little::first(&mut scenes, 1);
     arguments.vpls.check(scenes.iter().flat_map(|(states, _)| states))?;
     let fingerprints: Vec<u32> = scenes.iter().map(|(states, _)| states[0].fingerprint()).collect();
     let bounced = bounced(arguments, &scenes)?;

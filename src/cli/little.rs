@@ -29,10 +29,10 @@ pub(super) fn name(name: &str) -> String {
     }
 }
 
-/// The first scene; the others are there.
-pub(super) fn scenes<T>(scenes: &mut Vec<T>) {
+/// The first of several; that the others are there is known by then.
+pub(super) fn first<T>(all: &mut Vec<T>, few: usize) {
     if is_asked() {
-        scenes.truncate(1);
+        all.truncate(few);
     }
 }
 

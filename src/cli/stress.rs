@@ -75,8 +75,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.asked.is_empty() {
         sweeps.extend(cases().map(Sweep::of));
     }
+    little::first(&mut sweeps, 1);
     if little::is_asked() {
-        sweeps.truncate(1);
         sweeps.iter_mut().for_each(|sweep| sweep.values = &sweep.values[..1]);
     }
     let mut named = Vec::new();
@@ -84,7 +84,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         named.extend(parse(text)?);
     }
     // As small as they are on every device.
-    let asked = |list: List| if named.is_empty() { specs(list, false) } else { Ok(named.clone()) };
+    let asked = |list: List| -> Result<Vec<Spec>> {
+        let mut asked = if named.is_empty() { specs(list, false)? } else { named.clone() };
+        little::first(&mut asked, 2);
+        Ok(asked)
+    };
     let (of_smoke, of_meshes) = (asked(|runs| runs.stress_smoke)?, asked(|runs| runs.stress_meshes)?);
     let store = Store::open(&arguments.out)?;
     let mut worker = Worker::start(own_command(arguments)?, Duration::from_secs_f64(arguments.limit))?;

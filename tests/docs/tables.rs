@@ -229,7 +229,7 @@ fn shown(value: f64, is_whole: bool) -> String {
         return format!("{value:.*}", (2 - exponent) as usize);
     }
     let digits = format!("{value:.0}");
-    let groups = |i: usize| i > 0 && i % 3 == 0;
+    let groups = |i: usize| i > 0 && i.is_multiple_of(3);
     let apart = digits.chars().rev().enumerate();
     let reversed: String = apart.flat_map(|(i, c)| groups(i).then_some(',').into_iter().chain([c])).collect();
     reversed.chars().rev().collect::<String>().replace("-,", "-")
