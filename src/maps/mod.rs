@@ -12,6 +12,7 @@ mod filter;
 mod fit;
 mod list;
 mod opaque;
+mod opaque_compute;
 mod order;
 mod splat;
 mod texels;
@@ -25,7 +26,8 @@ pub use detail::{BLOCK_TEXELS, Detail, MOST_BLOCKS, SLOTS, Survey, table_bytes, 
 pub use filter::{Filter, FilterKind};
 pub use fit::Extents;
 pub use list::{Keep, List, SegmentData};
-pub use opaque::{OPAQUE_SIZE, OpaqueMaps, opaque_corner};
+pub use opaque::{OPAQUE_SIZE, OpaqueMaps, OpaqueWay, opaque_corner};
+pub use opaque_compute::{OpaqueItem, OpaqueTotals};
 pub use order::{ItemData, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
 pub use texels::{TexelKernels, TexelWay, Texels};
@@ -95,7 +97,7 @@ pub struct Maps {
 }
 
 impl Maps {
-    /// Maps of `size` texels a side of all lights of `world`, with the opaque maps that techniques share.
+    /// Maps of `size` texels a side of all lights of `world`, with the opaque maps that techniques share, drawn as is best here.
     ///
     /// # Errors
     /// [`Error::Input`] where the lights have too many maps, [`Error::Refused`] where the device has no image or no memory for
@@ -120,7 +122,7 @@ impl Maps {
         let buffer = Buffer::with_data(context, "maps", &all)?;
         let fitted = Buffer::new(context, "maps.fitted", buffer.bytes(), Memory::Readback)?;
         let one = all.first().map_or([1, 1], |m| [m.opaque.width, m.opaque.height]);
-        let image = opaque::image(context, opaque.format, one, count as u32)?;
+        let image = opaque::image(context, opaque, one, count as u32)?;
         let resources = [
             Resource::Buffer(buffer.clone()),
             Resource::Buffer(world.casters.clone()),
@@ -129,7 +131,7 @@ impl Maps {
         ];
         let scene = Bindings::new(context, "maps.scene", &resources)?;
         let opaque_size = opaque.size;
-        let opaque = Opaque::new(context, image, &scene, opaque, one)?;
+        let opaque = Opaque::new(context, image, &scene, opaque, one, count as u32)?;
         let fit = Fit::new(context, &buffer, &scene, count as u32)?;
         let lights = world.lights.clone();
         Ok(Self { all, size, opaque_size, generation: None, buffer, fitted, moved: false, fit, lights, opaque, scene })
@@ -201,19 +203,30 @@ impl Maps {
         self.moved
     }
 
-    /// After the submission: the host has the maps as they were fitted. Where the build has to run again (`grew`) they are
-    /// fitted again, so that its last submission is all of it.
+    /// After the submission: the host has the maps as they were fitted. Returns whether the build has to run again, because of the
+    /// caller (`grew`) or of a list of the opaque maps; then they are fitted again, so that its last submission is all of it.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read.
-    pub fn settle(&mut self, grew: bool) -> Result<()> {
+    pub fn settle(&mut self, grew: bool) -> Result<bool> {
         if self.moved {
             self.all = self.fitted.read(self.all.len())?;
         }
-        if self.moved && grew {
+        let again = self.opaque.settle()? || grew;
+        if self.moved && again {
             self.generation = None;
         }
-        Ok(())
+        Ok(again)
+    }
+
+    /// How the opaque maps are drawn here.
+    pub fn opaque_way(&self) -> OpaqueWay {
+        self.opaque.way()
+    }
+
+    /// Bytes that drawing the opaque maps takes beside them.
+    pub fn opaque_bytes_transient(&self) -> u64 {
+        self.opaque.bytes_transient()
     }
 
     /// The opaque maps: each stands where [`opaque_corner`] says.

@@ -1,6 +1,6 @@
 //! The whole list, searched at each look-up: exact at texel centres, the yardstick of Intel's 2010 demonstration of AVSM.
 
-use super::keys::{FILTER, RADIUS, SIZE, filter};
+use super::keys::{FILTER, OPAQUE, RADIUS, SIZE, filter, opaque};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement, Resource};
@@ -14,7 +14,7 @@ pub const ENTRY: Entry = Entry {
     about: "per-texel lists of all segments, exact at texel centres (the yardstick of Intel's 2010 demonstration)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
-    keys: &[SIZE, FILTER, RADIUS],
+    keys: &[SIZE, FILTER, RADIUS, OPAQUE],
     paths: &[Path { name: LIST, requires: &[Requirement::FragmentStores] }],
     open: |context, world, spec| Ok(Box::new(Uncompressed::new(context, world, spec)?)),
 };
@@ -42,7 +42,7 @@ impl Uncompressed {
         ENTRY.require(context, LIST)?;
         let (size, filter) = (spec.number(SIZE.name), filter(spec));
         filter.check(world.scene(), size)?;
-        let maps = Maps::new(context, world, size)?;
+        let maps = Maps::with_opaque(context, world, size, opaque(spec))?;
         let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
         let list = List::new(context, &maps, splat, Keep::All, None)?;
         let more = [Resource::StorageImage(list.heads.clone()), Resource::Buffer(list.segments.clone())];
@@ -64,7 +64,7 @@ impl Technique for Uncompressed {
         if grew {
             self.list.bind_segments(&self.look_up, SEGMENTS);
         }
-        self.maps.settle(grew)?;
+        let grew = self.maps.settle(grew)?;
         Ok(Settled::of(grew))
     }
 
@@ -82,6 +82,7 @@ impl Technique for Uncompressed {
             path: LIST,
             reason: "the only path".into(),
             bytes_resident: self.list.bytes() + self.maps.opaque_image().bytes(),
+            bytes_transient: self.maps.opaque_bytes_transient(),
             counters: counters.map(|(k, v)| (k.to_owned(), v)).into(),
             ..Facts::default()
         })

@@ -13,7 +13,7 @@ mod volume;
 use self::fused::{Fused, OTHER_BYTES, SLICE_BYTES};
 use self::raster::{Raster, Route};
 use self::volume::{Assign, Coverage, Storage, Volume};
-use super::keys::{FILTER, RADIUS, SKIP, Values, Word, words};
+use super::keys::{FILTER, OPAQUE, RADIUS, SKIP, Values, Word, opaque, words};
 use super::{Answer, Casts, Entry, Facts, Key, Lifetime, Path, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Requirement, Resource};
 use crate::maps::{Bins, MANY_CASTERS, Map, Maps};
@@ -78,6 +78,7 @@ pub const ENTRY: Entry = Entry {
         },
         FILTER,
         RADIUS,
+        OPAQUE,
     ],
     paths: &[Path { name: FUSED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::Layers] }],
     open: |context, world, spec| Ok(Box::new(Psm::new(context, world, spec)?)),
@@ -133,7 +134,7 @@ impl Psm {
             return Err(Error::Refused { needs });
         }
         layout.filter.check(world.scene(), layout.size)?;
-        let maps = Maps::new(context, world, layout.size)?;
+        let maps = Maps::with_opaque(context, world, layout.size, opaque(spec))?;
         let volume = layout.image(context, maps.count(), way == Way::Raster)?;
         let constants = layout.constants(world);
         let build = match way {
@@ -217,7 +218,7 @@ impl Technique for Psm {
 
     fn settle(&mut self) -> Result<Settled> {
         let grew = if let Build::Fused(fused) = &mut self.build { fused.bins.settle()? } else { false };
-        self.maps.settle(grew)?;
+        let grew = self.maps.settle(grew)?;
         Ok(Settled::of(grew))
     }
 
@@ -239,7 +240,8 @@ impl Technique for Psm {
             path: if matches!(self.build, Build::Raster(_)) { RASTER } else { FUSED },
             reason: self.reason.clone(),
             bytes_resident: self.volume.bytes() + self.maps.opaque_image().bytes(),
-            bytes_transient: bins.map_or(0, |b| b.counts.bytes() + b.bytes_transient()),
+            bytes_transient: bins.map_or(0, |b| b.counts.bytes() + b.bytes_transient())
+                + self.maps.opaque_bytes_transient(),
             counters,
             ..Facts::default()
         })
