@@ -3,6 +3,9 @@
 
 mod support;
 
+#[path = "opaque/compute.rs"]
+mod compute;
+
 #[path = "opaque/ray_query.rs"]
 mod ray_query;
 
@@ -19,11 +22,13 @@ use gobo::world::World;
 use support::scenes::{self, Random};
 use support::{ask, built, gpu_test, opened, skipped, some, spec};
 
-/// Rays; and maps with every filter, both numbers of bits, coarse and fine: what the device runs.
+/// Rays; and maps with every filter, both numbers of bits, coarse and fine, drawn both ways: what the device runs.
 fn specs(test: &str, context: &Context) -> Vec<String> {
     let filters = [1, 9, 3, 5, 7].into_iter().flat_map(|filter| [(filter, 32), (filter, 16)]);
     let maps = |(filter, bits)| [64, 1024].map(|size| format!("shadow-map:size={size},filter={filter},bits={bits}"));
-    let all = ["ray-query".to_owned()].into_iter().chain(some(filters, 4).into_iter().flat_map(maps));
+    let ways = ["raster", "compute"].map(|way| format!("shadow-map:size=256,opaque={way}"));
+    let more = ["ray-query".to_owned()].into_iter().chain(ways);
+    let all = more.chain(some(filters, 4).into_iter().flat_map(maps));
     let specs: Vec<_> = all.filter(|text| runs(test, context, text)).collect();
     assert!(!specs.is_empty(), "shadow maps run everywhere");
     specs
@@ -99,7 +104,7 @@ fn a_flat_receiver_never_shadows_itself() {
     gpu_test(name, |context| {
         let mut specs = specs(name, context);
         // Its opaque map is the one that all techniques with other maps share.
-        specs.extend(Some("beer-shadow-map:size=8".to_owned()));
+        specs.extend(["raster", "compute"].map(|way| format!("beer-shadow-map:size=8,opaque={way}")));
         for (at, lean) in some([([0.0; 3], 20.0), ([300.0, -200.0, 50.0], 0.0), ([0.0; 3], 0.0)], 2) {
             for mut scene in lights(&[90.0, 60.0, 30.0, 5.0, 1.0], DVec3::from(at.map(f64::from))) {
                 scene.meshes.push(leaning(lean, 5.0, at));

@@ -3,20 +3,7 @@
 #ifndef VOXELIZED_FACET_GLSL
 #define VOXELIZED_FACET_GLSL
 
-// Two words, for products of edges: they have up to 52 bits.
-struct Wide {
-    int high;
-    uint low;
-};
-
-Wide wide_cross(ivec2 a, ivec2 b) {
-    int high, other_high, low, other_low;
-    imulExtended(a.x, b.y, high, low);
-    imulExtended(a.y, b.x, other_high, other_low);
-    uint borrow;
-    uint difference = usubBorrow(uint(low), uint(other_low), borrow);
-    return Wide(high - other_high - int(borrow), difference);
-}
+#include "maps/edge.glsl"
 
 // Its depths.
 struct Plane {
@@ -34,9 +21,6 @@ struct Facet {
     ivec2 end;    // and one past the last; both only where squares are asked for
     Plane plane;
 };
-
-// Whether a middle of a column that lies on the edge is inside: of two triangles that share it exactly one has it.
-bool owns_edge(ivec2 edge) { return edge.y < 0 || (edge.y == 0 && edge.x > 0); }
 
 // Edge from `from` on along `edge`, at the origin, or at that corner of the square about it that is farthest inside; in columns.
 // What is out of reach of the block is cut off.

@@ -119,9 +119,9 @@ impl Bindings {
                 .dst_set(inner.set)
                 .dst_binding(binding)
                 .descriptor_type(resource.kind());
-            let image = |i: &Image| {
-                [vk::DescriptorImageInfo::default().image_view(i.view()).image_layout(vk::ImageLayout::GENERAL)]
-            };
+            let seen =
+                |view| [vk::DescriptorImageInfo::default().image_view(view).image_layout(vk::ImageLayout::GENERAL)];
+            let image = |i: &Image| seen(i.view());
             match resource {
                 Resource::Buffer(b) => {
                     let info = [vk::DescriptorBufferInfo::default().buffer(b.handle()).range(vk::WHOLE_SIZE)];
@@ -151,7 +151,12 @@ impl Bindings {
                     // SAFETY: as above; the sampler lives as long as the set.
                     unsafe { device.update_descriptor_sets(&[write.image_info(&info)], &[]) };
                 }
-                Resource::StorageImage(i) | Resource::Texture(i) | Resource::InputAttachment(i) => {
+                Resource::StorageImage(i) => {
+                    let info = seen(i.storage_view());
+                    // SAFETY: as above.
+                    unsafe { device.update_descriptor_sets(&[write.image_info(&info)], &[]) };
+                }
+                Resource::Texture(i) | Resource::InputAttachment(i) => {
                     let info = image(i);
                     // SAFETY: as above.
                     unsafe { device.update_descriptor_sets(&[write.image_info(&info)], &[]) };

@@ -13,6 +13,8 @@ use std::sync::Arc;
 pub enum ImageUse {
     /// Written, read and fetched by shaders (`imageLoad`, `imageAtomic…`, `texelFetch`).
     Storage,
+    /// Of R32_UINT: written as the bits of floats (`imageAtomic…` of `r32ui`), then fetched by shaders as the floats.
+    FloatBits,
     /// Drawn to, then fetched by shaders.
     Color,
     /// Drawn to and written by shaders, then fetched by them.
@@ -37,6 +39,8 @@ struct Inner {
     view: vk::ImageView,
     /// Of a volume that is drawn to, its layers as an array of 2D images; else null.
     layers: vk::ImageView,
+    /// Of bits of floats, the whole numbers that shaders write; else null.
+    bits: vk::ImageView,
     allocation: Option<Allocation>,
     name: String,
     size: [u32; 3],
@@ -48,6 +52,7 @@ impl Drop for Inner {
     fn drop(&mut self) {
         // SAFETY: recorded commands keep a clone, so the device no longer uses the image; null handles are ignored.
         unsafe {
+            self.context.device().destroy_image_view(self.bits, None);
             self.context.device().destroy_image_view(self.layers, None);
             self.context.device().destroy_image_view(self.view, None);
             self.context.device().destroy_image(self.handle, None);
@@ -125,7 +130,7 @@ impl Image {
         }
         let copies = vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST;
         let (flags, aspect) = match usage {
-            ImageUse::Storage => {
+            ImageUse::Storage | ImageUse::FloatBits => {
                 (vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::SAMPLED, vk::ImageAspectFlags::COLOR)
             }
             ImageUse::Color => {
@@ -159,8 +164,11 @@ impl Image {
             (vk::ImageType::TYPE_2D, vk::ImageViewType::TYPE_2D)
         };
         let drawn_volume = usage == ImageUse::DrawnVolume;
-        let create =
-            if drawn_volume { vk::ImageCreateFlags::TYPE_2D_ARRAY_COMPATIBLE } else { vk::ImageCreateFlags::empty() };
+        let create = match usage {
+            ImageUse::DrawnVolume => vk::ImageCreateFlags::TYPE_2D_ARRAY_COMPATIBLE,
+            ImageUse::FloatBits => vk::ImageCreateFlags::MUTABLE_FORMAT,
+            _ => vk::ImageCreateFlags::empty(),
+        };
         let info = vk::ImageCreateInfo::default()
             .flags(create)
             .image_type(image_type)
@@ -180,6 +188,7 @@ impl Image {
             handle,
             view: vk::ImageView::null(),
             layers: vk::ImageView::null(),
+            bits: vk::ImageView::null(),
             allocation: None,
             name: name.into(),
             size,
@@ -200,12 +209,13 @@ impl Image {
         inner.allocation = Some(allocation);
         bound.map_err(|r| vk_error("bind image", name, r))?;
         let range = vk::ImageSubresourceRange::default().aspect_mask(aspect).level_count(1).layer_count(1);
+        let fetched = if usage == ImageUse::FloatBits { vk::Format::R32_SFLOAT } else { format };
         let info = vk::ImageViewCreateInfo::default()
             .image(handle)
             .view_type(view_type)
-            .format(format)
+            .format(fetched)
             .subresource_range(range);
-        // SAFETY: the image is bound and the view matches it.
+        // SAFETY: the image is bound, and the view matches it or, of bits of floats, has another format of as many bits.
         inner.view = fault::creation(|| unsafe { device.create_image_view(&info, None) })
             .map_err(|r| vk_error("create view of", name, r))?;
         if drawn_volume {
@@ -213,6 +223,11 @@ impl Image {
             let info = info.view_type(vk::ImageViewType::TYPE_2D_ARRAY).subresource_range(range);
             // SAFETY: the image is bound, three-dimensional, and made to be seen as an array of 2D images.
             inner.layers = fault::creation(|| unsafe { device.create_image_view(&info, None) })
+                .map_err(|r| vk_error("create view of", name, r))?;
+        }
+        if usage == ImageUse::FloatBits {
+            // SAFETY: the image is bound and the view matches it.
+            inner.bits = fault::creation(|| unsafe { device.create_image_view(&info.format(format), None) })
                 .map_err(|r| vk_error("create view of", name, r))?;
         }
         context.set_name(handle, name);
@@ -266,6 +281,11 @@ impl Image {
     /// What a render draws to.
     pub(super) fn attachment_view(&self) -> vk::ImageView {
         if self.0.layers == vk::ImageView::null() { self.0.view } else { self.0.layers }
+    }
+
+    /// What shaders write.
+    pub(super) fn storage_view(&self) -> vk::ImageView {
+        if self.0.bits == vk::ImageView::null() { self.0.view } else { self.0.bits }
     }
 
     pub(super) fn aspect(&self) -> vk::ImageAspectFlags {

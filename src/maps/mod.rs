@@ -12,6 +12,7 @@ mod filter;
 mod fit;
 mod list;
 mod opaque;
+mod opaque_compute;
 mod order;
 mod splat;
 mod texels;
@@ -25,7 +26,8 @@ pub use detail::{BLOCK_TEXELS, Detail, MOST_BLOCKS, SLOTS, Survey, table_bytes, 
 pub use filter::{Filter, FilterKind};
 pub use fit::Extents;
 pub use list::{Keep, List, SegmentData};
-pub use opaque::{OPAQUE_SIZE, OpaqueMaps, opaque_corner};
+pub use opaque::{OPAQUE_SIZE, OpaqueMaps, OpaqueWay, opaque_corner};
+pub use opaque_compute::{OpaqueItem, OpaqueTotals};
 pub use order::{ItemData, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
 pub use texels::{TexelKernels, TexelWay, Texels};
@@ -108,7 +110,7 @@ impl Maps {
     /// What the volume views are, and whatever is made of casters in them: the meshes do not matter there.
     pub const VOLUME: Parts = Parts::CASTERS.and(Parts::LIGHTS);
 
-    /// Maps of `size` texels a side of all lights of `world`, with the opaque maps that techniques share.
+    /// Maps of `size` texels a side of all lights of `world`, with the opaque maps that techniques share, drawn as is best here.
     ///
     /// # Errors
     /// [`Error::Input`] where the lights have too many maps, [`Error::Refused`] where the device has no image or no memory for
@@ -137,7 +139,7 @@ impl Maps {
         let buffer = Buffer::with_data(context, "maps", &all)?;
         let fitted = Buffer::new(context, "maps.fitted", buffer.bytes(), Memory::Readback)?;
         let one = all.first().map_or([1, 1], |m| [m.opaque.width, m.opaque.height]);
-        let image = opaque::image(context, opaque.format, one, count as u32)?;
+        let image = opaque::image(context, opaque, one, count as u32)?;
         let resources = [
             Resource::Buffer(buffer.clone()),
             Resource::Buffer(world.casters.clone()),
@@ -146,7 +148,7 @@ impl Maps {
         ];
         let scene = Bindings::new(context, "maps.scene", &resources)?;
         let opaque_size = opaque.size;
-        let opaque = Opaque::new(context, image, &scene, opaque, one)?;
+        let opaque = Opaque::new(context, image, &scene, opaque, one, count as u32)?;
         let fit = Fit::new(context, &buffer, &scene, count as u32)?;
         let lights = world.lights.clone();
         Ok(Self {
@@ -246,24 +248,35 @@ impl Maps {
         self.drawn.forget();
     }
 
-    /// After the submission: the host has the maps as they were fitted. Where the build has to run again (`grew`) so does what
-    /// it made of them, so that its last submission is all of it.
+    /// After the submission: the host has the maps as they were fitted. Returns whether the build has to run again, because of the
+    /// caller (`grew`) or of a list of the opaque maps; then what it made is made again, so that its last submission is all of it.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read.
-    pub fn settle(&mut self, grew: bool) -> Result<()> {
+    pub fn settle(&mut self, grew: bool) -> Result<bool> {
         if self.fits {
             self.all = self.fitted.read(self.all.len())?;
             self.ready = true;
         }
+        let again = (self.draws && self.opaque.settle()?) || grew;
         for (made, recorded) in
             [(&mut self.views, self.fits), (&mut self.orders, self.moves), (&mut self.drawn, self.draws)]
         {
-            if grew && recorded {
+            if again && recorded {
                 made.forget();
             }
         }
-        Ok(())
+        Ok(again)
+    }
+
+    /// How the opaque maps are drawn here.
+    pub fn opaque_way(&self) -> OpaqueWay {
+        self.opaque.way()
+    }
+
+    /// Bytes that drawing the opaque maps takes beside them.
+    pub fn opaque_bytes_transient(&self) -> u64 {
+        self.opaque.bytes_transient()
     }
 
     /// The opaque maps: each stands where [`opaque_corner`] says.

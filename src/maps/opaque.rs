@@ -1,5 +1,6 @@
 //! The depth maps of the opaque casters, shared by all techniques with maps.
 
+use super::opaque_compute::OpaqueCompute;
 use crate::gpu::{
     Bindings, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Target, push_struct,
 };
@@ -31,7 +32,16 @@ fn rounding(view: &View) -> f64 {
         Projection::Perspective => far * (1.0 + 2.0 * across * across).sqrt(),
     };
     let coordinates: f64 = view.origin.iter().map(|c| f64::from(c.abs())).sum();
-    1.2e-7 * (coordinates + 3f64.sqrt() * distance) + 6e-7 * distance
+    1.2e-7 * (coordinates + 3f64.sqrt() * distance) + 7.5e-7 * distance
+}
+
+/// How opaque maps are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OpaqueWay {
+    /// By the device's rasterizer, a draw a map.
+    Raster,
+    /// By shaders in whole numbers, all maps at once: the same bits on every device.
+    Compute,
 }
 
 /// What opaque maps are made of, and how they will be asked.
@@ -44,11 +54,26 @@ pub struct OpaqueMaps {
     /// No point that is compared with a texel is farther from its centre, texels across and down: depths are pushed back so
     /// far that a surface does not shadow itself there.
     pub reach: f32,
+    /// None: as is best on this device.
+    pub way: Option<OpaqueWay>,
 }
 
 impl OpaqueMaps {
     /// Those that techniques with other maps share: glsl/maps/opaque.glsl weighs texels bilinearly.
-    pub const SHARED: Self = Self { size: OPAQUE_SIZE, format: Format::D32_SFLOAT, reach: 1.0 };
+    pub const SHARED: Self = Self { size: OPAQUE_SIZE, format: Format::D32_SFLOAT, reach: 1.0, way: None };
+
+    /// These, drawn that way.
+    pub fn shared(way: Option<OpaqueWay>) -> Self {
+        Self { way, ..Self::SHARED }
+    }
+
+    /// The way that is taken: in compute on a GPU. Whole numbers of 16 bits are the rasterizer's; software devices draw
+    /// faster than they compute, by what was measured.
+    fn way(self, context: &Context) -> OpaqueWay {
+        let drawn = self.format == Format::D16_UNORM || context.features().is_software();
+        let best = if drawn { OpaqueWay::Raster } else { OpaqueWay::Compute };
+        self.way.unwrap_or(best)
+    }
 
     /// From one depth that the format has to the next, of the light's range; 0 where that is a rounding.
     fn step(self) -> f32 {
@@ -76,10 +101,16 @@ push_struct! {
     }
 }
 
-/// The maps of all lights and the pass that draws them.
+/// What draws them.
+enum Drawn {
+    Raster(Kernel<MapPush>),
+    Compute(OpaqueCompute),
+}
+
+/// The maps of all lights and the passes that draw them.
 pub(super) struct Opaque {
     image: Image,
-    kernel: Kernel<MapPush>,
+    drawn: Drawn,
     /// Of one map.
     size: [u32; 2],
 }
@@ -88,8 +119,12 @@ pub(super) struct Opaque {
 /// above the other, and where the device has no images of so many rows, in further columns beside them.
 ///
 /// # Errors
-/// [`Error::Refused`] where the device has no such image, or not so much memory at all.
-pub(super) fn image(context: &Context, format: Format, size: [u32; 2], count: u32) -> Result<Image> {
+/// [`Error::Refused`] where the device has no such image, or not so much memory at all, or where the way has no such depths.
+pub(super) fn image(context: &Context, maps: OpaqueMaps, size: [u32; 2], count: u32) -> Result<Image> {
+    let (way, narrow) = (maps.way(context), maps.format == Format::D16_UNORM);
+    if way == OpaqueWay::Compute && narrow {
+        return Err(Error::Refused { needs: "depths of 32 bits (opaque=raster draws those of 16)".into() });
+    }
     let limit = context.features().max_image_dimension_2d;
     let rows = (limit / size[1]).clamp(1, count);
     let columns = count.div_ceil(rows);
@@ -102,12 +137,15 @@ pub(super) fn image(context: &Context, format: Format, size: [u32; 2], count: u3
         });
     }
     let all = [columns * size[0], rows * size[1]];
-    let texel_bytes = if format == Format::D16_UNORM { 2 } else { 4 };
+    let texel_bytes = if narrow { 2 } else { 4 };
     let (bytes, memory) = (texel_bytes * all.map(u64::from).iter().product::<u64>(), context.features().memory_bytes);
     if bytes > memory {
         return Err(Error::Refused { needs: format!("{bytes} bytes of memory {what} (this device has {memory})") });
     }
-    Image::new(context, "maps.opaque", format, all, ImageUse::Depth)
+    match way {
+        OpaqueWay::Raster => Image::new(context, "maps.opaque", maps.format, all, ImageUse::Depth),
+        OpaqueWay::Compute => Image::new(context, "maps.opaque", Format::R32_UINT, all, ImageUse::FloatBits),
+    }
 }
 
 /// The upper left texel of a map of `size` among all. Twin: opaque_corner in glsl/maps/opaque.glsl.
@@ -117,45 +155,81 @@ pub fn opaque_corner(image: &Image, size: [u32; 2], map: u32) -> [u32; 2] {
 }
 
 impl Opaque {
-    /// `size` is that of one map.
+    /// `size` is that of one map, of which there are `count`.
     pub(super) fn new(
         context: &Context,
         image: Image,
         scene: &Bindings,
         maps: OpaqueMaps,
         size: [u32; 2],
+        count: u32,
     ) -> Result<Self> {
-        let state = Graphics {
-            vertex: &shaders::maps::OPAQUE_VERT,
-            fragment: &shaders::maps::OPAQUE_FRAG,
-            colors: &[],
-            depth: Some(maps.format),
+        let constants = Constants::new().set(OPAQUE_REACH, maps.reach).set(OPAQUE_STEP, maps.step());
+        let drawn = match maps.way(context) {
+            OpaqueWay::Raster => Drawn::Raster(raster(context, scene, maps.format, constants)?),
+            OpaqueWay::Compute => {
+                Drawn::Compute(OpaqueCompute::new(context, &image, scene, &constants, [size[0], size[1], count])?)
+            }
         };
-        let snap = (-(context.features().sub_pixel_precision_bits as f32)).exp2();
-        let constants = Constants::new().set(SNAP, snap).set(OPAQUE_REACH, maps.reach).set(OPAQUE_STEP, maps.step());
-        let kernel = Kernel::graphics(context, &state, &[scene], &constants)?;
-        Ok(Self { image, kernel, size })
+        Ok(Self { image, drawn, size })
     }
 
     pub(super) fn image(&self) -> &Image {
         &self.image
     }
 
+    pub(super) fn way(&self) -> OpaqueWay {
+        match self.drawn {
+            Drawn::Raster(_) => OpaqueWay::Raster,
+            Drawn::Compute(_) => OpaqueWay::Compute,
+        }
+    }
+
     /// Draws the meshes as the lights see them. No pass where there are none.
-    pub(super) fn record(&self, commands: &mut Commands, world: &World, count: u32) {
+    pub(super) fn record(&mut self, commands: &mut Commands, world: &World, count: u32) {
         let vertices = 3 * world.triangle_count();
         if vertices == 0 {
             return;
         }
+        let kernel = match &mut self.drawn {
+            Drawn::Compute(compute) => return compute.record(commands, &self.image, world.triangle_count()),
+            Drawn::Raster(kernel) => kernel,
+        };
         commands.pass("maps.opaque", |pass| {
             let target = Target { image: &self.image, clear: Some([1.0; 4]) };
             pass.render(self.image.size(), &[], Some(target), |draw| {
                 for map in 0..count {
                     let corner = opaque_corner(&self.image, self.size, map);
                     draw.area(corner, self.size);
-                    draw.draw(&self.kernel, &MapPush { map, corner }, vertices, 1);
+                    draw.draw(kernel, &MapPush { map, corner }, vertices, 1);
                 }
             });
         });
     }
+
+    /// After the submission: whether there is more room now, and the build has to run again.
+    pub(super) fn settle(&mut self) -> Result<bool> {
+        match &mut self.drawn {
+            Drawn::Raster(_) => Ok(false),
+            Drawn::Compute(compute) => compute.settle(),
+        }
+    }
+
+    pub(super) fn bytes_transient(&self) -> u64 {
+        match &self.drawn {
+            Drawn::Raster(_) => 0,
+            Drawn::Compute(compute) => compute.bytes_transient(),
+        }
+    }
+}
+
+fn raster(context: &Context, scene: &Bindings, format: Format, constants: Constants) -> Result<Kernel<MapPush>> {
+    let state = Graphics {
+        vertex: &shaders::maps::OPAQUE_VERT,
+        fragment: &shaders::maps::OPAQUE_FRAG,
+        colors: &[],
+        depth: Some(format),
+    };
+    let snap = (-(context.features().sub_pixel_precision_bits as f32)).exp2();
+    Kernel::graphics(context, &state, &[scene], &constants.set(SNAP, snap))
 }

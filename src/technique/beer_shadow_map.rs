@@ -1,7 +1,7 @@
 //! Beer shadow maps: where the medium on a texel's ray begins, its mean extinction and its greatest optical depth. Source:
 //! Hillaire 2020 (Unreal Engine's clouds).
 
-use super::keys::{FILTER, RADIUS, SIZE};
+use super::keys::{FILTER, OPAQUE, RADIUS, SIZE};
 use super::texel_map::{BINNED, PATH, RASTER, TexelMap};
 use super::{Casts, Entry, Lifetime, Path, Promises, Runs, Spec};
 use crate::Result;
@@ -16,7 +16,7 @@ pub const ENTRY: Entry = Entry {
     about: "front depth, mean extinction and greatest optical depth a texel (Hillaire 2020, Unreal Engine's clouds)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
-    keys: &[PATH, SIZE, FILTER, RADIUS],
+    keys: &[PATH, SIZE, FILTER, RADIUS, OPAQUE],
     paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[] }],
     promises: |_, _| Promises::OF_DEPTH,
     runs: Runs {

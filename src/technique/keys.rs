@@ -1,7 +1,7 @@
 //! Keys of specs: what may be set, and the types that settings are read into.
 
 use super::Spec;
-use crate::maps::{Filter, FilterKind};
+use crate::maps::{Filter, FilterKind, OpaqueMaps, OpaqueWay};
 
 /// A setting of a technique.
 pub struct Key {
@@ -68,6 +68,8 @@ macro_rules! __word {
 
 pub use crate::{__word as word, __words as words};
 
+word!(OpaqueWay { Raster = "raster", Compute = "compute" });
+
 word!(FilterKind { Bilinear = "bilinear", Box = "box", Gaussian = "gaussian" });
 
 words! {
@@ -116,6 +118,14 @@ pub const PCF: Key = Key {
     values: Values::OneOf(&["1", "3", "5", "7", "9"]),
     default: "1",
     about: "texels a side of the square whose comparisons a look-up averages",
+};
+
+/// Who draws the meshes as a light sees them.
+pub const OPAQUE: Key = Key {
+    name: "opaque",
+    values: Values::OneOf(OpaqueWay::WORDS),
+    default: "auto",
+    about: "opaque maps are drawn by the device's rasterizer, or in compute, all maps at once; auto: compute on GPUs",
 };
 
 /// Whether work is left out.
@@ -208,6 +218,11 @@ pub const TILED: &[Key] = &[
 
 /// Keys that every technique has, besides [`TILED`].
 pub const EVERY: &[Key] = &[SKIP, LIGHTING, SHADING];
+
+/// The opaque maps that techniques share, drawn as [`OPAQUE`] says.
+pub fn opaque(spec: &Spec) -> OpaqueMaps {
+    OpaqueMaps::shared(spec.word(OPAQUE.name))
+}
 
 /// What [`FILTER`] and [`RADIUS`] say.
 pub fn filter(spec: &Spec) -> Filter {

@@ -1,10 +1,10 @@
 //! A map of depths of the meshes, and percentage closer filtering. Sources: Williams 1978, *Casting curved shadows on curved
 //! surfaces*; Reeves, Salesin and Cook 1987, *Rendering antialiased shadows with depth maps*.
 
-use super::keys::{Key, PCF, Values, Word, words};
+use super::keys::{Key, OPAQUE, PCF, Values, Word, words};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image};
-use crate::maps::{Map, Maps, OpaqueMaps};
+use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
 use crate::scene::{Resolution, Scene, gutter_texels};
 use crate::shaders::{constant, folder};
 use crate::world::{Parts, World};
@@ -16,8 +16,8 @@ pub const ENTRY: Entry = Entry {
     about: "the depth of the nearest mesh a texel, compared (Williams 1978; Reeves, Salesin and Cook 1987)",
     casts: Casts { particles: false, strands: false, meshes: true },
     lifetime: Lifetime::Frame,
-    keys: &[SIZE, BITS, PCF],
-    paths: &[Path { name: RASTER, requires: &[] }],
+    keys: &[SIZE, BITS, PCF, OPAQUE],
+    paths: &[Path { name: RASTER, requires: &[] }, Path { name: COMPUTE, requires: &[] }],
     promises: |_, _| Promises::OF_OPAQUE,
     runs: Runs {
         many_lights: &["shading=tiled,size=128|512"],
@@ -29,6 +29,7 @@ pub const ENTRY: Entry = Entry {
 };
 
 const RASTER: &str = "raster";
+const COMPUTE: &str = "compute";
 
 const SIZE: Key =
     Key { name: "size", values: Values::Number(1, 16384), default: "1024", about: "texels a side of a light's map" };
@@ -60,6 +61,8 @@ pub struct ShadowMap {
     all: Vec<Map>,
     look_up: Bindings,
     constants: Constants,
+    /// Why the maps are drawn as they are where no one asked.
+    reason: String,
 }
 
 impl ShadowMap {
@@ -81,12 +84,16 @@ impl ShadowMap {
             _ => Format::D32_SFLOAT,
         };
         // From the middle of the filter's corner texel to the far corner of the texel in its middle.
-        let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0 };
+        let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, way: spec.word(OPAQUE.name) };
         let maps = Maps::with_opaque(context, world, size, opaque)?;
         let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
         let gathered = GATHERED[usize::from(context.features().is_software())];
+        let reason = match opaque.format {
+            Format::D16_UNORM => "auto: depths of 16 bits are drawn".to_owned(),
+            _ => format!("auto: {} device", context.features().kind),
+        };
         let constants = Constants::new().set(constant::PCF, side).set(constant::GATHERED, gathered);
-        Ok(Self { all: Vec::new(), maps, opaque, look_up, constants })
+        Ok(Self { all: Vec::new(), maps, opaque, look_up, constants, reason })
     }
 
     /// The depths of all maps: each stands where [`crate::maps::opaque_corner`] says.
@@ -130,9 +137,9 @@ impl Technique for ShadowMap {
     }
 
     fn settle(&mut self) -> Result<Settled> {
-        self.maps.settle(false)?;
+        let grew = self.maps.settle(false)?;
         self.all = seen(&self.maps);
-        Ok(Settled::Done)
+        Ok(Settled::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {
@@ -148,7 +155,12 @@ impl Technique for ShadowMap {
     }
 
     fn facts(&self) -> Result<Facts> {
-        let bytes_resident = self.image().bytes();
-        Ok(Facts { path: RASTER, reason: "the only path".into(), bytes_resident, ..Facts::default() })
+        Ok(Facts {
+            path: if self.maps.opaque_way() == OpaqueWay::Raster { RASTER } else { COMPUTE },
+            reason: if self.opaque.way.is_some() { "asked for".into() } else { self.reason.clone() },
+            bytes_resident: self.image().bytes(),
+            bytes_transient: self.maps.opaque_bytes_transient(),
+            ..Facts::default()
+        })
     }
 }

@@ -1,7 +1,7 @@
 //! What all techniques are that keep one texel a ray, which blending makes, or one workgroup a tile: they differ in their
 //! shaders alone.
 
-use super::keys::{Key, SIZE, SKIP, Values, Word, filter, word};
+use super::keys::{Key, SIZE, SKIP, Values, Word, filter, opaque, word};
 use super::{Answer, Facts, Settled, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Resource};
@@ -56,7 +56,7 @@ impl TexelMap {
         if way == TexelWay::Binned {
             binned?;
         }
-        let maps = Maps::new(context, world, size)?;
+        let maps = Maps::with_opaque(context, world, size, opaque(spec))?;
         let constants = filter.constants(Constants::new()).set(STRANDS, world.has_strands());
         let skip = (spec.is_on(SKIP.name), filter.reach());
         let texels = Texels::new(context, world, &maps, way, skip, kernels, &constants)?;
@@ -85,7 +85,7 @@ impl Technique for TexelMap {
 
     fn settle(&mut self) -> Result<Settled> {
         let grew = self.texels.settle()?;
-        self.maps.settle(grew)?;
+        let grew = self.maps.settle(grew)?;
         if grew {
             self.written.forget();
         }
@@ -106,7 +106,8 @@ impl Technique for TexelMap {
             path: if self.way == TexelWay::Raster { RASTER } else { BINNED },
             reason: self.reason.clone(),
             bytes_resident: self.texels.image.bytes() + self.maps.opaque_image().bytes(),
-            bytes_transient: bins.map_or(0, |b| b.counts.bytes() + b.bytes_transient()),
+            bytes_transient: bins.map_or(0, |b| b.counts.bytes() + b.bytes_transient())
+                + self.maps.opaque_bytes_transient(),
             counters: bins.map_or(Ok(Default::default()), |b| b.counters())?,
             ..Facts::default()
         })

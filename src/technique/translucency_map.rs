@@ -1,7 +1,7 @@
 //! Translucency maps: what all casters on a texel's ray leave of the light, and nothing of where they stand. Sources: Crytek
 //! 2011; Bavoil and Jansen 2013, External Shadows.
 
-use super::keys::{FILTER, RADIUS, SIZE, Values, Word, words};
+use super::keys::{FILTER, OPAQUE, RADIUS, SIZE, Values, Word, words};
 use super::promises::EIGHT_BITS;
 use super::texel_map::{BINNED, PATH, RASTER, TexelMap};
 use super::{Casts, Entry, Key, Lifetime, Path, Promises, Runs, Spec};
@@ -38,6 +38,7 @@ pub const ENTRY: Entry = Entry {
         },
         FILTER,
         RADIUS,
+        OPAQUE,
     ],
     paths: &[Path { name: BINNED, requires: &[Requirement::ExtendedFormats] }, Path { name: RASTER, requires: &[] }],
     promises,

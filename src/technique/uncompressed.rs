@@ -1,6 +1,6 @@
 //! The whole list, searched at each look-up: exact at texel centres, the yardstick of Intel's 2010 demonstration of AVSM.
 
-use super::keys::{FILTER, RADIUS, SIZE, filter};
+use super::keys::{FILTER, OPAQUE, RADIUS, SIZE, filter, opaque};
 use super::promises::ROUNDING;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::Result;
@@ -15,7 +15,7 @@ pub const ENTRY: Entry = Entry {
     about: "per-texel lists of all segments, exact at texel centres (the yardstick of Intel's 2010 demonstration)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
-    keys: &[SIZE, FILTER, RADIUS],
+    keys: &[SIZE, FILTER, RADIUS, OPAQUE],
     paths: &[Path { name: LIST, requires: &[Requirement::FragmentStores] }],
     promises: |_, _| PROMISES,
     runs: Runs {
@@ -56,7 +56,7 @@ impl Uncompressed {
         ENTRY.require(context, LIST)?;
         let (size, filter) = (spec.number(SIZE.name), filter(spec));
         filter.check(world.scene(), size)?;
-        let maps = Maps::new(context, world, size)?;
+        let maps = Maps::with_opaque(context, world, size, opaque(spec))?;
         let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
         let list = List::new(context, &maps, splat, Keep::All, None)?;
         let more = [Resource::StorageImage(list.heads.clone()), Resource::Buffer(list.segments.clone())];
@@ -89,9 +89,11 @@ impl Technique for Uncompressed {
         let grew = self.list.settle()?;
         if grew {
             self.list.bind_segments(&self.look_up, SEGMENTS)?;
+        }
+        let grew = self.maps.settle(grew)?;
+        if grew {
             self.listed.forget();
         }
-        self.maps.settle(grew)?;
         Ok(Settled::of(grew))
     }
 
@@ -109,6 +111,7 @@ impl Technique for Uncompressed {
             path: LIST,
             reason: "the only path".into(),
             bytes_resident: self.list.bytes() + self.maps.opaque_image().bytes(),
+            bytes_transient: self.maps.opaque_bytes_transient(),
             counters: counters.map(|(k, v)| (k.to_owned(), v)).into(),
             ..Facts::default()
         })

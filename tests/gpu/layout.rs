@@ -9,7 +9,7 @@
 use gobo::consume::many_lights::{FrameData, QueueData};
 use gobo::gpu::Shader;
 use gobo::grid::GridData;
-use gobo::maps::{BinTotals, Extents, ItemData, Map, SegmentData, Survey, TilePart};
+use gobo::maps::{BinTotals, Extents, ItemData, Map, OpaqueItem, OpaqueTotals, SegmentData, Survey, TilePart};
 use gobo::scene::{Body, Caster, Jet, Law, View};
 use gobo::shaders::ALL;
 use gobo::technique::{ClusterData, LevelCounts, NodeData, PointData, PointsData, TreeData};
@@ -71,6 +71,8 @@ fn twins() -> BTreeMap<&'static str, Twin> {
                 fullest
             ),
         ),
+        ("OpaqueItem", twin!(OpaqueItem, triangle, map_share)),
+        ("OpaqueTotals", twin!(OpaqueTotals, items, groups_x, groups_y, groups_z)),
         ("Survey", twin!(Survey, cells, edges, optical_depth)),
         ("TilePart", twin!(TilePart, tile, map_part, first, count)),
         ("View", twin!(View, origin, projection, right, scale_x, up, scale_y, forward, near, far, width, height)),

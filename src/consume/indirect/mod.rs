@@ -9,7 +9,7 @@ pub use lit::{VPLS, check_count, check_meshes, lit_by_vpls};
 
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime, Resource};
-use crate::maps::{Map, Maps, OpaqueMaps};
+use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
 use crate::scene::{Light, LightKind};
 use crate::world::{LightData, World};
 use glam::DVec3;
@@ -58,7 +58,7 @@ impl Vpls {
         check_count(count)?;
         check_meshes(scene)?;
         let side_bits = side_bits(scene.map_count() as u32);
-        let opaque = OpaqueMaps { size: 1 << side_bits, ..OpaqueMaps::SHARED };
+        let opaque = OpaqueMaps { size: 1 << side_bits, ..OpaqueMaps::shared(Some(OpaqueWay::Raster)) };
         let maps = Maps::with_opaque(context, world, 1 << side_bits, opaque)?;
         let seen = Image::new(context, "indirect.seen", Format::R32_UINT, maps.opaque_image().size(), ImageUse::Color)?;
         let owner = |(light, shining): (usize, &Light)| vec![light as u32; shining.map_count()];

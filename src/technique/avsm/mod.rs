@@ -24,6 +24,7 @@ use self::plan::{Cells, Plan};
 use self::raster_order::RasterOrder;
 use self::settings::{KEYS, Settings, Way};
 use self::two_pass::TwoPass;
+use super::keys::opaque;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Context, Image, Kernel, Requirement, Resource, push_struct};
@@ -99,7 +100,7 @@ impl Avsm {
     pub fn new(context: &Context, world: &World, spec: &Spec) -> Result<Self> {
         let plan = Plan::new(context, world, Settings::of(spec))?;
         let settings = plan.settings;
-        let maps = Maps::new(context, world, settings.base_size())?;
+        let maps = Maps::with_opaque(context, world, settings.base_size(), opaque(spec))?;
         let bins = if settings.skip || plan.way == Way::Binned {
             let parts = if matches!(plan.cells, Some(Cells::Lanes | Cells::Half)) { 2 } else { 1 };
             let what = Use {
@@ -175,8 +176,8 @@ impl Technique for Avsm {
     fn settle(&mut self) -> Result<Settled> {
         let lists = if let Build::TwoPass(path) = &mut self.build { path.list.settle()? } else { false };
         let bins = self.bins.as_mut().map_or(Ok(false), Bins::settle)?;
-        self.maps.settle(lists || bins)?;
-        Ok(Settled::of(lists || bins))
+        let grew = self.maps.settle(lists || bins)?;
+        Ok(Settled::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {
@@ -199,7 +200,7 @@ impl Technique for Avsm {
             bytes_resident: self.curves.nodes.bytes()
                 + bins.map_or(0, |_| self.curves.tiles.bytes())
                 + self.maps.opaque_image().bytes(),
-            bytes_transient: bins.map_or(0, Bins::bytes_transient),
+            bytes_transient: bins.map_or(0, Bins::bytes_transient) + self.maps.opaque_bytes_transient(),
             nodes: Some(self.plan.settings.nodes),
             ..Facts::default()
         };

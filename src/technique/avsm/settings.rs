@@ -2,7 +2,7 @@
 
 use crate::maps::{DrawingOrder, Filter};
 use crate::technique::Spec;
-use crate::technique::keys::{FILTER, Key, RADIUS, SIZE, SKIP, Switch, Values, Word, filter, words};
+use crate::technique::keys::{FILTER, Key, OPAQUE, RADIUS, SIZE, SKIP, Switch, Values, Word, filter, words};
 
 words! {
     /// How curves are built.
@@ -180,6 +180,7 @@ pub const KEYS: &[Key] = &[
     },
     FILTER,
     RADIUS,
+    OPAQUE,
 ];
 
 /// What a spec says; none is `auto`.

@@ -13,7 +13,7 @@ mod volume;
 use self::fused::{Fused, OTHER_BYTES, SLICE_BYTES};
 use self::raster::{Raster, Route};
 use self::volume::{Assign, Coverage, Storage, Volume};
-use super::keys::{FILTER, RADIUS, SKIP, Values, Word, words};
+use super::keys::{FILTER, OPAQUE, RADIUS, SKIP, Values, Word, opaque, words};
 use super::promises::{EIGHT_BITS, FILTERED, ROUNDING};
 use super::{Answer, Casts, Entry, Facts, Key, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Requirement, Resource};
@@ -79,6 +79,7 @@ pub const ENTRY: Entry = Entry {
         },
         FILTER,
         RADIUS,
+        OPAQUE,
     ],
     paths: &[Path { name: FUSED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::Layers] }],
     promises,
@@ -153,7 +154,7 @@ impl Psm {
             return Err(Error::Refused { needs });
         }
         layout.filter.check(world.scene(), layout.size)?;
-        let maps = Maps::new(context, world, layout.size)?;
+        let maps = Maps::with_opaque(context, world, layout.size, opaque(spec))?;
         let volume = layout.image(context, maps.count(), way == Way::Raster)?;
         let constants = layout.constants(world);
         let build = match way {
@@ -252,7 +253,7 @@ impl Technique for Psm {
 
     fn settle(&mut self) -> Result<Settled> {
         let grew = if let Build::Fused(fused) = &mut self.build { fused.bins.settle()? } else { false };
-        self.maps.settle(grew)?;
+        let grew = self.maps.settle(grew)?;
         if grew {
             self.built.forget();
         }
@@ -277,7 +278,8 @@ impl Technique for Psm {
             path: if matches!(self.build, Build::Raster(_)) { RASTER } else { FUSED },
             reason: self.reason.clone(),
             bytes_resident: self.volume.bytes() + self.maps.opaque_image().bytes(),
-            bytes_transient: bins.map_or(0, |b| b.counts.bytes() + b.bytes_transient()),
+            bytes_transient: bins.map_or(0, |b| b.counts.bytes() + b.bytes_transient())
+                + self.maps.opaque_bytes_transient(),
             counters,
             ..Facts::default()
         })

@@ -1,0 +1,22 @@
+// Edges of triangles in whole numbers. Source: Pineda 1988, with the top-left rule of rasterizers.
+#ifndef MAPS_EDGE_GLSL
+#define MAPS_EDGE_GLSL
+
+// Two words, for products of edges: they have up to 52 bits.
+struct Wide {
+    int high;
+    uint low;
+};
+
+Wide wide_cross(ivec2 a, ivec2 b) {
+    int high, other_high, low, other_low;
+    imulExtended(a.x, b.y, high, low);
+    imulExtended(a.y, b.x, other_high, other_low);
+    uint borrow;
+    uint difference = usubBorrow(uint(low), uint(other_low), borrow);
+    return Wide(high - other_high - int(borrow), difference);
+}
+
+// Whether a point that lies on the edge is inside: of two triangles that share it exactly one has it.
+bool owns_edge(ivec2 edge) { return edge.y < 0 || (edge.y == 0 && edge.x > 0); }
+#endif

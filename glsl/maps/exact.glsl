@@ -1,0 +1,54 @@
+// Inverses and roots by Newton's steps from a guess in whole numbers: products and sums alone, which every device
+// rounds alike, where Vulkan lets a quotient be off by 2.5 units in the last place. These are off by two. Twin:
+// reference::twin::exact.
+#ifndef MAPS_EXACT_GLSL
+#define MAPS_EXACT_GLSL
+
+// What is nearer to 0 or farther from it is taken for this.
+const float EXACT_LEAST = 1e-36;
+const float EXACT_MOST = 1e36;
+
+// 1 / a of what is not negative.
+float reciprocal(float a) {
+    float of = clamp(a, EXACT_LEAST, EXACT_MOST);
+    precise float guess = uintBitsToFloat(0x7ef311c7u - floatBitsToUint(of));
+    guess = guess * (2.0 - of * guess);
+    guess = guess * (2.0 - of * guess);
+    guess = guess * (2.0 - of * guess);
+    return guess;
+}
+
+// 1 / √a of what is not negative.
+float inverse_root(float a) {
+    float of = clamp(a, EXACT_LEAST, EXACT_MOST);
+    precise float guess = uintBitsToFloat(0x5f375a86u - (floatBitsToUint(of) >> 1)), part = 0.5 * of;
+    guess = guess * (1.5 - part * guess * guess);
+    guess = guess * (1.5 - part * guess * guess);
+    guess = guess * (1.5 - part * guess * guess);
+    return guess;
+}
+
+float dot3(vec3 a, vec3 b) {
+    precise float sum = a.x * b.x + a.y * b.y + a.z * b.z;
+    return sum;
+}
+
+float length3(vec3 a) {
+    float square = dot3(a, a);
+    precise float size = square * inverse_root(square);
+    return size;
+}
+
+// No less than a vector's length, and at most a quarter more.
+float longest3(vec3 a) {
+    vec3 along = abs(a);
+    float most = max(along.x, max(along.y, along.z));
+    precise float bound = most + 0.5 * (along.x + along.y + along.z - most);
+    return bound;
+}
+
+vec3 cross3(vec3 a, vec3 b) {
+    precise vec3 product = vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+    return product;
+}
+#endif

@@ -1,0 +1,233 @@
+// Drawing triangles into opaque maps, in whole numbers: corners are moved to the nearest 256th of a texel, a texel is
+// covered where its centre is inside, and of triangles that share an edge exactly one has a centre on it. So what is
+// covered is the same on every device, and so are the depths, of which each texel keeps the least. Source: Pineda 1988;
+// clipping: Sutherland and Hodgman 1974. Twin: reference::twin::opaque.
+#ifndef MAPS_OPAQUE_DRAW_GLSL
+#define MAPS_OPAQUE_DRAW_GLSL
+#define EXACT
+#include "maps/edge.glsl"
+#include "maps/opaque_set.glsl"
+#include "maps/pushed.glsl"
+
+// Steps of a texel.
+const int OPAQUE_STEPS = 256;
+// Corners are cut off where they are so many times as far out as the map's edge: products of edges stay within 52 bits.
+const float OPAQUE_GUARD = 1.5;
+// Corners that a triangle has once five planes have cut it, at most.
+const uint OPAQUE_CORNERS = 8u;
+// The square of twice an area, world units: of less no device would know the normal.
+const float OPAQUE_NO_AREA = 1e-30;
+// Texels a side of what a workgroup draws at a time.
+const int OPAQUE_TILE = 32;
+
+// A triangle as a map sees it: a polygon in front of the near plane.
+struct Seen {
+    ivec2 places[OPAQUE_CORNERS];  // steps
+    float all_z[OPAQUE_CORNERS];
+    uint count;   // corners; 0 where no texel sees it
+    vec3 normal;
+    ivec2 first;  // of the texels whose centres lie within its bounds
+    ivec2 size;   // so many of them
+};
+
+// Across and up in NDC · w, and z.
+vec3 in_view(View view, vec3 corner) {
+    precise vec3 offset = corner - view.origin;
+    precise vec2 across = vec2(dot3(offset, view.right) * view.scale_x, dot3(offset, view.up) * view.scale_y);
+    return vec3(across, dot3(offset, view.forward));
+}
+
+float w_of(View view, vec3 corner) { return view.projection == VIEW_PARALLEL ? 1.0 : corner.z; }
+
+// How far inside one of five planes a corner is.
+float inside(View view, vec3 corner, uint plane) {
+    float guard = OPAQUE_GUARD * w_of(view, corner);
+    precise float away = plane == 0u ? corner.z - view.near
+                         : plane == 1u ? guard - corner.x
+                         : plane == 2u ? guard + corner.x
+                         : plane == 3u ? guard - corner.y
+                                       : guard + corner.y;
+    return away;
+}
+
+// Where the edge from `a`, which is inside by `here`, to `b`, which is not, meets the plane: the same for both
+// triangles that share it.
+vec3 cut(vec3 a, float here, vec3 b, float there) {
+    precise float along = here - there;
+    precise vec3 place = a + (here * reciprocal(along)) * (b - a);
+    return place;
+}
+
+// What of a polygon is inside all planes.
+uint cut_off(View view, inout vec3 corners[OPAQUE_CORNERS], uint count) {
+    for (uint plane = 0u; plane < 5u && count > 0u; ++plane) {
+        vec3 before[OPAQUE_CORNERS] = corners;
+        uint kept = 0u;
+        for (uint i = 0u; i < count; ++i) {
+            vec3 a = before[i], b = before[i + 1u < count ? i + 1u : 0u];
+            float here = inside(view, a, plane), there = inside(view, b, plane);
+            if (here >= 0.0) {
+                corners[min(kept++, OPAQUE_CORNERS - 1u)] = a;
+            }
+            if ((here >= 0.0) != (there >= 0.0)) {
+                corners[min(kept++, OPAQUE_CORNERS - 1u)] = here >= 0.0 ? cut(a, here, b, there) : cut(b, there, a, here);
+            }
+        }
+        count = min(kept, OPAQUE_CORNERS);
+    }
+    return count;
+}
+
+ivec2 place_of(View view, vec3 corner) {
+    precise vec2 ndc = view.projection == VIEW_PARALLEL ? corner.xy : corner.xy * reciprocal(corner.z);
+    precise vec2 steps = (ndc * 0.5 + 0.5) * (vec2(view.width, view.height) * float(OPAQUE_STEPS));
+    precise vec2 rounded = steps + 0.5;
+    return ivec2(floor(rounded));
+}
+
+// Whether all corners are on the far side of a plane that bounds what the map sees, or of what anybody is asked about.
+bool unseen(View view, vec3 corners[OPAQUE_CORNERS]) {
+    vec3 x = vec3(corners[0].x, corners[1].x, corners[2].x), y = vec3(corners[0].y, corners[1].y, corners[2].y);
+    vec3 z = vec3(corners[0].z, corners[1].z, corners[2].z), w = view.projection == VIEW_PARALLEL ? vec3(1.0) : z;
+    return all(lessThan(z, vec3(view.near))) || all(greaterThan(z, vec3(view.far))) || all(greaterThan(x, w)) ||
+           all(lessThan(x, -w)) || all(greaterThan(y, w)) || all(lessThan(y, -w));
+}
+
+Seen see(View view, uint i) {
+    Seen seen;
+    seen.count = 0u;
+    Triangle triangle = triangles[i];
+    vec3 corners[OPAQUE_CORNERS];
+    bool cuts = false;
+    for (uint c = 0u; c < 3u; ++c) {
+        corners[c] = in_view(view, triangle.corners[c]);
+        float guard = OPAQUE_GUARD * w_of(view, corners[c]);
+        cuts = cuts || corners[c].z < view.near || max(abs(corners[c].x), abs(corners[c].y)) > guard;
+    }
+    if (unseen(view, corners)) {
+        return seen;
+    }
+    uint count = cuts ? cut_off(view, corners, 3u) : 3u;
+    ivec2 low = ivec2(0x7fffffff), high = -low;
+    for (uint c = 0u; c < count; ++c) {
+        seen.places[c] = place_of(view, corners[c]);
+        seen.all_z[c] = corners[c].z;
+        low = min(low, seen.places[c]);
+        high = max(high, seen.places[c]);
+    }
+    // Centres are half a texel off.
+    seen.first = max((low + (OPAQUE_STEPS / 2 - 1)) >> 8, ivec2(0));
+    ivec2 last = min((high - OPAQUE_STEPS / 2) >> 8, ivec2(view.width, view.height) - 1);
+    seen.size = last - seen.first + 1;
+    precise vec3 first_side = triangle.corners[1] - triangle.corners[0], side = triangle.corners[2] - triangle.corners[0];
+    vec3 normal = cross3(first_side, side);
+    float square = dot3(normal, normal);
+    // What has no area casts nothing, though rounding may give it some.
+    if (count >= 3u && all(greaterThan(seen.size, ivec2(0))) && square > OPAQUE_NO_AREA) {
+        precise vec3 unit = normal * inverse_root(square);
+        seen.count = count;
+        seen.normal = unit;
+    }
+    return seen;
+}
+
+// Tiles across and down its bounds.
+ivec2 tiles_of(Seen seen) { return (seen.size + (OPAQUE_TILE - 1)) / OPAQUE_TILE; }
+
+// Shares that they are dealt to.
+uint shares_of(ivec2 tiles) { return min(uint(tiles.x) * uint(tiles.y), OPAQUE_MOST_SHARES); }
+
+float wide_float(Wide value) {
+    precise float sum = float(value.high) * 4294967296.0 + float(value.low);
+    return sum;
+}
+
+// So many texels on.
+Wide wide_step(Wide value, int texels) {
+    uint carry;
+    uint low = uaddCarry(value.low, uint(texels) << 8, carry);
+    return Wide(value.high + (texels >> 24) + int(carry), low);
+}
+
+// Texels on to where an edge's value is greatest.
+int most_step(ivec2 edge, ivec2 last) { return max(-edge.y, 0) * last.x + max(edge.x, 0) * last.y; }
+
+bool covers(Wide value, bool owned) { return value.high >= 0 && (owned || (uint(value.high) | value.low) != 0u); }
+
+// Draws the part of it whose first texel is `first`, at most OPAQUE_TILE a side; of each `every` × `every` texels the
+// one at `offset`.
+void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset, int every) {
+    ivec2 size = min(seen.first + seen.size - first, ivec2(OPAQUE_TILE));
+    Pushed plane = pushed_of(view, seen.normal);
+    bool perspective = view.projection != VIEW_PARALLEL;
+    // From a texel to the next, and where rays begin or go that pass texel (0, 0)'s corner: its place across is exact.
+    precise vec3 right = view.right * (2.0 * reciprocal(float(view.width) * view.scale_x));
+    precise vec3 up = view.up * (2.0 * reciprocal(float(view.height) * view.scale_y));
+    vec2 half_size = 0.5 * vec2(view.width, view.height);
+    vec3 ray_from = perspective ? view.forward : view.origin;
+    ivec2 middle = OPAQUE_STEPS * first + OPAQUE_STEPS / 2;
+    for (uint i = 1u; i + 1u < seen.count; ++i) {
+        ivec2 a = seen.places[0] - middle, b = seen.places[i] - middle, c = seen.places[i + 1u] - middle;
+        vec3 all_z = vec3(seen.all_z[0], seen.all_z[i], seen.all_z[i + 1u]);
+        Wide area = wide_cross(b - a, c - a);
+        if (area.high < 0) {
+            ivec2 b_was = b;
+            b = c;
+            c = b_was;
+            all_z = all_z.xzy;
+            area = wide_cross(b - a, c - a);
+        }
+        // Edges, each opposite of a corner: its value at the first centre is twice the area of what it and the centre
+        // span.
+        ivec2 edge_a = c - b, edge_b = a - c, edge_c = b - a;
+        Wide value_a = wide_cross(edge_a, -b), value_b = wide_cross(edge_b, -c), value_c = wide_cross(edge_c, -a);
+        bool own_a = owns_edge(edge_a), own_b = owns_edge(edge_b), own_c = owns_edge(edge_c);
+        // What is highest anywhere in the part is outside.
+        ivec2 last = size - 1;
+        if ((uint(area.high) | area.low) == 0u || !covers(wide_step(value_a, most_step(edge_a, last)), own_a) ||
+            !covers(wide_step(value_b, most_step(edge_b, last)), own_b) ||
+            !covers(wide_step(value_c, most_step(edge_c, last)), own_c)) {
+            continue;
+        }
+        // Shares of the corners have the area as their divisor.
+        vec3 weights = perspective ? vec3(reciprocal(all_z.x), reciprocal(all_z.y), reciprocal(all_z.z)) : all_z;
+        float area_divisor = reciprocal(wide_float(area));
+        for (int y = offset.y; y < size.y; y += every) {
+            precise float across_y = float(first.y + y) + 0.5 - half_size.y;
+            precise vec3 row = up * across_y;
+            Wide row_a = wide_step(value_a, edge_a.x * y), row_b = wide_step(value_b, edge_b.x * y),
+                 row_c = wide_step(value_c, edge_c.x * y);
+            for (int x = offset.x; x < size.x; x += every) {
+                Wide at_a = wide_step(row_a, -edge_a.y * x), at_b = wide_step(row_b, -edge_b.y * x),
+                     at_c = wide_step(row_c, -edge_c.y * x);
+                if (!covers(at_a, own_a) || !covers(at_b, own_b) || !covers(at_c, own_c)) {
+                    continue;
+                }
+                // All are of one sign, so that of a thin triangle and of one that nearly reaches the light no digit is
+                // lost.
+                vec3 at = vec3(wide_float(at_a), wide_float(at_b), wide_float(at_c));
+                precise float mean = dot3(at, weights) * area_divisor;
+                float z = max(perspective ? reciprocal(mean) : mean, view.near);
+                precise float across_x = float(first.x + x) + 0.5 - half_size.x;
+                precise vec3 moved = ray_from + (right * across_x + row);
+                Ray ray = perspective ? Ray(view.origin, moved) : Ray(moved, view.forward);
+                float depth = pushed_depth(view, plane, ray, z, mean);
+                if (depth < 1.0) {
+                    ivec2 texel = map_corner + first + ivec2(x, y);
+                    imageAtomicMin(depths, texel, floatBitsToUint(max(depth, 0.0)));
+                }
+            }
+        }
+    }
+}
+
+// Draws a share of its tiles, with all of a workgroup of 64.
+void draw_share(View view, ivec2 map_corner, Seen seen, uint share) {
+    ivec2 tiles = tiles_of(seen), offset = ivec2(gl_LocalInvocationIndex & 7u, gl_LocalInvocationIndex >> 3);
+    uint count = uint(tiles.x) * uint(tiles.y), shares = shares_of(tiles);
+    for (uint tile = share; tile < count; tile += shares) {
+        ivec2 at = ivec2(tile % uint(tiles.x), tile / uint(tiles.x));
+        draw_part(view, map_corner, seen, seen.first + OPAQUE_TILE * at, offset, 8);
+    }
+}
+#endif

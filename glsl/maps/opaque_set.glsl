@@ -1,0 +1,44 @@
+// Set 1 of drawing opaque maps in compute: the depths, and the list of what is left to whole workgroups. Bound by
+// maps::opaque_compute.
+#ifndef MAPS_OPAQUE_SET_GLSL
+#define MAPS_OPAQUE_SET_GLSL
+#include "maps/scene.glsl"
+
+// Depths of all maps as their bits: from 0 on these order as the depths do. See opaque_corner in maps/opaque.glsl.
+layout(set = 1, binding = 0, r32ui) uniform uimage2D depths;
+
+// How much of the list there is. Twin: maps::OpaqueTotals.
+struct OpaqueTotals {
+    uint items;  // asked for; past OPAQUE_MOST_ITEMS no longer exact
+    // VkDispatchIndirectCommand: a workgroup an item that there is room for, and up to 63 more.
+    uint groups_x;
+    uint groups_y;
+    uint groups_z;
+};
+
+layout(set = 1, binding = 1, scalar) buffer Totals { OpaqueTotals totals; };
+
+// A share of the tiles of a triangle. Twin: maps::OpaqueItem.
+struct OpaqueItem {
+    uint triangle;
+    uint map_share;  // map · OPAQUE_MOST_SHARES + which of the shares
+};
+
+layout(set = 1, binding = 2, scalar) buffer OpaqueItems { OpaqueItem items[]; };
+
+layout(push_constant, scalar) uniform OpaquePush {
+    uint triangle_count;
+    uint capacity;  // of the list
+    uint rows;      // of maps in the image that stand one above the other
+};
+
+// Workgroups of a row of the list's dispatch. Twin: ITEMS_X in maps::opaque_compute.
+const uint OPAQUE_ITEMS_X = 64u;
+// Shares that the tiles of one triangle are dealt to, at most: so few that no count of items passes 32 bits.
+const uint OPAQUE_MOST_SHARES = 4096u;
+// From here on who asks does the work.
+const uint OPAQUE_MOST_ITEMS = 0x80000000u;
+
+// The upper left texel of a map among all. Twin: maps::opaque_corner.
+ivec2 opaque_map_corner(View view, uint map) { return ivec2(map / rows * view.width, map % rows * view.height); }
+#endif

@@ -1,0 +1,68 @@
+#version 460
+// Draws the small triangles of all maps and lists the others. One thread a triangle, the map in z; a large triangle's
+// shares are written by all threads, and what the list has no room for is drawn here, by all of them too: slower, and
+// nothing is lost. Inputs: maps, triangles. Outputs: depths, items. Twin: reference::twin::opaque::draw.
+layout(local_size_x = 64) in;
+#include "maps/opaque_draw.glsl"
+
+// Texels of a triangle's bounds that its thread draws by itself, at most.
+CONSTANT(uint, OPAQUE_SMALL, 64u)
+
+// Those of the workgroup that are not small.
+struct Large {
+    uint triangle;
+    uint shares;
+    uint first;  // of their items; past the capacity there are none
+};
+
+shared uint large_count;
+shared Large large[64];
+
+// So many items' place on the list.
+uint reserve(uint shares) {
+    if (totals.items >= OPAQUE_MOST_ITEMS) {
+        return capacity;
+    }
+    uint first = atomicAdd(totals.items, shares);
+    uint end = min(first + shares, capacity);
+    if (first < capacity) {
+        atomicMax(totals.groups_y, (end + OPAQUE_ITEMS_X - 1u) / OPAQUE_ITEMS_X);
+    }
+    return min(first, capacity);
+}
+
+void main() {
+    uint map = gl_WorkGroupID.z, thread = gl_LocalInvocationIndex;
+    uint triangle = 64u * (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) + thread;
+    View view = maps[map].opaque;
+    ivec2 map_corner = opaque_map_corner(view, map);
+    if (thread == 0u) {
+        large_count = 0u;
+    }
+    barrier();
+    if (triangle < triangle_count) {
+        Seen seen = see(view, triangle);
+        if (seen.count > 0u) {
+            if (uint(seen.size.x) * uint(seen.size.y) <= OPAQUE_SMALL && max(seen.size.x, seen.size.y) <= OPAQUE_TILE) {
+                draw_part(view, map_corner, seen, seen.first, ivec2(0), 1);
+            } else {
+                uint shares = shares_of(tiles_of(seen));
+                large[atomicAdd(large_count, 1u)] = Large(triangle, shares, reserve(shares));
+            }
+        }
+    }
+    barrier();
+    for (uint i = 0u; i < large_count; ++i) {
+        Large one = large[i];
+        uint listed = min(one.shares, capacity - one.first);
+        for (uint share = thread; share < listed; share += 64u) {
+            items[one.first + share] = OpaqueItem(one.triangle, map * OPAQUE_MOST_SHARES + share);
+        }
+        if (listed < one.shares) {
+            Seen seen = see(view, one.triangle);
+            for (uint share = listed; share < one.shares; ++share) {
+                draw_share(view, map_corner, seen, share);
+            }
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! Opaque maps drawn by shaders: small triangles by a thread each, the tiles of large ones by a workgroup each.
+//! Twin: [`crate::reference::twin::opaque`].
+
+use crate::Result;
+use crate::gpu::{
+    Bindings, Buffer, Commands, Constants, Context, Image, Kernel, Memory, Resource, groups, push_struct,
+};
+use crate::shaders::constant::{OPAQUE_SMALL, SNAP};
+use crate::shaders::maps::{OPAQUE_CLEAR, OPAQUE_TILES, OPAQUE_TRIANGLES};
+use bytemuck::{Pod, Zeroable};
+
+/// Texels a side of a tile. Twin: OPAQUE_TILE in glsl/maps/opaque_draw.glsl.
+const TILE: u32 = 32;
+
+/// Texels of a triangle's bounds that a thread draws by itself, at most: of a few more a workgroup is faster.
+const SMALL: u32 = 64;
+
+/// What a corner may be off its place, texels: it is moved to the nearest 256th.
+const STEP: f32 = 1.0 / 256.0;
+
+/// Texels across and down that a workgroup clears. Twin: local_size in glsl/maps/opaque_clear.comp.
+const CLEARED: [u32; 2] = [32, 8];
+
+/// Workgroups of a row of the list's dispatch. Twin: OPAQUE_ITEMS_X in glsl/maps/opaque_set.glsl.
+const ITEMS_X: u64 = 64;
+
+/// Items of the list, at most: so many rows of workgroups does every device take.
+const MOST_ITEMS: u64 = ITEMS_X * 65535;
+
+/// The list begins with room for so many triangles over all of each map.
+const FIRST_LAYERS: u64 = 2;
+
+const ITEM_BYTES: u64 = size_of::<OpaqueItem>() as u64;
+
+/// Where the list stands in the set.
+const ITEMS: usize = 2;
+
+/// Twin: OpaqueTotals in glsl/maps/opaque_set.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct OpaqueTotals {
+    /// Asked for.
+    pub items: u32,
+    /// VkDispatchIndirectCommand of a workgroup an item.
+    pub groups_x: u32,
+    /// Likewise.
+    pub groups_y: u32,
+    /// Likewise.
+    pub groups_z: u32,
+}
+
+/// A share of the tiles of a triangle. Twin: OpaqueItem in glsl/maps/opaque_set.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct OpaqueItem {
+    /// Of the world.
+    pub triangle: u32,
+    /// The map · 4096 + which of the shares.
+    pub map_share: u32,
+}
+
+push_struct! {
+    /// Twin: OpaquePush in glsl/maps/opaque_set.glsl.
+    struct OpaquePush {
+        triangle_count: u32,
+        /// Of the list.
+        capacity: u32,
+        /// Of maps in the image that stand one above the other.
+        rows: u32,
+    }
+}
+
+/// The passes that draw opaque maps, and the list of what is left to whole workgroups.
+pub(super) struct OpaqueCompute {
+    context: Context,
+    totals: Buffer,
+    /// Its copy for the host.
+    totalled: Buffer,
+    items: Buffer,
+    set: Bindings,
+    clear: Kernel<OpaquePush>,
+    triangles: Kernel<OpaquePush>,
+    tiles: Kernel<OpaquePush>,
+    capacity: u64,
+    /// Since it was last looked at.
+    drawn: bool,
+    /// Maps in the image one above the other.
+    rows: u32,
+    map_count: u32,
+}
+
+impl OpaqueCompute {
+    /// Of `count` maps of `width` × `height` texels, which stand in `image`.
+    pub(super) fn new(
+        context: &Context,
+        image: &Image,
+        scene: &Bindings,
+        constants: &Constants,
+        [width, height, count]: [u32; 3],
+    ) -> Result<Self> {
+        let tiles = u64::from(width.div_ceil(TILE)) * u64::from(height.div_ceil(TILE));
+        let capacity = (FIRST_LAYERS * tiles * u64::from(count)).clamp(ITEMS_X, most_items(context));
+        let totals = Buffer::new(context, "maps.opaque.totals", size_of::<OpaqueTotals>() as u64, Memory::Device)?;
+        let totalled = Buffer::new(context, "maps.opaque.totalled", totals.bytes(), Memory::Readback)?;
+        let items = Buffer::new(context, "maps.opaque.items", capacity * ITEM_BYTES, Memory::Device)?;
+        let buffer = |buffer: &Buffer| Resource::Buffer(buffer.clone());
+        let resources = [Resource::StorageImage(image.clone()), buffer(&totals), buffer(&items)];
+        let set = Bindings::new(context, "maps.opaque", &resources)?;
+        let constants = constants.clone().set(SNAP, STEP).set(OPAQUE_SMALL, SMALL);
+        let kernel = |shader| Kernel::compute(context, shader, &[scene, &set], &constants);
+        let (clear, triangles, tiles) = (kernel(&OPAQUE_CLEAR)?, kernel(&OPAQUE_TRIANGLES)?, kernel(&OPAQUE_TILES)?);
+        let (context, rows) = (context.clone(), (image.size()[1] / height).max(1));
+        Ok(Self {
+            context,
+            totals,
+            totalled,
+            items,
+            set,
+            clear,
+            triangles,
+            tiles,
+            capacity,
+            drawn: false,
+            rows,
+            map_count: count,
+        })
+    }
+
+    /// Draws so many triangles into all maps.
+    pub(super) fn record(&mut self, commands: &mut Commands, image: &Image, triangle_count: u32) {
+        let push = OpaquePush { triangle_count, capacity: self.capacity as u32, rows: self.rows };
+        commands.pass("maps.opaque_clear", |pass| {
+            let [width, height] = image.size();
+            pass.dispatch(&self.clear, &push, [width.div_ceil(CLEARED[0]), height.div_ceil(CLEARED[1]), 1]);
+        });
+        let [x, y] = groups(u64::from(triangle_count.div_ceil(64)));
+        commands.pass("maps.opaque_triangles", |pass| pass.dispatch(&self.triangles, &push, [x, y, self.map_count]));
+        commands.pass("maps.opaque_tiles", |pass| {
+            let offset = std::mem::offset_of!(OpaqueTotals, groups_x) as u64;
+            pass.dispatch_indirect(&self.tiles, &push, &self.totals, offset);
+        });
+        commands.read_back(&self.totals, &self.totalled);
+        self.drawn = true;
+    }
+
+    /// Makes room for what the last build asked for, as far as the device has it; whether it has made some. What had
+    /// none was drawn all the same, slowly, and on devices that end a shader's long loops not to the end.
+    pub(super) fn settle(&mut self) -> Result<bool> {
+        if !std::mem::take(&mut self.drawn) {
+            return Ok(false);
+        }
+        let asked = self.totalled.read::<OpaqueTotals>(1)?.first().map_or(0, |totals| u64::from(totals.items));
+        let most = most_items(&self.context);
+        if asked <= self.capacity || self.capacity == most {
+            return Ok(false);
+        }
+        // An eighth more, so that a scene in motion does not grow every frame.
+        let wanted = (asked + asked / 8).min(most);
+        self.items = Buffer::new(&self.context, "maps.opaque.items", wanted * ITEM_BYTES, Memory::Device)?;
+        self.set.replace(ITEMS, &self.items);
+        self.capacity = wanted;
+        Ok(true)
+    }
+
+    pub(super) fn bytes_transient(&self) -> u64 {
+        self.totals.bytes() + self.items.bytes()
+    }
+}
+
+fn most_items(context: &Context) -> u64 {
+    MOST_ITEMS.min(u64::from(context.features().max_storage_buffer_range) / ITEM_BYTES)
+}

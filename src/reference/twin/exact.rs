@@ -1,0 +1,75 @@
+//! CPU twin of glsl/maps/exact.glsl: inverses and roots by Newton's steps, of products and sums alone, each rounded
+//! once.
+
+use glam::Vec3;
+
+/// What is nearer to 0 or farther from it is taken for this.
+const LEAST: f32 = 1e-36;
+/// Likewise.
+const MOST: f32 = 1e36;
+
+/// `1 / a` of what is not negative.
+pub fn reciprocal(a: f32) -> f32 {
+    let of = a.clamp(LEAST, MOST);
+    let mut guess = f32::from_bits(0x7ef3_11c7 - of.to_bits());
+    for _ in 0..3 {
+        guess *= 2.0 - of * guess;
+    }
+    guess
+}
+
+/// `1 / √a` of what is not negative.
+pub fn inverse_root(a: f32) -> f32 {
+    let of = a.clamp(LEAST, MOST);
+    let (mut guess, part) = (f32::from_bits(0x5f37_5a86 - (of.to_bits() >> 1)), 0.5 * of);
+    for _ in 0..3 {
+        guess *= 1.5 - part * guess * guess;
+    }
+    guess
+}
+
+/// The products' sum, from the first on.
+pub fn dot3(a: Vec3, b: Vec3) -> f32 {
+    a.x * b.x + a.y * b.y + a.z * b.z
+}
+
+/// The length.
+pub fn length3(a: Vec3) -> f32 {
+    let square = dot3(a, a);
+    square * inverse_root(square)
+}
+
+/// No less than the length, and at most a quarter more.
+pub fn longest3(a: Vec3) -> f32 {
+    let along = a.abs();
+    let most = along.x.max(along.y).max(along.z);
+    most + 0.5 * (along.x + along.y + along.z - most)
+}
+
+/// The cross product.
+pub fn cross3(a: Vec3, b: Vec3) -> Vec3 {
+    Vec3::new(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Two units in the last place: what the depths' own rounding has room for.
+        #[test]
+        fn inverses_are_as_near_as_a_devices(mantissa in 1.0f32..2.0, exponent in -110i32..110) {
+            let a = mantissa * (exponent as f32).exp2();
+            let (one, root) = (f64::from(reciprocal(a)) * f64::from(a), f64::from(inverse_root(a)) * f64::from(a).sqrt());
+            prop_assert!((one - 1.0).abs() < 2.4e-7 && (root - 1.0).abs() < 2.4e-7, "{a}: {one}, {root}");
+        }
+
+        #[test]
+        fn longest_is_longer(x in -1.0f32..1.0, y in -1.0f32..1.0, z in -1.0f32..1.0) {
+            let a = Vec3::new(x, y, z);
+            let (exact, bound) = (a.as_dvec3().length(), f64::from(longest3(a)));
+            prop_assert!(bound >= exact * (1.0 - 1e-6) && bound <= exact * 1.25, "{a}: {bound}, {exact}");
+        }
+    }
+}

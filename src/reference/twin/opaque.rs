@@ -1,0 +1,286 @@
+//! CPU twin of glsl/maps/opaque_draw.glsl and glsl/maps/pushed.glsl: triangles drawn into a depth map in whole numbers,
+//! the least depth a texel. Bit for bit what the device has: every operation is rounded once, in the same order.
+
+use super::exact::{cross3, dot3, inverse_root, length3, longest3, reciprocal};
+use crate::scene::{Projection, View};
+use glam::{IVec2, Vec2, Vec3};
+
+/// Steps of a texel.
+const STEPS: i32 = 256;
+/// What a corner may be off its place, texels.
+const SNAP: f32 = 1.0 / 256.0;
+/// Corners are cut off where they are so many times as far out as the map's edge.
+const GUARD: f32 = 1.5;
+/// The square of twice an area, world units: of less no device would know the normal.
+const NO_AREA: f32 = 1e-30;
+
+/// Depths, row by row, 1 where there is nothing, of triangles by their corners; `reach` is
+/// [`crate::maps::OpaqueMaps::reach`].
+pub fn draw(view: &View, triangles: &[[[f32; 3]; 3]], reach: f32) -> Vec<f32> {
+    let mut depths = vec![1.0; view.texels()];
+    for triangle in triangles {
+        let corners = triangle.map(Vec3::from);
+        let Some(seen) = see(view, corners) else { continue };
+        let plane = Pushed::of(view, seen.normal, reach);
+        covered(view, &seen, |texel, z, inverse| {
+            let depth = plane.depth(view, texel, z, inverse);
+            let place = texel.y as usize * view.width as usize + texel.x as usize;
+            if depth < 1.0 {
+                depths[place] = f32::min(depths[place], depth.max(0.0));
+            }
+        });
+    }
+    depths
+}
+
+/// How often each texel is covered, of triangles by their corners: of some that meet in edges, once.
+pub fn coverage(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<u32> {
+    let mut counts = vec![0; view.texels()];
+    for seen in triangles.iter().filter_map(|t| see(view, t.map(Vec3::from))) {
+        covered(view, &seen, |texel, _, _| counts[texel.y as usize * view.width as usize + texel.x as usize] += 1);
+    }
+    counts
+}
+
+/// A triangle as a map sees it: a polygon, in steps, and the z of its corners.
+struct Seen {
+    places: Vec<IVec2>,
+    all_z: Vec<f32>,
+    normal: Vec3,
+    first: IVec2,
+    last: IVec2,
+}
+
+fn is_parallel(view: &View) -> bool {
+    view.projection() == Projection::Parallel
+}
+
+fn in_view(view: &View, corner: Vec3) -> Vec3 {
+    let offset = corner - Vec3::from(view.origin);
+    let along = |axis: [f32; 3]| dot3(offset, Vec3::from(axis));
+    Vec3::new(along(view.right) * view.scale_x, along(view.up) * view.scale_y, along(view.forward))
+}
+
+fn w_of(view: &View, corner: Vec3) -> f32 {
+    if is_parallel(view) { 1.0 } else { corner.z }
+}
+
+fn inside(view: &View, corner: Vec3, plane: u32) -> f32 {
+    let guard = GUARD * w_of(view, corner);
+    match plane {
+        0 => corner.z - view.near,
+        1 => guard - corner.x,
+        2 => guard + corner.x,
+        3 => guard - corner.y,
+        _ => guard + corner.y,
+    }
+}
+
+fn cut(a: Vec3, here: f32, b: Vec3, there: f32) -> Vec3 {
+    a + (here * reciprocal(here - there)) * (b - a)
+}
+
+fn cut_off(view: &View, mut corners: Vec<Vec3>) -> Vec<Vec3> {
+    for plane in 0..5 {
+        let before = corners;
+        corners = Vec::new();
+        for (i, a) in before.iter().copied().enumerate() {
+            let b = before[(i + 1) % before.len()];
+            let (here, there) = (inside(view, a, plane), inside(view, b, plane));
+            if here >= 0.0 {
+                corners.push(a);
+            }
+            if (here >= 0.0) != (there >= 0.0) {
+                corners.push(if here >= 0.0 { cut(a, here, b, there) } else { cut(b, there, a, here) });
+            }
+        }
+    }
+    corners
+}
+
+fn place_of(view: &View, corner: Vec3) -> IVec2 {
+    let across = Vec2::new(corner.x, corner.y);
+    let ndc = if is_parallel(view) { across } else { across * reciprocal(corner.z) };
+    let size = Vec2::new(view.width as f32, view.height as f32);
+    let steps = (ndc * 0.5 + Vec2::splat(0.5)) * (size * STEPS as f32);
+    (steps + 0.5).floor().as_ivec2()
+}
+
+fn see(view: &View, triangle: [Vec3; 3]) -> Option<Seen> {
+    let corners = triangle.map(|corner| in_view(view, corner));
+    let all = |is: &dyn Fn(Vec3) -> bool| corners.iter().all(|c| is(*c));
+    let w = |c: Vec3| w_of(view, c);
+    if all(&|c| c.z < view.near)
+        || all(&|c| c.z > view.far)
+        || all(&|c| c.x > w(c))
+        || all(&|c| c.x < -w(c))
+        || all(&|c| c.y > w(c))
+        || all(&|c| c.y < -w(c))
+    {
+        return None;
+    }
+    let cuts = |c: &Vec3| c.z < view.near || c.x.abs().max(c.y.abs()) > GUARD * w(*c);
+    let polygon = if corners.iter().any(cuts) { cut_off(view, corners.to_vec()) } else { corners.to_vec() };
+    let places: Vec<_> = polygon.iter().map(|c| place_of(view, *c)).collect();
+    let low: IVec2 = places.iter().copied().reduce(IVec2::min)?;
+    let high: IVec2 = places.iter().copied().reduce(IVec2::max)?;
+    let texel = |steps: IVec2| steps.div_euclid(IVec2::splat(STEPS));
+    let first = texel(low + (STEPS / 2 - 1)).max(IVec2::ZERO);
+    let last = texel(high - STEPS / 2).min(IVec2::new(view.width as i32, view.height as i32) - 1);
+    let normal = cross3(triangle[1] - triangle[0], triangle[2] - triangle[0]);
+    let square = dot3(normal, normal);
+    if polygon.len() < 3 || first.cmpgt(last).any() || square <= NO_AREA {
+        return None;
+    }
+    let normal = normal * inverse_root(square);
+    Some(Seen { places, all_z: polygon.iter().map(|c| c.z).collect(), normal, first, last })
+}
+
+fn cross(a: IVec2, b: IVec2) -> i64 {
+    i64::from(a.x) * i64::from(b.y) - i64::from(a.y) * i64::from(b.x)
+}
+
+/// Of two triangles that share an edge exactly one has what lies on it.
+fn owns_edge(edge: IVec2) -> bool {
+    edge.y < 0 || (edge.y == 0 && edge.x > 0)
+}
+
+/// As the device has it: two words, each rounded.
+fn wide_float(value: i64) -> f32 {
+    ((value >> 32) as f32) * 4_294_967_296.0 + (value as u32) as f32
+}
+
+/// Calls `each` with each texel that it covers, its z there, and in perspective the inverse of that.
+fn covered(view: &View, seen: &Seen, mut each: impl FnMut(IVec2, f32, f32)) {
+    for i in 1..seen.places.len() - 1 {
+        let [a, mut b, mut c] = [0, i, i + 1].map(|c| (seen.places[c], seen.all_z[c]));
+        if cross(b.0 - a.0, c.0 - a.0) < 0 {
+            (b, c) = (c, b);
+        }
+        let area = cross(b.0 - a.0, c.0 - a.0);
+        if area == 0 {
+            continue;
+        }
+        let one = |z: f32| if is_parallel(view) { z } else { reciprocal(z) };
+        let (weights, area_divisor) = (Vec3::new(one(a.1), one(b.1), one(c.1)), reciprocal(wide_float(area)));
+        for y in seen.first.y..=seen.last.y {
+            for x in seen.first.x..=seen.last.x {
+                let middle = STEPS * IVec2::new(x, y) + STEPS / 2;
+                let edges = [(b, c), (c, a), (a, b)].map(|(from, to)| (from.0, to.0 - from.0));
+                let values = edges.map(|(from, edge)| (cross(edge, middle - from), owns_edge(edge)));
+                if values.iter().any(|(value, owned)| *value < 0 || (*value == 0 && !owned)) {
+                    continue;
+                }
+                let at = Vec3::from(values.map(|(value, _)| wide_float(value)));
+                let mean = dot3(at, weights) * area_divisor;
+                let z = if is_parallel(view) { mean } else { reciprocal(mean) };
+                each(IVec2::new(x, y), z.max(view.near), mean);
+            }
+        }
+    }
+}
+
+/// How a stored depth is pushed away from the plane of its triangle. Divisors are kept as their inverses.
+struct Pushed {
+    normal: Vec3,
+    across: f32,
+    texel: f32,
+    range: f32,
+    reach: f32,
+    /// From one texel to the next, at z = 1 in perspective.
+    right: Vec3,
+    up: Vec3,
+}
+
+impl Pushed {
+    fn of(view: &View, normal: Vec3, reach: f32) -> Self {
+        let right = Vec3::from(view.right) * (2.0 * reciprocal(view.width as f32 * view.scale_x));
+        let up = Vec3::from(view.up) * (2.0 * reciprocal(view.height as f32 * view.scale_y));
+        let across = dot3(normal, right).abs() + dot3(normal, up).abs();
+        let texel = reciprocal(length3(right).min(length3(up)));
+        Self { normal, across, texel, range: reciprocal(view.far - view.near), reach, right, up }
+    }
+
+    fn depth(&self, view: &View, texel: IVec2, z: f32, inverse: f32) -> f32 {
+        let at = texel.as_vec2() + 0.5 - 0.5 * Vec2::new(view.width as f32, view.height as f32);
+        let across = self.right * at.x + self.up * at.y;
+        let (view_origin, forward) = (Vec3::from(view.origin), Vec3::from(view.forward));
+        let (origin, direction) =
+            if is_parallel(view) { (view_origin + across, forward) } else { (view_origin, forward + across) };
+        let position = origin + z * direction;
+        let coordinates = position.abs();
+        let off = 1.2e-7 * (coordinates.x + coordinates.y + coordinates.z) + 6e-7 * longest3(position - view_origin);
+        let texel = self.texel * if is_parallel(view) { 1.0 } else { inverse };
+        let reach = (self.reach + off * texel) * self.across;
+        let facing = dot3(self.normal, direction).abs();
+        let farthest = if is_parallel(view) {
+            z + (reach + SNAP * self.across) * reciprocal(facing)
+        } else if facing > reach {
+            z * (facing + SNAP * self.across) * reciprocal(facing - reach)
+        } else {
+            view.far
+        };
+        (farthest + off - view.near) * self.range + 4e-6
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parallel(size: u32) -> View {
+        View {
+            origin: [0.0; 3],
+            projection: Projection::Parallel as u32,
+            right: [1.0, 0.0, 0.0],
+            scale_x: 1.0,
+            up: [0.0, 1.0, 0.0],
+            scale_y: 1.0,
+            forward: [0.0, 0.0, 1.0],
+            near: 0.0,
+            far: 2.0,
+            width: size,
+            height: size,
+        }
+    }
+
+    /// By hand: the half of a map of four texels that lies above its diagonal, and the other half. The centres on the
+    /// diagonal belong to one of the two.
+    #[test]
+    fn halves_are_a_whole() {
+        let view = parallel(4);
+        let [a, b, c, d] = [[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]];
+        let [first, second] = [[a, b, c], [a, c, d]].map(|t| coverage(&view, &[t]));
+        assert!(first.iter().zip(&second).all(|(one, other)| one + other == 1), "{first:?} {second:?}");
+        let counts = [first, second].map(|half| half.iter().sum::<u32>());
+        assert!(counts == [6, 10] || counts == [10, 6], "{counts:?}");
+    }
+
+    /// Nothing is pushed back of a plane that faces the light but what rounding asks for.
+    #[test]
+    fn a_level_plane_has_its_depth() {
+        let view = parallel(8);
+        let plane = [[[-3.0, -3.0, 0.5], [3.0, -3.0, 0.5], [0.0, 5.0, 0.5]]];
+        let depths = draw(&view, &plane, 1.0);
+        assert!(depths.iter().all(|d| (0.25..0.250_01).contains(d)), "{depths:?}");
+    }
+
+    /// A triangle with a corner behind the light, a sliver that crosses the near plane, one with a corner in the light and
+    /// a huge one leave numbers.
+    #[test]
+    fn depths_of_what_is_cut_are_in_range() {
+        let view = View { projection: Projection::Perspective as u32, near: 0.01, ..parallel(16) };
+        let cut = [
+            [[0.0, 0.0, -5.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]],
+            [[-1e-3, 0.0, -1.0], [1e-3, 0.0, -1.0], [0.0, 0.3, 1.5]],
+            [[0.0, 0.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.5]],
+            [[0.0, 0.0, 1.0], [1e6, 0.0, 1.0], [0.0, 1e6, 1.0]],
+        ];
+        for triangle in cut {
+            let depths = draw(&view, &[triangle], 1.0);
+            assert!(depths.iter().all(|d| (0.0..=1.0).contains(d)), "{depths:?}");
+            assert!(coverage(&view, &[triangle]).iter().all(|n| *n <= 1), "{triangle:?}");
+        }
+        assert_eq!(coverage(&view, &cut[3..]).iter().sum::<u32>(), 64, "a quarter of the map");
+    }
+}
