@@ -77,8 +77,8 @@ impl ShadowMap {
         let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0 };
         let maps = Maps::with_opaque(context, world, size, opaque)?;
         let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
-        let gathered = GATHERED[usize::from(context.features().is_software())];
-        let constants = Constants::new().set(constant::PCF, side).set(constant::GATHERED, gathered);
+        let gathers = side >= GATHERED[usize::from(context.features().is_software())];
+        let constants = Constants::new().set(constant::PCF, side).set(constant::GATHERS, gathers);
         Ok(Self { all: seen(&maps), maps, opaque, look_up, constants })
     }
 
