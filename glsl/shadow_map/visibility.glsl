@@ -10,8 +10,8 @@
 
 CONSTANT(uint, PCF, 1u)
 
-// The smallest side whose texels are gathered, four in a fetch; those of smaller ones are fetched one by one.
-CONSTANT(uint, GATHERED, 3u)
+// Whether texels are gathered, four in a fetch, and not fetched one by one.
+CONSTANT(bool, GATHERS, true)
 
 float light_visibility(uint light, vec3 position) {
     Light l = look_up_lights[light];
@@ -32,18 +32,18 @@ float light_visibility(uint light, vec3 position) {
     // Outside the map nothing ends the light.
     ivec2 first = ivec2(floor(inside)) - side / 2;
     ivec2 low = max(first, ivec2(0)), high = min(first + side, ivec2(view.width, view.height));
-    int stride = PCF >= GATHERED ? 2 : 1;
+    int stride = GATHERS ? 2 : 1;
     uint dark = 0u;
     for (int y = low.y; y < high.y; y += stride) {
         for (int x = low.x; x < high.x; x += stride) {
-            if (PCF < GATHERED) {
+            if (GATHERS) {
+                uvec4 ends = uvec4(opaque_ends(opaque_quad(corner, look_up_opaque, ivec2(x, y)), depth));
+                // The last of an odd number in a row or column comes with one that does not count.
+                uvec2 rows = ends.xz + (x + 1 < high.x ? ends.yw : uvec2(0u));
+                dark += rows.x + (y + 1 < high.y ? rows.y : 0u);
+            } else {
                 dark += uint(texelFetch(look_up_opaque, corner + ivec2(x, y), 0).r < min(depth, 1.0));
-                continue;
             }
-            uvec4 ends = uvec4(opaque_ends(opaque_quad(corner, look_up_opaque, ivec2(x, y)), depth));
-            // The last of an odd number in a row or column comes with one that does not count.
-            uvec2 rows = ends.xz + (x + 1 < high.x ? ends.yw : uvec2(0u));
-            dark += rows.x + (y + 1 < high.y ? rows.y : 0u);
         }
     }
     // A device may divide by multiplying: none and all are exact.

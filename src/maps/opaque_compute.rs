@@ -157,7 +157,7 @@ impl OpaqueCompute {
         // An eighth more, so that a scene in motion does not grow every frame.
         let wanted = (asked + asked / 8).min(most);
         self.items = Buffer::new(&self.context, "maps.opaque.items", wanted * ITEM_BYTES, Memory::Device)?;
-        self.set.replace(ITEMS, &self.items);
+        self.set.replace(ITEMS, &self.items)?;
         self.capacity = wanted;
         Ok(true)
     }

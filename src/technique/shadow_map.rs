@@ -87,12 +87,12 @@ impl ShadowMap {
         let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, way: spec.word(OPAQUE.name) };
         let maps = Maps::with_opaque(context, world, size, opaque)?;
         let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
-        let gathered = GATHERED[usize::from(context.features().is_software())];
+        let gathers = side >= GATHERED[usize::from(context.features().is_software())];
         let reason = match opaque.format {
             Format::D16_UNORM => "auto: depths of 16 bits are drawn".to_owned(),
             _ => format!("auto: {} device", context.features().kind),
         };
-        let constants = Constants::new().set(constant::PCF, side).set(constant::GATHERED, gathered);
+        let constants = Constants::new().set(constant::PCF, side).set(constant::GATHERS, gathers);
         Ok(Self { all: Vec::new(), maps, opaque, look_up, constants, reason })
     }
 
