@@ -78,9 +78,9 @@ fn a_map_is_what_rays_find() {
         let lights = lit_by_vpls(context, &scene, 64).expect("lit").lights;
         let folder = folder();
         let out = folder.path().join("map.png");
-        let specs = [("fill=on", true, true), ("fill=off,culling=off", false, false), ("fill=off", false, true)];
+        let specs = [("fill=on", true), ("fill=off,culling=off", false), ("fill=off", true)];
         let cases = [9, 23, 40, 61].into_iter().flat_map(|light| specs.map(|spec| (light, spec)));
-        for (light, (spec, filled, culling)) in some(cases, 5) {
+        for (light, (spec, culling)) in some(cases, 5) {
             let LightKind::Virtual { position, normal, .. } = lights[light].kind else { panic!("a virtual light") };
             let (scale, number, spec) = (SCALE.to_string(), light.to_string(), format!("ism:path=atomic,{spec}"));
             let map = ["map", "cornell", "--vpls", "64", "--scale", &scale, "--technique", &spec];
@@ -121,9 +121,8 @@ fn a_map_is_what_rays_find() {
                  off by {half:.4}, {most:.4}, {:.3}",
                 share(1.0)
             );
+            // Discs reach past the map's circle, and what is filled farther: nobody asks there.
             assert!(behind[1] > 150 && holes[0] > 500, "light {light}, {spec}: {behind:?}, {holes:?}");
-            // Discs reach a little past the map's circle, and what is filled from coarser levels farther; nobody asks there.
-            assert!(filled || 10 * behind[0] <= behind[1], "light {light}, {spec}: {behind:?} behind the light");
             assert!(50 * open[0] <= open[1], "light {light}, {spec}: {open:?} in the open");
             assert!(20 * holes[1] <= holes[0], "light {light}, {spec}: {holes:?} holes");
             assert!(half < 0.02 && most < 0.06, "light {light}, {spec}: off by {half} and {most}");
