@@ -314,7 +314,7 @@ fn techniques_answer_for_the_same_lights() {
                 // A voxel along each axis, and as far off a surface; rays are exact.
                 let voxel = support::within::diagonal(&scene) / 62.0;
                 let reach = if *spec == "ray-query" { 0.0 } else { 3f64.sqrt() * voxel };
-                support::assert_right_outside_the_boundary(&scene, row, 20_000, [reach, 2.0 * reach]);
+                support::assert_right_beyond_the_resolution(&scene, row, 20_000, [reach, 2.0 * reach]);
                 continue;
             }
             // Depths are pushed back by as much as a surface's changes over a texel, of 7° here: at a slant that is more than a wall is

@@ -19,7 +19,7 @@ use gobo::reference::twin::grid::{Bits, Place};
 use gobo::scene::{Light, LightKind, Scene};
 use gobo::technique::{Opened, VoxelGrid, VoxelGridSettings as Settings};
 use gobo::world::World;
-use support::{ask, assert_right_outside_the_boundary, gpu_test, rows, scenes::Random, within::diagonal};
+use support::{ask, assert_right_beyond_the_resolution, gpu_test, rows, scenes::Random, within::diagonal};
 
 const PLAIN: Settings = Settings { size: 64, steps: None, offset: 0.5, cone: None, voxelizer: Voxelizer::Compute };
 
@@ -270,7 +270,7 @@ fn exact_ways_neither_leak_nor_shadow_falsely() {
             for (row, size) in rows(context, &scene, &specs).into_iter().zip(sizes) {
                 // A voxel along each axis, and as far off a surface.
                 let reach = 3f64.sqrt() * diagonal(&scene) / f64::from(size - 2);
-                assert_right_outside_the_boundary(&scene, row, 1000, [reach, 2.0 * reach]);
+                assert_right_beyond_the_resolution(&scene, row, 1000, [reach, 2.0 * reach]);
             }
         }
     });

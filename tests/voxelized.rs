@@ -24,7 +24,7 @@ use gobo::technique::{
 };
 use gobo::world::World;
 use std::collections::BTreeSet;
-use support::{ask, assert_right_outside_the_boundary, gpu_test, rows, scenes::Random, within::diagonal};
+use support::{ask, assert_right_beyond_the_resolution, gpu_test, rows, scenes::Random, within::diagonal};
 
 /// What most tests bake.
 const PLAIN: Settings = Settings {
@@ -291,7 +291,7 @@ fn nothing_leaks_outside_the_boundary() {
                 let across = number("filter") / 2.0 + if conservative { 0.5 } else { 0.0 };
                 let (across, voxel) = (2f64.sqrt() * across, diagonal(&scene) / number("size"));
                 let reach = [(across + 1.0) * voxel, (2.0 * across + 1.6) * voxel];
-                assert_right_outside_the_boundary(&scene, row, 2000, reach);
+                assert_right_beyond_the_resolution(&scene, row, 2000, reach);
             }
         }
     });

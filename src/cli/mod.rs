@@ -232,7 +232,19 @@ fn techniques() -> String {
     }
     text += &format!("\n  every technique:\n{}", keys(EVERY));
     text += &format!("\n  every technique, with shading=tiled:\n{}", keys(TILED));
-    text + &format!("\nScenes: {}\n", known().replace(" or one of ", " or one of\n  "))
+    let known = known();
+    let (files, built_in) = known.split_once(" or one of ").unwrap_or((&known, ""));
+    text += &format!("\nScenes: {files} or one of\n");
+    // As wide as a terminal is.
+    let mut line = String::from(" ");
+    for word in built_in.split_inclusive(", ") {
+        if line.len() + word.trim_end().len() > 100 {
+            text += &format!("{}\n", line.trim_end());
+            line = String::from(" ");
+        }
+        line += &format!(" {}", word.trim_end());
+    }
+    text + &format!("{line}\n")
 }
 
 /// A line a key.

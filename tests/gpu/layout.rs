@@ -346,6 +346,9 @@ fn push_structs(folder: &Path, all: &mut BTreeMap<String, String>) {
             push_structs(&path, all);
             continue;
         }
+        if path.extension().is_none_or(|ending| ending != "rs") {
+            continue;
+        }
         let text = std::fs::read_to_string(&path).expect("UTF-8");
         let code: Vec<_> = text.lines().map(|l| l.split("//").next().unwrap_or_default()).collect();
         for after in code.join(" ").split("push_struct! {").skip(1) {

@@ -133,7 +133,7 @@ fn drawn_inside(square: bool, middle: [f32; 2], reach: f32, texel: [f32; 2]) -> 
     }
     // A corner up, and two down: half as far from the middle to a side as to a corner.
     let slant = 0.75f32.sqrt();
-    0.777_560_15 * reach - (-y).max(slant * x + 0.5 * y).max(-slant * x + 0.5 * y)
+    0.777_560_2 * reach - (-y).max(slant * x + 0.5 * y).max(-slant * x + 0.5 * y)
 }
 
 /// Each texel of a drawn map has the nearest of the points that are drawn over its middle, at their middles' distance; where a rasterizer's

@@ -233,7 +233,7 @@ pub fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
 
 /// Beyond its resolution no leak and no false shadow, in space and on surfaces; and not because all of it is within: no more than has
 /// another answer nearer than `reach`, world units in space and on surfaces, by rays, whatever the technique says of itself.
-pub fn assert_right_outside_the_boundary(scene: &Scene, row: Row, least_points: u64, reach: [f64; 2]) {
+pub fn assert_right_beyond_the_resolution(scene: &Scene, row: Row, least_points: u64, reach: [f64; 2]) {
     let shares = within::shares_within(scene, reach);
     let what = format!("{}, {:?}", scene.name, row.variant);
     assert_eq!(row.status, Status::Ok, "{what}: {}", row.reason);
@@ -241,10 +241,10 @@ pub fn assert_right_outside_the_boundary(scene: &Scene, row: Row, least_points: 
     for ((kind, points), share) in [("space", error.space), ("surface", error.surface)].into_iter().zip(shares) {
         let points = points.unwrap_or_else(|| panic!("{what}: no {kind} points"));
         println!("{what}: {kind} {points:?}");
-        assert!(points.points > Some(least_points), "{what}: too few {kind} points outside the boundary");
-        assert_eq!((points.leaks, points.false_shadows), (Some(0), Some(0)), "{what}: {kind}");
-        let within = points.boundary.map_or(0, |within| within.points) as f64;
-        let within = within / (within + points.points.unwrap_or(0) as f64);
+        let beyond = points.beyond().unwrap_or_else(|| panic!("{what}: nothing opaque casts"));
+        assert!(beyond.points > least_points, "{what}: too few {kind} points beyond the resolution");
+        assert_eq!((beyond.leaks, beyond.false_shadows), (0, 0), "{what}: {kind}");
+        let within = points.share_within().unwrap_or(f64::NAN);
         println!("{what}: {kind}, {within:.4} within, {share:.4} by rays");
         // Both are samples.
         assert!(within <= share + 0.02, "{what}: {within} of {kind} within, {share} by rays");
