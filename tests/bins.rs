@@ -5,7 +5,7 @@ mod support;
 
 use gobo::Error;
 use gobo::gpu::{Bindings, Buffer, Constants, Context, Kernel, Resource, groups, push_struct};
-use gobo::maps::{BinTotals, Bins, Compact, Entries, Maps, Use};
+use gobo::maps::{BinTotals, Bins, Compact, Entries, Maps, OpaqueMaps, Use};
 use gobo::reference::twin::compact::{compact, mark, scan};
 use gobo::scene::Particle;
 use gobo::shaders;
@@ -101,7 +101,7 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
         }
         let world = World::new(context, &scene).expect("room for the scene");
         // More tiles than the one workgroup that lists the fullest first has threads.
-        let mut maps = Maps::new(context, &world, 128).expect("room for the maps");
+        let mut maps = Maps::new(context, &world, 128, OpaqueMaps::SHARED).expect("room for the maps");
         context.submit(|commands| maps.record(commands, &world)).expect("submitted");
         let (casters, tiles) = (world.caster_count() as usize, 256);
         let capacity = casters * tiles;
@@ -184,7 +184,7 @@ fn blocks_are_listed_fullest_first() {
     gpu_test("blocks_are_listed_fullest_first", |context| {
         const TILES: usize = 64;
         let world = World::new(context, &scenes::random()).expect("room for the scene");
-        let maps = Maps::new(context, &world, 64).expect("room for the maps");
+        let maps = Maps::new(context, &world, 64, OpaqueMaps::SHARED).expect("room for the maps");
         let mut random = Random::new(57);
         let buffer = |name, words: &[u32]| Buffer::with_data(context, name, words).expect("room");
         let set = |name, buffers: &[&Buffer]| {
@@ -275,7 +275,7 @@ fn blocks_are_listed_fullest_first() {
 fn entries_are_counted_past_32_bits() {
     gpu_test("entries_are_counted_past_32_bits", |context| {
         let world = World::new(context, &scenes::random()).expect("room for the scene");
-        let maps = Maps::new(context, &world, 64).expect("room for the maps");
+        let maps = Maps::new(context, &world, 64, OpaqueMaps::SHARED).expect("room for the maps");
         let every_entry =
             Use { entries: Entries::Sorted, skip: false, reach: 0, parts: [1, 0], area: false, blocks: None };
         let mut random = Random::new(52);
@@ -366,7 +366,7 @@ fn tiles_have_the_same_room() {
         let every_entry =
             Use { entries: Entries::Sorted, skip: false, reach: 0, parts: [1, 0], area: false, blocks: None };
         let world = World::new(context, &scenes::random()).expect("room for the scene");
-        let mut maps = Maps::new(context, &world, 64).expect("room for the maps");
+        let mut maps = Maps::new(context, &world, 64, OpaqueMaps::SHARED).expect("room for the maps");
         let mut bins = Bins::new(context, &world, &maps, every_entry).expect("room for the bins");
         let mut build = |bins: &mut Bins| {
             let passes = context.submit(|commands| {

@@ -5,7 +5,7 @@ mod support;
 
 use glam::{DVec3, Vec3};
 use gobo::gpu::Context;
-use gobo::maps::{Extents, Map, Maps, OPAQUE_SIZE, Order};
+use gobo::maps::{Extents, Map, Maps, OPAQUE_SIZE, OpaqueMaps, Order};
 use gobo::reference::twin::{fit, order};
 use gobo::scene::{Caster, Casting, Particle, Projection, Scene, View};
 use gobo::world::World;
@@ -20,7 +20,7 @@ fn world(context: &Context, scene: &Scene) -> World {
 /// What the device fits.
 fn fitted(context: &Context, scene: &Scene, size: u32) -> Vec<Map> {
     let world = world(context, scene);
-    let mut maps = Maps::new(context, &world, size).expect("room");
+    let mut maps = Maps::new(context, &world, size, OpaqueMaps::SHARED).expect("room");
     context.submit(|commands| maps.record(commands, &world)).expect("submitted");
     maps.settle(false).expect("read");
     maps.all().to_vec()
@@ -168,7 +168,7 @@ fn sorted(context: &Context, keys: &[Vec<u32>]) -> Vec<Vec<u32>> {
     let mut scene = row(count);
     scene.lights = vec![scene.lights[0]; maps];
     let world = world(context, &scene);
-    let all = Maps::new(context, &world, 8).expect("room");
+    let all = Maps::new(context, &world, 8, OpaqueMaps::SHARED).expect("room");
     let order = Order::new(context, &world, &all).expect("room");
     let items: Vec<[u32; 2]> = keys.iter().flat_map(|k| k.iter().zip(0..).map(|(k, i)| [*k, i])).collect();
     order.items.write(&items).expect("written");
@@ -205,7 +205,7 @@ fn casters_are_drawn_near_to_far() {
     gpu_test("casters_are_drawn_near_to_far", |context| {
         for scene in [scenes::inside(), scenes::strands(), scenes::duplicates(), scenes::random()] {
             let mut world = world(context, &scene);
-            let mut maps = Maps::new(context, &world, 16).expect("room");
+            let mut maps = Maps::new(context, &world, 16, OpaqueMaps::SHARED).expect("room");
             let order = Order::new(context, &world, &maps).expect("room");
             let mut fewer = scene.clone();
             fewer.particles.truncate(scene.particles.len() / 2);
@@ -247,7 +247,7 @@ fn the_host_has_what_the_device_fitted() {
     gpu_test("the_host_has_what_the_device_fitted", |context| {
         let scene = scenes::inside();
         let world = world(context, &scene);
-        let mut maps = Maps::new(context, &world, 16).expect("room");
+        let mut maps = Maps::new(context, &world, 16, OpaqueMaps::SHARED).expect("room");
         let before = maps.all().to_vec();
         context.submit(|commands| maps.record(commands, &world)).expect("submitted");
         assert_eq!(maps.all(), before, "not before it is settled");

@@ -110,13 +110,13 @@ impl Maps {
     /// What the volume views are, and whatever is made of casters in them: the meshes do not matter there.
     pub const VOLUME: Parts = Parts::CASTERS.and(Parts::LIGHTS);
 
-    /// Maps of `size` texels a side of all lights of `world`, with the opaque maps that techniques share, drawn as is best here.
+    /// Maps of `size` texels a side of all lights of `world`, fitted to smoke and hair, with opaque maps beside them.
     ///
     /// # Errors
     /// [`Error::Input`] where the lights have too many maps, [`Error::Refused`] where the device has no image or no memory for
     /// opaque maps of so many, [`Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, size: u32) -> Result<Self> {
-        Self::seeing(context, world, size, OpaqueMaps::SHARED, Self::VOLUME)
+    pub fn new(context: &Context, world: &World, size: u32, opaque: OpaqueMaps) -> Result<Self> {
+        Self::seeing(context, world, size, opaque, Self::VOLUME)
     }
 
     /// Opaque maps of the technique's own, for who sees no smoke and no hair: volume views are of the meshes too.

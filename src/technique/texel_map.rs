@@ -56,7 +56,7 @@ impl TexelMap {
         if way == TexelWay::Binned {
             binned?;
         }
-        let maps = Maps::with_opaque(context, world, size, opaque(spec))?;
+        let maps = Maps::new(context, world, size, opaque(spec))?;
         let constants = filter.constants(Constants::new()).set(STRANDS, world.has_strands());
         let skip = (spec.is_on(SKIP.name), filter.reach());
         let texels = Texels::new(context, world, &maps, way, skip, kernels, &constants)?;

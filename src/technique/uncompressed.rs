@@ -56,7 +56,7 @@ impl Uncompressed {
         ENTRY.require(context, LIST)?;
         let (size, filter) = (spec.number(SIZE.name), filter(spec));
         filter.check(world.scene(), size)?;
-        let maps = Maps::with_opaque(context, world, size, opaque(spec))?;
+        let maps = Maps::new(context, world, size, opaque(spec))?;
         let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
         let list = List::new(context, &maps, splat, Keep::All, None)?;
         let more = [Resource::StorageImage(list.heads.clone()), Resource::Buffer(list.segments.clone())];

@@ -2,7 +2,7 @@
 
 use crate::support::{gpu_test, runs, scenes};
 use gobo::gpu::{Bindings, Buffer, Constants, Kernel, Resource};
-use gobo::maps::{Bins, Entries, Maps, Use};
+use gobo::maps::{Bins, Entries, Maps, OpaqueMaps, Use};
 use gobo::shaders::{avsm, constant};
 use gobo::world::World;
 
@@ -28,7 +28,7 @@ fn looking_ahead_changes_nothing() {
         let most = if threads < 512 { 4u32 } else { 16 };
         for scene in [scenes::random(), scenes::crowd(), scenes::opaque(), scenes::strands(), spot] {
             let world = World::new(context, &scene).expect("room for the scene");
-            let mut maps = Maps::new(context, &world, SIZE).expect("room for the maps");
+            let mut maps = Maps::new(context, &world, SIZE, OpaqueMaps::SHARED).expect("room for the maps");
             let what =
                 Use { entries: Entries::Summed, skip: false, reach: 1, parts: [2, 2], area: false, blocks: None };
             let mut bins = Bins::new(context, &world, &maps, what).expect("room for the bins");

@@ -100,7 +100,7 @@ impl Avsm {
     pub fn new(context: &Context, world: &World, spec: &Spec) -> Result<Self> {
         let plan = Plan::new(context, world, Settings::of(spec))?;
         let settings = plan.settings;
-        let maps = Maps::with_opaque(context, world, settings.base_size(), opaque(spec))?;
+        let maps = Maps::new(context, world, settings.base_size(), opaque(spec))?;
         let bins = if settings.skip || plan.way == Way::Binned {
             let parts = if matches!(plan.cells, Some(Cells::Lanes | Cells::Half)) { 2 } else { 1 };
             let what = Use {

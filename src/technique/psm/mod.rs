@@ -154,7 +154,7 @@ impl Psm {
             return Err(Error::Refused { needs });
         }
         layout.filter.check(world.scene(), layout.size)?;
-        let maps = Maps::with_opaque(context, world, layout.size, opaque(spec))?;
+        let maps = Maps::new(context, world, layout.size, opaque(spec))?;
         let volume = layout.image(context, maps.count(), way == Way::Raster)?;
         let constants = layout.constants(world);
         let build = match way {
