@@ -321,7 +321,8 @@ fn techniques_answer_for_the_same_lights() {
             // thick, whose other side is then lit.
             assert_eq!(row.status, Status::Ok, "{}", row.reason);
             let error = row.error.expect("a truth");
-            let [space, surface] = [error.space, error.surface].map(|points| points.map(|p| p.mean_abs));
+            let beyond = |points: gobo::measure::PointError| points.beyond()?.mean_abs;
+            let [space, surface] = [error.space, error.surface].map(|points| points.and_then(beyond));
             println!("{spec}: {space:?} in space, {surface:?} on surfaces");
             assert!(space.is_some_and(|e| e < 3e-3) && surface.is_some_and(|e| e < 0.15), "{error:?}");
         }

@@ -115,8 +115,9 @@ impl fmt::Debug for Spec {
 pub fn parse(text: &str) -> Result<Vec<Spec>> {
     let (name, settings) = text.split_once(':').unwrap_or((text, ""));
     let line = |text: &str| text.replace(char::is_control, "?");
-    let fail =
-        |cause: String, way_out: String| Error::input(line(&format!("--technique {text}")), line(&cause), way_out);
+    let fail = |cause: String, way_out: String| {
+        Error::input(line(&format!("--technique {text}")), line(&cause), line(&way_out))
+    };
     let entry = *REGISTRY.iter().find(|e| e.name == name).ok_or_else(|| {
         let known: Vec<_> = REGISTRY.iter().map(|e| e.name).collect();
         let meant = did_you_mean(name, known.iter().copied());

@@ -4,7 +4,7 @@ use super::{built, cases, opened, rays, storages, world};
 use crate::support::scenes::{self, Random};
 use crate::support::{gpu_test_needing, some, spec};
 use gobo::gpu::Requirement;
-use gobo::scene::{Particle, Scene};
+use gobo::scene::{Particle, Scene, View};
 use gobo::technique::Technique;
 
 #[test]
@@ -96,7 +96,8 @@ fn coverage_marks_what_casters_touch() {
                 .expect(&text);
             let texels: Vec<[u8; 4]> = psm.volume.read().expect("read");
             let coverage = &texels[(4 * size * size) as usize..];
-            let view = psm.maps()[0].volume;
+            // It was not built, so that it has no maps yet.
+            let view = View::volumes(&scene, size)[0];
             let (mut marked, mut all) = (0, 0);
             for y in 0..tiles {
                 for x in 0..tiles {

@@ -156,7 +156,8 @@ mod tests {
             assert!(!near(x, -1.0), "at {x}");
         }
         // Just behind the plate, where a stored depth may round to either side.
-        assert!(near(0.2, -1e-6) && !near(0.2, -1e-3));
+        let depth = resolution.depth * f64::from(resolution.view.far - resolution.view.near);
+        assert!(near(0.2, -0.5 * depth) && !near(0.2, -2.0 * depth) && depth > 0.0);
     }
 
     /// A plate's own surface is no boundary, but for its rim.
