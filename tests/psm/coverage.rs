@@ -4,7 +4,7 @@ use super::{built, cases, opened, rays, storages, world};
 use crate::support::scenes::{self, Random};
 use crate::support::{gpu_test_needing, some, spec};
 use gobo::gpu::Requirement;
-use gobo::scene::{Particle, Scene, View};
+use gobo::scene::{Particle, Scene};
 use gobo::technique::Technique;
 
 #[test]
@@ -87,7 +87,11 @@ fn coverage_marks_what_casters_touch() {
         for (size, tiles) in [(64u32, 8u32), (60, 8)] {
             let scene = specks(7, 2.0 / size as f32);
             let text = format!("psm:path=raster,coverage=viewport,size={size},slices=16");
-            let psm = opened(context, &world(context, &scene), &text).technique;
+            let world = world(context, &scene);
+            let mut opened = opened(context, &world, &text);
+            // Which fits the maps; then without what follows voxelizing.
+            opened.build(&world).expect(&text);
+            let psm = opened.technique;
             context
                 .submit(|commands| {
                     psm.clear(commands);
@@ -96,8 +100,7 @@ fn coverage_marks_what_casters_touch() {
                 .expect(&text);
             let texels: Vec<[u8; 4]> = psm.volume.read().expect("read");
             let coverage = &texels[(4 * size * size) as usize..];
-            // It was not built, so that it has no maps yet.
-            let view = View::volumes(&scene, size)[0];
+            let view = psm.maps()[0].volume;
             let (mut marked, mut all) = (0, 0);
             for y in 0..tiles {
                 for x in 0..tiles {
