@@ -67,7 +67,7 @@ impl Error {
 /// ` (did you mean avsm?)`, for the cause of an error; empty where nothing that is known is near.
 pub(crate) fn did_you_mean<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let length = given.chars().count();
-    // Of numbers and of a letter or two anything is near.
+    // Anything is near numbers, and a letter or two.
     if !(3..=64).contains(&length) || !given.contains(char::is_alphabetic) {
         return String::new();
     }

@@ -35,7 +35,7 @@ vec4 opaque_quad_inside(View view, ivec2 corner, sampler2D depth_map, ivec2 texe
     return hits;
 }
 
-// Of depths, which end the light in front of one: those that are less than it, and not 1, where there is nothing.
+// Which depths end the light in front of one: those that are less than it, and not 1, where there is nothing.
 bvec4 opaque_ends(vec4 hits, float depth) { return lessThan(hits, vec4(min(depth, 1.0))); }
 
 // Through map `map` of the light, whose opaque view is `view`.

@@ -1,7 +1,7 @@
 // Shadow map look-up: how much of light `light` reaches `position`, 0 to 1. Sources: Williams 1978; Reeves, Salesin and
 // Cook 1987 (percentage closer filtering). Twin: reference::twin::shadow_map.
 // The texel that the point's ray goes through and those about it, PCF a side: each is compared by itself, and all count
-// the same. Of a wide filter four come in a fetch.
+// the same. A wide filter fetches four at once.
 //
 // To use this elsewhere: define GOBO_SET (a descriptor set number, default 1) if set 1 is taken, bind what
 // maps/look_up_set.glsl says, and set the specialization constant PCF as the map was made for.

@@ -59,7 +59,7 @@ fn difference(before: &Results, now: &Results) -> Option<(String, String, String
     };
     let before = of(before);
     of(now).into_iter().find_map(|(name, new)| match before.get(&name) {
-        // Of a scene or a file that is asked for anew there are no rows yet.
+        // A scene or a file that is asked for anew has no rows yet.
         None if name.starts_with(SCENE) || name.starts_with(FILE) => None,
         None => Some((name, "unknown".into(), new)),
         Some(old) => (*old != new).then(|| (name, old.clone(), new)),

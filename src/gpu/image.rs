@@ -13,7 +13,7 @@ use std::sync::Arc;
 pub enum ImageUse {
     /// Written, read and fetched by shaders (`imageLoad`, `imageAtomic…`, `texelFetch`).
     Storage,
-    /// Of R32_UINT: written as the bits of floats (`imageAtomic…` of `r32ui`), then fetched by shaders as the floats.
+    /// R32_UINT: written as the bits of floats (`imageAtomic…` of `r32ui`), then fetched by shaders as the floats.
     FloatBits,
     /// Drawn to, then fetched by shaders.
     Color,
@@ -39,7 +39,7 @@ struct Inner {
     view: vk::ImageView,
     /// Of a volume that is drawn to, its layers as an array of 2D images; else null.
     layers: vk::ImageView,
-    /// Of bits of floats, the whole numbers that shaders write; else null.
+    /// For bits of floats, the whole numbers that shaders write; else null.
     bits: vk::ImageView,
     allocation: Option<Allocation>,
     name: String,

@@ -53,7 +53,7 @@ pub struct OpaqueTotals {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct OpaqueItem {
-    /// Of the world.
+    /// Triangles of the world.
     pub triangle: u32,
     /// The map · 4096 + which of the shares.
     pub map_share: u32,
@@ -65,7 +65,7 @@ push_struct! {
         triangle_count: u32,
         /// Of the list.
         capacity: u32,
-        /// Of maps in the image that stand one above the other.
+        /// Maps in the image that stand one above the other.
         rows: u32,
     }
 }
@@ -90,7 +90,7 @@ pub(super) struct OpaqueCompute {
 }
 
 impl OpaqueCompute {
-    /// Of `count` maps of `width` × `height` texels, which stand in `image`.
+    /// Makes it for `count` maps of `width` × `height` texels, which stand in `image`.
     pub(super) fn new(
         context: &Context,
         image: &Image,

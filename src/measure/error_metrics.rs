@@ -183,7 +183,7 @@ impl Answers {
         if n < 2.0 {
             return None;
         }
-        // Of a simple random sample without replacement: Cochran, Sampling Techniques, section 2.6.
+        // The variance of a simple random sample without replacement: Cochran, Sampling Techniques, section 2.6.
         let mean = means.iter().sum::<f64>() / n;
         let variance = means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0);
         Some((variance / n * (1.0 - share.clamp(0.0, 1.0))).sqrt())

@@ -31,7 +31,7 @@ pub struct LightRay {
     pub segments: u32,
     /// Evenly over the range, and on both sides of wherever the truth bends or leaps or a technique has a node.
     pub truth: RayPoints,
-    /// Of each technique.
+    /// One for each technique.
     pub lines: Vec<RayLine>,
 }
 

@@ -77,7 +77,7 @@ impl<'a> Watch<'a> {
     }
 
     pub(super) fn end(self, timing: Option<Timing>) -> Steadiness {
-        // Of less time the counters, which count hundredths of a second, say nothing.
+        // The counters count hundredths of a second, and say nothing about less time.
         let counted = self.others.filter(|_| self.began.elapsed().as_secs_f64() > 0.25);
         let busy = counted.and_then(|before| Jiffies::now()?.others_since(before));
         let highest_mhz = self.meter.highest_mhz;
@@ -93,7 +93,7 @@ pub(super) struct ClockMeter {
 }
 
 impl ClockMeter {
-    /// Of NVIDIA's devices, by NVML, where it is installed.
+    /// Opens NVML for NVIDIA's devices, where it is installed.
     pub(super) fn of(features: &Features) -> Self {
         let open = || {
             let uuid = features.nvidia_uuid()?;

@@ -84,7 +84,7 @@ impl Case<'_> {
         let mut looked = 0;
         let builds = Repeats::of(lifetime, software, self.effort.warm_up, count).run(|frame| {
             let moved = self.show(frame % self.frames.count())?;
-            // Of a frame to which something moved what follows from that; of one like the last all of it.
+            // In a frame to which something moved, what follows from that; in one like the last, all of it.
             let more = self.frames.count() > 1;
             let mut built = if more { technique.build(&self.world)? } else { technique.rebuild(&self.world)? };
             let passes = built.passes.clone();

@@ -13,7 +13,7 @@ const MOHAWK: &[u8] = include_bytes!("data/mohawk.bin");
 pub(super) const GROUND: &[u8] = include_bytes!("data/ground.bin");
 pub(super) const HOUSES: &[u8] = include_bytes!("data/houses.bin");
 
-/// Of `plume_64k`: radius and extinction of one of eight parts of a particle, of the particle's. All together are as
+/// For `plume_64k`: radius and extinction of one of eight parts of a particle, of the particle's. All together are as
 /// dark.
 const PART: [f32; 2] = [8.0 / 13.0, 2197.0 / 4096.0];
 

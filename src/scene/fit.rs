@@ -44,7 +44,7 @@ fn face_tangent(size: u32) -> f64 {
 }
 
 /// The place of something that casts; of casters the first along x, then y, then z, so that the same casters in another order
-/// have the same views to the bit. Of what is opaque one of the meshes, if there are any.
+/// have the same views to the bit. The opaque view is of the meshes, if there are any.
 fn anchor(scene: &Scene, casting: Casting) -> DVec3 {
     let first = |a: &DVec3, b: &DVec3| {
         let order = |axis: fn(&DVec3) -> f64| axis(a).total_cmp(&axis(b));

@@ -14,7 +14,7 @@ const APART_WORLD: f32 = 1.5625;
 /// Vertices of a house: its box's, and both ends of its ridge.
 const CORNERS: u32 = 10;
 
-/// Of a box with a pitched roof, counter-clockwise from outside.
+/// Triangles of a box with a pitched roof, counter-clockwise from outside.
 const TRIANGLES: [[u32; 3]; 16] = [
     [3, 2, 1],
     [3, 1, 0],

@@ -30,7 +30,7 @@ impl View {
         }
     }
 
-    /// Of a paraboloid map: a view that looks at `position`, whose texels lie there as the map's do. A paraboloid turns no angle: a
+    /// A paraboloid map as a view that looks at `position`, whose texels lie there as the map's do. A paraboloid turns no angle: a
     /// texel is a square as seen from the light, 2 (1 + cos θ) / size wide at an angle θ to the normal, and the map's axes are
     /// there what the shortest way from the normal makes of them. What lies behind the light's plane is in no map, and counts as
     /// on it.

@@ -36,7 +36,7 @@ impl Resolution {
         Self { voxel, ..Self::exact(view) }
     }
 
-    /// Of a map whose paraboloid is `view`, asked at the four texels about a place: each of them is up to a texel away, and stands
+    /// The resolution of a map whose paraboloid is `view`, asked at the four texels about a place: each of them is up to a texel away, and stands
     /// for half a texel about its middle. Points of surfaces are moved by as much, and by `least_world` at least.
     pub fn of_paraboloid(view: View, least_world: f64) -> Self {
         const REACH: f64 = 1.5;
@@ -44,7 +44,7 @@ impl Resolution {
         Self { paraboloid: true, reach_texels: REACH, moved, ..Self::exact(view) }
     }
 
-    /// Of what knows all exactly.
+    /// The resolution of what knows all exactly.
     pub fn exact(view: View) -> Self {
         Self {
             view,

@@ -150,7 +150,7 @@ fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figure
 /// What is answered on the rays of texels, where there is a truth to hold it against.
 fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figures: &mut Figures) -> Result<()> {
     let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
-    // Of opaque shadows the maps' own texels decide; wider filters mean other rays.
+    // The maps' own texels decide where opaque shadows are; wider filters mean other rays.
     let is_plain = ["", FILTER.default].contains(&spec.value(FILTER.name));
     if !is_plain || views.is_empty() || scene.has_triangles() || scene.casters().is_empty() {
         return Ok(());

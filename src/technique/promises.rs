@@ -35,7 +35,7 @@ pub struct Promises {
 }
 
 impl Promises {
-    /// Of the answers' values nothing.
+    /// Nothing about the answers' values.
     pub const NONE: Self = Self {
         mean: None,
         tail: None,
@@ -48,12 +48,12 @@ impl Promises {
         finer: 1.0,
     };
 
-    /// Of who stands in maps and knows depth in them.
+    /// What stands in maps and knows depth in them promises this.
     pub const OF_DEPTH: Self = Self { rise: Some(ROUNDING), wrong: Some(0), step: Some(0.02), ..Self::NONE };
 
-    /// Of who stands in maps and knows no depth: before all smoke it is as wrong as behind, and changes by as much in a step.
+    /// What stands in maps and knows no depth promises this: before all smoke it is as wrong as behind, and changes by as much in a step.
     pub const OF_NO_DEPTH: Self = Self { rise: Some(ROUNDING), ..Self::NONE };
 
-    /// Of who asks for what is opaque on the way.
+    /// What asks for opaque things on the way promises this.
     pub const OF_OPAQUE: Self = Self { wrong: Some(0), order: Some(0.0), ..Self::NONE };
 }

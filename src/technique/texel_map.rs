@@ -61,7 +61,7 @@ impl TexelMap {
         let skip = (spec.is_on(SKIP.name), filter.reach());
         let texels = Texels::new(context, world, &maps, way, skip, kernels, &constants)?;
         let look_up = maps.look_up(context, folder.name, &[Resource::Texture(texels.image.clone())])?;
-        // Of what is hidden behind meshes nothing is written; what is drawn is drawn behind them too.
+        // What is hidden behind meshes is not written; what is drawn is drawn behind them too.
         let of_meshes = if way == TexelWay::Binned { Maps::OPAQUE } else { Maps::VOLUME };
         let written = Made::of(Maps::VOLUME.and(of_meshes));
         Ok(Self { texels, written, maps, look_up, constants, folder, way, reason })

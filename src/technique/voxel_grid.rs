@@ -195,7 +195,7 @@ fn resolution(scene: &Scene, size: u32) -> Vec<Resolution> {
 }
 
 impl Technique for VoxelGrid {
-    /// Of the lights nothing is built, but where they see edges from is said of it.
+    /// Nothing is built of the lights, but where they see edges from is said of it.
     fn made_of(&self) -> Parts {
         Parts::MESHES.and(Parts::CASTERS).and(Parts::LIGHTS)
     }

@@ -34,7 +34,7 @@ pub struct World {
     written: bool,
     /// A copy failed: what is on the device is of neither scene.
     mixed: bool,
-    /// Of the meshes, and of smoke and hair as the host knows them.
+    /// The bounds of the meshes, and of smoke and hair as the host knows them.
     bounds: [Bounds; 2],
     /// [`Caster`]: spheres, then strands; [`World::caster_count`] of them.
     pub casters: Buffer,
@@ -94,7 +94,7 @@ impl World {
         &self.scene
     }
 
-    /// Of which each rises whenever its part has changed.
+    /// Each rises whenever its part has changed.
     pub fn generations(&self) -> &Generations {
         &self.generations
     }

@@ -72,7 +72,7 @@ fn columns_without_any_value_are_not_there() {
         ("within: mean abs", ["0.0500", "0.100", "0.150"]),
         ("within: leaks", ["5", "6", "7"]),
         ("within: false shadows", ["6", "7", "8"]),
-        // Of 1,000 points 103 are within: (1000 × 0.01 − 103 × 0.05) / 897, and so on.
+        // 103 of 1,000 points are within: (1000 × 0.01 − 103 × 0.05) / 897, and so on.
         ("beyond: mean abs", ["0.00541", "0.0110", "0.0165"]),
         ("beyond: leaks", ["96", "195", "294"]),
         ("beyond: false shadows", ["96", "195", "294"]),

@@ -22,7 +22,7 @@ struct Half {
 
 /// What is on the inner side of all of these.
 pub(super) struct Shaft {
-    /// Of the view, world units.
+    /// The origin of the view, world units.
     origin: DVec3,
     halves: Vec<Half>,
 }

@@ -140,7 +140,7 @@ fn cross(a: IVec2, b: IVec2) -> i64 {
     i64::from(a.x) * i64::from(b.y) - i64::from(a.y) * i64::from(b.x)
 }
 
-/// Of two triangles that share an edge exactly one has what lies on it.
+/// Exactly one of two triangles that share an edge has what lies on it.
 fn owns_edge(edge: IVec2) -> bool {
     edge.y < 0 || (edge.y == 0 && edge.x > 0)
 }

@@ -5,7 +5,7 @@ use crate::technique::keys::word_of;
 use crate::technique::promises::EIGHT_BITS;
 use crate::technique::{Promises, Runs, Spec};
 
-/// Of what a spec says, on the path that runs.
+/// What a spec promises, on the path that runs.
 pub fn promises(spec: &Spec, path: &str) -> Promises {
     let is_linear = spec.value("curve") == "linear";
     let is_tight = spec.word("storage") == Some(Storage::Tight);

@@ -171,7 +171,7 @@ impl Psm {
         };
         let more = [Resource::Sampled(volume.clone(), layout.empty().1)];
         let look_up = maps.look_up(context, "psm.look_up", &more)?;
-        // Of what is hidden behind meshes nothing is summed; what is drawn is drawn behind them too.
+        // What is hidden behind meshes is not summed; what is drawn is drawn behind them too.
         let of_meshes = if way == Way::Fused { Maps::OPAQUE } else { Maps::VOLUME };
         let built = Made::of(Maps::VOLUME.and(of_meshes));
         Ok(Self { volume, maps, build, built, look_up, constants, reason })
