@@ -53,7 +53,7 @@ pub struct OpaqueTotals {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct OpaqueItem {
-    /// Triangles of the world.
+    /// Its place among the triangles of the world.
     pub triangle: u32,
     /// The map · 4096 + which of the shares.
     pub map_share: u32,
@@ -63,7 +63,7 @@ push_struct! {
     /// Twin: OpaquePush in glsl/maps/opaque_set.glsl.
     struct OpaquePush {
         triangle_count: u32,
-        /// Of the list.
+        /// Shares that the list has room for.
         capacity: u32,
         /// Maps in the image that stand one above the other.
         rows: u32,
