@@ -129,11 +129,9 @@ fn words_equal_their_twin() {
 /// and then there is room for all. Both times the words are the twin's.
 #[test]
 fn a_list_that_is_too_short_loses_nothing() {
-    let name = "opaque_compute::a_list_that_is_too_short_loses_nothing";
-    gpu_test(name, |context| {
-        if context.features().driver.contains("SwiftShader") {
-            return crate::support::skipped(name, "84 of 31,895 words differ on SwiftShader, for an unknown reason");
-        }
+    gpu_test("opaque_compute::a_list_that_is_too_short_loses_nothing", |context| {
+        // Nothing is lost there either, but some words along one edge are off by one or two in the last place (docs/drivers.md).
+        let most_apart = if context.features().driver.contains("SwiftShader") { 2 } else { 0 };
         let layers = |i: u16| {
             let z = 0.02 * f32::from(i);
             [[-4.0 + z, -4.0, z], [4.0, -3.0 - z, 0.3 - z], [0.5, 4.0, 0.5 * z]]
@@ -149,7 +147,8 @@ fn a_list_that_is_too_short_loses_nothing() {
             bytes.push(maps.opaque_bytes_transient());
             let found: Vec<f32> = maps.opaque_image().read().expect("the depths");
             let twin = draw(&maps.all()[0].opaque, &triangles, way.reach);
-            let differ = found.iter().zip(&twin).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
+            let apart = |(a, b): &(&f32, &f32)| a.to_bits().abs_diff(b.to_bits()) > most_apart;
+            let differ = found.iter().zip(&twin).filter(apart).count();
             let drawn = twin.iter().filter(|depth| **depth < 1.0).count();
             assert!(differ == 0 && drawn > 10_000, "{differ} differ of {drawn}");
         }
