@@ -299,16 +299,17 @@ impl Maps {
 /// The size of an image of `count` maps of `size`, one above the other.
 ///
 /// # Errors
-/// [`Error::Gpu`] where the device has no images of so many rows.
+/// [`Error::Refused`] where the device has no images of so many rows.
 pub(crate) fn stacked(context: &Context, name: &str, size: [u32; 2], count: u32) -> Result<[u32; 2]> {
     let limit = context.features().max_image_dimension_2d;
     match size[1].checked_mul(count) {
         Some(rows) if count == 1 || rows <= limit => Ok([size[0], rows]),
-        _ => Err(Error::Gpu {
-            operation: "create image",
-            name: name.into(),
-            cause: format!("{count} maps of {} rows, and this device takes {limit} rows", size[1]),
-            way_out: "use fewer lights or smaller maps (size=)".into(),
+        _ => Err(Error::Refused {
+            needs: format!(
+                "maxImageDimension2D of {} for {name}, {count} maps of {} rows (this device has {limit})",
+                u64::from(size[1]) * u64::from(count),
+                size[1]
+            ),
         }),
     }
 }

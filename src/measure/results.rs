@@ -119,7 +119,7 @@ pub struct Row {
     #[serde(default)]
     pub frame_ns: Option<f64>,
     /// The passes of a build, in order; and what is no part of it: before them `world.move` where the world moves, or
-    /// `simulate.step`, all steps of a frame together, where the device simulates it; behind them what then draws its particles.
+    /// `simulate.step`, all steps of a frame together, where the device simulates it.
     pub passes: Vec<PassTiming>,
     /// The passes of drawing the picture, in order. New in version 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -2,7 +2,7 @@
 //! follow from these.
 
 use gobo::technique::parse;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 /// A file's rows, column → text.
@@ -93,8 +93,10 @@ impl Rows {
     fn passes(&self, row: &BTreeMap<String, String>, prefix: &str) -> Result<f64, String> {
         let texts = ["pass_median_ns", "draw_pass_median_ns"].map(|name| row.get(name).map_or("", String::as_str));
         let pairs = texts.iter().flat_map(|text| text.split(' ')).filter_map(|pair| pair.split_once('='));
-        let times: Vec<f64> =
-            pairs.filter(|(name, _)| name.starts_with(prefix)).filter_map(|(_, ns)| ns.parse().ok()).collect();
+        // Older rows of what is simulated have what draws it in both.
+        let mut seen = BTreeSet::new();
+        let of = pairs.filter(|(name, _)| name.starts_with(prefix) && seen.insert(name.to_owned()));
+        let times: Vec<f64> = of.filter_map(|(_, ns)| ns.parse().ok()).collect();
         match times.is_empty() {
             true => Err(format!("{}.csv: no pass {prefix} of {}", self.file, row["variant"])),
             false => Ok(times.iter().sum::<f64>() / 1e6),

@@ -191,7 +191,8 @@ fn worked_out(asked: &str, ask: &mut dyn FnMut(&str, &str) -> Result<f64, String
             continue;
         }
         let number = word.parse::<f64>();
-        is_whole &= sign != "/" && (number.is_ok() || COUNTS.iter().any(|name| word.contains(name)));
+        is_whole &= sign != "/"
+            && (number.is_ok() || !word.starts_with("pass.") && COUNTS.iter().any(|name| word.contains(name)));
         let mut term = match number {
             Ok(number) => number,
             Err(_) => ask(word, words.next().ok_or_else(|| format!("{asked:?}: {word} of what?"))?)?,

@@ -81,8 +81,16 @@ fn compare_simulates() {
         if timed {
             let passes: Vec<_> = row.passes.iter().map(|p| p.name.as_str()).collect();
             assert_eq!(passes[..4], ["simulate.step", "maps.aim", "maps.bounds", "maps.fit"]);
-            assert_eq!(passes[passes.len() - 3..], ["avsm.cells", "consume.forward", "consume.points"]);
-            assert!(passes.iter().all(|name| printed.contains(name)), "{printed}");
+            assert_eq!(passes.last(), Some(&"avsm.cells"));
+            let drawn: Vec<_> = row.draw_passes.iter().map(|p| p.name.as_str()).collect();
+            assert_eq!(
+                drawn,
+                ["consume.forward", "consume.points"],
+                "a frame blends nothing in an order of the host's"
+            );
+            assert!(passes.iter().chain(&drawn).all(|name| printed.contains(name)), "{printed}");
+            let sum: f64 = row.draw_passes.iter().map(|p| p.p05_ns).sum();
+            assert!(0.0 < sum && sum <= row.draw_ns.expect("timed").p95 * 1.001, "{:?}", row.draw_passes);
         }
         assert_eq!((row.flicker_rms.is_some(), row.error.is_some()), (truth, truth));
         if let Some(error) = &row.error {
