@@ -146,6 +146,18 @@ fn results_come_back_as_they_were() {
 }
 
 /// Device, times and errors of schema 1 stay; what it did not have is absent. The file is the first edition's.
+/// A number is read as it was written, to its last digit: rows that `--resume` keeps are written once more.
+#[test]
+fn every_digit_comes_back() {
+    let dir = tempfile::tempdir().expect("a folder");
+    let store = Store::open(dir.path()).expect("opened");
+    let rows =
+        (1..2000).map(|i| row("plume", "avsm", 8, f64::from(i).sqrt(), f64::from(i).sin().abs() * 1e-7)).collect();
+    let written = results(rows);
+    store.write(&written).expect("written");
+    assert!(Results::read(&dir.path().join("results.json")).expect("valid") == written);
+}
+
 #[test]
 fn files_of_schema_1_are_read() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/report/schema-1.json");
