@@ -17,7 +17,7 @@ const FIGURES: [Figure; 18] = [
     Figure("ism-map.png", "docs/ism.md", "gobo map cornell --vpls 256 --light 100 --technique ism:fill=off", 0),
     Figure("ism-map.png", "docs/ism.md", "gobo map cornell --vpls 256 --light 100 --technique ism:fill=on", 260),
     Figure("hair-curve.svg", "docs/avsm.md", "gobo curve hair", 0),
-    Figure("steps.png", "docs/fog.md", "gobo render tests/data/houses.toml", 0),
+    Figure("steps.png", "docs/fog.md", "gobo render houses", 0),
     Figure("fog.png", "docs/fog.md", "gobo render shafts", 0),
     Figure(
         "three-emitters-translucency-map.png",
