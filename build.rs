@@ -12,6 +12,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs, thread};
 
+#[path = "examples/embed/build.rs"]
+mod embed;
+
 /// What includes are replaced by, folder by folder.
 const LOOK_UP: &str = "visibility.glsl";
 
@@ -52,6 +55,7 @@ fn build() -> Result<(), String> {
         .collect();
     let spirv = compile_all(&sources, &jobs, &constants)?;
     let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
+    embed::build(&out)?;
     let table = table(&out, &sources, &techniques, &constants, &jobs, &spirv)?;
     write(&out.join("shaders.rs"), table.as_bytes())
 }

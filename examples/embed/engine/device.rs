@@ -1,0 +1,221 @@
+//! The renderer's own instance, device, queue and allocator. Gobo has no part in making them.
+
+use super::Result;
+use ash::{ext, vk};
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use std::ffi::{CStr, c_void};
+use std::sync::{Arc, Mutex, PoisonError};
+
+const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// What a run may choose about the device.
+#[derive(Clone, Debug, Default)]
+pub struct Choice {
+    /// Part of its name; none takes a GPU where there is one.
+    pub device: Option<String>,
+    /// Load the validation layer with its synchronization checks.
+    pub validation: bool,
+    /// Enable nothing that the renderer itself does not need.
+    pub nothing_optional: bool,
+}
+
+/// The instance, and what its validation layer says.
+struct Instance {
+    entry: ash::Entry,
+    handle: ash::Instance,
+    messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    said: Said,
+}
+
+/// Warnings and errors of the validation layer. Clones share one list, which may outlive the device: the layer also speaks while
+/// that is closed.
+#[derive(Clone, Default)]
+pub struct Said(Arc<Mutex<Vec<String>>>);
+
+impl Said {
+    pub fn all(&self) -> Vec<String> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// The device and what belongs to it. Whatever is made from it keeps it by an `Rc`, so that it goes last.
+pub struct Gpu {
+    pub device: ash::Device,
+    pub physical: vk::PhysicalDevice,
+    pub queue: vk::Queue,
+    pub queue_family: u32,
+    /// Nanoseconds a tick of a timestamp; 0 where the queue has none.
+    pub tick_ns: f64,
+    /// None only while it is being dropped: it must go before the device.
+    allocator: Option<Arc<Mutex<Allocator>>>,
+    instance: Instance,
+}
+
+impl Gpu {
+    pub fn open(choice: &Choice) -> Result<Self> {
+        let instance = Instance::open(choice.validation)?;
+        let (physical, queue_family) = choose(&instance.handle, choice.device.as_deref())?;
+        let device = create_device(&instance.handle, physical, queue_family)?;
+        // SAFETY: `create_device` asked for one queue of this family.
+        let queue = unsafe { device.get_device_queue(queue_family, 0) };
+        // SAFETY: `physical` comes from this instance.
+        let (limits, families) = unsafe {
+            let limits = instance.handle.get_physical_device_properties(physical).limits;
+            (limits, instance.handle.get_physical_device_queue_family_properties(physical))
+        };
+        let has_timestamps = families[queue_family as usize].timestamp_valid_bits == 64;
+        let tick_ns = if has_timestamps { limits.timestamp_period.into() } else { 0.0 };
+        let mut gpu = Self { device, physical, queue, queue_family, tick_ns, allocator: None, instance };
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: gpu.instance.handle.clone(),
+            device: gpu.device.clone(),
+            physical_device: physical,
+            debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
+            buffer_device_address: false,
+            allocation_sizes: gpu_allocator::AllocationSizes::default(),
+        })?;
+        gpu.allocator = Some(Arc::new(Mutex::new(allocator)));
+        Ok(gpu)
+    }
+
+    /// The allocator, for all that the renderer and Gobo make.
+    pub fn allocator(&self) -> Result<Arc<Mutex<Allocator>>> {
+        self.allocator.clone().ok_or_else(|| "the device is being closed".into())
+    }
+
+    /// Bytes of memory that the renderer and Gobo hold together.
+    pub fn allocated_bytes(&self) -> u64 {
+        let Some(allocator) = &self.allocator else { return 0 };
+        allocator.lock().unwrap_or_else(PoisonError::into_inner).generate_report().total_allocated_bytes
+    }
+
+    /// What the validation layer says.
+    pub fn said(&self) -> Said {
+        self.instance.said.clone()
+    }
+
+    /// The device's name.
+    pub fn name(&self) -> String {
+        // SAFETY: the physical device comes from this instance.
+        let properties = unsafe { self.instance.handle.get_physical_device_properties(self.physical) };
+        properties.device_name_as_c_str().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+    }
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        // Its memory belongs to the device. Gobo's context, which shares it, is gone: whoever has that has this too.
+        self.allocator = None;
+        // SAFETY: all that was made from the device kept this `Gpu`, so nothing is left.
+        unsafe { self.device.destroy_device(None) };
+    }
+}
+
+impl Instance {
+    fn open(validation: bool) -> Result<Self> {
+        // SAFETY: loading the system's Vulkan loader runs its initialisers, which are trusted.
+        let entry = unsafe { ash::Entry::load() }?;
+        let application = vk::ApplicationInfo::default().application_name(c"embed").api_version(vk::API_VERSION_1_3);
+        let (layers, extensions): (Vec<_>, Vec<_>) = match validation {
+            true => (vec![VALIDATION_LAYER.as_ptr()], vec![ext::debug_utils::NAME, ext::validation_features::NAME]),
+            false => (Vec::new(), Vec::new()),
+        };
+        let extensions: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
+        let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
+        let mut info = vk::InstanceCreateInfo::default()
+            .application_info(&application)
+            .enabled_layer_names(&layers)
+            .enabled_extension_names(&extensions);
+        if validation {
+            info = info.push_next(&mut features);
+        }
+        // SAFETY: all that `info` points to lives until the call is over.
+        let handle = unsafe { entry.create_instance(&info, None) }?;
+        let mut instance = Self { entry, handle, messenger: None, said: Said::default() };
+        if validation {
+            instance.listen()?;
+        }
+        Ok(instance)
+    }
+
+    fn listen(&mut self) -> Result<()> {
+        let loader = ext::debug_utils::Instance::new(&self.entry, &self.handle);
+        let severity = vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR;
+        let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
+            .message_severity(severity)
+            .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
+            .pfn_user_callback(Some(on_message))
+            .user_data(Arc::as_ptr(&self.said.0).cast_mut().cast());
+        // SAFETY: the list that the callback writes to is destroyed after the messenger.
+        let messenger = unsafe { loader.create_debug_utils_messenger(&info, None) }?;
+        self.messenger = Some((loader, messenger));
+        Ok(())
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // SAFETY: the device is gone (`Gpu::drop`), and nothing else was made from the instance.
+        unsafe {
+            if let Some((loader, messenger)) = self.messenger.take() {
+                loader.destroy_debug_utils_messenger(messenger, None);
+            }
+            self.handle.destroy_instance(None);
+        }
+    }
+}
+
+/// Called by the validation layer, from any thread.
+unsafe extern "system" fn on_message(
+    _: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    said: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: the layer hands over a valid structure with a text that ends; `said` is the list of `listen`.
+    let (message, said) = unsafe { (CStr::from_ptr((*data).p_message), &*said.cast::<Mutex<Vec<String>>>()) };
+    said.lock().unwrap_or_else(PoisonError::into_inner).push(message.to_string_lossy().into_owned());
+    vk::FALSE
+}
+
+/// A device of Vulkan 1.3 and its first queue family that draws and computes: a GPU of its own memory before all others.
+fn choose(instance: &ash::Instance, wanted: Option<&str>) -> Result<(vk::PhysicalDevice, u32)> {
+    let mut best: Option<(i32, (vk::PhysicalDevice, u32))> = None;
+    // SAFETY: enumeration only.
+    for physical in unsafe { instance.enumerate_physical_devices() }? {
+        // SAFETY: `physical` comes from this instance.
+        let (properties, families) = unsafe {
+            let properties = instance.get_physical_device_properties(physical);
+            (properties, instance.get_physical_device_queue_family_properties(physical))
+        };
+        let both = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+        let Some(family) = families.iter().position(|family| family.queue_flags.contains(both)) else { continue };
+        let name = properties.device_name_as_c_str()?.to_string_lossy().to_lowercase();
+        let is_wanted = wanted.is_none_or(|wanted| name.contains(&wanted.to_lowercase()));
+        let rank = match properties.device_type {
+            vk::PhysicalDeviceType::DISCRETE_GPU => 0,
+            vk::PhysicalDeviceType::INTEGRATED_GPU => 1,
+            vk::PhysicalDeviceType::VIRTUAL_GPU => 2,
+            _ => 3,
+        };
+        let is_better = best.as_ref().is_none_or(|(other, _)| rank < *other);
+        if is_wanted && is_better && properties.api_version >= vk::API_VERSION_1_3 {
+            best = Some((rank, (physical, family as u32)));
+        }
+    }
+    best.map(|(_, found)| found).ok_or_else(|| "no device of Vulkan 1.3 of that name".into())
+}
+
+fn create_device(instance: &ash::Instance, physical: vk::PhysicalDevice, queue_family: u32) -> Result<ash::Device> {
+    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
+    // What the renderer itself needs is what Gobo needs at least.
+    let mut features12 = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
+    let mut features13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .push_next(&mut features12)
+        .push_next(&mut features13);
+    // SAFETY: all that `info` points to lives until the call is over.
+    Ok(unsafe { instance.create_device(physical, &info, None) }?)
+}

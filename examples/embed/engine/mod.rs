@@ -1,0 +1,275 @@
+//! A small renderer of smoke: particles that its own compute shader moves, drawn as blended squares over a ground, lit by one sun.
+
+mod device;
+mod frames;
+mod memory;
+mod pipelines;
+mod spirv;
+
+pub use device::{Choice, Gpu};
+
+use ash::vk;
+use bytemuck::{Pod, Zeroable};
+use frames::{Frames, barrier};
+use glam::Vec3;
+use glam::camera::rh::{proj::vulkan::perspective, view::look_at_mat4};
+use gpu_allocator::MemoryLocation;
+use memory::{Buffer, Target, whole_image};
+use pipelines::{Layout, Pipeline, Set};
+use std::rc::Rc;
+
+pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+
+/// As many as the shaders say.
+pub const PARTICLES: u32 = 4096;
+
+/// Points that [`Engine::ask`] asks at, at most.
+pub const MOST_POINTS: usize = 4096;
+
+/// The way from the ground to the sun.
+pub const TO_SUN: Vec3 = Vec3::new(-0.64, -0.32, 0.7);
+
+/// Of a particle as the shaders have it. Twin: Particle in shaders/scene.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Particle {
+    pub position: [f32; 3],
+    pub radius: f32,
+    pub extinction: f32,
+    /// 0 where it is new, 1 where it goes.
+    pub age: f32,
+}
+
+/// A frame's numbers. Twin: Push in shaders/scene.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub struct Push {
+    clip: [[f32; 4]; 4],
+    eye: Vec3,
+    time_s: f32,
+    to_light: Vec3,
+}
+
+/// How a renderer is opened.
+#[derive(Clone, Debug)]
+pub struct Options {
+    pub choice: Choice,
+    /// Of the picture, pixels.
+    pub size: [u32; 2],
+    /// Measure how long the steps of a frame take, where the device can.
+    pub timestamps: bool,
+}
+
+/// Fields are dropped in this order: what works first, what it works on last.
+pub struct Engine {
+    frames: Frames,
+    move_particles: Pipeline,
+    sort: Pipeline,
+    ground: Pipeline,
+    smoke: Pipeline,
+    ask: Pipeline,
+    layout: Layout,
+    set: Set,
+    particles: Buffer,
+    /// The particles' numbers, far to near: only the set uses it after this.
+    _order: Buffer,
+    points: Buffer,
+    answers: Buffer,
+    target: Target,
+    frame: u64,
+    gpu: Rc<Gpu>,
+}
+
+impl Engine {
+    pub fn open(options: &Options) -> Result<Self> {
+        let gpu = Rc::new(Gpu::open(&options.choice)?);
+        let buffer = |name, bytes: usize, location| Buffer::new(&gpu, name, bytes as u64, location);
+        let particles = buffer("particles", PARTICLES as usize * size_of::<Particle>(), MemoryLocation::GpuOnly)?;
+        let order = buffer("order", PARTICLES as usize * 4, MemoryLocation::GpuOnly)?;
+        let points = buffer("points", MOST_POINTS * 12, MemoryLocation::CpuToGpu)?;
+        let answers = buffer("answers", MOST_POINTS * 4, MemoryLocation::GpuToCpu)?;
+        let set = Set::new(&gpu, &[&particles, &order, &points, &answers])?;
+        let layout = Layout::new(&gpu, &[set.layout])?;
+        let asking = spirv::AVSM;
+        Ok(Self {
+            frames: Frames::new(&gpu)?,
+            move_particles: Pipeline::compute(&gpu, &layout, spirv::MOVE)?,
+            sort: Pipeline::compute(&gpu, &layout, spirv::SORT)?,
+            ground: Pipeline::draw(&gpu, &layout, spirv::GROUND_VERT, asking.ground)?,
+            smoke: Pipeline::draw(&gpu, &layout, spirv::SMOKE_VERT, asking.smoke)?,
+            ask: Pipeline::compute(&gpu, &layout, asking.points)?,
+            layout,
+            set,
+            particles,
+            _order: order,
+            points,
+            answers,
+            target: Target::new(&gpu, options.size)?,
+            frame: 0,
+            gpu,
+        })
+    }
+
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// Records and submits one frame. Returns how long the steps of the frame before the last took, nanoseconds: moving and sorting,
+    /// shadows, drawing.
+    pub fn frame(&mut self, time_s: f32) -> Result<Option<[f64; 3]>> {
+        let frame = self.frame;
+        let commands = self.frames.begin(frame)?;
+        let times = self.frames.times(frame)?;
+        let push = self.push(time_s);
+        self.bind(commands, &push);
+
+        // The frame before may still be drawing from these buffers.
+        barrier(&self.gpu.device, commands);
+        self.frames.stamp(frame, 0);
+        self.dispatch(commands, &self.move_particles, PARTICLES / 64);
+        barrier(&self.gpu.device, commands);
+        self.dispatch(commands, &self.sort, 1);
+        barrier(&self.gpu.device, commands);
+        self.frames.stamp(frame, 1);
+        self.frames.stamp(frame, 2);
+        self.draw(commands);
+        self.frames.stamp(frame, 3);
+
+        self.frames.submit(frame, true)?;
+        self.frame += 1;
+        Ok(times)
+    }
+
+    fn push(&self, time_s: f32) -> Push {
+        let (eye, middle) = (Vec3::new(0.8, -5.2, 1.9), Vec3::new(0.35, 0.0, 0.95));
+        let aspect = self.target.size[0] as f32 / self.target.size[1] as f32;
+        let clip = perspective(0.7, aspect, 0.1, 200.0) * look_at_mat4(eye, middle, Vec3::Z);
+        Push { clip: clip.to_cols_array_2d(), eye, time_s, to_light: TO_SUN.normalize() }
+    }
+
+    fn bind(&self, commands: vk::CommandBuffer, push: &Push) {
+        let (device, layout, sets) = (&self.gpu.device, self.layout.handle, [self.set.handle]);
+        for point in [vk::PipelineBindPoint::COMPUTE, vk::PipelineBindPoint::GRAPHICS] {
+            // SAFETY: the commands are being recorded, and the sets are of this layout.
+            unsafe { device.cmd_bind_descriptor_sets(commands, point, layout, 0, &sets, &[]) };
+        }
+        // SAFETY: the layout takes these bytes.
+        unsafe { device.cmd_push_constants(commands, layout, vk::ShaderStageFlags::ALL, 0, bytemuck::bytes_of(push)) };
+    }
+
+    fn dispatch(&self, commands: vk::CommandBuffer, pipeline: &Pipeline, groups: u32) {
+        // SAFETY: the commands are being recorded, and all that the shader uses is bound.
+        unsafe {
+            self.gpu.device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pipeline.handle);
+            self.gpu.device.cmd_dispatch(commands, groups, 1, 1);
+        }
+    }
+
+    /// The ground hides the sky, the smoke what is behind it, so that no depth has to be kept.
+    fn draw(&self, commands: vk::CommandBuffer) {
+        let (device, [width, height]) = (&self.gpu.device, self.target.size);
+        let area = vk::Rect2D { extent: vk::Extent2D { width, height }, ..Default::default() };
+        let viewport =
+            vk::Viewport { width: width as f32, height: height as f32, max_depth: 1.0, ..Default::default() };
+        let sky = vk::ClearValue { color: vk::ClearColorValue { float32: [0.36, 0.46, 0.62, 1.0] } };
+        let attachments = [vk::RenderingAttachmentInfo::default()
+            .image_view(self.target.view)
+            .image_layout(vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL)
+            .load_op(vk::AttachmentLoadOp::CLEAR)
+            .store_op(vk::AttachmentStoreOp::STORE)
+            .clear_value(sky)];
+        let rendering = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&attachments);
+        self.change_layout(commands, vk::ImageLayout::UNDEFINED, vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
+        // SAFETY: the commands are being recorded, and all that the shaders use is bound.
+        unsafe {
+            device.cmd_begin_rendering(commands, &rendering);
+            device.cmd_set_viewport(commands, 0, &[viewport]);
+            device.cmd_set_scissor(commands, 0, &[area]);
+            device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, self.ground.handle);
+            device.cmd_draw(commands, 6, 1, 0, 0);
+            device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, self.smoke.handle);
+            device.cmd_draw(commands, 6 * PARTICLES, 1, 0, 0);
+            device.cmd_end_rendering(commands);
+        }
+    }
+
+    fn change_layout(&self, commands: vk::CommandBuffer, from: vk::ImageLayout, to: vk::ImageLayout) {
+        let (all, write) = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_WRITE);
+        let barriers = [vk::ImageMemoryBarrier2::default()
+            .src_stage_mask(all)
+            .src_access_mask(write)
+            .dst_stage_mask(all)
+            .dst_access_mask(write | vk::AccessFlags2::MEMORY_READ)
+            .old_layout(from)
+            .new_layout(to)
+            .image(self.target.image)
+            .subresource_range(whole_image())];
+        let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+        // SAFETY: the commands are being recorded, outside a render.
+        unsafe { self.gpu.device.cmd_pipeline_barrier2(commands, &info) };
+    }
+
+    /// The picture of the last frame: bytes of RGBA, rows from the top.
+    pub fn picture(&mut self) -> Result<Vec<u8>> {
+        let [width, height] = self.target.size;
+        let pixels = Buffer::new(&self.gpu, "pixels", u64::from(width * height * 4), MemoryLocation::GpuToCpu)?;
+        self.run(|engine, commands| {
+            let (drawn, copied) = (vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL, vk::ImageLayout::TRANSFER_SRC_OPTIMAL);
+            engine.change_layout(commands, drawn, copied);
+            let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
+            let region = vk::BufferImageCopy::default().image_subresource(layers).image_extent(vk::Extent3D {
+                width,
+                height,
+                depth: 1,
+            });
+            let (device, image) = (&engine.gpu.device, engine.target.image);
+            // SAFETY: the buffer has room for all pixels and lives until the run is over.
+            unsafe { device.cmd_copy_image_to_buffer(commands, image, copied, pixels.handle, &[region]) };
+        })?;
+        pixels.read()
+    }
+
+    /// The particles of the last frame.
+    pub fn particles(&mut self) -> Result<Vec<Particle>> {
+        let copy = Buffer::new(&self.gpu, "copy", self.particles.bytes, MemoryLocation::GpuToCpu)?;
+        self.run(|engine, commands| {
+            let region = vk::BufferCopy::default().size(copy.bytes);
+            // SAFETY: both buffers are as large, and live until the run is over.
+            unsafe { engine.gpu.device.cmd_copy_buffer(commands, engine.particles.handle, copy.handle, &[region]) };
+        })?;
+        copy.read()
+    }
+
+    /// How much of the sun reaches each point, at most [`MOST_POINTS`], by the shadows of the last frame.
+    pub fn ask(&mut self, points: &[[f32; 3]]) -> Result<Vec<f32>> {
+        self.points.write(points)?;
+        let push = self.push(0.0);
+        self.run(|engine, commands| {
+            engine.bind(commands, &push);
+            engine.dispatch(commands, &engine.ask, (MOST_POINTS / 64) as u32);
+        })?;
+        let mut answers = self.answers.read()?;
+        answers.truncate(points.len());
+        Ok(answers)
+    }
+
+    /// Runs commands by themselves, after all frames, and waits until the host sees what they wrote.
+    fn run(&mut self, record: impl FnOnce(&Self, vk::CommandBuffer)) -> Result<()> {
+        let frame = self.frame;
+        let commands = self.frames.begin(frame)?;
+        barrier(&self.gpu.device, commands);
+        record(self, commands);
+        let (all, write) = (vk::PipelineStageFlags2::ALL_COMMANDS, vk::AccessFlags2::MEMORY_WRITE);
+        let barriers = [vk::MemoryBarrier2::default()
+            .src_stage_mask(all)
+            .src_access_mask(write)
+            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
+        let info = vk::DependencyInfo::default().memory_barriers(&barriers);
+        // SAFETY: the commands are being recorded, outside a render.
+        unsafe { self.gpu.device.cmd_pipeline_barrier2(commands, &info) };
+        self.frames.submit(frame, false)?;
+        self.frame += 1;
+        self.frames.wait(frame)
+    }
+}

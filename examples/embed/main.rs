@@ -1,0 +1,86 @@
+//! A renderer of its own making that has Gobo shadow its smoke: `cargo run --release --example embed -- avsm -o smoke.png`.
+//! docs/guide/embedding.md goes through it.
+
+mod engine;
+
+use engine::{Choice, Engine, Options, Result};
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+usage: embed avsm|psm|beer-shadow-map [options]
+  -o FILE             the picture, a PNG (smoke.png)
+  --frames N          frames before it, 60 a second (180)
+  --size WIDTHxHEIGHT pixels (640x480)
+  --device NAME       part of the device's name
+  --validation        load the validation layer, and fail where it complains
+  --nothing-optional  enable nothing of the device that is optional
+  --no-timestamps     measure nothing";
+
+fn main() -> ExitCode {
+    match arguments().and_then(|run| render(&run)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("embed: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+struct Run {
+    options: Options,
+    output: String,
+    frames: u64,
+}
+
+fn arguments() -> Result<Run> {
+    let options = Options { choice: Choice::default(), size: [640, 480], timestamps: true };
+    let mut run = Run { options, output: "smoke.png".into(), frames: 180 };
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        let mut value = || words.next().ok_or_else(|| format!("{word} needs a value"));
+        let options = &mut run.options;
+        match &word[..] {
+            "-o" => run.output = value()?,
+            "--frames" => run.frames = value()?.parse::<u64>()?.max(1),
+            "--size" => options.size = size(&value()?).ok_or("--size is as in 640x480")?,
+            "--device" => options.choice.device = Some(value()?),
+            "--validation" => options.choice.validation = true,
+            "--nothing-optional" => options.choice.nothing_optional = true,
+            "--no-timestamps" => options.timestamps = false,
+            _ => return Err(USAGE.into()),
+        }
+    }
+    Ok(run)
+}
+
+fn size(text: &str) -> Option<[u32; 2]> {
+    let (width, height) = text.split_once('x')?;
+    let side = |text: &str| text.parse().ok().filter(|side| (1..=8192).contains(side));
+    Some([side(width)?, side(height)?])
+}
+
+fn render(run: &Run) -> Result<()> {
+    let mut engine = Engine::open(&run.options)?;
+    println!("{}", engine.gpu().name());
+    let mut times = Vec::new();
+    for frame in 0..run.frames {
+        times.extend(engine.frame(frame as f32 / 60.0)?);
+    }
+    let [width, height] = run.options.size;
+    image::save_buffer(&run.output, &engine.picture()?, width, height, image::ExtendedColorType::Rgba8)?;
+    println!("{}: {width}x{height} pixels, after {} frames", run.output, run.frames);
+    for (i, step) in ["move and sort", "shadow", "draw"].into_iter().enumerate() {
+        let mut step_times: Vec<_> = times.iter().map(|times| times[i]).collect();
+        step_times.sort_by(f64::total_cmp);
+        if let Some(median) = step_times.get(step_times.len() / 2) {
+            println!("{step:>14} {:8.3} ms", median / 1e6);
+        }
+    }
+    println!("{:>14} {:8.2} MiB", "device memory", engine.gpu().allocated_bytes() as f64 / (1 << 20) as f64);
+    let said = engine.gpu().said();
+    // Closing the device is part of the run: the layer says what was left open.
+    drop(engine);
+    let said = said.all();
+    said.iter().for_each(|message| eprintln!("validation: {message}"));
+    if said.is_empty() { Ok(()) } else { Err(format!("the validation layer said {} things", said.len()).into()) }
+}

@@ -1,0 +1,16 @@
+#version 460
+// How much of the sun reaches each of a list of points: what a test holds against Gobo's own program.
+#extension GL_GOOGLE_include_directive : require
+#include "scene.glsl"
+#include "shadow.glsl"
+
+layout(local_size_x = 64) in;
+layout(set = 0, binding = 2, scalar) readonly buffer Points { vec3 points[]; };
+layout(set = 0, binding = 3, scalar) writeonly buffer Answers { float answers[]; };
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i < points.length()) {
+        answers[i] = sun_visibility(points[i]);
+    }
+}

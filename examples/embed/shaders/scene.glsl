@@ -1,0 +1,23 @@
+// What the renderer's own shaders share: a frame's numbers, and the particles.
+#extension GL_EXT_scalar_block_layout : require
+
+const uint PARTICLES = 4096u;
+
+// Twin: Push in engine/mod.rs.
+layout(push_constant, scalar) uniform Push {
+    mat4 clip;
+    vec3 eye;
+    float time_s;
+    vec3 to_light;
+} frame;
+
+// Twin: Particle in engine/mod.rs. Gobo reads the first four members.
+struct Particle {
+    vec3 position;
+    float radius;
+    float extinction;
+    float age;
+};
+
+const vec3 SUN = vec3(1.0, 0.93, 0.82) * 2.4;
+const vec3 SKY = vec3(0.36, 0.46, 0.62);

@@ -1,0 +1,18 @@
+#version 460
+// What a ball of even smoke hides of what is behind it, by the length of the way through it, and how it is lit in its middle.
+#extension GL_GOOGLE_include_directive : require
+#include "scene.glsl"
+#include "shadow.glsl"
+
+layout(location = 0) in vec2 corner;
+layout(location = 1) in vec3 position;
+layout(location = 2) flat in vec2 radius_and_extinction;
+layout(location = 0) out vec4 color;
+
+void main() {
+    float half_way = radius_and_extinction.x * sqrt(max(1.0 - dot(corner, corner), 0.0));
+    float hides = 1.0 - exp(-2.0 * half_way * radius_and_extinction.y);
+    vec3 lit = SUN * sun_visibility(position) * 0.5 + SKY * 0.6;
+    // Premultiplied by what it hides.
+    color = vec4(0.9 * lit * hides, hides);
+}
