@@ -2,7 +2,7 @@
 
 use super::Result;
 use ash::{ext, vk};
-use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -38,7 +38,7 @@ impl Said {
     }
 }
 
-/// The device and what belongs to it. Whatever is made from it keeps it by an `Rc`, so that it goes last.
+/// The device, and all that the renderer makes from it: it makes that once, and keeps it to the end.
 pub struct Gpu {
     pub device: ash::Device,
     pub physical: vk::PhysicalDevice,
@@ -48,7 +48,24 @@ pub struct Gpu {
     pub tick_ns: f64,
     /// None only while it is being dropped: it must go before the device.
     allocator: Option<Arc<Mutex<Allocator>>>,
+    kept: Vec<Kept>,
     instance: Instance,
+}
+
+/// What has to be destroyed before the device is.
+pub enum Kept {
+    Buffer(vk::Buffer),
+    Image(vk::Image),
+    View(vk::ImageView),
+    SetLayout(vk::DescriptorSetLayout),
+    SetPool(vk::DescriptorPool),
+    Layout(vk::PipelineLayout),
+    Module(vk::ShaderModule),
+    Pipeline(vk::Pipeline),
+    Commands(vk::CommandPool),
+    Fence(vk::Fence),
+    Queries(vk::QueryPool),
+    Memory(Allocation),
 }
 
 impl Gpu {
@@ -65,7 +82,8 @@ impl Gpu {
         };
         let has_timestamps = families[queue_family as usize].timestamp_valid_bits == 64;
         let tick_ns = if has_timestamps { limits.timestamp_period.into() } else { 0.0 };
-        let mut gpu = Self { device, physical, queue, queue_family, tick_ns, allocator: None, instance };
+        let mut gpu =
+            Self { device, physical, queue, queue_family, tick_ns, allocator: None, kept: Vec::new(), instance };
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: gpu.instance.handle.clone(),
             device: gpu.device.clone(),
@@ -76,6 +94,11 @@ impl Gpu {
         })?;
         gpu.allocator = Some(Arc::new(Mutex::new(allocator)));
         Ok(gpu)
+    }
+
+    /// Has the device destroy `thing` when it is closed.
+    pub fn keep(&mut self, thing: Kept) {
+        self.kept.push(thing);
     }
 
     /// The allocator, for all that the renderer and Gobo make.
@@ -104,10 +127,35 @@ impl Gpu {
 
 impl Drop for Gpu {
     fn drop(&mut self) {
-        // Its memory belongs to the device. Gobo's context, which shares it, is gone: whoever has that has this too.
-        self.allocator = None;
-        // SAFETY: all that was made from the device kept this `Gpu`, so nothing is left.
-        unsafe { self.device.destroy_device(None) };
+        let device = &self.device;
+        // SAFETY: nothing is submitted any more, and each thing was made from this device and is destroyed once.
+        unsafe {
+            let _ = device.device_wait_idle();
+            for thing in self.kept.drain(..).rev() {
+                match thing {
+                    Kept::Buffer(buffer) => device.destroy_buffer(buffer, None),
+                    Kept::Image(image) => device.destroy_image(image, None),
+                    Kept::View(view) => device.destroy_image_view(view, None),
+                    Kept::SetLayout(layout) => device.destroy_descriptor_set_layout(layout, None),
+                    Kept::SetPool(pool) => device.destroy_descriptor_pool(pool, None),
+                    Kept::Layout(layout) => device.destroy_pipeline_layout(layout, None),
+                    Kept::Module(module) => device.destroy_shader_module(module, None),
+                    Kept::Pipeline(pipeline) => device.destroy_pipeline(pipeline, None),
+                    Kept::Commands(pool) => device.destroy_command_pool(pool, None),
+                    Kept::Fence(fence) => device.destroy_fence(fence, None),
+                    Kept::Queries(pool) => device.destroy_query_pool(pool, None),
+                    Kept::Memory(allocation) => {
+                        if let Some(Ok(mut allocator)) = self.allocator.as_ref().map(|shared| shared.lock()) {
+                            // What cannot be freed is in the allocator's report.
+                            let _ = allocator.free(allocation);
+                        }
+                    }
+                }
+            }
+            // It holds memory of the device. Gobo, which shares it, is closed by now (`Engine::drop`).
+            self.allocator = None;
+            device.destroy_device(None);
+        }
     }
 }
 

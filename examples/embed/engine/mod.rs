@@ -15,13 +15,14 @@ use glam::Vec3;
 use glam::camera::rh::{proj::vulkan::perspective, view::look_at_mat4};
 use gpu_allocator::MemoryLocation;
 use memory::{Buffer, Target, whole_image};
-use pipelines::{Layout, Pipeline, Set};
-use std::rc::Rc;
+use pipelines::Set;
 
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 /// As many as the shaders say.
 pub const PARTICLES: u32 = 4096;
+
+const PARTICLE_BYTES: usize = PARTICLES as usize * size_of::<Particle>();
 
 /// Points that [`Engine::ask`] asks at, at most.
 pub const MOST_POINTS: usize = 4096;
@@ -60,53 +61,54 @@ pub struct Options {
     pub timestamps: bool,
 }
 
-/// Fields are dropped in this order: what works first, what it works on last.
 pub struct Engine {
     frames: Frames,
-    move_particles: Pipeline,
-    sort: Pipeline,
-    ground: Pipeline,
-    smoke: Pipeline,
-    ask: Pipeline,
-    layout: Layout,
+    move_particles: vk::Pipeline,
+    sort: vk::Pipeline,
+    ground: vk::Pipeline,
+    smoke: vk::Pipeline,
+    ask: vk::Pipeline,
+    layout: vk::PipelineLayout,
     set: Set,
     particles: Buffer,
-    /// The particles' numbers, far to near: only the set uses it after this.
-    _order: Buffer,
     points: Buffer,
     answers: Buffer,
+    /// Where the host reads what the device has: particles or pixels.
+    copy: Buffer,
     target: Target,
     frame: u64,
-    gpu: Rc<Gpu>,
+    gpu: Gpu,
 }
 
 impl Engine {
     pub fn open(options: &Options) -> Result<Self> {
-        let gpu = Rc::new(Gpu::open(&options.choice)?);
-        let buffer = |name, bytes: usize, location| Buffer::new(&gpu, name, bytes as u64, location);
-        let particles = buffer("particles", PARTICLES as usize * size_of::<Particle>(), MemoryLocation::GpuOnly)?;
-        let order = buffer("order", PARTICLES as usize * 4, MemoryLocation::GpuOnly)?;
-        let points = buffer("points", MOST_POINTS * 12, MemoryLocation::CpuToGpu)?;
-        let answers = buffer("answers", MOST_POINTS * 4, MemoryLocation::GpuToCpu)?;
-        let set = Set::new(&gpu, &[&particles, &order, &points, &answers])?;
-        let layout = Layout::new(&gpu, &[set.layout])?;
+        let mut opened = Gpu::open(&options.choice)?;
+        let gpu = &mut opened;
+        let particles = Buffer::new(gpu, "particles", PARTICLE_BYTES, MemoryLocation::GpuOnly)?;
+        // The particles' numbers, far to near.
+        let order = Buffer::new(gpu, "order", PARTICLES as usize * 4, MemoryLocation::GpuOnly)?;
+        let points = Buffer::new(gpu, "points", MOST_POINTS * 12, MemoryLocation::CpuToGpu)?;
+        let answers = Buffer::new(gpu, "answers", MOST_POINTS * 4, MemoryLocation::GpuToCpu)?;
+        let pixel_bytes = options.size.map(|side| side as usize).iter().product::<usize>() * 4;
+        let set = Set::of_buffers(gpu, &[&particles, &order, &points, &answers])?;
+        let layout = pipelines::layout(gpu, &[set.layout])?;
         let asking = spirv::AVSM;
         Ok(Self {
-            frames: Frames::new(&gpu)?,
-            move_particles: Pipeline::compute(&gpu, &layout, spirv::MOVE)?,
-            sort: Pipeline::compute(&gpu, &layout, spirv::SORT)?,
-            ground: Pipeline::draw(&gpu, &layout, spirv::GROUND_VERT, asking.ground)?,
-            smoke: Pipeline::draw(&gpu, &layout, spirv::SMOKE_VERT, asking.smoke)?,
-            ask: Pipeline::compute(&gpu, &layout, asking.points)?,
+            frames: Frames::new(gpu, options.timestamps)?,
+            move_particles: pipelines::compute(gpu, layout, spirv::MOVE)?,
+            sort: pipelines::compute(gpu, layout, spirv::SORT)?,
+            ground: pipelines::draw(gpu, layout, spirv::GROUND_VERT, asking.ground)?,
+            smoke: pipelines::draw(gpu, layout, spirv::SMOKE_VERT, asking.smoke)?,
+            ask: pipelines::compute(gpu, layout, asking.points)?,
             layout,
             set,
             particles,
-            _order: order,
             points,
             answers,
-            target: Target::new(&gpu, options.size)?,
+            copy: Buffer::new(gpu, "copy", PARTICLE_BYTES.max(pixel_bytes), MemoryLocation::GpuToCpu)?,
+            target: Target::new(gpu, options.size)?,
             frame: 0,
-            gpu,
+            gpu: opened,
         })
     }
 
@@ -126,9 +128,9 @@ impl Engine {
         // The frame before may still be drawing from these buffers.
         barrier(&self.gpu.device, commands);
         self.frames.stamp(frame, 0);
-        self.dispatch(commands, &self.move_particles, PARTICLES / 64);
+        self.dispatch(commands, self.move_particles, PARTICLES / 64);
         barrier(&self.gpu.device, commands);
-        self.dispatch(commands, &self.sort, 1);
+        self.dispatch(commands, self.sort, 1);
         barrier(&self.gpu.device, commands);
         self.frames.stamp(frame, 1);
         self.frames.stamp(frame, 2);
@@ -148,7 +150,7 @@ impl Engine {
     }
 
     fn bind(&self, commands: vk::CommandBuffer, push: &Push) {
-        let (device, layout, sets) = (&self.gpu.device, self.layout.handle, [self.set.handle]);
+        let (device, layout, sets) = (&self.gpu.device, self.layout, [self.set.handle]);
         for point in [vk::PipelineBindPoint::COMPUTE, vk::PipelineBindPoint::GRAPHICS] {
             // SAFETY: the commands are being recorded, and the sets are of this layout.
             unsafe { device.cmd_bind_descriptor_sets(commands, point, layout, 0, &sets, &[]) };
@@ -157,10 +159,10 @@ impl Engine {
         unsafe { device.cmd_push_constants(commands, layout, vk::ShaderStageFlags::ALL, 0, bytemuck::bytes_of(push)) };
     }
 
-    fn dispatch(&self, commands: vk::CommandBuffer, pipeline: &Pipeline, groups: u32) {
+    fn dispatch(&self, commands: vk::CommandBuffer, pipeline: vk::Pipeline, groups: u32) {
         // SAFETY: the commands are being recorded, and all that the shader uses is bound.
         unsafe {
-            self.gpu.device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pipeline.handle);
+            self.gpu.device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pipeline);
             self.gpu.device.cmd_dispatch(commands, groups, 1, 1);
         }
     }
@@ -185,9 +187,9 @@ impl Engine {
             device.cmd_begin_rendering(commands, &rendering);
             device.cmd_set_viewport(commands, 0, &[viewport]);
             device.cmd_set_scissor(commands, 0, &[area]);
-            device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, self.ground.handle);
+            device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, self.ground);
             device.cmd_draw(commands, 6, 1, 0, 0);
-            device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, self.smoke.handle);
+            device.cmd_bind_pipeline(commands, vk::PipelineBindPoint::GRAPHICS, self.smoke);
             device.cmd_draw(commands, 6 * PARTICLES, 1, 0, 0);
             device.cmd_end_rendering(commands);
         }
@@ -212,7 +214,6 @@ impl Engine {
     /// The picture of the last frame: bytes of RGBA, rows from the top.
     pub fn picture(&mut self) -> Result<Vec<u8>> {
         let [width, height] = self.target.size;
-        let pixels = Buffer::new(&self.gpu, "pixels", u64::from(width * height * 4), MemoryLocation::GpuToCpu)?;
         self.run(|engine, commands| {
             let (drawn, copied) = (vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL, vk::ImageLayout::TRANSFER_SRC_OPTIMAL);
             engine.change_layout(commands, drawn, copied);
@@ -223,21 +224,26 @@ impl Engine {
                 depth: 1,
             });
             let (device, image) = (&engine.gpu.device, engine.target.image);
-            // SAFETY: the buffer has room for all pixels and lives until the run is over.
-            unsafe { device.cmd_copy_image_to_buffer(commands, image, copied, pixels.handle, &[region]) };
+            // SAFETY: the buffer has room for all pixels.
+            unsafe { device.cmd_copy_image_to_buffer(commands, image, copied, engine.copy.handle, &[region]) };
         })?;
-        pixels.read()
+        let mut pixels = self.copy.read()?;
+        pixels.truncate((width * height * 4) as usize);
+        Ok(pixels)
     }
 
     /// The particles of the last frame.
     pub fn particles(&mut self) -> Result<Vec<Particle>> {
-        let copy = Buffer::new(&self.gpu, "copy", self.particles.bytes, MemoryLocation::GpuToCpu)?;
         self.run(|engine, commands| {
-            let region = vk::BufferCopy::default().size(copy.bytes);
-            // SAFETY: both buffers are as large, and live until the run is over.
-            unsafe { engine.gpu.device.cmd_copy_buffer(commands, engine.particles.handle, copy.handle, &[region]) };
+            let region = vk::BufferCopy::default().size(engine.particles.bytes);
+            // SAFETY: both buffers are as large.
+            unsafe {
+                engine.gpu.device.cmd_copy_buffer(commands, engine.particles.handle, engine.copy.handle, &[region])
+            };
         })?;
-        copy.read()
+        let mut particles = self.copy.read::<u8>()?;
+        particles.truncate(PARTICLE_BYTES);
+        Ok(bytemuck::pod_collect_to_vec(&particles))
     }
 
     /// How much of the sun reaches each point, at most [`MOST_POINTS`], by the shadows of the last frame.
@@ -246,7 +252,7 @@ impl Engine {
         let push = self.push(0.0);
         self.run(|engine, commands| {
             engine.bind(commands, &push);
-            engine.dispatch(commands, &engine.ask, (MOST_POINTS / 64) as u32);
+            engine.dispatch(commands, engine.ask, (MOST_POINTS / 64) as u32);
         })?;
         let mut answers = self.answers.read()?;
         answers.truncate(points.len());
