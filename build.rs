@@ -5,6 +5,16 @@
 //! - A technique counts the steps of its look-ups if they have `#ifdef LOOK_UP_STEPS`.
 //! - `CONSTANT(type, NAME, value)` declares a specialization constant. Each name has one id, ID_NAME, in all shaders.
 //! - `// variants: LANES 0 1` at the top of a shader builds it once for each value of that macro.
+//! - The look-up of each technique is written as one file for other programs too: build/flat.rs.
+
+#[path = "build/flat.rs"]
+mod flat;
+#[path = "build/head.rs"]
+mod head;
+#[path = "build/preprocess.rs"]
+mod preprocess;
+#[path = "build/units.rs"]
+mod units;
 
 use shaderc::{CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, TargetEnv};
 use std::collections::{BTreeMap, BTreeSet};
@@ -57,7 +67,39 @@ fn build() -> Result<(), String> {
     let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
     embed::build(&out)?;
     let table = table(&out, &sources, &techniques, &constants, &jobs, &spirv)?;
-    write(&out.join("shaders.rs"), table.as_bytes())
+    write(&out.join("shaders.rs"), table.as_bytes())?;
+    write(&out.join("glsl.rs"), flat_files(&out, &sources, &techniques)?.as_bytes())
+}
+
+/// What src/glsl.rs includes: the technique's files, in the order of the folders' places.
+fn flat_files(out: &Path, sources: &Sources, techniques: &[String]) -> Result<String, String> {
+    let mut text = String::from("/// A file for each technique.\npub static FILES: &[File] = &[\n");
+    for (i, technique) in techniques.iter().enumerate() {
+        let flat = flat::flat(sources, technique)?;
+        write(&out.join(format!("{i}.glsl")), flat.text.as_bytes())?;
+        let name = technique.rsplit('/').next().unwrap_or(technique).replace('_', "-");
+        let flat::Flat { first_binding, first_constant, .. } = flat;
+        let _ = writeln!(
+            text,
+            "File {{ technique: {name:?}, text: include_str!(concat!(env!(\"OUT_DIR\"), \"/{i}.glsl\")), first_binding: {first_binding}, first_constant: {first_constant}, bindings: &["
+        );
+        for flat::Binding { number, name, descriptor, glsl, stride, about } in &flat.bindings {
+            let _ = writeln!(
+                text,
+                "    Binding {{ number: {number}, name: {name:?}, descriptor: vk::DescriptorType::{descriptor}, glsl: {glsl:?}, stride: {stride}, about: {about:?} }},"
+            );
+        }
+        text.push_str("], constants: &[\n");
+        for flat::Constant { name, glsl, default, about } in &flat.constants {
+            let _ = writeln!(
+                text,
+                "    Constant {{ name: {name:?}, glsl: {glsl:?}, default: {default:?}, about: {about:?}, inside: constant::{name}.id() }},"
+            );
+        }
+        text.push_str("] },\n");
+    }
+    text.push_str("];\n");
+    Ok(text)
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {

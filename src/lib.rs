@@ -9,6 +9,7 @@
 pub mod cli;
 pub mod consume;
 mod error;
+pub mod glsl;
 #[allow(unsafe_code)]
 pub mod gpu;
 pub mod grid;

@@ -13,6 +13,13 @@ pub struct Folder {
     pub counts_steps: bool,
 }
 
+impl Folder {
+    /// Its place among all folders that answer.
+    pub(crate) fn place(self) -> usize {
+        self.place
+    }
+}
+
 /// A shader that asks for light, once for each technique.
 pub struct PerTechnique(&'static [Shader]);
 

@@ -5,12 +5,14 @@
 #define AVSM_NODE_GLSL
 #include "world/view.glsl"
 
+// Nodes of a curve.
 CONSTANT(int, NODES, 8)
 // False: values are transmittances, interpolated linearly (Salvi et al. 2010). True: they are optical depths, interpolated linearly,
 // which is exact within a sphere of constant extinction.
 CONSTANT(bool, EXPONENTIAL, true)
+// Whether curves are packed, as avsm/pack.glsl says.
 CONSTANT(bool, PACKED, false)
-// Of packed curves: to two bytes a node.
+// Of packed curves: whether to two bytes a node.
 CONSTANT(bool, TIGHT, false)
 
 // Depth of an unused node. Its value is that of the last used one.

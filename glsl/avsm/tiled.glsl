@@ -2,7 +2,7 @@
 #ifndef AVSM_TILED_GLSL
 #define AVSM_TILED_GLSL
 
-// True: they are skipped. False: every tile is built and read.
+// True: tiles without casters are skipped. False: every tile is built and read.
 CONSTANT(bool, TILED, false)
 
 bool tile_skipped(uint count) { return TILED && count == 0u; }

@@ -1,9 +1,10 @@
 // AVSM look-up: how much of light `light` reaches `position`, 0 to 1. Source: Fife and Strugar 2013, Sampling from the AVSM data structure.
-// Bindings 0 to 2: maps/look_up.glsl, which says how to use this elsewhere. Then
-//   binding 3  readonly buffer: uvec2[], map-major, then texel rows, then a texel's curve as avsm/node.glsl states it
-//   binding 4  readonly buffer: uint[], casters in each tile of 8×8 texels, map-major, tile rows (any buffer where TILED is false);
-//              where DETAIL is true, detail/blocks.glsl's words of each tile's blocks, and the curves are block-major
+// Bindings 0 to 2: maps/look_up_set.glsl. Then
+//   binding 3  curves, map-major, then texel rows, then a texel's curve as avsm/node.glsl states it
+//   binding 4  casters in each tile of 8×8 texels, map-major, tile rows (any buffer where TILED is false); where DETAIL is true,
+//              detail/blocks.glsl's words of each tile's blocks, and the curves are block-major
 // Specialization constants NODES, EXPONENTIAL, TILED, PACKED, TIGHT and DETAIL as the curves were built.
+// flat: bindings 0, constants 0: NODES EXPONENTIAL PACKED TIGHT TILED DETAIL FILTER FILTER_RADIUS
 #define MAP_TRANSMITTANCE avsm_transmittance
 #include "avsm/pack.glsl"
 #include "avsm/tiled.glsl"

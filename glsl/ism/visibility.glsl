@@ -1,10 +1,10 @@
 // Imperfect shadow map look-up: how much of virtual light `light` reaches `position`, 0 to 1. Sources: Ritschel et al. 2008; Reeves,
 // Salesin and Cook 1987 (four comparisons, averaged). Twin: reference::twin::ism::look_up.
 //
-// To use this elsewhere: define GOBO_SET (a descriptor set number, default 1) if set 1 is taken, and bind
-//   binding 0  readonly buffer: Light[] (world/light.glsl)
-//   binding 1  readonly buffer: IsmPoints (ism/points.glsl)
-//   binding 2  readonly buffer: uint[], maps, ISM_STRIDE texels after one another, rows of distances as floats
+//   binding 0  lights (world/light.glsl)
+//   binding 1  what is known of all points (ism/points.glsl)
+//   binding 2  maps, ISM_STRIDE texels after one another, rows of distances as floats' bits
+// flat: bindings 16, constants 32: ISM_SIZE ISM_STRIDE
 #include "ism/map.glsl"
 #include "ism/points.glsl"
 

@@ -8,8 +8,8 @@
 #define MAPS_FILTER_GLSL
 #include "world/view.glsl"
 
-CONSTANT(uint, FILTER, 0u)
-CONSTANT(uint, FILTER_RADIUS, 2u)  // texels
+CONSTANT(uint, FILTER, 0u)         // which: 0 bilinear, 1 box, 2 gaussian
+CONSTANT(uint, FILTER_RADIUS, 2u)  // of box and gaussian, texels
 
 const uint FILTER_BILINEAR = 0u;
 const uint FILTER_BOX = 1u;

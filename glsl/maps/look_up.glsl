@@ -1,10 +1,6 @@
 // The look-up of every technique with maps: which map answers, what the meshes leave, and the texels that are averaged.
-// To use one elsewhere: define GOBO_SET (a descriptor set number, default 1) if set 1 is taken, include the technique's
-// visibility.glsl, and bind
-//   bindings 0 to 2  what maps/look_up_set.glsl says
-//   binding 3…       what the technique says
-// with the specialization constants that it was built with, and FILTER and FILTER_RADIUS of maps/filter.glsl. A point
-// light's faces have room for every filter about their 90 degrees, so that no look-up needs two of them.
+// Bindings 0 to 2 are what maps/look_up_set.glsl says, from 3 on what the technique says. A point light's faces have room for
+// every filter about their 90 degrees, so that no look-up needs two of them.
 // Bound by maps::Maps::look_up.
 #ifndef MAPS_LOOK_UP_GLSL
 #define MAPS_LOOK_UP_GLSL

@@ -1,7 +1,8 @@
 // What every look-up through maps is given. Bound by maps::Maps::look_up.
-//   binding 0  readonly buffer: Light[] (world/light.glsl)
-//   binding 1  readonly buffer: Map[] (world/light.glsl)
-//   binding 2  sampler2D, of which nothing is filtered: the opaque map of maps/opaque.glsl (any 1×1 image where has_opaque is 0)
+//   binding 0  lights (world/light.glsl)
+//   binding 1  maps of all lights (world/light.glsl)
+//   binding 2  the opaque map of maps/opaque.glsl: depths in red, D32_SFLOAT, D16_UNORM or R32_SFLOAT, fetched and gathered but not
+//              filtered (any 1×1 image where has_opaque is 0)
 #ifndef MAPS_LOOK_UP_SET_GLSL
 #define MAPS_LOOK_UP_SET_GLSL
 #include "world/light.glsl"

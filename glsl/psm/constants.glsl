@@ -3,7 +3,7 @@
 #ifndef PSM_CONSTANTS_GLSL
 #define PSM_CONSTANTS_GLSL
 
-CONSTANT(uint, SLICES, 256u)   // divisible by 4
+CONSTANT(uint, SLICES, 256u)   // of a volume; divisible by 4
 CONSTANT(bool, SPLIT, false)     // a caster is shared by the two slices about its centre
 CONSTANT(bool, ADDITIVE, false)  // optical depths are added, and what is lost of the light is kept
 CONSTANT(uint, LAYERS, 64u)      // of a map: SLICES / 4, and one more for COVERAGE_VIEWPORT

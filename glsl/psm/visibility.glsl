@@ -1,8 +1,9 @@
 // Particle shadow map look-up: how much of light `light` reaches `position`, 0 to 1. Source: Bavoil and Jansen 2013, Step 4.
 //
-// Bindings 0 to 2: maps/look_up.glsl, which says how to use this elsewhere. Then
-//   binding 3  sampler3D: the volume (psm/constants.glsl), linear, its border 1, or 0 where ADDITIVE
+// Bindings 0 to 2: maps/look_up_set.glsl. Then
+//   binding 3  the volume (psm/constants.glsl), R8G8B8A8_UNORM or R16G16B16A16_SFLOAT, linear, its border 1, or 0 where ADDITIVE
 // Specialization constants SLICES, ADDITIVE and LAYERS as the volume was built.
+// flat: bindings 24, constants 48: SLICES LAYERS ADDITIVE FILTER FILTER_RADIUS
 //
 // Slice k holds what is left behind all casters of the slices 0 to k, which is so at its far face, the depth
 // (k + 1) / SLICES: there it is taken to stand, and in between the values are interpolated. (Taken to stand at the slice's

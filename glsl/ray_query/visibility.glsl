@@ -4,11 +4,11 @@
 // closely as it may have been rounded does not count, at whatever distance the ray meets it: what is flat does not shadow
 // itself at any angle. Nor does what is so near along the ray.
 //
-// To use this elsewhere: define GOBO_SET (a descriptor set number, default 1) if set 1 is taken, and bind
-//   binding 0  readonly buffer: Light[] (world/light.glsl)
-//   binding 1  accelerationStructureEXT: an instance of all triangles; the index of a primitive is its place in
-//   binding 2  readonly buffer: Triangle[] (world/triangle.glsl)
-//   binding 3  readonly buffer: the largest coordinate of the meshes, either sign
+//   binding 0  lights (world/light.glsl)
+//   binding 1  an instance of all triangles; the index of a primitive is its place in
+//   binding 2  triangles (world/triangle.glsl)
+//   binding 3  the largest coordinate of the meshes, either sign
+// flat: bindings 32, constants 64:
 #extension GL_EXT_ray_query : require
 #include "world/light.glsl"
 #include "world/triangle.glsl"

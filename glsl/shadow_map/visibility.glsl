@@ -3,11 +3,12 @@
 // The texel that the point's ray goes through and those about it, PCF a side: each is compared by itself, and all count
 // the same. A wide filter fetches four at once.
 //
-// To use this elsewhere: define GOBO_SET (a descriptor set number, default 1) if set 1 is taken, bind what
-// maps/look_up_set.glsl says, and set the specialization constant PCF as the map was made for.
+// Bindings 0 to 2: maps/look_up_set.glsl. The specialization constant PCF is what the map was made for.
+// flat: bindings 40, constants 80: PCF GATHERS
 #include "maps/look_up_set.glsl"
 #include "maps/opaque.glsl"
 
+// Texels a side that are compared.
 CONSTANT(uint, PCF, 1u)
 
 // Whether texels are gathered, four in a fetch, and not fetched one by one.

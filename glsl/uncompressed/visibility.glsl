@@ -1,5 +1,9 @@
 // Look-up in the whole per-texel list: exact at texel centres, as slow as the lists are long. The yardstick of Intel's
-// 2010 demonstration. Bindings 0 to 2: maps/look_up.glsl; then heads (the maps one above the other) and segments.
+// 2010 demonstration.
+// Bindings 0 to 2: maps/look_up_set.glsl. Then
+//   binding 3  the first segment of each texel's list, R32_UINT, the maps one above the other
+//   binding 4  segments, as list/segments.glsl has them in memory
+// flat: bindings 56, constants 112: FILTER FILTER_RADIUS
 #include "list/segments.glsl"
 #include "maps/look_up.glsl"
 

@@ -1,13 +1,13 @@
 // Voxel grid look-up: 1 where no voxel between `position` and light `light` is occupied, else 0. Sources: Pestana 2015 (even
 // steps); Amanatides and Woo 1987 (every voxel). Twin: reference::twin::grid::Bits.
 //
-// To use this elsewhere: define GOBO_SET (a descriptor set number, default 1) if set 1 is taken, and bind
-//   binding 0  readonly buffer: Light[] (world/light.glsl)
-//   binding 1  readonly buffer: Grid (grid/grid.glsl)
-//   binding 2  readonly buffer: uint[], its bits
-//   binding 3  readonly buffer: uint[], its media (grid/media.glsl), or any where MEDIA is false
-//   binding 4  readonly buffer: uint[], their bits, likewise
-//   binding 5  readonly buffer: uint[], its cells (grid/cells.glsl), or any where CONE is false
+//   binding 0  lights (world/light.glsl)
+//   binding 1  the grid (grid/grid.glsl)
+//   binding 2  its bits
+//   binding 3  its media (grid/media.glsl), or any buffer where MEDIA is false
+//   binding 4  their bits, likewise
+//   binding 5  its cells (grid/cells.glsl), or any buffer where CONE is false
+// flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE
 #include "world/light.glsl"
 #include "grid/grid.glsl"
 
@@ -28,8 +28,9 @@ CONSTANT(uint, GRID_SIZE, 256u)
 #include "grid/march_cone.glsl"
 #include "grid/march_media.glsl"
 
-// Even steps, and where in each; 0: every voxel.
+// Even steps; 0: every voxel.
 CONSTANT(uint, MARCH_STEPS, 0u)
+// Where in each step.
 CONSTANT(float, MARCH_OFFSET, 0.5)
 
 // A consumer that dithers says here where in each step (x), or where across a voxel (y and z), a look-up is asked, from 0 to 1; below
@@ -39,8 +40,9 @@ vec3 look_up_dither = vec3(-1.0);
 // Whether there is smoke or hair.
 CONSTANT(bool, MEDIA, false)
 
-// Whether meshes are asked by a cone, and how much its radius grows along it.
+// Whether meshes are asked by a cone.
 CONSTANT(bool, CONE, false)
+// How much its radius grows along it.
 CONSTANT(float, CONE_SLOPE, 0.0)
 
 // What a receiver is moved by more than its voxels reach, in voxels.

@@ -59,7 +59,7 @@ impl Drop for Inner {
 }
 
 impl Resource {
-    fn kind(&self) -> vk::DescriptorType {
+    pub(super) fn kind(&self) -> vk::DescriptorType {
         match self {
             Self::Buffer(_) => vk::DescriptorType::STORAGE_BUFFER,
             Self::StorageImage(_) => vk::DescriptorType::STORAGE_IMAGE,
@@ -196,6 +196,21 @@ impl Bindings {
     /// The kind of each binding.
     pub(super) fn kinds(&self) -> Vec<vk::DescriptorType> {
         self.0.resources.lock().unwrap_or_else(PoisonError::into_inner).iter().map(Resource::kind).collect()
+    }
+
+    /// Its resources as they are now, each with its sampler: null for one that has none.
+    pub(super) fn parts(&self) -> Vec<(Resource, vk::Sampler)> {
+        let mut samplers = self.0.samplers.iter().copied();
+        let mut sampler = |resource: &Resource| match resource {
+            Resource::Sampled(..) | Resource::Gathered(_) => samplers.next().unwrap_or_default(),
+            _ => vk::Sampler::null(),
+        };
+        let resources = self.0.resources.lock().unwrap_or_else(PoisonError::into_inner);
+        resources.iter().map(|resource| (resource.clone(), sampler(resource))).collect()
+    }
+
+    pub(super) fn device(&self) -> &ash::Device {
+        self.0.context.device()
     }
 
     pub(super) fn layout(&self) -> vk::DescriptorSetLayout {

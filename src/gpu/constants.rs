@@ -14,6 +14,11 @@ impl<T> Constant<T> {
     pub const fn new(id: u32) -> Self {
         Self { id, value: PhantomData }
     }
+
+    /// Its id in the shaders of the program.
+    pub const fn id(&self) -> u32 {
+        self.id
+    }
 }
 
 /// What a specialization constant may hold: four bytes.
@@ -55,6 +60,11 @@ impl Constants {
     pub fn set<T: ConstantValue>(mut self, constant: Constant<T>, value: T) -> Self {
         self.0.insert(constant.id, value.word());
         self
+    }
+
+    /// The value of the constant of that id, as Vulkan takes it; none where it is not set.
+    pub fn word(&self, id: u32) -> Option<u32> {
+        self.0.get(&id).copied()
     }
 
     /// Ids, and their values in the same order.

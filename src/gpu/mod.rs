@@ -23,6 +23,7 @@ mod recorder;
 mod render;
 mod spirv;
 mod validation;
+mod write_into;
 
 pub use acceleration::AccelerationStructure;
 pub use bindings::{Bindings, Border, Resource};

@@ -1,0 +1,115 @@
+//! What stands at the top of a flat file: what it answers, what it is given, what it needs.
+
+use crate::flat::{Binding, Constant, Flat};
+use crate::units::{Kind, Unit};
+
+/// Columns of a line of comment.
+const WIDTH: usize = 118;
+
+/// What a device must have for an extension of GLSL.
+fn needs(extension: &str) -> Option<&'static str> {
+    match extension {
+        "GL_EXT_scalar_block_layout" => Some("scalarBlockLayout"),
+        "GL_EXT_ray_query" => {
+            Some("rayQuery and accelerationStructure (VK_KHR_ray_query, VK_KHR_acceleration_structure)")
+        }
+        _ => None,
+    }
+}
+
+/// Text as lines of comment, the first behind `first`, the others as far in as `indent`.
+fn wrapped(first: &str, indent: usize, text: &str) -> String {
+    let (mut all, mut line) = (String::new(), format!("// {first}"));
+    for word in text.split_whitespace() {
+        if line.chars().count() + 1 + word.chars().count() > WIDTH {
+            all += line.trim_end();
+            all.push('\n');
+            line = format!("//{}", " ".repeat(indent));
+        }
+        if !line.ends_with(' ') {
+            line.push(' ');
+        }
+        line += word;
+    }
+    all + line.trim_end() + "\n"
+}
+
+/// The first words that a technique's own file says.
+fn answers(units: &[Unit], technique: &str) -> String {
+    let own = |unit: &&Unit| unit.kind == Kind::Comment && unit.file.starts_with(&format!("{technique}/"));
+    let lines = units.iter().find(own).map(|unit| &unit.comment[..]).unwrap_or_default();
+    let lines = lines.iter().map(|line| line.trim_start_matches('/').trim());
+    let ends =
+        |line: &str| line.is_empty() || ["Binding", "binding", "flat:"].iter().any(|word| line.starts_with(word));
+    lines.take_while(|line| !ends(line)).collect::<Vec<_>>().join(" ")
+}
+
+fn binding(binding: &Binding) -> String {
+    let Binding { number, name, descriptor, glsl, stride, about } = binding;
+    let size = match stride {
+        0 => String::new(),
+        _ if glsl.ends_with("[]") => format!(", {stride} bytes each"),
+        _ => format!(", {stride} bytes"),
+    };
+    let what = if *descriptor == "STORAGE_BUFFER" { "readonly buffer " } else { "" };
+    wrapped(&format!("  +{number}"), 6, &format!("{what}{glsl}{size} ({name}): {about}"))
+}
+
+fn constant(id: usize, constant: &Constant, prefix: &str) -> String {
+    let Constant { name, glsl, default, about } = constant;
+    wrapped(&format!("  +{id:<2}"), 6, &format!("{glsl} {prefix}{name}, by default {default}: {about}"))
+}
+
+/// A variable that a consumer may set before it asks.
+fn variable(unit: &Unit, renamed: &str) -> Option<String> {
+    let is_free = unit.kind == Kind::Variable && !renamed.starts_with("const") && !renamed.starts_with("layout");
+    let about = unit.comment.iter().map(|l| l.trim_start_matches('/').trim()).collect::<Vec<_>>().join(" ");
+    is_free.then(|| wrapped(&format!("  {}", renamed.trim_end_matches(';')), 6, &format!(": {about}")))
+}
+
+/// All of it. `names`: what names and macros begin with.
+pub fn head(
+    flat: &Flat,
+    technique: &str,
+    extensions: &[String],
+    units: &[Unit],
+    (prefix, macros): (&str, &str),
+    renamed: impl Fn(&Unit) -> String,
+) -> String {
+    let mut text = wrapped("", 1, &answers(units, technique));
+    text += "//\n";
+    text += &wrapped(
+        "",
+        1,
+        &format!(
+            "Made by Gobo {} from glsl/{technique}/; MIT or Apache-2.0. Include it behind #version 460. Every global name begins \
+             with {prefix} or {macros}, every other with gobo_; comments say names without that. Files of several techniques may be \
+             included in one shader.",
+            env!("CARGO_PKG_VERSION")
+        ),
+    );
+    text += "//\n// Functions\n";
+    text += &format!("//   float {prefix}visibility(uint light, vec3 position)\n");
+    text += "//      How much of light `light` reaches `position`, world units: 1 all of it, 0 none.\n";
+    text += &format!("//   vec3 {prefix}receiver(uint light, vec3 position, vec3 normal)\n");
+    text += "//      Where to ask for it of a point of a surface; `normal`: unit length, on the side that light is asked for.\n";
+    let free: Vec<_> = units.iter().filter_map(|unit| variable(unit, &renamed(unit))).collect();
+    if !free.is_empty() {
+        text += &format!("// Variables that may be set before\n{}", free.concat());
+    }
+    let (set, first) = (format!("{macros}SET"), format!("{macros}BINDING"));
+    text += &format!("// Bindings, from {first} on (by default {}) in set {set} (by default 1)\n", flat.first_binding);
+    flat.bindings.iter().for_each(|b| text += &binding(b));
+    if !flat.constants.is_empty() {
+        text += &format!(
+            "// Specialization constants, from id {macros}CONSTANT on (by default {}); what is built says their values\n",
+            flat.first_constant
+        );
+    }
+    flat.constants.iter().enumerate().for_each(|(id, c)| text += &constant(id, c, prefix));
+    let names: Vec<_> = extensions.iter().map(|e| e.split_whitespace().next().unwrap_or_default()).collect();
+    let features: Vec<_> = names.iter().filter_map(|name| needs(name)).collect();
+    let features = if features.is_empty() { "none beyond Vulkan 1.2".into() } else { features.join(", ") };
+    text += &wrapped("Needs", 1, &format!("Vulkan 1.2; features: {features}; GLSL: {}", names.join(", ")));
+    text
+}

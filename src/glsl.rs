@@ -1,0 +1,135 @@
+//! GLSL for other programs: the look-up of each technique as one file, and what gives it its descriptors and constants.
+//!
+//! [`file`] is a technique's file: it includes nothing, every global name in it begins with `gobo_` and the technique's name,
+//! and the numbers of its bindings and constants stay what they are from version to version. At its top it says all that it is
+//! given. Build.rs makes it from glsl/ (build/flat.rs).
+//!
+//! ```
+//! let avsm = gobo::glsl::file("avsm")?;
+//! let shader = format!(
+//!     "#version 460\n#define GOBO_AVSM_SET 0\n#define GOBO_AVSM_BINDING 4\n{}\n{}",
+//!     avsm.text, "void main() { float lit = gobo_avsm_visibility(0u, vec3(0.0)); }",
+//! );
+//! # assert!(shader.contains("float gobo_avsm_visibility("));
+//! # Ok::<(), gobo::Error>(())
+//! ```
+
+use crate::error::did_you_mean;
+use crate::shaders::{Folder, constant};
+use crate::technique::Answer;
+use crate::{Error, Result};
+use ash::vk;
+
+/// The look-up of a technique, in one file.
+#[derive(Debug)]
+pub struct File {
+    /// `beer-shadow-map`; in names of the file `beer_shadow_map`.
+    pub technique: &'static str,
+    /// GLSL, to be put behind `#version 460`.
+    pub text: &'static str,
+    /// The number of its first binding, where GOBO_AVSM_BINDING is not defined. No two files share one.
+    pub first_binding: u32,
+    /// The id of its first specialization constant, where GOBO_AVSM_CONSTANT is not defined. No two files share one.
+    pub first_constant: u32,
+    /// What it is given, by number.
+    pub bindings: &'static [Binding],
+    /// What it is specialized by, by id: that of `constants[i]` is the first and i more.
+    pub constants: &'static [Constant],
+}
+
+/// A binding of a [`File`].
+#[derive(Debug)]
+pub struct Binding {
+    /// Counted from the file's first.
+    pub number: u32,
+    /// What the file calls it.
+    pub name: &'static str,
+    /// What it is to Vulkan.
+    pub descriptor: vk::DescriptorType,
+    /// What it is to GLSL: `gobo_avsm_Light[]`, `sampler2D`.
+    pub glsl: &'static str,
+    /// Bytes of a buffer's element, or of all of a buffer that is no array, in scalar layout; 0 of what is no buffer.
+    pub stride: u32,
+    /// What is in it.
+    pub about: &'static str,
+}
+
+/// A specialization constant of a [`File`].
+#[derive(Debug)]
+pub struct Constant {
+    /// Without the file's prefix.
+    pub name: &'static str,
+    /// `uint`, `int`, `float` or `bool`.
+    pub glsl: &'static str,
+    /// The value where it is not set, as GLSL writes it.
+    pub default: &'static str,
+    /// What it means.
+    pub about: &'static str,
+    /// Its id in the program's own shaders.
+    inside: u32,
+}
+
+include!(concat!(env!("OUT_DIR"), "/glsl.rs"));
+
+/// The file of a technique: `avsm`, `beer-shadow-map`.
+///
+/// # Errors
+/// [`Error::Input`] where there is none, with the names of those that there are.
+pub fn file(technique: &str) -> Result<&'static File> {
+    let line = |text: &str| text.replace(char::is_control, "?");
+    FILES.iter().find(|file| file.technique == technique).ok_or_else(|| {
+        let known: Vec<_> = FILES.iter().map(|file| file.technique).collect();
+        let (name, _) = technique.split_once(':').unwrap_or((technique, ""));
+        if known.contains(&name) {
+            let cause = "one file is for all settings of a technique";
+            return Error::input(line(technique), cause, format!("write {name}"));
+        }
+        let cause = format!("no technique has such a look-up{}", did_you_mean(technique, known.iter().copied()));
+        Error::input(line(&format!("\"{technique}\"")), cause, format!("choose from: {}", known.join(", ")))
+    })
+}
+
+impl File {
+    /// That of an answer's technique.
+    pub fn of(folder: Folder) -> &'static Self {
+        &FILES[folder.place()]
+    }
+}
+
+impl Answer<'_> {
+    /// The technique's file.
+    pub fn file(&self) -> &'static File {
+        File::of(self.folder)
+    }
+
+    /// The bindings of the technique's file for a descriptor set of one's own, from `first_binding` on, for all stages.
+    pub fn layout(&self, first_binding: u32) -> Vec<vk::DescriptorSetLayoutBinding<'static>> {
+        let slot = |binding: &Binding| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(first_binding + binding.number)
+                .descriptor_type(binding.descriptor)
+                .descriptor_count(1)
+                .stage_flags(vk::ShaderStageFlags::ALL)
+        };
+        self.file().bindings.iter().map(slot).collect()
+    }
+
+    /// Ids and values of the specialization constants of the technique's file, its first id being `first_id`; those that keep
+    /// their defaults are left out. They say how the technique was opened, and change no more.
+    pub fn specialization(&self, first_id: u32) -> Vec<(u32, u32)> {
+        let constants = (first_id..).zip(self.file().constants);
+        constants.filter_map(|(id, constant)| Some((id, self.constants.word(constant.inside)?))).collect()
+    }
+
+    /// Writes what the look-up is given into a descriptor set of one's own, from `first_binding` on. Buffers of a look-up are
+    /// replaced as they grow: write again after each build that grew ([`crate::technique::Settled::Grew`]).
+    ///
+    /// # Safety
+    /// `set` is of the device that the technique was opened on and has the bindings of [`Answer::layout`]; no command that is
+    /// pending uses them, and the technique outlives the commands that do.
+    #[allow(unsafe_code)]
+    pub unsafe fn write_into(&self, set: vk::DescriptorSet, first_binding: u32) {
+        // SAFETY: the caller says so.
+        unsafe { self.bindings.write_into(set, first_binding) }
+    }
+}
