@@ -174,7 +174,7 @@ fn built(
                 nodes => nodes,
             };
             let size = spec.number("size");
-            let words = world.scene().map_count() * (size * size * pairs * 2) as usize;
+            let words = world.map_count() * (size * size * pairs * 2) as usize;
             avsm.technique.curves().write(&vec![junk; words])?;
             avsm.build(world)?;
             hash.words(&avsm.technique.curves().read(words)?);
@@ -233,7 +233,7 @@ fn hashes(context: &Context, world: &World, points: &[Vec<[f32; 3]>], text: &str
             [0, 1].map(|i| first[i].clone().filter(|_| first[i] == second[i]).unwrap_or("-".into()))
         }
         (Err(Error::Refused { .. }), _) => ["refused".into(), "refused".into()],
-        (Err(error), _) | (_, Err(error)) => panic!("{} {text}: {error}", world.scene().name),
+        (Err(error), _) | (_, Err(error)) => panic!("{} {text}: {error}", world.name()),
     }
 }
 

@@ -40,13 +40,15 @@ fn camera(scene: &Scene, size: [u32; 2]) -> View {
 }
 
 fn drawn(context: &Context, built: &Built, size: [u32; 2], shading: Shading, lighting: Lighting) -> Picture {
-    let renderer = Renderer::new(context, &built.world, &camera(built.world.scene(), size)).expect("a renderer");
+    let renderer = Renderer::new(context, &built.world, &camera(built.world.scene().expect("of a scene"), size))
+        .expect("a renderer");
     renderer.picture(&built.technique.technique.answer(), shading, lighting).expect("drawn")
 }
 
 /// A frame, and what it left on the device.
 fn seen(context: &Context, built: &Built, size: [u32; 2]) -> (Picture, PartsSeen) {
-    let renderer = Renderer::new(context, &built.world, &camera(built.world.scene(), size)).expect("a renderer");
+    let renderer = Renderer::new(context, &built.world, &camera(built.world.scene().expect("of a scene"), size))
+        .expect("a renderer");
     let answer = built.technique.technique.answer();
     let kernels = renderer.kernels(&answer, Shading::Interleaved, Lighting::Fragment).expect("kernels");
     let passes = renderer.draw(&kernels).expect("drawn");

@@ -40,13 +40,15 @@ pub fn camera(scene: &Scene, size: [u32; 2]) -> View {
 
 /// The settled picture of what stands still.
 pub fn picture(context: &Context, built: &Built, size: [u32; 2], shading: Shading) -> Picture {
-    let renderer = Renderer::new(context, &built.world, &camera(built.world.scene(), size)).expect("a renderer");
+    let renderer = Renderer::new(context, &built.world, &camera(built.world.scene().expect("of a scene"), size))
+        .expect("a renderer");
     renderer.picture(&built.technique.technique.answer(), shading, Lighting::Fragment).expect("drawn")
 }
 
 /// What one frame leaves on the device, drawn from scratch.
 pub fn seen(context: &Context, built: &Built, size: [u32; 2], tiled: Tiled) -> TilesSeen {
-    let renderer = Renderer::new(context, &built.world, &camera(built.world.scene(), size)).expect("a renderer");
+    let renderer = Renderer::new(context, &built.world, &camera(built.world.scene().expect("of a scene"), size))
+        .expect("a renderer");
     let answer = built.technique.technique.answer();
     let kernels = renderer.kernels(&answer, Shading::Tiled(tiled), Lighting::Fragment).expect("kernels");
     renderer.draw(&kernels).expect("drawn");
@@ -141,7 +143,7 @@ fn what_has_no_room_is_refused() {
             assert!(error.to_string().contains("maxStorageBufferRange"), "{error}");
         }
         let built = build(context, &lamps::lamps(2), "voxel-grid:size=64");
-        let scene = built.world.scene();
+        let scene = built.world.scene().expect("of a scene");
         let mut renderer = Renderer::new(context, &built.world, &camera(scene, [32, 32])).expect("a renderer");
         let error = renderer.look(&built.world, &camera(scene, [32, 33])).expect_err("another size");
         assert!(error.to_string().contains("[32, 33]"), "{error}");

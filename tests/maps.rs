@@ -71,7 +71,7 @@ fn twins(scene: &Scene, size: u32) -> Vec<[View; 2]> {
         let bounds = fit::bounds([&map.volume, &map.opaque], &casters, &vertices);
         fit::fit([map.volume, map.opaque], bounds, casters.is_empty())
     };
-    Map::aimed(scene, size, OPAQUE_SIZE).into_iter().map(twin).collect()
+    Map::aimed(&scene.aim(), size, OPAQUE_SIZE).into_iter().map(twin).collect()
 }
 
 /// How far two views of the same map are apart, in shares of their size and of what floats resolve at their place.
@@ -152,7 +152,7 @@ fn no_extents_are_none() {
     let none = fit::Range::NONE;
     assert!(Extents::NONE.low.iter().all(|l| order::float_order(none.low.x) < *l));
     assert!(Extents::NONE.high.iter().all(|h| order::float_order(none.high.x) > *h));
-    let view = View::aimed(&scenes::nested(), 8, Casting::Volume)[0];
+    let view = View::aimed(&scenes::nested().aim(), 8, Casting::Volume)[0];
     assert_eq!(fit::bounds([&view; 2], &[], &[]), [none, none]);
 }
 

@@ -294,7 +294,7 @@ fn fused_equals_its_twin_with_many_threads() {
 
 fn fused(mut psm: Opened<Psm>, world: &World, spec: &Spec, what: &str) {
     psm.rebuild(world).expect(what);
-    let scene = world.scene();
+    let scene = world.scene().expect("of a scene");
     let (maps, casters, slices) = (scene.map_count(), scene.casters(), slices(spec));
     let behind = rays(&psm.technique, spec, maps);
     psm.rebuild(world).expect(what);

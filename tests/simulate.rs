@@ -246,7 +246,7 @@ fn the_grid_stands_where_it_is_told() {
             (place.origin, place.voxel, place.per_unit, 128)
         );
         assert!(running.simulation.grid().bits().expect("read") == running.rules.solid().words);
-        for mesh in &running.world.scene().meshes {
+        for mesh in &running.world.scene().expect("of a scene").meshes {
             assert!(gobo::scene::sides(mesh).iter().all(|side| side.sign() != 0) || mesh.name == "ground");
             let voxels = mesh.positions.iter().flat_map(|p| place.voxels(*p));
             assert!(voxels.into_iter().all(|v| (1.0..=127.0).contains(&v)), "{}", mesh.name);
@@ -274,7 +274,7 @@ fn techniques_shadow_with_what_is_simulated() {
                 let answers = ask(context, moved.technique.as_ref(), 0, &points);
                 running.world.read_back().expect("read");
                 let then = Scene::load("fountain:particles=3000", time_s).expect("in range");
-                assert!(running.world.scene().particles == then.particles, "{time_s} s");
+                assert!(running.world.scene().expect("of a scene").particles == then.particles, "{time_s} s");
                 let fresh = support::built(context, &then, text);
                 let begun = ask(context, fresh.as_ref(), 0, &points);
                 assert!(answers == begun, "{text} at {time_s} s");

@@ -415,7 +415,7 @@ fn what_does_not_fit_changes_nothing() {
             let text = error.to_string();
             assert!(matches!(error, Error::Input { .. }) && text.contains(what), "{text}");
             assert!(text.contains("make a new world") && !text.contains('\n'), "{text}");
-            assert_eq!((world.generations(), world.scene()), (&generations, &scene), "{what}");
+            assert_eq!((world.generations(), world.scene().expect("of a scene")), (&generations, &scene), "{what}");
             assert!(build(&mut avsm, &world, what).passes.is_empty(), "{what}: nothing has moved");
             avsm.rebuild(&world).expect(what);
             assert!(answers(context, avsm.technique.as_ref(), 2, &points) == before, "{what}: other answers");

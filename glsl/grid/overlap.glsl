@@ -29,6 +29,11 @@ Facet facet_of(vec3 a, vec3 b, vec3 c, uint size) {
     return facet;
 }
 
+// Whether it is one point, which casts nothing: so are triangles behind a count that only the device knows.
+bool facet_is_point(Facet facet) {
+    return facet.edges[0] == vec3(0.0) && facet.edges[1] == vec3(0.0) && facet.edges[2] == vec3(0.0);
+}
+
 // Seen along an axis: whether the voxel's square lies on the inner side of an edge. `from` is the edge's corner, as the voxel's
 // corner sees it.
 bool inside_edge(vec2 from, vec2 edge, float turn) {

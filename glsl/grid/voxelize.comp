@@ -46,6 +46,9 @@ void main() {
         return;
     }
     Facet facet = facet_at(i);
+    if (facet_is_point(facet)) {
+        return;
+    }
     ivec3 box = facet.last - facet.first + 1;
     int voxels = box.x * box.y * box.z;
     if (uint(voxels) > SMALL) {

@@ -60,5 +60,5 @@ void main() {
         vec2 place = low + 2.0 * (high - low) * vec2(corner == 1u, corner == 2u);
         at = corners[widest] + place.x * along + place.y * over;
     }
-    gl_Position = vec4(2.0 * at / float(grid.size) - 1.0, 0.5, 1.0);
+    gl_Position = facet_is_point(facet) ? vec4(2.0, 2.0, 0.5, 1.0) : vec4(2.0 * at / float(grid.size) - 1.0, 0.5, 1.0);
 }

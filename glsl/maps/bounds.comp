@@ -61,6 +61,9 @@ void main() {
     Seen casters_seen = Seen(uvec3(0xFFFFFFFFu), uvec3(0u)), meshes_seen = casters_seen;
     for (uint i = gl_GlobalInvocationID.x; i < caster_count; i += threads) {
         Caster caster = casters[i];
+        if (caster.radius == 0.0) {
+            continue;  // behind a count that only the device knows
+        }
         vec3 start = view_axes(view, caster.position - view.origin);
         if (all || sees(view, start, caster.radius)) {
             include(casters_seen, start, caster.radius);

@@ -7,7 +7,7 @@
 
 struct Caster {
     vec3 position;  // a sphere's centre, a strand's start
-    float radius;
+    float radius;   // 0 behind a count that only the device knows: it casts nothing
     vec3 axis;      // from a strand's start to its end; 0 for a sphere
     float density;  // a sphere's extinction, 1 / world unit; a strand's optical depth
 };
@@ -144,6 +144,9 @@ bool view_caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
         farthest = max(farthest, end.z);
     }
     low = high = vec2(2.0);
+    if (caster.radius == 0.0) {
+        return false;
+    }
     if (view.projection == VIEW_PERSPECTIVE && farthest + caster.radius <= view.near) {
         return false;
     }

@@ -37,8 +37,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let scene = load(&arguments.scene, &arguments.load)?;
     // A picture of nothing is one; a bake of nothing is a mistake.
-    if !spec.entry.casts.are_in(&scene) {
-        return Err(spec.entry.casts_from_nothing(&scene));
+    if !spec.entry.casts.are_in(scene.kinds()) {
+        return Err(spec.entry.casts_from_nothing(&scene.name));
     }
     // What is wrong with the place is found before a bake that takes minutes.
     let (store, name) = place(&arguments.out)?;

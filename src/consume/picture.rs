@@ -83,7 +83,7 @@ impl Renderer {
         let distance = image("picture.distance", Format::R32_SFLOAT, ImageUse::Color)?;
         let camera_data = Buffer::with_data(context, "picture.camera", &[*camera])?;
         let order = Buffer::new(context, "picture.order", 4 * u64::from(world.caster_capacity()), Memory::Device)?;
-        order.write(&far_to_near(world.scene(), camera))?;
+        order.write(&far_to_near(world.scene()?, camera))?;
         let buffers = [&world.lights, &camera_data, &world.triangles, &world.casters, &order, &world.sides];
         let resources = buffers.map(|buffer| Resource::Buffer(buffer.clone()));
         let textures = [albedo.clone(), normal.clone(), distance.clone()].map(Resource::Texture);
@@ -99,7 +99,7 @@ impl Renderer {
             distance,
             color_format,
             lights: world.lights.clone(),
-            light_count: world.scene().lights.len() as u32,
+            light_count: world.light_count(),
             camera: *camera,
             camera_data,
             order,
@@ -122,7 +122,7 @@ impl Renderer {
         if *camera != self.camera {
             self.camera_data.write(&[*camera])?;
         }
-        self.order.write(&far_to_near(world.scene(), camera))?;
+        self.order.write(&far_to_near(world.scene()?, camera))?;
         (self.camera, self.caster_count) = (*camera, world.caster_count());
         Ok(())
     }

@@ -34,10 +34,15 @@ struct Inner {
     name: String,
     bytes: u64,
     memory: Memory,
+    /// Who made it destroys it.
+    theirs: bool,
 }
 
 impl Drop for Inner {
     fn drop(&mut self) {
+        if self.theirs {
+            return;
+        }
         // SAFETY: recorded commands keep a clone, so the device no longer uses the buffer.
         unsafe { self.context.device().destroy_buffer(self.handle, None) };
         if let Some(allocation) = self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner).take() {
@@ -86,8 +91,9 @@ impl Buffer {
         // SAFETY: `info` is complete.
         let handle = fault::creation(|| unsafe { device.create_buffer(&info, None) })
             .map_err(|r| vk_error("create buffer", name, r))?;
+        let (context_kept, allocation) = (context.clone(), Mutex::new(None));
         let inner =
-            Inner { context: context.clone(), handle, allocation: Mutex::new(None), name: name.into(), bytes, memory };
+            Inner { context: context_kept, handle, allocation, name: name.into(), bytes, memory, theirs: false };
         // SAFETY: the buffer was just created.
         let mut requirements = unsafe { device.get_buffer_memory_requirements(handle) };
         requirements.alignment = requirements.alignment.max(ALIGNMENT);
@@ -120,6 +126,30 @@ impl Buffer {
         let buffer = Self::new(context, name, size_of_val(data) as u64, Memory::Device)?;
         buffer.write(data)?;
         Ok(buffer)
+    }
+
+    /// A buffer of the caller's, of `bytes`, of which passes read. It is never destroyed here.
+    ///
+    /// # Safety
+    /// The handle is a buffer of this context's device, of that size, bound to memory, made with STORAGE_BUFFER, and, where it is
+    /// copied from or read back, with TRANSFER_SRC; and it lives until the last frame that uses it is over.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where `bytes` exceeds the device's largest storage buffer.
+    pub unsafe fn adopt(context: &Context, name: &str, handle: vk::Buffer, bytes: u64) -> Result<Self> {
+        let (context, allocation) = (context.clone(), Mutex::new(None));
+        let limit = u64::from(context.features().max_storage_buffer_range);
+        let (name, memory) = (name.into(), Memory::Device);
+        let buffer = Self(Arc::new(Inner { context, handle, allocation, name, bytes, memory, theirs: true }));
+        if bytes <= limit {
+            return Ok(buffer);
+        }
+        Err(buffer.error("adopt buffer", format!("{bytes} bytes, and this device binds at most {limit}")))
+    }
+
+    /// Whether both are clones of one.
+    pub fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
     }
 
     /// Writes `data` to the start of the buffer.

@@ -167,7 +167,7 @@ impl Grid {
         let Plan { size, voxelizer, cones, media, stands } = *plan;
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
         let bits = zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
-        let listed = LISTS_BYTES + 4 * u64::from(world.triangle_count().max(1));
+        let listed = LISTS_BYTES + 4 * u64::from(world.triangle_capacity().max(1));
         let large = Buffer::new(context, "grid.large", listed, Memory::Device)?;
         let resources = [&data, &bits, &world.triangles, &large].map(|buffer| Resource::Buffer(buffer.clone()));
         let set = Bindings::new(context, "grid", &resources)?;

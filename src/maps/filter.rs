@@ -1,8 +1,9 @@
 //! How a look-up averages texels, for all techniques with a map of texels. Twin: glsl/maps/filter.glsl.
 
 use crate::gpu::Constants;
-use crate::scene::{Scene, gutter_texels};
+use crate::scene::gutter_texels;
 use crate::shaders::constant::{FILTER, FILTER_RADIUS};
+use crate::world::World;
 use crate::{Error, Result};
 
 /// How texels are weighed. Twins: FILTER_BILINEAR and so on.
@@ -40,12 +41,11 @@ impl Filter {
     ///
     /// # Errors
     /// [`Error::Input`] where they are too small for it.
-    pub fn check(self, scene: &Scene, size: u32) -> Result<()> {
+    pub fn check(self, world: &World, size: u32) -> Result<()> {
         let bilinear = self.kind == FilterKind::Bilinear;
         // One texel more than the filter reaches, against rounding.
         let needed = if bilinear { 1 } else { self.radius + 1 };
-        let has_faces = scene.lights.iter().any(|light| light.map_count() > 1);
-        if has_faces && (size < 4 || needed > gutter_texels(size)) {
+        if world.has_faces() && (size < 4 || needed > gutter_texels(size)) {
             let cause = "too small for this filter across the edges of a point light's faces";
             let least = if bilinear { 4 } else { 8 * needed };
             let way_out = format!("use size={least} or more, or a smaller radius=");

@@ -88,7 +88,7 @@ impl Fit {
             caster_count: casters,
             triangle_count: triangles,
             threads: 64 * groups,
-            see_all: u32::from(!world.scene().strands.is_empty()),
+            see_all: u32::from(world.shows_strands()),
         };
         commands.pass("maps.bounds", |pass| pass.dispatch(&self.bounds, &push, [groups, 1, count]));
         let push = FitPush { map_count: count, only_meshes: u32::from(casters == 0) };

@@ -38,7 +38,7 @@ pub use uses::{Entries, Use};
 use self::fit::Fit;
 use self::opaque::Opaque;
 use crate::gpu::{Bindings, Buffer, Commands, Context, Memory, Resource};
-use crate::scene::{Casting, Scene, View};
+use crate::scene::{Aim, Casting, View};
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
@@ -68,12 +68,12 @@ fn cut_short(place: &str) -> Error {
 }
 
 impl Map {
-    /// The maps of all lights of `scene`, those of the first light first, with volume maps of `size` texels a side and
+    /// The maps of all lights, those of the first light first, with volume maps of `size` texels a side and
     /// opaque maps of `opaque_size` where there are meshes, before they are fitted ([`View::aimed`]).
-    pub fn aimed(scene: &Scene, size: u32, opaque_size: u32) -> Vec<Self> {
-        let opaque_size = if scene.has_triangles() { opaque_size } else { 1 };
-        let volumes = View::aimed(scene, size, Casting::Volume).into_iter();
-        let opaques = View::aimed(scene, opaque_size, Casting::Opaque);
+    pub fn aimed(aim: &Aim, size: u32, opaque_size: u32) -> Vec<Self> {
+        let opaque_size = if aim.has_triangles { opaque_size } else { 1 };
+        let volumes = View::aimed(aim, size, Casting::Volume).into_iter();
+        let opaques = View::aimed(aim, opaque_size, Casting::Opaque);
         volumes.zip(opaques).map(|(volume, opaque)| Self { volume, opaque }).collect()
     }
 }
@@ -128,14 +128,14 @@ impl Maps {
     }
 
     fn seeing(context: &Context, world: &World, size: u32, opaque: OpaqueMaps, seen: Parts) -> Result<Self> {
-        let count = world.scene().map_count();
+        let count = world.map_count();
         if !(1..=MAX_MAPS).contains(&count) {
             let cause =
                 format!("{count} maps (six for a point light, one for any other), and 1 to {MAX_MAPS} are built");
-            let name = format!("the lights of {}", world.scene().name);
+            let name = format!("the lights of {}", world.name());
             return Err(Error::input(name, cause, "change the number of lights"));
         }
-        let all = Map::aimed(world.scene(), size, opaque.size);
+        let all = Map::aimed(&world.aim(), size, opaque.size);
         let buffer = Buffer::with_data(context, "maps", &all)?;
         let fitted = Buffer::new(context, "maps.fitted", buffer.bytes(), Memory::Readback)?;
         let one = all.first().map_or([1, 1], |m| [m.opaque.width, m.opaque.height]);
@@ -230,7 +230,7 @@ impl Maps {
     pub fn fit(&mut self, commands: &mut Commands, world: &World) {
         (self.fits, self.moves) = (self.views.make(world), self.orders.make(world));
         if self.fits {
-            let aimed = Map::aimed(world.scene(), self.size, self.opaque_size);
+            let aimed = Map::aimed(&world.aim(), self.size, self.opaque_size);
             let casters = if self.sees_casters { world.caster_count() } else { 0 };
             self.fit.record(commands, world, casters, &self.buffer, &aimed);
             commands.read_back(&self.buffer, &self.fitted);

@@ -185,10 +185,10 @@ impl Opaque {
         }
     }
 
-    /// Draws the meshes as the lights see them. No pass where there are none.
+    /// Draws the meshes as the lights see them. No pass where there may be none.
     pub(super) fn record(&mut self, commands: &mut Commands, world: &World, count: u32) {
         let vertices = 3 * world.triangle_count();
-        if vertices == 0 {
+        if world.triangle_capacity() == 0 {
             return;
         }
         let kernel = match &mut self.drawn {

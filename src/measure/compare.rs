@@ -198,11 +198,11 @@ impl Case<'_> {
     /// as it would be were its truth a smaller one.
     pub fn measure(&mut self, spec: &Spec) -> (Row, Option<Drawn>) {
         let mut row = Row {
-            scene: self.world.scene().name.clone(),
+            scene: self.world.name().into(),
             technique: spec.entry.name.into(),
             variant: spec.variant(),
             path: spec.value("path").into(),
-            unseen: spec.entry.casts.unseen_of(self.world.scene()),
+            unseen: spec.entry.casts.unseen_of(self.world.kinds()),
             ..Row::default()
         };
         match self.fill(spec, &mut row) {
@@ -247,7 +247,7 @@ impl Case<'_> {
             // In the picture casters are blended by depth, in an order that the host makes.
             self.world.read_back()?;
         }
-        let camera = self.camera(self.effort.picture);
+        let camera = self.camera(self.effort.picture)?;
         let renderer = Renderer::new(self.context, &self.world, &camera)?;
         let kernels = renderer.kernels(&opened.technique.answer(), shading, lighting)?;
         let mut drawn = self.time_draws(shading, || renderer.draw(&kernels))?;
@@ -310,9 +310,9 @@ impl Case<'_> {
         }
     }
 
-    pub(super) fn camera(&self, size: [u32; 2]) -> View {
-        let scene = self.world.scene();
-        View::camera(&scene.camera, scene, size)
+    pub(super) fn camera(&self, size: [u32; 2]) -> Result<View> {
+        let scene = self.world.scene()?;
+        Ok(View::camera(&scene.camera, scene, size))
     }
 
     /// What the map points say beside their error.

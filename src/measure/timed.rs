@@ -71,7 +71,7 @@ impl Case<'_> {
 
     fn time_builds_once(&mut self, technique: &mut Opened, lifetime: Lifetime, shading: Shading) -> Result<Timed> {
         let count = if self.frames.count() > 1 { self.frames.count() } else { self.effort.frames };
-        let camera = self.camera(self.effort.picture);
+        let camera = self.camera(self.effort.picture)?;
         let drawing = |simulation| Drawing::new(self.context, &self.world, simulation, &camera, technique, shading);
         let drawing = self.simulation.as_ref().map(drawing).transpose()?;
         // A software device waits between passes either way, and a bake takes long. Where the world moves, a second build of the same

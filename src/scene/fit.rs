@@ -1,9 +1,8 @@
 //! Views of lights, fitted to what they see. The device does the same in f32 (glsl/maps/bounds.comp, fit.comp).
 
 use super::view::{across, caster_spheres, lasting_spheres, mesh_points, some_up, vec};
-use super::{FACES, LightKind, Projection, Scene, View};
+use super::{FACES, Light, LightKind, Projection, Scene, View};
 use glam::DVec3;
-use std::cell::LazyCell;
 
 /// What a view is fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,8 +42,27 @@ fn face_tangent(size: u32) -> f64 {
     1.0 / (1.0 - 2.0 * share)
 }
 
-/// The place of something that casts; of casters the first along x, then y, then z, so that the same casters in another order
-/// have the same views to the bit. The opaque view is of the meshes, if there are any.
+/// What views are aimed by before they are fitted.
+#[derive(Clone, Copy, Debug)]
+pub struct Aim<'a> {
+    /// All lights.
+    pub lights: &'a [Light],
+    /// Where a directional light's views of translucent casters and of meshes measure from.
+    pub anchors: [DVec3; 2],
+    /// Whether anything is opaque.
+    pub has_triangles: bool,
+}
+
+impl Scene {
+    /// What views of the scene's lights are aimed by: places of something that casts; of casters the first along x, then y, then
+    /// z, so that the same casters in another order have the same views to the bit. The opaque view is of the meshes, if there
+    /// are any.
+    pub fn aim(&self) -> Aim<'_> {
+        let anchors = [anchor(self, Casting::Volume), anchor(self, Casting::Opaque)];
+        Aim { lights: &self.lights, anchors, has_triangles: self.has_triangles() }
+    }
+}
+
 fn anchor(scene: &Scene, casting: Casting) -> DVec3 {
     let first = |a: &DVec3, b: &DVec3| {
         let order = |axis: fn(&DVec3) -> f64| axis(a).total_cmp(&axis(b));
@@ -60,8 +78,11 @@ fn anchor(scene: &Scene, casting: Casting) -> DVec3 {
 }
 
 /// [`View::aimed`].
-pub(super) fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
-    let anchor = LazyCell::new(|| anchor(scene, casting));
+pub(super) fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<View> {
+    let anchor = match casting {
+        Casting::Volume => aim.anchors[0],
+        Casting::Opaque => aim.anchors[1],
+    };
     let view = |origin: DVec3, forward: DVec3, projection: Projection, tangent: f64, nearest: f32| {
         let (right, up) = across(forward, some_up(forward));
         let scale = (1.0 / tangent) as f32;
@@ -79,8 +100,8 @@ pub(super) fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
             height: size,
         }
     };
-    let maps = |light: &super::Light| match light.kind {
-        LightKind::Directional { direction } => vec![view(*anchor, direction, Projection::Parallel, 1.0, 0.0)],
+    let maps = |light: &Light| match light.kind {
+        LightKind::Directional { direction } => vec![view(anchor, direction, Projection::Parallel, 1.0, 0.0)],
         LightKind::Spot { position, direction, cone_degrees } => {
             let tangent = (cone_degrees.to_radians() * 0.5).tan();
             // Casters around the light itself are cut off at a thousandth of the range.
@@ -93,7 +114,7 @@ pub(super) fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
             FACES.map(face).to_vec()
         }
     };
-    scene.lights.iter().flat_map(maps).collect()
+    aim.lights.iter().flat_map(maps).collect()
 }
 
 /// The views of all maps of all lights, in f64, each rounded once.
@@ -110,7 +131,7 @@ pub(super) fn fit_all(scene: &Scene, size: u32, casting: Casting) -> Vec<View> {
         let seen = casters.iter().filter(|sphere| see_all || sees(&view, sphere));
         fit(view, seen.chain(&meshes).copied())
     };
-    aimed(scene, size, casting).into_iter().map(fitted).collect()
+    aimed(&scene.aim(), size, casting).into_iter().map(fitted).collect()
 }
 
 /// Whether the view may see a sphere: in perspective not where it lies outside one of the pyramid's four planes.

@@ -50,7 +50,7 @@ mod view;
 pub use caster::Caster;
 pub use data_file::DATA_ENDINGS;
 pub use emitters::check_time;
-pub use fit::{Casting, gutter_texels};
+pub use fit::{Aim, Casting, gutter_texels};
 pub use fog::Fog;
 pub use fountain_law::{Body, Fountain, Jet, Law};
 pub use light::{FACES, Light, LightKind};
@@ -131,7 +131,18 @@ impl Camera {
     }
 }
 
-/// Everything a technique needs to know of the world.
+/// Kinds of casters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Kinds {
+    /// Spheres of smoke.
+    pub particles: bool,
+    /// Hair.
+    pub strands: bool,
+    /// Opaque triangles.
+    pub meshes: bool,
+}
+
+/// Everything that casts, the lights and the camera, as the host has them: one way to fill a [`crate::world::World`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The name shown in tables and file names.
@@ -293,6 +304,15 @@ impl Scene {
     /// Whether anything is opaque.
     pub fn has_triangles(&self) -> bool {
         self.meshes.iter().any(|mesh| !mesh.triangles.is_empty())
+    }
+
+    /// What there is of casters, whatever they are.
+    pub fn kinds(&self) -> Kinds {
+        Kinds {
+            particles: !self.particles.is_empty(),
+            strands: !self.strands.is_empty(),
+            meshes: !self.meshes.is_empty(),
+        }
     }
 
     /// Maps of all lights: those of the first light first.

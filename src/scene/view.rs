@@ -1,6 +1,6 @@
 //! How a light or a camera sees the world. Twin: glsl/world/view.glsl.
 
-use super::fit::{aimed, fit_all};
+use super::fit::{Aim, aimed, fit_all};
 use super::{Camera, Casting, Mesh, Motion, Particle, Scene, Strand};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
@@ -155,8 +155,8 @@ impl View {
     /// `size` texels a side: origin and axes, and in perspective the scale. A directional light's origin is the place of
     /// something that `casting` is fitted to, or a corner of the box of what is simulated, so that distances from it are no larger than they need
     /// to be. `near` is the least share of the range at which the view may begin, `far` its range over what the casters need.
-    pub fn aimed(scene: &Scene, size: u32, casting: Casting) -> Vec<Self> {
-        aimed(scene, size, casting)
+    pub fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<Self> {
+        aimed(aim, size, casting)
     }
 
     /// The views of the translucent casters, one for each map of each light, fitted to them (to the meshes where there are

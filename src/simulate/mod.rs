@@ -42,7 +42,7 @@ impl Simulation {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn of(context: &Context, world: &World) -> Result<Option<Self>> {
-        let Motion::Fountain(fountain) = world.scene().motion else { return Ok(None) };
+        let Motion::Fountain(fountain) = world.scene()?.motion else { return Ok(None) };
         let place = fountain.place();
         let stands = GridData {
             origin: place.origin,
@@ -76,7 +76,7 @@ impl Simulation {
     /// # Errors
     /// [`crate::Error::Input`] where the time is out of range, [`crate::Error::Gpu`] where the device is lost.
     pub fn move_to(&mut self, world: &mut World, time_s: f64) -> Result<Vec<PassTime>> {
-        check_time(&world.scene().name, time_s)?;
+        check_time(world.name(), time_s)?;
         let step = self.fountain.step_at(time_s);
         let life = self.fountain.law().life;
         // What stands on the device is at no step until all is done.

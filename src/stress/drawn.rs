@@ -209,7 +209,7 @@ impl Draw {
 
     /// A technique that casts from something in the scene, half of its keys something else than usual.
     fn spec(&mut self, scene: &Scene) -> Option<Spec> {
-        let all: Vec<_> = REGISTRY.iter().filter(|entry| entry.casts.any_of(scene)).collect();
+        let all: Vec<_> = REGISTRY.iter().filter(|entry| entry.casts.any_of(scene.kinds())).collect();
         let entry = self.one_of(&all)?;
         let mut spec = parse(entry.name).ok()?.pop()?;
         for key in entry.keys.iter().chain([&SKIP]) {

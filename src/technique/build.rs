@@ -37,8 +37,8 @@ pub struct Built {
 /// memory runs out.
 pub fn open(context: &Context, world: &World, spec: &Spec) -> Result<Opened> {
     let entry = spec.entry;
-    if !entry.casts.any_of(world.scene()) {
-        return Err(entry.casts_from_nothing(world.scene()));
+    if !entry.casts.any_of(world.kinds()) {
+        return Err(entry.casts_from_nothing(world.name()));
     }
     Ok(Opened::new(context, (entry.open)(context, world, spec)?, spec.is_on(keys::SKIP.name)))
 }

@@ -47,7 +47,7 @@ pub use voxelized::{
 
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
 use crate::maps::{Map, OpaqueMaps};
-use crate::scene::{Resolution, Scene};
+use crate::scene::{Kinds, Resolution};
 use crate::shaders::Folder;
 use crate::world::{Parts, World};
 use crate::{Error, Result};
@@ -105,7 +105,7 @@ pub trait Technique {
     fn maps(&self) -> &[Map];
 
     /// How finely it knows where opaque shadows begin and end, one for each map of all lights; none where it knows it
-    /// exactly. By default what its opaque maps resolve.
+    /// exactly, or the host does not know the meshes. By default what its opaque maps resolve.
     fn resolution(&self) -> Vec<Resolution> {
         self.maps().iter().map(|map| OpaqueMaps::SHARED.resolution(map.opaque)).collect()
     }
@@ -217,24 +217,22 @@ impl Casts {
     /// From all that a scene may have.
     pub const ALL: Self = Self { particles: true, strands: true, meshes: true };
 
-    /// Whether it casts from anything in `scene`, or there is nothing to cast from.
-    pub fn any_of(self, scene: &Scene) -> bool {
-        let has_nothing = scene.particles.is_empty() && scene.strands.is_empty() && scene.meshes.is_empty();
-        has_nothing || self.are_in(scene)
+    /// Whether it casts from anything that there is, or there is nothing to cast from.
+    pub fn any_of(self, has: Kinds) -> bool {
+        has == Kinds::default() || self.are_in(has)
     }
 
-    /// Whether it casts from anything that is in `scene`.
-    pub fn are_in(self, scene: &Scene) -> bool {
-        let has = [!scene.particles.is_empty(), !scene.strands.is_empty(), !scene.meshes.is_empty()];
-        has.into_iter().zip([self.particles, self.strands, self.meshes]).any(|(has, casts)| has && casts)
+    /// Whether it casts from anything that there is.
+    pub fn are_in(self, has: Kinds) -> bool {
+        has.particles && self.particles || has.strands && self.strands || has.meshes && self.meshes
     }
 
-    /// What there is in `scene` that it does not see: `smoke`, `hair`, `meshes`.
-    pub fn unseen_of(self, scene: &Scene) -> Vec<String> {
+    /// What there is that it does not see: `smoke`, `hair`, `meshes`.
+    pub fn unseen_of(self, has: Kinds) -> Vec<String> {
         let kinds = [
-            ("smoke", !scene.particles.is_empty(), self.particles),
-            ("hair", !scene.strands.is_empty(), self.strands),
-            ("meshes", !scene.meshes.is_empty(), self.meshes),
+            ("smoke", has.particles, self.particles),
+            ("hair", has.strands, self.strands),
+            ("meshes", has.meshes, self.meshes),
         ];
         kinds.into_iter().filter(|(_, has, sees)| *has && !sees).map(|(name, ..)| name.into()).collect()
     }
@@ -286,9 +284,9 @@ impl Entry {
         self.keys.iter().chain(keys::EVERY).chain(keys::TILED)
     }
 
-    /// The error where it casts from nothing that is in `scene`.
-    pub fn casts_from_nothing(&self, scene: &Scene) -> Error {
-        Error::Refused { needs: format!("{} in the scene, and {} has none", self.casts.names(), scene.name) }
+    /// The error where it casts from nothing that is in the scene of that name.
+    pub fn casts_from_nothing(&self, name: &str) -> Error {
+        Error::Refused { needs: format!("{} in the scene, and {name} has none", self.casts.names()) }
     }
 
     /// An error where the device lacks what the path of that name needs.
@@ -313,9 +311,10 @@ mod tests {
         let mut nothing = smoke.clone();
         nothing.particles.clear();
         let meshes = Casts { particles: false, strands: false, meshes: true };
-        assert!(Casts::ALL.are_in(&smoke) && !Casts::ALL.are_in(&nothing) && !meshes.are_in(&smoke));
-        assert!(Casts::ALL.any_of(&smoke) && !meshes.any_of(&smoke) && meshes.any_of(&nothing));
+        let [smoke, nothing] = [smoke.kinds(), nothing.kinds()];
+        assert!(Casts::ALL.are_in(smoke) && !Casts::ALL.are_in(nothing) && !meshes.are_in(smoke));
+        assert!(Casts::ALL.any_of(smoke) && !meshes.any_of(smoke) && meshes.any_of(nothing));
         assert_eq!(Casts::ALL.names(), "particles, strands, meshes");
-        assert_eq!((meshes.unseen_of(&smoke), Casts::ALL.unseen_of(&smoke)), (vec!["smoke".to_owned()], vec![]));
+        assert_eq!((meshes.unseen_of(smoke), Casts::ALL.unseen_of(smoke)), (vec!["smoke".to_owned()], vec![]));
     }
 }

@@ -6,7 +6,6 @@ use crate::gpu::{
     AccelerationStructure, Bindings, Buffer, Commands, Constants, Context, Memory, Requirement, Resource,
 };
 use crate::maps::Map;
-use crate::scene::Scene;
 use crate::shaders::folder;
 use crate::world::{Parts, TriangleData, World};
 
@@ -43,10 +42,12 @@ impl RayQuery {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where the device has no ray queries, [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Refused`] where the device has no ray queries or the host knows no box about the triangles,
+    /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World) -> Result<Self> {
         ENTRY.require(context, TRACE)?;
-        let count = world.triangle_count();
+        let count = world.triangle_capacity();
+        extent(world)?;
         let all: Vec<u32> = (0..count).flat_map(corners).collect();
         let indices = Buffer::with_data(context, "ray_query.indices", &all)?;
         let bottom = AccelerationStructure::bottom(context, "ray_query.bottom", &world.triangles, &indices, count)?;
@@ -66,11 +67,13 @@ impl RayQuery {
         commands.pass("ray_query.bottom", |pass| pass.build(&self.bottom));
     }
 
-    fn top(&self, commands: &mut Commands, world: &World) {
+    fn top(&self, commands: &mut Commands, world: &World) -> Result<()> {
+        let extent = extent(world)?;
         commands.pass("ray_query.top", |pass| {
             pass.build(&self.top);
-            pass.update(&self.extent, &[extent(world.scene())]);
+            pass.update(&self.extent, &[extent]);
         });
+        Ok(())
     }
 }
 
@@ -81,8 +84,8 @@ fn corners(triangle: u32) -> [u32; 3] {
 }
 
 /// The largest coordinate of the meshes, either sign.
-fn extent(scene: &Scene) -> f32 {
-    scene.meshes.iter().flat_map(|m| m.positions.iter().flatten()).fold(0.0, |extent, c| extent.max(c.abs()))
+fn extent(world: &World) -> Result<f32> {
+    Ok(world.mesh_hull()?.flatten().fold(0.0, |extent: f32, c| extent.max(c.abs())))
 }
 
 impl Technique for RayQuery {
@@ -92,8 +95,7 @@ impl Technique for RayQuery {
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.bottom(commands);
-        self.top(commands, world);
-        Ok(())
+        self.top(commands, world)
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -5,7 +5,7 @@ use super::keys::{Key, OPAQUE, PCF, Values, Word, words};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image};
 use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
-use crate::scene::{Resolution, Scene, gutter_texels};
+use crate::scene::{Resolution, gutter_texels};
 use crate::shaders::{constant, folder};
 use crate::world::{Parts, World};
 use crate::{Error, Result};
@@ -78,7 +78,7 @@ impl ShadowMap {
             let needs = format!("maxImageDimension2D of at least {size} (this device has {limit})");
             return Err(Error::Refused { needs });
         }
-        check_faces(world.scene(), size, side)?;
+        check_faces(world, size, side)?;
         let format = match spec.word(BITS.name) {
             Some(Bits::Sixteen) => Format::D16_UNORM,
             _ => Format::D32_SFLOAT,
@@ -108,11 +108,10 @@ fn seen(maps: &Maps) -> Vec<Map> {
 }
 
 /// A filter that stands at the edge of a point light's face finds its texels in the face's margin.
-fn check_faces(scene: &Scene, size: u32, side: u32) -> Result<()> {
+fn check_faces(world: &World, size: u32, side: u32) -> Result<()> {
     // One texel more than the filter reaches, against rounding.
     let needed = side / 2 + 1;
-    let has_faces = scene.lights.iter().any(|light| light.map_count() > 1);
-    if has_faces && (size < 4 || needed > gutter_texels(size)) {
+    if world.has_faces() && (size < 4 || needed > gutter_texels(size)) {
         let cause = "too small for this filter across the edges of a point light's faces";
         let least = if needed == 1 { 4 } else { 8 * needed };
         let way_out = format!("use size={least} or more, or a smaller filter=");

@@ -46,7 +46,7 @@ impl TexelMap {
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, spec: &Spec, folder: Folder, kernels: &TexelKernels) -> Result<Self> {
         let (size, filter) = (spec.number(SIZE.name), filter(spec));
-        filter.check(world.scene(), size)?;
+        filter.check(world, size)?;
         let binned = spec.entry.require(context, BINNED);
         let (way, reason) = match (spec.word(PATH.name), &binned) {
             (Some(way), _) => (way, "asked for".to_owned()),

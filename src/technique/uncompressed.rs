@@ -55,7 +55,7 @@ impl Uncompressed {
     pub fn new(context: &Context, world: &World, spec: &Spec) -> Result<Self> {
         ENTRY.require(context, LIST)?;
         let (size, filter) = (spec.number(SIZE.name), filter(spec));
-        filter.check(world.scene(), size)?;
+        filter.check(world, size)?;
         let maps = Maps::new(context, world, size, opaque(spec))?;
         let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
         let list = List::new(context, &maps, splat, Keep::All, None)?;

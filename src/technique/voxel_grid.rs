@@ -7,10 +7,9 @@ use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement, Resource};
 use crate::grid::{Grid, Voxelizer};
 use crate::maps::Map;
-use crate::scene::{Casting, Resolution, Scene, View};
+use crate::scene::{Casting, Resolution, View};
 use crate::shaders::{constant, folder};
 use crate::world::{Parts, World};
-use glam::DVec3;
 
 words! {
     /// How the meshes become voxels.
@@ -180,18 +179,12 @@ impl VoxelGrid {
 }
 
 /// How finely the grid knows the meshes, one for each map of all lights.
-fn resolution(scene: &Scene, size: u32) -> Vec<Resolution> {
-    let corners = scene.meshes.iter().flat_map(|mesh| &mesh.positions).map(|p| [DVec3::from(p.map(f64::from)); 2]);
-    let spheres = scene.casters().into_iter().flat_map(|caster| {
-        let radius = f64::from(caster.radius);
-        [caster.start(), caster.end()].map(|centre| [centre - radius, centre + radius])
-    });
-    let both = (DVec3::MAX, DVec3::MIN);
-    let (low, high) = corners.chain(spheres).fold(both, |(low, high), [l, h]| (low.min(l), high.max(h)));
+fn resolution(world: &World, size: u32) -> Vec<Resolution> {
+    let Some([low, high]) = world.known_box().filter(|_| world.aim().has_triangles) else { return Vec::new() };
     let widest = (high - low).max_element().max(1e-3 * low.abs().max(high.abs()).max_element().max(1.0));
     // A float's rounding more than the device has.
     let voxel = widest / f64::from(size - 2) * (1.0 + 1e-5);
-    View::aimed(scene, 1, Casting::Opaque).into_iter().map(|view| Resolution::of_grid(view, voxel)).collect()
+    View::aimed(&world.aim(), 1, Casting::Opaque).into_iter().map(|view| Resolution::of_grid(view, voxel)).collect()
 }
 
 impl Technique for VoxelGrid {
@@ -205,8 +198,7 @@ impl Technique for VoxelGrid {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        self.resolution =
-            if world.scene().has_triangles() { resolution(world.scene(), self.settings.size) } else { Vec::new() };
+        self.resolution = resolution(world, self.settings.size);
         self.grid.record(commands, world);
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! The box about all that casts, in floats as glsl/grid/bounds.comp finds it: where it is the same, a grid stands where it stood.
 
 use crate::scene::{Caster, Mesh};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// A box; low above high where nothing is in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,7 +11,23 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
-    const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
+    /// About nothing.
+    pub(super) const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
+
+    /// A box that is given.
+    pub(super) fn of([low, high]: [Vec3; 2]) -> Self {
+        Self { low, high }
+    }
+
+    /// Its low and its high corner.
+    pub(super) fn ends(self) -> [DVec3; 2] {
+        [self.low.as_dvec3(), self.high.as_dvec3()]
+    }
+
+    /// All eight corners.
+    pub(super) fn corners(self) -> [[f32; 3]; 8] {
+        std::array::from_fn(|i| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { self.high[axis] } else { self.low[axis] }))
+    }
 
     /// About the corners of triangles.
     pub(super) fn of_meshes(meshes: &[Mesh]) -> Self {

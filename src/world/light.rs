@@ -30,7 +30,15 @@ pub struct LightData {
 impl LightData {
     /// The lights of `scene`.
     pub fn all(scene: &Scene) -> Vec<Self> {
-        let data = |(i, light): (usize, &Light)| {
+        Self::of(&scene.lights, scene.has_triangles())
+    }
+
+    /// Lights, where meshes cast or not.
+    pub fn of(lights: &[Light], has_opaque: bool) -> Vec<Self> {
+        let mut first_map = 0;
+        let data = |light: &Light| {
+            let first = first_map;
+            first_map += light.map_count();
             let ends = 1.0 / (light.radius * light.radius);
             let (kind, direction, cos_cone, falloff) = match light.kind {
                 LightKind::Directional { direction } => (0, direction, -2.0, 0.0),
@@ -47,11 +55,11 @@ impl LightData {
                 cos_cone: cos_cone as f32,
                 radiance: light.radiance,
                 falloff: falloff as f32,
-                first_map: scene.first_map(i) as u32,
+                first_map: first as u32,
                 map_count: light.map_count() as u32,
-                has_opaque: u32::from(scene.has_triangles()),
+                has_opaque: u32::from(has_opaque),
             }
         };
-        scene.lights.iter().enumerate().map(data).collect()
+        lights.iter().map(data).collect()
     }
 }

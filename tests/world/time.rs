@@ -22,7 +22,7 @@ fn moved_to_a_time_is_begun_then() {
                     let timed = context.features().timestamp_valid_bits > 0;
                     assert_eq!(took.pass.map(|p| p.name), timed.then(|| "world.move".to_owned()));
                     let then = Scene::load(name, time_s).expect("in range");
-                    assert_eq!(world.scene(), &then, "{name}, {time_s} s");
+                    assert_eq!(world.scene().expect("of a scene"), &then, "{name}, {time_s} s");
                     build(&mut moved, &world, text);
                     let new_world = self::world(context, &then);
                     let mut fresh = opened(context, &new_world, &spec(text));

@@ -54,15 +54,14 @@ impl Vpls {
     /// [`crate::Error::Input`] where the count is out of range or nothing sends light back; [`crate::Error::Refused`] where the device has no
     /// room for the maps of all lights; [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, count: u32) -> Result<Self> {
-        let scene = world.scene();
         check_count(count)?;
-        check_meshes(scene)?;
-        let side_bits = side_bits(scene.map_count() as u32);
+        check_meshes(world.scene()?)?;
+        let side_bits = side_bits(world.map_count() as u32);
         let opaque = OpaqueMaps { size: 1 << side_bits, ..OpaqueMaps::shared(Some(OpaqueWay::Raster)) };
         let maps = Maps::with_opaque(context, world, 1 << side_bits, opaque)?;
         let seen = Image::new(context, "indirect.seen", Format::R32_UINT, maps.opaque_image().size(), ImageUse::Color)?;
         let owner = |(light, shining): (usize, &Light)| vec![light as u32; shining.map_count()];
-        let owners: Vec<u32> = scene.lights.iter().enumerate().flat_map(owner).collect();
+        let owners: Vec<u32> = world.all_lights().iter().enumerate().flat_map(owner).collect();
         let owners = Buffer::with_data(context, "indirect.owners", &owners)?;
         let rows = u64::from(maps.count()) << side_bits;
         let buffer = |name, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);

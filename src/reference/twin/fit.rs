@@ -48,7 +48,8 @@ fn sees(view: &View, centre: Vec3, radius: f32) -> bool {
 pub fn bounds([view, opaque_view]: [&View; 2], casters: &[Caster], vertices: &[[f32; 3]]) -> [Range; 2] {
     let (mut translucent, mut opaque) = (Range::NONE, Range::NONE);
     let see_all = view.projection() == Projection::Parallel || casters.iter().any(Caster::is_strand);
-    for caster in casters {
+    // Of radius 0 are those behind a count that only the device knows.
+    for caster in casters.iter().filter(|caster| caster.radius != 0.0) {
         let start = Vec3::from(caster.position);
         let centre = axes(view, start);
         if see_all || sees(view, centre, caster.radius) {

@@ -63,6 +63,11 @@ impl Facet {
         Self { corners, edges, normal, first, last }
     }
 
+    /// Whether it is one point, which casts nothing. Twin: facet_is_point.
+    fn is_point(&self) -> bool {
+        self.edges == [[0.0; 3]; 3]
+    }
+
     /// Whether it meets a voxel of its box. Source: Schwarz and Seidel 2010, section 3.
     pub fn meets(&self, voxel: [u32; 3]) -> bool {
         let corner = voxel.map(|v| v as f32);
@@ -130,6 +135,9 @@ impl Bits {
         let mut bits = Self::none(size);
         for corners in triangles {
             let facet = Facet::of(corners, size);
+            if facet.is_point() {
+                continue;
+            }
             for z in facet.first[2]..=facet.last[2] {
                 for y in facet.first[1]..=facet.last[1] {
                     for x in (facet.first[0]..=facet.last[0]).filter(|x| facet.meets([*x, y, z])) {

@@ -11,6 +11,7 @@ pub mod detail;
 pub mod exact;
 pub mod filter;
 pub mod fit;
+pub mod gather;
 pub mod grid;
 pub mod indirect;
 pub mod interleaved;

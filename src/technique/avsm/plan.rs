@@ -177,7 +177,7 @@ impl Plan {
         // Who looks ahead needs a thread for each caster of a batch (glsl/avsm/cells_shared.glsl).
         let fits = |way: Cells| way != Cells::Lanes && way.batch(groups, settings.nodes) <= groups * way.texels();
         let ahead = if has_many && way_of_cells.is_some_and(fits) { MOST_AHEAD } else { 1 };
-        settings.filter.check(world.scene(), settings.base_size())?;
+        settings.filter.check(world, settings.base_size())?;
         let constants = Constants::new()
             .set(NODES, settings.nodes)
             .set(EXPONENTIAL, settings.exponential)

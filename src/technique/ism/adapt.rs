@@ -4,6 +4,7 @@
 use super::Settings;
 use super::sample::{SUBSETS, Sample};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
+use crate::scene::Camera;
 use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
 use crate::{Error, Result};
@@ -56,9 +57,10 @@ impl Adapt {
     /// For the lights of a world, which take points of `sample`.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device has no such list, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] where the device has no such list or nobody said who looks, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings, sample: &Sample) -> Result<Self> {
-        let light_count = world.scene().lights.len() as u32;
+        let light_count = world.light_count();
+        camera(world)?;
         let bytes = 4 * u64::from(light_count.max(1)) * u64::from(settings.points);
         let most = u64::from(context.features().max_storage_buffer_range);
         if bytes > most {
@@ -97,8 +99,11 @@ impl Adapt {
     }
 
     /// Records the pass that chooses among them.
-    pub fn record(&self, commands: &mut Commands, world: &World) {
-        let camera = &world.scene().camera;
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where nobody said who looks.
+    pub fn record(&self, commands: &mut Commands, world: &World) -> Result<()> {
+        let camera = camera(world)?;
         let push = AdaptPush {
             light_count: self.light_count,
             points: self.settings.points,
@@ -107,12 +112,18 @@ impl Adapt {
         };
         let [x, y] = groups(self.light_count.into());
         commands.pass("ism.adapt", |pass| pass.dispatch(&self.adapt, &push, [x, y, 1]));
+        Ok(())
     }
 
     /// What only a build needs.
     pub fn transient_bytes(&self) -> u64 {
         self.taken.bytes() + self.clusters.bytes()
     }
+}
+
+fn camera(world: &World) -> Result<&Camera> {
+    let needs = || Error::Refused { needs: "a camera, to which points adapt (World::set_camera)".into() };
+    world.camera().ok_or_else(needs)
 }
 
 fn cluster_count(settings: &Settings) -> u32 {

@@ -46,7 +46,7 @@ impl Atlas {
         sample: &Sample,
         adapt: Option<&Adapt>,
     ) -> Result<Self> {
-        let light_count = world.scene().lights.len() as u32;
+        let light_count = world.light_count();
         let bytes = 4 * u64::from(light_count.max(1)) * u64::from(stride(settings, way));
         let most = u64::from(context.features().max_storage_buffer_range);
         if bytes > most {

@@ -18,7 +18,7 @@ use super::keys::word_of;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Promises, Runs, Spec, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Resource};
 use crate::maps::Map;
-use crate::scene::{Light, LightKind, Resolution, Scene, View};
+use crate::scene::{Light, LightKind, Resolution, View};
 use crate::shaders::{constant, folder};
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
@@ -59,8 +59,7 @@ impl Ism {
     /// [`Error::Refused`] where a light is no virtual one, or the device has no room for a map; [`Error::Gpu`] where memory
     /// runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
-        let lights = &world.scene().lights;
-        if !lights.iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
+        if !world.all_lights().iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
             return Err(Error::Refused { needs: "virtual point lights (--vpls N makes them of the scene's)".into() });
         }
         let lack = settings.lacks_room(context.features());
@@ -121,15 +120,16 @@ impl Ism {
 
 /// How finely a map knows the meshes, the same for each face of the cube about a light: as finely as its texels lie, where it is asked.
 /// A point of a surface is moved by half of what a point of the map stands for at least. Twin: light_receiver.
-fn resolution(scene: &Scene, settings: &Settings) -> Vec<Resolution> {
+fn resolution(world: &World, settings: &Settings) -> Vec<Resolution> {
     const RECEIVER_POINTS: f64 = 0.5;
-    let least_world = RECEIVER_POINTS * sample::radius(scene, settings.points);
+    let Some(meshes) = world.meshes() else { return Vec::new() };
+    let least_world = RECEIVER_POINTS * sample::radius(meshes, settings.points);
     let maps = |light: &Light| {
         let LightKind::Virtual { position, normal, .. } = light.kind else { return Vec::new() };
         let view = View::paraboloid(position, normal, settings.size);
         vec![Resolution::of_paraboloid(view, least_world); light.map_count()]
     };
-    scene.lights.iter().flat_map(maps).collect()
+    world.all_lights().iter().flat_map(maps).collect()
 }
 
 impl Technique for Ism {
@@ -144,7 +144,7 @@ impl Technique for Ism {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        self.resolution = resolution(world.scene(), &self.settings);
+        self.resolution = resolution(world, &self.settings);
         if self.sampled.make(world) {
             self.sample.record(commands, world);
             if let Some(adapt) = &self.adapt {
@@ -152,7 +152,7 @@ impl Technique for Ism {
             }
         }
         if let Some(adapt) = &self.adapt {
-            adapt.record(commands, world);
+            adapt.record(commands, world)?;
         }
         self.atlas.record(commands, world);
         Ok(())

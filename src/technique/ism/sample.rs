@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
-use crate::scene::{Mesh, Scene};
+use crate::scene::Mesh;
 use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
@@ -42,13 +42,13 @@ pub struct PointsData {
 const COVER: f64 = 1.25;
 
 /// What [`PointsData::radius`] will be of lights that take `points` each, but for rounding.
-pub(super) fn radius(scene: &Scene, points: u32) -> f64 {
+pub(super) fn radius(meshes: &[Mesh], points: u32) -> f64 {
     let corner = |mesh: &Mesh, i: u32| DVec3::from(mesh.positions[i as usize].map(f64::from));
     let area = |mesh: &Mesh, t: &[u32; 3]| {
         let [a, b, c] = t.map(|i| corner(mesh, i));
         (b - a).cross(c - a).length() / 2.0
     };
-    let area: f64 = scene.meshes.iter().flat_map(|mesh| mesh.triangles.iter().map(|t| area(mesh, t))).sum();
+    let area: f64 = meshes.iter().flat_map(|mesh| mesh.triangles.iter().map(|t| area(mesh, t))).sum();
     COVER * (area / (std::f64::consts::PI * f64::from(points))).sqrt()
 }
 
@@ -76,7 +76,7 @@ impl Sample {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, points: u32, adaptive: bool) -> Result<Self> {
-        let triangles = u64::from(world.triangle_count().max(1));
+        let triangles = u64::from(world.triangle_capacity().max(1));
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
         let head = buffer("ism.head", size_of::<PointsData>() as u64)?;
         let areas = buffer("ism.areas", 4 * triangles)?;

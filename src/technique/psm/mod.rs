@@ -153,7 +153,7 @@ impl Psm {
             let needs = format!("maxComputeWorkGroupInvocations of at least {fused_threads} (this device has {has})");
             return Err(Error::Refused { needs });
         }
-        layout.filter.check(world.scene(), layout.size)?;
+        layout.filter.check(world, layout.size)?;
         let maps = Maps::new(context, world, layout.size, opaque(spec))?;
         let volume = layout.image(context, maps.count(), way == Way::Raster)?;
         let constants = layout.constants(world);

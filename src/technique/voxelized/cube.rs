@@ -1,7 +1,8 @@
 //! The cube of voxels of a light: fitted to the meshes, its z along the light.
 
 use super::Settings;
-use crate::scene::{Casting, LightKind, Moved, Resolution, Scene, View};
+use crate::scene::{Casting, LightKind, Moved, Resolution, View};
+use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
 
@@ -15,12 +16,13 @@ const MARGIN: f64 = 1.0 / 256.0;
 /// Source: Sintorn et al. 2014, section 3.
 ///
 /// # Errors
-/// [`Error::Refused`] where a light is not directional.
-pub fn cubes(scene: &Scene, size: u32) -> Result<Vec<View>> {
-    if !scene.lights.iter().all(|light| matches!(light.kind, LightKind::Directional { .. })) {
+/// [`Error::Refused`] where a light is not directional, or the host knows no box about the triangles.
+pub fn cubes(world: &World, size: u32) -> Result<Vec<View>> {
+    if !world.all_lights().iter().all(|light| matches!(light.kind, LightKind::Directional { .. })) {
         return Err(Error::Refused { needs: "directional lights".into() });
     }
-    Ok(View::aimed(scene, size, Casting::Opaque).into_iter().map(|view| cube(scene, view)).collect())
+    let aimed = View::aimed(&world.aim(), size, Casting::Opaque);
+    aimed.into_iter().map(|view| Ok(cube(world.mesh_hull()?, view))).collect()
 }
 
 /// How finely columns know where shadows begin and end.
@@ -36,11 +38,11 @@ pub fn resolution(cubes: &[View], settings: &Settings) -> Vec<Resolution> {
     cubes.iter().copied().map(of).collect()
 }
 
-fn cube(scene: &Scene, aimed: View) -> View {
+fn cube(hull: impl Iterator<Item = [f32; 3]>, aimed: View) -> View {
     let axes = [aimed.right, aimed.up, aimed.forward].map(|axis| DVec3::from(axis.map(f64::from)));
     let origin = DVec3::from(aimed.origin.map(f64::from));
     let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for position in scene.meshes.iter().flat_map(|mesh| &mesh.positions) {
+    for position in hull {
         let offset = DVec3::from(position.map(f64::from)) - origin;
         for (axis, along) in axes.iter().map(|axis| axis.dot(offset)).enumerate() {
             (low[axis], high[axis]) = (low[axis].min(along), high[axis].max(along));

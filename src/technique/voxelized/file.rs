@@ -3,7 +3,7 @@
 use super::check::stays_inside;
 use super::settings::{Coverage, Free, Settings, Structure};
 use super::{COUNTS, TreeData};
-use crate::scene::{LightKind, Scene};
+use crate::scene::{Light, LightKind, Mesh};
 use crate::technique::keys::Word;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
@@ -133,19 +133,19 @@ fn settings(header: &Header) -> Option<Settings> {
 }
 
 /// A number that differs where meshes or lights do, as far as a bake knows them: 64-bit FNV-1a of their shapes.
-pub fn scene_hash(scene: &Scene) -> u64 {
+pub fn scene_hash(meshes: &[Mesh], lights: &[Light]) -> u64 {
     let mut hash = FnvHasher::default();
-    let mut numbers = vec![scene.meshes.len() as u64, scene.lights.len() as u64];
-    for mesh in &scene.meshes {
+    let mut numbers = vec![meshes.len() as u64, lights.len() as u64];
+    for mesh in meshes {
         numbers.extend([mesh.positions.len() as u64, mesh.triangles.len() as u64, mesh.solid.into()]);
     }
-    for light in &scene.lights {
+    for light in lights {
         // Others have no trees.
         let LightKind::Directional { direction } = light.kind else { continue };
         numbers.extend(direction.to_array().map(f64::to_bits));
     }
     hash.write(bytemuck::cast_slice(&numbers));
-    for mesh in &scene.meshes {
+    for mesh in meshes {
         hash.write(bytemuck::cast_slice(&mesh.positions));
         hash.write(bytemuck::cast_slice(&mesh.triangles));
     }

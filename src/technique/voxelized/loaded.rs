@@ -6,7 +6,7 @@ use super::settings::{FILE, Settings};
 use super::{COUNTS, OF, TreeData, counters};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Mapped, Memory, Resource};
 use crate::maps::Map;
-use crate::scene::{Resolution, Scene, View};
+use crate::scene::{Resolution, View};
 use crate::shaders::folder;
 use crate::technique::keys::PCF;
 use crate::technique::{Answer, Facts, Spec, Technique};
@@ -49,7 +49,7 @@ impl Loaded {
                 return Err(Error::input(&file, cause, format!("leave {key}= out, or bake it again with gobo bake")));
             }
         }
-        check_scene(&file, baked.scene, world.scene())?;
+        check_scene(&file, baked.scene, world)?;
         let settings = Settings { filter: spec.number(PCF.name), ..baked.settings };
         let trees_bytes = size_of_val(&baked.trees[..]) as u64;
         let trees =
@@ -65,7 +65,7 @@ impl Loaded {
             settings,
             scene: baked.scene,
             counts: baked.counts,
-            cubes: cubes(world.scene(), settings.size)?,
+            cubes: cubes(world, settings.size)?,
             bytes_resident,
             look_up: Bindings::new(context, "voxelized.look_up", &resources)?,
             constants: settings.constants(Constants::new()),
@@ -75,11 +75,11 @@ impl Loaded {
 }
 
 /// An error where the file is of another scene.
-fn check_scene(file: &str, baked: u64, scene: &Scene) -> Result<()> {
-    if scene_hash(scene) == baked {
+fn check_scene(file: &str, baked: u64, world: &World) -> Result<()> {
+    if world.meshes().is_some_and(|meshes| scene_hash(meshes, world.all_lights()) == baked) {
         return Ok(());
     }
-    let cause = format!("baked of a scene with other meshes or lights than {} has now", scene.name);
+    let cause = format!("baked of a scene with other meshes or lights than {} has now", world.name());
     Err(Error::input(file, cause, "name that scene, or bake this one with gobo bake"))
 }
 
@@ -90,7 +90,7 @@ impl Technique for Loaded {
 
     /// No pass: all of it is on the device, as long as the file is of the world.
     fn record(&mut self, _commands: &mut Commands, world: &World) -> Result<()> {
-        check_scene(&self.file, self.scene, world.scene())
+        check_scene(&self.file, self.scene, world)
     }
 
     fn answer(&self) -> Answer<'_> {

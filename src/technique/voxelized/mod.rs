@@ -167,13 +167,13 @@ impl Voxelized {
     /// # Errors
     /// [`Error::Refused`] where a light is not directional, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
-        let cubes = cubes(world.scene(), settings.size)?;
+        let cubes = cubes(world, settings.size)?;
         if cubes.len() * size_of::<TreeData>() > MAX_UPDATE_BYTES {
             let cause = format!("{} lights, and {} have trees", cubes.len(), MAX_UPDATE_BYTES / size_of::<TreeData>());
-            return Err(Error::input(world.scene().name.clone(), cause, "use fewer lights"));
+            return Err(Error::input(world.name(), cause, "use fewer lights"));
         }
         let shape = Shape { size: settings.size, tile: settings.tile.min(settings.size) };
-        let triangles = world.triangle_count();
+        let triangles = world.triangle_capacity();
         let device = |name: &str, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);
         let shared = Shared {
             trees: device("voxelized.trees", (cubes.len().max(1) * size_of::<TreeData>() / 4) as u64)?,
@@ -243,7 +243,7 @@ impl Voxelized {
     fn look_at(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         (self.tree, self.kept) = ([0; 2], [0; 2]);
         if self.looked.make(world) {
-            self.cubes = cubes(world.scene(), self.settings.size)?;
+            self.cubes = cubes(world, self.settings.size)?;
         }
         let trees: Vec<_> = self.cubes.iter().map(TreeData::of).collect();
         commands.pass("voxelized.begin", |pass| pass.update(&self.shared.trees, &trees));
@@ -408,13 +408,11 @@ impl Technique for Voxelized {
     }
 
     fn file(&self, world: &World) -> Result<Option<Vec<u8>>> {
-        if !self.looked.stands(world) {
-            return Ok(None);
-        }
+        let Some(meshes) = world.meshes().filter(|_| self.looked.stands(world)) else { return Ok(None) };
         let words = self.nodes()?;
         let baked = Baked {
             settings: self.settings,
-            scene: scene_hash(world.scene()),
+            scene: scene_hash(meshes, world.all_lights()),
             counts: self.counts(),
             trees: self.trees()?,
             words: bytemuck::cast_slice(&words),

@@ -1,0 +1,68 @@
+#version 460
+// Particles or strands of the caller's buffer become casters, one thread a caster. Behind the count there are casters of radius 0,
+// which cast nothing, and so is what has no place, no size or no extinction that a scene may have. Source: ours.
+// Inputs: their buffer, the count's. Outputs: casters from `first` on, what there was. Twin: reference::twin::gather::casters.
+layout(local_size_x = 64) in;
+#include "world/gather.glsl"
+
+layout(push_constant, scalar) uniform GatherPush {
+    uint first;
+    uint slots;     // so many casters are written
+    uint most;      // of theirs, no more count
+    uint count_at;  // word of `counts`; NOWHERE: `most` is the count
+    uint start;     // words
+    uint stride;
+    uint position;  // words from the start of each
+    uint end;       // of a strand; NOWHERE for spheres
+    uint radius;    // NOWHERE: of all it is
+    float radius_is;
+    uint density;
+    float density_is;
+};
+
+layout(set = 0, binding = 0, scalar) readonly buffer GatherTheirs { uint theirs[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer GatherCounts { uint counts[]; };
+// Two vectors each, so that they are written whole.
+layout(set = 0, binding = 2, scalar) writeonly buffer GatherCasters { uvec4 casters[]; };
+layout(set = 0, binding = 3, scalar) buffer GatherGathered { Gathered gathered; };
+
+// As the bits of an optical depth of 80: MAX_OPTICAL_DEPTH in glsl/world/caster.glsl.
+const uint MOST_DEPTH = 0x42A00000u;
+
+uvec3 three(uint at) { return uvec3(theirs[at], theirs[at + 1u], theirs[at + 2u]); }
+
+void main() {
+    uint i = 64u * (gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x) + gl_LocalInvocationIndex;
+    bool strands = end != NOWHERE;
+    uint asked = count_at == NOWHERE ? most : counts[count_at];
+    if (i == 0u) {
+        gathered.asked[strands ? 1u : 0u] = asked;
+    }
+    if (i >= slots) {
+        return;
+    }
+    uvec4 low = uvec4(0u), high = uvec4(0u);
+    if (i < min(asked, most)) {
+        uint at = start + i * stride;
+        uvec3 place = three(at + position);
+        uint size = radius == NOWHERE ? floatBitsToUint(radius_is) : theirs[at + radius];
+        uint thick = density == NOWHERE ? floatBitsToUint(density_is) : theirs[at + density];
+        uvec3 axis = uvec3(0u);
+        bool stands = is_finite(place) && is_positive(size) && is_not_negative(thick);
+        if (strands) {
+            uvec3 tip = three(at + end);
+            vec3 between = uintBitsToFloat(tip) - uintBitsToFloat(place);
+            axis = floatBitsToUint(between);
+            stands = stands && is_finite(tip) && is_finite(axis) && any(notEqual(between, vec3(0.0)));
+            thick = thick == 0x80000000u ? thick : min(thick, MOST_DEPTH);
+        }
+        if (stands) {
+            low = uvec4(place, size);
+            high = uvec4(axis, thick);
+        } else {
+            atomicAdd(gathered.refused[strands ? 1u : 0u], 1u);
+        }
+    }
+    casters[2u * (first + i)] = low;
+    casters[2u * (first + i) + 1u] = high;
+}

@@ -1,0 +1,22 @@
+// What of the caller's buffers becomes casters and triangles: what the passes that gather share. Twin: reference::twin::gather.
+#ifndef WORLD_GATHER_GLSL
+#define WORLD_GATHER_GLSL
+#extension GL_EXT_scalar_block_layout : require
+
+// No word of a buffer.
+const uint NOWHERE = 0xFFFFFFFFu;
+
+// What there was, of particles, strands and triangles. Twin: world::Gathered.
+struct Gathered {
+    uint asked[3];    // so many, by the caller's count
+    uint refused[3];  // of those that there is room for, so many have no place or no size
+};
+
+// Numbers are looked at as bits, and copied as bits: a device may flush small ones.
+bool is_finite(uvec3 bits) { return all(notEqual(bits & 0x7F800000u, uvec3(0x7F800000u))); }
+
+bool is_positive(uint bits) { return bits - 1u < 0x7F7FFFFFu; }
+
+// Negative zero counts as none.
+bool is_not_negative(uint bits) { return bits < 0x7F800000u || bits == 0x80000000u; }
+#endif

@@ -1,0 +1,80 @@
+#version 460
+// Triangles of the caller's buffers become ours, one thread a triangle. Behind the count, and where a corner has no place, stands a
+// corner of one that has: a triangle without any area, which casts nothing and lies in no other box. Source: ours.
+// Inputs: their vertices and indices, the count's buffer. Outputs: triangles, what there was. Twin:
+// reference::twin::gather::triangles.
+layout(local_size_x = 64) in;
+#include "world/gather.glsl"
+
+layout(push_constant, scalar) uniform TrianglesPush {
+    uint slots;     // so many triangles are written
+    uint most;      // of theirs, no more count
+    uint count_at;  // word of `counts`; NOWHERE: `most` is the count
+    uint start;     // of the vertices, words
+    uint stride;
+    uint vertices;    // that there are
+    uint indices_at;  // word of the first index; NOWHERE: vertices stand in threes
+    vec3 albedo;
+    vec3 place;  // where nothing has one
+};
+
+layout(set = 0, binding = 0, scalar) readonly buffer GatherVertices { uint theirs[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer GatherIndices { uint indices[]; };
+layout(set = 0, binding = 2, scalar) readonly buffer GatherCounts { uint counts[]; };
+layout(set = 0, binding = 3, scalar) writeonly buffer GatherTriangles { uint triangles[]; };
+layout(set = 0, binding = 4, scalar) buffer GatherGathered { Gathered gathered; };
+
+// Triangles after each other of which one may have a place.
+const uint TRIES = 16u;
+const uint WORDS = 12u;
+
+// The bits of a corner; false where it has no place.
+bool corner_at(uint i, out uvec3 bits) {
+    uint vertex = indices_at == NOWHERE ? i : indices[indices_at + i];
+    bits = uvec3(0u);
+    if (vertex >= vertices) {
+        return false;
+    }
+    uint at = start + vertex * stride;
+    bits = uvec3(theirs[at], theirs[at + 1u], theirs[at + 2u]);
+    return is_finite(bits);
+}
+
+bool triangle_at(uint i, out uvec3 corners[3]) {
+    bool stands = corner_at(3u * i, corners[0]);
+    stands = corner_at(3u * i + 1u, corners[1]) && stands;
+    return corner_at(3u * i + 2u, corners[2]) && stands;
+}
+
+void main() {
+    uint i = 64u * (gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x) + gl_LocalInvocationIndex;
+    uint asked = count_at == NOWHERE ? most : counts[count_at];
+    if (i == 0u) {
+        gathered.asked[2] = asked;
+    }
+    if (i >= slots) {
+        return;
+    }
+    uint count = min(asked, most);
+    uvec3 corners[3];
+    bool stands = i < count && triangle_at(i, corners);
+    if (!stands) {
+        if (i < count) {
+            atomicAdd(gathered.refused[2], 1u);
+        }
+        bool found = false;
+        for (uint t = 0u; t < min(TRIES, count) && !found; ++t) {
+            found = triangle_at((i + t) % count, corners);
+        }
+        uvec3 point = found ? corners[0] : floatBitsToUint(place);
+        corners = uvec3[3](point, point, point);
+    }
+    for (uint c = 0u; c < 3u; ++c) {
+        for (uint axis = 0u; axis < 3u; ++axis) {
+            triangles[WORDS * i + 3u * c + axis] = corners[c][axis];
+        }
+    }
+    for (uint channel = 0u; channel < 3u; ++channel) {
+        triangles[WORDS * i + 9u + channel] = floatBitsToUint(albedo[channel]);
+    }
+}

@@ -1,0 +1,215 @@
+//! The passes that make casters and triangles of the caller's buffers. Twin: [`crate::reference::twin::gather`].
+
+use super::source::{Corners, NOWHERE, Source, SphereAt, StrandAt, held, words};
+use crate::Result;
+use crate::gpu::{
+    Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Push, Resource, Shader, groups, push_struct,
+};
+use crate::shaders::world as shaders;
+use bytemuck::{Pod, Zeroable};
+
+/// Threads of a workgroup.
+const THREADS: u32 = 64;
+
+/// Kernels that are kept for buffers that come again, as a ring of them does.
+const KEPT: usize = 8;
+
+/// What there was in the caller's buffers. Twin: Gathered in glsl/world/gather.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct Gathered {
+    /// Particles, strands and triangles, by the caller's counts: where one is more than the capacity, so many too many.
+    pub asked: [u32; 3],
+    /// Of those that there is room for, so many have a number that is not finite, no size, or no vertex: they cast nothing.
+    pub refused: [u32; 3],
+}
+
+push_struct! {
+    /// Twin: GatherPush in glsl/world/gather.comp.
+    struct GatherPush {
+        first: u32,
+        slots: u32,
+        most: u32,
+        count_at: u32,
+        start: u32,
+        stride: u32,
+        position: u32,
+        end: u32,
+        radius: u32,
+        radius_is: f32,
+        density: u32,
+        density_is: f32,
+    }
+}
+
+push_struct! {
+    /// Twin: TrianglesPush in glsl/world/gather_triangles.comp.
+    struct TrianglesPush {
+        slots: u32,
+        most: u32,
+        count_at: u32,
+        start: u32,
+        stride: u32,
+        vertices: u32,
+        indices_at: u32,
+        albedo: [f32; 3],
+        place: [f32; 3],
+    }
+}
+
+/// Kernels, each for the buffers of theirs that it reads.
+struct Kernels<P> {
+    shader: &'static Shader,
+    all: Vec<(Vec<Buffer>, Kernel<P>)>,
+}
+
+impl<P: Push> Kernels<P> {
+    /// What reads `theirs` and writes `ours`.
+    fn of(&mut self, context: &Context, theirs: &[&Buffer], ours: &[&Buffer]) -> Result<Kernel<P>> {
+        let same = |kept: &[Buffer]| kept.iter().zip(theirs).all(|(kept, one)| kept.is(one));
+        if let Some((_, kernel)) = self.all.iter().find(|(kept, _)| same(kept)) {
+            return Ok(kernel.clone());
+        }
+        let resources: Vec<_> = theirs.iter().chain(ours).map(|b| Resource::Buffer((*b).clone())).collect();
+        let set = Bindings::new(context, "world.gather", &resources)?;
+        let kernel = Kernel::compute(context, self.shader, &[&set], &Constants::new())?;
+        if self.all.len() == KEPT {
+            self.all.remove(0);
+        }
+        self.all.push((theirs.iter().map(|b| (*b).clone()).collect(), kernel.clone()));
+        Ok(kernel)
+    }
+}
+
+/// Where casters go, and how many of them are written.
+#[derive(Clone, Copy)]
+pub(super) struct Slots {
+    pub first: u32,
+    pub count: u32,
+    /// Of theirs, no more count.
+    pub capacity: u32,
+}
+
+/// The passes, and what they count.
+pub(super) struct Gather {
+    /// [`Gathered`].
+    counted: Buffer,
+    counted_read: Buffer,
+    casters: Kernels<GatherPush>,
+    triangles: Kernels<TrianglesPush>,
+}
+
+impl Gather {
+    pub(super) fn new(context: &Context) -> Result<Self> {
+        let bytes = size_of::<Gathered>() as u64;
+        let counted = Buffer::new(context, "world.gathered", bytes, Memory::Device)?;
+        let counted_read = Buffer::new(context, "world.gathered", bytes, Memory::Readback)?;
+        let casters = Kernels { shader: &shaders::GATHER, all: Vec::new() };
+        let triangles = Kernels { shader: &shaders::GATHER_TRIANGLES, all: Vec::new() };
+        Ok(Self { counted, counted_read, casters, triangles })
+    }
+
+    /// What the last submission came to.
+    pub(super) fn read(&self) -> Result<Gathered> {
+        Ok(self.counted_read.read(1)?[0])
+    }
+
+    /// Particles become casters.
+    pub(super) fn spheres(
+        &mut self,
+        context: &Context,
+        commands: &mut Commands,
+        to: (&Buffer, Slots),
+        (source, at): (&Source, SphereAt),
+    ) -> Result<()> {
+        let what = "particles";
+        let bytes = at.position.saturating_add(12).max(at.radius.end()).max(at.extinction.end());
+        let ((radius, radius_is), (density, density_is)) = (at.radius.pushed(what)?, at.extinction.pushed(what)?);
+        let position = words(what, at.position.into())?;
+        let push = GatherPush { position, end: NOWHERE, radius, radius_is, density, density_is, ..Zeroable::zeroed() };
+        self.gather(context, commands, to, (source, bytes, what), push)
+    }
+
+    /// Strands become casters.
+    pub(super) fn strands(
+        &mut self,
+        context: &Context,
+        commands: &mut Commands,
+        to: (&Buffer, Slots),
+        (source, at): (&Source, StrandAt),
+    ) -> Result<()> {
+        let what = "strands";
+        let bytes = at.start.max(at.end).saturating_add(12).max(at.radius.end()).max(at.depth.end());
+        let ((radius, radius_is), (density, density_is)) = (at.radius.pushed(what)?, at.depth.pushed(what)?);
+        let (position, end) = (words(what, at.start.into())?, words(what, at.end.into())?);
+        let push = GatherPush { position, end, radius, radius_is, density, density_is, ..Zeroable::zeroed() };
+        self.gather(context, commands, to, (source, bytes, what), push)
+    }
+
+    fn gather(
+        &mut self,
+        context: &Context,
+        commands: &mut Commands,
+        (casters, slots): (&Buffer, Slots),
+        (source, bytes, what): (&Source, u32, &str),
+        push: GatherPush,
+    ) -> Result<()> {
+        let holds = held(&source.buffer, source.offset, source.stride, bytes);
+        let counted = source.count.counted(what, slots.capacity, holds)?;
+        let theirs = [&source.buffer, source.count.buffer(&source.buffer)];
+        let kernel = self.casters.of(context, &theirs, &[casters, &self.counted])?;
+        let push = GatherPush {
+            first: slots.first,
+            slots: slots.count,
+            most: counted.most,
+            count_at: counted.at,
+            start: words(what, source.offset)?,
+            stride: words(what, source.stride.into())?,
+            ..push
+        };
+        self.record(commands, &kernel, &push, slots.count, usize::from(push.end != NOWHERE));
+        Ok(())
+    }
+
+    /// Triangles become ours, `capacity` of them; `place` is where they stand if none of them has a place.
+    pub(super) fn triangles(
+        &mut self,
+        context: &Context,
+        commands: &mut Commands,
+        (triangles, capacity): (&Buffer, u32),
+        corners: &Corners,
+        place: [f32; 3],
+    ) -> Result<()> {
+        let what = "triangles";
+        let vertices = held(&corners.vertices, corners.offset, corners.stride, 12);
+        let (indices, indices_at, holds) = match &corners.indices {
+            Some((buffer, offset)) => (buffer, words(what, *offset)?, held(buffer, *offset, 12, 12)),
+            None => (&corners.vertices, NOWHERE, vertices / 3),
+        };
+        let counted = corners.count.counted(what, capacity, holds)?;
+        let theirs = [&corners.vertices, indices, corners.count.buffer(&corners.vertices)];
+        let kernel = self.triangles.of(context, &theirs, &[triangles, &self.counted])?;
+        let push = TrianglesPush {
+            slots: capacity,
+            most: counted.most,
+            count_at: counted.at,
+            start: words(what, corners.offset)?,
+            stride: words(what, corners.stride.into())?,
+            vertices,
+            indices_at,
+            albedo: corners.albedo,
+            place,
+        };
+        self.record(commands, &kernel, &push, capacity, 2);
+        Ok(())
+    }
+
+    fn record<P: Push>(&self, commands: &mut Commands, kernel: &Kernel<P>, push: &P, slots: u32, kind: usize) {
+        let refused = (size_of::<[u32; 3]>() + 4 * kind) as u64;
+        // One workgroup where there is nothing: it says so.
+        let [x, y] = groups(u64::from(slots.div_ceil(THREADS).max(1)));
+        commands.pass("world.gather", |pass| pass.fill_part(&self.counted, refused, 4, 0));
+        commands.pass("world.gather", |pass| pass.dispatch(kernel, push, [x, y, 1]));
+        commands.read_back(&self.counted, &self.counted_read);
+    }
+}

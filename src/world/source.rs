@@ -1,0 +1,169 @@
+//! Where things of the caller's stand on the device: buffers of theirs, and how these are laid out.
+
+use crate::gpu::Buffer;
+use crate::{Error, Result};
+
+/// Things of one layout in a buffer of the caller's ([`Buffer::adopt`]), one behind the other.
+#[derive(Clone)]
+pub struct Source {
+    /// Whose; it may hold anything before, between and behind them.
+    pub buffer: Buffer,
+    /// Of the first, bytes, a multiple of 4.
+    pub offset: u64,
+    /// From one to the next, bytes, a multiple of 4.
+    pub stride: u32,
+    /// How many.
+    pub count: Count,
+}
+
+/// How many there are.
+#[derive(Clone)]
+pub enum Count {
+    /// The host knows.
+    Host(u32),
+    /// The device knows: a number of 32 bits at that byte, a multiple of 4. What is past the capacity is left out
+    /// ([`super::Gathered`]).
+    Device {
+        /// Whose.
+        buffer: Buffer,
+        /// Bytes.
+        offset: u64,
+    },
+}
+
+/// A float of each thing, or of all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Number {
+    /// At that byte of each, a multiple of 4.
+    At(u32),
+    /// The same for all.
+    Is(f32),
+}
+
+/// Where a sphere of smoke has what of it counts, bytes from its start, multiples of 4.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphereAt {
+    /// Three floats, world units.
+    pub position: u32,
+    /// World units, > 0.
+    pub radius: Number,
+    /// 1 / world unit, ≥ 0.
+    pub extinction: Number,
+}
+
+impl SphereAt {
+    /// As [`crate::scene::Particle`] has it, 20 bytes.
+    pub const PARTICLE: Self = Self { position: 0, radius: Number::At(12), extinction: Number::At(16) };
+
+    /// As [`crate::scene::Caster`] has it, 32 bytes.
+    pub const CASTER: Self = Self { position: 0, radius: Number::At(12), extinction: Number::At(28) };
+}
+
+/// Where a straight piece of hair has what of it counts, bytes from its start, multiples of 4.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StrandAt {
+    /// Three floats, world units.
+    pub start: u32,
+    /// Three floats, world units, not where it starts.
+    pub end: u32,
+    /// Half the ribbon's width, world units, > 0.
+    pub radius: Number,
+    /// Its optical depth, ≥ 0, taken as 80 where it is more: of an opacity o it is −ln(1 − o).
+    pub depth: Number,
+}
+
+/// Triangles of the caller's.
+#[derive(Clone)]
+pub struct Corners {
+    /// Vertices, each with three floats, world units, at its start.
+    pub vertices: Buffer,
+    /// Of the first vertex, bytes, a multiple of 4.
+    pub offset: u64,
+    /// From one vertex to the next, bytes, a multiple of 4.
+    pub stride: u32,
+    /// Numbers of vertices, of 32 bits, three a triangle, from that byte on, a multiple of 4; none where vertices stand in threes.
+    pub indices: Option<(Buffer, u64)>,
+    /// How many triangles.
+    pub count: Count,
+    /// Diffuse reflectance of all.
+    pub albedo: [f32; 3],
+}
+
+/// No word of a buffer. Twin: NOWHERE in glsl/world/gather.glsl.
+pub(super) const NOWHERE: u32 = u32::MAX;
+
+fn error(what: &str, cause: String) -> Error {
+    Error::input(what, cause, "give what the buffer holds, or make the world with a larger capacity")
+}
+
+/// Words of so many bytes.
+///
+/// # Errors
+/// [`Error::Input`] where they are no whole words.
+pub(super) fn words(what: &str, bytes: u64) -> Result<u32> {
+    let whole = u32::try_from(bytes / 4).ok().filter(|_| bytes % 4 == 0);
+    whole.ok_or_else(|| error(what, format!("an offset or a stride of {bytes} bytes, and there are words of 4")))
+}
+
+impl Number {
+    /// Its word and its value, as shaders are pushed them.
+    pub(super) fn pushed(self, what: &str) -> Result<(u32, f32)> {
+        match self {
+            Self::At(bytes) => Ok((words(what, bytes.into())?, 0.0)),
+            Self::Is(value) => Ok((NOWHERE, value)),
+        }
+    }
+
+    /// Bytes of a thing up to its end.
+    pub(super) fn end(self) -> u32 {
+        match self {
+            Self::At(bytes) => bytes.saturating_add(4),
+            Self::Is(_) => 0,
+        }
+    }
+}
+
+/// How many things of `bytes`, so far apart, a buffer holds from an offset on.
+pub(super) fn held(buffer: &Buffer, offset: u64, stride: u32, bytes: u32) -> u32 {
+    match buffer.bytes().checked_sub(offset.saturating_add(bytes.into())) {
+        None => 0,
+        Some(_) if stride == 0 => u32::MAX,
+        Some(more) => u32::try_from(more / u64::from(stride) + 1).unwrap_or(u32::MAX),
+    }
+}
+
+/// What gathers goes by.
+pub(super) struct Counted {
+    /// No more than that count.
+    pub most: u32,
+    /// Word of the count; [`NOWHERE`] where the host knows it.
+    pub at: u32,
+}
+
+impl Count {
+    /// No more than `capacity`, and than the buffer holds.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the host knows that there are more, or the count lies outside its buffer.
+    pub(super) fn counted(&self, what: &str, capacity: u32, held: u32) -> Result<Counted> {
+        match self {
+            Self::Host(count) if *count > capacity => {
+                Err(error(what, format!("{count}, and the world has room for {capacity}")))
+            }
+            Self::Host(count) if *count > held => Err(error(what, format!("{count}, and the buffer holds {held}"))),
+            Self::Host(count) => Ok(Counted { most: *count, at: NOWHERE }),
+            Self::Device { buffer, offset } if offset.saturating_add(4) > buffer.bytes() => {
+                Err(error(what, format!("a count at byte {offset} of a buffer of {}", buffer.bytes())))
+            }
+            Self::Device { offset, .. } => Ok(Counted { most: capacity.min(held), at: words(what, *offset)? }),
+        }
+    }
+
+    /// The buffer that it stands in; `other` where the host knows it.
+    pub(super) fn buffer<'a>(&'a self, other: &'a Buffer) -> &'a Buffer {
+        match self {
+            Self::Host(_) => other,
+            Self::Device { buffer, .. } => buffer,
+        }
+    }
+}

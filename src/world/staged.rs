@@ -1,0 +1,239 @@
+//! A world that a scene of the host's fills: uploaded, moved, and read back where the device moves it.
+
+use super::{Bounds, Filled, Generations, LightData, Staged, TriangleData, World};
+use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};
+use crate::scene::{Caster, Light, Motion, Particle, Scene, Side, sides};
+use crate::{Error, Result};
+use std::time::Instant;
+
+/// What moving the world took.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moved {
+    /// Device time of the pass `world.move`, where the device has timestamps.
+    pub pass: Option<PassTime>,
+    /// The host's time from the new scene to its copy on the device, nanoseconds: writing, submitting and waiting. What made
+    /// the scene is not in it.
+    pub host_ns: f64,
+}
+
+impl World {
+    /// Uploads `scene`.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, scene: &Scene) -> Result<Self> {
+        let (casters, triangles) = (scene.casters(), triangles(scene));
+        let capacity = scene.most_casters();
+        let bytes = (capacity * size_of::<Caster>()) as u64;
+        let buffer = Buffer::new(context, "world.casters", bytes, Memory::Device)?;
+        buffer.write(&casters)?;
+        Ok(Self {
+            context: context.clone(),
+            name: scene.name.clone(),
+            casters: buffer,
+            caster_capacity: capacity as u32,
+            particle_count: scene.particles.len() as u32,
+            strand_count: scene.strands.len() as u32,
+            triangles: Buffer::with_data(context, "world.triangles", &triangles)?,
+            triangle_capacity: triangles.len() as u32,
+            triangle_count: triangles.len() as u32,
+            sides: Buffer::with_data(context, "world.sides", &signs(scene))?,
+            strands: !scene.strands.is_empty(),
+            lights: Buffer::with_data(context, "world.lights", &LightData::all(scene))?,
+            generations: Generations { lights: vec![0; scene.lights.len()], ..Generations::default() },
+            lit: scene.lights.clone(),
+            camera: Some(scene.camera),
+            anchors: scene.aim().anchors,
+            bounds: Some([Bounds::of_meshes(&scene.meshes), Bounds::of_casters(&casters)]),
+            filled: Filled::Scene(Box::new(Staged { scene: scene.clone(), written: false, mixed: false })),
+        })
+    }
+
+    /// Moves what moves by itself to where it is `time_s` seconds after the scene's emitters began. A scene of which nothing
+    /// does stays as it is, generations and all.
+    ///
+    /// # Errors
+    /// As [`Scene::at`] and [`World::replace`].
+    pub fn move_to(&mut self, time_s: f64) -> Result<Moved> {
+        let scene = self.scene()?;
+        if scene.motion == Motion::Still {
+            return Ok(Moved { pass: None, host_ns: 0.0 });
+        }
+        self.replace(&scene.at(time_s)?)
+    }
+
+    /// Lets passes write the casters, as many as there are, on the device: a world that is simulated there. The host's scene stays
+    /// what it was until [`World::read_back`]. Returns the time of each pass.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device is lost, [`Error::Refused`] as [`World::scene`].
+    pub fn write_casters(&mut self, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
+        self.staged()?.written = true;
+        self.generations.particles += 1;
+        self.generations.strands += u64::from(self.strands);
+        self.generations.bounds += 1;
+        self.context.submit(record)
+    }
+
+    /// Makes the particles of the host's scene those that are on the device.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where they cannot be read, [`Error::Refused`] as [`World::scene`].
+    pub fn read_back(&mut self) -> Result<()> {
+        let casters: Vec<Caster> = self.casters.read(self.particle_count as usize)?;
+        let particle = |c: &Caster| Particle { position: c.position, radius: c.radius, extinction: c.density };
+        let staged = self.staged()?;
+        staged.scene.particles = casters.iter().map(particle).collect();
+        staged.written = false;
+        let bounds = Bounds::of_casters(&staged.scene.casters());
+        self.bounds = Some([self.known_bounds()[0], bounds]);
+        Ok(())
+    }
+
+    fn staged(&mut self) -> Result<&mut Staged> {
+        match &mut self.filled {
+            Filled::Scene(staged) => Ok(staged),
+            Filled::Theirs(_) => Err(Error::Refused { needs: "a scene that the host knows".into() }),
+        }
+    }
+
+    /// As the host knows them: it does, where a scene fills the world.
+    fn known_bounds(&self) -> [Bounds; 2] {
+        self.bounds.unwrap_or([Bounds::NONE; 2])
+    }
+
+    /// Puts another state of the same scene in its place: particles, strands, meshes, lights and the camera may have moved and
+    /// changed. What has not is not copied, and its generation stays.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where there are more casters than there is room for, strands where it began with none, or lights or
+    /// meshes of another number, or a point light for another, for which everything has to be opened anew; [`Error::Gpu`] where a
+    /// copy fails; [`Error::Refused`] as [`World::scene`].
+    pub fn replace(&mut self, scene: &Scene) -> Result<Moved> {
+        let start = Instant::now();
+        self.check(scene)?;
+        let has_strands = self.strands;
+        let staged = self.staged()?;
+        let (mixed, written) = (staged.mixed, staged.written);
+        let changed = Changed::of(staged, scene, has_strands);
+        let casters = if changed.particles || changed.strands { scene.casters() } else { Vec::new() };
+        let known = self.known_bounds();
+        let bounds = [
+            if changed.meshes { Bounds::of_meshes(&scene.meshes) } else { known[0] },
+            if changed.particles || changed.strands { Bounds::of_casters(&casters) } else { known[1] },
+        ];
+        // First: where a copy fails, what is on the device is of neither scene.
+        self.raise(scene, &changed, mixed);
+        self.generations.bounds += u64::from(mixed || written || whole(bounds) != whole(known));
+        self.staged()?.mixed = true;
+        let pass = if changed.on_device() { self.copy(scene, &changed, &casters)? } else { None };
+        self.bounds = Some(bounds);
+        (self.particle_count, self.strand_count) = (scene.particles.len() as u32, scene.strands.len() as u32);
+        self.lit.clone_from(&scene.lights);
+        self.anchors = scene.aim().anchors;
+        self.camera = Some(scene.camera);
+        self.name.clone_from(&scene.name);
+        let staged = self.staged()?;
+        (staged.written, staged.mixed) = (false, false);
+        let host_ns = start.elapsed().as_nanos() as f64;
+        staged.scene.clone_from(scene);
+        Ok(Moved { pass, host_ns })
+    }
+
+    /// An error where a scene is no other state of this one.
+    fn check(&self, scene: &Scene) -> Result<()> {
+        let casters = scene.particles.len() + scene.strands.len();
+        let triangle_count: usize = scene.meshes.iter().map(|m| m.triangles.len()).sum();
+        let maps = |lights: &[Light]| lights.iter().map(Light::map_count).collect::<Vec<_>>();
+        let cause = if casters > self.caster_capacity as usize {
+            format!("{casters} casters, and the world has room for {}", self.caster_capacity)
+        } else if !scene.strands.is_empty() && !self.strands {
+            "it has strands, and the world was made without".into()
+        } else if triangle_count != self.triangle_count as usize || maps(&scene.lights) != maps(&self.lit) {
+            "meshes or lights are others than those that the world was made for".into()
+        } else {
+            return Ok(());
+        };
+        Err(Error::input(scene.name.clone(), cause, "make a new world, and open its techniques anew"))
+    }
+
+    fn raise(&mut self, scene: &Scene, changed: &Changed, mixed: bool) {
+        let now = &mut self.generations;
+        now.meshes += u64::from(changed.meshes);
+        now.particles += u64::from(changed.particles);
+        now.strands += u64::from(changed.strands);
+        raise_lights(now, &scene.lights, &self.lit, mixed);
+        now.camera += u64::from(Some(scene.camera) != self.camera);
+    }
+
+    /// Copies what has changed to the device.
+    fn copy(&self, scene: &Scene, changed: &Changed, casters: &[Caster]) -> Result<Option<PassTime>> {
+        let passes = self.context.try_submit(|commands| {
+            let mut staged = vec![commands.stage(&self.casters, casters)?];
+            if changed.lights {
+                staged.push(commands.stage(&self.lights, &LightData::all(scene))?);
+            }
+            if changed.meshes {
+                staged.push(commands.stage(&self.triangles, &triangles(scene))?);
+                staged.push(commands.stage(&self.sides, &signs(scene))?);
+            }
+            commands.pass("world.move", |pass| staged.iter().flatten().for_each(|staged| pass.copy_staged(staged)));
+            Ok(())
+        })?;
+        Ok(passes.into_iter().next())
+    }
+}
+
+/// Parts of a scene that are other than they were.
+struct Changed {
+    meshes: bool,
+    particles: bool,
+    strands: bool,
+    /// Or their colours.
+    lights: bool,
+}
+
+impl Changed {
+    /// What a scene has otherwise than the device.
+    fn of(staged: &Staged, scene: &Scene, has_strands: bool) -> Self {
+        let Staged { scene: was, written, mixed } = staged;
+        let particles =
+            bytemuck::cast_slice::<_, u8>(&scene.particles) != bytemuck::cast_slice::<_, u8>(&was.particles);
+        Self {
+            meshes: *mixed || scene.meshes != was.meshes,
+            // What simulates them decides where views begin.
+            particles: *mixed || *written || particles || scene.motion != was.motion,
+            strands: *mixed || *written && has_strands || scene.strands != was.strands,
+            lights: *mixed || scene.lights != was.lights,
+        }
+    }
+
+    fn on_device(&self) -> bool {
+        self.meshes || self.particles || self.strands || self.lights
+    }
+}
+
+fn whole([meshes, casters]: [Bounds; 2]) -> Bounds {
+    meshes.with(casters)
+}
+
+/// Raises what is made of where lights stand, of each that stands otherwise. Their colours make nothing.
+pub(super) fn raise_lights(now: &mut Generations, lights: &[Light], before: &[Light], all: bool) {
+    for ((is, was), generation) in lights.iter().zip(before).zip(&mut now.lights) {
+        *generation += u64::from(all || (is.kind, is.radius) != (was.kind, was.radius));
+    }
+}
+
+/// Of each triangle, in the order of [`triangles`].
+fn signs(scene: &Scene) -> Vec<i32> {
+    scene.meshes.iter().flat_map(|mesh| sides(mesh).into_iter().map(Side::sign)).collect()
+}
+
+fn triangles(scene: &Scene) -> Vec<TriangleData> {
+    let corner = |positions: &[[f32; 3]], i: u32| positions.get(i as usize).copied().unwrap_or_default();
+    let of_mesh = |m: &crate::scene::Mesh| -> Vec<TriangleData> {
+        let triangle = |t: &[u32; 3]| TriangleData { corners: t.map(|i| corner(&m.positions, i)), albedo: m.albedo };
+        m.triangles.iter().map(triangle).collect()
+    };
+    scene.meshes.iter().flat_map(of_mesh).collect()
+}

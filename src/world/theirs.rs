@@ -1,0 +1,256 @@
+//! A world that buffers of the caller's fill, on the device.
+
+use super::gather::{Gather, Slots};
+use super::source::{Corners, Count, Source, SphereAt, StrandAt};
+use super::staged::raise_lights;
+use super::{Bounds, Filled, Gathered, Generations, LightData, TriangleData, World};
+use crate::gpu::{Buffer, Commands, Context, Memory};
+use crate::scene::{Camera, Caster, Kinds, Light, LightKind};
+use crate::{Error, Result};
+use glam::{DVec3, Vec3};
+
+/// What a world has room for. Techniques are opened for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Capacity {
+    /// Spheres of smoke.
+    pub particles: u32,
+    /// Straight pieces of hair.
+    pub strands: u32,
+    /// Opaque triangles.
+    pub triangles: u32,
+    /// Lights.
+    pub lights: u32,
+}
+
+impl Capacity {
+    pub(super) fn kinds(self) -> Kinds {
+        Kinds { particles: self.particles > 0, strands: self.strands > 0, meshes: self.triangles > 0 }
+    }
+}
+
+/// What fills a world from the caller's buffers.
+pub(super) struct Theirs {
+    pub capacity: Capacity,
+    gather: Gather,
+    /// Casters that nobody has written are of radius 0.
+    cleared: bool,
+}
+
+/// The way out where a call is of the other kind of world.
+fn of_a_scene(name: &str) -> Error {
+    let cause = "a scene fills this world, and no buffer of the caller's";
+    Error::input(name, cause, "make the world with World::of, or move the scene with World::replace")
+}
+
+impl World {
+    /// A world with so much room, in which nothing casts and nothing shines yet: [`World::lights`] come before any technique is
+    /// opened for it, casters before its passes are recorded.
+    ///
+    /// What casts is copied on the device, in passes `world.gather`, from the caller's layout to ours: 32 bytes a caster and 48 a
+    /// triangle, written once.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where memory runs out.
+    pub fn of(context: &Context, capacity: Capacity) -> Result<Self> {
+        let casters = capacity
+            .particles
+            .checked_add(capacity.strands)
+            .ok_or_else(|| Error::input("a capacity", "more casters than numbers of 32 bits", "make room for fewer"))?;
+        let buffer = |name, count: u32, bytes: usize| {
+            Buffer::new(context, name, u64::from(count) * bytes as u64, Memory::Device)
+        };
+        Ok(Self {
+            context: context.clone(),
+            name: "a world of buffers".into(),
+            generations: Generations::default(),
+            casters: buffer("world.casters", casters, size_of::<Caster>())?,
+            caster_capacity: casters,
+            particle_count: 0,
+            strand_count: 0,
+            triangles: buffer("world.triangles", capacity.triangles, size_of::<TriangleData>())?,
+            triangle_capacity: capacity.triangles,
+            triangle_count: 0,
+            sides: buffer("world.sides", capacity.triangles, size_of::<i32>())?,
+            strands: capacity.strands > 0,
+            lights: buffer("world.lights", capacity.lights, size_of::<LightData>())?,
+            lit: Vec::new(),
+            camera: None,
+            anchors: [DVec3::ZERO; 2],
+            bounds: None,
+            filled: Filled::Theirs(Box::new(Theirs { capacity, gather: Gather::new(context)?, cleared: false })),
+        })
+    }
+
+    fn theirs(&mut self) -> Result<&mut Theirs> {
+        match &mut self.filled {
+            Filled::Theirs(theirs) => Ok(theirs),
+            Filled::Scene(_) => Err(of_a_scene(&self.name)),
+        }
+    }
+
+    /// Its particles are now those of that buffer: records the pass that gathers them, and says that they have moved. Particles with
+    /// a number that is not finite, or without a size, cast nothing, and are counted ([`World::gathered`]).
+    ///
+    /// Where the device alone knows their count, kernels go through as many casters as there is room for; those behind the count
+    /// are left at the first look.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the host knows that there are more than there is room for, or the layout lies outside the buffer;
+    /// [`Error::Gpu`] where memory runs out.
+    pub fn particles(&mut self, commands: &mut Commands, source: &Source, at: SphereAt) -> Result<()> {
+        let (context, casters) = (self.context.clone(), self.casters.clone());
+        let theirs = self.theirs()?;
+        let capacity = theirs.capacity.particles;
+        // Strands stand behind all that there is room for.
+        let count = match source.count {
+            Count::Host(count) if theirs.capacity.strands == 0 => count.min(capacity),
+            _ => capacity,
+        };
+        theirs.clear(commands, &casters);
+        let slots = Slots { first: 0, count, capacity };
+        theirs.gather.spheres(&context, commands, (&casters, slots), (source, at))?;
+        self.particle_count = count;
+        self.generations.particles += 1;
+        self.generations.bounds += 1;
+        Ok(())
+    }
+
+    /// Its strands are now those of that buffer, as in [`World::particles`].
+    ///
+    /// # Errors
+    /// As [`World::particles`].
+    pub fn strands(&mut self, commands: &mut Commands, source: &Source, at: StrandAt) -> Result<()> {
+        let (context, casters) = (self.context.clone(), self.casters.clone());
+        let theirs = self.theirs()?;
+        let Capacity { particles: first, strands: capacity, .. } = theirs.capacity;
+        let count = match source.count {
+            Count::Host(count) => count.min(capacity),
+            Count::Device { .. } => capacity,
+        };
+        theirs.clear(commands, &casters);
+        let slots = Slots { first, count, capacity };
+        theirs.gather.strands(&context, commands, (&casters, slots), (source, at))?;
+        (self.particle_count, self.strand_count) = (first, count);
+        self.generations.strands += 1;
+        self.generations.bounds += 1;
+        Ok(())
+    }
+
+    /// Its triangles are now those: records the pass that gathers them, and says that they have moved. Of no triangle it is known
+    /// whether it closes something. Triangles with a corner that is not finite, or with no such vertex, cast nothing, and are
+    /// counted. Kernels go through as many as there is room for: those behind the count have no area, and stand at a corner of one
+    /// that has.
+    ///
+    /// # Errors
+    /// As [`World::particles`].
+    pub fn triangles(&mut self, commands: &mut Commands, corners: &Corners) -> Result<()> {
+        let (context, triangles) = (self.context.clone(), self.triangles.clone());
+        let place = self.anchors[1].as_vec3().to_array();
+        let theirs = self.theirs()?;
+        let capacity = theirs.capacity.triangles;
+        theirs.gather.triangles(&context, commands, (&triangles, capacity), corners, place)?;
+        if self.triangle_count == 0 && capacity > 0 {
+            commands.pass("world.gather", |pass| pass.fill(&self.sides, 0));
+        }
+        self.triangle_count = capacity;
+        self.generations.meshes += 1;
+        self.generations.bounds += 1;
+        Ok(())
+    }
+
+    /// Its lights are now those: records their copy where any is another, and says which of them stand otherwise. The first call says
+    /// how many there are, and of how many maps; techniques are opened for these.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where there are more than there is room for, a number of one is out of range, or they have not as many maps,
+    /// one by one, as at the first call.
+    pub fn lights(&mut self, commands: &mut Commands, lights: &[Light]) -> Result<()> {
+        let theirs = self.theirs()?;
+        let room = theirs.capacity.lights as usize;
+        let maps = |lights: &[Light]| lights.iter().map(Light::map_count).collect::<Vec<_>>();
+        let known = !self.lit.is_empty();
+        let cause = if lights.len() > room {
+            format!("{} lights, and the world has room for {room}", lights.len())
+        } else if known && maps(lights) != maps(&self.lit) {
+            "lights have other numbers of maps than those that the world began with".into()
+        } else if let Some(i) = lights.iter().position(|light| !is_light(light)) {
+            format!("light {i} has a number that is not finite or out of range")
+        } else {
+            if self.lit == lights {
+                return Ok(());
+            }
+            let data = LightData::of(lights, self.triangle_capacity > 0);
+            commands.pass("world.lights", |pass| pass.update(&self.lights, &data));
+            if known {
+                raise_lights(&mut self.generations, lights, &self.lit, false);
+            } else {
+                self.generations.lights = vec![0; lights.len()];
+            }
+            self.lit = lights.to_vec();
+            return Ok(());
+        };
+        Err(Error::input(self.name.clone(), cause, "make a new world, and open its techniques anew"))
+    }
+
+    /// Who looks: what adapts to that asks for it.
+    pub fn set_camera(&mut self, camera: Camera) {
+        self.generations.camera += u64::from(self.camera != Some(camera));
+        self.camera = Some(camera);
+    }
+
+    /// A box in which all that casts stays, low and high corner, for a world of the caller's buffers: what needs one on the host
+    /// refuses without (`voxelized`, `ray-query`). Directional lights' views measure from its middle, and from the world's origin
+    /// without a box: where that is far away they are coarser. Give it before techniques are opened.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where it is no box, or a scene fills the world.
+    pub fn set_box(&mut self, low: [f32; 3], high: [f32; 3]) -> Result<()> {
+        self.theirs()?;
+        let is_box = low.iter().zip(&high).all(|(low, high)| low <= high && (high - low).is_finite());
+        if !is_box {
+            return Err(Error::input("a box", format!("from {low:?} to {high:?}"), "give its low and its high corner"));
+        }
+        let bounds = Bounds::of([Vec3::from(low), Vec3::from(high)]);
+        let [low, high] = bounds.ends();
+        self.anchors = [(low + high) * 0.5; 2];
+        self.bounds = Some([bounds; 2]);
+        self.generations.bounds += 1;
+        Ok(())
+    }
+
+    /// What the last submission found in the caller's buffers, after it.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where it cannot be read, [`Error::Input`] where a scene fills the world.
+    pub fn gathered(&self) -> Result<Gathered> {
+        match &self.filled {
+            Filled::Theirs(theirs) => theirs.gather.read(),
+            Filled::Scene(_) => Err(of_a_scene(&self.name)),
+        }
+    }
+}
+
+impl Theirs {
+    /// Before the first casters: those of the other kind cast nothing.
+    fn clear(&mut self, commands: &mut Commands, casters: &Buffer) {
+        if !self.cleared && self.capacity.particles > 0 && self.capacity.strands > 0 {
+            commands.pass("world.gather", |pass| pass.fill(casters, 0));
+            self.cleared = true;
+        }
+    }
+}
+
+/// Whether its numbers are as [`Light`] says.
+fn is_light(light: &Light) -> bool {
+    let is_unit = |v: DVec3| (v.length() - 1.0).abs() < 1e-3;
+    let stands = light.position().is_none_or(DVec3::is_finite);
+    let kind = match light.kind {
+        LightKind::Directional { direction } => is_unit(direction),
+        LightKind::Spot { direction, cone_degrees, .. } => {
+            is_unit(direction) && cone_degrees > 0.0 && cone_degrees <= 170.0
+        }
+        LightKind::Point { .. } => true,
+        LightKind::Virtual { normal, nearest, .. } => is_unit(normal) && nearest > 0.0 && nearest.is_finite(),
+    };
+    stands && kind && light.radius > 0.0 && light.radiance.iter().all(|c| c.is_finite() && *c >= 0.0)
+}
