@@ -65,10 +65,10 @@ fn build() -> Result<(), String> {
         .collect();
     let spirv = compile_all(&sources, &jobs, &constants)?;
     let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
-    embed::build(&out)?;
     let table = table(&out, &sources, &techniques, &constants, &jobs, &spirv)?;
     write(&out.join("shaders.rs"), table.as_bytes())?;
-    write(&out.join("glsl.rs"), flat_files(&out, &sources, &techniques)?.as_bytes())
+    write(&out.join("glsl.rs"), flat_files(&out, &sources, &techniques)?.as_bytes())?;
+    embed::build(&out, |technique| Ok(flat::flat(&sources, &technique.into())?.text))
 }
 
 /// What src/glsl.rs includes: the technique's files, in the order of the folders' places.

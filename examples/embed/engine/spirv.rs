@@ -30,3 +30,5 @@ macro_rules! asking {
 }
 
 pub const AVSM: Asking = asking!("avsm");
+pub const PSM: Asking = asking!("psm");
+pub const BEER_SHADOW_MAP: Asking = asking!("beer_shadow_map");

@@ -10,7 +10,7 @@ layout(location = 0) out vec4 color;
 void main() {
     vec2 tile = floor(position.xy);
     float albedo = mod(tile.x + tile.y, 2.0) == 0.0 ? 0.32 : 0.28;
-    vec3 lit = SUN * frame.to_light.z * sun_visibility(position) + SKY * 0.8;
+    vec3 lit = SUN * frame.to_light.z * sun_visibility(position, vec3(0, 0, 1)) + SKY * 0.8;
     float haze = 1.0 - exp(-0.004 * dot(position.xy, position.xy));
     color = vec4(mix(albedo * lit, SKY, haze), 1.0);
 }
