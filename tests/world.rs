@@ -3,6 +3,8 @@
 
 mod support;
 
+#[path = "world/buffers.rs"]
+mod buffers;
 #[path = "world/parts.rs"]
 mod parts;
 #[path = "world/time.rs"]

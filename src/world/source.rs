@@ -101,7 +101,7 @@ fn error(what: &str, cause: String) -> Error {
 /// # Errors
 /// [`Error::Input`] where they are no whole words.
 pub(super) fn words(what: &str, bytes: u64) -> Result<u32> {
-    let whole = u32::try_from(bytes / 4).ok().filter(|_| bytes % 4 == 0);
+    let whole = u32::try_from(bytes / 4).ok().filter(|_| bytes.is_multiple_of(4));
     whole.ok_or_else(|| error(what, format!("an offset or a stride of {bytes} bytes, and there are words of 4")))
 }
 
