@@ -341,7 +341,7 @@ fn two_runs_give_the_same_bytes() {
         for _ in 0..2 {
             gpu_test_needing(name, needs, |context| {
                 let world = World::new(context, &scenes::crowd()).expect("room for the scene");
-                let avsm = Box::new(opened(Avsm::new(context, &world, &spec(text)), text));
+                let avsm = Box::new(opened(Avsm::new(context, &world, &spec(text).settings()), text));
                 let mut avsm = Opened::new(context, avsm, true);
                 for _ in 0..2 {
                     avsm.rebuild(&world).expect("built");
@@ -372,7 +372,7 @@ fn paths_are_what_the_device_can_do() {
         let scene = scenes::nested();
         let world = World::new(context, &scene).expect("room for the scene");
         let open = |text: &str| {
-            let mut avsm = Opened::new(context, Box::new(Avsm::new(context, &world, &spec(text))?), true);
+            let mut avsm = Opened::new(context, Box::new(Avsm::new(context, &world, &spec(text).settings())?), true);
             avsm.build(&world)?;
             avsm.technique.facts()
         };

@@ -9,7 +9,7 @@ use gobo::consume::{Lighting, Query, Renderer, Shading};
 use gobo::gpu::Context;
 use gobo::reference::truth::{Casters, fog};
 use gobo::scene::{Camera, Fog, Light, LightKind, Particle, Picture, Resolution, Scene, View};
-use gobo::technique::{Entry, Path, REGISTRY, Spec, Technique, open};
+use gobo::technique::{Entry, Name, Path, REGISTRY, Spec, Technique, open};
 use gobo::world::World;
 use std::collections::HashMap;
 use std::sync::Mutex;
@@ -134,10 +134,10 @@ fn refusal(context: &Context, scene: &Scene, spec: &Spec) -> Option<Error> {
 fn those_that_open(test: &str, context: &Context, entry: &Entry) -> Vec<(String, Scene)> {
     let opens = |path: &Path| {
         let mut spec = support::spec(entry.name);
-        spec.set("path", path.name);
-        spec.set("size", "128");
+        spec.set(Name::PATH, path.name);
+        spec.set(Name::SIZE, "128");
         // The maps of two lights are drawn at once on every device.
-        spec.set("slices", "64");
+        spec.set(Name::SLICES, "64");
         let refused = |scene: &Scene| refusal(context, scene, &spec);
         let scene = [room(), under_the_sun(room())].into_iter().find(|scene| refused(scene).is_none());
         if let (None, Some(refusal)) = (&scene, refused(&room())) {

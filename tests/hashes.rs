@@ -18,7 +18,7 @@ use gobo::gpu::{Context, Messages, Options};
 use gobo::maps::SegmentData;
 use gobo::reference::truth::space_points;
 use gobo::scene::Scene;
-use gobo::technique::{Avsm, Opened, Psm, Spec, Technique, Uncompressed};
+use gobo::technique::{Avsm, Opened, Psm, Spec, Technique, Uncompressed, avsm, psm};
 use gobo::world::World;
 use std::io::Write;
 use support::{scenes, spec};
@@ -165,15 +165,16 @@ fn built(
     junk: f32,
 ) -> Result<[Option<String>; 2], Error> {
     let mut hash = Fnv::new();
-    let skip = spec.is_on("skip");
+    let skip = spec.skips();
     let (whole, answers) = match spec.entry.name {
         "avsm" => {
-            let mut avsm = Opened::new(context, Box::new(Avsm::new(context, world, spec)?), skip);
-            let pairs = match spec.number("nodes") {
-                nodes if spec.value("storage") == "packed" => 1 + nodes / 2,
+            let settings: avsm::Settings = spec.settings();
+            let mut avsm = Opened::new(context, Box::new(Avsm::new(context, world, &settings)?), skip);
+            let pairs = match settings.nodes {
+                nodes if settings.storage == avsm::Storage::Packed => 1 + nodes / 2,
                 nodes => nodes,
             };
-            let size = spec.number("size");
+            let size = settings.size;
             let words = world.map_count() * (size * size * pairs * 2) as usize;
             avsm.technique.curves().write(&vec![junk; words])?;
             avsm.build(world)?;
@@ -181,11 +182,12 @@ fn built(
             (!skip, answers(context, avsm.technique.as_ref(), points)?)
         }
         "psm" => {
-            let mut psm = Opened::new(context, Box::new(Psm::new(context, world, spec)?), skip);
+            let settings: psm::Settings = spec.settings();
+            let mut psm = Opened::new(context, Box::new(Psm::new(context, world, &settings)?), skip);
             let volume = psm.technique.volume.clone();
             context.submit(|commands| commands.pass("junk", |pass| pass.clear_volume(&volume, junk)))?;
             psm.build(world)?;
-            if spec.value("storage") == "rgba8" {
+            if settings.storage == psm::Storage::Rgba8 {
                 hash.bytes(&volume.read::<[u8; 4]>()?.concat());
             } else {
                 for texel in volume.read::<[u16; 4]>()? {
@@ -195,7 +197,7 @@ fn built(
             (true, answers(context, psm.technique.as_ref(), points)?)
         }
         "uncompressed" => {
-            let technique = Box::new(Uncompressed::new(context, world, spec)?);
+            let technique = Box::new(Uncompressed::new(context, world, &spec.settings())?);
             let mut uncompressed = Opened::new(context, technique, skip);
             uncompressed.build(world)?;
             let list = &uncompressed.technique.list;

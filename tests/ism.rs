@@ -16,7 +16,7 @@ mod scenes;
 use gobo::Error;
 use gobo::gpu::Context;
 use gobo::scene::Scene;
-use gobo::technique::{Ism, IsmSettings, Opened};
+use gobo::technique::{Ism, Opened};
 use gobo::world::World;
 use support::{opened, spec};
 
@@ -26,7 +26,7 @@ const PATHS: [&str; 4] = ["tiled", "atomic", "quads", "triangles"];
 /// The technique, built for `scene`.
 fn built(context: &Context, scene: &Scene, text: &str) -> Box<Ism> {
     let world = World::new(context, scene).expect("room for the scene");
-    let ism = opened(Ism::new(context, &world, &IsmSettings::of(&spec(text))), text);
+    let ism = opened(Ism::new(context, &world, &spec(text).settings()), text);
     let mut opened = Opened::new(context, Box::new(ism), true);
     opened.build(&world).expect(text);
     opened.technique
@@ -35,7 +35,7 @@ fn built(context: &Context, scene: &Scene, text: &str) -> Box<Ism> {
 /// Why a spec is refused for a scene; nothing where it is not.
 fn refusal(context: &Context, scene: &Scene, text: &str) -> Option<String> {
     let world = World::new(context, scene).expect("room for the scene");
-    match Ism::new(context, &world, &IsmSettings::of(&spec(text))) {
+    match Ism::new(context, &world, &spec(text).settings()) {
         Ok(_) => None,
         Err(Error::Refused { needs }) => Some(needs),
         Err(error) => panic!("{text}: {error}"),

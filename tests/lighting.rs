@@ -10,7 +10,7 @@ use gobo::measure::picture_error;
 use gobo::reference::truth::{Casters, picture};
 use gobo::reference::twin::vertex_lit;
 use gobo::scene::{Camera, Light, LightKind, Particle, Picture, SKY, Scene, Strand, View};
-use gobo::technique::REGISTRY;
+use gobo::technique::{Name, REGISTRY};
 use gobo::world::World;
 use support::{built, gpu_test_needing, scenes, some, spec};
 
@@ -18,8 +18,8 @@ use support::{built, gpu_test_needing, scenes, some, spec};
 fn techniques() -> Vec<String> {
     let spec = |name| {
         let mut spec = spec(name);
-        spec.set("size", "128");
-        spec.set("path", "two-pass");
+        spec.set(Name::SIZE, "128");
+        spec.set(Name::PATH, "two-pass");
         spec.short()
     };
     let shadow_smoke = REGISTRY.iter().filter(|entry| entry.casts.particles);
@@ -350,7 +350,7 @@ fn a_device_without_tessellation_refuses() {
     gpu_test_needing("a_device_without_tessellation_refuses", &[], |context| {
         let mut features = context.features().clone();
         (features.tessellation_shader, features.fill_mode_non_solid) = (false, false);
-        let lighting = |text: &str| Lighting::of(&spec(text));
+        let lighting = |text: &str| Lighting::of(&spec(text).settings());
         for technique in REGISTRY.iter().map(|entry| entry.name) {
             features.require(lighting(technique).requires()).expect("light at each pixel needs nothing");
             let error = features.require(lighting(&format!("{technique}:lighting=vertex")).requires());

@@ -118,7 +118,7 @@ fn dithered_bits_have_the_mean_of_soft_answers() {
             off / drawn.pixels.len() as f32
         };
         let dithered = far(Tiled::default());
-        let none = far(Tiled { dither: gobo::technique::keys::DitherKind::None, ..Tiled::default() });
+        let none = far(Tiled { dither: gobo::consume::DitherKind::None, ..Tiled::default() });
         println!("mean |difference|: dithered {dithered:.4}, not {none:.4}");
         assert!(dithered < 0.012 && none > 2.0 * dithered, "dithered {dithered}, not {none}");
     });

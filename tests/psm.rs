@@ -17,6 +17,7 @@ use gobo::reference::twin::bins::{TILE_TEXELS, tile_key};
 use gobo::reference::twin::psm;
 use gobo::reference::twin::segment::texel_segment;
 use gobo::scene::{Particle, Scene, View};
+use gobo::technique::psm::{Assign, Settings, Storage};
 use gobo::technique::{Opened, Psm, Spec, Technique};
 use gobo::world::World;
 use support::scenes::Random;
@@ -48,8 +49,9 @@ fn half(bits: u16) -> f32 {
 
 /// Reads the slices, and leaves out a layer for coverage.
 fn rays(psm: &Psm, spec: &Spec, maps: usize) -> Rays {
-    let (size, slices) = (spec.number("size"), spec.number("slices") as usize);
-    let texels: Vec<[f32; 4]> = if spec.value("storage") == "rgba8" {
+    let Settings { size, slices, storage, .. } = spec.settings();
+    let slices = slices as usize;
+    let texels: Vec<[f32; 4]> = if storage == Storage::Rgba8 {
         let bytes: Vec<[u8; 4]> = psm.volume.read().expect("read");
         bytes.into_iter().map(|t| t.map(|c| f32::from(c) / 255.0)).collect()
     } else {
@@ -70,7 +72,7 @@ fn world(context: &Context, scene: &Scene) -> World {
 }
 
 fn opened(context: &Context, world: &World, text: &str) -> Opened<Psm> {
-    Opened::new(context, Box::new(support::opened(Psm::new(context, world, &spec(text)), text)), true)
+    Opened::new(context, Box::new(support::opened(Psm::new(context, world, &spec(text).settings()), text)), true)
 }
 
 fn built(context: &Context, scene: &Scene, text: &str) -> Box<Psm> {
@@ -80,14 +82,19 @@ fn built(context: &Context, scene: &Scene, text: &str) -> Box<Psm> {
     psm.technique
 }
 
+fn is_additive(spec: &Spec) -> bool {
+    spec.settings::<Settings>().storage == Storage::OpticalDepth
+}
+
 /// What is kept of the light, where with optical-depth the volume keeps what is lost.
 fn kept(spec: &Spec, values: &[f32]) -> Vec<f32> {
-    let additive = spec.value("storage") == "optical-depth";
+    let additive = is_additive(spec);
     values.iter().map(|v| if additive { 1.0 - v } else { *v }).collect()
 }
 
 fn slices(spec: &Spec) -> psm::Slices {
-    psm::Slices { count: spec.number("slices"), split: spec.value("assign") == "split" }
+    let Settings { slices: count, assign, .. } = spec.settings();
+    psm::Slices { count, split: assign == Assign::Split }
 }
 
 /// Slices that a caster so near to a face may or may not be in, by rounding: depths are some 1e-7 off, times the slices.
@@ -104,7 +111,7 @@ fn ambiguous_slices(scene: &Scene, view: &View, slices: psm::Slices) -> Vec<usiz
 
 /// One step of a stored number: 8 bits, or 11 of a half float in [0.5, 1], which some drivers cut off.
 fn step(spec: &Spec) -> f32 {
-    if spec.value("storage") == "rgba8" { 1.0 / 255.0 } else { 1.0 / 2048.0 }
+    if spec.settings::<Settings>().storage == Storage::Rgba8 { 1.0 / 255.0 } else { 1.0 / 2048.0 }
 }
 
 /// What arithmetic alone may change of a transmittance: chords of rays that nearly graze lose digits to cancellation.
@@ -176,7 +183,7 @@ fn voxelize_and_propagate(context: &Context, scene: &Scene, spec: &Spec, what: &
     let local = rays(&psm, spec, maps);
     context.submit(|commands| psm.propagate(commands)).expect(what);
     let behind = rays(&psm, spec, maps);
-    let additive = spec.value("storage") == "optical-depth";
+    let additive = is_additive(spec);
     each_ray(scene, &psm, |map, view, texel, at| {
         let met: Vec<_> = casters.iter().filter(|c| texel_segment(view, at, c).is_some()).copied().collect();
         let twin = psm::voxelize(view, at, &met, slices);
@@ -284,7 +291,8 @@ fn fused_equals_its_twin_with_many_threads() {
                     continue;
                 }
                 let world = world(context, &scene);
-                let psm = support::opened(Psm::with_threads(context, &world, &spec(&text), threads, ahead), &text);
+                let psm =
+                    support::opened(Psm::with_threads(context, &world, &spec(&text).settings(), threads, ahead), &text);
                 let psm = Opened::new(context, Box::new(psm), true);
                 fused(psm, &world, &spec(&text), &format!("{} {text}, {threads} threads", scene.name));
             }
@@ -340,7 +348,8 @@ fn bad_specs_are_refused_in_one_line() {
             cases.push((&lights, "psm:path=fused,size=8,slices=256", "fewer"));
         }
         for (scene, text, expected) in cases {
-            let error = Psm::new(context, &world(context, scene), &spec(text)).err().expect(text).to_string();
+            let error =
+                Psm::new(context, &world(context, scene), &spec(text).settings()).err().expect(text).to_string();
             assert!(error.contains(expected) && !error.contains('\n'), "{text}: {error}");
         }
     });

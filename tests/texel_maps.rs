@@ -10,6 +10,7 @@ mod twin;
 use gobo::consume::Query;
 use gobo::gpu::{Context, Requirement};
 use gobo::maps::TILE_TEXELS;
+use gobo::maps::TexelWay;
 use gobo::measure::{PointError, point_error};
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::reference::twin::bins::tile_key;
@@ -17,7 +18,7 @@ use gobo::reference::twin::segment::texel_segment;
 use gobo::reference::twin::sums::{DARK, bound};
 use gobo::reference::twin::{beer_shadow_map as beer, translucency_map as translucency};
 use gobo::scene::{Caster, Particle, Scene, View};
-use gobo::technique::{Opened, Spec, TexelMap, beer_shadow_map, open, translucency_map};
+use gobo::technique::{BeerShadowMap, Opened, TexelMap, TranslucencyMap, beer_shadow_map, open};
 use gobo::world::World;
 use half::f16;
 use support::{all, gpu_test, gpu_test_needing, scenes, spec};
@@ -75,19 +76,27 @@ fn each_texel(scene: &Scene, views: &[View], mut check: impl FnMut(usize, &View,
     assert!(checked * 20 >= place * 19, "{}: {checked} of {place} texels are checked", scene.name);
 }
 
-/// Opens the technique by its own type.
-fn texel_map(spec: &Spec) -> fn(&Context, &World, &Spec) -> gobo::Result<TexelMap> {
-    if spec.entry.name == "beer-shadow-map" { beer_shadow_map } else { translucency_map }
-}
-
 /// The texels as stored, all maps', a number a channel.
 fn texels(context: &Context, scene: &Scene, text: &str) -> (Vec<Vec<f32>>, Vec<View>) {
-    use gobo::technique::Technique;
     let spec = spec(text);
     let world = World::new(context, scene).expect("room for the scene");
-    let mut opened =
-        Opened::new(context, Box::new(support::opened(texel_map(&spec)(context, &world, &spec), text)), true);
-    opened.build(&world).expect(text);
+    if spec.entry.name == "beer-shadow-map" {
+        stored(context, &world, BeerShadowMap::new(context, &world, &spec.settings()), text)
+    } else {
+        stored(context, &world, TranslucencyMap::new(context, &world, &spec.settings()), text)
+    }
+}
+
+/// The same of one that is open.
+fn stored<S>(
+    context: &Context,
+    world: &World,
+    opened: gobo::Result<TexelMap<S>>,
+    text: &str,
+) -> (Vec<Vec<f32>>, Vec<View>) {
+    use gobo::technique::Technique;
+    let mut opened = Opened::new(context, Box::new(support::opened(opened, text)), true);
+    opened.build(world).expect(text);
     let image = opened.technique.texels.image.clone();
     let read = || -> Vec<Vec<f32>> {
         match image.bytes() / u64::from(image.size()[0] * image.size()[1]) {
@@ -100,8 +109,8 @@ fn texels(context: &Context, scene: &Scene, text: &str) -> (Vec<Vec<f32>>, Vec<V
         }
     };
     let all = read();
-    opened.rebuild(&world).expect(text);
-    assert!(all == read(), "{} {text}: the second build differs", scene.name);
+    opened.rebuild(world).expect(text);
+    assert!(all == read(), "{} {text}: the second build differs", world.name());
     let views = opened.technique.maps().iter().map(|m| m.volume).collect();
     (all, views)
 }
@@ -251,8 +260,9 @@ fn an_infinite_texel_is_a_number() {
     use gobo::technique::Technique;
     gpu_test("an_infinite_texel_is_a_number", |context| {
         let world = World::new(context, &scenes::random()).expect("room for the scene");
-        let text = spec("beer-shadow-map:path=raster,size=8");
-        let mut opened = Opened::new(context, Box::new(beer_shadow_map(context, &world, &text).expect("opens")), true);
+        let settings = beer_shadow_map::Settings { path: Some(TexelWay::Raster), size: 8, ..Default::default() };
+        let technique = BeerShadowMap::new(context, &world, &settings).expect("opens");
+        let mut opened = Opened::new(context, Box::new(technique), true);
         opened.build(&world).expect("built");
         let image = &opened.technique.texels.image;
         // From depth 0.25 to 0.75.

@@ -17,7 +17,7 @@ use gobo::gpu::Context;
 use gobo::grid::Voxelizer;
 use gobo::reference::twin::grid::{Bits, Place};
 use gobo::scene::{Light, LightKind, Scene};
-use gobo::technique::{Opened, VoxelGrid, VoxelGridSettings as Settings};
+use gobo::technique::{Opened, VoxelGrid, voxel_grid::Plan as Settings};
 use gobo::world::World;
 use support::{ask, assert_right_beyond_the_resolution, gpu_test, rows, scenes::Random, within::diagonal};
 
@@ -36,7 +36,7 @@ fn all() -> Vec<Scene> {
 
 fn built(context: &Context, scene: &Scene, settings: Settings) -> (World, Opened<VoxelGrid>) {
     let world = World::new(context, scene).expect("room for the scene");
-    let technique = support::opened(VoxelGrid::new(context, &world, &settings), "voxel-grid");
+    let technique = support::opened(VoxelGrid::planned(context, &world, &settings), "voxel-grid");
     let mut opened = Opened::new(context, Box::new(technique), true);
     opened.build(&world).expect("built");
     (world, opened)

@@ -20,7 +20,7 @@ use gobo::gpu::{Context, PassTime};
 use gobo::reference::twin::voxelized::{Baked, Cube, Free, bake, boundaries, columns, project, voxel};
 use gobo::scene::{LightKind, Scene, sides};
 use gobo::technique::{
-    Coverage, Free as FreeKey, Opened, Structure, Technique, TreeData, Voxelized, VoxelizedSettings as Settings,
+    Coverage, Free as FreeKey, Opened, Structure, Technique, TreeData, Voxelized, voxelized::Plan as Settings,
 };
 use gobo::world::World;
 use std::collections::BTreeSet;
@@ -40,7 +40,7 @@ const PLAIN: Settings = Settings {
 
 fn baked(context: &Context, scene: &Scene, settings: Settings) -> Opened<Voxelized> {
     let world = World::new(context, scene).expect("room for the scene");
-    let technique = support::opened(Voxelized::new(context, &world, &settings), "voxelized");
+    let technique = support::opened(Voxelized::planned(context, &world, &settings), "voxelized");
     let mut opened = Opened::new(context, Box::new(technique), true);
     opened.build(&world).expect("baked");
     opened
@@ -305,7 +305,7 @@ fn a_first_bake_counts_all_of_it() {
         let world = World::new(context, &scene).expect("room");
         for tile in [Settings::TILE, 64] {
             let settings = Settings { size: 512, tile, keep_columns: false, ..PLAIN };
-            let technique = support::opened(Voxelized::new(context, &world, &settings), "voxelized");
+            let technique = support::opened(Voxelized::planned(context, &world, &settings), "voxelized");
             let mut opened = Opened::new(context, Box::new(technique), false);
             let names = |passes: &[PassTime]| passes.iter().map(|p| p.name.clone()).collect::<BTreeSet<_>>();
             let first = opened.build(&world).expect("baked").passes;

@@ -15,7 +15,7 @@ use gobo::consume::{Query, QueryKernel};
 use gobo::gpu::{Commands, Context, PassTime};
 use gobo::maps::Map;
 use gobo::scene::{Light, LightKind, Particle, Scene, Strand};
-use gobo::technique::{self, Answer, Avsm, Built, Facts, Lifetime, Opened, Settled, Spec, Technique};
+use gobo::technique::{self, Answer, Avsm, Built, Facts, Lifetime, Name, Opened, Settled, Spec, Technique};
 use gobo::world::World;
 use support::scenes::{self, Random};
 use support::{all, ask, every_path, gpu_test, runs, some, spec};
@@ -45,12 +45,12 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
         specs.push(spec("psm:path=raster,coverage=tiles,assign=split"));
         specs.push(spec("psm:path=raster,coverage=viewport"));
         specs.extend(every_path(test, context).into_iter().map(|mut spec| {
-            spec.set("skip", "off");
+            spec.set(Name::SKIP, "off");
             spec
         }));
     }
     specs.retain(|spec| spec.entry.lifetime == Lifetime::Frame && runs(test, context, &spec.short()));
-    specs.iter_mut().for_each(|spec| spec.set("size", SIZE));
+    specs.iter_mut().for_each(|spec| spec.set(Name::SIZE, SIZE));
     specs
 }
 
@@ -214,10 +214,10 @@ fn curves_of_a_world_that_moved() {
     let name = "curves_of_a_world_that_moved";
     gpu_test(name, |context| {
         for mut spec in every_path(name, context).into_iter().filter(|s| s.entry.name == "avsm") {
-            spec.set("size", "24");
-            spec.set("skip", "off");
+            spec.set(Name::SIZE, "24");
+            spec.set(Name::SKIP, "off");
             let open = |world: &World| {
-                let avsm = support::opened(Avsm::new(context, world, &spec), &spec.short());
+                let avsm = support::opened(Avsm::new(context, world, &spec.settings()), &spec.short());
                 Opened::new(context, Box::new(avsm), false)
             };
             let curves = |avsm: &Opened<Avsm>| -> Vec<u32> {
@@ -437,7 +437,7 @@ fn an_unchanged_world_takes_no_pass() {
         let timed = context.features().timestamp_valid_bits > 0;
         let scene = fewer();
         for mut spec in specs(name, context) {
-            spec.set("skip", "on");
+            spec.set(Name::SKIP, "on");
             let what = spec.short();
             let mut world = world(context, &scene);
             let mut opened = opened(context, &world, &spec);

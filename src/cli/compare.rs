@@ -6,6 +6,7 @@ use super::{
     DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, little,
     load, say,
 };
+use crate::consume::{parse, runs};
 use crate::gpu::{Context, Features};
 use crate::measure::{
     Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Status, Traced, copy_bytes_per_second,
@@ -13,8 +14,7 @@ use crate::measure::{
 };
 use crate::report::{Store, casters, page, passes, plots, table};
 use crate::scene::{Motion, Picture, Scene};
-use crate::technique::runs::specs;
-use crate::technique::{Spec, parse};
+use crate::technique::{Name, Spec};
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
 use std::collections::BTreeMap;
@@ -191,7 +191,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
             specs.clone()
         };
         if arguments.no_skip {
-            specs.iter_mut().for_each(|spec| spec.set("skip", "off"));
+            specs.iter_mut().for_each(|spec| spec.set(Name::SKIP, "off"));
         }
         Ok(specs)
     };
@@ -364,11 +364,11 @@ impl Writer<'_> {
 fn default_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
     let on_cpu = features.is_software();
     if scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes() {
-        return specs(|runs| runs.many_lights, on_cpu);
+        return runs(|runs| runs.many_lights, on_cpu);
     }
-    let mut specs = specs(|runs| runs.compare, on_cpu)?;
+    let mut specs = runs(|runs| runs.compare, on_cpu)?;
     specs.retain(|spec| {
-        let path = spec.entry.paths.iter().find(|p| p.name == spec.value("path"));
+        let path = spec.entry.paths.iter().find(|p| p.name == spec.text(Name::PATH));
         path.is_none_or(|p| p.requires.iter().all(|r| features.lacks(*r).is_none()))
     });
     Ok(specs)

@@ -1,11 +1,11 @@
 //! `gobo curve`
 
 use super::{DeviceArguments, LoadArguments, MapArguments, check_messages, load_whole, place, say};
+use crate::consume::parse;
 use crate::measure::LightRay;
 use crate::reference::truth::Casters;
 use crate::report::{curve, write_whole};
-use crate::technique::keys::SIZE;
-use crate::technique::{open, parse, usual};
+use crate::technique::{Name, open, usual};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
@@ -46,7 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     for text in &arguments.techniques {
         specs.extend(parse(text)?);
     }
-    if specs.iter().any(|s| s.number(SIZE.name) != specs[0].number(SIZE.name)) {
+    if specs.iter().any(|s| s.text(Name::SIZE) != specs[0].text(Name::SIZE)) {
         return Err(Error::input("--technique", "maps of different sizes", "give all the same size="));
     }
     let context = arguments.device.open()?;

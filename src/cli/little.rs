@@ -3,7 +3,7 @@
 //! So every command of docs is run.
 
 use crate::scene::Scene;
-use crate::technique::{Spec, Values};
+use crate::technique::{Name, Spec, Values};
 use std::sync::OnceLock;
 
 /// Texels or slices, where any number may be chosen: enough for the widest filter.
@@ -56,12 +56,14 @@ pub(super) fn specs(mut specs: Vec<Spec>) -> Vec<Spec> {
         return specs;
     }
     for spec in &mut specs {
-        for name in ["size", "points", "slices"] {
-            let key = spec.entry.all_keys().find(|key| key.name == name && !spec.value(name).is_empty());
-            match key.map(|key| &key.values) {
+        for name in Name::SIZES {
+            let key = spec.keys().find(|key| Name::from(*key) == name && !spec.text(name).is_empty());
+            match key.map(|key| key.values) {
                 Some(Values::OneOf(words)) => spec.set(name, words[0]),
-                Some(_) => spec.set(name, &spec.number(name).min(MOST_TEXELS).to_string()),
-                None => {}
+                Some(_) if spec.text(name).parse().is_ok_and(|size: u32| size > MOST_TEXELS) => {
+                    spec.set(name, &MOST_TEXELS.to_string());
+                }
+                _ => {}
             }
         }
     }

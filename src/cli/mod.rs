@@ -18,10 +18,11 @@ mod steps;
 mod stress;
 
 use crate::consume::indirect::{check_count, check_meshes, lit_by_vpls};
+use crate::consume::{KEYS, parse};
 use crate::gpu::{Context, Messages, Options, fault};
 use crate::scene::{FACES, Motion, Scene, check_time, known};
-use crate::technique::keys::{EVERY, TILED};
-use crate::technique::{Key, Lifetime, REGISTRY, Spec, Values, parse};
+use crate::technique::keys::EVERY;
+use crate::technique::{Key, Lifetime, REGISTRY, Spec, Values};
 use crate::{Error, Result};
 use clap::{Args, Parser, Subcommand};
 use std::fmt::Display;
@@ -228,10 +229,12 @@ fn techniques() -> String {
         };
         let casts = entry.casts.names();
         text += &format!("\n  {}: {}\n    casts from {casts}; {lifetime}\n", entry.name, entry.about);
-        text += &keys(entry.keys);
+        text += &keys(entry.keys.iter());
     }
-    text += &format!("\n  every technique:\n{}", keys(EVERY));
-    text += &format!("\n  every technique, with shading=tiled:\n{}", keys(TILED));
+    text +=
+        &format!("\n  every technique:\n{}", keys(EVERY.iter().chain(KEYS.iter().filter(|key| key.with.is_none()))));
+    text +=
+        &format!("\n  every technique, with shading=tiled:\n{}", keys(KEYS.iter().filter(|key| key.with.is_some())));
     let known = known();
     let (files, built_in) = known.split_once(" or one of ").unwrap_or((&known, ""));
     text += &format!("\nScenes: {files} or one of\n");
@@ -248,7 +251,7 @@ fn techniques() -> String {
 }
 
 /// A line a key.
-fn keys(keys: &[Key]) -> String {
+fn keys<'a>(keys: impl Iterator<Item = &'a Key>) -> String {
     let line = |key: &Key| {
         let values = match key.values {
             Values::OneOf(words) => words.join("|"),
@@ -258,7 +261,7 @@ fn keys(keys: &[Key]) -> String {
         };
         format!("    {:<9} {} (default {}; {values})\n", key.name, key.about, key.default)
     };
-    keys.iter().map(line).collect()
+    keys.map(line).collect()
 }
 
 /// The one spec that a command for a single picture takes.

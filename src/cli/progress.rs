@@ -72,7 +72,7 @@ fn outcome(row: &Row) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::technique::parse;
+    use crate::consume::parse;
 
     #[test]
     fn a_line_is_short_and_says_what_is_left() {

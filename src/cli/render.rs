@@ -91,7 +91,7 @@ impl Arguments {
 
     /// How meshes are shaded.
     pub(super) fn shading(&self, spec: &Spec) -> Shading {
-        match (self.meshes, Shading::of(spec)) {
+        match (self.meshes, Shading::of(&spec.settings())) {
             (None, shading) | (Some(Mesh::Tiled), shading @ Shading::Tiled(_)) => shading,
             (Some(Mesh::Forward), _) => Shading::Forward,
             (Some(Mesh::Deferred), _) => Shading::Deferred,
@@ -137,7 +137,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let spec = one_spec(&arguments.technique)?;
-    let lighting = Lighting::of(&spec);
+    let lighting = Lighting::of(&spec.settings());
     let spacing = lines_spacing(arguments, lighting)?;
     let context = arguments.device.open()?;
     context.features().require(lighting.requires())?;

@@ -1,10 +1,11 @@
 //! `gobo stress`
 
 use super::{DeviceArguments, little};
+use crate::consume::{parse, runs};
 use crate::report::{Store, one_line, stress_csv, stress_device, stress_page, stress_table};
 use crate::stress::{Case, Outcome, Results, SCHEMA, Stressed, Sweep, Worker, cases, serve, verdicts};
-use crate::technique::runs::{List, specs};
-use crate::technique::{Spec, parse};
+use crate::technique::Spec;
+use crate::technique::runs::List;
 use crate::{Error, Result};
 use clap::Args;
 use std::ffi::OsString;
@@ -85,7 +86,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     // As small as they are on every device.
     let asked = |list: List| -> Result<Vec<Spec>> {
-        let mut asked = if named.is_empty() { specs(list, false)? } else { named.clone() };
+        let mut asked = if named.is_empty() { runs(list, false)? } else { named.clone() };
         little::first(&mut asked, 2);
         Ok(asked)
     };

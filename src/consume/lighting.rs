@@ -1,8 +1,7 @@
 //! Where the casters of a picture ask for their light.
 
+use super::settings::{LightingKind, ShadingSettings};
 use crate::gpu::Requirement;
-use crate::technique::Spec;
-use crate::technique::keys::{LIGHTING, LightingKind};
 
 /// Pixels from vertex to vertex, at most: so far the picture of three-emitters at 640×360 is no farther from that of light
 /// at each pixel (image RMSE 0.0022) than AVSM's of 8 nodes is from the truth (0.0024).
@@ -21,11 +20,11 @@ pub enum Lighting {
 }
 
 impl Lighting {
-    /// What `lighting=` of a spec says.
-    pub fn of(spec: &Spec) -> Self {
-        match spec.word(LIGHTING.name) {
-            Some(LightingKind::Vertex) => Self::Vertex { spacing: VERTEX_SPACING },
-            _ => Self::Fragment,
+    /// What is set.
+    pub fn of(settings: &ShadingSettings) -> Self {
+        match settings.lighting {
+            LightingKind::Vertex => Self::Vertex { spacing: VERTEX_SPACING },
+            LightingKind::Fragment => Self::Fragment,
         }
     }
 

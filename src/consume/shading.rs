@@ -1,7 +1,6 @@
 //! How the meshes of a picture are shaded.
 
-use crate::technique::Spec;
-use crate::technique::keys::{DitherKind, SHADING, ShadingKind, ShadowsKind};
+use super::settings::{DitherKind, ShadingKind, ShadingSettings, ShadowsKind};
 
 /// How meshes are shaded. Forward and deferred pictures are the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,18 +41,14 @@ impl Tiled {
 }
 
 impl Shading {
-    /// What `shading=` of a spec says, and the keys about tiles.
-    pub fn of(spec: &Spec) -> Self {
-        match spec.word(SHADING.name) {
-            Some(ShadingKind::Deferred) => Self::Deferred,
-            Some(ShadingKind::Interleaved) => Self::Interleaved,
-            Some(ShadingKind::Tiled) => Self::Tiled(Tiled {
-                dither: spec.word("dither").unwrap_or(DitherKind::Ordered),
-                blur: spec.is_on("blur"),
-                history: spec.is_on("history"),
-                shadows: spec.word("shadows").unwrap_or(ShadowsKind::Direct),
-            }),
-            _ => Self::Forward,
+    /// What is set.
+    pub fn of(settings: &ShadingSettings) -> Self {
+        let ShadingSettings { dither, blur, history, shadows, .. } = *settings;
+        match settings.shading {
+            ShadingKind::Forward => Self::Forward,
+            ShadingKind::Deferred => Self::Deferred,
+            ShadingKind::Interleaved => Self::Interleaved,
+            ShadingKind::Tiled => Self::Tiled(Tiled { dither, blur, history, shadows }),
         }
     }
 
@@ -69,11 +64,11 @@ impl Shading {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::technique::parse;
+    use crate::consume::parse;
 
     #[test]
     fn specs_say_how_meshes_are_shaded() {
-        let of = |text: &str| Shading::of(&parse(text).expect(text)[0]);
+        let of = |text: &str| Shading::of(&parse(text).expect(text)[0].settings());
         assert_eq!((of("avsm"), of("avsm:shading=deferred")), (Shading::Forward, Shading::Deferred));
         assert_eq!(of("avsm:shading=interleaved"), Shading::Interleaved);
         assert_eq!(of("avsm:shading=tiled"), Shading::Tiled(Tiled::default()));

@@ -13,7 +13,7 @@ use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{Bounce, Casters, MAP_DEPTHS, bounce, bounds, points_outside, points_within};
 use crate::scene::{Picture, Resolution, View};
 use crate::simulate::Simulation;
-use crate::technique::{self, Opened, Spec, Technique};
+use crate::technique::{self, Name, Opened, Spec, Technique};
 use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -201,7 +201,7 @@ impl Case<'_> {
             scene: self.world.name().into(),
             technique: spec.entry.name.into(),
             variant: spec.variant(),
-            path: spec.value("path").into(),
+            path: spec.text(Name::PATH).into(),
             unseen: spec.entry.casts.unseen_of(self.world.kinds()),
             ..Row::default()
         };
@@ -216,7 +216,8 @@ impl Case<'_> {
     }
 
     fn fill(&mut self, spec: &Spec, row: &mut Row) -> Result<Drawn> {
-        let (lighting, shading) = (Lighting::of(spec), Shading::of(spec));
+        let settings = spec.settings();
+        let (lighting, shading) = (Lighting::of(&settings), Shading::of(&settings));
         self.context.features().require(lighting.requires())?;
         self.show(0)?;
         let mut opened = technique::open(self.context, &self.world, spec)?;

@@ -1,5 +1,6 @@
 //! Numbers, units and specs as a reader wants them.
 
+use crate::consume::keys;
 use crate::measure::{Row, Status, Timing};
 use crate::technique::REGISTRY;
 use std::collections::{BTreeMap, BTreeSet};
@@ -143,7 +144,7 @@ pub(super) struct Specs {
 /// What a key of a technique is where a spec does not say.
 fn default(technique: &str, key: &str) -> Option<&'static str> {
     let entry = REGISTRY.iter().find(|entry| entry.name == technique)?;
-    entry.all_keys().find(|known| known.name == key).map(|known| known.default)
+    keys(entry).find(|known| known.name == key).map(|known| known.default)
 }
 
 impl Specs {
@@ -249,7 +250,7 @@ mod tests {
     }
 
     fn row(spec: &str) -> Row {
-        let spec = crate::technique::parse(spec).expect(spec).remove(0);
+        let spec = crate::consume::parse(spec).expect(spec).remove(0);
         Row { technique: spec.entry.name.into(), variant: spec.variant(), ..Row::default() }
     }
 

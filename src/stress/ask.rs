@@ -7,7 +7,7 @@ use crate::gpu::Context;
 use crate::measure::{Answers, Points};
 use crate::reference::truth::MAP_DEPTHS;
 use crate::scene::Resolution;
-use crate::technique::{self, Opened, Spec};
+use crate::technique::{self, Name, Opened, Spec};
 use crate::world::World;
 use crate::{Error, Result};
 use std::sync::Arc;
@@ -22,7 +22,7 @@ pub fn ask(context: &Context, subject: &Subject, (case, value): (&str, f64), spe
         case: case.into(),
         value,
         technique: spec.short(),
-        path: spec.value("path").into(),
+        path: spec.text(Name::PATH).into(),
         outcome: Outcome::Answered,
         reason: String::new(),
         figures: None,

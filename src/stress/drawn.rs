@@ -2,9 +2,9 @@
 
 use super::meshes::{block, plate, triangles};
 use super::strewn::{sphere, step};
+use crate::consume::KEYS;
 use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Random, Scene, Strand};
-use crate::technique::keys::SKIP;
-use crate::technique::{Key, REGISTRY, Spec, Values, parse};
+use crate::technique::{Key, Name, REGISTRY, Spec, Values};
 use glam::DVec3;
 
 /// Of a seed.
@@ -211,11 +211,11 @@ impl Draw {
     fn spec(&mut self, scene: &Scene) -> Option<Spec> {
         let all: Vec<_> = REGISTRY.iter().filter(|entry| entry.casts.any_of(scene.kinds())).collect();
         let entry = self.one_of(&all)?;
-        let mut spec = parse(entry.name).ok()?.pop()?;
-        for key in entry.keys.iter().chain([&SKIP]) {
-            let is_size = ["size", "slices", "points"].contains(&key.name);
+        let mut spec = Spec::new(entry, KEYS);
+        for key in entry.all_keys() {
+            let is_size = Name::SIZES.contains(&Name::from(key));
             if is_size || self.random.chance(0.5) {
-                spec.set(key.name, &self.value(key, is_size));
+                spec.set(key, &self.value(key, is_size));
             }
         }
         Some(spec)

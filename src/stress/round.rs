@@ -9,8 +9,9 @@ use crate::gpu::Context;
 use crate::measure::Points;
 use crate::reference::truth::bounds;
 use crate::scene::{Random, Scene};
-use crate::technique::keys::{FILTER, SKIP};
-use crate::technique::{self, Lifetime, Opened, Spec};
+use crate::technique::keys::word_of;
+use crate::technique::settings::FILTER;
+use crate::technique::{self, Lifetime, Name, Opened, Spec};
 use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -115,12 +116,12 @@ fn check(context: &Context, drawn: &Drawn, seed: u64, spec: &Spec) -> Result<Vec
     // Behind meshes a curve has less to hold where more is left out.
     if promises.repeats && promises.skips_alike && !scene.has_triangles() {
         let mut other = spec.clone();
-        other.set(SKIP.name, if spec.is_on(SKIP.name) { "off" } else { "on" });
+        other.set(Name::SKIP, if spec.skips() { "off" } else { "on" });
         match technique::open(context, &world, &other) {
             Ok(mut opened) => {
                 opened.build(&world)?;
                 let anew = ask(&opened)?;
-                broken.extend(differ(&format!("opened anew with skip={}", other.value(SKIP.name)), &last, &anew));
+                broken.extend(differ(&format!("opened anew with skip={}", other.text(Name::SKIP)), &last, &anew));
             }
             // What it casts from has gone meanwhile.
             Err(Error::Refused { .. }) => {}
@@ -151,7 +152,7 @@ fn anywhere(context: &Context, opened: &Opened, scene: &Scene, seed: u64, figure
 fn on_rays(context: &Context, opened: &Opened, scene: &Scene, spec: &Spec, figures: &mut Figures) -> Result<()> {
     let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
     // The maps' own texels decide where opaque shadows are; wider filters mean other rays.
-    let is_plain = ["", FILTER.default].contains(&spec.value(FILTER.name));
+    let is_plain = ["", word_of(FILTER.default)].contains(&spec.text(Name::FILTER));
     if !is_plain || views.is_empty() || scene.has_triangles() || scene.casters().is_empty() {
         return Ok(());
     }

@@ -7,9 +7,10 @@ use super::results::{Outcome, Stressed};
 use super::round::{Round, host_bytes, round};
 use super::subject::Subject;
 use super::{Sweep, ask};
+use crate::consume::parse;
 use crate::gpu::Context;
 use crate::measure::DeviceFacts;
-use crate::technique::{Spec, parse};
+use crate::technique::{Name, Spec};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::io::Write;
@@ -102,9 +103,9 @@ fn answer(context: &Context, sweep: &Sweep, value: f64, techniques: &[String]) -
             let short = spec.short();
             let side = sweep.texels.map(|texels| texels(value).to_string());
             if let Some(side) = &side {
-                spec.set("size", side);
+                spec.set(Name::SIZE, side);
             }
-            let row = match side.filter(|side| spec.value("size") != *side) {
+            let row = match side.filter(|side| spec.text(Name::SIZE) != *side) {
                 // Never another size in its place.
                 Some(side) => {
                     let reason = format!("refused: has no maps of {side} texels a side");
@@ -120,7 +121,7 @@ fn answer(context: &Context, sweep: &Sweep, value: f64, techniques: &[String]) -
 
 /// A row without figures.
 pub(super) fn no_answer(case: &str, value: f64, spec: &Spec, outcome: Outcome, reason: String) -> Stressed {
-    let (technique, path) = (spec.short(), spec.value("path").into());
+    let (technique, path) = (spec.short(), spec.text(Name::PATH).into());
     Stressed { case: case.into(), value, technique, path, outcome, reason, figures: None }
 }
 

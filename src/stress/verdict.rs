@@ -1,7 +1,8 @@
 //! How far a technique holds in a case: what its answers must be, and where they first are not.
 
 use super::results::{Figures, Outcome, Stressed};
-use crate::technique::{Promises, parse};
+use crate::consume::parse;
+use crate::technique::Promises;
 use serde::{Deserialize, Serialize};
 
 /// What the technique of a row promises, where it is one.

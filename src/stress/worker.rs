@@ -214,7 +214,7 @@ impl Drop for Running {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::technique::parse;
+    use crate::consume::parse;
 
     /// A process that does what a shell script says once it has named a device.
     fn rows(script: &str, specs: &str) -> Vec<Stressed> {

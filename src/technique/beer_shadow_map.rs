@@ -1,14 +1,37 @@
 //! Beer shadow maps: where the medium on a texel's ray begins, its mean extinction and its greatest optical depth. Source:
 //! Hillaire 2020 (Unreal Engine's clouds).
 
-use super::keys::{FILTER, OPAQUE, RADIUS, SIZE};
-use super::texel_map::{BINNED, PATH, RASTER, TexelMap};
-use super::{Casts, Entry, Lifetime, Path, Promises, Runs, Spec};
+use super::keys::Name;
+use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, settings};
+use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
+use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
 use crate::Result;
 use crate::gpu::{Blend, Context, Format};
-use crate::maps::TexelKernels;
+use crate::maps::{Filter, FilterKind, OpaqueWay, TexelKernels, TexelWay};
 use crate::shaders::{beer_shadow_map as shaders, folder};
 use crate::world::World;
+
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where the device
+        /// can.
+        path: Option<TexelWay> = PATH;
+        /// Texels a side of a light's map, 1 to 16,384.
+        size: u32 = SIZE;
+        /// How a look-up weighs the texels about a point.
+        filter: FilterKind = FILTER;
+        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+        radius: u32 = RADIUS;
+        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
+    }
+    every {
+        /// Casters and tiles that no look-up misses are left out.
+        skip: bool = SKIP;
+    }
+}
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
@@ -16,30 +39,39 @@ pub const ENTRY: Entry = Entry {
     about: "front depth, mean extinction and greatest optical depth a texel (Hillaire 2020, Unreal Engine's clouds)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
-    keys: &[PATH, SIZE, FILTER, RADIUS, OPAQUE],
+    keys: Settings::KEYS,
     paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[] }],
     promises: |_, _| Promises::OF_DEPTH,
     runs: Runs {
         compare: &["path=raster|binned"],
-        on_cpu: &[("size", "64")],
+        on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=32,path=raster|binned"],
         ..Runs::NONE
     },
-    open: |context, world, spec| Ok(Box::new(beer_shadow_map(context, world, spec)?)),
+    open: |context, world, spec| Ok(Box::new(BeerShadowMap::new(context, world, &spec.settings())?)),
 };
 
-/// Opens the path that `spec` names.
-///
-/// # Errors
-/// As [`TexelMap::new`].
-pub fn beer_shadow_map(context: &Context, world: &World, spec: &Spec) -> Result<TexelMap> {
-    let kernels = TexelKernels {
-        labels: ["beer_shadow_map.blend", "beer_shadow_map.collect"],
-        format: Format::R16G16B16A16_SFLOAT,
-        fragment: &shaders::BLEND_FRAG,
-        blend: Blend::MaxAndAdd,
-        empty: [0.0; 4],
-        binned: &shaders::COLLECT,
-    };
-    TexelMap::new(context, world, spec, folder::BEER_SHADOW_MAP, &kernels)
+/// The technique, opened for one world.
+pub type BeerShadowMap = TexelMap<Settings>;
+
+impl BeerShadowMap {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        settings.check()?;
+        let Settings { path, size, filter: kind, radius, opaque, skip } = *settings;
+        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip };
+        let kernels = TexelKernels {
+            labels: ["beer_shadow_map.blend", "beer_shadow_map.collect"],
+            format: Format::R16G16B16A16_SFLOAT,
+            fragment: &shaders::BLEND_FRAG,
+            blend: Blend::MaxAndAdd,
+            empty: [0.0; 4],
+            binned: &shaders::COLLECT,
+        };
+        Self::open(context, world, &ENTRY, (settings, common), folder::BEER_SHADOW_MAP, &kernels)
+    }
 }

@@ -1,6 +1,6 @@
 //! The one loop that builds.
 
-use super::{Settled, Spec, Technique, keys};
+use super::{Settled, Spec, Technique};
 use crate::gpu::{Context, PassTime};
 use crate::world::{Generations, World};
 use crate::{Error, Result};
@@ -40,7 +40,7 @@ pub fn open(context: &Context, world: &World, spec: &Spec) -> Result<Opened> {
     if !entry.casts.any_of(world.kinds()) {
         return Err(entry.casts_from_nothing(world.name()));
     }
-    Ok(Opened::new(context, (entry.open)(context, world, spec)?, spec.is_on(keys::SKIP.name)))
+    Ok(Opened::new(context, (entry.open)(context, world, spec)?, spec.skips()))
 }
 
 impl<T: Technique + ?Sized> Opened<T> {

@@ -1,9 +1,10 @@
-//! Keys of specs: what may be set, and the types that settings are read into.
+//! Keys of specs, their names and their words. [`super::settings`] makes keys of typed fields.
 
-use super::Spec;
-use crate::maps::{Filter, FilterKind, OpaqueMaps, OpaqueWay};
+use super::settings::SKIP;
+use crate::maps::{FilterKind, OpaqueWay};
 
-/// A setting of a technique.
+/// A setting of a technique, or of whoever asks it, as specs have it.
+#[derive(Clone, Copy)]
 pub struct Key {
     /// Its name.
     pub name: &'static str,
@@ -13,19 +14,60 @@ pub struct Key {
     pub default: &'static str,
     /// One line.
     pub about: &'static str,
+    /// Specs have it where that key has that word, and nowhere else.
+    pub with: Option<(&'static str, &'static str)>,
+}
+
+/// Words, or numbers as words.
+pub type OneOf = &'static [&'static str];
+
+/// The name of a key that those use who know no technique: none but these is, so that a misspelt one does not compile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Name(&'static str);
+
+impl Name {
+    /// How it is built.
+    pub const PATH: Self = Self("path");
+    /// Texels or voxels a side.
+    pub const SIZE: Self = Self("size");
+    /// Slices of a volume.
+    pub const SLICES: Self = Self("slices");
+    /// Points on meshes.
+    pub const POINTS: Self = Self("points");
+    /// How a look-up averages.
+    pub const FILTER: Self = Self("filter");
+    /// How opaque maps are drawn.
+    pub const OPAQUE: Self = Self("opaque");
+    /// Whether work is left out.
+    pub const SKIP: Self = Self("skip");
+
+    /// Those that say how large what is built is.
+    pub const SIZES: [Self; 3] = [Self::SIZE, Self::POINTS, Self::SLICES];
+
+    /// As in specs.
+    pub const fn text(self) -> &'static str {
+        self.0
+    }
+}
+
+impl From<&Key> for Name {
+    fn from(key: &Key) -> Self {
+        Self(key.name)
+    }
 }
 
 /// What a setting may be.
+#[derive(Clone, Copy)]
 pub enum Values {
     /// One of these words, [`Word::WORDS`] of the type that it is read into, or the default word.
-    OneOf(&'static [&'static str]),
+    OneOf(OneOf),
     /// A whole number in this range, or the default word.
     Number(u32, u32),
     /// A multiple of the first number, from the second to the third.
     Multiple(u32, u32, u32),
     /// The name of a file, or the default word. A comma or a `|` ends it, so that neither can be in the name. The file has the
     /// values of these keys: a spec that names a file has them only where it gives them.
-    Path(&'static [&'static str]),
+    Path(OneOf),
 }
 
 /// A type whose values are words in specs.
@@ -72,159 +114,39 @@ word!(OpaqueWay { Raster = "raster", Compute = "compute" });
 
 word!(FilterKind { Bilinear = "bilinear", Box = "box", Gaussian = "gaussian" });
 
-words! {
-    /// Yes or no.
-    pub enum Switch {
-        /// Yes.
-        On = "on",
-        /// No.
-        Off = "off",
+impl Word for bool {
+    const ALL: &'static [(&'static str, Self)] = &[("on", true), ("off", false)];
+    const WORDS: OneOf = &["on", "off"];
+}
+
+/// The keys that every technique has besides its own.
+pub const EVERY: &[Key] = &[SKIP.key(Name::SKIP.text())];
+
+/// What would be right, if `value` is not.
+pub fn check(key: &Key, value: &str) -> std::result::Result<(), String> {
+    match key.values {
+        Values::OneOf(words) if words.contains(&value) || value == key.default => Ok(()),
+        Values::OneOf(words) => {
+            let default = Some(&key.default).filter(|default| !words.contains(default));
+            let known: Vec<_> = default.into_iter().chain(words).copied().collect();
+            Err(format!("choose one of: {}", known.join(", ")))
+        }
+        // Leading zeros or signs would make two names for one variant.
+        Values::Number(low, high) => match value.parse::<u32>() {
+            Ok(n) if (low..=high).contains(&n) && n.to_string() == value => Ok(()),
+            _ if value == key.default => Ok(()),
+            _ if key.default.parse::<u32>().is_err() => {
+                Err(format!("give a whole number from {low} to {high}, or {}", key.default))
+            }
+            _ => Err(format!("give a whole number from {low} to {high}")),
+        },
+        Values::Multiple(step, low, high) => match value.parse::<u32>() {
+            Ok(n) if (low..=high).contains(&n) && n.is_multiple_of(step) && n.to_string() == value => Ok(()),
+            _ => Err(format!("give a whole number from {low} to {high} that is divisible by {step}")),
+        },
+        Values::Path(_) if value.is_empty() || value.contains(char::is_control) => {
+            Err("give the name of a file, without commas, | and line breaks".into())
+        }
+        Values::Path(_) => Ok(()),
     }
-}
-
-words! {
-    /// Where the picture's casters ask for their light.
-    pub enum LightingKind {
-        /// At each pixel.
-        Fragment = "fragment",
-        /// At the vertices of tessellated quads.
-        Vertex = "vertex",
-    }
-}
-
-/// Of every technique with maps of any size.
-pub const SIZE: Key =
-    Key { name: "size", values: Values::Number(1, 16384), default: "256", about: "texels a side of a light's map" };
-
-/// How a look-up averages texels.
-pub const FILTER: Key = Key {
-    name: "filter",
-    values: Values::OneOf(FilterKind::WORDS),
-    default: "bilinear",
-    about: "how a look-up weighs texels: the nearest four, or all within a radius",
-};
-
-/// How far it reaches.
-pub const RADIUS: Key = Key {
-    name: "radius",
-    values: Values::Number(1, 8),
-    default: "2",
-    about: "texels that the box and the Gaussian reach; the Gaussian's deviation is half of it",
-};
-
-/// How many comparisons a look-up of opaque shadows averages (Reeves, Salesin and Cook 1987).
-pub const PCF: Key = Key {
-    name: "filter",
-    values: Values::OneOf(&["1", "3", "5", "7", "9"]),
-    default: "1",
-    about: "texels a side of the square whose comparisons a look-up averages",
-};
-
-/// Who draws the meshes as a light sees them.
-pub const OPAQUE: Key = Key {
-    name: "opaque",
-    values: Values::OneOf(OpaqueWay::WORDS),
-    default: "auto",
-    about: "opaque maps are drawn by the device's rasterizer, or in compute, all maps at once; auto: compute on GPUs",
-};
-
-/// Whether work is left out.
-pub const SKIP: Key = Key {
-    name: "skip",
-    values: Values::OneOf(Switch::WORDS),
-    default: "on",
-    about: "leave out casters and tiles that no look-up misses, and builds where nothing has changed",
-};
-
-/// Read by whoever draws the picture.
-pub const LIGHTING: Key = Key {
-    name: "lighting",
-    values: Values::OneOf(LightingKind::WORDS),
-    default: "fragment",
-    about: "the picture's casters ask for light at each pixel, or at the vertices of tessellated quads",
-};
-
-words! {
-    /// How the picture's meshes are shaded.
-    pub enum ShadingKind {
-        /// In the pass that draws them.
-        Forward = "forward",
-        /// Once a pixel, from a buffer of what is seen.
-        Deferred = "deferred",
-        /// The same tile by tile, from a bit a light that says whether it is shadowed.
-        Tiled = "tiled",
-        /// Each of 4 × 4 pixels asks a part of the lights, and all of them are its neighbours' mean.
-        Interleaved = "interleaved",
-    }
-}
-
-words! {
-    /// Where neighbouring pixels ask for light, with `shading=tiled`.
-    pub enum DitherKind {
-        /// All at the same place of a step or a voxel.
-        None = "none",
-        /// Each of 4 × 4 at another one, the same over and over.
-        Ordered = "ordered",
-        /// Everywhere at another one.
-        Noise = "noise",
-    }
-}
-
-words! {
-    /// Who asks for light, with `shading=tiled`.
-    pub enum ShadowsKind {
-        /// Each pixel, for one light after the other.
-        Direct = "direct",
-        /// A list of pixels and lights, evenly spread over threads.
-        Queued = "queued",
-    }
-}
-
-/// Read by whoever draws the picture.
-pub const SHADING: Key = Key {
-    name: "shading",
-    values: Values::OneOf(ShadingKind::WORDS),
-    default: "forward",
-    about: "meshes are shaded as drawn, once a pixel, in tiles, or by a part of the lights a pixel",
-};
-
-/// Keys that a spec has with `shading=tiled` alone.
-pub const TILED: &[Key] = &[
-    Key {
-        name: "dither",
-        values: Values::OneOf(DitherKind::WORDS),
-        default: "ordered",
-        about: "with shading=tiled, where neighbouring pixels ask: all alike, 4 by 4, or at random",
-    },
-    Key {
-        name: "blur",
-        values: Values::OneOf(Switch::WORDS),
-        default: "on",
-        about: "with shading=tiled, shadows are averaged over 5 by 5 pixels of one surface",
-    },
-    Key {
-        name: "history",
-        values: Values::OneOf(Switch::WORDS),
-        default: "on",
-        about: "with shading=tiled, shadows are averaged with those of the last frame",
-    },
-    Key {
-        name: "shadows",
-        values: Values::OneOf(ShadowsKind::WORDS),
-        default: "direct",
-        about: "with shading=tiled, each pixel asks for its lights, or a list of them is shared out evenly",
-    },
-];
-
-/// Keys that every technique has, besides [`TILED`].
-pub const EVERY: &[Key] = &[SKIP, LIGHTING, SHADING];
-
-/// The opaque maps that techniques share, drawn as [`OPAQUE`] says.
-pub fn opaque(spec: &Spec) -> OpaqueMaps {
-    OpaqueMaps::shared(spec.word(OPAQUE.name))
-}
-
-/// What [`FILTER`] and [`RADIUS`] say.
-pub fn filter(spec: &Spec) -> Filter {
-    Filter { kind: spec.word(FILTER.name).unwrap_or(FilterKind::Bilinear), radius: spec.number(RADIUS.name) }
 }

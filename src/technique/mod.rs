@@ -4,33 +4,34 @@
 //! line in the registry below. docs/add-a-technique.md goes through it.
 
 // The registry: a line a technique. All of them are in REGISTRY.
-mod avsm;
-mod beer_shadow_map;
-mod ism;
-mod psm;
-mod ray_query;
-mod shadow_map;
-mod translucency_map;
-mod uncompressed;
-mod voxel_grid;
-mod voxelized;
+pub mod avsm;
+pub mod beer_shadow_map;
+pub mod ism;
+pub mod psm;
+pub mod ray_query;
+pub mod shadow_map;
+pub mod translucency_map;
+pub mod uncompressed;
+pub mod voxel_grid;
+pub mod voxelized;
 
 // What they share.
 mod build;
 pub mod keys;
 pub mod promises;
 pub mod runs;
+pub mod settings;
 mod spec;
 mod texel_map;
 
 pub use avsm::{Avsm, NodeData};
-pub use beer_shadow_map::beer_shadow_map;
+pub use beer_shadow_map::BeerShadowMap;
 pub use build::{Built, Opened, open};
 pub use ism::{
     Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Facing, Ism, PointData, PointsData, SUBSETS as ISM_SUBSETS,
-    Settings as IsmSettings, Way as IsmWay,
+    Way as IsmWay,
 };
-pub use keys::{Key, Values};
+pub use keys::{Key, Name, Values};
 pub use promises::Promises;
 pub use psm::Psm;
 pub use ray_query::RayQuery;
@@ -38,12 +39,10 @@ pub use runs::Runs;
 pub use shadow_map::ShadowMap;
 pub use spec::{Spec, parse};
 pub use texel_map::TexelMap;
-pub use translucency_map::translucency_map;
+pub use translucency_map::TranslucencyMap;
 pub use uncompressed::Uncompressed;
-pub use voxel_grid::{March, Settings as VoxelGridSettings, VoxelGrid};
-pub use voxelized::{
-    Baked as VoxelizedBake, Coverage, Free, LevelCounts, Settings as VoxelizedSettings, Structure, TreeData, Voxelized,
-};
+pub use voxel_grid::{March, VoxelGrid};
+pub use voxelized::{Baked as VoxelizedBake, Coverage, Free, LevelCounts, Structure, TreeData, Voxelized};
 
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
 use crate::maps::{Map, OpaqueMaps};
@@ -266,7 +265,7 @@ pub struct Entry {
     pub casts: Casts,
     /// How often it is built.
     pub lifetime: Lifetime,
-    /// The keys of its specs, besides those of [`keys::EVERY`] and [`keys::TILED`].
+    /// The keys of its specs, besides those of [`keys::EVERY`]: [`settings::Keyed::KEYS`] of its settings.
     pub keys: &'static [Key],
     /// Its paths.
     pub paths: &'static [Path],
@@ -280,8 +279,8 @@ pub struct Entry {
 
 impl Entry {
     /// Its own keys and those of every technique.
-    pub fn all_keys(&self) -> impl Iterator<Item = &'static Key> {
-        self.keys.iter().chain(keys::EVERY).chain(keys::TILED)
+    pub fn all_keys(&self) -> impl Iterator<Item = &'static Key> + Clone + use<> {
+        self.keys.iter().chain(keys::EVERY)
     }
 
     /// The error where it casts from nothing that is in the scene of that name.

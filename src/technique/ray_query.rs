@@ -9,6 +9,10 @@ use crate::maps::Map;
 use crate::shaders::folder;
 use crate::world::{Parts, TriangleData, World};
 
+/// There is nothing to set.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Settings;
+
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "ray-query",
@@ -19,7 +23,7 @@ pub const ENTRY: Entry = Entry {
     paths: &[Path { name: TRACE, requires: &[Requirement::RayQuery] }],
     promises: |_, _| Promises::OF_OPAQUE,
     runs: Runs { many_lights: &["shading=tiled"], stress_meshes: &[""], ..Runs::NONE },
-    open: |context, world, _| Ok(Box::new(RayQuery::new(context, world)?)),
+    open: |context, world, _| Ok(Box::new(RayQuery::new(context, world, &Settings)?)),
 };
 
 const TRACE: &str = "trace";
@@ -44,7 +48,7 @@ impl RayQuery {
     /// # Errors
     /// [`crate::Error::Refused`] where the device has no ray queries or the host knows no box about the triangles,
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World) -> Result<Self> {
+    pub fn new(context: &Context, world: &World, _: &Settings) -> Result<Self> {
         ENTRY.require(context, TRACE)?;
         let count = world.triangle_capacity();
         extent(world)?;

@@ -1,8 +1,9 @@
 //! A map of depths of the meshes, and percentage closer filtering. Sources: Williams 1978, *Casting curved shadows on curved
 //! surfaces*; Reeves, Salesin and Cook 1987, *Rendering antialiased shadows with depth maps*.
 
-use super::keys::{Key, OPAQUE, PCF, Values, Word, words};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
+use super::keys::{Name, words};
+use super::settings::{Keyed, OPAQUE, PCF, Setting, settings};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image};
 use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
 use crate::scene::{Resolution, gutter_texels};
@@ -16,38 +17,45 @@ pub const ENTRY: Entry = Entry {
     about: "the depth of the nearest mesh a texel, compared (Williams 1978; Reeves, Salesin and Cook 1987)",
     casts: Casts { particles: false, strands: false, meshes: true },
     lifetime: Lifetime::Frame,
-    keys: &[SIZE, BITS, PCF, OPAQUE],
+    keys: Settings::KEYS,
     paths: &[Path { name: RASTER, requires: &[] }, Path { name: COMPUTE, requires: &[] }],
     promises: |_, _| Promises::OF_OPAQUE,
     runs: Runs {
         many_lights: &["shading=tiled,size=128|512"],
-        on_cpu: &[("size", "64")],
+        on_cpu: &[(Name::SIZE, "64")],
         stress_meshes: &["size=32"],
         ..Runs::NONE
     },
-    open: |context, world, spec| Ok(Box::new(ShadowMap::new(context, world, spec)?)),
+    open: |context, world, spec| Ok(Box::new(ShadowMap::new(context, world, &spec.settings())?)),
 };
 
 const RASTER: &str = "raster";
 const COMPUTE: &str = "compute";
 
-const SIZE: Key =
-    Key { name: "size", values: Values::Number(1, 16384), default: "1024", about: "texels a side of a light's map" };
-
 words! {
     /// Bits of a depth.
-    enum Bits {
+    pub enum Bits {
+        /// A whole number.
         Sixteen = "16",
+        /// A float.
         ThirtyTwo = "32",
     }
 }
 
-const BITS: Key = Key {
-    name: "bits",
-    values: Values::OneOf(Bits::WORDS),
-    default: "32",
-    about: "bits of a depth: whole numbers of 16, or floats of 32",
-};
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// Texels a side of a light's map, 1 to 16,384, as far as the device has images so large.
+        size: u32 = Setting::number("1024", 1, 16384, "texels a side of a light's map");
+        /// Bits of a depth.
+        bits: Bits = Setting::word("32", "bits of a depth: whole numbers of 16, or floats of 32");
+        /// Texels a side of the square whose comparisons a look-up averages: 1, 3, 5, 7 or 9 (Reeves, Salesin and Cook 1987).
+        filter: u32 = PCF;
+        /// What draws the maps; none: compute passes on GPUs where depths have 32 bits, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
+    }
+}
 
 /// The least filter whose texels are gathered four at a time, and that of a software device, where a gather of four takes as long as
 /// two to four fetches.
@@ -66,25 +74,26 @@ pub struct ShadowMap {
 }
 
 impl ShadowMap {
-    /// Opens it with the settings of `spec`.
+    /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device has no maps of that size, [`Error::Input`] where the filter does not fit into the
-    /// faces of a point light, [`Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, spec: &Spec) -> Result<Self> {
-        let (size, side) = (spec.number(SIZE.name), spec.number(PCF.name));
+    /// [`Error::Refused`] where the device has no maps of that size, [`Error::Input`] where a setting is not what it may be or the
+    /// filter does not fit into the faces of a point light, [`Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        settings.check()?;
+        let Settings { size, bits, filter: side, opaque: way } = *settings;
         let limit = context.features().max_image_dimension_2d;
         if size > limit {
             let needs = format!("maxImageDimension2D of at least {size} (this device has {limit})");
             return Err(Error::Refused { needs });
         }
         check_faces(world, size, side)?;
-        let format = match spec.word(BITS.name) {
-            Some(Bits::Sixteen) => Format::D16_UNORM,
-            _ => Format::D32_SFLOAT,
+        let format = match bits {
+            Bits::Sixteen => Format::D16_UNORM,
+            Bits::ThirtyTwo => Format::D32_SFLOAT,
         };
         // From the middle of the filter's corner texel to the far corner of the texel in its middle.
-        let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, way: spec.word(OPAQUE.name) };
+        let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, way };
         let maps = Maps::with_opaque(context, world, size, opaque)?;
         let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
         let gathers = side >= GATHERED[usize::from(context.features().is_software())];

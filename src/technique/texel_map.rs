@@ -1,11 +1,12 @@
 //! What all techniques are that keep one texel a ray, which blending makes, or one workgroup a tile: they differ in their
 //! shaders alone.
 
-use super::keys::{Key, SIZE, SKIP, Values, Word, filter, opaque, word};
-use super::{Answer, Facts, Settled, Spec, Technique};
+use super::keys::word;
+use super::settings::Setting;
+use super::{Answer, Entry, Facts, Settled, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Resource};
-use crate::maps::{Map, Maps, TexelKernels, TexelWay, Texels};
+use crate::maps::{Filter, Map, Maps, OpaqueMaps, OpaqueWay, TexelKernels, TexelWay, Texels};
 use crate::shaders::Folder;
 use crate::shaders::constant::STRANDS;
 use crate::world::{Made, Parts, World};
@@ -18,15 +19,22 @@ pub const RASTER: &str = "raster";
 pub const BINNED: &str = "binned";
 
 /// The key of the path.
-pub const PATH: Key = Key {
-    name: "path",
-    values: Values::OneOf(TexelWay::WORDS),
-    default: "auto",
-    about: "casters are drawn and blended, or each texel written once; auto: binned where the device can",
-};
+pub const PATH: Setting<Option<TexelWay>> =
+    Setting::auto("casters are drawn and blended, or each texel written once; auto: binned where the device can");
 
-/// A technique of one texel a ray, opened for one world.
-pub struct TexelMap {
+/// What all of them have to set.
+pub struct Common {
+    pub path: Option<TexelWay>,
+    pub size: u32,
+    pub filter: Filter,
+    pub opaque: Option<OpaqueWay>,
+    pub skip: bool,
+}
+
+/// A technique of one texel a ray, opened for one world with settings `S`.
+pub struct TexelMap<S> {
+    /// What it was opened with.
+    pub settings: S,
     /// What look-ups fetch.
     pub texels: Texels,
     written: Made,
@@ -38,17 +46,24 @@ pub struct TexelMap {
     reason: String,
 }
 
-impl TexelMap {
-    /// Opens the path that `spec` names; `kernels` are its shaders, glsl/`folder`/visibility.glsl its look-up, with the image
+impl<S: Clone> TexelMap<S> {
+    /// Opens the technique of `entry`; `kernels` are its shaders, glsl/`folder`/visibility.glsl its look-up, with the image
     /// at binding 3.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, spec: &Spec, folder: Folder, kernels: &TexelKernels) -> Result<Self> {
-        let (size, filter) = (spec.number(SIZE.name), filter(spec));
+    pub(super) fn open(
+        context: &Context,
+        world: &World,
+        entry: &Entry,
+        (settings, common): (&S, Common),
+        folder: Folder,
+        kernels: &TexelKernels,
+    ) -> Result<Self> {
+        let Common { path, size, filter, opaque, skip } = common;
         filter.check(world, size)?;
-        let binned = spec.entry.require(context, BINNED);
-        let (way, reason) = match (spec.word(PATH.name), &binned) {
+        let binned = entry.require(context, BINNED);
+        let (way, reason) = match (path, &binned) {
             (Some(way), _) => (way, "asked for".to_owned()),
             (None, Ok(())) => (TexelWay::Binned, format!("auto: {} device", context.features().kind)),
             (None, Err(missing)) => (TexelWay::Raster, format!("auto: binned is {missing}")),
@@ -56,19 +71,19 @@ impl TexelMap {
         if way == TexelWay::Binned {
             binned?;
         }
-        let maps = Maps::new(context, world, size, opaque(spec))?;
+        let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
         let constants = filter.constants(Constants::new()).set(STRANDS, world.has_strands());
-        let skip = (spec.is_on(SKIP.name), filter.reach());
+        let skip = (skip, filter.reach());
         let texels = Texels::new(context, world, &maps, way, skip, kernels, &constants)?;
         let look_up = maps.look_up(context, folder.name, &[Resource::Texture(texels.image.clone())])?;
         // What is hidden behind meshes is not written; what is drawn is drawn behind them too.
         let of_meshes = if way == TexelWay::Binned { Maps::OPAQUE } else { Maps::VOLUME };
         let written = Made::of(Maps::VOLUME.and(of_meshes));
-        Ok(Self { texels, written, maps, look_up, constants, folder, way, reason })
+        Ok(Self { settings: settings.clone(), texels, written, maps, look_up, constants, folder, way, reason })
     }
 }
 
-impl Technique for TexelMap {
+impl<S> Technique for TexelMap<S> {
     fn made_of(&self) -> Parts {
         Maps::VOLUME.and(Maps::OPAQUE)
     }

@@ -1,23 +1,48 @@
 //! Translucency maps: what all casters on a texel's ray leave of the light, and nothing of where they stand. Sources: Crytek
 //! 2011; Bavoil and Jansen 2013, External Shadows.
 
-use super::keys::{FILTER, OPAQUE, RADIUS, SIZE, Values, Word, words};
+use super::keys::{Name, words};
 use super::promises::EIGHT_BITS;
-use super::texel_map::{BINNED, PATH, RASTER, TexelMap};
-use super::{Casts, Entry, Key, Lifetime, Path, Promises, Runs, Spec};
+use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
+use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
 use crate::Result;
 use crate::gpu::{Blend, Context, Format, Requirement};
-use crate::maps::TexelKernels;
+use crate::maps::{Filter, FilterKind, OpaqueWay, TexelKernels, TexelWay};
 use crate::shaders::{folder, translucency_map as shaders};
 use crate::world::World;
 
 words! {
     /// What a texel is kept in.
-    enum Storage {
+    pub enum Storage {
         /// 8 bits.
         R8 = "r8",
         /// A half float.
         R16f = "r16f",
+    }
+}
+
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where the device
+        /// can.
+        path: Option<TexelWay> = PATH;
+        /// Texels a side of a light's map, 1 to 16,384.
+        size: u32 = SIZE;
+        /// What a texel is kept in; Crytek 2011 has 8 bits.
+        storage: Storage = Setting::word("r8", "8 bits a texel (as published), or a half float");
+        /// How a look-up weighs the texels about a point.
+        filter: FilterKind = FILTER;
+        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+        radius: u32 = RADIUS;
+        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
+    }
+    every {
+        /// Casters and tiles that no look-up misses are left out.
+        skip: bool = SKIP;
     }
 }
 
@@ -27,51 +52,48 @@ pub const ENTRY: Entry = Entry {
     about: "one product of transmittances a texel, no self-shadow (Crytek 2011)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
-    keys: &[
-        PATH,
-        SIZE,
-        Key {
-            name: "storage",
-            values: Values::OneOf(Storage::WORDS),
-            default: "r8",
-            about: "8 bits a texel (as published), or a half float",
-        },
-        FILTER,
-        RADIUS,
-        OPAQUE,
-    ],
+    keys: Settings::KEYS,
     paths: &[Path { name: BINNED, requires: &[Requirement::ExtendedFormats] }, Path { name: RASTER, requires: &[] }],
-    promises,
+    promises: |_, path| promises(path),
     runs: Runs {
         compare: &["path=raster|binned"],
-        on_cpu: &[("size", "64")],
+        on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=32,path=raster|binned"],
         ..Runs::NONE
     },
-    open: |context, world, spec| Ok(Box::new(translucency_map(context, world, spec)?)),
+    open: |context, world, spec| Ok(Box::new(TranslucencyMap::new(context, world, &spec.settings())?)),
 };
 
 /// Blending rounds at each sphere; sums are rounded once.
-fn promises(_: &Spec, path: &str) -> Promises {
+fn promises(path: &str) -> Promises {
     Promises { tail: Some(EIGHT_BITS).filter(|_| path == BINNED), ..Promises::OF_NO_DEPTH }
 }
 
-/// Opens the path that `spec` names.
-///
-/// # Errors
-/// As [`TexelMap::new`].
-pub fn translucency_map(context: &Context, world: &World, spec: &Spec) -> Result<TexelMap> {
-    let (format, binned) = match spec.word("storage") {
-        Some(Storage::R16f) => (Format::R16_SFLOAT, &shaders::SUM_BITS_16),
-        _ => (Format::R8_UNORM, &shaders::SUM_BITS_8),
-    };
-    let kernels = TexelKernels {
-        labels: ["translucency_map.multiply", "translucency_map.sum"],
-        format,
-        fragment: &shaders::MULTIPLY_FRAG,
-        blend: Blend::Multiply,
-        empty: [1.0; 4],
-        binned,
-    };
-    TexelMap::new(context, world, spec, folder::TRANSLUCENCY_MAP, &kernels)
+/// The technique, opened for one world.
+pub type TranslucencyMap = TexelMap<Settings>;
+
+impl TranslucencyMap {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        settings.check()?;
+        let Settings { path, size, storage, filter: kind, radius, opaque, skip } = *settings;
+        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip };
+        let (format, binned) = match storage {
+            Storage::R16f => (Format::R16_SFLOAT, &shaders::SUM_BITS_16),
+            Storage::R8 => (Format::R8_UNORM, &shaders::SUM_BITS_8),
+        };
+        let kernels = TexelKernels {
+            labels: ["translucency_map.multiply", "translucency_map.sum"],
+            format,
+            fragment: &shaders::MULTIPLY_FRAG,
+            blend: Blend::Multiply,
+            empty: [1.0; 4],
+            binned,
+        };
+        Self::open(context, world, &ENTRY, (settings, common), folder::TRANSLUCENCY_MAP, &kernels)
+    }
 }

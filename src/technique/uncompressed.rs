@@ -1,13 +1,16 @@
 //! The whole list, searched at each look-up: exact at texel centres, the yardstick of Intel's 2010 demonstration of AVSM.
 
-use super::keys::{FILTER, OPAQUE, RADIUS, SIZE, filter, opaque};
+use super::keys::Name;
 use super::promises::ROUNDING;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
+use super::settings::Keyed;
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement, Resource};
-use crate::maps::{DrawingOrder, Keep, List, Map, Maps, Splat};
+use crate::maps::{DrawingOrder, Keep, List, Map, Maps, OpaqueMaps, Splat};
 use crate::shaders::folder;
 use crate::world::{Made, Parts, World};
+
+pub use super::settings::MapSettings as Settings;
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
@@ -15,17 +18,17 @@ pub const ENTRY: Entry = Entry {
     about: "per-texel lists of all segments, exact at texel centres (the yardstick of Intel's 2010 demonstration)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
-    keys: &[SIZE, FILTER, RADIUS, OPAQUE],
+    keys: Settings::KEYS,
     paths: &[Path { name: LIST, requires: &[Requirement::FragmentStores] }],
     promises: |_, _| PROMISES,
     runs: Runs {
         compare: &[""],
-        on_cpu: &[("size", "64")],
+        on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=32"],
         stress_meshes: &["size=32"],
         ..Runs::NONE
     },
-    open: |context, world, spec| Ok(Box::new(Uncompressed::new(context, world, spec)?)),
+    open: |context, world, spec| Ok(Box::new(Uncompressed::new(context, world, &spec.settings())?)),
 };
 
 /// Lists lose nothing, and are added up in the order in which fragments come.
@@ -48,15 +51,15 @@ pub struct Uncompressed {
 }
 
 impl Uncompressed {
-    /// Opens it with the settings of `spec`.
+    /// Opens it.
     ///
     /// # Errors
+    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
     /// [`crate::Error::Refused`] where the device lacks what it needs, [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, spec: &Spec) -> Result<Self> {
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         ENTRY.require(context, LIST)?;
-        let (size, filter) = (spec.number(SIZE.name), filter(spec));
-        filter.check(world, size)?;
-        let maps = Maps::new(context, world, size, opaque(spec))?;
+        let filter = settings.filter(world)?;
+        let maps = Maps::new(context, world, settings.size, OpaqueMaps::shared(settings.opaque))?;
         let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
         let list = List::new(context, &maps, splat, Keep::All, None)?;
         let more = [Resource::StorageImage(list.heads.clone()), Resource::Buffer(list.segments.clone())];

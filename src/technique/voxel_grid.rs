@@ -1,8 +1,9 @@
 //! Voxel grid: rays from the point to the light through a grid of voxels that meshes occupy and smoke and hair fill. The grid is
 //! the world's: all lights ask the same one. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel on the way).
 
-use super::keys::{Key, Values, Word, words};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
+use super::keys::words;
+use super::settings::{Keyed, Setting, settings};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement, Resource};
 use crate::grid::{Grid, Voxelizer};
@@ -13,28 +14,13 @@ use crate::world::{Parts, World};
 
 words! {
     /// How the meshes become voxels.
-    enum Way {
+    pub enum Way {
         /// By compute passes.
         Compute = "compute",
         /// Drawn.
         Raster = "raster",
     }
 }
-
-const PATH: Key = Key {
-    name: "path",
-    values: Values::OneOf(Way::WORDS),
-    default: "auto",
-    about: "who finds the voxels that meshes meet, the same ones: compute passes, or a draw; auto: compute",
-};
-
-/// Voxels a side.
-const SIZE: Key = Key {
-    name: "size",
-    values: Values::OneOf(&["64", "128", "256", "512"]),
-    default: "256",
-    about: "voxels a side of the grid about all that casts",
-};
 
 words! {
     /// How a ray goes through the grid.
@@ -48,29 +34,29 @@ words! {
     }
 }
 
-const MARCH: Key = Key {
-    name: "march",
-    values: Values::OneOf(March::WORDS),
-    default: "exact",
-    about: "every voxel on the way to the light; even steps, which miss what is thin; a cone through cells as wide",
-};
-
-const STEPS: Key = Key {
-    name: "steps",
-    values: Values::OneOf(&["5", "10", "15", "25", "50", "75"]),
-    default: "25",
-    about: "even steps from the point to the light, with march=steps",
-};
-
-const OFFSET: Key =
-    Key { name: "offset", values: Values::Number(0, 100), default: "50", about: "where in each step, hundredths" };
-
-const APERTURE: Key = Key {
-    name: "aperture",
-    values: Values::Number(0, 45),
-    default: "2",
-    about: "degrees between the cone's axis and its side, with march=cone",
-};
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// How the meshes become voxels, the same ones; none: by compute passes.
+        path: Option<Way> = Setting::auto(
+            "who finds the voxels that meshes meet, the same ones: compute passes, or a draw; auto: compute");
+        /// Voxels a side of the grid: 64, 128, 256 or 512.
+        size: u32 = Setting::one_of(
+            "256", &["64", "128", "256", "512"], "voxels a side of the grid about all that casts");
+        /// How a ray goes through it: by even steps in Pestana 2015.
+        march: March = Setting::word(
+            "exact", "every voxel on the way to the light; even steps, which miss what is thin; a cone through cells as wide");
+        /// Even steps from the point to the light, for [`March::Steps`]: 5, 10, 15, 25, 50 or 75, as in Pestana 2015.
+        steps: u32 = Setting::one_of(
+            "25", &["5", "10", "15", "25", "50", "75"], "even steps from the point to the light, with march=steps");
+        /// Where in each step a ray asks, hundredths of it, 0 to 100.
+        offset: u32 = Setting::number("50", 0, 100, "where in each step, hundredths");
+        /// Degrees between the axis of a cone and its side, for [`March::Cone`]: 0 to 45.
+        aperture: u32 =
+            Setting::number("2", 0, 45, "degrees between the cone's axis and its side, with march=cone");
+    }
+}
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
@@ -78,7 +64,7 @@ pub const ENTRY: Entry = Entry {
     about: "a ray from the point to the light through a grid of voxels, one grid for all lights (Pestana 2015)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
-    keys: &[PATH, SIZE, MARCH, STEPS, OFFSET, APERTURE],
+    keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
     promises: |_, _| Promises::OF_OPAQUE,
     runs: Runs {
@@ -93,15 +79,15 @@ pub const ENTRY: Entry = Entry {
         stress_meshes: &["size=64,march=exact,path=compute|raster"],
         ..Runs::NONE
     },
-    open: |context, world, spec| Ok(Box::new(VoxelGrid::new(context, world, &Settings::of(spec, context.features()))?)),
+    open: |context, world, spec| Ok(Box::new(VoxelGrid::new(context, world, &spec.settings())?)),
 };
 
 const COMPUTE: &str = "compute";
 const RASTER: &str = "raster";
 
-/// A spec, read.
+/// What settings come to on a device. What they cannot say, cones of any width and steps of any number, is for tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct Plan {
     /// Voxels a side: a power of two from 64 to 512.
     pub size: u32,
     /// How many even steps; none where a ray meets every voxel on its way.
@@ -114,17 +100,16 @@ pub struct Settings {
     pub voxelizer: Voxelizer,
 }
 
-impl Settings {
-    fn of(spec: &Spec, features: &Features) -> Self {
-        let voxelizer = match spec.word(PATH.name) {
+impl Plan {
+    fn of(settings: &Settings, features: &Features) -> Self {
+        let Settings { path, size, march, steps, offset, aperture } = *settings;
+        let voxelizer = match path {
             Some(Way::Raster) => Voxelizer::Raster { conservative: features.conservative_rasterization },
             Some(Way::Compute) | None => Voxelizer::Compute,
         };
-        let march = spec.word(MARCH.name);
-        let cone = (march == Some(March::Cone)).then(|| (spec.number(APERTURE.name) as f32).to_radians().tan());
-        let steps = (march == Some(March::Steps)).then(|| spec.number(STEPS.name));
-        let (size, offset) = (spec.number(SIZE.name), spec.number(OFFSET.name) as f32 / 100.0);
-        Self { size, steps, offset, cone, voxelizer }
+        let cone = (march == March::Cone).then(|| (aperture as f32).to_radians().tan());
+        let steps = (march == March::Steps).then_some(steps);
+        Self { size, steps, offset: offset as f32 / 100.0, cone, voxelizer }
     }
 
     fn path(&self) -> &'static str {
@@ -134,7 +119,7 @@ impl Settings {
 
 /// The technique, opened for one world.
 pub struct VoxelGrid {
-    settings: Settings,
+    plan: Plan,
     grid: Grid,
     resolution: Vec<Resolution>,
     look_up: Bindings,
@@ -145,27 +130,37 @@ impl VoxelGrid {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
+    /// [`crate::Error::Input`] where a setting is not what it may be, [`crate::Error::Refused`] where the device lacks what the
+    /// path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
-        ENTRY.require(context, settings.path())?;
-        let grid = Grid::new(context, world, settings.size, settings.voxelizer, settings.cone.is_some())?;
+        settings.check()?;
+        Self::planned(context, world, &Plan::of(settings, context.features()))
+    }
+
+    /// Opens what is planned.
+    ///
+    /// # Errors
+    /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
+    pub fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
+        ENTRY.require(context, plan.path())?;
+        let grid = Grid::new(context, world, plan.size, plan.voxelizer, plan.cone.is_some())?;
         let [data, bits, media, media_bits, cells] = grid.buffers();
         let resources =
             [&world.lights, data, bits, media, media_bits, cells].map(|buffer| Resource::Buffer(buffer.clone()));
         let look_up = Bindings::new(context, "voxel_grid.look_up", &resources)?;
         let constants = Constants::new()
-            .set(constant::GRID_SIZE, settings.size)
-            .set(constant::MARCH_STEPS, settings.steps.unwrap_or(0))
-            .set(constant::MARCH_OFFSET, settings.offset)
+            .set(constant::GRID_SIZE, plan.size)
+            .set(constant::MARCH_STEPS, plan.steps.unwrap_or(0))
+            .set(constant::MARCH_OFFSET, plan.offset)
             .set(constant::MEDIA, grid.has_media())
-            .set(constant::CONE, settings.cone.is_some())
-            .set(constant::CONE_SLOPE, settings.cone.unwrap_or(0.0));
-        Ok(Self { settings: *settings, grid, resolution: Vec::new(), look_up, constants })
+            .set(constant::CONE, plan.cone.is_some())
+            .set(constant::CONE_SLOPE, plan.cone.unwrap_or(0.0));
+        Ok(Self { plan: *plan, grid, resolution: Vec::new(), look_up, constants })
     }
 
     /// Why the path, and which way of drawing.
     fn reason(&self) -> &'static str {
-        match self.settings.voxelizer {
+        match self.plan.voxelizer {
             Voxelizer::Compute => "needs nothing that is optional",
             Voxelizer::Raster { conservative: true } => "asked for; conservative rasterization",
             Voxelizer::Raster { conservative: false } => "asked for; wider triangles",
@@ -198,7 +193,7 @@ impl Technique for VoxelGrid {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        self.resolution = resolution(world, self.settings.size);
+        self.resolution = resolution(world, self.plan.size);
         self.grid.record(commands, world);
         Ok(())
     }
@@ -217,7 +212,7 @@ impl Technique for VoxelGrid {
 
     fn facts(&self) -> Result<Facts> {
         Ok(Facts {
-            path: self.settings.path(),
+            path: self.plan.path(),
             reason: self.reason().into(),
             bytes_resident: self.grid.resident_bytes(),
             bytes_transient: self.grid.transient_bytes(),

@@ -6,7 +6,7 @@ use gobo::consume::{Asked, Query};
 use gobo::gpu::Requirement;
 use gobo::reference::truth::Casters;
 use gobo::scene::{Particle, Scene, gutter_texels};
-use gobo::technique;
+use gobo::technique::{self, Name};
 use gobo::world::World;
 
 /// Where the light stands; no coordinate is a short binary number.
@@ -164,7 +164,7 @@ fn lights_do_not_disturb_each_other() {
         let mut random = scenes::Random::new(31);
         let points: Vec<_> = (0..4000).map(|_| random.point(-1.3, 1.3)).collect();
         for mut spec in every_path(name, context) {
-            spec.set("size", "24");
+            spec.set(Name::SIZE, "24");
             let text = spec.short();
             let tolerance = match spec.entry.name {
                 "avsm" => 0.0,

@@ -9,7 +9,7 @@ use gobo::maps::Survey;
 use gobo::reference::twin::avsm::pack::tight_value;
 use gobo::reference::twin::detail::{SLOTS, Tile, choose, finer, survey};
 use gobo::scene::{Projection, Scene, View};
-use gobo::technique::{Avsm, NodeData, Technique};
+use gobo::technique::{Avsm, NodeData, Technique, avsm};
 
 /// Texels of a block.
 const BLOCK: usize = 64;
@@ -261,7 +261,7 @@ fn look_ups_go_through_the_table() {
 
 /// What tight curves unpack to, in full.
 fn tight_nodes(built: &Built, blocks: usize) -> Vec<NodeData> {
-    let count = spec(&built.text).number("nodes") as usize;
+    let count = spec(&built.text).settings::<avsm::Settings>().nodes as usize;
     let words: Vec<u16> = built.avsm.curves().read(blocks * BLOCK * count).expect("the words");
     let node = |word: &u16| {
         let value = word & 0xFF;
@@ -351,7 +351,7 @@ fn what_adaptive_maps_need() {
             }
             let world = gobo::world::World::new(context, &scenes::random()).expect("room");
             let text = format!("avsm:detail=adaptive,size=64,{settings}");
-            match Avsm::new(context, &world, &spec(&text)) {
+            match Avsm::new(context, &world, &spec(&text).settings()) {
                 Err(gobo::Error::Refused { needs: said }) => assert!(said.contains(needs), "{text}: {said}"),
                 Err(error) => panic!("{text}: {error}"),
                 Ok(_) => panic!("{text} is not refused"),

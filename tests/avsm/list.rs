@@ -133,7 +133,7 @@ fn nothing_casts_nothing() {
         scene.meshes.push(scenes::level(0.0, 1.0, [0.0, 0.0]));
         let world = World::new(context, &scene).expect("room for nothing");
         let text = "avsm:path=two-pass,size=8,skip=off";
-        let avsm = opened(Avsm::new(context, &world, &spec(text)), text);
+        let avsm = opened(Avsm::new(context, &world, &spec(text).settings()), text);
         let mut avsm = Opened::new(context, Box::new(avsm), false);
         let passes = avsm.build(&world).expect("builds").passes;
         let counters = avsm.technique.facts().expect("counted").counters;

@@ -113,7 +113,7 @@ fn bytes_and_nodes_of_packed_curves() {
                 let full = built_avsm(context, &scene, &text);
                 let text = format!("{text},storage=packed");
                 let world = World::new(context, &scene).expect("room for the scene");
-                let packed = Box::new(opened(Avsm::new(context, &world, &spec(&text)), &text));
+                let packed = Box::new(opened(Avsm::new(context, &world, &spec(&text).settings()), &text));
                 let mut packed = Opened::new(context, packed, true);
                 let passes = packed.build(&world).expect(&text).passes;
                 let packed = packed.technique;

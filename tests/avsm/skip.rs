@@ -21,8 +21,8 @@ fn paths(context: &Context) -> Vec<&'static str> {
 /// Opened for `world`; an unchanged world is not built again, as the spec says.
 fn opened(context: &Context, world: &World, text: &str) -> Opened<Avsm> {
     let spec = spec(text);
-    let avsm = support::opened(Avsm::new(context, world, &spec), text);
-    Opened::new(context, Box::new(avsm), spec.is_on("skip"))
+    let avsm = support::opened(Avsm::new(context, world, &spec.settings()), text);
+    Opened::new(context, Box::new(avsm), spec.skips())
 }
 
 /// Points in and around the casters.

@@ -12,6 +12,7 @@ use gobo::reference::twin::order;
 use gobo::reference::twin::segment::{Segment, sort, texel_segment};
 use gobo::reference::twin::sums::{DARK, bound};
 use gobo::scene::{Caster, Ray, Scene, View};
+use gobo::technique::avsm::{self, Fit, Interpolated, Resolve, Way};
 use gobo::technique::{NodeData, Spec};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
@@ -147,26 +148,28 @@ pub fn look_up(nodes: &[NodeData], depth: f32, interpolation: Interpolation) -> 
 
 /// How the twin builds what `spec` says.
 pub fn build(spec: &Spec) -> Build {
-    let nodes = spec.number("nodes") as usize;
+    let settings: avsm::Settings = spec.settings();
+    let nodes = settings.nodes as usize;
     Build {
         nodes,
         // Whole curves are compressed from 16 nodes more than are stored (technique::avsm, WHOLE_NODES).
         // The binned path has room for 4 more (BINNED_NODES), from cells for 2 (CELLS_NODES).
         work: nodes
-            + match (spec.value("resolve"), spec.value("path")) {
-                ("whole", _) => 16,
-                ("streaming", "binned") => 4,
-                (_, "binned") => 2,
+            + match (settings.resolve, settings.path) {
+                (Some(Resolve::Whole), _) => 16,
+                (Some(Resolve::Streaming), Some(Way::Binned)) => 4,
+                (_, Some(Way::Binned)) => 2,
                 _ => 0,
             },
-        interpolation: match spec.value("curve") {
-            "linear" => Interpolation::Linear,
-            _ => Interpolation::Exponential,
+        interpolation: match settings.curve {
+            Interpolated::Transmittance => Interpolation::Linear,
+            Interpolated::OpticalDepth => Interpolation::Exponential,
         },
-        nudge: spec.value("nudge") == "on",
+        nudge: settings.nudge,
         // FIT_TURNS: sums in cells, and whole curves where asked for, of optical depth both.
-        turns: match (spec.value("curve"), spec.value("resolve"), spec.value("fit")) {
-            ("exponential", "cells", "auto" | "refined") | ("exponential", "whole", "refined") => 3,
+        turns: match (settings.curve, settings.resolve, settings.fit) {
+            (Interpolated::OpticalDepth, Some(Resolve::Cells), None | Some(Fit::Refined))
+            | (Interpolated::OpticalDepth, Some(Resolve::Whole), Some(Fit::Refined)) => 3,
             _ => 0,
         },
     }

@@ -29,7 +29,7 @@ fn opened(bytes: &[u8]) -> bool {
     };
     let words: Vec<u32> = bake.words.chunks_exact(4).map(|w| u32::from_le_bytes([w[0], w[1], w[2], w[3]])).collect();
     for tree in &bake.trees {
-        let tree = twin(tree, if bake.settings.merges() { 16 } else { 32 }, &words);
+        let tree = twin(tree, if bake.plan.merges() { 16 } else { 32 }, &words);
         for number in 0..ASKED {
             // Corners first, then strewn all over.
             let last = tree.size - 1;

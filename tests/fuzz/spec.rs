@@ -2,7 +2,8 @@
 
 use super::assert_one_line;
 use super::memory::bounded;
-use gobo::technique::{Spec, parse};
+use gobo::consume::parse;
+use gobo::technique::Spec;
 
 /// Of a sweep so many are printed.
 const PRINTED: usize = 16;

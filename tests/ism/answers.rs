@@ -290,7 +290,7 @@ fn what_has_no_answer_is_refused() {
 /// A world that moved is a new world, and the lights of one do not disturb each other.
 #[test]
 fn a_moved_world_is_a_new_world() {
-    use gobo::technique::{IsmSettings, Opened};
+    use gobo::technique::Opened;
     use gobo::world::World;
     gpu_test("ism::a_moved_world_is_a_new_world", |context| {
         let mut scene = scenes::room();
@@ -298,7 +298,7 @@ fn a_moved_world_is_a_new_world() {
         for path in PATHS {
             let text = format!("ism:points=1024,path={path},size=32");
             let mut world = World::new(context, &scene).expect("room");
-            let ism = Ism::new(context, &world, &IsmSettings::of(&crate::spec(&text))).expect("opened");
+            let ism = Ism::new(context, &world, &crate::spec(&text).settings()).expect("opened");
             let mut opened = Opened::new(context, Box::new(ism), true);
             opened.build(&world).expect("built");
             let before = ask(context, opened.technique.as_ref(), 4, &points);

@@ -3,7 +3,7 @@
 use super::{build, lamps, seen};
 use crate::support::{gpu_test, is_left_out, some};
 use gobo::consume::Tiled;
-use gobo::technique::keys::{DitherKind, ShadowsKind};
+use gobo::consume::{DitherKind, ShadowsKind};
 
 /// The same bits, of scenes of which the list holds all, and of one of which it does not: sixty lights without an end at each
 /// pixel, and room for half of them.

@@ -3,6 +3,7 @@
 use super::{Built, build, camera, lamps, picture, seen};
 use crate::support::{gpu_test, scenes::Random, some};
 use glam::DVec3;
+use gobo::consume::DitherKind;
 use gobo::consume::many_lights::{FrameData, TilesSeen, words};
 use gobo::consume::{Shading, Tiled};
 use gobo::grid::{GridData, Voxelizer};
@@ -13,8 +14,8 @@ use gobo::reference::twin::many_lights::shade::{Found, visibility};
 use gobo::reference::twin::many_lights::{dither, reproject};
 use gobo::reference::twin::packed_normal::{pack_normal, unpack_normal};
 use gobo::scene::{Scene, View};
-use gobo::technique::keys::DitherKind;
-use gobo::technique::{Opened, VoxelGrid, VoxelGridSettings};
+use gobo::technique::Opened;
+use gobo::technique::voxel_grid::{self, VoxelGrid};
 use gobo::world::{LightData, World};
 
 pub fn frame(data: &FrameData) -> Frame {
@@ -142,9 +143,9 @@ fn pixels_see_the_meshes() {
     });
 }
 
-fn grid(context: &gobo::gpu::Context, scene: &Scene, settings: VoxelGridSettings) -> (World, Opened<VoxelGrid>) {
+fn grid(context: &gobo::gpu::Context, scene: &Scene, settings: voxel_grid::Plan) -> (World, Opened<VoxelGrid>) {
     let world = World::new(context, scene).expect("room for the scene");
-    let technique = VoxelGrid::new(context, &world, &settings).expect("voxel-grid");
+    let technique = VoxelGrid::planned(context, &world, &settings).expect("voxel-grid");
     let mut opened = Opened::new(context, Box::new(technique), true);
     opened.build(&world).expect("built");
     (world, opened)
@@ -158,7 +159,7 @@ fn dithered_bits_equal_their_twin() {
         let scene = lamps::lamps(40);
         let size = [64, 40];
         let settings =
-            VoxelGridSettings { size: 64, steps: Some(10), offset: 0.5, cone: None, voxelizer: Voxelizer::Compute };
+            voxel_grid::Plan { size: 64, steps: Some(10), offset: 0.5, cone: None, voxelizer: Voxelizer::Compute };
         let (world, opened) = grid(context, &scene, settings);
         let GridData { origin, voxel, per_unit, size: side, .. } = opened.technique.grid().data().expect("read");
         let place = Place { origin, voxel, per_unit, size: side };

@@ -71,7 +71,7 @@ fn adversarial() -> Vec<Corners> {
 /// A shadow map of that spec, built, and its depths.
 fn depths(context: &Context, scene: &Scene, text: &str) -> (Box<ShadowMap>, Vec<f32>) {
     let world = World::new(context, scene).expect("room for the scene");
-    let map = opened(ShadowMap::new(context, &world, &spec(text)), text);
+    let map = opened(ShadowMap::new(context, &world, &spec(text).settings()), text);
     let mut opened = Opened::new(context, Box::new(map), true);
     opened.build(&world).expect("built");
     let depths = opened.technique.image().read().expect("the depths");

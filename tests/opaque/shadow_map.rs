@@ -23,7 +23,7 @@ fn the_look_up_equals_its_twin() {
             for (filter, bits) in [(1, 32), (3, 16), (5, 32), (7, 16), (9, 32), (9, 16)] {
                 let text = format!("shadow-map:size=96,filter={filter},bits={bits}");
                 let world = World::new(context, &scene).expect("room for the scene");
-                let map = opened(ShadowMap::new(context, &world, &spec(&text)), &text);
+                let map = opened(ShadowMap::new(context, &world, &spec(&text).settings()), &text);
                 let mut opened = Opened::new(context, Box::new(map), true);
                 opened.build(&world).expect("built");
                 let technique = opened.technique;

@@ -8,12 +8,13 @@ pub mod within;
 
 use gobo::Error;
 use gobo::consume::Query;
+use gobo::consume::parse;
 use gobo::gpu::{Context, Messages, Options, Requirement};
 use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::{Packed, unpack};
 use gobo::scene::{Particle, Scene, View};
-use gobo::technique::{self, Avsm, NodeData, Opened, REGISTRY, Spec, Technique, Values, parse};
+use gobo::technique::{self, Avsm, Name, NodeData, Opened, REGISTRY, Spec, Technique, Values, avsm};
 use gobo::world::World;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -131,17 +132,19 @@ pub fn every_path(test: &str, context: &Context) -> Vec<Spec> {
     let mut specs = Vec::new();
     for (entry, path) in REGISTRY.iter().flat_map(|entry| entry.paths.iter().map(move |path| (entry, path))) {
         let mut spec = spec(entry.name);
-        spec.set("path", path.name);
+        spec.set(Name::PATH, path.name);
         if entry.name == "shadow-map" {
-            spec.set("opaque", path.name);
+            spec.set(Name::OPAQUE, path.name);
         }
         if entry.name == "psm" {
             // 14 maps' layers are drawn at once on every device.
-            spec.set("slices", "64");
+            spec.set(Name::SLICES, "64");
         }
-        if let Some(Values::OneOf(sizes)) = entry.keys.iter().find(|key| key.name == "size").map(|key| &key.values) {
+        if let Some(Values::OneOf(sizes)) =
+            entry.keys.iter().find(|key| Name::from(*key) == Name::SIZE).map(|key| &key.values)
+        {
             // The smallest of a few: a software device goes through all voxels of a grid in seconds.
-            spec.set("size", sizes[0]);
+            spec.set(Name::SIZE, sizes[0]);
         }
         if runs(test, context, &spec.short()) {
             specs.push(spec);
@@ -193,7 +196,7 @@ pub fn ask(context: &Context, technique: &dyn Technique, light: usize, points: &
 /// An AVSM of `scene`, built once.
 pub fn built_avsm(context: &Context, scene: &Scene, text: &str) -> Box<Avsm> {
     let world = World::new(context, scene).expect("room for the scene");
-    let avsm = Box::new(opened(Avsm::new(context, &world, &spec(text)), text));
+    let avsm = Box::new(opened(Avsm::new(context, &world, &spec(text).settings()), text));
     let mut opened = Opened::new(context, avsm, true);
     opened.build(&world).expect(text);
     opened.technique
@@ -201,13 +204,15 @@ pub fn built_avsm(context: &Context, scene: &Scene, text: &str) -> Box<Avsm> {
 
 /// The curves of the first `texels` texels as `text` stores them; the packed ones are unpacked.
 pub fn nodes_of(avsm: &Avsm, text: &str, texels: usize) -> Vec<NodeData> {
-    let spec = spec(text);
-    let count = spec.number("nodes") as usize;
-    if spec.value("storage") == "full" {
+    let settings: avsm::Settings = spec(text).settings();
+    let count = settings.nodes as usize;
+    if settings.storage == avsm::Storage::Full {
         return avsm.curves().read(texels * count).expect("the nodes");
     }
-    let interpolation =
-        if spec.value("curve") == "linear" { Interpolation::Linear } else { Interpolation::Exponential };
+    let interpolation = match settings.curve {
+        avsm::Interpolated::Transmittance => Interpolation::Linear,
+        avsm::Interpolated::OpticalDepth => Interpolation::Exponential,
+    };
     let words: Vec<u32> = avsm.curves().read(texels * (2 + count)).expect("the words");
     let texel = |words: &[u32]| {
         let packed =

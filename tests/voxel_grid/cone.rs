@@ -5,7 +5,7 @@ use crate::{PLAIN, all, built, place, shapes, twin, way};
 use glam::DVec3;
 use gobo::reference::twin::cone::Cells;
 use gobo::scene::Scene;
-use gobo::technique::VoxelGridSettings as Settings;
+use gobo::technique::voxel_grid::Plan as Settings;
 
 const NARROW: Settings = Settings { cone: Some(0.0), ..PLAIN };
 

@@ -8,7 +8,7 @@ use gobo::reference::truth::Casters;
 use gobo::reference::twin::grid::Place;
 use gobo::reference::twin::media::{Media, UNITS};
 use gobo::scene::{Particle, Scene, Strand};
-use gobo::technique::{VoxelGrid, VoxelGridSettings as Settings};
+use gobo::technique::{VoxelGrid, voxel_grid::Plan as Settings};
 use gobo::world::World;
 use std::f64::consts::PI;
 
@@ -308,7 +308,7 @@ fn media_are_there_where_they_are_needed() {
         assert!(opened.technique.grid().media().expect("read").is_none());
         let world = World::new(context, &scenes::nested()).expect("room for the scene");
         let size = 512;
-        let result = VoxelGrid::new(context, &world, &Settings { size, ..PLAIN });
+        let result = VoxelGrid::planned(context, &world, &Settings { size, ..PLAIN });
         if context.features().max_storage_buffer_range < 4 << 27 {
             let error = result.err().expect("refused");
             assert!(matches!(&error, Error::Refused { needs } if needs.contains("maxStorageBufferRange")), "{error}");

@@ -7,7 +7,7 @@ use gobo::gpu::{Context, Requirement};
 use gobo::grid::Voxelizer;
 use gobo::reference::twin::grid::Bits;
 use gobo::scene::{Mesh, Scene};
-use gobo::technique::{VoxelGridSettings as Settings, open};
+use gobo::technique::{open, voxel_grid::Plan as Settings};
 use gobo::world::World;
 
 /// Those that the device has: besides compute, wider triangles, and conservative rasterization.

@@ -5,7 +5,7 @@ use super::{PLAIN, baked, shapes};
 use glam::DVec3;
 use gobo::gpu::Context;
 use gobo::scene::{Light, LightKind, Scene};
-use gobo::technique::{self, Coverage, Opened, Structure, Technique, VoxelizedSettings as Settings};
+use gobo::technique::{self, Coverage, Opened, Structure, Technique, voxelized::Plan as Settings};
 use gobo::world::World;
 use std::path::Path;
 

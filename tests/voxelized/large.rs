@@ -3,7 +3,7 @@
 use super::support::{self, ask, gpu_test, scenes::Random};
 use super::{PLAIN, Structure, baked, shapes};
 use glam::DVec3;
-use gobo::technique::{TreeData, VoxelizedSettings as Settings};
+use gobo::technique::{TreeData, voxelized::Plan as Settings};
 
 /// The world position of a voxel's middle.
 fn middle(tree: &TreeData, voxel: [u32; 3]) -> [f32; 3] {

@@ -136,7 +136,7 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
     // Virtual lights and a box are not in the scene.
     let fits = |spec: &Spec| spec.entry.lifetime == Lifetime::Frame && !["ism", "ray-query"].contains(&spec.entry.name);
     specs.retain(|spec| fits(spec) && runs(test, context, &spec.short()));
-    specs.iter_mut().filter(|spec| spec.entry.name != "voxel-grid").for_each(|spec| spec.set("size", "28"));
+    specs.iter_mut().filter(|spec| spec.entry.name != "voxel-grid").for_each(|spec| spec.set(gobo::technique::Name::SIZE, "28"));
     specs
 }
 

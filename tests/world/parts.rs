@@ -7,7 +7,7 @@ use glam::DVec3;
 use gobo::Error;
 use gobo::gpu::Context;
 use gobo::scene::{Light, LightKind, Particle, Scene, Strand};
-use gobo::technique::{self, REGISTRY, Spec};
+use gobo::technique::{self, Name, REGISTRY, Spec, ism};
 use gobo::world::World;
 
 /// Parts of a world, as the test knows them.
@@ -97,7 +97,7 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
     }
     if part == Camera {
         // Points that adapt are chosen by what the camera sees too: where they may stand does not follow from it.
-        return spec.value("adaptive") == "on"
+        return spec.settings::<ism::Settings>().adaptive
             && starts(&["ism.adapt", "ism.clear", "ism.tiled", "ism.splat", "ism.fill"]);
     }
     match spec.entry.name {
@@ -124,7 +124,7 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
     for entry in REGISTRY.iter().filter(|entry| !entry.casts.particles && entry.name != "ism") {
         specs.extend(entry.paths.iter().map(|path| {
             let mut spec = spec(entry.name);
-            spec.set("path", path.name);
+            spec.set(Name::PATH, path.name);
             spec
         }));
     }
@@ -134,8 +134,8 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
     for spec in &mut specs {
         match spec.entry.name {
             "ism" | "voxel-grid" => {}
-            "voxelized" => spec.set("size", "64"),
-            _ => spec.set("size", "28"),
+            "voxelized" => spec.set(Name::SIZE, "64"),
+            _ => spec.set(Name::SIZE, "28"),
         }
     }
     let runs = |spec: &Spec| match technique::open(context, &world(context, &all_of_it(spec)), spec) {

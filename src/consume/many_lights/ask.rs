@@ -1,11 +1,10 @@
 //! Who asks for light: each pixel for its lights, or whoever comes next for the next job of a list.
 
 use super::{ManyLights, ManyLightsPush, Targets};
-use crate::consume::Tiled;
+use crate::consume::{DitherKind, ShadowsKind, Tiled};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Kernel, Memory, Resource};
 use crate::shaders::{constant, many_lights as shaders};
 use crate::technique::Answer;
-use crate::technique::keys::{DitherKind, ShadowsKind};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 

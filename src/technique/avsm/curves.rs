@@ -60,7 +60,7 @@ impl Curves {
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
     pub fn covered_texels(&self, bins: Option<&Bins>) -> Result<Option<u64>> {
-        if self.settings.adaptive {
+        if self.settings.is_adaptive() {
             return Ok(None);
         }
         let pairs = pairs(&self.settings);
@@ -70,7 +70,7 @@ impl Curves {
             _ => vec![true; self.texels as usize],
         };
         // Packed or not, a curve begins with the depth of its first node; a tight one that has none is 0.
-        let has_nodes = |n: &[NodeData]| match self.settings.tight {
+        let has_nodes = |n: &[NodeData]| match self.settings.is_tight() {
             true => n.iter().any(|n| [n.depth, n.value].map(f32::to_bits) != [0; 2]),
             false => n[0].depth < FARTHEST,
         };
@@ -84,9 +84,9 @@ impl Curves {
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.
     pub fn texel(&self, bins: Option<&Bins>, map: usize, [x, y]: [u32; 2]) -> Result<Vec<(f64, f64)>> {
-        let texel = if self.settings.filter.kind != FilterKind::Bilinear {
+        let texel = if self.settings.filter != FilterKind::Bilinear {
             None
-        } else if self.settings.adaptive {
+        } else if self.settings.is_adaptive() {
             self.place(map as u32, [x, y])?
         } else {
             let in_use = |bins: &Bins| bins.texel_in_use(map, [x, y]);
@@ -96,11 +96,11 @@ impl Curves {
         let Some(texel) = texel else { return Ok(Vec::new()) };
         let pairs = pairs(&self.settings);
         let curve: Vec<[u32; 2]> = self.nodes.read_from(texel * pairs, pairs)?;
-        let exponential = self.settings.exponential;
+        let exponential = self.settings.is_exponential();
         let transmittance = |value: f64| if exponential { (-value).exp() } else { value };
-        let nodes = if self.settings.tight {
+        let nodes = if self.settings.is_tight() {
             unpack_tight(&curve, exponential)
-        } else if self.settings.packed {
+        } else if self.settings.is_packed() {
             unpack(&curve, exponential)
         } else {
             curve.iter().map(|n| (f32::from_bits(n[0]).into(), f32::from_bits(n[1]).into())).collect()
@@ -130,7 +130,7 @@ impl Curves {
 /// # Errors
 /// [`Error::Refused`] where there is no room for a block of each tile.
 pub fn blocks(maps: &Maps, settings: &Settings) -> Result<Option<u32>> {
-    if !settings.adaptive {
+    if !settings.is_adaptive() {
         return Ok(None);
     }
     let texel = pairs(settings) as u64 * size_of::<NodeData>() as u64;
@@ -147,7 +147,7 @@ pub fn blocks(maps: &Maps, settings: &Settings) -> Result<Option<u32>> {
 
 /// Pairs of words a texel. Twin: curve_pairs in glsl/avsm/node.glsl.
 fn pairs(settings: &Settings) -> usize {
-    let pairs = match (settings.tight, settings.packed) {
+    let pairs = match (settings.is_tight(), settings.is_packed()) {
         (true, _) => settings.nodes / 4,
         (_, true) => 1 + settings.nodes / 2,
         _ => settings.nodes,

@@ -28,7 +28,7 @@ impl Interlock {
         let mut at_once = maps.stacked_at_once(context);
         let mut set = curves.set.clone();
         let mut full = None;
-        if plan.settings.packed {
+        if plan.settings.is_packed() {
             let map_bytes = u64::from(maps.size()[0])
                 * u64::from(maps.size()[1])
                 * u64::from(plan.settings.nodes)

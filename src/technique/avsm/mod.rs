@@ -16,19 +16,19 @@ mod settings;
 mod two_pass;
 
 pub use curves::NodeData;
+pub use settings::{Batch, Fineness, Fit, Interpolated, Order, Resolve, Settings, Stands, Storage, Way};
 
 use self::binned::Binned;
 use self::curves::Curves;
 use self::interlock::Interlock;
 use self::plan::{Cells, Plan};
 use self::raster_order::RasterOrder;
-use self::settings::{KEYS, Settings, Way};
 use self::two_pass::TwoPass;
-use super::keys::opaque;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Spec, Technique};
+use super::settings::Keyed;
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Context, Image, Kernel, Requirement, Resource, push_struct};
-use crate::maps::{Bins, Map, Maps, Use};
+use crate::maps::{Bins, Map, Maps, OpaqueMaps, Use};
 use crate::shaders::folder;
 use crate::world::{Parts, World};
 use std::ops::Range;
@@ -39,16 +39,16 @@ pub const ENTRY: Entry = Entry {
     about: "adaptive volumetric shadow maps: a compressed transmittance curve a texel (Salvi et al. 2010)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
-    keys: KEYS,
+    keys: Settings::KEYS,
     paths: &[
         Path { name: "two-pass", requires: &[Requirement::FragmentStores] },
         Path { name: "binned", requires: &[] },
         Path { name: "interlock", requires: &[Requirement::FragmentStores, Requirement::PixelInterlock] },
         Path { name: "raster-order", requires: &[Requirement::RasterOrder] },
     ],
-    promises: promises::promises,
+    promises: |spec, path| promises::promises(&spec.settings(), path),
     runs: promises::RUNS,
-    open: |context, world, spec| Ok(Box::new(Avsm::new(context, world, spec)?)),
+    open: |context, world, spec| Ok(Box::new(Avsm::new(context, world, &spec.settings())?)),
 };
 
 push_struct! {
@@ -93,22 +93,25 @@ pub struct Avsm {
 }
 
 impl Avsm {
-    /// Opens the path that `spec` names.
+    /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, spec: &Spec) -> Result<Self> {
-        let plan = Plan::new(context, world, Settings::of(spec))?;
+    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Refused`] where settings do not go together, or the device lacks what the path needs;
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        settings.check()?;
+        let plan = Plan::new(context, world, *settings)?;
         let settings = plan.settings;
-        let maps = Maps::new(context, world, settings.base_size(), opaque(spec))?;
+        let maps = Maps::new(context, world, settings.base_size(), OpaqueMaps::shared(settings.opaque))?;
         let bins = if settings.skip || plan.way == Way::Binned {
             let parts = if matches!(plan.cells, Some(Cells::Lanes | Cells::Half)) { 2 } else { 1 };
             let what = Use {
                 entries: plan.entries(),
                 skip: settings.skip,
-                reach: settings.filter.reach(),
+                reach: settings.filter().reach(),
                 parts: [parts, if settings.skip { 0 } else { parts }],
-                area: settings.area,
+                area: settings.is_of_areas(),
                 blocks: curves::blocks(&maps, &settings)?,
             };
             Some(Bins::new(context, world, &maps, what)?)

@@ -8,7 +8,7 @@ use crate::shaders::constant::{
     AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED, TURNS, WORK,
     WORKGROUP,
 };
-use crate::technique::keys::Word;
+use crate::technique::keys::word_of;
 use crate::world::World;
 use crate::{Error, Result};
 
@@ -120,25 +120,25 @@ impl Plan {
         if cells && way != Way::Binned {
             return refused("path=binned: resolve=cells adds up a tile's casters".into());
         }
-        if !settings.sorted && way == Way::Binned {
+        if !settings.is_sorted() && way == Way::Binned {
             return refused("order=sorted: path=binned has no other".into());
         }
-        if settings.adaptive && way != Way::Binned {
+        if settings.is_adaptive() && way != Way::Binned {
             return refused("path=binned: detail=adaptive builds tiles".into());
         }
-        if settings.adaptive && settings.filter.kind != FilterKind::Bilinear {
+        if settings.is_adaptive() && settings.filter != FilterKind::Bilinear {
             return refused("filter=bilinear: with detail=adaptive texels differ in size".into());
         }
-        if settings.area && way != Way::Binned {
+        if settings.is_of_areas() && way != Way::Binned {
             return refused("path=binned: texel=area builds tiles".into());
         }
         if way == Way::Binned && settings.resolve.is_none() {
             reason =
-                format!("{reason}; resolve={}: {}", word(resolve), if cells { "no hair" } else { "hair is steps" });
+                format!("{reason}; resolve={}: {}", word_of(resolve), if cells { "no hair" } else { "hair is steps" });
         }
         let asked = settings.fit == Some(Fit::Refined);
         let whole = resolve == Resolve::Whole && way == Way::TwoPass;
-        if asked && !(settings.exponential && (cells || whole)) {
+        if asked && !(settings.is_exponential() && (cells || whole)) {
             let ways = "resolve=cells, or path=two-pass,resolve=whole";
             return refused(format!("{ways}, and curve=exponential: fit=refined is of a whole curve of optical depth"));
         }
@@ -148,7 +148,7 @@ impl Plan {
                 "maxComputeSharedMemorySize of at least {FIT_SHARED_BYTES} (this device has {has}) for fit=refined"
             ));
         }
-        let refined = asked || (cells && settings.exponential && settings.fit.is_none());
+        let refined = asked || (cells && settings.is_exponential() && settings.fit.is_none());
         let turns = if refined { FIT_TURNS } else { 0 };
         let more_nodes = match (resolve, way) {
             (Resolve::Whole, _) => WHOLE_NODES,
@@ -177,25 +177,25 @@ impl Plan {
         // Who looks ahead needs a thread for each caster of a batch (glsl/avsm/cells_shared.glsl).
         let fits = |way: Cells| way != Cells::Lanes && way.batch(groups, settings.nodes) <= groups * way.texels();
         let ahead = if has_many && way_of_cells.is_some_and(fits) { MOST_AHEAD } else { 1 };
-        settings.filter.check(world, settings.base_size())?;
+        settings.filter().check(world, settings.base_size())?;
         let constants = Constants::new()
             .set(NODES, settings.nodes)
-            .set(EXPONENTIAL, settings.exponential)
+            .set(EXPONENTIAL, settings.is_exponential())
             .set(WORK, settings.nodes + more_nodes)
             .set(NUDGE, settings.nudge)
             .set(TURNS, turns)
             .set(AHEAD, ahead)
             .set(BATCH, way_of_cells.map_or(0, |way| way.batch(groups, settings.nodes)))
-            .set(SORTED, settings.sorted)
+            .set(SORTED, settings.is_sorted())
             .set(TILED, settings.skip)
-            .set(PACKED, settings.packed)
-            .set(TIGHT, settings.tight)
-            .set(DETAIL, settings.adaptive)
-            .set(AREA, settings.area)
+            .set(PACKED, settings.is_packed())
+            .set(TIGHT, settings.is_tight())
+            .set(DETAIL, settings.is_adaptive())
+            .set(AREA, settings.is_of_areas())
             .set(GROUPS, groups)
             .set(WORKGROUP, groups)
             .set(STRANDS, world.has_strands());
-        let constants = settings.filter.constants(constants);
+        let constants = settings.filter().constants(constants);
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
     }
 
@@ -237,10 +237,6 @@ fn choose_lanes(features: &Features, batch: Option<Batch>, suit: bool) -> Result
     }
 }
 
-fn word(resolve: Resolve) -> &'static str {
-    Resolve::ALL.iter().find(|(_, r)| *r == resolve).map_or("", |(word, _)| word)
-}
-
 /// The path and why. `auto` follows what was measured (docs/avsm-paths.md):
 ///
 /// | device | path |
@@ -252,20 +248,20 @@ fn word(resolve: Resolve) -> &'static str {
 ///
 /// Binned has no `order=captured`, which is left to interlock, where there is one, and to two-pass.
 fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String) {
-    if let Some(asked) = settings.way {
+    if let Some(asked) = settings.path {
         return (asked, "asked for".into());
     }
-    if settings.adaptive {
+    if settings.is_adaptive() {
         return (Way::Binned, "auto: detail=adaptive".into());
     }
-    if settings.area {
+    if settings.is_of_areas() {
         return (Way::Binned, "auto: texel=area".into());
     }
     if settings.resolve == Some(Resolve::Whole) && settings.fit == Some(Fit::Refined) {
         return (Way::TwoPass, "auto: resolve=whole,fit=refined".into());
     }
     let features = context.features();
-    if !settings.sorted {
+    if !settings.is_sorted() {
         return match features.lacks(Requirement::PixelInterlock) {
             None => (Way::Interlock, "auto: order=captured with fragmentShaderPixelInterlock".into()),
             Some(missing) => (Way::TwoPass, format!("auto: order=captured on a device that lacks {missing}")),
@@ -287,7 +283,7 @@ fn choose(context: &Context, world: &World, settings: &Settings) -> (Way, String
         _ if wide => (Way::Binned, format!("auto: a software device with subgroups of {}", features.subgroup_size)),
         None => (Way::TwoPass, "auto: hair on a software device without wide lanes".into()),
         Some(resolve) => {
-            (Way::TwoPass, format!("auto: resolve={} on a software device without wide lanes", word(resolve)))
+            (Way::TwoPass, format!("auto: resolve={} on a software device without wide lanes", word_of(resolve)))
         }
     }
 }

@@ -1,23 +1,21 @@
 //! What AVSM promises, and what is run of it where nobody names it.
 
-use super::settings::{Fineness, Order, Stands, Storage, Way};
-use crate::technique::keys::word_of;
+use super::settings::{Settings, Way};
+use crate::technique::keys::{Name, word_of};
 use crate::technique::promises::EIGHT_BITS;
-use crate::technique::{Promises, Runs, Spec};
+use crate::technique::{Promises, Runs};
 
-/// What a spec promises, on the path that runs.
-pub fn promises(spec: &Spec, path: &str) -> Promises {
-    let is_linear = spec.value("curve") == "linear";
-    let is_tight = spec.word("storage") == Some(Storage::Tight);
-    let is_adaptive = spec.word("detail") == Some(Fineness::Adaptive);
-    let is_captured = spec.word("order") == Some(Order::Captured);
+/// What settings promise, on the path that runs.
+pub fn promises(settings: &Settings, path: &str) -> Promises {
+    let (is_linear, is_captured) = (!settings.is_exponential(), !settings.is_sorted());
+    let (is_tight, is_adaptive) = (settings.is_tight(), settings.is_adaptive());
     // A list that is full loses what comes last.
-    let loses = spec.value("capacity") != "auto";
+    let loses = settings.capacity.is_some();
     // Single passes insert in the order of the casters' middles.
     let is_sorted = [Way::TwoPass, Way::Binned].map(word_of).contains(&path) && !is_captured;
     // What is asked about are the rays of an even map's texels, which these have not; that each of theirs has the tail, the twins
     // say.
-    let has_other_rays = is_adaptive || spec.word("texel") == Some(Stands::Area);
+    let has_other_rays = is_adaptive || settings.is_of_areas();
     let mean = if is_sorted { 1e-2 } else { 2e-2 };
     Promises {
         // Straight lines between nodes err where smoke fades by an exponential; so do nodes of two bytes.
@@ -36,7 +34,7 @@ pub fn promises(spec: &Spec, path: &str) -> Promises {
 /// What is run.
 pub const RUNS: Runs = Runs {
     compare: &["nodes=4|8|16,curve=linear|exponential,path=two-pass|interlock", "nodes=8,path=raster-order|binned"],
-    on_cpu: &[("size", "64")],
+    on_cpu: &[(Name::SIZE, "64")],
     stress_smoke: &[
         "size=32,path=two-pass|interlock|raster-order",
         "size=32,path=two-pass,resolve=whole",
@@ -55,7 +53,7 @@ mod tests {
     #[test]
     fn keys_take_promises_back() {
         let of = |settings: &str, path: &str| {
-            let promises = promises(&parse(&format!("avsm:{settings}")).expect(settings)[0], path);
+            let promises = promises(&parse(&format!("avsm:{settings}"), &[]).expect(settings)[0].settings(), path);
             (promises.mean, promises.tail, promises.order)
         };
         let exact = Some(0.0);

@@ -1,8 +1,8 @@
-//! The keys of AVSM's specs, and what they are read into.
+//! What there is to set of AVSM.
 
-use crate::maps::{DrawingOrder, Filter};
-use crate::technique::Spec;
-use crate::technique::keys::{FILTER, Key, OPAQUE, RADIUS, SIZE, SKIP, Switch, Values, Word, filter, words};
+use crate::maps::{DrawingOrder, Filter, FilterKind, OpaqueWay};
+use crate::technique::keys::{word_of, words};
+use crate::technique::settings::{FILTER, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
 
 words! {
     /// How curves are built.
@@ -102,154 +102,113 @@ words! {
     }
 }
 
-/// The keys.
-pub const KEYS: &[Key] = &[
-    Key { name: "nodes", values: Values::OneOf(&["4", "8", "16"]), default: "8", about: "nodes of a texel's curve" },
-    Key {
-        name: "curve",
-        values: Values::OneOf(Interpolated::WORDS),
-        default: "exponential",
-        about: "interpolate transmittance (linear, as published) or optical depth (exponential)",
-    },
-    Key {
-        name: "path",
-        values: Values::OneOf(Way::WORDS),
-        default: "auto",
-        about: "auto: binned, save for what software devices do faster and for order=captured",
-    },
-    SIZE,
-    Key {
-        name: "detail",
-        values: Values::OneOf(Fineness::WORDS),
-        default: "even",
-        about: "all of a map is as fine as size= says, or each tile from half to four times that, as it needs (binned)",
-    },
-    Key {
-        name: "bytes",
-        values: Values::Number(1, u32::MAX),
-        default: "auto",
-        about: "detail=adaptive: bytes that the curves of all maps may take; auto: those of detail=even",
-    },
-    Key {
-        name: "texel",
-        values: Values::OneOf(Stands::WORDS),
-        default: "centre",
-        about: "what a texel stands for: the ray through its centre, or the mean of all that it covers (binned)",
-    },
-    Key {
-        name: "order",
-        values: Values::OneOf(Order::WORDS),
-        default: "sorted",
-        about: "insert by depth (single-pass paths: casters drawn by depth) or as drawn",
-    },
-    Key {
-        name: "resolve",
-        values: Values::OneOf(Resolve::WORDS),
-        default: "auto",
-        about: "segment by segment, whole curves (two-pass, binned) or sums in cells (binned); auto chooses",
-    },
-    Key {
-        name: "nudge",
-        values: Values::OneOf(Switch::WORDS),
-        default: "on",
-        about: "keep the area under the curve when a node is removed (exponential only); off: as published",
-    },
-    Key {
-        name: "fit",
-        values: Values::OneOf(Fit::WORDS),
-        default: "auto",
-        about: "exponential: nodes on the curve, or moved to fit all of it (resolve=cells; two-pass whole); auto: refined for cells",
-    },
-    Key {
-        name: "capacity",
-        values: Values::Number(1, 1 << 28),
-        default: "auto",
-        about: "segments that the list holds (two-pass); auto grows to the demand",
-    },
-    Key {
-        name: "storage",
-        values: Values::OneOf(Storage::WORDS),
-        default: "full",
-        about: "full: 8 bytes a node; packed: 4, and 8 a texel; tight: 2",
-    },
-    Key {
-        name: "batch",
-        values: Values::OneOf(Batch::WORDS),
-        default: "auto",
-        about: "binned: casters stand in shared memory or in the lanes of subgroups; auto: lanes for hair and on software devices",
-    },
-    FILTER,
-    RADIUS,
-    OPAQUE,
-];
-
-/// What a spec says; none is `auto`.
-#[derive(Clone, Copy, Debug)]
-pub struct Settings {
-    pub nodes: u32,
-    /// Optical depth is interpolated.
-    pub exponential: bool,
-    pub way: Option<Way>,
-    pub size: u32,
-    /// Tiles are as fine as they need.
-    pub adaptive: bool,
-    /// With that, of the curves of all maps.
-    pub bytes: Option<u32>,
-    /// A texel stands for all that it covers.
-    pub area: bool,
-    pub sorted: bool,
-    pub resolve: Option<Resolve>,
-    pub nudge: bool,
-    pub fit: Option<Fit>,
-    pub skip: bool,
-    pub capacity: Option<u32>,
-    /// In codes.
-    pub packed: bool,
-    /// In the shortest.
-    pub tight: bool,
-    pub batch: Option<Batch>,
-    pub filter: Filter,
-}
-
-impl Settings {
-    pub fn of(spec: &Spec) -> Self {
-        Self {
-            nodes: spec.number("nodes"),
-            exponential: spec.word("curve") != Some(Interpolated::Transmittance),
-            way: spec.word("path"),
-            size: spec.number(SIZE.name),
-            adaptive: spec.word("detail") == Some(Fineness::Adaptive),
-            bytes: Some(spec.number("bytes")).filter(|n| *n > 0),
-            area: spec.word("texel") == Some(Stands::Area),
-            sorted: spec.word("order") != Some(Order::Captured),
-            resolve: spec.word("resolve"),
-            nudge: spec.is_on("nudge"),
-            fit: spec.word("fit"),
-            skip: spec.is_on(SKIP.name),
-            capacity: Some(spec.number("capacity")).filter(|n| *n > 0),
-            packed: spec.word("storage") != Some(Storage::Full),
-            tight: spec.word("storage") == Some(Storage::Tight),
-            batch: spec.word("batch"),
-            filter: filter(spec),
-        }
+settings! {
+    /// What there is to set. Not all goes with all: [`super::Avsm::new`] says what does not.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// Nodes of a texel's curve: 4, 8 or 16. 8 bytes each, or fewer: see `storage`.
+        nodes: u32 = Setting::one_of("8", &["4", "8", "16"], "nodes of a texel's curve");
+        /// What is between two nodes a straight line: transmittance in Salvi et al. 2010, optical depth here.
+        curve: Interpolated = Setting::word(
+            "exponential", "interpolate transmittance (linear, as published) or optical depth (exponential)");
+        /// How curves are built; none: as is fastest on the device (docs/avsm-paths.md).
+        path: Option<Way> =
+            Setting::auto("auto: binned, save for what software devices do faster and for order=captured");
+        /// Texels a side of a light's map, 1 to 16,384.
+        size: u32 = SIZE;
+        /// Whether all of a map is as fine as `size` says, or each tile from half to four times that, as it needs: with binned tiles
+        /// and the bilinear filter alone.
+        detail: Fineness = Setting::word(
+            "even", "all of a map is as fine as size= says, or each tile from half to four times that, as it needs (binned)");
+        /// Bytes that the curves of all maps may take where `detail` is adaptive, 1 or more; none: those of even maps.
+        bytes: Option<u32> = Setting::auto_number(
+            1, u32::MAX, "detail=adaptive: bytes that the curves of all maps may take; auto: those of detail=even");
+        /// What a texel stands for; its area with binned tiles alone.
+        texel: Stands = Setting::word(
+            "centre", "what a texel stands for: the ray through its centre, or the mean of all that it covers (binned)");
+        /// The order of insertion; as drawn, it is not for binned tiles.
+        order: Order =
+            Setting::word("sorted", "insert by depth (single-pass paths: casters drawn by depth) or as drawn");
+        /// What a curve is made of; none: cells in binned tiles without hair, else segment by segment.
+        resolve: Option<Resolve> = Setting::auto(
+            "segment by segment, whole curves (two-pass, binned) or sums in cells (binned); auto chooses");
+        /// The area under the curve is kept when a node is removed, of exponential curves; Salvi et al. 2010 do not.
+        nudge: bool = Setting::word(
+            "on", "keep the area under the curve when a node is removed (exponential only); off: as published");
+        /// Where nodes stand; refined for exponential curves from cells, or from two passes over whole curves. None: refined for cells.
+        fit: Option<Fit> = Setting::auto(
+            "exponential: nodes on the curve, or moved to fit all of it (resolve=cells; two-pass whole); auto: refined for cells");
+        /// Segments of all texels that the list of two passes holds, 1 to 2^28; what comes later is lost. None: it grows.
+        capacity: Option<u32> =
+            Setting::auto_number(1, 1 << 28, "segments that the list holds (two-pass); auto grows to the demand");
+        /// How nodes are stored.
+        storage: Storage = Setting::word("full", "full: 8 bytes a node; packed: 4, and 8 a texel; tight: 2");
+        /// Where a tile's casters stand while all texels look at them; none: in lanes for hair and on software devices.
+        batch: Option<Batch> = Setting::auto(
+            "binned: casters stand in shared memory or in the lanes of subgroups; auto: lanes for hair and on software devices");
+        /// How a look-up weighs the texels about a point.
+        filter: FilterKind = FILTER;
+        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+        radius: u32 = RADIUS;
+        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
+    }
+    every {
+        /// Casters and tiles that no look-up misses are left out.
+        skip: bool = SKIP;
     }
 }
 
 impl Settings {
+    /// Optical depth is interpolated.
+    pub(super) fn is_exponential(&self) -> bool {
+        self.curve == Interpolated::OpticalDepth
+    }
+
+    /// Tiles are as fine as they need.
+    pub(super) fn is_adaptive(&self) -> bool {
+        self.detail == Fineness::Adaptive
+    }
+
+    /// A texel stands for all that it covers.
+    pub(super) fn is_of_areas(&self) -> bool {
+        self.texel == Stands::Area
+    }
+
+    /// Segments are inserted by depth.
+    pub(super) fn is_sorted(&self) -> bool {
+        self.order == Order::Sorted
+    }
+
+    /// Nodes are stored in codes.
+    pub(super) fn is_packed(&self) -> bool {
+        self.storage != Storage::Full
+    }
+
+    /// In the shortest.
+    pub(super) fn is_tight(&self) -> bool {
+        self.storage == Storage::Tight
+    }
+
+    /// How look-ups average.
+    pub(super) fn filter(&self) -> Filter {
+        Filter { kind: self.filter, radius: self.radius }
+    }
+
     /// Texels a side of a map whose tiles are looked at: the coarsest that they may be.
-    pub fn base_size(&self) -> u32 {
-        if self.adaptive { self.size.div_ceil(2) } else { self.size }
+    pub(super) fn base_size(&self) -> u32 {
+        if self.is_adaptive() { self.size.div_ceil(2) } else { self.size }
     }
 
     /// Single-pass paths insert casters in the order in which they are drawn.
-    pub fn drawing_order(&self) -> DrawingOrder {
-        if self.sorted { DrawingOrder::NearToFar } else { DrawingOrder::Index }
+    pub(super) fn drawing_order(&self) -> DrawingOrder {
+        if self.is_sorted() { DrawingOrder::NearToFar } else { DrawingOrder::Index }
     }
 }
 
 impl Way {
     /// Its word in specs.
-    pub fn name(self) -> &'static str {
-        <Self as Word>::ALL.iter().find(|(_, way)| *way == self).map_or("", |(word, _)| word)
+    pub(super) fn name(self) -> &'static str {
+        word_of(self)
     }
 }

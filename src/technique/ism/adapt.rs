@@ -80,7 +80,7 @@ impl Adapt {
         let constants = Constants::new()
             .set(constant::ISM_SIZE, settings.size)
             .set(constant::ISM_CULLING, settings.culling)
-            .set(constant::ISM_SLIDE, settings.slide);
+            .set(constant::ISM_SLIDE, settings.slides());
         Ok(Self {
             settings: *settings,
             light_count,

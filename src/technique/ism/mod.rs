@@ -15,14 +15,15 @@ pub use settings::{Facing, Settings, Way};
 use self::adapt::Adapt;
 use self::sample::Sample;
 use super::keys::word_of;
-use super::{Answer, Casts, Entry, Facts, Lifetime, Promises, Runs, Spec, Technique};
+use super::settings::Keyed;
+use super::{Answer, Casts, Entry, Facts, Lifetime, Promises, Runs, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Resource};
 use crate::maps::Map;
 use crate::scene::{Light, LightKind, Resolution, View};
 use crate::shaders::{constant, folder};
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
-use settings::{ADAPTIVE, CULLING, FACING, FILL, PATH, PATHS, POINTS, SIZE};
+use settings::PATHS;
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
@@ -30,12 +31,12 @@ pub const ENTRY: Entry = Entry {
     about: "points on the meshes, splatted into a small map of each virtual point light (Ritschel 2008, Tokuyoshi 2014)",
     casts: Casts { particles: false, strands: false, meshes: true },
     lifetime: Lifetime::Frame,
-    keys: &[PATH, SIZE, POINTS, ADAPTIVE, CULLING, FACING, FILL],
+    keys: Settings::KEYS,
     paths: PATHS,
     // Points leave holes, and which triangles they are on follows from the order of these.
     promises: |_, _| Promises::NONE,
     runs: Runs { stress_meshes: &["size=32,points=1024,path=tiled|atomic|quads|triangles"], ..Runs::NONE },
-    open: |context, world, spec: &Spec| Ok(Box::new(Ism::new(context, world, &Settings::of(spec))?)),
+    open: |context, world, spec| Ok(Box::new(Ism::new(context, world, &spec.settings())?)),
 };
 
 /// The technique, opened for one world.
@@ -56,14 +57,15 @@ impl Ism {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Refused`] where a light is no virtual one, or the device has no room for a map; [`Error::Gpu`] where memory
+    /// [`Error::Input`] where a setting is not what it may be; [`Error::Refused`] where a light is no virtual one, or the device has no room for a map; [`Error::Gpu`] where memory
     /// runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        settings.check()?;
         if !world.all_lights().iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
             return Err(Error::Refused { needs: "virtual point lights (--vpls N makes them of the scene's)".into() });
         }
         let lack = settings.lacks_room(context.features());
-        let (way, reason) = match (settings.way, lack) {
+        let (way, reason) = match (settings.path, lack) {
             (Some(Way::Tiled), Some(needs)) => return Err(Error::Refused { needs }),
             (Some(way), _) => (way, "asked for"),
             (None, None) => (Way::Tiled, "a workgroup has room for a map"),

@@ -1,7 +1,8 @@
-//! Keys, and specs that are read.
+//! What there is to set.
 
-use super::super::keys::{Key, Switch, Values, Word, words};
-use super::super::{Path, Spec};
+use super::super::Path;
+use super::super::keys::words;
+use super::super::settings::{Setting, settings};
 use crate::gpu::Features;
 
 words! {
@@ -28,55 +29,6 @@ words! {
     }
 }
 
-pub(super) const PATH: Key = Key {
-    name: "path",
-    values: Values::OneOf(Way::WORDS),
-    default: "auto",
-    about: "a workgroup a light, its map in shared memory; a thread a point; drawn; auto: the first that runs",
-};
-
-pub(super) const SIZE: Key = Key {
-    name: "size",
-    values: Values::OneOf(&["32", "64", "128"]),
-    default: "64",
-    about: "texels a side of a light's map",
-};
-
-pub(super) const POINTS: Key = Key {
-    name: "points",
-    values: Values::OneOf(&["1024", "2048", "4096", "8192", "16384"]),
-    default: "8192",
-    about: "points on the meshes that each light takes, of sixteen times as many",
-};
-
-pub(super) const ADAPTIVE: Key = Key {
-    name: "adaptive",
-    values: Values::OneOf(Switch::WORDS),
-    default: "off",
-    about: "each light takes its points where it and the viewer see more of them",
-};
-
-pub(super) const CULLING: Key = Key {
-    name: "culling",
-    values: Values::OneOf(Switch::WORDS),
-    default: "on",
-    about: "leave out the near sides of closed things; of points that are drawn, list those that a light sees",
-};
-
-pub(super) const FACING: Key = Key {
-    name: "facing",
-    values: Values::OneOf(Facing::WORDS),
-    default: "exact",
-    about: "which side of a closed thing is seen: by the direction to the point, or by the normals alone, which is not exact",
-};
-
-pub(super) const FILL: Key = Key {
-    name: "fill",
-    values: Values::OneOf(Switch::WORDS),
-    default: "on",
-    about: "fill holes between points by pull-push",
-};
-
 pub(super) const PATHS: &[Path] = &[
     Path { name: "tiled", requires: &[] },
     Path { name: "atomic", requires: &[] },
@@ -84,40 +36,43 @@ pub(super) const PATHS: &[Path] = &[
     Path { name: "triangles", requires: &[] },
 ];
 
-/// A spec, read.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
-    /// Texels a side of a light's map: a power of two from 32 to 128.
-    pub size: u32,
-    /// Points that a light takes: a power of two from 1024 to 16384.
-    pub points: u32,
-    /// Whether lights choose their points by what they see.
-    pub adaptive: bool,
-    /// Who splats; none where the device decides.
-    pub way: Option<Way>,
-    /// Whether points that a light does not see are left out.
-    pub culling: bool,
-    /// Whether facing is told by the normals alone.
-    pub slide: bool,
-    /// Whether holes are filled.
-    pub fill: bool,
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// What splats the points; none: a workgroup a light where it has room for a map, else atomic operations.
+        path: Option<Way> = Setting::auto(
+            "a workgroup a light, its map in shared memory; a thread a point; drawn; auto: the first that runs");
+        /// Texels a side of a light's map: 32, 64 or 128.
+        size: u32 = Setting::one_of("64", &["32", "64", "128"], "texels a side of a light's map");
+        /// Points on the meshes that each light takes, of sixteen times as many: 1024, 2048, 4096, 8192 or 16384; 8000 in Ritschel
+        /// et al. 2008.
+        points: u32 = Setting::one_of(
+            "8192",
+            &["1024", "2048", "4096", "8192", "16384"],
+            "points on the meshes that each light takes, of sixteen times as many");
+        /// Each light takes its points where it and the viewer see more of them.
+        adaptive: bool =
+            Setting::word("off", "each light takes its points where it and the viewer see more of them");
+        /// The near sides of closed things are left out; of points that are drawn, those that a light sees are listed (Tokuyoshi 2014).
+        culling: bool = Setting::word(
+            "on", "leave out the near sides of closed things; of points that are drawn, list those that a light sees");
+        /// How it is told which side of a closed thing a light sees; by the normals alone in Tokuyoshi 2014.
+        facing: Facing = Setting::word(
+            "exact",
+            "which side of a closed thing is seen: by the direction to the point, or by the normals alone, which is not exact");
+        /// Holes between points are filled by pull-push (Ritschel et al. 2008).
+        fill: bool = Setting::word("on", "fill holes between points by pull-push");
+    }
 }
 
 /// Texels a side of the smallest level.
 const SMALLEST: u32 = 4;
 
 impl Settings {
-    /// What `spec` says.
-    pub fn of(spec: &Spec) -> Self {
-        Self {
-            size: spec.number(SIZE.name),
-            points: spec.number(POINTS.name),
-            adaptive: spec.is_on(ADAPTIVE.name),
-            way: spec.word(PATH.name),
-            culling: spec.is_on(CULLING.name),
-            slide: spec.word(FACING.name) == Some(Facing::Slide),
-            fill: spec.is_on(FILL.name),
-        }
+    /// Whether facing is told by the normals alone.
+    pub(super) fn slides(&self) -> bool {
+        self.facing == Facing::Slide
     }
 
     /// Levels of a map, the finest first. Twin: ISM_LEVELS.
@@ -144,12 +99,12 @@ mod tests {
 
     #[test]
     fn a_spec_is_read() {
-        let of = |text: &str| Settings::of(&parse(text).expect(text)[0]);
-        let plain =
-            Settings { size: 64, points: 8192, adaptive: false, way: None, culling: true, slide: false, fill: true };
-        assert_eq!(of("ism"), plain);
-        let way = Some(Way::Atomic);
-        let other = Settings { size: 32, points: 1024, adaptive: true, way, culling: false, slide: true, fill: false };
+        let of = |text: &str| parse(text, &[]).expect(text)[0].settings::<Settings>();
+        let plain = Settings::default();
+        assert_eq!((of("ism"), plain.size, plain.points, plain.facing), (plain, 64, 8192, Facing::Exact));
+        let path = Some(Way::Atomic);
+        let (adaptive, facing) = (true, Facing::Slide);
+        let other = Settings { size: 32, points: 1024, adaptive, path, culling: false, facing, fill: false };
         assert_eq!(of("ism:size=32,points=1024,adaptive=on,path=atomic,culling=off,facing=slide,fill=off"), other);
         assert_eq!(
             [32, 64, 128].map(|size| Settings { size, ..plain }).map(|s| (s.levels(), s.texels())),

@@ -10,14 +10,18 @@ mod fused;
 mod raster;
 mod volume;
 
+pub use self::raster::Route;
+pub use self::volume::{Assign, Coverage, Storage};
+
 use self::fused::{Fused, OTHER_BYTES, SLICE_BYTES};
-use self::raster::{Raster, Route};
-use self::volume::{Assign, Coverage, Storage, Volume};
-use super::keys::{FILTER, OPAQUE, RADIUS, SKIP, Values, Word, opaque, words};
+use self::raster::Raster;
+use self::volume::Volume;
+use super::keys::{Name, word_of, words};
 use super::promises::{EIGHT_BITS, FILTERED, ROUNDING};
-use super::{Answer, Casts, Entry, Facts, Key, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
+use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SKIP, Setting, settings};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Requirement, Resource};
-use crate::maps::{Bins, MANY_CASTERS, Map, Maps};
+use crate::maps::{Bins, FilterKind, MANY_CASTERS, Map, Maps, OpaqueMaps, OpaqueWay};
 use crate::shaders::constant::FETCH_AHEAD;
 use crate::shaders::folder;
 use crate::world::{Made, Parts, World};
@@ -25,11 +29,46 @@ use crate::{Error, Result};
 
 words! {
     /// How the volume is built.
-    enum Way {
+    pub enum Way {
         /// Drawn and propagated.
         Raster = "raster",
         /// Summed tile by tile.
         Fused = "fused",
+    }
+}
+
+settings! {
+    /// What there is to set. `coverage` and `route` are of the raster path alone: [`Psm::new`] refuses them with the fused one.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// How the volume is built; none: summed tile by tile where the device can.
+        path: Option<Way> = Setting::auto("auto: fused where the device can");
+        /// Texels a side of a light's map, 8 to 512.
+        size: u32 = Setting::number("256", 8, 512, "texels a side of a light's map");
+        /// Slices of the volume, four a texel: 4 to 256, a multiple of 4.
+        slices: u32 = Setting::multiple("256", [4, 4, 256], "slices of the volume, four a texel");
+        /// What the volume holds: transmittances in 8 bits in Bavoil and Jansen 2013.
+        storage: Storage = Setting::word(
+            "rgba8", "multiply transmittances in 8 bits (as published) or half floats, or add optical depths in half floats");
+        /// Which slices a caster goes to: that of its centre in Bavoil and Jansen 2013.
+        assign: Assign = Setting::word(
+            "nearest", "a caster goes to its slice (as published), or is shared by the two about its centre");
+        /// How rays without casters are known, which are not propagated.
+        coverage: Coverage = Setting::word(
+            "off", "rays without casters are not propagated (raster): known from a second viewport (as published), from bins");
+        /// The shader that chooses a caster's layer; none: the vertex shader where it can.
+        route: Option<Route> = Setting::auto(
+            "the shader that chooses a caster's layer (raster); auto: vertex where it can, else geometry");
+        /// How a look-up weighs the texels about a point.
+        filter: FilterKind = FILTER;
+        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+        radius: u32 = RADIUS;
+        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
+    }
+    every {
+        /// Casters and tiles that no look-up misses are left out.
+        skip: bool = SKIP;
     }
 }
 
@@ -39,61 +78,20 @@ pub const ENTRY: Entry = Entry {
     about: "particle shadow maps: what is left of the light behind each slice of a volume (Bavoil and Jansen 2013)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
-    keys: &[
-        Key {
-            name: "path",
-            values: Values::OneOf(Way::WORDS),
-            default: "auto",
-            about: "auto: fused where the device can",
-        },
-        Key { name: "size", values: Values::Number(8, 512), default: "256", about: "texels a side of a light's map" },
-        Key {
-            name: "slices",
-            values: Values::Multiple(4, 4, 256),
-            default: "256",
-            about: "slices of the volume, four a texel",
-        },
-        Key {
-            name: "storage",
-            values: Values::OneOf(Storage::WORDS),
-            default: "rgba8",
-            about: "multiply transmittances in 8 bits (as published) or half floats, or add optical depths in half floats",
-        },
-        Key {
-            name: "assign",
-            values: Values::OneOf(Assign::WORDS),
-            default: "nearest",
-            about: "a caster goes to its slice (as published), or is shared by the two about its centre",
-        },
-        Key {
-            name: "coverage",
-            values: Values::OneOf(Coverage::WORDS),
-            default: "off",
-            about: "rays without casters are not propagated (raster): known from a second viewport (as published), from bins",
-        },
-        Key {
-            name: "route",
-            values: Values::OneOf(Route::WORDS),
-            default: "auto",
-            about: "the shader that chooses a caster's layer (raster); auto: vertex where it can, else geometry",
-        },
-        FILTER,
-        RADIUS,
-        OPAQUE,
-    ],
+    keys: Settings::KEYS,
     paths: &[Path { name: FUSED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::Layers] }],
-    promises,
+    promises: |_, path| promises(path),
     runs: Runs {
         compare: &["path=raster|fused"],
-        on_cpu: &[("size", "64")],
+        on_cpu: &[(Name::SIZE, "64")],
         stress_smoke: &["size=32,slices=64,path=raster|fused"],
         ..Runs::NONE
     },
-    open: |context, world, spec| Ok(Box::new(Psm::new(context, world, spec)?)),
+    open: |context, world, spec| Ok(Box::new(Psm::new(context, world, &spec.settings())?)),
 };
 
 /// A sphere is in one slice, so that its error is as large as itself.
-fn promises(_: &Spec, path: &str) -> Promises {
+fn promises(path: &str) -> Promises {
     let in_hardware = Promises { rise: Some(ROUNDING + FILTERED), ..Promises::OF_DEPTH };
     match path {
         // Eight bits are rounded once.
@@ -125,13 +123,14 @@ pub struct Psm {
 }
 
 impl Psm {
-    /// Opens the path that `spec` names.
+    /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device lacks what the path needs, [`Error::Gpu`] where the
+    /// [`Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`Error::Refused`] where settings do not go together, or the device lacks what the path needs; [`Error::Gpu`] where the
     /// volume is past its limits or memory runs out.
-    pub fn new(context: &Context, world: &World, spec: &Spec) -> Result<Self> {
-        Self::with_threads(context, world, spec, fused::threads(context), world.caster_capacity() >= MANY_CASTERS)
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        Self::with_threads(context, world, settings, fused::threads(context), world.caster_capacity() >= MANY_CASTERS)
     }
 
     /// As [`Psm::new`], with so many threads a workgroup of path=fused, a multiple of 16, instead of what suits the device, and
@@ -142,28 +141,29 @@ impl Psm {
     pub fn with_threads(
         context: &Context,
         world: &World,
-        spec: &Spec,
+        settings: &Settings,
         fused_threads: u32,
         fetch_ahead: bool,
     ) -> Result<Self> {
-        let layout = Volume::of(spec);
-        let (way, reason) = choose(context, spec)?;
+        settings.check()?;
+        let layout = Volume::of(settings);
+        let (way, reason) = choose(context, settings)?;
         let has = context.features().max_compute_workgroup_threads;
         if way == Way::Fused && fused_threads > has {
             let needs = format!("maxComputeWorkGroupInvocations of at least {fused_threads} (this device has {has})");
             return Err(Error::Refused { needs });
         }
         layout.filter.check(world, layout.size)?;
-        let maps = Maps::new(context, world, layout.size, opaque(spec))?;
+        let maps = Maps::new(context, world, layout.size, OpaqueMaps::shared(settings.opaque))?;
         let volume = layout.image(context, maps.count(), way == Way::Raster)?;
         let constants = layout.constants(world);
         let build = match way {
             Way::Raster => {
-                let raster = Raster::new(context, world, &maps, spec, &layout, &volume, &constants)?;
+                let raster = Raster::new(context, world, &maps, settings.route, &layout, &volume, &constants)?;
                 Build::Raster(Box::new(raster))
             }
             Way::Fused => {
-                let layout = (&layout, spec.is_on(SKIP.name));
+                let layout = (&layout, settings.skip);
                 let constants = constants.clone().set(FETCH_AHEAD, fetch_ahead);
                 let fused = Fused::new(context, world, &maps, layout, &volume, &constants, fused_threads)?;
                 Build::Fused(Box::new(fused))
@@ -207,21 +207,23 @@ impl Psm {
 }
 
 /// The path and why. `auto` is fused wherever it runs: it writes each voxel once and blends nothing.
-fn choose(context: &Context, spec: &Spec) -> Result<(Way, String)> {
+fn choose(context: &Context, settings: &Settings) -> Result<(Way, String)> {
     let (has, wants) =
-        (context.features().max_compute_shared_memory_bytes, spec.number("slices") * SLICE_BYTES + OTHER_BYTES);
+        (context.features().max_compute_shared_memory_bytes, settings.slices * SLICE_BYTES + OTHER_BYTES);
     let lacks_room = (has < wants)
         .then(|| format!("maxComputeSharedMemorySize of at least {wants} for as many slices (this device has {has})"));
-    let wants_raster = [("coverage", "off"), ("route", "auto")].into_iter().find(|(k, v)| spec.value(k) != *v);
-    let (way, reason) = match (spec.word("path"), &lacks_room, wants_raster) {
+    let coverage = Some(settings.coverage).filter(|coverage| *coverage != Coverage::Off);
+    let wants_raster = coverage.map(|coverage| format!("coverage={}", word_of(coverage)));
+    let wants_raster = wants_raster.or(settings.route.map(|route| format!("route={}", word_of(route))));
+    let (way, reason) = match (settings.path, &lacks_room, wants_raster) {
         (Some(Way::Raster), ..) => (Way::Raster, "asked for".to_owned()),
         (Some(Way::Fused), Some(missing), _) => return Err(Error::Refused { needs: missing.clone() }),
-        (Some(Way::Fused), _, Some((key, _))) => {
-            let needs = format!("path=raster: {key}={} has no meaning for path=fused", spec.value(key));
+        (Some(Way::Fused), _, Some(wants)) => {
+            let needs = format!("path=raster: {wants} has no meaning for path=fused");
             return Err(Error::Refused { needs });
         }
         (Some(Way::Fused), ..) => (Way::Fused, "asked for".to_owned()),
-        (None, _, Some((key, _))) => (Way::Raster, format!("auto: {key}={}", spec.value(key))),
+        (None, _, Some(wants)) => (Way::Raster, format!("auto: {wants}")),
         (None, Some(missing), _) => (Way::Raster, format!("auto: fused needs {missing}")),
         (None, ..) => (Way::Fused, format!("auto: {} device", context.features().kind)),
     };

@@ -9,7 +9,6 @@ use crate::gpu::{
 use crate::maps::{Bins, Entries, Maps, Use};
 use crate::shaders;
 use crate::shaders::constant::MAP_PUSHED;
-use crate::technique::Spec;
 use crate::technique::keys::words;
 use crate::world::World;
 
@@ -53,13 +52,13 @@ impl Raster {
         context: &Context,
         world: &World,
         maps: &Maps,
-        spec: &Spec,
+        route: Option<Route>,
         layout: &Volume,
         volume: &Image,
         constants: &Constants,
     ) -> Result<Self> {
         let features = context.features();
-        let route = spec.word("route").unwrap_or(match features.lacks(Requirement::VertexLayers) {
+        let route = route.unwrap_or(match features.lacks(Requirement::VertexLayers) {
             Some(_) => Route::Geometry,
             None => Route::Vertex,
         });

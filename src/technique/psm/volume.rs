@@ -1,11 +1,11 @@
-//! How a volume is laid out, from the keys of a spec. Twin: glsl/psm/constants.glsl.
+//! How a volume is laid out, from what is set. Twin: glsl/psm/constants.glsl.
 
+use super::Settings;
 use crate::Result;
 use crate::gpu::{Blend, Border, Constants, Context, Format, Image};
 use crate::maps::{Filter, TILE_TEXELS};
 use crate::shaders::constant::{ADDITIVE, COVERAGE, LAYERS, SLICES, SPLIT, STRANDS};
-use crate::technique::Spec;
-use crate::technique::keys::{SIZE, filter, words};
+use crate::technique::keys::words;
 use crate::world::World;
 
 words! {
@@ -42,7 +42,7 @@ words! {
     }
 }
 
-/// What the keys of a spec make of a volume.
+/// What settings make of a volume.
 #[derive(Clone, Copy, Debug)]
 pub struct Volume {
     /// Texels a side of a map.
@@ -55,16 +55,10 @@ pub struct Volume {
 }
 
 impl Volume {
-    /// What `spec` says.
-    pub fn of(spec: &Spec) -> Self {
-        Self {
-            size: spec.number(SIZE.name),
-            slices: spec.number("slices"),
-            storage: spec.word("storage").unwrap_or(Storage::Rgba8),
-            split: spec.word("assign") == Some(Assign::Split),
-            coverage: spec.word("coverage").unwrap_or(Coverage::Off),
-            filter: filter(spec),
-        }
+    /// What they say.
+    pub fn of(settings: &Settings) -> Self {
+        let Settings { size, slices, storage, assign, coverage, filter: kind, radius, .. } = *settings;
+        Self { size, slices, storage, split: assign == Assign::Split, coverage, filter: Filter { kind, radius } }
     }
 
     /// Optical depths are added.

@@ -1,6 +1,6 @@
 //! The passes of a bake, tile by tile, level by level.
 
-use super::Settings;
+use super::Plan;
 use super::buffers::{
     Buffers, BuildPush, BuildState, Groups, LARGE_OFFSET, LevelCounts, Room, SCANNED, Shape, WORDS_OFFSET,
 };
@@ -46,13 +46,13 @@ pub struct Job<'a> {
 }
 
 impl Bake {
-    pub fn new(context: &Context, set: &Bindings, settings: &Settings) -> Result<Self> {
-        let constants = settings
+    pub fn new(context: &Context, set: &Bindings, plan: &Plan) -> Result<Self> {
+        let constants = plan
             .constants(Constants::new())
-            .set(MERGE, settings.merges())
-            .set(FREE, settings.free as u32)
-            .set(CLOSED, settings.closed)
-            .set(KEEP_COLUMNS, settings.keep_columns);
+            .set(MERGE, plan.merges())
+            .set(FREE, plan.free as u32)
+            .set(CLOSED, plan.closed)
+            .set(KEEP_COLUMNS, plan.keep_columns);
         let kernel = |shader| Kernel::compute(context, shader, &[set], &constants);
         Ok(Self {
             project: kernel(&shaders::PROJECT)?,
@@ -77,7 +77,7 @@ impl Bake {
             pack: kernel(&shaders::PACK)?,
             root: kernel(&shaders::ROOT)?,
             shortcuts: kernel(&shaders::SHORTCUTS)?,
-            merges: settings.merges(),
+            merges: plan.merges(),
         })
     }
 

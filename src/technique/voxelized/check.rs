@@ -2,27 +2,27 @@
 //! may fail on a pointer that leads elsewhere.
 
 use super::buffers::Shape;
-use super::settings::Settings;
+use super::settings::Plan;
 use super::{MAX_LEVELS, TreeData};
 
 /// The kind of a child that has a node, and of a root. Twin: INTERSECTED in glsl/voxelized/tree.glsl.
 const INTERSECTED: u64 = 3;
 
 /// Whether every pointer of every tree leads to a node of the level below it, and every cell to one of its level. `words` are those of a file.
-pub fn stays_inside(settings: &Settings, trees: &[TreeData], words: &[u8]) -> bool {
+pub fn stays_inside(plan: &Plan, trees: &[TreeData], words: &[u8]) -> bool {
     let words = Words(words);
     let ends = trees.iter().skip(1).map(|next| u64::from(next.at[0])).chain([words.count()]);
-    trees.iter().zip(ends).all(|(tree, end)| tree_stays_inside(settings, tree, words, end).is_some())
+    trees.iter().zip(ends).all(|(tree, end)| tree_stays_inside(plan, tree, words, end).is_some())
 }
 
 /// Levels stand one behind the other, leaves first, then the cells, up to word `end`.
-fn tree_stays_inside(settings: &Settings, tree: &TreeData, words: Words, end: u64) -> Option<()> {
-    let shape = Shape { size: settings.size, tile: settings.size };
+fn tree_stays_inside(plan: &Plan, tree: &TreeData, words: Words, end: u64) -> Option<()> {
+    let shape = Shape { size: plan.size, tile: plan.size };
     let levels = shape.root_level() as usize + 1;
     let cells = u64::from(tree.shortcuts)..end;
     let mut at = [cells.start; MAX_LEVELS + 1];
     at.iter_mut().zip(&tree.at[..levels]).for_each(|(at, word)| *at = u64::from(*word));
-    let is_right = tree.size == settings.size
+    let is_right = tree.size == plan.size
         && tree.levels as usize == levels
         && tree.pointer_bits[..levels].iter().all(|bits| *bits <= 32)
         && end <= words.count()
@@ -34,7 +34,7 @@ fn tree_stays_inside(settings: &Settings, tree: &TreeData, words: Words, end: u6
     let mut below = Nodes { leaves: (at[1] - at[0]) / 2, starts: Vec::new() };
     for level in 1..levels {
         let pointer_bits = u64::from(tree.pointer_bits[level]);
-        below = nodes(words, at[level]..at[level + 1], u64::from(settings.header_bits()), pointer_bits, &below)?;
+        below = nodes(words, at[level]..at[level + 1], u64::from(plan.header_bits()), pointer_bits, &below)?;
         if level == shape.shortcut_level() as usize {
             cells
                 .clone()

@@ -1,6 +1,6 @@
 //! The cube of voxels of a light: fitted to the meshes, its z along the light.
 
-use super::Settings;
+use super::Plan;
 use crate::scene::{Casting, LightKind, Moved, Resolution, View};
 use crate::world::World;
 use crate::{Error, Result};
@@ -26,14 +26,14 @@ pub fn cubes(world: &World, size: u32) -> Result<Vec<View>> {
 }
 
 /// How finely columns know where shadows begin and end.
-pub fn resolution(cubes: &[View], settings: &Settings) -> Vec<Resolution> {
+pub fn resolution(cubes: &[View], plan: &Plan) -> Vec<Resolution> {
     // A column's middle is half a voxel away from its edge, and that of the filter's outermost column as many more.
     // What touches a column is up to a voxel away from a place in it.
-    let across = f64::from(settings.filter) / 2.0 + if settings.is_conservative() { 0.5 } else { 0.0 };
+    let across = f64::from(plan.filter) / 2.0 + if plan.is_conservative() { 0.5 } else { 0.0 };
     let reach_texels = across + ROUNDING / 2.0;
     let moved = Moved { across, along: 0.5, always: ROUNDING, least_world: 0.0 };
-    let depth = 1.0 / f64::from(settings.size);
-    let free_inside = settings.closed;
+    let depth = 1.0 / f64::from(plan.size);
+    let free_inside = plan.closed;
     let of = |view| Resolution { reach_texels, moved, free_inside, depth, ..Resolution::exact(view) };
     cubes.iter().copied().map(of).collect()
 }

@@ -1,7 +1,7 @@
 //! Bakes as files. docs/voxelized.md has the layout, byte by byte.
 
 use super::check::stays_inside;
-use super::settings::{Coverage, Free, Settings, Structure};
+use super::settings::{Coverage, Free, Plan, Settings, Structure};
 use super::{COUNTS, TreeData};
 use crate::scene::{Light, LightKind, Mesh};
 use crate::technique::keys::Word;
@@ -45,7 +45,7 @@ struct Header {
 /// A bake, to be written or as it was read.
 pub struct Baked<'a> {
     /// Those that a file has: size, structure, closed, free and coverage.
-    pub settings: Settings,
+    pub plan: Plan,
     /// Hash of what was baked.
     pub scene: u64,
     /// As facts count them: `counters`.
@@ -68,11 +68,11 @@ impl<'a> Baked<'a> {
         let header = Header {
             magic: MAGIC,
             version: VERSION,
-            size: self.settings.size,
-            structure: self.settings.structure as u32,
-            closed: self.settings.closed.into(),
-            free: self.settings.free as u32,
-            coverage: self.settings.coverage as u32,
+            size: self.plan.size,
+            structure: self.plan.structure as u32,
+            closed: self.plan.closed.into(),
+            free: self.plan.free as u32,
+            coverage: self.plan.coverage as u32,
             trees: self.trees.len() as u32,
             padding: 0,
             scene: self.scene,
@@ -114,22 +114,22 @@ impl<'a> Baked<'a> {
         }
         let (trees, words) = content[size_of::<Header>()..].split_at(header.trees as usize * size_of::<TreeData>());
         let trees: Vec<TreeData> = bytemuck::pod_collect_to_vec(trees);
-        match settings(&header).filter(|settings| stays_inside(settings, &trees, words)) {
-            Some(settings) => Ok(Self { settings, scene: header.scene, counts: header.counts, trees, words }),
+        match plan(&header).filter(|plan| stays_inside(plan, &trees, words)) {
+            Some(plan) => Ok(Self { plan, scene: header.scene, counts: header.counts, trees, words }),
             None => wrong("damaged: it says what no bake comes to".into(), AGAIN),
         }
     }
 }
 
 /// What a header says, where a bake can be of it.
-fn settings(header: &Header) -> Option<Settings> {
+fn plan(header: &Header) -> Option<Plan> {
     let structure = Structure::ALL.iter().map(|(_, s)| *s).find(|s| *s as u32 == header.structure)?;
     let free = Free::ALL.iter().map(|(_, f)| *f).find(|f| *f as u32 == header.free)?;
     let coverage = Coverage::ALL.iter().map(|(_, c)| *c).find(|c| *c as u32 == header.coverage)?;
     let is_size = header.size.is_power_of_two() && (64..=65536).contains(&header.size);
     let (size, closed) = (header.size, header.closed == 1);
     let is_right = is_size && header.closed <= 1 && header.padding == 0;
-    is_right.then_some(Settings { size, structure, closed, free, coverage, ..Settings::PLAIN })
+    is_right.then_some(Plan { size, structure, closed, free, coverage, ..Plan::of(&Settings::default()) })
 }
 
 /// A number that differs where meshes or lights do, as far as a bake knows them: 64-bit FNV-1a of their shapes.

@@ -2,14 +2,14 @@
 
 use super::cube::{cubes, resolution};
 use super::file::{Baked, scene_hash};
-use super::settings::{FILE, Settings};
+use super::settings::{Plan, Settings};
 use super::{COUNTS, OF, TreeData, counters};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Mapped, Memory, Resource};
 use crate::maps::Map;
 use crate::scene::{Resolution, View};
 use crate::shaders::folder;
-use crate::technique::keys::PCF;
-use crate::technique::{Answer, Facts, Spec, Technique};
+use crate::technique::settings::Keyed;
+use crate::technique::{Answer, Facts, Key, Technique};
 use crate::world::{Parts, World};
 use crate::{Error, Result};
 use std::path::Path;
@@ -21,7 +21,7 @@ const PATH: &str = "file";
 pub struct Loaded {
     file: String,
     bytes_on_disk: u64,
-    settings: Settings,
+    plan: Plan,
     /// Hash of what was baked.
     scene: u64,
     counts: [u64; COUNTS.len()],
@@ -32,25 +32,29 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// Opens the file that `spec` names, and takes it to the device.
+    /// Opens the file that `settings` name, and takes it to the device. The file says what the bake is of: settings of that are
+    /// held against it for the keys for which `held` says so.
     ///
     /// # Errors
     /// [`Error::Input`] that names the file where it cannot be read, is none of a bake, damaged, of another scene, or baked
-    /// with other settings than the spec gives; [`Error::Gpu`] where memory runs out.
-    pub fn open(context: &Context, world: &World, spec: &Spec) -> Result<Self> {
-        let file = spec.value(FILE.name).to_owned();
+    /// with other settings than are held against it; [`Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings, held: impl Fn(&Key) -> bool) -> Result<Self> {
+        settings.check()?;
+        let Some(file) = settings.file.clone() else {
+            return Err(Error::input("voxelized", "file= names none", "name one that gobo bake wrote"));
+        };
         let mapped = Mapped::open(Path::new(&file))
             .map_err(|cause| Error::input(&file, cause, "check the name, or write it with gobo bake"))?;
         let baked = Baked::read(&file, &mapped)?;
-        for (key, found) in baked.settings.baked() {
-            let said = spec.value(key);
-            if !said.is_empty() && said != found {
+        for (key, found) in baked.plan.baked() {
+            let said = Settings::KEYS.iter().zip(settings.texts()).find(|(known, _)| known.name == key && held(known));
+            if let Some((_, (_, said))) = said.filter(|(_, (_, said))| *said != found) {
                 let cause = format!("baked with {key}={found}, and the spec says {key}={said}");
                 return Err(Error::input(&file, cause, format!("leave {key}= out, or bake it again with gobo bake")));
             }
         }
         check_scene(&file, baked.scene, world)?;
-        let settings = Settings { filter: spec.number(PCF.name), ..baked.settings };
+        let plan = Plan { filter: settings.filter, ..baked.plan };
         let trees_bytes = size_of_val(&baked.trees[..]) as u64;
         let trees =
             Buffer::new(context, "voxelized.trees", trees_bytes.max(size_of::<TreeData>() as u64), Memory::Device)?;
@@ -62,13 +66,13 @@ impl Loaded {
         let resources = [trees, nodes].map(Resource::Buffer);
         Ok(Self {
             bytes_on_disk: mapped.len() as u64,
-            settings,
+            plan,
             scene: baked.scene,
             counts: baked.counts,
-            cubes: cubes(world, settings.size)?,
+            cubes: cubes(world, plan.size)?,
             bytes_resident,
             look_up: Bindings::new(context, "voxelized.look_up", &resources)?,
-            constants: settings.constants(Constants::new()),
+            constants: plan.constants(Constants::new()),
             file,
         })
     }
@@ -102,7 +106,7 @@ impl Technique for Loaded {
     }
 
     fn resolution(&self) -> Vec<Resolution> {
-        resolution(&self.cubes, &self.settings)
+        resolution(&self.cubes, &self.plan)
     }
 
     fn facts(&self) -> Result<Facts> {
@@ -111,7 +115,7 @@ impl Technique for Loaded {
             reason: "file= names one".into(),
             bytes_resident: self.bytes_resident,
             bytes_on_disk: Some(self.bytes_on_disk),
-            found: self.settings.baked().into_iter().map(|(key, value)| (key.to_owned(), value)).collect(),
+            found: self.plan.baked().map(|(key, value)| (key.to_owned(), value)).collect(),
             counters: counters(self.counts),
             ..Facts::default()
         })

@@ -12,15 +12,14 @@ mod settings;
 
 pub use buffers::LevelCounts;
 pub use file::Baked;
-pub use settings::{Coverage, Free, Settings, Structure};
+pub use loaded::Loaded;
+pub use settings::{Coverage, Free, Plan, Settings, Structure};
 
 use self::bake::{Bake, Job, tree_nodes};
 use self::buffers::{Buffers, BuildState, Room, Shape, Shared};
 use self::cube::{cubes, resolution};
 use self::file::{bytes_on_disk, scene_hash};
-use self::loaded::Loaded;
-use self::settings::{CLOSED, COVERAGE, FILE, FREE, SIZE, STRUCTURE};
-use super::keys::PCF;
+use super::settings::Keyed;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory, Resource};
 use crate::maps::Map;
@@ -37,7 +36,7 @@ pub const ENTRY: Entry = Entry {
     about: "every voxel lit or shadowed, in an octree or a graph of it (Sintorn et al. 2014, Kämpe et al. 2016)",
     casts: Casts { particles: false, strands: false, meshes: true },
     lifetime: Lifetime::Baked,
-    keys: &[SIZE, STRUCTURE, CLOSED, FREE, COVERAGE, FILE, PCF],
+    keys: Settings::KEYS,
     paths: &[Path { name: TILES, requires: &[] }],
     promises: |_, _| Promises::OF_OPAQUE,
     runs: Runs { stress_meshes: &["size=64"], ..Runs::NONE },
@@ -45,11 +44,11 @@ pub const ENTRY: Entry = Entry {
 };
 
 fn open(context: &Context, world: &World, spec: &Spec) -> Result<Box<dyn Technique>> {
-    if spec.value(FILE.name) == FILE.default {
-        Ok(Box::new(Voxelized::new(context, world, &Settings::of(spec))?))
-    } else {
-        Ok(Box::new(Loaded::open(context, world, spec)?))
+    let settings: Settings = spec.settings();
+    if settings.file.is_none() {
+        return Ok(Box::new(Voxelized::new(context, world, &settings)?));
     }
+    Ok(Box::new(Loaded::new(context, world, &settings, |key| !spec.text(key).is_empty())?))
 }
 
 const TILES: &str = "tiles";
@@ -133,7 +132,7 @@ enum Step {
 /// The technique, opened for one world.
 pub struct Voxelized {
     context: Context,
-    settings: Settings,
+    plan: Plan,
     shape: Shape,
     room: Room,
     buffers: Buffers,
@@ -165,14 +164,31 @@ impl Voxelized {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Refused`] where a light is not directional, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where a setting is not what it may be, or names a file, which [`Loaded::new`] opens; [`Error::Refused`] where a
+    /// light is not directional, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
-        let cubes = cubes(world, settings.size)?;
+        settings.check()?;
+        if let Some(file) = &settings.file {
+            return Err(Error::input(
+                file,
+                "a bake is written to it, and not read from it",
+                "open it as what is loaded",
+            ));
+        }
+        Self::planned(context, world, &Plan::of(settings))
+    }
+
+    /// Opens what is planned.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where a light is not directional, [`Error::Gpu`] where memory runs out.
+    pub fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
+        let cubes = cubes(world, plan.size)?;
         if cubes.len() * size_of::<TreeData>() > MAX_UPDATE_BYTES {
             let cause = format!("{} lights, and {} have trees", cubes.len(), MAX_UPDATE_BYTES / size_of::<TreeData>());
             return Err(Error::input(world.name(), cause, "use fewer lights"));
         }
-        let shape = Shape { size: settings.size, tile: settings.tile.min(settings.size) };
+        let shape = Shape { size: plan.size, tile: plan.tile.min(plan.size) };
         let triangles = world.triangle_capacity();
         let device = |name: &str, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);
         let shared = Shared {
@@ -182,14 +198,14 @@ impl Voxelized {
             projected: device("voxelized.projected", 10 * u64::from(triangles))?,
         };
         let room = Room::new(shape, triangles);
-        let buffers = Buffers::new(context, shape, &room, settings.merges(), settings.keep_columns, &shared)?;
+        let buffers = Buffers::new(context, shape, &room, plan.merges(), plan.keep_columns, &shared)?;
         let set = buffers.bindings(context)?;
-        let bake = Bake::new(context, &set, settings)?;
+        let bake = Bake::new(context, &set, plan)?;
         let nodes = [&shared.trees, &buffers.data].map(|b| Resource::Buffer(b.clone()));
         let look_up = Bindings::new(context, "voxelized.look_up", &nodes)?;
         Ok(Self {
             context: context.clone(),
-            settings: *settings,
+            plan: *plan,
             shape,
             room,
             buffers,
@@ -197,7 +213,7 @@ impl Voxelized {
             set,
             bake,
             look_up,
-            constants: settings.constants(Constants::new()),
+            constants: plan.constants(Constants::new()),
             cubes,
             looked: Made::of(OF),
             triangles,
@@ -225,12 +241,12 @@ impl Voxelized {
         self.buffers.data.read(self.state.words as usize)
     }
 
-    /// Entry and exit of each column of the last tile, voxels, row after row; where [`Settings::keep_columns`].
+    /// Entry and exit of each column of the last tile, voxels, row after row; where [`Plan::keep_columns`].
     ///
     /// # Errors
     /// As [`Voxelized::trees`].
     pub fn columns(&self) -> Result<Vec<[u32; 2]>> {
-        let count = if self.settings.keep_columns { self.shape.tile.pow(2) as usize } else { 0 };
+        let count = if self.plan.keep_columns { self.shape.tile.pow(2) as usize } else { 0 };
         self.buffers.columns.read(count)
     }
 
@@ -243,7 +259,7 @@ impl Voxelized {
     fn look_at(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         (self.tree, self.kept) = ([0; 2], [0; 2]);
         if self.looked.make(world) {
-            self.cubes = cubes(world, self.settings.size)?;
+            self.cubes = cubes(world, self.plan.size)?;
         }
         let trees: Vec<_> = self.cubes.iter().map(TreeData::of).collect();
         commands.pass("voxelized.begin", |pass| pass.update(&self.shared.trees, &trees));
@@ -296,7 +312,7 @@ impl Voxelized {
     }
 
     fn error(&self, cause: String, way_out: &str) -> Error {
-        let name = format!("voxelized:size={}", self.settings.size);
+        let name = format!("voxelized:size={}", self.plan.size);
         Error::Gpu { operation: "bake", name, cause, way_out: way_out.into() }
     }
 
@@ -305,9 +321,8 @@ impl Voxelized {
         if self.restarts > MOST_RESTARTS {
             return Err(self.error(format!("{MOST_RESTARTS} times it had too little room"), "report this as a bug"));
         }
-        let settings = &self.settings;
-        let buffers =
-            Buffers::new(&self.context, self.shape, &room, settings.merges(), settings.keep_columns, &self.shared)?;
+        let plan = &self.plan;
+        let buffers = Buffers::new(&self.context, self.shape, &room, plan.merges(), plan.keep_columns, &self.shared)?;
         buffers.rebind(&self.set)?;
         self.look_up.replace(NODES, &buffers.data)?;
         (self.room, self.buffers) = (room, buffers);
@@ -391,7 +406,7 @@ impl Technique for Voxelized {
     }
 
     fn resolution(&self) -> Vec<Resolution> {
-        resolution(&self.cubes, &self.settings)
+        resolution(&self.cubes, &self.plan)
     }
 
     fn facts(&self) -> Result<Facts> {
@@ -411,7 +426,7 @@ impl Technique for Voxelized {
         let Some(meshes) = world.meshes().filter(|_| self.looked.stands(world)) else { return Ok(None) };
         let words = self.nodes()?;
         let baked = Baked {
-            settings: self.settings,
+            plan: self.plan,
             scene: scene_hash(meshes, world.all_lights()),
             counts: self.counts(),
             trees: self.trees()?,

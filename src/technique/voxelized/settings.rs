@@ -1,7 +1,7 @@
-//! What a spec of voxelized shadows says.
+//! What there is to set of voxelized shadows.
 
-use super::super::Spec;
-use super::super::keys::{Key, PCF, Switch, Values, Word, word_of, words};
+use super::super::keys::{OneOf, words};
+use super::super::settings::{Keyed, PCF, Setting, settings};
 use crate::gpu::Constants;
 use crate::shaders::constant;
 
@@ -37,57 +37,39 @@ words! {
     }
 }
 
-/// Voxels a side.
-pub const SIZE: Key = Key {
-    name: "size",
-    values: Values::OneOf(&["64", "128", "256", "512", "1024", "2048", "4096", "8192", "16384", "32768", "65536"]),
-    default: "1024",
-    about: "voxels a side of the cube about the meshes",
-};
+/// Keys whose values a file has.
+const IN_FILE: OneOf = &["size", "structure", "closed", "free", "coverage"];
 
-/// Tree or graph.
-pub const STRUCTURE: Key = Key {
-    name: "structure",
-    values: Values::OneOf(Structure::WORDS),
-    default: "dag",
-    about: "a tree, or a graph in which equal nodes are one",
-};
+settings! {
+    /// What there is to set.
+    pub struct Settings {
+        /// Voxels a side of the cube about the meshes: a power of two from 64 to 65,536.
+        size: u32 = Setting::one_of(
+            "1024",
+            &["64", "128", "256", "512", "1024", "2048", "4096", "8192", "16384", "32768", "65536"],
+            "voxels a side of the cube about the meshes");
+        /// A tree, or a graph in which equal nodes are one (Kämpe, Sintorn and Assarsson 2013).
+        structure: Structure = Setting::word("dag", "a tree, or a graph in which equal nodes are one");
+        /// Voxels inside closed and solid meshes are free, whatever merges best (Sintorn et al. 2014).
+        closed: bool = Setting::word("on", "voxels inside closed and solid meshes are free, whatever merges best");
+        /// Where shadows begin inside closed things.
+        free: Free = Setting::word(
+            "shared", "where shadows begin inside closed things: at the exit, at the entry, or at depths that columns share");
+        /// What shadows a column of voxels.
+        coverage: Coverage = Setting::word(
+            "middle", "what shadows a column of voxels: what covers its middle, or what touches its square anywhere");
+        /// A bake from this file, for [`super::Loaded::new`], in place of one that is built. The file says the size, structure and all
+        /// that a bake is of.
+        file: Option<String> = Setting::file(
+            IN_FILE, "what gobo bake wrote, in place of a bake; size, structure, closed, free and coverage are its own");
+        /// Columns a side of the square that a look-up averages: 1, 3, 5, 7 or 9.
+        filter: u32 = PCF;
+    }
+}
 
-/// Whether closed things have insides.
-pub const CLOSED: Key = Key {
-    name: "closed",
-    values: Values::OneOf(Switch::WORDS),
-    default: "on",
-    about: "voxels inside closed and solid meshes are free, whatever merges best",
-};
-
-/// What free voxels are.
-pub const FREE: Key = Key {
-    name: "free",
-    values: Values::OneOf(Free::WORDS),
-    default: "shared",
-    about: "where shadows begin inside closed things: at the exit, at the entry, or at depths that columns share",
-};
-
-/// What a column is met by.
-pub const COVERAGE: Key = Key {
-    name: "coverage",
-    values: Values::OneOf(Coverage::WORDS),
-    default: "middle",
-    about: "what shadows a column of voxels: what covers its middle, or what touches its square anywhere",
-};
-
-/// A bake that was written before.
-pub const FILE: Key = Key {
-    name: "file",
-    values: Values::Path(&[SIZE.name, STRUCTURE.name, CLOSED.name, FREE.name, COVERAGE.name]),
-    default: "none",
-    about: "what gobo bake wrote, in place of a bake; size, structure, closed, free and coverage are its own",
-};
-
-/// A spec, read.
+/// What settings come to. What they cannot say is for tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Settings {
+pub struct Plan {
     /// Voxels a side: a power of two from 64 to 65,536.
     pub size: u32,
     /// Tree or graph.
@@ -100,39 +82,20 @@ pub struct Settings {
     pub coverage: Coverage,
     /// Columns a side of the square that a look-up averages; odd.
     pub filter: u32,
-    /// Columns a side of a tile, at most: a power of two. [`Settings::TILE`] but in tests.
+    /// Columns a side of a tile, at most: a power of two. [`Plan::TILE`] but in tests.
     pub tile: u32,
     /// Entries and exits of the last tile's columns are kept, for [`super::Voxelized::columns`].
     pub keep_columns: bool,
 }
 
-impl Settings {
+impl Plan {
     /// Side of the largest tile, columns.
     pub const TILE: u32 = 4096;
 
-    /// The defaults, for a file to say otherwise.
-    pub(super) const PLAIN: Self = Self {
-        size: 1024,
-        structure: Structure::Dag,
-        closed: true,
-        free: Free::Shared,
-        coverage: Coverage::Middle,
-        filter: 1,
-        tile: Self::TILE,
-        keep_columns: false,
-    };
-
-    /// What `spec` says.
-    pub fn of(spec: &Spec) -> Self {
-        Self {
-            size: spec.number(SIZE.name),
-            structure: spec.word(STRUCTURE.name).unwrap_or(Structure::Dag),
-            closed: spec.is_on(CLOSED.name),
-            free: spec.word(FREE.name).unwrap_or(Free::Shared),
-            coverage: spec.word(COVERAGE.name).unwrap_or(Coverage::Middle),
-            filter: spec.number(PCF.name),
-            ..Self::PLAIN
-        }
+    /// Of these settings.
+    pub(super) fn of(settings: &Settings) -> Self {
+        let Settings { size, structure, closed, free, coverage, file: _, filter } = *settings;
+        Self { size, structure, closed, free, coverage, filter, tile: Self::TILE, keep_columns: false }
     }
 
     /// Whether equal nodes are one.
@@ -146,14 +109,10 @@ impl Settings {
     }
 
     /// The keys that a bake depends on and a file has, with their values.
-    pub(super) fn baked(self) -> [(&'static str, String); 5] {
-        [
-            (SIZE.name, self.size.to_string()),
-            (STRUCTURE.name, word_of(self.structure).into()),
-            (CLOSED.name, word_of(if self.closed { Switch::On } else { Switch::Off }).into()),
-            (FREE.name, word_of(self.free).into()),
-            (COVERAGE.name, word_of(self.coverage).into()),
-        ]
+    pub(super) fn baked(self) -> impl Iterator<Item = (&'static str, String)> {
+        let Self { size, structure, closed, free, coverage, .. } = self;
+        let settings = Settings { size, structure, closed, free, coverage, ..Settings::default() };
+        settings.texts().into_iter().filter(|(key, _)| IN_FILE.contains(key))
     }
 
     /// Bits of a node before its pointers, and of the units that they count. Twin: HEADER_BITS in glsl/voxelized/tree.glsl.

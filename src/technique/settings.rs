@@ -1,0 +1,303 @@
+//! Settings of techniques, and of whoever asks them: a struct of typed fields, and the key of a spec that each field is.
+
+use super::keys::{Key, OneOf, Values, Word, check, word_of};
+use crate::maps::{Filter, FilterKind, OpaqueWay};
+use crate::world::World;
+use crate::{Error, Result};
+
+/// The word where the device, the scene or the technique decides.
+pub const AUTO: &str = "auto";
+
+/// The word for no file.
+pub const NONE: &str = "none";
+
+/// What a field may be, what it is where nobody says, and what the terminal says of it.
+pub struct Setting<T> {
+    /// Where nobody says.
+    pub default: T,
+    /// Its text in specs.
+    text: &'static str,
+    values: Values,
+    about: &'static str,
+    with: Option<(&'static str, &'static str)>,
+}
+
+impl<T> Setting<T> {
+    const fn new(default: T, text: &'static str, values: Values, about: &'static str) -> Self {
+        Self { default, text, values, about, with: None }
+    }
+
+    /// The key of that name.
+    pub const fn key(&self, name: &'static str) -> Key {
+        Key { name, values: self.values, default: self.text, about: self.about, with: self.with }
+    }
+}
+
+impl<T: Copy> Setting<T> {
+    /// It stands in specs where that key has that word, and nowhere else.
+    pub const fn with(self, key: &'static str, word: &'static str) -> Self {
+        Self { with: Some((key, word)), ..self }
+    }
+}
+
+impl<T: Word> Setting<T> {
+    /// One of the words of `T`. Does not compile where `default` is none of them.
+    pub const fn word(default: &'static str, about: &'static str) -> Self {
+        let mut at = 0;
+        while !is_same(T::ALL[at].0, default) {
+            at += 1;
+        }
+        Self::new(T::ALL[at].1, default, Values::OneOf(T::WORDS), about)
+    }
+}
+
+impl<T: Word> Setting<Option<T>> {
+    /// One of the words of `T`, or `auto`.
+    pub const fn auto(about: &'static str) -> Self {
+        Self::new(None, AUTO, Values::OneOf(T::WORDS), about)
+    }
+}
+
+impl Setting<u32> {
+    /// A whole number from `low` to `high`.
+    pub const fn number(default: &'static str, low: u32, high: u32, about: &'static str) -> Self {
+        Self::new(number(default), default, Values::Number(low, high), about)
+    }
+
+    /// The same, divisible by `step`.
+    pub const fn multiple(default: &'static str, [step, low, high]: [u32; 3], about: &'static str) -> Self {
+        Self::new(number(default), default, Values::Multiple(step, low, high), about)
+    }
+
+    /// One of these numbers.
+    pub const fn one_of(default: &'static str, numbers: OneOf, about: &'static str) -> Self {
+        Self::new(number(default), default, Values::OneOf(numbers), about)
+    }
+}
+
+impl Setting<Option<u32>> {
+    /// A whole number from `low` to `high`, or `auto`.
+    pub const fn auto_number(low: u32, high: u32, about: &'static str) -> Self {
+        Self::new(None, AUTO, Values::Number(low, high), about)
+    }
+}
+
+impl Setting<Option<String>> {
+    /// The name of a file that has the values of these keys, or `none`.
+    pub const fn file(in_file: OneOf, about: &'static str) -> Self {
+        Self::new(None, NONE, Values::Path(in_file), about)
+    }
+}
+
+const fn is_same(a: &str, b: &str) -> bool {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    let mut at = 0;
+    while at < a.len() && at < b.len() && a[at] == b[at] {
+        at += 1;
+    }
+    at == a.len() && at == b.len()
+}
+
+/// The number of a default. Does not compile where it is none.
+const fn number(text: &str) -> u32 {
+    let (mut number, mut at) = (0, 0);
+    while at < text.len() {
+        number = 10 * number + (text.as_bytes()[at] - b'0') as u32;
+        at += 1;
+    }
+    number
+}
+
+/// What a field may be: its text in specs.
+pub trait Field: Sized {
+    /// The value of a text; none where it has no such one.
+    fn read(text: &str) -> Option<Self>;
+
+    /// The text of a value.
+    fn text(&self) -> String;
+}
+
+impl<T: Word + PartialEq> Field for T {
+    fn read(text: &str) -> Option<Self> {
+        T::ALL.iter().find(|(word, _)| *word == text).map(|(_, value)| *value)
+    }
+
+    fn text(&self) -> String {
+        word_of(*self).into()
+    }
+}
+
+impl<T: Word + PartialEq> Field for Option<T> {
+    fn read(text: &str) -> Option<Self> {
+        if text == AUTO { Some(None) } else { T::read(text).map(Some) }
+    }
+
+    fn text(&self) -> String {
+        self.map_or(AUTO, word_of).into()
+    }
+}
+
+impl Field for u32 {
+    fn read(text: &str) -> Option<Self> {
+        text.parse().ok()
+    }
+
+    fn text(&self) -> String {
+        self.to_string()
+    }
+}
+
+impl Field for Option<u32> {
+    fn read(text: &str) -> Option<Self> {
+        if text == AUTO { Some(None) } else { u32::read(text).map(Some) }
+    }
+
+    fn text(&self) -> String {
+        self.map_or(AUTO.into(), |number| number.to_string())
+    }
+}
+
+impl Field for Option<String> {
+    fn read(text: &str) -> Option<Self> {
+        Some(Some(text.to_owned()).filter(|text| text != NONE))
+    }
+
+    fn text(&self) -> String {
+        self.clone().unwrap_or(NONE.into())
+    }
+}
+
+/// Settings whose fields are keys of specs. Made by [`settings!`](crate::__settings).
+pub trait Keyed: Default {
+    /// A key a field, in order, but for those that every technique has.
+    const KEYS: &'static [Key];
+
+    /// Sets the field of that name; false where there is none, or the text is no value of it.
+    fn set(&mut self, key: &str, text: &str) -> bool;
+
+    /// Name and text of each field, in order.
+    fn texts(&self) -> Vec<(&'static str, String)>;
+
+    /// An error where a field is not what it may be: for constructors, whose settings may come from code.
+    ///
+    /// # Errors
+    /// [`Error::Input`] that names the first, and what it may be.
+    fn check(&self) -> Result<()> {
+        for (key, text) in Self::KEYS.iter().zip(self.texts().into_iter().map(|(_, text)| text)) {
+            check(key, &text).map_err(|known| Error::input(format!("{}={text}", key.name), "is not known", known))?;
+        }
+        Ok(())
+    }
+}
+
+/// Declares settings: a public struct with its defaults, and a key of specs a field. Each field has the [`Setting`] that it is;
+/// its name is the key's. Fields of `every` have keys that all techniques have.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! __settings {
+    (
+        $(#[$meta:meta])*
+        $visibility:vis struct $name:ident { $($(#[$field_meta:meta])* $field:ident: $type:ty = $setting:expr;)+ }
+        $(every { $($(#[$every_meta:meta])* $every:ident: $every_type:ty = $every_setting:expr;)+ })?
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug, PartialEq, Eq)]
+        $visibility struct $name {
+            $($(#[$field_meta])* pub $field: $type,)+
+            $($($(#[$every_meta])* pub $every: $every_type,)+)?
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self {
+                    $($field: { const SETTING: $crate::technique::settings::Setting<$type> = $setting; SETTING.default },)+
+                    $($($every: {
+                        const SETTING: $crate::technique::settings::Setting<$every_type> = $every_setting;
+                        SETTING.default
+                    },)+)?
+                }
+            }
+        }
+
+        impl $crate::technique::settings::Keyed for $name {
+            const KEYS: &'static [$crate::technique::keys::Key] = &[$({
+                const SETTING: &$crate::technique::settings::Setting<$type> = &$setting;
+                SETTING.key(stringify!($field))
+            }),+];
+
+            fn set(&mut self, key: &str, text: &str) -> bool {
+                use $crate::technique::settings::Field;
+                match key {
+                    $(stringify!($field) => Field::read(text).map(|value| self.$field = value).is_some(),)+
+                    $($(stringify!($every) => Field::read(text).map(|value| self.$every = value).is_some(),)+)?
+                    _ => false,
+                }
+            }
+
+            fn texts(&self) -> Vec<(&'static str, String)> {
+                use $crate::technique::settings::Field;
+                vec![
+                    $((stringify!($field), Field::text(&self.$field)),)+
+                    $($((stringify!($every), Field::text(&self.$every)),)+)?
+                ]
+            }
+        }
+    };
+}
+
+pub use crate::__settings as settings;
+
+/// `size` of every technique with maps of any size.
+pub const SIZE: Setting<u32> = Setting::number("256", 1, 16384, "texels a side of a light's map");
+
+/// `filter`: how a look-up averages texels.
+pub const FILTER: Setting<FilterKind> =
+    Setting::word("bilinear", "how a look-up weighs texels: the nearest four, or all within a radius");
+
+/// `radius`: how far it reaches.
+pub const RADIUS: Setting<u32> =
+    Setting::number("2", 1, 8, "texels that the box and the Gaussian reach; the Gaussian's deviation is half of it");
+
+/// `filter` of opaque shadows: how many comparisons a look-up averages (Reeves, Salesin and Cook 1987).
+pub const PCF: Setting<u32> = Setting::one_of(
+    "1",
+    &["1", "3", "5", "7", "9"],
+    "texels a side of the square whose comparisons a look-up averages",
+);
+
+/// `opaque`: what draws the meshes as a light sees them.
+pub const OPAQUE: Setting<Option<OpaqueWay>> = Setting::auto(
+    "opaque maps are drawn by the device's rasterizer, or in compute, all maps at once; auto: compute on GPUs",
+);
+
+/// `skip`: whether work is left out.
+pub const SKIP: Setting<bool> =
+    Setting::word("on", "leave out casters and tiles that no look-up misses, and builds where nothing has changed");
+
+settings! {
+    /// Of a technique that has maps, and nothing else to set.
+    #[derive(Copy)]
+    pub struct MapSettings {
+        /// Texels a side of a light's map, 1 to 16,384.
+        size: u32 = SIZE;
+        /// How a look-up weighs the texels about a point.
+        filter: FilterKind = FILTER;
+        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+        radius: u32 = RADIUS;
+        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
+    }
+}
+
+impl MapSettings {
+    /// How look-ups average, where that fits into the maps of `world`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where it does not, or a setting is not what it may be.
+    pub fn filter(&self, world: &World) -> Result<Filter> {
+        self.check()?;
+        let filter = Filter { kind: self.filter, radius: self.radius };
+        filter.check(world, self.size)?;
+        Ok(filter)
+    }
+}
