@@ -369,12 +369,14 @@ fn tiles_have_the_same_room() {
         let mut maps = Maps::new(context, &world, 64, OpaqueMaps::SHARED).expect("room for the maps");
         let mut bins = Bins::new(context, &world, &maps, every_entry).expect("room for the bins");
         let mut build = |bins: &mut Bins| {
+            let mut frame = 0;
             let passes = context.submit(|commands| {
+                frame = commands.frame();
                 maps.record(commands, &world);
                 bins.record(commands, &world);
             });
             let counted = passes.expect("submitted").iter().any(|pass| pass.name == "bins.count");
-            (counted, bins.settle().expect("room"), bins.counts.read::<u32>(64).expect("read"))
+            (counted, bins.settle(frame).expect("room"), bins.counts.read::<u32>(64).expect("read"))
         };
         // Passes have names where they are timed.
         let named = context.features().timestamp_valid_bits > 0;

@@ -8,8 +8,8 @@ mod layout;
 
 use gobo::Error;
 use gobo::gpu::{
-    Bindings, Buffer, Constants, Format, Image, ImageUse, Kernel, Memory, Messages, Resource, is_gpu_assisted,
-    push_struct,
+    Bindings, Buffer, Constants, Format, Image, ImageUse, Kernel, Memory, Messages, ReadBack, Resource,
+    is_gpu_assisted, push_struct,
 };
 use gobo::shaders;
 use proptest::prelude::*;
@@ -320,30 +320,28 @@ fn unknown_devices_are_refused() {
     }
 }
 
-/// Whoever records may make an image, which submits something of its own; that runs before what is recorded. A set that may be
-/// in use is not changed meanwhile: an error, and neither hangs.
+/// Whoever records may make an image, write a buffer and read one; that runs before what is recorded. A set that was bound stays as
+/// it is; what is bound after a change has the other buffer. Nothing hangs.
 #[test]
 fn images_are_made_while_recording() {
     gpu_test("images_are_made_while_recording", |context| {
         let buffer = |bytes| Buffer::new(context, "words", bytes, Memory::Device).expect("a few bytes");
         let (words, other) = (buffer(64), buffer(64));
-        let set = Bindings::new(context, "words", &[Resource::Buffer(words.clone())]).expect("a set");
         let (told, heard) = std::sync::mpsc::channel();
-        let theirs = (context.clone(), words.clone(), other.clone(), set.clone());
+        let theirs = (context.clone(), words.clone(), other.clone());
         std::thread::spawn(move || {
-            let (context, words, other, set) = theirs;
+            let (context, words, other) = theirs;
             let times = context.try_submit(|commands| {
                 commands.pass("before", |pass| pass.fill(&words, 1));
                 let image = Image::new(&context, "inner", Format::R32_SFLOAT, [4, 4], ImageUse::Storage)?;
                 other.write(&[7_u32; 16])?;
-                let error = set.replace(0, &other).expect_err("it is being recorded").to_string();
-                assert!(error.contains("binding 0") && error.contains("being recorded"), "{error}");
+                assert_eq!(other.read::<u32>(16)?, [7; 16]);
                 commands.pass("after", |pass| pass.copy(&other, &words, 32));
                 drop(image);
                 Ok(())
             });
             // All that is theirs is gone before the device closes.
-            drop((context, words, other, set));
+            drop((context, words, other));
             told.send(times).expect("somebody listens");
         });
         let times = heard.recv_timeout(std::time::Duration::from_secs(60)).expect("it hangs").expect("submitted");
@@ -352,7 +350,83 @@ fn images_are_made_while_recording() {
         let mut expected = vec![7_u32; 8];
         expected.extend([1; 8]);
         assert_eq!(words.read::<u32>(16).expect("read"), expected);
-        // Once nothing is recorded it is changed.
-        set.replace(0, &other).expect("nothing is recorded");
+    });
+}
+
+/// Passes that were recorded before a set's buffer was replaced write the old one, those after it the new one, also through kernels that
+/// were made before; the old one is kept until they have run.
+#[test]
+fn sets_are_changed_while_recording() {
+    gpu_test("sets_are_changed_while_recording", |context| {
+        let buffer = |value: u32| Buffer::with_data(context, "words", &[value; 64]).expect("a few bytes");
+        let (from, [first, second]) = (buffer(7), [0, 0].map(buffer));
+        let resources = [&from, &first].map(|buffer| Resource::Buffer(buffer.clone()));
+        let set = Bindings::new(context, "copy", &resources).expect("two buffers");
+        let kernel: Kernel =
+            Kernel::compute(context, &shaders::measure::COPY, &[&set], &Constants::new()).expect("compiled");
+        drop(resources);
+        let copy = |commands: &mut gobo::gpu::Commands| {
+            commands.pass("copy", |pass| pass.dispatch(&kernel, &(), [1, 1, 1]));
+        };
+        let run = context.try_submit(|commands| {
+            copy(commands);
+            set.replace(1, &second)?;
+            commands.pass("clear", |pass| pass.fill(&from, 9));
+            copy(commands);
+            set.replace(0, &Buffer::with_data(context, "other", &[5u32; 64])?)?;
+            Ok(())
+        });
+        run.expect("submitted");
+        assert_eq!(first.read::<u32>(64).expect("read"), [7; 64]);
+        assert_eq!(second.read::<u32>(64).expect("read"), [9; 64]);
+        context.submit(copy).expect("submitted");
+        assert_eq!(second.read::<u32>(64).expect("read"), [5; 64]);
+    });
+}
+
+/// What is written goes to the device with what is recorded next, in order, and also where the first try to record it fails or whoever
+/// wrote it has dropped it.
+#[test]
+fn writes_come_in_order() {
+    gpu_test("writes_come_in_order", |context| {
+        let buffer = Buffer::with_data(context, "words", &[1u32; 16]).expect("64 bytes");
+        buffer.write(&[2u32; 8]).expect("it fits");
+        buffer.write(&[3u32; 4]).expect("it fits");
+        drop(Buffer::with_data(context, "dropped", &[4u32; 16]).expect("64 bytes"));
+        let fails = |_: &mut gobo::gpu::Commands| Err(gobo::Error::Refused { needs: "nothing".into() });
+        assert!(context.try_submit(fails).is_err());
+        let expected = [3, 3, 3, 3, 2, 2, 2, 2, 1, 1, 1, 1, 1, 1, 1, 1];
+        assert_eq!(buffer.read::<u32>(16).expect("read"), expected);
+        let zeroed = Buffer::zeroed(context, "zeroed", 64).expect("64 bytes");
+        zeroed.write(&[6u32]).expect("it fits");
+        assert_eq!(zeroed.read::<u32>(3).expect("read"), [6, 0, 0]);
+    });
+}
+
+/// A copy is of one frame: what others recorded is not taken for it, and what is forgotten is not read.
+#[test]
+fn read_backs_are_of_a_frame() {
+    gpu_test("read_backs_are_of_a_frame", |context| {
+        let buffer = Buffer::new(context, "words", 64, Memory::Device).expect("64 bytes");
+        let copy = ReadBack::new(context, "copy", 64).expect("64 bytes");
+        assert_eq!(copy.bytes(), 64, "each submission is waited for");
+        let fill = |value| {
+            support::ran(context, |commands| {
+                commands.pass("fill", |pass| pass.fill(&buffer, value));
+                commands.read_back(&buffer, &copy);
+            })
+        };
+        let before = context.calls();
+        let (first, nothing) = (fill(1), support::ran(context, |_| ()));
+        let after = context.calls();
+        assert_eq!((after.submissions, after.waits), (before.submissions + 2, before.waits + 2));
+        assert_eq!(copy.read::<u32>(first, 2).expect("read"), Some(vec![1, 1]));
+        assert_eq!(copy.read::<u32>(nothing, 2).expect("read"), None);
+        let second = fill(2);
+        assert_eq!(copy.read::<u32>(first, 2).expect("read"), None);
+        assert_eq!(copy.read::<u32>(second, 1).expect("read"), Some(vec![2]));
+        assert!(copy.read::<u32>(second, 17).is_err());
+        copy.forget();
+        assert_eq!(copy.read::<u32>(second, 1).expect("read"), None);
     });
 }

@@ -11,7 +11,7 @@ use gobo::scene::{Caster, Casting, Particle, Projection, Scene, View};
 use gobo::world::World;
 use proptest::prelude::*;
 use support::scenes::{self, Random};
-use support::{all, gpu_test, some};
+use support::{all, gpu_test, ran, some};
 
 fn world(context: &Context, scene: &Scene) -> World {
     World::new(context, scene).expect("room for the scene")
@@ -21,8 +21,8 @@ fn world(context: &Context, scene: &Scene) -> World {
 fn fitted(context: &Context, scene: &Scene, size: u32) -> Vec<Map> {
     let world = world(context, scene);
     let mut maps = Maps::new(context, &world, size, OpaqueMaps::SHARED).expect("room");
-    context.submit(|commands| maps.record(commands, &world)).expect("submitted");
-    maps.settle(false).expect("read");
+    let frame = ran(context, |commands| maps.record(commands, &world));
+    maps.settle(frame, false).expect("read");
     maps.all().to_vec()
 }
 
@@ -215,8 +215,8 @@ fn casters_are_drawn_near_to_far() {
                     maps.record(commands, &world);
                     order.record(commands, &world);
                 };
-                context.submit(run).expect("sorted");
-                maps.settle(false).expect("read");
+                let frame = ran(context, run);
+                maps.settle(frame, false).expect("read");
                 let (casters, room) = (state.casters(), world.caster_capacity() as usize);
                 let all: Vec<u32> = order.sorted.read(room * maps.count() as usize).expect("read");
                 for (map, sorted) in maps.all().iter().zip(all.chunks_exact(room)) {
@@ -249,9 +249,9 @@ fn the_host_has_what_the_device_fitted() {
         let world = world(context, &scene);
         let mut maps = Maps::new(context, &world, 16, OpaqueMaps::SHARED).expect("room");
         let before = maps.all().to_vec();
-        context.submit(|commands| maps.record(commands, &world)).expect("submitted");
+        let frame = ran(context, |commands| maps.record(commands, &world));
         assert_eq!(maps.all(), before, "not before it is settled");
-        maps.settle(false).expect("read");
+        maps.settle(frame, false).expect("read");
         assert_ne!(maps.all(), before);
     });
 }

@@ -318,8 +318,8 @@ impl Technique for Fails<'_> {
         Err(Error::input("memory", "there is none", "buy some"))
     }
 
-    fn settle(&mut self) -> gobo::Result<Settled> {
-        self.inner.settle()
+    fn settle(&mut self, frame: u64) -> gobo::Result<Settled> {
+        self.inner.settle(frame)
     }
 
     fn answer(&self) -> Answer<'_> {

@@ -1,5 +1,7 @@
 //! Acceleration structures: triangles that rays are asked about.
 
+use super::commands::Kept;
+use super::device::Device;
 use super::{Buffer, Context, Memory, Pass, fault, vk_error};
 use crate::{Error, Result};
 use ash::{khr, vk};
@@ -13,7 +15,7 @@ const SCRATCH_ALIGNMENT: u64 = 256;
 pub struct AccelerationStructure(Arc<Inner>);
 
 struct Inner {
-    context: Context,
+    device: Device,
     handle: vk::AccelerationStructureKHR,
     storage: Buffer,
     scratch: Buffer,
@@ -28,7 +30,7 @@ enum Over {
 
 impl Drop for Inner {
     fn drop(&mut self) {
-        if let Some(device) = &self.context.shared().acceleration {
+        if let Some(device) = self.device.acceleration() {
             // SAFETY: recorded commands and sets keep a clone, so the device no longer uses it; null handles are ignored.
             unsafe { device.destroy_acceleration_structure(self.handle, None) };
         }
@@ -142,8 +144,8 @@ impl AccelerationStructure {
         // SAFETY: the buffer is made for it, as large, and kept beside it.
         let handle = fault::creation(|| unsafe { loader.create_acceleration_structure(&info, None) })
             .map_err(|r| vk_error("create acceleration structure", name, r))?;
-        context.set_name(handle, name);
-        Ok(Self(Arc::new(Inner { context: context.clone(), handle, storage, scratch, over })))
+        context.device().set_name(handle, name);
+        Ok(Self(Arc::new(Inner { device: context.device().clone(), handle, storage, scratch, over })))
     }
 
     /// Bytes that rays need.
@@ -156,6 +158,10 @@ impl AccelerationStructure {
         self.0.scratch.bytes()
     }
 
+    pub(super) fn kept(&self) -> Kept {
+        self.0.clone()
+    }
+
     pub(super) fn handle(&self) -> vk::AccelerationStructureKHR {
         self.0.handle
     }
@@ -163,14 +169,14 @@ impl AccelerationStructure {
 
 /// The functions of the extension.
 fn loader(context: &Context) -> Result<&khr::acceleration_structure::Device> {
-    context.shared().acceleration.as_ref().ok_or_else(|| Error::Refused { needs: "rayQuery".into() })
+    context.device().acceleration().ok_or_else(|| Error::Refused { needs: "rayQuery".into() })
 }
 
 impl Pass<'_, '_> {
     /// Builds a structure from what its buffers hold by now; one over an instance after the instance's own.
     pub fn build(&mut self, structure: &AccelerationStructure) {
         let inner = &structure.0;
-        let Some(loader) = &inner.context.shared().acceleration else { return };
+        let Some(loader) = inner.device.acceleration() else { return };
         let geometries = [inner.over.geometry()];
         let scratch = inner.scratch.address().next_multiple_of(SCRATCH_ALIGNMENT);
         let info = build_info(&inner.over, &geometries)
@@ -180,8 +186,8 @@ impl Pass<'_, '_> {
         // SAFETY: the structure with its buffers is kept alive; sizes were asked for the same geometry.
         unsafe { loader.cmd_build_acceleration_structures(self.commands.buffer, &[info], &[&range]) };
         if let Over::Instance { bottom, .. } = &inner.over {
-            self.commands.used.push(Box::new(bottom.clone()));
+            self.commands.keep(bottom.kept());
         }
-        self.commands.used.push(Box::new(structure.clone()));
+        self.commands.keep(structure.kept());
     }
 }

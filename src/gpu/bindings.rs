@@ -1,5 +1,7 @@
 //! Descriptor sets: a list of resources, binding number = place in the list.
 
+use super::context::Link;
+use super::device::Device;
 use super::{AccelerationStructure, Buffer, Context, Image, fault, vk_error};
 use crate::Result;
 use ash::vk;
@@ -38,23 +40,44 @@ pub enum Border {
 pub struct Bindings(Arc<Inner>);
 
 struct Inner {
-    context: Context,
-    layout: vk::DescriptorSetLayout,
-    pool: vk::DescriptorPool,
-    set: vk::DescriptorSet,
-    samplers: Vec<vk::Sampler>,
-    /// Kept alive as long as a recorded command may use the set.
-    resources: Mutex<Vec<Resource>>,
+    context: Link,
+    shape: Arc<Shape>,
+    /// What is bound from now on. What was recorded before keeps the set that it was given.
+    current: Mutex<Arc<Set>>,
+    name: String,
 }
 
-impl Drop for Inner {
+/// What all sets of the same bindings have.
+struct Shape {
+    device: Device,
+    layout: vk::DescriptorSetLayout,
+    kinds: Vec<vk::DescriptorType>,
+    /// Of each binding; null where it has none.
+    samplers: Vec<vk::Sampler>,
+}
+
+/// A descriptor set, which never changes.
+pub(super) struct Set {
+    pub(super) handle: vk::DescriptorSet,
+    pool: vk::DescriptorPool,
+    resources: Vec<Resource>,
+    shape: Arc<Shape>,
+}
+
+impl Drop for Shape {
     fn drop(&mut self) {
-        // SAFETY: recorded commands keep a clone; null handles are ignored.
+        // SAFETY: recorded commands keep a clone of a set, which keeps this; null handles are ignored.
         unsafe {
-            self.context.device().destroy_descriptor_pool(self.pool, None);
-            self.samplers.iter().for_each(|s| self.context.device().destroy_sampler(*s, None));
-            self.context.device().destroy_descriptor_set_layout(self.layout, None);
+            self.samplers.iter().for_each(|s| self.device.destroy_sampler(*s, None));
+            self.device.destroy_descriptor_set_layout(self.layout, None);
         }
+    }
+}
+
+impl Drop for Set {
+    fn drop(&mut self) {
+        // SAFETY: recorded commands keep a clone; a null handle is ignored.
+        unsafe { self.shape.device.destroy_descriptor_pool(self.pool, None) };
     }
 }
 
@@ -71,14 +94,16 @@ impl Resource {
     }
 }
 
-impl Bindings {
-    /// A set in which `resources[i]` is binding i, visible to every stage that may have it.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`] where the driver runs out of memory.
-    pub fn new(context: &Context, name: &str, resources: &[Resource]) -> Result<Self> {
+impl Shape {
+    fn new(context: &Context, name: &str, resources: &[Resource]) -> Result<Self> {
         let device = context.device();
         let fail = |r| vk_error("create bindings", name, r);
+        let mut shape = Self {
+            device: device.clone(),
+            layout: vk::DescriptorSetLayout::null(),
+            kinds: resources.iter().map(Resource::kind).collect(),
+            samplers: Vec::new(),
+        };
         let stages = |r: &Resource| match r {
             Resource::InputAttachment(_) => vk::ShaderStageFlags::FRAGMENT,
             _ => vk::ShaderStageFlags::ALL,
@@ -93,132 +118,154 @@ impl Bindings {
                     .stage_flags(stages(r))
             })
             .collect();
-        let sizes: Vec<_> =
-            resources.iter().map(|r| vk::DescriptorPoolSize::default().ty(r.kind()).descriptor_count(1)).collect();
-        let mut inner = Inner {
-            context: context.clone(),
-            layout: vk::DescriptorSetLayout::null(),
-            pool: vk::DescriptorPool::null(),
-            set: vk::DescriptorSet::null(),
-            samplers: Vec::new(),
-            resources: Mutex::new(resources.to_vec()),
-        };
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&slots);
         // SAFETY: `info` is complete.
-        inner.layout = fault::creation(|| unsafe { device.create_descriptor_set_layout(&info, None) }).map_err(fail)?;
+        shape.layout = fault::creation(|| unsafe { device.create_descriptor_set_layout(&info, None) }).map_err(fail)?;
+        for resource in resources {
+            let sampling = match resource {
+                Resource::Sampled(_, border) => sampler_info(*border),
+                // Not every format may be filtered; what is gathered is not.
+                Resource::Gathered(_) => vk::SamplerCreateInfo::default()
+                    .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_EDGE)
+                    .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE),
+                _ => {
+                    shape.samplers.push(vk::Sampler::null());
+                    continue;
+                }
+            };
+            // SAFETY: the info is complete and names no extension.
+            let sampler = fault::creation(|| unsafe { device.create_sampler(&sampling, None) }).map_err(fail)?;
+            shape.samplers.push(sampler);
+        }
+        Ok(shape)
+    }
+}
+
+impl Set {
+    fn new(shape: &Arc<Shape>, name: &str, resources: Vec<Resource>) -> Result<Self> {
+        let device = &shape.device;
+        let fail = |r| vk_error("create bindings", name, r);
+        let size = |kind: &vk::DescriptorType| vk::DescriptorPoolSize::default().ty(*kind).descriptor_count(1);
+        let sizes: Vec<_> = shape.kinds.iter().map(size).collect();
+        let mut set = Self {
+            handle: vk::DescriptorSet::null(),
+            pool: vk::DescriptorPool::null(),
+            resources,
+            shape: shape.clone(),
+        };
         let info = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
-        // SAFETY: as above.
-        inner.pool = fault::creation(|| unsafe { device.create_descriptor_pool(&info, None) }).map_err(fail)?;
-        let layouts = [inner.layout];
-        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(inner.pool).set_layouts(&layouts);
+        // SAFETY: `info` is complete.
+        set.pool = fault::creation(|| unsafe { device.create_descriptor_pool(&info, None) }).map_err(fail)?;
+        let layouts = [shape.layout];
+        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(set.pool).set_layouts(&layouts);
         // SAFETY: the pool was made for exactly this set.
         let sets = fault::creation(|| unsafe { device.allocate_descriptor_sets(&info) }).map_err(fail)?;
-        inner.set = sets.first().copied().unwrap_or_default();
-        for (binding, resource) in (0u32..).zip(resources) {
-            let write = vk::WriteDescriptorSet::default()
-                .dst_set(inner.set)
-                .dst_binding(binding)
-                .descriptor_type(resource.kind());
-            let seen =
-                |view| [vk::DescriptorImageInfo::default().image_view(view).image_layout(vk::ImageLayout::GENERAL)];
-            let image = |i: &Image| seen(i.view());
-            match resource {
-                Resource::Buffer(b) => {
-                    let info = [vk::DescriptorBufferInfo::default().buffer(b.handle()).range(vk::WHOLE_SIZE)];
-                    // SAFETY: the set is not in use yet, and the buffer lives as long as the set.
-                    unsafe { device.update_descriptor_sets(&[write.buffer_info(&info)], &[]) };
-                }
-                Resource::AccelerationStructure(a) => {
-                    let handles = [a.handle()];
-                    let mut info =
-                        vk::WriteDescriptorSetAccelerationStructureKHR::default().acceleration_structures(&handles);
-                    // SAFETY: as above.
-                    unsafe { device.update_descriptor_sets(&[write.descriptor_count(1).push_next(&mut info)], &[]) };
-                }
-                Resource::Sampled(i, _) | Resource::Gathered(i) => {
-                    // Not every format may be filtered; what is gathered is not.
-                    let sampling = match resource {
-                        Resource::Sampled(_, border) => sampler_info(*border),
-                        _ => vk::SamplerCreateInfo::default()
-                            .address_mode_u(vk::SamplerAddressMode::CLAMP_TO_EDGE)
-                            .address_mode_v(vk::SamplerAddressMode::CLAMP_TO_EDGE),
-                    };
-                    // SAFETY: the info is complete and names no extension.
-                    let sampler =
-                        fault::creation(|| unsafe { device.create_sampler(&sampling, None) }).map_err(fail)?;
-                    inner.samplers.push(sampler);
-                    let info = image(i).map(|i| i.sampler(sampler));
-                    // SAFETY: as above; the sampler lives as long as the set.
-                    unsafe { device.update_descriptor_sets(&[write.image_info(&info)], &[]) };
-                }
-                Resource::StorageImage(i) => {
-                    let info = seen(i.storage_view());
-                    // SAFETY: as above.
-                    unsafe { device.update_descriptor_sets(&[write.image_info(&info)], &[]) };
-                }
-                Resource::Texture(i) | Resource::InputAttachment(i) => {
-                    let info = image(i);
-                    // SAFETY: as above.
-                    unsafe { device.update_descriptor_sets(&[write.image_info(&info)], &[]) };
-                }
+        set.handle = sets.first().copied().unwrap_or_default();
+        // SAFETY: the set is not in use yet, and what is written into it lives as long.
+        unsafe { write(shape, &set.resources, set.handle, 0) };
+        device.set_name(set.handle, name);
+        Ok(set)
+    }
+}
+
+/// Writes `resources` into a set from binding `first` on.
+///
+/// # Safety
+/// The set has such bindings and is not in use; whoever uses it keeps what is written.
+unsafe fn write(shape: &Shape, resources: &[Resource], set: vk::DescriptorSet, first: u32) {
+    let device = &shape.device;
+    for ((binding, resource), sampler) in (first..).zip(resources).zip(&shape.samplers) {
+        let write =
+            vk::WriteDescriptorSet::default().dst_set(set).dst_binding(binding).descriptor_type(resource.kind());
+        let seen = |view| {
+            let info = vk::DescriptorImageInfo::default().image_view(view).image_layout(vk::ImageLayout::GENERAL);
+            [info.sampler(*sampler)]
+        };
+        match resource {
+            Resource::Buffer(b) => {
+                let info = [vk::DescriptorBufferInfo::default().buffer(b.handle()).range(vk::WHOLE_SIZE)];
+                // SAFETY: the caller promises.
+                unsafe { device.update_descriptor_sets(&[write.buffer_info(&info)], &[]) };
+            }
+            Resource::AccelerationStructure(a) => {
+                let handles = [a.handle()];
+                let mut info =
+                    vk::WriteDescriptorSetAccelerationStructureKHR::default().acceleration_structures(&handles);
+                // SAFETY: the caller promises.
+                unsafe { device.update_descriptor_sets(&[write.descriptor_count(1).push_next(&mut info)], &[]) };
+            }
+            Resource::StorageImage(i) => {
+                let info = seen(i.storage_view());
+                // SAFETY: the caller promises.
+                unsafe { device.update_descriptor_sets(&[write.image_info(&info)], &[]) };
+            }
+            Resource::Texture(i) | Resource::InputAttachment(i) | Resource::Sampled(i, _) | Resource::Gathered(i) => {
+                let info = seen(i.view());
+                // SAFETY: the caller promises; the sampler lives as long as the shape.
+                unsafe { device.update_descriptor_sets(&[write.image_info(&info)], &[]) };
             }
         }
-        context.set_name(inner.set, name);
-        Ok(Self(Arc::new(inner)))
     }
+}
 
-    /// Puts another buffer where binding `binding` has one; every kernel that was made with the set reads it from now on.
+impl Bindings {
+    /// A set in which `resources[i]` is binding i, visible to every stage that may have it.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] while this thread records commands, which may use the set.
+    /// [`crate::Error::Gpu`] where the driver runs out of memory.
+    pub fn new(context: &Context, name: &str, resources: &[Resource]) -> Result<Self> {
+        let shape = Arc::new(Shape::new(context, name, resources)?);
+        let set = Arc::new(Set::new(&shape, name, resources.to_vec())?);
+        Ok(Self(Arc::new(Inner { context: context.link(), shape, current: Mutex::new(set), name: name.into() })))
+    }
+
+    /// Puts another buffer where binding `binding` has one; every kernel that was made with the set reads it in what is recorded
+    /// from now on.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the driver runs out of memory.
     pub fn replace(&self, binding: usize, buffer: &Buffer) -> Result<()> {
-        self.0.context.shared().recorders.while_idle(&format!("binding {binding}"), || {
-            let mut resources = self.0.resources.lock().unwrap_or_else(PoisonError::into_inner);
-            if let Some(resource @ Resource::Buffer(_)) = resources.get_mut(binding) {
-                let info = [vk::DescriptorBufferInfo::default().buffer(buffer.handle()).range(vk::WHOLE_SIZE)];
-                let write = vk::WriteDescriptorSet::default()
-                    .dst_set(self.0.set)
-                    .dst_binding(binding as u32)
-                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                    .buffer_info(&info);
-                // SAFETY: nothing is recorded and nothing runs, and the buffer lives as long as the set names it.
-                unsafe { self.0.context.device().update_descriptor_sets(&[write], &[]) };
-                *resource = Resource::Buffer(buffer.clone());
+        let mut current = self.0.current.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut resources = current.resources.clone();
+        if let Some(resource @ Resource::Buffer(_)) = resources.get_mut(binding) {
+            *resource = Resource::Buffer(buffer.clone());
+            let old = std::mem::replace(&mut *current, Arc::new(Set::new(&self.0.shape, &self.0.name, resources)?));
+            // Frames that run may read by other sets what only this one kept.
+            if let Some(context) = self.0.context.context() {
+                context.shared().frames.retire(old);
             }
-        })
+        }
+        Ok(())
     }
 
     /// Its descriptors of a kind.
     pub(super) fn count(&self, kind: vk::DescriptorType) -> u32 {
-        self.kinds().into_iter().filter(|k| *k == kind).count() as u32
+        self.kinds().iter().filter(|k| **k == kind).count() as u32
     }
 
     /// The kind of each binding.
-    pub(super) fn kinds(&self) -> Vec<vk::DescriptorType> {
-        self.0.resources.lock().unwrap_or_else(PoisonError::into_inner).iter().map(Resource::kind).collect()
+    pub(super) fn kinds(&self) -> &[vk::DescriptorType] {
+        &self.0.shape.kinds
     }
 
-    /// Its resources as they are now, each with its sampler: null for one that has none.
-    pub(super) fn parts(&self) -> Vec<(Resource, vk::Sampler)> {
-        let mut samplers = self.0.samplers.iter().copied();
-        let mut sampler = |resource: &Resource| match resource {
-            Resource::Sampled(..) | Resource::Gathered(_) => samplers.next().unwrap_or_default(),
-            _ => vk::Sampler::null(),
-        };
-        let resources = self.0.resources.lock().unwrap_or_else(PoisonError::into_inner);
-        resources.iter().map(|resource| (resource.clone(), sampler(resource))).collect()
-    }
-
-    pub(super) fn device(&self) -> &ash::Device {
-        self.0.context.device()
+    /// Writes the resources as they are now into a set of the caller's, that of binding 0 to `first_binding`; samplers come with
+    /// their images.
+    ///
+    /// # Safety
+    /// `set` is of this device, and has bindings of these kinds from `first_binding` on; no command that is pending uses them;
+    /// and these bindings, which keep the resources alive, outlive the commands that do.
+    pub unsafe fn write_into(&self, set: vk::DescriptorSet, first_binding: u32) {
+        // SAFETY: the caller promises.
+        unsafe { write(&self.0.shape, &self.current().resources, set, first_binding) }
     }
 
     pub(super) fn layout(&self) -> vk::DescriptorSetLayout {
-        self.0.layout
+        self.0.shape.layout
     }
 
-    pub(super) fn set(&self) -> vk::DescriptorSet {
-        self.0.set
+    /// The set as it is now.
+    pub(super) fn current(&self) -> Arc<Set> {
+        self.0.current.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 

@@ -1,5 +1,9 @@
 //! Owned buffers.
 
+use super::commands::Kept;
+use super::context::Link;
+use super::device::Device;
+use super::pending::Step;
 use super::{Commands, Context, fault, vk_error};
 use crate::{Error, Result};
 use ash::vk;
@@ -28,25 +32,27 @@ pub enum Memory {
 pub struct Buffer(Arc<Inner>);
 
 struct Inner {
-    context: Context,
+    device: Device,
+    context: Link,
     handle: vk::Buffer,
+    /// None where it is the caller's.
     allocation: Mutex<Option<Allocation>>,
     name: String,
     bytes: u64,
     memory: Memory,
-    /// Who made it destroys it.
-    theirs: bool,
+    /// Whoever made it destroys it.
+    is_theirs: bool,
 }
 
 impl Drop for Inner {
     fn drop(&mut self) {
-        if self.theirs {
+        if self.is_theirs {
             return;
         }
         // SAFETY: recorded commands keep a clone, so the device no longer uses the buffer.
-        unsafe { self.context.device().destroy_buffer(self.handle, None) };
+        unsafe { self.device.destroy_buffer(self.handle, None) };
         if let Some(allocation) = self.allocation.get_mut().unwrap_or_else(PoisonError::into_inner).take() {
-            self.context.free(allocation);
+            self.device.free(allocation);
         }
     }
 }
@@ -91,13 +97,20 @@ impl Buffer {
         // SAFETY: `info` is complete.
         let handle = fault::creation(|| unsafe { device.create_buffer(&info, None) })
             .map_err(|r| vk_error("create buffer", name, r))?;
-        let (context_kept, allocation) = (context.clone(), Mutex::new(None));
-        let inner =
-            Inner { context: context_kept, handle, allocation, name: name.into(), bytes, memory, theirs: false };
+        let inner = Inner {
+            device: device.clone(),
+            context: context.link(),
+            handle,
+            allocation: Mutex::new(None),
+            name: name.into(),
+            bytes,
+            memory,
+            is_theirs: false,
+        };
         // SAFETY: the buffer was just created.
         let mut requirements = unsafe { device.get_buffer_memory_requirements(handle) };
         requirements.alignment = requirements.alignment.max(ALIGNMENT);
-        let allocation = context.allocate(&AllocationCreateDesc {
+        let allocation = device.allocate(&AllocationCreateDesc {
             name,
             requirements,
             location: match memory {
@@ -114,8 +127,45 @@ impl Buffer {
         // SAFETY: as above; the buffer is bound once.
         unsafe { device.bind_buffer_memory(handle, memory_handle, offset) }
             .map_err(|r| vk_error("bind buffer", name, r))?;
-        context.set_name(handle, name);
+        device.set_name(handle, name);
         Ok(Self(Arc::new(inner)))
+    }
+
+    /// A buffer of the caller's, of `bytes`, in memory of the device. It is left as it is when the last clone goes.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where `bytes` exceeds the device's largest storage buffer.
+    ///
+    /// # Safety
+    /// The buffer belongs to the context's device, is as large, and stays valid until all frames that use it are over and what
+    /// was made with it is gone. It was made for what it is used for: as a storage buffer at least, and for copies from and
+    /// to it where it is read or written.
+    pub unsafe fn adopt(context: &Context, name: &str, handle: vk::Buffer, bytes: u64) -> Result<Self> {
+        let buffer = Self(Arc::new(Inner {
+            device: context.device().clone(),
+            context: context.link(),
+            handle,
+            allocation: Mutex::new(None),
+            name: name.into(),
+            bytes,
+            memory: Memory::Device,
+            is_theirs: true,
+        }));
+        let limit = u64::from(context.features().max_storage_buffer_range);
+        if bytes <= limit {
+            return Ok(buffer);
+        }
+        Err(buffer.error("adopt", format!("{bytes} bytes, and this device binds at most {limit}")))
+    }
+
+    /// A device buffer of `bytes` that are 0.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`].
+    pub fn zeroed(context: &Context, name: &str, bytes: u64) -> Result<Self> {
+        let buffer = Self::new(context, name, bytes, Memory::Device)?;
+        context.shared().pending.push(Step::Zero(buffer.clone()));
+        Ok(buffer)
     }
 
     /// A device buffer that holds `data`.
@@ -128,34 +178,16 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// A buffer of the caller's, of `bytes`, of which passes read. It is never destroyed here.
-    ///
-    /// # Safety
-    /// The handle is a buffer of this context's device, of that size, bound to memory, made with STORAGE_BUFFER, and, where it is
-    /// copied from or read back, with TRANSFER_SRC; and it lives until the last frame that uses it is over.
-    ///
-    /// # Errors
-    /// [`Error::Gpu`] where `bytes` exceeds the device's largest storage buffer.
-    pub unsafe fn adopt(context: &Context, name: &str, handle: vk::Buffer, bytes: u64) -> Result<Self> {
-        let (context, allocation) = (context.clone(), Mutex::new(None));
-        let limit = u64::from(context.features().max_storage_buffer_range);
-        let (name, memory) = (name.into(), Memory::Device);
-        let buffer = Self(Arc::new(Inner { context, handle, allocation, name, bytes, memory, theirs: true }));
-        if bytes <= limit {
-            return Ok(buffer);
-        }
-        Err(buffer.error("adopt buffer", format!("{bytes} bytes, and this device binds at most {limit}")))
-    }
-
     /// Whether both are clones of one.
     pub fn is(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
-    /// Writes `data` to the start of the buffer.
+    /// Writes `data` to the start of the buffer; where that is on the device, by a copy that is recorded with what is recorded
+    /// next: into a command buffer of the caller's before the next pass, else before the next submission.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where `data` is larger than the buffer or the copy fails.
+    /// [`Error::Gpu`] where `data` is larger than the buffer or memory runs out.
     pub fn write<T: Pod>(&self, data: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         if bytes.len() as u64 > self.0.bytes {
@@ -165,11 +197,11 @@ impl Buffer {
             return Ok(());
         }
         if self.0.memory == Memory::Device {
-            let staging = Self::new(&self.0.context, "staging", bytes.len() as u64, Memory::Upload)?;
-            staging.write(bytes)?;
-            self.0
-                .context
-                .submit(|commands| commands.pass("upload", |pass| pass.copy(&staging, self, bytes.len() as u64)))?;
+            let context = self.context()?;
+            let from = Self::new(&context, "staging", bytes.len() as u64, Memory::Upload)?;
+            from.write(bytes)?;
+            let step = Step::Copy { from, to: self.clone(), bytes: bytes.len() as u64 };
+            context.shared().pending.push(step);
             return Ok(());
         }
         let mut allocation = self.0.allocation.lock().unwrap_or_else(PoisonError::into_inner);
@@ -182,10 +214,11 @@ impl Buffer {
         }
     }
 
-    /// Reads the first `count` elements.
+    /// Reads the first `count` elements; where they are on the device, it waits for a copy.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where the buffer is smaller than that or the copy fails.
+    /// [`Error::Gpu`] where the buffer is smaller than that or the copy fails, [`Error::Refused`] where it is on an adopted
+    /// device.
     pub fn read<T: Pod>(&self, count: usize) -> Result<Vec<T>> {
         self.read_from(0, count)
     }
@@ -203,11 +236,14 @@ impl Buffer {
             return Ok(Vec::new());
         }
         if self.0.memory == Memory::Device {
-            let staging = Self::new(&self.0.context, "readback", bytes, Memory::Readback)?;
+            let context = self.context()?;
+            // Before anything is made for it.
+            context.queue()?;
+            let staging = Self::new(&context, "readback", bytes, Memory::Readback)?;
             let copy = |commands: &mut Commands| {
                 commands.pass("readback", |pass| pass.copy_from(self, offset, &staging, bytes))
             };
-            self.0.context.submit(copy)?;
+            context.submit(copy)?;
             return staging.read(count);
         }
         let allocation = self.0.allocation.lock().unwrap_or_else(PoisonError::into_inner);
@@ -226,11 +262,20 @@ impl Buffer {
     pub(super) fn address(&self) -> vk::DeviceAddress {
         let info = vk::BufferDeviceAddressInfo::default().buffer(self.0.handle);
         // SAFETY: the buffer is bound, and made with SHADER_DEVICE_ADDRESS where the device has ray queries.
-        unsafe { self.0.context.device().get_buffer_device_address(&info) }
+        unsafe { self.0.device.get_buffer_device_address(&info) }
     }
 
-    pub(super) fn handle(&self) -> vk::Buffer {
+    /// Vulkan's handle, valid as long as a clone of the buffer lives.
+    pub fn handle(&self) -> vk::Buffer {
         self.0.handle
+    }
+
+    pub(super) fn kept(&self) -> Kept {
+        self.0.clone()
+    }
+
+    fn context(&self) -> Result<Context> {
+        self.0.context.context().ok_or_else(|| self.error("use", "its context is gone".into()))
     }
 
     fn error(&self, operation: &'static str, cause: String) -> Error {

@@ -1,19 +1,17 @@
-//! Instance, device choice, queue and allocator.
+//! A context: a device, the caller's or its own, and what is on its way there.
 
-use super::features::RAY_QUERY_EXTENSIONS;
+use super::device::{Device, Handle, Memory, Parts, allocation_error};
+use super::frames::Frames;
+use super::instance::{choose, create_device, open_instance, physical_devices};
+use super::pending::Pending;
 use super::pipelines::Pipelines;
 use super::recorder::Recorders;
-use super::validation::{is_gpu_assisted, messenger_info};
-use super::{Features, Messages, fault, vk_error};
+use super::{Enabled, Features, Messages};
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
-use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
-use gpu_allocator::{AllocationError, MemoryLocation};
-use std::ffi::{CStr, CString};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
-
-const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, Weak};
 
 /// How to open a device.
 #[derive(Clone, Debug, Default)]
@@ -26,80 +24,77 @@ pub struct Options {
     pub messages: Messages,
 }
 
-/// An open device. Clones share it; the last one closes it.
+/// A device of the caller's, for [`Context::adopt`]. All of it stays the caller's.
+pub struct Adopt {
+    /// Of Vulkan 1.3; the application asked for 1.3 too.
+    pub entry: ash::Entry,
+    /// The device's.
+    pub instance: ash::Instance,
+    /// The device's.
+    pub physical_device: vk::PhysicalDevice,
+    /// The device.
+    pub device: ash::Device,
+    /// Of the command buffers that are recorded into: graphics and compute.
+    pub queue_family: u32,
+    /// What the device was opened with. What is not said here is not used, and a path that needs it is refused by its name.
+    pub enabled: Enabled,
+    /// Where memory comes from; none makes an allocator. With [`Enabled::ray_query`] it gives memory that has device
+    /// addresses.
+    pub allocator: Option<Arc<Mutex<Allocator>>>,
+    /// Frames that may run at the same time, at least 1: when frame `f` is recorded, frame `f - frames_in_flight` is over.
+    pub frames_in_flight: u32,
+    /// Where it is said that something was never freed. What the validation layer says goes where the caller's messenger
+    /// sends it.
+    pub messages: Messages,
+}
+
+/// An open device. Clones share it; the last one closes it, or leaves it to whoever opened it.
+///
+/// What was made on a device may outlive its context. Then it can no longer be written nor read back.
 #[derive(Clone)]
 pub struct Context(Arc<Shared>);
 
 /// Fields are destroyed in this order.
 pub(super) struct Shared {
-    pub(super) recorders: Recorders,
-    allocator: Mutex<Option<Allocator>>,
-    pub(super) device: DeviceOwner,
-    pub(super) labels: Option<ext::debug_utils::Device>,
-    /// Where the device has ray queries.
-    pub(super) acceleration: Option<khr::acceleration_structure::Device>,
-    pub(super) queue: vk::Queue,
-    pub(super) queue_family: u32,
-    pub(super) features: Features,
+    /// What hands commands over, where the device is its own.
+    pub(super) queue: Option<Queue>,
+    /// Recorded before the next pass.
+    pub(super) pending: Pending,
+    /// What is in command buffers of the caller's.
+    pub(super) frames: Frames,
+    device: Device,
     /// The driver said so; nothing is submitted any more.
     lost: AtomicBool,
     /// Each pass of a submission is timed, not only all of them together.
     pub(super) times_passes: AtomicBool,
-    messages: Messages,
-    _instance: InstanceOwner,
+    pub(super) queue_family: u32,
+    pub(super) frames_in_flight: u32,
+    /// Submissions that were begun.
+    pub(super) begun: AtomicU64,
+    submissions: AtomicU64,
+    waits: AtomicU64,
 }
 
-/// The logical device and its pipelines, destroyed when dropped.
-pub(super) struct DeviceOwner {
-    device: ash::Device,
-    pub(super) pipelines: Pipelines,
+/// The queue of a device that was opened here.
+pub(super) struct Queue {
+    pub(super) handle: vk::Queue,
+    pub(super) recorders: Recorders,
 }
 
-impl std::ops::Deref for DeviceOwner {
-    type Target = ash::Device;
-    fn deref(&self) -> &ash::Device {
-        &self.device
-    }
-}
-
-impl Drop for DeviceOwner {
-    fn drop(&mut self) {
-        self.pipelines.destroy(&self.device);
-        // SAFETY: every other object made from the device holds the context, so none is left.
-        unsafe { self.device.destroy_device(None) };
-    }
-}
-
-/// The instance and its messenger. The loader must stay loaded until both are gone.
-struct InstanceOwner {
-    _entry: ash::Entry,
-    instance: ash::Instance,
-    messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
-    /// The list that the layer's callback writes to, also while the instance is being destroyed.
-    _messages: Messages,
-}
-
-impl Drop for InstanceOwner {
-    fn drop(&mut self) {
-        // SAFETY: the device is gone (field order of `Shared`); nothing else was made from the instance.
-        unsafe {
-            if let Some((loader, messenger)) = self.messenger.take() {
-                loader.destroy_debug_utils_messenger(messenger, None);
-            }
-            self.instance.destroy_instance(None);
-        }
-    }
+/// How often a context has called for the device, by [`Context::calls`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Calls {
+    /// Submissions to its queue.
+    pub submissions: u64,
+    /// Times it waited for the device.
+    pub waits: u64,
 }
 
 impl Drop for Shared {
     fn drop(&mut self) {
-        // SAFETY: the device is still there; nothing is recorded any more.
-        let _ = unsafe { self.device.device_wait_idle() };
-        self.recorders.end();
-        if let Some(allocator) = self.allocator.get_mut().unwrap_or_else(PoisonError::into_inner).take() {
-            for leak in allocator.generate_report().allocations {
-                self.messages.push("gobo-leak", &format!("{} ({} bytes) was never freed", leak.name, leak.size));
-            }
+        if self.queue.is_some() {
+            // SAFETY: the device is still there; nothing is recorded any more.
+            let _ = unsafe { self.device.device_wait_idle() };
         }
     }
 }
@@ -113,206 +108,113 @@ pub fn devices() -> Result<Vec<Features>> {
     Ok(physical_devices(&instance.instance)?.into_iter().map(|(_, _, features)| features).collect())
 }
 
-fn open_instance(validation: bool, messages: &Messages) -> Result<InstanceOwner> {
-    // SAFETY: loading the Vulkan loader runs its initialisers, which are trusted like any system library.
-    let entry = unsafe { ash::Entry::load() }.map_err(|e| Error::Gpu {
-        operation: "load",
-        name: "the Vulkan loader".into(),
-        cause: e.to_string(),
-        way_out: "install it (./setup.sh does, with a software driver)".into(),
-    })?;
-    let fail = |r| vk_error("create", "the Vulkan instance", r);
-
-    // SAFETY: enumeration only.
-    let layers = unsafe { entry.enumerate_instance_layer_properties() }.map_err(fail)?;
-    if validation && !layers.iter().any(|l| l.layer_name_as_c_str() == Ok(VALIDATION_LAYER)) {
-        return Err(Error::Gpu {
-            operation: "load",
-            name: "VK_LAYER_KHRONOS_validation".into(),
-            cause: "the layer is not installed".into(),
-            way_out: "install it (./setup.sh does) or run without --validation".into(),
-        });
-    }
-    let layer = validation.then_some(VALIDATION_LAYER);
-    let offered = |name: &CStr, layer: Option<&CStr>| {
-        // SAFETY: enumeration only; `layer` is one that the loader listed.
-        unsafe { entry.enumerate_instance_extension_properties(layer) }
-            .is_ok_and(|list| list.iter().any(|e| e.extension_name_as_c_str() == Ok(name)))
-    };
-    let debug_utils = offered(ext::debug_utils::NAME, None) || offered(ext::debug_utils::NAME, layer);
-    // Old layers know VK_EXT_validation_features, new ones VK_EXT_layer_settings: ask the layer.
-    let settings = validation && offered(ext::layer_settings::NAME, layer);
-    let old_settings = validation && !settings && offered(ext::validation_features::NAME, layer);
-    let portability = offered(khr::portability_enumeration::NAME, None);
-
-    let mut extensions = Vec::new();
-    for (wanted, name) in [
-        (debug_utils, ext::debug_utils::NAME),
-        (settings, ext::layer_settings::NAME),
-        (old_settings, ext::validation_features::NAME),
-        (portability, khr::portability_enumeration::NAME),
-    ] {
-        if wanted {
-            extensions.push(name.as_ptr());
-        }
-    }
-    let layer_names: Vec<_> = layer.iter().map(|l| l.as_ptr()).collect();
-    let application = vk::ApplicationInfo::default().application_name(c"gobo").api_version(vk::API_VERSION_1_3);
-    let on = [1u8, 0, 0, 0];
-    let setting = |name| vk::LayerSettingEXT {
-        value_count: 1,
-        ..vk::LayerSettingEXT::default()
-            .layer_name(VALIDATION_LAYER)
-            .setting_name(name)
-            .ty(vk::LayerSettingTypeEXT::BOOL32)
-            .values(&on)
-    };
-    let mut layer_settings = vec![setting(c"validate_sync"), setting(c"syncval_shader_accesses_heuristic")];
-    let mut enabled = vec![vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
-    if is_gpu_assisted() {
-        layer_settings.push(setting(c"gpuav_enable"));
-        enabled.push(vk::ValidationFeatureEnableEXT::GPU_ASSISTED);
-        enabled.push(vk::ValidationFeatureEnableEXT::GPU_ASSISTED_RESERVE_BINDING_SLOT);
-    }
-    let mut settings_info = vk::LayerSettingsCreateInfoEXT::default().settings(&layer_settings);
-    let mut features_info = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
-    let mut messenger = messenger_info(messages);
-    let mut info = vk::InstanceCreateInfo::default()
-        .application_info(&application)
-        .enabled_extension_names(&extensions)
-        .enabled_layer_names(&layer_names);
-    if portability {
-        info = info.flags(vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR);
-    }
-    if validation && debug_utils {
-        info = info.push_next(&mut messenger);
-    }
-    if settings {
-        info = info.push_next(&mut settings_info);
-    }
-    if old_settings {
-        info = info.push_next(&mut features_info);
-    }
-    // SAFETY: all pointers in `info` live to the end of this function.
-    let instance = fault::creation(|| unsafe { entry.create_instance(&info, None) }).map_err(fail)?;
-    let mut owner = InstanceOwner { _entry: entry, instance, messenger: None, _messages: messages.clone() };
-    if validation && debug_utils {
-        let loader = ext::debug_utils::Instance::new(&owner._entry, &owner.instance);
-        // SAFETY: the message list is kept by the owner until after the messenger is destroyed.
-        let handle =
-            fault::creation(|| unsafe { loader.create_debug_utils_messenger(&messenger_info(messages), None) })
-                .map_err(fail)?;
-        owner.messenger = Some((loader, handle));
-    }
-    Ok(owner)
-}
-
-fn physical_devices(instance: &ash::Instance) -> Result<Vec<(vk::PhysicalDevice, Option<u32>, Features)>> {
-    // SAFETY: enumeration only.
-    let list =
-        unsafe { instance.enumerate_physical_devices() }.map_err(|r| vk_error("enumerate", "Vulkan devices", r))?;
-    Ok(list
-        .into_iter()
-        .map(|physical| {
-            // SAFETY: `physical` comes from this instance.
-            let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
-            let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
-            let family = families.iter().position(|f| f.queue_flags.contains(wanted)).map(|f| f as u32);
-            (physical, family, Features::read(instance, physical, family))
-        })
-        .collect())
+/// A device that is open, and how.
+struct Open<'a> {
+    entry: ash::Entry,
+    instance: &'a ash::Instance,
+    physical_device: vk::PhysicalDevice,
+    handle: Handle,
+    queue_family: u32,
+    features: Features,
+    labels: bool,
+    allocator: Option<Arc<Mutex<Allocator>>>,
+    frames_in_flight: u32,
+    messages: Messages,
 }
 
 impl Context {
-    /// Opens a device.
+    /// Opens a device, with a queue on which what is recorded runs at once ([`Context::submit`]).
     ///
     /// # Errors
     /// [`Error::Gpu`] where there is no loader, driver or validation layer, [`Error::Input`] where `options.device`
     /// names none, [`Error::Refused`] where the device is below the floor.
     pub fn new(options: &Options) -> Result<Self> {
-        let instance = open_instance(options.validation, &options.messages)?;
-        let all = physical_devices(&instance.instance)?;
-        let (physical, family, features) = choose(all, options.device.as_deref())?;
-        let queue_family = match (&features.below_floor, family) {
-            (None, Some(family)) => family,
-            (below, _) => {
-                let missing = below.clone().unwrap_or_else(|| "a queue with graphics and compute".into());
-                return Err(Error::Refused { needs: format!("{missing} (device {})", features.name) });
-            }
-        };
-        let device = create_device(&instance.instance, physical, queue_family, &features)?;
-        let device = DeviceOwner { device, pipelines: Pipelines::default() };
-        // SAFETY: the family has one queue, asked for above.
-        let queue = unsafe { device.get_device_queue(queue_family, 0) };
-        let labels = instance.messenger.is_some().then(|| ext::debug_utils::Device::new(&instance.instance, &device));
-        let acceleration =
-            features.ray_query.then(|| khr::acceleration_structure::Device::new(&instance.instance, &device));
-        let allocator = Allocator::new(&AllocatorCreateDesc {
-            instance: instance.instance.clone(),
-            device: device.clone(),
-            physical_device: physical,
-            // Leaks are reported when the context closes.
-            debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
-            buffer_device_address: features.ray_query,
-            allocation_sizes: gpu_allocator::AllocationSizes::default(),
-        })
-        .map_err(|e| allocation_error("the allocator", &e))?;
-        let context = Self(Arc::new(Shared {
-            recorders: Recorders::default(),
-            allocator: Mutex::new(Some(allocator)),
-            device,
-            labels,
-            acceleration,
-            queue,
+        let owner = open_instance(options.validation, &options.messages)?;
+        let all = physical_devices(&owner.instance)?;
+        let (physical_device, family, features) = choose(all, options.device.as_deref())?;
+        let queue_family = above_floor(&features, family)?;
+        let device = create_device(&owner.instance, physical_device, queue_family, &features)?;
+        let instance = owner.instance.clone();
+        let open = Open {
+            entry: owner.entry.clone(),
+            instance: &instance,
+            physical_device,
+            handle: Handle::Own(device),
             queue_family,
             features,
-            lost: AtomicBool::new(false),
-            times_passes: AtomicBool::new(true),
+            labels: owner.messenger.is_some(),
+            allocator: None,
+            frames_in_flight: 1,
             messages: options.messages.clone(),
-            _instance: instance,
-        }));
-        context.0.recorders.begin(&context)?;
-        Ok(context)
+        };
+        let mut shared = Shared::new(open, Some(owner))?;
+        // SAFETY: the family has one queue, asked for above.
+        let handle = unsafe { shared.device.get_device_queue(queue_family, 0) };
+        let recorders = Recorders::new(&shared.device, queue_family)?;
+        shared.queue = Some(Queue { handle, recorders });
+        Ok(Self(Arc::new(shared)))
     }
 
-    /// What the device can do.
+    /// Uses a device of the caller's. There is no queue: nothing is submitted and nothing is waited for; passes are recorded
+    /// by [`super::Commands::on`]. Nothing of the caller's is destroyed.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where the device is below the floor or was opened without it ([`Enabled::FLOOR`]), or the family
+    /// has no graphics or no compute; [`Error::Gpu`] where memory runs out.
+    ///
+    /// # Safety
+    /// The handles are valid, belong together, and stay so until the context and all that was made on it are gone. The device
+    /// was opened with all that `enabled` says. By the time that the last clone of the context goes, all frames are over.
+    pub unsafe fn adopt(theirs: Adopt) -> Result<Self> {
+        let Adopt { entry, instance, physical_device, device, queue_family, enabled, .. } = theirs;
+        // SAFETY: the caller's device is this instance's.
+        let families = unsafe { instance.get_physical_device_queue_family_properties(physical_device) };
+        let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+        let family = families.get(queue_family as usize).filter(|f| f.queue_flags.contains(wanted));
+        let family = family.map(|_| queue_family);
+        let features = Features::read(&instance, physical_device, family).only(&enabled);
+        let open = Open {
+            entry,
+            instance: &instance,
+            physical_device,
+            handle: Handle::Theirs(device),
+            queue_family: above_floor(&features, family)?,
+            features,
+            labels: enabled.debug_utils,
+            allocator: theirs.allocator,
+            frames_in_flight: theirs.frames_in_flight.max(1),
+            messages: theirs.messages,
+        };
+        Ok(Self(Arc::new(Shared::new(open, None)?)))
+    }
+
+    /// What the device can do and was opened with.
     pub fn features(&self) -> &Features {
-        &self.0.features
+        self.0.device.features()
     }
 
-    /// The messages of the validation layer.
+    /// The messages of the validation layer, and of what was never freed.
     pub fn messages(&self) -> &Messages {
-        &self.0.messages
+        self.0.device.messages()
     }
 
     /// Bytes of the device's memory that are held by what was made here and is still there.
     pub fn allocated_bytes(&self) -> u64 {
-        let allocator = self.0.allocator.lock().unwrap_or_else(PoisonError::into_inner);
-        allocator.as_ref().map_or(0, |allocator| allocator.generate_report().total_allocated_bytes)
+        self.0.device.allocated_bytes()
     }
 
-    pub(super) fn shared(&self) -> &Shared {
-        &self.0
+    /// Frames that may run at the same time; 1 where each submission is waited for.
+    pub fn frames_in_flight(&self) -> u32 {
+        self.0.frames_in_flight
     }
 
-    pub(super) fn device(&self) -> &ash::Device {
-        &self.0.device
+    /// Submissions and waits so far: on an adopted device there are none.
+    pub fn calls(&self) -> Calls {
+        let count = |of: &AtomicU64| of.load(Ordering::Relaxed);
+        Calls { submissions: count(&self.0.submissions), waits: count(&self.0.waits) }
     }
 
-    pub(super) fn pipelines(&self) -> &Pipelines {
-        &self.0.device.pipelines
-    }
-
-    /// Gives `handle` a name in validation messages and captures.
-    pub(super) fn set_name<H: vk::Handle>(&self, handle: H, name: &str) {
-        if let (Some(labels), Ok(name)) = (&self.0.labels, CString::new(name)) {
-            let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
-            // SAFETY: the handle belongs to this device. A name that cannot be set is no loss.
-            let _ = unsafe { labels.set_debug_utils_object_name(&info) };
-        }
-    }
-
-    /// Whether each pass of what is submitted from now on is timed, as it is at first, or all passes of a submission together,
+    /// Whether each pass of what is recorded from now on is timed, as it is at first, or all passes of a submission together,
     /// as one: a timestamp waits for all work before it, which takes a GPU some microseconds a pass.
     pub fn time_passes(&self, each: bool) {
         self.0.times_passes.store(each, Ordering::Relaxed);
@@ -323,6 +225,24 @@ impl Context {
         self.0.lost.load(Ordering::Relaxed)
     }
 
+    pub(super) fn shared(&self) -> &Shared {
+        &self.0
+    }
+
+    pub(super) fn device(&self) -> &Device {
+        &self.0.device
+    }
+
+    /// What something that was made on the device keeps of it.
+    pub(super) fn link(&self) -> Link {
+        Link(Arc::downgrade(&self.0))
+    }
+
+    /// The queue of a device that was opened here.
+    pub(super) fn queue(&self) -> Result<&Queue> {
+        self.0.queue.as_ref().ok_or_else(|| Error::Refused { needs: "a queue, and the device's is its owner's".into() })
+    }
+
     /// What the driver answered to a submission. A lost device stays lost.
     pub(super) fn note_lost(&self, result: vk::Result) {
         if result == vk::Result::ERROR_DEVICE_LOST {
@@ -330,122 +250,81 @@ impl Context {
         }
     }
 
-    /// Memory of its own, to be given back by [`Context::free`].
-    pub(super) fn allocate(&self, wanted: &AllocationCreateDesc) -> Result<Allocation> {
-        let mut allocator = self.0.allocator.lock().unwrap_or_else(PoisonError::into_inner);
-        // None only while the context is being closed.
-        let allocator = allocator
-            .as_mut()
-            .ok_or_else(|| vk_error("allocate memory for", wanted.name, vk::Result::ERROR_DEVICE_LOST))?;
-        fault::allocation(wanted.location != MemoryLocation::GpuOnly)
-            .and_then(|()| allocator.allocate(wanted))
-            .map_err(|e| allocation_error(wanted.name, &e))
+    pub(super) fn note_submission(&self) {
+        self.0.submissions.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// A failed free shows up as a leak when the context closes.
-    pub(super) fn free(&self, allocation: Allocation) {
-        if let Some(allocator) = self.0.allocator.lock().unwrap_or_else(PoisonError::into_inner).as_mut() {
-            let _ = allocator.free(allocation);
+    pub(super) fn note_wait(&self) {
+        self.0.waits.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// A context, as what was made on it knows it: it does not keep it.
+#[derive(Clone)]
+pub(super) struct Link(Weak<Shared>);
+
+impl Link {
+    /// The context, unless it is gone.
+    pub(super) fn context(&self) -> Option<Context> {
+        self.0.upgrade().map(Context)
+    }
+}
+
+/// The queue family of a device that has all that nothing runs without.
+fn above_floor(features: &Features, family: Option<u32>) -> Result<u32> {
+    match (&features.below_floor, family) {
+        (None, Some(family)) => Ok(family),
+        (below, _) => {
+            let missing = below.clone().unwrap_or_else(|| "a queue with graphics and compute".into());
+            Err(Error::Refused { needs: format!("{missing} (device {})", features.name) })
         }
     }
 }
 
-/// The error for a failed allocation.
-fn allocation_error(name: &str, cause: &AllocationError) -> Error {
-    Error::Gpu {
-        operation: "allocate memory for",
-        name: name.into(),
-        cause: cause.to_string(),
-        way_out: "use a smaller map (size=), fewer particles or a device with more memory".into(),
+impl Shared {
+    fn new(open: Open, owner: Option<super::instance::InstanceOwner>) -> Result<Self> {
+        let Open { instance, handle, features, .. } = open;
+        let labels = open.labels.then(|| ext::debug_utils::Device::new(instance, &handle));
+        let acceleration = features.ray_query.then(|| khr::acceleration_structure::Device::new(instance, &handle));
+        let allocator = match open.allocator {
+            Some(theirs) => Memory::Theirs(theirs),
+            None => {
+                let allocator = Allocator::new(&AllocatorCreateDesc {
+                    instance: instance.clone(),
+                    device: handle.clone(),
+                    physical_device: open.physical_device,
+                    // Leaks are reported when the device closes.
+                    debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
+                    buffer_device_address: features.ray_query,
+                    allocation_sizes: gpu_allocator::AllocationSizes::default(),
+                });
+                Memory::Own(Arc::new(Mutex::new(allocator.map_err(|e| allocation_error("the allocator", &e))?)))
+            }
+        };
+        let device = Device::new(Parts {
+            allocator,
+            allocated: AtomicU64::new(0),
+            pipelines: Pipelines::default(),
+            labels,
+            acceleration,
+            features,
+            messages: open.messages,
+            handle,
+            _entry: open.entry,
+            _instance: owner,
+        });
+        Ok(Self {
+            queue: None,
+            pending: Pending::default(),
+            frames: Frames::new(open.frames_in_flight),
+            device,
+            lost: AtomicBool::new(false),
+            times_passes: AtomicBool::new(true),
+            queue_family: open.queue_family,
+            frames_in_flight: open.frames_in_flight,
+            begun: AtomicU64::new(0),
+            submissions: AtomicU64::new(0),
+            waits: AtomicU64::new(0),
+        })
     }
-}
-
-type Found = (vk::PhysicalDevice, Option<u32>, Features);
-
-fn choose(all: Vec<Found>, wanted: Option<&str>) -> Result<Found> {
-    let names = all.iter().enumerate().map(|(i, d)| format!("{i} = {}", d.2.name)).collect::<Vec<_>>().join(", ");
-    let chosen = match wanted {
-        Some(wanted) => match wanted.parse::<usize>() {
-            Ok(index) => all.into_iter().nth(index),
-            Err(_) => all.into_iter().find(|d| d.2.name.to_lowercase().contains(&wanted.to_lowercase())),
-        },
-        None => {
-            let rank = |d: &Found| (d.2.below_floor.is_some(), d.2.kind);
-            all.into_iter().min_by_key(rank)
-        }
-    };
-    chosen.ok_or_else(|| match wanted {
-        Some(wanted) if !names.is_empty() => {
-            Error::input(format!("--device {wanted}"), "no such device", format!("choose one of: {names}"))
-        }
-        _ => Error::Gpu {
-            operation: "find",
-            name: "a Vulkan device".into(),
-            cause: "no driver is installed".into(),
-            way_out: "install one (./setup.sh installs a software driver)".into(),
-        },
-    })
-}
-
-fn create_device(
-    instance: &ash::Instance,
-    physical: vk::PhysicalDevice,
-    queue_family: u32,
-    features: &Features,
-) -> Result<ash::Device> {
-    let mut extensions = Vec::new();
-    let mut interlock = vk::PhysicalDeviceFragmentShaderInterlockFeaturesEXT::default();
-    let mut order = vk::PhysicalDeviceRasterizationOrderAttachmentAccessFeaturesEXT::default();
-    let mut structures =
-        vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(features.ray_query);
-    let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(features.ray_query);
-    let mut features12 = vk::PhysicalDeviceVulkan12Features::default()
-        .scalar_block_layout(true)
-        .buffer_device_address(features.ray_query)
-        .shader_output_layer(features.vertex_layer_output)
-        .shader_output_viewport_index(features.vertex_layer_output);
-    let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
-        .synchronization2(true)
-        .dynamic_rendering(true)
-        .subgroup_size_control(features.compute_full_subgroups)
-        .compute_full_subgroups(features.compute_full_subgroups);
-    let core = vk::PhysicalDeviceFeatures::default()
-        .geometry_shader(features.geometry_shader)
-        .tessellation_shader(features.tessellation_shader)
-        .fill_mode_non_solid(features.fill_mode_non_solid)
-        .multi_viewport(features.multi_viewport)
-        .shader_storage_image_extended_formats(features.storage_image_extended_formats)
-        .fragment_stores_and_atomics(features.fragment_stores_and_atomics);
-    let mut all =
-        vk::PhysicalDeviceFeatures2::default().features(core).push_next(&mut features12).push_next(&mut features13);
-    if features.fragment_shader_pixel_interlock {
-        extensions.push(ext::fragment_shader_interlock::NAME.as_ptr());
-        interlock = interlock.fragment_shader_pixel_interlock(true);
-        all = all.push_next(&mut interlock);
-    }
-    if features.rasterization_order_color_attachment_access {
-        extensions.push(ext::rasterization_order_attachment_access::NAME.as_ptr());
-        order = order.rasterization_order_color_attachment_access(true);
-        all = all.push_next(&mut order);
-    }
-    if features.conservative_rasterization {
-        extensions.push(ext::conservative_rasterization::NAME.as_ptr());
-    }
-    if features.ray_query {
-        extensions.extend(RAY_QUERY_EXTENSIONS.map(CStr::as_ptr));
-        all = all.push_next(&mut structures).push_next(&mut query);
-    }
-    // SAFETY: `physical` comes from this instance.
-    let offered = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();
-    if offered.iter().any(|e| e.extension_name_as_c_str() == Ok(khr::portability_subset::NAME)) {
-        extensions.push(khr::portability_subset::NAME.as_ptr());
-    }
-    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
-    let info = vk::DeviceCreateInfo::default()
-        .queue_create_infos(&queues)
-        .enabled_extension_names(&extensions)
-        .push_next(&mut all);
-    // SAFETY: everything `info` points to lives to the end of this function, and only offered features are asked for.
-    fault::creation(|| unsafe { instance.create_device(physical, &info, None) })
-        .map_err(|r| vk_error("open", &features.name, r))
 }

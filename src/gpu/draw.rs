@@ -34,7 +34,7 @@ impl Draw<'_, '_, '_> {
         let buffer = self.pass.commands.buffer;
         // SAFETY: a render is begun, kernel and sets are bound; the buffer is kept alive and allows indirect draws.
         unsafe { self.pass.commands.device().cmd_draw_indirect(buffer, draws.handle(), offset, 1, 16) };
-        self.pass.commands.used.push(Box::new(draws.clone()));
+        self.pass.commands.keep(draws.kept());
     }
 
     /// Draws patches with a kernel of [`Kernel::tessellated`], cut into 64 parts a side at most.

@@ -1,5 +1,9 @@
 //! Owned images. They stay in the GENERAL layout for life.
 
+use super::commands::Kept;
+use super::context::Link;
+use super::device::Device;
+use super::pending::Step;
 use super::{Buffer, Context, Memory, fault, vk_error};
 use crate::{Error, Result};
 use ash::vk;
@@ -34,7 +38,8 @@ pub enum ImageUse {
 pub struct Image(Arc<Inner>);
 
 struct Inner {
-    context: Context,
+    device: Device,
+    context: Link,
     handle: vk::Image,
     view: vk::ImageView,
     /// Of a volume that is drawn to, its layers as an array of 2D images; else null.
@@ -52,13 +57,13 @@ impl Drop for Inner {
     fn drop(&mut self) {
         // SAFETY: recorded commands keep a clone, so the device no longer uses the image; null handles are ignored.
         unsafe {
-            self.context.device().destroy_image_view(self.bits, None);
-            self.context.device().destroy_image_view(self.layers, None);
-            self.context.device().destroy_image_view(self.view, None);
-            self.context.device().destroy_image(self.handle, None);
+            self.device.destroy_image_view(self.bits, None);
+            self.device.destroy_image_view(self.layers, None);
+            self.device.destroy_image_view(self.view, None);
+            self.device.destroy_image(self.handle, None);
         }
         if let Some(allocation) = self.allocation.take() {
-            self.context.free(allocation);
+            self.device.free(allocation);
         }
     }
 }
@@ -184,7 +189,8 @@ impl Image {
         let handle = fault::creation(|| unsafe { device.create_image(&info, None) })
             .map_err(|r| vk_error("create image", name, r))?;
         let mut inner = Inner {
-            context: context.clone(),
+            device: device.clone(),
+            context: context.link(),
             handle,
             view: vk::ImageView::null(),
             layers: vk::ImageView::null(),
@@ -197,7 +203,7 @@ impl Image {
         };
         // SAFETY: the image was just created.
         let requirements = unsafe { device.get_image_memory_requirements(handle) };
-        let allocation = context.allocate(&AllocationCreateDesc {
+        let allocation = device.allocate(&AllocationCreateDesc {
             name,
             requirements,
             location: MemoryLocation::GpuOnly,
@@ -230,28 +236,30 @@ impl Image {
             inner.bits = fault::creation(|| unsafe { device.create_image_view(&info.format(format), None) })
                 .map_err(|r| vk_error("create view of", name, r))?;
         }
-        context.set_name(handle, name);
+        device.set_name(handle, name);
         let image = Self(Arc::new(inner));
-        context.submit(|commands| commands.make_general(&image))?;
+        context.shared().pending.push(Step::Layout(image.clone()));
         Ok(image)
     }
 
-    /// Reads all texels, row by row, of a volume layer by layer.
+    /// Reads all texels, row by row, of a volume layer by layer; it waits for a copy.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out or `T` is not as large as a texel.
+    /// [`Error::Gpu`] where memory runs out or `T` is not as large as a texel, [`Error::Refused`] on an adopted device.
     pub fn read<T: Pod>(&self) -> Result<Vec<T>> {
         let texels = self.0.size.iter().map(|s| *s as usize).product();
+        let error = |cause| {
+            let (name, way_out) = (self.0.name.clone(), "report this as a bug".into());
+            Error::Gpu { operation: "read image", name, cause, way_out }
+        };
         if size_of::<T>() != self.0.texel_bytes as usize {
-            return Err(Error::Gpu {
-                operation: "read image",
-                name: self.0.name.clone(),
-                cause: format!("a texel has {} bytes, not {}", self.0.texel_bytes, size_of::<T>()),
-                way_out: "report this as a bug".into(),
-            });
+            return Err(error(format!("a texel has {} bytes, not {}", self.0.texel_bytes, size_of::<T>())));
         }
-        let staging = Buffer::new(&self.0.context, "readback", self.bytes(), Memory::Readback)?;
-        self.0.context.submit(|commands| commands.pass("readback", |pass| pass.copy_image(self, &staging)))?;
+        let context = self.0.context.context().ok_or_else(|| error("its context is gone".into()))?;
+        // Before anything is made for it.
+        context.queue()?;
+        let staging = Buffer::new(&context, "readback", self.bytes(), Memory::Readback)?;
+        context.submit(|commands| commands.pass("readback", |pass| pass.copy_image(self, &staging)))?;
         staging.read(texels)
     }
 
@@ -270,11 +278,17 @@ impl Image {
         self.0.size.iter().map(|s| u64::from(*s)).product::<u64>() * u64::from(self.0.texel_bytes)
     }
 
-    pub(super) fn handle(&self) -> vk::Image {
+    /// Vulkan's handle, valid as long as a clone of the image lives. It is in VK_IMAGE_LAYOUT_GENERAL.
+    pub fn handle(&self) -> vk::Image {
         self.0.handle
     }
 
-    pub(super) fn view(&self) -> vk::ImageView {
+    pub(super) fn kept(&self) -> Kept {
+        self.0.clone()
+    }
+
+    /// Of all of it, for shaders that read it.
+    pub fn view(&self) -> vk::ImageView {
         self.0.view
     }
 

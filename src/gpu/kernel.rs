@@ -105,7 +105,7 @@ impl Layout<'_> {
         let made = fault::creation(|| make().map_err(|(_, r)| r));
         let handle = made.and_then(|all| all.first().copied().ok_or(vk::Result::ERROR_UNKNOWN));
         let handle = handle.map_err(|r| vk_error("create pipeline", name, r))?;
-        self.0.set_name(handle, name);
+        self.0.device().set_name(handle, name);
         Ok(Pipeline { handle, layout: std::mem::take(&mut self.1) })
     }
 }
@@ -237,7 +237,7 @@ impl<P: Push> Kernel<P> {
             let make = || unsafe { context.device().create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
             layout.with(make, shader.name)
         };
-        let pipeline = context.pipelines().get(key, make)?;
+        let pipeline = context.device().pipelines().get(key, make)?;
         Ok(Self(Arc::new(Inner::new(pipeline, vk::PipelineBindPoint::COMPUTE, sets)), PhantomData))
     }
 
@@ -312,7 +312,7 @@ impl<P: Push> Kernel<P> {
     ) -> Result<Self> {
         let constants = constants.ids_and_words();
         let key = Key::new(format!("{state:?} {into:?} {}", P::block()), &constants, sets);
-        let pipeline = context.pipelines().get(key, || Self::draws(context, state, into, sets, &constants))?;
+        let pipeline = context.device().pipelines().get(key, || Self::draws(context, state, into, sets, &constants))?;
         Ok(Self(Arc::new(Inner::new(pipeline, vk::PipelineBindPoint::GRAPHICS, sets)), PhantomData))
     }
 

@@ -1,6 +1,8 @@
 //! Colour attachments that a fragment shader reads and writes back, one fragment of a texel at a time, in drawing order
 //! (VK_EXT_rasterization_order_attachment_access). Dynamic rendering has no input attachments: this is a render pass.
 
+use super::commands::Kept;
+use super::device::Device;
 use super::{Bindings, Context, Format, Image, ImageUse, Resource, fault, vk_error};
 use crate::Result;
 use ash::vk;
@@ -11,7 +13,7 @@ use std::sync::Arc;
 pub struct OrderedAttachments(Arc<Inner>);
 
 struct Inner {
-    context: Context,
+    device: Device,
     render_pass: vk::RenderPass,
     framebuffer: vk::Framebuffer,
     images: Vec<Image>,
@@ -23,8 +25,8 @@ impl Drop for Inner {
     fn drop(&mut self) {
         // SAFETY: recorded commands keep a clone, so the device no longer uses them; null handles are ignored.
         unsafe {
-            self.context.device().destroy_framebuffer(self.framebuffer, None);
-            self.context.device().destroy_render_pass(self.render_pass, None);
+            self.device.destroy_framebuffer(self.framebuffer, None);
+            self.device.destroy_render_pass(self.render_pass, None);
         }
     }
 }
@@ -54,7 +56,7 @@ impl OrderedAttachments {
         let images = (0..count).map(image).collect::<Result<Vec<_>>>()?;
         let resources: Vec<_> = images.iter().cloned().map(Resource::InputAttachment).collect();
         let mut inner = Inner {
-            context: context.clone(),
+            device: context.device().clone(),
             render_pass: vk::RenderPass::null(),
             framebuffer: vk::Framebuffer::null(),
             inputs: Bindings::new(context, name, &resources)?,
@@ -96,8 +98,8 @@ impl OrderedAttachments {
         // SAFETY: the views are those that the render pass describes and live as long as the framebuffer.
         inner.framebuffer = fault::creation(|| unsafe { device.create_framebuffer(&info, None) })
             .map_err(|r| vk_error("create framebuffer", name, r))?;
-        context.set_name(inner.render_pass, name);
-        context.set_name(inner.framebuffer, name);
+        device.set_name(inner.render_pass, name);
+        device.set_name(inner.framebuffer, name);
         Ok(Self(Arc::new(inner)))
     }
 
@@ -114,6 +116,10 @@ impl OrderedAttachments {
     /// A set in which attachment i is binding i: what the fragment shader reads (`subpassInput`).
     pub fn inputs(&self) -> &Bindings {
         &self.0.inputs
+    }
+
+    pub(super) fn kept(&self) -> Kept {
+        self.0.clone()
     }
 
     pub(super) fn render_pass(&self) -> vk::RenderPass {

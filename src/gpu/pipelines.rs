@@ -28,7 +28,7 @@ pub(super) struct Key {
 impl Key {
     pub(super) fn new(state: String, (ids, words): &(Vec<u32>, Vec<u32>), sets: &[&Bindings]) -> Self {
         let constants = ids.iter().copied().zip(words.iter().copied()).collect();
-        Self { state, constants, sets: sets.iter().map(|set| set.kinds()).collect() }
+        Self { state, constants, sets: sets.iter().map(|set| set.kinds().to_vec()).collect() }
     }
 }
 
@@ -49,8 +49,8 @@ impl Pipelines {
     }
 
     /// Destroys all of them, as the device closes.
-    pub(super) fn destroy(&mut self, device: &ash::Device) {
-        for (_, pipeline) in self.0.get_mut().unwrap_or_else(PoisonError::into_inner).drain() {
+    pub(super) fn destroy(&self, device: &ash::Device) {
+        for (_, pipeline) in self.0.lock().unwrap_or_else(PoisonError::into_inner).drain() {
             // SAFETY: they are the device's, which is idle: what used them is gone.
             unsafe {
                 device.destroy_pipeline(pipeline.handle, None);

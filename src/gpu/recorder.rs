@@ -1,26 +1,28 @@
-//! Command buffers: one a submission that is being recorded, and those that wait for the next.
+//! Command buffers of a device's own queue: one a submission that is being recorded, and those that wait for the next.
 
-use super::commands::MAX_PASSES;
+use super::device::Device;
+use super::times::Queries;
 use super::{Context, fault, vk_error};
-use crate::{Error, Result};
+use crate::Result;
 use ash::vk;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread::{self, ThreadId};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// A command buffer with what it needs. Not an owner of the context, which owns it.
+/// Command buffers with what they need.
 pub(super) struct Recorder {
-    device: ash::Device,
+    device: Device,
     pub pool: vk::CommandPool,
+    /// What passes are recorded into.
     pub buffer: vk::CommandBuffer,
+    /// What is pending when they are handed over: it runs before them.
+    pub before: vk::CommandBuffer,
     pub fence: vk::Fence,
-    pub queries: vk::QueryPool,
+    pub queries: Queries,
 }
 
 impl Drop for Recorder {
     fn drop(&mut self) {
-        // SAFETY: the context waits for the device before it drops this; null handles are ignored.
+        // SAFETY: whoever had it waited for its submission; null handles are ignored.
         unsafe {
-            self.device.destroy_query_pool(self.queries, None);
             self.device.destroy_fence(self.fence, None);
             self.device.destroy_command_pool(self.pool, None);
         }
@@ -28,64 +30,41 @@ impl Drop for Recorder {
 }
 
 impl Recorder {
-    fn new(context: &Context) -> Result<Self> {
-        let device = context.device().clone();
+    fn new(device: &Device, queue_family: u32) -> Result<Self> {
         let fail = |r| vk_error("create", "the command recorder", r);
         let mut recorder = Self {
-            device,
+            device: device.clone(),
             pool: vk::CommandPool::null(),
             buffer: vk::CommandBuffer::null(),
+            before: vk::CommandBuffer::null(),
             fence: vk::Fence::null(),
-            queries: vk::QueryPool::null(),
+            queries: Queries::new(device).map_err(fail)?,
         };
-        let device = &recorder.device;
-        let info = vk::CommandPoolCreateInfo::default().queue_family_index(context.shared().queue_family);
+        let info = vk::CommandPoolCreateInfo::default().queue_family_index(queue_family);
         // SAFETY: the family is the one the device was opened with.
         recorder.pool = fault::creation(|| unsafe { device.create_command_pool(&info, None) }).map_err(fail)?;
-        let info = vk::CommandBufferAllocateInfo::default().command_pool(recorder.pool).command_buffer_count(1);
+        let info = vk::CommandBufferAllocateInfo::default().command_pool(recorder.pool).command_buffer_count(2);
         // SAFETY: the pool was just made.
         let buffers = fault::creation(|| unsafe { device.allocate_command_buffers(&info) }).map_err(fail)?;
-        recorder.buffer = buffers.first().copied().unwrap_or_default();
+        [recorder.buffer, recorder.before] = [0, 1].map(|i| buffers.get(i).copied().unwrap_or_default());
         // SAFETY: the info is complete.
         recorder.fence =
             fault::creation(|| unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }).map_err(fail)?;
-        if context.features().timestamp_valid_bits > 0 {
-            let info =
-                vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2 * MAX_PASSES);
-            // SAFETY: the info is complete and the queue has timestamps.
-            recorder.queries = fault::creation(|| unsafe { device.create_query_pool(&info, None) }).map_err(fail)?;
-        }
         Ok(recorder)
     }
 }
 
-/// All recorders of a context. Nobody holds a lock while recording, so that whoever records may submit something else meanwhile,
-/// as an image does that is made.
-#[derive(Default)]
+/// Those of a queue. Nobody holds a lock while recording, so that whoever records may submit something else meanwhile.
 pub(super) struct Recorders {
-    state: Mutex<State>,
-    nobody_records: Condvar,
+    waiting: Mutex<Vec<Arc<Recorder>>>,
     queue: Mutex<()>,
-}
-
-#[derive(Default)]
-struct State {
-    waiting: Vec<Arc<Recorder>>,
-    /// Who records, once for each recording.
-    recording: Vec<ThreadId>,
 }
 
 impl Recorders {
     /// Makes the first, so that a device which cannot is none.
-    pub fn begin(&self, context: &Context) -> Result<()> {
-        let first = Arc::new(Recorder::new(context)?);
-        self.state().waiting.push(first);
-        Ok(())
-    }
-
-    /// Destroys those that wait; nothing is recorded any more.
-    pub fn end(&self) {
-        self.state().waiting.clear();
+    pub fn new(device: &Device, queue_family: u32) -> Result<Self> {
+        let first = Arc::new(Recorder::new(device, queue_family)?);
+        Ok(Self { waiting: Mutex::new(vec![first]), queue: Mutex::default() })
     }
 
     /// The queue for one alone, from handing commands over until they are done.
@@ -93,30 +72,14 @@ impl Recorders {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Runs `change` while nobody records and nothing runs: of what recorded commands may name.
-    ///
-    /// # Errors
-    /// [`Error::Gpu`] where this thread itself records; `name` is what would change.
-    pub fn while_idle(&self, name: &str, change: impl FnOnce()) -> Result<()> {
-        let me = thread::current().id();
-        let mut state = self.state();
-        if state.recording.contains(&me) {
-            return Err(Error::Gpu {
-                operation: "change",
-                name: name.into(),
-                cause: "commands that may use it are being recorded".into(),
-                way_out: "change it before, or in `settle`".into(),
-            });
-        }
-        while !state.recording.is_empty() {
-            state = self.nobody_records.wait(state).unwrap_or_else(PoisonError::into_inner);
-        }
-        change();
-        Ok(())
-    }
-
-    fn state(&self) -> MutexGuard<'_, State> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    /// One that waits, else a new one.
+    pub fn take(&self, context: &Context) -> Result<Taken<'_>> {
+        let waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let recorder = match waiting {
+            Some(recorder) => recorder,
+            None => Arc::new(Recorder::new(context.device(), context.shared().queue_family)?),
+        };
+        Ok(Taken { recorders: self, recorder })
     }
 }
 
@@ -126,30 +89,8 @@ pub(super) struct Taken<'a> {
     pub recorder: Arc<Recorder>,
 }
 
-impl<'a> Taken<'a> {
-    /// One that waits, else a new one.
-    pub fn of(context: &'a Context) -> Result<Self> {
-        let recorders = &context.shared().recorders;
-        let waiting = recorders.state().waiting.pop();
-        let recorder = match waiting {
-            Some(recorder) => recorder,
-            None => Arc::new(Recorder::new(context)?),
-        };
-        recorders.state().recording.push(thread::current().id());
-        Ok(Self { recorders, recorder })
-    }
-}
-
 impl Drop for Taken<'_> {
     fn drop(&mut self) {
-        let me = thread::current().id();
-        let mut state = self.recorders.state();
-        state.waiting.push(self.recorder.clone());
-        if let Some(place) = state.recording.iter().rposition(|thread| *thread == me) {
-            state.recording.swap_remove(place);
-        }
-        if state.recording.is_empty() {
-            self.recorders.nobody_records.notify_all();
-        }
+        self.recorders.waiting.lock().unwrap_or_else(PoisonError::into_inner).push(self.recorder.clone());
     }
 }

@@ -56,7 +56,7 @@ impl<'a> Pass<'_, 'a> {
         // SAFETY: the render was begun above.
         unsafe { device.cmd_end_rendering(buffer) };
         for target in colors.iter().chain(&depth) {
-            self.commands.used.push(Box::new(target.image.clone()));
+            self.commands.keep(target.image.kept());
         }
     }
 
@@ -85,7 +85,7 @@ impl<'a> Pass<'_, 'a> {
         record(&mut Draw { pass: self });
         // SAFETY: the render was begun above.
         unsafe { device.cmd_end_rendering(buffer) };
-        self.commands.used.push(Box::new(volume.clone()));
+        self.commands.keep(volume.kept());
     }
 
     /// Draws into attachments that fragments read and write back in drawing order, each cleared to `clear` first, with
@@ -120,7 +120,7 @@ impl<'a> Pass<'_, 'a> {
         record(&mut Draw { pass: self });
         // SAFETY: the render pass was begun above.
         unsafe { device.cmd_end_render_pass(buffer) };
-        self.commands.used.push(Box::new(attachments.clone()));
+        self.commands.keep(attachments.kept());
     }
 }
 

@@ -1,6 +1,6 @@
 //! Smoke and hair in a grid: what a way of one voxel's length through each voxel takes.
 
-use super::{GridPush, LISTS_BYTES, THREADS, grid_words, side, zeroed};
+use super::{GridPush, LISTS_BYTES, THREADS, grid_words, side};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups};
 use crate::shaders::grid as shaders;
 use crate::world::World;
@@ -40,8 +40,8 @@ impl Media {
             );
             return Err(Error::Refused { needs });
         }
-        let voxels = zeroed(context, "grid.media", wants)?;
-        let bits = zeroed(context, "grid.media_bits", 8 * u64::from(grid_words(size)))?;
+        let voxels = Buffer::zeroed(context, "grid.media", wants)?;
+        let bits = Buffer::zeroed(context, "grid.media_bits", 8 * u64::from(grid_words(size)))?;
         let listed = LISTS_BYTES + 4 * u64::from(world.caster_capacity());
         let large = Buffer::new(context, "grid.media_large", listed, Memory::Device)?;
         let resources = [&world.casters, &voxels, &bits, &large].map(|buffer| Resource::Buffer(buffer.clone()));

@@ -68,13 +68,6 @@ push_struct! {
     }
 }
 
-/// A buffer of zeros: passes that clear follow what is not 0.
-fn zeroed(context: &Context, name: &str, bytes: u64) -> Result<Buffer> {
-    let buffer = Buffer::new(context, name, bytes, Memory::Device)?;
-    context.submit(|commands| commands.pass(name, |pass| pass.fill(&buffer, 0)))?;
-    Ok(buffer)
-}
-
 /// How the voxels are found that a triangle meets. All find the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Voxelizer {
@@ -166,7 +159,8 @@ impl Grid {
     fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
         let Plan { size, voxelizer, cones, media, stands } = *plan;
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
-        let bits = zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
+        // Passes that clear follow what is not 0.
+        let bits = Buffer::zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
         let listed = LISTS_BYTES + 4 * u64::from(world.triangle_capacity().max(1));
         let large = Buffer::new(context, "grid.large", listed, Memory::Device)?;
         let resources = [&data, &bits, &world.triangles, &large].map(|buffer| Resource::Buffer(buffer.clone()));

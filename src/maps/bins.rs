@@ -6,7 +6,9 @@ use super::detail::{self, Detail, SLOTS};
 use super::threads::Threads;
 use super::totals::{BinTotals, TilePart};
 use super::uses::{Entries, Use};
-use crate::gpu::{Bindings, Buffer, Commands, Context, Kernel, Memory, Pass, Push, Resource, groups, push_struct};
+use crate::gpu::{
+    Bindings, Buffer, Commands, Context, Kernel, Memory, Pass, Push, ReadBack, Resource, groups, push_struct,
+};
 use crate::shaders;
 use crate::shaders::constant::{AREA, DETAIL, EMPTY_PARTS, HIDE, KEYED, PARTS, REACH, TILED};
 use crate::world::World;
@@ -80,8 +82,8 @@ pub struct Bins {
     cursors: Buffer,
     /// [`BinTotals`].
     totals: Buffer,
-    /// Its copy for the host.
-    totalled: Buffer,
+    /// Its copies for the host.
+    totalled: ReadBack,
     entries: Buffer,
     /// Whether a caster of a map is in some tile.
     met: Buffer,
@@ -149,7 +151,7 @@ impl Bins {
         let parts = buffer("bins.parts", (parts_listed + PARTS_BEHIND) * size_of::<TilePart>() as u64)?;
         let cursors = buffer("bins.cursors", bin_count * 4)?;
         let totals = buffer("bins.totals", size_of::<BinTotals>() as u64)?;
-        let totalled = Buffer::new(context, "bins.totalled", totals.bytes(), Memory::Readback)?;
+        let totalled = ReadBack::new(context, "bins.totalled", totals.bytes())?;
         let casters = u64::from(world.caster_capacity());
         let wanted = if what.entries != Entries::None { casters * FIRST_ENTRIES } else { 1 };
         let capacity = wanted.clamp(1, limit(context)) as u32;
@@ -342,14 +344,19 @@ impl Bins {
         pass.dispatch(kernel, &push, [x, y, self.map_count]);
     }
 
-    /// Looks at the totals of the last build. Where the entries did not fit, makes room and says that the build must run
-    /// again.
+    /// Looks at the totals of the build of frame `frame`, which is over. Where the entries did not fit, makes room and says that
+    /// the build must run again.
     ///
     /// # Errors
     /// As [`Bins::make_room`].
-    pub fn settle(&mut self) -> Result<bool> {
-        let totals = self.totalled.read::<BinTotals>(1)?.first().copied().unwrap_or_default();
-        self.make_room(totals)
+    pub fn settle(&mut self, frame: u64) -> Result<bool> {
+        let Some(totals) = self.totalled.read::<BinTotals>(frame, 1)? else { return Ok(false) };
+        let grew = self.make_room(totals.first().copied().unwrap_or_default())?;
+        if grew {
+            // Frames that are recorded already were given less room.
+            self.totalled.forget();
+        }
+        Ok(grew)
     }
 
     /// Makes room for the entries of a build that counted `totals`, the same for each tile if it can; whether it must run again.

@@ -2,7 +2,9 @@
 
 use super::{Bins, Maps, Splat, stacked};
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, Resource};
+use crate::gpu::{
+    Bindings, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, ReadBack, Resource,
+};
 use crate::maps::SplatPush;
 use crate::shaders;
 use crate::world::World;
@@ -50,7 +52,7 @@ pub struct List {
     pub segments: Buffer,
     /// Whether the driver cut loops over a list short; then fragments of each group of maps that are captured at once.
     counters: Buffer,
-    counted: Buffer,
+    counted: ReadBack,
     capacity: u32,
     at_once: u32,
     keep: Keep,
@@ -86,7 +88,7 @@ impl List {
         let segments = segment_buffer(context, capacity_now)?;
         let counter_bytes = 4 * (1 + u64::from(maps.count()));
         let counters = Buffer::new(context, "list.counters", counter_bytes, Memory::Device)?;
-        let counted = Buffer::new(context, "list.counted", counter_bytes, Memory::Readback)?;
+        let counted = ReadBack::new(context, "list.counted", counter_bytes)?;
         let resources = [
             Resource::StorageImage(heads.clone()),
             Resource::Buffer(segments.clone()),
@@ -151,15 +153,24 @@ impl List {
         });
     }
 
-    /// Looks at the demand of the last build. Where it did not fit, and the capacity is not fixed, makes room, if need be for
+    /// Looks at the demand of the build of frame `frame`, which is over. Where it did not fit, and the capacity is not fixed, makes room, if need be for
     /// fewer maps at once, and says that the capture must run again.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device has no room for the demand of one map, [`crate::Error::Refused`] where the driver
     /// ended loops over a list before their time.
-    pub fn settle(&mut self) -> Result<bool> {
+    pub fn settle(&mut self, frame: u64) -> Result<bool> {
         let groups = self.map_count.div_ceil(self.at_once) as usize;
-        let counted = self.counted.read::<u32>(1 + groups)?;
+        let Some(counted) = self.counted.read::<u32>(frame, 1 + groups)? else { return Ok(false) };
+        let grew = self.make_room(counted)?;
+        if grew {
+            // Frames that are recorded already were given less room.
+            self.counted.forget();
+        }
+        Ok(grew)
+    }
+
+    fn make_room(&mut self, counted: Vec<u32>) -> Result<bool> {
         let cut_short = counted.first().is_some_and(|c| *c != 0);
         self.fragments = counted.into_iter().skip(1).collect();
         let fragments = self.fragments.iter().copied().max().unwrap_or(0);

@@ -37,7 +37,7 @@ pub use uses::{Entries, Use};
 
 use self::fit::Fit;
 use self::opaque::Opaque;
-use crate::gpu::{Bindings, Buffer, Commands, Context, Memory, Resource};
+use crate::gpu::{Bindings, Buffer, Commands, Context, ReadBack, Resource};
 use crate::scene::{Aim, Casting, View};
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
@@ -88,8 +88,8 @@ pub struct Maps {
     /// What follows from the volume views.
     orders: Made,
     buffer: Buffer,
-    /// Its copy for the host, which is newer than `all` after a fit.
-    fitted: Buffer,
+    /// Its copies for the host, which are newer than `all` after a fit.
+    fitted: ReadBack,
     /// Whether the last recording fitted them, and moved the volume views, and drew the opaque maps.
     fits: bool,
     moves: bool,
@@ -137,7 +137,7 @@ impl Maps {
         }
         let all = Map::aimed(&world.aim(), size, opaque.size);
         let buffer = Buffer::with_data(context, "maps", &all)?;
-        let fitted = Buffer::new(context, "maps.fitted", buffer.bytes(), Memory::Readback)?;
+        let fitted = ReadBack::new(context, "maps.fitted", buffer.bytes())?;
         let one = all.first().map_or([1, 1], |m| [m.opaque.width, m.opaque.height]);
         let image = opaque::image(context, opaque, one, count as u32)?;
         let resources = [
@@ -248,17 +248,22 @@ impl Maps {
         self.drawn.forget();
     }
 
-    /// After the submission: the host has the maps as they were fitted. Returns whether the build has to run again, because of the
+    /// After frame `frame`: the host has the maps as they were fitted. Returns whether the build has to run again, because of the
     /// caller (`grew`) or of a list of the opaque maps; then what it made is made again, so that its last submission is all of it.
     ///
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read.
-    pub fn settle(&mut self, grew: bool) -> Result<bool> {
-        if self.fits {
-            self.all = self.fitted.read(self.all.len())?;
+    pub fn settle(&mut self, frame: u64, grew: bool) -> Result<bool> {
+        if let Some(fitted) = self.fitted.read(frame, self.all.len())? {
+            self.all = fitted;
             self.ready = true;
         }
-        let again = (self.draws && self.opaque.settle()?) || grew;
+        let has_room = self.opaque.settle(frame)?;
+        if has_room {
+            // Whichever frame drew them last.
+            self.drawn.forget();
+        }
+        let again = has_room || grew;
         for (made, recorded) in
             [(&mut self.views, self.fits), (&mut self.orders, self.moves), (&mut self.drawn, self.draws)]
         {

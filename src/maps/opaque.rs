@@ -207,11 +207,11 @@ impl Opaque {
         });
     }
 
-    /// After the submission: whether there is more room now, and the build has to run again.
-    pub(super) fn settle(&mut self) -> Result<bool> {
+    /// After frame `frame`: whether there is more room now, and the build has to run again.
+    pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         match &mut self.drawn {
             Drawn::Raster(_) => Ok(false),
-            Drawn::Compute(compute) => compute.settle(),
+            Drawn::Compute(compute) => compute.settle(frame),
         }
     }
 

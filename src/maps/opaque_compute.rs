@@ -3,7 +3,7 @@
 
 use crate::Result;
 use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Image, Kernel, Memory, Resource, groups, push_struct,
+    Bindings, Buffer, Commands, Constants, Context, Image, Kernel, Memory, ReadBack, Resource, groups, push_struct,
 };
 use crate::shaders::constant::{OPAQUE_SMALL, SNAP};
 use crate::shaders::maps::{OPAQUE_CLEAR, OPAQUE_TILES, OPAQUE_TRIANGLES};
@@ -74,16 +74,14 @@ push_struct! {
 pub(super) struct OpaqueCompute {
     context: Context,
     totals: Buffer,
-    /// Its copy for the host.
-    totalled: Buffer,
+    /// Its copies for the host.
+    totalled: ReadBack,
     items: Buffer,
     set: Bindings,
     clear: Kernel<OpaquePush>,
     triangles: Kernel<OpaquePush>,
     tiles: Kernel<OpaquePush>,
     capacity: u64,
-    /// Since it was last looked at.
-    drawn: bool,
     /// Maps in the image one above the other.
     rows: u32,
     map_count: u32,
@@ -101,7 +99,7 @@ impl OpaqueCompute {
         let tiles = u64::from(width.div_ceil(TILE)) * u64::from(height.div_ceil(TILE));
         let capacity = (FIRST_LAYERS * tiles * u64::from(count)).clamp(ITEMS_X, most_items(context));
         let totals = Buffer::new(context, "maps.opaque.totals", size_of::<OpaqueTotals>() as u64, Memory::Device)?;
-        let totalled = Buffer::new(context, "maps.opaque.totalled", totals.bytes(), Memory::Readback)?;
+        let totalled = ReadBack::new(context, "maps.opaque.totalled", totals.bytes())?;
         let items = Buffer::new(context, "maps.opaque.items", capacity * ITEM_BYTES, Memory::Device)?;
         let buffer = |buffer: &Buffer| Resource::Buffer(buffer.clone());
         let resources = [Resource::StorageImage(image.clone()), buffer(&totals), buffer(&items)];
@@ -110,20 +108,7 @@ impl OpaqueCompute {
         let kernel = |shader| Kernel::compute(context, shader, &[scene, &set], &constants);
         let (clear, triangles, tiles) = (kernel(&OPAQUE_CLEAR)?, kernel(&OPAQUE_TRIANGLES)?, kernel(&OPAQUE_TILES)?);
         let (context, rows) = (context.clone(), (image.size()[1] / height).max(1));
-        Ok(Self {
-            context,
-            totals,
-            totalled,
-            items,
-            set,
-            clear,
-            triangles,
-            tiles,
-            capacity,
-            drawn: false,
-            rows,
-            map_count: count,
-        })
+        Ok(Self { context, totals, totalled, items, set, clear, triangles, tiles, capacity, rows, map_count: count })
     }
 
     /// Draws so many triangles into all maps.
@@ -140,16 +125,13 @@ impl OpaqueCompute {
             pass.dispatch_indirect(&self.tiles, &push, &self.totals, offset);
         });
         commands.read_back(&self.totals, &self.totalled);
-        self.drawn = true;
     }
 
-    /// Makes room for what the last build asked for, as far as the device has it; whether it has made some. What had
+    /// Makes room for what the build of frame `frame`, which is over, asked for, as far as the device has it; whether it has made some. What had
     /// none was drawn all the same, slowly, and on devices that end a shader's long loops not to the end.
-    pub(super) fn settle(&mut self) -> Result<bool> {
-        if !std::mem::take(&mut self.drawn) {
-            return Ok(false);
-        }
-        let asked = self.totalled.read::<OpaqueTotals>(1)?.first().map_or(0, |totals| u64::from(totals.items));
+    pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
+        let Some(totals) = self.totalled.read::<OpaqueTotals>(frame, 1)? else { return Ok(false) };
+        let asked = totals.first().map_or(0, |totals| u64::from(totals.items));
         let most = most_items(&self.context);
         if asked <= self.capacity || self.capacity == most {
             return Ok(false);
@@ -159,6 +141,8 @@ impl OpaqueCompute {
         self.items = Buffer::new(&self.context, "maps.opaque.items", wanted * ITEM_BYTES, Memory::Device)?;
         self.set.replace(ITEMS, &self.items)?;
         self.capacity = wanted;
+        // Frames that are recorded already were given less room.
+        self.totalled.forget();
         Ok(true)
     }
 

@@ -109,12 +109,12 @@ impl Texels {
         Ok(())
     }
 
-    /// Whether the bins had to grow.
+    /// Whether the bins had to grow after frame `frame`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where there is no room for them.
-    pub fn settle(&mut self) -> Result<bool> {
-        if let Way::Binned { bins, .. } = &mut self.way { bins.settle() } else { Ok(false) }
+    pub fn settle(&mut self, frame: u64) -> Result<bool> {
+        if let Way::Binned { bins, .. } = &mut self.way { bins.settle(frame) } else { Ok(false) }
     }
 
     /// The bins, where it is made from them.

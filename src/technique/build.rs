@@ -87,12 +87,16 @@ impl<T: Technique + ?Sized> Opened<T> {
         let start = Instant::now();
         let (mut passes, mut device_ns) = (Vec::new(), None);
         loop {
-            let submitted = self.context.try_submit(|commands| self.technique.record(commands, world))?;
+            let mut frame = 0;
+            let submitted = self.context.try_submit(|commands| {
+                frame = commands.frame();
+                self.technique.record(commands, world)
+            })?;
             if let (Some(first), Some(last)) = (submitted.first(), submitted.last()) {
                 device_ns = Some(device_ns.unwrap_or(0.0) + last.end_ns - first.start_ns);
             }
             follow(&mut passes, submitted);
-            match self.technique.settle()? {
+            match self.technique.settle(frame)? {
                 Settled::More => {}
                 // What had too little room is no part of what a build takes.
                 Settled::Grew => passes.clear(),

@@ -89,11 +89,12 @@ pub trait Technique {
     /// The next recording makes all of it but what follows from the casters alone, views and orders. By default each does.
     fn forget(&mut self) {}
 
-    /// After the submission: done, or a buffer grew and all that was recorded has to be again.
+    /// Looks at what frame `frame` wrote, which is over, and waits for nothing: done, or a buffer grew and all that was recorded has
+    /// to be again. It is asked before the frame is recorded that takes the place of `frame`, `frames_in_flight` frames later.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device has no room for the demand.
-    fn settle(&mut self) -> Result<Settled> {
+    fn settle(&mut self, _frame: u64) -> Result<Settled> {
         Ok(Settled::Done)
     }
 

@@ -144,8 +144,8 @@ impl Technique for ShadowMap {
         Ok(())
     }
 
-    fn settle(&mut self) -> Result<Settled> {
-        let grew = self.maps.settle(false)?;
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        let grew = self.maps.settle(frame, false)?;
         self.all = seen(&self.maps);
         Ok(Settled::of(grew))
     }

@@ -98,9 +98,9 @@ impl<S> Technique for TexelMap<S> {
         if self.written.make(world) { self.texels.record(commands, world, &self.maps) } else { Ok(()) }
     }
 
-    fn settle(&mut self) -> Result<Settled> {
-        let grew = self.texels.settle()?;
-        let grew = self.maps.settle(grew)?;
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        let grew = self.texels.settle(frame)?;
+        let grew = self.maps.settle(frame, grew)?;
         if grew {
             self.written.forget();
         }

@@ -88,12 +88,12 @@ impl Technique for Uncompressed {
         Ok(())
     }
 
-    fn settle(&mut self) -> Result<Settled> {
-        let grew = self.list.settle()?;
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        let grew = self.list.settle(frame)?;
         if grew {
             self.list.bind_segments(&self.look_up, SEGMENTS)?;
         }
-        let grew = self.maps.settle(grew)?;
+        let grew = self.maps.settle(frame, grew)?;
         if grew {
             self.listed.forget();
         }

@@ -3,7 +3,8 @@
 use super::source::{Corners, NOWHERE, Source, SphereAt, StrandAt, held, words};
 use crate::Result;
 use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Push, Resource, Shader, groups, push_struct,
+    Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Push, ReadBack, Resource, Shader, groups,
+    push_struct,
 };
 use crate::shaders::world as shaders;
 use bytemuck::{Pod, Zeroable};
@@ -94,7 +95,7 @@ pub(super) struct Slots {
 pub(super) struct Gather {
     /// [`Gathered`].
     counted: Buffer,
-    counted_read: Buffer,
+    counted_read: ReadBack,
     casters: Kernels<GatherPush>,
     triangles: Kernels<TrianglesPush>,
 }
@@ -103,15 +104,15 @@ impl Gather {
     pub(super) fn new(context: &Context) -> Result<Self> {
         let bytes = size_of::<Gathered>() as u64;
         let counted = Buffer::new(context, "world.gathered", bytes, Memory::Device)?;
-        let counted_read = Buffer::new(context, "world.gathered", bytes, Memory::Readback)?;
+        let counted_read = ReadBack::new(context, "world.gathered", bytes)?;
         let casters = Kernels { shader: &shaders::GATHER, all: Vec::new() };
         let triangles = Kernels { shader: &shaders::GATHER_TRIANGLES, all: Vec::new() };
         Ok(Self { counted, counted_read, casters, triangles })
     }
 
-    /// What the last submission came to.
-    pub(super) fn read(&self) -> Result<Gathered> {
-        Ok(self.counted_read.read(1)?[0])
+    /// What a frame came to.
+    pub(super) fn read(&self, frame: u64) -> Result<Option<Gathered>> {
+        Ok(self.counted_read.read(frame, 1)?.map(|counted| counted[0]))
     }
 
     /// Particles become casters.

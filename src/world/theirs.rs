@@ -218,13 +218,14 @@ impl World {
         Ok(())
     }
 
-    /// What the last submission found in the caller's buffers, after it.
+    /// What frame `frame`, which is over, found in the caller's buffers; none where nothing was gathered in it, or a later one that
+    /// is recorded already takes its place.
     ///
     /// # Errors
     /// [`Error::Gpu`] where it cannot be read, [`Error::Input`] where a scene fills the world.
-    pub fn gathered(&self) -> Result<Gathered> {
+    pub fn gathered(&self, frame: u64) -> Result<Option<Gathered>> {
         match &self.filled {
-            Filled::Theirs(theirs) => theirs.gather.read(),
+            Filled::Theirs(theirs) => theirs.gather.read(frame),
             Filled::Scene(_) => Err(of_a_scene(&self.name)),
         }
     }

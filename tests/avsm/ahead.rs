@@ -1,6 +1,6 @@
 //! Sums in cells of casters that are looked at ahead, as GPUs do where there are very many.
 
-use crate::support::{gpu_test, runs, scenes};
+use crate::support::{gpu_test, ran, runs, scenes};
 use gobo::gpu::{Bindings, Buffer, Constants, Kernel, Resource};
 use gobo::maps::{Bins, Entries, Maps, OpaqueMaps, Use};
 use gobo::shaders::{avsm, constant};
@@ -33,14 +33,14 @@ fn looking_ahead_changes_nothing() {
                 Use { entries: Entries::Summed, skip: false, reach: 1, parts: [2, 2], area: false, blocks: None };
             let mut bins = Bins::new(context, &world, &maps, what).expect("room for the bins");
             let record = |bins: &mut Bins, maps: &mut Maps| {
-                context.submit(|commands| {
+                ran(context, |commands| {
                     maps.record(commands, &world);
                     bins.record(commands, &world);
                 })
             };
-            record(&mut bins, &mut maps).expect("submitted");
-            while bins.settle().expect("room for the entries") {
-                record(&mut bins, &mut maps).expect("submitted");
+            let mut frame = record(&mut bins, &mut maps);
+            while bins.settle(frame).expect("room for the entries") {
+                frame = record(&mut bins, &mut maps);
             }
             let words = 2 * (SIZE * SIZE * NODES * maps.count()) as usize;
             let [one, many, more] = [(1u32, 4u32), (32, 4), (32, most)].map(|(ahead, groups)| {

@@ -1,7 +1,7 @@
 //! `opaque=compute`: the words of the maps against their twin, on triangles of every kind; lists too short for them;
 //! both ways of drawing against each other; what is refused.
 
-use crate::support::{ask, gpu_test, opened, scenes, some, spec};
+use crate::support::{ask, gpu_test, opened, ran, scenes, some, spec};
 use crate::{lights, plates, points_of};
 use glam::DVec3;
 use gobo::Error;
@@ -142,8 +142,8 @@ fn a_list_that_is_too_short_loses_nothing() {
         let mut maps = Maps::with_opaque(context, &world, 8, way).expect("room for the maps");
         let mut bytes = vec![maps.opaque_bytes_transient()];
         for grows in [true, false] {
-            context.submit(|commands| maps.record(commands, &world)).expect("drawn");
-            assert_eq!(maps.settle(false).expect("read"), grows);
+            let frame = ran(context, |commands| maps.record(commands, &world));
+            assert_eq!(maps.settle(frame, false).expect("read"), grows);
             bytes.push(maps.opaque_bytes_transient());
             let found: Vec<f32> = maps.opaque_image().read().expect("the depths");
             let twin = draw(&maps.all()[0].opaque, &triangles, way.reach);

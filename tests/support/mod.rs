@@ -9,7 +9,7 @@ pub mod within;
 use gobo::Error;
 use gobo::consume::Query;
 use gobo::consume::parse;
-use gobo::gpu::{Context, Messages, Options, Requirement};
+use gobo::gpu::{Commands, Context, Messages, Options, Requirement};
 use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::{Packed, unpack};
@@ -91,6 +91,17 @@ pub fn opened<T>(result: gobo::Result<T>, what: &str) -> T {
 pub fn open(messages: &Messages) -> Context {
     let options = Options { device: None, validation: true, messages: messages.clone() };
     Context::new(&options).expect("a Vulkan 1.3 device and VK_LAYER_KHRONOS_validation; ./setup.sh installs both")
+}
+
+/// Records and runs commands; the frame that they were.
+pub fn ran(context: &Context, record: impl FnOnce(&mut Commands)) -> u64 {
+    let mut frame = 0;
+    let recorded = context.submit(|commands| {
+        frame = commands.frame();
+        record(commands);
+    });
+    recorded.expect("submitted");
+    frame
 }
 
 /// Says that a test stood aside, and why.

@@ -4,7 +4,7 @@ use super::{answers, build, opened};
 use crate::support::scenes::{self, Random};
 use crate::support::{every_path, gpu_test, runs, some, spec};
 use gobo::Error;
-use gobo::gpu::{Buffer, Context};
+use gobo::gpu::{Buffer, Commands, Context};
 use gobo::reference::twin::gather::{CasterAt, Vertices, casters};
 use gobo::scene::{Caster, Light, LightKind, Mesh, Particle, Scene};
 use gobo::technique::{self, Lifetime, Spec};
@@ -119,16 +119,31 @@ fn theirs(context: &Context, scene: &Scene, more: u32, on_device: bool) -> World
     world
 }
 
-fn fill(context: &Context, world: &mut World, scene: &Scene, on_device: bool) {
-    let filled = context.try_submit(|commands| {
+/// Returns the frame that fills it.
+fn fill(context: &Context, world: &mut World, scene: &Scene, on_device: bool) -> u64 {
+    record(context, |commands| {
         world.lights(commands, &scene.lights)?;
         world.particles(commands, &source(context, &scene.particles, on_device), AT)?;
         if !scene.meshes.is_empty() {
             world.triangles(commands, &corners(context, &scene.meshes, on_device))?;
         }
         Ok(())
+    })
+}
+
+/// Returns the frame that runs it.
+fn record(context: &Context, pass: impl FnOnce(&mut Commands) -> gobo::Result<()>) -> u64 {
+    let mut frame = 0;
+    let ran = context.try_submit(|commands| {
+        frame = commands.frame();
+        pass(commands)
     });
-    filled.expect("filled");
+    ran.expect("recorded and submitted");
+    frame
+}
+
+fn refused_in(world: &World, frame: u64) -> [u32; 3] {
+    world.gathered(frame).expect("read").expect("the last that gathered").refused
 }
 
 fn specs(test: &str, context: &Context) -> Vec<Spec> {
@@ -136,7 +151,10 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
     // Virtual lights and a box are not in the scene.
     let fits = |spec: &Spec| spec.entry.lifetime == Lifetime::Frame && !["ism", "ray-query"].contains(&spec.entry.name);
     specs.retain(|spec| fits(spec) && runs(test, context, &spec.short()));
-    specs.iter_mut().filter(|spec| spec.entry.name != "voxel-grid").for_each(|spec| spec.set(gobo::technique::Name::SIZE, "28"));
+    specs
+        .iter_mut()
+        .filter(|spec| spec.entry.name != "voxel-grid")
+        .for_each(|spec| spec.set(gobo::technique::Name::SIZE, "28"));
     specs
 }
 
@@ -253,7 +271,7 @@ fn what_is_no_caster_casts_nothing() {
             mixed.meshes[0].triangles.push([0, 1, 4]);
             mixed.meshes[1].triangles.push([0, 1, 900]);
             for text in ["beer-shadow-map:size=28", "shadow-map:size=64", "voxel-grid"] {
-                let (ours, theirs) = (super::world(context, &good), theirs(context, &mixed, 3, true));
+                let (ours, mut theirs) = (super::world(context, &good), theirs(context, &mixed, 3, true));
                 let answers = [&ours, &theirs].map(|world| {
                     let mut opened = opened(context, world, &spec(text));
                     build(&mut opened, world, text);
@@ -262,14 +280,15 @@ fn what_is_no_caster_casts_nothing() {
                 assert!(answers[0] == answers[1], "{text}, {value}");
                 let triangles = good.meshes.iter().map(|m| m.triangles.len() as u32).sum::<u32>();
                 let expected = Gathered { asked: [63, 0, triangles + 2], refused: [3, 0, 2] };
-                assert_eq!(theirs.gathered().expect("read"), expected, "{value}");
+                let frame = fill(context, &mut theirs, &mixed, true);
+                assert_eq!(theirs.gathered(frame).expect("read"), Some(expected), "{value}");
             }
         }
         // Of two more than there is room for the last two are left out.
         let mut world = World::of(context, Capacity { particles: 58, lights: 3, ..Capacity::default() }).expect("room");
         let fewer = Scene { particles: good.particles[..58].to_vec(), meshes: Vec::new(), ..good.clone() };
-        fill(context, &mut world, &Scene { meshes: Vec::new(), ..good.clone() }, true);
-        assert_eq!(world.gathered().expect("read"), Gathered { asked: [60, 0, 0], refused: [0; 3] });
+        let frame = fill(context, &mut world, &Scene { meshes: Vec::new(), ..good.clone() }, true);
+        assert_eq!(world.gathered(frame).expect("read"), Some(Gathered { asked: [60, 0, 0], refused: [0; 3] }));
         assert_eq!(world.casters.read::<Caster>(58).expect("read"), fewer.casters());
     });
 }
@@ -381,25 +400,23 @@ fn what_is_gathered_equals_its_twin() {
                 count: count(context, live, true),
             };
             let at = SphereAt { position: 0, radius: Number::At(16), extinction: Number::Is(0.5) };
-            let gather = context.submit(|commands| world.particles(commands, &from(&words), at).expect("recorded"));
-            gather.expect("submitted");
+            let frame = record(context, |commands| world.particles(commands, &from(&words), at));
             let is: Vec<Caster> = world.casters.read(slots).expect("read");
             assert!(bytemuck::cast_slice::<_, u8>(&is) == bytemuck::cast_slice::<_, u8>(&expected), "{slots} spheres");
-            assert_eq!(world.gathered().expect("read").refused[0], refused);
+            assert_eq!(refused_in(&world, frame)[0], refused);
             if stride >= 8 {
                 // Differences that a device may flush are none of the contract.
                 words = (0..start + stride * slots).map(|_| word(&mut random, false)).collect();
                 let strands = CasterAt { end: Some(4), radius: Ok(3), density: Ok(7), ..spheres };
                 let (expected, refused) = casters(&words, &strands, slots, live);
                 let at = StrandAt { start: 0, end: 16, radius: Number::At(12), depth: Number::At(28) };
-                let gather = context.submit(|commands| world.strands(commands, &from(&words), at).expect("recorded"));
-                gather.expect("submitted");
+                let frame = record(context, |commands| world.strands(commands, &from(&words), at));
                 let is: Vec<Caster> = world.casters.read_from(slots, slots).expect("read");
                 assert!(
                     bytemuck::cast_slice::<_, u8>(&is) == bytemuck::cast_slice::<_, u8>(&expected),
                     "{slots} strands"
                 );
-                assert_eq!(world.gathered().expect("read").refused[1], refused);
+                assert_eq!(refused_in(&world, frame)[1], refused);
             }
             let indices: Vec<u32> = (0..3 * slots).map(|_| random.bits() % (slots as u32 + 9)).collect();
             for indices in [Some(indices), None] {
@@ -417,12 +434,11 @@ fn what_is_gathered_equals_its_twin() {
                     count: count(context, live, true),
                     albedo,
                 };
-                let gather = context.submit(|commands| world.triangles(commands, &corners).expect("recorded"));
-                gather.expect("submitted");
+                let frame = record(context, |commands| world.triangles(commands, &corners));
                 let is: Vec<TriangleData> = world.triangles.read(slots).expect("read");
                 let same = bytemuck::cast_slice::<_, u8>(&is) == bytemuck::cast_slice::<_, u8>(&expected);
                 assert!(same, "{slots} triangles, {live} of them theirs, indices: {}", indices.is_some());
-                assert_eq!(world.gathered().expect("read").refused[2], refused);
+                assert_eq!(refused_in(&world, frame)[2], refused);
             }
         }
     });

@@ -96,8 +96,12 @@ impl Vpls {
     /// [`crate::Error::Gpu`] where the device is lost.
     pub fn make(&mut self, world: &World) -> Result<Vec<PassTime>> {
         let context = self.context.clone();
-        let times = context.submit(|commands| self.record(commands, world))?;
-        self.maps.settle(false)?;
+        let mut frame = 0;
+        let times = context.submit(|commands| {
+            frame = commands.frame();
+            self.record(commands, world);
+        })?;
+        self.maps.settle(frame, false)?;
         Ok(times)
     }
 

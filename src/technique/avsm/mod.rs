@@ -176,10 +176,10 @@ impl Technique for Avsm {
         }
     }
 
-    fn settle(&mut self) -> Result<Settled> {
-        let lists = if let Build::TwoPass(path) = &mut self.build { path.list.settle()? } else { false };
-        let bins = self.bins.as_mut().map_or(Ok(false), Bins::settle)?;
-        let grew = self.maps.settle(lists || bins)?;
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        let lists = if let Build::TwoPass(path) = &mut self.build { path.list.settle(frame)? } else { false };
+        let bins = self.bins.as_mut().map_or(Ok(false), |bins| bins.settle(frame))?;
+        let grew = self.maps.settle(frame, lists || bins)?;
         Ok(Settled::of(grew))
     }
 

@@ -253,9 +253,9 @@ impl Technique for Psm {
         Ok(())
     }
 
-    fn settle(&mut self) -> Result<Settled> {
-        let grew = if let Build::Fused(fused) = &mut self.build { fused.bins.settle()? } else { false };
-        let grew = self.maps.settle(grew)?;
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        let grew = if let Build::Fused(fused) = &mut self.build { fused.bins.settle(frame)? } else { false };
+        let grew = self.maps.settle(frame, grew)?;
         if grew {
             self.built.forget();
         }

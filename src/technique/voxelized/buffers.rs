@@ -2,7 +2,7 @@
 
 use super::MAX_LEVELS;
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Context, Memory, Resource, push_struct};
+use crate::gpu::{Bindings, Buffer, Context, Memory, ReadBack, Resource, push_struct};
 use bytemuck::{Pod, Zeroable};
 
 push_struct! {
@@ -299,7 +299,7 @@ impl Room {
 pub struct Buffers {
     pub state: Buffer,
     /// The state after each submission.
-    pub state_read: Buffer,
+    pub state_read: ReadBack,
     pub values: Buffer,
     pub table: Buffer,
     pub data: Buffer,
@@ -344,7 +344,7 @@ impl Buffers {
             device("voxelized.entries", u64::from(room.large) + u64::from(room.entries))?,
             kept.clone(),
         ];
-        let state_read = Buffer::new(context, "voxelized.state.read", state.bytes(), Memory::Readback)?;
+        let state_read = ReadBack::new(context, "voxelized.state.read", state.bytes())?;
         Ok(Self {
             state,
             state_read,

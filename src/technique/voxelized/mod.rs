@@ -146,6 +146,8 @@ pub struct Voxelized {
     looked: Made,
     triangles: u32,
     step: Step,
+    /// And not looked at yet.
+    recorded: bool,
     restarts: u32,
     state: BuildState,
     /// Leaves and nodes of all tiles and lights, before merging, and after.
@@ -218,6 +220,7 @@ impl Voxelized {
             looked: Made::of(OF),
             triangles,
             step: Step::Tile { light: 0, tile: 0 },
+            recorded: false,
             restarts: 0,
             state: BuildState::zeroed(),
             tree: [0; 2],
@@ -337,6 +340,10 @@ impl Technique for Voxelized {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        if self.recorded {
+            // What comes next depends on it.
+            return Ok(());
+        }
         let tiles = self.shape.tiles();
         let first = self.step == Step::Tile { light: 0, tile: 0 };
         if first {
@@ -358,11 +365,18 @@ impl Technique for Voxelized {
             Step::Pack => self.bake.pack(commands, &job(0)),
         }
         commands.read_back(&self.buffers.state, &self.buffers.state_read);
+        self.recorded = true;
         Ok(())
     }
 
-    fn settle(&mut self) -> Result<Settled> {
-        self.state = self.buffers.state_read.read::<BuildState>(1)?.first().copied().unwrap_or_default();
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        if !self.recorded {
+            return Ok(Settled::Done);
+        }
+        // The frame that is waited for is another.
+        let Some(state) = self.buffers.state_read.read::<BuildState>(frame, 1)? else { return Ok(Settled::More) };
+        self.state = state.first().copied().unwrap_or_default();
+        self.recorded = false;
         if let Step::Tile { light, tile } = self.step {
             if self.grow(tile)? {
                 return Ok(Settled::Grew);

@@ -1,0 +1,173 @@
+//! An open device: its own or the caller's, the pipelines that were made on it, and its memory. It outlives the context where
+//! something that was made on it does.
+
+use super::instance::InstanceOwner;
+use super::pipelines::Pipelines;
+use super::{Features, Messages, fault};
+use crate::{Error, Result};
+use ash::{ext, khr, vk};
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator};
+use gpu_allocator::{AllocationError, MemoryLocation};
+use std::ffi::CString;
+use std::ops::Deref;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// An open device. Clones share it; the last one closes it, if it is not the caller's.
+#[derive(Clone)]
+pub(super) struct Device(Arc<Parts>);
+
+/// Fields are destroyed in this order.
+pub(super) struct Parts {
+    pub allocator: Memory,
+    /// Bytes of memory that are held by what was made here.
+    pub allocated: AtomicU64,
+    pub pipelines: Pipelines,
+    /// Where validation or captures read them.
+    pub labels: Option<ext::debug_utils::Device>,
+    /// Where the device has ray queries.
+    pub acceleration: Option<khr::acceleration_structure::Device>,
+    pub features: Features,
+    pub messages: Messages,
+    pub handle: Handle,
+    /// The library whose functions are called stays loaded.
+    pub _entry: ash::Entry,
+    pub _instance: Option<InstanceOwner>,
+}
+
+/// Who gives memory.
+pub(super) enum Memory {
+    /// Dropped with the device.
+    Own(Arc<Mutex<Allocator>>),
+    /// The caller's, who uses it too.
+    Theirs(Arc<Mutex<Allocator>>),
+}
+
+impl Memory {
+    fn allocator(&self) -> &Mutex<Allocator> {
+        match self {
+            Self::Own(allocator) | Self::Theirs(allocator) => allocator,
+        }
+    }
+}
+
+/// The logical device.
+pub(super) enum Handle {
+    /// Destroyed when dropped.
+    Own(ash::Device),
+    /// Left as it is.
+    Theirs(ash::Device),
+}
+
+impl Deref for Handle {
+    type Target = ash::Device;
+    fn deref(&self) -> &ash::Device {
+        match self {
+            Self::Own(device) | Self::Theirs(device) => device,
+        }
+    }
+}
+
+impl Drop for Handle {
+    fn drop(&mut self) {
+        if let Self::Own(device) = self {
+            // SAFETY: every other object made from the device holds it, so none is left; it is idle.
+            unsafe { device.destroy_device(None) };
+        }
+    }
+}
+
+impl Drop for Parts {
+    fn drop(&mut self) {
+        self.pipelines.destroy(&self.handle);
+        match &self.allocator {
+            Memory::Own(allocator) => {
+                for leak in allocator.lock().unwrap_or_else(PoisonError::into_inner).generate_report().allocations {
+                    self.messages.push("gobo-leak", &format!("{} ({} bytes) was never freed", leak.name, leak.size));
+                }
+            }
+            // What else it holds is the caller's.
+            Memory::Theirs(_) => match *self.allocated.get_mut() {
+                0 => {}
+                bytes => self.messages.push("gobo-leak", &format!("{bytes} bytes were never freed")),
+            },
+        }
+    }
+}
+
+impl Deref for Device {
+    type Target = ash::Device;
+    fn deref(&self) -> &ash::Device {
+        &self.0.handle
+    }
+}
+
+impl Device {
+    pub(super) fn new(parts: Parts) -> Self {
+        Self(Arc::new(parts))
+    }
+
+    pub(super) fn features(&self) -> &Features {
+        &self.0.features
+    }
+
+    pub(super) fn messages(&self) -> &Messages {
+        &self.0.messages
+    }
+
+    pub(super) fn pipelines(&self) -> &Pipelines {
+        &self.0.pipelines
+    }
+
+    pub(super) fn labels(&self) -> Option<&ext::debug_utils::Device> {
+        self.0.labels.as_ref()
+    }
+
+    /// The functions of acceleration structures.
+    pub(super) fn acceleration(&self) -> Option<&khr::acceleration_structure::Device> {
+        self.0.acceleration.as_ref()
+    }
+
+    /// Bytes of memory that are held by what was made here.
+    pub(super) fn allocated_bytes(&self) -> u64 {
+        self.0.allocated.load(Ordering::Relaxed)
+    }
+
+    /// Gives `handle` a name in validation messages and captures.
+    pub(super) fn set_name<H: vk::Handle>(&self, handle: H, name: &str) {
+        if let (Some(labels), Ok(name)) = (self.labels(), CString::new(name)) {
+            let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+            // SAFETY: the handle belongs to this device. A name that cannot be set is no loss.
+            let _ = unsafe { labels.set_debug_utils_object_name(&info) };
+        }
+    }
+
+    /// Memory of its own, to be given back by [`Device::free`].
+    pub(super) fn allocate(&self, wanted: &AllocationCreateDesc) -> Result<Allocation> {
+        let mut allocator = self.0.allocator.allocator().lock().unwrap_or_else(PoisonError::into_inner);
+        let allocation = fault::allocation(wanted.location != MemoryLocation::GpuOnly)
+            .and_then(|()| allocator.allocate(wanted))
+            .map_err(|e| allocation_error(wanted.name, &e))?;
+        self.0.allocated.fetch_add(allocation.size(), Ordering::Relaxed);
+        Ok(allocation)
+    }
+
+    /// A failed free shows up as a leak when the device closes.
+    pub(super) fn free(&self, allocation: Allocation) {
+        let bytes = allocation.size();
+        let mut allocator = self.0.allocator.allocator().lock().unwrap_or_else(PoisonError::into_inner);
+        if allocator.free(allocation).is_ok() {
+            self.0.allocated.fetch_sub(bytes, Ordering::Relaxed);
+        }
+    }
+}
+
+/// The error for a failed allocation.
+pub(super) fn allocation_error(name: &str, cause: &AllocationError) -> Error {
+    Error::Gpu {
+        operation: "allocate memory for",
+        name: name.into(),
+        cause: cause.to_string(),
+        way_out: "use a smaller map (size=), fewer particles or a device with more memory".into(),
+    }
+}

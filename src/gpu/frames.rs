@@ -1,0 +1,164 @@
+//! Frames of the caller's, of which some run while the next is recorded: what they use is kept until they are over.
+
+use super::commands::{Kept, Recorded, Whose};
+use super::times::{PassTime, Queries};
+use super::{Commands, Context, vk_error};
+use crate::{Error, Result};
+use ash::vk;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The frames of a context.
+pub(super) struct Frames {
+    in_flight: u64,
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    /// Those that may run.
+    running: Vec<Frame>,
+    /// Times of those that are over, until as many more are.
+    times: Vec<(u64, Vec<PassTime>)>,
+    /// Queries that no frame uses.
+    queries: Vec<Queries>,
+}
+
+struct Frame {
+    number: u64,
+    used: Vec<Kept>,
+    /// Queries of each recording, and the names of its passes.
+    timed: Vec<(Queries, Vec<String>)>,
+}
+
+impl Frame {
+    /// The times of its passes; none where it is not over.
+    fn times(&self) -> Vec<PassTime> {
+        let read = |(queries, names): &(Queries, Vec<String>)| {
+            queries.read(names, vk::QueryResultFlags::empty()).unwrap_or_default()
+        };
+        self.timed.iter().flat_map(read).collect()
+    }
+}
+
+impl Frames {
+    pub fn new(in_flight: u32) -> Self {
+        Self { in_flight: in_flight.into(), state: Mutex::default() }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Begins a frame, or goes on with it; what it may not run beside is over. Hands out what was kept for that.
+    fn begin(&self, number: u64) -> Result<Vec<Frame>> {
+        let mut state = self.state();
+        if let Some(last) = state.running.last().filter(|last| last.number > number) {
+            return Err(Error::Gpu {
+                operation: "record",
+                name: format!("frame {number}"),
+                cause: format!("frame {} was recorded before it", last.number),
+                way_out: "number frames in the order in which they are recorded".into(),
+            });
+        }
+        let (mut over, running): (Vec<_>, _) = std::mem::take(&mut state.running)
+            .into_iter()
+            .partition(|frame| frame.number.saturating_add(self.in_flight) <= number);
+        state.running = running;
+        for frame in &mut over {
+            state.times.push((frame.number, frame.times()));
+            state.queries.extend(frame.timed.drain(..).map(|(queries, _)| queries));
+        }
+        let old = state.times.len().saturating_sub(self.in_flight as usize);
+        state.times.drain(..old);
+        if state.running.last().is_none_or(|last| last.number < number) {
+            state.running.push(Frame { number, used: Vec::new(), timed: Vec::new() });
+        }
+        Ok(over)
+    }
+
+    /// Queries for a recording of the newest frame, whose names follow.
+    fn time(&self, context: &Context) -> Result<vk::QueryPool> {
+        let unused = self.state().queries.pop();
+        let queries = match unused {
+            Some(queries) => queries,
+            None => Queries::new(context.device()).map_err(|r| vk_error("create", "timestamps", r))?,
+        };
+        let handle = queries.handle;
+        if let Some(frame) = self.state().running.last_mut() {
+            frame.timed.push((queries, Vec::new()));
+        }
+        Ok(handle)
+    }
+
+    /// Keeps what was recorded until the frame is over.
+    pub(super) fn keep(&self, number: u64, queries: vk::QueryPool, recorded: Recorded) {
+        let mut state = self.state();
+        if let Some(frame) = state.running.iter_mut().find(|frame| frame.number == number) {
+            frame.used.extend(recorded.used);
+            if let Some((_, names)) = frame.timed.iter_mut().find(|(timed, _)| timed.handle == queries) {
+                *names = recorded.names;
+            }
+        }
+    }
+
+    /// Keeps what is in use no more until the newest frame, which may still use it, is over.
+    pub(super) fn retire(&self, thing: Kept) {
+        if let Some(frame) = self.state().running.last_mut() {
+            frame.used.push(thing);
+        }
+    }
+
+    fn times(&self, number: u64) -> Vec<PassTime> {
+        let state = self.state();
+        match state.running.iter().find(|frame| frame.number == number) {
+            Some(frame) => frame.times(),
+            None => {
+                state.times.iter().find(|(of, _)| *of == number).map(|(_, times)| times.clone()).unwrap_or_default()
+            }
+        }
+    }
+}
+
+impl<'a> Commands<'a> {
+    /// Records into a command buffer of the caller's, on an adopted device. Nothing is submitted and nothing is waited for. What
+    /// follows in the command buffer, and in those submitted after it, sees all that was recorded by the time that this is
+    /// dropped.
+    ///
+    /// `frame` counts the caller's frames. It rises; a frame may be recorded in parts, one after the other. By the time that
+    /// frame `f` is recorded, frame `f - frames_in_flight` is over: what it alone used is freed here.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where a later frame was recorded before, or memory runs out; [`Error::Refused`] on a device that was
+    /// opened here.
+    ///
+    /// # Safety
+    /// The command buffer belongs to the adopted device and its queue family; it is being recorded, outside a render, and is
+    /// submitted once, on a queue of the family, in the order in which frames and their parts were recorded, before frame
+    /// `frame` is over. Nobody else records into it as long as this lives. Frame `frame - frames_in_flight` is over.
+    pub unsafe fn on(context: &'a Context, buffer: vk::CommandBuffer, frame: u64) -> Result<Self> {
+        if context.shared().queue.is_some() {
+            return Err(Error::Refused { needs: "an adopted device: this one has a queue of its own".into() });
+        }
+        let frames = &context.shared().frames;
+        // Freed while nobody waits for the frames.
+        drop(frames.begin(frame)?);
+        let mut handle = vk::QueryPool::null();
+        if context.features().timestamp_valid_bits > 0 {
+            handle = frames.time(context)?;
+            // SAFETY: the command buffer is being recorded, outside a render; no frame that runs uses the pool.
+            unsafe { context.device().cmd_reset_query_pool(buffer, handle, 0, 2 * super::times::MAX_PASSES) };
+        }
+        Ok(Self::new(context, buffer, Whose::Theirs, frame, handle))
+    }
+
+    /// Ends the recording, as dropping it does.
+    pub fn end(self) {}
+}
+
+impl Context {
+    /// The time of each pass of a frame that is over, of an adopted device; none where it has no timestamps, and none of a frame
+    /// before which as many others are over as may run.
+    pub fn times(&self, frame: u64) -> Vec<PassTime> {
+        self.shared().frames.times(frame)
+    }
+}

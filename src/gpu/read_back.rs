@@ -1,0 +1,63 @@
+//! What the host reads of a frame: a copy for each frame that may run, so that nobody waits for it.
+
+use super::{Buffer, Context, Memory};
+use crate::Result;
+use bytemuck::Pod;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// As many copies as frames may run at the same time. Clones share them.
+#[derive(Clone)]
+pub struct ReadBack(Arc<Inner>);
+
+struct Inner {
+    copies: Vec<Buffer>,
+    /// Of each copy, the frame that writes it.
+    frames: Mutex<Vec<Option<u64>>>,
+}
+
+impl ReadBack {
+    /// Room for `bytes` of each frame.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`].
+    pub fn new(context: &Context, name: &str, bytes: u64) -> Result<Self> {
+        let count = context.frames_in_flight().max(1) as usize;
+        let copy = |_| Buffer::new(context, name, bytes, Memory::Readback);
+        let copies = (0..count).map(copy).collect::<Result<Vec<_>>>()?;
+        Ok(Self(Arc::new(Inner { copies, frames: Mutex::new(vec![None; count]) })))
+    }
+
+    /// The first `count` elements as frame `frame` left them, which is over; none where that frame copied nothing, or a later
+    /// one that is recorded already takes its place.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where there are not so many.
+    pub fn read<T: Pod>(&self, frame: u64, count: usize) -> Result<Option<Vec<T>>> {
+        let place = self.place(frame);
+        if self.0.frames.lock().unwrap_or_else(PoisonError::into_inner)[place] != Some(frame) {
+            return Ok(None);
+        }
+        self.0.copies[place].read(count).map(Some)
+    }
+
+    /// What was recorded so far is not read any more: it says nothing of what has changed since.
+    pub fn forget(&self) {
+        self.0.frames.lock().unwrap_or_else(PoisonError::into_inner).fill(None);
+    }
+
+    /// Bytes of all copies.
+    pub fn bytes(&self) -> u64 {
+        self.0.copies.iter().map(Buffer::bytes).sum()
+    }
+
+    /// The copy that `frame` writes.
+    pub(super) fn begin(&self, frame: u64) -> Buffer {
+        let place = self.place(frame);
+        self.0.frames.lock().unwrap_or_else(PoisonError::into_inner)[place] = Some(frame);
+        self.0.copies[place].clone()
+    }
+
+    fn place(&self, frame: u64) -> usize {
+        (frame % self.0.copies.len() as u64) as usize
+    }
+}

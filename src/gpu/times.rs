@@ -1,0 +1,78 @@
+//! When passes ran: two timestamps each.
+
+use super::{Features, device::Device, fault};
+use ash::prelude::VkResult;
+use ash::vk;
+
+/// Passes in one submission that are timed, at most: two timestamps each.
+pub(super) const MAX_PASSES: u32 = 512;
+
+/// The name of all passes of a submission that are timed together.
+pub(super) const ALL_PASSES: &str = "all passes";
+
+/// When a pass ran.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassTime {
+    /// The pass's label.
+    pub name: String,
+    /// Device time since the first pass of the submission began, nanoseconds.
+    pub start_ns: f64,
+    /// Likewise.
+    pub end_ns: f64,
+}
+
+/// The timestamps of a recording; a null handle where the queue has none.
+pub(super) struct Queries {
+    device: Device,
+    pub handle: vk::QueryPool,
+}
+
+impl Drop for Queries {
+    fn drop(&mut self) {
+        // SAFETY: whoever recorded with it knows that it is over; a null handle is ignored.
+        unsafe { self.device.destroy_query_pool(self.handle, None) };
+    }
+}
+
+impl Queries {
+    pub fn new(device: &Device) -> VkResult<Self> {
+        let mut queries = Self { device: device.clone(), handle: vk::QueryPool::null() };
+        if device.features().timestamp_valid_bits > 0 {
+            let info =
+                vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2 * MAX_PASSES);
+            // SAFETY: the info is complete and the queue has timestamps.
+            queries.handle = fault::creation(|| unsafe { device.create_query_pool(&info, None) })?;
+        }
+        Ok(queries)
+    }
+
+    pub fn reset(&self, buffer: vk::CommandBuffer) {
+        if self.handle != vk::QueryPool::null() {
+            // SAFETY: the command buffer is being recorded, outside a render; nothing that runs uses the pool.
+            unsafe { self.device.cmd_reset_query_pool(buffer, self.handle, 0, 2 * MAX_PASSES) };
+        }
+    }
+
+    /// The times of passes that are over.
+    pub fn read(&self, names: &[String], flags: vk::QueryResultFlags) -> VkResult<Vec<PassTime>> {
+        let names = &names[..names.len().min(MAX_PASSES as usize)];
+        if names.is_empty() || self.handle == vk::QueryPool::null() {
+            return Ok(Vec::new());
+        }
+        let mut ticks = vec![0u64; 2 * names.len()];
+        let flags = vk::QueryResultFlags::TYPE_64 | flags;
+        // SAFETY: all of these queries were recorded.
+        unsafe { self.device.get_query_pool_results(self.handle, 0, &mut ticks, flags) }?;
+        Ok(times(self.device.features(), names, &ticks))
+    }
+}
+
+/// Two ticks a name.
+fn times(features: &Features, names: &[String], ticks: &[u64]) -> Vec<PassTime> {
+    let mask = u64::MAX >> (64 - features.timestamp_valid_bits.clamp(1, 64));
+    let first = ticks.first().copied().unwrap_or_default();
+    // Differences modulo the valid bits: a counter may wrap within a submission.
+    let ns = |tick: u64| (tick.wrapping_sub(first) & mask) as f64 * f64::from(features.timestamp_period_ns);
+    let time = |(name, t): (&String, &[u64])| PassTime { name: name.clone(), start_ns: ns(t[0]), end_ns: ns(t[1]) };
+    names.iter().zip(ticks.chunks_exact(2)).map(time).collect()
+}
