@@ -14,9 +14,16 @@ const THREADS: u32 = 64;
 /// Kernels that are kept for buffers that come again, as a ring of them does.
 const KEPT: usize = 8;
 
-/// What there was in the caller's buffers. Twin: Gathered in glsl/world/gather.glsl.
+/// Twin: Counts in glsl/world/gather.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+struct Counts {
+    asked: u32,
+    refused: u32,
+}
+
+/// What there was in the caller's buffers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Gathered {
     /// Particles, strands and triangles, by the caller's counts: where one is more than the capacity, so many too many.
     pub asked: [u32; 3],
@@ -90,28 +97,57 @@ pub(super) struct Slots {
     pub capacity: u32,
 }
 
+/// What a pass counted, of one kind: passes of a submission need not wait for each other's.
+struct Counted {
+    /// [`Counts`].
+    counts: Buffer,
+    read: Buffer,
+    /// Whether there is anything to read.
+    recorded: bool,
+}
+
+impl Counted {
+    fn new(context: &Context) -> Result<Self> {
+        let buffer = |memory| Buffer::new(context, "world.gathered", size_of::<Counts>() as u64, memory);
+        Ok(Self { counts: buffer(Memory::Device)?, read: buffer(Memory::Readback)?, recorded: false })
+    }
+
+    fn read(&self) -> Result<Counts> {
+        if self.recorded { Ok(self.read.read(1)?[0]) } else { Ok(Counts::default()) }
+    }
+
+    fn record<P: Push>(&mut self, commands: &mut Commands, kernel: &Kernel<P>, push: &P, slots: u32) {
+        // One workgroup where there is nothing: it says so.
+        let [x, y] = groups(u64::from(slots.div_ceil(THREADS).max(1)));
+        commands.pass("world.gather", |pass| pass.update(&self.counts, &[Counts::default()]));
+        commands.pass("world.gather", |pass| pass.dispatch(kernel, push, [x, y, 1]));
+        commands.read_back(&self.counts, &self.read);
+        self.recorded = true;
+    }
+}
+
 /// The passes, and what they count.
 pub(super) struct Gather {
-    /// [`Gathered`].
-    counted: Buffer,
-    counted_read: Buffer,
-    casters: Kernels<GatherPush>,
+    /// Of particles, strands and triangles.
+    counted: [Counted; 3],
+    /// Of particles and strands.
+    casters: [Kernels<GatherPush>; 2],
     triangles: Kernels<TrianglesPush>,
 }
 
 impl Gather {
     pub(super) fn new(context: &Context) -> Result<Self> {
-        let bytes = size_of::<Gathered>() as u64;
-        let counted = Buffer::new(context, "world.gathered", bytes, Memory::Device)?;
-        let counted_read = Buffer::new(context, "world.gathered", bytes, Memory::Readback)?;
-        let casters = Kernels { shader: &shaders::GATHER, all: Vec::new() };
+        let counted = [Counted::new(context)?, Counted::new(context)?, Counted::new(context)?];
+        let casters = [(); 2].map(|()| Kernels { shader: &shaders::GATHER, all: Vec::new() });
         let triangles = Kernels { shader: &shaders::GATHER_TRIANGLES, all: Vec::new() };
-        Ok(Self { counted, counted_read, casters, triangles })
+        Ok(Self { counted, casters, triangles })
     }
 
     /// What the last submission came to.
     pub(super) fn read(&self) -> Result<Gathered> {
-        Ok(self.counted_read.read(1)?[0])
+        let [particles, strands, triangles] = &self.counted;
+        let all = [particles.read()?, strands.read()?, triangles.read()?];
+        Ok(Gathered { asked: all.map(|counts| counts.asked), refused: all.map(|counts| counts.refused) })
     }
 
     /// Particles become casters.
@@ -157,7 +193,8 @@ impl Gather {
         let holds = held(&source.buffer, source.offset, source.stride, bytes);
         let counted = source.count.counted(what, slots.capacity, holds)?;
         let theirs = [&source.buffer, source.count.buffer(&source.buffer)];
-        let kernel = self.casters.of(context, &theirs, &[casters, &self.counted])?;
+        let kind = usize::from(push.end != NOWHERE);
+        let kernel = self.casters[kind].of(context, &theirs, &[casters, &self.counted[kind].counts])?;
         let push = GatherPush {
             first: slots.first,
             slots: slots.count,
@@ -167,7 +204,7 @@ impl Gather {
             stride: words(what, source.stride.into())?,
             ..push
         };
-        self.record(commands, &kernel, &push, slots.count, usize::from(push.end != NOWHERE));
+        self.counted[kind].record(commands, &kernel, &push, slots.count);
         Ok(())
     }
 
@@ -188,7 +225,7 @@ impl Gather {
         };
         let counted = corners.count.counted(what, capacity, holds)?;
         let theirs = [&corners.vertices, indices, corners.count.buffer(&corners.vertices)];
-        let kernel = self.triangles.of(context, &theirs, &[triangles, &self.counted])?;
+        let kernel = self.triangles.of(context, &theirs, &[triangles, &self.counted[2].counts])?;
         let push = TrianglesPush {
             slots: capacity,
             most: counted.most,
@@ -200,16 +237,7 @@ impl Gather {
             albedo: corners.albedo,
             place,
         };
-        self.record(commands, &kernel, &push, capacity, 2);
+        self.counted[2].record(commands, &kernel, &push, capacity);
         Ok(())
-    }
-
-    fn record<P: Push>(&self, commands: &mut Commands, kernel: &Kernel<P>, push: &P, slots: u32, kind: usize) {
-        let refused = (size_of::<[u32; 3]>() + 4 * kind) as u64;
-        // One workgroup where there is nothing: it says so.
-        let [x, y] = groups(u64::from(slots.div_ceil(THREADS).max(1)));
-        commands.pass("world.gather", |pass| pass.fill_part(&self.counted, refused, 4, 0));
-        commands.pass("world.gather", |pass| pass.dispatch(kernel, push, [x, y, 1]));
-        commands.read_back(&self.counted, &self.counted_read);
     }
 }
