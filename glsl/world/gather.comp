@@ -24,7 +24,7 @@ layout(set = 0, binding = 0, scalar) readonly buffer GatherTheirs { uint theirs[
 layout(set = 0, binding = 1, scalar) readonly buffer GatherCounts { uint counts[]; };
 // Two vectors each, so that they are written whole.
 layout(set = 0, binding = 2, scalar) writeonly buffer GatherCasters { uvec4 casters[]; };
-layout(set = 0, binding = 3, scalar) buffer GatherGathered { Gathered gathered; };
+layout(set = 0, binding = 3, scalar) buffer GatherCounted { Counts counted; };
 
 // As the bits of an optical depth of 80: MAX_OPTICAL_DEPTH in glsl/world/caster.glsl.
 const uint MOST_DEPTH = 0x42A00000u;
@@ -36,7 +36,7 @@ void main() {
     bool strands = end != NOWHERE;
     uint asked = count_at == NOWHERE ? most : counts[count_at];
     if (i == 0u) {
-        gathered.asked[strands ? 1u : 0u] = asked;
+        counted.asked = asked;
     }
     if (i >= slots) {
         return;
@@ -60,7 +60,7 @@ void main() {
             low = uvec4(place, size);
             high = uvec4(axis, thick);
         } else {
-            atomicAdd(gathered.refused[strands ? 1u : 0u], 1u);
+            atomicAdd(counted.refused, 1u);
         }
     }
     casters[2u * (first + i)] = low;

@@ -6,10 +6,10 @@
 // No word of a buffer.
 const uint NOWHERE = 0xFFFFFFFFu;
 
-// What there was, of particles, strands and triangles. Twin: world::Gathered.
-struct Gathered {
-    uint asked[3];    // so many, by the caller's count
-    uint refused[3];  // of those that there is room for, so many have no place or no size
+// What there was. Twin: Counts in src/world/gather.rs.
+struct Counts {
+    uint asked;    // so many, by the caller's count
+    uint refused;  // of those that there is room for, so many have no place or no size
 };
 
 // Numbers are looked at as bits, and copied as bits: a device may flush small ones.

@@ -15,9 +15,16 @@ const THREADS: u32 = 64;
 /// Kernels that are kept for buffers that come again, as a ring of them does.
 const KEPT: usize = 8;
 
-/// What there was in the caller's buffers. Twin: Gathered in glsl/world/gather.glsl.
+/// Twin: Counts in glsl/world/gather.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+struct Counts {
+    asked: u32,
+    refused: u32,
+}
+
+/// What there was in the caller's buffers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Gathered {
     /// Particles, strands and triangles, by the caller's counts: where one is more than the capacity, so many too many.
     pub asked: [u32; 3],
@@ -91,28 +98,57 @@ pub(super) struct Slots {
     pub capacity: u32,
 }
 
+/// What a pass counted, of one kind: passes of a submission need not wait for each other's.
+struct Counted {
+    /// [`Counts`].
+    counts: Buffer,
+    read: ReadBack,
+}
+
+impl Counted {
+    fn new(context: &Context) -> Result<Self> {
+        let (name, bytes) = ("world.gathered", size_of::<Counts>() as u64);
+        let counts = Buffer::new(context, name, bytes, Memory::Device)?;
+        Ok(Self { counts, read: ReadBack::new(context, name, bytes)? })
+    }
+
+    fn read(&self, frame: u64) -> Result<Option<Counts>> {
+        Ok(self.read.read(frame, 1)?.map(|counts| counts[0]))
+    }
+
+    fn record<P: Push>(&self, commands: &mut Commands, kernel: &Kernel<P>, push: &P, slots: u32) {
+        // One workgroup where there is nothing: it says so.
+        let [x, y] = groups(u64::from(slots.div_ceil(THREADS).max(1)));
+        commands.pass("world.gather", |pass| pass.update(&self.counts, &[Counts::default()]));
+        commands.pass("world.gather", |pass| pass.dispatch(kernel, push, [x, y, 1]));
+        commands.read_back(&self.counts, &self.read);
+    }
+}
+
 /// The passes, and what they count.
 pub(super) struct Gather {
-    /// [`Gathered`].
-    counted: Buffer,
-    counted_read: ReadBack,
-    casters: Kernels<GatherPush>,
+    /// Of particles, strands and triangles.
+    counted: [Counted; 3],
+    /// Of particles and strands.
+    casters: [Kernels<GatherPush>; 2],
     triangles: Kernels<TrianglesPush>,
 }
 
 impl Gather {
     pub(super) fn new(context: &Context) -> Result<Self> {
-        let bytes = size_of::<Gathered>() as u64;
-        let counted = Buffer::new(context, "world.gathered", bytes, Memory::Device)?;
-        let counted_read = ReadBack::new(context, "world.gathered", bytes)?;
-        let casters = Kernels { shader: &shaders::GATHER, all: Vec::new() };
+        let counted = [Counted::new(context)?, Counted::new(context)?, Counted::new(context)?];
+        let casters = [(); 2].map(|()| Kernels { shader: &shaders::GATHER, all: Vec::new() });
         let triangles = Kernels { shader: &shaders::GATHER_TRIANGLES, all: Vec::new() };
-        Ok(Self { counted, counted_read, casters, triangles })
+        Ok(Self { counted, casters, triangles })
     }
 
     /// What a frame came to.
     pub(super) fn read(&self, frame: u64) -> Result<Option<Gathered>> {
-        Ok(self.counted_read.read(frame, 1)?.map(|counted| counted[0]))
+        let [particles, strands, triangles] = &self.counted;
+        let all = [particles.read(frame)?, strands.read(frame)?, triangles.read(frame)?];
+        let counts = all.map(Option::unwrap_or_default);
+        let gathered = Gathered { asked: counts.map(|c| c.asked), refused: counts.map(|c| c.refused) };
+        Ok(all.iter().any(Option::is_some).then_some(gathered))
     }
 
     /// Particles become casters.
@@ -158,7 +194,8 @@ impl Gather {
         let holds = held(&source.buffer, source.offset, source.stride, bytes);
         let counted = source.count.counted(what, slots.capacity, holds)?;
         let theirs = [&source.buffer, source.count.buffer(&source.buffer)];
-        let kernel = self.casters.of(context, &theirs, &[casters, &self.counted])?;
+        let kind = usize::from(push.end != NOWHERE);
+        let kernel = self.casters[kind].of(context, &theirs, &[casters, &self.counted[kind].counts])?;
         let push = GatherPush {
             first: slots.first,
             slots: slots.count,
@@ -168,7 +205,7 @@ impl Gather {
             stride: words(what, source.stride.into())?,
             ..push
         };
-        self.record(commands, &kernel, &push, slots.count, usize::from(push.end != NOWHERE));
+        self.counted[kind].record(commands, &kernel, &push, slots.count);
         Ok(())
     }
 
@@ -189,7 +226,7 @@ impl Gather {
         };
         let counted = corners.count.counted(what, capacity, holds)?;
         let theirs = [&corners.vertices, indices, corners.count.buffer(&corners.vertices)];
-        let kernel = self.triangles.of(context, &theirs, &[triangles, &self.counted])?;
+        let kernel = self.triangles.of(context, &theirs, &[triangles, &self.counted[2].counts])?;
         let push = TrianglesPush {
             slots: capacity,
             most: counted.most,
@@ -201,16 +238,7 @@ impl Gather {
             albedo: corners.albedo,
             place,
         };
-        self.record(commands, &kernel, &push, capacity, 2);
+        self.counted[2].record(commands, &kernel, &push, capacity);
         Ok(())
-    }
-
-    fn record<P: Push>(&self, commands: &mut Commands, kernel: &Kernel<P>, push: &P, slots: u32, kind: usize) {
-        let refused = (size_of::<[u32; 3]>() + 4 * kind) as u64;
-        // One workgroup where there is nothing: it says so.
-        let [x, y] = groups(u64::from(slots.div_ceil(THREADS).max(1)));
-        commands.pass("world.gather", |pass| pass.fill_part(&self.counted, refused, 4, 0));
-        commands.pass("world.gather", |pass| pass.dispatch(kernel, push, [x, y, 1]));
-        commands.read_back(&self.counted, &self.counted_read);
     }
 }
