@@ -301,3 +301,103 @@ impl MapSettings {
         Ok(filter)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::consume::ShadingSettings;
+    use crate::technique::keys::{EVERY, Name};
+    use crate::technique::{self as all, Entry, REGISTRY, Spec, parse};
+    use proptest::prelude::*;
+    use std::fmt::Debug;
+
+    /// Texts that a key knows: all words, and numbers at the ends and between them.
+    fn known(key: &Key) -> Vec<String> {
+        let default = key.default.to_owned();
+        let more: Vec<String> = match key.values {
+            Values::OneOf(words) => words.iter().map(|word| (*word).to_owned()).collect(),
+            Values::Number(low, high) => [low, low + (high - low) / 3, high].map(|n| n.to_string()).to_vec(),
+            Values::Multiple(step, low, high) => [low, low + step, high].map(|n| n.to_string()).to_vec(),
+            Values::Path(_) => vec!["a=b:c.gobo".into()],
+        };
+        std::iter::once(default).chain(more).collect()
+    }
+
+    /// A spec says what its settings say: text, settings and text again are the same, one key after the other and all at once.
+    fn goes_both_ways<S: Keyed + PartialEq + Debug>(entry: &'static Entry, more: &'static [Key]) {
+        let again = |spec: &Spec| Spec::new(entry, more).with(&spec.settings::<S>());
+        let default = Spec::new(entry, more);
+        assert_eq!(default.settings::<S>(), S::default(), "{}", entry.name);
+        assert_eq!(again(&default).to_string(), default.to_string());
+        let has = |key: &&Key| S::default().texts().iter().any(|(name, _)| *name == key.name);
+        let keys: Vec<_> = default.keys().filter(has).collect();
+        assert!(S::KEYS.iter().all(|key| keys.iter().any(|known| known.name == key.name)), "{}", entry.name);
+        for key in &keys {
+            for value in known(key) {
+                let with = key.with.map_or(String::new(), |(other, word)| format!(",{other}={word}"));
+                let text = format!("{}:{}={value}{with}", entry.name, key.name);
+                let spec = parse(&text, more).expect(&text).remove(0);
+                spec.settings::<S>().check().expect(&text);
+                assert_eq!(again(&spec).to_string(), spec.to_string(), "{text}");
+                assert_eq!((again(&spec).short(), again(&spec).variant()), (spec.short(), spec.variant()), "{text}");
+            }
+        }
+        let all: Vec<_> = keys.into_iter().map(|key| (*key, known(key))).collect();
+        proptest!(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) }, |(
+            picked in prop::collection::vec(any::<prop::sample::Index>(), all.len()),
+        )| {
+            let mut spec = default.clone();
+            for ((key, values), index) in all.iter().zip(&picked).filter(|((key, _), _)| !matches!(key.values, Values::Path(_))) {
+                spec.set(key, &values[index.index(values.len())]);
+            }
+            prop_assert_eq!(again(&spec).to_string(), spec.to_string());
+            prop_assert_eq!(again(&spec).settings::<S>(), spec.settings::<S>());
+        });
+    }
+
+    /// Of each technique, and of what asks it.
+    #[test]
+    fn specs_and_settings_are_one() {
+        let mut seen = vec![all::ray_query::ENTRY.name];
+        macro_rules! each {
+            ($($module:ident),*) => { $(
+                goes_both_ways::<all::$module::Settings>(&all::$module::ENTRY, &[]);
+                seen.push(all::$module::ENTRY.name);
+            )* };
+        }
+        each!(avsm, beer_shadow_map, ism, psm, shadow_map, translucency_map, uncompressed, voxel_grid, voxelized);
+        goes_both_ways::<ShadingSettings>(&all::avsm::ENTRY, crate::consume::KEYS);
+        for entry in REGISTRY {
+            assert!(seen.contains(&entry.name), "{} is not among these", entry.name);
+            for key in entry.all_keys() {
+                let names = |in_file: OneOf| in_file.iter().all(|name| entry.keys.iter().any(|key| key.name == *name));
+                assert!(!matches!(key.values, Values::Path(in_file) if !names(in_file)), "{}", entry.name);
+            }
+        }
+    }
+
+    /// What others call keys by are keys.
+    #[test]
+    fn names_are_keys() {
+        let names = [Name::PATH, Name::SIZE, Name::SLICES, Name::POINTS, Name::FILTER, Name::OPAQUE, Name::SKIP];
+        for name in names {
+            assert!(REGISTRY.iter().any(|e| e.all_keys().any(|key| Name::from(key) == name)), "{name:?}");
+        }
+        assert_eq!(EVERY.len(), 1);
+    }
+
+    /// Settings from code are held to what specs are.
+    #[test]
+    fn what_no_spec_says_is_refused() {
+        use all::{avsm, psm, voxelized};
+        let told = |result: Result<()>| result.expect_err("refused").to_string();
+        let avsm = told(avsm::Settings { nodes: 5, ..Default::default() }.check());
+        assert_eq!(avsm, "nodes=5: is not known; choose one of: 4, 8, 16");
+        let none = told(avsm::Settings { capacity: Some(0), ..Default::default() }.check());
+        assert_eq!(none, "capacity=0: is not known; give a whole number from 1 to 268435456, or auto");
+        let slices = told(psm::Settings { slices: 6, ..Default::default() }.check());
+        assert!(slices.contains("divisible by 4"), "{slices}");
+        let file = told(voxelized::Settings { file: Some("a\nb".into()), ..Default::default() }.check());
+        assert!(file.contains("the name of a file"), "{file}");
+    }
+}

@@ -171,11 +171,7 @@ impl Voxelized {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         if let Some(file) = &settings.file {
-            return Err(Error::input(
-                file,
-                "a bake is written to it, and not read from it",
-                "open it as what is loaded",
-            ));
+            return Err(Error::input(file, "a bake is not read from a file", "open what is loaded, or name none"));
         }
         Self::planned(context, world, &Plan::of(settings))
     }
