@@ -5,6 +5,10 @@
 //! - A technique counts the steps of its look-ups if they have `#ifdef LOOK_UP_STEPS`.
 //! - `CONSTANT(type, NAME, value)` declares a specialization constant. Each name has one id, ID_NAME, in all shaders.
 //! - `// variants: LANES 0 1` at the top of a shader builds it once for each value of that macro.
+//! - `// set 1: bins` names a descriptor set: see build/sets.rs.
+
+#[path = "build/sets.rs"]
+mod sets;
 
 use shaderc::{CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, TargetEnv};
 use std::collections::{BTreeMap, BTreeSet};
@@ -52,7 +56,7 @@ fn build() -> Result<(), String> {
         .collect();
     let spirv = compile_all(&sources, &jobs, &constants)?;
     let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
-    let table = table(&out, &sources, &techniques, &constants, &jobs, &spirv)?;
+    let table = table(&out, &sources, &techniques, &constants, &jobs, &spirv)? + &sets::module(&sources, &techniques)?;
     write(&out.join("shaders.rs"), table.as_bytes())
 }
 
