@@ -99,7 +99,7 @@ fn written(text: &mut String, name: &str, set: &Set) -> Result<(), String> {
     }
     let capital = |word: &str| word[..1].to_uppercase() + &word[1..];
     let structure: String = name.split('_').map(capital).collect();
-    let _ = writeln!(text, "    /// The set {name}.\n    pub struct {structure}<'a> {{");
+    let _ = writeln!(text, "    /// The set {name}.\n    #[derive(Clone, Copy)]\n    pub struct {structure}<'a> {{");
     for (binding, Slot { field, kind }) in set {
         let rust = match kind {
             Kind::Buffer => "Buffer",

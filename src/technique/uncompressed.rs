@@ -4,9 +4,10 @@ use super::keys::{FILTER, OPAQUE, RADIUS, SIZE, filter, opaque};
 use super::promises::ROUNDING;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::Result;
-use crate::gpu::{Bindings, Commands, Constants, Context, Requirement, Resource};
+use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
 use crate::maps::{DrawingOrder, Keep, List, Map, Maps, Splat};
 use crate::shaders::folder;
+use crate::shaders::set;
 use crate::world::{Made, Parts, World};
 
 /// For the registry.
@@ -34,9 +35,6 @@ const PROMISES: Promises =
 
 const LIST: &str = "list";
 
-/// Where the segments stand in the look-up's set.
-const SEGMENTS: usize = 4;
-
 /// The technique, opened for one world.
 pub struct Uncompressed {
     maps: Maps,
@@ -59,8 +57,8 @@ impl Uncompressed {
         let maps = Maps::new(context, world, size, opaque(spec))?;
         let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
         let list = List::new(context, &maps, splat, Keep::All, None)?;
-        let more = [Resource::StorageImage(list.heads.clone()), Resource::Buffer(list.segments.clone())];
-        let look_up = maps.look_up(context, "uncompressed.look_up", &more)?;
+        let more = set::UncompressedLookUp { heads: &list.heads, segments: &list.segments };
+        let look_up = maps.look_up(context, "uncompressed.look_up", &more.resources())?;
         let listed = Made::of(Maps::VOLUME);
         Ok(Self { maps, list, listed, look_up, constants: filter.constants(Constants::new()) })
     }
@@ -88,7 +86,7 @@ impl Technique for Uncompressed {
     fn settle(&mut self) -> Result<Settled> {
         let grew = self.list.settle()?;
         if grew {
-            self.list.bind_segments(&self.look_up, SEGMENTS)?;
+            self.list.bind_segments(&self.look_up, set::UncompressedLookUp::SEGMENTS)?;
         }
         let grew = self.maps.settle(grew)?;
         if grew {

@@ -4,9 +4,10 @@
 use super::keys::{Key, Values, Word, words};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
 use crate::Result;
-use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement, Resource};
-use crate::grid::{Grid, Voxelizer};
+use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement};
+use crate::grid::{GridBuffers, Grid, Voxelizer};
 use crate::maps::Map;
+use crate::shaders::set;
 use crate::scene::{Casting, Resolution, Scene, View};
 use crate::shaders::{constant, folder};
 use crate::world::{Parts, World};
@@ -150,10 +151,9 @@ impl VoxelGrid {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         ENTRY.require(context, settings.path())?;
         let grid = Grid::new(context, world, settings.size, settings.voxelizer, settings.cone.is_some())?;
-        let [data, bits, media, media_bits, cells] = grid.buffers();
-        let resources =
-            [&world.lights, data, bits, media, media_bits, cells].map(|buffer| Resource::Buffer(buffer.clone()));
-        let look_up = Bindings::new(context, "voxel_grid.look_up", &resources)?;
+        let GridBuffers { data, bits, media, media_bits, cells } = grid.buffers();
+        let look_up = set::VoxelGridLookUp { lights: &world.lights, grid: data, bits, media, media_bits, cells };
+        let look_up = look_up.bind(context, "voxel_grid.look_up")?;
         let constants = Constants::new()
             .set(constant::GRID_SIZE, settings.size)
             .set(constant::MARCH_STEPS, settings.steps.unwrap_or(0))

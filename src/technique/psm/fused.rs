@@ -2,9 +2,10 @@
 
 use super::volume::Volume;
 use crate::Result;
-use crate::gpu::{Bindings, Commands, Constants, Context, Image, Kernel, Resource};
+use crate::gpu::{Commands, Constants, Context, Image, Kernel};
 use crate::maps::{Bins, Entries, Maps, PartPush, Use};
 use crate::shaders::constant::{BATCH, BATCH_AXES, ROWS, THREADS, WORKGROUP};
+use crate::shaders::set;
 use crate::shaders::psm;
 use crate::world::World;
 
@@ -73,7 +74,7 @@ impl Fused {
             blocks: None,
         };
         let bins = Bins::new(context, world, maps, what)?.unlisted();
-        let storage = Bindings::new(context, "psm.volume", &[Resource::StorageImage(volume.clone())])?;
+        let storage = set::PsmVolume { volume }.bind(context, "psm.volume")?;
         let shader = if layout.is_8_bit() { &psm::FUSED_BITS_8 } else { &psm::FUSED_BITS_16 };
         let strands = world.has_strands();
         let batch = batch(context, layout.slices, threads, strands);
