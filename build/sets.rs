@@ -46,7 +46,9 @@ pub fn module(sources: &Sources, techniques: &[String]) -> Result<String, String
                 let set = sets.entry(name.clone()).or_default();
                 let slot = Slot { field: slot.field.clone(), kind: slot.kind };
                 if set.get(&binding).is_some_and(|before| *before != slot) {
-                    return Err(format!("glsl/{file}: error: binding {binding} of the set {name} is declared otherwise elsewhere"));
+                    return Err(format!(
+                        "glsl/{file}: error: binding {binding} of the set {name} is declared otherwise elsewhere"
+                    ));
                 }
                 set.insert(binding, slot);
             }
@@ -112,7 +114,8 @@ fn written(text: &mut String, name: &str, set: &Set) -> Result<(), String> {
     let _ = writeln!(text, "    }}\n    impl {structure}<'_> {{");
     for (binding, Slot { field, .. }) in set {
         let constant = field.to_uppercase();
-        let _ = writeln!(text, "        /// The binding of `{field}`.\n        pub const {constant}: usize = {binding};");
+        let _ =
+            writeln!(text, "        /// The binding of `{field}`.\n        pub const {constant}: usize = {binding};");
     }
     let resource = |Slot { field, kind }: &Slot| match kind {
         Kind::Buffer => format!("Resource::Buffer(self.{field}.clone())"),

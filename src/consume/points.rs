@@ -4,11 +4,10 @@
 use super::{Kernels, Renderer};
 use crate::Result;
 use crate::gpu::{
-    Blend, Buffer, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, PassTime,
-    Target, push_struct,
+    Blend, Buffer, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, PassTime, Target, push_struct,
 };
-use crate::shaders::set;
 use crate::scene::Fountain;
+use crate::shaders::set;
 use crate::shaders::{constant, consume as shaders};
 use crate::technique::Answer;
 

@@ -7,12 +7,10 @@ mod media;
 use self::cells::Cells;
 use self::media::Media;
 use crate::Result;
-use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Draw, Graphics, Kernel, Memory, groups, push_struct,
-};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Draw, Graphics, Kernel, Memory, groups, push_struct};
 use crate::shaders::constant::CONSERVATIVE;
-use crate::shaders::set;
 use crate::shaders::grid as shaders;
+use crate::shaders::set;
 use crate::world::{Made, Parts, World};
 use bytemuck::{Pod, Zeroable};
 

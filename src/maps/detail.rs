@@ -6,8 +6,8 @@ use super::threads::{Surveying, Threads};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, push_struct};
 use crate::shaders;
-use crate::shaders::set;
 use crate::shaders::constant::{LISTS, SHARING, THREADS, WORKGROUP};
+use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 
 /// Words of a tile in the table, and the most blocks that it is. Twin: SLOTS in glsl/detail/blocks.glsl.

@@ -7,6 +7,7 @@
 
 mod bins;
 mod compact;
+mod cull;
 mod detail;
 mod filter;
 mod fit;
@@ -20,7 +21,7 @@ mod threads;
 mod totals;
 mod uses;
 
-pub use bins::{Bins, PartPush, TILE_TEXELS};
+pub use bins::{Bins, TILE_TEXELS};
 pub use compact::Compact;
 pub use detail::{BLOCK_TEXELS, Detail, MOST_BLOCKS, SLOTS, Survey, table_bytes, tile_count};
 pub use filter::{Filter, FilterKind};
@@ -38,8 +39,8 @@ pub use uses::{Entries, Use};
 use self::fit::Fit;
 use self::opaque::Opaque;
 use crate::gpu::{Bindings, Buffer, Commands, Context, Memory, Resource};
-use crate::shaders::set;
 use crate::scene::{Casting, Scene, View};
+use crate::shaders::set;
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};

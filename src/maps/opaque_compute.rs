@@ -2,12 +2,10 @@
 //! Twin: [`crate::reference::twin::opaque`].
 
 use crate::Result;
-use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Image, Kernel, Memory, groups, push_struct,
-};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Image, Kernel, Memory, groups, push_struct};
 use crate::shaders::constant::{OPAQUE_SMALL, SNAP};
-use crate::shaders::set;
 use crate::shaders::maps::{OPAQUE_CLEAR, OPAQUE_TILES, OPAQUE_TRIANGLES};
+use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 
 /// Texels a side of a tile. Twin: OPAQUE_TILE in glsl/maps/opaque_draw.glsl.

@@ -4,12 +4,11 @@ use super::compact::COMMAND_BYTES;
 use super::{Bins, Compact, Maps, Order};
 use crate::Result;
 use crate::gpu::{
-    Bindings, Blend, Buffer, Commands, Constants, Context, Draw, Format, Graphics, Kernel, Shader,
-    push_struct,
+    Bindings, Blend, Buffer, Commands, Constants, Context, Draw, Format, Graphics, Kernel, Shader, push_struct,
 };
 use crate::shaders;
-use crate::shaders::set;
 use crate::shaders::constant::STRANDS;
+use crate::shaders::set;
 use crate::world::World;
 use std::ops::Range;
 

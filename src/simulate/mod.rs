@@ -1,13 +1,11 @@
 //! Particles that the device moves: positions and speeds in buffers, a dispatch a step. Twin: [`crate::reference::twin::simulate`].
 
 use crate::Result;
-use crate::gpu::{
-    Buffer, Commands, Constants, Context, Kernel, Memory, PassTime, groups, push_struct,
-};
+use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, PassTime, groups, push_struct};
 use crate::grid::{Grid, GridData};
 use crate::scene::{Body, Fountain, Motion, check_time};
-use crate::shaders::simulate as shaders;
 use crate::shaders::set;
+use crate::shaders::simulate as shaders;
 use crate::world::World;
 use bytemuck::Zeroable;
 

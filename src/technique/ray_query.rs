@@ -2,9 +2,7 @@
 
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;
-use crate::gpu::{
-    AccelerationStructure, Bindings, Buffer, Commands, Constants, Context, Memory, Requirement,
-};
+use crate::gpu::{AccelerationStructure, Bindings, Buffer, Commands, Constants, Context, Memory, Requirement};
 use crate::maps::Map;
 use crate::scene::Scene;
 use crate::shaders::folder;
@@ -53,12 +51,8 @@ impl RayQuery {
         let bottom = AccelerationStructure::bottom(context, "ray_query.bottom", &world.triangles, &indices, count)?;
         let top = AccelerationStructure::top(context, "ray_query.top", &bottom)?;
         let extent = Buffer::new(context, "ray_query.extent", size_of::<f32>() as u64, Memory::Device)?;
-        let look_up = set::RayQueryLookUp {
-            lights: &world.lights,
-            meshes: &top,
-            triangles: &world.triangles,
-            extent: &extent,
-        };
+        let look_up =
+            set::RayQueryLookUp { lights: &world.lights, meshes: &top, triangles: &world.triangles, extent: &extent };
         let look_up = look_up.bind(context, "ray_query.look_up")?;
         Ok(Self { indices, bottom, top, extent, look_up, constants: Constants::new() })
     }

@@ -10,11 +10,9 @@ pub use ask::QueueData;
 pub use frame::FrameData;
 
 use super::Tiled;
-use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Format, Image, Kernel, Memory, push_struct,
-};
-use crate::shaders::set;
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Format, Image, Kernel, Memory, push_struct};
 use crate::scene::{SKY, View};
+use crate::shaders::set;
 use crate::shaders::{Folder, constant, many_lights as shaders};
 use crate::technique::Answer;
 use crate::{Error, Result};

@@ -3,8 +3,8 @@
 use super::settings::Settings;
 use crate::gpu::{Bindings, Buffer, Context, Memory};
 use crate::maps::{BLOCK_TEXELS, Bins, FilterKind, MOST_BLOCKS, Maps, SLOTS, TILE_TEXELS, table_bytes, tile_count};
-use crate::shaders::set;
 use crate::scene::FARTHEST;
+use crate::shaders::set;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 

@@ -71,8 +71,7 @@ impl Adapt {
         let bytes = u64::from(cluster_count(settings)) * size_of::<ClusterData>() as u64;
         let clusters = Buffer::new(context, "ism.clusters", bytes, Memory::Device)?;
         let gathers = set::IsmClusters { pool: &sample.pool, clusters: &clusters }.bind(context, "ism.clusters")?;
-        let adapts =
-            set::IsmAdapt { lights: &world.lights, head: &sample.head, clusters: &clusters, taken: &taken };
+        let adapts = set::IsmAdapt { lights: &world.lights, head: &sample.head, clusters: &clusters, taken: &taken };
         let adapts = adapts.bind(context, "ism.adapt")?;
         let constants = Constants::new()
             .set(constant::ISM_SIZE, settings.size)

@@ -4,8 +4,7 @@
 use super::atlas::AtlasPush;
 use super::settings::Settings;
 use crate::gpu::{
-    Buffer, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Memory,
-    Target, groups,
+    Buffer, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Target, groups,
 };
 use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};

@@ -2,8 +2,8 @@
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
-use crate::shaders::set;
 use crate::scene::{Mesh, Scene};
+use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};

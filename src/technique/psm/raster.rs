@@ -3,13 +3,11 @@
 
 use super::volume::{Coverage, Volume};
 use crate::Result;
-use crate::gpu::{
-    Commands, Constants, Context, Graphics, Image, Kernel, Layered, Requirement, push_struct,
-};
+use crate::gpu::{Commands, Constants, Context, Graphics, Image, Kernel, Layered, Requirement, push_struct};
 use crate::maps::{Bins, Entries, Maps, Use};
 use crate::shaders;
-use crate::shaders::set;
 use crate::shaders::constant::MAP_PUSHED;
+use crate::shaders::set;
 use crate::technique::Spec;
 use crate::technique::keys::words;
 use crate::world::World;

@@ -1,9 +1,9 @@
 //! What a bake works with: how much room there is, where things stand in it, and what the passes are pushed.
 
 use super::MAX_LEVELS;
-use crate::shaders::set;
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Context, Memory, Resource, push_struct};
+use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 
 push_struct! {
