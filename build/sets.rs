@@ -1,7 +1,7 @@
 //! Descriptor sets by name. A comment `// set 1: bins` in a file of glsl/ names the set 1 of which that file declares bindings, and
 //! this makes the Rust struct `shaders::set::Bins` of it, with a field a binding: the buffer's member or the image, by its name in
-//! GLSL. A set that several files declare is named in each. What look-ups read, set GOBO_SET of a technique's folder, has its
-//! name from the folder (`AvsmLookUp`), and begins where glsl/maps/look_up_set.glsl ends if the folder includes that.
+//! GLSL. A set that several files declare is named in each. What look-ups read, set GOBO_SET, has its name from the folder
+//! (`AvsmLookUp`). Where a look-up includes glsl/maps/look_up_set.glsl, its own begins behind `MapsLookUp`.
 
 use crate::Sources;
 use std::collections::BTreeMap;
@@ -27,7 +27,7 @@ enum Kind {
 }
 
 /// The sets as a module of Rust.
-pub fn module(sources: &Sources, techniques: &[String]) -> Result<String, String> {
+pub fn module(sources: &Sources) -> Result<String, String> {
     let mut sets: BTreeMap<String, Set> = BTreeMap::new();
     for (file, text) in sources {
         let folder = file.rsplit_once('/').map_or("", |(folder, _)| folder);
@@ -36,10 +36,8 @@ pub fn module(sources: &Sources, techniques: &[String]) -> Result<String, String
             let Some((number, all)) = line.split_once(": ") else { continue };
             names.extend(all.split_whitespace().map(|name| (number, name.to_owned())));
         }
-        if techniques.iter().any(|t| t == folder) {
-            let name = folder.rsplit('/').next().unwrap_or(folder).replace('-', "_");
-            names.push(("GOBO_SET", format!("{name}_look_up")));
-        }
+        let word = folder.rsplit('/').next().unwrap_or(folder).replace('-', "_");
+        names.push(("GOBO_SET", format!("{word}_look_up")));
         for line in text.lines() {
             let Some((number, binding, slot)) = declared(line) else { continue };
             for (_, name) in names.iter().filter(|(of, _)| *of == number) {

@@ -10,7 +10,6 @@
 #define GOBO_SET 1
 #endif
 
-// set GOBO_SET: maps_look_up
 layout(set = GOBO_SET, binding = 0, scalar) readonly buffer LookUpLights { Light look_up_lights[]; };
 layout(set = GOBO_SET, binding = 1, scalar) readonly buffer LookUpMaps { Map look_up_maps[]; };
 layout(set = GOBO_SET, binding = 2) uniform sampler2D look_up_opaque;
