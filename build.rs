@@ -6,6 +6,7 @@
 //! - `CONSTANT(type, NAME, value)` declares a specialization constant. Each name has one id, ID_NAME, in all shaders.
 //! - `// variants: LANES 0 1` at the top of a shader builds it once for each value of that macro.
 //! - The look-up of each technique is written as one file for other programs too: build/flat.rs.
+//! - `// set 1: bins` names a descriptor set: see build/sets.rs.
 
 #[path = "build/flat.rs"]
 mod flat;
@@ -13,6 +14,8 @@ mod flat;
 mod head;
 #[path = "build/preprocess.rs"]
 mod preprocess;
+#[path = "build/sets.rs"]
+mod sets;
 #[path = "build/units.rs"]
 mod units;
 
@@ -65,7 +68,7 @@ fn build() -> Result<(), String> {
         .collect();
     let spirv = compile_all(&sources, &jobs, &constants)?;
     let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
-    let table = table(&out, &sources, &techniques, &constants, &jobs, &spirv)?;
+    let table = table(&out, &sources, &techniques, &constants, &jobs, &spirv)? + &sets::module(&sources)?;
     write(&out.join("shaders.rs"), table.as_bytes())?;
     write(&out.join("glsl.rs"), flat_files(&out, &sources, &techniques)?.as_bytes())?;
     embed::build(&out, |technique| Ok(flat::flat(&sources, &technique.into())?.text))
@@ -241,9 +244,9 @@ fn constant_name(job: &Job) -> String {
     }
 }
 
-/// The name of a module for a folder of glsl/.
+/// The name of a module for a folder of glsl/, wherever it is.
 fn module_name(folder: &str) -> String {
-    folder.replace('-', "_")
+    folder.rsplit('/').next().unwrap_or(folder).replace('-', "_")
 }
 
 fn table(
@@ -261,7 +264,7 @@ fn table(
         write(&out.join(format!("{i}.spv")), words)?;
         let folder = module_name(job.file.rsplit_once('/').map_or("", |(folder, _)| folder));
         let mut name = job.file.clone();
-        name = job.technique.as_ref().map_or(name.clone(), |t| format!("{t}/{name}"));
+        name = job.technique.as_ref().map_or(name.clone(), |t| format!("{}/{name}", module_name(t)));
         name = job.variant.as_ref().map_or(name.clone(), |(_, value)| format!("{name}/{value}"));
         let push = push_block(sources, job);
         let shader = format!(
@@ -276,12 +279,12 @@ fn table(
     }
     let mut text = String::new();
     for (folder, shaders) in &modules {
-        let _ = writeln!(text, "/// Shaders of glsl/{folder}/.\npub mod {folder} {{\n    use super::*;");
+        let _ = writeln!(text, "/// Shaders of the folder {folder} in glsl/.\npub mod {folder} {{\n    use super::*;");
         for (name, of) in shaders {
             let asks = jobs.iter().any(|j| {
                 j.technique.is_some()
                     && constant_name(j) == *name
-                    && module_name(&j.file).starts_with(&format!("{folder}/"))
+                    && j.file.rsplit_once('/').is_some_and(|(of, _)| module_name(of) == *folder)
             });
             let (kind, value) = match &of[..] {
                 _ if asks => ("PerTechnique", format!("PerTechnique(&[{}])", of.join(", "))),
@@ -302,13 +305,14 @@ fn table(
         "/// The folders of glsl/ that answer: each has a visibility.glsl.\npub mod folder {\n    use super::*;\n",
     );
     for (i, technique) in techniques.iter().enumerate() {
-        let name = module_name(technique).to_uppercase();
+        let word = module_name(technique);
+        let name = word.to_uppercase();
         let counts = whole(sources, &format!("{technique}/{LOOK_UP}"), Some(technique))
             .iter()
             .any(|text| text.contains("#ifdef LOOK_UP_STEPS"));
         let _ = writeln!(
             text,
-            "    /// glsl/{technique}/\n    pub const {name}: Folder = Folder {{ place: {i}, name: {technique:?}, counts_steps: {counts} }};"
+            "    /// glsl/{technique}/\n    pub const {name}: Folder = Folder {{ place: {i}, name: {word:?}, counts_steps: {counts} }};"
         );
     }
     let all_folders = techniques.iter().map(|t| format!("folder::{}", module_name(t).to_uppercase()));

@@ -4,11 +4,11 @@
 mod support;
 
 use gobo::Error;
-use gobo::gpu::{Bindings, Buffer, Constants, Context, Kernel, Resource, groups, push_struct};
+use gobo::gpu::{Buffer, Constants, Context, Kernel, groups, push_struct};
 use gobo::maps::{BinTotals, Bins, Compact, Entries, Maps, OpaqueMaps, Use};
 use gobo::reference::twin::compact::{compact, mark, scan};
 use gobo::scene::Particle;
-use gobo::shaders;
+use gobo::shaders::{self, set};
 use gobo::world::World;
 use rand::seq::SliceRandom;
 use support::scenes::{self, Random};
@@ -122,8 +122,17 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
             let parts = buffer("parts", 4 * 2 * tiles);
             let met = buffer("met", casters);
             let (totals, entries) = (buffer("totals", size_of::<BinTotals>() / 4), buffer("entries", 2 * capacity));
-            let buffers = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &horizon];
-            let set = Bindings::new(context, "bins", &buffers.map(|b| Resource::Buffer(b.clone()))).expect("a set");
+            let set = set::Bins {
+                counts: &counts,
+                parts: &parts,
+                cursors: &cursors,
+                totals: &totals,
+                entries: &entries,
+                met: &met,
+                horizon: &horizon,
+                slots: &horizon,
+            };
+            let set = set.bind(context, "bins").expect("a set");
             let constants = Constants::new()
                 .set(shaders::constant::TILE_LANES, lanes)
                 .set(shaders::constant::TALLY_THREADS, threads as u32)
@@ -187,25 +196,33 @@ fn blocks_are_listed_fullest_first() {
         let maps = Maps::new(context, &world, 64, OpaqueMaps::SHARED).expect("room for the maps");
         let mut random = Random::new(57);
         let buffer = |name, words: &[u32]| Buffer::with_data(context, name, words).expect("room");
-        let set = |name, buffers: &[&Buffer]| {
-            let buffers: Vec<_> = buffers.iter().map(|b| Resource::Buffer((*b).clone())).collect();
-            Bindings::new(context, name, &buffers).expect("a set")
-        };
         for (block_count, room) in [(64u32, 100u32), (700, 5000), (2500, 0), (4096, 5000)] {
             let survey = |tile: usize, bits: u32| [[0, 0xFFFF, bits & 0xFFFF][tile % 3], bits >> 12, bits >> 16];
             let surveys: Vec<[u32; 3]> = (0..TILES).map(|tile| survey(tile, random.bits())).collect();
             let surveys = buffer("surveys", surveys.as_flattened());
             let listed = buffer("listed", &vec![0; block_count as usize + 1]);
-            let of_detail = set("detail", &[&surveys, &listed]);
+            let of_detail = set::Detail { surveys: &surveys, listed: &listed }.bind(context, "detail").expect("a set");
             let [slots, other] = [buffer("slots", &[0; TILES * 64]), buffer("other", &[0; 64])];
+            let totals = || buffer("totals", &[0; size_of::<BinTotals>() / 4]);
+            // What is read of the set; the rest is any buffer.
+            let chosen = totals();
+            let bins = set::Bins {
+                counts: &other,
+                parts: &other,
+                cursors: &other,
+                totals: &chosen,
+                entries: &other,
+                met: &other,
+                horizon: &other,
+                slots: &slots,
+            };
             let constants = Constants::new()
                 .set(shaders::constant::DETAIL, true)
                 .set(shaders::constant::TILED, true)
                 .set(shaders::constant::LISTS, true)
                 .set(shaders::constant::THREADS, 128)
                 .set(shaders::constant::WORKGROUP, 128);
-            let totals = || buffer("totals", &[0; size_of::<BinTotals>() / 4]);
-            let of_bins = set("bins", &[&other, &other, &other, &totals(), &other, &other, &other, &slots]);
+            let of_bins = bins.bind(context, "bins").expect("a set");
             let sets = [maps.scene(), &of_bins, &of_detail];
             let choose = Kernel::compute(context, &shaders::detail::CHOOSE, &sets, &constants).expect("made");
             let push = ChoosePush { tile_count: TILES as u32, across: 8, block_count };
@@ -229,7 +246,8 @@ fn blocks_are_listed_fullest_first() {
             let [fullest, any] = [true, false].map(|fullest_first| {
                 let [parts, cursors] = [4 * (TILES * 64 + 64), TILES * 64].map(|n| buffer("words", &vec![0; n]));
                 let (counts, totals) = (buffer("counts", &counts), totals());
-                let of_bins = set("bins", &[&counts, &parts, &cursors, &totals, &other, &other, &other, &slots]);
+                let of_bins = set::Bins { counts: &counts, parts: &parts, cursors: &cursors, totals: &totals, ..bins };
+                let of_bins = of_bins.bind(context, "bins").expect("a set");
                 let (shader, groups) = if fullest_first {
                     (&shaders::bins::PLACE_FULLEST_LISTED_1, 1)
                 } else {
@@ -291,8 +309,17 @@ fn entries_are_counted_past_32_bits() {
             let [cursors, entries, met, horizon] =
                 ["cursors", "entries", "met", "horizon"].map(|n| buffer(n, &[0; 64]));
             // Without detail no slots are read.
-            let all = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &horizon];
-            let set = Bindings::new(context, "bins", &all.map(|b| Resource::Buffer(b.clone()))).expect("a set");
+            let set = set::Bins {
+                counts: &counts,
+                parts: &parts,
+                cursors: &cursors,
+                totals: &totals,
+                entries: &entries,
+                met: &met,
+                horizon: &horizon,
+                slots: &horizon,
+            };
+            let set = set.bind(context, "bins").expect("a set");
             let place = if words > 1 { &shaders::bins::PLACE } else { &shaders::bins::PLACE_FULLEST_LISTED_0 };
             let constants =
                 Constants::new().set(shaders::constant::THREADS, 128).set(shaders::constant::WORKGROUP, 128);

@@ -16,10 +16,12 @@ layout(local_size_x = 8, local_size_y = 8) in;
 // True: by entry depth. False: as captured, which differs from run to run.
 CONSTANT(bool, SORTED, true)
 
+// set 1: list
 layout(set = 1, binding = 0, r32ui) uniform uimage2D heads;
 // Word by word: as one uvec4 each, NVIDIA 580.159 takes 1.1 times as long, of whole curves eight times.
 layout(set = 1, binding = 1, scalar) buffer Segments { Segment segments[]; };
 layout(set = 1, binding = 2, scalar) buffer Counters { uint counters[]; };
+// set 2: avsm_curves
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 layout(set = 2, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
 

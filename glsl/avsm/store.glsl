@@ -39,6 +39,7 @@ void store_curve(uint texel, Node curve[NODES]) {
     }
 }
 
+// set 2: avsm_curves
 #ifdef AVSM_CURVE_GLSL
 // The same buffer as `nodes`. Full nodes are stored as two floats each: as one uvec2 each, NVIDIA 580.159 builds curves of 16 nodes
 // seven times slower.

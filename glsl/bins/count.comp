@@ -6,12 +6,13 @@
 // TALLY 0: a tile's count is added to for each caster. TALLY 1: a workgroup counts its casters' tiles in shared memory before, for
 // maps of few tiles and very many casters, which would wait for each other at the counts.
 // variants: TALLY 0 1
+#include "bins/set.glsl"
 #include "bins/tiles.glsl"
 #include "bins/tally.glsl"
 
-layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
-layout(set = 1, binding = 5, scalar) buffer Met { uint met[]; };
-layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };
+BINS_COUNTS(buffer)
+BINS_MET(buffer)
+BINS_HORIZON(readonly buffer)
 
 void main() {
     uint map = gl_WorkGroupID.z, lane = tally_lane();

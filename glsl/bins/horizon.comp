@@ -3,6 +3,7 @@
 // look-up may come here; FARTHEST where some of it goes on. One workgroup a tile.
 // Inputs: maps, the opaque map. Outputs: horizon. Twin: reference::twin::bins::horizon.
 // Invariant: where a point is behind the horizon of a tile that its look-up reads, its opaque visibility is 0.
+#include "bins/set.glsl"
 #include "bins/tiles.glsl"
 #include "maps/opaque.glsl"
 
@@ -11,7 +12,7 @@ layout(local_size_x = BIN_THREADS) in;
 // Texels around a tile from which look-ups come: one for the bilinear weights, and a filter's radius.
 CONSTANT(uint, REACH, 1u)
 
-layout(set = 1, binding = 6, scalar) writeonly buffer Horizon { float horizon[]; };
+BINS_HORIZON(writeonly buffer)
 
 shared uint farthest;
 

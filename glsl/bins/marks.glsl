@@ -13,6 +13,7 @@ layout(push_constant, scalar) uniform CompactPush {
 // Words of bits of a block, whose threads they are. Twin: BLOCK_WORDS in reference::twin::compact.
 const uint BLOCK_WORDS = 64u;
 
+// set 0: bins_compact
 layout(set = 0, binding = 0, scalar) readonly buffer Met { uint met[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Order { uint order[]; };
 // Casters of the map and of its drawing order.

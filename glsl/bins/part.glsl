@@ -1,21 +1,22 @@
 // What a workgroup builds, for passes with one workgroup a listed part: the bins as such a pass reads them.
 #ifndef BINS_PART_GLSL
 #define BINS_PART_GLSL
+#include "bins/set.glsl"
 #include "bins/totals.glsl"
 #include "bins/view_caster.glsl"
 #include "detail/blocks.glsl"
 #include "maps/rounds.glsl"
 #include "maps/scene.glsl"
 
-layout(set = 1, binding = 1, scalar) readonly buffer Parts { TilePart parts[]; };
-layout(set = 1, binding = 3, scalar) buffer Totals { BinTotals totals[]; };
+BINS_PARTS(readonly buffer)
+BINS_TOTALS(buffer)
 #ifndef BINS_ENTRIES_WRITTEN
-layout(set = 1, binding = 4, scalar) readonly buffer Entries { uvec2 entries[]; };
+BINS_ENTRIES(readonly buffer)
 #else
-layout(set = 1, binding = 4, scalar) coherent buffer Entries { uvec2 entries[]; };
+BINS_ENTRIES(coherent buffer)
 #endif
 
-layout(set = 1, binding = 7, scalar) readonly buffer Slots { uint slots[]; };
+BINS_SLOTS(readonly buffer)
 
 // False where the list has ended; there is room behind it, so that both reads can be under way at once.
 bool listed_part(out TilePart part) {

@@ -1,6 +1,7 @@
 // What place.comp and place_fullest.comp have in common: how a tile of a map is listed for those who build it.
 #ifndef BINS_PLACE_GLSL
 #define BINS_PLACE_GLSL
+#include "bins/set.glsl"
 #include "bins/tiles.glsl"
 #include "bins/totals.glsl"
 #include "detail/blocks.glsl"
@@ -9,11 +10,11 @@
 CONSTANT(uint, PARTS, 1u)
 CONSTANT(uint, EMPTY_PARTS, 0u)
 
-layout(set = 1, binding = 0, scalar) readonly buffer Counts { uint counts[]; };
-layout(set = 1, binding = 1, scalar) writeonly buffer Parts { TilePart parts[]; };
-layout(set = 1, binding = 2, scalar) writeonly buffer Cursors { uint cursors[]; };
-layout(set = 1, binding = 3, scalar) buffer Totals { BinTotals totals[]; };
-layout(set = 1, binding = 7, scalar) readonly buffer Slots { uint slots[]; };
+BINS_COUNTS(readonly buffer)
+BINS_PARTS(writeonly buffer)
+BINS_CURSORS(writeonly buffer)
+BINS_TOTALS(buffer)
+BINS_SLOTS(readonly buffer)
 
 // Tiles of a map, or with DETAIL the blocks that they may have.
 uint bins_a_map() {

@@ -6,6 +6,7 @@
 // LISTED 0: of all tiles. LISTED 1: of the blocks that detail/choose.comp has listed.
 // variants: LISTED 0 1
 #include "bins/place.glsl"
+#include "detail/set.glsl"
 
 // 128 at least.
 layout(local_size_x_id = ID_WORKGROUP) in;
@@ -25,7 +26,7 @@ uint class_of(uint count) {
 }
 
 #if LISTED == 1
-layout(set = 2, binding = 1, scalar) readonly buffer Listed { uint listed[]; };
+DETAIL_LISTED(readonly buffer)
 
 uint bin_count() { return listed[0]; }
 uint bin_at(uint i) { return listed[i + 1u]; }

@@ -7,16 +7,17 @@
 
 // As in count.comp. With TALLY 1 a workgroup takes the places of all its entries of a tile at once.
 // variants: TALLY 0 1
+#include "bins/set.glsl"
 #include "bins/tiles.glsl"
 #include "bins/tally.glsl"
 #include "bins/totals.glsl"
 
-layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
-layout(set = 1, binding = 2, scalar) buffer Cursors { uint cursors[]; };
-layout(set = 1, binding = 3, scalar) buffer Totals { BinTotals totals[]; };
-layout(set = 1, binding = 4, scalar) writeonly buffer Entries { uvec2 entries[]; };
-layout(set = 1, binding = 5, scalar) writeonly buffer Met { uint met[]; };
-layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };
+BINS_COUNTS(buffer)
+BINS_CURSORS(buffer)
+BINS_TOTALS(buffer)
+BINS_ENTRIES(writeonly buffer)
+BINS_MET(writeonly buffer)
+BINS_HORIZON(readonly buffer)
 
 #if TALLY == 1
 // First how many entries of each tile there are, then they.

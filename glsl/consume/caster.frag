@@ -5,11 +5,13 @@
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/caster_seen.glsl"
 #include "visibility.glsl"
+#include "consume/distances_set.glsl"
+#include "consume/picture_set.glsl"
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
-layout(set = 0, binding = 3, scalar) readonly buffer Casters { Caster casters[]; };
-layout(set = 2, binding = 0) uniform texture2D distances;
+PICTURE_LIGHTS
+PICTURE_CAMERA
+PICTURE_CASTERS
+PICTURE_DISTANCES
 
 #include "consume/caster_light.glsl"
 

@@ -1,10 +1,11 @@
 #version 460
 // Draws casters as the camera sees them, far to near. Six vertices a caster. Inputs: camera, casters, order.
+#include "consume/picture_set.glsl"
 #include "world/caster.glsl"
 
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
-layout(set = 0, binding = 3, scalar) readonly buffer Casters { Caster casters[]; };
-layout(set = 0, binding = 4, scalar) readonly buffer Order { uint order[]; };
+PICTURE_CAMERA
+PICTURE_CASTERS
+PICTURE_ORDER
 
 layout(location = 0) flat out uint caster_index;
 

@@ -2,6 +2,7 @@
 // How many particles' triangles cover a pixel, before the meshes. Inputs: particles, z of the meshes. Output: 1, added up.
 #extension GL_EXT_samplerless_texture_functions : require
 
+// set 2: picture_points
 layout(set = 2, binding = 1) uniform texture2D distances;
 
 layout(location = 0) flat in vec3 middle;

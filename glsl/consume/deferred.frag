@@ -2,15 +2,16 @@
 // Second half of deferred shading: the position comes back from z, the visibility of each light is looked up once a pixel.
 // Inputs: lights, camera, albedo, normal, z, the technique. Output: colour.
 #extension GL_EXT_samplerless_texture_functions : require
+#include "consume/picture_set.glsl"
 #include "consume/shading.glsl"
 #include "consume/surface.glsl"
 #include "visibility.glsl"
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
-layout(set = 2, binding = 0) uniform texture2D albedos;
-layout(set = 2, binding = 1) uniform texture2D normals;
-layout(set = 2, binding = 2) uniform texture2D distances;
+PICTURE_LIGHTS
+PICTURE_CAMERA
+SURFACE_ALBEDOS
+SURFACE_NORMALS
+SURFACE_DISTANCES
 
 #include "consume/ambient.glsl"
 #include "consume/surface_light.glsl"

@@ -4,6 +4,7 @@
 #extension GL_EXT_samplerless_texture_functions : require
 #extension GL_EXT_scalar_block_layout : require
 
+// set 0: picture_counted
 layout(set = 0, binding = 0) uniform texture2D counts;
 
 layout(push_constant, scalar) uniform DensityPush {

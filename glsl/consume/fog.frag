@@ -5,12 +5,14 @@
 // Inputs: lights, camera, z of the meshes, the technique. Output: scattered light and 1 − transmittance, blended over.
 // Twin: reference::truth::fog.
 #extension GL_EXT_samplerless_texture_functions : require
+#include "consume/distances_set.glsl"
+#include "consume/picture_set.glsl"
 #include "world/light.glsl"
 #include "visibility.glsl"
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
-layout(set = 2, binding = 0) uniform texture2D distances;
+PICTURE_LIGHTS
+PICTURE_CAMERA
+PICTURE_DISTANCES
 
 layout(push_constant, scalar) uniform FogPush {
     float extinction;  // 1 / world unit

@@ -1,11 +1,12 @@
 #version 460
 // Shades the meshes in the pass that draws them. Inputs: lights, camera, the technique. Outputs: colour, z.
+#include "consume/picture_set.glsl"
 #include "consume/shading.glsl"
 #include "consume/surface.glsl"
 #include "visibility.glsl"
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
+PICTURE_LIGHTS
+PICTURE_CAMERA
 
 #include "consume/ambient.glsl"
 #include "consume/surface_light.glsl"

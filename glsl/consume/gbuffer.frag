@@ -1,8 +1,9 @@
 #version 460
 // First half of deferred shading. Inputs: camera. Outputs: albedo, normal and whether it is the outside of something closed, z.
+#include "consume/picture_set.glsl"
 #include "consume/surface.glsl"
 
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
+PICTURE_CAMERA
 
 layout(location = 0) flat in vec3 corner;
 layout(location = 1) flat in vec3 normal;

@@ -1,9 +1,10 @@
 #version 460
 // Shades simulated particles: coloured by speed, lit at their middles. Inputs: lights, the technique. Output: colour.
+#include "consume/picture_set.glsl"
 #include "consume/shading.glsl"
 #include "visibility.glsl"
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
+PICTURE_LIGHTS
 
 #include "consume/ambient.glsl"
 

@@ -2,10 +2,12 @@
 // Draws simulated particles as the camera sees them: a triangle each, in the picture's plane.
 // Source: Pestana's GPU particles (2015). Inputs: camera, bodies. Outputs: the particle's middle, its speed, its z.
 #extension GL_EXT_scalar_block_layout : require
+#include "consume/picture_set.glsl"
 #include "simulate/body.glsl"
 #include "world/view.glsl"
 
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
+PICTURE_CAMERA
+// set 2: picture_points
 layout(set = 2, binding = 0, scalar) readonly buffer Bodies { Body bodies[]; };
 
 layout(location = 0) flat out vec3 middle;

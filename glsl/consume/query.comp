@@ -6,6 +6,7 @@
 
 layout(local_size_x = 64) in;
 
+// set 0: query
 layout(set = 0, binding = 0, scalar) readonly buffer Points { vec3 points[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer Answers { float answers[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer Normals { vec3 all_normals[]; };

@@ -6,6 +6,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
+// set 0: slice
 layout(set = 0, binding = 0, scalar) readonly buffer Views { View view; };
 layout(set = 0, binding = 1, scalar) writeonly buffer Answers { float answers[]; };
 

@@ -6,10 +6,11 @@
 #define LOOK_UP_STEPS
 uint look_up_steps = 0u;
 #include "visibility.glsl"
+#include "consume/picture_set.glsl"
 #include "consume/receiver.glsl"
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
+PICTURE_LIGHTS
+PICTURE_CAMERA
 
 layout(location = 0) flat in vec3 corner;
 layout(location = 1) flat in vec3 normal;

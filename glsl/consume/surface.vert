@@ -1,12 +1,13 @@
 #version 460
 // Draws the meshes as the camera sees them. Inputs: camera, triangles. Outputs: position, the triangle.
+#include "consume/picture_set.glsl"
 #include "world/light.glsl"
 #include "world/triangle.glsl"
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
-layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(set = 0, binding = 5, scalar) readonly buffer Sides { int sides[]; };
+PICTURE_LIGHTS
+PICTURE_CAMERA
+PICTURE_TRIANGLES
+PICTURE_SIDES
 
 layout(location = 0) flat out vec3 corner;
 layout(location = 1) flat out vec3 normal;

@@ -3,10 +3,12 @@
 // Inputs: camera, casters, z of the meshes, light. Output: premultiplied colour, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/caster_seen.glsl"
+#include "consume/distances_set.glsl"
+#include "consume/picture_set.glsl"
 
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
-layout(set = 0, binding = 3, scalar) readonly buffer Casters { Caster casters[]; };
-layout(set = 2, binding = 0) uniform texture2D distances;
+PICTURE_CAMERA
+PICTURE_CASTERS
+PICTURE_DISTANCES
 
 layout(location = 0) flat in uint caster_index;
 layout(location = 1) in vec3 light;

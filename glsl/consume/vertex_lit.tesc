@@ -2,12 +2,13 @@
 // lighting=vertex, second stage: a caster's quad, as large as caster_corner draws it, and into how many parts it is cut
 // along x and y, by its size on the screen. Source: Fife and Strugar 2013, Tessellation. Twin: reference::twin::vertex_lit.
 // Inputs: camera, casters. Outputs: the quad, levels. Invariant: what is not on the screen has level 0 and no triangles.
+#include "consume/picture_set.glsl"
 #include "world/caster.glsl"
 
 layout(vertices = 1) out;
 
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
-layout(set = 0, binding = 3, scalar) readonly buffer Casters { Caster casters[]; };
+PICTURE_CAMERA
+PICTURE_CASTERS
 
 layout(push_constant, scalar) uniform SpacingPush {
     float spacing;  // pixels from vertex to vertex, at most

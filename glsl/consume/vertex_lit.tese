@@ -4,16 +4,18 @@
 // Inputs: lights, camera, casters, z of the meshes, the technique. Output: light.
 // Invariant: w is 1, so that light runs linearly over the screen between vertices, whatever the interpolation.
 #extension GL_EXT_samplerless_texture_functions : require
+#include "consume/distances_set.glsl"
+#include "consume/picture_set.glsl"
 #include "world/caster.glsl"
 #include "world/light.glsl"
 #include "visibility.glsl"
 
 layout(quads, equal_spacing) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
-layout(set = 0, binding = 3, scalar) readonly buffer Casters { Caster casters[]; };
-layout(set = 2, binding = 0) uniform texture2D distances;
+PICTURE_LIGHTS
+PICTURE_CAMERA
+PICTURE_CASTERS
+PICTURE_DISTANCES
 
 #include "consume/caster_light.glsl"
 

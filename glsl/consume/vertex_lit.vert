@@ -2,7 +2,8 @@
 // lighting=vertex, first of four stages: a caster is a patch of one vertex, far to near. Inputs: order. Output: caster.
 #extension GL_EXT_scalar_block_layout : require
 
-layout(set = 0, binding = 4, scalar) readonly buffer Order { uint order[]; };
+#include "consume/picture_set.glsl"
+PICTURE_ORDER
 
 layout(location = 0) out uint caster_index;
 

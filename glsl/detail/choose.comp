@@ -6,8 +6,10 @@
 // Inputs: surveys. Outputs: slots, listed, totals. Twin: reference::twin::detail::choose.
 // Invariants: there are never more blocks than were allowed; only whole numbers are computed with, so that the same surveys
 // are the same choice on every device; every block that a caster meets has a place.
+#include "bins/set.glsl"
 #include "bins/totals.glsl"
 #include "detail/blocks.glsl"
+#include "detail/set.glsl"
 #include "detail/survey.glsl"
 #include "maps/rounds.glsl"
 #include "maps/scene.glsl"
@@ -29,10 +31,10 @@ CONSTANT(bool, LISTS, false)
 // False: blocks without casters are built too.
 CONSTANT(bool, TILED, false)
 
-layout(set = 1, binding = 3, scalar) writeonly buffer Totals { BinTotals totals[]; };
-layout(set = 1, binding = 7, scalar) writeonly buffer Slots { uint slots[]; };
-layout(set = 2, binding = 0, scalar) readonly buffer Surveys { Survey surveys[]; };
-layout(set = 2, binding = 1, scalar) writeonly buffer Listed { uint listed[]; };
+BINS_TOTALS(writeonly buffer)
+BINS_SLOTS(writeonly buffer)
+DETAIL_SURVEYS(readonly buffer)
+DETAIL_LISTED(writeonly buffer)
 
 // Scales at which all tiles have side 1, and from which on few have less than side 8.
 const int LEAST_SCALE = -760;

@@ -1,17 +1,18 @@
 #version 460
 // As bins/count.comp, for blocks.
 // Inputs: maps, casters, horizon, slots. Outputs: counts, totals (both cleared before), met (older marks may stand).
+#include "bins/set.glsl"
 #include "bins/totals.glsl"
 #include "detail/casters.glsl"
 #include "maps/rounds.glsl"
 
 layout(local_size_x = BIN_THREADS) in;
 
-layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
-layout(set = 1, binding = 3, scalar) writeonly buffer Totals { BinTotals totals[]; };
-layout(set = 1, binding = 5, scalar) buffer Met { uint met[]; };
-layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };
-layout(set = 1, binding = 7, scalar) readonly buffer Slots { uint slots[]; };
+BINS_COUNTS(buffer)
+BINS_TOTALS(writeonly buffer)
+BINS_MET(buffer)
+BINS_HORIZON(readonly buffer)
+BINS_SLOTS(readonly buffer)
 
 void main() {
     uint map = gl_WorkGroupID.z, index = map_thread() / TILE_LANES, lane = map_thread() % TILE_LANES;

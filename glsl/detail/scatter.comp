@@ -1,19 +1,20 @@
 #version 460
 // As bins/scatter.comp, for blocks: where each has the same room, they stand in the order of their places.
 // Inputs: maps, casters, cursors, horizon, slots. Outputs: entries; with room also counts, totals (both cleared before), met.
+#include "bins/set.glsl"
 #include "bins/totals.glsl"
 #include "detail/casters.glsl"
 #include "maps/rounds.glsl"
 
 layout(local_size_x = BIN_THREADS) in;
 
-layout(set = 1, binding = 0, scalar) buffer Counts { uint counts[]; };
-layout(set = 1, binding = 2, scalar) buffer Cursors { uint cursors[]; };
-layout(set = 1, binding = 3, scalar) buffer Totals { BinTotals totals[]; };
-layout(set = 1, binding = 4, scalar) writeonly buffer Entries { uvec2 entries[]; };
-layout(set = 1, binding = 5, scalar) writeonly buffer Met { uint met[]; };
-layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };
-layout(set = 1, binding = 7, scalar) readonly buffer Slots { uint slots[]; };
+BINS_COUNTS(buffer)
+BINS_CURSORS(buffer)
+BINS_TOTALS(buffer)
+BINS_ENTRIES(writeonly buffer)
+BINS_MET(writeonly buffer)
+BINS_HORIZON(readonly buffer)
+BINS_SLOTS(readonly buffer)
 
 // The next entry of a block; `capacity` where there is no room for it.
 uint next_entry(uint bin) {

@@ -5,7 +5,9 @@
 // Invariants: sums are whole numbers, so that the order of the casters is no matter; a cell that any ray through the tile meets
 // a caster in is marked.
 #extension GL_EXT_control_flow_attributes : require
+#include "bins/set.glsl"
 #include "detail/casters.glsl"
+#include "detail/set.glsl"
 #include "detail/survey.glsl"
 
 // TALLY 0: tiles are added to for each caster. TALLY 1: a workgroup adds up by itself before, for maps of few tiles, whose casters
@@ -23,8 +25,8 @@ const uint THREADS = BIN_THREADS;
 layout(local_size_x = THREADS) in;
 #endif
 
-layout(set = 1, binding = 6, scalar) readonly buffer Horizon { float horizon[]; };
-layout(set = 2, binding = 0, scalar) buffer Surveys { Survey surveys[]; };
+BINS_HORIZON(readonly buffer)
+DETAIL_SURVEYS(buffer)
 
 // Cells reach so far, in their own texels, against rounding.
 const float OUTSET = 0.0625;

@@ -6,6 +6,7 @@ layout(local_size_x = 64) in;
 #include "grid/build.glsl"
 #include "world/caster.glsl"
 
+// set 1: grid_casters
 layout(set = 1, binding = 0, scalar) readonly buffer BoundsCasters { Caster casters[]; };
 
 shared uint low[3];

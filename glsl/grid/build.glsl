@@ -17,6 +17,7 @@ layout(push_constant, scalar) uniform GridPush {
 #define GRID_ACCESS
 #endif
 
+// set 0: grid
 layout(set = 0, binding = 0, scalar) GRID_ACCESS buffer BuildGrid { Grid grid; };
 layout(set = 0, binding = 1, scalar) GRID_ACCESS buffer BuildBits { uint grid_bits[]; };  // two words for 64 bits
 layout(set = 0, binding = 2, scalar) readonly buffer BuildTriangles { Triangle triangles[]; };

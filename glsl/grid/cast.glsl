@@ -4,6 +4,7 @@
 #include "grid/build.glsl"
 #include "grid/blob.glsl"
 
+// set 1: grid_cast
 layout(set = 1, binding = 0, scalar) readonly buffer CastCasters { Caster casters[]; };
 layout(set = 1, binding = 1, scalar) buffer CastMedia { uint media[]; };
 layout(set = 1, binding = 2, scalar) buffer CastBits { uint media_bits[]; };

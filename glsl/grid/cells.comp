@@ -6,6 +6,7 @@ layout(local_size_x = 64) in;
 #include "grid/build.glsl"
 #include "grid/cells.glsl"
 
+// set 1: grid_cells
 layout(set = 1, binding = 0, scalar) buffer CellsCounts { uint counts[]; };
 
 void main() {

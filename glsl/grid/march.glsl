@@ -1,8 +1,14 @@
-// Whether a voxel on a way through a grid is occupied. Needs visibility_bits, and the constant GRID_SIZE. Source: after Amanatides
-// and Woo 1987; skipping what is empty on the levels above is ours. Twin: reference::twin::grid::Bits::march.
+// What a way through a grid meets: whether a voxel on it is occupied (march_exact, march_steps), and how much light smoke and hair
+// take of it (media_exact, media_steps). Needs visibility_bits, visibility_media, visibility_media_bits and the constant GRID_SIZE.
+// Source: after Amanatides and Woo 1987; skipping what is empty on the levels above is ours. Twins: reference::twin::grid::Bits and
+// reference::twin::media::Media, march_exact and march_steps.
 #ifndef GRID_MARCH_GLSL
 #define GRID_MARCH_GLSL
 #include "grid/grid.glsl"
+#include "grid/media.glsl"
+
+// An optical depth behind which nothing is left.
+const float MEDIA_DARK = 80.0;
 
 // The 64 bits of a level's word.
 uvec2 grid_bits(uint level, uvec3 word) {
@@ -40,20 +46,62 @@ vec2 grid_clip(vec3 from, vec3 way) {
     return vec2(max(0.0, max(near.x, max(near.y, near.z))), min(1.0, min(far.x, min(far.y, far.z))));
 }
 
+uvec2 media_bits(uint level, uvec3 word) {
+    uint side = grid_side(GRID_SIZE, level);
+    uint at = 2u * (grid_level_at(GRID_SIZE, level) + (word.z * side + word.y) * side + word.x);
+    return uvec2(visibility_media_bits[at], visibility_media_bits[at + 1u]);
+}
+
+// Of a way of one voxel's length through a voxel; `full` is its brick's word of level 0.
+float media_of(uvec3 voxel, uvec2 full) {
+    float sum = float(visibility_media[media_at(GRID_SIZE, voxel)]) * (1.0 / MEDIA_UNITS);
+    return grid_has(full, voxel) ? MEDIA_FULL : sum;
+}
+
+// A way that goes on from voxel to voxel. It is seen from where all of its direction is positive, so that only far sides are asked
+// for.
+struct March {
+    vec3 from;
+    vec3 way;
+    vec3 inverse;  // of `way`
+    uvec3 mirror;  // what a voxel's place is turned back by
+    vec2 range;    // within the grid, lengths of `way`
+};
+
+// False: the way passes by.
+bool march_begin(vec3 from, vec3 way, out March march, out ivec3 voxel) {
+    march.range = grid_clip(from, way);
+    bvec3 turned = lessThan(way, vec3(0.0));
+    march.mirror = uvec3(mix(ivec3(0), ivec3(GRID_SIZE - 1u), turned));
+    march.from = mix(from, vec3(GRID_SIZE) - from, turned);
+    march.way = abs(way);
+    march.inverse = 1.0 / max(march.way, vec3(1e-20));
+    voxel = clamp(ivec3(march.from + march.way * march.range.x), ivec3(0), ivec3(GRID_SIZE - 1u));
+    return !(march.range.x > march.range.y);
+}
+
+// Where the way reaches the far sides of a voxel, or of the 2^shift voxels a side about it that are empty.
+vec3 march_planes(March march, ivec3 voxel, uint shift) {
+    ivec3 high = ((voxel >> int(shift)) << int(shift)) + (1 << int(shift));
+    return (vec3(high) - march.from) * march.inverse;
+}
+
+// The voxel that it enters there, at the nearest of them; false: that is out of the grid.
+bool march_on(March march, vec3 planes, float nearest, uint shift, inout ivec3 voxel) {
+    ivec3 low = (voxel >> int(shift)) << int(shift), high = low + (1 << int(shift));
+    ivec3 next = clamp(ivec3(march.from + march.way * nearest), low, high - 1);
+    voxel = mix(next, high, lessThanEqual(planes, vec3(nearest)));
+    return !any(greaterThan(voxel, ivec3(GRID_SIZE - 1u)));
+}
+
 // Every voxel on the way, and no other: from each the way goes on into the one that it enters next, or out of all that is empty
-// about it at once. Seen from where all of `way` is positive, so that only far sides are asked for.
+// about it at once.
 bool march_exact(vec3 from, vec3 way) {
-    vec2 range = grid_clip(from, way);
-    if (range.x > range.y) {
+    March march;
+    ivec3 voxel;
+    if (!march_begin(from, way, march, voxel)) {
         return false;
     }
-    bvec3 turned = lessThan(way, vec3(0.0));
-    uvec3 mirror = uvec3(mix(ivec3(0), ivec3(GRID_SIZE - 1u), turned));
-    from = mix(from, vec3(GRID_SIZE) - from, turned);
-    way = abs(way);
-    vec3 inverse = 1.0 / max(way, vec3(1e-20));
-    ivec3 last = ivec3(GRID_SIZE - 1u);
-    ivec3 voxel = clamp(ivec3(from + way * range.x), ivec3(0), last);
     // The words that the way is in: bricks of a block, voxels of a brick.
     uvec3 block = uvec3(~0u), brick = uvec3(~0u);
     uvec2 bricks = uvec2(0u), voxels = uvec2(0u);
@@ -62,7 +110,7 @@ bool march_exact(vec3 from, vec3 way) {
 #ifdef LOOK_UP_STEPS
         ++look_up_steps;
 #endif
-        uvec3 at = uvec3(voxel) ^ mirror;
+        uvec3 at = uvec3(voxel) ^ march.mirror;
         if (at >> 4u != block) {
             block = at >> 4u;
             bricks = grid_bits(1u, block);
@@ -82,15 +130,9 @@ bool march_exact(vec3 from, vec3 way) {
             }
             shift = grid_octant_is_empty(voxels, at) ? 1u : 0u;
         }
-        ivec3 low = (voxel >> int(shift)) << int(shift), high = low + (1 << int(shift));
-        vec3 planes = (vec3(high) - from) * inverse;
+        vec3 planes = march_planes(march, voxel, shift);
         float nearest = min(planes.x, min(planes.y, planes.z));
-        if (nearest >= range.y) {
-            return false;
-        }
-        ivec3 next = clamp(ivec3(from + way * nearest), low, high - 1);
-        voxel = mix(next, high, lessThanEqual(planes, vec3(nearest)));
-        if (any(greaterThan(voxel, last))) {
+        if (nearest >= march.range.y || !march_on(march, planes, nearest, shift, voxel)) {
             return false;
         }
     }
@@ -111,5 +153,67 @@ bool march_steps(vec3 from, vec3 way, uint steps, float offset) {
         }
     }
     return false;
+}
+// Every voxel on the way, each by as much of the way as is in it, and out of what is empty at once. It ends where nothing is left.
+float media_exact(vec3 from, vec3 way) {
+    March march;
+    ivec3 voxel;
+    if (!march_begin(from, way, march, voxel)) {
+        return 0.0;
+    }
+    uvec3 block = uvec3(~0u), brick = uvec3(~0u);
+    uvec2 bricks = uvec2(0u), full = uvec2(0u);
+    float begin = march.range.x, voxels = length(march.way), sum = 0.0;
+    for (uint turn = 0u; turn < 3u * GRID_SIZE + 3u; ++turn) {
+#ifdef LOOK_UP_STEPS
+        ++look_up_steps;
+#endif
+        uvec3 at = uvec3(voxel) ^ march.mirror;
+        if (at >> 4u != block) {
+            block = at >> 4u;
+            bricks = media_bits(1u, block);
+        }
+        uint shift = 0u;
+        float each = 0.0;
+        if (grid_is_empty(bricks)) {
+            shift = grid_is_empty(media_bits(2u, at >> 6u)) ? 6u : 4u;
+        } else if (!grid_has(bricks, at >> 2u)) {
+            shift = 2u;
+        } else {
+            if (at >> 2u != brick) {
+                brick = at >> 2u;
+                full = media_bits(0u, brick);
+            }
+            each = media_of(at, full);
+        }
+        vec3 planes = march_planes(march, voxel, shift);
+        float nearest = min(planes.x, min(planes.y, planes.z)), end = clamp(nearest, begin, march.range.y);
+        sum += each * ((end - begin) * voxels);
+        if (nearest >= march.range.y || sum >= MEDIA_DARK) {
+            break;
+        }
+        begin = end;
+        if (!march_on(march, planes, nearest, shift, voxel)) {
+            break;
+        }
+    }
+    return min(sum, MEDIA_DARK);
+}
+
+// Even steps: each stands for as much of the way.
+float media_steps(vec3 from, vec3 way, uint steps, float offset) {
+    vec2 range = grid_clip(from, way);
+    float each = (range.y - range.x) * length(way) / float(steps), sum = 0.0;
+    for (uint i = 0u; i < steps && range.x <= range.y; ++i) {
+#ifdef LOOK_UP_STEPS
+        ++look_up_steps;
+#endif
+        float at = mix(range.x, range.y, (float(i) + offset) / float(steps));
+        uvec3 voxel = uvec3(clamp(ivec3(floor(from + way * at)), ivec3(0), ivec3(int(GRID_SIZE) - 1)));
+        if (grid_has(media_bits(1u, voxel >> 4u), voxel >> 2u)) {
+            sum += media_of(voxel, media_bits(0u, voxel >> 2u)) * each;
+        }
+    }
+    return min(sum, MEDIA_DARK);
 }
 #endif

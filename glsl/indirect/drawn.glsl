@@ -5,6 +5,7 @@
 #include "indirect/texels.glsl"
 #include "indirect/units.glsl"
 
+// set 2: indirect_drawn
 // Of texels, as luminance.
 layout(set = 2, binding = 0, scalar) buffer Fluxes { float fluxes[]; };
 // Of them, as bits, which order as floats do that are not negative.

@@ -6,6 +6,7 @@
 
 layout(local_size_x = 64) in;
 
+// set 2: indirect_drawn
 layout(set = 2, binding = 5, scalar) writeonly buffer VirtualLights { Light virtual_lights[]; };
 
 layout(push_constant, scalar) uniform DrawPush {

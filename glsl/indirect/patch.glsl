@@ -7,6 +7,7 @@
 #include "consume/surface.glsl"
 #include "indirect/texels.glsl"
 
+// set 1: indirect_lit
 layout(set = 1, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 // The light of each map.
 layout(set = 1, binding = 1, scalar) readonly buffer Owners { uint owners[]; };

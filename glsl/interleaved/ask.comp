@@ -4,6 +4,7 @@
 // Inputs: lights, camera, albedo, normal, z, the technique. Output: what each pixel turns of its part.
 // Invariant: a workgroup has pixels of one place, so that all of its threads ask for the same light at once.
 #extension GL_EXT_samplerless_texture_functions : require
+#include "consume/picture_set.glsl"
 #include "consume/surface.glsl"
 #include "interleaved/parts.glsl"
 #include "visibility.glsl"
@@ -11,11 +12,12 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
-layout(set = 2, binding = 0) uniform texture2D albedos;
-layout(set = 2, binding = 1) uniform texture2D normals;
-layout(set = 2, binding = 2) uniform texture2D distances;
+PICTURE_LIGHTS
+PICTURE_CAMERA
+SURFACE_ALBEDOS
+SURFACE_NORMALS
+SURFACE_DISTANCES
+// set 3: interleaved_written
 layout(set = 3, binding = 0, scalar) writeonly buffer Estimates { vec3 estimates[]; };
 
 #include "consume/surface_light.glsl"

@@ -8,22 +8,24 @@
 // variants: HALF 0 1
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/packed_normal.glsl"
+#include "consume/picture_set.glsl"
 #include "consume/shading.glsl"
 #include "interleaved/parts.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
 
-layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer Cameras { View camera; };
+PICTURE_LIGHTS
+PICTURE_CAMERA
+// set 1: interleaved_read
 layout(set = 1, binding = 0, scalar) readonly buffer Estimates { vec3 estimates[]; };
 #if HALF == 1
 layout(set = 1, binding = 1, rgba16f) writeonly uniform image2D colors;
 #else
 layout(set = 1, binding = 1, rgba32f) writeonly uniform image2D colors;
 #endif
-layout(set = 2, binding = 0) uniform texture2D albedos;
-layout(set = 2, binding = 1) uniform texture2D normals;
-layout(set = 2, binding = 2) uniform texture2D distances;
+SURFACE_ALBEDOS
+SURFACE_NORMALS
+SURFACE_DISTANCES
 
 #include "consume/ambient.glsl"
 

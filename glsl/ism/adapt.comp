@@ -18,6 +18,7 @@ layout(push_constant, scalar) uniform AdaptPush {
     float near;   // up to here from the eye nothing is taken for farther
 };
 
+// set 0: ism_adapt
 layout(set = 0, binding = 0, scalar) readonly buffer AdaptLights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer AdaptHead { IsmPoints head; };
 layout(set = 0, binding = 2, scalar) readonly buffer AdaptClusters { IsmCluster clusters[]; };

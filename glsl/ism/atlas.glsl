@@ -14,6 +14,7 @@ layout(push_constant, scalar) uniform AtlasPush {
 #define ATLAS_ACCESS
 #endif
 
+// set 0: ism_atlas ism_raster
 layout(set = 0, binding = 0, scalar) readonly buffer AtlasLights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer AtlasHead { IsmPoints head; };
 layout(set = 0, binding = 2, scalar) readonly buffer AtlasPool { IsmPoint pool[]; };

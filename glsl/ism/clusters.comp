@@ -7,6 +7,7 @@ layout(local_size_x = 64) in;
 
 layout(push_constant, scalar) uniform ClustersPush { uint cluster_count; };
 
+// set 0: ism_clusters
 layout(set = 0, binding = 0, scalar) readonly buffer ClustersPool { IsmPoint pool[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer ClustersOut { IsmCluster clusters[]; };
 

@@ -17,6 +17,7 @@ const uint UNKEPT = 0xffffffffu;
 
 layout(local_size_x = 128) in;
 
+// set 0: ism_raster
 layout(set = 0, binding = 6, scalar) writeonly buffer CullListed { vec4 listed[]; };
 layout(set = 0, binding = 7, scalar) buffer CullDraw { uint draw[]; };  // a VkDrawIndirectCommand
 

@@ -7,6 +7,7 @@
 
 layout(local_size_x = 128) in;
 
+// set 1: ism_target
 layout(set = 1, binding = 0) uniform texture2D depths;
 
 void main() {

@@ -10,6 +10,7 @@ layout(push_constant, scalar) uniform SamplePush {
     uint points;  // of a subset, a power of two
 };
 
+// set 0: ism_sample
 layout(set = 0, binding = 0, scalar) readonly buffer SampleTriangles { Triangle triangles[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer SampleSides { int sides[]; };
 layout(set = 0, binding = 2, scalar) buffer SampleHead { IsmPoints head; };

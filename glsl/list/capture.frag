@@ -6,6 +6,7 @@
 #include "list/segments.glsl"
 #include "maps/splat.glsl"
 
+// set 2: list
 layout(set = 2, binding = 0, r32ui) uniform uimage2D heads;
 layout(set = 2, binding = 1, std430) writeonly buffer Segments { uvec4 segments[]; };
 // See list/segments.glsl; `group`: of the maps that are captured at once.

@@ -1,13 +1,14 @@
 // What a pixel sees, and whether a light is kept from it: the one bit of an answer. To be included behind visibility.glsl.
 #ifndef MANY_LIGHTS_ANSWER_GLSL
 #define MANY_LIGHTS_ANSWER_GLSL
+#include "consume/picture_set.glsl"
 #include "consume/receiver.glsl"
 #include "consume/surface.glsl"
 #include "many_lights/dither.glsl"
 
-layout(set = 2, binding = 0) uniform texture2D albedos;
-layout(set = 2, binding = 1) uniform texture2D normals;
-layout(set = 2, binding = 2) uniform texture2D distances;
+SURFACE_ALBEDOS
+SURFACE_NORMALS
+SURFACE_DISTANCES
 
 struct Seen {
     vec3 position;

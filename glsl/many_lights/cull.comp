@@ -5,13 +5,14 @@
 // Inputs: lights, this frame, albedo (0 in alpha: sky), normal, z. Outputs: a tile's words; what each pixel sees.
 // Invariant: a light that reaches a pixel, by the rounding of whoever shades it too, is in its tile's words.
 #extension GL_EXT_samplerless_texture_functions : require
+#include "consume/picture_set.glsl"
 #include "many_lights/geometry.glsl"
 
 layout(local_size_x = 128) in;
 
-layout(set = 2, binding = 0) uniform texture2D albedos;
-layout(set = 2, binding = 1) uniform texture2D normals;
-layout(set = 2, binding = 2) uniform texture2D distances;
+SURFACE_ALBEDOS
+SURFACE_NORMALS
+SURFACE_DISTANCES
 
 // Words of 1,024 lights.
 const uint MOST_WORDS = 32u;

@@ -27,6 +27,7 @@ layout(push_constant, scalar) uniform ManyLightsPush {
     uint capacity;    // jobs
 };
 
+// set 0: many_lights_frame
 layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Frames { Frame frames[]; };  // this one, the one before
 layout(set = 0, binding = 2, scalar) buffer Masks { uint masks[]; };              // tiles row by row, words of each

@@ -5,6 +5,7 @@
 #include "consume/packed_normal.glsl"
 #include "many_lights/frame.glsl"
 
+// set 1: many_lights_seen
 layout(set = 1, binding = 0, scalar) buffer Geometry { uvec2 geometry[]; };
 layout(set = 1, binding = 1, scalar) readonly buffer GeometryBefore { uvec2 geometry_before[]; };
 layout(set = 1, binding = 2, scalar) readonly buffer ShadowsBefore { uint shadows_before[]; };

@@ -13,6 +13,7 @@ struct Queue {
     uint end;       // the first of those for which there was no room, else the greatest number
 };
 
+// set 3: many_lights_queue
 layout(set = 3, binding = 0, scalar) buffer Queues { Queue queue; };
 layout(set = 3, binding = 1, scalar) buffer Jobs { uint jobs[]; };  // pixel · 2^light_bits + light
 #endif

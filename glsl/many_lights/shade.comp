@@ -9,6 +9,7 @@
 // variants: HALF 0 1
 #extension GL_EXT_samplerless_texture_functions : require
 #extension GL_EXT_control_flow_attributes : require
+#include "consume/picture_set.glsl"
 #include "consume/shading.glsl"
 #include "consume/surface.glsl"
 #include "many_lights/geometry.glsl"
@@ -21,14 +22,15 @@ layout(local_size_x = 16, local_size_y = 8) in;
 CONSTANT(uint, BLUR_REACH, 2u)
 CONSTANT(bool, HISTORY, false)
 
+// set 1: many_lights_seen
 #if HALF == 1
 layout(set = 1, binding = 4, rgba16f) writeonly uniform image2D colors;
 #else
 layout(set = 1, binding = 4, rgba32f) writeonly uniform image2D colors;
 #endif
-layout(set = 2, binding = 0) uniform texture2D albedos;
-layout(set = 2, binding = 1) uniform texture2D normals;
-layout(set = 2, binding = 2) uniform texture2D distances;
+SURFACE_ALBEDOS
+SURFACE_NORMALS
+SURFACE_DISTANCES
 
 const uint MOST_AROUND = (16u + 4u) * (8u + 4u);
 

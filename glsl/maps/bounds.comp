@@ -8,6 +8,7 @@
 
 layout(local_size_x = 64) in;
 
+// set 1: maps_bounds
 layout(set = 1, binding = 0, scalar) buffer AllExtents { Extents extents[]; };
 
 layout(push_constant, scalar) uniform BoundsPush {

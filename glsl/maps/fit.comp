@@ -8,6 +8,7 @@
 
 layout(local_size_x = 64) in;
 
+// set 0: maps_fit
 layout(set = 0, binding = 0, scalar) buffer Maps { Map maps[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer AllExtents { Extents extents[]; };
 

@@ -4,6 +4,7 @@
 #define MAPS_OPAQUE_SET_GLSL
 #include "maps/scene.glsl"
 
+// set 1: maps_opaque
 // Depths of all maps as their bits: from 0 on these order as the depths do. See opaque_corner in maps/opaque.glsl.
 layout(set = 1, binding = 0, r32ui) uniform uimage2D depths;
 

@@ -6,6 +6,7 @@
 #include "world/light.glsl"
 #include "world/triangle.glsl"
 
+// set 0: maps_scene
 layout(set = 0, binding = 0, scalar) readonly buffer Maps { Map maps[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer Casters { Caster casters[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer Triangles { Triangle triangles[]; };

@@ -4,6 +4,7 @@
 // system.
 #include "maps/splat.glsl"
 
+// set 1: splat
 layout(set = 1, binding = 0, scalar) readonly buffer Order { uint order[]; };
 
 layout(location = 0) flat out vec4 ball;

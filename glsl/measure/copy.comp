@@ -2,6 +2,7 @@
 // Copies a buffer. Inputs: from. Outputs: to, as long.
 layout(local_size_x = 128) in;
 
+// set 0: copy
 layout(set = 0, binding = 0, std430) readonly buffer From { uvec4 from[]; };
 layout(set = 0, binding = 1, std430) writeonly buffer To { uvec4 to[]; };
 

@@ -11,6 +11,7 @@ struct Item {
 
 layout(local_size_x = 64) in;
 
+// set 1: order_keys
 layout(set = 1, binding = 0, scalar) writeonly buffer Items { Item items[]; };
 
 layout(push_constant, scalar) uniform KeysPush {

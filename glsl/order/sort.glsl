@@ -10,6 +10,7 @@ struct Item {
     uint index;
 };
 
+// set 0: order
 layout(set = 0, binding = 0, scalar) buffer Items { Item items[]; };
 // Of each block of each map, for each digit: how many items; then where the first of them goes.
 layout(set = 0, binding = 1, scalar) buffer Counts { uint counts[]; };

@@ -32,7 +32,8 @@ layout(push_constant, scalar) uniform PartPush {
     uint tile_count;  // of a map
 };
 
-layout(set = 1, binding = 0, scalar) readonly buffer Counts { uint counts[]; };
+BINS_COUNTS(readonly buffer)
+// set 2: psm_volume
 layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
 
 // Rows of texels that are built at the same time, and of half a tile.

@@ -12,7 +12,9 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
+// set 1: psm_rays
 layout(set = 1, binding = 0, scalar) readonly buffer Counts { uint counts[]; };
+// set 2: psm_volume
 layout(set = 2, binding = 0, VOLUME_FORMAT) uniform image3D volume;
 
 // Whether a caster may cover a ray of this workgroup.

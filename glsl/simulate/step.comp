@@ -19,6 +19,7 @@ layout(push_constant, scalar) uniform StepPush {
     float attractor_z;
 };
 
+// set 0: simulate
 layout(set = 0, binding = 0, scalar) readonly buffer StepLaw { Law law; };
 layout(set = 0, binding = 1, scalar) readonly buffer StepJets { Jet jets[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer StepGrid { Grid grid; };

@@ -25,8 +25,8 @@ layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCells { ui
 // Voxels a side.
 CONSTANT(uint, GRID_SIZE, 256u)
 
+#include "grid/march.glsl"
 #include "grid/march_cone.glsl"
-#include "grid/march_media.glsl"
 
 // Even steps; 0: every voxel.
 CONSTANT(uint, MARCH_STEPS, 0u)

@@ -50,6 +50,7 @@ struct LevelCounts {
     uvec3 unique_blocks;
 };
 
+// set 0: voxelized_build
 layout(set = 0, binding = 0, scalar) buffer BuildState {
     LevelCounts levels[15];
     uint entries;        // of bins

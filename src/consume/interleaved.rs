@@ -5,9 +5,10 @@
 use super::Renderer;
 use super::many_lights::{FrameData, sized};
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Format, Kernel, Resource, push_struct};
+use crate::gpu::{Buffer, Commands, Constants, Format, Kernel, push_struct};
 use crate::scene::{SKY, View};
 use crate::shaders::interleaved as shaders;
+use crate::shaders::set;
 use crate::technique::Answer;
 
 /// Pixels a side that have a part of the lights each, and how many of one part a side a workgroup asks for.
@@ -43,9 +44,9 @@ impl Interleaved {
         let what = format!("{} × {} pixels with shading=interleaved", size[0], size[1]);
         let bytes = 12 * u64::from(size[0]) * u64::from(size[1]);
         let estimates = sized(context, "interleaved.estimates", bytes, &what)?;
-        let written = Bindings::new(context, "interleaved.written", &[Resource::Buffer(estimates.clone())])?;
-        let colors = Resource::StorageImage(renderer.color.clone());
-        let read = Bindings::new(context, "interleaved.read", &[Resource::Buffer(estimates.clone()), colors])?;
+        let written = set::InterleavedWritten { estimates: &estimates }.bind(context, "interleaved.written")?;
+        let read = set::InterleavedRead { estimates: &estimates, colors: &renderer.color };
+        let read = read.bind(context, "interleaved.read")?;
         let half = renderer.color_format == Format::R16G16B16A16_SFLOAT;
         let gather = if half { &shaders::GATHER_HALF_1 } else { &shaders::GATHER_HALF_0 };
         let asking = [&renderer.scene, answer.bindings, &renderer.buffers, &written];

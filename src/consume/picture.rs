@@ -5,10 +5,11 @@ use super::many_lights::{Asking, ManyLights, ManyLightsPush, Targets, TilesSeen}
 use super::{Lighting, Shading, Tiled};
 use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Pass, PassTime,
-    Requirement, Resource, Shader, Target, Tessellated, push_struct,
+    Requirement, Shader, Target, Tessellated, push_struct,
 };
 use crate::scene::{Picture, SKY, View, far_to_near};
 use crate::shaders::consume as shaders;
+use crate::shaders::set;
 use crate::technique::Answer;
 use crate::world::World;
 use crate::{Error, Result};
@@ -84,14 +85,21 @@ impl Renderer {
         let camera_data = Buffer::with_data(context, "picture.camera", &[*camera])?;
         let order = Buffer::new(context, "picture.order", 4 * u64::from(world.caster_capacity()), Memory::Device)?;
         order.write(&far_to_near(world.scene()?, camera))?;
-        let buffers = [&world.lights, &camera_data, &world.triangles, &world.casters, &order, &world.sides];
-        let resources = buffers.map(|buffer| Resource::Buffer(buffer.clone()));
-        let textures = [albedo.clone(), normal.clone(), distance.clone()].map(Resource::Texture);
+        let scene = set::PictureScene {
+            lights: &world.lights,
+            camera: &camera_data,
+            triangles: &world.triangles,
+            casters: &world.casters,
+            order: &order,
+            sides: &world.sides,
+        };
+        let surfaces = set::PictureSurfaces { albedos: &albedo, normals: &normal, distances: &distance };
+        let distances = set::PictureDistances { distances: &distance };
         Ok(Self {
             context: context.clone(),
-            scene: Bindings::new(context, "picture.scene", &resources)?,
-            buffers: Bindings::new(context, "picture.buffers", &textures)?,
-            distances: Bindings::new(context, "picture.distances", &[Resource::Texture(distance.clone())])?,
+            scene: scene.bind(context, "picture.scene")?,
+            buffers: surfaces.bind(context, "picture.buffers")?,
+            distances: distances.bind(context, "picture.distances")?,
             color,
             depth,
             albedo,

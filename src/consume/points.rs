@@ -4,10 +4,10 @@
 use super::{Kernels, Renderer};
 use crate::Result;
 use crate::gpu::{
-    Bindings, Blend, Buffer, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, PassTime, Resource,
-    Target, push_struct,
+    Blend, Buffer, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, PassTime, Target, push_struct,
 };
 use crate::scene::Fountain;
+use crate::shaders::set;
 use crate::shaders::{constant, consume as shaders};
 use crate::technique::Answer;
 
@@ -72,8 +72,7 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out or the driver rejects a shader.
     pub fn points(&self, answer: &Answer, bodies: &Buffer, count: u32, colours: Colours) -> Result<Points> {
-        let resources = [Resource::Buffer(bodies.clone()), Resource::Texture(self.distance.clone())];
-        let set = Bindings::new(&self.context, "picture.points", &resources)?;
+        let set = set::PicturePoints { bodies, distances: &self.distance }.bind(&self.context, "picture.points")?;
         let sets = [&self.scene, answer.bindings, &set];
         let vertex = &shaders::POINTS_VERT;
         let way = match colours {
@@ -88,7 +87,7 @@ impl Renderer {
             Colours::Density { many } => {
                 let size = self.color.size();
                 let counts = Image::new(&self.context, "picture.counts", self.color_format, size, ImageUse::Color)?;
-                let counted = Bindings::new(&self.context, "picture.counted", &[Resource::Texture(counts.clone())])?;
+                let counted = set::PictureCounted { counts: &counts }.bind(&self.context, "picture.counted")?;
                 let colors = [(self.color_format, Blend::Add)];
                 let state = Graphics { vertex, fragment: &shaders::COUNT_FRAG, colors: &colors, depth: None };
                 let adding = Kernel::graphics(&self.context, &state, &sets, &Constants::new())?;

@@ -1,8 +1,9 @@
 //! Visibility of lights at lists of points.
 
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Context, Kernel, Memory, PassTime, Resource, groups, push_struct};
+use crate::gpu::{Bindings, Buffer, Context, Kernel, Memory, PassTime, groups, push_struct};
 use crate::shaders;
+use crate::shaders::set;
 use crate::technique::Answer;
 
 push_struct! {
@@ -61,12 +62,12 @@ impl Query {
             normals.clear();
         }
         let answers = Buffer::new(context, "query.answers", points.len() as u64 * 4, Memory::Device)?;
-        let resources = [
-            Resource::Buffer(Buffer::with_data(context, "query.points", &points)?),
-            Resource::Buffer(answers.clone()),
-            Resource::Buffer(Buffer::with_data(context, "query.normals", &normals)?),
-        ];
-        let bindings = Bindings::new(context, "query", &resources)?;
+        let set = set::Query {
+            points: &Buffer::with_data(context, "query.points", &points)?,
+            answers: &answers,
+            all_normals: &Buffer::with_data(context, "query.normals", &normals)?,
+        };
+        let bindings = set.bind(context, "query")?;
         let (mut first, normals) = (0, normals.len() as u32);
         let part = |part: &Asked| {
             let push = QueryPush { light: part.light as u32, first, count: part.points.len() as u32, normals };

@@ -1,9 +1,10 @@
 //! The debug view: visibility at one depth, over the view of a light's map. Source: Fife and Strugar 2013, Debug view.
 
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Context, Kernel, Memory, Resource, push_struct};
+use crate::gpu::{Buffer, Context, Kernel, Memory, push_struct};
 use crate::scene::View;
 use crate::shaders;
+use crate::shaders::set;
 use crate::technique::Answer;
 
 push_struct! {
@@ -32,7 +33,7 @@ pub fn slice(
     let count = size[0] as usize * size[1] as usize;
     let answers = Buffer::new(context, "slice.answers", count as u64 * 4, Memory::Device)?;
     let views = Buffer::with_data(context, "slice.view", &[*view])?;
-    let bindings = Bindings::new(context, "slice", &[Resource::Buffer(views), Resource::Buffer(answers.clone())])?;
+    let bindings = set::Slice { view: &views, answers: &answers }.bind(context, "slice")?;
     let shader = shaders::consume::SLICE.of(answer.folder);
     let kernel = Kernel::compute(context, shader, &[&bindings, answer.bindings], answer.constants)?;
     let push = SlicePush { light: light as u32, depth, width: size[0], height: size[1] };

@@ -1,6 +1,6 @@
 //! Kernels: pipelines together with the sets that they are given and the push constants that they take.
 
-use super::pipelines::{Key, Pipeline};
+use super::pipelines::{DrawnTo, Key, Pipeline, State};
 use super::{Bindings, Constants, Context, OrderedAttachments, Push, Shader, fault, vk_error};
 use crate::{Error, Result};
 use ash::vk;
@@ -11,7 +11,7 @@ use std::sync::Arc;
 pub(super) const PUSH_BYTES: u32 = 128;
 
 /// How a colour target combines with what is there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Blend {
     /// Replace.
     None,
@@ -26,7 +26,6 @@ pub enum Blend {
 }
 
 /// A graphics kernel's state. Triangles, no culling, no vertex buffers: vertex shaders fetch by index.
-#[derive(Debug)]
 pub struct Graphics<'a> {
     /// Vertex shader.
     pub vertex: &'a Shader,
@@ -39,7 +38,6 @@ pub struct Graphics<'a> {
 }
 
 /// How primitives reach the layers of a volume.
-#[derive(Debug)]
 pub struct Layered<'a> {
     /// Makes triangles of points and chooses their layers and viewports; without one the vertex shader chooses them for
     /// its triangles.
@@ -49,7 +47,6 @@ pub struct Layered<'a> {
 }
 
 /// Stages between vertices and triangles. A patch is one vertex.
-#[derive(Debug)]
 pub struct Tessellated<'a> {
     /// Says into how many parts a patch is cut.
     pub control: &'a Shader,
@@ -60,13 +57,32 @@ pub struct Tessellated<'a> {
 }
 
 /// What a kernel draws, and to what.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 enum Into<'a> {
     Targets,
     Patches(&'a Tessellated<'a>),
     Ordered(&'a OrderedAttachments),
     Touched,
     Layers(&'a Layered<'a>),
+}
+
+impl Graphics<'_> {
+    /// What tells its pipeline from others.
+    fn key(&self, into: Into) -> State {
+        let target = match into {
+            Into::Targets => DrawnTo::Targets,
+            Into::Patches(Tessellated { control, evaluation, lines }) => {
+                DrawnTo::Patches { control: control.name, evaluation: evaluation.name, lines: *lines }
+            }
+            Into::Ordered(attachments) => DrawnTo::Ordered { images: attachments.images().len() },
+            Into::Touched => DrawnTo::Touched,
+            Into::Layers(Layered { geometry, viewports }) => {
+                DrawnTo::Layers { geometry: geometry.map(|shader| shader.name), viewports: *viewports }
+            }
+        };
+        let (vertex, fragment) = (self.vertex.name, self.fragment.name);
+        State::Graphics { vertex, fragment, colors: self.colors.to_vec(), depth: self.depth, target }
+    }
 }
 
 /// A compute or a graphics pipeline with its sets, which is pushed a `P`. Clones share it.
@@ -219,7 +235,7 @@ impl<P: Push> Kernel<P> {
         flags: vk::PipelineShaderStageCreateFlags,
     ) -> Result<Self> {
         let constants = constants.ids_and_words();
-        let key = Key::new(format!("{} {flags:?} {}", shader.name, P::block()), &constants, sets);
+        let key = Key::new(State::Compute { shader: shader.name, flags }, P::block(), &constants, sets);
         let make = || {
             let layout = layout(context, shader.name, sets)?;
             let module = module::<P>(context, shader)?;
@@ -311,7 +327,7 @@ impl<P: Push> Kernel<P> {
         constants: &Constants,
     ) -> Result<Self> {
         let constants = constants.ids_and_words();
-        let key = Key::new(format!("{state:?} {into:?} {}", P::block()), &constants, sets);
+        let key = Key::new(state.key(into), P::block(), &constants, sets);
         let pipeline = context.device().pipelines().get(key, || Self::draws(context, state, into, sets, &constants))?;
         Ok(Self(Arc::new(Inner::new(pipeline, vk::PipelineBindPoint::GRAPHICS, sets)), PhantomData))
     }

@@ -130,10 +130,3 @@ impl OrderedAttachments {
         self.0.framebuffer
     }
 }
-
-/// Of what a pipeline that draws into them depends on: attachments of as many images are compatible.
-impl std::fmt::Debug for OrderedAttachments {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        write!(f, "{} attachments", self.images().len())
-    }
-}

@@ -1,7 +1,7 @@
 //! Pipelines, each made once a device and kept until it closes. A sweep opens the same shaders time and again, and a driver
 //! that compiles on the processor takes longer to make a pipeline than to run it.
 
-use super::Bindings;
+use super::{Bindings, Blend};
 use crate::Result;
 use ash::vk;
 use std::collections::HashMap;
@@ -14,21 +14,58 @@ pub(super) struct Pipeline {
     pub(super) layout: vk::PipelineLayout,
 }
 
+/// Shaders, by their names, and the state of what is fixed about them.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub(super) enum State {
+    Compute {
+        shader: &'static str,
+        flags: vk::PipelineShaderStageCreateFlags,
+    },
+    Graphics {
+        vertex: &'static str,
+        fragment: &'static str,
+        colors: Vec<(vk::Format, Blend)>,
+        depth: Option<vk::Format>,
+        target: DrawnTo,
+    },
+}
+
+/// What is drawn, and to what.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub(super) enum DrawnTo {
+    Targets,
+    Patches {
+        control: &'static str,
+        evaluation: &'static str,
+        lines: bool,
+    },
+    /// Attachments of as many images are compatible.
+    Ordered {
+        images: usize,
+    },
+    Touched,
+    Layers {
+        geometry: Option<&'static str>,
+        viewports: u32,
+    },
+}
+
 /// All that two pipelines may differ in.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(super) struct Key {
-    /// Names of the shaders, and what else there is to say of the state.
-    pub(super) state: String,
+    state: State,
+    /// The block that is pushed.
+    push: String,
     /// Specialization constants.
-    pub(super) constants: Vec<(u32, u32)>,
+    constants: Vec<(u32, u32)>,
     /// What each set holds.
-    pub(super) sets: Vec<Vec<vk::DescriptorType>>,
+    sets: Vec<Vec<vk::DescriptorType>>,
 }
 
 impl Key {
-    pub(super) fn new(state: String, (ids, words): &(Vec<u32>, Vec<u32>), sets: &[&Bindings]) -> Self {
+    pub(super) fn new(state: State, push: String, (ids, words): &(Vec<u32>, Vec<u32>), sets: &[&Bindings]) -> Self {
         let constants = ids.iter().copied().zip(words.iter().copied()).collect();
-        Self { state, constants, sets: sets.iter().map(|set| set.kinds().to_vec()).collect() }
+        Self { state, push, constants, sets: sets.iter().map(|set| set.kinds().to_vec()).collect() }
     }
 }
 

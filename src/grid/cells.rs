@@ -2,8 +2,9 @@
 
 use super::{GridPush, THREADS};
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, groups};
 use crate::shaders::grid::CELLS;
+use crate::shaders::set;
 use bytemuck::Zeroable;
 
 /// Voxels a side of the smallest cells, a power of two's exponent. Twin: CELLS_FIRST in glsl/grid/cells.glsl.
@@ -24,7 +25,7 @@ impl Cells {
     pub(super) fn new(context: &Context, size: u32, grid: &Bindings) -> Result<Self> {
         let bytes = 4 * u64::from(count(size));
         let counts = Buffer::new(context, "grid.cells", bytes, Memory::Device)?;
-        let set = Bindings::new(context, "grid.cells", &[Resource::Buffer(counts.clone())])?;
+        let set = set::GridCells { counts: &counts }.bind(context, "grid.cells")?;
         let kernel = Kernel::compute(context, &CELLS, &[grid, &set], &Constants::new())?;
         Ok(Self { size, counts, kernel })
     }

@@ -1,8 +1,9 @@
 //! Smoke and hair in a grid: what a way of one voxel's length through each voxel takes.
 
 use super::{GridPush, LISTS_BYTES, THREADS, grid_words, side};
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, groups};
 use crate::shaders::grid as shaders;
+use crate::shaders::set;
 use crate::world::World;
 use crate::{Error, Result};
 use bytemuck::Zeroable;
@@ -44,8 +45,8 @@ impl Media {
         let bits = Buffer::zeroed(context, "grid.media_bits", 8 * u64::from(grid_words(size)))?;
         let listed = LISTS_BYTES + 4 * u64::from(world.caster_capacity());
         let large = Buffer::new(context, "grid.media_large", listed, Memory::Device)?;
-        let resources = [&world.casters, &voxels, &bits, &large].map(|buffer| Resource::Buffer(buffer.clone()));
-        let set = Bindings::new(context, "grid.cast", &resources)?;
+        let set = set::GridCast { casters: &world.casters, media: &voxels, media_bits: &bits, cast_listed: &large };
+        let set = set.bind(context, "grid.cast")?;
         let kernel = |shader| Kernel::compute(context, shader, &[grid, &set], &Constants::new());
         let clear = kernel(&shaders::CLEAR_MEDIA)?;
         let deposit =

@@ -7,11 +7,10 @@ mod media;
 use self::cells::Cells;
 use self::media::Media;
 use crate::Result;
-use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Draw, Graphics, Kernel, Memory, Resource, groups, push_struct,
-};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Draw, Graphics, Kernel, Memory, groups, push_struct};
 use crate::shaders::constant::CONSERVATIVE;
 use crate::shaders::grid as shaders;
+use crate::shaders::set;
 use crate::world::{Made, Parts, World};
 use bytemuck::{Pod, Zeroable};
 
@@ -136,6 +135,21 @@ struct Plan {
     stands: Option<GridData>,
 }
 
+/// What a look-up is bound; the grid's bits stand for what there is not.
+#[derive(Clone, Copy)]
+pub struct GridBuffers<'a> {
+    /// [`GridData`].
+    pub data: &'a Buffer,
+    /// A bit a voxel that a mesh meets, and those of the levels above.
+    pub bits: &'a Buffer,
+    /// Optical depth of each voxel's smoke and hair.
+    pub media: &'a Buffer,
+    /// A bit a voxel that has some, and those of the levels above.
+    pub media_bits: &'a Buffer,
+    /// What cones ask.
+    pub cells: &'a Buffer,
+}
+
 impl Grid {
     /// A grid of `size` voxels a side, a power of two from 64 to 512, about all that casts in `world`; for `cones` too.
     ///
@@ -163,9 +177,9 @@ impl Grid {
         let bits = Buffer::zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
         let listed = LISTS_BYTES + 4 * u64::from(world.triangle_capacity().max(1));
         let large = Buffer::new(context, "grid.large", listed, Memory::Device)?;
-        let resources = [&data, &bits, &world.triangles, &large].map(|buffer| Resource::Buffer(buffer.clone()));
-        let set = Bindings::new(context, "grid", &resources)?;
-        let casters = Bindings::new(context, "grid.casters", &[Resource::Buffer(world.casters.clone())])?;
+        let set = set::Grid { grid: &data, grid_bits: &bits, triangles: &world.triangles, listed: &large };
+        let set = set.bind(context, "grid")?;
+        let casters = set::GridCasters { casters: &world.casters }.bind(context, "grid.casters")?;
         let constants = Constants::new();
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);
         let place = if stands.is_some() { Parts::MESHES } else { Parts::BOX };
@@ -186,12 +200,12 @@ impl Grid {
         })
     }
 
-    /// What a look-up is bound: where the grid stands, its bits, the media and theirs, and what cones ask; the grid's bits stand
-    /// for what there is not.
-    pub fn buffers(&self) -> [&Buffer; 5] {
-        let media = self.media.as_ref().map_or([&self.bits; 2], |media| [&media.voxels, &media.bits]);
-        let cells = self.cells.as_ref().map_or(&self.bits, |cells| &cells.counts);
-        [&self.data, &self.bits, media[0], media[1], cells]
+    /// What a look-up is bound.
+    pub fn buffers(&self) -> GridBuffers<'_> {
+        let bits = &self.bits;
+        let (media, media_bits) = self.media.as_ref().map_or((bits, bits), |media| (&media.voxels, &media.bits));
+        let cells = self.cells.as_ref().map_or(bits, |cells| &cells.counts);
+        GridBuffers { data: &self.data, bits, media, media_bits, cells }
     }
 
     /// Whether the world may have smoke or hair.

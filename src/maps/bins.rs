@@ -2,15 +2,15 @@
 //! those that only want to know which casters meet some tile and which tiles have casters.
 
 use super::Maps;
+use super::cull::Cull;
 use super::detail::{self, Detail, SLOTS};
 use super::threads::Threads;
 use super::totals::{BinTotals, TilePart};
 use super::uses::{Entries, Use};
-use crate::gpu::{
-    Bindings, Buffer, Commands, Context, Kernel, Memory, Pass, Push, ReadBack, Resource, groups, push_struct,
-};
+use crate::gpu::{Bindings, Buffer, Commands, Context, Kernel, Memory, Pass, Push, ReadBack, groups, push_struct};
 use crate::shaders;
 use crate::shaders::constant::{AREA, DETAIL, EMPTY_PARTS, HIDE, KEYED, PARTS, REACH, TILED};
+use crate::shaders::set;
 use crate::world::World;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
@@ -40,9 +40,6 @@ const ROOM_STEP: u32 = 32;
 /// Bytes of an entry: what it is sorted by or takes at most, and its caster.
 const ENTRY_BYTES: u64 = 8;
 
-/// Where `entries` stands in the set.
-const ENTRIES: usize = 4;
-
 push_struct! {
     /// Twin: BinPush in glsl/bins/tiles.glsl.
     pub(super) struct BinPush {
@@ -57,25 +54,34 @@ push_struct! {
     }
 }
 
-push_struct! {
-    /// Twin: PartPush in glsl/psm/fused.comp.
-    pub struct PartPush {
-        /// Not 0: entries of each tile.
-        room: u32,
-        /// Of a map.
-        tile_count: u32,
-    }
-}
-
 /// The bins and the passes that fill them.
 pub struct Bins {
-    context: Context,
     map_count: u32,
     tiles: [u32; 2],
-    /// Tiles of a map, or with detail the blocks that they may have.
-    bins_a_map: u32,
     /// Casters of each tile: map after map, rows of tiles; with detail of each word of its table.
     pub counts: Buffer,
+    cull: Cull,
+    lists: Lists,
+    /// Where tiles are as fine as they need.
+    detail: Option<Detail>,
+    /// Casters of a workgroup of the passes over them.
+    casters_a_group: u32,
+    caster_count: u32,
+    set: Bindings,
+    find_horizon: Kernel<BinPush>,
+    count: Kernel<BinPush>,
+    place: Kernel<BinPush>,
+    scatter: Kernel<BinPush>,
+}
+
+/// The entries of tiles, and the parts of tiles that are built.
+struct Lists {
+    context: Context,
+    map_count: u32,
+    /// Tiles of a map, or with detail the blocks that they may have.
+    bins_a_map: u32,
+    /// Tiles, or with detail the most blocks.
+    rooms: u64,
     /// The listed parts of tiles.
     parts: Buffer,
     /// Where the next entry of each tile goes.
@@ -85,40 +91,21 @@ pub struct Bins {
     /// Its copies for the host.
     totalled: ReadBack,
     entries: Buffer,
-    /// Whether a caster of a map is in some tile.
-    met: Buffer,
-    /// z in the map's volume view behind which no light gets: map after map, rows of tiles.
-    pub horizon: Buffer,
-    /// Whether casters behind the horizon are left out.
-    hide: bool,
-    /// Casters of a workgroup of the passes over them.
-    casters_a_group: u32,
-    /// Workgroups a tile or block with casters.
-    parts_a_block: u32,
-    lists_parts: bool,
-    /// Those of the fullest tiles first, by one workgroup.
-    fullest_first: bool,
-    keeps_entries: bool,
-    /// Where tiles are as fine as they need.
-    detail: Option<Detail>,
     capacity: u32,
     /// Entries of each tile; 0: they are counted.
     room: u32,
-    /// What marks the casters that are in some tile: another in each build, and older ones are cleared before 1; where no entries are
-    /// kept always 1, for who reads the marks.
-    mark: u32,
     /// Whether tiles may have the same room each.
     may_have_room: bool,
     /// Where they have, parts are not listed.
     unlisted: bool,
-    caster_count: u32,
+    keeps_entries: bool,
+    lists_parts: bool,
+    /// Those of the fullest tiles first, by one workgroup.
+    fullest_first: bool,
+    /// Workgroups a tile or block with casters.
+    parts_a_block: u32,
     /// What `totals` held after the last build.
     last: Option<BinTotals>,
-    set: Bindings,
-    find_horizon: Kernel<BinPush>,
-    count: Kernel<BinPush>,
-    place: Kernel<BinPush>,
-    scatter: Kernel<BinPush>,
 }
 
 /// Entries that this device takes.
@@ -148,25 +135,48 @@ impl Bins {
         }
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
         let counts = buffer("bins.counts", bin_count * 4)?;
-        let parts = buffer("bins.parts", (parts_listed + PARTS_BEHIND) * size_of::<TilePart>() as u64)?;
-        let cursors = buffer("bins.cursors", bin_count * 4)?;
         let totals = buffer("bins.totals", size_of::<BinTotals>() as u64)?;
-        let totalled = ReadBack::new(context, "bins.totalled", totals.bytes())?;
+        let threads = Threads::new(context, world, what, bins_a_map, maps.count());
         let casters = u64::from(world.caster_capacity());
         let wanted = if what.entries != Entries::None { casters * FIRST_ENTRIES } else { 1 };
         let capacity = wanted.clamp(1, limit(context)) as u32;
-        let met = buffer("bins.met", count * casters.max(1) * 4)?;
-        let horizon = buffer("bins.horizon", detail::tile_count(maps) * 4)?;
-        let entries = buffer("bins.entries", u64::from(capacity) * ENTRY_BYTES)?;
-        // Who has no detail reads no slots.
-        let slots = if what.blocks.is_some() { detail::slots(context, maps)? } else { horizon.clone() };
-        let buffers = [&counts, &parts, &cursors, &totals, &entries, &met, &horizon, &slots];
-        let set = Bindings::new(context, "bins", &buffers.map(|b| Resource::Buffer(b.clone())))?;
-        let hide = what.skip && world.triangle_count() > 0;
-        let threads = Threads::new(context, world, what, bins_a_map, maps.count());
+        let cull = Cull::new(context, world, maps, what.skip)?;
+        let lists = Lists {
+            context: context.clone(),
+            map_count: maps.count(),
+            bins_a_map,
+            rooms: built,
+            parts: buffer("bins.parts", (parts_listed + PARTS_BEHIND) * size_of::<TilePart>() as u64)?,
+            cursors: buffer("bins.cursors", bin_count * 4)?,
+            totalled: ReadBack::new(context, "bins.totalled", totals.bytes())?,
+            totals,
+            entries: buffer("bins.entries", u64::from(capacity) * ENTRY_BYTES)?,
+            capacity,
+            room: 0,
+            may_have_room: what.entries != Entries::None && !threads.tallies,
+            unlisted: false,
+            keeps_entries: what.entries != Entries::None,
+            lists_parts: what.parts != [0, 0],
+            fullest_first: threads.fullest_first,
+            parts_a_block: what.parts[0],
+            last: None,
+        };
+        // Without detail nothing reads slots.
+        let slots = if what.blocks.is_some() { detail::slots(context, maps)? } else { cull.horizon.clone() };
+        let set = set::Bins {
+            counts: &counts,
+            parts: &lists.parts,
+            cursors: &lists.cursors,
+            totals: &lists.totals,
+            entries: &lists.entries,
+            met: &cull.met,
+            horizon: &cull.horizon,
+            slots: &slots,
+        };
+        let set = set.bind(context, "bins")?;
         let constants = threads
             .constants()
-            .set(HIDE, hide)
+            .set(HIDE, cull.hides)
             .set(REACH, what.reach)
             .set(PARTS, what.parts[0])
             .set(EMPTY_PARTS, what.parts[1])
@@ -191,43 +201,36 @@ impl Bins {
             }
         };
         Ok(Self {
-            context: context.clone(),
             map_count: maps.count(),
             tiles,
-            bins_a_map,
             find_horizon: kernel(&shaders::bins::HORIZON)?,
             count: kernel(count_casters)?,
             place,
-            fullest_first: threads.fullest_first,
             scatter: kernel(scatter)?,
             counts,
-            parts,
-            cursors,
-            totals,
-            totalled,
-            entries,
-            met,
-            horizon,
-            hide,
+            cull,
+            lists,
             casters_a_group: threads.casters_a_group,
-            parts_a_block: what.parts[0],
-            lists_parts: what.parts != [0, 0],
-            keeps_entries: what.entries != Entries::None,
             detail,
-            capacity,
-            room: 0,
-            mark: 0,
-            may_have_room: what.entries != Entries::None && !threads.tallies,
-            unlisted: false,
             caster_count: world.caster_count(),
-            last: None,
             set,
         })
     }
 
-    /// For who runs [`Bins::per_half`].
-    pub fn unlisted(self) -> Self {
-        Self { unlisted: true, ..self }
+    /// For what runs without listed parts where each tile has the same room: see [`Bins::room`].
+    pub fn unlisted(mut self) -> Self {
+        self.lists.unlisted = true;
+        self
+    }
+
+    /// Entries of each tile where all have the same room; 0 where they are counted and parts of tiles are listed.
+    pub fn room(&self) -> u32 {
+        self.lists.room
+    }
+
+    /// Tiles of a map, or with detail the blocks that they may have.
+    pub fn bins_a_map(&self) -> u32 {
+        self.lists.bins_a_map
     }
 
     /// How fine tiles are, where they are as fine as they need.
@@ -240,54 +243,57 @@ impl Bins {
         &self.set
     }
 
-    /// Whether each caster of each map meets a tile, 1 or 0, for who keeps no entries: map after map, as many words as there are
+    /// Whether each caster of each map meets a tile, 1 or 0, where no entries are kept: map after map, as many words as there are
     /// casters now.
     pub fn met(&self) -> &Buffer {
-        &self.met
+        &self.cull.met
+    }
+
+    /// z in the map's volume view behind which no light gets: map after map, rows of tiles.
+    pub fn horizon(&self) -> &Buffer {
+        &self.cull.horizon
     }
 
     /// Fills the bins of all maps; the opaque maps stand already.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         self.caster_count = world.caster_count();
-        self.mark = if self.keeps_entries { self.mark.checked_add(1).unwrap_or(1) } else { 1 };
+        self.cull.begin(self.lists.keeps_entries);
         commands.pass("bins.clear", |pass| {
             pass.fill(&self.counts, 0);
-            pass.fill(&self.totals, 0);
-            if self.mark == 1 {
-                pass.fill(&self.met, 0);
-            }
+            pass.fill(&self.lists.totals, 0);
+            self.cull.clear(pass);
             if let Some(detail) = &self.detail {
                 pass.fill(detail.surveys(), 0);
             }
         });
-        self.horizon(commands);
+        self.cull.horizon(commands, &self.find_horizon, &self.push(), self.tiles);
         if let Some(detail) = &self.detail {
             detail.survey(commands, &self.push());
             detail.choose(commands);
         }
-        if self.room != 0 {
+        if self.lists.room != 0 {
             self.scatter(commands);
-            if !self.unlisted {
+            if !self.lists.unlisted {
                 self.place(commands);
             }
         } else {
             self.count(commands);
-            if self.lists_parts {
+            if self.lists.lists_parts {
                 self.place(commands);
             }
-            if self.keeps_entries {
+            if self.lists.keeps_entries {
                 self.scatter(commands);
             }
         }
-        commands.read_back(&self.totals, &self.totalled);
+        commands.read_back(&self.lists.totals, &self.lists.totalled);
     }
 
     fn push(&self) -> BinPush {
         BinPush {
             caster_count: self.caster_count,
-            capacity: self.capacity,
-            room: self.room,
-            mark: self.mark,
+            capacity: self.lists.capacity,
+            room: self.lists.room,
+            mark: self.cull.mark,
             map_count: self.map_count,
         }
     }
@@ -302,15 +308,6 @@ impl Bins {
         [x, y, self.map_count]
     }
 
-    /// Finds how far light gets in each tile. No pass where that does not matter.
-    fn horizon(&self, commands: &mut Commands) {
-        if self.hide {
-            let [x, y] = self.tiles;
-            commands
-                .pass("bins.horizon", |pass| pass.dispatch(&self.find_horizon, &self.push(), [x, y, self.map_count]));
-        }
-    }
-
     /// Counts the casters of each tile; those in no tile are culled here.
     fn count(&self, commands: &mut Commands) {
         self.per_caster(commands, "bins.count", &self.count);
@@ -318,8 +315,8 @@ impl Bins {
 
     /// Finds each tile's place among the entries, and lists the parts of tiles that are built.
     fn place(&self, commands: &mut Commands) {
-        let [x, y] = groups(u64::from(self.bins_a_map).div_ceil(64));
-        let size = if self.fullest_first { [1; 3] } else { [x, y, self.map_count] };
+        let [x, y] = groups(u64::from(self.lists.bins_a_map).div_ceil(64));
+        let size = if self.lists.fullest_first { [1; 3] } else { [x, y, self.map_count] };
         commands.pass("bins.place", |pass| pass.dispatch(&self.place, &self.push(), size));
     }
 
@@ -330,18 +327,7 @@ impl Bins {
 
     /// Runs a shader with a workgroup for each listed part of a tile.
     pub fn per_part<P: Push>(&self, pass: &mut Pass, kernel: &Kernel<P>, push: &P) {
-        pass.dispatch_indirect(kernel, push, &self.totals, std::mem::offset_of!(BinTotals, groups_x) as u64);
-    }
-
-    /// Runs a shader with two workgroups a tile, or where they are listed one for each part; the shader is pushed what room each tile
-    /// has, 0 where parts are listed.
-    pub fn per_half(&self, pass: &mut Pass, kernel: &Kernel<PartPush>) {
-        let push = PartPush { room: self.room, tile_count: self.bins_a_map };
-        if self.room == 0 {
-            return self.per_part(pass, kernel, &push);
-        }
-        let [x, y] = groups(2 * u64::from(self.bins_a_map));
-        pass.dispatch(kernel, &push, [x, y, self.map_count]);
+        pass.dispatch_indirect(kernel, push, &self.lists.totals, std::mem::offset_of!(BinTotals, groups_x) as u64);
     }
 
     /// Looks at the totals of the build of frame `frame`, which is over. Where the entries did not fit, makes room and says that
@@ -350,11 +336,11 @@ impl Bins {
     /// # Errors
     /// As [`Bins::make_room`].
     pub fn settle(&mut self, frame: u64) -> Result<bool> {
-        let Some(totals) = self.totalled.read::<BinTotals>(frame, 1)? else { return Ok(false) };
+        let Some(totals) = self.lists.totalled.read::<BinTotals>(frame, 1)? else { return Ok(false) };
         let grew = self.make_room(totals.first().copied().unwrap_or_default())?;
         if grew {
             // Frames that are recorded already were given less room.
-            self.totalled.forget();
+            self.lists.totalled.forget();
         }
         Ok(grew)
     }
@@ -365,61 +351,11 @@ impl Bins {
     /// [`Error::Gpu`] where the device has no room for them. [`Error::Refused`] where the
     /// driver ended loops over a tile's casters before their time.
     pub fn make_room(&mut self, totals: BinTotals) -> Result<bool> {
-        self.last = Some(totals);
-        if totals.cut_short != 0 {
-            return Err(super::cut_short("a tile"));
+        let grew = self.lists.make_room(totals)?;
+        if grew {
+            self.set.replace(set::Bins::ENTRIES, &self.lists.entries)?;
         }
-        let entries = totals.all_entries();
-        if !self.keeps_entries || (self.room != 0 && totals.fullest <= self.room) {
-            return Ok(false);
-        }
-        // From the second build on nothing is counted.
-        let had_room = self.room != 0;
-        if self.take_room(&totals)? {
-            return Ok(true);
-        }
-        if entries <= self.capacity.into() {
-            return Ok(had_room);
-        }
-        // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
-        // What is past the limit is an error here.
-        let wanted = (entries + entries / 8).min(limit(&self.context)).max(entries);
-        self.entries = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device)?;
-        self.capacity = wanted as u32;
-        self.set.replace(ENTRIES, &self.entries)?;
-        Ok(true)
-    }
-
-    /// Entries that each tile should have room for after a build that counted `totals`, a quarter more than the fullest has, so
-    /// that a scene in motion does not grow every frame; 0 where that is too much.
-    fn room_for(&self, totals: &BinTotals) -> u32 {
-        let most = u64::from(totals.fullest) + u64::from(totals.fullest / 4);
-        let room = most.next_multiple_of(ROOM_STEP.into());
-        let bytes = room * self.rooms() * ENTRY_BYTES;
-        let fits = bytes <= MOST_ROOM_BYTES.min(limit(&self.context) * ENTRY_BYTES);
-        if self.may_have_room && fits { room as u32 } else { 0 }
-    }
-
-    /// Tiles, or with detail the most blocks.
-    fn rooms(&self) -> u64 {
-        let tiles = u64::from(self.bins_a_map) * u64::from(self.map_count);
-        self.detail.as_ref().map_or(tiles, |detail| detail.block_count().into())
-    }
-
-    /// Gives each tile the same room, after a build that counted `totals`; false where that is too much.
-    fn take_room(&mut self, totals: &BinTotals) -> Result<bool> {
-        self.room = self.room_for(totals);
-        let wanted = u64::from(self.room) * self.rooms();
-        if wanted == 0 {
-            return Ok(false);
-        }
-        let Ok(entries) = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device) else {
-            (self.room, self.may_have_room) = (0, false);
-            return Ok(false);
-        };
-        (self.entries, self.capacity) = (entries, wanted as u32);
-        self.set.replace(ENTRIES, &self.entries)?;
-        Ok(true)
+        Ok(grew)
     }
 
     /// Counts of the last build over all maps, by name, none before the first; a caster is culled once for each map that does
@@ -428,23 +364,17 @@ impl Bins {
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read back.
     pub fn counters(&self) -> Result<BTreeMap<String, u64>> {
-        let Some(last) = self.last else { return Ok(BTreeMap::new()) };
+        let Some(last) = self.lists.last else { return Ok(BTreeMap::new()) };
         let casters = u64::from(self.caster_count) * u64::from(self.map_count);
-        let met = self.met.read::<u32>(casters as usize)?.into_iter().filter(|mark| *mark == self.mark).count() as u64;
-        let (mut entries, mut used) = (last.all_entries(), u64::from(last.tiles_used));
-        if self.room != 0 {
-            // What is not listed is not counted either.
-            let counts: Vec<u32> = self.counts.read(self.bins_a_map as usize * self.map_count as usize)?;
-            entries = counts.iter().map(|count| u64::from(*count)).sum();
-            used = counts.iter().filter(|count| **count > 0).count() as u64;
-        }
+        let met = self.cull.met_count(casters)?;
+        let [entries, used] = self.lists.found(&last, &self.counts)?;
         let mut counters = BTreeMap::from([("bin_entries".into(), entries), ("culled_casters".into(), casters - met)]);
         if let Some(detail) = &self.detail {
-            counters.insert("blocks".into(), u64::from(last.parts / self.parts_a_block));
+            counters.insert("blocks".into(), u64::from(last.parts / self.lists.parts_a_block));
             counters.insert("blocks_at_most".into(), detail.block_count().into());
             counters.insert("blocks_used".into(), used);
         } else {
-            let all = u64::from(self.bins_a_map) * u64::from(self.map_count);
+            let all = self.lists.rooms;
             counters.insert("tiles".into(), all);
             counters.insert("tiles_used".into(), used);
             counters.insert("tiles_skipped".into(), all - used);
@@ -475,8 +405,75 @@ impl Bins {
 
     /// All but the counts, which look-ups may need; with detail those too, since look-ups need its slots.
     pub fn bytes_transient(&self) -> u64 {
-        let buffers = [&self.parts, &self.cursors, &self.totals, &self.entries, &self.met, &self.horizon];
         let detail = self.detail.as_ref().map_or(0, |d| d.bytes_transient() + self.counts.bytes());
-        buffers.into_iter().map(Buffer::bytes).sum::<u64>() + detail
+        self.lists.bytes() + self.cull.bytes() + detail
+    }
+}
+
+impl Lists {
+    /// As [`Bins::make_room`], but for the set.
+    fn make_room(&mut self, totals: BinTotals) -> Result<bool> {
+        self.last = Some(totals);
+        if totals.cut_short != 0 {
+            return Err(super::cut_short("a tile"));
+        }
+        let entries = totals.all_entries();
+        if !self.keeps_entries || (self.room != 0 && totals.fullest <= self.room) {
+            return Ok(false);
+        }
+        // From the second build on nothing is counted.
+        let had_room = self.room != 0;
+        if self.take_room(&totals)? {
+            return Ok(true);
+        }
+        if entries <= self.capacity.into() {
+            return Ok(had_room);
+        }
+        // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
+        // What is past the limit is an error here.
+        let wanted = (entries + entries / 8).min(limit(&self.context)).max(entries);
+        self.entries = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device)?;
+        self.capacity = wanted as u32;
+        Ok(true)
+    }
+
+    /// Entries that each tile should have room for after a build that counted `totals`, a quarter more than the fullest has, so
+    /// that a scene in motion does not grow every frame; 0 where that is too much.
+    fn room_for(&self, totals: &BinTotals) -> u32 {
+        let most = u64::from(totals.fullest) + u64::from(totals.fullest / 4);
+        let room = most.next_multiple_of(ROOM_STEP.into());
+        let bytes = room * self.rooms * ENTRY_BYTES;
+        let fits = bytes <= MOST_ROOM_BYTES.min(limit(&self.context) * ENTRY_BYTES);
+        if self.may_have_room && fits { room as u32 } else { 0 }
+    }
+
+    /// Gives each tile the same room, after a build that counted `totals`; false where that is too much.
+    fn take_room(&mut self, totals: &BinTotals) -> Result<bool> {
+        self.room = self.room_for(totals);
+        let wanted = u64::from(self.room) * self.rooms;
+        if wanted == 0 {
+            return Ok(false);
+        }
+        let Ok(entries) = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device) else {
+            (self.room, self.may_have_room) = (0, false);
+            return Ok(false);
+        };
+        (self.entries, self.capacity) = (entries, wanted as u32);
+        Ok(true)
+    }
+
+    /// Entries and tiles with casters of the last build, which counted `totals`; what is not listed is not counted either, and found
+    /// in `counts`.
+    fn found(&self, totals: &BinTotals, counts: &Buffer) -> Result<[u64; 2]> {
+        if self.room == 0 {
+            return Ok([totals.all_entries(), totals.tiles_used.into()]);
+        }
+        let counts: Vec<u32> = counts.read(self.bins_a_map as usize * self.map_count as usize)?;
+        let used = counts.iter().filter(|count| **count > 0).count() as u64;
+        Ok([counts.iter().map(|count| u64::from(*count)).sum(), used])
+    }
+
+    fn bytes(&self) -> u64 {
+        [&self.parts, &self.cursors, &self.totals, &self.entries].into_iter().map(Buffer::bytes).sum()
     }
 }

@@ -2,8 +2,9 @@
 //! compact.
 
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
+use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
 use crate::shaders::bins as shaders;
+use crate::shaders::set;
 
 /// Bytes of a draw's command: vertices, instances, first vertex, first instance.
 pub const COMMAND_BYTES: u64 = 16;
@@ -48,8 +49,8 @@ impl Compact {
         let marks = buffer("bins.marks", blocks * u64::from(BLOCK_CASTERS / 32))?;
         let blocks = buffer("bins.blocks", blocks)?;
         let draws = buffer("splat.draws", COMMAND_BYTES / 4 * u64::from(map_count))?;
-        let resources = [met, order, &marks, &blocks, &drawn, &draws].map(|b| Resource::Buffer(b.clone()));
-        let set = Bindings::new(context, "bins.compact", &resources)?;
+        let set = set::BinsCompact { met, order, marks: &marks, blocks: &blocks, drawn: &drawn, draws: &draws };
+        let set = set.bind(context, "bins.compact")?;
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &Constants::new());
         Ok(Self {
             mark: kernel(&shaders::MARK)?,

@@ -4,9 +4,10 @@ use super::Maps;
 use super::bins::{BinPush, TILE_TEXELS};
 use super::threads::{Surveying, Threads};
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, push_struct};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, push_struct};
 use crate::shaders;
 use crate::shaders::constant::{LISTS, SHARING, THREADS, WORKGROUP};
+use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 
 /// Words of a tile in the table, and the most blocks that it is. Twin: SLOTS in glsl/detail/blocks.glsl.
@@ -95,8 +96,7 @@ impl Detail {
         let surveys = Buffer::new(context, "detail.surveys", tiles * size_of::<Survey>() as u64, Memory::Device)?;
         let listed = if threads.fullest_first { u64::from(block_count) + 1 } else { 1 };
         let listed = Buffer::new(context, "detail.listed", listed * 4, Memory::Device)?;
-        let set =
-            Bindings::new(context, "detail", &[&surveys, &listed].map(|buffer| Resource::Buffer(buffer.clone())))?;
+        let set = set::Detail { surveys: &surveys, listed: &listed }.bind(context, "detail")?;
         let sets = [maps.scene(), bins, &set];
         let Surveying { tallies, threads: alone, sharing, .. } = threads.surveying;
         let survey = if tallies { &shaders::detail::SURVEY_TALLY_1 } else { &shaders::detail::SURVEY_TALLY_0 };

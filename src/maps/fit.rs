@@ -3,8 +3,9 @@
 
 use super::Map;
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, push_struct};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, push_struct};
 use crate::shaders::maps::{BOUNDS, FIT};
+use crate::shaders::set;
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
 
@@ -63,9 +64,8 @@ impl Fit {
     pub(super) fn new(context: &Context, maps: &Buffer, scene: &Bindings, count: u32) -> Result<Self> {
         let bytes = size_of::<Extents>() as u64 * u64::from(count);
         let extents = Buffer::new(context, "maps.extents", bytes, Memory::Device)?;
-        let buffer = |buffer: &Buffer| Resource::Buffer(buffer.clone());
-        let reduced = Bindings::new(context, "maps.bounds", &[buffer(&extents)])?;
-        let fitted = Bindings::new(context, "maps.fit", &[buffer(maps), buffer(&extents)])?;
+        let reduced = set::MapsBounds { extents: &extents }.bind(context, "maps.bounds")?;
+        let fitted = set::MapsFit { maps, extents: &extents }.bind(context, "maps.fit")?;
         let none = Constants::new();
         Ok(Self {
             bounds: Kernel::compute(context, &BOUNDS, &[scene, &reduced], &none)?,

@@ -2,11 +2,10 @@
 
 use super::{Bins, Maps, Splat, stacked};
 use crate::Result;
-use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, ReadBack, Resource,
-};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, ReadBack};
 use crate::maps::SplatPush;
 use crate::shaders;
+use crate::shaders::set;
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
@@ -30,9 +29,6 @@ pub const NO_SEGMENT: u32 = u32::MAX;
 
 /// Segments a texel that the buffer starts with. It grows to what a scene demands.
 const FIRST_CAPACITY: u64 = 16;
-
-/// Where `segments` stands in the set.
-const SEGMENTS: usize = 1;
 
 /// Which maps' lists stand at the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,12 +85,7 @@ impl List {
         let counter_bytes = 4 * (1 + u64::from(maps.count()));
         let counters = Buffer::new(context, "list.counters", counter_bytes, Memory::Device)?;
         let counted = ReadBack::new(context, "list.counted", counter_bytes)?;
-        let resources = [
-            Resource::StorageImage(heads.clone()),
-            Resource::Buffer(segments.clone()),
-            Resource::Buffer(counters.clone()),
-        ];
-        let set = Bindings::new(context, "list", &resources)?;
+        let set = set::List { heads: &heads, segments: &segments, counters: &counters }.bind(context, "list")?;
         let kernel = splat.kernel(context, maps, &shaders::list::CAPTURE_FRAG, &[], &[&set], &Constants::new())?;
         Ok(Self {
             context: context.clone(),
@@ -189,7 +180,7 @@ impl List {
         let wanted = u64::from(fragments) + u64::from(fragments) / 8;
         let capacity = wanted.min(limit).max(fragments.into()).min(u32::MAX.into()) as u32;
         self.segments = segment_buffer(&self.context, capacity)?;
-        self.set.replace(SEGMENTS, &self.segments)?;
+        self.set.replace(set::List::SEGMENTS, &self.segments)?;
         self.capacity = capacity;
         Ok(true)
     }

@@ -7,6 +7,7 @@
 
 mod bins;
 mod compact;
+mod cull;
 mod detail;
 mod filter;
 mod fit;
@@ -20,7 +21,7 @@ mod threads;
 mod totals;
 mod uses;
 
-pub use bins::{Bins, PartPush, TILE_TEXELS};
+pub use bins::{Bins, TILE_TEXELS};
 pub use compact::Compact;
 pub use detail::{BLOCK_TEXELS, Detail, MOST_BLOCKS, SLOTS, Survey, table_bytes, tile_count};
 pub use filter::{Filter, FilterKind};
@@ -39,6 +40,7 @@ use self::fit::Fit;
 use self::opaque::Opaque;
 use crate::gpu::{Bindings, Buffer, Commands, Context, ReadBack, Resource};
 use crate::scene::{Aim, Casting, View};
+use crate::shaders::set;
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
@@ -140,13 +142,13 @@ impl Maps {
         let fitted = ReadBack::new(context, "maps.fitted", buffer.bytes())?;
         let one = all.first().map_or([1, 1], |m| [m.opaque.width, m.opaque.height]);
         let image = opaque::image(context, opaque, one, count as u32)?;
-        let resources = [
-            Resource::Buffer(buffer.clone()),
-            Resource::Buffer(world.casters.clone()),
-            Resource::Buffer(world.triangles.clone()),
-            Resource::Gathered(image.clone()),
-        ];
-        let scene = Bindings::new(context, "maps.scene", &resources)?;
+        let scene = set::MapsScene {
+            maps: &buffer,
+            casters: &world.casters,
+            triangles: &world.triangles,
+            opaque_map: &Resource::Gathered(image.clone()),
+        };
+        let scene = scene.bind(context, "maps.scene")?;
         let opaque_size = opaque.size;
         let opaque = Opaque::new(context, image, &scene, opaque, one, count as u32)?;
         let fit = Fit::new(context, &buffer, &scene, count as u32)?;
@@ -207,13 +209,12 @@ impl Maps {
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
     pub fn look_up(&self, context: &Context, name: &str, more: &[Resource]) -> Result<Bindings> {
-        let mut resources = vec![
-            Resource::Buffer(self.lights.clone()),
-            Resource::Buffer(self.buffer.clone()),
-            Resource::Gathered(self.opaque.image().clone()),
-        ];
-        resources.extend_from_slice(more);
-        Bindings::new(context, name, &resources)
+        let look_up = set::MapsLookUp {
+            lights: &self.lights,
+            maps: &self.buffer,
+            opaque: &Resource::Gathered(self.opaque.image().clone()),
+        };
+        Bindings::new(context, name, &[&look_up.resources(), more].concat())
     }
 
     /// Fits the maps to a world that has moved, and draws the opaque maps where meshes or lights have. No pass where there is

@@ -3,10 +3,11 @@
 
 use crate::Result;
 use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Image, Kernel, Memory, ReadBack, Resource, groups, push_struct,
+    Bindings, Buffer, Commands, Constants, Context, Image, Kernel, Memory, ReadBack, groups, push_struct,
 };
 use crate::shaders::constant::{OPAQUE_SMALL, SNAP};
 use crate::shaders::maps::{OPAQUE_CLEAR, OPAQUE_TILES, OPAQUE_TRIANGLES};
+use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 
 /// Texels a side of a tile. Twin: OPAQUE_TILE in glsl/maps/opaque_draw.glsl.
@@ -31,9 +32,6 @@ const MOST_ITEMS: u64 = ITEMS_X * 65535;
 const FIRST_LAYERS: u64 = 2;
 
 const ITEM_BYTES: u64 = size_of::<OpaqueItem>() as u64;
-
-/// Where the list stands in the set.
-const ITEMS: usize = 2;
 
 /// Twin: OpaqueTotals in glsl/maps/opaque_set.glsl.
 #[repr(C)]
@@ -101,9 +99,7 @@ impl OpaqueCompute {
         let totals = Buffer::new(context, "maps.opaque.totals", size_of::<OpaqueTotals>() as u64, Memory::Device)?;
         let totalled = ReadBack::new(context, "maps.opaque.totalled", totals.bytes())?;
         let items = Buffer::new(context, "maps.opaque.items", capacity * ITEM_BYTES, Memory::Device)?;
-        let buffer = |buffer: &Buffer| Resource::Buffer(buffer.clone());
-        let resources = [Resource::StorageImage(image.clone()), buffer(&totals), buffer(&items)];
-        let set = Bindings::new(context, "maps.opaque", &resources)?;
+        let set = set::MapsOpaque { depths: image, totals: &totals, items: &items }.bind(context, "maps.opaque")?;
         let constants = constants.clone().set(SNAP, STEP).set(OPAQUE_SMALL, SMALL);
         let kernel = |shader| Kernel::compute(context, shader, &[scene, &set], &constants);
         let (clear, triangles, tiles) = (kernel(&OPAQUE_CLEAR)?, kernel(&OPAQUE_TRIANGLES)?, kernel(&OPAQUE_TILES)?);
@@ -139,7 +135,7 @@ impl OpaqueCompute {
         // An eighth more, so that a scene in motion does not grow every frame.
         let wanted = (asked + asked / 8).min(most);
         self.items = Buffer::new(&self.context, "maps.opaque.items", wanted * ITEM_BYTES, Memory::Device)?;
-        self.set.replace(ITEMS, &self.items)?;
+        self.set.replace(set::MapsOpaque::ITEMS, &self.items)?;
         self.capacity = wanted;
         // Frames that are recorded already were given less room.
         self.totalled.forget();

@@ -3,8 +3,9 @@
 
 use super::Maps;
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
+use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
 use crate::shaders::order::{COUNT, KEYS, SCAN, SCATTER};
+use crate::shaders::set;
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
 
@@ -76,9 +77,8 @@ impl Order {
         let sorted = buffer("order.sorted", all)?;
         let items = buffer("order.items", 2 * all * size_of::<ItemData>() as u64 / 4)?;
         let counts = buffer("order.counts", u64::from(capacity).div_ceil(BLOCK) * DIGITS * u64::from(maps.count()))?;
-        let of = |buffer: &Buffer| Resource::Buffer(buffer.clone());
-        let first = Bindings::new(context, "order.keys", &[of(&items)])?;
-        let set = Bindings::new(context, "order", &[of(&items), of(&counts), of(&sorted)])?;
+        let first = set::OrderKeys { items: &items }.bind(context, "order.keys")?;
+        let set = set::Order { items: &items, counts: &counts, sorted: &sorted }.bind(context, "order")?;
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &Constants::new());
         Ok(Self {
             keys: Kernel::compute(context, &KEYS, &[maps.scene(), &first], &Constants::new())?,

@@ -4,11 +4,11 @@ use super::compact::COMMAND_BYTES;
 use super::{Bins, Compact, Maps, Order};
 use crate::Result;
 use crate::gpu::{
-    Bindings, Blend, Buffer, Commands, Constants, Context, Draw, Format, Graphics, Kernel, Resource, Shader,
-    push_struct,
+    Bindings, Blend, Buffer, Commands, Constants, Context, Draw, Format, Graphics, Kernel, Shader, push_struct,
 };
 use crate::shaders;
 use crate::shaders::constant::STRANDS;
+use crate::shaders::set;
 use crate::world::World;
 use std::ops::Range;
 
@@ -81,7 +81,7 @@ impl Splat {
             Some(bins) => Some(Compact::new(context, bins.met(), &order, capacity, maps.count())?),
         };
         let drawn = culled.as_ref().map_or(&order, |c| &c.drawn).clone();
-        let set = Bindings::new(context, "splat", &[Resource::Buffer(drawn)])?;
+        let set = set::Splat { order: &drawn }.bind(context, "splat")?;
         let (caster_count, strands) = (world.caster_count(), world.has_strands());
         Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), strands })
     }

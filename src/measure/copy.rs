@@ -2,8 +2,9 @@
 
 use super::Timing;
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Constants, Context, Kernel, Memory, Resource};
+use crate::gpu::{Buffer, Constants, Context, Kernel, Memory};
 use crate::shaders;
+use crate::shaders::set;
 
 /// Copied at once: past any cache.
 const BYTES: u64 = 256 << 20;
@@ -25,7 +26,7 @@ pub fn copy_bytes_per_second(context: &Context) -> Result<Option<f64>> {
     let bytes = if features.is_software() { BYTES_ON_CPU } else { BYTES }.min(most);
     let from = Buffer::new(context, "copy.from", bytes, Memory::Device)?;
     let to = Buffer::new(context, "copy.to", bytes, Memory::Device)?;
-    let bindings = Bindings::new(context, "copy", &[Resource::Buffer(from.clone()), Resource::Buffer(to.clone())])?;
+    let bindings = set::Copy { from: &from, to: &to }.bind(context, "copy")?;
     let kernel: Kernel = Kernel::compute(context, &shaders::measure::COPY, &[&bindings], &Constants::new())?;
     context.submit(|commands| commands.pass("copy.fill", |pass| pass.fill(&from, 1)))?;
     let (mut by_shader, mut by_driver) = (Vec::new(), Vec::new());

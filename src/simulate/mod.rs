@@ -1,11 +1,10 @@
 //! Particles that the device moves: positions and speeds in buffers, a dispatch a step. Twin: [`crate::reference::twin::simulate`].
 
 use crate::Result;
-use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, PassTime, Resource, groups, push_struct,
-};
+use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, PassTime, groups, push_struct};
 use crate::grid::{Grid, GridData};
 use crate::scene::{Body, Fountain, Motion, check_time};
+use crate::shaders::set;
 use crate::shaders::simulate as shaders;
 use crate::world::World;
 use bytemuck::Zeroable;
@@ -56,9 +55,15 @@ impl Simulation {
         let bodies = Buffer::new(context, "simulate.bodies", bytes, Memory::Device)?;
         let law = Buffer::with_data(context, "simulate.law", &[fountain.law()])?;
         let jets = Buffer::with_data(context, "simulate.jets", &fountain.jets())?;
-        let [data, bits, ..] = grid.buffers();
-        let resources = [&law, &jets, data, bits, &bodies, &world.casters].map(|b| Resource::Buffer(b.clone()));
-        let set = Bindings::new(context, "simulate", &resources)?;
+        let set = set::Simulate {
+            law: &law,
+            jets: &jets,
+            grid: grid.buffers().data,
+            grid_bits: grid.buffers().bits,
+            bodies: &bodies,
+            casters: &world.casters,
+        };
+        let set = set.bind(context, "simulate")?;
         let kernel = Kernel::compute(context, &shaders::STEP, &[&set], &Constants::new())?;
         context.submit(|commands| {
             // Until each is born: numbers.

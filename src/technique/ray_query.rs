@@ -2,11 +2,10 @@
 
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;
-use crate::gpu::{
-    AccelerationStructure, Bindings, Buffer, Commands, Constants, Context, Memory, Requirement, Resource,
-};
+use crate::gpu::{AccelerationStructure, Bindings, Buffer, Commands, Constants, Context, Memory, Requirement};
 use crate::maps::Map;
 use crate::shaders::folder;
+use crate::shaders::set;
 use crate::world::{Parts, TriangleData, World};
 
 /// There is nothing to set.
@@ -57,13 +56,9 @@ impl RayQuery {
         let bottom = AccelerationStructure::bottom(context, "ray_query.bottom", &world.triangles, &indices, count)?;
         let top = AccelerationStructure::top(context, "ray_query.top", &bottom)?;
         let extent = Buffer::new(context, "ray_query.extent", size_of::<f32>() as u64, Memory::Device)?;
-        let resources = [
-            Resource::Buffer(world.lights.clone()),
-            Resource::AccelerationStructure(top.clone()),
-            Resource::Buffer(world.triangles.clone()),
-            Resource::Buffer(extent.clone()),
-        ];
-        let look_up = Bindings::new(context, "ray_query.look_up", &resources)?;
+        let look_up =
+            set::RayQueryLookUp { lights: &world.lights, meshes: &top, triangles: &world.triangles, extent: &extent };
+        let look_up = look_up.bind(context, "ray_query.look_up")?;
         Ok(Self { indices, bottom, top, extent, look_up, constants: Constants::new() })
     }
 

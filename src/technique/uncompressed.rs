@@ -5,9 +5,10 @@ use super::promises::ROUNDING;
 use super::settings::Keyed;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::Result;
-use crate::gpu::{Bindings, Commands, Constants, Context, Requirement, Resource};
+use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
 use crate::maps::{DrawingOrder, Keep, List, Map, Maps, OpaqueMaps, Splat};
 use crate::shaders::folder;
+use crate::shaders::set;
 use crate::world::{Made, Parts, World};
 
 pub use super::settings::MapSettings as Settings;
@@ -37,9 +38,6 @@ const PROMISES: Promises =
 
 const LIST: &str = "list";
 
-/// Where the segments stand in the look-up's set.
-const SEGMENTS: usize = 4;
-
 /// The technique, opened for one world.
 pub struct Uncompressed {
     maps: Maps,
@@ -62,8 +60,8 @@ impl Uncompressed {
         let maps = Maps::new(context, world, settings.size, OpaqueMaps::shared(settings.opaque))?;
         let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
         let list = List::new(context, &maps, splat, Keep::All, None)?;
-        let more = [Resource::StorageImage(list.heads.clone()), Resource::Buffer(list.segments.clone())];
-        let look_up = maps.look_up(context, "uncompressed.look_up", &more)?;
+        let more = set::UncompressedLookUp { heads: &list.heads, segments: &list.segments };
+        let look_up = maps.look_up(context, "uncompressed.look_up", &more.resources())?;
         let listed = Made::of(Maps::VOLUME);
         Ok(Self { maps, list, listed, look_up, constants: filter.constants(Constants::new()) })
     }
@@ -91,7 +89,7 @@ impl Technique for Uncompressed {
     fn settle(&mut self, frame: u64) -> Result<Settled> {
         let grew = self.list.settle(frame)?;
         if grew {
-            self.list.bind_segments(&self.look_up, SEGMENTS)?;
+            self.list.bind_segments(&self.look_up, set::UncompressedLookUp::SEGMENTS)?;
         }
         let grew = self.maps.settle(frame, grew)?;
         if grew {

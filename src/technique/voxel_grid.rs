@@ -5,10 +5,11 @@ use super::keys::words;
 use super::settings::{Keyed, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;
-use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement, Resource};
-use crate::grid::{Grid, Voxelizer};
+use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement};
+use crate::grid::{Grid, GridBuffers, Voxelizer};
 use crate::maps::Map;
 use crate::scene::{Casting, Resolution, View};
+use crate::shaders::set;
 use crate::shaders::{constant, folder};
 use crate::world::{Parts, World};
 
@@ -144,10 +145,9 @@ impl VoxelGrid {
     pub fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
         ENTRY.require(context, plan.path())?;
         let grid = Grid::new(context, world, plan.size, plan.voxelizer, plan.cone.is_some())?;
-        let [data, bits, media, media_bits, cells] = grid.buffers();
-        let resources =
-            [&world.lights, data, bits, media, media_bits, cells].map(|buffer| Resource::Buffer(buffer.clone()));
-        let look_up = Bindings::new(context, "voxel_grid.look_up", &resources)?;
+        let GridBuffers { data, bits, media, media_bits, cells } = grid.buffers();
+        let look_up = set::VoxelGridLookUp { lights: &world.lights, grid: data, bits, media, media_bits, cells };
+        let look_up = look_up.bind(context, "voxel_grid.look_up")?;
         let constants = Constants::new()
             .set(constant::GRID_SIZE, plan.size)
             .set(constant::MARCH_STEPS, plan.steps.unwrap_or(0))

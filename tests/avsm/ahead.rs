@@ -1,9 +1,9 @@
 //! Sums in cells of casters that are looked at ahead, as GPUs do where there are very many.
 
 use crate::support::{gpu_test, ran, runs, scenes};
-use gobo::gpu::{Bindings, Buffer, Constants, Kernel, Resource};
+use gobo::gpu::{Buffer, Constants, Kernel};
 use gobo::maps::{Bins, Entries, Maps, OpaqueMaps, Use};
-use gobo::shaders::{avsm, constant};
+use gobo::shaders::{avsm, constant, set};
 use gobo::world::World;
 
 /// Nodes of a curve.
@@ -45,8 +45,8 @@ fn looking_ahead_changes_nothing() {
             let words = 2 * (SIZE * SIZE * NODES * maps.count()) as usize;
             let [one, many, more] = [(1u32, 4u32), (32, 4), (32, most)].map(|(ahead, groups)| {
                 let nodes = Buffer::with_data(context, "nodes", &vec![0u32; words]).expect("room");
-                let set =
-                    Bindings::new(context, "curves", &[0; 3].map(|_| Resource::Buffer(nodes.clone()))).expect("a set");
+                let set = set::AvsmCurves { nodes: &nodes, counts: &nodes, full_nodes: &nodes };
+                let set = set.bind(context, "curves").expect("a set");
                 let constants = Constants::new()
                     .set(constant::NODES, NODES)
                     .set(constant::WORK, NODES + 2)

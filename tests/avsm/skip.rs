@@ -145,7 +145,7 @@ fn the_horizon_equals_its_twin() {
                 let opaque: Vec<f32> = avsm.opaque_image().read().expect("the opaque map");
                 let bins = avsm.bins().expect("binned");
                 let tiles = size.div_ceil(TILE_TEXELS);
-                let all: Vec<f32> = bins.horizon.read((tiles * tiles) as usize).expect("the horizon");
+                let all: Vec<f32> = bins.horizon().read((tiles * tiles) as usize).expect("the horizon");
                 let mut ends = 0;
                 for (place, found) in (0u32..).zip(&all) {
                     let tile = [place % tiles, place / tiles];

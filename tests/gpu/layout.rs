@@ -133,10 +133,12 @@ fn glsl() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl")
 }
 
-/// The GLSL of a shader with all that it includes, comments removed.
+/// The GLSL of a shader with all that it includes, comments removed, and bindings that it takes of a set by their names written
+/// out.
 fn source(shader: &str) -> String {
     let (glsl, (file, technique)) = (glsl(), place(shader));
     let (mut text, mut seen, mut open) = (String::new(), BTreeSet::new(), vec![file.to_owned()]);
+    let mut bindings = BTreeMap::new();
     while let Some(file) = open.pop() {
         let path = match technique {
             Some(technique) if file == "visibility.glsl" => glsl.join(technique).join(&file),
@@ -149,14 +151,25 @@ fn source(shader: &str) -> String {
             if let Some(included) = line.strip_prefix("#include \"") {
                 open.push(included.trim_end_matches('"').to_owned());
             }
-            if line.starts_with("#define") {
-                continue; // declares nothing
+            if let Some(macro_of) = line.strip_prefix("#define ") {
+                // Declares nothing by itself.
+                if let Some((head, declaration)) = macro_of.split_once(" layout(set") {
+                    let name = head.trim_end_matches("(access)").to_owned();
+                    bindings.insert(name, format!("layout(set{declaration}"));
+                }
+                continue;
             }
             text += line.split("//").next().unwrap_or_default();
             text.push('\n');
         }
     }
-    text
+    let written_out = |line: &str| {
+        let (name, access) = line.split_once('(').map_or((line, ""), |(name, rest)| (name, rest.trim_end_matches(')')));
+        bindings
+            .get(name)
+            .map_or(line.to_owned(), |declaration| declaration.replace(" access ", &format!(" {access} ")))
+    };
+    text.lines().map(|line| written_out(line.trim()) + "\n").collect()
 }
 
 /// GLSL type and name of each member.

@@ -8,9 +8,10 @@ mod passes;
 pub use lit::{VPLS, check_count, check_meshes, lit_by_vpls};
 
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime, Resource};
+use crate::gpu::{Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime};
 use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
 use crate::scene::{Light, LightKind};
+use crate::shaders::set;
 use crate::world::{LightData, World};
 use glam::DVec3;
 use passes::Kernels;
@@ -69,11 +70,17 @@ impl Vpls {
         let [sums, starts] = [buffer("indirect.sums", rows)?, buffer("indirect.starts", 2 * rows + 2)?];
         let picks = buffer("indirect.picks", count.into())?;
         let lights = buffer("indirect.lights", u64::from(count) * size_of::<LightData>() as u64 / 4)?;
-        let of = |buffer: &Buffer| Resource::Buffer(buffer.clone());
-        let lit = [of(&world.lights), of(&owners), of(&world.sides), Resource::Texture(seen.clone())];
-        let lit = Bindings::new(context, "indirect.lit", &lit)?;
-        let drawn = [&fluxes, &greatest, &sums, &starts, &picks, &lights].map(of);
-        let drawn = Bindings::new(context, "indirect.drawn", &drawn)?;
+        let lit = set::IndirectLit { lights: &world.lights, owners: &owners, sides: &world.sides, seen: &seen };
+        let lit = lit.bind(context, "indirect.lit")?;
+        let drawn = set::IndirectDrawn {
+            fluxes: &fluxes,
+            greatest: &greatest,
+            sums: &sums,
+            starts: &starts,
+            picks: &picks,
+            virtual_lights: &lights,
+        };
+        let drawn = drawn.bind(context, "indirect.drawn")?;
         let kernels = Kernels::new(context, [maps.scene(), &lit, &drawn], side_bits)?;
         let context = context.clone();
         Ok(Self { context, count, side_bits, maps, seen, fluxes, greatest, sums, starts, picks, lights, kernels })

@@ -2,7 +2,8 @@
 
 use super::{ManyLights, ManyLightsPush, Targets};
 use crate::consume::{DitherKind, ShadowsKind, Tiled};
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Kernel, Memory, Resource};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Kernel, Memory};
+use crate::shaders::set;
 use crate::shaders::{constant, many_lights as shaders};
 use crate::technique::Answer;
 use crate::{Error, Result};
@@ -126,8 +127,7 @@ impl Queue {
             &[QueueData { groups_x: 0, groups_y: 0, groups_z: 0, jobs: 0, demanded: 0, end: u32::MAX }],
         )?;
         let jobs = Buffer::new(context, "many_lights.jobs", bytes, Memory::Device)?;
-        let resources = [&state, &jobs].map(|b| Resource::Buffer(b.clone()));
-        let bindings = Bindings::new(context, "many_lights.queue", &resources)?;
+        let bindings = set::ManyLightsQueue { queue: &state, jobs: &jobs }.bind(context, "many_lights.queue")?;
         let sets = [sets[0], sets[1], sets[2], &bindings];
         let spread = Kernel::compute(context, &shaders::SPREAD, &sets, &Constants::new())?;
         Ok(Some(Self { state, jobs, capacity: (bytes / 4) as u32, light_bits, bindings, spread }))

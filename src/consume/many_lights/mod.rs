@@ -10,10 +10,9 @@ pub use ask::QueueData;
 pub use frame::FrameData;
 
 use super::Tiled;
-use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Format, Image, Kernel, Memory, Resource, push_struct,
-};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Format, Image, Kernel, Memory, push_struct};
 use crate::scene::{SKY, View};
+use crate::shaders::set;
 use crate::shaders::{Folder, constant, many_lights as shaders};
 use crate::technique::Answer;
 use crate::{Error, Result};
@@ -143,13 +142,18 @@ impl ManyLights {
             ]),
             false => None,
         };
-        let resources = [targets.lights, &frames, &masks, &shadows].map(|b| Resource::Buffer(b.clone()));
-        let frame = Bindings::new(context, "many_lights.frame", &resources)?;
+        let frame = set::ManyLightsFrame { lights: targets.lights, frames: &frames, masks: &masks, shadows: &shadows };
+        let frame = frame.bind(context, "many_lights.frame")?;
         // Without a history nobody reads what stands in its place.
         let [shadows_before, geometry_before, sources] = before.clone().unwrap_or([(); 3].map(|()| masks.clone()));
-        let seen = [&geometry, &geometry_before, &shadows_before, &sources].map(|b| Resource::Buffer(b.clone()));
-        let seen: Vec<_> = seen.into_iter().chain([Resource::StorageImage(targets.color.clone())]).collect();
-        let seen = Bindings::new(context, "many_lights.seen", &seen)?;
+        let seen = set::ManyLightsSeen {
+            geometry: &geometry,
+            geometry_before: &geometry_before,
+            shadows_before: &shadows_before,
+            sources: &sources,
+            colors: targets.color,
+        };
+        let seen = seen.bind(context, "many_lights.seen")?;
         let constants = Constants::new()
             .set(constant::BLUR_REACH, if tiled.blur { BLUR_REACH } else { 0 })
             .set(constant::HISTORY, tiled.history);

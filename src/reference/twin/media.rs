@@ -1,5 +1,5 @@
 //! What smoke and hair take in the voxels of a grid, and ways through it. Twin of glsl/grid/blob.glsl, deposit.comp, media.glsl
-//! and march_media.glsl: the same numbers, since nothing in either is fused or put in another order, and only integers are divided.
+//! and march.glsl: the same numbers, since nothing in either is fused or put in another order, and only integers are divided.
 
 use super::grid::{Bits, Place};
 use super::segment::MAX_OPTICAL_DEPTH;
@@ -13,7 +13,7 @@ pub const UNITS: f32 = 16_777_216.0;
 /// Twin: MEDIA_FULL.
 const FULL: f32 = 256.0;
 
-/// Twin: MEDIA_DARK in glsl/grid/march_media.glsl.
+/// Twin: MEDIA_DARK in glsl/grid/march.glsl.
 const DARK: f32 = 80.0;
 
 /// Twin: media_units.

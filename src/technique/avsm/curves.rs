@@ -1,9 +1,10 @@
 //! Where the curves of all texels of all maps stand, and what they say.
 
 use super::settings::Settings;
-use crate::gpu::{Bindings, Buffer, Context, Memory, Resource};
+use crate::gpu::{Bindings, Buffer, Context, Memory};
 use crate::maps::{BLOCK_TEXELS, Bins, FilterKind, MOST_BLOCKS, Maps, SLOTS, TILE_TEXELS, table_bytes, tile_count};
 use crate::scene::FARTHEST;
+use crate::shaders::set;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 
@@ -50,8 +51,7 @@ impl Curves {
                 Buffer::new(context, "avsm.tiles", tiles * 4, Memory::Device)?
             }
         };
-        let resources = [&nodes, &tiles, &nodes].map(|b| Resource::Buffer(b.clone()));
-        let set = Bindings::new(context, "avsm.curves", &resources)?;
+        let set = set::AvsmCurves { nodes: &nodes, counts: &tiles, full_nodes: &nodes }.bind(context, "avsm.curves")?;
         Ok(Self { nodes, tiles, set, size: maps.size(), texels, settings })
     }
 

@@ -27,9 +27,10 @@ use self::two_pass::TwoPass;
 use super::settings::Keyed;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Technique};
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Context, Image, Kernel, Requirement, Resource, push_struct};
+use crate::gpu::{Bindings, Buffer, Commands, Context, Image, Kernel, Requirement, push_struct};
 use crate::maps::{Bins, Map, Maps, OpaqueMaps, Use};
 use crate::shaders::folder;
+use crate::shaders::set;
 use crate::world::{Parts, World};
 use std::ops::Range;
 
@@ -127,8 +128,8 @@ impl Avsm {
             // Binned never is without bins.
             (Way::TwoPass | Way::Binned, _) => Build::TwoPass(TwoPass::new(&site)?),
         };
-        let more = [&curves.nodes, &curves.tiles].map(|b| Resource::Buffer(b.clone()));
-        let look_up = maps.look_up(context, "avsm.look_up", &more)?;
+        let more = set::AvsmLookUp { nodes: &curves.nodes, tiles: &curves.tiles };
+        let look_up = maps.look_up(context, "avsm.look_up", &more.resources())?;
         Ok(Self { maps, bins, curves, build, look_up, plan })
     }
 

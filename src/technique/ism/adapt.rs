@@ -3,8 +3,9 @@
 
 use super::Settings;
 use super::sample::{SUBSETS, Sample};
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
+use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
 use crate::scene::Camera;
+use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
 use crate::{Error, Result};
@@ -71,12 +72,9 @@ impl Adapt {
         let taken = Buffer::new(context, "ism.taken", bytes, Memory::Device)?;
         let bytes = u64::from(cluster_count(settings)) * size_of::<ClusterData>() as u64;
         let clusters = Buffer::new(context, "ism.clusters", bytes, Memory::Device)?;
-        let set = |name, buffers: &[&Buffer]| {
-            let resources: Vec<_> = buffers.iter().map(|buffer| Resource::Buffer((*buffer).clone())).collect();
-            Bindings::new(context, name, &resources)
-        };
-        let gathers = set("ism.clusters", &[&sample.pool, &clusters])?;
-        let adapts = set("ism.adapt", &[&world.lights, &sample.head, &clusters, &taken])?;
+        let gathers = set::IsmClusters { pool: &sample.pool, clusters: &clusters }.bind(context, "ism.clusters")?;
+        let adapts = set::IsmAdapt { lights: &world.lights, head: &sample.head, clusters: &clusters, taken: &taken };
+        let adapts = adapts.bind(context, "ism.adapt")?;
         let constants = Constants::new()
             .set(constant::ISM_SIZE, settings.size)
             .set(constant::ISM_CULLING, settings.culling)

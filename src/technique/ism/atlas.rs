@@ -4,7 +4,8 @@ use super::adapt::Adapt;
 use super::raster::Raster;
 use super::sample::Sample;
 use super::{Settings, Way};
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
+use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
+use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
 use crate::{Error, Result};
@@ -57,8 +58,15 @@ impl Atlas {
         let seen = Buffer::new(context, "ism.seen", 4 * u64::from(light_count.max(1)), Memory::Device)?;
         // What nobody reads where points do not adapt.
         let taken = adapt.map_or(&seen, |adapt| &adapt.taken);
-        let resources = [&world.lights, &sample.head, &sample.pool, &maps, &seen, taken];
-        let set = Bindings::new(context, "ism.atlas", &resources.map(|buffer| Resource::Buffer(buffer.clone())))?;
+        let buffers = set::IsmAtlas {
+            lights: &world.lights,
+            head: &sample.head,
+            pool: &sample.pool,
+            maps: &maps,
+            seen: &seen,
+            taken,
+        };
+        let set = buffers.bind(context, "ism.atlas")?;
         let [most, few] = MAP_THREADS;
         let features = context.features();
         let threads = if features.is_software() { few } else { features.max_compute_workgroup_threads.min(most) };
@@ -78,7 +86,7 @@ impl Atlas {
             Way::Atomic => Passes::Atomic { splat: kernel(&shaders::SPLAT)?, fill: kernel(&shaders::FILL)? },
             Way::Quads | Way::Triangles => {
                 let vertices = if way == Way::Quads { 6 } else { 3 };
-                let raster = Raster::new(context, settings, light_count, &resources, &constants, vertices)?;
+                let raster = Raster::new(context, settings, light_count, buffers, &constants, vertices)?;
                 Passes::Raster { raster: Box::new(raster), fill: kernel(&shaders::FILL)? }
             }
         };

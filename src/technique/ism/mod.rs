@@ -17,9 +17,10 @@ use self::sample::Sample;
 use super::keys::word_of;
 use super::settings::Keyed;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Promises, Runs, Technique};
-use crate::gpu::{Bindings, Commands, Constants, Context, Resource};
+use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::maps::Map;
 use crate::scene::{Light, LightKind, Resolution, View};
+use crate::shaders::set;
 use crate::shaders::{constant, folder};
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
@@ -74,8 +75,8 @@ impl Ism {
         let sample = Sample::new(context, world, settings.points, settings.adaptive)?;
         let adapt = settings.adaptive.then(|| Adapt::new(context, world, settings, &sample)).transpose()?;
         let atlas = Atlas::new(context, world, settings, way, &sample, adapt.as_ref())?;
-        let resources = [&world.lights, &sample.head, &atlas.maps].map(|buffer| Resource::Buffer(buffer.clone()));
-        let look_up = Bindings::new(context, "ism.look_up", &resources)?;
+        let look_up = set::IsmLookUp { lights: &world.lights, points: &sample.head, maps: &atlas.maps };
+        let look_up = look_up.bind(context, "ism.look_up")?;
         let constants =
             Constants::new().set(constant::ISM_SIZE, settings.size).set(constant::ISM_STRIDE, atlas.stride());
         Ok(Self {

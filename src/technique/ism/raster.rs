@@ -4,9 +4,9 @@
 use super::atlas::AtlasPush;
 use super::settings::Settings;
 use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Resource,
-    Target, groups,
+    Buffer, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Target, groups,
 };
+use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};
 use crate::{Error, Result};
 
@@ -43,7 +43,7 @@ impl Raster {
         context: &Context,
         settings: &Settings,
         light_count: u32,
-        atlas: &[&Buffer; 6],
+        atlas: set::IsmAtlas,
         constants: &Constants,
         vertices: u32,
     ) -> Result<Self> {
@@ -66,10 +66,10 @@ impl Raster {
         let listed = Buffer::new(context, "ism.listed", bytes, Memory::Device)?;
         let arguments = Buffer::new(context, "ism.arguments", 16, Memory::Device)?;
         let target = Image::new(context, "ism.target", Format::D32_SFLOAT, size, ImageUse::Depth)?;
-        let resources = atlas.iter().copied().chain([&listed, &arguments]);
-        let resources: Vec<_> = resources.map(|buffer| Resource::Buffer(buffer.clone())).collect();
-        let set = Bindings::new(context, "ism.raster", &resources)?;
-        let depths = Bindings::new(context, "ism.target", &[Resource::Texture(target.clone())])?;
+        let set::IsmAtlas { lights, head, pool, maps, seen, taken } = atlas;
+        let set = set::IsmRaster { lights, head, pool, maps, seen, taken, listed: &listed, draw: &arguments };
+        let set = set.bind(context, "ism.raster")?;
+        let depths = set::IsmTarget { depths: &target }.bind(context, "ism.target")?;
         let constants = constants
             .clone()
             .set(constant::DRAWN_VERTICES, vertices)

@@ -1,8 +1,9 @@
 //! Points on the meshes, stratified by area.
 
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Resource, groups, push_struct};
+use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
 use crate::scene::Mesh;
+use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
@@ -83,8 +84,16 @@ impl Sample {
         let sums = buffer("ism.sums", 4 * triangles)?;
         let blocks = buffer("ism.blocks", 4 * triangles.div_ceil(BLOCK.into()))?;
         let pool = buffer("ism.pool", u64::from(SUBSETS * points) * size_of::<PointData>() as u64)?;
-        let resources = [&world.triangles, &world.sides, &head, &areas, &sums, &blocks, &pool];
-        let set = Bindings::new(context, "ism.sample", &resources.map(|buffer| Resource::Buffer(buffer.clone())))?;
+        let set = set::IsmSample {
+            triangles: &world.triangles,
+            sides: &world.sides,
+            head: &head,
+            areas: &areas,
+            sums: &sums,
+            blocks: &blocks,
+            pool: &pool,
+        };
+        let set = set.bind(context, "ism.sample")?;
         let constants = Constants::new().set(constant::ISM_ADAPTIVE, adaptive);
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);
         let kernels = [

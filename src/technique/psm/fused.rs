@@ -2,10 +2,11 @@
 
 use super::volume::Volume;
 use crate::Result;
-use crate::gpu::{Bindings, Commands, Constants, Context, Image, Kernel, Resource};
-use crate::maps::{Bins, Entries, Maps, PartPush, Use};
+use crate::gpu::{Commands, Constants, Context, Image, Kernel, groups, push_struct};
+use crate::maps::{Bins, Entries, Maps, Use};
 use crate::shaders::constant::{BATCH, BATCH_AXES, ROWS, THREADS, WORKGROUP};
 use crate::shaders::psm;
+use crate::shaders::set;
 use crate::world::World;
 
 /// Workgroups: two halves of a tile that has casters, one of a tile to be written over.
@@ -27,9 +28,20 @@ pub const OTHER_BYTES: u32 = 8 + CASTER_BYTES + AXIS_BYTES + 16;
 /// Threads a workgroup, at least and at most; multiples of the former.
 const LEAST_AND_MOST_THREADS: [u32; 2] = [ROWS_AT_A_TIME * 8, 256];
 
+push_struct! {
+    /// Twin: PartPush in glsl/psm/fused.comp.
+    struct PartPush {
+        /// Not 0: entries of each tile.
+        room: u32,
+        /// Of a map.
+        tile_count: u32,
+    }
+}
+
 /// What the path builds with.
 pub struct Fused {
     pub bins: Bins,
+    map_count: u32,
     kernel: Kernel<PartPush>,
 }
 
@@ -73,7 +85,7 @@ impl Fused {
             blocks: None,
         };
         let bins = Bins::new(context, world, maps, what)?.unlisted();
-        let storage = Bindings::new(context, "psm.volume", &[Resource::StorageImage(volume.clone())])?;
+        let storage = set::PsmVolume { volume }.bind(context, "psm.volume")?;
         let shader = if layout.is_8_bit() { &psm::FUSED_BITS_8 } else { &psm::FUSED_BITS_16 };
         let strands = world.has_strands();
         let batch = batch(context, layout.slices, threads, strands);
@@ -85,11 +97,18 @@ impl Fused {
             .set(BATCH, batch)
             .set(BATCH_AXES, if strands { batch } else { 0 });
         let kernel = Kernel::compute(context, shader, &[maps.scene(), bins.set(), &storage], &constants)?;
-        Ok(Self { bins, kernel })
+        Ok(Self { bins, map_count: maps.count(), kernel })
     }
 
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
         self.bins.record(commands, world);
-        commands.pass("psm.fused", |pass| self.bins.per_half(pass, &self.kernel));
+        let (room, tile_count) = (self.bins.room(), self.bins.bins_a_map());
+        let push = PartPush { room, tile_count };
+        // Two workgroups a tile, or where parts of tiles are listed one for each.
+        let [x, y] = groups(2 * u64::from(tile_count));
+        commands.pass("psm.fused", |pass| match room {
+            0 => self.bins.per_part(pass, &self.kernel, &push),
+            _ => pass.dispatch(&self.kernel, &push, [x, y, self.map_count]),
+        });
     }
 }

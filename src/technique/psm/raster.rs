@@ -3,12 +3,11 @@
 
 use super::volume::{Coverage, Volume};
 use crate::Result;
-use crate::gpu::{
-    Bindings, Commands, Constants, Context, Graphics, Image, Kernel, Layered, Requirement, Resource, push_struct,
-};
+use crate::gpu::{Commands, Constants, Context, Graphics, Image, Kernel, Layered, Requirement, push_struct};
 use crate::maps::{Bins, Entries, Maps, Use};
 use crate::shaders;
 use crate::shaders::constant::MAP_PUSHED;
+use crate::shaders::set;
 use crate::technique::keys::words;
 use crate::world::World;
 
@@ -90,8 +89,8 @@ impl Raster {
             _ => None,
         };
         let counts = bins.as_ref().map_or(&world.lights, |b| &b.counts);
-        let rays = Bindings::new(context, "psm.rays", &[Resource::Buffer(counts.clone())])?;
-        let storage = Bindings::new(context, "psm.volume", &[Resource::StorageImage(volume.clone())])?;
+        let rays = set::PsmRays { counts }.bind(context, "psm.rays")?;
+        let storage = set::PsmVolume { volume: &volume }.bind(context, "psm.volume")?;
         let propagate =
             if layout.is_8_bit() { &shaders::psm::PROPAGATE_BITS_8 } else { &shaders::psm::PROPAGATE_BITS_16 };
         let propagate = Kernel::compute(context, propagate, &[maps.scene(), &rays, &storage], constants)?;

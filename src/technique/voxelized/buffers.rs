@@ -3,6 +3,7 @@
 use super::MAX_LEVELS;
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Context, Memory, ReadBack, Resource, push_struct};
+use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 
 push_struct! {
@@ -295,19 +296,23 @@ impl Room {
     }
 }
 
-/// The buffers, in the order of their bindings.
+/// The buffers: glsl/voxelized/build.glsl says what is in them.
 pub struct Buffers {
     pub state: Buffer,
     /// The state after each submission.
     pub state_read: ReadBack,
+    ranges: Buffer,
     pub values: Buffer,
+    sums: Buffer,
+    boundaries: Buffer,
+    candidates: Buffer,
+    slots: Buffer,
     pub table: Buffer,
+    unique: Buffer,
     pub data: Buffer,
-    pub trees: Buffer,
+    entries: Buffer,
     pub columns: Buffer,
-    triangles: Buffer,
-    sides: Buffer,
-    all: Vec<Buffer>,
+    shared: Shared,
 }
 
 impl Buffers {
@@ -322,65 +327,75 @@ impl Buffers {
         let levels = MAX_LEVELS as u32;
         let top_slots = u64::from(shape.tiles()).pow(3);
         let state = device("voxelized.state", (size_of::<BuildState>() / 4) as u64)?;
-        let values_buffer = device("voxelized.values", values)?;
-        let table = device("voxelized.table", if merge { u64::from(room.table_at(levels)) } else { 1 })?;
-        let data = device("voxelized.data", u64::from(room.data))?;
-        let kept = device("voxelized.columns", if keep { 2 * columns } else { 1 })?;
-        let all = vec![
-            state.clone(),
-            device("voxelized.ranges", 2 * u64::from(shape.ranks_at()))?,
-            values_buffer.clone(),
-            device("voxelized.sums", values / u64::from(SCANNED) + 1)?,
-            device("voxelized.boundaries", columns)?,
-            device("voxelized.candidates", candidates)?,
-            device("voxelized.slots", u64::from(room.top_slots_at()) + top_slots)?,
-            table.clone(),
-            device("voxelized.unique", room.unique_at(levels))?,
-            data.clone(),
-            shared.trees.clone(),
-            shared.triangles.clone(),
-            shared.sides.clone(),
-            shared.projected.clone(),
-            device("voxelized.entries", u64::from(room.large) + u64::from(room.entries))?,
-            kept.clone(),
-        ];
         let state_read = ReadBack::new(context, "voxelized.state.read", state.bytes())?;
         Ok(Self {
             state,
             state_read,
-            values: values_buffer,
-            table,
-            data,
-            trees: shared.trees.clone(),
-            columns: kept,
-            triangles: shared.triangles.clone(),
-            sides: shared.sides.clone(),
-            all,
+            ranges: device("voxelized.ranges", 2 * u64::from(shape.ranks_at()))?,
+            values: device("voxelized.values", values)?,
+            sums: device("voxelized.sums", values / u64::from(SCANNED) + 1)?,
+            boundaries: device("voxelized.boundaries", columns)?,
+            candidates: device("voxelized.candidates", candidates)?,
+            slots: device("voxelized.slots", u64::from(room.top_slots_at()) + top_slots)?,
+            table: device("voxelized.table", if merge { u64::from(room.table_at(levels)) } else { 1 })?,
+            unique: device("voxelized.unique", room.unique_at(levels))?,
+            data: device("voxelized.data", u64::from(room.data))?,
+            entries: device("voxelized.entries", u64::from(room.large) + u64::from(room.entries))?,
+            columns: device("voxelized.columns", if keep { 2 * columns } else { 1 })?,
+            shared: shared.clone(),
         })
     }
 
+    fn set(&self) -> set::VoxelizedBuild<'_> {
+        set::VoxelizedBuild {
+            state: &self.state,
+            ranges: &self.ranges,
+            values: &self.values,
+            sums: &self.sums,
+            boundaries: &self.boundaries,
+            candidates: &self.candidates,
+            slots: &self.slots,
+            table: &self.table,
+            unique_nodes: &self.unique,
+            data: &self.data,
+            trees: &self.shared.trees,
+            triangles: &self.shared.triangles,
+            sides: &self.shared.sides,
+            projected: &self.shared.projected,
+            bin_entries: &self.entries,
+            columns: &self.columns,
+        }
+    }
+
     pub fn bindings(&self, context: &Context) -> Result<Bindings> {
-        let resources: Vec<_> = self.all.iter().cloned().map(Resource::Buffer).collect();
-        Bindings::new(context, "voxelized.build", &resources)
+        self.set().bind(context, "voxelized.build")
     }
 
     /// Puts these buffers where others were.
     pub fn rebind(&self, set: &Bindings) -> Result<()> {
-        self.all.iter().enumerate().try_for_each(|(binding, buffer)| set.replace(binding, buffer))
+        self.set().resources().iter().enumerate().try_for_each(|(binding, resource)| match resource {
+            Resource::Buffer(buffer) => set.replace(binding, buffer),
+            _ => Ok(()),
+        })
     }
 
-    /// Puts another buffer where what look-ups read was.
-    pub fn set_data(&mut self, data: Buffer) {
-        self.all[super::DATA] = data.clone();
-        self.data = data;
-    }
-
-    /// Of all that only a bake needs.
+    /// Of all that only a bake needs: not what look-ups read, and not what is the world's.
     pub fn transient_bytes(&self) -> u64 {
-        let all = self.all.iter().map(Buffer::bytes).sum::<u64>();
-        // What look-ups read, and what is the world's.
-        let others = [&self.data, &self.trees, &self.triangles, &self.sides].map(Buffer::bytes).iter().sum::<u64>();
-        all - others + self.state_read.bytes()
+        let own = [
+            &self.state,
+            &self.ranges,
+            &self.values,
+            &self.sums,
+            &self.boundaries,
+            &self.candidates,
+            &self.slots,
+            &self.table,
+            &self.unique,
+            &self.shared.projected,
+            &self.entries,
+            &self.columns,
+        ];
+        own.into_iter().map(Buffer::bytes).sum::<u64>() + self.state_read.bytes()
     }
 
     /// The state that a bake begins with.
@@ -390,6 +405,7 @@ impl Buffers {
 }
 
 /// Buffers that stay as they are when the others grow.
+#[derive(Clone)]
 pub struct Shared {
     pub trees: Buffer,
     pub triangles: Buffer,

@@ -4,10 +4,11 @@ use super::cube::{cubes, resolution};
 use super::file::{Baked, scene_hash};
 use super::settings::{Plan, Settings};
 use super::{COUNTS, OF, TreeData, counters};
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Mapped, Memory, Resource};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Mapped, Memory};
 use crate::maps::Map;
 use crate::scene::{Resolution, View};
 use crate::shaders::folder;
+use crate::shaders::set;
 use crate::technique::settings::Keyed;
 use crate::technique::{Answer, Facts, Key, Technique};
 use crate::world::{Parts, World};
@@ -63,7 +64,6 @@ impl Loaded {
         let nodes = Buffer::new(context, "voxelized.data", baked.words.len() as u64 + 4, Memory::Device)?;
         nodes.write(baked.words)?;
         let bytes_resident = baked.words.len() as u64 + trees.bytes();
-        let resources = [trees, nodes].map(Resource::Buffer);
         Ok(Self {
             bytes_on_disk: mapped.len() as u64,
             plan,
@@ -71,7 +71,7 @@ impl Loaded {
             counts: baked.counts,
             cubes: cubes(world, plan.size)?,
             bytes_resident,
-            look_up: Bindings::new(context, "voxelized.look_up", &resources)?,
+            look_up: set::VoxelizedLookUp { trees: &trees, nodes: &nodes }.bind(context, "voxelized.look_up")?,
             constants: plan.constants(Constants::new()),
             file,
         })

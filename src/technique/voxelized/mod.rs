@@ -21,10 +21,11 @@ use self::cube::{cubes, resolution};
 use self::file::{bytes_on_disk, scene_hash};
 use super::settings::Keyed;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory, Resource};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory};
 use crate::maps::Map;
 use crate::scene::{Resolution, View};
 use crate::shaders::folder;
+use crate::shaders::set;
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
@@ -55,12 +56,6 @@ const TILES: &str = "tiles";
 
 /// Leaves, bricks, and nodes of up to 65,536 voxels a side. Twin: Tree in glsl/voxelized/tree.glsl.
 pub const MAX_LEVELS: usize = 15;
-
-/// Where the nodes stand in the look-up's set.
-const NODES: usize = 1;
-
-/// Where they stand in the bake's.
-const DATA: usize = 9;
 
 /// Nodes of a level, and triangles in bins, that there may be room for: tables twice as large have numbers of 32 bits.
 const MOST_NODES: u32 = 1 << 28;
@@ -199,8 +194,8 @@ impl Voxelized {
         let buffers = Buffers::new(context, shape, &room, plan.merges(), plan.keep_columns, &shared)?;
         let set = buffers.bindings(context)?;
         let bake = Bake::new(context, &set, plan)?;
-        let nodes = [&shared.trees, &buffers.data].map(|b| Resource::Buffer(b.clone()));
-        let look_up = Bindings::new(context, "voxelized.look_up", &nodes)?;
+        let look_up = set::VoxelizedLookUp { trees: &shared.trees, nodes: &buffers.data };
+        let look_up = look_up.bind(context, "voxelized.look_up")?;
         Ok(Self {
             context: context.clone(),
             plan: *plan,
@@ -303,9 +298,9 @@ impl Voxelized {
         }
         self.room = room;
         let bytes = 4 * u64::from(self.room.data);
-        self.buffers.set_data(Buffer::new(&self.context, "voxelized.data", bytes, Memory::Device)?);
-        self.set.replace(DATA, &self.buffers.data)?;
-        self.look_up.replace(NODES, &self.buffers.data)?;
+        self.buffers.data = Buffer::new(&self.context, "voxelized.data", bytes, Memory::Device)?;
+        self.set.replace(set::VoxelizedBuild::DATA, &self.buffers.data)?;
+        self.look_up.replace(set::VoxelizedLookUp::NODES, &self.buffers.data)?;
         self.step = Step::Pack;
         Ok(Settled::More)
     }
@@ -323,7 +318,7 @@ impl Voxelized {
         let plan = &self.plan;
         let buffers = Buffers::new(&self.context, self.shape, &room, plan.merges(), plan.keep_columns, &self.shared)?;
         buffers.rebind(&self.set)?;
-        self.look_up.replace(NODES, &buffers.data)?;
+        self.look_up.replace(set::VoxelizedLookUp::NODES, &buffers.data)?;
         (self.room, self.buffers) = (room, buffers);
         self.step = Step::Tile { light: 0, tile: 0 };
         Ok(())
