@@ -217,7 +217,8 @@ impl Bindings {
         self.0.layout
     }
 
-    pub(super) fn set(&self) -> vk::DescriptorSet {
+    /// The descriptor set as it is now, for commands of the caller's own: a build that grows may put another in its place.
+    pub fn set(&self) -> vk::DescriptorSet {
         self.0.set
     }
 }
