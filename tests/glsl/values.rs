@@ -44,7 +44,8 @@ fn shader(answer: &Answer, light: usize) -> Shader {
     let bytes: &'static [u8] = bytemuck::cast_slice(words.leak());
     // SAFETY: `Spirv` has one field, which is that slice, and wants the alignment of the words that it was.
     let spirv = unsafe { &*(std::ptr::from_ref(bytes) as *const Spirv) };
-    Shader { name: "engine", push: "", spirv }
+    // A pipeline is known by its shader's name.
+    Shader { name: format!("engine/{name}/{light}").leak(), push: "", spirv }
 }
 
 /// Something of each kind that is not what the look-up wants: the engine's set before it is written.
