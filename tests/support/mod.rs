@@ -4,6 +4,7 @@
 #![allow(dead_code)]
 
 pub mod scenes;
+pub mod spirv;
 pub mod within;
 
 use gobo::Error;
