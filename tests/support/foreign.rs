@@ -1,8 +1,6 @@
 //! A device that is not Gobo's: an instance with validation, a device, a queue and command buffers of the test's own making, as an
 //! engine has them.
 
-#![allow(unsafe_code)]
-
 use ash::{ext, vk};
 use gobo::gpu::{Adopt, Calls, Commands, Context, Enabled, Messages};
 use gpu_allocator::AllocatorDebugSettings;
@@ -66,16 +64,18 @@ impl Foreign {
         let said: Arc<Said> = Arc::default();
         unsafe {
             let entry = ash::Entry::load().expect("a loader");
-            let info = vk::DebugUtilsMessengerCreateInfoEXT {
-                p_user_data: Arc::as_ptr(&said).cast_mut().cast(),
-                pfn_user_callback: Some(on_message),
-                ..Default::default()
-            };
-            let mut info = info
-                .message_severity(
+            let to_said = || {
+                let info = vk::DebugUtilsMessengerCreateInfoEXT {
+                    p_user_data: Arc::as_ptr(&said).cast_mut().cast(),
+                    pfn_user_callback: Some(on_message),
+                    ..Default::default()
+                };
+                info.message_severity(
                     vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
                 )
-                .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION);
+                .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
+            };
+            let mut info = to_said();
             let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
             let mut checks = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
             let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
@@ -89,7 +89,7 @@ impl Foreign {
                 .push_next(&mut info);
             let instance = entry.create_instance(&instance_info, None).expect("an instance with validation");
             let loader = ext::debug_utils::Instance::new(&entry, &instance);
-            let messenger = loader.create_debug_utils_messenger(&info, None).expect("a messenger");
+            let messenger = loader.create_debug_utils_messenger(&to_said(), None).expect("a messenger");
             let name =
                 &gobo::gpu::devices().expect("devices").into_iter().min_by_key(|d| d.kind).expect("a device").name;
             let is_named = |physical: &vk::PhysicalDevice| {
