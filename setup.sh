@@ -170,6 +170,10 @@ setup_apt() {
   if [ "${#need[@]}" != 0 ]; then
     apt_install "${need[@]}" || die "could not install ${need[*]} (${apt_error:-apt-get failed}); install them by hand and run setup.sh again"
   fi
+  # One test asks it what other languages look-ups compile to, and stands aside without it.
+  if ! have spirv-cross; then
+    apt_install spirv-cross || say "could not install spirv-cross (${apt_error:-apt-get failed}); going on without"
+  fi
   if ! shaderc_ready; then
     mapfile -t need < <(missing_packages libshaderc-dev glslang-dev spirv-tools)
     if [ "${#need[@]}" != 0 ]; then

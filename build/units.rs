@@ -221,6 +221,8 @@ fn is_type(word: &str) -> bool {
 pub fn local_names<'t>(tokens: &'t [String], structs: &BTreeSet<&str>) -> BTreeSet<&'t str> {
     const QUALIFIERS: [&str; 5] = ["in", "out", "inout", "const", "precise"];
     let is_type = |word: &str| is_type(word) || structs.contains(word);
+    // Behind a comma, not the next parameter's type.
+    let is_new = |word: &str| !is_type(word) && !QUALIFIERS.contains(&word);
     let (code, mut names, mut declaring) = (placed(tokens), BTreeSet::new(), None);
     for pair in code.windows(2) {
         let [first, second] = [&pair[0], &pair[1]];
@@ -231,10 +233,8 @@ pub fn local_names<'t>(tokens: &'t [String], structs: &BTreeSet<&str>) -> BTreeS
                 declaring = Some(first.round);
                 names.insert(second.text);
             }
-            "," if declaring == Some(first.round) && is_name(second.text) => {
-                if !is_type(second.text) && !QUALIFIERS.contains(&second.text) {
-                    names.insert(second.text);
-                }
+            "," if declaring == Some(first.round) && is_name(second.text) && is_new(second.text) => {
+                names.insert(second.text);
             }
             _ => {}
         }

@@ -25,3 +25,4 @@ pub mod technique;
 pub mod world;
 
 pub use error::{Error, Result};
+pub use technique::requirements;

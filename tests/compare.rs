@@ -9,6 +9,8 @@ mod bake;
 mod errors;
 #[path = "program/faults.rs"]
 mod faults;
+#[path = "program/glsl.rs"]
+mod glsl;
 #[path = "program/moving.rs"]
 mod moving;
 #[path = "program/paint/mod.rs"]

@@ -3,6 +3,9 @@
 
 mod support;
 
+#[path = "gpu/adopt.rs"]
+mod adopt;
+
 #[path = "gpu/layout.rs"]
 mod layout;
 

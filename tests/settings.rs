@@ -132,7 +132,7 @@ fn code_and_specs_answer_alike() {
     });
 }
 
-/// One line, from the constructor, whoever made the settings.
+/// One line, from the constructor, wherever the settings come from.
 #[test]
 fn code_is_refused_as_specs_are() {
     gpu_test("code_is_refused_as_specs_are", |context| {

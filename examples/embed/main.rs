@@ -3,7 +3,8 @@
 
 mod engine;
 
-use engine::{Choice, Engine, Options, Result};
+use engine::{Choice, Engine, How, Optional, Options, Result};
+use gobo::technique::{avsm, beer_shadow_map, psm};
 use std::process::ExitCode;
 
 const USAGE: &str = "\
@@ -13,7 +14,8 @@ usage: embed avsm|psm|beer-shadow-map [options]
   --size WIDTHxHEIGHT pixels (640x480)
   --device NAME       part of the device's name
   --validation        load the validation layer, and fail where it complains
-  --nothing-optional  enable nothing of the device that is optional
+  --no-interlock      switch fragment shader interlock off
+  --nothing-optional  switch off all that is optional
   --no-timestamps     measure nothing";
 
 fn main() -> ExitCode {
@@ -33,9 +35,17 @@ struct Run {
 }
 
 fn arguments() -> Result<Run> {
-    let options = Options { choice: Choice::default(), size: [640, 480], timestamps: true };
-    let mut run = Run { options, output: "smoke.png".into(), frames: 180 };
     let mut words = std::env::args().skip(1);
+    // What is not said here is as the program has it.
+    let how = match words.next().as_deref() {
+        Some("avsm") => How::Avsm(avsm::Settings { nodes: 8, size: 256, ..Default::default() }),
+        Some("psm") => How::Psm(psm::Settings { size: 128, slices: 128, ..Default::default() }),
+        Some("beer-shadow-map") => How::BeerShadowMap(beer_shadow_map::Settings { size: 256, ..Default::default() }),
+        _ => return Err(USAGE.into()),
+    };
+    let choice = Choice { timestamps: true, ..Choice::default() };
+    let options = Options { how, choice, size: [640, 480] };
+    let mut run = Run { options, output: "smoke.png".into(), frames: 180 };
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or_else(|| format!("{word} needs a value"));
         let options = &mut run.options;
@@ -45,8 +55,9 @@ fn arguments() -> Result<Run> {
             "--size" => options.size = size(&value()?).ok_or("--size is as in 640x480")?,
             "--device" => options.choice.device = Some(value()?),
             "--validation" => options.choice.validation = true,
-            "--nothing-optional" => options.choice.nothing_optional = true,
-            "--no-timestamps" => options.timestamps = false,
+            "--no-interlock" => options.choice.optional = Optional::NoInterlock,
+            "--nothing-optional" => options.choice.optional = Optional::Nothing,
+            "--no-timestamps" => options.choice.timestamps = false,
             _ => return Err(USAGE.into()),
         }
     }
@@ -76,7 +87,18 @@ fn render(run: &Run) -> Result<()> {
             println!("{step:>14} {:8.3} ms", median / 1e6);
         }
     }
-    println!("{:>14} {:8.2} MiB", "device memory", engine.gpu().allocated_bytes() as f64 / (1 << 20) as f64);
+    println!("Gobo's passes, of one frame:");
+    for pass in engine.passes() {
+        println!("  {:>28} {:8.3} ms", pass.name, (pass.end_ns - pass.start_ns) / 1e6);
+    }
+    let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    let (all, gobo) = (engine.gpu().allocated_bytes(), engine.shadows().bytes());
+    println!("device memory: {:.2} MiB, of which {:.2} are Gobo's", mib(all), mib(gobo));
+    println!(
+        "Gobo grew after {} frames, submitted or waited {} times",
+        engine.shadows().grew,
+        engine.shadows().calls()
+    );
     let said = engine.gpu().said();
     // Closing the device is part of the run: the layer says what was left open.
     drop(engine);

@@ -4,6 +4,7 @@ mod bake;
 mod compare;
 mod curve;
 mod devices;
+mod glsl;
 mod little;
 mod map;
 mod particles;
@@ -62,6 +63,8 @@ enum Command {
     /// Sweep what breaks shadow techniques, one number of a scene at a time, and say how far each holds
     #[command(after_long_help = stress::help())]
     Stress(stress::Arguments),
+    /// Hand out the look-up of techniques for shaders of other programs: one GLSL file each, which says all that it is given
+    Glsl(glsl::Arguments),
     /// List Vulkan devices and, for each path of each technique, yes or the missing feature
     Devices(devices::Arguments),
 }
@@ -341,6 +344,7 @@ pub fn main() -> ExitCode {
         Command::Map(arguments) => map::run(&arguments),
         Command::Bake(arguments) => bake::run(&arguments),
         Command::Stress(arguments) => stress::run(&arguments.little()),
+        Command::Glsl(arguments) => glsl::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
     };
     // The device is closed by now, of which the layer may have had something to say.

@@ -1,7 +1,7 @@
 //! Visibility of lights at lists of points.
 
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Context, Kernel, Memory, PassTime, groups, push_struct};
+use crate::gpu::{Bindings, Buffer, Commands, Context, Kernel, Memory, PassTime, groups, push_struct};
 use crate::shaders;
 use crate::shaders::set;
 use crate::technique::Answer;
@@ -98,15 +98,23 @@ impl Query {
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.
     pub fn query(&self, kernel: &QueryKernel) -> Result<Option<PassTime>> {
-        let times = self.context.submit(|commands| {
-            commands.pass("consume.query", |pass| {
-                for part in self.parts.iter().filter(|part| part.count > 0) {
-                    let [x, y] = groups(u64::from(part.count).div_ceil(64));
-                    pass.dispatch(&kernel.0, part, [x, y, 1]);
-                }
-            });
-        })?;
+        let times = self.context.submit(|commands| self.record(commands, kernel))?;
         Ok(times.into_iter().next())
+    }
+
+    /// Records the pass that asks for all points.
+    pub fn record(&self, commands: &mut Commands, kernel: &QueryKernel) {
+        commands.pass("consume.query", |pass| {
+            for part in self.parts.iter().filter(|part| part.count > 0) {
+                let [x, y] = groups(u64::from(part.count).div_ceil(64));
+                pass.dispatch(&kernel.0, part, [x, y, 1]);
+            }
+        });
+    }
+
+    /// The answers on the device, a float a point, those of the first light first.
+    pub fn buffer(&self) -> &Buffer {
+        &self.answers
     }
 
     /// The answers, one a point, those of the first light first.

@@ -267,6 +267,11 @@ impl Bindings {
     pub(super) fn current(&self) -> Arc<Set> {
         self.0.current.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
+
+    /// The descriptor set as it is now, for commands of the caller's own: a build that grows may put another in its place.
+    pub fn set(&self) -> vk::DescriptorSet {
+        self.current().handle
+    }
 }
 
 fn sampler_info(border: Border) -> vk::SamplerCreateInfo<'static> {

@@ -1,6 +1,6 @@
 //! What a device is opened with beyond Vulkan 1.3: what a path wants, what a caller has switched on, and how Vulkan is told.
 
-use super::features::RAY_QUERY_EXTENSIONS;
+use super::features::{RAY_QUERY_EXTENSIONS, STORAGE_BUFFERS};
 use super::{Features, Requirement};
 use ash::{ext, vk};
 use std::ffi::CStr;
@@ -208,6 +208,20 @@ impl EnabledStructures {
         }
         all
     }
+}
+
+/// A limit of a device that is to be so large.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limit {
+    /// Its name in VkPhysicalDeviceLimits.
+    pub name: &'static str,
+    /// At least.
+    pub least: u64,
+}
+
+impl Limit {
+    /// Those without which nothing runs, beside what Vulkan 1.3 guarantees.
+    pub const FLOOR: [Self; 1] = [Self { name: "maxPerStageDescriptorStorageBuffers", least: STORAGE_BUFFERS as u64 }];
 }
 
 impl Requirement {

@@ -247,6 +247,15 @@ impl Features {
         }
     }
 
+    /// Those of a device that a caller is about to open: [`super::Enabled::all_of`] says of them what to switch on. `queue_family` is the
+    /// one that commands are recorded for.
+    ///
+    /// # Safety
+    /// The device is the instance's, and the application asked for Vulkan 1.3.
+    pub unsafe fn of(instance: &ash::Instance, physical: vk::PhysicalDevice, queue_family: u32) -> Self {
+        Self::read(instance, physical, Some(queue_family))
+    }
+
     pub(super) fn read(instance: &ash::Instance, physical: vk::PhysicalDevice, queue_family: Option<u32>) -> Self {
         // SAFETY: `physical` comes from this instance.
         let extensions = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();

@@ -39,7 +39,7 @@ pub use commands::{Commands, MAX_UPDATE_BYTES, Pass, Staged, groups};
 pub use constants::{Constant, ConstantValue, Constants};
 pub use context::{Adopt, Calls, Context, Options, devices};
 pub use draw::Draw;
-pub use enabled::{Enabled, EnabledStructures};
+pub use enabled::{Enabled, EnabledStructures, Limit};
 pub use features::{DeviceKind, Features, Requirement};
 pub use image::{Image, ImageUse};
 pub use kernel::{Blend, Graphics, Kernel, Layered, Tessellated};

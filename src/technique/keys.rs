@@ -3,7 +3,7 @@
 use super::settings::SKIP;
 use crate::maps::{FilterKind, OpaqueWay};
 
-/// A setting of a technique, or of whoever asks it, as specs have it.
+/// A setting of a technique, or of what asks it, as specs have it.
 #[derive(Clone, Copy)]
 pub struct Key {
     /// Its name.
@@ -21,7 +21,7 @@ pub struct Key {
 /// Words, or numbers as words.
 pub type OneOf = &'static [&'static str];
 
-/// The name of a key that those use who know no technique: none but these is, so that a misspelt one does not compile.
+/// The name of a key, for what knows no technique: one of these, or a key's own. A misspelt one does not compile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Name(&'static str);
 

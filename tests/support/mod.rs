@@ -3,7 +3,10 @@
 // Every file in tests/ is a program of its own and uses only a part of this.
 #![allow(dead_code)]
 
+#[allow(unsafe_code)]
+pub mod foreign;
 pub mod scenes;
+pub mod spirv;
 pub mod within;
 
 use gobo::Error;

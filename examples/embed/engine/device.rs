@@ -2,6 +2,7 @@
 
 use super::Result;
 use ash::{ext, vk};
+use gobo::gpu::{Enabled, Features};
 use gpu_allocator::vulkan::{Allocation, Allocator, AllocatorCreateDesc};
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,8 +16,21 @@ pub struct Choice {
     pub device: Option<String>,
     /// Load the validation layer with its synchronization checks.
     pub validation: bool,
-    /// Enable nothing that the renderer itself does not need.
-    pub nothing_optional: bool,
+    /// What of the device is switched on.
+    pub optional: Optional,
+    /// Measure how long passes take, where the device can.
+    pub timestamps: bool,
+}
+
+/// What is switched on beyond what neither the renderer nor Gobo can do without.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Optional {
+    /// All that Gobo has a use for and the device has.
+    #[default]
+    All,
+    /// All of that but VK_EXT_fragment_shader_interlock.
+    NoInterlock,
+    Nothing,
 }
 
 /// The instance, and what its validation layer says.
@@ -44,7 +58,9 @@ pub struct Gpu {
     pub physical: vk::PhysicalDevice,
     pub queue: vk::Queue,
     pub queue_family: u32,
-    /// Nanoseconds a tick of a timestamp; 0 where the queue has none.
+    /// What the device was opened with, for Gobo to know.
+    pub enabled: Enabled,
+    /// Nanoseconds a tick of a timestamp; 0 without.
     pub tick_ns: f64,
     /// None only while it is being dropped: it must go before the device.
     allocator: Option<Arc<Mutex<Allocator>>>,
@@ -72,18 +88,24 @@ impl Gpu {
     pub fn open(choice: &Choice) -> Result<Self> {
         let instance = Instance::open(choice.validation)?;
         let (physical, queue_family) = choose(&instance.handle, choice.device.as_deref())?;
-        let device = create_device(&instance.handle, physical, queue_family)?;
+        // SAFETY: the device is this instance's, and `Instance::open` asked for Vulkan 1.3.
+        let features = unsafe { Features::of(&instance.handle, physical, queue_family) };
+        let mut enabled = match choice.optional {
+            Optional::All => Enabled::all_of(&features),
+            Optional::NoInterlock => Enabled { fragment_shader_pixel_interlock: false, ..Enabled::all_of(&features) },
+            Optional::Nothing => Enabled::FLOOR,
+        };
+        // The allocator would have to give memory with addresses.
+        enabled.ray_query = false;
+        enabled.debug_utils = choice.validation;
+        enabled.timestamps = choice.timestamps;
+        let device = create_device(&instance.handle, physical, queue_family, &enabled)?;
         // SAFETY: `create_device` asked for one queue of this family.
         let queue = unsafe { device.get_device_queue(queue_family, 0) };
-        // SAFETY: `physical` comes from this instance.
-        let (limits, families) = unsafe {
-            let limits = instance.handle.get_physical_device_properties(physical).limits;
-            (limits, instance.handle.get_physical_device_queue_family_properties(physical))
-        };
-        let has_timestamps = families[queue_family as usize].timestamp_valid_bits == 64;
-        let tick_ns = if has_timestamps { limits.timestamp_period.into() } else { 0.0 };
-        let mut gpu =
-            Self { device, physical, queue, queue_family, tick_ns, allocator: None, kept: Vec::new(), instance };
+        let has_timestamps = choice.timestamps && features.timestamp_valid_bits == 64;
+        let tick_ns = if has_timestamps { features.timestamp_period_ns.into() } else { 0.0 };
+        let (allocator, kept) = (None, Vec::new());
+        let mut gpu = Self { device, physical, queue, queue_family, enabled, tick_ns, allocator, kept, instance };
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: gpu.instance.handle.clone(),
             device: gpu.device.clone(),
@@ -104,6 +126,11 @@ impl Gpu {
     /// The allocator, for all that the renderer and Gobo make.
     pub fn allocator(&self) -> Result<Arc<Mutex<Allocator>>> {
         self.allocator.clone().ok_or_else(|| "the device is being closed".into())
+    }
+
+    /// What the device came from.
+    pub fn origin(&self) -> (ash::Entry, ash::Instance) {
+        (self.instance.entry.clone(), self.instance.handle.clone())
     }
 
     /// Bytes of memory that the renderer and Gobo hold together.
@@ -255,15 +282,21 @@ fn choose(instance: &ash::Instance, wanted: Option<&str>) -> Result<(vk::Physica
     best.map(|(_, found)| found).ok_or_else(|| "no device of Vulkan 1.3 of that name".into())
 }
 
-fn create_device(instance: &ash::Instance, physical: vk::PhysicalDevice, queue_family: u32) -> Result<ash::Device> {
+fn create_device(
+    instance: &ash::Instance,
+    physical: vk::PhysicalDevice,
+    queue_family: u32,
+    enabled: &Enabled,
+) -> Result<ash::Device> {
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
-    // What the renderer itself needs is what Gobo needs at least.
-    let mut features12 = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
-    let mut features13 = vk::PhysicalDeviceVulkan13Features::default().synchronization2(true).dynamic_rendering(true);
+    let extensions: Vec<_> = enabled.extensions().iter().map(|name| name.as_ptr()).collect();
+    // The renderer itself needs what Gobo needs at least. What it needed more it would switch on in these structures.
+    let mut structures = enabled.structures();
+    let mut features = structures.chain();
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
-        .push_next(&mut features12)
-        .push_next(&mut features13);
-    // SAFETY: all that `info` points to lives until the call is over.
+        .enabled_extension_names(&extensions)
+        .push_next(&mut features);
+    // SAFETY: all that `info` points to lives until the call is over, and the device has what is switched on.
     Ok(unsafe { instance.create_device(physical, &info, None) }?)
 }

@@ -20,7 +20,7 @@ struct Slot {
 }
 
 impl Slot {
-    fn new(gpu: &mut Gpu, timestamps: bool) -> Result<Self> {
+    fn new(gpu: &mut Gpu) -> Result<Self> {
         let pool = vk::CommandPoolCreateInfo::default().queue_family_index(gpu.queue_family);
         // Signalled: nothing has to be waited for before the first frame.
         let fence = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
@@ -34,7 +34,7 @@ impl Slot {
             let done = gpu.device.create_fence(&fence, None)?;
             gpu.keep(Kept::Fence(done));
             let mut slot = Self { pool, commands, done, queries: vk::QueryPool::null(), is_timed: false };
-            if timestamps && gpu.tick_ns > 0.0 {
+            if gpu.tick_ns > 0.0 {
                 slot.queries = gpu.device.create_query_pool(&queries, None)?;
                 gpu.keep(Kept::Queries(slot.queries));
             }
@@ -51,8 +51,8 @@ pub struct Frames {
 }
 
 impl Frames {
-    pub fn new(gpu: &mut Gpu, timestamps: bool) -> Result<Self> {
-        let slots = [Slot::new(gpu, timestamps)?, Slot::new(gpu, timestamps)?];
+    pub fn new(gpu: &mut Gpu) -> Result<Self> {
+        let slots = [Slot::new(gpu)?, Slot::new(gpu)?];
         Ok(Self { device: gpu.device.clone(), queue: gpu.queue, tick_ns: gpu.tick_ns, slots })
     }
 

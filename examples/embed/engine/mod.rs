@@ -4,18 +4,21 @@ mod device;
 mod frames;
 mod memory;
 mod pipelines;
+mod shadows;
 mod spirv;
 
-pub use device::{Choice, Gpu};
+pub use device::{Choice, Gpu, Optional};
+pub use shadows::{How, Shadows, sun};
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};
-use frames::{Frames, barrier};
+use frames::{FRAMES_IN_FLIGHT, Frames, barrier};
 use glam::Vec3;
 use glam::camera::rh::{proj::vulkan::perspective, view::look_at_mat4};
+use gobo::gpu::PassTime;
 use gpu_allocator::MemoryLocation;
 use memory::{Buffer, Target, whole_image};
-use pipelines::Set;
+use pipelines::{Constants, Set};
 
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -54,14 +57,15 @@ pub struct Push {
 /// How a renderer is opened.
 #[derive(Clone, Debug)]
 pub struct Options {
+    pub how: How,
     pub choice: Choice,
     /// Of the picture, pixels.
     pub size: [u32; 2],
-    /// Measure how long the steps of a frame take, where the device can.
-    pub timestamps: bool,
 }
 
+/// Gobo goes before the device that it is open on: fields are dropped in this order.
 pub struct Engine {
+    shadows: Shadows,
     frames: Frames,
     move_particles: vk::Pipeline,
     sort: vk::Pipeline,
@@ -76,7 +80,10 @@ pub struct Engine {
     /// Where the host reads what the device has: particles or pixels.
     copy: Buffer,
     target: Target,
+    /// The next that is recorded.
     frame: u64,
+    /// The last that has shadows.
+    shadowed: u64,
     gpu: Gpu,
 }
 
@@ -91,15 +98,22 @@ impl Engine {
         let answers = Buffer::new(gpu, "answers", MOST_POINTS * 4, MemoryLocation::GpuToCpu)?;
         let pixel_bytes = options.size.map(|side| side as usize).iter().product::<usize>() * 4;
         let set = Set::of_buffers(gpu, &[&particles, &order, &points, &answers])?;
-        let layout = pipelines::layout(gpu, &[set.layout])?;
-        let asking = spirv::AVSM;
+        // Frame 0 tells the device of the light.
+        let mut frames = Frames::new(gpu)?;
+        let commands = frames.begin(0)?;
+        let shadows = Shadows::new(gpu, &options.how, &particles, commands, 0)?;
+        frames.submit(0, false)?;
+
+        let layout = pipelines::layout(gpu, &[set.layout, shadows.layout()])?;
+        let (asking, asked, none) = (options.how.shaders(), shadows.constants(), Constants::new(&[]));
         Ok(Self {
-            frames: Frames::new(gpu, options.timestamps)?,
-            move_particles: pipelines::compute(gpu, layout, spirv::MOVE)?,
-            sort: pipelines::compute(gpu, layout, spirv::SORT)?,
-            ground: pipelines::draw(gpu, layout, spirv::GROUND_VERT, asking.ground)?,
-            smoke: pipelines::draw(gpu, layout, spirv::SMOKE_VERT, asking.smoke)?,
-            ask: pipelines::compute(gpu, layout, asking.points)?,
+            move_particles: pipelines::compute(gpu, layout, spirv::MOVE, &none)?,
+            sort: pipelines::compute(gpu, layout, spirv::SORT, &none)?,
+            ground: pipelines::draw(gpu, layout, (spirv::GROUND_VERT, asking.ground), &asked)?,
+            smoke: pipelines::draw(gpu, layout, (spirv::SMOKE_VERT, asking.smoke), &asked)?,
+            ask: pipelines::compute(gpu, layout, asking.points, &asked)?,
+            shadows,
+            frames,
             layout,
             set,
             particles,
@@ -107,7 +121,8 @@ impl Engine {
             answers,
             copy: Buffer::new(gpu, "copy", PARTICLE_BYTES.max(pixel_bytes), MemoryLocation::GpuToCpu)?,
             target: Target::new(gpu, options.size)?,
-            frame: 0,
+            frame: 1,
+            shadowed: 0,
             gpu: opened,
         })
     }
@@ -116,28 +131,44 @@ impl Engine {
         &self.gpu
     }
 
+    pub fn shadows(&self) -> &Shadows {
+        &self.shadows
+    }
+
+    /// How long each of Gobo's passes took in the newest frame that is over.
+    pub fn passes(&self) -> Vec<PassTime> {
+        self.shadows.times(self.shadowed.saturating_sub(FRAMES_IN_FLIGHT.into()))
+    }
+
     /// Records and submits one frame. Returns how long the steps of the frame before the last took, nanoseconds: moving and sorting,
     /// shadows, drawing.
     pub fn frame(&mut self, time_s: f32) -> Result<Option<[f64; 3]>> {
         let frame = self.frame;
         let commands = self.frames.begin(frame)?;
+        if let Some(over) = frame.checked_sub(FRAMES_IN_FLIGHT.into()) {
+            self.shadows.settle(over)?;
+        }
         let times = self.frames.times(frame)?;
-        let push = self.push(time_s);
-        self.bind(commands, &push);
 
         // The frame before may still be drawing from these buffers.
         barrier(&self.gpu.device, commands);
         self.frames.stamp(frame, 0);
+        let push = self.push(time_s);
+        self.bind(commands, &push, &[self.set.handle]);
         self.dispatch(commands, self.move_particles, PARTICLES / 64);
         barrier(&self.gpu.device, commands);
         self.dispatch(commands, self.sort, 1);
-        barrier(&self.gpu.device, commands);
         self.frames.stamp(frame, 1);
+
+        // Gobo's passes begin and end with barriers for all that is around them. They bind what they need, and undo what is bound.
+        self.shadows.record(commands, frame)?;
         self.frames.stamp(frame, 2);
+        self.bind(commands, &push, &[self.set.handle, self.shadows.set(frame)]);
         self.draw(commands);
         self.frames.stamp(frame, 3);
 
         self.frames.submit(frame, true)?;
+        self.shadowed = frame;
         self.frame += 1;
         Ok(times)
     }
@@ -149,11 +180,11 @@ impl Engine {
         Push { clip: clip.to_cols_array_2d(), eye, time_s, to_light: TO_SUN.normalize() }
     }
 
-    fn bind(&self, commands: vk::CommandBuffer, push: &Push) {
-        let (device, layout, sets) = (&self.gpu.device, self.layout, [self.set.handle]);
+    fn bind(&self, commands: vk::CommandBuffer, push: &Push, sets: &[vk::DescriptorSet]) {
+        let (device, layout) = (&self.gpu.device, self.layout);
         for point in [vk::PipelineBindPoint::COMPUTE, vk::PipelineBindPoint::GRAPHICS] {
             // SAFETY: the commands are being recorded, and the sets are of this layout.
-            unsafe { device.cmd_bind_descriptor_sets(commands, point, layout, 0, &sets, &[]) };
+            unsafe { device.cmd_bind_descriptor_sets(commands, point, layout, 0, sets, &[]) };
         }
         // SAFETY: the layout takes these bytes.
         unsafe { device.cmd_push_constants(commands, layout, vk::ShaderStageFlags::ALL, 0, bytemuck::bytes_of(push)) };
@@ -251,7 +282,7 @@ impl Engine {
         self.points.write(points)?;
         let push = self.push(0.0);
         self.run(|engine, commands| {
-            engine.bind(commands, &push);
+            engine.bind(commands, &push, &[engine.set.handle, engine.shadows.set(engine.shadowed)]);
             engine.dispatch(commands, engine.ask, (MOST_POINTS / 64) as u32);
         })?;
         let mut answers = self.answers.read()?;
@@ -277,5 +308,12 @@ impl Engine {
         self.frames.submit(frame, false)?;
         self.frame += 1;
         self.frames.wait(frame)
+    }
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        // SAFETY: nothing is submitted any more. Gobo is closed when no frame runs.
+        let _ = unsafe { self.gpu.device.device_wait_idle() };
     }
 }

@@ -12,15 +12,13 @@ pub struct Set {
 }
 
 impl Set {
-    /// With one descriptor of each of these types, at bindings 0 and on, not yet written.
-    pub fn new(gpu: &mut Gpu, types: &[vk::DescriptorType]) -> Result<Self> {
-        let binding = |(i, ty): (usize, &vk::DescriptorType)| {
-            let binding = vk::DescriptorSetLayoutBinding::default().binding(i as u32).descriptor_type(*ty);
-            binding.descriptor_count(1).stage_flags(vk::ShaderStageFlags::ALL)
+    /// With these bindings of one descriptor each, not yet written.
+    pub fn new(gpu: &mut Gpu, bindings: &[vk::DescriptorSetLayoutBinding]) -> Result<Self> {
+        let size = |binding: &vk::DescriptorSetLayoutBinding| {
+            vk::DescriptorPoolSize::default().ty(binding.descriptor_type).descriptor_count(1)
         };
-        let bindings: Vec<_> = types.iter().enumerate().map(binding).collect();
-        let sizes: Vec<_> = types.iter().map(|&ty| vk::DescriptorPoolSize { ty, descriptor_count: 1 }).collect();
-        let layout = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
+        let sizes: Vec<_> = bindings.iter().map(size).collect();
+        let layout = vk::DescriptorSetLayoutCreateInfo::default().bindings(bindings);
         let pool = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
         // SAFETY: each handle is kept at once, and all that the structures point to lives.
         unsafe {
@@ -36,7 +34,12 @@ impl Set {
     /// Of storage buffers.
     pub fn of_buffers(gpu: &mut Gpu, buffers: &[&Buffer]) -> Result<Self> {
         let storage = vk::DescriptorType::STORAGE_BUFFER;
-        let set = Self::new(gpu, &vec![storage; buffers.len()])?;
+        let binding = vk::DescriptorSetLayoutBinding::default()
+            .descriptor_type(storage)
+            .descriptor_count(1)
+            .stage_flags(vk::ShaderStageFlags::ALL);
+        let bindings: Vec<_> = (0..buffers.len()).map(|i| binding.binding(i as u32)).collect();
+        let set = Self::new(gpu, &bindings)?;
         for (i, buffer) in buffers.iter().enumerate() {
             let buffers = [vk::DescriptorBufferInfo::default().buffer(buffer.handle).range(vk::WHOLE_SIZE)];
             let write = vk::WriteDescriptorSet::default().dst_set(set.handle).dst_binding(i as u32);
@@ -59,6 +62,26 @@ pub fn layout(gpu: &mut Gpu, sets: &[vk::DescriptorSetLayout]) -> Result<vk::Pip
     Ok(layout)
 }
 
+/// Values of a shader's specialization constants, by their ids.
+pub struct Constants {
+    entries: Vec<vk::SpecializationMapEntry>,
+    words: Vec<u32>,
+}
+
+impl Constants {
+    pub fn new(ids_and_words: &[(u32, u32)]) -> Self {
+        let entry = |(i, (id, _)): (usize, &(u32, u32))| {
+            vk::SpecializationMapEntry::default().constant_id(*id).offset(4 * i as u32).size(4)
+        };
+        let entries = ids_and_words.iter().enumerate().map(entry).collect();
+        Self { entries, words: ids_and_words.iter().map(|(_, word)| *word).collect() }
+    }
+
+    fn info(&self) -> vk::SpecializationInfo<'_> {
+        vk::SpecializationInfo::default().map_entries(&self.entries).data(bytemuck::cast_slice(&self.words))
+    }
+}
+
 fn stage(
     gpu: &mut Gpu,
     stage: vk::ShaderStageFlags,
@@ -72,8 +95,9 @@ fn stage(
     Ok(vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module).name(c"main"))
 }
 
-pub fn compute(gpu: &mut Gpu, layout: vk::PipelineLayout, spirv: &[u8]) -> Result<vk::Pipeline> {
-    let stage = stage(gpu, vk::ShaderStageFlags::COMPUTE, spirv)?;
+pub fn compute(gpu: &mut Gpu, layout: vk::PipelineLayout, spirv: &[u8], constants: &Constants) -> Result<vk::Pipeline> {
+    let constants = constants.info();
+    let stage = stage(gpu, vk::ShaderStageFlags::COMPUTE, spirv)?.specialization_info(&constants);
     let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
     // SAFETY: the module and the layout are kept.
     let made = unsafe { gpu.device.create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
@@ -81,7 +105,13 @@ pub fn compute(gpu: &mut Gpu, layout: vk::PipelineLayout, spirv: &[u8]) -> Resul
 }
 
 /// Triangles without vertex buffers; what they draw is premultiplied by how much it hides of what is behind it.
-pub fn draw(gpu: &mut Gpu, layout: vk::PipelineLayout, vertex: &[u8], fragment: &[u8]) -> Result<vk::Pipeline> {
+pub fn draw(
+    gpu: &mut Gpu,
+    layout: vk::PipelineLayout,
+    (vertex, fragment): (&[u8], &[u8]),
+    constants: &Constants,
+) -> Result<vk::Pipeline> {
+    let constants = constants.info();
     let stages =
         [stage(gpu, vk::ShaderStageFlags::VERTEX, vertex)?, stage(gpu, vk::ShaderStageFlags::FRAGMENT, fragment)?];
     let input = vk::PipelineVertexInputStateCreateInfo::default();

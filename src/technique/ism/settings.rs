@@ -6,7 +6,7 @@ use super::super::settings::{Setting, settings};
 use crate::gpu::Features;
 
 words! {
-    /// Who splats the points.
+    /// How the points are splatted.
     pub enum Way {
         /// A workgroup a light, its map in shared memory.
         Tiled = "tiled",

@@ -1,0 +1,143 @@
+//! All of Gobo's part. It shadows the particles by what it records into the renderer's command buffers, and hands over a set of
+//! descriptors, by which the renderer's shaders ask how much of the sun reaches a point.
+
+use super::memory::Buffer;
+use super::pipelines::{Constants, Set};
+use super::spirv::{self, Asking};
+use super::{FRAMES_IN_FLIGHT, Gpu, PARTICLES, Particle, Result, TO_SUN};
+use ash::vk;
+use gobo::gpu::{Adopt, Commands, Context, Messages, PassTime};
+use gobo::scene::{Light, LightKind};
+use gobo::technique::{Avsm, BeerShadowMap, Psm, Settled, Technique, avsm, beer_shadow_map, psm};
+use gobo::world::{Capacity, Count, Source, SphereAt, World};
+
+/// Which technique casts the shadows, and how.
+#[derive(Clone, Debug)]
+pub enum How {
+    Avsm(avsm::Settings),
+    Psm(psm::Settings),
+    BeerShadowMap(beer_shadow_map::Settings),
+}
+
+impl How {
+    /// The renderer's shaders with that technique's look-up.
+    pub fn shaders(&self) -> Asking {
+        match self {
+            Self::Avsm(_) => spirv::AVSM,
+            Self::Psm(_) => spirv::PSM,
+            Self::BeerShadowMap(_) => spirv::BEER_SHADOW_MAP,
+        }
+    }
+}
+
+/// Fields are dropped in this order: what was made last goes first.
+pub struct Shadows {
+    technique: Box<dyn Technique>,
+    world: World,
+    particles: Source,
+    context: Context,
+    /// One for each frame in flight: a set that the device may be reading is not written.
+    sets: Vec<Set>,
+    /// Frames after which a buffer of Gobo's grew.
+    pub grew: u64,
+}
+
+impl Shadows {
+    /// Opens Gobo on the renderer's device. `commands` are being recorded as frame `frame`.
+    pub fn new(gpu: &mut Gpu, how: &How, particles: &Buffer, commands: vk::CommandBuffer, frame: u64) -> Result<Self> {
+        let (entry, instance) = gpu.origin();
+        let adopt = Adopt {
+            entry,
+            instance,
+            physical_device: gpu.physical,
+            device: gpu.device.clone(),
+            queue_family: gpu.queue_family,
+            enabled: gpu.enabled,
+            allocator: Some(gpu.allocator()?),
+            frames_in_flight: FRAMES_IN_FLIGHT,
+            messages: Messages::default(),
+        };
+        // SAFETY: all of these belong together, the device was opened with `enabled`, and `Engine` closes Gobo first, when no frame
+        // runs any more.
+        let context = unsafe { Context::adopt(adopt) }?;
+        let capacity = Capacity { particles: PARTICLES, lights: 1, ..Capacity::default() };
+        let mut world = World::of(&context, capacity)?;
+
+        // The lights come before the technique, which is opened for so many.
+        // SAFETY: the commands are being recorded, outside a render, for this frame; no frame came before it.
+        let mut commands = unsafe { Commands::on(&context, commands, frame) }?;
+        world.lights(&mut commands, &[sun()])?;
+        commands.end();
+        let technique: Box<dyn Technique> = match how {
+            How::Avsm(settings) => Box::new(Avsm::new(&context, &world, settings)?),
+            How::Psm(settings) => Box::new(Psm::new(&context, &world, settings)?),
+            How::BeerShadowMap(settings) => Box::new(BeerShadowMap::new(&context, &world, settings)?),
+        };
+
+        // SAFETY: the buffer is the device's, is as large, is made for storage, and is kept longer than Gobo.
+        let buffer = unsafe { gobo::gpu::Buffer::adopt(&context, "particles", particles.handle, particles.bytes) }?;
+        let stride = size_of::<Particle>() as u32;
+        let particles = Source { buffer, offset: 0, stride, count: Count::Host(PARTICLES) };
+        let bindings = technique.answer().layout(0);
+        let sets = (0..FRAMES_IN_FLIGHT).map(|_| Set::new(gpu, &bindings)).collect::<Result<_>>()?;
+        Ok(Self { technique, world, particles, context, sets, grew: 0 })
+    }
+
+    /// Of the set that [`Shadows::set`] hands out.
+    pub fn layout(&self) -> vk::DescriptorSetLayout {
+        self.sets[0].layout
+    }
+
+    /// How the shaders that ask have to be specialized.
+    pub fn constants(&self) -> Constants {
+        Constants::new(&self.technique.answer().specialization(0))
+    }
+
+    /// Takes what frame `frame`, which is over, says: whether something did not fit. It has room by now, for the frame that is recorded
+    /// next; until then its shadows lack what did not fit.
+    pub fn settle(&mut self, frame: u64) -> Result<()> {
+        self.grew += u64::from(self.technique.settle(frame)? == Settled::Grew);
+        Ok(())
+    }
+
+    /// Records the shadows of the particles as the commands before have moved them. Those that follow may ask.
+    pub fn record(&mut self, commands: vk::CommandBuffer, frame: u64) -> Result<()> {
+        // SAFETY: the commands are being recorded, outside a render, for this frame, are submitted once and in order, and
+        // `Frames::begin` waited for the frame that is `FRAMES_IN_FLIGHT` before.
+        let mut commands = unsafe { Commands::on(&self.context, commands, frame) }?;
+        self.world.particles(&mut commands, &self.particles, SphereAt::PARTICLE)?;
+        self.technique.record(&mut commands, &self.world)?;
+        commands.end();
+        // A buffer that grew is another buffer, so that the set is written each frame.
+        // SAFETY: the set has these bindings, and the frame that used it is over.
+        unsafe { self.technique.answer().write_into(self.set(frame), 0) };
+        Ok(())
+    }
+
+    /// What shaders of that frame ask by.
+    pub fn set(&self, frame: u64) -> vk::DescriptorSet {
+        self.sets[(frame % u64::from(FRAMES_IN_FLIGHT)) as usize].handle
+    }
+
+    /// How long each pass of a frame took that is over.
+    pub fn times(&self, frame: u64) -> Vec<PassTime> {
+        self.context.times(frame)
+    }
+
+    /// Bytes of the device's memory that Gobo holds.
+    pub fn bytes(&self) -> u64 {
+        self.context.allocated_bytes()
+    }
+
+    /// How often Gobo has submitted to the queue or waited for the device: never.
+    pub fn calls(&self) -> u64 {
+        let calls = self.context.calls();
+        calls.submissions + calls.waits
+    }
+}
+
+/// The renderer's one light.
+pub fn sun() -> Light {
+    let direction = -TO_SUN.as_dvec3().normalize();
+    Light { kind: LightKind::Directional { direction }, radiance: [1.0; 3], radius: f64::INFINITY }
+}

@@ -1,0 +1,78 @@
+//! What the paths of a technique want of a device, before there is one.
+
+use super::keys::OPAQUE;
+use super::{Path, Spec};
+use crate::gpu::{Enabled, Limit};
+use std::ffi::CStr;
+
+/// What a path wants.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PathRequirements {
+    /// Its name in specs.
+    pub path: &'static str,
+    /// What the device is opened with, the floor among it; any one of them will do. [`Enabled::structures`] says it to Vulkan.
+    pub any_of: Vec<Enabled>,
+    /// Of the device.
+    pub limits: Vec<Limit>,
+}
+
+impl PathRequirements {
+    fn of(path: &Path) -> Self {
+        let mut any_of = vec![Enabled::FLOOR];
+        for requirement in path.requires {
+            let each = requirement.any_of();
+            any_of = any_of.iter().flat_map(|one| each.iter().map(|other| one.or(*other))).collect();
+        }
+        Self { path: path.name, any_of, limits: Limit::FLOOR.to_vec() }
+    }
+
+    /// The device extensions of each that will do.
+    pub fn extensions(&self) -> Vec<Vec<&'static CStr>> {
+        self.any_of.iter().map(Enabled::extensions).collect()
+    }
+}
+
+/// What the paths that `spec` may take want of a device, the one that it names or all. Other settings may want more of its limits,
+/// which is said where it is opened.
+pub fn requirements(spec: &Spec) -> Vec<PathRequirements> {
+    let says_path = spec.entry.keys.iter().any(|key| key.name == "path");
+    let named = spec.value(if says_path { "path" } else { OPAQUE.name });
+    let paths = spec.entry.paths;
+    let known = paths.iter().any(|path| path.name == named);
+    paths.iter().filter(|path| !known || path.name == named).map(PathRequirements::of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::technique::{REGISTRY, parse};
+
+    fn of(text: &str) -> Vec<PathRequirements> {
+        requirements(&parse(text).expect(text)[0])
+    }
+
+    #[test]
+    fn a_named_path_is_alone() {
+        let interlock = of("avsm:path=interlock");
+        let wants =
+            Enabled { fragment_stores_and_atomics: true, fragment_shader_pixel_interlock: true, ..Enabled::FLOOR };
+        assert_eq!((interlock.len(), interlock[0].path, &interlock[0].any_of[..]), (1, "interlock", &[wants][..]));
+        assert_eq!(interlock[0].extensions(), [[ash::ext::fragment_shader_interlock::NAME]]);
+        assert_eq!(interlock[0].limits[0].name, "maxPerStageDescriptorStorageBuffers");
+        assert_eq!(of("avsm").len(), 4);
+        assert_eq!(of("shadow-map:opaque=compute").iter().map(|path| path.path).collect::<Vec<_>>(), ["compute"]);
+        assert_eq!(of("beer-shadow-map:opaque=raster").len(), 2, "how opaque maps are drawn is no path of it");
+    }
+
+    /// Layers are chosen by vertex shaders or by geometry shaders.
+    #[test]
+    fn either_will_do() {
+        let raster = &of("psm:path=raster")[0];
+        let vertex = Enabled { vertex_layer_output: true, ..Enabled::FLOOR };
+        let geometry = Enabled { geometry_shader: true, multi_viewport: true, ..Enabled::FLOOR };
+        assert_eq!(raster.any_of, [vertex, geometry]);
+        assert_eq!(of("ray-query")[0].extensions()[0].len(), 3);
+        let all = REGISTRY.iter().flat_map(|entry| of(entry.name));
+        assert!(all.flat_map(|path| path.any_of).all(|one| one.scalar_block_layout && one.synchronization2));
+    }
+}

@@ -1,0 +1,129 @@
+//! An engine's shaders around files of GLSL, and the compiler of such engines, which knows no folder of this project.
+
+use gobo::glsl::File;
+use shaderc::{CompileOptions, Compiler, EnvVersion, OptimizationLevel, ShaderKind, TargetEnv};
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+#[derive(Clone, Copy, Debug)]
+pub enum Stage {
+    Fragment,
+    Compute,
+}
+
+/// What the engine calls its own things, in front of the files.
+#[derive(Clone, Copy, Debug)]
+pub enum Names {
+    /// A few things with names that files would have without their prefixes.
+    Few,
+    /// Each of these names is a constant of the engine.
+    Declared,
+    /// Each of them is a macro that nothing can be made of.
+    Macros,
+}
+
+/// Words of code, without comments and directives.
+pub fn words(text: &str) -> impl Iterator<Item = &str> {
+    let code = text.lines().filter(|line| !line.starts_with('#')).flat_map(|line| line.split("//").next());
+    let words = code.flat_map(|code| code.split(|c: char| !c.is_alphanumeric() && c != '_'));
+    words.filter(|word| word.starts_with(|c: char| c.is_alphabetic() || c == '_'))
+}
+
+/// What a file's names are without their prefixes: what they are called in glsl/.
+pub fn names_of(file: &File) -> BTreeSet<String> {
+    let prefix = format!("gobo_{}_", file.technique.replace('-', "_"));
+    let name = |word: &str| word.strip_prefix(&prefix).or_else(|| word.strip_prefix("gobo_")).map(str::to_owned);
+    words(file.text).filter_map(name).filter(|name| !is_glsl(name)).collect()
+}
+
+/// Whether a word is of the language: a keyword, a type, a function, a qualifier, parts of a vector.
+pub fn is_glsl(word: &str) -> bool {
+    const WORDS: &str = "if else for while break continue return const void in out inout struct true false precise \
+        float int uint bool vec2 vec3 vec4 ivec2 ivec3 ivec4 uvec2 uvec3 uvec4 bvec2 bvec3 bvec4 \
+        sampler2D sampler3D texture2D uimage2D accelerationStructureEXT rayQueryEXT \
+        layout set binding scalar std430 r32ui constant_id readonly buffer uniform \
+        abs all any bitCount clamp cross distance dot equal exp floor floatBitsToUint greaterThan greaterThanEqual \
+        imageLoad inversesqrt length lessThan lessThanEqual max min mix normalize notEqual round sqrt texelFetch \
+        textureGather textureLod textureSize uintBitsToFloat sign step \
+        rayQueryInitializeEXT rayQueryProceedEXT rayQueryGetIntersectionPrimitiveIndexEXT rayQueryConfirmIntersectionEXT \
+        rayQueryGetIntersectionTypeEXT gl_RayFlagsTerminateOnFirstHitEXT gl_RayFlagsNoOpaqueEXT \
+        gl_RayQueryCommittedIntersectionNoneEXT";
+    let is_part = |parts: &str| word.len() <= 4 && word.chars().all(|c| parts.contains(c));
+    WORDS.split_whitespace().any(|known| known == word) || is_part("xyzw") || is_part("rgba")
+}
+
+/// The names that are declared outside of all braces, as a reader finds them: the word before `(`, `=`, `{`, `[` or `;` in a line
+/// that begins at the margin.
+pub fn globals(text: &str) -> Vec<&str> {
+    let mut all = Vec::new();
+    for line in text.lines().filter(|line| line.starts_with(|c: char| c.is_alphabetic()) && !line.ends_with(':')) {
+        let rest = if line.starts_with("layout") { line.split_once(") ").expect("a layout").1 } else { line };
+        let head = rest.split(['(', '=', '{', '[', ';']).next().unwrap_or_default();
+        all.extend(words(head).last());
+    }
+    all
+}
+
+/// A shader of an engine that asks each of `files` at the same point. `macros` stand in front of them.
+pub fn shader(files: &[&File], stage: Stage, names: Names, macros: &str) -> String {
+    let mut text = format!("#version 460\n{macros}");
+    let mut own: BTreeSet<_> = files.iter().flat_map(|file| names_of(file)).collect();
+    match names {
+        Names::Few => {
+            text += "#define size 7 of them\n#define NODES\n#define MAP_TRANSMITTANCE nothing\n\
+                 struct Light { vec4 color; };\nstruct View { mat4 matrix; };\nfloat texel = 0.5;\n\
+                 float light_visibility(float light) { return light * texel; }\n"
+        }
+        Names::Declared => {
+            own.remove("lit");
+            own.iter().for_each(|name| _ = writeln!(text, "const int {name} = 1;"));
+        }
+        Names::Macros => own.iter().for_each(|name| _ = writeln!(text, "#define {name} }} not GLSL (")),
+    }
+    files.iter().for_each(|file| text += file.text);
+    let asks: String = files
+        .iter()
+        .map(|file| {
+            let name = file.technique.replace('-', "_");
+            format!(
+                "e_lit *= gobo_{name}_visibility(e_which, gobo_{name}_receiver(e_which, e_where.xyz, e_where.www));\n"
+            )
+        })
+        .collect();
+    text += &match stage {
+        Stage::Fragment => format!(
+            "layout(set = 0, binding = 0) uniform E_Frame {{ uint e_which; }};\nlayout(location = 0) in vec4 e_where;\n\
+             layout(location = 0) out vec4 e_color;\n\
+             void main() {{\nfloat e_lit = 1.0;\n{asks}e_color = vec4(e_lit);\n}}\n"
+        ),
+        Stage::Compute => format!(
+            "layout(local_size_x = 64) in;\n\
+             layout(set = 0, binding = 0, std430) readonly buffer E_Points {{ uint e_which; uint e_count; vec4 e_points[]; }};\n\
+             layout(set = 0, binding = 1, std430) writeonly buffer E_Answers {{ float e_answers[]; }};\n\
+             void main() {{\nif (gl_GlobalInvocationID.x >= e_count) {{ return; }}\n\
+             vec4 e_where = e_points[gl_GlobalInvocationID.x];\nfloat e_lit = 1.0;\n{asks}\
+             e_answers[gl_GlobalInvocationID.x] = e_lit;\n}}\n"
+        ),
+    };
+    text
+}
+
+/// SPIR-V of a shader, which may include nothing and in which nothing may be warned of.
+pub fn compile(text: &str, stage: Stage) -> Result<Vec<u8>, String> {
+    compile_for(text, stage, OptimizationLevel::Zero)
+}
+
+/// As [`compile`], optimized as asked for.
+pub fn compile_for(text: &str, stage: Stage, level: OptimizationLevel) -> Result<Vec<u8>, String> {
+    let compiler = Compiler::new().expect("shaderc");
+    let mut options = CompileOptions::new().expect("shaderc");
+    options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);
+    options.set_optimization_level(level);
+    options.set_warnings_as_errors();
+    let kind = match stage {
+        Stage::Fragment => ShaderKind::Fragment,
+        Stage::Compute => ShaderKind::Compute,
+    };
+    let spirv = compiler.compile_into_spirv(text, kind, "engine", "main", Some(&options));
+    spirv.map(|spirv| spirv.as_binary_u8().to_vec()).map_err(|e| e.to_string())
+}

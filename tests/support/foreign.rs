@@ -1,0 +1,238 @@
+//! A device that is not Gobo's: an instance with validation, a device, a queue and command buffers of the test's own making, as an
+//! engine has them.
+
+use ash::{ext, vk};
+use gobo::gpu::{Adopt, Calls, Commands, Context, Enabled, Messages};
+use gpu_allocator::AllocatorDebugSettings;
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use std::ffi::{CStr, c_void};
+use std::sync::{Arc, Mutex};
+
+const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// What the layer said.
+type Said = Mutex<Vec<String>>;
+
+/// A device with a queue, and what records for it.
+pub struct Foreign {
+    entry: ash::Entry,
+    instance: ash::Instance,
+    messenger: (ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT),
+    said: Arc<Said>,
+    physical_device: vk::PhysicalDevice,
+    device: ash::Device,
+    queue: vk::Queue,
+    enabled: Enabled,
+    allocator: Option<Arc<Mutex<Allocator>>>,
+    pool: vk::CommandPool,
+    /// Of the frames that may run.
+    frames: Vec<(vk::CommandBuffer, vk::Fence)>,
+    next: u64,
+}
+
+unsafe extern "system" fn on_message(
+    _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    said: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: the layer hands over a string that lives as long as this call; the list outlives the instance.
+    let (message, said) = unsafe { (CStr::from_ptr((*data).p_message), &*said.cast::<Said>()) };
+    said.lock().expect("nobody panics").push(message.to_string_lossy().into_owned());
+    vk::FALSE
+}
+
+/// What a device of a test is opened with.
+#[derive(Clone, Copy)]
+pub struct Wanted {
+    /// Beyond the floor.
+    pub enabled: Enabled,
+    /// Frames that may run.
+    pub frames: u32,
+    /// An allocator of the caller's.
+    pub allocator: bool,
+}
+
+impl Foreign {
+    /// Opens the device that Gobo takes where nobody names one.
+    pub fn open(wanted: &Wanted) -> Self {
+        // SAFETY: as in any program that uses Vulkan; every call's arguments live until it returns.
+        unsafe { Self::unsafe_open(wanted) }
+    }
+
+    unsafe fn unsafe_open(wanted: &Wanted) -> Self {
+        let said: Arc<Said> = Arc::default();
+        unsafe {
+            let entry = ash::Entry::load().expect("a loader");
+            let to_said = || {
+                let info = vk::DebugUtilsMessengerCreateInfoEXT {
+                    p_user_data: Arc::as_ptr(&said).cast_mut().cast(),
+                    pfn_user_callback: Some(on_message),
+                    ..Default::default()
+                };
+                info.message_severity(
+                    vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+                )
+                .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
+            };
+            let mut info = to_said();
+            let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+            let mut checks = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
+            let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
+            let (layers, extensions) =
+                ([LAYER.as_ptr()], [ext::debug_utils::NAME.as_ptr(), ext::validation_features::NAME.as_ptr()]);
+            let instance_info = vk::InstanceCreateInfo::default()
+                .application_info(&application)
+                .enabled_layer_names(&layers)
+                .enabled_extension_names(&extensions)
+                .push_next(&mut checks)
+                .push_next(&mut info);
+            let instance = entry.create_instance(&instance_info, None).expect("an instance with validation");
+            let loader = ext::debug_utils::Instance::new(&entry, &instance);
+            let messenger = loader.create_debug_utils_messenger(&to_said(), None).expect("a messenger");
+            let name =
+                &gobo::gpu::devices().expect("devices").into_iter().min_by_key(|d| d.kind).expect("a device").name;
+            let is_named = |physical: &vk::PhysicalDevice| {
+                let properties = instance.get_physical_device_properties(*physical);
+                properties.device_name_as_c_str().is_ok_and(|n| n.to_string_lossy() == **name)
+            };
+            let physical_device = instance
+                .enumerate_physical_devices()
+                .expect("devices")
+                .into_iter()
+                .find(is_named)
+                .expect("it is there");
+            let mut structures = wanted.enabled.structures();
+            let mut features = structures.chain();
+            let extensions: Vec<_> = wanted.enabled.extensions().into_iter().map(CStr::as_ptr).collect();
+            let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(0).queue_priorities(&[1.0])];
+            let info = vk::DeviceCreateInfo::default()
+                .queue_create_infos(&queues)
+                .enabled_extension_names(&extensions)
+                .push_next(&mut features);
+            let device = instance.create_device(physical_device, &info, None).expect("a device");
+            let queue = device.get_device_queue(0, 0);
+            let allocator = wanted.allocator.then(|| {
+                let allocator = Allocator::new(&AllocatorCreateDesc {
+                    instance: instance.clone(),
+                    device: device.clone(),
+                    physical_device,
+                    debug_settings: AllocatorDebugSettings::default(),
+                    buffer_device_address: wanted.enabled.ray_query,
+                    allocation_sizes: Default::default(),
+                });
+                Arc::new(Mutex::new(allocator.expect("an allocator")))
+            });
+            let info = vk::CommandPoolCreateInfo::default().flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER);
+            let pool = device.create_command_pool(&info, None).expect("a pool");
+            let info = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(wanted.frames);
+            let signaled = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
+            let fence = || device.create_fence(&signaled, None).expect("a fence");
+            let buffers = device.allocate_command_buffers(&info).expect("command buffers");
+            let frames = buffers.into_iter().map(|buffer| (buffer, fence())).collect();
+            let (messenger, enabled) = ((loader, messenger), wanted.enabled);
+            Self {
+                entry,
+                instance,
+                messenger,
+                said,
+                physical_device,
+                device,
+                queue,
+                enabled,
+                allocator,
+                pool,
+                frames,
+                next: 0,
+            }
+        }
+    }
+
+    /// What Gobo is given; whatever it says of leaks goes to `messages`.
+    pub fn adopt(&self, messages: &Messages) -> gobo::Result<Context> {
+        let theirs = Adopt {
+            entry: self.entry.clone(),
+            instance: self.instance.clone(),
+            physical_device: self.physical_device,
+            device: self.device.clone(),
+            queue_family: 0,
+            enabled: self.enabled,
+            allocator: self.allocator.clone(),
+            frames_in_flight: self.frames.len() as u32,
+            messages: messages.clone(),
+        };
+        // SAFETY: the device outlives the context: `close` waits for it, and is last.
+        unsafe { Context::adopt(theirs) }
+    }
+
+    /// The number of the next frame, once the one is over whose place it takes.
+    pub fn begin(&mut self) -> u64 {
+        let (_, fence) = self.place(self.next);
+        // SAFETY: the fence is the device's.
+        unsafe { self.device.wait_for_fences(&[fence], true, u64::MAX) }.expect("no device is lost");
+        self.next += 1;
+        self.next - 1
+    }
+
+    /// Records a frame that was begun, and submits it. Nobody waits for it.
+    pub fn record(&self, context: &Context, frame: u64, record: impl FnOnce(&mut Commands)) {
+        let ((buffer, fence), device) = (self.place(frame), &self.device);
+        // SAFETY: the frame that had the command buffer before is over, as Gobo demands too.
+        unsafe {
+            device.reset_fences(&[fence]).expect("it is not in use");
+            let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+            device.begin_command_buffer(buffer, &begin).expect("it is not in use");
+            let mut commands = Commands::on(context, buffer, frame).expect("frames rise");
+            record(&mut commands);
+            commands.end();
+            device.end_command_buffer(buffer).expect("recorded");
+            let buffers = [buffer];
+            let submit = vk::SubmitInfo::default().command_buffers(&buffers);
+            device.queue_submit(self.queue, &[submit], fence).expect("submitted");
+        }
+    }
+
+    fn place(&self, frame: u64) -> (vk::CommandBuffer, vk::Fence) {
+        self.frames[(frame % self.frames.len() as u64) as usize]
+    }
+
+    /// Waits for all frames.
+    pub fn wait(&self) {
+        // SAFETY: nobody else uses the device.
+        unsafe { self.device.device_wait_idle() }.expect("no device is lost");
+    }
+
+    /// Records nothing for `frame`, which has no place of its own; what was said to it.
+    pub fn refused(&self, context: &Context, frame: u64) -> String {
+        // SAFETY: what is refused is not recorded into.
+        let commands = unsafe { Commands::on(context, vk::CommandBuffer::null(), frame) };
+        commands.map(|_| ()).expect_err("it is refused").to_string()
+    }
+
+    /// Destroys the device, of which nothing that is not the test's may be left. What the layer has said, and what was left in the
+    /// test's allocator.
+    pub fn close(mut self) -> Vec<String> {
+        self.wait();
+        let mut said = Vec::new();
+        if let Some(allocator) = self.allocator.take() {
+            let allocator =
+                Arc::into_inner(allocator).expect("nobody has it any more").into_inner().expect("it is whole");
+            said.extend(allocator.generate_report().allocations.into_iter().map(|a| format!("{} is left", a.name)));
+        }
+        // SAFETY: all frames are over, and whatever was made from the device is gone.
+        unsafe {
+            self.frames.iter().for_each(|(_, fence)| self.device.destroy_fence(*fence, None));
+            self.device.destroy_command_pool(self.pool, None);
+            self.device.destroy_device(None);
+            self.messenger.0.destroy_debug_utils_messenger(self.messenger.1, None);
+            self.instance.destroy_instance(None);
+        }
+        said.extend(self.said.lock().expect("nobody panics").drain(..));
+        said
+    }
+}
+
+/// That no call of a context's has reached the device.
+pub fn assert_only_recorded(context: &Context) {
+    assert_eq!(context.calls(), Calls::default());
+}
