@@ -12,9 +12,9 @@ layout(local_size_x = 64) in;
 #include "voxelized/facet.glsl"
 
 void meet(uint i, uint bin) {
-    uint place = atomicAdd(values[(PLACE ? child_at : at) + bin], 1u);
+    uint place = atomicAdd(values[(PLACE ? placed_at : bins_at) + bin], 1u);
     if (PLACE) {
-        place += before(at + bin);
+        place += before(bins_at + bin);
         if (place < entry_capacity) {
             bin_entries[large_capacity + place] = i;
         }
@@ -41,7 +41,7 @@ void main() {
         return;
     }
     uint i = 64u * build_group() + gl_LocalInvocationIndex;
-    if (i >= count) {
+    if (i >= triangle_count) {
         return;
     }
     projected_bins(i, first, end);

@@ -12,24 +12,33 @@
 // Twin: BuildPush in technique::voxelized::buffers.
 layout(push_constant, scalar) uniform BuildPush {
     uint light;
-    uint level;            // 0: leaves, 1: bricks, 2: nodes of 16 voxels a side, ...
+    uint triangle_count;
+    uint tile;             // which, row after row
+    uint tile_x;           // its first column
+    uint tile_y;
     uint width;            // blocks across, of this level, in this tile
+    uint bins_at;          // where the counts of bins are in `values`
+    uint placed_at;        // and how many of each have been placed
+    uint leaves_at;        // where the counts of leaves are in `values`
+    uint bricks_at;        // and of bricks, in `ranges` too
+    uint scan_at;          // the first of the values to scan
+    uint scan_count;       // how many
+    uint level;            // 0: leaves (of a scan: bins), 1: bricks, 2: nodes of 16 voxels a side, ...
+    uint level_count;      // levels to plan, from that on
+    uint leaf_capacity;    // candidates of a level that there is room for
+    uint node_capacity;
     uint at;               // where the level's blocks are in `values` and `ranges`
-    uint count;            // of `values` to scan; of triangles to project
     uint child_at;         // of the level below
     uint child_stride;     // nodes a block of it has room for; 0: they are numbered by `values`
     uint slots_at;
     uint child_slots_at;
     uint rank_at;          // where the ranks of this level's nodes are in `values`
     uint child_rank_at;
-    uint capacity;         // of candidates
     uint unique_at;        // where nodes of this level are kept, in words
     uint unique_capacity;  // how many
     uint table_at;
     uint table_mask;
     uint child_table_at;
-    uint tile_x;           // the tile's first column
-    uint tile_y;
     uint data_capacity;    // words
 };
 

@@ -90,7 +90,7 @@ void main() {
     uvec2 corner = uvec2(tile_x, tile_y) + 8u * block_at;
     ivec2 column = ivec2(thread & 7u, thread >> 3);
     uint bin = (8u * block_at.y / BIN_COLUMNS) * bins_across() + 8u * block_at.x / BIN_COLUMNS;
-    uint first = min(before(at + bin), entry_capacity), end = min(before(at + bin + 1u), entry_capacity);
+    uint first = min(before(bins_at + bin), entry_capacity), end = min(before(bins_at + bin + 1u), entry_capacity);
 
     if (thread == 0u) {
         busy = uint[2](0u, 0u);
@@ -175,9 +175,9 @@ void main() {
     barrier();
     if (thread == 0u) {
         uvec2 of_block = uvec2(least, most);
-        ranges[child_at + block] = of_block;
-        values[slots_at + block] = most > least ? most - least : 0u;
-        values[child_at + block] = node_range(of_block, 8u).y;
+        ranges[bricks_at + block] = of_block;
+        values[leaves_at + block] = most > least ? most - least : 0u;
+        values[bricks_at + block] = node_range(of_block, 8u).y;
     }
     uint boundary = FREE == FREE_EXIT ? range.y : range.x;
     if (FREE == FREE_SHARED) {

@@ -1,7 +1,7 @@
 #version 460
 // How many nodes each level of the tile has, and the dispatches over them; none where some level has no room for all. One thread a
 // level. Input: values, sums, after the scan from `at` on. Output: levels. Twin: reference::twin::voxelized.
-// `level` is the first level that is built, `count` how many; capacity: of candidates of nodes, unique_capacity: of leaves.
+// `level` is the first level that is built, level_count how many.
 layout(local_size_x = 16) in;
 #include "voxelized/build.glsl"
 
@@ -9,7 +9,7 @@ shared uint short_of_room;
 
 void main() {
     uint of_level = level + gl_LocalInvocationIndex;
-    bool mine = gl_LocalInvocationIndex < count;
+    bool mine = gl_LocalInvocationIndex < level_count;
     bool failed_before = failed != 0u;
     if (gl_LocalInvocationIndex == 0u) {
         short_of_room = failed;
@@ -22,7 +22,7 @@ void main() {
         across = l == 0u ? across : across / 2u;
     }
     uint nodes = mine ? before(begin + across * across) - before(begin) : 0u;
-    if (nodes > (of_level == 0u ? unique_capacity : capacity)) {
+    if (nodes > (of_level == 0u ? leaf_capacity : node_capacity)) {
         short_of_room = 1u;
     }
     barrier();

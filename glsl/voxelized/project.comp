@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 
 void main() {
     uint i = 64u * build_group() + gl_LocalInvocationIndex;
-    if (i >= count) {
+    if (i >= triangle_count) {
         return;
     }
     Tree tree = trees[light];

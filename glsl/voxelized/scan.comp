@@ -5,11 +5,11 @@ layout(local_size_x = 128) in;
 #include "voxelized/build.glsl"
 #include "voxelized/scan.glsl"
 
-uint value_of(uint i) { return i < at + count ? values[i] : 0u; }
+uint value_of(uint i) { return i < scan_at + scan_count ? values[i] : 0u; }
 
 void main() {
-    if (build_group() < (count + SCANNED - 1u) / SCANNED) {
-        uint first = at + SCANNED * build_group();
+    if (build_group() < (scan_count + SCANNED - 1u) / SCANNED) {
+        uint first = scan_at + SCANNED * build_group();
         SCAN_BLOCK(first, value_of)
     }
 }

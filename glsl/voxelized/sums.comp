@@ -8,8 +8,8 @@ layout(local_size_x = 128) in;
 #include "voxelized/scan.glsl"
 
 void main() {
-    uint scanned = STEP == 0 ? count : STEP == 1 ? levels[level].candidates : failed != 0u ? 0u : levels[level].unique;
-    uint first = (STEP == 0 ? at : rank_at) / SCANNED, blocks = (scanned + SCANNED - 1u) / SCANNED;
+    uint scanned = STEP == 0 ? scan_count : STEP == 1 ? levels[level].candidates : failed != 0u ? 0u : levels[level].unique;
+    uint first = (STEP == 0 ? scan_at : rank_at) / SCANNED, blocks = (scanned + SCANNED - 1u) / SCANNED;
     uint share = (blocks + SCAN_THREADS - 1u) / SCAN_THREADS;
     uint begin = min(share * gl_LocalInvocationIndex, blocks), end = min(begin + share, blocks);
     uint mine = 0u;
@@ -37,9 +37,9 @@ void main() {
             atomicMax(failed, uint(all > entry_capacity || large > large_capacity));
         }
         // Whoever asks what stands before the end finds all of it.
-        if (count % SCANNED == 0u) {
+        if (scan_count % SCANNED == 0u) {
             sums[first + blocks] = all;
-            values[at + count] = 0u;
+            values[scan_at + scan_count] = 0u;
         }
     } else if (STEP == 1) {
         levels[level].base = levels[level].unique;

@@ -90,7 +90,7 @@ impl Raster {
         };
         let counts = bins.as_ref().map_or(&world.lights, |b| &b.counts);
         let rays = set::PsmRays { counts }.bind(context, "psm.rays")?;
-        let storage = set::PsmVolume { volume: &volume }.bind(context, "psm.volume")?;
+        let storage = set::PsmVolume { volume }.bind(context, "psm.volume")?;
         let propagate =
             if layout.is_8_bit() { &shaders::psm::PROPAGATE_BITS_8 } else { &shaders::psm::PROPAGATE_BITS_16 };
         let propagate = Kernel::compute(context, propagate, &[maps.scene(), &rays, &storage], constants)?;

@@ -93,7 +93,7 @@ impl Bake {
                 pass.fill(&job.buffers.table, 0);
             }
         });
-        let push = BuildPush { light: job.light, count: triangles, ..BuildPush::default() };
+        let push = BuildPush { light: job.light, triangle_count: triangles, ..BuildPush::default() };
         let [x, y] = groups(u64::from(triangles.div_ceil(THREADS)));
         commands.pass("voxelized.project", |pass| pass.dispatch(&self.project, &push, [x, y, 1]));
     }
@@ -110,7 +110,7 @@ impl Bake {
             tile_y: tile_y * shape.tile,
             ..BuildPush::default()
         };
-        let bin = BuildPush { at: bins_at, child_at: placed_at, count: triangles, ..base };
+        let bin = BuildPush { bins_at, placed_at, triangle_count: triangles, ..base };
         let [x, y] = groups(u64::from(triangles.div_ceil(THREADS)));
         commands.pass("voxelized.bin", |pass| {
             pass.fill_part(&job.buffers.values, 0, 4 * u64::from(shape.blocks_at()), 0);
@@ -118,23 +118,26 @@ impl Bake {
         });
         commands.pass("voxelized.bin", |pass| pass.dispatch(&self.bin[0], &bin, [x, y, 1]));
         commands.pass("voxelized.bin", |pass| pass.dispatch(&self.bin[1], &bin, [LARGE_GROUPS, 1, 1]));
-        self.scan(commands, BuildPush { at: bins_at, count: bins, level: 0, ..base });
+        self.scan(commands, BuildPush { scan_at: bins_at, scan_count: bins, level: 0, ..base });
         commands.pass("voxelized.bin", |pass| {
             pass.dispatch(&self.bin[2], &bin, [x, y, 1]);
             pass.dispatch(&self.bin[3], &bin, [LARGE_GROUPS, 1, 1]);
         });
-        let columns = BuildPush { at: bins_at, slots_at: shape.level_at(0), child_at: shape.level_at(1), ..base };
+        let columns = BuildPush { bins_at, leaves_at: shape.level_at(0), bricks_at: shape.level_at(1), ..base };
         let [x, y] = groups(u64::from(shape.bricks().pow(2)));
         commands.pass("voxelized.columns", |pass| pass.dispatch(&self.columns, &columns, [x, y, 1]));
 
         self.ranges(commands, base, 1, shape.tile_level(), |level| shape.level_at(level));
-        self.scan(commands, BuildPush { at: shape.blocks_at(), count: shape.tile_counts(), level: 1, ..base });
+        self.scan(
+            commands,
+            BuildPush { scan_at: shape.blocks_at(), scan_count: shape.tile_counts(), level: 1, ..base },
+        );
         let plan = BuildPush {
             at: shape.blocks_at(),
             level: 0,
-            count: shape.tile_level() + 1,
-            capacity: job.room.node_candidates,
-            unique_capacity: job.room.leaf_candidates,
+            level_count: shape.tile_level() + 1,
+            node_capacity: job.room.node_candidates,
+            leaf_capacity: job.room.leaf_candidates,
             ..base
         };
         commands.pass("voxelized.plan", |pass| pass.dispatch(&self.plan, &plan, [1, 1, 1]));
@@ -151,7 +154,7 @@ impl Bake {
                 child_at: shape.top_at(),
                 child_slots_at: job.room.top_slots_at(),
                 child_stride: shape.tiles(),
-                count: tile_y * shape.tiles() + tile_x,
+                tile: tile_y * shape.tiles() + tile_x,
                 ..job.level(BuildPush { level: shape.tile_level(), width: 1, ..base })
             };
             commands.pass("voxelized.top", |pass| pass.dispatch(&self.top, &push, [1, 1, 1]));
@@ -168,13 +171,13 @@ impl Bake {
         let first = shape.tile_level() + 1;
         let wide = BuildPush { width: shape.tiles(), ..base };
         self.ranges(commands, wide, shape.tile_level(), shape.root_level(), |level| shape.top_level_at(level));
-        self.scan(commands, BuildPush { at: shape.top_at(), count: shape.top_counts(), level: 1, ..base });
+        self.scan(commands, BuildPush { scan_at: shape.top_at(), scan_count: shape.top_counts(), level: 1, ..base });
         let plan = BuildPush {
             at: shape.top_level_at(first),
             level: first,
             width: shape.tiles() / 2,
-            count: shape.root_level() - shape.tile_level(),
-            capacity: job.room.node_candidates,
+            level_count: shape.root_level() - shape.tile_level(),
+            node_capacity: job.room.node_candidates,
             ..base
         };
         commands.pass("voxelized.plan", |pass| pass.dispatch(&self.plan, &plan, [1, 1, 1]));
@@ -228,7 +231,7 @@ impl Bake {
     }
 
     fn scan(&self, commands: &mut Commands, push: BuildPush) {
-        let [x, y] = groups(u64::from(push.count.div_ceil(SCANNED)));
+        let [x, y] = groups(u64::from(push.scan_count.div_ceil(SCANNED)));
         commands.pass("voxelized.scan", |pass| pass.dispatch(&self.scan, &push, [x, y, 1]));
         commands.pass("voxelized.sums", |pass| pass.dispatch(&self.sums[0], &push, [1, 1, 1]));
     }
@@ -261,7 +264,6 @@ impl Job<'_> {
             child_slots_at: room.slots_at(below),
             rank_at: room.rank_at(self.shape, level),
             child_rank_at: room.rank_at(self.shape, below),
-            capacity: room.candidates_of(level),
             unique_at: room.unique_at(level) as u32,
             unique_capacity: room.unique_of(level),
             table_at: room.table_at(level),

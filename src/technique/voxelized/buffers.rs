@@ -11,24 +11,33 @@ push_struct! {
     #[derive(Default)]
     pub struct BuildPush {
         light: u32,
-        level: u32,
+        triangle_count: u32,
+        tile: u32,
+        tile_x: u32,
+        tile_y: u32,
         width: u32,
+        bins_at: u32,
+        placed_at: u32,
+        leaves_at: u32,
+        bricks_at: u32,
+        scan_at: u32,
+        scan_count: u32,
+        level: u32,
+        level_count: u32,
+        leaf_capacity: u32,
+        node_capacity: u32,
         at: u32,
-        count: u32,
         child_at: u32,
         child_stride: u32,
         slots_at: u32,
         child_slots_at: u32,
         rank_at: u32,
         child_rank_at: u32,
-        capacity: u32,
         unique_at: u32,
         unique_capacity: u32,
         table_at: u32,
         table_mask: u32,
         child_table_at: u32,
-        tile_x: u32,
-        tile_y: u32,
         data_capacity: u32,
     }
 }
@@ -267,10 +276,6 @@ impl Room {
     /// Where the slots of the tiles' own nodes begin.
     pub fn top_slots_at(&self) -> u32 {
         2 * self.candidates()
-    }
-
-    pub fn candidates_of(&self, level: u32) -> u32 {
-        if level == 0 { self.leaf_candidates } else { self.node_candidates }
     }
 
     pub fn unique_of(&self, level: u32) -> u32 {
