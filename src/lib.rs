@@ -6,6 +6,7 @@
 
 #![deny(missing_docs, unsafe_code)]
 
+#[cfg(feature = "program")]
 pub mod cli;
 pub mod consume;
 mod error;
@@ -13,12 +14,16 @@ mod error;
 pub mod gpu;
 pub mod grid;
 pub mod maps;
+#[cfg(feature = "program")]
 pub mod measure;
+#[cfg(feature = "program")]
 pub mod reference;
+#[cfg(feature = "program")]
 pub mod report;
 pub mod scene;
 pub mod shaders;
 pub mod simulate;
+#[cfg(feature = "program")]
 pub mod stress;
 pub mod technique;
 pub mod world;

@@ -54,6 +54,7 @@ fn the_layer_reports_hazards() {
 #[test]
 fn the_layer_reports_what_shaders_write_beyond_a_buffer() {
     const TEST: &str = "the_layer_reports_what_shaders_write_beyond_a_buffer";
+    gobo::cli::test_hooks();
     if !is_gpu_assisted() {
         return skipped(TEST, "GOBO_TEST_VALIDATION is not gpu-assisted");
     }

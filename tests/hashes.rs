@@ -242,6 +242,7 @@ fn hashes_of_all_representations() {
     let Some(path) = std::env::var_os("GOBO_HASHES") else {
         return support::skipped("hashes_of_all_representations", "GOBO_HASHES names no file");
     };
+    gobo::cli::test_hooks();
     let options = Options { device: None, validation: false, messages: Messages::default() };
     let context = Context::new(&options).expect("a Vulkan 1.3 device");
     eprintln!("{}, {}", context.features().name, context.features().driver);

@@ -101,7 +101,7 @@ fn program(arguments: &[&str]) -> Command {
         }
         None => Command::new(env!("CARGO_BIN_EXE_gobo")),
     };
-    command.arg("stress").args(arguments);
+    command.args(["--test-hooks", "stress"]).args(arguments);
     command
 }
 

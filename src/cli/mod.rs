@@ -4,6 +4,7 @@ mod bake;
 mod compare;
 mod curve;
 mod devices;
+mod hooks;
 mod little;
 mod map;
 mod particles;
@@ -16,6 +17,9 @@ mod slice;
 mod soak;
 mod steps;
 mod stress;
+
+#[doc(hidden)]
+pub use hooks::test_hooks;
 
 use crate::consume::indirect::{check_count, check_meshes, lit_by_vpls};
 use crate::gpu::{Context, Messages, Options, fault};
@@ -34,6 +38,9 @@ use std::sync::LazyLock;
 #[derive(Parser)]
 #[command(version, max_term_width = 110, after_long_help = techniques())]
 struct Cli {
+    /// Do what variables of tests say.
+    #[arg(long, hide = true)]
+    test_hooks: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -288,7 +295,7 @@ fn load_whole(name: &str, with: &LoadArguments) -> Result<Scene> {
 /// The command as it was given, without the path of the program. One that goes on with an earlier one is that one: what both
 /// write is what one would have.
 fn command_line() -> String {
-    let given = std::env::args().skip(1).filter(|argument| argument != "--resume");
+    let given = std::env::args().skip(1).filter(|argument| !["--resume", hooks::OPTION].contains(&argument.as_str()));
     std::iter::once("gobo".to_owned()).chain(given).collect::<Vec<_>>().join(" ")
 }
 
@@ -330,7 +337,11 @@ fn complain(line: impl Display) {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let cli = Cli::parse();
+    if cli.test_hooks {
+        test_hooks();
+    }
+    let result = match cli.command {
         Command::Compare(arguments) => compare::run(&arguments.little()),
         Command::Render(arguments) => render::run(&arguments.little()),
         Command::Slice(arguments) => slice::run(&arguments.little()),
@@ -348,6 +359,6 @@ pub fn main() -> ExitCode {
         .collect();
     errors.dedup();
     errors.iter().for_each(|error| complain(format!("gobo: {error}")));
-    fault::counted().into_iter().for_each(complain);
+    fault::counted().into_iter().for_each(|calls| complain(format!("GOBO_TEST_FAULT: {calls}")));
     result.ok().filter(|_| errors.is_empty()).unwrap_or(ExitCode::FAILURE)
 }

@@ -159,6 +159,8 @@ fn own_command(arguments: &Arguments) -> Result<Vec<OsString>> {
         (Some(runner), Some(program)) => vec![runner, program],
         _ => vec![std::env::current_exe().map_err(fail)?.into_os_string()],
     };
+    // What this one was told for tests holds for its worker too.
+    command.extend(std::env::args_os().filter(|argument| argument == super::hooks::OPTION));
     command.extend(["stress", "--worker"].map(OsString::from));
     if let Some(device) = &arguments.device.device {
         command.extend(["--device".into(), device.into()]);

@@ -4,6 +4,7 @@
 
 mod fog;
 pub mod indirect;
+mod half;
 mod interleaved;
 mod lighting;
 pub mod many_lights;

@@ -22,6 +22,7 @@ mod push;
 mod recorder;
 mod render;
 mod spirv;
+mod testing;
 mod validation;
 
 pub use acceleration::AccelerationStructure;
@@ -31,6 +32,8 @@ pub use commands::{Commands, MAX_UPDATE_BYTES, Pass, PassTime, Staged, groups};
 pub use constants::{Constant, ConstantValue, Constants};
 pub use context::{Context, Options, devices};
 pub use draw::Draw;
+#[doc(hidden)]
+pub use fault::Fault;
 pub use features::{DeviceKind, Features, Requirement};
 pub use image::{Image, ImageUse};
 pub use kernel::{Blend, Graphics, Kernel, Layered, Tessellated};
@@ -39,6 +42,8 @@ pub use ordered_attachments::OrderedAttachments;
 pub use push::{Push, PushMember, push_struct};
 pub use render::Target;
 pub use spirv::{Shader, Spirv};
+#[doc(hidden)]
+pub use testing::Testing;
 pub use validation::{ALLOWED, Allowed, Messages, is_gpu_assisted};
 
 /// Image formats, as Vulkan names them.

@@ -10,7 +10,7 @@ pub use light::LightData;
 use self::bounds::Bounds;
 
 use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};
-use crate::scene::{Caster, Motion, Particle, Scene, Side, sides};
+use crate::scene::{Caster, Particle, Scene, Side, sides};
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use std::time::Instant;
@@ -124,8 +124,9 @@ impl World {
     ///
     /// # Errors
     /// As [`Scene::at`] and [`World::replace`].
+    #[cfg(feature = "program")]
     pub fn move_to(&mut self, time_s: f64) -> Result<Moved> {
-        if self.scene.motion == Motion::Still {
+        if self.scene.motion == crate::scene::Motion::Still {
             return Ok(Moved { pass: None, host_ns: 0.0 });
         }
         self.replace(&self.scene.at(time_s)?)
