@@ -7,6 +7,8 @@
 #![deny(missing_docs, unsafe_code)]
 
 #[cfg(feature = "program")]
+mod advice;
+#[cfg(feature = "program")]
 pub mod cli;
 pub mod consume;
 mod error;
@@ -28,4 +30,6 @@ pub mod stress;
 pub mod technique;
 pub mod world;
 
-pub use error::{Error, Result};
+#[cfg(feature = "program")]
+use error::one_of;
+pub use error::{Error, Less, Result, WayOut};

@@ -13,8 +13,8 @@ use crate::measure::{
 };
 use crate::report::{Store, casters, page, passes, plots, table};
 use crate::scene::{Motion, Picture, Scene};
+use crate::technique::Spec;
 use crate::technique::runs::specs;
-use crate::technique::{Spec, parse};
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
 use std::collections::BTreeMap;
@@ -172,7 +172,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     // Everything that can be wrong with the input is found before the first measurement.
     let mut specs: Vec<Spec> = Vec::new();
     for text in &arguments.techniques {
-        specs.extend(little::specs(parse(text)?));
+        specs.extend(little::specs(super::specs(text)?));
     }
     let mut scenes = scene_names.iter().map(|name| frames(arguments, name)).collect::<Result<Vec<_>>>()?;
     little::first(&mut scenes, 1);

@@ -5,7 +5,7 @@ use crate::measure::LightRay;
 use crate::reference::truth::Casters;
 use crate::report::{curve, write_whole};
 use crate::technique::keys::SIZE;
-use crate::technique::{open, parse, usual};
+use crate::technique::{open, usual};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
@@ -44,7 +44,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let map = arguments.map.of(&scene)?;
     let mut specs = Vec::new();
     for text in &arguments.techniques {
-        specs.extend(parse(text)?);
+        specs.extend(super::specs(text)?);
     }
     if specs.iter().any(|s| s.number(SIZE.name) != specs[0].number(SIZE.name)) {
         return Err(Error::input("--technique", "maps of different sizes", "give all the same size="));

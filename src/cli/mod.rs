@@ -21,6 +21,7 @@ mod stress;
 #[doc(hidden)]
 pub use hooks::test_hooks;
 
+use crate::advice::advised;
 use crate::consume::indirect::{check_count, check_meshes, lit_by_vpls};
 use crate::gpu::{Context, Messages, Options, fault};
 use crate::scene::{FACES, Motion, Scene, check_time, known};
@@ -85,7 +86,8 @@ struct DeviceArguments {
 
 impl DeviceArguments {
     fn open(&self) -> Result<Context> {
-        Context::new(&Options { device: self.device.clone(), validation: self.validation, messages: MESSAGES.clone() })
+        let options = Options { device: self.device.clone(), validation: self.validation, messages: MESSAGES.clone() };
+        Context::new(&options).map_err(|error| error.with_name(|device| format!("--{device}")))
     }
 }
 
@@ -117,15 +119,19 @@ impl VplArgument {
     /// Before a device is opened: whether there may be so many, of such scenes.
     fn check<'a>(&self, scenes: impl IntoIterator<Item = &'a Scene>) -> Result<()> {
         let Some(count) = self.vpls else { return Ok(()) };
-        check_count(count)?;
-        scenes.into_iter().try_for_each(check_meshes)
+        check_count(count).map_err(|error| error.with_name(|_| format!("--vpls {count}")))?;
+        let way_out = "leave --vpls out, or name a scene of meshes, such as cornell";
+        scenes.into_iter().try_for_each(check_meshes).map_err(|error| error.with_way_out(way_out))
     }
 
     /// The states of a scene, each with virtual lights of its own where they are wanted.
     fn light(&self, context: &Context, states: &mut [Scene]) -> Result<()> {
         let Some(count) = self.vpls else { return Ok(()) };
         for state in states {
-            *state = lit_by_vpls(context, state, count)?;
+            *state = lit_by_vpls(context, state, count).map_err(|error| match error {
+                Error::Input { .. } => error.with_way_out("leave --vpls out, or name another scene"),
+                error => error,
+            })?;
         }
         Ok(())
     }
@@ -268,9 +274,14 @@ fn keys(keys: &[Key]) -> String {
     keys.iter().map(line).collect()
 }
 
+/// The specs that `--technique` gives.
+fn specs(text: &str) -> Result<Vec<Spec>> {
+    parse(text).map_err(|error| error.with_name(|spec| format!("--technique {spec}")))
+}
+
 /// The one spec that a command for a single picture takes.
 fn one_spec(text: &str) -> Result<Spec> {
-    let mut specs = little::specs(parse(text)?);
+    let mut specs = little::specs(specs(text)?);
     match (specs.pop(), specs.is_empty()) {
         (Some(spec), true) => Ok(spec),
         _ => Err(Error::input(format!("--technique {text}"), "a sweep", "name one value a key, or use compare")),
@@ -351,6 +362,7 @@ pub fn main() -> ExitCode {
         Command::Stress(arguments) => stress::run(&arguments.little()),
         Command::Devices(arguments) => devices::run(&arguments),
     };
+    let result = result.map_err(advised);
     // The device is closed by now, of which the layer may have had something to say.
     let mut errors: Vec<String> = [result.as_ref().err(), check_messages().as_ref().err()]
         .into_iter()

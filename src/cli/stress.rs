@@ -3,8 +3,8 @@
 use super::{DeviceArguments, little};
 use crate::report::{Store, one_line, stress_csv, stress_device, stress_page, stress_table};
 use crate::stress::{Case, Outcome, Results, SCHEMA, Stressed, Sweep, Worker, cases, serve, verdicts};
+use crate::technique::Spec;
 use crate::technique::runs::{List, specs};
-use crate::technique::{Spec, parse};
 use crate::{Error, Result};
 use clap::Args;
 use std::ffi::OsString;
@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let mut named = Vec::new();
     for text in &arguments.techniques {
-        named.extend(parse(text)?);
+        named.extend(super::specs(text)?);
     }
     // As small as they are on every device.
     let asked = |list: List| -> Result<Vec<Spec>> {

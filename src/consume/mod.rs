@@ -3,8 +3,8 @@
 //! techniques are then asked.
 
 mod fog;
-pub mod indirect;
 mod half;
+pub mod indirect;
 mod interleaved;
 mod lighting;
 pub mod many_lights;

@@ -5,7 +5,7 @@ use super::pipelines::Pipelines;
 use super::recorder::Recorders;
 use super::validation::{is_gpu_assisted, messenger_info};
 use super::{Features, Messages, fault, vk_error};
-use crate::{Error, Result};
+use crate::{Error, Less, Result, WayOut};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator, AllocatorCreateDesc};
 use gpu_allocator::{AllocationError, MemoryLocation};
@@ -18,7 +18,7 @@ const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 /// How to open a device.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Index in `gobo devices`, or part of a device's name; none takes discrete > integrated > virtual > CPU.
+    /// Index among [`devices`], or part of a device's name; none takes discrete > integrated > virtual > CPU.
     pub device: Option<String>,
     /// Load the validation layer with synchronization validation; an error where it is not installed.
     pub validation: bool,
@@ -104,7 +104,7 @@ impl Drop for Shared {
     }
 }
 
-/// Facts of every Vulkan device, in the order that `--device INDEX` counts.
+/// Facts of every Vulkan device, in the order in which [`Options::device`] counts.
 ///
 /// # Errors
 /// [`Error::Gpu`] where no Vulkan loader or no driver is installed.
@@ -119,7 +119,7 @@ fn open_instance(validation: bool, messages: &Messages) -> Result<InstanceOwner>
         operation: "load",
         name: "the Vulkan loader".into(),
         cause: e.to_string(),
-        way_out: "install it (./setup.sh does, with a software driver)".into(),
+        way_out: WayOut::Loader,
     })?;
     let fail = |r| vk_error("create", "the Vulkan instance", r);
 
@@ -130,7 +130,7 @@ fn open_instance(validation: bool, messages: &Messages) -> Result<InstanceOwner>
             operation: "load",
             name: "VK_LAYER_KHRONOS_validation".into(),
             cause: "the layer is not installed".into(),
-            way_out: "install it (./setup.sh does) or run without --validation".into(),
+            way_out: WayOut::Layer,
         });
     }
     let layer = validation.then_some(VALIDATION_LAYER);
@@ -356,7 +356,7 @@ fn allocation_error(name: &str, cause: &AllocationError) -> Error {
         operation: "allocate memory for",
         name: name.into(),
         cause: cause.to_string(),
-        way_out: "use a smaller map (size=), fewer particles or a device with more memory".into(),
+        way_out: WayOut::Less(&[Less::Map, Less::Casters, Less::MoreMemory]),
     }
 }
 
@@ -376,13 +376,13 @@ fn choose(all: Vec<Found>, wanted: Option<&str>) -> Result<Found> {
     };
     chosen.ok_or_else(|| match wanted {
         Some(wanted) if !names.is_empty() => {
-            Error::input(format!("--device {wanted}"), "no such device", format!("choose one of: {names}"))
+            Error::input(format!("device {wanted}"), "no such device", format!("choose one of: {names}"))
         }
         _ => Error::Gpu {
             operation: "find",
             name: "a Vulkan device".into(),
             cause: "no driver is installed".into(),
-            way_out: "install one (./setup.sh installs a software driver)".into(),
+            way_out: WayOut::Driver,
         },
     })
 }

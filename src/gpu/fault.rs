@@ -5,7 +5,6 @@ use super::testing::testing;
 use ash::prelude::VkResult;
 use ash::vk;
 use gpu_allocator::AllocationError;
-use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What can be made to fail.
@@ -89,8 +88,8 @@ pub(super) fn wait(wait: impl FnOnce() -> VkResult<()>) -> VkResult<()> {
 
 /// Bytes that go to a disk.
 #[cfg(feature = "program")]
-pub(crate) fn write() -> io::Result<()> {
-    if fails(Call::Write) { Err(io::ErrorKind::StorageFull.into()) } else { Ok(()) }
+pub(crate) fn write() -> std::io::Result<()> {
+    if fails(Call::Write) { Err(std::io::ErrorKind::StorageFull.into()) } else { Ok(()) }
 }
 
 /// As the program ends, for whoever asked for a fault: how many calls of each kind there were.

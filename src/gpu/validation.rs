@@ -1,5 +1,6 @@
 //! Messages of the validation layer, collected so that tests can fail on them.
 
+use super::testing::testing;
 use ash::vk;
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex, PoisonError};

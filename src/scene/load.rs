@@ -1,8 +1,8 @@
 //! Scenes by their names: files and built-in ones, and what moves in the latter.
 
 use super::{
-    DATA_ENDINGS, Motion, Scene, built_in, cornell, courtyard, courtyard_lights, cube, data_file, embedded, emitters, file,
-    fountain, hair, houses, input, lantern, plume, sparse, town,
+    DATA_ENDINGS, Motion, Scene, built_in, cornell, courtyard, courtyard_lights, cube, data_file, embedded, emitters,
+    file, fountain, hair, houses, input, lantern, plume, sparse, town,
 };
 use crate::error::did_you_mean;
 use crate::{Error, Result};

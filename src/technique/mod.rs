@@ -28,7 +28,7 @@ pub use beer_shadow_map::beer_shadow_map;
 pub use build::{Built, Opened, open};
 pub use ism::{
     Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Facing, Ism, PointData, PointsData, SUBSETS as ISM_SUBSETS,
-    Settings as IsmSettings, Way as IsmWay,
+    Settings as IsmSettings, VIRTUAL_LIGHTS, Way as IsmWay,
 };
 pub use keys::{Key, Values};
 pub use promises::Promises;

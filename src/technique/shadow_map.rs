@@ -115,8 +115,8 @@ fn check_faces(scene: &Scene, size: u32, side: u32) -> Result<()> {
     if has_faces && (size < 4 || needed > gutter_texels(size)) {
         let cause = "too small for this filter across the edges of a point light's faces";
         let least = if needed == 1 { 4 } else { 8 * needed };
-        let way_out = format!("use size={least} or more, or a smaller filter=");
-        return Err(Error::input(format!("size={size}"), cause, way_out));
+        let way_out = format!("use a size of {least} or more, or a smaller filter");
+        return Err(Error::input(format!("a map of size {size}"), cause, way_out));
     }
     Ok(())
 }

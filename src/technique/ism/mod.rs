@@ -22,6 +22,9 @@ use crate::scene::{Light, LightKind, Resolution, Scene, View};
 use crate::shaders::{constant, folder};
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
+
+/// What it is refused for where a light is of another kind.
+pub const VIRTUAL_LIGHTS: &str = "virtual point lights";
 use settings::{ADAPTIVE, CULLING, FACING, FILL, PATH, PATHS, POINTS, SIZE};
 
 /// For the registry.
@@ -61,7 +64,7 @@ impl Ism {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         let lights = &world.scene().lights;
         if !lights.iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
-            return Err(Error::Refused { needs: "virtual point lights (--vpls N makes them of the scene's)".into() });
+            return Err(Error::Refused { needs: VIRTUAL_LIGHTS.into() });
         }
         let lack = settings.lacks_room(context.features());
         let (way, reason) = match (settings.way, lack) {

@@ -11,7 +11,7 @@ use crate::shaders::folder;
 use crate::technique::keys::PCF;
 use crate::technique::{Answer, Facts, Spec, Technique};
 use crate::world::{Parts, World};
-use crate::{Error, Result};
+use crate::{Error, Result, WayOut};
 use std::path::Path;
 
 /// The path of what is not built.
@@ -40,13 +40,13 @@ impl Loaded {
     pub fn open(context: &Context, world: &World, spec: &Spec) -> Result<Self> {
         let file = spec.value(FILE.name).to_owned();
         let mapped = Mapped::open(Path::new(&file))
-            .map_err(|cause| Error::input(&file, cause, "check the name, or write it with gobo bake"))?;
+            .map_err(|cause| Error::input(&file, cause, WayOut::Bake("check the name, or write it".into())))?;
         let baked = Baked::read(&file, &mapped)?;
         for (key, found) in baked.settings.baked() {
             let said = spec.value(key);
             if !said.is_empty() && said != found {
                 let cause = format!("baked with {key}={found}, and the spec says {key}={said}");
-                return Err(Error::input(&file, cause, format!("leave {key}= out, or bake it again with gobo bake")));
+                return Err(Error::input(&file, cause, WayOut::Bake(format!("leave {key}= out, or bake it again"))));
             }
         }
         check_scene(&file, baked.scene, world.scene())?;
@@ -80,7 +80,7 @@ fn check_scene(file: &str, baked: u64, scene: &Scene) -> Result<()> {
         return Ok(());
     }
     let cause = format!("baked of a scene with other meshes or lights than {} has now", scene.name);
-    Err(Error::input(file, cause, "name that scene, or bake this one with gobo bake"))
+    Err(Error::input(file, cause, WayOut::Bake("use that scene, or bake this one".into())))
 }
 
 impl Technique for Loaded {

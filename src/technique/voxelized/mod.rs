@@ -272,7 +272,7 @@ impl Voxelized {
         }
         if room.most() > MOST_NODES {
             let cause = format!("{} nodes of one size, and {MOST_NODES} are baked", room.most());
-            return Err(self.error(cause, "use a smaller size=, or structure=dag with closed=on"));
+            return Err(self.error(cause, "use a smaller size, or structure=dag with closed=on"));
         }
         self.restart(room)?;
         Ok(true)
