@@ -1,6 +1,8 @@
 //! The program as a user runs it, end to end: what it writes, what it says when it cannot, and what is left when it is
 //! interrupted.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "program/bake.rs"]

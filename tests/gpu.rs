@@ -1,6 +1,8 @@
 //! The Vulkan layer by itself: is the validation layer awake, do bytes come back as they went, are limits errors, are
 //! timestamps sane, and do the Rust structs lie in memory as the shaders read them.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "gpu/layout.rs"]

@@ -10,6 +10,8 @@
 //! `-`: not asked for or not the same twice; `refused`: the device lacks what the path needs. Lines of the spec `(scene)`
 //! hash the casters and the points asked at instead: where these differ, all others may.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 use gobo::Error;

@@ -1,5 +1,7 @@
 //! `gobo stress`: its cases, what it sees of techniques, and the program with its files.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 use gobo::gpu::{Buffer, Memory};

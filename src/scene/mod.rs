@@ -272,6 +272,7 @@ pub(crate) mod tests {
     }
 
     /// The one ray of a map of one texel, from z = 2 to −2, and such spheres about it.
+    #[cfg(feature = "program")]
     pub(crate) fn along_the_axis(spheres: &[(f32, f32, f32)]) -> (View, Vec<Caster>) {
         let held = on_the_axis(&[(-1.0, 1.0, 0.0), (1.0, 1.0, 0.0)]);
         (View::volumes(&held, 1)[0], on_the_axis(spheres).casters())

@@ -1,5 +1,25 @@
 //! A map of depths of the meshes, and percentage closer filtering. Sources: Williams 1978, *Casting curved shadows on curved
 //! surfaces*; Reeves, Salesin and Cook 1987, *Rendering antialiased shadows with depth maps*.
+//!
+//! What most engines have, as something to compare with.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, solid};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &solid())?;
+//! let mut map = open(context, &world, &parse("shadow-map:size=64")?[0])?;
+//! map.build(&world)?;
+//! // Above the box and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&map.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above == 1.0 && below == 0.0);
+//! # Ok(()) });
+//! ```
 
 use super::keys::{Key, OPAQUE, PCF, Values, Word, words};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
