@@ -108,3 +108,23 @@ pub mod world;
 #[cfg(feature = "program")]
 use error::one_of;
 pub use error::{Error, Less, Result, WayOut};
+
+#[cfg(test)]
+mod tests {
+    use crate::technique::{Lifetime, REGISTRY};
+
+    /// What the page above says of a technique is what the registry says.
+    #[test]
+    fn the_first_page_is_right() {
+        let mut said = 0;
+        for entry in REGISTRY {
+            let row = format!("//! | {} | ", entry.name);
+            let Some(row) = include_str!("lib.rs").lines().find_map(|line| line.strip_prefix(&row)) else { continue };
+            let built = if entry.lifetime == Lifetime::Baked { "once" } else { "each frame" };
+            let is = format!("{} | {built} | ", entry.casts.names());
+            assert!(row.starts_with(&is), "{}: {row}, and it is {is}", entry.name);
+            said += 1;
+        }
+        assert!(said >= 10, "{said} techniques");
+    }
+}
