@@ -1,19 +1,20 @@
 //! The one error type of the library: what failed, the thing's name, the cause and the way out.
 
+use std::fmt;
 use std::path::{Path, PathBuf};
 
 /// Everything that can go wrong, each printed as one line.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// Something the user handed in (a file, an option, a scene) cannot be used.
+    /// Something that was handed in (a file, an option, a scene) cannot be used.
     #[error("{name}: {cause}; {way_out}")]
     Input {
         /// The file, option or scene.
         name: String,
         /// What is wrong with it.
         cause: String,
-        /// What the user can do.
-        way_out: String,
+        /// What may help.
+        way_out: WayOut,
     },
     /// A Vulkan operation failed.
     #[error("cannot {operation} {name}: {cause}; {way_out}")]
@@ -24,8 +25,8 @@ pub enum Error {
         name: String,
         /// The driver's or allocator's answer.
         cause: String,
-        /// What the user can do.
-        way_out: String,
+        /// What may help.
+        way_out: WayOut,
     },
     /// A result could not be written.
     #[error("cannot write {}: {cause}; {way_out}", path.display())]
@@ -34,8 +35,8 @@ pub enum Error {
         path: PathBuf,
         /// The system's answer.
         cause: String,
-        /// What the user can do.
-        way_out: String,
+        /// What may help.
+        way_out: WayOut,
     },
     /// The device lacks a feature that a technique's path needs. A result, not a failure.
     #[error("refused: needs {needs}")]
@@ -48,19 +49,136 @@ pub enum Error {
 /// Short for a result with [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// What may help. It names no option of any program; a program that has options for it can say them instead
+/// ([`Error::with_way_out`]).
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum WayOut {
+    /// A sentence.
+    Words(String),
+    /// Any one of these: less of something, or another device.
+    Less(&'static [Less]),
+    /// The Vulkan loader, to be installed.
+    Loader,
+    /// A Vulkan 1.3 driver, to be installed.
+    Driver,
+    /// The validation layer, to be installed, or no validation.
+    Layer,
+    /// A newer driver, or another device.
+    OtherDevice,
+    /// A place that can be written to.
+    OtherPlace,
+    /// A sentence that ends with a bake, to be made.
+    Bake(String),
+    /// These specs, of which each is to be given alone.
+    Each(Vec<String>),
+}
+
+/// Of what less may be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Less {
+    /// Texels of a map.
+    Map,
+    /// Slices of a map.
+    Slices,
+    /// Particles and strands.
+    Casters,
+    /// Lights.
+    Lights,
+    /// No less, but more of memory.
+    MoreMemory,
+    /// No less, on a device that takes more.
+    OtherDevice,
+}
+
+impl fmt::Display for Less {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Map => "a smaller map",
+            Self::Slices => "fewer slices",
+            Self::Casters => "fewer casters",
+            Self::Lights => "fewer lights",
+            Self::MoreMemory => "a device with more memory",
+            Self::OtherDevice => "another device",
+        })
+    }
+}
+
+impl fmt::Display for WayOut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Words(words) | Self::Bake(words) => f.write_str(words),
+            Self::Less(less) => write!(f, "use {}", one_of(less.iter().map(Less::to_string))),
+            Self::Loader => f.write_str("install it"),
+            Self::Driver => f.write_str("install a Vulkan 1.3 driver"),
+            Self::Layer => f.write_str("install it, or ask for no validation"),
+            Self::OtherDevice => f.write_str("update the driver, or choose another device"),
+            Self::OtherPlace => f.write_str("check free space and permissions, or choose another place"),
+            Self::Each(specs) if specs.is_empty() => f.write_str("give each technique alone"),
+            Self::Each(specs) => write!(f, "give each alone: {}", specs.join("; ")),
+        }
+    }
+}
+
+impl From<&str> for WayOut {
+    fn from(words: &str) -> Self {
+        Self::Words(words.into())
+    }
+}
+
+impl From<String> for WayOut {
+    fn from(words: String) -> Self {
+        Self::Words(words)
+    }
+}
+
+/// `a, b or c`.
+pub(crate) fn one_of(all: impl Iterator<Item = String>) -> String {
+    let mut all: Vec<_> = all.collect();
+    match (all.pop(), all.join(", ")) {
+        (Some(last), first) if !first.is_empty() => format!("{first} or {last}"),
+        (last, _) => last.unwrap_or_default(),
+    }
+}
+
 impl Error {
     /// An [`Error::Input`].
-    pub fn input(name: impl Into<String>, cause: impl ToString, way_out: impl Into<String>) -> Self {
+    pub fn input(name: impl Into<String>, cause: impl ToString, way_out: impl Into<WayOut>) -> Self {
         Self::Input { name: name.into(), cause: cause.to_string(), way_out: way_out.into() }
     }
 
     /// An [`Error::Output`] with the way out that fits most causes.
     pub fn output(path: &Path, cause: impl ToString) -> Self {
-        Self::Output {
-            path: path.to_path_buf(),
-            cause: cause.to_string(),
-            way_out: "check free space and permissions, or choose another place with --out".into(),
+        Self::Output { path: path.to_path_buf(), cause: cause.to_string(), way_out: WayOut::OtherPlace }
+    }
+
+    /// What may help; a refusal says what is needed, and no more.
+    pub fn way_out(&self) -> Option<&WayOut> {
+        match self {
+            Self::Input { way_out, .. } | Self::Gpu { way_out, .. } | Self::Output { way_out, .. } => Some(way_out),
+            Self::Refused { .. } => None,
         }
+    }
+
+    /// The same error with another way out; a refusal stays as it is.
+    #[must_use]
+    pub fn with_way_out(mut self, other: impl Into<WayOut>) -> Self {
+        match &mut self {
+            Self::Input { way_out, .. } | Self::Gpu { way_out, .. } | Self::Output { way_out, .. } => {
+                *way_out = other.into();
+            }
+            Self::Refused { .. } => {}
+        }
+        self
+    }
+
+    /// The same error with another name for what was handed in; none but an [`Error::Input`] has one.
+    #[must_use]
+    pub fn with_name(mut self, other: impl FnOnce(&str) -> String) -> Self {
+        if let Self::Input { name, .. } = &mut self {
+            *name = other(name);
+        }
+        self
     }
 }
 

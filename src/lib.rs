@@ -1,11 +1,89 @@
-//! How much of light `l` reaches point `p`? Shadow techniques for what lets some light pass, measured side by side.
+//! How much of light `l` reaches point `p`? Shadow techniques for what lets some light pass: smoke, hair, foliage.
 //!
-//! A [`technique`] builds a representation on the GPU from a [`scene`] and answers with one GLSL function,
-//! `light_visibility`; [`measure`] asks it at the same points as the f64 [`mod@reference`] and times it; [`report`] shows
-//! what came out. [`gpu`] is Vulkan and knows none of them.
+//! A [`technique`] builds a representation on the GPU from a [`world`] and answers with one GLSL function,
+//! `float light_visibility(uint light, vec3 position)`. Whoever asks, knows no technique: the queries and pictures in [`consume`], or
+//! a shader of yours.
+//!
+//! # An engine's way in
+//!
+//! A device is adopted, casters and lights are the engine's buffers, passes go into its command buffers, its shader asks, and what
+//! grew is settled a frame later. docs/guide/embedding.md goes through it, and examples/embed is a renderer that does it.
+//!
+//! ```text
+//! adopt    Context::adopt          the engine's instance, device and queue family; nothing of them is destroyed
+//! world    World::of               room for casters, triangles and lights, which the engine's buffers then fill
+//! open     Avsm::new               a technique with its settings, or a refusal that names what the device lacks
+//! record   Technique::record       the passes of a build, into the engine's command buffer; nothing submits or waits
+//! ask      glsl::file, write_into  one flat GLSL file for the engine's shader, and its descriptors
+//! settle   Technique::settle       a frame late: done, or a buffer grew and the next build has room
+//! ```
+//!
+//! # On a device of its own
+//!
+//! The same with a device that [`gpu::Context::new`] opens, and a [`scene::Scene`] on the host:
+//!
+//! ```
+//! use glam::DVec3;
+//! use gobo::scene::{Camera, Light, LightKind, Motion, Particle, Scene};
+//! use gobo::{consume::Query, gpu::Context, technique, world::World};
+//!
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # example::on_a_device(|_| {
+//! let kind = LightKind::Directional { direction: DVec3::NEG_Z };
+//! let scene = Scene {
+//!     name: "a ball of smoke".into(),
+//!     particles: vec![Particle { position: [0.0, 0.0, 1.0], radius: 0.5, extinction: 2.0 }],
+//!     strands: vec![],
+//!     meshes: vec![],
+//!     lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],
+//!     camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
+//!     motion: Motion::Still,
+//! };
+//! let context = Context::new(&Default::default())?;
+//! let world = World::new(&context, &scene)?;
+//! let mut avsm = technique::open(&context, &world, &technique::parse("avsm:nodes=8,size=64", &[])?[0])?;
+//! avsm.build(&world)?;
+//! // One unit of smoke, of extinction 2, stands between the light and the origin.
+//! let light = Query::new(&context, 0, &[[0.0; 3]])?.ask(&avsm.technique.answer())?;
+//! assert!((light[0] - (-2f32).exp()).abs() < 0.02);
+//! # Ok(()) });
+//! ```
+//!
+//! # Techniques
+//!
+//! Each has a page with an example. [`technique::REGISTRY`] has the same as data.
+//!
+//! | Technique | Casts from | Built | What it keeps |
+//! |---|---|---|---|
+//! | avsm | particles, strands, meshes | each frame | a compressed curve of transmittance a texel |
+//! | psm | particles, strands, meshes | each frame | what is left of the light behind each slice of a volume |
+//! | beer-shadow-map | particles, strands, meshes | each frame | front, mean extinction and greatest optical depth a texel |
+//! | translucency-map | particles, strands, meshes | each frame | one product of transmittances a texel |
+//! | uncompressed | particles, strands, meshes | each frame | all segments of each texel: the yardstick |
+//! | voxel-grid | particles, strands, meshes | each frame | a grid of voxels that rays go through |
+//! | shadow-map | meshes | each frame | the nearest depth a texel |
+//! | ism | meshes | each frame | a small map of points for each virtual light |
+//! | ray-query | meshes | each frame | nothing: a ray a point |
+//! | voxelized | meshes | once | every voxel lit or shadowed, as an octree or a graph |
+//!
+//! # What is where
+//!
+//! [`gpu`] is Vulkan, and knows no technique. [`scene`] says what casts and what shines, on the host; [`world`] is that on the
+//! device as it is now. [`maps`] and [`grid`] are what techniques share, [`simulate`] moves particles on the device.
+//! What fails is an [`Error`]: what, of which name, why, and a [`WayOut`]. A device that lacks something is a refusal by name
+//! ([`Error::Refused`]), never a wrong answer.
+//!
+//! # Features
+//!
+//! `program`, which is on by default: the program `gobo`, scene files and built-in scenes, the f64 reference, measurements and
+//! reports. An engine leaves it out, `default-features = false`, and gets few other crates: ash, glam, gpu-allocator, bytemuck,
+//! thiserror and what they need.
 
 #![deny(missing_docs, unsafe_code)]
 
+#[cfg(feature = "program")]
+mod advice;
+#[cfg(feature = "program")]
 pub mod cli;
 pub mod consume;
 mod error;
@@ -14,15 +92,41 @@ pub mod glsl;
 pub mod gpu;
 pub mod grid;
 pub mod maps;
+#[cfg(feature = "program")]
 pub mod measure;
+#[cfg(feature = "program")]
 pub mod reference;
+#[cfg(feature = "program")]
 pub mod report;
 pub mod scene;
 pub mod shaders;
 pub mod simulate;
+#[cfg(feature = "program")]
 pub mod stress;
 pub mod technique;
 pub mod world;
 
-pub use error::{Error, Result};
+#[cfg(feature = "program")]
+use error::one_of;
+pub use error::{Error, Less, Result, WayOut};
 pub use technique::requirements;
+
+#[cfg(test)]
+mod tests {
+    use crate::technique::{Lifetime, REGISTRY};
+
+    /// What the page above says of a technique is what the registry says.
+    #[test]
+    fn the_first_page_is_right() {
+        let mut said = 0;
+        for entry in REGISTRY {
+            let row = format!("//! | {} | ", entry.name);
+            let Some(row) = include_str!("lib.rs").lines().find_map(|line| line.strip_prefix(&row)) else { continue };
+            let built = if entry.lifetime == Lifetime::Baked { "once" } else { "each frame" };
+            let is = format!("{} | {built} | ", entry.casts.names());
+            assert!(row.starts_with(&is), "{}: {row}, and it is {is}", entry.name);
+            said += 1;
+        }
+        assert!(said >= 10, "{said} techniques");
+    }
+}

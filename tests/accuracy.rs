@@ -1,6 +1,8 @@
 //! Techniques against the f64 truth: the figures that the CPU prototype measured on real smoke, closed forms, the look-up,
 //! the opaque map and the shaded picture.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "accuracy/hair.rs"]

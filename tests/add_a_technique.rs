@@ -1,6 +1,8 @@
 //! docs/add-a-technique.md, followed to the letter in a copy of the repository: the toy technique is found in `compare` and holds
 //! what it promises; one beside it that breaks a promise is caught.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 use std::path::Path;

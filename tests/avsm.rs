@@ -1,6 +1,8 @@
 //! AVSM on the device against its CPU twins: every path, every node count, both curves, and the segments that
 //! compression goes wrong at.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "avsm/ahead.rs"]

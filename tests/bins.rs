@@ -1,6 +1,8 @@
 //! Binning where numbers are large: casters that meet a tile are gathered in drawing order by many workgroups, and sums
 //! of entries and of bounds pass 32 bits.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 use gobo::Error;

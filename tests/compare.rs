@@ -1,6 +1,8 @@
 //! The program as a user runs it, end to end: what it writes, what it says when it cannot, and what is left when it is
 //! interrupted.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "program/bake.rs"]
@@ -26,16 +28,19 @@ use std::process::{Command, Output, Stdio};
 use support::log;
 use tempfile::TempDir;
 
-/// The program, started as this test was: GOBO_RUNNER starts programs on another driver (setup.sh writes it).
+/// The program, started as this test was: GOBO_RUNNER starts programs on another driver (setup.sh writes it). It reads the
+/// variables of tests.
 fn gobo() -> Command {
-    match std::env::var_os("GOBO_RUNNER").filter(|runner| !runner.is_empty()) {
+    let mut command = match std::env::var_os("GOBO_RUNNER").filter(|runner| !runner.is_empty()) {
         Some(runner) => {
             let mut command = Command::new(runner);
             command.arg(env!("CARGO_BIN_EXE_gobo"));
             command
         }
         None => Command::new(env!("CARGO_BIN_EXE_gobo")),
-    }
+    };
+    command.arg("--test-hooks");
+    command
 }
 
 fn run(arguments: &[&str]) -> Output {

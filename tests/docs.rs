@@ -1,5 +1,7 @@
 //! Docs are held to the truth: their commands run, and their tables are what was measured.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "docs/commands.rs"]

@@ -1,6 +1,8 @@
 //! Fog before the picture: against closed forms, against its CPU twin at the same points, as every technique lights it, and
 //! between what the truth allows of techniques that know shadows up to a texel.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 use glam::{DVec2, DVec3};

@@ -1,6 +1,8 @@
 //! The bodies of the fuzz targets on their seeds and on some thousand mutations of them, the same ones each time. What
 //! cargo-fuzz finds becomes a seed. docs/fuzzing.md.
 
+#![cfg(feature = "program")]
+
 #[path = "fuzz/bodies.rs"]
 mod bodies;
 #[path = "fuzz/mutate.rs"]

@@ -1,6 +1,8 @@
 //! GLSL for other programs: files compile alone and together among an engine's own names, say what they are given, keep their
 //! numbers, and answer as the technique does.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "glsl/engine.rs"]

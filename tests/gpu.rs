@@ -1,6 +1,8 @@
 //! The Vulkan layer by itself: is the validation layer awake, do bytes come back as they went, are limits errors, are
 //! timestamps sane, and do the Rust structs lie in memory as the shaders read them.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "gpu/adopt.rs"]
@@ -57,6 +59,7 @@ fn the_layer_reports_hazards() {
 #[test]
 fn the_layer_reports_what_shaders_write_beyond_a_buffer() {
     const TEST: &str = "the_layer_reports_what_shaders_write_beyond_a_buffer";
+    gobo::cli::test_hooks();
     if !is_gpu_assisted() {
         return skipped(TEST, "GOBO_TEST_VALIDATION is not gpu-assisted");
     }

@@ -10,6 +10,8 @@
 //! `-`: not asked for or not the same twice; `refused`: the device lacks what the path needs. Lines of the spec `(scene)`
 //! hash the casters and the points asked at instead: where these differ, all others may.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 use gobo::Error;
@@ -244,6 +246,7 @@ fn hashes_of_all_representations() {
     let Some(path) = std::env::var_os("GOBO_HASHES") else {
         return support::skipped("hashes_of_all_representations", "GOBO_HASHES names no file");
     };
+    gobo::cli::test_hooks();
     let options = Options { device: None, validation: false, messages: Messages::default() };
     let context = Context::new(&options).expect("a Vulkan 1.3 device");
     eprintln!("{}, {}", context.features().name, context.features().driver);

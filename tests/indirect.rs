@@ -1,5 +1,7 @@
 //! Virtual point lights: what a light sees, the flux that leaves it, which patches are drawn, and the lights that these become.
 
+#![cfg(feature = "program")]
+
 #[path = "indirect/drawn.rs"]
 mod drawn;
 #[path = "indirect/stable.rs"]

@@ -1,6 +1,8 @@
 //! Many lights, a part of them a pixel: each asks for its part as a deferred picture of these alone does, gathering equals its
 //! twin, and on a plane all lights arrive; and of virtual lights, which stand for what else is ambient.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "many_lights/scenes.rs"]

@@ -1,5 +1,7 @@
 //! Imperfect shadow maps: points, splatting and filling against their twins; paths against each other; closed forms; what is refused.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "ism/adaptive.rs"]

@@ -1,5 +1,7 @@
 //! `lighting=vertex` against `lighting=fragment`, against its CPU twin and against closed forms, for every technique.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 use glam::DVec3;

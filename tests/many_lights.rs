@@ -1,6 +1,8 @@
 //! Many lights in tiles: what tiles, bits, sources and the blur are against their twins, the bare picture against the deferred
 //! one, answers in a list against asking at once, and what dither, blur and history do to a picture.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "many_lights/frames.rs"]

@@ -1,6 +1,8 @@
 //! What all techniques with maps stand on: the views that are fitted on the device, and the order in which single-pass
 //! insertion draws casters.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 use glam::{DVec3, Vec3};

@@ -1,6 +1,8 @@
 //! Techniques that shadow with meshes alone: no flat receiver shadows itself, occluders shadow what the reference says,
 //! lights do not disturb each other, a world that moved is a new world. What is each technique's own is in opaque/.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "opaque/compute.rs"]

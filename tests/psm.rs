@@ -1,6 +1,8 @@
 //! Particle shadow maps: every pass against its CPU twin, routes and coverages against each other byte for byte, and what
 //! the storages and the ways to assign casters to slices are for.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[allow(dead_code)]

@@ -1,5 +1,7 @@
 //! Results on their way to a reader, through the public API: the store here, plots, tables and the page beside it.
 
+#![cfg(feature = "program")]
+
 use gobo::measure::{
     DeviceFacts, FramesError, ImageError, PartError, PassTiming, PointError, Results, Row, RowError, SCHEMA, Status,
     Timing,

@@ -1,5 +1,7 @@
 //! Which room of src/ uses which: an arrow that the design does not have fails, so that none leads up and none back.
 
+#![cfg(feature = "program")]
+
 use std::collections::BTreeSet;
 use std::path::Path;
 

@@ -1,5 +1,7 @@
 //! Techniques that are opened from code answer as those that specs open, bit by bit; and what is refused is refused alike.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 use gobo::Error;

@@ -1,6 +1,8 @@
 //! Simulated particles: every step equals its twin to the bit, whichever way the device came there, and nothing goes where it may
 //! not.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "simulate/drawn.rs"]

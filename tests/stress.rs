@@ -1,5 +1,7 @@
 //! `gobo stress`: its cases, what it sees of techniques, and the program with its files.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 use gobo::gpu::{Buffer, Memory};
@@ -101,7 +103,7 @@ fn program(arguments: &[&str]) -> Command {
         }
         None => Command::new(env!("CARGO_BIN_EXE_gobo")),
     };
-    command.arg("stress").args(arguments);
+    command.args(["--test-hooks", "stress"]).args(arguments);
     command
 }
 

@@ -1,6 +1,8 @@
 //! Techniques of one texel a ray, translucency maps and Beer shadow maps: each path against its CPU twin, texel by texel, and
 //! what their few numbers can and cannot say.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[allow(dead_code)]

@@ -1,5 +1,7 @@
 //! The voxel grid: its bits against their twin, ways through it against asking every voxel, what is seen against the truth.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "voxel_grid/cone.rs"]

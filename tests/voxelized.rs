@@ -1,6 +1,8 @@
 //! Voxelized shadows: columns and nodes against their twins, word for word, look-ups against asking each voxel, and what can be
 //! seen against the truth.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "voxelized/coverage.rs"]

@@ -1,6 +1,8 @@
 //! A world that moves: what was opened for it answers as if it had been opened for the world as it is now, and nothing is
 //! built that already stands. For every path of every technique.
 
+#![cfg(feature = "program")]
+
 mod support;
 
 #[path = "world/buffers.rs"]

@@ -6,7 +6,7 @@ use super::{
     DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, little,
     load, say,
 };
-use crate::consume::{parse, runs};
+use crate::consume::runs;
 use crate::gpu::{Context, Features};
 use crate::measure::{
     Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Status, Traced, copy_bytes_per_second,
@@ -172,7 +172,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     // Everything that can be wrong with the input is found before the first measurement.
     let mut specs: Vec<Spec> = Vec::new();
     for text in &arguments.techniques {
-        specs.extend(little::specs(parse(text)?));
+        specs.extend(little::specs(super::specs(text)?));
     }
     let mut scenes = scene_names.iter().map(|name| frames(arguments, name)).collect::<Result<Vec<_>>>()?;
     little::first(&mut scenes, 1);

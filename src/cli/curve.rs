@@ -1,7 +1,6 @@
 //! `gobo curve`
 
 use super::{DeviceArguments, LoadArguments, MapArguments, check_messages, load_whole, place, say};
-use crate::consume::parse;
 use crate::measure::LightRay;
 use crate::reference::truth::Casters;
 use crate::report::{curve, write_whole};
@@ -44,7 +43,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let map = arguments.map.of(&scene)?;
     let mut specs = Vec::new();
     for text in &arguments.techniques {
-        specs.extend(parse(text)?);
+        specs.extend(super::specs(text)?);
     }
     if specs.iter().any(|s| s.text(Name::SIZE) != specs[0].text(Name::SIZE)) {
         return Err(Error::input("--technique", "maps of different sizes", "give all the same size="));

@@ -1,10 +1,10 @@
-//! For tests: with `GOBO_TEST_LITTLE`, set and not empty, commands do what they are told, but little of it: two
+//! For tests, with `GOBO_TEST_LITTLE` ([`super::test_hooks`]): commands do what they are told, but little of it: two
 //! frames, small pictures, maps and grids, the first variant of each sweep and the first casters of the first scene.
 //! So every command of docs is run.
 
 use crate::scene::Scene;
 use crate::technique::{Name, Spec, Values};
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Texels or slices, where any number may be chosen: enough for the widest filter.
 const MOST_TEXELS: u32 = 48;
@@ -15,10 +15,16 @@ const MOST_CASTERS: usize = 300;
 /// Numbers in the names of scenes; more than the few lights that are measured otherwise.
 const MOST_NAMED: u32 = 12;
 
+static ASKED: AtomicBool = AtomicBool::new(false);
+
+/// Asks for it, from now on.
+pub(super) fn begin() {
+    ASKED.store(true, Ordering::Relaxed);
+}
+
 /// Whether that is asked for.
 pub(super) fn is_asked() -> bool {
-    static ASKED: OnceLock<bool> = OnceLock::new();
-    *ASKED.get_or_init(|| std::env::var_os("GOBO_TEST_LITTLE").is_some_and(|value| !value.is_empty()))
+    ASKED.load(Ordering::Relaxed)
 }
 
 /// The name of a scene, with small numbers: `courtyard:lights=12` for `courtyard:lights=1024`.

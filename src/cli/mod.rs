@@ -5,6 +5,7 @@ mod compare;
 mod curve;
 mod devices;
 mod glsl;
+mod hooks;
 mod little;
 mod map;
 mod particles;
@@ -18,6 +19,10 @@ mod soak;
 mod steps;
 mod stress;
 
+#[doc(hidden)]
+pub use hooks::test_hooks;
+
+use crate::advice::advised;
 use crate::consume::indirect::{check_count, check_meshes, lit_by_vpls};
 use crate::consume::{KEYS, parse};
 use crate::gpu::{Context, Messages, Options, fault};
@@ -36,6 +41,9 @@ use std::sync::LazyLock;
 #[derive(Parser)]
 #[command(version, max_term_width = 110, after_long_help = techniques())]
 struct Cli {
+    /// Do what variables of tests say.
+    #[arg(long, hide = true)]
+    test_hooks: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -82,7 +90,8 @@ struct DeviceArguments {
 
 impl DeviceArguments {
     fn open(&self) -> Result<Context> {
-        Context::new(&Options { device: self.device.clone(), validation: self.validation, messages: MESSAGES.clone() })
+        let options = Options { device: self.device.clone(), validation: self.validation, messages: MESSAGES.clone() };
+        Context::new(&options).map_err(|error| error.with_name(|device| format!("--{device}")))
     }
 }
 
@@ -114,15 +123,19 @@ impl VplArgument {
     /// Before a device is opened: whether there may be so many, of such scenes.
     fn check<'a>(&self, scenes: impl IntoIterator<Item = &'a Scene>) -> Result<()> {
         let Some(count) = self.vpls else { return Ok(()) };
-        check_count(count)?;
-        scenes.into_iter().try_for_each(check_meshes)
+        check_count(count).map_err(|error| error.with_name(|_| format!("--vpls {count}")))?;
+        let way_out = "leave --vpls out, or name a scene of meshes, such as cornell";
+        scenes.into_iter().try_for_each(check_meshes).map_err(|error| error.with_way_out(way_out))
     }
 
     /// The states of a scene, each with virtual lights of its own where they are wanted.
     fn light(&self, context: &Context, states: &mut [Scene]) -> Result<()> {
         let Some(count) = self.vpls else { return Ok(()) };
         for state in states {
-            *state = lit_by_vpls(context, state, count)?;
+            *state = lit_by_vpls(context, state, count).map_err(|error| match error {
+                Error::Input { .. } => error.with_way_out("leave --vpls out, or name another scene"),
+                error => error,
+            })?;
         }
         Ok(())
     }
@@ -267,9 +280,14 @@ fn keys<'a>(keys: impl Iterator<Item = &'a Key>) -> String {
     keys.map(line).collect()
 }
 
+/// The specs that `--technique` gives.
+fn specs(text: &str) -> Result<Vec<Spec>> {
+    parse(text).map_err(|error| error.with_name(|spec| format!("--technique {spec}")))
+}
+
 /// The one spec that a command for a single picture takes.
 fn one_spec(text: &str) -> Result<Spec> {
-    let mut specs = little::specs(parse(text)?);
+    let mut specs = little::specs(specs(text)?);
     match (specs.pop(), specs.is_empty()) {
         (Some(spec), true) => Ok(spec),
         _ => Err(Error::input(format!("--technique {text}"), "a sweep", "name one value a key, or use compare")),
@@ -294,7 +312,7 @@ fn load_whole(name: &str, with: &LoadArguments) -> Result<Scene> {
 /// The command as it was given, without the path of the program. One that goes on with an earlier one is that one: what both
 /// write is what one would have.
 fn command_line() -> String {
-    let given = std::env::args().skip(1).filter(|argument| argument != "--resume");
+    let given = std::env::args().skip(1).filter(|argument| !["--resume", hooks::OPTION].contains(&argument.as_str()));
     std::iter::once("gobo".to_owned()).chain(given).collect::<Vec<_>>().join(" ")
 }
 
@@ -336,7 +354,11 @@ fn complain(line: impl Display) {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    let result = match Cli::parse().command {
+    let cli = Cli::parse();
+    if cli.test_hooks {
+        test_hooks();
+    }
+    let result = match cli.command {
         Command::Compare(arguments) => compare::run(&arguments.little()),
         Command::Render(arguments) => render::run(&arguments.little()),
         Command::Slice(arguments) => slice::run(&arguments.little()),
@@ -347,6 +369,7 @@ pub fn main() -> ExitCode {
         Command::Glsl(arguments) => glsl::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
     };
+    let result = result.map_err(advised);
     // The device is closed by now, of which the layer may have had something to say.
     let mut errors: Vec<String> = [result.as_ref().err(), check_messages().as_ref().err()]
         .into_iter()
@@ -355,6 +378,6 @@ pub fn main() -> ExitCode {
         .collect();
     errors.dedup();
     errors.iter().for_each(|error| complain(format!("gobo: {error}")));
-    fault::counted().into_iter().for_each(complain);
+    fault::counted().into_iter().for_each(|calls| complain(format!("GOBO_TEST_FAULT: {calls}")));
     result.ok().filter(|_| errors.is_empty()).unwrap_or(ExitCode::FAILURE)
 }

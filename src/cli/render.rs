@@ -113,7 +113,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let mut states = arguments.moving.states(scene, arguments.frames)?;
     arguments.vpls.check(&states)?;
-    let air = arguments.fog.map(|extinction| Fog::new(extinction, arguments.fog_steps)).transpose()?;
+    let air = arguments.fog.map(|extinction| Fog::new(extinction, arguments.fog_steps)).transpose();
+    let air = air.map_err(|error| error.with_name(|fog| format!("--fog: {fog}")))?;
     let size = [arguments.width, arguments.height];
     let mut sequence = Sequence::new(&arguments.out, size, states.len() as u32);
     if arguments.technique == "reference" {

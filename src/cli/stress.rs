@@ -1,7 +1,7 @@
 //! `gobo stress`
 
 use super::{DeviceArguments, little};
-use crate::consume::{parse, runs};
+use crate::consume::runs;
 use crate::report::{Store, one_line, stress_csv, stress_device, stress_page, stress_table};
 use crate::stress::{Case, Outcome, Results, SCHEMA, Stressed, Sweep, Worker, cases, serve, verdicts};
 use crate::technique::Spec;
@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let mut named = Vec::new();
     for text in &arguments.techniques {
-        named.extend(parse(text)?);
+        named.extend(super::specs(text)?);
     }
     // As small as they are on every device.
     let asked = |list: List| -> Result<Vec<Spec>> {
@@ -160,6 +160,8 @@ fn own_command(arguments: &Arguments) -> Result<Vec<OsString>> {
         (Some(runner), Some(program)) => vec![runner, program],
         _ => vec![std::env::current_exe().map_err(fail)?.into_os_string()],
     };
+    // What this one was told for tests holds for its worker too.
+    command.extend(std::env::args_os().filter(|argument| argument == super::hooks::OPTION));
     command.extend(["stress", "--worker"].map(OsString::from));
     if let Some(device) = &arguments.device.device {
         command.extend(["--device".into(), device.into()]);

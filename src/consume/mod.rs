@@ -3,6 +3,7 @@
 //! techniques are then asked.
 
 mod fog;
+mod half;
 pub mod indirect;
 mod interleaved;
 mod lighting;

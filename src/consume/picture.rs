@@ -1,5 +1,6 @@
 //! The shaded picture: meshes forward, deferred, in tiles or by a part of the lights a pixel, then casters from far to near. Twin: reference::truth::picture.
 
+use super::half::from_half;
 use super::interleaved::{Interleaved, PartsSeen};
 use super::many_lights::{Asking, ManyLights, ManyLightsPush, Targets, TilesSeen};
 use super::{Lighting, Shading, Tiled};
@@ -265,7 +266,7 @@ impl Renderer {
         if self.color_format == Format::R32G32B32A32_SFLOAT {
             return Ok(image.read::<[f32; 4]>()?.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
         }
-        let rgb = |p: [u16; 4]| [p[0], p[1], p[2]].map(|c| half::f16::from_bits(c).to_f32());
+        let rgb = |p: [u16; 4]| [p[0], p[1], p[2]].map(from_half);
         Ok(image.read::<[u16; 4]>()?.into_iter().map(rgb).collect())
     }
 

@@ -5,7 +5,7 @@ use super::context::Link;
 use super::device::Device;
 use super::pending::Step;
 use super::{Commands, Context, fault, vk_error};
-use crate::{Error, Result};
+use crate::{Error, Less, Result, WayOut};
 use ash::vk;
 use bytemuck::Pod;
 use gpu_allocator::MemoryLocation;
@@ -70,7 +70,7 @@ impl Buffer {
                 operation: "create buffer",
                 name: name.into(),
                 cause: format!("{bytes} bytes, and this device binds at most {limit} (maxStorageBufferRange)"),
-                way_out: "use a smaller map (size=), fewer particles or another device".into(),
+                way_out: WayOut::Less(&[Less::Map, Less::Casters, Less::OtherDevice]),
             });
         }
         let mut usage = vk::BufferUsageFlags::STORAGE_BUFFER

@@ -16,7 +16,7 @@ use std::sync::{Arc, Mutex, Weak};
 /// How to open a device.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Index in `gobo devices`, or part of a device's name; none takes discrete > integrated > virtual > CPU.
+    /// Index among [`devices`], or part of a device's name; none takes discrete > integrated > virtual > CPU.
     pub device: Option<String>,
     /// Load the validation layer with synchronization validation; an error where it is not installed.
     pub validation: bool,
@@ -99,7 +99,7 @@ impl Drop for Shared {
     }
 }
 
-/// Facts of every Vulkan device, in the order that `--device INDEX` counts.
+/// Facts of every Vulkan device, in the order in which [`Options::device`] counts.
 ///
 /// # Errors
 /// [`Error::Gpu`] where no Vulkan loader or no driver is installed.

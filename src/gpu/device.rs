@@ -4,7 +4,7 @@
 use super::instance::InstanceOwner;
 use super::pipelines::Pipelines;
 use super::{Features, Messages, fault};
-use crate::{Error, Result};
+use crate::{Error, Less, Result, WayOut};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, Allocator};
 use gpu_allocator::{AllocationError, MemoryLocation};
@@ -168,6 +168,6 @@ pub(super) fn allocation_error(name: &str, cause: &AllocationError) -> Error {
         operation: "allocate memory for",
         name: name.into(),
         cause: cause.to_string(),
-        way_out: "use a smaller map (size=), fewer particles or a device with more memory".into(),
+        way_out: WayOut::Less(&[Less::Map, Less::Casters, Less::MoreMemory]),
     }
 }

@@ -1,11 +1,10 @@
-//! For tests: the n-th call of a kind fails, as a driver or a full disk would have it fail. `GOBO_TEST_FAULT=allocation:17`
-//! names both; with 0 all succeed. Calls of all kinds are counted. Without the variable nothing of this happens.
+//! For tests: the n-th call of a kind fails, as a driver or a full disk would have it fail. `allocation:17` names both; with 0 all
+//! succeed. Calls of all kinds are counted. Without a [`Fault`] nothing of this happens.
 
+use super::testing::testing;
 use ash::prelude::VkResult;
 use ash::vk;
 use gpu_allocator::AllocationError;
-use std::io;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What can be made to fail.
@@ -38,21 +37,26 @@ const CALLS: [(&str, Call); 6] = [
 static MADE: [AtomicU64; CALLS.len()] = [const { AtomicU64::new(0) }; CALLS.len()];
 
 /// Which kind is to fail, and at which call.
-fn plan() -> Option<(Call, u64)> {
-    static PLAN: OnceLock<Option<(Call, u64)>> = OnceLock::new();
-    let read = || {
-        let set = std::env::var("GOBO_TEST_FAULT").ok()?;
-        let (kind, nth) = set.split_once(':')?;
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fault {
+    call: Call,
+    nth: u64,
+}
+
+impl Fault {
+    /// What `allocation:17` says; none where it says nothing of the kind.
+    pub fn read(text: &str) -> Option<Self> {
+        let (kind, nth) = text.split_once(':')?;
         let (_, call) = CALLS.into_iter().find(|(name, _)| *name == kind)?;
-        Some((call, nth.parse().ok()?))
-    };
-    *PLAN.get_or_init(read)
+        Some(Self { call, nth: nth.parse().ok()? })
+    }
 }
 
 /// Whether this call is the one to fail.
 fn fails(call: Call) -> bool {
     let made = || MADE[call as usize].fetch_add(1, Ordering::Relaxed) + 1;
-    plan().is_some_and(|plan| (call, made()) == plan)
+    testing().fault.is_some_and(|fault| fault == Fault { call, nth: made() })
 }
 
 /// Memory that is allocated, and mapped where the host sees it.
@@ -83,12 +87,14 @@ pub(super) fn wait(wait: impl FnOnce() -> VkResult<()>) -> VkResult<()> {
 }
 
 /// Bytes that go to a disk.
-pub(crate) fn write() -> io::Result<()> {
-    if fails(Call::Write) { Err(io::ErrorKind::StorageFull.into()) } else { Ok(()) }
+#[cfg(feature = "program")]
+pub(crate) fn write() -> std::io::Result<()> {
+    if fails(Call::Write) { Err(std::io::ErrorKind::StorageFull.into()) } else { Ok(()) }
 }
 
-/// As the program ends, for whoever set the variable: how many calls of each kind there were.
+/// As the program ends, for whoever asked for a fault: how many calls of each kind there were.
+#[cfg(feature = "program")]
 pub(crate) fn counted() -> Option<String> {
     let of = |(name, call): (&str, Call)| format!("{name} {}", MADE[call as usize].load(Ordering::Relaxed));
-    plan().map(|_| format!("GOBO_TEST_FAULT: {}", CALLS.map(of).join(", ")))
+    testing().fault.map(|_| CALLS.map(of).join(", "))
 }

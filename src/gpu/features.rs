@@ -2,8 +2,6 @@
 
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
-use serde::Serialize;
-use std::collections::BTreeMap;
 
 /// Storage buffers of a shader stage, at least: more than the 4 that Vulkan guarantees. A pass that builds reads maps,
 /// casters, triangles and seven buffers of bins, and writes curves.
@@ -14,8 +12,8 @@ pub(super) const RAY_QUERY_EXTENSIONS: [&std::ffi::CStr; 3] =
     [khr::acceleration_structure::NAME, khr::ray_query::NAME, khr::deferred_host_operations::NAME];
 
 /// What a device is, by its own word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "program", derive(serde::Serialize), serde(rename_all = "lowercase"))]
 pub enum DeviceKind {
     /// A GPU with memory of its own.
     Discrete,
@@ -41,20 +39,21 @@ impl std::fmt::Display for DeviceKind {
     }
 }
 
-/// Facts of one device, as `gobo devices --json` prints them.
-#[derive(Clone, Debug, Serialize)]
+/// Facts of one device.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "program", derive(serde::Serialize))]
 pub struct Features {
     /// The device's name.
     pub name: String,
     /// Driver name and version.
     pub driver: String,
     /// VkPhysicalDeviceIDProperties::deviceUUID, by which other libraries know the device.
-    #[serde(skip)]
+    #[cfg_attr(feature = "program", serde(skip))]
     pub uuid: [u8; 16],
     /// Vulkan version of the device.
     pub api: String,
     /// discrete, integrated, virtual, cpu or other.
-    #[serde(rename = "type")]
+    #[cfg_attr(feature = "program", serde(rename = "type"))]
     pub kind: DeviceKind,
     /// The floor that is missing, or none: Vulkan 1.3 with synchronization2, dynamic rendering, scalar block layout and
     /// 16 storage buffers a stage.
@@ -240,10 +239,11 @@ impl Features {
     }
 
     /// Every fact as name → value, for results and tables.
-    pub fn facts(&self) -> BTreeMap<String, serde_json::Value> {
+    #[cfg(feature = "program")]
+    pub fn facts(&self) -> std::collections::BTreeMap<String, serde_json::Value> {
         match serde_json::to_value(self) {
             Ok(serde_json::Value::Object(map)) => map.into_iter().collect(),
-            _ => BTreeMap::new(),
+            _ => Default::default(),
         }
     }
 

@@ -5,7 +5,7 @@ use super::context::Link;
 use super::device::Device;
 use super::pending::Step;
 use super::{Buffer, Context, Memory, fault, vk_error};
-use crate::{Error, Result};
+use crate::{Error, Less, Result, WayOut};
 use ash::vk;
 use bytemuck::Pod;
 use gpu_allocator::MemoryLocation;
@@ -100,7 +100,7 @@ impl Image {
                 operation: "create image",
                 name: name.into(),
                 cause: format!("{} layers, and this device draws to at most {limit} (maxFramebufferLayers)", size[2]),
-                way_out: "use fewer slices (slices=) or fewer lights".into(),
+                way_out: WayOut::Less(&[Less::Slices, Less::Lights]),
             });
         }
         Self::with_depth(context, name, format, size, if drawn { ImageUse::DrawnVolume } else { ImageUse::Volume })
@@ -127,7 +127,7 @@ impl Image {
                 name: name.into(),
                 cause: format!("{texels} texels, and this device takes 1 to {limit} a side"),
                 way_out: if is_volume {
-                    "use a smaller map (size=), fewer slices (slices=) or fewer lights".into()
+                    WayOut::Less(&[Less::Map, Less::Slices, Less::Lights])
                 } else {
                     "use a size in that range".into()
                 },

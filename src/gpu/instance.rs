@@ -2,7 +2,7 @@
 
 use super::validation::{is_gpu_assisted, messenger_info};
 use super::{Enabled, Features, Messages, fault, vk_error};
-use crate::{Error, Result};
+use crate::{Error, Result, WayOut};
 use ash::{ext, khr, vk};
 use std::ffi::CStr;
 
@@ -35,7 +35,7 @@ pub(super) fn open_instance(validation: bool, messages: &Messages) -> Result<Ins
         operation: "load",
         name: "the Vulkan loader".into(),
         cause: e.to_string(),
-        way_out: "install it (./setup.sh does, with a software driver)".into(),
+        way_out: WayOut::Loader,
     })?;
     let fail = |r| vk_error("create", "the Vulkan instance", r);
 
@@ -46,7 +46,7 @@ pub(super) fn open_instance(validation: bool, messages: &Messages) -> Result<Ins
             operation: "load",
             name: "VK_LAYER_KHRONOS_validation".into(),
             cause: "the layer is not installed".into(),
-            way_out: "install it (./setup.sh does) or run without --validation".into(),
+            way_out: WayOut::Layer,
         });
     }
     let layer = validation.then_some(VALIDATION_LAYER);
@@ -155,13 +155,13 @@ pub(super) fn choose(all: Vec<Found>, wanted: Option<&str>) -> Result<Found> {
     };
     chosen.ok_or_else(|| match wanted {
         Some(wanted) if !names.is_empty() => {
-            Error::input(format!("--device {wanted}"), "no such device", format!("choose one of: {names}"))
+            Error::input(format!("device {wanted}"), "no such device", format!("choose one of: {names}"))
         }
         _ => Error::Gpu {
             operation: "find",
             name: "a Vulkan device".into(),
             cause: "no driver is installed".into(),
-            way_out: "install one (./setup.sh installs a software driver)".into(),
+            way_out: WayOut::Driver,
         },
     })
 }

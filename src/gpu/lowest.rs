@@ -2,15 +2,14 @@
 
 use super::Features;
 use super::features::STORAGE_BUFFERS;
+use super::testing::testing;
 
 impl Features {
-    /// As it is, or less: `GOBO_TEST_LIMITS=lowest` for limits as low as Vulkan 1.3 allows, `GOBO_TEST_FEATURES=none`
-    /// for none of what is optional. What is not reported is not switched on, so that the validation layer sees its
-    /// use.
+    /// As it is, or less, where tests want it: limits as low as Vulkan 1.3 allows, none of what is optional. What is not
+    /// reported is not switched on, so that the validation layer sees its use.
     pub(super) fn lowered_for_tests(self) -> Self {
-        let is = |name, value| std::env::var(name).is_ok_and(|set| set == value);
-        let limited = if is("GOBO_TEST_LIMITS", "lowest") { self.with_lowest_limits() } else { self };
-        if is("GOBO_TEST_FEATURES", "none") { limited.without_features() } else { limited }
+        let limited = if testing().lowest_limits { self.with_lowest_limits() } else { self };
+        if testing().no_features { limited.without_features() } else { limited }
     }
 
     /// The Required Limits of the Vulkan 1.3 specification; of storage buffers those that are this program's floor.

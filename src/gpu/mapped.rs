@@ -5,11 +5,17 @@ use std::io;
 use std::ops::Deref;
 use std::path::Path;
 
-/// The bytes of a regular file, read from the disk as they are looked at.
+/// The bytes of a regular file: of the program read from the disk as they are looked at, without the feature `program` read into
+/// memory at once.
+#[cfg(feature = "program")]
 pub struct Mapped(memmap2::Mmap);
 
+/// The bytes of a regular file, read into memory.
+#[cfg(not(feature = "program"))]
+pub struct Mapped(Vec<u8>);
+
 impl Mapped {
-    /// Maps a file.
+    /// Opens a file.
     ///
     /// # Errors
     /// That of the system; folders, pipes and devices are no regular files.
@@ -18,7 +24,18 @@ impl Mapped {
         if !std::fs::metadata(path)?.is_file() {
             return Err(io::Error::other("not a regular file"));
         }
-        let file = File::open(path)?;
+        Self::of(File::open(path)?)
+    }
+
+    #[cfg(not(feature = "program"))]
+    fn of(mut file: File) -> io::Result<Self> {
+        let mut bytes = Vec::new();
+        io::Read::read_to_end(&mut file, &mut bytes)?;
+        Ok(Self(bytes))
+    }
+
+    #[cfg(feature = "program")]
+    fn of(file: File) -> io::Result<Self> {
         // SAFETY: the bytes are only read, and as bytes, of which all values are valid. They must not change while they are
         // mapped: this program never writes into a file, it puts a new one in the old one's place, which stays as it was.
         Ok(Self(unsafe { memmap2::Mmap::map(&file) }?))

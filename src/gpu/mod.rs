@@ -29,6 +29,7 @@ mod recorder;
 mod render;
 mod spirv;
 mod submit;
+mod testing;
 mod times;
 mod validation;
 
@@ -40,6 +41,8 @@ pub use constants::{Constant, ConstantValue, Constants};
 pub use context::{Adopt, Calls, Context, Options, devices};
 pub use draw::Draw;
 pub use enabled::{Enabled, EnabledStructures, Limit};
+#[doc(hidden)]
+pub use fault::Fault;
 pub use features::{DeviceKind, Features, Requirement};
 pub use image::{Image, ImageUse};
 pub use kernel::{Blend, Graphics, Kernel, Layered, Tessellated};
@@ -49,24 +52,25 @@ pub use push::{Push, PushMember, push_struct};
 pub use read_back::ReadBack;
 pub use render::Target;
 pub use spirv::{Shader, Spirv};
+#[doc(hidden)]
+pub use testing::Testing;
 pub use times::PassTime;
 pub use validation::{ALLOWED, Allowed, Messages, is_gpu_assisted};
 
 /// Image formats, as Vulkan names them.
 pub use ash::vk::Format;
 
-use crate::Error;
+use crate::{Error, Less, WayOut};
 use ash::vk;
 
 /// The error for a failed Vulkan call, with the way out that its code suggests.
 fn vk_error(operation: &'static str, name: &str, result: vk::Result) -> Error {
     let way_out = match result {
         vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
-            "use a smaller map (size=), fewer particles or a device with more memory"
+            WayOut::Less(&[Less::Map, Less::Casters, Less::MoreMemory])
         }
-        vk::Result::ERROR_DEVICE_LOST => "update the driver, or choose another device with --device",
-        vk::Result::ERROR_INCOMPATIBLE_DRIVER => "install a Vulkan 1.3 driver (./setup.sh installs lavapipe)",
-        _ => "run `gobo devices`, update the driver, or choose another device with --device",
+        vk::Result::ERROR_INCOMPATIBLE_DRIVER => WayOut::Driver,
+        _ => WayOut::OtherDevice,
     };
-    Error::Gpu { operation, name: name.into(), cause: format!("{result:?}"), way_out: way_out.into() }
+    Error::Gpu { operation, name: name.into(), cause: format!("{result:?}"), way_out }
 }

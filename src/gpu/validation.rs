@@ -1,5 +1,6 @@
 //! Messages of the validation layer, collected so that tests can fail on them.
 
+use super::testing::testing;
 use ash::vk;
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -56,10 +57,9 @@ impl Messages {
     }
 }
 
-/// For tests: `GOBO_TEST_VALIDATION=gpu-assisted` has the layer put checks into shaders too, so that what they read or write
-/// beyond a buffer is a message.
+/// Whether tests have the layer put checks into shaders too, so that what they read or write beyond a buffer is a message.
 pub fn is_gpu_assisted() -> bool {
-    std::env::var("GOBO_TEST_VALIDATION").is_ok_and(|mode| mode == "gpu-assisted")
+    testing().checks_in_shaders
 }
 
 /// The messenger's settings. `messages` must outlive the instance.

@@ -12,7 +12,7 @@ use crate::shaders;
 use crate::shaders::constant::{AREA, DETAIL, EMPTY_PARTS, HIDE, KEYED, PARTS, REACH, TILED};
 use crate::shaders::set;
 use crate::world::World;
-use crate::{Error, Result};
+use crate::{Error, Less, Result, WayOut};
 use std::collections::BTreeMap;
 
 /// Texels a side of a tile. Twin: TILE_TEXELS in glsl/bins/tiles.glsl.
@@ -130,7 +130,7 @@ impl Bins {
                 operation: "list",
                 name: "bins.parts".into(),
                 cause: format!("{parts_listed} parts of tiles, and at most {} are dispatched", GROUPS_X * MAX_ROWS),
-                way_out: "use a smaller map (size=) or fewer lights".into(),
+                way_out: WayOut::Less(&[Less::Map, Less::Lights]),
             });
         }
         let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);

@@ -48,8 +48,8 @@ impl Filter {
         if world.has_faces() && (size < 4 || needed > gutter_texels(size)) {
             let cause = "too small for this filter across the edges of a point light's faces";
             let least = if bilinear { 4 } else { 8 * needed };
-            let way_out = format!("use size={least} or more, or a smaller radius=");
-            return Err(Error::input(format!("size={size}"), cause, way_out));
+            let way_out = format!("use a size of {least} or more, or a smaller radius");
+            return Err(Error::input(format!("a map of size {size}"), cause, way_out));
         }
         Ok(())
     }

@@ -64,7 +64,7 @@ const MAX_MAPS: usize = 65535;
 fn cut_short(place: &str) -> Error {
     Error::Refused {
         needs: format!(
-            "more rounds of a shader's loops than this driver gives, for the casters of {place}: fewer casters, a larger map (size=) or another driver"
+            "more rounds of a shader's loops than this driver gives, for the casters of {place}: fewer casters, a larger map or another driver"
         ),
     }
 }

@@ -8,6 +8,7 @@ use super::steadiness::ClockMeter;
 use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
 use super::turning::references;
 use super::{Answers, Extent, Row, RowError, Status, Timing, picture_error};
+use crate::advice::advised;
 use crate::consume::{Asked, Lighting, Query, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{Bounce, Casters, MAP_DEPTHS, bounce, bounds, points_outside, points_within};
@@ -209,7 +210,7 @@ impl Case<'_> {
             Ok(picture) => (row, Some(picture)),
             Err(error) => {
                 row.status = if matches!(error, Error::Refused { .. }) { Status::Refused } else { Status::Failed };
-                row.reason = error.to_string();
+                row.reason = advised(error).to_string();
                 (row, None)
             }
         }

@@ -2,8 +2,9 @@
 
 use super::courtyard_lights::lights;
 use super::courtyard_shapes::{Arches, knot};
-use super::emitters::{check_time, direction};
+use super::emitters::direction;
 use super::random::Random;
+use super::time::check_time;
 use super::town_shapes::{Place, beam, block, empty, leaf, tube};
 use super::{Camera, Light, Mesh, Motion, Scene};
 use crate::Result;

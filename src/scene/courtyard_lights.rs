@@ -1,7 +1,7 @@
 //! The lamps of the courtyard, each on a closed way of its own through free air.
 
-use super::emitters::wave;
 use super::random::Random;
+use super::time::wave;
 use super::{Light, LightKind};
 use glam::DVec3;
 

@@ -4,15 +4,13 @@
 //! the particles that live then, however long the emitters have been running. Only operations whose result IEEE 754
 //! fixes are used (no `sin`, no `exp`): the same bytes on every machine.
 
-use super::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene, input};
-use crate::{Error, Result};
+use super::time::{check_time, wave};
+use super::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
+use crate::Result;
 use glam::{DVec2, DVec3};
 use rand::Rng;
 use rand_pcg::Pcg32;
 use rayon::prelude::*;
-
-/// The longest `time_s`, seconds.
-const MAX_TIME_S: f64 = 3600.0;
 
 /// The simulation's step, seconds. A particle takes whole steps from its birth and one shorter step at the end.
 const STEP_S: f64 = 1.0 / 30.0;
@@ -133,18 +131,6 @@ const fn mode(wave_vector: [f64; 3], potential: [f64; 3], frequency: f64, phase:
     }
 }
 
-/// Fails where a scene that moves has no such time; `scene` is for messages.
-///
-/// # Errors
-/// [`Error::Input`]: `time_s` is not in [0, 3600].
-pub fn check_time(scene: &str, time_s: f64) -> Result<()> {
-    if (0.0..=MAX_TIME_S).contains(&time_s) {
-        return Ok(());
-    }
-    let cause = format!("time {time_s} s is not in [0, {MAX_TIME_S}]");
-    Err(Error::input(scene, input::one_line(cause), "give a time in seconds in that range"))
-}
-
 /// The particles of `emitters` after they have been running for `time_s` seconds; `scene` is for messages.
 ///
 /// # Errors
@@ -178,15 +164,17 @@ pub(super) fn particles(time_s: f64) -> Result<Vec<Particle>> {
     smoke("three-emitters", &EMITTERS, time_s)
 }
 
-/// Particles that live at once, at most.
-pub(super) fn most_particles() -> usize {
-    most(&EMITTERS)
+/// Particles of these emitters that live at once, at most.
+pub(super) const fn most(emitters: &[Emitter]) -> usize {
+    let (mut sum, mut i) = (0, 0);
+    while i < emitters.len() {
+        sum += emitters[i].capacity as usize;
+        i += 1;
+    }
+    sum
 }
 
-/// As [`most_particles`], of other emitters.
-pub(super) fn most(emitters: &[Emitter]) -> usize {
-    emitters.iter().map(|e| e.capacity as usize).sum()
-}
+const _: () = assert!(most(&EMITTERS) == Motion::ThreeEmitters.most_particles());
 
 /// The scene after the emitters have been running for `time_s` seconds, in units of about a metre, z up: 5,000
 /// particles from 18 s on. The light is slanted so that one plume's shadow falls on the other and on the ground.
@@ -272,14 +260,6 @@ fn swirl(modes: &[(SwirlMode, DVec3)], position: DVec3, time_s: f64) -> DVec3 {
         *direction * mode.strength * wave(periods)
     };
     modes.iter().map(velocity).sum()
-}
-
-/// A wave of period 1 and height 1, made of two parabolas: smooth enough to stand in for a sine.
-pub(super) fn wave(periods: f64) -> f64 {
-    // Rounds towards zero, in place of `floor`, which is a call on x86-64 without SSE 4.1.
-    let rest = periods - periods as i64 as f64;
-    let saw = 2.0 * (if rest < 0.0 { rest + 1.0 } else { rest }) - 1.0;
-    4.0 * saw * (saw.abs() - 1.0)
 }
 
 /// The unit vector a fraction of a full turn away from +x.

@@ -19,10 +19,10 @@ impl Fog {
     pub fn new(extinction: f32, steps: u32) -> Result<Self> {
         if !(extinction >= 0.0 && extinction.is_finite()) {
             let way_out = "give an extinction from 0 on, 1 / world unit";
-            return Err(Error::input(format!("--fog {extinction}"), "no fog has it", way_out));
+            return Err(Error::input(format!("an extinction of {extinction}"), "no fog has it", way_out));
         }
         if steps == 0 {
-            return Err(Error::input("--fog-steps 0", "nothing would be seen of the fog", "give 1 or more"));
+            return Err(Error::input("0 steps", "nothing would be seen of the fog", "give 1 or more"));
         }
         Ok(Self { extinction, steps })
     }

@@ -1,7 +1,8 @@
 //! The built-in scene `fountain`: particles that the device simulates, over a bowl, between steps and columns.
 
-use super::emitters::{check_time, ground};
+use super::emitters::ground;
 use super::fountain_law::Fountain;
+use super::time::check_time;
 use super::town_shapes::{Place, block, empty, fan, loft, tube};
 use super::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
 use crate::Result;

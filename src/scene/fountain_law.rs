@@ -1,7 +1,6 @@
 //! What moves the particles of `fountain`: numbers that the device and its twin read alike, in world units and steps.
 
-use super::emitters::wave;
-use crate::reference::twin::grid::Place;
+use super::time::wave;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
@@ -69,6 +68,19 @@ pub struct Law {
     pub vanish: f32,
     /// Steps from a particle's birth to its next.
     pub life: u32,
+}
+
+/// Where a grid stands. Twin: Grid in glsl/grid/grid.glsl.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Its corner, world units.
+    pub origin: [f32; 3],
+    /// A voxel's side, world units.
+    pub voxel: f32,
+    /// Voxels a world unit.
+    pub per_unit: f32,
+    /// Voxels a side.
+    pub size: u32,
 }
 
 /// So many particles that jump, fall and are drawn about.

@@ -2,7 +2,7 @@
 //!
 //! Only operations whose result IEEE 754 fixes are used (no `sin`): the same bytes on every machine.
 
-use super::emitters::{check_time, wave};
+use super::time::{check_time, wave};
 use super::{Camera, Light, LightKind, Mesh, Motion, Scene, Strand};
 use crate::Result;
 use glam::DVec3;

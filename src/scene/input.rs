@@ -1,6 +1,6 @@
 //! Opening the user's files, and the words for what is wrong with them.
 
-use crate::{Error, Result};
+use crate::{Error, Result, WayOut};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -36,7 +36,7 @@ pub(super) fn ending(path: &Path) -> String {
 }
 
 /// An [`Error::Input`] about a file.
-pub(super) fn error(path: &Path, cause: impl ToString, way_out: impl Into<String>) -> Error {
+pub(super) fn error(path: &Path, cause: impl ToString, way_out: impl Into<WayOut>) -> Error {
     Error::input(file_name(path), one_line(cause), way_out)
 }
 

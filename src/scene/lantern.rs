@@ -1,6 +1,7 @@
 //! The built-in scene `lantern`: three kinds of light at once.
 
-use super::emitters::{Emitter, ground, most, smoke, wave};
+use super::emitters::{Emitter, ground, most, smoke};
+use super::time::wave;
 use super::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
 use crate::Result;
 use glam::DVec3;
@@ -50,10 +51,7 @@ pub(super) fn particles(time_s: f64) -> Result<Vec<Particle>> {
     smoke("lantern", &HEAPS, time_s)
 }
 
-/// Particles that live at once, at most.
-pub(super) fn most_particles() -> usize {
-    most(&HEAPS)
-}
+const _: () = assert!(most(&HEAPS) == Motion::Lantern.most_particles());
 
 /// The lights after so many seconds: the lantern swings on its chain, the spot light searches, the moon moves on.
 pub(super) fn lights(time_s: f64) -> Vec<Light> {

@@ -1,68 +1,111 @@
 //! What casts shadows, the lights and the camera. Knows nothing of Vulkan.
 
-mod built_in;
+// What casts, lights and camera.
 mod caster;
-mod contents;
-mod cornell;
-mod courtyard;
-mod courtyard_lights;
-mod courtyard_shapes;
-mod cube;
-mod data_file;
-mod embedded;
-mod emitters;
-mod file;
-mod fingerprint;
 mod fit;
-mod fitted;
 mod fog;
-mod fountain;
 mod fountain_law;
-mod gltf_document;
-mod gltf_file;
-mod gltf_stage;
-mod hair;
-mod hair_file;
-mod houses;
-mod input;
-mod lantern;
 mod light;
-mod mesh_file;
 mod order;
 mod paraboloid;
-mod particle_file;
 mod picture;
-mod placement;
-mod plume;
-mod ply;
-mod random;
 mod resolution;
 mod sides;
-mod sparse;
-mod stage;
-mod strand_file;
-mod town;
-mod town_house;
-mod town_shapes;
-mod tressfx_file;
+mod time;
 mod view;
 
+// Files and built-in scenes.
+#[cfg(feature = "program")]
+mod built_in;
+#[cfg(feature = "program")]
+mod contents;
+#[cfg(feature = "program")]
+mod cornell;
+#[cfg(feature = "program")]
+mod courtyard;
+#[cfg(feature = "program")]
+mod courtyard_lights;
+#[cfg(feature = "program")]
+mod courtyard_shapes;
+#[cfg(feature = "program")]
+mod cube;
+#[cfg(feature = "program")]
+mod data_file;
+#[cfg(feature = "program")]
+mod embedded;
+#[cfg(feature = "program")]
+mod emitters;
+#[cfg(feature = "program")]
+mod file;
+#[cfg(feature = "program")]
+mod fingerprint;
+#[cfg(feature = "program")]
+mod fitted;
+#[cfg(feature = "program")]
+mod fountain;
+#[cfg(feature = "program")]
+mod gltf_document;
+#[cfg(feature = "program")]
+mod gltf_file;
+#[cfg(feature = "program")]
+mod gltf_stage;
+#[cfg(feature = "program")]
+mod hair;
+#[cfg(feature = "program")]
+mod hair_file;
+#[cfg(feature = "program")]
+mod houses;
+#[cfg(feature = "program")]
+mod input;
+#[cfg(feature = "program")]
+mod lantern;
+#[cfg(feature = "program")]
+mod load;
+#[cfg(feature = "program")]
+mod mesh_file;
+#[cfg(feature = "program")]
+mod particle_file;
+#[cfg(feature = "program")]
+mod placement;
+#[cfg(feature = "program")]
+mod plume;
+#[cfg(feature = "program")]
+mod ply;
+#[cfg(feature = "program")]
+mod random;
+#[cfg(feature = "program")]
+mod sparse;
+#[cfg(feature = "program")]
+mod stage;
+#[cfg(feature = "program")]
+mod strand_file;
+#[cfg(feature = "program")]
+mod town;
+#[cfg(feature = "program")]
+mod town_house;
+#[cfg(feature = "program")]
+mod town_shapes;
+#[cfg(feature = "program")]
+mod tressfx_file;
+
 pub use caster::Caster;
+#[cfg(feature = "program")]
 pub use data_file::DATA_ENDINGS;
-pub use emitters::check_time;
 pub use fit::{Aim, Casting, gutter_texels};
 pub use fog::Fog;
-pub use fountain_law::{Body, Fountain, Jet, Law};
+pub use fountain_law::{Body, Fountain, Jet, Law, Place};
 pub use light::{FACES, Light, LightKind};
+#[cfg(feature = "program")]
+pub use load::{BUILT_IN, known};
 pub use order::far_to_near;
 pub use picture::{Picture, SKY};
+#[cfg(feature = "program")]
 pub(crate) use random::Random;
 pub use resolution::{Moved, Resolution};
 pub use sides::{Side, sides};
+pub use time::check_time;
 pub use view::{FARTHEST, Projection, Ray, View};
 
-use crate::error::did_you_mean;
-use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 use glam::{DQuat, DVec3};
 
@@ -178,127 +221,26 @@ pub enum Motion {
     Fountain(Fountain),
 }
 
+impl Motion {
+    /// Particles that it has at once, at most; 0 where it is of something else.
+    pub const fn most_particles(self) -> usize {
+        match self {
+            Self::Still | Self::Hair | Self::Courtyard => 0,
+            Self::ThreeEmitters => 5000,
+            Self::Lantern => 1500,
+            Self::Fountain(fountain) => fountain.particles as usize,
+        }
+    }
+}
+
 /// The optical depth across the diameter of a particle whose file says `opacity` 1, where the formula has none.
 /// exp(−80) is the smallest transmittance that the techniques tell from none.
 pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
-/// Names that [`Scene::load`] knows without a file.
-pub const BUILT_IN: [&str; 17] = [
-    "three-emitters",
-    "plume_8k",
-    "plume_64k",
-    "plume-1m",
-    "big-8k",
-    "hair",
-    "mohawk",
-    "lantern",
-    "sparse",
-    "town",
-    "houses",
-    "leaves",
-    "shafts",
-    "terrain",
-    "courtyard",
-    "cornell",
-    "fountain",
-];
-
-/// What [`Scene::load`] takes, in words.
-pub fn known() -> String {
-    let endings = DATA_ENDINGS.map(|ending| format!("*.{ending}")).join(", ");
-    let built_in = BUILT_IN.map(built_in::with_keys).join(", ");
-    format!("a scene file (*.toml), a data file ({endings}) or one of {built_in}")
-}
-
 impl Scene {
-    /// Loads a scene file (`*.toml`), or a data file of one of [`DATA_ENDINGS`] with a light and a camera fitted to it,
-    /// or makes a built-in scene, some with numbers (`fountain:particles=1000000`, `courtyard:lights=256`). `time_s` is how long the emitters of
-    /// `three-emitters`, `lantern` and `fountain` have been running and the lights of `courtyard` and `hair` under way, in seconds; other
-    /// scenes stand still and ignore it.
-    ///
-    /// # Errors
-    /// [`Error::Input`] names the file and what is wrong with it.
-    pub fn load(name: &str, time_s: f64) -> Result<Self> {
-        let built_in = built_in::BuiltIn::read(name)?;
-        match built_in.name {
-            "three-emitters" => emitters::three_emitters(time_s),
-            "plume-1m" => plume::plume_1m(),
-            "big-8k" => Ok(cube::big_8k()),
-            "sparse" => Ok(sparse::sparse()),
-            "hair" => hair::hair(time_s),
-            "plume_8k" => Ok(embedded::plume_8k()),
-            "plume_64k" => Ok(embedded::plume_64k()),
-            "terrain" => embedded::terrain(),
-            "mohawk" => embedded::mohawk(),
-            "houses" => Ok(houses::houses()),
-            "leaves" => Ok(houses::leaves()),
-            "shafts" => Ok(houses::shafts()),
-            "town" => Ok(town::town()),
-            "cornell" => Ok(cornell::cornell()),
-            "lantern" => lantern::lantern(time_s),
-            "courtyard" => courtyard::courtyard(&built_in.title, built_in.number("lights"), time_s),
-            "fountain" => fountain::fountain(&built_in.title, built_in.number("particles"), time_s),
-            path => match input::ending(path.as_ref()).as_str() {
-                "toml" => file::load(path.as_ref()),
-                ending if DATA_ENDINGS.contains(&ending) => data_file::load(path.as_ref()),
-                _ => {
-                    let cause = format!("no such scene{}", did_you_mean(built_in.name, BUILT_IN));
-                    Err(Error::input(name, cause, format!("give {}", known())))
-                }
-            },
-        }
-    }
-
-    /// The scene with as many lights as are wanted, at a time as in [`Scene::load`]: of `courtyard`, which has 32 of its own.
-    ///
-    /// # Errors
-    /// [`Error::Input`] where the scene's lights are not a number to choose, or the number or the time is out of range.
-    pub fn with_lights(self, count: usize, time_s: f64) -> Result<Self> {
-        if self.motion != Motion::Courtyard {
-            let way_out = "leave --lights out, or name courtyard";
-            return Err(Error::input(self.name, "its lights are not a number to choose", way_out));
-        }
-        if !(1..=courtyard_lights::MOST).contains(&count) {
-            let cause = format!("{count} lights, and there are 1 to {}", courtyard_lights::MOST);
-            return Err(Error::input(self.name, cause, "choose another number"));
-        }
-        Ok(Self { lights: courtyard::lights_at(count, time_s)?, ..self })
-    }
-
-    /// The scene at another time: what moves by itself is as it would be `time_s` seconds after the emitters began, all else as
-    /// it is here.
-    ///
-    /// # Errors
-    /// [`Error::Input`] where the time is out of range.
-    pub fn at(&self, time_s: f64) -> Result<Self> {
-        let (particles, lights) = match self.motion {
-            Motion::Still => (self.particles.clone(), self.lights.clone()),
-            Motion::ThreeEmitters => (emitters::particles(time_s)?, self.lights.clone()),
-            Motion::Lantern => (lantern::particles(time_s)?, lantern::lights(time_s)),
-            Motion::Hair => (Vec::new(), hair::lights(time_s)?),
-            Motion::Courtyard => (Vec::new(), courtyard::lights_at(self.lights.len(), time_s)?),
-            Motion::Fountain(fountain) => (fountain::particles(&fountain, time_s)?, self.lights.clone()),
-        };
-        Ok(Self {
-            name: self.name.clone(),
-            particles,
-            strands: self.strands.clone(),
-            meshes: self.meshes.clone(),
-            lights,
-            camera: self.camera,
-            motion: self.motion,
-        })
-    }
-
     /// Casters that there are at once, at any time.
     pub fn most_casters(&self) -> usize {
-        let moving = match self.motion {
-            Motion::Still | Motion::Hair | Motion::Courtyard => 0,
-            Motion::ThreeEmitters => emitters::most_particles(),
-            Motion::Lantern => lantern::most_particles(),
-            Motion::Fountain(fountain) => fountain.particles as usize,
-        };
-        self.particles.len().max(moving) + self.strands.len()
+        self.particles.len().max(self.motion.most_particles()) + self.strands.len()
     }
 
     /// Whether anything is opaque.
@@ -350,6 +292,7 @@ pub(crate) mod tests {
     }
 
     /// The one ray of a map of one texel, from z = 2 to −2, and such spheres about it.
+    #[cfg(feature = "program")]
     pub(crate) fn along_the_axis(spheres: &[(f32, f32, f32)]) -> (View, Vec<Caster>) {
         let held = on_the_axis(&[(-1.0, 1.0, 0.0), (1.0, 1.0, 0.0)]);
         (View::volumes(&held, 1)[0], on_the_axis(spheres).casters())

@@ -2,7 +2,6 @@
 
 use super::Mesh;
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// What lies behind a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,12 +63,20 @@ fn position(mesh: &Mesh, index: u32) -> DVec3 {
     mesh.positions.get(index as usize).map_or(DVec3::NAN, |p| DVec3::from(p.map(f64::from)))
 }
 
+/// Sorts what no two are alike of; the program by all processors.
+fn sort<T: Ord + Send>(all: &mut [T]) {
+    #[cfg(feature = "program")]
+    rayon::slice::ParallelSliceMut::par_sort_unstable(all);
+    #[cfg(not(feature = "program"))]
+    all.sort_unstable();
+}
+
 /// Of each vertex, the first in the order of positions that lies where it does.
 fn welded(mesh: &Mesh) -> Vec<u32> {
     // Adding 0 makes −0 the same as 0.
     let bits = |p: &[f32; 3]| p.map(|value| (value + 0.0).to_bits());
     let mut order: Vec<_> = (0..).zip(&mesh.positions).map(|(number, p)| (bits(p), number)).collect();
-    order.par_sort_unstable();
+    sort(&mut order);
     let mut welded = vec![0; order.len()];
     for same in order.chunk_by(|a, b| a.0 == b.0) {
         same.iter().for_each(|(_, number): &(_, u32)| welded[*number as usize] = same[0].1);
@@ -98,7 +105,7 @@ fn edges(mesh: &Mesh, welded: &[u32]) -> Vec<HalfEdge> {
             }
         }
     }
-    edges.par_sort_unstable();
+    sort(&mut edges);
     edges
 }
 

@@ -1,7 +1,8 @@
 //! The built-in scene `town`: a million triangles of which little is large.
 
-use super::emitters::{direction, wave};
+use super::emitters::direction;
 use super::random::Random;
+use super::time::wave;
 use super::town_house::{House, Materials, house};
 use super::town_shapes::{Place, beam, block, empty, leaf, tube};
 use super::{Camera, Light, LightKind, Mesh, Motion, Scene};

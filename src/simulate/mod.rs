@@ -1,4 +1,4 @@
-//! Particles that the device moves: positions and speeds in buffers, a dispatch a step. Twin: [`crate::reference::twin::simulate`].
+//! Particles that the device moves: positions and speeds in buffers, a dispatch a step. Twin: reference::twin::simulate.
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, PassTime, groups, push_struct};

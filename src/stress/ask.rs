@@ -2,6 +2,7 @@
 
 use super::results::{Asked, Figures, Outcome, Stressed};
 use super::subject::{Moved, Rounded, Subject};
+use crate::advice::advised;
 use crate::consume::{self, Query};
 use crate::gpu::Context;
 use crate::measure::{Answers, Points};
@@ -31,7 +32,7 @@ pub fn ask(context: &Context, subject: &Subject, (case, value): (&str, f64), spe
         Ok(figures) => row.figures = Some(figures),
         Err(error) => {
             row.outcome = if matches!(error, Error::Refused { .. }) { Outcome::Refused } else { Outcome::Failed };
-            row.reason = error.to_string();
+            row.reason = advised(error).to_string();
         }
     }
     row

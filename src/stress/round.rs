@@ -5,6 +5,7 @@ use super::drawn::{Drawn, drawn};
 use super::results::{Figures, Outcome, Stressed};
 use super::subject::Subject;
 use super::verdict::broken_invariants;
+use crate::advice::advised;
 use crate::gpu::Context;
 use crate::measure::Points;
 use crate::reference::truth::bounds;
@@ -62,7 +63,7 @@ pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Resu
                 round.refused += 1;
                 Vec::new()
             }
-            Err(error) => vec![error.to_string()],
+            Err(error) => vec![advised(error).to_string()],
         };
         broken.extend(context.messages().all().split_off(said));
         let failure = |broken| Failure { seed, technique: spec.short(), broken };

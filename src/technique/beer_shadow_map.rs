@@ -1,5 +1,25 @@
 //! Beer shadow maps: where the medium on a texel's ray begins, its mean extinction and its greatest optical depth. Source:
 //! Hillaire 2020 (Unreal Engine's clouds).
+//!
+//! Three numbers a texel: cheap, and right where the medium is one cloud.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, smoke};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &smoke())?;
+//! let mut beer = open(context, &world, &parse("beer-shadow-map:size=64", &[])?[0])?;
+//! beer.build(&world)?;
+//! // Above the smoke and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&beer.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above > 0.99 && (below - (-2f32).exp()).abs() < 0.02);
+//! # Ok(()) });
+//! ```
 
 use super::keys::Name;
 use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, settings};

@@ -1,4 +1,24 @@
 //! Rays against the meshes themselves: exact, where the device has ray queries. Source: VK_KHR_ray_query.
+//!
+//! A ray a point: exact, where the device has ray queries.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, solid};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &solid())?;
+//! let mut rays = open(context, &world, &parse("ray-query", &[])?[0])?;
+//! rays.build(&world)?;
+//! // Above the box and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&rays.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above == 1.0 && below == 0.0);
+//! # Ok(()) });
+//! ```
 
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;

@@ -1,5 +1,25 @@
 //! A map of depths of the meshes, and percentage closer filtering. Sources: Williams 1978, *Casting curved shadows on curved
 //! surfaces*; Reeves, Salesin and Cook 1987, *Rendering antialiased shadows with depth maps*.
+//!
+//! What most engines have, as something to compare with.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, solid};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &solid())?;
+//! let mut map = open(context, &world, &parse("shadow-map:size=64", &[])?[0])?;
+//! map.build(&world)?;
+//! // Above the box and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&map.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above == 1.0 && below == 0.0);
+//! # Ok(()) });
+//! ```
 
 use super::keys::{Name, words};
 use super::settings::{Keyed, OPAQUE, PCF, Setting, settings};
@@ -123,8 +143,8 @@ fn check_faces(world: &World, size: u32, side: u32) -> Result<()> {
     if world.has_faces() && (size < 4 || needed > gutter_texels(size)) {
         let cause = "too small for this filter across the edges of a point light's faces";
         let least = if needed == 1 { 4 } else { 8 * needed };
-        let way_out = format!("use size={least} or more, or a smaller filter=");
-        return Err(Error::input(format!("size={size}"), cause, way_out));
+        let way_out = format!("use a size of {least} or more, or a smaller filter");
+        return Err(Error::input(format!("a map of size {size}"), cause, way_out));
     }
     Ok(())
 }

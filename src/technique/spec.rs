@@ -4,7 +4,7 @@ use super::keys::{Key, Name, Values, check};
 use super::settings::Keyed;
 use super::{Entry, REGISTRY};
 use crate::error::did_you_mean;
-use crate::{Error, Result};
+use crate::{Error, Result, WayOut};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
@@ -147,14 +147,20 @@ impl fmt::Debug for Spec {
 pub fn parse(text: &str, more: &'static [Key]) -> Result<Vec<Spec>> {
     let (name, settings) = text.split_once(':').unwrap_or((text, ""));
     let line = |text: &str| text.replace(char::is_control, "?");
-    let fail = |cause: String, way_out: String| {
-        Error::input(line(&format!("--technique {text}")), line(&cause), line(&way_out))
-    };
+    let fail = |cause: String, way_out: String| Error::input(line(text), line(&cause), line(&way_out));
+    let each = |cause: String, specs: Vec<String>| fail(cause, String::new()).with_way_out(WayOut::Each(specs));
     let entry = *REGISTRY.iter().find(|e| e.name == name).ok_or_else(|| {
         let known: Vec<_> = REGISTRY.iter().map(|e| e.name).collect();
         let meant = did_you_mean(name, known.iter().copied());
-        let way_out = listed(name).unwrap_or_else(|| format!("choose one of: {}", known.join(", ")));
-        fail(format!("no technique \"{name}\"{meant}"), way_out)
+        let cause = format!("no technique \"{name}\"{meant}");
+        match name.split_once(',') {
+            None => fail(cause, format!("choose one of: {}", known.join(", "))),
+            // It is a list, of keys or of techniques.
+            Some((first, rest)) if rest.contains('=') => {
+                fail(cause, format!("write a colon behind the technique: {first}:{rest}"))
+            }
+            Some(_) => each(cause, name.split(',').map(line).collect()),
+        }
     })?;
     let keys = || entry.all_keys().chain(more);
     let mut specs = vec![Spec::new(entry, more)];
@@ -164,7 +170,7 @@ pub fn parse(text: &str, more: &'static [Key]) -> Result<Vec<Spec>> {
         let known = || keys().map(|k| k.name).collect::<Vec<_>>().join(", ");
         if is_technique(setting.split(':').next().unwrap_or_default()) {
             let cause = format!("\"{setting}\" is another technique");
-            return Err(fail(cause, "write a --technique for each: --technique SPEC --technique SPEC".into()));
+            return Err(each(cause, Vec::new()));
         }
         let (name, values) = setting.split_once('=').ok_or_else(|| {
             let hint = if seen.iter().any(is_path) { ", and no comma in a file's name" } else { "" };
@@ -214,16 +220,6 @@ pub fn parse(text: &str, more: &'static [Key]) -> Result<Vec<Spec>> {
 
 fn is_technique(name: &str) -> bool {
     REGISTRY.iter().any(|entry| entry.name == name)
-}
-
-/// How several techniques are written, or one with its keys, where `name` is a list.
-fn listed(name: &str) -> Option<String> {
-    let (first, rest) = name.split_once(',')?;
-    if rest.contains('=') {
-        return Some(format!("write a colon behind the technique: {first}:{rest}"));
-    }
-    let each: Vec<_> = name.split(',').map(|name| format!("--technique {name}")).collect();
-    Some(format!("write a --technique for each: {}", each.join(" ")))
 }
 
 #[cfg(test)]
@@ -283,10 +279,10 @@ mod tests {
             ("avsn", "did you mean avsm?"),
             ("avsm:node=4", "did you mean nodes?"),
             ("avsm:curve=lineal", "did you mean linear?"),
-            ("avsm,psm", "--technique avsm --technique psm"),
+            ("avsm,psm", "each alone: avsm; psm"),
             ("avsm,size=8", "avsm:size=8"),
-            ("avsm:size=8,psm:size=8", "a --technique for each"),
-            ("avsm:size=8,psm", "a --technique for each"),
+            ("avsm:size=8,psm:size=8", "each technique alone"),
+            ("avsm:size=8,psm", "each technique alone"),
         ] {
             let error = parse(text, &[]).expect_err(text).to_string();
             assert!(error.contains(known) && error.contains(text) && !error.contains('\n'), "{error}");

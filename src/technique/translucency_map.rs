@@ -1,5 +1,26 @@
 //! Translucency maps: what all casters on a texel's ray leave of the light, and nothing of where they stand. Sources: Crytek
 //! 2011; Bavoil and Jansen 2013, External Shadows.
+//!
+//! One number a texel: what falls behind all the smoke, and nothing of where in it.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, smoke};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &smoke())?;
+//! let mut translucency = open(context, &world, &parse("translucency-map:size=64", &[])?[0])?;
+//! translucency.build(&world)?;
+//! // Above the smoke and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&translucency.technique.answer())?[..] else { panic!("two answers") };
+//! assert!((below - (-2f32).exp()).abs() < 0.02);
+//! # let _ = above;
+//! # Ok(()) });
+//! ```
 
 use super::keys::{Name, words};
 use super::promises::EIGHT_BITS;

@@ -1,4 +1,24 @@
 //! The whole list, searched at each look-up: exact at texel centres, the yardstick of Intel's 2010 demonstration of AVSM.
+//!
+//! The yardstick of the others: nothing is thrown away, and nothing is cheap.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, smoke};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &smoke())?;
+//! let mut list = open(context, &world, &parse("uncompressed:size=64", &[])?[0])?;
+//! list.build(&world)?;
+//! // Above the smoke and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&list.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above > 0.99 && (below - (-2f32).exp()).abs() < 0.02);
+//! # Ok(()) });
+//! ```
 
 use super::keys::Name;
 use super::promises::ROUNDING;

@@ -1,5 +1,25 @@
 //! Voxel grid: rays from the point to the light through a grid of voxels that meshes occupy and smoke and hair fill. The grid is
 //! the world's: all lights ask the same one. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel on the way).
+//!
+//! One grid for all lights: rays through it end at meshes and lose light in smoke.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, solid};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &solid())?;
+//! let mut grid = open(context, &world, &parse("voxel-grid:size=64", &[])?[0])?;
+//! grid.build(&world)?;
+//! // Above the box and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&grid.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above == 1.0 && below == 0.0);
+//! # Ok(()) });
+//! ```
 
 use super::keys::words;
 use super::settings::{Keyed, Setting, settings};

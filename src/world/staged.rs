@@ -54,6 +54,7 @@ impl World {
     ///
     /// # Errors
     /// As [`Scene::at`] and [`World::replace`].
+    #[cfg(feature = "program")]
     pub fn move_to(&mut self, time_s: f64) -> Result<Moved> {
         let scene = self.scene()?;
         if scene.motion == Motion::Still {

@@ -342,9 +342,11 @@ fn adaptive_maps_have_no_order() {
 #[test]
 fn what_adaptive_maps_need() {
     gpu_test("what_adaptive_maps_need", |context| {
-        for (settings, needs) in
-            [("bytes=1000", "bytes= of at least"), ("path=two-pass", "path=binned"), ("filter=box", "filter=bilinear")]
-        {
+        for (settings, needs) in [
+            ("bytes=1000", "bytes, for the coarsest texels"),
+            ("path=two-pass", "path=binned"),
+            ("filter=box", "filter=bilinear"),
+        ] {
             // A device may lack what two passes need: that is said first.
             if settings.starts_with("path") && !runs("what_adaptive_maps_need", context, "avsm:path=two-pass") {
                 continue;

@@ -129,7 +129,7 @@ fn commands_run() {
 /// Standard output and error of a line of a shell in which `gobo` is the program, and whether it succeeded.
 fn run(folder: &Path, line: &str) -> (String, String, bool) {
     let runner = std::env::var("GOBO_RUNNER").unwrap_or_default();
-    let script = format!("gobo() {{ {runner} {} \"$@\"; }}\n{line}\n", env!("CARGO_BIN_EXE_gobo"));
+    let script = format!("gobo() {{ {runner} {} --test-hooks \"$@\"; }}\n{line}\n", env!("CARGO_BIN_EXE_gobo"));
     let mut command = Command::new("bash");
     command.args(["-c", &script]).current_dir(folder).env("GOBO_TEST_LITTLE", "1").stdin(Stdio::null());
     let output = command.output().expect("bash starts");

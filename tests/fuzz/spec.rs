@@ -15,7 +15,7 @@ pub fn spec(bytes: &[u8]) -> bool {
     let specs = match bounded(text.len() + (16 << 10), || parse(text)) {
         Ok(specs) => specs,
         Err(error) => {
-            assert_one_line(&error, "--technique");
+            assert_one_line(&error, "; ");
             return false;
         }
     };

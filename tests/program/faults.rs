@@ -237,3 +237,19 @@ fn a_full_disk_behind_standard_output() {
     assert!(said.lines().last().is_some_and(|line| line.starts_with("gobo: cannot write stdout: ")), "{said}");
     assert!(out.path().join("report.html").exists() && results(out.path()).rows.len() == 1);
 }
+
+/// Whoever has such variables set for something else is not in for it.
+#[test]
+fn without_the_option_no_variable_of_tests_is_read() {
+    let command = |option: Option<&str>| {
+        let mut command = gobo();
+        let (program, arguments) = (command.get_program().to_owned(), command.get_args().map(ToOwned::to_owned));
+        let arguments: Vec<_> = arguments.filter(|argument| argument != "--test-hooks").collect();
+        command = std::process::Command::new(program);
+        command.args(arguments).args(option).arg("devices").env("GOBO_TEST_FAULT", "creation:1");
+        command.stdin(Stdio::null()).output().expect("the program starts")
+    };
+    assert!(!command(Some("--test-hooks")).status.success(), "the first creation is to fail");
+    let output = command(None);
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}

@@ -1,6 +1,8 @@
 //! The scene loaders on good, broken and hostile files, and the built-in scenes. Everything goes through
 //! [`Scene::load`], as the program does.
 
+#![cfg(feature = "program")]
+
 mod built_in;
 mod courtyard;
 mod data_files;

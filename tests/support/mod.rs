@@ -92,6 +92,7 @@ pub fn opened<T>(result: gobo::Result<T>, what: &str) -> T {
 
 /// The default device with validation; `messages` outlives it.
 pub fn open(messages: &Messages) -> Context {
+    gobo::cli::test_hooks();
     let options = Options { device: None, validation: true, messages: messages.clone() };
     Context::new(&options).expect("a Vulkan 1.3 device and VK_LAYER_KHRONOS_validation; ./setup.sh installs both")
 }

@@ -18,8 +18,8 @@ pub fn check_count(count: u32) -> Result<()> {
     if VPLS.contains(&count) {
         return Ok(());
     }
-    let cause = format!("there are {} to {} virtual lights", VPLS.start(), VPLS.end());
-    Err(Error::input(format!("--vpls {count}"), cause, "choose another number"))
+    let cause = format!("there are {} to {}", VPLS.start(), VPLS.end());
+    Err(Error::input(format!("{count} virtual lights"), cause, "choose another number"))
 }
 
 /// Whether the scene has anything that sends light back.
@@ -34,8 +34,7 @@ pub(super) fn check_has_meshes(has_meshes: bool, name: &str) -> Result<()> {
     if has_meshes {
         return Ok(());
     }
-    let way_out = "leave --vpls out, or name a scene of meshes, such as cornell";
-    Err(Error::input(name, "it has no mesh that sends light back", way_out))
+    Err(Error::input(name, "it has no mesh that sends light back", "use a scene with meshes"))
 }
 
 /// The scene lit by what its meshes send back, and by nothing else: `count` virtual lights in the place of its lights, made on
@@ -51,7 +50,7 @@ pub fn lit_by_vpls(context: &Context, scene: &Scene, count: u32) -> Result<Scene
     let lights = vpls.read()?;
     if lights.iter().all(|light| light.radiance == [0.0; 3]) {
         let cause = "none of its lights reaches a mesh that sends any of it back";
-        return Err(Error::input(scene.name.clone(), cause, "leave --vpls out, or name another scene"));
+        return Err(Error::input(scene.name.clone(), cause, "use another scene"));
     }
     let name = format!("{}-{count}-vpls", scene.name);
     Ok(Scene { name, lights, motion: Motion::Still, ..scene.clone() })

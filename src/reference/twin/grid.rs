@@ -1,23 +1,12 @@
 //! The grid of voxels that meshes occupy, and ways through it. Twin of glsl/grid/: the same bits, since nothing in either is
 //! divided, fused or put in another order.
 
+pub use crate::scene::Place;
+
 use std::array::from_fn;
 
 /// Twin: GRID_SLACK in glsl/grid/overlap.glsl.
 const SLACK: f32 = 1e-4;
-
-/// Where a grid stands. Twin: Grid in glsl/grid/grid.glsl.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// Its corner, world units.
-    pub origin: [f32; 3],
-    /// A voxel's side, world units.
-    pub voxel: f32,
-    /// Voxels a world unit.
-    pub per_unit: f32,
-    /// Voxels a side.
-    pub size: u32,
-}
 
 impl Place {
     /// About all of these, as the device finds it but for its division. Twin: glsl/grid/bounds.comp, fit.comp.

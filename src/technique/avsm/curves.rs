@@ -139,7 +139,7 @@ pub fn blocks(maps: &Maps, settings: &Settings) -> Result<Option<u32>> {
     let even = u64::from(settings.size).pow(2) * u64::from(maps.count()) * texel;
     let bytes = settings.bytes.map_or(even.max(least), u64::from);
     if bytes < least {
-        let needs = format!("bytes= of at least {least}, for the coarsest texels of these maps, or a smaller size=");
+        let needs = format!("at least {least} bytes, for the coarsest texels of these maps, or a smaller size");
         return Err(Error::Refused { needs });
     }
     Ok(Some(((bytes - table_bytes(maps)) / block).min(u64::from(MOST_BLOCKS)) as u32))

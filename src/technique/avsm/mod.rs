@@ -5,6 +5,26 @@
 //!
 //! The same input gives the same bytes on the same device, except for `path=two-pass,order=captured`, whose lists stand
 //! in the order in which the device happened to run the fragments.
+//!
+//! A curve of so many nodes a texel says how much light is left at any depth of smoke, hair and meshes.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, smoke};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &smoke())?;
+//! let mut avsm = open(context, &world, &parse("avsm:nodes=8,size=64", &[])?[0])?;
+//! avsm.build(&world)?;
+//! // Above the smoke and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&avsm.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above > 0.99 && (below - (-2f32).exp()).abs() < 0.02);
+//! # Ok(()) });
+//! ```
 
 mod binned;
 mod curves;

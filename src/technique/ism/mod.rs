@@ -1,5 +1,29 @@
 //! Imperfect shadow maps: the meshes as points, splatted into a small map of each virtual point light. Sources: Ritschel et al. 2008
 //! (the maps), Tokuyoshi 2014 (which points are left out); a map in shared memory is ours.
+//!
+//! A small map of each of hundreds of virtual lights, all of them from one set of points on the meshes.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, solid};
+//! # on_a_device(|context| {
+//! use glam::DVec3;
+//! use gobo::consume::Query;
+//! use gobo::scene::{Light, LightKind, Scene};
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let lamp = LightKind::Virtual { position: DVec3::Z * 4.0, normal: DVec3::NEG_Z, nearest: 0.1 };
+//! let lights = vec![Light { kind: lamp, radiance: [1.0; 3], radius: f64::INFINITY }];
+//! let world = World::new(context, &Scene { lights, ..solid() })?;
+//! let mut ism = open(context, &world, &parse("ism:size=64,points=16384", &[])?[0])?;
+//! ism.build(&world)?;
+//! // Between the lamp and the box, and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&ism.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above > 0.5 && below < 0.5);
+//! # Ok(()) });
+//! ```
 
 mod adapt;
 mod atlas;
@@ -25,6 +49,9 @@ use crate::shaders::{constant, folder};
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 use settings::PATHS;
+
+/// What it is refused for where a light is of another kind.
+pub const VIRTUAL_LIGHTS: &str = "virtual point lights";
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
@@ -63,7 +90,7 @@ impl Ism {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         if !world.all_lights().iter().all(|light| matches!(light.kind, LightKind::Virtual { .. })) {
-            return Err(Error::Refused { needs: "virtual point lights (--vpls N makes them of the scene's)".into() });
+            return Err(Error::Refused { needs: VIRTUAL_LIGHTS.into() });
         }
         let lack = settings.lacks_room(context.features());
         let (way, reason) = match (settings.path, lack) {

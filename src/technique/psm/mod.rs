@@ -5,6 +5,26 @@
 //! A caster's whole optical depth goes to the slice of its centre, or with `assign=split` to the two about it: see
 //! glsl/psm/place.glsl; for where the look-up takes the slices to stand, glsl/psm/visibility.glsl. The same input gives the
 //! same bytes on the same device.
+//!
+//! A volume of slices says how much light is left behind each, for smoke in many thin layers.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, smoke};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &smoke())?;
+//! let mut psm = open(context, &world, &parse("psm:slices=64,size=64", &[])?[0])?;
+//! psm.build(&world)?;
+//! // Above the smoke and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&psm.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above > 0.99 && (below - (-2f32).exp()).abs() < 0.02);
+//! # Ok(()) });
+//! ```
 
 mod fused;
 mod raster;

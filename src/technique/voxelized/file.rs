@@ -5,7 +5,7 @@ use super::settings::{Coverage, Free, Plan, Settings, Structure};
 use super::{COUNTS, TreeData};
 use crate::scene::{Light, LightKind, Mesh};
 use crate::technique::keys::Word;
-use crate::{Error, Result};
+use crate::{Error, Result, WayOut};
 use bytemuck::{Pod, Zeroable};
 use fnv::FnvHasher;
 use std::hash::Hasher;
@@ -19,7 +19,7 @@ const VERSION: u32 = 2;
 /// Bytes of the checksum at the end.
 const CHECKSUM: usize = 4;
 
-const AGAIN: &str = "bake it again with gobo bake";
+const AGAIN: &str = "bake it again";
 
 // A file is little-endian, and so are the machines that have Vulkan: words go to the device as they stand in the file.
 const _: () = assert!(cfg!(target_endian = "little"));
@@ -89,9 +89,9 @@ impl<'a> Baked<'a> {
     /// # Errors
     /// [`Error::Input`] where they are no file of a bake, or not all of it, or damaged, or of another version.
     pub fn read(name: &str, bytes: &'a [u8]) -> Result<Self> {
-        let wrong = |cause: String, way_out: &str| Err(Error::input(name, cause, way_out));
+        let wrong = |cause: String, way_out: &str| Err(Error::input(name, cause, WayOut::Bake(way_out.into())));
         if !bytes.starts_with(&MAGIC[..MAGIC.len().min(bytes.len())]) {
-            return wrong("gobo bake did not write it".into(), "name a file that it wrote");
+            return wrong("it does not begin as a bake does".into(), "name the file of one, or write one");
         }
         // First of all: of another version the rest may mean anything.
         let version = bytes.get(MAGIC.len()..MAGIC.len() + 4).map(bytemuck::pod_read_unaligned::<u32>);

@@ -12,7 +12,7 @@ use crate::shaders::set;
 use crate::technique::settings::Keyed;
 use crate::technique::{Answer, Facts, Key, Technique};
 use crate::world::{Parts, World};
-use crate::{Error, Result};
+use crate::{Error, Result, WayOut};
 use std::path::Path;
 
 /// The path of what is not built.
@@ -45,13 +45,13 @@ impl Loaded {
             return Err(Error::input("voxelized", "file= names none", "name one that gobo bake wrote"));
         };
         let mapped = Mapped::open(Path::new(&file))
-            .map_err(|cause| Error::input(&file, cause, "check the name, or write it with gobo bake"))?;
+            .map_err(|cause| Error::input(&file, cause, WayOut::Bake("check the name, or write it".into())))?;
         let baked = Baked::read(&file, &mapped)?;
         for (key, found) in baked.plan.baked() {
             let said = Settings::KEYS.iter().zip(settings.texts()).find(|(known, _)| known.name == key && held(known));
             if let Some((_, (_, said))) = said.filter(|(_, (_, said))| *said != found) {
                 let cause = format!("baked with {key}={found}, and the spec says {key}={said}");
-                return Err(Error::input(&file, cause, format!("leave {key}= out, or bake it again with gobo bake")));
+                return Err(Error::input(&file, cause, WayOut::Bake(format!("leave {key}= out, or bake it again"))));
             }
         }
         check_scene(&file, baked.scene, world)?;
@@ -84,7 +84,7 @@ fn check_scene(file: &str, baked: u64, world: &World) -> Result<()> {
         return Ok(());
     }
     let cause = format!("baked of a scene with other meshes or lights than {} has now", world.name());
-    Err(Error::input(file, cause, "name that scene, or bake this one with gobo bake"))
+    Err(Error::input(file, cause, WayOut::Bake("use that scene, or bake this one".into())))
 }
 
 impl Technique for Loaded {

@@ -1,6 +1,26 @@
 //! Voxelized shadows: for every voxel of a cube about the meshes whether light reaches it, in an octree, and in the graph that
 //! is left when equal parts of it are one. Baked once for each directional light. Sources: Sintorn, Kämpe, Olsson and Assarsson
 //! 2014; Kämpe, Sintorn and Assarsson 2013 and 2016; Scandolo, Bauszat and Eisemann 2016.
+//!
+//! Baked once, for meshes and directional lights that stand still.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, solid};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &solid())?;
+//! let mut tree = open(context, &world, &parse("voxelized:size=64", &[])?[0])?;
+//! tree.build(&world)?;
+//! // Above the box and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&tree.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above == 1.0 && below == 0.0);
+//! # Ok(()) });
+//! ```
 
 mod bake;
 mod buffers;
@@ -282,7 +302,7 @@ impl Voxelized {
         }
         if room.most() > MOST_NODES {
             let cause = format!("{} nodes of one size, and {MOST_NODES} are baked", room.most());
-            return Err(self.error(cause, "use a smaller size=, or structure=dag with closed=on"));
+            return Err(self.error(cause, "use a smaller size, or structure=dag with closed=on"));
         }
         self.restart(room)?;
         Ok(true)

@@ -1,0 +1,30 @@
+//! For tests: variables of the environment that make devices lesser ones, calls fail and commands do little. The program reads
+//! them where it is started with `--test-hooks`, which `--help` does not name.
+
+use super::little;
+use crate::gpu::{Fault, Testing};
+
+/// The option with which tests start the program.
+pub(super) const OPTION: &str = "--test-hooks";
+
+/// Does from now on, for the whole process, what the variables say:
+///
+/// - `GOBO_TEST_LIMITS=lowest`: limits as low as Vulkan 1.3 allows.
+/// - `GOBO_TEST_FEATURES=none`: none of what is optional.
+/// - `GOBO_TEST_VALIDATION=gpu-assisted`: the validation layer puts checks into shaders too.
+/// - `GOBO_TEST_FAULT=KIND:N`: the N-th call of a kind fails; with 0 all succeed.
+/// - `GOBO_TEST_LITTLE`, set and not empty: commands do what they are told, but little of it.
+#[doc(hidden)]
+pub fn test_hooks() {
+    let is = |name, value| std::env::var(name).is_ok_and(|set| set == value);
+    let testing = Testing {
+        lowest_limits: is("GOBO_TEST_LIMITS", "lowest"),
+        no_features: is("GOBO_TEST_FEATURES", "none"),
+        checks_in_shaders: is("GOBO_TEST_VALIDATION", "gpu-assisted"),
+        fault: std::env::var("GOBO_TEST_FAULT").ok().and_then(|text| Fault::read(&text)),
+    };
+    testing.begin();
+    if std::env::var_os("GOBO_TEST_LITTLE").is_some_and(|value| !value.is_empty()) {
+        little::begin();
+    }
+}

@@ -1,0 +1,28 @@
+//! Numbers of 16 bits, as images hold them.
+
+/// The number that these bits stand for, of IEEE 754's binary16. All of them are numbers of f32 too.
+pub(super) fn from_half(bits: u16) -> f32 {
+    let sign = u32::from(bits & 0x8000) << 16;
+    let (exponent, fraction) = (u32::from(bits >> 10 & 0x1f), u32::from(bits & 0x3ff));
+    let magnitude = match exponent {
+        // Multiples of 2⁻²⁴.
+        0 => return f32::from_bits(sign | (fraction as f32 / 16_777_216.0).to_bits()),
+        // Infinite, or no number, which is made a quiet one.
+        31 if fraction == 0 => 0x7f80_0000,
+        31 => 0x7fc0_0000 | (fraction << 13),
+        // Biased by 127 and no longer by 15.
+        _ => ((exponent + 112) << 23) | (fraction << 13),
+    };
+    f32::from_bits(sign | magnitude)
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn all_of_them_are_as_another_crate_reads_them() {
+        for bits in 0..=u16::MAX {
+            let of_crate = half::f16::from_bits(bits).to_f32();
+            assert_eq!(super::from_half(bits).to_bits(), of_crate.to_bits(), "{bits:#x}");
+        }
+    }
+}

@@ -1,0 +1,51 @@
+// What the examples of the documentation share. It is no part of the crate: each of them includes it.
+
+use glam::DVec3;
+use gobo::gpu::{Context, Options};
+use gobo::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
+use gobo::{Error, Result};
+
+/// Runs an example; without a driver, or where the device lacks what it needs, it says why it does not.
+#[allow(dead_code)]
+pub fn on_a_device(example: impl FnOnce(&Context) -> Result<()>) {
+    match Context::new(&Options::default()).and_then(|context| example(&context)) {
+        Ok(()) => {}
+        Err(error @ (Error::Refused { .. } | Error::Gpu { operation: "load" | "create" | "find", .. })) => {
+            println!("skipped: {error}");
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Under a light from above, nothing yet.
+pub fn empty() -> Scene {
+    Scene {
+        name: "example".into(),
+        particles: Vec::new(),
+        strands: Vec::new(),
+        meshes: Vec::new(),
+        lights: vec![Light {
+            kind: LightKind::Directional { direction: DVec3::NEG_Z },
+            radiance: [1.0; 3],
+            radius: f64::INFINITY,
+        }],
+        camera: Camera { position: DVec3::splat(4.0), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
+        motion: Motion::Still,
+    }
+}
+
+/// A ball of smoke, one unit across, that lets exp(−2) of the light through its middle, one unit above the origin.
+#[allow(dead_code)]
+pub fn smoke() -> Scene {
+    Scene { particles: vec![Particle { position: [0.0, 0.0, 1.0], radius: 0.5, extinction: 2.0 }], ..empty() }
+}
+
+/// An opaque box in the place of the smoke.
+#[allow(dead_code)]
+pub fn solid() -> Scene {
+    let corner = |i: usize| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 0.5 } else { -0.5 });
+    let positions = (0..8).map(|i| corner(i)).map(|[x, y, z]| [x, y, z + 1.0]).collect();
+    let sides: [[u32; 4]; 6] = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6], [4, 5, 7, 6], [0, 2, 3, 1]];
+    let triangles = sides.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    Scene { meshes: vec![Mesh { name: "box".into(), positions, triangles, albedo: [0.5; 3], solid: false }], ..empty() }
+}

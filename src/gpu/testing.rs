@@ -1,0 +1,34 @@
+//! For tests of this library: a device seen as a lesser one, checks in shaders, calls that fail. Nothing of it happens unless a
+//! program asks for it by [`Testing::begin`]; the library reads no variable of the environment.
+
+use super::fault::Fault;
+use std::sync::OnceLock;
+
+/// What tests want of all devices that this process opens. By default nothing.
+#[doc(hidden)]
+#[derive(Clone, Debug, Default)]
+pub struct Testing {
+    /// Limits as low as Vulkan 1.3 allows.
+    pub lowest_limits: bool,
+    /// None of what is optional.
+    pub no_features: bool,
+    /// The validation layer puts checks into shaders too, so that what they read or write beyond a buffer is a message.
+    pub checks_in_shaders: bool,
+    /// A call that fails.
+    pub fault: Option<Fault>,
+}
+
+static TESTING: OnceLock<Testing> = OnceLock::new();
+
+impl Testing {
+    /// From now on, for the whole process; the first that begins stays.
+    pub fn begin(self) {
+        TESTING.get_or_init(|| self);
+    }
+}
+
+/// What is wanted; nothing where nobody has begun.
+pub(super) fn testing() -> &'static Testing {
+    static NONE: Testing = Testing { lowest_limits: false, no_features: false, checks_in_shaders: false, fault: None };
+    TESTING.get().unwrap_or(&NONE)
+}
