@@ -2,7 +2,7 @@
 
 use super::{Bounds, Filled, Generations, LightData, Staged, TriangleData, World};
 use crate::gpu::{Buffer, Commands, Context, Memory, PassTime};
-use crate::scene::{Caster, Light, Motion, Particle, Scene, Side, sides};
+use crate::scene::{Caster, Light, Particle, Scene, Side, sides};
 use crate::{Error, Result};
 use std::time::Instant;
 
@@ -57,7 +57,7 @@ impl World {
     #[cfg(feature = "program")]
     pub fn move_to(&mut self, time_s: f64) -> Result<Moved> {
         let scene = self.scene()?;
-        if scene.motion == Motion::Still {
+        if scene.motion == crate::scene::Motion::Still {
             return Ok(Moved { pass: None, host_ns: 0.0 });
         }
         self.replace(&scene.at(time_s)?)
