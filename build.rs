@@ -44,7 +44,7 @@ type Sources = BTreeMap<String, String>;
 
 /// A shader, once for each technique or value that it is built for.
 struct Job {
-    /// `avsm/cells.comp`.
+    /// `technique/avsm/cells.comp`.
     file: String,
     kind: ShaderKind,
     /// What includes of visibility.glsl mean.
@@ -71,7 +71,7 @@ fn build() -> Result<(), String> {
     let table = table(&out, &sources, &techniques, &constants, &jobs, &spirv)? + &sets::module(&sources)?;
     write(&out.join("shaders.rs"), table.as_bytes())?;
     write(&out.join("glsl.rs"), flat_files(&out, &sources, &techniques)?.as_bytes())?;
-    embed::build(&out, |technique| Ok(flat::flat(&sources, &technique.into())?.text))
+    embed::build(&out, |technique| Ok(flat::flat(&sources, &format!("technique/{technique}"))?.text))
 }
 
 /// What src/glsl.rs includes: the technique's files, in the order of the folders' places.

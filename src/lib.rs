@@ -91,6 +91,7 @@ pub mod glsl;
 #[allow(unsafe_code)]
 pub mod gpu;
 pub mod grid;
+pub mod lights;
 pub mod maps;
 #[cfg(feature = "program")]
 pub mod measure;

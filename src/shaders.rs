@@ -1,5 +1,5 @@
-//! The shaders of the program, compiled and named by build.rs: `shaders::avsm::RESOLVE` is glsl/avsm/resolve.comp,
-//! `shaders::list::CAPTURE_FRAG` glsl/list/capture.frag, `shaders::avsm::CELLS_LANES_1` a variant of glsl/avsm/cells.comp.
+//! The shaders of the program, compiled and named by build.rs: `shaders::avsm::RESOLVE` is glsl/technique/avsm/resolve.comp,
+//! `shaders::list::CAPTURE_FRAG` glsl/maps/list/capture.frag, `shaders::avsm::CELLS_LANES_1` a variant of glsl/technique/avsm/cells.comp.
 
 use crate::gpu::{Shader, Spirv};
 

@@ -80,7 +80,7 @@ fn what_is_met_is_gathered_in_drawing_order() {
 }
 
 push_struct! {
-    /// What glsl/bins/place.comp is pushed, under its name.
+    /// What glsl/maps/bins/place.comp is pushed, under its name.
     struct BinPush { caster_count: u32, capacity: u32, room: u32, mark: u32, map_count: u32 }
 }
 
@@ -184,7 +184,7 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
 }
 
 push_struct! {
-    /// What glsl/detail/choose.comp is pushed.
+    /// What glsl/maps/detail/choose.comp is pushed.
     struct ChoosePush { tile_count: u32, across: u32, block_count: u32 }
 }
 

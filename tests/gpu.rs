@@ -213,7 +213,7 @@ fn images_of_other_formats_are_refused() {
 }
 
 push_struct! {
-    /// What glsl/order/keys.comp is pushed, under its name.
+    /// What glsl/maps/order/keys.comp is pushed, under its name.
     struct KeysPush { count: u32, capacity: u32 }
 }
 
@@ -243,7 +243,7 @@ fn the_wrong_push_constants_are_refused() {
         let has =
             ["`Misread { uint count; float capacity; }`", "`TooMuch { uint count; uint capacity; uint more; }`", "``"];
         for (result, has) in refused.into_iter().zip(has) {
-            names(result, "order/keys.comp", &format!("{reads}, and Rust has {has}"));
+            names(result, "maps/order/keys.comp", &format!("{reads}, and Rust has {has}"));
         }
         assert_eq!(<KeysPush as gobo::gpu::Push>::block(), shaders::order::KEYS.push);
     });

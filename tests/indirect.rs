@@ -9,8 +9,8 @@ mod stable;
 mod support;
 
 use glam::{DVec2, DVec3, Vec3Swizzles};
-use gobo::consume::indirect::{VPLS, Vpls, VplsSeen, lit_by_vpls};
 use gobo::gpu::{Context, Requirement};
+use gobo::lights::indirect::{VPLS, Vpls, VplsSeen, lit_by_vpls};
 use gobo::measure::Status;
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::indirect::{Facet, Patch, light, luminance, patch, place, unit};

@@ -2,7 +2,7 @@
 // Twin: maps::splat::SplatPush.
 #ifndef MAPS_SPLAT_GLSL
 #define MAPS_SPLAT_GLSL
-#include "bins/view_caster.glsl"
+#include "maps/bins/view_caster.glsl"
 #include "maps/scene.glsl"
 
 layout(push_constant, scalar) uniform SplatPush {

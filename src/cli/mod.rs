@@ -23,9 +23,9 @@ mod stress;
 pub use hooks::test_hooks;
 
 use crate::advice::advised;
-use crate::consume::indirect::{check_count, check_meshes, lit_by_vpls};
 use crate::consume::{KEYS, parse};
 use crate::gpu::{Context, Messages, Options, fault};
+use crate::lights::indirect::{check_count, check_meshes, lit_by_vpls};
 use crate::scene::{FACES, Motion, Scene, check_time, known};
 use crate::technique::keys::EVERY;
 use crate::technique::{Key, Lifetime, REGISTRY, Spec, Values};

@@ -19,7 +19,7 @@ const BLOCK: u32 = 8;
 const GATHERED: [u32; 2] = [16, 8];
 
 push_struct! {
-    /// Twin: GatherPush in glsl/interleaved/gather.comp.
+    /// Twin: GatherPush in glsl/consume/interleaved/gather.comp.
     struct GatherPush {
         corner: [f32; 3],
         across: [f32; 3],

@@ -1,10 +1,8 @@
 //! Whoever needs the answer: the point query, the depth slice, the shaded picture (of many lights in tiles, or a part of them
-//! a pixel) and fog before it. They know no technique, only its [`crate::technique::Answer`]. And virtual lights, of which
-//! techniques are then asked.
+//! a pixel) and fog before it. They know no technique, only its [`crate::technique::Answer`].
 
 mod fog;
 mod half;
-pub mod indirect;
 mod interleaved;
 mod lighting;
 pub mod many_lights;

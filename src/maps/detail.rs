@@ -2,15 +2,15 @@
 
 use super::Maps;
 use super::bins::{BinPush, TILE_TEXELS};
-use super::threads::{Surveying, Threads};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, push_struct};
+use crate::maps::bins::threads::{Surveying, Threads};
 use crate::shaders;
 use crate::shaders::constant::{LISTS, SHARING, THREADS, WORKGROUP};
 use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 
-/// Words of a tile in the table, and the most blocks that it is. Twin: SLOTS in glsl/detail/blocks.glsl.
+/// Words of a tile in the table, and the most blocks that it is. Twin: SLOTS in glsl/maps/detail/blocks.glsl.
 pub const SLOTS: u32 = 64;
 
 /// Texels of a block.
@@ -19,7 +19,7 @@ pub const BLOCK_TEXELS: u32 = TILE_TEXELS * TILE_TEXELS;
 /// The most blocks that a word of the table can tell apart.
 pub const MOST_BLOCKS: u32 = (1 << 28) - 1;
 
-/// What is known of a tile. Twin: Survey in glsl/detail/survey.glsl.
+/// What is known of a tile. Twin: Survey in glsl/maps/detail/survey.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Survey {
@@ -32,7 +32,7 @@ pub struct Survey {
 }
 
 push_struct! {
-    /// Twin: ChoosePush in glsl/detail/choose.comp.
+    /// Twin: ChoosePush in glsl/maps/detail/choose.comp.
     struct ChoosePush {
         /// Of all maps.
         tile_count: u32,
@@ -45,7 +45,7 @@ push_struct! {
 
 /// The table of blocks and what fills it.
 pub struct Detail {
-    /// glsl/detail/blocks.glsl says what its words are: map after map, rows of tiles.
+    /// glsl/maps/detail/blocks.glsl says what its words are: map after map, rows of tiles.
     slots: Buffer,
     /// [`Survey`] of each tile.
     surveys: Buffer,

@@ -10,7 +10,7 @@ use crate::world::World;
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;
 
-/// Twin: Segment in glsl/list/segments.glsl.
+/// Twin: Segment in glsl/maps/list/segments.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct SegmentData {

@@ -6,8 +6,6 @@
 //! in a render each map has a draw of its own, since each has its own casters and its own edge.
 
 mod bins;
-mod compact;
-mod cull;
 mod detail;
 mod filter;
 mod fit;
@@ -17,12 +15,12 @@ mod opaque_compute;
 mod order;
 mod splat;
 mod texels;
-mod threads;
-mod totals;
-mod uses;
 
+pub use bins::compact::Compact;
+pub use bins::threads::MANY_CASTERS;
+pub use bins::totals::{BinTotals, TilePart};
+pub use bins::uses::{Entries, Use};
 pub use bins::{Bins, TILE_TEXELS};
-pub use compact::Compact;
 pub use detail::{BLOCK_TEXELS, Detail, MOST_BLOCKS, SLOTS, Survey, table_bytes, tile_count};
 pub use filter::{Filter, FilterKind};
 pub use fit::Extents;
@@ -32,9 +30,6 @@ pub use opaque_compute::{OpaqueItem, OpaqueTotals};
 pub use order::{ItemData, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
 pub use texels::{TexelKernels, TexelWay, Texels};
-pub use threads::MANY_CASTERS;
-pub use totals::{BinTotals, TilePart};
-pub use uses::{Entries, Use};
 
 use self::fit::Fit;
 use self::opaque::Opaque;

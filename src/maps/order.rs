@@ -10,7 +10,7 @@ use crate::world::World;
 use bytemuck::{Pod, Zeroable};
 
 push_struct! {
-    /// Twin: KeysPush in glsl/order/keys.comp.
+    /// Twin: KeysPush in glsl/maps/order/keys.comp.
     struct KeysPush {
         count: u32,
         /// Of a map.
@@ -19,7 +19,7 @@ push_struct! {
 }
 
 push_struct! {
-    /// Twin: SortPush in glsl/order/sort.glsl.
+    /// Twin: SortPush in glsl/maps/order/sort.glsl.
     struct SortPush {
         /// Items of a map.
         count: u32,
@@ -31,7 +31,7 @@ push_struct! {
     }
 }
 
-/// Twin: BLOCK in glsl/order/sort.glsl.
+/// Twin: BLOCK in glsl/maps/order/sort.glsl.
 const BLOCK: u64 = 1024;
 
 /// Twin: DIGITS.
@@ -40,7 +40,7 @@ const DIGITS: u64 = 256;
 /// Eight bits each.
 const ROUNDS: u32 = 4;
 
-/// Twin: Item in glsl/order/sort.glsl and keys.comp.
+/// Twin: Item in glsl/maps/order/sort.glsl and keys.comp.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ItemData {

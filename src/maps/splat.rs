@@ -1,11 +1,11 @@
 //! The casters drawn as quads over the maps, in order; those that the bins found to meet no tile are left out.
 
-use super::compact::COMMAND_BYTES;
 use super::{Bins, Compact, Maps, Order};
 use crate::Result;
 use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Constants, Context, Draw, Format, Graphics, Kernel, Shader, push_struct,
 };
+use crate::maps::bins::compact::COMMAND_BYTES;
 use crate::shaders;
 use crate::shaders::constant::STRANDS;
 use crate::shaders::set;

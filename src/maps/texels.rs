@@ -28,7 +28,7 @@ pub struct TexelKernels<'a> {
     pub blend: Blend,
     /// What the image is before the first.
     pub empty: [f32; 4],
-    /// Writes a tile's texels: bins/part.glsl, the image as set 2.
+    /// Writes a tile's texels: maps/bins/part.glsl, the image as set 2.
     pub binned: &'a Shader,
 }
 

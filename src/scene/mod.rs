@@ -1,110 +1,29 @@
 //! What casts shadows, the lights and the camera. Knows nothing of Vulkan.
 
-// What casts, lights and camera.
-mod caster;
-mod fit;
-mod fog;
-mod fountain_law;
-mod light;
-mod order;
-mod paraboloid;
-mod picture;
-mod resolution;
-mod sides;
-mod time;
-mod view;
-
 // Files and built-in scenes.
 #[cfg(feature = "program")]
 mod built_in;
 #[cfg(feature = "program")]
-mod contents;
-#[cfg(feature = "program")]
-mod cornell;
-#[cfg(feature = "program")]
-mod courtyard;
-#[cfg(feature = "program")]
-mod courtyard_lights;
-#[cfg(feature = "program")]
-mod courtyard_shapes;
-#[cfg(feature = "program")]
-mod cube;
-#[cfg(feature = "program")]
-mod data_file;
-#[cfg(feature = "program")]
-mod embedded;
-#[cfg(feature = "program")]
-mod emitters;
-#[cfg(feature = "program")]
-mod file;
-#[cfg(feature = "program")]
-mod fingerprint;
-#[cfg(feature = "program")]
-mod fitted;
-#[cfg(feature = "program")]
-mod fountain;
-#[cfg(feature = "program")]
-mod gltf_document;
-#[cfg(feature = "program")]
-mod gltf_file;
-#[cfg(feature = "program")]
-mod gltf_stage;
-#[cfg(feature = "program")]
-mod hair;
-#[cfg(feature = "program")]
-mod hair_file;
-#[cfg(feature = "program")]
-mod houses;
-#[cfg(feature = "program")]
-mod input;
-#[cfg(feature = "program")]
-mod lantern;
-#[cfg(feature = "program")]
-mod load;
-#[cfg(feature = "program")]
-mod mesh_file;
-#[cfg(feature = "program")]
-mod particle_file;
-#[cfg(feature = "program")]
-mod placement;
-#[cfg(feature = "program")]
-mod plume;
-#[cfg(feature = "program")]
-mod ply;
-#[cfg(feature = "program")]
-mod random;
-#[cfg(feature = "program")]
-mod sparse;
-#[cfg(feature = "program")]
-mod stage;
-#[cfg(feature = "program")]
-mod strand_file;
-#[cfg(feature = "program")]
-mod town;
-#[cfg(feature = "program")]
-mod town_house;
-#[cfg(feature = "program")]
-mod town_shapes;
-#[cfg(feature = "program")]
-mod tressfx_file;
+mod files;
+mod model;
 
-pub use caster::Caster;
 #[cfg(feature = "program")]
-pub use data_file::DATA_ENDINGS;
-pub use fit::{Aim, Casting, gutter_texels};
-pub use fog::Fog;
-pub use fountain_law::{Body, Fountain, Jet, Law, Place};
-pub use light::{FACES, Light, LightKind};
+pub use files::data_file::DATA_ENDINGS;
 #[cfg(feature = "program")]
-pub use load::{BUILT_IN, known};
-pub use order::far_to_near;
-pub use picture::{Picture, SKY};
+pub use files::load::{BUILT_IN, known};
+pub use model::caster::Caster;
+pub use model::fit::{Aim, Casting, gutter_texels};
+pub use model::fog::Fog;
+pub use model::fountain_law::{Body, Fountain, Jet, Law, Place};
+pub use model::light::{FACES, Light, LightKind};
+pub use model::order::far_to_near;
+pub use model::picture::{Picture, SKY};
 #[cfg(feature = "program")]
-pub(crate) use random::Random;
-pub use resolution::{Moved, Resolution};
-pub use sides::{Side, sides};
-pub use time::check_time;
-pub use view::{FARTHEST, Projection, Ray, View};
+pub(crate) use model::random::Random;
+pub use model::resolution::{Moved, Resolution};
+pub use model::sides::{Side, sides};
+pub use model::time::check_time;
+pub use model::view::{FARTHEST, Projection, Ray, View};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DQuat, DVec3};

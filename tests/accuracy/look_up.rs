@@ -1,4 +1,4 @@
-//! The look-up of glsl/avsm/visibility.glsl: nodes of some texels, weighted by a filter, all computed again here.
+//! The look-up of glsl/technique/avsm/visibility.glsl: nodes of some texels, weighted by a filter, all computed again here.
 
 use crate::support::{ask, built_avsm, gpu_test, nodes_of, scenes, some};
 use glam::{DVec2, DVec3};

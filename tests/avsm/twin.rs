@@ -129,7 +129,7 @@ impl Texel {
     }
 }
 
-/// The look-up in the light's view of a curve of nodes, as glsl/avsm/visibility.glsl states it: between the last node
+/// The look-up in the light's view of a curve of nodes, as glsl/technique/avsm/visibility.glsl states it: between the last node
 /// at or in front of `depth` and the next.
 pub fn look_up(nodes: &[NodeData], depth: f32, interpolation: Interpolation) -> f32 {
     let before = nodes.iter().filter(|n| n.depth <= depth).count();

@@ -118,12 +118,12 @@ fn twins() -> BTreeMap<&'static str, Twin> {
 /// The file of a shader, and the technique that it was built for.
 fn place(shader: &str) -> (&str, Option<&str>) {
     let is_file = |file: &str| glsl().join(file).is_file();
-    // avsm/unpack.comp/4 is avsm/unpack.comp with ATTACHMENTS 4.
+    // technique/avsm/unpack.comp/4 is technique/avsm/unpack.comp with ATTACHMENTS 4.
     let file = match shader.rsplit_once('/') {
         Some((file, _)) if is_file(file) => file,
         _ => shader,
     };
-    // avsm/consume/query.comp is consume/query.comp, built with avsm/visibility.glsl.
+    // avsm/consume/query.comp is consume/query.comp, built with technique/avsm/visibility.glsl.
     match file.split_once('/') {
         Some((technique, rest)) if !is_file(file) => (rest, Some(technique)),
         _ => (file, None),
@@ -142,7 +142,7 @@ fn source(shader: &str) -> String {
     let mut bindings = BTreeMap::new();
     while let Some(file) = open.pop() {
         let path = match technique {
-            Some(technique) if file == "visibility.glsl" => glsl.join(technique).join(&file),
+            Some(technique) if file == "visibility.glsl" => glsl.join("technique").join(technique).join(&file),
             _ => glsl.join(&file),
         };
         if !seen.insert(path.clone()) {

@@ -14,7 +14,7 @@ fn ask(context: &Context, opened: &Opened<Voxelized>, points: &[[f32; 3]], norma
     query.ask(&opened.technique.answer()).expect("asked")
 }
 
-/// What the arithmetic rounds a depth and a place by, voxels. Twin: ROUNDING in glsl/voxelized/visibility.glsl.
+/// What the arithmetic rounds a depth and a place by, voxels. Twin: ROUNDING in glsl/technique/voxelized/visibility.glsl.
 const ROUNDING: f64 = 1.0 / 32.0;
 
 /// From overhead to 3° above the plane.

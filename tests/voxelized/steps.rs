@@ -36,7 +36,7 @@ fn steady(casters: &Casters, camera: &View, at: DVec2) -> Option<Option<(DVec3, 
 }
 
 /// Where a point of a surface is asked for, voxels of a cube: off the surface, on the outside of what is closed and the light's side
-/// of what is open. Twin: light_receiver in glsl/voxelized/visibility.glsl, of one column.
+/// of what is open. Twin: light_receiver in glsl/technique/voxelized/visibility.glsl, of one column.
 fn receiver(cube: &Cube, (position, normal): (DVec3, DVec3), closed: bool) -> [f32; 3] {
     let axes = cube.axes.map(|axis| DVec3::from(axis.map(f64::from)));
     let voxels = axes[0].length();

@@ -28,7 +28,7 @@ pub enum Asking {
     },
 }
 
-/// Twin: DITHER in glsl/many_lights/dither.glsl.
+/// Twin: DITHER in glsl/consume/many_lights/dither.glsl.
 fn dither(kind: DitherKind) -> u32 {
     match kind {
         DitherKind::None => 0,
@@ -74,7 +74,7 @@ fn enqueue(tiles: &ManyLights, commands: &mut Commands, kernel: &Kernel<ManyLigh
     commands.pass("many_lights.enqueue", |pass| pass.dispatch(kernel, push, tiles.blocks()));
 }
 
-/// How a list of jobs stands. Twin: Queue in glsl/many_lights/queue.glsl.
+/// How a list of jobs stands. Twin: Queue in glsl/consume/many_lights/queue.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct QueueData {

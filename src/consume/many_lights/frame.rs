@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 /// How far a point may lie off a surface and belong to it, pixels at its distance: a step of as much is hardly seen.
 const EDGE_PIXELS: f64 = 2.0;
 
-/// A camera, and the directions of its pixels' rays. Twin: Frame in glsl/many_lights/frame.glsl.
+/// A camera, and the directions of its pixels' rays. Twin: Frame in glsl/consume/many_lights/frame.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct FrameData {

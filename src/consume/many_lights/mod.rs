@@ -32,7 +32,7 @@ const BLOCK: u32 = 8;
 const BLUR_REACH: u32 = 2;
 
 push_struct! {
-    /// Twin: ManyLightsPush in glsl/many_lights/frame.glsl.
+    /// Twin: ManyLightsPush in glsl/consume/many_lights/frame.glsl.
     pub(super) struct ManyLightsPush {
         size: [u32; 2],
         words: u32,

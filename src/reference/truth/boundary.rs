@@ -263,7 +263,7 @@ mod tests {
     }
 
     /// Under a virtual light, in texels of its own map: a point behind the plate is within where the plate's rim is less than the reach
-    /// away from it in the map, by the map's formula (glsl/ism/visibility.glsl), and nowhere else; points off a surface are where
+    /// away from it in the map, by the map's formula (glsl/technique/ism/visibility.glsl), and nowhere else; points off a surface are where
     /// the look-up is.
     #[test]
     fn in_texels_of_a_paraboloid() {

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/bins/area.glsl: the segment of a caster that lets as much light through as the mean of all rays through a
+//! CPU twin of glsl/maps/bins/area.glsl: the segment of a caster that lets as much light through as the mean of all rays through a
 //! texel, in f32.
 
 use super::segment::{MAX_OPTICAL_DEPTH, Segment, about_origin, ray, segment_at, strand_along};

@@ -1,10 +1,10 @@
-//! CPU twins of glsl/beer_shadow_map/: where a texel's medium begins and ends and what it takes in all, in f32.
+//! CPU twins of glsl/technique/beer_shadow_map/: where a texel's medium begins and ends and what it takes in all, in f32.
 
 use super::segment::{Segment, texel_segment};
 use super::sums::{DARK, scale};
 use crate::scene::{Caster, View};
 
-/// What a texel keeps. Twin: glsl/beer_shadow_map/texel.glsl.
+/// What a texel keeps. Twin: glsl/technique/beer_shadow_map/texel.glsl.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Texel {
     /// 1 − depth of the nearest entry; 0 where nothing is.

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/bins: where a caster stands in the order of a tile, and how far light gets in a tile, in f32.
+//! CPU twin of glsl/maps/bins: where a caster stands in the order of a tile, and how far light gets in a tile, in f32.
 
 use super::segment::{ray, strand_along};
 use crate::scene::{Caster, FARTHEST, Projection, View};
@@ -65,7 +65,7 @@ pub fn tile_key_within(view: &View, caster: &Caster, tile: [u32; 2], inset: f32)
 }
 
 /// How far light gets in a tile: the farthest z at which a mesh ends it, over the tile and `reach` texels around it;
-/// [`FARTHEST`] where some of it goes on. `depths` is the opaque map, rows of texels. Twin: glsl/bins/horizon.comp.
+/// [`FARTHEST`] where some of it goes on. `depths` is the opaque map, rows of texels. Twin: glsl/maps/bins/horizon.comp.
 pub fn horizon(volume: &View, opaque: &View, depths: &[f32], tile: [u32; 2], reach: u32) -> f32 {
     let in_opaque = |texel: Vec2| {
         let (origin, direction) = ray(volume, texel);

@@ -1,7 +1,7 @@
-//! CPU twin of glsl/bins/mark.comp, scan.comp and compact.comp: the casters that meet some tile, in their drawing
+//! CPU twin of glsl/maps/bins/mark.comp, scan.comp and compact.comp: the casters that meet some tile, in their drawing
 //! order.
 
-/// Words of bits of a block. Twin: BLOCK_WORDS in glsl/bins/marks.glsl.
+/// Words of bits of a block. Twin: BLOCK_WORDS in glsl/maps/bins/marks.glsl.
 pub const BLOCK_WORDS: usize = 64;
 
 /// A bit for each caster in drawing order, whether it is met, in whole blocks of words; and how many of each block are.

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/detail: what is known of each tile, and how fine it is made.
+//! CPU twin of glsl/maps/detail: what is known of each tile, and how fine it is made.
 
 use super::bins::{TILE_TEXELS, tile_distance};
 use crate::scene::{Caster, Projection, View};
@@ -60,7 +60,7 @@ fn share_of_tile(view: &View, caster: &Caster) -> [f32; 3] {
 }
 
 /// What the casters leave in a tile of a parallel view, whose cells reach out by `outset` of their own texels.
-/// Twin: glsl/detail/survey.comp, where that is a sixteenth.
+/// Twin: glsl/maps/detail/survey.comp, where that is a sixteenth.
 pub fn survey(view: &View, casters: &[Caster], tile: [u32; 2], outset: f32) -> Tile {
     assert_eq!(view.projection(), Projection::Parallel, "bounds in perspective have no twin");
     let fine = finer(view, CELLS);
@@ -114,7 +114,7 @@ pub fn used_blocks(cells: u32, side: u32) -> Vec<bool> {
     (0..side * side).map(used).collect()
 }
 
-/// The words of all tiles' tables, rows of `across` tiles, with at most so many blocks. Twin: glsl/detail/choose.comp.
+/// The words of all tiles' tables, rows of `across` tiles, with at most so many blocks. Twin: glsl/maps/detail/choose.comp.
 pub fn choose(tiles: &[Tile], across: u32, block_count: usize) -> Vec<u32> {
     let counts: Vec<[usize; 9]> = (tiles.iter())
         .map(|known| {

@@ -1,19 +1,19 @@
-//! CPU twin of glsl/indirect: virtual lights, drawn from reflective shadow maps. Units of flux and what is drawn by them are the same
+//! CPU twin of glsl/lights/indirect: virtual lights, drawn from reflective shadow maps. Units of flux and what is drawn by them are the same
 //! numbers as on the device; patches and lights are in f64, from the same rays.
 
 use crate::scene::{Light, LightKind, Projection, View};
 use glam::{DVec2, DVec3};
 
-/// Twin: LEAST_EXPONENT in glsl/indirect/units.glsl.
+/// Twin: LEAST_EXPONENT in glsl/lights/indirect/units.glsl.
 const LEAST_EXPONENT: u32 = 27;
 
-/// Twin: LIFT in glsl/indirect/lights.comp.
+/// Twin: LIFT in glsl/lights/indirect/lights.comp.
 const LIFT: f64 = 1e-5;
 
 /// Twin: LEAST_COSINE.
 const LEAST_COSINE: f64 = 0.1;
 
-/// The map and the place in it of a texel. Twin: glsl/indirect/texels.glsl.
+/// The map and the place in it of a texel. Twin: glsl/lights/indirect/texels.glsl.
 pub fn place(texel: u32, side_bits: u32) -> (usize, [u32; 2]) {
     let within = (1 << side_bits) - 1;
     ((texel >> (2 * side_bits)) as usize, [texel & within, texel >> side_bits & within])
@@ -34,13 +34,13 @@ fn greatest(fluxes: &[f32]) -> f32 {
     fluxes.iter().fold(0.0, |most: f32, flux| most.max(*flux))
 }
 
-/// Units of each row of texels. Twin: glsl/indirect/sums.comp.
+/// Units of each row of texels. Twin: glsl/lights/indirect/sums.comp.
 pub fn sums(fluxes: &[f32], side_bits: u32) -> Vec<u32> {
     let most = greatest(fluxes);
     fluxes.chunks(1 << side_bits).map(|row| row.iter().map(|flux| units(*flux, most)).sum()).collect()
 }
 
-/// Units before each row, and of all. Twin: glsl/indirect/scan.comp.
+/// Units before each row, and of all. Twin: glsl/lights/indirect/scan.comp.
 pub fn scan(sums: &[u32]) -> Vec<u64> {
     let mut starts = vec![0];
     let mut all = 0;
@@ -61,7 +61,7 @@ fn find(mut unit: u64, of: impl IntoIterator<Item = u64>) -> usize {
     of.into_iter().take_while(behind).count()
 }
 
-/// The texels of `count` lights; none where there is no flux. Twin: glsl/indirect/draw.comp.
+/// The texels of `count` lights; none where there is no flux. Twin: glsl/lights/indirect/draw.comp.
 pub fn draw(fluxes: &[f32], side_bits: u32, count: u32) -> Vec<Option<u32>> {
     let (most, side) = (greatest(fluxes), 1usize << side_bits);
     let rows = sums(fluxes, side_bits);
@@ -90,7 +90,7 @@ pub struct Facet {
     pub side: i32,
 }
 
-/// What a light sees of a surface through a texel. Twin: Patch in glsl/indirect/patch.glsl.
+/// What a light sees of a surface through a texel. Twin: Patch in glsl/lights/indirect/patch.glsl.
 pub struct Patch {
     /// World units.
     pub position: DVec3,
@@ -140,7 +140,7 @@ pub fn luminance(color: DVec3) -> f64 {
 }
 
 /// The virtual light of a patch that stands for `share` of all flux, seen by a light whose view begins at `origin`. Twin:
-/// glsl/indirect/lights.comp.
+/// glsl/lights/indirect/lights.comp.
 pub fn light(patch: &Patch, origin: DVec3, share: f64) -> Light {
     let own = luminance(patch.flux);
     let nearest = (patch.crossed / patch.cosine.max(LEAST_COSINE) * (share / own).max(1.0)).sqrt();

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/order: the order in which single-pass insertion draws casters, in f32.
+//! CPU twin of glsl/maps/order: the order in which single-pass insertion draws casters, in f32.
 
 use crate::scene::{Caster, View};
 use glam::Vec3;
@@ -15,7 +15,7 @@ pub fn float_of_order(order: u32) -> f32 {
 }
 
 /// The z at which each caster begins in a map's view; of a strand that of its nearer end. Near the order of entry depths
-/// in each texel, which a drawing order cannot match in all texels at once. Twin: glsl/order/keys.comp.
+/// in each texel, which a drawing order cannot match in all texels at once. Twin: glsl/maps/order/keys.comp.
 pub fn keys(view: &View, casters: &[Caster]) -> Vec<f32> {
     let forward = Vec3::from(view.forward);
     let key = |caster: &Caster| {
@@ -25,7 +25,7 @@ pub fn keys(view: &View, casters: &[Caster]) -> Vec<f32> {
     casters.iter().map(key).collect()
 }
 
-/// Indices of rising keys, equal keys in order. Twin: glsl/order/count.comp, scan.comp and scatter.comp.
+/// Indices of rising keys, equal keys in order. Twin: glsl/maps/order/count.comp, scan.comp and scatter.comp.
 pub fn sort(keys: &[u32]) -> Vec<u32> {
     let mut order: Vec<u32> = (0..keys.len() as u32).collect();
     order.sort_by_key(|i| keys[*i as usize]);

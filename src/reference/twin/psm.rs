@@ -1,4 +1,4 @@
-//! CPU twins of glsl/psm/: what is left of the light behind each slice of a texel's ray, in f32. Source: NVIDIA's talk at GDC
+//! CPU twins of glsl/technique/psm/: what is left of the light behind each slice of a texel's ray, in f32. Source: NVIDIA's talk at GDC
 //! 2013, "Particle Shadow Mapping", steps 2 to 4; the split, sums of optical depths and [`fused`] are ours.
 
 use super::segment::texel_segment;
@@ -30,7 +30,7 @@ pub fn depth_in_slices(view: &View, caster: &Caster, count: u32) -> f32 {
     (middle.dot(Vec3::from(view.forward)) - view.near) / (view.far - view.near) * count as f32
 }
 
-/// Twin: caster_place in glsl/psm/place.glsl.
+/// Twin: caster_place in glsl/technique/psm/place.glsl.
 pub fn place(view: &View, caster: &Caster, slices: Slices) -> Place {
     let at = depth_in_slices(view, caster, slices.count) - if slices.split { 0.5 } else { 0.0 };
     let at = at.clamp(0.0, (slices.count - 1) as f32);
@@ -105,7 +105,7 @@ pub fn fused(view: &View, texel: [u32; 2], casters: &[Caster], slices: Slices, s
 }
 
 /// What of the light reaches `depth`, 0 to 1 in the light's range, on a ray of which `behind` is left behind its slices.
-/// Twin: light_visibility in glsl/psm/visibility.glsl. Source: step 4, "Sample from PSM".
+/// Twin: light_visibility in glsl/technique/psm/visibility.glsl. Source: step 4, "Sample from PSM".
 pub fn look_up(behind: &[f32], depth: f32) -> f32 {
     let at = depth.clamp(0.0, 1.0) * behind.len() as f32;
     let face = (at as usize).min(behind.len() - 1);

@@ -92,7 +92,7 @@ pub(super) fn segment_at(view: &View, at: Vec2, caster: &Caster) -> Option<Segme
     Some(Segment { entry: depth(low), exit: depth(high), optical_depth })
 }
 
-/// Sorts as glsl/list/ lists are sorted: by entry depth, ties by exit, optical depth and caster index.
+/// Sorts as glsl/maps/list/ lists are sorted: by entry depth, ties by exit, optical depth and caster index.
 pub fn sort(segments: &mut [(u32, Segment)]) {
     let key = |of: fn(&Segment) -> f32| move |a: &Segment, b: &Segment| of(a).total_cmp(&of(b));
     let (entry, exit, depth) = (key(|s| s.entry), key(|s| s.exit), key(|s| s.optical_depth));

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/shadow_map/visibility.glsl: a map of depths asked as percentage closer filtering asks it, in f32. Source:
+//! CPU twin of glsl/technique/shadow_map/visibility.glsl: a map of depths asked as percentage closer filtering asks it, in f32. Source:
 //! Reeves, Salesin and Cook 1987.
 
 use glam::{IVec2, Vec2};

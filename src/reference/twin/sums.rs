@@ -1,4 +1,4 @@
-//! CPU twin of glsl/bins/sums.glsl: sums of optical depth in whole numbers.
+//! CPU twin of glsl/maps/bins/sums.glsl: sums of optical depth in whole numbers.
 
 use crate::scene::Caster;
 

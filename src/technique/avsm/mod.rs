@@ -73,7 +73,7 @@ pub const ENTRY: Entry = Entry {
 };
 
 push_struct! {
-    /// Twin: GroupPush in glsl/avsm/maps.glsl.
+    /// Twin: GroupPush in glsl/technique/avsm/maps.glsl.
     struct GroupPush { first_map: u32 }
 }
 
@@ -153,7 +153,7 @@ impl Avsm {
         Ok(Self { maps, bins, curves, build, look_up, plan })
     }
 
-    /// Map after map, texel rows, then the curve of a texel, as glsl/avsm/node.glsl states it: [`NodeData`] in order of
+    /// Map after map, texel rows, then the curve of a texel, as glsl/technique/avsm/node.glsl states it: [`NodeData`] in order of
     /// depth, or those packed.
     pub fn curves(&self) -> &Buffer {
         &self.curves.nodes

@@ -22,7 +22,7 @@ const BINNED_NODES: u32 = 4;
 /// WORK − NODES of curves from cells: ends of cells come in order and few, so that little is gained by more.
 const CELLS_NODES: u32 = 2;
 
-/// Threads a texel of glsl/avsm/cells.comp where there are very many casters: tiles have very different numbers of them, and the
+/// Threads a texel of glsl/technique/avsm/cells.comp where there are very many casters: tiles have very different numbers of them, and the
 /// fullest is waited for.
 const MANY_GROUPS: u32 = 16;
 
@@ -40,10 +40,10 @@ const FIT_TURNS: u32 = 3;
 /// memory.
 const WIDE: u32 = 8;
 
-/// Of a tile whose whole curves are fitted: 64 cells a texel and 16 nodes at most (glsl/avsm/resolve.comp).
+/// Of a tile whose whole curves are fitted: 64 cells a texel and 16 nodes at most (glsl/technique/avsm/resolve.comp).
 const FIT_SHARED_BYTES: u32 = (64 * 4 + 16 * 8) * 64;
 
-/// How glsl/avsm/cells.comp runs: its variants.
+/// How glsl/technique/avsm/cells.comp runs: its variants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cells {
     /// A workgroup a tile, casters in shared memory.
@@ -174,7 +174,7 @@ impl Plan {
             }
             _ => groups(features),
         };
-        // Who looks ahead needs a thread for each caster of a batch (glsl/avsm/cells_shared.glsl).
+        // Who looks ahead needs a thread for each caster of a batch (glsl/technique/avsm/cells_shared.glsl).
         let fits = |way: Cells| way != Cells::Lanes && way.batch(groups, settings.nodes) <= groups * way.texels();
         let ahead = if has_many && way_of_cells.is_some_and(fits) { MOST_AHEAD } else { 1 };
         settings.filter().check(world, settings.base_size())?;
@@ -209,7 +209,7 @@ impl Plan {
     }
 }
 
-/// Threads a texel of glsl/avsm/cells.comp that has no lanes.
+/// Threads a texel of glsl/technique/avsm/cells.comp that has no lanes.
 fn groups(features: &Features) -> u32 {
     if features.is_software() { 1 } else { 4 }
 }

@@ -10,7 +10,7 @@ use crate::world::World;
 use crate::{Error, Result};
 use std::ops::Range;
 
-/// Storage buffers that avsm/raster_order.frag reads: maps and casters.
+/// Storage buffers that technique/avsm/raster_order.frag reads: maps and casters.
 const BUFFERS: u32 = 2;
 
 /// What the path builds with.

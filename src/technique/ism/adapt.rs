@@ -14,7 +14,7 @@ use bytemuck::{Pod, Zeroable};
 /// Points of a cluster. Twin: CLUSTER.
 pub const CLUSTER: u32 = 64;
 
-/// Points that stand next to each other. Twin: IsmCluster in glsl/ism/adaptive.glsl.
+/// Points that stand next to each other. Twin: IsmCluster in glsl/technique/ism/adaptive.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct ClusterData {
@@ -33,12 +33,12 @@ pub struct ClusterData {
 }
 
 push_struct! {
-    /// Twin: ClustersPush in glsl/ism/clusters.comp.
+    /// Twin: ClustersPush in glsl/technique/ism/clusters.comp.
     struct ClustersPush { cluster_count: u32 }
 }
 
 push_struct! {
-    /// Twin: AdaptPush in glsl/ism/adapt.comp.
+    /// Twin: AdaptPush in glsl/technique/ism/adapt.comp.
     struct AdaptPush { light_count: u32, points: u32, eye: [f32; 3], near: f32 }
 }
 

@@ -10,14 +10,14 @@ use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Threads of a workgroup that splats by atomic operations in memory. Twin: local_size_x in glsl/ism/splat.comp.
+/// Threads of a workgroup that splats by atomic operations in memory. Twin: local_size_x in glsl/technique/ism/splat.comp.
 const SPLAT_THREADS: u32 = 128;
 
 /// Threads of a workgroup with a map of its own: at most, and on devices whose threads take turns.
 const MAP_THREADS: [u32; 2] = [512, 128];
 
 push_struct! {
-    /// Twin: AtlasPush in glsl/ism/atlas.glsl.
+    /// Twin: AtlasPush in glsl/technique/ism/atlas.glsl.
     pub(super) struct AtlasPush { light_count: u32, points: u32 }
 }
 

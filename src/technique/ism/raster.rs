@@ -10,20 +10,20 @@ use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};
 use crate::{Error, Result};
 
-/// Points that a workgroup looks at. Twins: CULL_THREADS, ROUNDS in glsl/ism/cull.comp.
+/// Points that a workgroup looks at. Twins: CULL_THREADS, ROUNDS in glsl/technique/ism/cull.comp.
 const CULLED_AT_ONCE: u32 = 128 * 8;
 
 /// Of a point in the list.
 const LISTED_BYTES: u64 = 16;
 
-/// Threads of a workgroup. Twin: local_size_x in glsl/ism/gather.comp.
+/// Threads of a workgroup. Twin: local_size_x in glsl/technique/ism/gather.comp.
 const GATHER_THREADS: u32 = 128;
 
 /// What draws, and into what.
 pub struct Raster {
     settings: Settings,
     vertices: u32,
-    /// A point each, where it is drawn. Twin: drawn_point in glsl/ism/drawn.glsl.
+    /// A point each, where it is drawn. Twin: drawn_point in glsl/technique/ism/drawn.glsl.
     listed: Buffer,
     /// A VkDrawIndirectCommand.
     arguments: Buffer,

@@ -15,7 +15,7 @@ pub const SUBSETS: u32 = 16;
 /// Threads of every pass, and triangles of a block. Twin: BLOCK.
 const BLOCK: u32 = 128;
 
-/// A point of the meshes. Twin: IsmPoint in glsl/ism/points.glsl.
+/// A point of the meshes. Twin: IsmPoint in glsl/technique/ism/points.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PointData {
@@ -25,7 +25,7 @@ pub struct PointData {
     pub normal: u32,
 }
 
-/// What is known of all points. Twin: IsmPoints in glsl/ism/points.glsl.
+/// What is known of all points. Twin: IsmPoints in glsl/technique/ism/points.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct PointsData {
@@ -54,7 +54,7 @@ pub(super) fn radius(meshes: &[Mesh], points: u32) -> f64 {
 }
 
 push_struct! {
-    /// Twin: SamplePush in glsl/ism/sample.glsl.
+    /// Twin: SamplePush in glsl/technique/ism/sample.glsl.
     struct SamplePush { triangle_count: u32, points: u32 }
 }
 

@@ -29,7 +29,7 @@ pub const OTHER_BYTES: u32 = 8 + CASTER_BYTES + AXIS_BYTES + 16;
 const LEAST_AND_MOST_THREADS: [u32; 2] = [ROWS_AT_A_TIME * 8, 256];
 
 push_struct! {
-    /// Twin: PartPush in glsl/psm/fused.comp.
+    /// Twin: PartPush in glsl/technique/psm/fused.comp.
     struct PartPush {
         /// Not 0: entries of each tile.
         room: u32,

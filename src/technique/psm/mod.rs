@@ -3,7 +3,7 @@
 //! Each path is a file: [`raster`], [`fused`].
 //!
 //! A caster's whole optical depth goes to the slice of its centre, or with `assign=split` to the two about it: see
-//! glsl/psm/place.glsl; for where the look-up takes the slices to stand, glsl/psm/visibility.glsl. The same input gives the
+//! glsl/technique/psm/place.glsl; for where the look-up takes the slices to stand, glsl/technique/psm/visibility.glsl. The same input gives the
 //! same bytes on the same device.
 //!
 //! A volume of slices says how much light is left behind each, for smoke in many thin layers.

@@ -22,7 +22,7 @@ words! {
 }
 
 push_struct! {
-    /// Twin: VoxelizePush in glsl/psm/push.glsl.
+    /// Twin: VoxelizePush in glsl/technique/psm/push.glsl.
     struct VoxelizePush {
         /// Of all lights' maps, where each has a draw.
         pushed_map: u32,
@@ -34,7 +34,7 @@ pub struct Raster {
     volume: Image,
     empty: f32,
     voxelize: Kernel<VoxelizePush>,
-    /// A draw a map: see glsl/psm/push.glsl.
+    /// A draw a map: see glsl/technique/psm/push.glsl.
     map_pushed: bool,
     /// Vertices a caster.
     vertices: u32,

@@ -1,4 +1,4 @@
-//! How a volume is laid out, from what is set. Twin: glsl/psm/constants.glsl.
+//! How a volume is laid out, from what is set. Twin: glsl/technique/psm/constants.glsl.
 
 use super::Settings;
 use crate::Result;

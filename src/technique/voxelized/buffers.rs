@@ -7,7 +7,7 @@ use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 
 push_struct! {
-    /// Twin: BuildPush in glsl/voxelized/build.glsl, which says what each is.
+    /// Twin: BuildPush in glsl/technique/voxelized/build.glsl, which says what each is.
     #[derive(Default)]
     pub struct BuildPush {
         light: u32,
@@ -42,7 +42,7 @@ push_struct! {
     }
 }
 
-/// Twin: LevelCounts in glsl/voxelized/build.glsl.
+/// Twin: LevelCounts in glsl/technique/voxelized/build.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct LevelCounts {
@@ -72,7 +72,7 @@ pub struct LevelCounts {
     pub unique_blocks: [u32; 3],
 }
 
-/// Twin: BuildState in glsl/voxelized/build.glsl.
+/// Twin: BuildState in glsl/technique/voxelized/build.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct BuildState {
@@ -116,16 +116,16 @@ pub const LARGE_OFFSET: u64 = std::mem::offset_of!(BuildState, large) as u64;
 /// Where `words` does.
 pub const WORDS_OFFSET: u64 = std::mem::offset_of!(BuildState, words) as u64;
 
-/// Columns a side of a bin of triangles. Twin: BIN_COLUMNS in glsl/voxelized/projected.glsl.
+/// Columns a side of a bin of triangles. Twin: BIN_COLUMNS in glsl/technique/voxelized/projected.glsl.
 const BIN_COLUMNS: u32 = 8;
 
-/// Values that one workgroup scans. Twin: SCANNED in glsl/voxelized/build.glsl.
+/// Values that one workgroup scans. Twin: SCANNED in glsl/technique/voxelized/build.glsl.
 pub const SCANNED: u32 = 1024;
 
 const LEAF_WORDS: u32 = 2;
 const NODE_WORDS: u32 = 9;
 
-/// Levels that look-ups skip, at most. Twin: SHORTCUT_BITS in glsl/voxelized/tree.glsl.
+/// Levels that look-ups skip, at most. Twin: SHORTCUT_BITS in glsl/technique/voxelized/tree.glsl.
 const SHORTCUT_BITS: u32 = 4;
 
 /// The shape of a bake: sizes that follow from the number of voxels alone.
@@ -301,7 +301,7 @@ impl Room {
     }
 }
 
-/// The buffers: glsl/voxelized/build.glsl says what is in them.
+/// The buffers: glsl/technique/voxelized/build.glsl says what is in them.
 pub struct Buffers {
     pub state: Buffer,
     /// The state after each submission.

@@ -6,7 +6,7 @@ use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// Twin: ROUNDING in glsl/voxelized/visibility.glsl.
+/// Twin: ROUNDING in glsl/technique/voxelized/visibility.glsl.
 const ROUNDING: f64 = 1.0 / 32.0;
 
 /// The cube is wider than the meshes by this share, so that what rounds stays inside.

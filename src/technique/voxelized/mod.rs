@@ -74,7 +74,7 @@ fn open(context: &Context, world: &World, spec: &Spec) -> Result<Box<dyn Techniq
 
 const TILES: &str = "tiles";
 
-/// Leaves, bricks, and nodes of up to 65,536 voxels a side. Twin: Tree in glsl/voxelized/tree.glsl.
+/// Leaves, bricks, and nodes of up to 65,536 voxels a side. Twin: Tree in glsl/technique/voxelized/tree.glsl.
 pub const MAX_LEVELS: usize = 15;
 
 /// Nodes of a level, and triangles in bins, that there may be room for: tables twice as large have numbers of 32 bits.
@@ -83,7 +83,7 @@ const MOST_NODES: u32 = 1 << 28;
 /// Times a bake may begin anew with more room.
 const MOST_RESTARTS: u32 = 64;
 
-/// A light's tree. Twin: Tree in glsl/voxelized/tree.glsl.
+/// A light's tree. Twin: Tree in glsl/technique/voxelized/tree.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TreeData {

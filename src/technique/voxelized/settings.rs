@@ -115,7 +115,7 @@ impl Plan {
         settings.texts().into_iter().filter(|(key, _)| IN_FILE.contains(key))
     }
 
-    /// Bits of a node before its pointers, and of the units that they count. Twin: HEADER_BITS in glsl/voxelized/tree.glsl.
+    /// Bits of a node before its pointers, and of the units that they count. Twin: HEADER_BITS in glsl/technique/voxelized/tree.glsl.
     pub(super) fn header_bits(self) -> u32 {
         if self.merges() { 16 } else { 32 }
     }

@@ -4,7 +4,7 @@ use super::rgb8;
 use crate::support::{gpu_test_needing, some};
 use crate::{folder, ok, text};
 use glam::DVec3;
-use gobo::consume::indirect::lit_by_vpls;
+use gobo::lights::indirect::lit_by_vpls;
 use gobo::reference::truth::Meshes;
 use gobo::scene::{LightKind, Scene};
 

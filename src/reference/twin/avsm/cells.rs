@@ -1,4 +1,4 @@
-//! CPU twin of glsl/avsm/cells.comp: a texel's curve from sums of optical depth in even cells, in f32.
+//! CPU twin of glsl/technique/avsm/cells.comp: a texel's curve from sums of optical depth in even cells, in f32.
 
 use super::curve::{Build, Curve};
 use super::fit::Ends;

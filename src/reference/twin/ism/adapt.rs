@@ -1,4 +1,4 @@
-//! Twin of glsl/ism/adapt.comp and adaptive.glsl.
+//! Twin of glsl/technique/ism/adapt.comp and adaptive.glsl.
 
 use super::clusters::{CLUSTER, Cluster};
 use super::map::{V3, dot, minus};

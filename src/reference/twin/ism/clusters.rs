@@ -1,4 +1,4 @@
-//! Twin of glsl/ism/clusters.comp.
+//! Twin of glsl/technique/ism/clusters.comp.
 
 use super::map::{V3, dot, minus};
 use super::splat::Point;

@@ -1,4 +1,4 @@
-//! Twin of glsl/ism/fill.glsl.
+//! Twin of glsl/technique/ism/fill.glsl.
 
 use super::map::{Levels, texel_place};
 
@@ -73,7 +73,7 @@ pub fn push(map: &mut Levels, radius: f32) {
     }
 }
 
-/// All of it. Twin: glsl/ism/fill.comp.
+/// All of it. Twin: glsl/technique/ism/fill.comp.
 pub fn fill(map: &mut Levels, radius: f32) {
     pull(map, radius);
     push(map, radius);

@@ -1,4 +1,4 @@
-//! Twin of glsl/ism/visibility.glsl.
+//! Twin of glsl/technique/ism/visibility.glsl.
 
 use super::map::{Axes, V3, dot, minus};
 

@@ -1,4 +1,4 @@
-//! Twin of glsl/ism/map.glsl.
+//! Twin of glsl/technique/ism/map.glsl.
 
 /// What a vector is here.
 pub type V3 = [f32; 3];

@@ -1,4 +1,4 @@
-//! Twins of glsl/ism/: imperfect shadow maps.
+//! Twins of glsl/technique/ism/: imperfect shadow maps.
 
 pub mod adapt;
 pub mod clusters;

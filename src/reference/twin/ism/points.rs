@@ -1,4 +1,4 @@
-//! Twins of glsl/ism/areas.comp, scale.comp, sums.comp, offsets.comp and points.comp.
+//! Twins of glsl/technique/ism/areas.comp, scale.comp, sums.comp, offsets.comp and points.comp.
 
 use super::map::{V3, dot, minus};
 
@@ -23,7 +23,7 @@ pub fn point_of(light: u32, stratum: u32, points: u32) -> u32 {
     hash(hash(light).wrapping_add(stratum / RUN)) % SUBSETS * points + stratum
 }
 
-/// The area of a triangle, 0 where it has none or no finite one. Twin: glsl/ism/areas.comp.
+/// The area of a triangle, 0 where it has none or no finite one. Twin: glsl/technique/ism/areas.comp.
 pub fn area(corners: [V3; 3]) -> f32 {
     let normal = cross(minus(corners[1], corners[0]), minus(corners[2], corners[0]));
     let area = 0.5 * dot(normal, normal).sqrt();
@@ -40,7 +40,7 @@ pub fn scale_of(area: f32) -> f32 {
     f32::from_bits(((127 + 29 - exponent.clamp(-96, 127)) as u32) << 23)
 }
 
-/// The weight up to each triangle, itself included. Twins: glsl/ism/sums.comp, offsets.comp.
+/// The weight up to each triangle, itself included. Twins: glsl/technique/ism/sums.comp, offsets.comp.
 pub fn sums(areas: &[f32], scale: f32) -> Vec<u32> {
     let mut sum = 0;
     let next = |area: &f32| {
@@ -50,7 +50,7 @@ pub fn sums(areas: &[f32], scale: f32) -> Vec<u32> {
     areas.iter().map(next).collect()
 }
 
-/// A point: its triangle, and where it stands. None where nothing has any area. Twin: glsl/ism/points.comp.
+/// A point: its triangle, and where it stands. None where nothing has any area. Twin: glsl/technique/ism/points.comp.
 pub fn point(triangles: &[[V3; 3]], sums: &[u32], index: u32, points: u32) -> Option<(usize, V3)> {
     let total = u64::from(*sums.last().filter(|total| **total > 0)?);
     let (subset, stratum) = (index / points, index % points);
@@ -99,7 +99,7 @@ pub fn place_at(corners: [V3; 3], weight: u32, wide: u32) -> [f32; 2] {
     apex
 }
 
-/// As [`point`], of the pool in order along all triangles. Twin: glsl/ism/points.comp, ISM_ADAPTIVE.
+/// As [`point`], of the pool in order along all triangles. Twin: glsl/technique/ism/points.comp, ISM_ADAPTIVE.
 pub fn point_along(triangles: &[[V3; 3]], sums: &[u32], index: u32, points: u32) -> Option<(usize, V3)> {
     let total = u64::from(*sums.last().filter(|total| **total > 0)?);
     let before = |index: u32| total * u64::from(index) / u64::from(points * SUBSETS);

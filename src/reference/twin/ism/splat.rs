@@ -1,4 +1,4 @@
-//! Twin of glsl/ism/splat.glsl: what a point leaves in a light's map.
+//! Twin of glsl/technique/ism/splat.glsl: what a point leaves in a light's map.
 
 use super::map::{Axes, Levels, V3, dot, map_way, minus, texel_place};
 
@@ -124,7 +124,7 @@ impl Splat {
     }
 }
 
-/// All points of a light, each with the radius of its disc. Twins: glsl/ism/tiled.comp and splat.comp, up to the holes.
+/// All points of a light, each with the radius of its disc. Twins: glsl/technique/ism/tiled.comp and splat.comp, up to the holes.
 pub fn splat(size: u32, normal: V3, origin: V3, points: &[(Point, f32)], culling: Culling) -> (Levels, u32) {
     let axes = Axes::of(normal);
     let (mut levels, mut seen) = (Levels::new(size), 0);

@@ -1,4 +1,4 @@
-//! Twin of glsl/many_lights/cull.comp: the same bits, since nothing in either is divided or fused.
+//! Twin of glsl/consume/many_lights/cull.comp: the same bits, since nothing in either is divided or fused.
 
 use crate::scene::View;
 

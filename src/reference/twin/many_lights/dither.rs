@@ -1,4 +1,4 @@
-//! Twin of glsl/many_lights/dither.glsl.
+//! Twin of glsl/consume/many_lights/dither.glsl.
 
 /// Where a pixel of an ordered dither asks, along a step and twice across a voxel; `phase` as the device is pushed it.
 pub fn ordered([x, y]: [u32; 2], phase: u32) -> [f32; 3] {

@@ -1,4 +1,4 @@
-//! Twin of glsl/many_lights/frame.glsl: how a frame sees the world.
+//! Twin of glsl/consume/many_lights/frame.glsl: how a frame sees the world.
 
 use crate::scene::View;
 use std::array::from_fn;

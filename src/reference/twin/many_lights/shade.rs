@@ -1,4 +1,4 @@
-//! Twin of the blur in glsl/many_lights/shade.comp: weights added up one after the other, light by light.
+//! Twin of the blur in glsl/consume/many_lights/shade.comp: weights added up one after the other, light by light.
 
 use super::frame::Frame;
 use crate::reference::twin::packed_normal::{NORMAL_UNIT, along_normal, same_normal};

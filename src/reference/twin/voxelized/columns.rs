@@ -1,4 +1,4 @@
-//! From triangles to columns, and where the shadow of each begins. Twin of glsl/voxelized/project.comp, facet.glsl and columns.comp.
+//! From triangles to columns, and where the shadow of each begins. Twin of glsl/technique/voxelized/project.comp, facet.glsl and columns.comp.
 
 /// Parts of a voxel that corners are rounded to. Twin: SUB_VOXELS.
 const SUB_VOXELS: f32 = 256.0;
@@ -14,7 +14,7 @@ pub struct Cube {
     pub size: u32,
 }
 
-/// A triangle among columns. Twin: glsl/voxelized/projected.glsl.
+/// A triangle among columns. Twin: glsl/technique/voxelized/projected.glsl.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Projected {
     /// 256ths of a voxel across.
@@ -25,13 +25,13 @@ pub struct Projected {
     pub side: i32,
 }
 
-/// Where a position is in the cube, voxels. Twin: project in glsl/voxelized/project.comp, to the bit.
+/// Where a position is in the cube, voxels. Twin: project in glsl/technique/voxelized/project.comp, to the bit.
 pub fn voxel(cube: &Cube, position: [f32; 3]) -> [f32; 3] {
     let offset = [0, 1, 2].map(|i| position[i] - cube.origin[i]);
     cube.axes.map(|axis| offset[0] * axis[0] + offset[1] * axis[1] + offset[2] * axis[2])
 }
 
-/// Twin: glsl/voxelized/project.comp.
+/// Twin: glsl/technique/voxelized/project.comp.
 pub fn project(cube: &Cube, corners: [[f32; 3]; 3], side: i32) -> Projected {
     let at = corners.map(|corner| voxel(cube, corner));
     let whole = |v: f32| (v * SUB_VOXELS + 0.5).floor() as i64;
@@ -39,7 +39,7 @@ pub fn project(cube: &Cube, corners: [[f32; 3]; 3], side: i32) -> Projected {
 }
 
 /// Entry and exit of every column, row after row; `conservative`: a column is met by what touches its square too. Twin:
-/// glsl/voxelized/columns.comp; the device has edges in two words of 32 bits where this has one of 64, and divides less exactly.
+/// glsl/technique/voxelized/columns.comp; the device has edges in two words of 32 bits where this has one of 64, and divides less exactly.
 pub fn columns(triangles: &[Projected], size: u32, closed: bool, conservative: bool) -> Vec<[u32; 2]> {
     let facets: Vec<_> = triangles.iter().filter_map(Facet::of).collect();
     let mut met: Vec<Vec<(f32, i32)>> = vec![Vec::new(); (size * size) as usize];
@@ -73,7 +73,7 @@ fn between(a: [i64; 2], b: [i64; 2]) -> [i64; 2] {
     [b[0] - a[0], b[1] - a[1]]
 }
 
-/// A triangle that has an area, counter-clockwise. Twin: glsl/voxelized/facet.glsl.
+/// A triangle that has an area, counter-clockwise. Twin: glsl/technique/voxelized/facet.glsl.
 struct Facet {
     corners: [[i64; 2]; 3],
     /// At the first corner.
@@ -162,7 +162,7 @@ fn column(mut surfaces: Vec<(f32, i32)>, size: u32) -> [u32; 2] {
     if exit < entry { [middle; 2] } else { [entry, exit] }
 }
 
-/// Where a boundary goes that may go anywhere between entry and exit. Twin: FREE in glsl/voxelized/columns.comp.
+/// Where a boundary goes that may go anywhere between entry and exit. Twin: FREE in glsl/technique/voxelized/columns.comp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Free {
     /// At the exit.
@@ -178,7 +178,7 @@ pub fn roundest(low: u32, high: u32) -> u32 {
     if low == 0 { 0 } else { high & !((1 << ((low - 1) ^ high).ilog2()) - 1) }
 }
 
-/// Where the shadow of each column begins. Twin: the end of glsl/voxelized/columns.comp.
+/// Where the shadow of each column begins. Twin: the end of glsl/technique/voxelized/columns.comp.
 pub fn boundaries(columns: &[[u32; 2]], size: u32, free: Free) -> Vec<u32> {
     match free {
         Free::Exit => columns.iter().map(|c| c[1]).collect(),

@@ -1,4 +1,4 @@
-//! Voxelized shadows: from triangles to columns, from columns to nodes, and down them again. Twin of glsl/voxelized/.
+//! Voxelized shadows: from triangles to columns, from columns to nodes, and down them again. Twin of glsl/technique/voxelized/.
 //!
 //! A bake is the same words here and on the device, since all of it but the depth of a triangle is whole numbers.
 
@@ -9,7 +9,7 @@ pub use columns::{Cube, Free, Projected, boundaries, columns, project, roundest,
 use columns::place;
 use std::collections::HashMap;
 
-/// What a child is. Twin: LIT in glsl/voxelized/tree.glsl.
+/// What a child is. Twin: LIT in glsl/technique/voxelized/tree.glsl.
 pub const LIT: u32 = 1;
 /// As above.
 pub const SHADOWED: u32 = 2;
@@ -219,10 +219,10 @@ fn pack(kept: &[Kept], root: Option<u32>, else_is: u32, size: u32, merge: bool) 
     baked
 }
 
-/// Levels that look-ups skip, at most. Twin: SHORTCUT_BITS in glsl/voxelized/tree.glsl.
+/// Levels that look-ups skip, at most. Twin: SHORTCUT_BITS in glsl/technique/voxelized/tree.glsl.
 const SHORTCUT_BITS: u32 = 4;
 
-/// Twin: glsl/voxelized/shortcuts.comp.
+/// Twin: glsl/technique/voxelized/shortcuts.comp.
 fn shortcuts(baked: &Baked) -> Vec<u32> {
     let (bits, level) = baked.shortcut_bits_and_level();
     let cell = |c: u32| {
@@ -233,7 +233,7 @@ fn shortcuts(baked: &Baked) -> Vec<u32> {
     (0..1 << (3 * bits)).map(cell).collect()
 }
 
-/// A node on the way down. Twin: Walk in glsl/voxelized/walk.glsl.
+/// A node on the way down. Twin: Walk in glsl/technique/voxelized/walk.glsl.
 struct Walk {
     level: usize,
     at: u32,
@@ -267,7 +267,7 @@ impl Baked {
         walk
     }
 
-    /// Whether a voxel is shadowed, and how many words or nodes have said so, one a level. Twin: glsl/voxelized/walk.glsl.
+    /// Whether a voxel is shadowed, and how many words or nodes have said so, one a level. Twin: glsl/technique/voxelized/walk.glsl.
     pub fn shadowed(&self, voxel: [u32; 3]) -> (bool, u32) {
         let (bits, level) = self.shortcut_bits_and_level();
         let cell = voxel.map(|v| v >> (level + 2));
@@ -287,7 +287,7 @@ impl Baked {
     }
 
     /// What a look-up answers at a place in the cube, voxels: of `filter` × `filter` columns the share that is lit. Twin:
-    /// glsl/voxelized/visibility.glsl, which counts whole leaves where this asks for each voxel.
+    /// glsl/technique/voxelized/visibility.glsl, which counts whole leaves where this asks for each voxel.
     pub fn look_up(&self, at: [f32; 3], filter: u32) -> f64 {
         let (size, reach) = (i64::from(self.size), i64::from(filter / 2));
         let [x, y] = [at[0], at[1]].map(|v| v.floor() as i64);

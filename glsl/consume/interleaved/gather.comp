@@ -1,0 +1,118 @@
+#version 460
+// shading=interleaved, second pass: what 4 × 4 pixels about each found, of those that see the same surface, stands for what all
+// lights do there. At edges they are those 4 × 4 of which most see it. Sources: as ask.comp; Wald et al. 2002, Interactive global
+// illumination (a filter that ends at edges); that it moves away from them is ours. Twin: reference::twin::interleaved::gather.
+// Inputs: what each pixel turns of its part, albedo, normal, z. Output: colour.
+// Invariant: 4 × 4 pixels, wherever they begin, hold each place once. Sums are of so many lights as were asked, each of as much
+// weight: on one surface the mean is that of all lights, and a pixel that has none like it about keeps its own part.
+// variants: HALF 0 1
+#extension GL_EXT_samplerless_texture_functions : require
+#include "consume/packed_normal.glsl"
+#include "consume/picture_set.glsl"
+#include "consume/shading.glsl"
+#include "consume/interleaved/parts.glsl"
+
+layout(local_size_x = 16, local_size_y = 8) in;
+
+PICTURE_LIGHTS
+PICTURE_CAMERA
+// set 1: interleaved_read
+layout(set = 1, binding = 0, scalar) readonly buffer Estimates { vec3 estimates[]; };
+#if HALF == 1
+layout(set = 1, binding = 1, rgba16f) writeonly uniform image2D colors;
+#else
+layout(set = 1, binding = 1, rgba32f) writeonly uniform image2D colors;
+#endif
+SURFACE_ALBEDOS
+SURFACE_NORMALS
+SURFACE_DISTANCES
+
+#include "consume/ambient.glsl"
+
+// As in consume/many_lights/frame.glsl: a pixel's direction is corner + (x + ½) · across + (y + ½) · down.
+layout(push_constant, scalar) uniform GatherPush {
+    vec3 corner;
+    vec3 across;
+    vec3 down;
+    float edge;  // how far a point may lie off a surface and belong to it, world units for each of z
+    vec3 sky;
+};
+
+// Pixels that those of a workgroup reach on each side.
+const int REACH = 3;
+// Of 4 pixels that begin 3, 2, 1 or 0 before one, how near they are about it.
+const uint NEARNESS[4] = uint[](0u, 2u, 3u, 1u);
+const ivec2 AROUND = ivec2(16, 8) + 2 * REACH;
+
+shared float around_z[AROUND.x * AROUND.y];  // 0 where there is sky, and beside the picture
+shared uint around_normals[AROUND.x * AROUND.y];
+shared vec3 around_light[AROUND.x * AROUND.y];
+
+void main() {
+    ivec2 size = ivec2(camera.width, camera.height), pixel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 from = ivec2(gl_WorkGroupID.xy * gl_WorkGroupSize.xy) - REACH;
+    for (int i = int(gl_LocalInvocationIndex); i < AROUND.x * AROUND.y; i += int(gl_WorkGroupSize.x * gl_WorkGroupSize.y)) {
+        ivec2 at = from + ivec2(i % AROUND.x, i / AROUND.x);
+        around_z[i] = 0.0;
+        around_normals[i] = 0u;
+        if (all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, size)) && texelFetch(albedos, at, 0).a != 0.0) {
+            around_z[i] = texelFetch(distances, at, 0).r;
+            around_normals[i] = pack_normal(texelFetch(normals, at, 0).xyz);
+            around_light[i] = estimates[at.y * size.x + at.x];
+        }
+    }
+    barrier();
+    if (any(greaterThanEqual(pixel, size))) {
+        return;
+    }
+    int middle = (pixel.y - from.y) * AROUND.x + pixel.x - from.x;
+    float z = around_z[middle];
+    if (z == 0.0) {
+        imageStore(colors, pixel, vec4(sky, 1.0));
+        return;
+    }
+    uint faces = around_normals[middle];
+    precise vec3 direction = corner + (float(pixel.x) + 0.5) * across + (float(pixel.y) + 0.5) * down;
+    // How far from the camera, along the normal, a ray is at z = 1.
+    float away = along_normal(faces, direction), by_x = along_normal(faces, across), by_y = along_normal(faces, down);
+    precise float plane = z * away, tolerance = float(NORMAL_UNIT) * edge * z;
+    // Rows of those about it that see the same surface.
+    uint like[2 * REACH + 1];
+    for (int y = -REACH; y <= REACH; ++y) {
+        like[y + REACH] = 0u;
+        for (int x = -REACH; x <= REACH; ++x) {
+            int other = middle + y * AROUND.x + x;
+            precise float off = around_z[other] * (away + float(x) * by_x + float(y) * by_y) - plane;
+            bool same = around_z[other] > 0.0 && abs(off) <= tolerance && same_normal(faces, around_normals[other]);
+            like[y + REACH] |= uint(same || other == middle) << (x + REACH);
+        }
+    }
+
+    // Where 4 × 4 begin of which most are like it, of as many the nearest about it.
+    uint first_x = 0u, first_y = 0u, most = 0u;
+    for (uint y = 0u; y < 4u; ++y) {
+        for (uint x = 0u; x < 4u; ++x) {
+            uint rows = bitfieldExtract(like[y], int(x), 4) | bitfieldExtract(like[y + 1u], int(x), 4) << 4
+                      | bitfieldExtract(like[y + 2u], int(x), 4) << 8 | bitfieldExtract(like[y + 3u], int(x), 4) << 12;
+            uint key = 8u * uint(bitCount(rows)) + NEARNESS[x] + NEARNESS[y];
+            if (key > most) {
+                first_x = x;
+                first_y = y;
+                most = key;
+            }
+        }
+    }
+    precise vec3 sum = vec3(0.0);
+    uint count = lights.length(), asked = 0u;
+    for (uint y = first_y; y < first_y + 4u; ++y) {
+        for (uint x = first_x; x < first_x + 4u; ++x) {
+            if ((like[y] >> x & 1u) != 0u) {
+                ivec2 to = ivec2(x, y) - REACH;
+                sum += around_light[middle + to.y * AROUND.x + to.x];
+                asked += part_lights(count, pixel_place(uvec2(pixel + to)));
+            }
+        }
+    }
+    vec3 light = asked > 0u ? sum * (float(count) / float(asked)) : vec3(0.0);
+    imageStore(colors, pixel, vec4(shade_surface(texelFetch(albedos, pixel, 0).rgb, ambient() + light), 1.0));
+}

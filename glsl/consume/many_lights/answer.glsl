@@ -1,0 +1,39 @@
+// What a pixel sees, and whether a light is kept from it: the one bit of an answer. To be included behind visibility.glsl.
+#ifndef CONSUME_MANY_LIGHTS_ANSWER_GLSL
+#define CONSUME_MANY_LIGHTS_ANSWER_GLSL
+#include "consume/picture_set.glsl"
+#include "consume/receiver.glsl"
+#include "consume/surface.glsl"
+#include "consume/many_lights/dither.glsl"
+
+SURFACE_ALBEDOS
+SURFACE_NORMALS
+SURFACE_DISTANCES
+
+struct Seen {
+    vec3 position;
+    vec3 normal;
+    bool is_closed;
+    vec3 dither;
+};
+
+bool is_sky(uvec2 pixel) { return texelFetch(albedos, ivec2(pixel), 0).a == 0.0; }
+
+Seen seen(uvec2 pixel) {
+    vec4 normal = texelFetch(normals, ivec2(pixel), 0);
+    Ray ray = surface_ray(frames[0].camera, vec2(pixel) + 0.5);
+    vec3 position = surface_position(ray, texelFetch(distances, ivec2(pixel), 0).r);
+    return Seen(position, normal.xyz, normal.w != 0.0, dither(pixel));
+}
+
+// What comes through in part is held against where the pixel is dithered: of its neighbours so many are lit as light comes
+// through, and the blur finds the mean. Not dithered, the half decides.
+bool is_shadowed(Seen at, uint light) {
+#ifdef TECHNIQUE_DITHERS
+    look_up_dither = at.dither;
+#endif
+    vec3 towards = light_direction(lights[light], at.position);
+    float visibility = surface_visibility(light, towards, at.position, at.normal, at.is_closed);
+    return visibility < (DITHER == 0u ? 0.5 : at.dither.x);
+}
+#endif

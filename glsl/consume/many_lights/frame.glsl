@@ -1,0 +1,51 @@
+// What the passes share that shade many lights in tiles: the lights, how this frame and the one before see the world, which
+// lights reach a tile, and which are kept from a pixel. Twins: consume::many_lights::FrameData, ManyLightsPush.
+#ifndef CONSUME_MANY_LIGHTS_FRAME_GLSL
+#define CONSUME_MANY_LIGHTS_FRAME_GLSL
+#include "world/light.glsl"
+
+// How a frame sees the world.
+struct Frame {
+    View camera;
+    // The direction of a pixel's ray, z along it being 1: corner + (x + ½) · across + (y + ½) · down. Computed once, on the host,
+    // so that devices that divide differently find the same edges.
+    vec3 corner;
+    vec3 across;
+    vec3 down;
+    float edge;  // how far a point may lie off a surface and belong to it, world units for each of z
+};
+
+layout(push_constant, scalar) uniform ManyLightsPush {
+    uvec2 size;       // pixels
+    uint words;       // of a pixel: a bit a light
+    uint phase;       // where in a place of the dither a frame asks: 2, its middle; 1 and 3 in turn, where two frames are averaged
+    uint has_before;  // 1 where there is a frame before
+    float sky_red;
+    float sky_green;
+    float sky_blue;
+    uint light_bits;  // of a job
+    uint capacity;    // jobs
+};
+
+// set 0: many_lights_frame
+layout(set = 0, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Frames { Frame frames[]; };  // this one, the one before
+layout(set = 0, binding = 2, scalar) buffer Masks { uint masks[]; };              // tiles row by row, words of each
+layout(set = 0, binding = 3, scalar) buffer Shadows { uint shadows[]; };          // words one behind the other, pixels of each
+
+// Pixels a side.
+const uint TILE = 16u;
+
+// The first of a tile's words.
+uint tile_words(uvec2 tile) { return (tile.y * ((size.x + TILE - 1u) / TILE) + tile.x) * words; }
+
+uint pixel_index(uvec2 pixel) { return pixel.y * size.x + pixel.x; }
+
+// A word of a pixel, in which a bit is set where its light is kept from the pixel. What is not asked for is not shadowed.
+uint shadow_word(uint pixel, uint word) { return word * size.x * size.y + pixel; }
+
+vec3 frame_direction(Frame frame, uvec2 pixel) {
+    precise vec3 direction = frame.corner + (float(pixel.x) + 0.5) * frame.across + (float(pixel.y) + 0.5) * frame.down;
+    return direction;
+}
+#endif

@@ -1,0 +1,21 @@
+#version 460
+// shadows=queued, second of three: how many workgroups share the jobs. Inputs: how many were appended. Outputs: workgroups; the
+// list is empty again for the next frame.
+#include "consume/many_lights/queue.glsl"
+
+layout(local_size_x = 1) in;
+
+// Of a dimension; what every device takes.
+const uint MOST_GROUPS = 65535u;
+// Jobs of a workgroup. Twin: local_size_x in consume/many_lights/queued.comp.
+const uint SHARE = 64u;
+
+void main() {
+    queue.jobs = min(queue.demanded, queue.end);
+    uint groups = (queue.jobs + SHARE - 1u) / SHARE;
+    queue.groups_x = min(groups, MOST_GROUPS);
+    queue.groups_y = (groups + MOST_GROUPS - 1u) / MOST_GROUPS;
+    queue.groups_z = 1u;
+    queue.demanded = 0u;
+    queue.end = 0xffffffffu;
+}

@@ -1,0 +1,74 @@
+#version 460
+// Draws the texels that virtual lights stand for, by flux. Each map has as many lights as it has of all flux; in a map, a light has a
+// place of its own in a square, the same in every frame, and the square is laid over the map so that equal parts of it have equal
+// flux: first its rows, then the texels of each. What moves a bit moves rows and texels by as little. Inputs: fluxes, sums, starts.
+// Output: picks. Twin: reference::twin::indirect::draw.
+#include "lights/indirect/drawn.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(push_constant, scalar) uniform DrawPush {
+    uint light_count;
+    uint map_count;
+};
+
+// The place of a light in the square, in 1 / 65536 of its sides. Roberts' R2: any run of it is spread evenly.
+uvec2 place_of(uint light) { return uvec2(light * 3242174889u, light * 2447445413u) >> 16; }
+
+// Of `total` units, the one in the middle of a light's equal part: (light + 1/2) / light_count of them, rounded down. In numbers of
+// 16 bits, since the product may have more than 64.
+uvec2 unit_of(uint light, uvec2 total) {
+    uint part[4] = uint[](total.x & 0xffffu, total.x >> 16, total.y, 0u);
+    uint carry = 0u, rest = 0u;
+    for (uint i = 0u; i < 4u; ++i) {
+        uint here = part[i] * (2u * light + 1u) + carry;
+        part[i] = here & 0xffffu;
+        carry = here >> 16;
+    }
+    for (uint i = 4u; i-- > 0u;) {
+        uint here = rest << 16 | part[i];
+        part[i] = here / (2u * light_count);
+        rest = here % (2u * light_count);
+    }
+    return uvec2(part[0] | part[1] << 16, part[2] | part[3] << 16);
+}
+
+// Of `count` steps of 2^step_bits rows from `first` on, the last that does not begin behind the unit.
+uint step_of(uvec2 unit, uint first, uint count, uint step_bits) {
+    uint low = 0u, high = count;
+    while (low + 1u < high) {
+        uint middle = (low + high) / 2u;
+        if (is_less(unit, starts[first + (middle << step_bits)])) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    return low;
+}
+
+void main() {
+    uint light = gl_WorkGroupID.x * 64u + gl_LocalInvocationIndex;
+    if (light >= light_count) {
+        return;
+    }
+    uvec2 total = starts[map_count << SIDE_BITS];
+    if (total == uvec2(0u)) {
+        picks[light] = NO_TEXEL;
+        return;
+    }
+    uvec2 place = place_of(light);
+    uint first = step_of(unit_of(light, total), 0u, map_count, SIDE_BITS) << SIDE_BITS;
+    uvec2 before = starts[first], here = subtract(starts[first + SIDE], before);
+    uint row = first + step_of(add(before, part_of(here, place.y)), first, SIDE, 0u);
+    uint rest = part_of(uvec2(sums[row], 0u), place.x).x, texel = row << SIDE_BITS;
+    for (uint i = 0u; i < SIDE; ++i) {
+        uint units = flux_units(fluxes[texel], greatest);
+        if (rest < units) {
+            break;
+        }
+        rest -= units;
+        ++texel;
+    }
+    picks[light] = texel;
+}

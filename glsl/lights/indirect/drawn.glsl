@@ -1,0 +1,22 @@
+// What virtual lights are drawn from, and what is drawn. Bound by lights::indirect::Vpls.
+#ifndef LIGHTS_INDIRECT_DRAWN_GLSL
+#define LIGHTS_INDIRECT_DRAWN_GLSL
+#extension GL_EXT_scalar_block_layout : require
+#include "lights/indirect/texels.glsl"
+#include "lights/indirect/units.glsl"
+
+// set 2: indirect_drawn
+// Of texels, as luminance.
+layout(set = 2, binding = 0, scalar) buffer Fluxes { float fluxes[]; };
+// Of them, as bits, which order as floats do that are not negative.
+layout(set = 2, binding = 1, scalar) buffer Greatest { uint greatest; };
+// Units of each row of texels of a map.
+layout(set = 2, binding = 2, scalar) buffer Sums { uint sums[]; };
+// Units before each row, and of all behind the last.
+layout(set = 2, binding = 3, scalar) buffer Starts { uvec2 starts[]; };
+// Of virtual lights: the texel that each is drawn from, or NO_TEXEL.
+layout(set = 2, binding = 4, scalar) buffer Picks { uint picks[]; };
+
+// Where there is no flux at all.
+const uint NO_TEXEL = 0xffffffffu;
+#endif

@@ -1,0 +1,33 @@
+#version 460
+// The flux that leaves the patch of each texel, as luminance, and the greatest of all. Inputs: maps, triangles, lights. Outputs: fluxes;
+// the greatest. Twin: reference::twin::indirect::patch.
+#include "lights/indirect/drawn.glsl"
+#include "lights/indirect/patch.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(push_constant, scalar) uniform FluxPush { uint texel_count; };
+
+shared uint most;
+
+// What no sum is too small for.
+const float BRIGHTEST = 1e30;
+
+void main() {
+    if (gl_LocalInvocationIndex == 0u) {
+        most = 0u;
+    }
+    barrier();
+    uint texel = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
+    if (texel < texel_count) {
+        float flux = luminance(patch_of(texel).flux);
+        // What is no number is no light.
+        flux = flux > 0.0 ? min(flux, BRIGHTEST) : 0.0;
+        fluxes[texel] = flux;
+        atomicMax(most, floatBitsToUint(flux));
+    }
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) {
+        atomicMax(greatest, most);
+    }
+}

@@ -1,0 +1,53 @@
+#version 460
+// Virtual lights of the texels that were drawn: each has an equal share of all flux, in its texel's colour. Inputs: picks, maps,
+// triangles, lights. Output: virtual lights. Twin: reference::twin::indirect::light.
+#include "lights/indirect/drawn.glsl"
+#include "lights/indirect/patch.glsl"
+
+layout(local_size_x = 64) in;
+
+// set 2: indirect_drawn
+layout(set = 2, binding = 5, scalar) writeonly buffer VirtualLights { Light virtual_lights[]; };
+
+layout(push_constant, scalar) uniform DrawPush {
+    uint light_count;
+    uint map_count;
+};
+
+// Off the surface, of the patch's coordinates and its distance from the light: some ten times what floats round, so that the surface is
+// behind the light and shadows nothing.
+const float LIFT = 1e-5;
+
+// A patch that is lit at less is as small as at this.
+const float LEAST_COSINE = 0.1;
+
+void main() {
+    uint i = gl_WorkGroupID.x * 64u + gl_LocalInvocationIndex;
+    if (i >= light_count) {
+        return;
+    }
+    uint texel = picks[i];
+    Patch lit = texel == NO_TEXEL ? NO_PATCH : patch_of(texel);
+    float own = luminance(lit.flux);
+    uvec2 total = starts[map_count << SIDE_BITS];
+    float share = (float(total.y) * 4294967296.0 + float(total.x)) * flux_unit(greatest) / float(light_count);
+    // The area that has this share of the flux, over pi; and the texel's own where several lights share it.
+    float cosine = max(lit.cosine, LEAST_COSINE);
+    float area = own > 0.0 ? lit.crossed / cosine * max(share / own, 1.0) : 1.0;
+    vec3 far = abs(lit.position);
+    float lift = 0.0;
+    if (own > 0.0) {
+        lift = LIFT * (max(far.x, max(far.y, far.z)) + distance(lit.position, maps[texel_map(texel)].opaque.origin));
+    }
+    Light light;
+    light.position = lit.position + lift * lit.normal;
+    light.kind = LIGHT_VIRTUAL;
+    light.direction = lit.normal;
+    light.cos_cone = 0.0;
+    light.radiance = own > 0.0 ? lit.flux * (share / own) : vec3(0.0);
+    light.falloff = 1.0 / area;
+    light.first_map = 6u * i;
+    light.map_count = 6u;
+    light.has_opaque = 1u;
+    virtual_lights[i] = light;
+}

@@ -1,0 +1,71 @@
+// A texel of a reflective shadow map: the patch of a surface that a light sees through it. Sources: Dachsbacher and Stamminger 2005
+// (the maps); that a patch follows from its triangle is ours. Twin: reference::twin::indirect::patch.
+#ifndef LIGHTS_INDIRECT_PATCH_GLSL
+#define LIGHTS_INDIRECT_PATCH_GLSL
+#include "maps/scene.glsl"
+#include "maps/opaque.glsl"
+#include "consume/surface.glsl"
+#include "lights/indirect/texels.glsl"
+
+// set 1: indirect_lit
+layout(set = 1, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
+// The light of each map.
+layout(set = 1, binding = 1, scalar) readonly buffer Owners { uint owners[]; };
+// Of each triangle 1 where its normal looks out of something closed, -1 where it looks in, else 0.
+layout(set = 1, binding = 2, scalar) readonly buffer Sides { int sides[]; };
+// The triangle of each texel, and 1.
+layout(set = 1, binding = 3) uniform utexture2D seen;
+
+const float PI = 3.14159265;
+
+struct Patch {
+    vec3 position;
+    vec3 normal;     // on the side that the light comes from
+    vec3 flux;       // of a virtual light (world/light.glsl): the radiance that leaves the patch, times its area, over pi
+    float crossed;   // the area of the light's rays that meet it, over pi
+    float cosine;    // between it and the light's rays
+};
+
+const Patch NO_PATCH = Patch(vec3(0.0), vec3(0.0, 0.0, 1.0), vec3(0.0), 0.0, 1.0);
+
+// The patch of a texel, by its number. None where no mesh is, or its inside, or another face of a point light is asked.
+Patch patch_of(uint texel) {
+    uint map = texel_map(texel);
+    View view = maps[map].opaque;
+    uvec2 at = texel_place(texel);
+    uint met = texelFetch(seen, opaque_corner(view, map, opaque_map) + ivec2(at), 0).r;
+    if (met == 0u) {
+        return NO_PATCH;
+    }
+    Triangle triangle = triangles[met - 1u];
+    Light light = lights[owners[map]];
+    Ray ray = view_ray(view, vec2(at) + 0.5);
+    vec3 normal = triangle_normal(triangle);
+    vec3 z_all = vec3(0.0);
+    for (int i = 0; i < 3; ++i) {
+        z_all[i] = dot(triangle.corners[i] - view.origin, view.forward);
+    }
+    vec2 range = vec2(min(z_all.x, min(z_all.y, z_all.z)), max(z_all.x, max(z_all.y, z_all.z)));
+    float z = surface_z(ray, Surface(triangle.corners[0], normal, range));
+    vec3 position = surface_position(ray, z);
+    if (light_map(light, position) != map) {
+        return NO_PATCH;
+    }
+    // Of what is open both sides send light back, and a light is on one of them; of what is closed the outside does. (At an edge a
+    // rasterizer may show the back of a side that the light does not see.)
+    int side = sides[met - 1u];
+    float cosine = dot(normal, light_direction(light, position));
+    if (side != 0 && (cosine <= 0.0) == (side > 0)) {
+        return NO_PATCH;
+    }
+    normal = cosine < 0.0 ? -normal : normal;
+    // Of a pyramid of rays from a point: its solid angle, times the distance squared.
+    float slant = length(ray.direction);
+    float crossed = 4.0 / (float(view.width) * float(view.height) * view.scale_x * view.scale_y * PI);
+    crossed *= view.projection == VIEW_PARALLEL ? 1.0 : z * z / slant;
+    return Patch(position, normal, triangle.albedo * light_radiance(light, position) * crossed, crossed, abs(cosine));
+}
+
+// By which patches are drawn. Rec. 709.
+float luminance(vec3 color) { return dot(color, vec3(0.2126, 0.7152, 0.0722)); }
+#endif

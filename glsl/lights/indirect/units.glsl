@@ -1,0 +1,42 @@
+// Flux in whole numbers, so that its sums are the same in any order: the greatest is 2^22 to 2^23 units, a row of texels has at most
+// 2^31 and all have less than 2^48, in two words, the lower first. Twin: reference::twin::indirect.
+#ifndef LIGHTS_INDIRECT_UNITS_GLSL
+#define LIGHTS_INDIRECT_UNITS_GLSL
+
+// The least exponent of a float that is counted as it is, so that no unit is too small for one.
+const uint LEAST_EXPONENT = 27u;
+
+// That of a float's bits.
+uint flux_exponent(uint bits) { return max(bits >> 23, LEAST_EXPONENT); }
+
+// `most` is the greatest flux, in bits. By a power of 2: nothing is rounded but to the nearest unit.
+uint flux_units(float flux, uint most) {
+    precise float units = flux * uintBitsToFloat((276u - flux_exponent(most)) << 23);
+    precise float rounded = units + 0.5;
+    return uint(rounded);
+}
+
+// What a unit is.
+float flux_unit(uint most) { return uintBitsToFloat((flux_exponent(most) - 22u) << 23); }
+
+uvec2 add(uvec2 a, uvec2 b) {
+    uint carry;
+    uint low = uaddCarry(a.x, b.x, carry);
+    return uvec2(low, a.y + b.y + carry);
+}
+
+uvec2 subtract(uvec2 a, uvec2 b) {
+    uint borrow;
+    uint low = usubBorrow(a.x, b.x, borrow);
+    return uvec2(low, a.y - b.y - borrow);
+}
+
+// `share` of 65,536 parts of it, rounded down.
+uvec2 part_of(uvec2 a, uint share) {
+    uint high = a.y * share;
+    uvec2 rest = add(uvec2((a.x >> 16) * share, 0u), uvec2((a.x & 0xffffu) * share >> 16, 0u));
+    return add(uvec2(high << 16, high >> 16), rest);
+}
+
+bool is_less(uvec2 a, uvec2 b) { return a.y < b.y || (a.y == b.y && a.x < b.x); }
+#endif

@@ -1,0 +1,52 @@
+#version 460
+// How far light gets in each tile of each map: the farthest z at which a mesh ends it, over the tile and the texels from which a
+// look-up may come here; FARTHEST where some of it goes on. One workgroup a tile.
+// Inputs: maps, the opaque map. Outputs: horizon. Twin: reference::twin::bins::horizon.
+// Invariant: where a point is behind the horizon of a tile that its look-up reads, its opaque visibility is 0.
+#include "maps/bins/set.glsl"
+#include "maps/bins/tiles.glsl"
+#include "maps/opaque.glsl"
+
+layout(local_size_x = BIN_THREADS) in;
+
+// Texels around a tile from which look-ups come: one for the bilinear weights, and a filter's radius.
+CONSTANT(uint, REACH, 1u)
+
+BINS_HORIZON(writeonly buffer)
+
+shared uint farthest;
+
+// Both views look along the same rays: where a texel of one stands in the other is the same at every z.
+vec2 in_opaque(uint map, vec2 texel) {
+    Ray ray = view_ray(maps[map].volume, texel);
+    return view_project(maps[map].opaque, ray.origin + ray.direction).xy;
+}
+
+void main() {
+    uint map = gl_WorkGroupID.z;
+    View view = maps[map].volume, opaque = maps[map].opaque;
+    if (gl_LocalInvocationIndex == 0u) {
+        farthest = 0u;
+    }
+    barrier();
+    vec2 a = in_opaque(map, vec2(gl_WorkGroupID.xy * TILE_TEXELS) - float(REACH));
+    vec2 b = in_opaque(map, vec2(gl_WorkGroupID.xy * TILE_TEXELS + TILE_TEXELS) + float(REACH));
+    // The four texels of a compare, and one more against rounding; past the map's edge nothing ends the light.
+    ivec2 size = ivec2(opaque.width, opaque.height);
+    ivec2 low = ivec2(clamp(floor(min(a, b) - 0.5), vec2(-2.0), vec2(size))) - 1;
+    ivec2 high = ivec2(clamp(floor(max(a, b) - 0.5), vec2(-2.0), vec2(size))) + 2;
+    float far = any(lessThan(low, ivec2(0))) || any(greaterThanEqual(high, size)) ? 1.0 : 0.0;
+    ivec2 extent = high - low + 1, corner = opaque_corner(opaque, map, opaque_map);
+    for (int i = int(gl_LocalInvocationIndex); far < 1.0 && i < extent.x * extent.y; i += 64) {
+        ivec2 texel = low + ivec2(i % extent.x, i / extent.x);
+        far = max(far, texelFetch(opaque_map, corner + texel, 0).r);
+    }
+    atomicMax(farthest, floatBitsToUint(far));
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) {
+        float depth = uintBitsToFloat(farthest);
+        float z = opaque.near + depth * (opaque.far - opaque.near) + dot(opaque.origin - view.origin, view.forward);
+        uint place = (map * gl_NumWorkGroups.y + gl_WorkGroupID.y) * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+        horizon[place] = depth >= 1.0 ? FARTHEST : z;
+    }
+}

@@ -1,0 +1,34 @@
+// How the casters of a map that meet some tile are put together in their drawing order, by many workgroups: a bit a
+// caster and their number a block (mark), where each block begins (scan), the casters themselves (compact). A thread
+// has a word of bits. Bound by maps::Compact.
+#ifndef MAPS_BINS_MARKS_GLSL
+#define MAPS_BINS_MARKS_GLSL
+#extension GL_EXT_scalar_block_layout : require
+
+layout(push_constant, scalar) uniform CompactPush {
+    uint caster_count;
+    uint capacity;  // casters between the orders of two maps
+};
+
+// Words of bits of a block, whose threads they are. Twin: BLOCK_WORDS in reference::twin::compact.
+const uint BLOCK_WORDS = 64u;
+
+// set 0: bins_compact
+layout(set = 0, binding = 0, scalar) readonly buffer Met { uint met[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer Order { uint order[]; };
+// Casters of the map and of its drawing order.
+layout(set = 0, binding = 2, scalar) buffer Marks { uint marks[]; };
+// Casters of each block; after scan, those before it.
+layout(set = 0, binding = 3, scalar) buffer Blocks { uint blocks[]; };
+layout(set = 0, binding = 4, scalar) writeonly buffer Drawn { uint drawn[]; };
+// VkDrawIndirectCommand: vertices, instances, first vertex, first instance.
+layout(set = 0, binding = 5, scalar) writeonly buffer Draws { uint draws[]; };
+
+uint mark_blocks() { return (caster_count + 32u * BLOCK_WORDS - 1u) / (32u * BLOCK_WORDS); }
+
+// Whatever the number of workgroups a dimension.
+uint mark_block() { return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x; }
+
+// The place of word `word` of block `block` of a map.
+uint mark_place(uint map, uint block, uint word) { return (map * mark_blocks() + block) * BLOCK_WORDS + word; }
+#endif

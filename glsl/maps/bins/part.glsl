@@ -1,0 +1,70 @@
+// What a workgroup builds, for passes with one workgroup a listed part: the bins as such a pass reads them.
+#ifndef MAPS_BINS_PART_GLSL
+#define MAPS_BINS_PART_GLSL
+#include "maps/bins/set.glsl"
+#include "maps/bins/totals.glsl"
+#include "maps/bins/view_caster.glsl"
+#include "maps/detail/blocks.glsl"
+#include "maps/rounds.glsl"
+#include "maps/scene.glsl"
+
+BINS_PARTS(readonly buffer)
+BINS_TOTALS(buffer)
+#ifndef BINS_ENTRIES_WRITTEN
+BINS_ENTRIES(readonly buffer)
+#else
+BINS_ENTRIES(coherent buffer)
+#endif
+
+BINS_SLOTS(readonly buffer)
+
+// False where the list has ended; there is room behind it, so that both reads can be under way at once.
+bool listed_part(out TilePart part) {
+    uint place = gl_WorkGroupID.y * BIN_GROUPS_X + gl_WorkGroupID.x;
+    part = parts[place];
+    return place < totals[0].parts;
+}
+
+// After all loops over the part's casters: says if the driver cut them short.
+void end_part(TilePart part) {
+    if (rounds_ran_out(part.count)) {
+        totals[0].cut_short = 1u;
+    }
+}
+
+// The word of the part's block, and tiles across and down its map.
+uint part_slot(TilePart part, out uvec2 tiles) {
+    tiles = (map_size() + 7u) / 8u;
+    return slots[part_map(part) * tiles.x * tiles.y * SLOTS + part.tile];
+}
+
+// The view of the part's map; of a block, as fine as its tile is.
+View part_view(TilePart part) {
+    uvec2 tiles;
+    View view = maps[part_map(part)].volume;
+    return DETAIL ? finer(view, slot_side(part_slot(part, tiles))) : view;
+}
+
+// The first texel of the part's tile or block, in that view.
+uvec2 part_corner(View view, TilePart part) {
+    if (DETAIL) {
+        uvec2 tiles;
+        uint side = slot_side(part_slot(part, tiles)), tile = part.tile / SLOTS, block = part.tile % SLOTS;
+        return (uvec2(tile % tiles.x, tile / tiles.x) * side + uvec2(block % side, block / side)) * 8u;
+    }
+    uint across = (view.width + 7u) / 8u;
+    return uvec2(part.tile % across, part.tile / across) * 8u;
+}
+
+// Where what is made of a texel stands: map after map in rows; of a block block after block.
+uint part_texel(View view, TilePart part, uvec2 texel) {
+    if (DETAIL) {
+        uvec2 tiles, within = texel % 8u;
+        return (slot_place(part_slot(part, tiles)) - 1u) * 64u + within.y * 8u + within.x;
+    }
+    return (part_map(part) * view.height + texel.y) * view.width + texel.x;
+}
+
+// The caster of an entry, in the view's axes.
+Caster tile_caster(View view, uint entry) { return view_caster(view, casters[entries[entry].y]); }
+#endif

@@ -1,0 +1,36 @@
+#version 460
+// Gives each tile of each map its place among the entries, in any order: tiles do not depend on each other. With room for
+// each tile it has one already, and entries in it. Lists the parts
+// into which tiles are cut, one a workgroup: PARTS of a tile that has casters, EMPTY_PARTS of one that has none.
+// With DETAIL the same of blocks: those that have a place are built.
+// Inputs: counts, slots. Outputs: cursors, where scatter begins to write, parts, totals (cleared before).
+#include "maps/bins/place.glsl"
+
+layout(local_size_x = BIN_THREADS) in;
+
+void main() {
+    uint map = gl_WorkGroupID.z, tile = map_thread(), a_map = bins_a_map(), bin = map * a_map + tile;
+    if (tile == 0u && map == 0u) {
+        totals[0].groups_x = BIN_GROUPS_X;
+        totals[0].groups_z = 1u;
+    }
+    if (tile >= a_map) {
+        return;
+    }
+    uint count = counts[bin], first = 0u;
+    if (count > 0u) {
+        first = atomicAdd(totals[0].entries, count);
+        if (first + count < first) {
+            atomicAdd(totals[0].entries_high, 1u);
+        }
+        atomicAdd(totals[0].tiles_used, 1u);
+        atomicMax(totals[0].fullest, count);
+    }
+    first = first_entry(bin, DETAIL ? slot_place(slots[bin]) - 1u : bin, count, first);
+    uint wanted = parts_wanted(bin, count);
+    if (wanted > 0u) {
+        uint place = atomicAdd(totals[0].parts, wanted);
+        list_parts(place, wanted, bin, count, first);
+        atomicMax(totals[0].groups_y, (place + wanted - 1u) / BIN_GROUPS_X + 1u);
+    }
+}

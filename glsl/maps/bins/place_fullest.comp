@@ -1,0 +1,96 @@
+#version 460
+// As place.comp, by one workgroup, and parts of tiles with the most casters come first: workgroups begin in that order, and a full
+// tile that is begun last is what all the device waits for.
+// Inputs: counts, slots. Outputs: cursors, parts, totals (cleared before).
+// Invariant: a tile stands before all that have less than four fifths of its casters.
+// LISTED 0: of all tiles. LISTED 1: of the blocks that maps/detail/choose.comp has listed.
+// variants: LISTED 0 1
+#include "maps/bins/place.glsl"
+#include "maps/detail/set.glsl"
+
+// 128 at least.
+layout(local_size_x_id = ID_WORKGROUP) in;
+// The same number: what is read of a specialized workgroup size is no constant to every tool.
+CONSTANT(uint, THREADS, 128u)
+
+// Classes of tiles: four for each doubling of the casters.
+const uint CLASSES = 128u;
+
+// Parts of each class, then where the next of each is listed.
+shared uint classes[CLASSES];
+shared uint entries_low, entries_high, used, fullest;
+
+uint class_of(uint count) {
+    uint top = count < 4u ? 0u : uint(findMSB(count)) - 2u;
+    return 4u * top + (count >> top);
+}
+
+#if LISTED == 1
+DETAIL_LISTED(readonly buffer)
+
+uint bin_count() { return listed[0]; }
+uint bin_at(uint i) { return listed[i + 1u]; }
+uint wanted_of(uint bin, uint count) { return PARTS; }
+#else
+uint bin_count() { return bins_a_map() * map_count; }
+uint bin_at(uint i) { return i; }
+uint wanted_of(uint bin, uint count) { return parts_wanted(bin, count); }
+#endif
+
+void main() {
+    uint thread = gl_LocalInvocationIndex, bins = bin_count();
+    if (thread < CLASSES) {
+        classes[thread] = 0u;
+    }
+    if (thread == 0u) {
+        entries_low = entries_high = used = fullest = 0u;
+    }
+    barrier();
+    uint most = 0u, with_casters = 0u;
+    for (uint i = thread; i < bins; i += THREADS) {
+        uint bin = bin_at(i), count = counts[bin];
+        most = max(most, count);
+        with_casters += uint(count > 0u);
+        atomicAdd(classes[class_of(count)], wanted_of(bin, count));
+    }
+    atomicMax(fullest, most);
+    atomicAdd(used, with_casters);
+    barrier();
+    uint before = 0u, parts_of_class = 0u;
+    if (thread < CLASSES) {
+        parts_of_class = classes[thread];
+        for (uint fuller = thread + 1u; fuller < CLASSES; ++fuller) {
+            before += classes[fuller];
+        }
+    }
+    barrier();
+    if (thread < CLASSES) {
+        classes[thread] = before;
+    }
+    barrier();
+    for (uint i = thread; i < bins; i += THREADS) {
+        uint bin = bin_at(i), count = counts[bin], first = 0u;
+        if (count > 0u) {
+            first = atomicAdd(entries_low, count);
+            if (first + count < first) {
+                atomicAdd(entries_high, 1u);
+            }
+        }
+        uint wanted = wanted_of(bin, count);
+        uint place = wanted > 0u ? atomicAdd(classes[class_of(count)], wanted) : 0u;
+        list_parts(place, wanted, bin, count, first_entry(bin, i, count, first));
+    }
+    barrier();
+    if (thread == 0u) {
+        uint listed = before + parts_of_class;
+        totals[0].entries = entries_low;
+        totals[0].entries_high = entries_high;
+        totals[0].tiles_used = used;
+        totals[0].parts = listed;
+        totals[0].groups_x = BIN_GROUPS_X;
+        totals[0].groups_y = (listed + BIN_GROUPS_X - 1u) / BIN_GROUPS_X;
+        totals[0].groups_z = 1u;
+        // Scatter may have found a tile that has too little room.
+        atomicMax(totals[0].fullest, fullest);
+    }
+}

@@ -1,0 +1,24 @@
+// The unit in which a workgroup adds up its tile's optical depths as whole numbers. Needs, declared before: THREADS, of a
+// workgroup.
+#ifndef MAPS_BINS_SCALE_GLSL
+#define MAPS_BINS_SCALE_GLSL
+#include "maps/bins/part.glsl"
+#include "maps/bins/sums.glsl"
+
+shared uint tile_bound[2];
+
+// Units an optical depth of 1. All threads of the workgroup call it alike.
+float tile_scale(TilePart part) {
+    if (gl_LocalInvocationIndex == 0u) {
+        tile_bound[0] = tile_bound[1] = 0u;
+    }
+    barrier();
+    uvec2 most = uvec2(0u);
+    for (uint i = gl_LocalInvocationIndex; i < part.count; i += THREADS) {
+        wide_add(most, entry_bound(entries[part.first + i], DARK));
+    }
+    WIDE_ATOMIC_ADD(tile_bound[0], tile_bound[1], most);
+    barrier();
+    return sum_scale(uvec2(tile_bound[0], tile_bound[1]));
+}
+#endif

@@ -1,0 +1,20 @@
+// The set of the bins: a shader says which of its buffers it reads or writes, `BINS_COUNTS(readonly buffer)`. Bound by maps::Bins.
+// set 1: bins
+#ifndef MAPS_BINS_SET_GLSL
+#define MAPS_BINS_SET_GLSL
+// Casters of each tile: map after map, rows of tiles; with DETAIL of each word of its table.
+#define BINS_COUNTS(access) layout(set = 1, binding = 0, scalar) access Counts { uint counts[]; };
+// The listed parts of tiles.
+#define BINS_PARTS(access) layout(set = 1, binding = 1, scalar) access Parts { TilePart parts[]; };
+// Where the next entry of each tile goes.
+#define BINS_CURSORS(access) layout(set = 1, binding = 2, scalar) access Cursors { uint cursors[]; };
+#define BINS_TOTALS(access) layout(set = 1, binding = 3, scalar) access Totals { BinTotals totals[]; };
+// What a caster is sorted by or takes at most, and the caster.
+#define BINS_ENTRIES(access) layout(set = 1, binding = 4, scalar) access Entries { uvec2 entries[]; };
+// Whether a caster of a map is in some tile.
+#define BINS_MET(access) layout(set = 1, binding = 5, scalar) access Met { uint met[]; };
+// z in the map's volume view behind which no light gets: map after map, rows of tiles.
+#define BINS_HORIZON(access) layout(set = 1, binding = 6, scalar) access Horizon { float horizon[]; };
+// How fine tiles are: glsl/maps/detail/blocks.glsl.
+#define BINS_SLOTS(access) layout(set = 1, binding = 7, scalar) access Slots { uint slots[]; };
+#endif

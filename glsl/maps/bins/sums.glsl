@@ -1,0 +1,29 @@
+// Sums of optical depth in whole numbers: they depend on the casters alone, not on the order these come in.
+// Twin: reference::twin::sums.
+#ifndef MAPS_BINS_SUMS_GLSL
+#define MAPS_BINS_SUMS_GLSL
+#include "world/caster.glsl"
+
+// The bound of a texel's optical depth is added up in 256ths.
+const float BOUND_UNITS = 256.0;
+
+// Of an entry that has what its caster takes at most (maps/bins/tiles.glsl), `dark` at most; rounded up.
+uint entry_bound(uvec2 entry, float dark) {
+    return uint(min(uintBitsToFloat(entry.x), dark) * BOUND_UNITS) + 1u;
+}
+
+// A bound is added up in two words, low word first: a million opaque casters of a tile are more than one holds.
+void wide_add(inout uvec2 sum, uint value) {
+    sum.x += value;
+    sum.y += uint(sum.x < value);
+}
+
+// Adds `sum` to two words of shared memory that several threads add to.
+#define WIDE_ATOMIC_ADD(low, high, sum) atomicAdd(high, (sum).y + uint(atomicAdd(low, (sum).x) > ~(sum).x))
+
+// Units an optical depth of 1: as fine as it gets without a sum of at most `bound` passing 32 bits.
+float sum_scale(uvec2 bound) {
+    int top = bound.y != 0u ? 32 + findMSB(bound.y) : findMSB(bound.x);
+    return exp2(float(min(22, 38 - top)));
+}
+#endif

@@ -1,0 +1,38 @@
+// Which casters a thread of count and scatter has, and what its workgroup counts in shared memory. TALLY, declared before, says
+// whether it does.
+#ifndef MAPS_BINS_TALLY_GLSL
+#define MAPS_BINS_TALLY_GLSL
+#include "maps/bins/tiles.glsl"
+
+#if TALLY == 1
+// Both of the host's choice, within what the device takes.
+layout(local_size_x_id = ID_TALLY_THREADS) in;
+CONSTANT(uint, TALLY_THREADS, 128u)
+// Casters that a thread has, one after the other.
+CONSTANT(uint, TALLY_TURNS, 8u)
+// A word a tile of a map, of which there are as many at most. Twin: MOST_TALLIED in maps::threads.
+shared uint tally[4096];
+#else
+const uint TALLY_THREADS = BIN_THREADS;
+const uint TALLY_TURNS = 1u;
+layout(local_size_x = TALLY_THREADS) in;
+#endif
+
+// The thread among those that share a caster.
+uint tally_lane() { return gl_LocalInvocationIndex % TILE_LANES; }
+
+// The caster of a thread's turn; there may be none.
+uint tally_caster(uint turn) {
+    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    return ((group * TALLY_TURNS + turn) * TALLY_THREADS + gl_LocalInvocationIndex) / TILE_LANES;
+}
+
+void tally_clear(uvec2 tiles) {
+#if TALLY == 1
+    for (uint i = gl_LocalInvocationIndex; i < tiles.x * tiles.y; i += TALLY_THREADS) {
+        tally[i] = 0u;
+    }
+    barrier();
+#endif
+}
+#endif

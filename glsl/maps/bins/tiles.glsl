@@ -1,0 +1,131 @@
+// Casters binned to tiles of 8×8 texels of the light's map. Twin: reference::twin::bins.
+#ifndef MAPS_BINS_TILES_GLSL
+#define MAPS_BINS_TILES_GLSL
+#include "maps/bins/texel.glsl"
+#include "maps/scene.glsl"
+
+layout(push_constant, scalar) uniform BinPush {
+    uint caster_count;
+    uint capacity;  // of the entries
+    uint room;      // not 0: entries of each tile, tile after tile, which are not counted before
+    uint mark;      // of casters that are in some tile; where entries are kept another for each build
+    uint map_count;
+};
+
+const uint TILE_TEXELS = 8u;
+// Threads that share the tiles of a caster: 16, or 1 where threads do not run at the same time anyway.
+CONSTANT(uint, TILE_LANES, 16u)
+
+// Casters that stand in the dark behind the meshes are left out of a tile.
+CONSTANT(bool, HIDE, false)
+
+// Threads of a workgroup of the passes that bin.
+const uint BIN_THREADS = 64u;
+
+// Place of a pass's thread among all of its map, whatever the number of workgroups a dimension.
+uint map_thread() {
+    return (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * BIN_THREADS + gl_LocalInvocationIndex;
+}
+
+uvec2 tile_counts(View view) {
+    return (uvec2(view.width, view.height) + TILE_TEXELS - 1u) / TILE_TEXELS;
+}
+
+// The tiles of texels that the caster's bounds reach, their centres or with AREA their squares: low to high, both included;
+// false where there is none.
+bool caster_tiles(View view, Caster caster, out uvec2 low_tile, out uvec2 high_tile) {
+    vec2 low, high;
+    low_tile = high_tile = uvec2(0u);
+    if (!texel_bounds(view, view_caster(view, caster), low, high)) {
+        return false;
+    }
+    vec2 size = vec2(view.width, view.height);
+    vec2 first = ceil(clamp(low, vec2(0.0), size));
+    vec2 last = floor(clamp(high, vec2(-1.0), size - 1.0));
+    if (any(greaterThan(first, last))) {
+        return false;
+    }
+    low_tile = uvec2(first) / TILE_TEXELS;
+    high_tile = uvec2(last) / TILE_TEXELS;
+    return true;
+}
+
+// Place along the strand's axis of the point nearest to the ray through the tile's middle, and its offset from that ray.
+float tile_along(View view, Caster strand, uvec2 tile, out vec3 across) {
+    vec3 start, axis;
+    float along;
+    bool aslant = strand_along(view_ray(view, vec2(tile * TILE_TEXELS) + 0.5 * float(TILE_TEXELS)), strand, start, axis, along);
+    along = aslant ? clamp(along, 0.0, 1.0) : 0.0;
+    across = start + along * axis;
+    return along;
+}
+
+// In a parallel view, how far a sphere's centre is from the tile less `inset` texels, along right and up, in units of its radius.
+vec2 tile_apart(View view, Caster sphere, uvec2 tile, float inset) {
+    vec2 scale = vec2(view.scale_x, view.scale_y), size = vec2(view.width, view.height);
+    vec3 offset = sphere.position - view.origin;
+    vec2 centre = vec2(dot(offset, view.right), dot(offset, view.up));
+    vec2 low = ((vec2(tile * TILE_TEXELS) + inset) / size * 2.0 - 1.0) / scale;
+    vec2 high = ((vec2(tile * TILE_TEXELS + TILE_TEXELS) - inset) / size * 2.0 - 1.0) / scale;
+    return max(max(low - centre, centre - high), vec2(0.0)) / sphere.radius;
+}
+
+// Squared distance, in units of the radius, from the caster to the tile less `inset` texels (half of one: to the rays of
+// texel centres), never more than the true one to the nearest ray in it. Exact for a sphere in a parallel view; for a
+// strand to the circle about the tile, half a texel too small and more; 0 in perspective, whose tiles are not rectangles
+// across the rays.
+float tile_distance(View view, Caster caster, uvec2 tile, float inset) {
+    if (view.projection == VIEW_PERSPECTIVE) {
+        return 0.0;
+    }
+    if (caster_is_strand(caster)) {
+        vec2 scale = vec2(view.scale_x, view.scale_y), size = vec2(view.width, view.height);
+        vec3 across;
+        tile_along(view, caster, tile, across);
+        float apart = max(length(across) - length(float(TILE_TEXELS) / (size * scale)), 0.0) / caster.radius;
+        return apart * apart;
+    }
+    vec2 apart = tile_apart(view, caster, tile, inset);
+    return dot(apart, apart);
+}
+
+// To the nearest ray of a texel.
+float tile_distance(View view, Caster caster, uvec2 tile) {
+    return tile_distance(view, caster, tile, 0.5 - TEXEL_REACH);
+}
+
+// A tile may be left out where no ray of it meets the caster; the margin is against rounding.
+bool tile_missed(float distance_square) {
+    return distance_square > 1.0001;
+}
+
+// Whether no light gets to the caster in a tile: what it takes away is never seen. The margin is against rounding.
+bool tile_hidden(View view, Caster caster, float horizon) {
+    if (!HIDE) {
+        return false;
+    }
+    float start = dot(caster.position - view.origin, view.forward);
+    float nearest = caster_is_strand(caster) ? min(start, start + dot(caster.axis, view.forward)) : start - caster.radius;
+    return nearest > horizon + 1e-5 * (view.far - view.near);
+}
+
+// An entry has what it is sorted by; or, for who adds up casters in any order, what its caster takes of any ray at most.
+CONSTANT(bool, KEYED, true)
+
+// Sorts as the depth at which the sphere begins, nearest within the tile, or of the strand's point nearest to the tile's
+// middle: non-negative floats order as their bits do.
+uint tile_key(View view, Caster caster, uvec2 tile, float distance_square) {
+    float centre = dot(caster.position - view.origin, view.forward);
+    float nearest = centre - caster.radius * sqrt(max(1.0 - distance_square, 0.0));
+    if (caster_is_strand(caster)) {
+        vec3 across;
+        nearest = centre + tile_along(view, caster, tile, across) * dot(caster.axis, view.forward);
+    }
+    return floatBitsToUint(max(view_depth(view, nearest), 0.0));
+}
+
+// Of the caster `index` in a tile.
+uvec2 tile_entry(View view, Caster caster, uint index, uvec2 tile, float distance_square) {
+    return uvec2(KEYED ? tile_key(view, caster, tile, distance_square) : floatBitsToUint(caster_most(caster)), index);
+}
+#endif

@@ -1,0 +1,34 @@
+// What binning counts, over all maps. Twins: maps::BinTotals, maps::TilePart.
+#ifndef MAPS_BINS_TOTALS_GLSL
+#define MAPS_BINS_TOTALS_GLSL
+#extension GL_EXT_scalar_block_layout : require
+
+// Workgroups of listed parts, across. Wide enough that the limit on rows, 65,535, is never met. Twin: GROUPS_X in
+// maps::bins.
+const uint BIN_GROUPS_X = 64u;
+
+struct BinTotals {
+    uint entries;       // modulo 2³²
+    uint entries_high;  // how often they have passed that
+    uint tiles_used;
+    uint parts;  // of tiles, listed
+    // VkDispatchIndirectCommand: a workgroup a listed part, and up to 63 more.
+    uint groups_x;
+    uint groups_y;
+    uint groups_z;
+    uint cut_short;  // not 0: the driver ended loops over a tile's casters before their time
+    uint fullest;    // most casters of a tile
+};
+
+// What a workgroup builds: a tile, or a part of one.
+struct TilePart {
+    uint tile;      // of its map, row after row
+    uint map_part;  // which of the maps · 256 + which part of the tile
+    uint first;  // of the tile's entries
+    uint count;  // of them
+};
+
+uint part_map(TilePart part) { return part.map_part >> 8; }
+
+uint part_of_tile(TilePart part) { return part.map_part & 255u; }
+#endif

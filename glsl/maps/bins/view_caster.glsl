@@ -1,0 +1,61 @@
+// Rays in the axes of a view, and where they meet casters there.
+#ifndef MAPS_BINS_VIEW_CASTER_GLSL
+#define MAPS_BINS_VIEW_CASTER_GLSL
+#include "maps/segment.glsl"
+
+// view_ray through a texel's centre.
+Ray view_texel_ray(View view, uvec2 texel) {
+    vec2 ndc = (vec2(texel) + 0.5) / vec2(view.width, view.height) * 2.0 - 1.0;
+    vec2 across = ndc / vec2(view.scale_x, view.scale_y);
+    return view.projection == VIEW_PARALLEL ? Ray(vec3(across, 0.0), vec3(0.0, 0.0, 1.0))
+                                            : Ray(vec3(0.0), vec3(across, 1.0));
+}
+
+// The ray so far to the right of a view_texel_ray, in units of its plane.
+Ray view_ray_beside(View view, Ray ray, float right) {
+    if (view.projection == VIEW_PARALLEL) {
+        ray.origin.x += right;
+    } else {
+        ray.direction.x += right;
+    }
+    return ray;
+}
+
+// Whether the ray may meet the caster: where it says no view_segment does, too, however either is rounded.
+bool view_meets(View view, Ray ray, float ray_length, Caster caster) {
+    if (caster_is_strand(caster)) {
+        return true;
+    }
+    float radius = 1.00001 * caster.radius;
+    vec3 across = vec3(caster.position.xy - ray.origin.xy, 0.0);
+    if (view.projection != VIEW_PARALLEL) {
+        across = caster.position - dot(caster.position, ray.direction) / (ray_length * ray_length) * ray.direction;
+        radius += 1e-6 * ray_length * abs(caster.position.z);
+    }
+    return dot(across, across) < radius * radius;
+}
+
+// Whether a ray is in the caster for as long as its chord: a sphere behind the near plane, where rays are parallel.
+bool plain_sphere(View view, Caster caster) {
+    return view.projection == VIEW_PARALLEL && !caster_is_strand(caster) && caster.position.z - caster.radius >= view.near;
+}
+
+// As texel_segment, of a ray and a caster in the view's axes, between z.
+bool view_segment(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
+    bool hit;
+    vec3 within;
+    if (view.projection == VIEW_PARALLEL && !caster_is_strand(caster)) {
+        // caster_overlap, where the ray's direction is (0, 0, 1).
+        vec2 across = caster.position.xy - ray.origin.xy;
+        float half_square = caster.radius * caster.radius - dot(across, across);
+        float half_chord = sqrt(max(half_square, 0.0));
+        within = vec3(caster.position.z - half_chord, caster.position.z + half_chord, 2.0 * half_chord);
+        hit = half_square > 0.0 && within.y > view.near;
+    } else {
+        hit = caster_overlap(ray, caster, within) && within.y > view.near;
+    }
+    optical_depth = segment_cut(view, ray_length, caster, dark, within);
+    z = within.xy;
+    return hit;
+}
+#endif

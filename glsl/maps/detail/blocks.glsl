@@ -1,0 +1,26 @@
+// Tiles at a multiple of their map's resolution: a tile of 8×8 texels of the map is side × side blocks of 8×8 texels, side
+// from 1 to 8. The table has SLOTS words a tile: word y · side + x is that of block (x, y). It says the tile's side, and the
+// block's place among the curves, or that no caster meets it; words past side² say nothing. Twin: reference::twin::detail.
+#ifndef MAPS_DETAIL_BLOCKS_GLSL
+#define MAPS_DETAIL_BLOCKS_GLSL
+#include "world/view.glsl"
+
+// Whether tiles have sides of their own; else each is one block.
+CONSTANT(bool, DETAIL, false)
+
+const uint SLOTS = 64u;
+
+uint slot_word(uint side, uint place) { return side << 28 | place; }
+
+uint slot_side(uint word) { return word >> 28; }
+
+// 0 where no caster meets the block, else 1 + its place.
+uint slot_place(uint word) { return word & 0x0FFFFFFFu; }
+
+// The map's view, `side` times as fine.
+View finer(View view, uint side) {
+    view.width *= side;
+    view.height *= side;
+    return view;
+}
+#endif

@@ -1,0 +1,257 @@
+#version 460
+// Chooses how fine each tile of all maps is, and where its blocks stand, as fine as so many blocks allow. One workgroup.
+// Where edges of a strength E stand per texel, the error falls with about the side to the power of −1 (hair: −0.7), so that a
+// tile's side goes with E to about a third; that edges hide each other makes it a fifth of E / (1 + optical depth).
+// How many blocks there are at each scale follows from where each tile changes its side.
+// Inputs: surveys. Outputs: slots, listed, totals. Twin: reference::twin::detail::choose.
+// Invariants: there are never more blocks than were allowed; only whole numbers are computed with, so that the same surveys
+// are the same choice on every device; every block that a caster meets has a place.
+#include "maps/bins/set.glsl"
+#include "maps/bins/totals.glsl"
+#include "maps/detail/blocks.glsl"
+#include "maps/detail/set.glsl"
+#include "maps/detail/survey.glsl"
+#include "maps/rounds.glsl"
+#include "maps/scene.glsl"
+
+// A multiple of SLOTS, 128 at least.
+layout(local_size_x_id = ID_WORKGROUP) in;
+// The same number: what is read of a specialized workgroup size is no constant to every tool.
+CONSTANT(uint, THREADS, 128u)
+
+layout(push_constant, scalar) uniform ChoosePush {
+    uint tile_count;  // of all maps
+    uint across;      // tiles
+    uint block_count;  // at most
+};
+
+// The blocks are also listed: how many there are, then their slots in the order of their places.
+CONSTANT(bool, LISTS, false)
+
+// False: blocks without casters are built too.
+CONSTANT(bool, TILED, false)
+
+BINS_TOTALS(writeonly buffer)
+BINS_SLOTS(writeonly buffer)
+DETAIL_SURVEYS(readonly buffer)
+DETAIL_LISTED(writeonly buffer)
+
+// Scales at which all tiles have side 1, and from which on few have less than side 8.
+const int LEAST_SCALE = -760;
+const int MOST_SCALE = 240;
+const uint SCALES = uint(MOST_SCALE - LEAST_SCALE);
+
+// By how many blocks each scale has more than the one before, modulo 2³².
+shared uint more[SCALES];
+shared uint sums[THREADS];
+// Of runs of so many threads.
+const uint RUN = 32u, RUNS = (THREADS + RUN - 1u) / RUN;
+shared uint run_sums[RUNS];
+// The greatest scale that fits, behind LEAST_SCALE.
+shared uint greatest;
+// Of a side: which cells a block of a row reaches over; which blocks of a row reach over some of a mask of cells. Whole
+// numbers are slow to divide.
+shared uint cells_of_block[8][8];
+shared uint blocks_of_row[8][16];
+// Of THREADS tiles: which of their blocks meet casters, and as a word of the table the side and the blocks before.
+shared uvec2 used_of_tile[THREADS];
+shared uint word_of_tile[THREADS];
+// Blocks of the tiles up to these.
+shared uint placed;
+
+// 16 log2(x), x > 0, the mantissa linear.
+int log_16(uint x) {
+    int top = findMSB(x);
+    return 16 * top + int(x << (31 - top) >> 27 & 15u);
+}
+
+// 80 log2(1.5), 80 log2(2.5), …: levels from which on a tile has side 2, 3, …
+const int LEVELS[7] = int[](47, 106, 145, 174, 197, 217, 233);
+
+// Level of a tile at scale 0: its side is 2^(level / 80), rounded, where 16 levels are an octave of edges to the power of a fifth.
+int tile_level(Survey survey, uint tile) {
+    int level = log_16(survey.edges + 1u) - log_16(uint(DEPTH_UNITS) + survey.optical_depth) + 160;
+    // Tiles that are alike do not all change at the same scale.
+    return level + int((tile % across * 13u + tile / across * 29u) & 31u);
+}
+
+// Side of a tile at a scale.
+uint tile_side(Survey survey, uint tile, int scale) {
+    if (survey.cells == 0u) {
+        return 8u;
+    }
+    int level = tile_level(survey, tile) + scale;
+    uint side = 1u;
+    [[unroll]] for (uint i = 0u; i < 7u; ++i) {
+        side += uint(level >= LEVELS[i]);
+    }
+    return side;
+}
+
+// The first scale at which a tile of that level has a side, behind LEAST_SCALE; SCALES or more: none.
+uint first_scale(int level, uint side) {
+    return side == 1u ? 0u : side > 8u ? SCALES : uint(max(LEVELS[side - 2u] - level - LEAST_SCALE, 0));
+}
+
+Survey surveyed(uint tile) {
+    Survey survey = surveys[tile];
+    survey.cells = TILED ? survey.cells : 0xFFFFu;
+    return survey;
+}
+
+// Cells that a block reaches over along x or y, as a mask: place i of `side`.
+uint block_cells(uint i, uint side) { return cells_of_block[side - 1u][i]; }
+
+// The tables above. All threads call it alike.
+void fill_tables() {
+    uint i = gl_LocalInvocationIndex, side = min(i / 16u + 1u, 8u);
+    if (i < 128u && i % 16u < side) {
+        uint first = i % 16u * SURVEY_CELLS / side, last = ((i % 16u + 1u) * SURVEY_CELLS - 1u) / side;
+        cells_of_block[side - 1u][i % 16u] = (2u << last) - (1u << first);
+    }
+    barrier();
+    uint blocks = 0u;
+    [[dont_unroll]] for (uint x = 0u; x < side; ++x) {
+        blocks |= uint((i % 16u & block_cells(x, side)) != 0u) << x;
+    }
+    if (i < 128u) {
+        blocks_of_row[side - 1u][i % 16u] = blocks;
+    }
+    barrier();
+}
+
+// Cells of a row of blocks in which there are casters, as a mask of x.
+uint row_cells(uint cells, uint y, uint side) {
+    uint rows = block_cells(y, side), mask = 0u;
+    [[dont_unroll]] for (uint row = 0u; row < SURVEY_CELLS; ++row) {
+        mask |= (rows >> row & 1u) != 0u ? cells >> (row * SURVEY_CELLS) & 15u : 0u;
+    }
+    return mask;
+}
+
+// The blocks that reach over cells with casters, a bit each.
+uvec2 used_blocks(uint cells, uint side) {
+    uvec2 used = uvec2(0u);
+    [[dont_unroll]] for (uint y = 0u; y < side && cells != 0u; ++y) {
+        uint row = blocks_of_row[side - 1u][row_cells(cells, y, side)], at = y * side;
+        used.x |= at < 32u ? row << at : 0u;
+        used.y |= at >= 32u ? row << (at - 32u) : at > 24u ? row >> (32u - at) : 0u;
+    }
+    return used;
+}
+
+uint bit_count(uvec2 bits) { return bitCount(bits.x) + bitCount(bits.y); }
+
+// Sum of the values of the threads before. All threads call it alike.
+uint sum_before(uint value) {
+    uint thread = gl_LocalInvocationIndex, run = thread / RUN * RUN, sum = 0u;
+    sums[thread] = value;
+    barrier();
+    // Not unrolled, here and below: what runs once waits for its own instructions, which are to be few.
+    [[dont_unroll]] for (uint i = run; i < thread; ++i) {
+        sum += sums[i];
+    }
+    if (thread == min(run + RUN, THREADS) - 1u) {
+        run_sums[thread / RUN] = sum + value;
+    }
+    barrier();
+    [[dont_unroll]] for (uint i = 0u; i < thread / RUN; ++i) {
+        sum += run_sums[i];
+    }
+    return sum;
+}
+
+// The greatest scale at which there are no more blocks than may be. All threads call it alike.
+int greatest_scale() {
+    uint thread = gl_LocalInvocationIndex;
+    for (uint i = thread; i < SCALES; i += THREADS) {
+        more[i] = 0u;
+    }
+    if (thread == 0u) {
+        greatest = placed = 0u;
+    }
+    barrier();
+    // Each side of each tile: from one scale on so many blocks, from another on not any more.
+    [[dont_unroll]] for (uint i = thread; i < tile_count * 8u; i += THREADS) {
+        uint tile = i / 8u, side = i % 8u + 1u;
+        Survey survey = surveyed(tile);
+        int level = survey.cells == 0u ? 0 : tile_level(survey, tile);
+        uint used = bit_count(used_blocks(survey.cells, side)), from = first_scale(level, side), to = first_scale(level, side + 1u);
+        if (used > 0u && from < SCALES) {
+            atomicAdd(more[from], used);
+        }
+        if (used > 0u && to < SCALES) {
+            atomicAdd(more[to], 0u - used);
+        }
+    }
+    barrier();
+    uint run = (SCALES + THREADS - 1u) / THREADS, begin = min(thread * run, SCALES), end = min(begin + run, SCALES), sum = 0u;
+    [[dont_unroll]] for (uint i = begin; i < end; ++i) {
+        sum += more[i];
+    }
+    sum = sum_before(sum);
+    uint fits = 0u, fitting = 0u;
+    [[dont_unroll]] for (uint i = begin; i < end; ++i) {
+        sum += more[i];
+        if (sum <= block_count) {
+            fits = 1u;
+            fitting = i;
+        }
+    }
+    barrier();
+    sums[thread] = fits;
+    barrier();
+    // Most scales fit. Those that do behind one another need not wait for each other.
+    if (fits != 0u && (thread == THREADS - 1u || sums[min(thread + 1u, THREADS - 1u)] == 0u)) {
+        atomicMax(greatest, fitting);
+    }
+    barrier();
+    return LEAST_SCALE + int(greatest);
+}
+
+void main() {
+    uint thread = gl_LocalInvocationIndex;
+    fill_tables();
+    int scale = greatest_scale();
+    // A thread writes words of the same slot of different tiles.
+    uint slot = thread % SLOTS, low = min(slot, 32u), high = max(slot, 32u) - 32u;
+    uvec2 bit = slot < 32u ? uvec2(1u << slot, 0u) : uvec2(0u, 1u << high);
+    uvec2 bits_before = uvec2(low == 32u ? ~0u : (1u << low) - 1u, (1u << high) - 1u);
+    for (uint first = 0u; first < tile_count; first += THREADS) {
+        uint tile = first + thread, side = 1u;
+        uvec2 used = uvec2(0u);
+        if (tile < tile_count) {
+            Survey survey = surveyed(tile);
+            side = tile_side(survey, tile, scale);
+            used = used_blocks(survey.cells, side);
+        }
+        uint before = placed + sum_before(bit_count(used));
+        used_of_tile[thread] = used;
+        word_of_tile[thread] = slot_word(side, before);
+        barrier();
+        if (thread == THREADS - 1u) {
+            placed = before + bit_count(used);
+        }
+        // Threads side by side write words side by side.
+        [[dont_unroll]] for (uint its = thread / SLOTS; its < min(THREADS, tile_count - first); its += THREADS / SLOTS) {
+            uint word = word_of_tile[its];
+            uvec2 all = used_of_tile[its];
+            side = slot_side(word);
+            if (slot < side * side) {
+                bool is_used = bit_count(all & bit) != 0u;
+                uint place = slot_place(word) + bit_count(all & bits_before), at = (first + its) * SLOTS + slot;
+                slots[at] = slot_word(side, is_used ? place + 1u : 0u);
+                if (LISTS && is_used) {
+                    listed[place + 1u] = at;
+                }
+            }
+        }
+        barrier();
+    }
+    if (LISTS && thread == 0u) {
+        listed[0] = placed;
+    }
+    if (rounds_ran_out(tile_count)) {
+        totals[0].cut_short = 1u;
+    }
+}

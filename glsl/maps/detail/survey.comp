@@ -1,0 +1,136 @@
+#version 460
+// What casters there are in each tile: which of its cells they meet, and how long and strong their edges are. A caster's share
+// of a tile is the most that it can be, which is enough to tell tiles apart.
+// Inputs: maps, casters, horizon. Outputs: surveys (cleared before). Twin: reference::twin::detail::survey.
+// Invariants: sums are whole numbers, so that the order of the casters is no matter; a cell that any ray through the tile meets
+// a caster in is marked.
+#extension GL_EXT_control_flow_attributes : require
+#include "maps/bins/set.glsl"
+#include "maps/detail/casters.glsl"
+#include "maps/detail/set.glsl"
+#include "maps/detail/survey.glsl"
+
+// TALLY 0: tiles are added to for each caster. TALLY 1: a workgroup adds up by itself before, for maps of few tiles, whose casters
+// would wait for each other.
+// variants: TALLY 0 1
+#if TALLY == 1
+layout(local_size_x_id = ID_WORKGROUP) in;
+// The same number: what is read of a specialized workgroup size is no constant to every tool.
+CONSTANT(uint, THREADS, 128u)
+// Of a map at most. Twin: MOST_SURVEYED in maps::threads.
+const uint MOST_TILES = 1024u;
+shared Survey own[MOST_TILES];
+#else
+const uint THREADS = BIN_THREADS;
+layout(local_size_x = THREADS) in;
+#endif
+
+BINS_HORIZON(readonly buffer)
+DETAIL_SURVEYS(buffer)
+
+// Cells reach so far, in their own texels, against rounding.
+const float OUTSET = 0.0625;
+
+// Length of the caster's edge within a tile, in texels, x; what it takes of the light, y; its mean optical depth over the
+// tile, z.
+vec3 share_of_tile(View view, Caster caster) {
+    float z = dot(caster.position - view.origin, view.forward);
+    float texels = 0.5 * float(view.width) * view.scale_x / (view.projection == VIEW_PARALLEL ? 1.0 : max(z, view.near));
+    float wide = 2.0 * caster.radius * texels, area = min(wide * wide, 64.0), edge = 0.5 * wide;
+    float optical_depth = caster.density * caster.radius * (4.0 / 3.0);
+    if (caster_is_strand(caster)) {
+        edge = length(caster.axis - dot(caster.axis, view.forward) * view.forward) * texels;
+        area = min(edge, 8.0) * wide;
+        optical_depth = caster.density;
+    }
+    return vec3(min(edge, 8.0), optical_depth / (1.0 + optical_depth), min(area / 64.0 * optical_depth, 1.0));
+}
+
+// Of the cells of a tile from `from` to `to`, those that the caster meets.
+uint cells_met(View fine, Caster caster, uvec2 tile, uvec2 from, uvec2 to) {
+    uint cells = 0u;
+    if (fine.projection != VIEW_PARALLEL || caster_is_strand(caster)) {
+        for (uint y = from.y; y <= to.y; ++y) {
+            for (uint x = from.x; x <= to.x; ++x) {
+                bool missed = tile_missed(tile_distance(fine, caster, uvec2(x, y), -OUTSET));
+                cells |= missed ? 0u : 1u << (y % SURVEY_CELLS * SURVEY_CELLS + x % SURVEY_CELLS);
+            }
+        }
+        return cells;
+    }
+    // Of a sphere, what is between is known of rows and of columns.
+    vec2 apart[SURVEY_CELLS];
+    [[unroll]] for (uint i = 0u; i < SURVEY_CELLS; ++i) {
+        uvec2 cell = tile * SURVEY_CELLS + i;
+        bvec2 outside = bvec2(any(bvec2(cell.x < from.x, cell.x > to.x)), any(bvec2(cell.y < from.y, cell.y > to.y)));
+        apart[i] = mix(tile_apart(fine, caster, cell, -OUTSET), vec2(1e9), outside);
+    }
+    [[unroll]] for (uint i = 0u; i < SURVEY_CELLS * SURVEY_CELLS; ++i) {
+        vec2 between = vec2(apart[i % SURVEY_CELLS].x, apart[i / SURVEY_CELLS].y);
+        cells |= uint(!tile_missed(dot(between, between))) << i;
+    }
+    return cells;
+}
+
+// Threads that share a caster; fewer than bin it, for its tiles are those of a map of half the size.
+CONSTANT(uint, SHARING, 1u)
+
+// A thread's part of a caster.
+void survey(uint map, uint index, uint lane) {
+    uvec2 low, high, first, last;
+    if (!caster_touches(maps[map].volume, casters[index], low, high)) {
+        return;
+    }
+    View view = maps[map].volume, fine = finer(view, SURVEY_CELLS);
+    Caster caster = casters[index];
+    caster_touches(fine, caster, first, last);
+    vec3 share = share_of_tile(view, caster);
+    uint edges = uint(share.x * share.y * LENGTH_UNITS) + 1u, optical_depth = uint(share.z * DEPTH_UNITS + 0.5);
+    uvec2 tiles = tile_counts(view), size = high - low + 1u;
+    for (uint i = lane; i < size.x * size.y; i += SHARING) {
+        uvec2 tile = low + uvec2(i % size.x, i / size.x), from = first, to = last;
+        uint place = tile.y * tiles.x + tile.x, first_tile = map * tiles.x * tiles.y;
+        if (tile_hidden(view, caster, horizon[first_tile + place]) || !within_tile(tile, SURVEY_CELLS, from, to)) {
+            continue;
+        }
+        uint cells = cells_met(fine, caster, tile, from, to);
+        if (cells != 0u) {
+#if TALLY == 1
+            atomicOr(own[place].cells, cells);
+            atomicAdd(own[place].edges, edges);
+            atomicAdd(own[place].optical_depth, optical_depth);
+#else
+            atomicOr(surveys[first_tile + place].cells, cells);
+            atomicAdd(surveys[first_tile + place].edges, edges);
+            atomicAdd(surveys[first_tile + place].optical_depth, optical_depth);
+#endif
+        }
+    }
+}
+
+void main() {
+    uint map = gl_WorkGroupID.z, thread = gl_LocalInvocationIndex;
+    uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    uint step = gl_NumWorkGroups.x * gl_NumWorkGroups.y * (THREADS / SHARING);
+#if TALLY == 1
+    uvec2 tiles = tile_counts(maps[map].volume);
+    uint tile_count = tiles.x * tiles.y;
+    for (uint i = thread; i < tile_count; i += THREADS) {
+        own[i] = Survey(0u, 0u, 0u);
+    }
+    barrier();
+#endif
+    for (uint index = (group * THREADS + thread) / SHARING; index < caster_count; index += step) {
+        survey(map, index, thread % SHARING);
+    }
+#if TALLY == 1
+    barrier();
+    for (uint i = thread; i < tile_count; i += THREADS) {
+        if (own[i].cells != 0u) {
+            atomicOr(surveys[map * tile_count + i].cells, own[i].cells);
+            atomicAdd(surveys[map * tile_count + i].edges, own[i].edges);
+            atomicAdd(surveys[map * tile_count + i].optical_depth, own[i].optical_depth);
+        }
+    }
+#endif
+}

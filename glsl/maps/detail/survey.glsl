@@ -1,0 +1,17 @@
+// What is known of a tile before its resolution is chosen. Twin: maps::Survey.
+#ifndef MAPS_DETAIL_SURVEY_GLSL
+#define MAPS_DETAIL_SURVEY_GLSL
+#extension GL_EXT_scalar_block_layout : require
+
+// Cells a side of a tile in which casters are looked for.
+const uint SURVEY_CELLS = 4u;
+// A length of a texel, and an optical depth of 1 over all of a tile, in whole numbers: sums have no order.
+const float LENGTH_UNITS = 16.0;
+const float DEPTH_UNITS = 1024.0;
+
+struct Survey {
+    uint cells;          // bit 4 y + x: a caster meets cell (x, y)
+    uint edges;          // lengths of edges times what they take of the light
+    uint optical_depth;  // mean over the tile
+};
+#endif

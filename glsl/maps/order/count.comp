@@ -1,0 +1,24 @@
+#version 460
+// How many items of each block have each digit. Twin: reference::twin::order::sort. Input: items. Output: counts.
+#include "maps/order/sort.glsl"
+
+layout(local_size_x = SORT_THREADS) in;
+
+shared uint tally[DIGITS];
+
+void main() {
+    uint map = gl_WorkGroupID.z, b = block(), thread = gl_LocalInvocationIndex;
+    for (uint d = thread; d < DIGITS; d += SORT_THREADS) {
+        tally[d] = 0u;
+    }
+    barrier();
+    for (uint i = b * BLOCK + thread; i < min(count, (b + 1u) * BLOCK); i += SORT_THREADS) {
+        atomicAdd(tally[digit(items[place(map, i, false)].key)], 1u);
+    }
+    barrier();
+    if (b < blocks()) {
+        for (uint d = thread; d < DIGITS; d += SORT_THREADS) {
+            counts[count_place(map, b, d)] = tally[d];
+        }
+    }
+}

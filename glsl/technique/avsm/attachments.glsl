@@ -1,0 +1,14 @@
+// What technique/avsm/raster_order.frag and technique/avsm/unpack.comp say once for each of the ATTACHMENTS colour attachments that hold the
+// curves: attachment i has nodes 2i and 2i + 1 as (depth, value, depth, value). ATTACHMENTS is NODES / 2.
+// Input attachments and outputs are single variables, since a portable shader may index neither by a loop.
+#ifndef TECHNIQUE_AVSM_ATTACHMENTS_GLSL
+#define TECHNIQUE_AVSM_ATTACHMENTS_GLSL
+
+#if ATTACHMENTS == 2
+#define EACH_ATTACHMENT(DO) DO(0) DO(1)
+#elif ATTACHMENTS == 4
+#define EACH_ATTACHMENT(DO) DO(0) DO(1) DO(2) DO(3)
+#elif ATTACHMENTS == 8
+#define EACH_ATTACHMENT(DO) DO(0) DO(1) DO(2) DO(3) DO(4) DO(5) DO(6) DO(7)
+#endif
+#endif

@@ -1,0 +1,40 @@
+// The two passes over a tile's casters, of glsl/technique/avsm/cells.comp, for software devices: lanes hold the casters, each thread has a
+// texel for itself, and reaches for shared memory after the one before it.
+// Needs, declared before: what glsl/technique/avsm/cells.comp says. Twin: reference::twin::avsm::cells.
+#ifndef TECHNIQUE_AVSM_CELLS_LANES_GLSL
+#define TECHNIQUE_AVSM_CELLS_LANES_GLSL
+
+void find_range(TexelRay its, TilePart part) {
+    uvec2 most = uvec2(0u);
+    Reach reach = Reach(FARTHEST, -FARTHEST, FARTHEST);
+    for (uint begin = 0u; begin < part.count; begin += batch_size()) {
+        uint filled = min(batch_size(), part.count - begin);
+        fetch_batch(its.view, part.first + begin, filled);
+        for (uint i = 0u; i < filled; ++i) {
+            reach_caster(its, batch_caster(i), reach);
+        }
+    }
+    for (uint i = gl_LocalInvocationIndex; i < part.count; i += THREADS) {
+        wide_add(most, entry_bound(entries[part.first + i], DARK));
+    }
+    // All have been set.
+    barrier();
+    share_reach(its, reach);
+    WIDE_ATOMIC_ADD(bound[0], bound[1], most);
+}
+
+void add_casters(TexelRay its, TilePart part, Range range) {
+    for (uint begin = 0u; begin < part.count; begin += batch_size()) {
+        uint filled = min(batch_size(), part.count - begin);
+        fetch_batch(its.view, part.first + begin, filled);
+        for (uint i = 0u; i < filled; ++i) {
+            vec2 at;
+            float optical_depth;
+            if (caster_within(its, batch_caster(i), range, at, optical_depth)) {
+                float whole = optical_depth * range.scale;
+                add_segment(its.texel, at, whole, whole / max(at.y - at.x, 1e-6));
+            }
+        }
+    }
+}
+#endif

@@ -1,0 +1,45 @@
+// Optical depths of a texel's segments, added up in even cells as changes: by how much more is taken in a cell than in the one before.
+// Needs, declared before: LANES, CELLS and TEXELS, and cells[], one more than CELLS a texel. Twin: reference::twin::avsm::cells.
+#ifndef TECHNIQUE_AVSM_CHANGES_GLSL
+#define TECHNIQUE_AVSM_CHANGES_GLSL
+
+void change_cell(uint cell, uint texel, uint units) {
+#if LANES == 1
+    // A thread has its texel for itself.
+    cells[cell * TEXELS + texel] += units;
+#else
+    atomicAdd(cells[cell * TEXELS + texel], units);
+#endif
+}
+
+// Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units, `rate` units a cell. It
+// changes how much is taken from cell to cell in four places, however many it spans. What it takes in all is rounded once. Sums may
+// wrap around on their way.
+void add_segment(uint texel, vec2 at, float whole, float rate) {
+    uint first = min(uint(at.x), uint(CELLS - 1)), last = min(uint(at.y), uint(CELLS - 1));
+    float begin = at.x - float(first);
+    uint units = uint(whole + 0.5), early = uint(min((1.0 - begin) * rate, whole) + 0.5);
+    // Rounded up or down by chance, as segments begin anywhere in a cell: many of the same rate are not all rounded alike.
+    uint even = uint(min(rate, whole) + begin);
+    uint late = early + even * (last - first) - units;
+    change_cell(first, texel, early);
+    change_cell(first + 1u, texel, even - early);
+    change_cell(last, texel, -late);
+    change_cell(last + 1u, texel, late - even);
+}
+
+// Of one texel: from changes to the optical depth up to the end of each cell, which never falls and ends with what all segments take.
+void sum_cells(uint texel, float unit) {
+    uint sum = 0u, change = 0u;
+    for (uint place = texel; place < uint(CELLS) * TEXELS; place += TEXELS) {
+        change += cells[place];
+        sum += change;
+        cells[place] = sum;
+    }
+    for (uint cell = uint(CELLS); cell > 0u; --cell) {
+        uint place = (cell - 1u) * TEXELS + texel;
+        sum = min(sum, cells[place]);
+        cells[place] = floatBitsToUint(float(sum) * unit);
+    }
+}
+#endif

@@ -1,0 +1,204 @@
+// A transmittance curve being built: streaming insertion of segments into WORK nodes, and reduction to NODES.
+// Source: Salvi et al. 2010, Fife and Strugar 2013, Compression stage; nudging and the free first node are ours.
+// Twin: reference::twin::avsm::curve.
+// Invariants: depths never fall; transmittance never rises with depth; in front of the first node the light is whole,
+// behind the last it is the product of all segments, whatever was removed, save of those that begin where an optical depth of
+// DARK has been taken: these are left out.
+//
+// The arrays are meant for registers: loops are unrolled, every index is a constant, and a node that is picked at run
+// time is picked by comparison.
+#ifndef TECHNIQUE_AVSM_CURVE_GLSL
+#define TECHNIQUE_AVSM_CURVE_GLSL
+#extension GL_EXT_control_flow_attributes : require
+#include "technique/avsm/node.glsl"
+#include "world/caster.glsl"
+
+// Nodes while segments are inserted, >= NODES. More cost time and lose less.
+CONSTANT(int, WORK, 8)
+// True: a removal moves its neighbours so that the area under the transmittance is kept, and the first node may go too,
+// which leaves a step there. False: the survivors stay as they are, the first and last are exempt (Salvi et al. 2010).
+CONSTANT(bool, NUDGE, true)
+
+int node_count;
+// Unused nodes have depth EMPTY and the last value.
+float node_depths[WORK + 2];
+float node_values[WORK + 2];
+
+void curve_clear() {
+    node_count = 0;
+    [[unroll]] for (int i = 0; i < WORK + 2; ++i) {
+        node_depths[i] = EMPTY;
+        node_values[i] = curve_unshadowed();
+    }
+}
+
+// A stored node, in order.
+void curve_load(int i, Node node) {
+    node_depths[i] = node.depth;
+    node_values[i] = node.value;
+    node_count += int(node.depth < EMPTY);
+}
+
+// The value just behind `depth`, if there is a step.
+float curve_value(float depth) {
+    float low = depth, high = EMPTY, value_low = curve_unshadowed(), value_high = value_low;
+    [[unroll]] for (int i = 0; i < WORK; ++i) {
+        if (node_depths[i] <= depth) {
+            low = node_depths[i];
+            high = node_depths[i + 1];
+            value_low = node_values[i];
+            value_high = node_values[i + 1];
+        }
+    }
+    // Behind the last node `high` is EMPTY, whose share is 0.
+    return high > low ? mix(value_low, value_high, min((depth - low) / (high - low), 1.0)) : value_low;
+}
+
+// Mean transmittance between two nodes of optical depth: (T0 − T1) / rise, by a series where that would cancel.
+float span_mean(float through_0, float through_1, float rise) {
+    float square = rise * rise;
+    return rise < 0.25 ? 0.5 * (through_0 + through_1) * (1.0 - square * (1.0 / 12.0 - square / 120.0))
+                       : (through_0 - through_1) / rise;
+}
+
+// Where each insertion removes what it puts in, areas are trapezoids, and what a removal changes is the triangle of the node
+// and its neighbours times the light about them: no division a span, 0.6 of the instructions, at about the same error. With
+// room to spare, exact areas are up to 7 % better.
+bool by_triangles() { return EXPONENTIAL && NUDGE && WORK == NODES; }
+
+// Removes one of `count` nodes, that whose going changes the area under the transmittance least.
+void remove_cheapest(int count) {
+    bool nudged = EXPONENTIAL && NUDGE;
+    // Of each node the transmittance, of the span behind it extent, rise of the value, mean transmittance and area.
+    float through[WORK + 2], extent[WORK + 1], rise[WORK + 1], mean[WORK + 1], area[WORK + 2];
+    through[0] = EXPONENTIAL ? exp(-node_values[0]) : 0.0;
+    area[WORK + 1] = 0.0;
+    [[unroll]] for (int i = 0; i < WORK + 1; ++i) {
+        through[i + 1] = EXPONENTIAL ? exp(-node_values[i + 1]) : 0.0;
+        extent[i] = node_depths[i + 1] - node_depths[i];
+        rise[i] = node_values[i + 1] - node_values[i];
+        mean[i] = by_triangles() ? 0.5 * (through[i] + through[i + 1])
+                                 : span_mean(through[i], through[i + 1], rise[i]);
+        area[i] = i + 1 < count ? extent[i] * mean[i] : 0.0;
+    }
+    int cheapest = nudged ? 0 : 1;
+    float least = nudged ? extent[0] - area[0] : 1e30;
+    // What is needed of the cheapest is kept along the way: to look it up afterwards would put the arrays into memory.
+    float excess = 0.0, weight = 0.0, low = 0.0, high = 0.0;
+    [[unroll]] for (int i = 1; i < WORK + 1; ++i) {
+        float both = rise[i - 1] + rise[i];
+        float triangle = 0.5 * (extent[i] * rise[i - 1] - extent[i - 1] * rise[i]);
+        float merged = (extent[i - 1] + extent[i]) * span_mean(through[i - 1], through[i + 1], both);
+        float change = by_triangles() ? 0.5 * (mean[i - 1] + mean[i]) * triangle
+                       : EXPONENTIAL  ? merged - (area[i - 1] + area[i])
+                                      : triangle;
+        if (i + 1 < count && abs(change) < least) {
+            least = abs(change);
+            cheapest = i;
+            excess = change;
+            // By how much the area falls as the neighbours' optical depths grow alike. Where one of them is the first or the
+            // last node, which stays, it is too much: half a nudge there does better than all of it.
+            weight = 0.5 * (i > 1 ? area[max(i - 2, 0)] : 0.0) + area[i - 1] + area[i] + 0.5 * area[i + 1];
+            low = i > 1 ? -rise[max(i - 2, 0)] : -both;
+            high = i + 2 < count ? rise[min(i + 1, WORK)] : both;
+        }
+    }
+    // Where all is dark, no change.
+    float shift = nudged && weight > 1e-12 ? clamp(excess / weight, low, high) : 0.0;
+    if (nudged && cheapest == 0) {
+        // The second node's step moves towards the light until the area is what it was.
+        float share = mean[1] < 0.999 ? clamp((mean[0] - mean[1]) / (1.0 - mean[1]), 0.0, 1.0) : 1.0;
+        node_depths[1] = node_depths[0] + extent[0] * share;
+    }
+    [[unroll]] for (int i = 0; i < WORK + 1; ++i) {
+        bool behind = i >= cheapest;
+        // All but the first and the last.
+        bool moves = i > 0 && i + 2 < count && (i + 1 == cheapest || i == cheapest);
+        node_depths[i] = behind ? node_depths[i + 1] : node_depths[i];
+        node_values[i] = (behind ? node_values[i + 1] : node_values[i]) + (moves ? shift : 0.0);
+    }
+    node_depths[WORK + 1] = EMPTY;
+}
+
+// Puts a node behind those of no greater depth; the rearmost, which is unused, goes.
+void place_node(float depth, float value) {
+    bool ahead = true;
+    [[unroll]] for (int i = WORK + 1; i >= 0; --i) {
+        bool moves = i > 0 && node_depths[max(i - 1, 0)] > depth;
+        if (moves) {
+            node_depths[i] = node_depths[max(i - 1, 0)];
+            node_values[i] = node_values[max(i - 1, 0)];
+        } else if (ahead) {
+            node_depths[i] = depth;
+            node_values[i] = value;
+        }
+        ahead = moves;
+    }
+}
+
+bool is_dark(float value) { return EXPONENTIAL ? value >= DARK : value <= exp(-DARK); }
+
+// Whether no light gets to `depth`. Most curves nowhere take so much, which is known at once.
+bool curve_dark(float depth) { return is_dark(node_values[WORK - 1]) && is_dark(curve_value(depth)); }
+
+// Attenuates the curve by a segment from `entry` to `exit`, both in the light's range, entry <= exit. False where that changes
+// nothing.
+bool curve_insert(float entry, float exit, float optical_depth) {
+    if (!(optical_depth > 0.0) || !(entry <= exit) || curve_dark(entry)) {
+        return false;  // nothing to lose, not a number, or no light to lose it of
+    }
+    float value_entry = curve_value(entry);
+    float value_exit = curve_value(exit);
+    value_exit = EXPONENTIAL ? value_exit + optical_depth : value_exit * exp(-optical_depth);
+    float per_depth = 1.0 / (exit - entry);
+    [[unroll]] for (int i = 0; i < WORK; ++i) {
+        float depth = node_depths[i];
+        // Compared first, so that a segment of no length is a step and not 0/0.
+        float ramp = depth <= entry ? 0.0 : depth >= exit ? 1.0 : (depth - entry) * per_depth;
+        // What the part of the segment in front of the node really takes away: the sample ramps the transmittance
+        // linearly instead, which leaves nodes inside a segment off the curve and too bright.
+        float taken = optical_depth * ramp;
+        node_values[i] = EXPONENTIAL ? node_values[i] + taken : node_values[i] * exp(-taken);
+    }
+    // Both behind nodes of equal depth: the curve has its step behind them.
+    place_node(entry, value_entry);
+    place_node(exit, value_exit);
+    node_count = min(node_count + 2, WORK);
+    // Asked for by number, not counted, so that how many there are is a constant.
+    if (node_depths[WORK + 1] < EMPTY) {
+        remove_cheapest(WORK + 2);
+    }
+    if (node_depths[WORK] < EMPTY) {
+        remove_cheapest(WORK + 1);
+    }
+    return true;
+}
+
+// Appends a node behind all others, of the optical depth up to there.
+void curve_append(float depth, float optical_depth) {
+    float value = EXPONENTIAL ? optical_depth : exp(-optical_depth);
+    [[unroll]] for (int i = 0; i < WORK + 1; ++i) {
+        node_depths[i] = i == node_count ? depth : node_depths[i];
+        node_values[i] = i >= node_count ? value : node_values[i];
+    }
+    node_count = min(node_count + 1, WORK);
+    if (node_depths[WORK] < EMPTY) {
+        remove_cheapest(WORK + 1);
+    }
+}
+
+// Down to the nodes that are stored.
+void curve_reduce() {
+    [[dont_unroll]] for (int i = 0; i < WORK - NODES; ++i) {
+        if (node_count > NODES) {
+            remove_cheapest(node_count);
+            node_count -= 1;
+        }
+    }
+}
+
+// Node i < NODES as it is stored.
+Node curve_node(int i) {
+    return Node(node_depths[i], node_values[i]);
+}
+#endif

@@ -1,0 +1,130 @@
+// Moves the nodes of a compressed curve off the true curve, to where the sums in cells want them: a node's two lines, to
+// the node before and to the node behind, are each turned about their other ends into the best fit of the cells' ends that
+// they pass, and the node goes to where the two meet: a step of Gauss and Newton for least squares of transmittance.
+// Needs, declared before: CELLS and TEXELS, and cells[], each the bits of the optical depth up to a cell's end; FITTED, a shared
+// vec4[NODES / 2 * TEXELS] or more. All threads of a workgroup take part: nodes of odd and of even number take turns, since a node asks for its neighbours alone.
+// Invariants: depths never fall; nor do optical depths; the last node's stays; nodes from `dark_from` on stay as they are.
+// Source: ours. Twin: reference::twin::avsm::fit.
+#ifndef TECHNIQUE_AVSM_FIT_GLSL
+#define TECHNIQUE_AVSM_FIT_GLSL
+#extension GL_EXT_control_flow_attributes : require
+#include "technique/avsm/curve.glsl"
+
+// How often nodes of odd and of even number take turns; 0: all stay on the curve.
+CONSTANT(int, TURNS, 0)
+
+// Of the way to its neighbours, how far a node moves at most at a time.
+const float REACH = 0.5;
+// A line is taken for as long as this, in cells: of a step, which has no length, rounding would decide where its ends go.
+const float STEEP = 0.0625;
+// Weights, squares of transmittance, that count for nothing.
+const float DIM = 1e-7;
+// The square of a bend, in optical depth a cell, that says nothing about where it is.
+const float STRAIGHT = 1e-10;
+
+// (depth, value) of node i of texel t, two nodes a word of four floats.
+vec2 fitted_at(uint i, uint t) {
+    vec4 pair = FITTED[i / 2u * TEXELS + t];
+    return i % 2u == 0u ? pair.xy : pair.zw;
+}
+
+// The other half of a word belongs to a node that others may write at the same time.
+void fit_node(uint i, uint t, vec2 node) {
+    if (i % 2u == 0u) {
+        FITTED[i / 2u * TEXELS + t].xy = node;
+    } else {
+        FITTED[i / 2u * TEXELS + t].zw = node;
+    }
+}
+
+// Of the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to the
+// curve at the ends of cells `from` to `to`, places. An end that the node passes goes over from one of its lines to the other
+// bit by bit, half a cell before to half a cell behind, so that what comes out has no leaps.
+vec2 line_sums(uint t, vec2 neighbour, vec2 node, float per, float from, float to) {
+    uint first = uint(from), last = uint(to);
+    vec2 sums = vec2(0.0);
+    float rise = node.y - neighbour.y;
+    // Four that don't wait for each other at a time.
+    [[dont_unroll]] for (uint begin = first; begin < last; begin += 4u) {
+        [[unroll]] for (uint i = 0u; i < 4u; ++i) {
+            uint cell = min(begin + i, last - 1u);
+            float end = float(cell + 1u);
+            float share = (end - neighbour.x) * per;
+            float belongs = begin + i < last ? clamp((node.x - end) * sign(per) + 0.5, 0.0, 1.0) : 0.0;
+            float optical_depth = uintBitsToFloat(cells[cell * TEXELS + t]);
+            float weight = exp(-2.0 * optical_depth) * share * belongs;
+            sums += weight * vec2(share, optical_depth - (neighbour.y + rise * share));
+        }
+    }
+    return sums;
+}
+
+// What node i is moved to. Places are in cells behind `low`.
+vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
+    vec2 node = fitted_at(i, t);
+    bool is_first = i == 0u;
+    bool is_last = i + 1u == NODES || fitted_at(i + 1u, t).x == EMPTY;
+    if ((is_first && is_last) || node.x >= dark_from) {
+        return node;
+    }
+    vec2 p = is_first ? node : fitted_at(i - 1u, t);
+    vec2 q = is_last ? node : fitted_at(i + 1u, t);
+    float at_p = (p.x - low) * per_cell, at = (node.x - low) * per_cell, at_q = (q.x - low) * per_cell;
+    float per_p = 1.0 / max(at - at_p, STEEP), per_q = 1.0 / max(at_q - at, STEEP);
+    float slope_p = (node.y - p.y) * per_p, slope_q = (q.y - node.y) * per_q;
+    float dark = clamp((dark_from - low) * per_cell, 0.0, float(CELLS));
+    vec2 placed = vec2(at, node.y);
+    vec2 sums_p = line_sums(t, vec2(at_p, p.y), placed, per_p, at_p, min(at + 0.5, dark));
+    vec2 sums_q = line_sums(t, vec2(at_q, q.y), placed, -per_q, max(at - 0.5, at_p), min(at_q, dark));
+    // By how much each line alone should rise at the node.
+    float wish_p = sums_p.y / (sums_p.x + DIM), wish_q = sums_q.y / (sums_q.x + DIM);
+    float nearest = at - REACH * (at - at_p);
+    float farthest = at + REACH * ((is_last ? float(CELLS) : at_q) - at);
+    float moved, value;
+    if (is_first) {
+        // In front of it the light is whole: its line ends in a step, or where it comes to nothing.
+        float wanted = node.y + wish_q;
+        float slope = (q.y - wanted) * per_q;
+        moved = wanted < 0.0 ? min(at - wanted / slope, farthest) : at;
+        value = min(max(wanted, 0.0), q.y);
+    } else if (is_last) {
+        moved = min(max(at - wish_p * slope_p / (slope_p * slope_p + STRAIGHT), nearest), farthest);
+        value = node.y;
+    } else {
+        float bend = slope_p - slope_q;
+        moved = min(max(at + (wish_q - wish_p) * bend / (bend * bend + STRAIGHT), nearest), farthest);
+        float by = moved - at;
+        float both = sums_p.x * (wish_p + slope_p * by) + sums_q.x * (wish_q + slope_q * by);
+        value = min(max(node.y + both / (sums_p.x + sums_q.x + DIM), p.y), q.y);
+    }
+    float end = is_last ? max(node.x, low + float(CELLS) / per_cell) : q.x;
+    return vec2(min(max(low + moved / per_cell, p.x), end), value);
+}
+
+// The curve in technique/avsm/curve.glsl, which thread `group` 0 of the texel has and keeps, by all its `groups` threads.
+void curve_fit(uint t, uint group, uint groups, float low, float per_cell, float dark_from) {
+    if (group == 0u) {
+        [[unroll]] for (int i = 0; i < NODES; ++i) {
+            fit_node(uint(i), t, vec2(node_depths[i], node_values[i]));
+        }
+    }
+    barrier();
+    [[dont_unroll]] for (int turn = 0; turn < TURNS; ++turn) {
+        // Odd ones first.
+        uint parity = uint(turn + 1) % 2u;
+        [[dont_unroll]] for (uint i = parity + 2u * group; i < NODES; i += 2u * groups) {
+            if (fitted_at(i, t).x < EMPTY) {
+                fit_node(i, t, fitted_node(t, i, low, per_cell, dark_from));
+            }
+        }
+        barrier();
+    }
+    if (group == 0u) {
+        [[unroll]] for (int i = 0; i < NODES; ++i) {
+            vec2 node = fitted_at(uint(i), t);
+            node_depths[i] = node.x;
+            node_values[i] = node.y;
+        }
+    }
+}
+#endif

@@ -1,0 +1,43 @@
+#version 460
+// Puts the nodes of each curve of a group of maps, which technique/avsm/insert.frag built, one after the other: where they are, or where
+// curves are packed into the nodes. Inputs: built, counts. In and out: nodes.
+// Invariant: each curve is rounded once, after all insertions. Where they are, eight texels beside each other change places
+// among themselves only.
+#include "technique/avsm/beside.glsl"
+#include "technique/avsm/maps.glsl"
+#include "technique/avsm/tiled.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+// PACKED: the room for the maps that are drawn at once.
+layout(set = 1, binding = 0, scalar) readonly buffer Built { uvec2 built[]; };
+layout(set = 2, binding = 0, scalar) buffer Nodes { uvec2 nodes[]; };
+layout(set = 2, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
+
+#include "technique/avsm/store.glsl"
+
+Node stored_node(uint i) {
+    uvec2 words = PACKED ? built[i] : nodes[i];
+    return Node(uintBitsToFloat(words.x), uintBitsToFloat(words.y));
+}
+
+void main() {
+    if (tile_skipped(counts[group_tile()])) {
+        return;
+    }
+    uvec2 size = map_size();
+    bool within = all(lessThan(gl_GlobalInvocationID.xy, size));
+    Node curve[NODES];
+    uint row = group_texel(PACKED ? gl_WorkGroupID.z : group_map()) - gl_GlobalInvocationID.x;
+    [[unroll]] for (int i = 0; i < NODES / 2 && within; ++i) {
+        uint place = 2u * pair_place(row, gl_GlobalInvocationID.x, size.x, i);
+        curve[2 * i] = stored_node(place);
+        curve[2 * i + 1] = stored_node(place + 1u);
+    }
+    // All of the eight have been read before any is written.
+    memoryBarrierBuffer();
+    barrier();
+    if (within) {
+        store_curve(group_texel(group_map()), curve);
+    }
+}

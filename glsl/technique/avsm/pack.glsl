@@ -1,0 +1,49 @@
+// Codes of packed curves: a node is a word of 16 bits of depth within the texel's own range and 16 bits of value, both
+// rounded to nearest and both 0 for what is farthest in front and unshadowed. Tight, both have 8 bits, and depth is within the
+// light's range. Twin: reference::twin::avsm::pack.
+// Invariant: words keep the order of nodes; packed and not tight, a curve's first node is kept to the bit in depth.
+#ifndef TECHNIQUE_AVSM_PACK_GLSL
+#define TECHNIQUE_AVSM_PACK_GLSL
+#include "technique/avsm/node.glsl"
+
+// A range of less is none: its inverse would overflow.
+const float LEAST_EXTENT = 1e-30;
+
+// Bits of a code, and codes.
+const uint CODE_BITS = TIGHT ? 8u : 16u;
+const uint CODES = 1u << CODE_BITS;
+float last_code() { return TIGHT ? 255.0 : 65535.0; }
+
+// The depths of a texel's nodes: the first and how far the last is behind it.
+uint pack_depth(float depth, vec2 range) {
+    return range.y > LEAST_EXTENT ? uint(min((depth - range.x) * (last_code() / range.y) + 0.5, last_code())) : 0u;
+}
+
+float unpack_depth(uint code, vec2 range) { return range.x + float(code) * (range.y * (1.0 / last_code())); }
+
+// Transmittance is coded evenly. Of an optical depth t the code is t / (1 + t): half a code is at most 2 / e of a code of
+// the light, and in the dark still a small share of t, so that a ramp into darkness fades as it should.
+uint pack_value(float value) {
+    float code = EXPONENTIAL ? float(CODES) * (value / (1.0 + value)) : last_code() * (1.0 - value);
+    return uint(clamp(code + 0.5, 0.0, last_code()));
+}
+
+float unpack_value(uint code) {
+    return EXPONENTIAL ? float(code) / float(CODES - code) : float(CODES - 1u - code) / last_code();
+}
+
+// The word of a node, given that of the node before it (0 for the first). Rounding never turns the order of nodes, and an
+// unused node repeats the last.
+uint pack_node(uint before, Node node, vec2 range) {
+    if (node.depth >= EMPTY) {
+        return before;
+    }
+    uint depth = max(pack_depth(node.depth, range), before >> CODE_BITS);
+    uint value = max(pack_value(node.value), before & (CODES - 1u));
+    return depth << CODE_BITS | value;
+}
+
+Node unpack_node(uint word, vec2 range) {
+    return Node(unpack_depth(word >> CODE_BITS, range), unpack_value(word & (CODES - 1u)));
+}
+#endif

@@ -1,0 +1,92 @@
+// AVSM look-up: how much of light `light` reaches `position`, 0 to 1. Source: Fife and Strugar 2013, Sampling from the AVSM data structure.
+// Bindings 0 to 2: maps/look_up_set.glsl. Then
+//   binding 3  curves, map-major, then texel rows, then a texel's curve as technique/avsm/node.glsl states it
+//   binding 4  casters in each tile of 8×8 texels, map-major, tile rows (any buffer where TILED is false); where DETAIL is true,
+//              maps/detail/blocks.glsl's words of each tile's blocks, and the curves are block-major
+// Specialization constants NODES, EXPONENTIAL, TILED, PACKED, TIGHT and DETAIL as the curves were built.
+// flat: bindings 0, constants 0: NODES EXPONENTIAL PACKED TIGHT TILED DETAIL FILTER FILTER_RADIUS
+#define MAP_TRANSMITTANCE avsm_transmittance
+#include "technique/avsm/pack.glsl"
+#include "technique/avsm/tiled.glsl"
+#include "maps/detail/blocks.glsl"
+#include "maps/look_up.glsl"
+
+layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityNodes { uvec2 visibility_nodes[]; };
+layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityTiles { uint visibility_tiles[]; };
+
+// Curves of tiles that were skipped were never written and are not read.
+bool texel_empty(LookUp l, ivec2 texel) {
+    uvec2 tiles = (uvec2(l.view.width, l.view.height) + 7u) / 8u;
+    uvec2 tile = uvec2(texel) / 8u;
+    return TILED && tile_skipped(visibility_tiles[(l.map * tiles.y + tile.y) * tiles.x + tile.x]);
+}
+
+// Node i of the curve at `at`; `range` is that of a packed curve.
+Node texel_node(uint at, uint i, vec2 range) {
+    if (TIGHT) {
+        uvec2 words = visibility_nodes[at + i / 4u];
+        return unpack_node(((i & 2u) == 0u ? words.x : words.y) >> (i % 2u * 16u) & 0xFFFFu, vec2(0.0, 1.0));
+    }
+    if (PACKED) {
+        uvec2 words = visibility_nodes[at + 1u + i / 2u];
+        return unpack_node(i % 2u == 0u ? words.x : words.y, range);
+    }
+    uvec2 bits = visibility_nodes[at + i];
+    return Node(uintBitsToFloat(bits.x), uintBitsToFloat(bits.y));
+}
+
+// Of the curve of texel `place`: a coarse search over every fourth node, then four compares.
+float curve_transmittance_at(uint place, float depth) {
+    uint at = place * curve_pairs();
+    vec2 range = PACKED && !TIGHT ? uintBitsToFloat(visibility_nodes[at]) : vec2(0.0);
+    uint group = 0u;
+    for (uint i = 4u; i < NODES; i += 4u) {
+        group = texel_node(at, i, range).depth <= depth ? i : group;
+    }
+    uint before = group;
+    for (uint i = 0u; i < 4u; ++i) {
+        before += uint(texel_node(at, group + i, range).depth <= depth);
+    }
+    // `before` nodes are at or in front of the depth.
+    if (before == 0u) {
+        return 1.0;
+    }
+    Node near = texel_node(at, before - 1u, range);
+    Node far = texel_node(at, min(before, NODES - 1u), range);
+    float along = far.depth > near.depth ? clamp((depth - near.depth) / (far.depth - near.depth), 0.0, 1.0) : 0.0;
+    return curve_transmittance(mix(near.value, far.value, along));
+}
+
+float texel_transmittance(LookUp l, ivec2 texel) {
+    uint place = (l.map * l.view.height + uint(texel.y)) * l.view.width + uint(texel.x);
+    return texel_empty(l, texel) ? 1.0 : curve_transmittance_at(place, l.depth);
+}
+
+// The mean of the four texels about the point, as fine as its tile is; of another tile the texel is taken in which such a
+// texel's centre lies.
+float detailed_transmittance(LookUp l) {
+    uvec2 tiles = (uvec2(l.view.width, l.view.height) + 7u) / 8u;
+    uint first = l.map * tiles.x * tiles.y;
+    uvec2 tile = uvec2(clamp(l.at, vec2(0.0), vec2(l.view.width, l.view.height) - 1.0)) / 8u;
+    uint here = first + tile.y * tiles.x + tile.x, side = slot_side(visibility_tiles[here * SLOTS]);
+    View fine = finer(l.view, side);
+    Footprint f = view_footprint(fine, l.at * float(side));
+    float transmittance = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        ivec2 texel = f.corner + ivec2(i % 2, i / 2);
+        float through = 1.0;
+        if (view_has(fine, texel)) {
+            uvec2 of = uvec2(texel) / (8u * side), its = uvec2(texel);
+            uint place = (first + of.y * tiles.x + of.x) * SLOTS, its_side = slot_side(visibility_tiles[place]);
+            its = (2u * its + 1u) * its_side / (2u * side);
+            uvec2 block = its / 8u - of * its_side;
+            uint curve = slot_place(visibility_tiles[place + block.y * its_side + block.x]);
+            uint within = its.y % 8u * 8u + its.x % 8u;
+            through = curve > 0u ? curve_transmittance_at((curve - 1u) * 64u + within, l.depth) : 1.0;
+        }
+        transmittance += f.weights[i] * through;
+    }
+    return transmittance;
+}
+
+float avsm_transmittance(LookUp l) { return DETAIL ? detailed_transmittance(l) : filtered_transmittance(l); }

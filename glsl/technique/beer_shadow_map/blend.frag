@@ -1,0 +1,20 @@
+#version 460
+// What a caster adds to a texel: the nearest entry, the farthest exit, the sum of optical depths. Colour is blended by
+// maximum, alpha by addition. Source: Hillaire 2020. Inputs: maps, casters. Output: texel (technique/beer_shadow_map/texel.glsl).
+// Twin: reference::twin::beer_shadow_map::blend.
+// Invariant: order matters only as far as the sum rounds, and primitives blend in drawing order.
+#define SPLAT_FRAGMENT
+#include "technique/beer_shadow_map/texel.glsl"
+#include "maps/splat.glsl"
+
+layout(location = 0) out vec4 texel;
+
+void main() {
+    View view = maps[map].volume;
+    vec2 depth;
+    float optical_depth;
+    if (!splat_segment(view, depth, optical_depth) || optical_depth <= 0.0) {
+        discard;
+    }
+    texel = beer_texel(depth, optical_depth);
+}

@@ -1,0 +1,42 @@
+#version 460
+// The nearest entry, the farthest exit and the optical depth of each texel's casters, each texel written once. Source: ours.
+// Inputs: maps, casters, parts, entries. Output: texels. Twin: reference::twin::beer_shadow_map::collect.
+// Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
+layout(local_size_x = 8, local_size_y = 8) in;
+const uint THREADS = 64u;
+#include "technique/beer_shadow_map/texel.glsl"
+#include "maps/bins/batch.glsl"
+#include "maps/bins/scale.glsl"
+
+layout(set = 2, binding = 0, rgba16f) uniform writeonly image2D texels;
+
+void main() {
+    TilePart part;
+    if (!listed_part(part)) {
+        return;
+    }
+    uint map = part_map(part), sum = 0u;
+    View view = maps[map].volume;
+    uvec2 texel = part_corner(view, part) + gl_LocalInvocationID.xy;
+    Ray ray = view_texel_ray(view, texel);
+    float ray_length = length(ray.direction), scale = tile_scale(part);
+    vec2 range = vec2(FARTHEST, -FARTHEST);
+    for (uint begin = 0u; begin < part.count; begin += batch_size()) {
+        uint filled = min(batch_size(), part.count - begin);
+        fetch_batch(view, part.first + begin, filled);
+        for (uint i = 0u; i < filled; ++i) {
+            vec2 z;
+            float optical_depth;
+            if (view_segment(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth) && optical_depth > 0.0) {
+                range = vec2(min(range.x, z.x), max(range.y, z.y));
+                sum += uint(optical_depth * scale + 0.5);
+            }
+        }
+    }
+    end_part(part);
+    if (all(lessThan(texel, uvec2(view.width, view.height)))) {
+        vec2 depth = vec2(view_depth(view, range.x), view_depth(view, range.y));
+        vec4 value = range.x <= range.y ? beer_texel(depth, float(sum) / scale) : vec4(0.0);
+        imageStore(texels, ivec2(texel + uvec2(0u, map * view.height)), value);
+    }
+}

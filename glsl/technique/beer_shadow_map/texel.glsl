@@ -1,0 +1,18 @@
+// What a texel keeps, in half floats: 1 - front in red, back in green, the greatest optical depth in alpha. The mean
+// extinction is the greatest optical depth over back - front. Red and green are such that their maximum over all casters is
+// the texel's, and all are 0 where nothing is. Twin: reference::twin::beer_shadow_map.
+#ifndef TECHNIQUE_BEER_SHADOW_MAP_TEXEL_GLSL
+#define TECHNIQUE_BEER_SHADOW_MAP_TEXEL_GLSL
+
+vec4 beer_texel(vec2 depth, float optical_depth) { return vec4(1.0 - depth.x, depth.y, 0.0, optical_depth); }
+
+// Optical depth from the light to `depth`.
+float beer_optical_depth(vec4 texel, float depth) {
+    float front = 1.0 - texel.r, extent = texel.g - front;
+    // Compared first, so that a texel of no extent is a step and not 0/0; nothing is in front of its own depth.
+    float share = depth >= texel.g ? 1.0 : depth <= front ? 0.0 : min((depth - front) / extent, 1.0);
+    // Many opaque casters are more than a half float holds: infinite, or on some drivers no number. Nothing of that
+    // would be no number either.
+    return (texel.a < 65504.0 ? texel.a : 65504.0) * share;
+}
+#endif

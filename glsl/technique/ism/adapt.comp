@@ -1,0 +1,179 @@
+#version 460
+// Which points each light takes, a workgroup a light: each cluster that it may see has one, and more the more texels of the map and
+// the nearer to the viewer it is. Source: Ritschel et al. 2011 (what the view and the light see); the clusters are ours. Inputs:
+// lights, head, clusters. Output: taken. Invariant: whole numbers from the ranks on, so the same points each run; what a light takes
+// of a cluster is the beginning of one order, so that little changes where little moves. Twin: reference::twin::ism::adapt.
+#include "technique/ism/map.glsl"
+#include "technique/ism/splat.glsl"
+#include "technique/ism/adaptive.glsl"
+
+const uint ADAPT_THREADS = 128u;
+
+layout(local_size_x = 128) in;
+
+layout(push_constant, scalar) uniform AdaptPush {
+    uint light_count;
+    uint points;  // that each light takes at most
+    vec3 eye;
+    float near;   // up to here from the eye nothing is taken for farther
+};
+
+// set 0: ism_adapt
+layout(set = 0, binding = 0, scalar) readonly buffer AdaptLights { Light lights[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer AdaptHead { IsmPoints head; };
+layout(set = 0, binding = 2, scalar) readonly buffer AdaptClusters { IsmCluster clusters[]; };
+layout(set = 0, binding = 3, scalar) writeonly buffer AdaptTaken { uint taken[]; };
+
+// Clusters of a light at most, two of them a word: their rank, then the points before them.
+shared uint pairs[2048];
+// Clusters of each rank; then points of the clusters of each thread.
+shared uint histogram[ADAPT_THREADS];
+shared uint scan[2][ADAPT_THREADS];
+// The cluster that the first of each RUN points is of.
+shared uint run_firsts[16384u / RUN];
+shared uint best;
+shared uint first_more;
+
+// Ranks are eighths of octaves of texels, from 2^-8 on; 0 is what is not seen.
+const uint RANKS = 128u;
+const uint RANK_SHIFT = 20u;
+const uint LOWEST_RANK = 951u;
+// Points a texel, the same way: from 2^-10 on, to four.
+const uint LOWEST_RATE = 936u;
+const uint RATES = 97u;
+
+// What a slanted cluster counts for, at least, of what it would if it faced the light.
+const float LEAST_FACING = 0.25;
+// What the farthest cluster from the eye counts for, of the nearest.
+const float LEAST_NEAR = 0.25;
+
+// The rank of what a cluster is worth to a light.
+uint rank_of(vec3 origin, vec3 forward, IsmCluster cluster) {
+    precise vec3 offset = cluster.middle - origin;
+    precise float square = offset.x * offset.x + offset.y * offset.y + offset.z * offset.z;
+    precise float before = forward.x * offset.x + forward.y * offset.y + forward.z * offset.z;
+    precise float lean = forward.x * cluster.normal.x + forward.y * cluster.normal.y + forward.z * cluster.normal.z;
+    precise float support = abs(lean) * cluster.thick + cluster.reach * sqrt(max(1.0 - lean * lean, 0.0));
+    precise float sum = abs(offset.x) + abs(offset.y) + abs(offset.z), sum_origin = abs(origin.x) + abs(origin.y) + abs(origin.z);
+    // As is_before and is_seen say it of a point, for the first of all, and a little less.
+    precise float far = SLANT * max(sum - 1.75 * cluster.reach, 0.0);
+    if (!(square < FARTHEST) || !(before + 1.001 * support > 0.99 * far)) {
+        return 0u;
+    }
+    precise float distance = sqrt(square);
+    vec3 along = ISM_SLIDE ? forward : offset;
+    precise float away = cluster.normal.x * along.x + cluster.normal.y * along.y + cluster.normal.z * along.z;
+    precise float wide = ISM_SLIDE ? 1.0 : distance + cluster.reach;
+    precise float most = away + (ISM_SLIDE ? 0.0 : cluster.thick) + 1.001 * cluster.spread * wide + 1e-5 * wide + 1e-6 * sum_origin;
+    if (ISM_CULLING && cluster.closed != 0u && !(most > 0.0)) {
+        return 0u;
+    }
+    precise float straight = cluster.normal.x * offset.x + cluster.normal.y * offset.y + cluster.normal.z * offset.z;
+    precise float facing = min(max(abs(straight) / max(distance, 1e-30), LEAST_FACING) + cluster.spread, 1.0);
+    precise float ahead = max(distance + max(before, 0.0), max(cluster.reach, 1e-18));
+    precise float texel = ahead * (2.0 / float(ISM_SIZE));
+    precise float texels = head.area * (float(CLUSTER) / (float(SUBSETS) * float(points))) / texel / texel * facing;
+    precise vec3 from_eye = cluster.middle - eye;
+    precise float behind = (from_eye.x * from_eye.x + from_eye.y * from_eye.y + from_eye.z * from_eye.z) / (near * near);
+    precise float worth = texels * max(1.0 / max(behind, 1.0), LEAST_NEAR);
+    return clamp(floatBitsToUint(worth) >> RANK_SHIFT, LOWEST_RANK + 1u, LOWEST_RANK + RANKS - 1u) - LOWEST_RANK;
+}
+
+// Points of a cluster of a rank, at a rate. Products of a few bits each: exact on all devices.
+uint count_of(uint rank, uint rate) {
+    float worth = uintBitsToFloat((rank + LOWEST_RANK) << RANK_SHIFT), times = uintBitsToFloat((rate + LOWEST_RATE) << RANK_SHIFT);
+    return rank == 0u ? 0u : clamp(uint(min(worth * times, 64.0)), 1u, CLUSTER);
+}
+
+// Points that all clusters come to; those of rank `more` on at the next rate.
+uint total_of(uint rate, uint more) {
+    uint total = 0u;
+    for (uint rank = 1u; rank < RANKS; ++rank) {
+        total += histogram[rank] * count_of(rank, rate + uint(rank >= more));
+    }
+    return total;
+}
+
+uint half_of(uint i) { return pairs[i >> 1u] >> 16u * (i & 1u) & 0xffffu; }
+
+void main() {
+    uint light = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x, thread = gl_LocalInvocationIndex;
+    if (light >= light_count) {
+        return;
+    }
+    uint count = head.total == 0u ? 0u : points * SUBSETS / CLUSTER;
+    histogram[thread] = 0u;
+    if (thread == 0u) {
+        best = 0u;
+        first_more = RANKS;
+    }
+    barrier();
+    vec3 origin = lights[light].position, forward = lights[light].direction;
+    for (uint i = thread; i < count / 2u; i += ADAPT_THREADS) {
+        uint low = rank_of(origin, forward, clusters[2u * i]), high = rank_of(origin, forward, clusters[2u * i + 1u]);
+        pairs[i] = low | high << 16u;
+        atomicAdd(histogram[low], 1u);
+        atomicAdd(histogram[high], 1u);
+    }
+    barrier();
+    if (thread < RATES && total_of(thread, RANKS) <= points) {
+        atomicMax(best, thread);
+    }
+    barrier();
+    uint rate = best;
+    // What is left goes to the ranks that are worth most.
+    if (rate + 1u < RATES && thread > 0u && total_of(rate, thread) <= points) {
+        atomicMin(first_more, thread);
+    }
+    barrier();
+    uint more = first_more, own = count / 2u / ADAPT_THREADS, sum = 0u;
+    for (uint i = thread * own; i < (thread + 1u) * own; ++i) {
+        for (uint part = 0u; part < 2u; ++part) {
+            uint rank = half_of(2u * i + part);
+            sum += count_of(rank, rate + uint(rank >= more));
+        }
+    }
+    uint from = 0u;
+    scan[from][thread] = sum;
+    barrier();
+    for (uint step = 1u; step < ADAPT_THREADS; step *= 2u) {
+        scan[1u - from][thread] = scan[from][thread] + (thread >= step ? scan[from][thread - step] : 0u);
+        from = 1u - from;
+        barrier();
+    }
+    uint start = scan[from][thread] - sum, total = scan[from][ADAPT_THREADS - 1u];
+    for (uint i = thread * own; i < (thread + 1u) * own; ++i) {
+        uint starts[2];
+        for (uint part = 0u; part < 2u; ++part) {
+            uint rank = half_of(2u * i + part), end = start + count_of(rank, rate + uint(rank >= more));
+            for (uint run = (start + RUN - 1u) / RUN; run * RUN < end; ++run) {
+                run_firsts[run] = 2u * i + part;
+            }
+            starts[part] = start;
+            start = end;
+        }
+        pairs[i] = starts[0] | starts[1] << 16u;
+    }
+    barrier();
+    uint scrambled = ism_hash(light);
+    for (uint i = thread; i < points; i += ADAPT_THREADS) {
+        uint code = UNTAKEN;
+        if (i < total) {
+            uint low = run_firsts[i / RUN], high = (i / RUN + 1u) * RUN < total ? run_firsts[i / RUN + 1u] : count - 1u;
+            while (low < high) {
+                uint middle = (low + high + 1u) / 2u;
+                if (half_of(middle) <= i) {
+                    low = middle;
+                } else {
+                    high = middle - 1u;
+                }
+            }
+            uint before = half_of(low), own_count = (low + 1u < count ? half_of(low + 1u) : total) - before, j = i - before;
+            // The first 2^k stand one in each part of the cluster, those after them halve these parts one after the other.
+            uint k = uint(findMSB(own_count)), halved = k + uint(j >= 1u << k || j < own_count - (1u << k));
+            uint place = bitfieldReverse(j) >> (32u - CLUSTER_BITS) ^ ism_hash(scrambled + low) % CLUSTER;
+            code = low * CLUSTER + place | halved << TAKEN_BITS;
+        }
+        taken[light * points + i] = code;
+    }
+}

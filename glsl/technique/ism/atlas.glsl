@@ -1,0 +1,52 @@
+// What the passes share that fill maps. Twin: technique::ism::AtlasPush.
+#ifndef TECHNIQUE_ISM_ATLAS_GLSL
+#define TECHNIQUE_ISM_ATLAS_GLSL
+#include "technique/ism/adaptive.glsl"
+#include "technique/ism/splat.glsl"
+
+layout(push_constant, scalar) uniform AtlasPush {
+    uint light_count;
+    uint points;  // that each light takes
+};
+
+// What only reads says so first (`readonly`): a device need not let vertices write.
+#ifndef ATLAS_ACCESS
+#define ATLAS_ACCESS
+#endif
+
+// set 0: ism_atlas ism_raster
+layout(set = 0, binding = 0, scalar) readonly buffer AtlasLights { Light lights[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer AtlasHead { IsmPoints head; };
+layout(set = 0, binding = 2, scalar) readonly buffer AtlasPool { IsmPoint pool[]; };
+layout(set = 0, binding = 3, scalar) coherent ATLAS_ACCESS buffer AtlasMaps { uint maps[]; };  // map after map
+layout(set = 0, binding = 4, scalar) ATLAS_ACCESS buffer AtlasSeen { uint seen[]; };            // of each light: points that it sees
+
+layout(set = 0, binding = 5, scalar) readonly buffer AtlasTaken { uint taken[]; };  // of each light: its points, where it chose them
+
+// Whether lights chose their points.
+CONSTANT(bool, ISM_ADAPTIVE, false)
+
+// The `i`-th point that a light takes, and the radius of the disc that it stands for; false where it takes fewer.
+bool take(uint light, uint i, out IsmPoint point, out float radius) {
+    if (!ISM_ADAPTIVE) {
+        point = pool[point_of(light, i, points)];
+        radius = head.radius;
+        return true;
+    }
+    uint code = taken[light * points + i];
+    if (code == UNTAKEN) {
+        point = IsmPoint(vec3(0.0), 0u);
+        radius = 0.0;
+        return false;
+    }
+    point = pool[taken_index(code)];
+    radius = taken_radius(code, head.radius);
+    return true;
+}
+
+// Fill holes, or leave them.
+CONSTANT(bool, ISM_FILL, true)
+
+// Which workgroup this is; a macro, since only compute shaders have any.
+#define GROUP_INDEX (gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x)
+#endif

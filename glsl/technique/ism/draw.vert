@@ -1,0 +1,45 @@
+#version 460
+// A corner of a point in its light's map: a square, or a triangle about the same middle, of the disc's area, facing the light. Sources:
+// Ritschel et al. 2008, Tokuyoshi 2014. Inputs: the list, or lights and points. Outputs: where it is in the target, which map it may not leave.
+#define ATLAS_ACCESS readonly
+#include "technique/ism/atlas.glsl"
+#include "technique/ism/drawn.glsl"
+
+layout(set = 0, binding = 6, scalar) readonly buffer DrawListed { vec4 listed[]; };
+
+layout(location = 0) flat out uvec2 corner;
+
+// Half the side of a square, and how far a corner of a triangle is from its middle, of the area of a disc of radius 1.
+const float SQUARE = 0.88622693;
+const float TRIANGLE = 1.55512030;
+
+// Point `drawn` of all points of all lights; its radius is 0 where it is not before the light's plane, or the light takes fewer.
+vec4 point_at(uint drawn) {
+    uint light = drawn / points;
+    IsmPoint point;
+    float radius;
+    bool takes = take(light, drawn % points, point, radius);
+    precise vec3 offset = point.position - lights[light].position;
+    bool before = takes && is_before(lights[light].position, lights[light].direction, offset);
+    return before ? drawn_point(light, axes_of(lights[light].direction), offset, radius, head.radius) : vec4(0.0);
+}
+
+void main() {
+    uint drawn = gl_VertexIndex / DRAWN_VERTICES, vertex = gl_VertexIndex % DRAWN_VERTICES;
+    vec4 point = DRAWN_LISTED ? listed[drawn] : point_at(drawn);
+    corner = uvec2(point.xy) / ISM_SIZE * ISM_SIZE;
+    if (point.z == 0.0) {
+        gl_Position = vec4(2.0, 2.0, 2.0, 1.0);  // nowhere
+        return;
+    }
+    vec2 about;
+    if (DRAWN_VERTICES == 6u) {
+        uint place = vertex < 3u ? vertex : vertex - 2u;  // 0 1 2, 1 2 3
+        about = SQUARE * (2.0 * vec2(place & 1u, place >> 1u) - 1.0);
+    } else {
+        float angle = float(vertex) * 2.0943951;
+        about = TRIANGLE * vec2(sin(angle), cos(angle));
+    }
+    uvec2 size = uvec2(COLUMNS, (light_count + COLUMNS - 1u) / COLUMNS) * ISM_SIZE;
+    gl_Position = vec4((point.xy + about * point.z) / vec2(size) * 2.0 - 1.0, point.w, 1.0);
+}

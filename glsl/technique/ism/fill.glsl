@@ -1,0 +1,91 @@
+// What is done to a map once all points are in it: wide points come down to the finest level, and holes between points are filled by
+// pull-push, within the map. Threads of a workgroup do it together, on texels that the includer has: texel_get, texel_set and
+// texel_barrier. Sources: Ritschel et al. 2008, section 4.3 (pull-push); tested by the size of points, so that what is empty stays
+// empty. Twin: reference::twin::ism::fill.
+#ifndef TECHNIQUE_ISM_FILL_GLSL
+#define TECHNIQUE_ISM_FILL_GLSL
+#include "technique/ism/map.glsl"
+
+// Radii of a point that a hole is wide at most.
+const float WIDE = 8.0;
+
+// Distance to what is seen there; NOTHING as infinity.
+float level_get(uint level, ivec2 texel) { return uintBitsToFloat(texel_get(texel_index(level, texel))); }
+
+void level_set(uint level, ivec2 texel, float distance) {
+    texel_set(texel_index(level, texel), floatBitsToUint(distance));
+}
+
+// What a texel of the level is wide at a distance of 1, world units.
+float texel_wide(uint level, ivec2 texel) {
+    vec2 place = texel_place(level, texel);
+    precise float wide = 4.0 / ((1.0 + (place.x * place.x + place.y * place.y)) * float(level_side(level)));
+    return wide;
+}
+
+void wide_down(uint thread, uint threads) {
+    for (uint level = ISM_LEVELS - 1u; level-- > 0u;) {
+        uint side = level_side(level);
+        for (uint i = thread; i < side * side; i += threads) {
+            ivec2 texel = ivec2(i % side, i / side);
+            level_set(level, texel, min(level_get(level, texel), level_get(level + 1u, texel / 2)));
+        }
+        texel_barrier();
+    }
+}
+
+// Of 16, of which more than three quarters have to be found: a hole is a hole with points on all sides, and what is beside a straight
+// edge is none.
+const float SURROUNDED = 13.0;
+
+// The mean of what belongs together of four, if that is of weight `least`: what is farther than the nearest by at most a point's width
+// and a texel's, twice, as a surface is that the light sees at a slant. `wide`: texel_wide.
+float mean_of(vec4 distances, vec4 weights, float least, float wide, float radius) {
+    float nearest = min(min(distances.x, distances.y), min(distances.z, distances.w));
+    precise float last = nearest + 2.0 * (radius + wide * nearest);
+    precise float sum = 0.0, weight = 0.0;
+    for (uint i = 0u; i < 4u; ++i) {
+        if (distances[i] <= last && distances[i] <= FARTHEST) {
+            sum += weights[i] * distances[i];
+            weight += weights[i];
+        }
+    }
+    // Rounding brings nothing nearer.
+    return weight >= least ? max(sum / weight, nearest) : uintBitsToFloat(NOTHING);
+}
+
+void pull(uint thread, uint threads, float radius) {
+    for (uint level = 1u; level < ISM_LEVELS; ++level) {
+        uint side = level_side(level);
+        for (uint i = thread; i < side * side; i += threads) {
+            ivec2 texel = ivec2(i % side, i / side), first = 2 * texel;
+            vec4 four = vec4(level_get(level - 1u, first), level_get(level - 1u, first + ivec2(1, 0)),
+                             level_get(level - 1u, first + ivec2(0, 1)), level_get(level - 1u, first + 1));
+            float wide = texel_wide(level, texel), mean = mean_of(four, vec4(1.0), 1.0, wide, radius);
+            // Points at that distance may lie as far apart as the texel is wide.
+            precise float apart = WIDE * radius, across = mean * wide;
+            level_set(level, texel, across <= apart ? mean : uintBitsToFloat(NOTHING));
+        }
+        texel_barrier();
+    }
+}
+
+void push(uint thread, uint threads, float radius) {
+    for (uint level = ISM_LEVELS - 1u; level-- > 0u;) {
+        uint side = level_side(level);
+        ivec2 last = ivec2(level_side(level + 1u) - 1u);
+        for (uint i = thread; i < side * side; i += threads) {
+            ivec2 texel = ivec2(i % side, i / side);
+            if (level_get(level, texel) <= FARTHEST) {
+                continue;
+            }
+            // The four about it, the one that it is in first.
+            ivec2 about = texel / 2, beside = clamp(about + 2 * (texel & 1) - 1, ivec2(0), last);
+            vec4 four = vec4(level_get(level + 1u, about), level_get(level + 1u, ivec2(beside.x, about.y)),
+                             level_get(level + 1u, ivec2(about.x, beside.y)), level_get(level + 1u, beside));
+            level_set(level, texel, mean_of(four, vec4(9.0, 3.0, 3.0, 1.0), SURROUNDED, texel_wide(level, texel), radius));
+        }
+        texel_barrier();
+    }
+}
+#endif

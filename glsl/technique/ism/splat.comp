@@ -1,0 +1,43 @@
+#version 460
+// A thread a point: atomic operations on all maps at once. Source: ours. Inputs: lights, points. Outputs: maps, which hold NOTHING;
+// seen. Invariant: as technique/ism/tiled.comp. Twin: reference::twin::ism::splat.
+#include "technique/ism/atlas.glsl"
+
+layout(local_size_x = 128) in;
+
+shared uint kept;
+
+void main() {
+    // Groups of one light stand next to each other.
+    uint groups = points / 128u;
+    uint light = GROUP_INDEX / groups, i = GROUP_INDEX % groups * 128u + gl_LocalInvocationIndex;
+    if (light >= light_count) {
+        return;
+    }
+    if (gl_LocalInvocationIndex == 0u) {
+        kept = 0u;
+    }
+    barrier();
+    IsmPoint point;
+    float radius;
+    Splat splat;
+    if (take(light, i, point, radius) && project(axes_of(lights[light].direction), lights[light].position, point, radius, splat)) {
+        atomicAdd(kept, 1u);
+        uint start = light * ISM_TEXELS;
+        if (in_map(splat)) {
+            atomicMin(maps[start + texel_index(splat.level, splat.texel)], own_distance(splat));
+        }
+        for (int y = splat.low.y; y <= splat.high.y; ++y) {
+            for (int x = splat.low.x; x <= splat.high.x; ++x) {
+                uint distance = disc_at(splat, ivec2(x, y));
+                if (distance < NOTHING) {
+                    atomicMin(maps[start + texel_index(splat.level, ivec2(x, y))], distance);
+                }
+            }
+        }
+    }
+    barrier();
+    if (gl_LocalInvocationIndex == 0u && kept > 0u) {
+        atomicAdd(seen[light], kept);
+    }
+}

@@ -1,0 +1,125 @@
+// What a point leaves in a light's map: a disc, at the level on which it is at most 4 texels wide. Sources: Ritschel et al. 2008;
+// Tokuyoshi 2014 (which points are left out). Twin: reference::twin::ism::splat.
+#ifndef TECHNIQUE_ISM_SPLAT_GLSL
+#define TECHNIQUE_ISM_SPLAT_GLSL
+#include "technique/ism/map.glsl"
+#include "technique/ism/points.glsl"
+
+CONSTANT(bool, ISM_CULLING, true)
+// Whether the normals of light and point alone say which side of a point the light sees, as in Tokuyoshi 2014.
+CONSTANT(bool, ISM_SLIDE, false)
+
+// Radius in texels up to which a point is splatted at a level.
+const float WIDEST = 1.5;
+
+// A texel has a disc that comes as near to its middle, texels: discs that lie between the middles of texels leave no gaps.
+const float BESIDE = 0.5;
+
+struct Splat {
+    uint level;
+    ivec2 low;    // texels whose middles it may cover
+    ivec2 high;
+    ivec2 texel;  // that its middle is in, and takes it in any case
+    vec3 offset;  // from the light, in its axes
+    vec3 normal;
+    float plane;  // normal · offset
+    float radius; // of the disc, world units
+    float square; // of the disc's radius and half a texel, squared
+    float distance;
+};
+
+// What a point has to lie before the light's plane, of its distance and of the light's coordinates: the surface that the light stands on
+// is not before it, however it rounds.
+const float SLANT = 1e-3;
+const float ROUNDING = 1e-6;
+
+// Whether a point lies before the light's plane: the paraboloid has no place for the others.
+bool is_before(vec3 origin, vec3 forward, vec3 offset) {
+    precise float before = forward.x * offset.x + forward.y * offset.y + forward.z * offset.z;
+    precise float far = SLANT * (abs(offset.x) + abs(offset.y) + abs(offset.z))
+                      + ROUNDING * (abs(origin.x) + abs(origin.y) + abs(origin.z));
+    return before > far;
+}
+
+// Whether the light can see a point before its plane: what is closed turns its back on the light there. So the far side of things
+// casts, as far from what they shade as can be. Source: Tokuyoshi 2014, Culling via DirectCompute.
+bool is_seen(vec3 normal, vec3 forward, vec3 offset, bool closed) {
+    vec3 along = ISM_SLIDE ? forward : offset;
+    precise float away = normal.x * along.x + normal.y * along.y + normal.z * along.z;
+    return !closed || away > 0.0;
+}
+
+// Whether the point leaves anything in the map.
+bool project(Axes axes, vec3 origin, IsmPoint point, float radius, out Splat splat) {
+    precise vec3 offset = point.position - origin;
+    vec3 normal = unpack_normal(point.normal);
+    if (!is_before(origin, axes.forward, offset)
+        || ISM_CULLING && !is_seen(normal, axes.forward, offset, point_closed(point.normal))) {
+        return false;
+    }
+    splat.offset = into_axes(axes, offset);
+    splat.normal = into_axes(axes, normal);
+    precise float square = offset.x * offset.x + offset.y * offset.y + offset.z * offset.z;
+    splat.distance = sqrt(square);
+    precise float ahead = splat.distance + splat.offset.z;
+    if (!(square < FARTHEST)) {
+        return false;
+    }
+    precise vec2 place = splat.offset.xy / ahead * 0.5 + 0.5;
+    precise float reach = radius / ahead * (0.5 * float(ISM_SIZE));
+    splat.level = 0u;
+    while (splat.level + 1u < ISM_LEVELS && reach > WIDEST) {
+        reach *= 0.5;
+        ++splat.level;
+    }
+    float side = float(level_side(splat.level));
+    precise vec2 middle = place * side;
+    if (!(all(lessThan(abs(middle), vec2(1e6))))) {
+        return false;
+    }
+    splat.texel = ivec2(floor(middle));
+    precise float plane = splat.normal.x * splat.offset.x + splat.normal.y * splat.offset.y + splat.normal.z * splat.offset.z;
+    splat.plane = plane;
+    // A disc at a slant is narrower: by the angle between its normal and the axes of the map where it is, and more of it on its near
+    // side than an ellipse has.
+    precise float wide = reach + BESIDE, slant = splat.normal.z + plane / splat.distance;
+    precise vec2 across = splat.normal.xy - (2.0 * place - 1.0) * slant;
+    precise vec2 narrow = sqrt(max(1.0 - across * across, 0.0)) * (1.0 + 2.0 * wide / side);
+    precise vec2 extent = wide * min(narrow, vec2(1.0));
+    int last = int(side) - 1;
+    // Never across the map's border.
+    splat.low = clamp(ivec2(ceil(middle - extent - 0.5)), ivec2(0), ivec2(last + 1));
+    splat.high = clamp(ivec2(floor(middle + extent - 0.5)), ivec2(-1), ivec2(last));
+    splat.radius = radius;
+    precise float all = radius + ahead * (2.0 * BESIDE / side);
+    splat.square = all * all;
+    return true;
+}
+
+// Whether the point's own texel is one of the map's: a point before the light's plane has one, but for rounding.
+bool in_map(Splat splat) {
+    return all(greaterThanEqual(splat.texel, ivec2(0))) && all(lessThan(splat.texel, ivec2(level_side(splat.level))));
+}
+
+// How far the point's plane is in the middle of its own texel, within the disc's radius of the point: so flat things stay flat.
+uint own_distance(Splat splat) {
+    vec3 way = map_way(texel_place(splat.level, splat.texel));
+    precise float slope = splat.normal.x * way.x + splat.normal.y * way.y + splat.normal.z * way.z;
+    precise float along = splat.plane / slope;
+    precise float distance = along * (2.0 - way.z);
+    precise float least = max(splat.distance - splat.radius, 0.5 * splat.distance), most = splat.distance + splat.radius;
+    return floatBitsToUint(along > 0.0 ? min(max(distance, least), most) : splat.distance);
+}
+
+// How far the disc is in the middle of a texel; NOTHING where it is not there.
+uint disc_at(Splat splat, ivec2 texel) {
+    vec2 place = texel_place(splat.level, texel);
+    vec3 way = map_way(place);
+    precise float slope = splat.normal.x * way.x + splat.normal.y * way.y + splat.normal.z * way.z;
+    precise float along = splat.plane / slope;
+    precise vec3 off = along * way - splat.offset;
+    precise float square = off.x * off.x + off.y * off.y + off.z * off.z;
+    precise float distance = along * (2.0 - way.z);
+    return along > 0.0 && square <= splat.square ? floatBitsToUint(distance) : NOTHING;
+}
+#endif

@@ -1,0 +1,69 @@
+#version 460
+// A workgroup a light: its map stands in shared memory while its points go through it one after the other, holes are filled there, and
+// each texel is written once. Source: ours. Inputs: lights, points. Outputs: maps, seen. Invariant: a texel holds the nearest point,
+// whoever comes first, so the same bytes each run and as technique/ism/splat.comp. Twin: reference::twin::ism::splat, fill.
+#include "technique/ism/atlas.glsl"
+
+CONSTANT(uint, THREADS, 128u)
+
+layout(local_size_x_id = ID_WORKGROUP) in;
+
+shared uint levels[ISM_TEXELS];
+
+uint texel_get(uint i) { return levels[i]; }
+void texel_set(uint i, uint value) { levels[i] = value; }
+void texel_barrier() { barrier(); }
+
+#include "technique/ism/fill.glsl"
+
+void main() {
+    uint light = GROUP_INDEX, thread = gl_LocalInvocationIndex;
+    if (light >= light_count) {
+        return;
+    }
+    for (uint i = thread; i < ISM_TEXELS; i += THREADS) {
+        levels[i] = NOTHING;
+    }
+    barrier();
+    Axes axes = axes_of(lights[light].direction);
+    vec3 origin = lights[light].position;
+    uint kept = 0u;
+    // A point is on its way from memory while the one before it is splatted.
+    IsmPoint next;
+    float next_radius;
+    bool takes = take(light, thread, next, next_radius);
+    for (uint i = thread; i < points && takes; i += THREADS) {
+        IsmPoint point = next;
+        float radius = next_radius;
+        takes = take(light, min(i + THREADS, points - 1u), next, next_radius);
+        Splat splat;
+        if (!project(axes, origin, point, radius, splat)) {
+            continue;
+        }
+        ++kept;
+        if (in_map(splat)) {
+            atomicMin(levels[texel_index(splat.level, splat.texel)], own_distance(splat));
+        }
+        for (int y = splat.low.y; y <= splat.high.y; ++y) {
+            for (int x = splat.low.x; x <= splat.high.x; ++x) {
+                uint distance = disc_at(splat, ivec2(x, y));
+                if (distance < NOTHING) {
+                    atomicMin(levels[texel_index(splat.level, ivec2(x, y))], distance);
+                }
+            }
+        }
+    }
+    barrier();
+    wide_down(thread, THREADS);
+    if (ISM_FILL) {
+        pull(thread, THREADS, head.radius);
+        push(thread, THREADS, head.radius);
+    }
+    uint texels = ISM_SIZE * ISM_SIZE;
+    for (uint i = thread; i < texels; i += THREADS) {
+        maps[light * texels + i] = levels[i];
+    }
+    if (kept > 0u) {
+        atomicAdd(seen[light], kept);
+    }
+}

@@ -1,0 +1,296 @@
+#version 460
+// Builds the rays of half a tile, ROWS rows of 8 texels after the other, in any order of the casters: adds up their optical depth
+// in the slices and writes what is left of the light behind each slice once. No clear, no blending, no propagation. Of a tile
+// without casters, one workgroup writes all.
+// Inputs: maps, casters, totals, parts or counts, entries. Output: volume, every texel of it.
+// Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
+// Source: ours. Twin: reference::twin::psm::fused.
+
+// variants: BITS 8 16
+#include "maps/bins/part.glsl"
+#include "maps/bins/sums.glsl"
+#include "maps/bins/texel.glsl"
+#include "technique/psm/format.glsl"
+#include "technique/psm/place.glsl"
+
+// A multiple of TEXELS: up to 256, so that a processor has several workgroups at a time; TEXELS where threads do not run at the
+// same time anyway.
+layout(local_size_x_id = ID_WORKGROUP) in;
+// The same number: what is read of a specialized workgroup size is no constant to every tool.
+CONSTANT(uint, THREADS, 256u)
+// Casters that stand in shared memory at the same time, in the view's axes, fewer than THREADS, without those that miss the
+// rows. 0: each is fetched by who looks at it.
+CONSTANT(uint, BATCH, 0u)
+// As many where there are strands, else 0.
+CONSTANT(uint, BATCH_AXES, 0u)
+
+// The casters of the next batch are fetched while those of one are added: where tiles have many batches.
+CONSTANT(bool, FETCH_AHEAD, false)
+
+layout(push_constant, scalar) uniform PartPush {
+    uint room;        // not 0: entries of each tile, tile after tile; parts are not listed then
+    uint tile_count;  // of a map
+};
+
+BINS_COUNTS(readonly buffer)
+// set 2: psm_volume
+layout(set = 2, binding = 0, VOLUME_FORMAT) uniform writeonly image3D volume;
+
+// Rows of texels that are built at the same time, and of half a tile.
+CONSTANT(uint, ROWS, 2u)
+const uint ROW = 8u, HALF = 4u, TEXELS = ROW * ROWS;
+// Texels of a row that a thread looks at for a caster: the dearer it is to fetch one, the more. Casters that are looked at
+// at the same time.
+const uint SPAN = THREADS == TEXELS ? 8u : BATCH == 0u ? 4u : 1u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
+// Runs of slices that are summed at the same time, each by one thread a texel, and slices of a run: whole layers.
+const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
+// Fewer casters than these are summed in units that suit any casters. Their sum is wrong by 2⁻¹³ at most, half a unit
+// for each addition: a quarter of a step of a half float.
+const uint MANY = SPLIT ? 128u : 256u;
+
+// Units of optical depth that each slice of each texel takes: sum_place. The first two words are the bound before they are sums.
+shared uint slices[SLICES * TEXELS];
+// The batch: centres, and radii; densities, and where among the slices; axes of strands. Of a plain sphere the square of its
+// radius, and units an optical depth of a length of 1; of others less than 0. How many there are, this time and the next.
+shared vec4 batch_balls[BATCH + 1u];
+shared vec2 batch_takes[BATCH + 1u];
+shared vec3 batch_axes[BATCH_AXES + 1u];
+shared uint filled[2];
+
+// Where the sum of slice k of a texel stands: the threads of a subgroup, which have the same slice of one run or of two, never
+// meet in a bank.
+uint sum_place(uint k, uint texel) {
+    return (k ^ (TEXELS == 16u ? k / RUN & 1u : 0u)) * TEXELS + texel;
+}
+
+void write(uint map, uvec2 texel, uint slice, vec4 transmittance) {
+    ivec3 at = ivec3(texel, map * LAYERS + slice / 4u);
+    imageStore(volume, at, ADDITIVE ? 1.0 - transmittance : transmittance);
+}
+
+// Of a caster in the view's axes.
+Place place_of(View view, Caster caster) {
+    return depth_place(view_depth(view, caster.position.z + 0.5 * caster.axis.z));
+}
+
+// Puts a caster into the batch that may meet `rows` rows from the corner on, with the slice that takes it.
+void put_caster(View view, uvec2 corner, uint rows, Caster caster, float scale, uint turn) {
+    vec2 low, high;
+    vec2 first = vec2(corner), last = first + vec2(float(ROW - 1u), float(rows - 1u));
+    if (!texel_bounds(view, caster, low, high) || any(greaterThan(low, last)) || any(lessThan(high, first))) {
+        return;
+    }
+    Place place = place_of(view, caster);
+    bool plain = plain_sphere(view, caster);
+    uint at = atomicAdd(filled[turn & 1u], 1u);
+    batch_balls[at] = vec4(caster.position, plain ? caster.radius * caster.radius : -caster.radius);
+    batch_takes[at] = vec2(plain ? 2.0 * caster.density * scale : caster.density, float(place.slice) + place.share);
+    if (STRANDS) {
+        batch_axes[at] = caster.axis;
+    }
+}
+
+// Adds units of optical depth of a ray to the slices of their place.
+void add_units(uint texel, Place place, float units, float scale) {
+    atomicAdd(slices[sum_place(place.slice, texel)], uint(min(units * (1.0 - place.share), DARK * scale) + 0.5));
+    if (SPLIT && place.slice + 1u < SLICES) {
+        atomicAdd(slices[sum_place(place.slice + 1u, texel)], uint(min(units * place.share, DARK * scale) + 0.5));
+    }
+}
+
+// Adds what a caster, in the view's axes, takes of the ray of a texel.
+void add_caster(View view, Ray ray, float ray_length, uint texel, Caster caster, Place place, float scale) {
+    vec2 z;
+    float optical_depth;
+    if (view_segment(view, ray, ray_length, caster, MAX_OPTICAL_DEPTH, z, optical_depth)) {
+        add_units(texel, place, optical_depth * scale, scale);
+    }
+}
+
+// The same of a caster of the batch.
+void add_batched(View view, Ray ray, float ray_length, uint texel, uint i, float scale) {
+    vec4 ball = batch_balls[i];
+    vec2 take = batch_takes[i];
+    uint slice = uint(take.y);
+    Place place = Place(slice, SPLIT ? take.y - float(slice) : 0.0);
+    if (ball.w < 0.0) {
+        Caster caster = Caster(ball.xyz, -ball.w, STRANDS ? batch_axes[i] : vec3(0.0), take.x);
+        add_caster(view, ray, ray_length, texel, caster, place, scale);
+        return;
+    }
+    vec2 across = ball.xy - ray.origin.xy;
+    float half_square = ball.w - dot(across, across);
+    if (half_square > 0.0) {
+        add_units(texel, place, min(sqrt(half_square) * take.x, MAX_OPTICAL_DEPTH * scale), scale);
+    }
+}
+
+// Adds the casters of the part to the rows from the corner on. The slices are 0, and all threads call it alike. `again`: a batch
+// that has all of them stands already.
+void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale) {
+    uint thread = gl_LocalInvocationIndex, span = thread % SPANS * SPAN, rotation = thread / SPANS;
+    Ray ray = view_texel_ray(view, corner + uvec2(span % ROW, span / ROW));
+    if (BATCH == 0u) {
+        float texel_width = 2.0 / (float(view.width) * view.scale_x);
+        barrier();
+        for (uint i = rotation; i < part.count; i += CASTERS) {
+            Caster caster = tile_caster(view, part.first + i);
+            Place place = place_of(view, caster);
+            for (uint j = 0u; j < SPAN; ++j) {
+                // Casters begin at different texels of a span, for the banks again.
+                uint x = (j + rotation) % SPAN;
+                Ray beside = view_ray_beside(view, ray, float(x) * texel_width);
+                add_caster(view, beside, length(beside.direction), span + x, caster, place, scale);
+            }
+        }
+    } else {
+        float ray_length = length(ray.direction);
+        uint rows = part.count <= BATCH ? HALF : ROWS;
+        // The thread's caster of the next batch, and which is its own of the one behind.
+        uint mine = thread < BATCH ? thread : part.count, later = 0u;
+        Caster next;
+        if (FETCH_AHEAD && !again && mine < part.count) {
+            next = casters[entries[part.first + mine].y];
+        }
+        if (FETCH_AHEAD && !again && BATCH + mine < part.count) {
+            later = entries[part.first + BATCH + mine].y;
+        }
+        if (thread < 2u && !again) {
+            filled[thread] = 0u;
+        }
+        for (uint first = 0u, turn = 0u; first < part.count; first += BATCH, ++turn) {
+            barrier();
+            if (!again) {
+                if (first + mine < part.count) {
+                    if (!FETCH_AHEAD) {
+                        next = casters[entries[part.first + first + mine].y];
+                    }
+                    put_caster(view, corner, rows, view_caster(view, next), scale, turn);
+                } else if (thread == THREADS - 1u) {
+                    // Of the batch before, which is done with; the last thread has no caster of its own.
+                    filled[turn + 1u & 1u] = 0u;
+                }
+                barrier();
+                if (FETCH_AHEAD && first + BATCH + mine < part.count) {
+                    next = casters[later];
+                }
+                if (FETCH_AHEAD && first + 2u * BATCH + mine < part.count) {
+                    later = entries[part.first + first + 2u * BATCH + mine].y;
+                }
+            }
+            uint count = filled[turn & 1u];
+            for (uint i = rotation; i < count; i += CASTERS) {
+                add_batched(view, ray, ray_length, span, i, scale);
+            }
+        }
+    }
+    barrier();
+}
+
+// Units an optical depth of 1: as fine as it gets without a sum passing 32 bits. Few casters may each take 2⁴, DARK, and
+// with SPLIT twice; what many may take is added up. Writes to the slices; all threads call it alike.
+float part_scale(TilePart part) {
+    if (part.count < MANY) {
+        return exp2(float(min(22, (SPLIT ? 26 : 27) - findMSB(part.count))));
+    }
+    uint thread = gl_LocalInvocationIndex;
+    uvec2 most = uvec2(0u);
+    for (uint i = thread; i < part.count; i += THREADS) {
+        wide_add(most, entry_bound(entries[part.first + i], DARK * (SPLIT ? 2.0 : 1.0)));
+    }
+    if (thread < 2u) {
+        slices[thread] = 0u;
+    }
+    barrier();
+    WIDE_ATOMIC_ADD(slices[0], slices[1], most);
+    barrier();
+    float scale = sum_scale(uvec2(slices[0], slices[1]));
+    barrier();
+    return scale;
+}
+
+// Writes what is left of the light behind each slice of the thread's run of a texel. All threads call it alike.
+void write_run(View view, uint map, uvec2 texel, uint t, uint run, float unit) {
+    uint begin = min(run * RUN, SLICES), end = min(begin + RUN, SLICES);
+    // The sum of each run stands where its last slice was; then that of the runs before it.
+    uint before = 0u, whole = 0u;
+    if (RUNS != 1u) {
+        for (uint k = begin; k < end; ++k) {
+            whole += slices[sum_place(k, t)];
+        }
+        if (begin < end) {
+            slices[sum_place(end - 1u, t)] = whole;
+        }
+        barrier();
+        // All are read, so that none waits for another.
+        [[unroll]] for (uint i = 1u; i < RUNS; ++i) {
+            uint last = i * RUN - 1u;
+            before += last < begin ? slices[sum_place(min(last, SLICES - 1u), t)] : 0u;
+        }
+    }
+    if (any(greaterThanEqual(texel, uvec2(view.width, view.height)))) {
+        return;
+    }
+    vec4 behind = vec4(exp(-float(before) * unit));
+    uint upto = before + whole;
+    for (uint k = begin; k < end; k += 4u) {
+        uvec4 sums = uvec4(before);
+        // In most runs, and in most layers of the others, a ray meets nothing.
+        if (RUNS == 1u || whole != 0u) {
+            uint here = before;
+            for (uint i = 0u; i < 4u; ++i) {
+                here += slices[sum_place(k + i, t)];
+                sums[i] = here;
+            }
+            sums.w = RUNS != 1u && k + 4u == end ? upto : sums.w;
+        }
+        if (sums.w != before) {
+            behind = exp(-vec4(sums) * unit);
+            before = sums.w;
+        } else {
+            behind = behind.wwww;
+        }
+        write(map, texel, k, behind);
+    }
+}
+
+// Where parts are not listed: two workgroups a tile, the second without work where there are no casters.
+bool unlisted_part(out TilePart part) {
+    uint place = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, tile = place / 2u, map = gl_WorkGroupID.z;
+    uint bin = map * tile_count + min(tile, tile_count - 1u), count = counts[bin];
+    part = TilePart(tile, map << 8 | place & 1u, bin * room, min(count, room));
+    return tile < tile_count && (count > 0u || (place & 1u) == 0u);
+}
+
+void main() {
+    TilePart part;
+    bool listed = room == 0u, built = listed ? listed_part(part) : unlisted_part(part);
+    // Without waiting for what says whether there is anything to build.
+    uint map = !listed ? gl_WorkGroupID.z : built ? part_map(part) : 0u;
+    View view = maps[map].volume;
+    if (!built) {
+        return;
+    }
+    uint thread = gl_LocalInvocationIndex, t = thread % TEXELS, run = thread / TEXELS;
+    uvec2 corner = part_corner(view, part), texel = corner + uvec2(t % ROW, t / ROW);
+    if (part.count == 0u) {
+        for (; texel.y < min(corner.y + ROW, view.height); texel.y += ROWS) {
+            for (uint k = run * RUN; k < min(run * RUN + RUN, SLICES) && texel.x < view.width; k += 4u) {
+                write(map, texel, k, vec4(1.0));
+            }
+        }
+        return;
+    }
+    uvec2 down = uvec2(0u, part_of_tile(part) * HALF);
+    float scale = part_scale(part), unit = 1.0 / scale;
+    for (uint row = 0u; row < HALF; row += ROWS, down.y += ROWS) {
+        for (uint i = thread; i < SLICES * TEXELS; i += THREADS) {
+            slices[i] = 0u;
+        }
+        add_casters(view, part, corner + down, row > 0u && part.count <= BATCH, scale);
+        write_run(view, map, texel + down, t, run, unit);
+        // Who still reads sums is waited for.
+        barrier();
+    }
+    end_part(part);
+}

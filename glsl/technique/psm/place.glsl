@@ -1,0 +1,26 @@
+// Which slice takes a caster's whole optical depth: slice k spans the depths k / SLICES to (k + 1) / SLICES of the light's
+// range. SPLIT shares it between the two slices whose middles are about its own, so that the mean depth is the caster's
+// and nothing jumps as it moves; T^(1 - share) and T^share are the slices' transmittances.
+// Twin: reference::twin::psm::place.
+#ifndef TECHNIQUE_PSM_PLACE_GLSL
+#define TECHNIQUE_PSM_PLACE_GLSL
+#include "world/caster.glsl"
+#include "technique/psm/constants.glsl"
+
+struct Place {
+    uint slice;
+    float share;  // of the optical depth, that the next slice takes
+};
+
+Place depth_place(float depth) {
+    float at = clamp(depth * float(SLICES) - (SPLIT ? 0.5 : 0.0), 0.0, float(SLICES - 1u));
+    uint slice = uint(at);
+    return Place(slice, SPLIT ? at - float(slice) : 0.0);
+}
+
+// By a sphere's centre, a strand's middle.
+Place caster_place(View view, Caster caster) {
+    float z = dot(caster.position + 0.5 * caster.axis - view.origin, view.forward);
+    return depth_place(view_depth(view, z));
+}
+#endif

@@ -1,0 +1,62 @@
+// Particle shadow map look-up: how much of light `light` reaches `position`, 0 to 1. Source: Bavoil and Jansen 2013, Step 4.
+//
+// Bindings 0 to 2: maps/look_up_set.glsl. Then
+//   binding 3  the volume (technique/psm/constants.glsl), R8G8B8A8_UNORM or R16G16B16A16_SFLOAT, linear, its border 1, or 0 where ADDITIVE
+// Specialization constants SLICES, ADDITIVE and LAYERS as the volume was built.
+// flat: bindings 24, constants 48: SLICES LAYERS ADDITIVE FILTER FILTER_RADIUS
+//
+// Slice k holds what is left behind all casters of the slices 0 to k, which is so at its far face, the depth
+// (k + 1) / SLICES: there it is taken to stand, and in between the values are interpolated. (Taken to stand at the slice's
+// middle, as a texture's texels do, everything would come half a slice too early, and a caster would lie in all of its own
+// shadow.) So a slice's shadow begins at its near face and is whole at its far face. At the slice's middle, half a slice
+// from both, half of it has come: of a sphere's shadow on its own centre that is also the truth. In front of the first
+// slice all light is left, behind the last what the last leaves.
+#define MAP_TRANSMITTANCE slices_transmittance
+#include "maps/look_up.glsl"
+#include "technique/psm/constants.glsl"
+
+layout(set = GOBO_SET, binding = 3) uniform sampler3D visibility_volume;
+
+// The faces about a depth: face i lies behind slice i - 1, face 0 in front of all.
+struct Faces {
+    uint face;    // the one at or in front of the depth
+    uint near;    // the slice in front of it, if there is one
+    float share;  // of the way to the next
+};
+
+Faces depth_faces(float depth) {
+    float place = clamp(depth, 0.0, 1.0) * float(SLICES);
+    uint face = min(uint(place), SLICES - 1u);
+    return Faces(face, max(face, 1u) - 1u, place - float(face));
+}
+
+// Between what two slices, `near` and the face's, hold.
+float between(Faces f, vec4 near_slices, vec4 far_slices) {
+    vec2 ends = vec2(near_slices[f.near % 4u], far_slices[f.face % 4u]);
+    ends = ADDITIVE ? 1.0 - ends : ends;
+    ends.x = f.face == 0u ? 1.0 : ends.x;
+    return mix(ends.x, ends.y, f.share);
+}
+
+float texel_transmittance(LookUp l, ivec2 texel) {
+    Faces f = depth_faces(l.depth);
+    ivec3 at = ivec3(texel, l.map * LAYERS);
+    vec4 far_slices = texelFetch(visibility_volume, at + ivec3(0, 0, f.face / 4u), 0);
+    return between(f, texelFetch(visibility_volume, at + ivec3(0, 0, f.near / 4u), 0), far_slices);
+}
+
+// One bilinear fetch of a layer's four slices, at the layer's own depth, so that its neighbours have no weight.
+vec4 bilinear_slices(LookUp l, uint slice) {
+    float z = (float(l.map * LAYERS + slice / 4u) + 0.5) / float(textureSize(visibility_volume, 0).z);
+    return textureLod(visibility_volume, vec3(l.at / vec2(l.view.width, l.view.height), z), 0.0);
+}
+
+float slices_transmittance(LookUp l) {
+    if (FILTER != FILTER_BILINEAR) {
+        return filtered_transmittance(l);
+    }
+    Faces f = depth_faces(l.depth);
+    vec4 far_slices = bilinear_slices(l, f.face);
+    // Slices k and k + 1 share a layer, save where k is its last.
+    return between(f, f.near / 4u == f.face / 4u ? far_slices : bilinear_slices(l, f.near), far_slices);
+}

@@ -1,0 +1,43 @@
+#version 460
+// The product of what all casters of a tile leave of the light, each texel written once. Source: ours.
+// Inputs: maps, casters, parts, entries. Output: transmittance. Twin: reference::twin::translucency_map::sum.
+// Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
+// variants: BITS 8 16
+layout(local_size_x = 8, local_size_y = 8) in;
+const uint THREADS = 64u;
+#include "maps/bins/batch.glsl"
+#include "maps/bins/scale.glsl"
+
+#if BITS == 8
+#define TEXEL_FORMAT r8
+#else
+#define TEXEL_FORMAT r16f
+#endif
+layout(set = 2, binding = 0, TEXEL_FORMAT) uniform writeonly image2D product;
+
+void main() {
+    TilePart part;
+    if (!listed_part(part)) {
+        return;
+    }
+    uint map = part_map(part), sum = 0u;
+    View view = maps[map].volume;
+    uvec2 texel = part_corner(view, part) + gl_LocalInvocationID.xy;
+    Ray ray = view_texel_ray(view, texel);
+    float ray_length = length(ray.direction), scale = tile_scale(part);
+    for (uint begin = 0u; begin < part.count; begin += batch_size()) {
+        uint filled = min(batch_size(), part.count - begin);
+        fetch_batch(view, part.first + begin, filled);
+        for (uint i = 0u; i < filled; ++i) {
+            vec2 z;
+            float optical_depth;
+            if (view_segment(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth)) {
+                sum += uint(optical_depth * scale + 0.5);
+            }
+        }
+    }
+    end_part(part);
+    if (all(lessThan(texel, uvec2(view.width, view.height)))) {
+        imageStore(product, ivec2(texel + uvec2(0u, map * view.height)), vec4(exp(-float(sum) / scale)));
+    }
+}

@@ -1,0 +1,62 @@
+#version 460
+// Counts the triangles that each bin of columns may meet, or writes them down. One thread a triangle; those that meet many
+// bins are listed, and in the variants of LARGE a workgroup takes each. Source: ours. Inputs: projected. Outputs: values from
+// `at` on, the list of large ones, entries. Twin: reference::twin::voxelized::columns, which has no bins.
+// The order within a bin is any: what follows does not depend on it.
+// variants: STEP 0 1 2 3
+#define PLACE (STEP >= 2)
+#define LARGE (STEP == 1 || STEP == 3)
+layout(local_size_x = 64) in;
+#include "technique/voxelized/build.glsl"
+#include "technique/voxelized/projected.glsl"
+#include "technique/voxelized/facet.glsl"
+
+void meet(uint i, uint bin) {
+    uint place = atomicAdd(values[(PLACE ? placed_at : bins_at) + bin], 1u);
+    if (PLACE) {
+        place += before(bins_at + bin);
+        if (place < entry_capacity) {
+            bin_entries[large_capacity + place] = i;
+        }
+    }
+}
+
+void main() {
+    ivec2 first, end;
+    uint across = bins_across();
+    if (LARGE) {
+        for (uint l = build_group(); l < min(large, large_capacity); l += gl_NumWorkGroups.x * gl_NumWorkGroups.y) {
+            uint i = bin_entries[l];
+            projected_bins(i, first, end);
+            uint columns_met = uint(end.x - first.x), met = columns_met * uint(end.y - first.y);
+            for (uint b = gl_LocalInvocationIndex; b < met; b += 64u) {
+                uvec2 at_bin = uvec2(first) + uvec2(b % columns_met, b / columns_met);
+                Facet facet;
+                // The box of what is long and slanted is nearly empty. A bin is a block.
+                if (facet_at(i, uvec2(tile_x, tile_y) + BIN_COLUMNS * at_bin, CONSERVATIVE, facet)) {
+                    meet(i, at_bin.y * across + at_bin.x);
+                }
+            }
+        }
+        return;
+    }
+    uint i = 64u * build_group() + gl_LocalInvocationIndex;
+    if (i >= triangle_count) {
+        return;
+    }
+    projected_bins(i, first, end);
+    if (uint((end.x - first.x) * (end.y - first.y)) > MANY_BINS) {
+        if (!PLACE) {
+            uint l = atomicAdd(large, 1u);
+            if (l < large_capacity) {
+                bin_entries[l] = i;
+            }
+        }
+        return;
+    }
+    for (int y = first.y; y < end.y; ++y) {
+        for (int x = first.x; x < end.x; ++x) {
+            meet(i, uint(y) * across + uint(x));
+        }
+    }
+}

@@ -1,0 +1,217 @@
+#version 460
+// Where each column of voxels enters the first thing and leaves it, the least exit and the greatest entry of each block of 8 × 8
+// columns, and where each column's shadow begins. A column enters at its nearest surface. If that is the outside of something
+// closed, it leaves where as many faces have been left as entered, so that closed things that overlap are one; between the two
+// voxels are free. With CONSERVATIVE, what touches a column's square in front of that and not its middle shadows it as an open
+// surface. One workgroup a block, one thread a column. Source: Sintorn et al. 2014 (closed objects), Scandolo et al. 2016
+// (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs: boundaries, ranges, values
+// (nodes of each block), columns.
+// Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <= exit.
+layout(local_size_x = 64) in;
+#include "technique/voxelized/build.glsl"
+#include "technique/voxelized/projected.glsl"
+#include "technique/voxelized/facet.glsl"
+#include "world/view.glsl"
+
+// Where a free boundary is put: EXIT, ENTRY or SHARED.
+CONSTANT(uint, FREE, 2u)
+const uint FREE_EXIT = 0u;
+const uint FREE_SHARED = 2u;
+
+// Whether closed things have insides.
+CONSTANT(bool, CLOSED, true)
+
+// Whether entries and exits are written down too.
+CONSTANT(bool, KEEP_COLUMNS, false)
+
+// Triangles that a block has at hand; of more it takes as many at a time.
+const uint FACETS = 128u;
+shared Plane planes[FACETS];
+// Which of them each column meets, a bit each.
+shared uint met[64][FACETS / 32u];
+shared uint busy[2];
+// Two of each: while one is read, the other is made ready for the turn after.
+const uint NONE = 0xffffffffu;
+shared uint first_exit[2];
+shared uint last_entry[2];
+shared uint least;
+shared uint most;
+
+// Triangle `i` as the one at `place`, and which of so many columns from `first` on meet it.
+void take(uint place, uint i, uvec2 corner, bool squares, uint first, uint count) {
+    Facet facet;
+    if (!facet_at(i, corner, squares, facet)) {
+        return;
+    }
+    planes[place] = facet.plane;
+    for (uint from = first; from < first + count; from += 32u) {
+        for (uint bits = facet_columns(facet, from, min(count, 32u)); bits != 0u; bits &= bits - 1u) {
+            uint c = from + uint(findLSB(bits));
+            ivec2 column = ivec2(c & 7u, c >> 3);
+            if (squares && (any(lessThan(column, facet.first)) || any(greaterThanEqual(column, facet.end)))) {
+                continue;
+            }
+            atomicOr(met[c][place / 32u], 1u << (place & 31u));
+        }
+    }
+}
+
+// Those of the bin's from `batch` on that there is room for.
+void take_batch(uint batch, uint end, uvec2 corner, bool squares) {
+    uint thread = gl_LocalInvocationIndex;
+    barrier();
+    met[thread] = uint[FACETS / 32u](0u, 0u, 0u, 0u);
+    barrier();
+    // Where triangles are few, threads share them, so many columns each.
+    uint here = min(FACETS, end - batch), share = 1u << min(findMSB(max(2u * here - 1u, 1u)), 6);
+    for (uint i = thread % share; i < here; i += share) {
+        take(i, bin_entries[large_capacity + batch + i], corner, squares, thread / share * share, share);
+    }
+    barrier();
+}
+
+// The number in [low, high] with the most trailing zeros.
+uint roundest(uint low, uint high) {
+    if (low == 0u) {
+        return 0u;
+    }
+    // High bits that the two have in common, then high's first one that low has not.
+    uint differ = (low - 1u) ^ high;
+    return high & ~((1u << findMSB(differ)) - 1u);
+}
+
+void main() {
+    uint block = build_group(), thread = gl_LocalInvocationIndex;
+    // Without room for all triangles the columns would be others.
+    if (block >= width * width || failed != 0u) {
+        return;
+    }
+    uvec2 block_at = uvec2(block % width, block / width);
+    uvec2 corner = uvec2(tile_x, tile_y) + 8u * block_at;
+    ivec2 column = ivec2(thread & 7u, thread >> 3);
+    uint bin = (8u * block_at.y / BIN_COLUMNS) * bins_across() + 8u * block_at.x / BIN_COLUMNS;
+    uint first = min(before(bins_at + bin), entry_capacity), end = min(before(bins_at + bin + 1u), entry_capacity);
+
+    if (thread == 0u) {
+        busy = uint[2](0u, 0u);
+        first_exit[0] = least = NONE;
+        last_entry[0] = most = 0u;
+    }
+    barrier();
+    float nearest = FARTHEST, leaves = FARTHEST;
+    int enters = 0, inside = 0;
+    bool open = true, searching = true;
+    for (uint round = 0u;; ++round) {
+        // In the first round the nearest surface, and the nearest back of anything; in each further one whether all that was
+        // entered has been left at the back found before, and the next back behind it.
+        float next = FARTHEST;
+        inside = 0;
+        for (uint batch = first; batch < end; batch += FACETS) {
+            // Where all are at hand, they stay.
+            if (round == 0u || end - first > FACETS) {
+                take_batch(batch, end, corner, false);
+            }
+            for (uint w = 0u; 32u * w < min(FACETS, end - batch) && searching; ++w) {
+                for (uint bits = met[thread][w]; bits != 0u; bits &= bits - 1u) {
+                    Plane plane = planes[32u * w + uint(findLSB(bits))];
+                    float z = plane_depth(plane, column);
+                    int faces = CLOSED ? plane.faces : 0;
+                    if (round == 0u) {
+                        enters = z < nearest ? faces : z == nearest ? max(enters, faces) : enters;
+                        nearest = min(nearest, z);
+                        next = faces < 0 ? min(next, z) : next;
+                    } else {
+                        inside += z <= leaves ? faces : 0;
+                        next = faces < 0 && z > leaves ? min(next, z) : next;
+                    }
+                }
+            }
+        }
+        // Left where it was thought to be; else perhaps at the next back, or never: a ground has no back.
+        open = round == 0u ? enters <= 0 : open;
+        if (searching) {
+            bool left = round == 0u ? open : inside <= 0;
+            leaves = left ? leaves : next;
+            searching = !left && leaves < FARTHEST;
+        }
+        if (searching) {
+            busy[round & 1u] = 1u;
+        }
+        barrier();
+        if (busy[round & 1u] == 0u) {
+            break;
+        }
+        if (thread == 0u) {
+            busy[1u - (round & 1u)] = 0u;
+        }
+        barrier();
+    }
+    if (CONSERVATIVE) {
+        // What lies in front of the nearest surface by a voxel, with all of it, is no part of that surface: it touches the column
+        // and misses its middle. Smooth surfaces, whose triangles touch each other's columns, stay as they are.
+        float touched = FARTHEST;
+        for (uint batch = first; batch < end; batch += FACETS) {
+            take_batch(batch, end, corner, true);
+            for (uint w = 0u; 32u * w < min(FACETS, end - batch); ++w) {
+                for (uint bits = met[thread][w]; bits != 0u; bits &= bits - 1u) {
+                    Plane plane = planes[32u * w + uint(findLSB(bits))];
+                    touched = plane.range.y + 1.0 < nearest ? min(touched, plane_depth(plane, column)) : touched;
+                }
+            }
+        }
+        open = open || touched < FARTHEST;
+        nearest = min(nearest, touched);
+    }
+    // What is entered in a voxel is lit in all of it, and what is left in a voxel is behind it: where the thing is thick
+    // enough for both, nothing is rounded.
+    float size = float(trees[light].size);
+    float middle = clamp(floor(nearest + 0.5), 0.0, size);
+    float entry = clamp(ceil(nearest), 0.0, size), exit = clamp(floor(leaves), 0.0, size);
+    bool thin = open || exit < entry;
+    uvec2 range = nearest == FARTHEST ? uvec2(size) : thin ? uvec2(middle) : uvec2(entry, exit);
+
+    atomicMin(least, range.y);
+    atomicMax(most, range.x);
+    barrier();
+    if (thread == 0u) {
+        uvec2 of_block = uvec2(least, most);
+        ranges[bricks_at + block] = of_block;
+        values[leaves_at + block] = most > least ? most - least : 0u;
+        values[bricks_at + block] = node_range(of_block, 8u).y;
+    }
+    uint boundary = FREE == FREE_EXIT ? range.y : range.x;
+    if (FREE == FREE_SHARED) {
+        // As few boundaries as the block's columns allow: the least exit stands for all columns that have entered by then, and
+        // so on; each where its z has the most trailing zeros, so that blocks meet at the same ones.
+        bool placed = false;
+        for (uint turn = 0u; turn < 64u; ++turn) {
+            // What the turn before has read nobody reads any more.
+            uint now = turn & 1u;
+            if (!placed) {
+                atomicMin(first_exit[now], range.y);
+            }
+            barrier();
+            uint stop = first_exit[now];
+            if (stop == NONE) {
+                break;
+            }
+            bool here = !placed && range.x <= stop;
+            if (here) {
+                atomicMax(last_entry[now], range.x);
+            }
+            if (thread == 0u) {
+                first_exit[1u - now] = NONE;
+                last_entry[1u - now] = 0u;
+            }
+            barrier();
+            boundary = here ? roundest(last_entry[now], stop) : boundary;
+            placed = placed || here;
+        }
+    }
+    uint row = 8u * width;
+    uint place = (8u * block_at.y + uint(column.y)) * row + 8u * block_at.x + uint(column.x);
+    boundaries[place] = boundary;
+    if (KEEP_COLUMNS) {
+        columns[place] = range;
+    }
+}

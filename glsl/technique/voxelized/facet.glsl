@@ -1,0 +1,94 @@
+// A triangle as an 8 × 8 block of columns sees it: three edges in whole numbers, and the plane of its depths. Source: ours, after
+// Pineda 1988. Twin: reference::twin::voxelized::Facet.
+#ifndef TECHNIQUE_VOXELIZED_FACET_GLSL
+#define TECHNIQUE_VOXELIZED_FACET_GLSL
+
+#include "maps/edge.glsl"
+
+// Its depths.
+struct Plane {
+    float z;     // at the first column, voxels
+    vec2 slope;  // a column
+    vec2 range;  // least and greatest z of the corners
+    int faces;   // 1: into something closed, -1: out of it, 0: it is open
+};
+
+struct Facet {
+    ivec3 edge;   // at the block's first column: not negative inside
+    ivec3 right;  // what a column to the right adds
+    ivec3 up;     // and a column up
+    ivec2 first;  // column of the block whose square the bounding box overlaps
+    ivec2 end;    // and one past the last; both only where squares are asked for
+    Plane plane;
+};
+
+// Edge from `from` on along `edge`, at the origin, or at that corner of the square about it that is farthest inside; in columns.
+// What is out of reach of the block is cut off.
+int edge_value(ivec2 from, ivec2 edge, bool squares) {
+    ivec2 corner = squares ? 128 * ivec2(edge.y < 0 ? 1 : -1, edge.x > 0 ? 1 : -1) : ivec2(0);
+    Wide value = wide_cross(edge, corner - from);
+    int columns = value.high < -64 ? -0x40000000 : value.high > 63 ? 0x40000000
+                                                 : int((uint(value.high) << 24) | (value.low >> 8));
+    // A value of 0 is inside for one of the two triangles, and below the least step it counts as more than 0. A square may be
+    // touched by both.
+    return !squares && (value.low & 255u) == 0u && !owns_edge(edge) ? columns - 1 : columns;
+}
+
+// Triangle `i` for the block whose first column is `corner`; false where no column of the block meets it. A column is met in its
+// middle, or with `squares` anywhere in its square: then depths are those at the corner that is farthest away, so that none
+// lies in front of the triangle.
+bool facet_at(uint i, uvec2 corner, bool squares, out Facet facet) {
+    ivec2 middle = 256 * ivec2(corner) + 128;
+    ivec2 a = projected_corner(i, 0u) - middle, b = projected_corner(i, 1u) - middle, c = projected_corner(i, 2u) - middle;
+    vec3 z = vec3(intBitsToFloat(projected[PROJECTED_WORDS * i + 6u]), intBitsToFloat(projected[PROJECTED_WORDS * i + 7u]),
+                  intBitsToFloat(projected[PROJECTED_WORDS * i + 8u]));
+    Wide area = wide_cross(b - a, c - a);
+    bool turned = area.high < 0;
+    if (turned) {
+        ivec2 corner_b = b;
+        b = c;
+        c = corner_b;
+        z = z.xzy;
+        area = wide_cross(b - a, c - a);
+    }
+    // Not negative: what has no area has nothing inside.
+    facet.edge = ivec3(edge_value(a, b - a, squares), edge_value(b, c - b, squares), edge_value(c, a - c, squares));
+    facet.right = -ivec3((b - a).y, (c - b).y, (a - c).y);
+    facet.up = ivec3((b - a).x, (c - b).x, (a - c).x);
+    if (squares) {
+        facet.first = (min(a, min(b, c)) + 127) >> 8;
+        facet.end = ((max(a, max(b, c)) + 128) >> 8) + 1;
+    }
+    ivec3 most = facet.edge + 7 * (max(facet.right, ivec3(0)) + max(facet.up, ivec3(0)));
+    float scale = 1.0 / (float(area.high) * 4294967296.0 + float(area.low));
+    vec2 ab = vec2(b - a), ac = vec2(c - a);
+    float to_b = z.y - z.x, to_c = z.z - z.x;
+    vec2 slope = vec2(to_b * ac.y - to_c * ab.y, to_c * ab.x - to_b * ac.x) * scale;
+    facet.plane.z = z.x - slope.x * float(a.x) - slope.y * float(a.y);
+    facet.plane.slope = slope * SUB_VOXELS;
+    if (squares) {
+        facet.plane.z += 0.5 * (abs(facet.plane.slope.x) + abs(facet.plane.slope.y));
+    }
+    facet.plane.range = vec2(min(z.x, min(z.y, z.z)), max(z.x, max(z.y, z.z)));
+    // A closed mesh's outside is seen where it turns counter-clockwise about the way to the light.
+    int side = projected[PROJECTED_WORDS * i + 9u];
+    facet.plane.faces = turned ? -side : side;
+    return (area.high | int(area.low)) != 0 && all(greaterThanEqual(most, ivec3(0)));
+}
+
+// Which of the columns from `first` on it meets, a bit each.
+uint facet_columns(Facet facet, uint first, uint count) {
+    uint met = 0u;
+    for (uint c = 0u; c < count; ++c) {
+        ivec2 column = ivec2((first + c) & 7u, (first + c) >> 3);
+        ivec3 edge = facet.edge + facet.right * column.x + facet.up * column.y;
+        // A value that is negative sets the sign of all.
+        met |= uint((~(edge.x | edge.y | edge.z) >> 31) & 1) << c;
+    }
+    return met;
+}
+
+float plane_depth(Plane plane, ivec2 column) {
+    return clamp(plane.z + plane.slope.x * float(column.x) + plane.slope.y * float(column.y), plane.range.x, plane.range.y);
+}
+#endif

@@ -1,0 +1,18 @@
+// Which block a candidate stands in. Twin: reference::twin::voxelized, which goes through the blocks.
+#ifndef TECHNIQUE_VOXELIZED_FIND_GLSL
+#define TECHNIQUE_VOXELIZED_FIND_GLSL
+
+// The block of the region from `region` on, of `blocks`, in which a node stands, and which of its nodes it is.
+uvec2 find_block(uint region, uint blocks, uint node) {
+    uint start = before(region), low = 0u, high = blocks;
+    while (high - low > 1u) {
+        uint middle = (low + high) / 2u;
+        if (before(region + middle) - start <= node) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    return uvec2(low, node - (before(region + low) - start));
+}
+#endif

@@ -1,0 +1,24 @@
+#version 460
+// Keeps the nodes that are the first of their kind, behind those of earlier tiles. One thread a candidate. Source: ours.
+// Inputs: candidates, ranks. Outputs: kept nodes, table (or slots, where nothing is merged). Twin: reference::twin::voxelized::merge.
+layout(local_size_x = 64) in;
+#include "technique/voxelized/build.glsl"
+#include "technique/voxelized/merge.glsl"
+
+void main() {
+    uint node = 64u * build_group() + gl_LocalInvocationIndex;
+    if (node >= levels[level].candidates || !is_first(node)) {
+        return;
+    }
+    uint number = levels[level].base + before(rank_at + node), words = node_words();
+    if (number < unique_capacity) {
+        for (uint w = 0u; w < words; ++w) {
+            unique_nodes[unique_at + words * number + w] = candidates[words * node + w];
+        }
+    }
+    if (MERGE) {
+        table[table_at + slots[slots_at + node]] = number + 1u;
+    } else {
+        slots[slots_at + node] = number;
+    }
+}

@@ -1,0 +1,39 @@
+#version 460
+// How many nodes each level of the tile has, and the dispatches over them; none where some level has no room for all. One thread a
+// level. Input: values, sums, after the scan from `at` on. Output: levels. Twin: reference::twin::voxelized.
+// `level` is the first level that is built, level_count how many.
+layout(local_size_x = 16) in;
+#include "technique/voxelized/build.glsl"
+
+shared uint short_of_room;
+
+void main() {
+    uint of_level = level + gl_LocalInvocationIndex;
+    bool mine = gl_LocalInvocationIndex < level_count;
+    bool failed_before = failed != 0u;
+    if (gl_LocalInvocationIndex == 0u) {
+        short_of_room = failed;
+    }
+    barrier();
+    // The first region is the leaves', one count a brick block; then the bricks', and each further level has a quarter.
+    uint begin = at, across = width;
+    for (uint l = level; mine && l < of_level; ++l) {
+        begin += across * across;
+        across = l == 0u ? across : across / 2u;
+    }
+    uint nodes = mine ? before(begin + across * across) - before(begin) : 0u;
+    if (nodes > (of_level == 0u ? leaf_capacity : node_capacity)) {
+        short_of_room = 1u;
+    }
+    barrier();
+    if (!mine) {
+        return;
+    }
+    if (gl_LocalInvocationIndex == 0u) {
+        failed = short_of_room;
+    }
+    levels[of_level].demanded = failed_before ? 0u : max(levels[of_level].demanded, nodes);
+    levels[of_level].candidates = short_of_room == 0u ? nodes : 0u;
+    levels[of_level].groups = build_groups((levels[of_level].candidates + 63u) / 64u);
+    levels[of_level].blocks = build_groups((levels[of_level].candidates + SCANNED - 1u) / SCANNED);
+}

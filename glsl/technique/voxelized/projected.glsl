@@ -1,0 +1,31 @@
+// A triangle among columns. Twin: reference::twin::voxelized::Projected.
+#ifndef TECHNIQUE_VOXELIZED_PROJECTED_GLSL
+#define TECHNIQUE_VOXELIZED_PROJECTED_GLSL
+
+const uint PROJECTED_WORDS = 10u;
+const float SUB_VOXELS = 256.0;
+
+// Columns a side of a bin of triangles.
+const uint BIN_COLUMNS = 8u;
+// Bins beyond which a triangle is a workgroup's.
+const uint MANY_BINS = 16u;
+
+ivec2 projected_corner(uint i, uint c) {
+    return ivec2(projected[PROJECTED_WORDS * i + 2u * c], projected[PROJECTED_WORDS * i + 2u * c + 1u]);
+}
+
+// Bins of the tile that the triangle may meet: first, and one past the last.
+void projected_bins(uint i, out ivec2 first, out ivec2 end) {
+    ivec2 a = projected_corner(i, 0u), b = projected_corner(i, 1u), c = projected_corner(i, 2u);
+    ivec2 low = min(a, min(b, c)), high = max(a, max(b, c));
+    // Columns whose middle lies between; or any of their square, sides included.
+    ivec2 corner = ivec2(tile_x, tile_y);
+    first = max(((low + (CONSERVATIVE ? -1 : 127)) >> 8) - corner, ivec2(0));
+    end = min(((high + (CONSERVATIVE ? 256 : 128)) >> 8) - corner, ivec2(8u * width));
+    bool none = any(lessThanEqual(end, first));
+    first = none ? ivec2(0) : first / int(BIN_COLUMNS);
+    end = none ? ivec2(0) : (end + int(BIN_COLUMNS) - 1) / int(BIN_COLUMNS);
+}
+
+uint bins_across() { return (8u * width + BIN_COLUMNS - 1u) / BIN_COLUMNS; }
+#endif

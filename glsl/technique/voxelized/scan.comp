@@ -1,0 +1,15 @@
+#version 460
+// Sums before each value within its 1,024, and the sum of these. Source: Blelloch 1990. Input and output: values, sums.
+// Twin: reference::twin::voxelized, which adds up.
+layout(local_size_x = 128) in;
+#include "technique/voxelized/build.glsl"
+#include "technique/voxelized/scan.glsl"
+
+uint value_of(uint i) { return i < scan_at + scan_count ? values[i] : 0u; }
+
+void main() {
+    if (build_group() < (scan_count + SCANNED - 1u) / SCANNED) {
+        uint first = scan_at + SCANNED * build_group();
+        SCAN_BLOCK(first, value_of)
+    }
+}

@@ -1,0 +1,21 @@
+#version 460
+// What stands in each cell of the first levels, so that look-ups need not go down them. One thread a cell. Source: ours.
+// Inputs: trees, data. Output: data from the tree's shortcuts on. Twin: reference::twin::voxelized::shortcuts.
+layout(local_size_x = 64) in;
+#include "technique/voxelized/build.glsl"
+#include "technique/voxelized/walk.glsl"
+
+void main() {
+    uint levels = trees[light].levels, bits = shortcut_bits(levels);
+    uint cell = 64u * build_group() + gl_LocalInvocationIndex;
+    // Without room for all words there are none to go down.
+    if (cell >= 1u << 3u * bits || failed != 0u || words >= data_capacity) {
+        return;
+    }
+    uvec3 voxel = (uvec3(cell, cell >> bits, cell >> 2u * bits) & ((1u << bits) - 1u)) << (levels + 1u - bits);
+    Walk walk = walk_from_root(light);
+    while (walk.kind == INTERSECTED && walk.level > levels - 1u - bits) {
+        walk_down(light, voxel, walk);
+    }
+    data[trees[light].shortcuts + cell] = walk.kind | (walk.kind == INTERSECTED ? walk.node << 2 : 0u);
+}

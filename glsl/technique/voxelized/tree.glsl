@@ -1,0 +1,46 @@
+// The tree of a light: where its voxels are and where its nodes stand. Source: Sintorn et al. 2014, Kämpe et al. 2016.
+// Twin: technique::voxelized::TreeData.
+#ifndef TECHNIQUE_VOXELIZED_TREE_GLSL
+#define TECHNIQUE_VOXELIZED_TREE_GLSL
+#extension GL_EXT_scalar_block_layout : require
+
+// What a child is, two bits of its parent's mask.
+const uint LIT = 1u;
+const uint SHADOWED = 2u;
+const uint INTERSECTED = 3u;
+
+// Levels are leaves, bricks, and nodes of up to 65,536 voxels a side: 15.
+struct Tree {
+    vec3 origin;   // the corner of the cube
+    uint size;     // voxels a side
+    vec3 right;    // voxels a world unit along x, y and z of the cube; light travels along z
+    uint levels;   // the root's, and 1
+    vec3 up;
+    uint root;     // LIT, SHADOWED, or INTERSECTED where there are nodes
+    vec3 forward;
+    uint root_at;  // the root, as pointers say it
+    uint shortcuts;  // where the words of the cells begin
+    uint at[15];            // where each level's nodes begin, words
+    uint pointer_bits[15];  // bits of their pointers
+};
+
+// Bits of a node before its pointers, and of the units that pointers count: a graph is packed, a tree is of whole words.
+CONSTANT(uint, HEADER_BITS, 16u)
+
+// Whether a column is shadowed by what touches its square anywhere; else by what covers its middle.
+CONSTANT(bool, CONSERVATIVE, false)
+
+// Look-ups begin with a cell of a grid, a word each: what kind it is, two bits, and its node, as pointers say it. The grid is as
+// fine as a level of the tree, at most 2^SHORTCUT_BITS cells a side.
+const uint SHORTCUT_BITS = 4u;
+
+// Of a tree with so many levels; a cell is no leaf.
+uint shortcut_bits(uint levels) { return min(SHORTCUT_BITS, levels - 2u); }
+
+// Which cell a voxel is in.
+uint shortcut_of(uint levels, uvec3 voxel) {
+    uint bits = shortcut_bits(levels);
+    uvec3 cell = voxel >> (levels + 1u - bits);
+    return cell.x | (cell.y | cell.z << bits) << bits;
+}
+#endif

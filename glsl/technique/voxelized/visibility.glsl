@@ -1,0 +1,95 @@
+// Voxelized shadows' look-up: how much of light `light` reaches `position`, 0 to 1: of PCF × PCF columns about it, the share whose
+// voxel at the position's depth is lit. Whole leaves are counted at once: at most four, below what the columns have in shared_way.
+// Source: Sintorn et al. 2014, section 5. Twin: reference::twin::voxelized::look_up.
+//   binding 0  the tree of each light (technique/voxelized/tree.glsl)
+//   binding 1  nodes of all trees, and the words of their cells
+// flat: bindings 72, constants 144: HEADER_BITS CONSERVATIVE PCF
+#include "technique/voxelized/walk.glsl"
+
+// Columns a side that are asked.
+CONSTANT(uint, PCF, 1u)
+
+// Voxels: corners lie on a grid of 256ths, and depths and positions of 65,536 voxels are rounded to 128ths.
+const float ROUNDING = 1.0 / 32.0;
+
+// Bits of the columns low to high, at most 7, in one row of a leaf, in all rows of a word from row `first` on.
+uint leaf_rows(uint row, ivec2 rows, int first) {
+    int low = max(rows.x - first, 0), high = min(rows.y - first, 3);
+    return low > high ? 0u : (row * 0x01010101u) & (0xffffffffu >> (8 * (3 - high))) & (0xffffffffu << (8 * low));
+}
+
+// Whether one column is.
+bool shadowed_voxel(uint light, uvec3 voxel) {
+    Walk walk = walk_from_cell(light, voxel);
+    while (walk.kind == INTERSECTED && walk.level > 0u) {
+        walk_down(light, voxel, walk);
+    }
+    if (walk.kind != INTERSECTED) {
+        return walk.kind == SHADOWED;
+    }
+    uint bit = 8u * (voxel.y & 7u) + (voxel.x & 7u);
+    uint word = visibility_trees[light].at[0] + 2u * walk.node + (bit >> 5);
+    return (visibility_nodes[word] >> (bit & 31u) & 1u) == 1u;
+}
+
+// How many of the columns low to high are shadowed at z.
+uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
+    uint levels = visibility_trees[light].levels;
+    bool one_cell = shortcut_of(levels, uvec3(low, z)) == shortcut_of(levels, uvec3(high, z));
+    Walk shared_way = walk_from_cell(light, uvec3(low, z));
+    // As long as all columns lie in the same child.
+    while (one_cell && shared_way.kind == INTERSECTED && shared_way.level > 1u &&
+           all(equal(low >> int(shared_way.level + 1u), high >> int(shared_way.level + 1u)))) {
+        walk_down(light, uvec3(low, z), shared_way);
+    }
+    uint shadowed = 0u;
+    for (int y = low.y >> 3; y <= high.y >> 3; ++y) {
+        for (int x = low.x >> 3; x <= high.x >> 3; ++x) {
+            Walk walk = one_cell ? shared_way : walk_from_cell(light, uvec3(8 * x, 8 * y, z));
+            while (walk.kind == INTERSECTED && walk.level > 0u) {
+                walk_down(light, uvec3(8 * x, 8 * y, z), walk);
+            }
+            ivec2 first = max(low - 8 * ivec2(x, y), 0), last = min(high - 8 * ivec2(x, y), 7);
+            uint row = ((2u << last.x) - 1u) & ~((1u << first.x) - 1u);
+            uvec2 mask = uvec2(leaf_rows(row, ivec2(first.y, last.y), 0), leaf_rows(row, ivec2(first.y, last.y), 4));
+            uvec2 bits = walk.kind == SHADOWED ? mask : uvec2(0u);
+            if (walk.kind == INTERSECTED) {
+                bits = walk_leaf(light, walk) & mask;
+            }
+            shadowed += uint(bitCount(bits.x) + bitCount(bits.y));
+        }
+    }
+    return shadowed;
+}
+
+// A point of a surface leaves it along its normal, so far that the surface as columns have it stays behind: the plane through
+// the point, at the middle of any column that is asked, up to PCF / 2 voxels away to either side, and half a voxel for its
+// rounding. With CONSERVATIVE a triangle may stand for any of a column's square with its farthest corner there: half a voxel
+// farther away. The rest is what corners and depths are rounded by.
+#define TECHNIQUE_RECEIVERS
+vec3 light_receiver(uint light, vec3 position, vec3 normal) {
+    vec3 right = visibility_trees[light].right;
+    float voxels = length(right), reach = 0.5 * float(PCF) + (CONSERVATIVE ? 0.5 : 0.0);
+    vec3 facing = abs(vec3(dot(normal, right), dot(normal, visibility_trees[light].up),
+                           dot(normal, visibility_trees[light].forward))) / voxels;
+    return position + normal * (reach * (facing.x + facing.y) + 0.5 * facing.z + ROUNDING) / voxels;
+}
+
+float light_visibility(uint light, vec3 position) {
+    vec3 offset = position - visibility_trees[light].origin;
+    vec3 voxel = vec3(dot(offset, visibility_trees[light].right), dot(offset, visibility_trees[light].up),
+                      dot(offset, visibility_trees[light].forward));
+    float size = float(visibility_trees[light].size), reach = float(PCF / 2u);
+    // In floats: what is outside, or no number, has no voxel. Behind the cube lies the shadow of all of it.
+    if (!(voxel.z >= 0.0 && all(greaterThan(voxel.xy, vec2(-reach))) && all(lessThan(voxel.xy, vec2(size + reach))))) {
+        return 1.0;
+    }
+    ivec2 column = ivec2(floor(voxel.xy)), last = ivec2(int(visibility_trees[light].size) - 1);
+    if (PCF == 1u) {
+        return shadowed_voxel(light, uvec3(column, min(voxel.z, size - 1.0))) ? 0.0 : 1.0;
+    }
+    ivec2 low = max(column - int(PCF / 2u), ivec2(0)), high = min(column + int(PCF / 2u), last);
+    uint shadowed = shadowed_columns(light, low, high, uint(min(voxel.z, size - 1.0)));
+    // A device may divide by multiplying: none and all are exact.
+    return shadowed == 0u ? 1.0 : float(PCF * PCF - shadowed) / float(PCF * PCF);
+}

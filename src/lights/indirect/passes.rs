@@ -1,0 +1,134 @@
+//! The passes, each of its shader's name.
+
+use crate::Result;
+use crate::gpu::{
+    Bindings, Blend, Commands, Constants, Context, Format, Graphics, Kernel, Target, groups, push_struct,
+};
+use crate::lights::indirect::Vpls;
+use crate::maps::opaque_corner;
+use crate::shaders::{constant::SIDE_BITS, indirect as shaders};
+use crate::world::World;
+
+push_struct! {
+    /// Twin: SeenPush in glsl/lights/indirect/map.vert.
+    pub(super) struct SeenPush {
+        map: u32,
+        /// Where it stands.
+        corner: [u32; 2],
+    }
+}
+
+push_struct! {
+    /// Twin: FluxPush in glsl/lights/indirect/flux.comp.
+    pub(super) struct FluxPush { texel_count: u32 }
+}
+
+push_struct! {
+    /// Twin: SumsPush in glsl/lights/indirect/sums.comp and scan.comp.
+    pub(super) struct SumsPush { row_count: u32 }
+}
+
+push_struct! {
+    /// Twin: DrawPush in glsl/lights/indirect/draw.comp and lights.comp.
+    pub(super) struct DrawPush {
+        light_count: u32,
+        map_count: u32,
+    }
+}
+
+/// Threads of a workgroup of a pass over texels or lights.
+const THREADS: u32 = 64;
+
+pub(super) struct Kernels {
+    map: Kernel<SeenPush>,
+    flux: Kernel<FluxPush>,
+    sums: Kernel<SumsPush>,
+    scan: Kernel<SumsPush>,
+    draw: Kernel<DrawPush>,
+    lights: Kernel<DrawPush>,
+}
+
+impl Kernels {
+    pub(super) fn new(context: &Context, sets: [&Bindings; 3], side_bits: u32) -> Result<Self> {
+        let state = Graphics {
+            vertex: &shaders::MAP_VERT,
+            fragment: &shaders::MAP_FRAG,
+            colors: &[(Format::R32_UINT, Blend::None)],
+            depth: Some(Format::D32_SFLOAT),
+        };
+        let constants = Constants::new().set(SIDE_BITS, side_bits);
+        Ok(Self {
+            map: Kernel::graphics(context, &state, &sets[..1], &constants)?,
+            flux: Kernel::compute(context, &shaders::FLUX, &sets, &constants)?,
+            sums: Kernel::compute(context, &shaders::SUMS, &sets, &constants)?,
+            scan: Kernel::compute(context, &shaders::SCAN, &sets, &constants)?,
+            draw: Kernel::compute(context, &shaders::DRAW, &sets, &constants)?,
+            lights: Kernel::compute(context, &shaders::LIGHTS, &sets, &constants)?,
+        })
+    }
+}
+
+impl Vpls {
+    fn texels(&self) -> u32 {
+        self.maps.count() << (2 * self.side_bits)
+    }
+
+    /// Of all maps.
+    fn rows(&self) -> u32 {
+        self.maps.count() << self.side_bits
+    }
+
+    fn draw_push(&self) -> DrawPush {
+        DrawPush { light_count: self.count, map_count: self.maps.count() }
+    }
+
+    /// Draws which triangle each light sees through each texel.
+    pub(super) fn map(&self, commands: &mut Commands, world: &World) {
+        commands.pass("indirect.map", |pass| {
+            // For the next pass, which finds it.
+            pass.fill(&self.greatest, 0);
+            let target = |image, clear: f32| Target { image, clear: Some([clear; 4]) };
+            let depth = target(self.maps.opaque_image(), 1.0);
+            pass.render(self.seen.size(), &[target(&self.seen, 0.0)], Some(depth), |draw| {
+                let size = [1 << self.side_bits; 2];
+                for map in 0..self.maps.count() {
+                    let corner = opaque_corner(&self.seen, size, map);
+                    draw.area(corner, size);
+                    draw.draw(&self.kernels.map, &SeenPush { map, corner }, 3 * world.triangle_count(), 1);
+                }
+            });
+        });
+    }
+
+    /// The flux of each texel, and the greatest.
+    pub(super) fn flux(&self, commands: &mut Commands) {
+        let [x, y] = groups(u64::from(self.texels() / THREADS));
+        let push = FluxPush { texel_count: self.texels() };
+        commands.pass("indirect.flux", |pass| pass.dispatch(&self.kernels.flux, &push, [x, y, 1]));
+    }
+
+    /// Units of flux of each row of texels.
+    pub(super) fn sums(&self, commands: &mut Commands) {
+        let [x, y] = groups(u64::from(self.rows()));
+        let push = SumsPush { row_count: self.rows() };
+        commands.pass("indirect.sums", |pass| pass.dispatch(&self.kernels.sums, &push, [x, y, 1]));
+    }
+
+    /// Units before each row.
+    pub(super) fn scan(&self, commands: &mut Commands) {
+        let push = SumsPush { row_count: self.rows() };
+        commands.pass("indirect.scan", |pass| pass.dispatch(&self.kernels.scan, &push, [1, 1, 1]));
+    }
+
+    /// The texel of each virtual light.
+    pub(super) fn draw(&self, commands: &mut Commands) {
+        let groups = [self.count.div_ceil(THREADS), 1, 1];
+        commands.pass("indirect.draw", |pass| pass.dispatch(&self.kernels.draw, &self.draw_push(), groups));
+    }
+
+    /// The virtual lights of these texels.
+    pub(super) fn virtual_lights(&self, commands: &mut Commands) {
+        let groups = [self.count.div_ceil(THREADS), 1, 1];
+        commands.pass("indirect.lights", |pass| pass.dispatch(&self.kernels.lights, &self.draw_push(), groups));
+    }
+}

@@ -1,0 +1,3 @@
+//! What makes lights: virtual ones, from what meshes send back.
+
+pub mod indirect;

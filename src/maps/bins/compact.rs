@@ -1,0 +1,82 @@
+//! The casters of each map that meet some tile, in their drawing order, gathered by many workgroups: mark, scan,
+//! compact.
+
+use crate::Result;
+use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
+use crate::shaders::bins as shaders;
+use crate::shaders::set;
+
+/// Bytes of a draw's command: vertices, instances, first vertex, first instance.
+pub const COMMAND_BYTES: u64 = 16;
+
+/// Casters of a block. Twin: 32 BLOCK_WORDS in glsl/maps/bins/marks.glsl.
+const BLOCK_CASTERS: u32 = 32 * 64;
+
+push_struct! {
+    /// Twin: CompactPush in glsl/maps/bins/marks.glsl.
+    struct CompactPush {
+        caster_count: u32,
+        /// Casters between the orders of two maps.
+        capacity: u32,
+    }
+}
+
+/// The passes and what they fill.
+pub struct Compact {
+    /// Casters, those of a map from map · capacity on.
+    pub drawn: Buffer,
+    /// A VkDrawIndirectCommand a map.
+    pub draws: Buffer,
+    marks: Buffer,
+    blocks: Buffer,
+    capacity: u32,
+    map_count: u32,
+    mark: Kernel<CompactPush>,
+    scan: Kernel<CompactPush>,
+    compact: Kernel<CompactPush>,
+}
+
+impl Compact {
+    /// For `map_count` maps of at most `capacity` casters: `met` says of each whether it meets a tile, the casters of a
+    /// map right behind those of the one before; `order` is the drawing orders, each from map · capacity on.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, met: &Buffer, order: &Buffer, capacity: u32, map_count: u32) -> Result<Self> {
+        let buffer = |name, count: u64| Buffer::new(context, name, 4 * count, Memory::Device);
+        let blocks = u64::from(capacity.div_ceil(BLOCK_CASTERS)) * u64::from(map_count);
+        let drawn = buffer("splat.casters", u64::from(capacity) * u64::from(map_count))?;
+        let marks = buffer("bins.marks", blocks * u64::from(BLOCK_CASTERS / 32))?;
+        let blocks = buffer("bins.blocks", blocks)?;
+        let draws = buffer("splat.draws", COMMAND_BYTES / 4 * u64::from(map_count))?;
+        let set = set::BinsCompact { met, order, marks: &marks, blocks: &blocks, drawn: &drawn, draws: &draws };
+        let set = set.bind(context, "bins.compact")?;
+        let kernel = |shader| Kernel::compute(context, shader, &[&set], &Constants::new());
+        Ok(Self {
+            mark: kernel(&shaders::MARK)?,
+            scan: kernel(&shaders::SCAN)?,
+            compact: kernel(&shaders::COMPACT)?,
+            drawn,
+            draws,
+            marks,
+            blocks,
+            capacity,
+            map_count,
+        })
+    }
+
+    /// Gathers the casters, of which there are `caster_count` now.
+    pub fn record(&self, commands: &mut Commands, caster_count: u32) {
+        let push = CompactPush { caster_count, capacity: self.capacity };
+        let [x, y] = groups(u64::from(caster_count.div_ceil(BLOCK_CASTERS)));
+        let blocks = [x, y, self.map_count];
+        commands.pass("bins.mark", |pass| pass.dispatch(&self.mark, &push, blocks));
+        commands.pass("bins.scan", |pass| pass.dispatch(&self.scan, &push, [1, 1, self.map_count]));
+        commands.pass("bins.compact", |pass| pass.dispatch(&self.compact, &push, blocks));
+    }
+
+    /// Of all its buffers.
+    pub fn bytes(&self) -> u64 {
+        [&self.drawn, &self.draws, &self.marks, &self.blocks].into_iter().map(Buffer::bytes).sum()
+    }
+}

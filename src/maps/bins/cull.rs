@@ -1,0 +1,69 @@
+//! Which casters of a map are in some tile that light reaches: the others are neither binned nor drawn.
+
+use crate::Result;
+use crate::gpu::{Buffer, Commands, Context, Kernel, Memory, Pass};
+use crate::maps::bins::BinPush;
+use crate::maps::{Maps, detail};
+use crate::world::World;
+
+/// What culling keeps.
+pub(in crate::maps) struct Cull {
+    /// The build in which a caster of a map was last in some tile: map after map, as many words as there are casters.
+    pub(in crate::maps) met: Buffer,
+    /// z in the map's volume view behind which no light gets: map after map, rows of tiles.
+    pub(in crate::maps) horizon: Buffer,
+    /// Whether casters behind the horizon are left out.
+    pub(in crate::maps) hides: bool,
+    /// What marks the casters that are in some tile: another in each build, and older ones are cleared before 1.
+    pub(in crate::maps) mark: u32,
+}
+
+impl Cull {
+    pub(in crate::maps) fn new(context: &Context, world: &World, maps: &Maps, skip: bool) -> Result<Self> {
+        let marks = u64::from(maps.count()) * u64::from(world.caster_capacity()).max(1);
+        Ok(Self {
+            met: Buffer::new(context, "bins.met", marks * 4, Memory::Device)?,
+            horizon: Buffer::new(context, "bins.horizon", detail::tile_count(maps) * 4, Memory::Device)?,
+            hides: skip && world.triangle_count() > 0,
+            mark: 0,
+        })
+    }
+
+    /// The mark of the next build; where no entries are kept always 1, for what reads the marks.
+    pub(in crate::maps) fn begin(&mut self, keeps_entries: bool) {
+        self.mark = if keeps_entries { self.mark.checked_add(1).unwrap_or(1) } else { 1 };
+    }
+
+    /// Clears the marks where older ones could be taken for this build's.
+    pub(in crate::maps) fn clear(&self, pass: &mut Pass) {
+        if self.mark == 1 {
+            pass.fill(&self.met, 0);
+        }
+    }
+
+    /// Finds how far light gets in each tile. No pass where that does not matter.
+    pub(in crate::maps) fn horizon(
+        &self,
+        commands: &mut Commands,
+        kernel: &Kernel<BinPush>,
+        push: &BinPush,
+        tiles: [u32; 2],
+    ) {
+        if self.hides {
+            let [x, y] = tiles;
+            commands.pass("bins.horizon", |pass| pass.dispatch(kernel, push, [x, y, push.map_count]));
+        }
+    }
+
+    /// Casters of all maps that are in some tile.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the marks cannot be read back.
+    pub(in crate::maps) fn met_count(&self, casters: u64) -> Result<u64> {
+        Ok(self.met.read::<u32>(casters as usize)?.into_iter().filter(|mark| *mark == self.mark).count() as u64)
+    }
+
+    pub(in crate::maps) fn bytes(&self) -> u64 {
+        self.met.bytes() + self.horizon.bytes()
+    }
+}

@@ -1,0 +1,485 @@
+//! Casters binned to tiles of all lights' maps: count, place, scatter. Shared by the techniques that walk tiles, and by
+//! those that only want to know which casters meet some tile and which tiles have casters.
+
+pub(super) mod compact;
+pub(super) mod cull;
+pub(super) mod threads;
+pub(super) mod totals;
+pub(super) mod uses;
+
+use super::Maps;
+use super::detail::{self, Detail, SLOTS};
+use crate::gpu::{Bindings, Buffer, Commands, Context, Kernel, Memory, Pass, Push, ReadBack, groups, push_struct};
+use crate::maps::bins::cull::Cull;
+use crate::maps::bins::threads::Threads;
+use crate::maps::bins::totals::{BinTotals, TilePart};
+use crate::maps::bins::uses::{Entries, Use};
+use crate::shaders;
+use crate::shaders::constant::{AREA, DETAIL, EMPTY_PARTS, HIDE, KEYED, PARTS, REACH, TILED};
+use crate::shaders::set;
+use crate::world::World;
+use crate::{Error, Less, Result, WayOut};
+use std::collections::BTreeMap;
+
+/// Texels a side of a tile. Twin: TILE_TEXELS in glsl/maps/bins/tiles.glsl.
+pub const TILE_TEXELS: u32 = 8;
+
+/// Workgroups of listed parts, across. Twin: BIN_GROUPS_X in glsl/maps/bins/totals.glsl.
+const GROUPS_X: u64 = 64;
+
+/// Room behind the list, which workgroups past its end read: a row of them.
+const PARTS_BEHIND: u64 = GROUPS_X;
+
+/// Rows of workgroups that every device takes.
+const MAX_ROWS: u64 = 65535;
+
+/// Entries a caster that the buffer starts with. It grows to what a scene demands.
+const FIRST_ENTRIES: u64 = 8;
+
+/// Bytes of entries of which each tile has the same number, at most: with more they are counted before, which takes the time of a
+/// pass over all casters, and the least memory.
+const MOST_ROOM_BYTES: u64 = 16 << 20;
+
+/// Such a number is a multiple of this.
+const ROOM_STEP: u32 = 32;
+
+/// Bytes of an entry: what it is sorted by or takes at most, and its caster.
+const ENTRY_BYTES: u64 = 8;
+
+push_struct! {
+    /// Twin: BinPush in glsl/maps/bins/tiles.glsl.
+    pub(super) struct BinPush {
+        caster_count: u32,
+        /// Of the entries.
+        capacity: u32,
+        /// Not 0: entries of each tile.
+        room: u32,
+        /// Of casters that are in some tile.
+        mark: u32,
+        map_count: u32,
+    }
+}
+
+/// The bins and the passes that fill them.
+pub struct Bins {
+    map_count: u32,
+    tiles: [u32; 2],
+    /// Casters of each tile: map after map, rows of tiles; with detail of each word of its table.
+    pub counts: Buffer,
+    cull: Cull,
+    lists: Lists,
+    /// Where tiles are as fine as they need.
+    detail: Option<Detail>,
+    /// Casters of a workgroup of the passes over them.
+    casters_a_group: u32,
+    caster_count: u32,
+    set: Bindings,
+    find_horizon: Kernel<BinPush>,
+    count: Kernel<BinPush>,
+    place: Kernel<BinPush>,
+    scatter: Kernel<BinPush>,
+}
+
+/// The entries of tiles, and the parts of tiles that are built.
+struct Lists {
+    context: Context,
+    map_count: u32,
+    /// Tiles of a map, or with detail the blocks that they may have.
+    bins_a_map: u32,
+    /// Tiles, or with detail the most blocks.
+    rooms: u64,
+    /// The listed parts of tiles.
+    parts: Buffer,
+    /// Where the next entry of each tile goes.
+    cursors: Buffer,
+    /// [`BinTotals`].
+    totals: Buffer,
+    /// Its copies for the host.
+    totalled: ReadBack,
+    entries: Buffer,
+    capacity: u32,
+    /// Entries of each tile; 0: they are counted.
+    room: u32,
+    /// Whether tiles may have the same room each.
+    may_have_room: bool,
+    /// Where they have, parts are not listed.
+    unlisted: bool,
+    keeps_entries: bool,
+    lists_parts: bool,
+    /// Those of the fullest tiles first, by one workgroup.
+    fullest_first: bool,
+    /// Workgroups a tile or block with casters.
+    parts_a_block: u32,
+    /// What `totals` held after the last build.
+    last: Option<BinTotals>,
+}
+
+/// Entries that this device takes.
+fn limit(context: &Context) -> u64 {
+    u64::from(context.features().max_storage_buffer_range) / ENTRY_BYTES
+}
+
+impl Bins {
+    /// Bins over the volume maps.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where memory runs out, or the tiles are more than a dispatch takes.
+    pub fn new(context: &Context, world: &World, maps: &Maps, what: Use) -> Result<Self> {
+        let tiles = maps.tiles();
+        let count = u64::from(maps.count());
+        let bins_a_map = tiles[0] * tiles[1] * if what.blocks.is_some() { SLOTS } else { 1 };
+        let bin_count = u64::from(bins_a_map) * count;
+        let built = what.blocks.map_or(bin_count, u64::from);
+        let parts_listed = built * u64::from(what.parts[0].max(what.parts[1]));
+        if parts_listed > GROUPS_X * MAX_ROWS {
+            return Err(Error::Gpu {
+                operation: "list",
+                name: "bins.parts".into(),
+                cause: format!("{parts_listed} parts of tiles, and at most {} are dispatched", GROUPS_X * MAX_ROWS),
+                way_out: WayOut::Less(&[Less::Map, Less::Lights]),
+            });
+        }
+        let buffer = |name, bytes| Buffer::new(context, name, bytes, Memory::Device);
+        let counts = buffer("bins.counts", bin_count * 4)?;
+        let totals = buffer("bins.totals", size_of::<BinTotals>() as u64)?;
+        let threads = Threads::new(context, world, what, bins_a_map, maps.count());
+        let casters = u64::from(world.caster_capacity());
+        let wanted = if what.entries != Entries::None { casters * FIRST_ENTRIES } else { 1 };
+        let capacity = wanted.clamp(1, limit(context)) as u32;
+        let cull = Cull::new(context, world, maps, what.skip)?;
+        let lists = Lists {
+            context: context.clone(),
+            map_count: maps.count(),
+            bins_a_map,
+            rooms: built,
+            parts: buffer("bins.parts", (parts_listed + PARTS_BEHIND) * size_of::<TilePart>() as u64)?,
+            cursors: buffer("bins.cursors", bin_count * 4)?,
+            totalled: ReadBack::new(context, "bins.totalled", totals.bytes())?,
+            totals,
+            entries: buffer("bins.entries", u64::from(capacity) * ENTRY_BYTES)?,
+            capacity,
+            room: 0,
+            may_have_room: what.entries != Entries::None && !threads.tallies,
+            unlisted: false,
+            keeps_entries: what.entries != Entries::None,
+            lists_parts: what.parts != [0, 0],
+            fullest_first: threads.fullest_first,
+            parts_a_block: what.parts[0],
+            last: None,
+        };
+        // Without detail nothing reads slots.
+        let slots = if what.blocks.is_some() { detail::slots(context, maps)? } else { cull.horizon.clone() };
+        let set = set::Bins {
+            counts: &counts,
+            parts: &lists.parts,
+            cursors: &lists.cursors,
+            totals: &lists.totals,
+            entries: &lists.entries,
+            met: &cull.met,
+            horizon: &cull.horizon,
+            slots: &slots,
+        };
+        let set = set.bind(context, "bins")?;
+        let constants = threads
+            .constants()
+            .set(HIDE, cull.hides)
+            .set(REACH, what.reach)
+            .set(PARTS, what.parts[0])
+            .set(EMPTY_PARTS, what.parts[1])
+            .set(TILED, what.skip)
+            .set(AREA, what.area)
+            .set(KEYED, what.entries == Entries::Sorted)
+            .set(DETAIL, what.blocks.is_some());
+        let kernel = |shader| Kernel::compute(context, shader, &[maps.scene(), &set], &constants);
+        let detailed = |blocks| Detail::new(context, maps, &set, slots, blocks, &threads, &constants);
+        let detail = what.blocks.map(detailed).transpose()?;
+        let [count_casters, scatter] = match (detail.is_some(), threads.tallies) {
+            (true, _) => [&shaders::detail::COUNT, &shaders::detail::SCATTER],
+            (_, true) => [&shaders::bins::COUNT_TALLY_1, &shaders::bins::SCATTER_TALLY_1],
+            _ => [&shaders::bins::COUNT_TALLY_0, &shaders::bins::SCATTER_TALLY_0],
+        };
+        let place = match (&detail, threads.fullest_first) {
+            (_, false) => kernel(&shaders::bins::PLACE)?,
+            (None, _) => kernel(&shaders::bins::PLACE_FULLEST_LISTED_0)?,
+            (Some(detail), _) => {
+                let sets = [maps.scene(), &set, detail.set()];
+                Kernel::compute(context, &shaders::bins::PLACE_FULLEST_LISTED_1, &sets, &constants)?
+            }
+        };
+        Ok(Self {
+            map_count: maps.count(),
+            tiles,
+            find_horizon: kernel(&shaders::bins::HORIZON)?,
+            count: kernel(count_casters)?,
+            place,
+            scatter: kernel(scatter)?,
+            counts,
+            cull,
+            lists,
+            casters_a_group: threads.casters_a_group,
+            detail,
+            caster_count: world.caster_count(),
+            set,
+        })
+    }
+
+    /// For what runs without listed parts where each tile has the same room: see [`Bins::room`].
+    pub fn unlisted(mut self) -> Self {
+        self.lists.unlisted = true;
+        self
+    }
+
+    /// Entries of each tile where all have the same room; 0 where they are counted and parts of tiles are listed.
+    pub fn room(&self) -> u32 {
+        self.lists.room
+    }
+
+    /// Tiles of a map, or with detail the blocks that they may have.
+    pub fn bins_a_map(&self) -> u32 {
+        self.lists.bins_a_map
+    }
+
+    /// How fine tiles are, where they are as fine as they need.
+    pub fn detail(&self) -> Option<&Detail> {
+        self.detail.as_ref()
+    }
+
+    /// The set with counts, listed parts, cursors, totals, entries, met, horizon and slots.
+    pub fn set(&self) -> &Bindings {
+        &self.set
+    }
+
+    /// Whether each caster of each map meets a tile, 1 or 0, where no entries are kept: map after map, as many words as there are
+    /// casters now.
+    pub fn met(&self) -> &Buffer {
+        &self.cull.met
+    }
+
+    /// z in the map's volume view behind which no light gets: map after map, rows of tiles.
+    pub fn horizon(&self) -> &Buffer {
+        &self.cull.horizon
+    }
+
+    /// Fills the bins of all maps; the opaque maps stand already.
+    pub fn record(&mut self, commands: &mut Commands, world: &World) {
+        self.caster_count = world.caster_count();
+        self.cull.begin(self.lists.keeps_entries);
+        commands.pass("bins.clear", |pass| {
+            pass.fill(&self.counts, 0);
+            pass.fill(&self.lists.totals, 0);
+            self.cull.clear(pass);
+            if let Some(detail) = &self.detail {
+                pass.fill(detail.surveys(), 0);
+            }
+        });
+        self.cull.horizon(commands, &self.find_horizon, &self.push(), self.tiles);
+        if let Some(detail) = &self.detail {
+            detail.survey(commands, &self.push());
+            detail.choose(commands);
+        }
+        if self.lists.room != 0 {
+            self.scatter(commands);
+            if !self.lists.unlisted {
+                self.place(commands);
+            }
+        } else {
+            self.count(commands);
+            if self.lists.lists_parts {
+                self.place(commands);
+            }
+            if self.lists.keeps_entries {
+                self.scatter(commands);
+            }
+        }
+        commands.read_back(&self.lists.totals, &self.lists.totalled);
+    }
+
+    fn push(&self) -> BinPush {
+        BinPush {
+            caster_count: self.caster_count,
+            capacity: self.lists.capacity,
+            room: self.lists.room,
+            mark: self.cull.mark,
+            map_count: self.map_count,
+        }
+    }
+
+    fn per_caster(&self, commands: &mut Commands, name: &str, kernel: &Kernel<BinPush>) {
+        commands.pass(name, |pass| pass.dispatch(kernel, &self.push(), self.caster_groups()));
+    }
+
+    /// Workgroups of a pass over all casters of all maps.
+    fn caster_groups(&self) -> [u32; 3] {
+        let [x, y] = groups(u64::from(self.caster_count.div_ceil(self.casters_a_group)));
+        [x, y, self.map_count]
+    }
+
+    /// Counts the casters of each tile; those in no tile are culled here.
+    fn count(&self, commands: &mut Commands) {
+        self.per_caster(commands, "bins.count", &self.count);
+    }
+
+    /// Finds each tile's place among the entries, and lists the parts of tiles that are built.
+    fn place(&self, commands: &mut Commands) {
+        let [x, y] = groups(u64::from(self.lists.bins_a_map).div_ceil(64));
+        let size = if self.lists.fullest_first { [1; 3] } else { [x, y, self.map_count] };
+        commands.pass("bins.place", |pass| pass.dispatch(&self.place, &self.push(), size));
+    }
+
+    /// Writes the entries.
+    fn scatter(&self, commands: &mut Commands) {
+        self.per_caster(commands, "bins.scatter", &self.scatter);
+    }
+
+    /// Runs a shader with a workgroup for each listed part of a tile.
+    pub fn per_part<P: Push>(&self, pass: &mut Pass, kernel: &Kernel<P>, push: &P) {
+        pass.dispatch_indirect(kernel, push, &self.lists.totals, std::mem::offset_of!(BinTotals, groups_x) as u64);
+    }
+
+    /// Looks at the totals of the build of frame `frame`, which is over. Where the entries did not fit, makes room and says that
+    /// the build must run again.
+    ///
+    /// # Errors
+    /// As [`Bins::make_room`].
+    pub fn settle(&mut self, frame: u64) -> Result<bool> {
+        let Some(totals) = self.lists.totalled.read::<BinTotals>(frame, 1)? else { return Ok(false) };
+        let grew = self.make_room(totals.first().copied().unwrap_or_default())?;
+        if grew {
+            // Frames that are recorded already were given less room.
+            self.lists.totalled.forget();
+        }
+        Ok(grew)
+    }
+
+    /// Makes room for the entries of a build that counted `totals`, the same for each tile if it can; whether it must run again.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device has no room for them. [`Error::Refused`] where the
+    /// driver ended loops over a tile's casters before their time.
+    pub fn make_room(&mut self, totals: BinTotals) -> Result<bool> {
+        let grew = self.lists.make_room(totals)?;
+        if grew {
+            self.set.replace(set::Bins::ENTRIES, &self.lists.entries)?;
+        }
+        Ok(grew)
+    }
+
+    /// Counts of the last build over all maps, by name, none before the first; a caster is culled once for each map that does
+    /// not see it.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where they cannot be read back.
+    pub fn counters(&self) -> Result<BTreeMap<String, u64>> {
+        let Some(last) = self.lists.last else { return Ok(BTreeMap::new()) };
+        let casters = u64::from(self.caster_count) * u64::from(self.map_count);
+        let met = self.cull.met_count(casters)?;
+        let [entries, used] = self.lists.found(&last, &self.counts)?;
+        let mut counters = BTreeMap::from([("bin_entries".into(), entries), ("culled_casters".into(), casters - met)]);
+        if let Some(detail) = &self.detail {
+            counters.insert("blocks".into(), u64::from(last.parts / self.lists.parts_a_block));
+            counters.insert("blocks_at_most".into(), detail.block_count().into());
+            counters.insert("blocks_used".into(), used);
+        } else {
+            let all = self.lists.rooms;
+            counters.insert("tiles".into(), all);
+            counters.insert("tiles_used".into(), used);
+            counters.insert("tiles_skipped".into(), all - used);
+        }
+        Ok(counters)
+    }
+
+    /// Whether the tile of a texel has casters.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where its count cannot be read back.
+    pub fn texel_in_use(&self, map: usize, [x, y]: [u32; 2]) -> Result<bool> {
+        let tile = (map as u32 * self.tiles[1] + y / TILE_TEXELS) * self.tiles[0] + x / TILE_TEXELS;
+        Ok(self.counts.read_from::<u32>(tile as usize, 1)? != [0])
+    }
+
+    /// Whether each texel is in a tile that has casters: map after map, rows of texels.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the counts cannot be read back.
+    pub fn texels_in_use(&self, size: [u32; 2]) -> Result<Vec<bool>> {
+        let tiles = (self.tiles[0] * self.tiles[1]) as usize;
+        let counts: Vec<u32> = self.counts.read(self.map_count as usize * tiles)?;
+        let tile = |i: u32| (i / size[0] / TILE_TEXELS * self.tiles[0] + i % size[0] / TILE_TEXELS) as usize;
+        let map = |counts: &[u32]| (0..size[0] * size[1]).map(|i| counts[tile(i)] > 0).collect::<Vec<_>>();
+        Ok(counts.chunks_exact(tiles).flat_map(map).collect())
+    }
+
+    /// All but the counts, which look-ups may need; with detail those too, since look-ups need its slots.
+    pub fn bytes_transient(&self) -> u64 {
+        let detail = self.detail.as_ref().map_or(0, |d| d.bytes_transient() + self.counts.bytes());
+        self.lists.bytes() + self.cull.bytes() + detail
+    }
+}
+
+impl Lists {
+    /// As [`Bins::make_room`], but for the set.
+    fn make_room(&mut self, totals: BinTotals) -> Result<bool> {
+        self.last = Some(totals);
+        if totals.cut_short != 0 {
+            return Err(super::cut_short("a tile"));
+        }
+        let entries = totals.all_entries();
+        if !self.keeps_entries || (self.room != 0 && totals.fullest <= self.room) {
+            return Ok(false);
+        }
+        // From the second build on nothing is counted.
+        let had_room = self.room != 0;
+        if self.take_room(&totals)? {
+            return Ok(true);
+        }
+        if entries <= self.capacity.into() {
+            return Ok(had_room);
+        }
+        // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
+        // What is past the limit is an error here.
+        let wanted = (entries + entries / 8).min(limit(&self.context)).max(entries);
+        self.entries = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device)?;
+        self.capacity = wanted as u32;
+        Ok(true)
+    }
+
+    /// Entries that each tile should have room for after a build that counted `totals`, a quarter more than the fullest has, so
+    /// that a scene in motion does not grow every frame; 0 where that is too much.
+    fn room_for(&self, totals: &BinTotals) -> u32 {
+        let most = u64::from(totals.fullest) + u64::from(totals.fullest / 4);
+        let room = most.next_multiple_of(ROOM_STEP.into());
+        let bytes = room * self.rooms * ENTRY_BYTES;
+        let fits = bytes <= MOST_ROOM_BYTES.min(limit(&self.context) * ENTRY_BYTES);
+        if self.may_have_room && fits { room as u32 } else { 0 }
+    }
+
+    /// Gives each tile the same room, after a build that counted `totals`; false where that is too much.
+    fn take_room(&mut self, totals: &BinTotals) -> Result<bool> {
+        self.room = self.room_for(totals);
+        let wanted = u64::from(self.room) * self.rooms;
+        if wanted == 0 {
+            return Ok(false);
+        }
+        let Ok(entries) = Buffer::new(&self.context, "bins.entries", wanted * ENTRY_BYTES, Memory::Device) else {
+            (self.room, self.may_have_room) = (0, false);
+            return Ok(false);
+        };
+        (self.entries, self.capacity) = (entries, wanted as u32);
+        Ok(true)
+    }
+
+    /// Entries and tiles with casters of the last build, which counted `totals`; what is not listed is not counted either, and found
+    /// in `counts`.
+    fn found(&self, totals: &BinTotals, counts: &Buffer) -> Result<[u64; 2]> {
+        if self.room == 0 {
+            return Ok([totals.all_entries(), totals.tiles_used.into()]);
+        }
+        let counts: Vec<u32> = counts.read(self.bins_a_map as usize * self.map_count as usize)?;
+        let used = counts.iter().filter(|count| **count > 0).count() as u64;
+        Ok([counts.iter().map(|count| u64::from(*count)).sum(), used])
+    }
+
+    fn bytes(&self) -> u64 {
+        [&self.parts, &self.cursors, &self.totals, &self.entries].into_iter().map(Buffer::bytes).sum()
+    }
+}

@@ -1,0 +1,29 @@
+//! What bins are for.
+
+/// The entries of tiles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Entries {
+    /// Nothing: only which casters and tiles meet is wanted.
+    None,
+    /// Each with the depth that it is sorted by.
+    Sorted,
+    /// Each with the optical depth that it takes of any ray at most, for who adds them up in any order.
+    Summed,
+}
+
+/// What bins are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Use {
+    /// What is kept of the casters of each tile.
+    pub entries: Entries,
+    /// Casters that stand in the dark behind meshes may be left out.
+    pub skip: bool,
+    /// Texels around a tile from which look-ups read it.
+    pub reach: u32,
+    /// Workgroups a tile in [`crate::maps::Bins::per_part`]: of one with casters, of one without.
+    pub parts: [u32; 2],
+    /// Whether a texel stands for all of its square, and not only for the ray through its centre.
+    pub area: bool,
+    /// The most blocks, where each tile is to be as fine as it needs: bins are then blocks.
+    pub blocks: Option<u32>,
+}

@@ -1,0 +1,278 @@
+//! The built-in scene `three-emitters`: two smoke plumes and a steam jet over a ground plane.
+//!
+//! A particle's path depends on its emitter, its number and the time alone, so the scene at any time is computed from
+//! the particles that live then, however long the emitters have been running. Only operations whose result IEEE 754
+//! fixes are used (no `sin`, no `exp`): the same bytes on every machine.
+
+use crate::Result;
+use crate::scene::model::time::{check_time, wave};
+use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
+use glam::{DVec2, DVec3};
+use rand::Rng;
+use rand_pcg::Pcg32;
+use rayon::prelude::*;
+
+/// The simulation's step, seconds. A particle takes whole steps from its birth and one shorter step at the end.
+const STEP_S: f64 = 1.0 / 30.0;
+
+/// Random numbers set aside for each particle; more than it draws.
+const DRAWS_PER_PARTICLE: u64 = 16;
+
+/// Half the side of the ground.
+const GROUND_HALF_WORLD: f32 = 5.0;
+
+/// What one emitter lets out, steadily.
+pub(in crate::scene) struct Emitter {
+    /// State and stream of its random numbers.
+    pub(in crate::scene) seed: [u64; 2],
+    /// Particles alive at once, from `lifetime_s` on.
+    pub(in crate::scene) capacity: u64,
+    pub(in crate::scene) lifetime_s: f64,
+    pub(in crate::scene) position: DVec3,
+    /// Particles start on a disc of this radius about `position`.
+    pub(in crate::scene) nozzle_radius_world: f64,
+    /// Velocity at birth, units / s.
+    pub(in crate::scene) velocity: DVec3,
+    /// Longest random addition to `velocity`, units / s.
+    pub(in crate::scene) velocity_spread: f64,
+    /// How fast the air carries a particle up, units / s: hot at birth, cooled at the end of its life.
+    pub(in crate::scene) rise: [f64; 2],
+    /// How fast a particle takes on the air's velocity, 1 / s.
+    pub(in crate::scene) drag: f64,
+    /// Speed of the swirling air, units / s.
+    pub(in crate::scene) swirl: f64,
+    /// Longest random sideways drift, units / s: turbulence finer than the swirl widens the plume.
+    pub(in crate::scene) drift: f64,
+    /// Radius at birth and at the end of life.
+    pub(in crate::scene) radius_world: [f64; 2],
+    /// Optical depth across a particle's diameter where it is densest.
+    pub(in crate::scene) optical_depth: f64,
+}
+
+/// Three, as in Intel's AVSM sample: plume (particles live 15 s), plume (18 s), steam jet (6 s); 5,000 particles together.
+const EMITTERS: [Emitter; 3] = [
+    Emitter {
+        seed: [0x5eed_0001, 11],
+        capacity: 1_800,
+        lifetime_s: 15.0,
+        position: DVec3::new(-2.7, -1.3, 0.25),
+        nozzle_radius_world: 0.25,
+        velocity: DVec3::new(0.0, 0.0, 0.7),
+        velocity_spread: 0.25,
+        rise: [0.55, 0.22],
+        drag: 1.5,
+        swirl: 0.16,
+        drift: 0.06,
+        radius_world: [0.15, 0.5],
+        optical_depth: 0.09,
+    },
+    Emitter {
+        seed: [0x5eed_0002, 22],
+        capacity: 2_000,
+        lifetime_s: 18.0,
+        position: DVec3::new(-0.3, 0.9, 0.25),
+        nozzle_radius_world: 0.35,
+        velocity: DVec3::new(0.0, 0.0, 0.5),
+        velocity_spread: 0.25,
+        rise: [0.45, 0.14],
+        drag: 1.5,
+        swirl: 0.16,
+        drift: 0.07,
+        radius_world: [0.18, 0.55],
+        optical_depth: 0.09,
+    },
+    Emitter {
+        seed: [0x5eed_0003, 33],
+        capacity: 1_200,
+        lifetime_s: 6.0,
+        position: DVec3::new(4.0, -2.6, 0.35),
+        nozzle_radius_world: 0.06,
+        velocity: DVec3::new(-1.9, 0.3, 1.9),
+        velocity_spread: 0.35,
+        rise: [0.1, 0.2],
+        drag: 0.75,
+        swirl: 0.16,
+        drift: 0.05,
+        radius_world: [0.06, 0.42],
+        optical_depth: 0.1,
+    },
+];
+
+/// A mode of the swirling air: a wave across `wave_vector` (periods / unit).
+struct SwirlMode {
+    wave_vector: DVec3,
+    /// Crossed with the wave vector it gives the direction of the air.
+    potential: DVec3,
+    /// Periods / s.
+    frequency: f64,
+    /// Periods.
+    phase: f64,
+    /// Share of the emitter's swirl.
+    strength: f64,
+}
+
+/// Few and incommensurable, from the size of the scene down to the size of a plume.
+const SWIRL_MODES: [SwirlMode; 6] = [
+    mode([0.11, 0.07, 0.13], [0.3, -0.8, 0.4], 0.031, 0.10, 1.0),
+    mode([-0.09, 0.15, 0.08], [0.9, 0.2, 0.5], -0.043, 0.55, 1.0),
+    mode([0.23, -0.12, 0.21], [-0.2, 0.7, 0.6], 0.071, 0.31, 0.8),
+    mode([0.14, 0.27, -0.24], [0.6, 0.5, -0.4], -0.083, 0.83, 0.8),
+    mode([-0.43, 0.31, 0.37], [0.5, -0.1, 0.9], 0.127, 0.47, 0.5),
+    mode([0.38, 0.45, 0.52], [-0.7, 0.6, 0.1], -0.149, 0.69, 0.5),
+];
+
+const fn mode(wave_vector: [f64; 3], potential: [f64; 3], frequency: f64, phase: f64, strength: f64) -> SwirlMode {
+    SwirlMode {
+        wave_vector: DVec3::from_array(wave_vector),
+        potential: DVec3::from_array(potential),
+        frequency,
+        phase,
+        strength,
+    }
+}
+
+/// The particles of `emitters` after they have been running for `time_s` seconds; `scene` is for messages.
+///
+/// # Errors
+/// As [`check_time`].
+pub(in crate::scene) fn smoke(scene: &str, emitters: &[Emitter], time_s: f64) -> Result<Vec<Particle>> {
+    check_time(scene, time_s)?;
+    // The air's direction in each mode: across the wave vector, so that the air is free of divergence.
+    let directions = SWIRL_MODES.map(|mode| {
+        let direction = mode.wave_vector.cross(mode.potential).normalize_or_zero();
+        (mode, direction)
+    });
+    Ok(emitters.iter().flat_map(|emitter| emit(emitter, &directions, time_s)).collect())
+}
+
+/// The square ground plane at z = 0.
+pub(in crate::scene) fn ground(half: f32) -> Mesh {
+    Mesh {
+        name: "ground".into(),
+        positions: vec![[-half, -half, 0.0], [half, -half, 0.0], [half, half, 0.0], [-half, half, 0.0]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        albedo: [0.6; 3],
+        solid: false,
+    }
+}
+
+/// The smoke of `three-emitters` after so many seconds.
+///
+/// # Errors
+/// As [`smoke`].
+pub(in crate::scene) fn particles(time_s: f64) -> Result<Vec<Particle>> {
+    smoke("three-emitters", &EMITTERS, time_s)
+}
+
+/// Particles of these emitters that live at once, at most.
+pub(in crate::scene) const fn most(emitters: &[Emitter]) -> usize {
+    let (mut sum, mut i) = (0, 0);
+    while i < emitters.len() {
+        sum += emitters[i].capacity as usize;
+        i += 1;
+    }
+    sum
+}
+
+const _: () = assert!(most(&EMITTERS) == Motion::ThreeEmitters.most_particles());
+
+/// The scene after the emitters have been running for `time_s` seconds, in units of about a metre, z up: 5,000
+/// particles from 18 s on. The light is slanted so that one plume's shadow falls on the other and on the ground.
+///
+/// # Errors
+/// As [`smoke`].
+pub(in crate::scene) fn three_emitters(time_s: f64) -> Result<Scene> {
+    let particles = particles(time_s)?;
+    Ok(Scene {
+        name: "three-emitters".into(),
+        motion: Motion::ThreeEmitters,
+        particles,
+        strands: Vec::new(),
+        meshes: vec![ground(GROUND_HALF_WORLD)],
+        lights: vec![Light {
+            kind: LightKind::Directional { direction: DVec3::new(0.47, 0.3, -0.83).normalize() },
+            radiance: [1.0; 3],
+            radius: f64::INFINITY,
+        }],
+        camera: Camera {
+            position: DVec3::new(3.5, -17.0, 8.5),
+            target: DVec3::new(-0.2, 0.0, 2.6),
+            up: DVec3::Z,
+            fov_y_degrees: 33.0,
+        },
+    })
+}
+
+/// The emitter's living particles, oldest first.
+fn emit(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], time_s: f64) -> Vec<Particle> {
+    let interval_s = emitter.lifetime_s / emitter.capacity as f64;
+    let newest = (time_s / interval_s) as u64;
+    let oldest = (newest + 1).saturating_sub(emitter.capacity);
+    let living = (oldest..=newest).into_par_iter().map(|number| {
+        let birth_s = number as f64 * interval_s;
+        trace(emitter, modes, number, birth_s, (time_s - birth_s).max(0.0))
+    });
+    living.collect()
+}
+
+/// The particle of that number, `age_s` after its birth.
+fn trace(emitter: &Emitter, modes: &[(SwirlMode, DVec3)], number: u64, birth_s: f64, age_s: f64) -> Particle {
+    let mut random = Pcg32::new(emitter.seed[0], emitter.seed[1]);
+    random.advance(number * DRAWS_PER_PARTICLE);
+    let mut fraction = || f64::from(random.next_u32()) / f64::from(u32::MAX);
+    // The root makes the disc evenly filled.
+    let start = direction(fraction()) * fraction().sqrt() * emitter.nozzle_radius_world;
+    let kick = direction(fraction()) * fraction() * emitter.velocity_spread;
+    let drift = direction(fraction()) * fraction() * emitter.drift;
+    let rise_factor = 0.85 + 0.3 * fraction();
+    let size_factor = 0.85 + 0.3 * fraction();
+
+    let mut position = emitter.position + start.extend(0.0);
+    let mut velocity = emitter.velocity + kick.extend(0.0);
+    for step in 0..(age_s / STEP_S).ceil() as u32 {
+        let done_s = f64::from(step) * STEP_S;
+        let step_s = STEP_S.min((age_s - done_s).max(0.0));
+        let rise = mix(emitter.rise, done_s / emitter.lifetime_s) * rise_factor;
+        // The air is calm at the nozzle.
+        let swirl = swirl(modes, position, birth_s + done_s) * emitter.swirl * done_s.min(1.0);
+        let air = drift.extend(rise) + swirl;
+        // Implicit, so that no drag is too strong for the step.
+        velocity = (velocity + emitter.drag * step_s * air) / (1.0 + emitter.drag * step_s);
+        position += velocity * step_s;
+    }
+    let age = (age_s / emitter.lifetime_s).min(1.0);
+    let radius = mix(emitter.radius_world, age) * size_factor;
+    // Fades in at the nozzle and out over the second half of life: no particle pops.
+    let fade = smooth(age / 0.06) * smooth((1.0 - age) / 0.6);
+    Particle {
+        // Smoke may touch the ground but not sink into it.
+        position: position.with_z(position.z.max(radius)).as_vec3().to_array(),
+        radius: radius as f32,
+        extinction: (emitter.optical_depth * fade / (2.0 * radius)) as f32,
+    }
+}
+
+/// The velocity of the swirling air, at most a few units / s. Any function of the phase alone is free of divergence
+/// where its direction lies across the wave vector.
+fn swirl(modes: &[(SwirlMode, DVec3)], position: DVec3, time_s: f64) -> DVec3 {
+    let velocity = |(mode, direction): &(SwirlMode, DVec3)| {
+        let periods = mode.wave_vector.dot(position) + mode.frequency * time_s + mode.phase;
+        *direction * mode.strength * wave(periods)
+    };
+    modes.iter().map(velocity).sum()
+}
+
+/// The unit vector a fraction of a full turn away from +x.
+pub(in crate::scene) fn direction(turn: f64) -> DVec2 {
+    DVec2::new(wave(turn + 0.25), wave(turn)).normalize_or_zero()
+}
+
+fn mix([from, to]: [f64; 2], fraction: f64) -> f64 {
+    from + (to - from) * fraction
+}
+
+/// 0 below 0, 1 above 1, smooth between.
+fn smooth(fraction: f64) -> f64 {
+    let fraction = fraction.clamp(0.0, 1.0);
+    fraction * fraction * (3.0 - 2.0 * fraction)
+}

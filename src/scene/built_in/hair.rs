@@ -1,0 +1,195 @@
+//! The built-in scene `hair`: a head with locks of curled hair over a floor.
+//!
+//! Only operations whose result IEEE 754 fixes are used (no `sin`): the same bytes on every machine.
+
+use crate::Result;
+use crate::scene::model::time::{check_time, wave};
+use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Scene, Strand};
+use glam::DVec3;
+use rand::Rng;
+use rand_pcg::Pcg32;
+
+/// Strands grow together in locks.
+const LOCKS: usize = 200;
+const HAIRS_PER_LOCK: usize = 15;
+
+/// 48,000 in all.
+const SEGMENTS_PER_HAIR: usize = 16;
+
+/// Half a hair's width. The hair's bounds are some 3 units across: on a map of 256² texels a hair is between half a texel
+/// and one texel wide. The truth is taken at texel centres: most of them would miss a hair much thinner, and the map would
+/// be of the few that it meets; a much wider one is smooth over several texels, which is no hair.
+const RADIUS_WORLD: f32 = 0.0045;
+
+/// A hair is seen through: what a pixel or texel holds of it stands for hair and the air beside it.
+const OPACITY: f32 = 0.45;
+
+/// Half axes of the head, which is a unit sphere while hair grows.
+const HEAD_WORLD: DVec3 = DVec3::new(0.82, 0.94, 1.1);
+
+/// Height of the floor.
+const FLOOR_WORLD: f32 = -1.9;
+
+/// Cosine and sine by which a curl turns from a segment to the next: two turns and a third in a hair.
+const CURL: [f64; 2] = [0.6, 0.8];
+
+/// When the light stands where a picture of the scene as it is has it.
+const AT_REST_S: f64 = 20.0;
+
+/// State and stream of the random numbers.
+const SEED: [u64; 2] = [0x4a17, 1];
+
+struct Random(Pcg32);
+
+impl Random {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * f64::from(self.0.next_u32()) / f64::from(u32::MAX)
+    }
+
+    /// In the unit ball, not at its centre.
+    fn in_ball(&mut self) -> DVec3 {
+        loop {
+            let point = DVec3::from([(); 3].map(|()| self.between(-1.0, 1.0)));
+            if (1e-6..=1.0).contains(&point.length_squared()) {
+                return point;
+            }
+        }
+    }
+
+    /// A direction in which hair grows: not on the face, which looks along −y, and not on the neck.
+    fn on_scalp(&mut self) -> DVec3 {
+        loop {
+            let out = self.in_ball().normalize();
+            if out.z > -0.2 && (out.y > -0.3 || out.z > 0.66) {
+                return out;
+            }
+        }
+    }
+}
+
+/// What the hairs of a lock share.
+struct Lock {
+    out: DVec3,
+    segment: f64,
+    curl_radius: f64,
+    /// Cosine and sine where the curl begins.
+    phase: [f64; 2],
+}
+
+/// The light, which sways about where it stands at AT_REST_S: slowly enough that texels crawl over the hairs.
+///
+/// # Errors
+/// [`crate::Error::Input`] where the time is out of range.
+pub(in crate::scene) fn lights(time_s: f64) -> Result<Vec<Light>> {
+    check_time("hair", time_s)?;
+    let swing = |period_s: f64| wave((time_s - AT_REST_S) / period_s);
+    let direction = DVec3::new(0.5 + 0.12 * swing(11.0), 0.58, -0.64 + 0.05 * swing(7.0));
+    let kind = LightKind::Directional { direction: direction.normalize() };
+    Ok(vec![Light { kind, radiance: [1.3; 3], radius: f64::INFINITY }])
+}
+
+/// 48,000 segments of 3,000 hairs on an ellipsoid, a directional light from the front left that sways. The same bytes on every
+/// call and machine.
+///
+/// # Errors
+/// As [`lights`].
+pub(in crate::scene) fn hair(time_s: f64) -> Result<Scene> {
+    let lights = lights(time_s)?;
+    let mut random = Random(Pcg32::new(SEED[0], SEED[1]));
+    let mut strands = Vec::with_capacity(LOCKS * HAIRS_PER_LOCK * SEGMENTS_PER_HAIR);
+    for _ in 0..LOCKS {
+        let out = random.on_scalp();
+        let start = random.in_ball().with_z(0.0).normalize_or(DVec3::X);
+        let lock = Lock {
+            out,
+            segment: random.between(0.10, 0.14),
+            curl_radius: random.between(0.03, 0.08),
+            phase: [start.x, start.y],
+        };
+        let guide = grow(&lock, out, 0.1);
+        for _ in 0..HAIRS_PER_LOCK {
+            let root = (out + 0.16 * random.in_ball()).normalize();
+            let hair = grow(&lock, root, random.between(0.02, 0.16));
+            let points: Vec<_> =
+                curl(&lock, &guide, &hair).iter().map(|p| (*p * HEAD_WORLD).as_vec3().to_array()).collect();
+            let strand =
+                |ends: &[[f32; 3]]| Strand { start: ends[0], radius: RADIUS_WORLD, end: ends[1], opacity: OPACITY };
+            strands.extend(points.windows(2).map(strand));
+        }
+    }
+    Ok(Scene {
+        name: "hair".into(),
+        particles: Vec::new(),
+        strands,
+        meshes: vec![head(), floor()],
+        motion: Motion::Hair,
+        lights,
+        camera: Camera {
+            position: DVec3::new(1.9, -6.2, 0.9),
+            target: DVec3::new(0.0, 0.0, -0.32),
+            up: DVec3::Z,
+            fov_y_degrees: 32.0,
+        },
+    })
+}
+
+/// The points of a hair from `root` on, before it curls: out of the skin, combed to the sides and back, then down under
+/// its weight, never closer to the skin than `layer`.
+fn grow(lock: &Lock, root: DVec3, layer: f64) -> [DVec3; SEGMENTS_PER_HAIR + 1] {
+    let comb = DVec3::new(if lock.out.x < 0.0 { -0.5 } else { 0.5 }, 0.35, -0.5);
+    let mut points = [root; SEGMENTS_PER_HAIR + 1];
+    let mut direction = (root + 0.5 * comb).normalize();
+    for i in 1..points.len() {
+        let point = points[i - 1] + lock.segment * direction;
+        let above = 1.0 + layer.min(0.04 * i as f64);
+        points[i] = if point.length() < above { above * point.normalize() } else { point };
+        let down = DVec3::new(0.0, 0.0, -1.0);
+        direction = (direction + if i < 4 { 0.4 * comb } else { 0.45 * down }).normalize();
+    }
+    points
+}
+
+/// Draws a hair towards its lock's middle and winds it, both the more the farther from the root.
+fn curl(lock: &Lock, guide: &[DVec3], hair: &[DVec3]) -> Vec<DVec3> {
+    let [mut cosine, mut sine] = lock.phase;
+    let last = (hair.len() - 1) as f64;
+    let mut points = Vec::with_capacity(hair.len());
+    for (i, (middle, point)) in guide.iter().zip(hair).enumerate() {
+        let along = i as f64 / last;
+        let wound = lock.curl_radius * (2.0 * along).min(1.0) * DVec3::new(cosine, sine, 0.0);
+        let point = *point + 0.6 * along * (*middle - *point) + wound;
+        points.push(if point.length() < 1.01 { 1.01 * point.normalize() } else { point });
+        [cosine, sine] = [cosine * CURL[0] - sine * CURL[1], cosine * CURL[1] + sine * CURL[0]];
+    }
+    points
+}
+
+/// An octahedron, each of whose triangles is divided into four four times, on the head's ellipsoid.
+fn head() -> Mesh {
+    let sign = |octant: i32, axis: DVec3, bit: i32| if octant & bit == 0 { -axis } else { axis };
+    let octant = |i| [sign(i, DVec3::X, 1), sign(i, DVec3::Y, 2), sign(i, DVec3::Z, 4)];
+    let mut triangles: Vec<[DVec3; 3]> = (0..8).map(octant).collect();
+    for _ in 0..4 {
+        triangles = triangles
+            .iter()
+            .flat_map(|&[a, b, c]| {
+                let [ab, bc, ca] = [a + b, b + c, c + a].map(DVec3::normalize);
+                [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+            })
+            .collect();
+    }
+    let positions: Vec<_> = triangles.iter().flatten().map(|p| (*p * HEAD_WORLD).as_vec3().to_array()).collect();
+    let triangles = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    Mesh { name: "head".into(), positions, triangles, albedo: [0.72, 0.52, 0.42], solid: false }
+}
+
+fn floor() -> Mesh {
+    let corner = |x: f32, y: f32| [6.0 * x, 6.0 * y, FLOOR_WORLD];
+    Mesh {
+        name: "floor".into(),
+        positions: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        albedo: [0.55; 3],
+        solid: false,
+    }
+}

@@ -1,0 +1,142 @@
+//! Names of built-in scenes with numbers of their own: `NAME:key=value,key=value`.
+
+pub(super) mod cornell;
+pub(super) mod courtyard;
+pub(super) mod courtyard_lights;
+pub(super) mod courtyard_shapes;
+pub(super) mod cube;
+pub(super) mod embedded;
+pub(super) mod emitters;
+pub(super) mod fountain;
+pub(super) mod hair;
+pub(super) mod houses;
+pub(super) mod lantern;
+pub(super) mod plume;
+pub(super) mod sparse;
+pub(super) mod town;
+pub(super) mod town_house;
+pub(super) mod town_shapes;
+
+use crate::scene::{BUILT_IN, files::input};
+use crate::{Error, Result};
+
+/// A number that a built-in scene takes.
+struct Key {
+    scene: &'static str,
+    name: &'static str,
+    default: u32,
+    /// From 1 on.
+    most: u32,
+}
+
+/// All of them.
+const KEYS: [Key; 2] = [
+    Key { scene: "fountain", name: "particles", default: 16_384, most: 4_000_000 },
+    Key {
+        scene: "courtyard",
+        name: "lights",
+        default: courtyard_lights::USUAL as u32,
+        most: courtyard_lights::MOST as u32,
+    },
+];
+
+/// A name, read.
+pub(super) struct BuiltIn<'a> {
+    /// Of the scene, without numbers; whatever was given where no such scene is built in.
+    pub name: &'a str,
+    /// Of this one, and safe in file names: `fountain-1000000`.
+    pub title: String,
+    given: Vec<(&'a str, u32)>,
+}
+
+impl<'a> BuiltIn<'a> {
+    /// Of a name as a user gives it. What no scene is named is nobody's: a path may have colons.
+    ///
+    /// # Errors
+    /// [`Error::Input`] names the key that there is none of, or the number that is out of range.
+    pub(super) fn read(text: &'a str) -> Result<Self> {
+        let (name, rest) = text.split_once(':').unwrap_or((text, ""));
+        if !BUILT_IN.contains(&name) {
+            return Ok(Self { name: text, title: text.into(), given: Vec::new() });
+        }
+        let mut read = Self { name, title: name.into(), given: Vec::new() };
+        let parts = rest.split(',').filter(|_| text.len() > name.len());
+        for part in parts {
+            let wrong = |cause: &str| {
+                let keys = keys(name);
+                let way_out = if keys.is_empty() { format!("{name} takes no numbers") } else { format!("give {keys}") };
+                Error::input(text, input::one_line(cause), way_out)
+            };
+            let (key, value) = part.split_once('=').ok_or_else(|| wrong(&format!("{part:?} is no key=value")))?;
+            let known = KEYS.iter().find(|k| k.scene == name && k.name == key);
+            let known = known.ok_or_else(|| wrong(&format!("no key {key:?}")))?;
+            if read.given.iter().any(|(given, _)| *given == key) {
+                return Err(wrong(&format!("{key} is given twice")));
+            }
+            let number = value.parse().ok().filter(|number| (1..=known.most).contains(number));
+            let number = number.ok_or_else(|| wrong(&format!("{part:?} is no whole number in its range")))?;
+            read.title += &format!("-{number}");
+            read.given.push((key, number));
+        }
+        Ok(read)
+    }
+
+    /// The number of that key of this scene, or its default.
+    pub(super) fn number(&self, key: &str) -> u32 {
+        let given = self.given.iter().find(|(name, _)| *name == key).map(|(_, number)| *number);
+        let known = || KEYS.iter().find(|k| k.scene == self.name && k.name == key);
+        given.or_else(|| known().map(|k| k.default)).unwrap_or_default()
+    }
+}
+
+/// The keys of a scene and their ranges, in words.
+fn keys(scene: &str) -> String {
+    let of = KEYS.iter().filter(|key| key.scene == scene);
+    of.map(|key| format!("{}=1..{}", key.name, key.most)).collect::<Vec<_>>().join(", ")
+}
+
+/// A scene's name with its keys, in words.
+pub(super) fn with_keys(scene: &str) -> String {
+    let keys = keys(scene);
+    if keys.is_empty() { scene.into() } else { format!("{scene} ({scene}:{keys})") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_and_their_titles() {
+        let plain = BuiltIn::read("fountain").expect("plain");
+        assert_eq!((plain.name, &*plain.title, plain.number("particles")), ("fountain", "fountain", 16_384));
+        for number in [1, 4_000_000] {
+            let text = format!("fountain:particles={number}");
+            let read = BuiltIn::read(&text).expect("in range");
+            assert_eq!((read.name, read.number("particles")), ("fountain", number));
+            assert_eq!(read.title, format!("fountain-{number}"));
+        }
+        for path in ["a:b.ply", "C:/town:particles=0.glb", "fountains:particles=0", ":", ""] {
+            assert_eq!(BuiltIn::read(path).expect("a path").name, path);
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (text, words) in [
+            ("fountain:particles=0", ["particles=0", "particles=1..4000000"]),
+            ("fountain:particles=4000001", ["particles=4000001", "particles=1..4000000"]),
+            ("fountain:particles=-1", ["particles=-1", "no whole number"]),
+            ("fountain:particles=1e6", ["particles=1e6", "no whole number"]),
+            ("fountain:particles=", ["particles=", "no whole number"]),
+            ("fountain:", ["no key=value", "particles=1..4000000"]),
+            ("fountain:particles", ["no key=value", "particles=1..4000000"]),
+            ("fountain:lights=3", ["no key \"lights\"", "particles=1..4000000"]),
+            ("fountain:particles=3,particles=4", ["given twice", "particles=1..4000000"]),
+            ("courtyard:lights=1025", ["lights=1025", "lights=1..1024"]),
+            ("town:particles=3", ["no key \"particles\"", "town takes no numbers"]),
+        ] {
+            let error = BuiltIn::read(text).err().expect(text).to_string();
+            assert!(error.starts_with(text) && words.iter().all(|word| error.contains(word)), "{error}");
+        }
+    }
+}

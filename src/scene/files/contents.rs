@@ -1,0 +1,33 @@
+//! What files hold, on the way to a scene.
+
+use crate::scene::{Camera, Light, Mesh, Motion, Particle, Scene, Strand, model::view};
+use glam::DVec3;
+
+/// What one file or several hold. Lights and camera: what they bring along, if anything.
+#[derive(Default)]
+pub(in crate::scene) struct Contents {
+    pub particles: Vec<Particle>,
+    pub strands: Vec<Strand>,
+    pub meshes: Vec<Mesh>,
+    pub lights: Vec<Light>,
+    pub camera: Option<Camera>,
+}
+
+impl Contents {
+    /// Spheres (centre, radius) in whose hull everything lies.
+    pub(in crate::scene) fn spheres(&self) -> impl Iterator<Item = (DVec3, f64)> {
+        view::mesh_points(&self.meshes).chain(view::caster_spheres(&self.particles, &self.strands))
+    }
+
+    /// The corners of the box that holds everything; `None` where nothing is.
+    pub(in crate::scene) fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let boxes = self.spheres().map(|(centre, radius)| (centre - radius, centre + radius));
+        boxes.reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
+    }
+
+    /// The scene of all of it under these lights, before this camera.
+    pub(in crate::scene) fn scene(self, name: String, lights: Vec<Light>, camera: Camera) -> Scene {
+        let Self { particles, strands, meshes, .. } = self;
+        Scene { name, particles, strands, meshes, lights, camera, motion: Motion::Still }
+    }
+}

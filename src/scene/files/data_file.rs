@@ -1,0 +1,48 @@
+//! A data file as a scene by itself.
+
+use crate::Result;
+use crate::scene::files::contents::Contents;
+use crate::scene::files::placement::Placement;
+use crate::scene::files::strand_file::Overrides;
+use crate::scene::{
+    Scene, files::fitted, files::input, files::mesh_file, files::particle_file, files::ply, files::strand_file,
+};
+use glam::DVec3;
+use std::path::Path;
+
+/// Endings of files that are scenes by themselves, in any case.
+pub const DATA_ENDINGS: [&str; 5] = ["ply", "hair", "tfx", "gltf", "glb"];
+
+/// Loads a file of particles, hair or meshes, everything where it stands in the file. Light and camera are its own if it
+/// is glTF and has them, else fitted. Up is +y in glTF, as its specification says, and in TressFX, as its exporters
+/// have it; in other files, which do not say, +z.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input): whatever the file is wrong with; nothing in it; all of it in one point.
+pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
+    let ending = input::ending(path);
+    let mut contents = match ending.as_str() {
+        "hair" | "tfx" => {
+            let strands = strand_file::load(path, &Placement::AS_IT_STANDS, Overrides::default())?;
+            Contents { strands, ..Contents::default() }
+        }
+        "ply" if !ply::open(path)?.has_rows("face") => {
+            Contents { particles: particle_file::load(path)?, ..Contents::default() }
+        }
+        _ => mesh_file::load(path)?,
+    };
+    let wrong = |cause| input::error(path, cause, "give another file, or name it in a scene file");
+    if contents.spheres().next().is_none() {
+        return Err(wrong("nothing casts a shadow: it is empty".to_owned()));
+    }
+    let up = if matches!(ending.as_str(), "gltf" | "glb" | "tfx") { DVec3::Y } else { DVec3::Z };
+    let camera = match contents.camera {
+        Some(camera) => camera,
+        None => fitted::camera(&contents, up).map_err(wrong)?,
+    };
+    let mut lights = std::mem::take(&mut contents.lights);
+    if lights.is_empty() {
+        lights.push(fitted::light(up));
+    }
+    Ok(contents.scene(input::stem(path), lights, camera))
+}

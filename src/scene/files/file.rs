@@ -1,0 +1,206 @@
+//! Scene files: TOML that names particle, hair and mesh files, lights and a camera.
+//!
+//! ```toml
+//! [[particles]]                 # any number of them
+//! file = "smoke.ply"            # beside the scene file
+//! scale = 2.0                   # optional, about the file's origin; optical depths stay as they are
+//! translate = [0.0, 0.0, 1.0]   # optional, after the scale
+//!
+//! [[hair]]                      # any number of them
+//! file = "head.hair"            # Cem Yuksel's HAIR format, or TressFX, versions 3 and 4 (.tfx)
+//! scale = 1.0                   # optional, also of the thickness
+//! translate = [0.0, 0.0, 0.0]   # optional
+//! radius = 0.01                 # optional, world units, replaces half the file's thickness
+//! opacity = 0.5                 # optional, replaces the file's
+//!
+//! [[meshes]]                    # any number of them
+//! file = "ground.gltf"          # .ply, .gltf or .glb
+//! scale = 1.0                   # optional
+//! translate = [0.0, 0.0, 0.0]   # optional
+//! albedo = [0.6, 0.6, 0.6]      # optional, replaces the file's
+//! solid = false                 # optional; true: the back of it is never seen, as a ground's
+//!
+//! [light]                       # or [[light]], any number of them; left out, the lights of the glTF files stand here
+//! kind = "directional"          # or "spot" with position, target and cone_degrees in place of direction, or "point"
+//!                               # with position
+//! direction = [0.5, 0.3, -0.81] # the way the light travels
+//! radiance = [1.0, 1.0, 1.0]    # optional
+//! # radius = 4.0                # optional, of a spot or a point light: where it ends, smoothly
+//!
+//! [camera]                      # left out, the first camera of the glTF files stands here
+//! position = [9.0, -9.0, 5.0]
+//! target = [0.0, 0.0, 2.0]
+//! up = [0.0, 0.0, 1.0]
+//! fov_y_degrees = 38.0          # full vertical angle
+//! ```
+
+use crate::Result;
+use crate::scene::files::contents::Contents;
+use crate::scene::files::placement::Placement;
+use crate::scene::files::stage::{CameraEntry, LightEntry, camera, light, one_or_more};
+use crate::scene::files::strand_file::Overrides;
+use crate::scene::{Scene, files::input, files::mesh_file, files::particle_file, files::strand_file};
+use serde::Deserialize;
+use std::path::Path;
+
+const WAY_OUT: &str = "correct the scene file";
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneFile {
+    #[serde(default)]
+    particles: Vec<ParticlesEntry>,
+    #[serde(default)]
+    hair: Vec<HairEntry>,
+    #[serde(default)]
+    meshes: Vec<MeshesEntry>,
+    #[serde(default, deserialize_with = "one_or_more")]
+    light: Option<Vec<LightEntry>>,
+    camera: Option<CameraEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ParticlesEntry {
+    file: String,
+    #[serde(default)]
+    translate: [f64; 3],
+    #[serde(default = "one")]
+    scale: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct HairEntry {
+    file: String,
+    #[serde(default)]
+    translate: [f64; 3],
+    #[serde(default = "one")]
+    scale: f64,
+    radius: Option<f64>,
+    opacity: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MeshesEntry {
+    file: String,
+    #[serde(default)]
+    translate: [f64; 3],
+    #[serde(default = "one")]
+    scale: f64,
+    albedo: Option<[f64; 3]>,
+    #[serde(default)]
+    solid: bool,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// Loads a scene file and the files that it names. The scene is called as the file without its ending.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input): unreadable file; not TOML, an unknown or missing key, with the line; a number
+/// that its key does not allow; whatever the named files are wrong with.
+pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
+    let bytes = input::read(path)?;
+    let text = str::from_utf8(&bytes).map_err(|cause| input::error(path, cause, "save the scene file as UTF-8"))?;
+    let parsed: SceneFile = toml::from_str(text).map_err(|cause| {
+        let line = cause.span().and_then(|span| text.get(..span.start)).map(|before| before.matches('\n').count() + 1);
+        let line = line.map_or_else(String::new, |line| format!("line {line}: "));
+        input::error(path, format!("{line}{}", cause.message()), WAY_OUT)
+    })?;
+    let wrong = |cause: String| input::error(path, cause, WAY_OUT);
+    if parsed.particles.is_empty() && parsed.hair.is_empty() && parsed.meshes.is_empty() {
+        return Err(wrong("nothing casts a shadow: no [[particles]], no [[hair]] and no [[meshes]]".into()));
+    }
+    if parsed.light.as_ref().is_some_and(Vec::is_empty) {
+        return Err(wrong("no light: nothing would be seen".into()));
+    }
+    let lights = parsed.light.map(|entries| entries.iter().map(light).collect::<std::result::Result<Vec<_>, _>>());
+    let lights = lights.transpose().map_err(wrong)?;
+    let camera = parsed.camera.as_ref().map(camera).transpose().map_err(wrong)?;
+
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut contents = Contents::default();
+    for entry in &parsed.particles {
+        let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
+        for (number, particle) in particle_file::load(&folder.join(&entry.file))?.iter().enumerate() {
+            let placed = placement.particle(particle);
+            let cause = |cause| entry.cause(format!("placed particle {number} (the first is 0): {cause}"));
+            contents.particles.push(placed.map_err(|text| wrong(cause(text)))?);
+        }
+    }
+    for entry in &parsed.hair {
+        let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
+        let overrides = entry.overrides().map_err(|cause| wrong(entry.cause(cause)))?;
+        contents.strands.extend(strand_file::load(&folder.join(&entry.file), &placement, overrides)?);
+    }
+    for entry in &parsed.meshes {
+        let wrong = |cause| wrong(entry.cause(cause));
+        let placement = Placement::new(entry.translate, entry.scale).map_err(wrong)?;
+        let albedo = entry.albedo.map(fractions).transpose().map_err(wrong)?;
+        let loaded = mesh_file::load(&folder.join(&entry.file))?;
+        for mesh in loaded.meshes {
+            let mut placed = placement.mesh(mesh).map_err(wrong)?;
+            placed.albedo = albedo.unwrap_or(placed.albedo);
+            placed.solid = entry.solid;
+            contents.meshes.push(placed);
+        }
+        if lights.is_none() {
+            for light in loaded.lights {
+                contents.lights.push(placement.light(light).map_err(wrong)?);
+            }
+        }
+        if let (None, None, Some(found)) = (camera, contents.camera, loaded.camera) {
+            contents.camera = Some(placement.camera(&found).map_err(wrong)?);
+        }
+    }
+    let missing = |name| {
+        let cause = format!("missing field `{name}`, and no glTF file that it names brings one");
+        input::error(path, cause, format!("add [{name}] to the scene file"))
+    };
+    let lights = lights.unwrap_or_else(|| std::mem::take(&mut contents.lights));
+    if lights.is_empty() {
+        return Err(missing("light"));
+    }
+    let camera = camera.or(contents.camera).ok_or_else(|| missing("camera"))?;
+    Ok(contents.scene(input::stem(path), lights, camera))
+}
+
+impl ParticlesEntry {
+    fn cause(&self, cause: String) -> String {
+        format!("particles {}: {cause}", self.file)
+    }
+}
+
+impl HairEntry {
+    fn cause(&self, cause: String) -> String {
+        format!("hair {}: {cause}", self.file)
+    }
+
+    fn overrides(&self) -> std::result::Result<Overrides, String> {
+        let Self { radius, opacity, .. } = *self;
+        if let Some(radius) = radius.filter(|r| !((*r as f32).is_finite() && *r as f32 > 0.0)) {
+            return Err(format!("radius {radius} is not finite and greater than 0"));
+        }
+        if let Some(opacity) = opacity.filter(|o| !(0.0..=1.0).contains(o)) {
+            return Err(format!("opacity {opacity} is not in [0, 1]"));
+        }
+        Ok(Overrides { radius, opacity })
+    }
+}
+
+impl MeshesEntry {
+    fn cause(&self, cause: String) -> String {
+        format!("meshes {}: {cause}", self.file)
+    }
+}
+
+fn fractions(values: [f64; 3]) -> std::result::Result<[f32; 3], String> {
+    if values.iter().all(|value| (0.0..=1.0).contains(value)) {
+        return Ok(values.map(|value| value as f32));
+    }
+    Err(format!("albedo {values:?} is not in [0, 1]"))
+}

@@ -1,0 +1,64 @@
+//! A light and a camera for what comes without.
+
+use crate::scene::files::contents::Contents;
+use crate::scene::files::stage::{self, CameraEntry};
+use crate::scene::{Camera, Light, LightKind};
+use glam::DVec3;
+
+/// The way the light travels: across, into the depth, up.
+const LIGHT: DVec3 = DVec3::new(0.47, 0.3, -0.83);
+
+/// The way the camera looks, alike: from the other side and a bit above, so that shadows are seen from beside.
+const VIEW: DVec3 = DVec3::new(-0.45, 0.8, -0.32);
+
+const FOV_Y_DEGREES: f64 = 38.0;
+
+/// Width of a picture over its height that everything is in.
+const ASPECT: f64 = 16.0 / 9.0;
+
+/// The share of the half picture that is filled.
+const FILLED: f64 = 0.92;
+
+/// A vector given across, into the depth and up. Depth is +y where z is up; −z where y is, so that the camera sees the
+/// front of a glTF model, which faces +z.
+fn oriented(vector: DVec3, up: DVec3) -> DVec3 {
+    (DVec3::X * vector.x + up.cross(DVec3::X) * vector.y + up * vector.z).normalize()
+}
+
+/// A directional light at a slant from above.
+pub(in crate::scene) fn light(up: DVec3) -> Light {
+    Light { kind: LightKind::Directional { direction: oriented(LIGHT, up) }, radiance: [1.0; 3], radius: f64::INFINITY }
+}
+
+/// A camera that has everything in a picture of 16:9, with a little margin. `up` is +y or +z.
+pub(in crate::scene) fn camera(contents: &Contents, up: DVec3) -> std::result::Result<Camera, String> {
+    let forward = oriented(VIEW, up);
+    let right = forward.cross(up).normalize();
+    let above = right.cross(forward);
+    let in_view = |point: DVec3| DVec3::new(point.dot(right), point.dot(above), point.dot(forward));
+    let boxes = contents.spheres().map(|(centre, radius)| (in_view(centre) - radius, in_view(centre) + radius));
+    let bounds = boxes.reduce(|(low, high), (a, b)| (low.min(a), high.max(b)));
+    let (low, high) = bounds.unwrap_or_default();
+    if low == high {
+        return Err("all of it is in one point".into());
+    }
+    let middle = (low + high) * 0.5;
+    let tangent_y = (FOV_Y_DEGREES.to_radians() * 0.5).tan() * FILLED;
+    let tangents = [(0, tangent_y * ASPECT), (1, tangent_y)];
+    // How far from the middle the picture's edges just touch a sphere.
+    let needed = |(centre, radius): (DVec3, f64)| {
+        let offset = in_view(centre) - middle;
+        let touched = |(axis, tangent): (usize, f64)| {
+            (offset[axis].abs() + radius * (1.0 + tangent * tangent).sqrt()) / tangent - offset.z
+        };
+        tangents.map(touched).into_iter().fold(f64::NEG_INFINITY, f64::max)
+    };
+    let distance = contents.spheres().map(needed).fold(0.0, f64::max);
+    let target = right * middle.x + above * middle.y + forward * middle.z;
+    stage::camera(&CameraEntry {
+        position: (target - forward * distance).to_array(),
+        target: target.to_array(),
+        up: up.to_array(),
+        fov_y_degrees: FOV_Y_DEGREES,
+    })
+}

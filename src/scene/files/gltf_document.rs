@@ -1,0 +1,204 @@
+//! glTF documents, reduced to what is read of them: nodes and triangles, base colours, lights and cameras.
+
+use crate::Result;
+use crate::scene::files::input;
+use base64::Engine;
+use serde_json::{Value, json};
+use std::borrow::Cow;
+use std::path::Path;
+
+const WAY_OUT: &str = "check that the file is a glTF 2.0 file and was copied whole";
+
+/// Extensions that stand for the vertices themselves.
+const COMPRESSION: [&str; 3] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
+
+const INSTANCING: &str = "EXT_mesh_gpu_instancing";
+
+/// Extensions that a file may require: they are read, or say nothing of where geometry is.
+const HARMLESS: [&str; 11] = [
+    "ADOBE_materials_clearcoat_specular",
+    "ADOBE_materials_thin_transparency",
+    "AGI_stk_metadata",
+    "EXT_mesh_features",
+    "EXT_structural_metadata",
+    "KHR_animation_pointer",
+    "KHR_mesh_quantization",
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+    "MSFT_packing_occlusionRoughnessMetallic",
+    "MSFT_texture_dds",
+];
+
+/// Whole families of such extensions.
+const HARMLESS_FAMILIES: [&str; 6] =
+    ["EXT_lights_", "EXT_materials_", "EXT_texture_", "KHR_lights_", "KHR_materials_", "KHR_texture_"];
+
+/// An open glTF file: validated, its buffers read.
+pub(in crate::scene) struct GltfDocument {
+    pub document: gltf::Document,
+    /// In the document's order, each at least as long as it says.
+    pub buffers: Vec<Vec<u8>>,
+}
+
+/// Opens a glTF or GLB file.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input): unreadable, truncated or malformed; a buffer that cannot be read; an extension
+/// that hides geometry, by its name.
+pub(in crate::scene) fn open(path: &Path) -> Result<GltfDocument> {
+    let bytes = input::read(path)?;
+    // A length below the header's own 12 bytes makes the glTF crate subtract with overflow.
+    let length = bytes.get(8..12).and_then(|length| length.try_into().ok()).map_or(0, u32::from_le_bytes);
+    let is_binary = bytes.starts_with(b"glTF");
+    if is_binary && length < 12 {
+        return Err(input::error(path, "truncated binary glTF header", WAY_OUT));
+    }
+    let unusable = |cause: gltf::Error| input::error(path, cause, WAY_OUT);
+    let glb = is_binary.then(|| gltf::Glb::from_slice(&bytes)).transpose().map_err(unusable)?;
+    let text = glb.as_ref().map_or(bytes.as_slice(), |glb| &glb.json);
+    let malformed = |cause: serde_json::Error| input::error(path, cause, WAY_OUT);
+    let mut json: Value = serde_json::from_slice(text).map_err(malformed)?;
+    if let Some((cause, way_out)) = hidden_geometry(&json) {
+        return Err(input::error(path, cause, way_out));
+    }
+    keep_what_is_read(&mut json);
+    let root: gltf::json::Root = serde_json::from_value(json).map_err(malformed)?;
+    // The glTF crate's validation looks up a POSITION accessor before it checks the index.
+    let mut attributes = root.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|part| part.attributes.values());
+    if let Some(missing) = attributes.find(|index| index.value() >= root.accessors.len()) {
+        return Err(input::error(path, format!("there is no accessor {}", missing.value()), WAY_OUT));
+    }
+    let document = gltf::Document::from_json(root).map_err(unusable)?;
+    // Of one buffer alone (glTF 2.0, 4.4.3.3): a copy for each that has no URI would take as much memory as they are many.
+    let mut blob = glb.and_then(|glb| glb.bin).map(Cow::into_owned);
+    let buffers = document.buffers().map(|buffer| read_buffer(path, &buffer, &mut blob)).collect::<Result<Vec<_>>>()?;
+    Ok(GltfDocument { document, buffers })
+}
+
+fn items<'a>(of: &'a Value, key: &str) -> impl Iterator<Item = &'a Value> {
+    of[key].as_array().into_iter().flatten()
+}
+
+/// The element that an index under `key` points at, in the root's array `array`.
+fn target<'a>(root: &'a Value, array: &str, of: &Value, key: &str) -> Option<&'a Value> {
+    root[array].get(usize::try_from(of[key].as_u64()?).ok()?)
+}
+
+/// What an extension keeps from being read, and the way out.
+fn hidden_geometry(root: &Value) -> Option<(String, &'static str)> {
+    let decompress = "export it without compression, or run gltf-transform cp IN.glb OUT.glb";
+    let compressed = |name| Some((format!("its geometry is compressed by {name}"), decompress));
+    let instanced = || Some((format!("places its meshes by {INSTANCING}"), "export it with a node for each instance"));
+    for name in items(root, "extensionsRequired").filter_map(Value::as_str) {
+        if COMPRESSION.contains(&name) {
+            return compressed(name);
+        }
+        if name == INSTANCING {
+            return instanced();
+        }
+        if !HARMLESS.contains(&name) && !HARMLESS_FAMILIES.iter().any(|family| name.starts_with(family)) {
+            let cause = format!("requires {name}, which is not known here and may change its geometry");
+            return Some((cause, "export it without that extension"));
+        }
+    }
+    if items(root, "nodes").any(|node| node.get("mesh").is_some() && !node["extensions"][INSTANCING].is_null()) {
+        return instanced();
+    }
+    // Not required: what is compressed is to stand in the file uncompressed too.
+    for part in items(root, "meshes").flat_map(|mesh| items(mesh, "primitives")) {
+        for (of, key) in [(&part["attributes"], "POSITION"), (part, "indices")] {
+            let Some(accessor) = target(root, "accessors", of, key) else { continue };
+            let view = target(root, "bufferViews", accessor, "bufferView");
+            let buffer = view.and_then(|view| target(root, "buffers", view, "buffer"));
+            for name in COMPRESSION {
+                let part_alone = !part["extensions"][name].is_null() && view.is_none();
+                let is_placeholder = |buffer: &Value| buffer["extensions"][name]["fallback"] == true;
+                if part_alone || buffer.is_some_and(|buffer| is_placeholder(buffer) && buffer["uri"].is_null()) {
+                    return compressed(name);
+                }
+            }
+        }
+    }
+    None
+}
+
+/// Takes out what is not read. Extensions may change it so that the glTF crate does not know its form: textures without
+/// an image of a kind it knows, animations of anything, attributes of any name.
+fn keep_what_is_read(root: &mut Value) {
+    const READ: [&str; 11] = [
+        "accessors",
+        "asset",
+        "bufferViews",
+        "buffers",
+        "cameras",
+        "extensions",
+        "materials",
+        "meshes",
+        "nodes",
+        "scene",
+        "scenes",
+    ];
+    let Some(root) = root.as_object_mut() else { return };
+    root.retain(|key, _| READ.contains(&key.as_str()));
+    let mut each = |array: &str, reduce: fn(&mut Value)| {
+        root.get_mut(array).and_then(Value::as_array_mut).into_iter().flatten().for_each(reduce);
+    };
+    each("materials", |material| {
+        let colour = material["pbrMetallicRoughness"].get("baseColorFactor").cloned();
+        *material = colour.map_or(json!({}), |colour| json!({"pbrMetallicRoughness": {"baseColorFactor": colour}}));
+    });
+    each("nodes", |node| {
+        if let Some(node) = node.as_object_mut() {
+            node.remove("skin");
+        }
+    });
+    each("meshes", |mesh| {
+        for part in mesh.get_mut("primitives").and_then(Value::as_array_mut).into_iter().flatten() {
+            let Some(part) = part.as_object_mut() else { continue };
+            part.remove("targets");
+            if let Some(attributes) = part.get_mut("attributes").and_then(Value::as_object_mut) {
+                attributes.retain(|name, _| name == "POSITION");
+            }
+        }
+    });
+}
+
+/// The bytes of a glTF buffer: the file's own binary chunk, a base64 data URI, or a file beside it. Done here because
+/// the glTF crate's `import` feature brings image decoders along and panics on a URI that is not UTF-8.
+fn read_buffer(path: &Path, buffer: &gltf::Buffer, blob: &mut Option<Vec<u8>>) -> Result<Vec<u8>> {
+    let fail = |cause: String| {
+        input::error(path, format!("buffer {}: {cause}", buffer.index()), "embed the buffer or put its file beside")
+    };
+    let mut bytes = match buffer.source() {
+        gltf::buffer::Source::Bin => blob.take().ok_or_else(|| fail("there is no binary chunk for it".into()))?,
+        gltf::buffer::Source::Uri(uri) => match uri.strip_prefix("data:") {
+            Some(data) => {
+                let (_, text) = data.split_once(";base64,").ok_or_else(|| fail("data URI without base64".into()))?;
+                base64::engine::general_purpose::STANDARD.decode(text).map_err(|cause| fail(cause.to_string()))?
+            }
+            None if uri.contains(':') => return Err(fail(format!("unsupported URI {uri}"))),
+            None => {
+                let relative = percent_decoded(uri).ok_or_else(|| fail(format!("malformed URI {uri}")))?;
+                let beside = path.parent().unwrap_or(Path::new("")).join(relative);
+                input::read(&beside).map_err(|cause| fail(cause.to_string()))?
+            }
+        },
+    };
+    if bytes.len() < buffer.length() {
+        return Err(fail(format!("truncated: {} bytes of {}", bytes.len(), buffer.length())));
+    }
+    bytes.truncate(buffer.length());
+    Ok(bytes)
+}
+
+/// Resolves `%20` and the like. `None` if the text or what it stands for is malformed.
+fn percent_decoded(uri: &str) -> Option<String> {
+    let mut parts = uri.split('%');
+    let mut bytes = parts.next()?.as_bytes().to_vec();
+    for part in parts {
+        let digits = part.get(..2).filter(|digits| digits.bytes().all(|digit| digit.is_ascii_hexdigit()))?;
+        bytes.push(u8::from_str_radix(digits, 16).ok()?);
+        bytes.extend_from_slice(part.get(2..)?.as_bytes());
+    }
+    String::from_utf8(bytes).ok()
+}

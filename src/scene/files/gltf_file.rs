@@ -1,0 +1,182 @@
+//! Meshes, lights and camera of glTF 2.0 files.
+
+use crate::scene::files::contents::Contents;
+use crate::scene::files::gltf_document::{self, GltfDocument};
+use crate::scene::{Mesh, files::gltf_stage, files::input, files::mesh_file};
+use crate::{Error, Result};
+use glam::{DMat4, DVec3};
+use gltf::accessor::{DataType, Dimensions};
+use std::path::Path;
+
+/// The most triangles, and the most vertices, that one file may unfold to. A small glTF file can place a large mesh many
+/// times, and name the same vertices in many primitives.
+const MOST: usize = 1 << 26;
+
+/// Numbers that a position may consist of.
+const POSITION_TYPES: [DataType; 5] = [DataType::F32, DataType::I8, DataType::U8, DataType::I16, DataType::U16];
+
+/// Loads the scene of a `.gltf` or `.glb` file in world space: a mesh for each primitive that a node places, the lights
+/// (KHR_lights_punctual), the first perspective camera. Textures, skins and morph targets are ignored.
+///
+/// # Errors
+/// [`Error::Input`]: as [`gltf_document::open`]; a primitive that is no triangle list; a position that is not finite; a
+/// vertex index out of range; a light or a camera that [`crate::scene::files::stage`] does not allow; sparse accessors.
+pub(in crate::scene) fn load(path: &Path) -> Result<Contents> {
+    let GltfDocument { document, buffers } = gltf_document::open(path)?;
+    let scene = document
+        .default_scene()
+        .or_else(|| document.scenes().next())
+        .ok_or_else(|| input::error(path, "has no scene", "give a glTF file with a scene"))?;
+    let mut contents = Contents::default();
+    let [mut triangles, mut vertices] = [0_usize; 2];
+    // Walked with a list instead of recursion, each node at most once: a hostile file may nest deep or in a circle.
+    let mut visited = vec![false; document.nodes().len()];
+    let mut open_nodes: Vec<_> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
+    open_nodes.reverse();
+    while let Some((node, parent_to_world)) = open_nodes.pop() {
+        match visited.get_mut(node.index()) {
+            Some(seen) if !*seen => *seen = true,
+            _ => {
+                let cause = format!("node {} has more than one parent", node.index());
+                return Err(input::error(path, cause, "correct the file: glTF nodes form trees"));
+            }
+        }
+        let to_parent = DMat4::from_cols_array_2d(&node.transform().matrix().map(|column| column.map(f64::from)));
+        let to_world = parent_to_world * to_parent;
+        for primitive in node.mesh().iter().flat_map(|mesh| mesh.primitives().map(move |part| (mesh, part))) {
+            let mesh = read_primitive(path, &buffers, primitive, to_world)?;
+            triangles = triangles.saturating_add(mesh.triangles.len());
+            vertices = vertices.saturating_add(mesh.positions.len());
+            for (count, what) in [(triangles, "triangles"), (vertices, "vertices")] {
+                if count > MOST {
+                    return Err(input::error(path, format!("more than {MOST} {what}"), "give a smaller file"));
+                }
+            }
+            contents.meshes.push(mesh);
+        }
+        let wrong = |cause| input::error(path, format!("node {}: {cause}", node.index()), "correct the file");
+        if let Some(light) = node.light() {
+            contents.lights.push(gltf_stage::light(&light, to_world).map_err(wrong)?);
+        }
+        if contents.camera.is_none() {
+            contents.camera = gltf_stage::camera(&document, &node, to_world).map_err(wrong)?;
+        }
+        let children_from = open_nodes.len();
+        open_nodes.extend(node.children().map(|child| (child, to_world)));
+        if let Some(children) = open_nodes.get_mut(children_from..) {
+            children.reverse();
+        }
+    }
+    gltf_stage::balance(&mut contents);
+    Ok(contents)
+}
+
+/// One primitive in world space.
+fn read_primitive(
+    path: &Path,
+    buffers: &[Vec<u8>],
+    (mesh, primitive): (&gltf::Mesh, gltf::Primitive),
+    to_world: DMat4,
+) -> Result<Mesh> {
+    let unnamed = || format!("{}#{}", input::stem(path), mesh.index());
+    let name = mesh.name().map_or_else(unnamed, input::one_line);
+    let fail = |cause: String, way_out: &str| -> Error {
+        input::error(path, format!("mesh {name} primitive {}: {cause}", primitive.index()), way_out)
+    };
+    let way_out = "export the mesh again as plain triangles";
+    if primitive.mode() != gltf::mesh::Mode::Triangles {
+        return Err(fail(format!("is {:?}, not Triangles", primitive.mode()), way_out));
+    }
+    let accessor = primitive.get(&gltf::Semantic::Positions).ok_or_else(|| fail("has no POSITION".into(), way_out))?;
+    let elements = accessor_elements(buffers, &accessor, Dimensions::Vec3, &POSITION_TYPES)
+        .map_err(|cause| fail(format!("POSITION {cause}"), way_out))?;
+    let in_world = |bytes: &[u8]| {
+        let mut coordinates = bytes.chunks(accessor.data_type().size()).map(|bytes| coordinate(&accessor, bytes));
+        let position = DVec3::from_array([(); 3].map(|()| coordinates.next().unwrap_or(f64::NAN)));
+        to_world.transform_point3(position).as_vec3().to_array()
+    };
+    let positions: Vec<[f32; 3]> = elements.map(in_world).collect();
+
+    let indices: Vec<u32> = match primitive.indices() {
+        Some(accessor) => {
+            let types = [DataType::U8, DataType::U16, DataType::U32];
+            let elements = accessor_elements(buffers, &accessor, Dimensions::Scalar, &types)
+                .map_err(|cause| fail(format!("its index accessor {cause}"), way_out))?;
+            elements.map(|bytes| bytes.iter().rev().fold(0, |index, &byte| index << 8 | u32::from(byte))).collect()
+        }
+        None => {
+            let count = u32::try_from(positions.len()).map_err(|_| fail("too many vertices".into(), way_out))?;
+            (0..count).collect()
+        }
+    };
+    let (triangles, []) = indices.as_chunks::<3>() else {
+        return Err(fail(format!("{} indices are not whole triangles", indices.len()), way_out));
+    };
+    let mut triangles = triangles.to_vec();
+    // A mirroring transform turns triangles inside out (glTF 2.0, 3.5.3).
+    if to_world.determinant() < 0.0 {
+        triangles.iter_mut().for_each(|[_, second, third]| std::mem::swap(second, third));
+    }
+    let albedo = match primitive.material() {
+        material if material.index().is_none() => mesh_file::DEFAULT_ALBEDO,
+        material => {
+            let [red, green, blue, _] = material.pbr_metallic_roughness().base_color_factor();
+            [red, green, blue]
+        }
+    };
+    if !albedo.iter().all(|value| (0.0..=1.0).contains(value)) {
+        return Err(fail(format!("baseColorFactor {albedo:?} is not in [0, 1]"), "correct the material"));
+    }
+    let mesh = Mesh { name: name.clone(), positions, triangles, albedo, solid: false };
+    mesh_file::check(path, &mesh)?;
+    Ok(mesh)
+}
+
+/// One coordinate of a position: a float, or an integer (KHR_mesh_quantization) that may stand for a number in [−1, 1]
+/// (glTF 2.0, 3.11).
+fn coordinate(accessor: &gltf::Accessor, bytes: &[u8]) -> f64 {
+    let (value, largest): (f64, f64) = match (accessor.data_type(), bytes) {
+        (DataType::F32, &[a, b, c, d]) => return f32::from_le_bytes([a, b, c, d]).into(),
+        (DataType::I8, &[a]) => (i8::from_le_bytes([a]).into(), i8::MAX.into()),
+        (DataType::U8, &[a]) => (a.into(), u8::MAX.into()),
+        (DataType::I16, &[a, b]) => (i16::from_le_bytes([a, b]).into(), i16::MAX.into()),
+        (DataType::U16, &[a, b]) => (u16::from_le_bytes([a, b]).into(), u16::MAX.into()),
+        _ => return f64::NAN,
+    };
+    if accessor.normalized() { (value / largest).max(-1.0) } else { value }
+}
+
+/// The bytes of each element of an accessor, every range checked. Done here because the glTF crate's own reader counts
+/// on accessors that lie inside their buffers.
+fn accessor_elements<'a>(
+    buffers: &'a [Vec<u8>],
+    accessor: &gltf::Accessor,
+    dimensions: Dimensions,
+    types: &[DataType],
+) -> std::result::Result<impl Iterator<Item = &'a [u8]>, String> {
+    let found = (accessor.dimensions(), accessor.data_type());
+    if found.0 != dimensions || !types.contains(&found.1) {
+        return Err(format!("is {:?} of {:?}, not {dimensions:?} of one of {types:?}", found.0, found.1));
+    }
+    if accessor.sparse().is_some() {
+        return Err("is sparse, which is not supported".into());
+    }
+    let view = accessor.view().ok_or("has no buffer view")?;
+    let size = accessor.size();
+    let stride = view.stride().unwrap_or(size);
+    if stride < size {
+        return Err(format!("has a stride of {stride} bytes for elements of {size}"));
+    }
+    let within = || {
+        let view_bytes = buffers.get(view.buffer().index())?.get(view.offset()..)?.get(..view.length())?;
+        let bytes = view_bytes.get(accessor.offset()..)?;
+        let last_end = accessor.count().checked_sub(1)?.checked_mul(stride)?.checked_add(size)?;
+        bytes.get(..last_end)
+    };
+    let bytes = match within() {
+        Some(bytes) => bytes,
+        None if accessor.count() == 0 => &[],
+        None => return Err("reaches beyond its buffer".into()),
+    };
+    Ok(bytes.chunks(stride).filter_map(move |chunk| chunk.get(..size)))
+}

@@ -1,0 +1,83 @@
+//! Lights (KHR_lights_punctual) and cameras of glTF files.
+//!
+//! Their intensities are in lux (directional) and candela (spot, point); a [`Light`] has the same radiance at any
+//! distance, and 1 lights a white surface fully. So each light gets its colour times the illuminance that it has in the
+//! middle of the file's meshes, and all of them are scaled together until the brightest channel is 1. A light that
+//! stands among the meshes counts as if it were as far away as they reach, or the lamp in the middle would outshine all.
+
+use crate::scene::files::contents::Contents;
+use crate::scene::files::stage::{self, CameraEntry, finite, unit};
+use crate::scene::{Camera, Light, LightKind};
+use glam::{DMat4, DVec3};
+use gltf::khr_lights_punctual::Kind;
+
+type Checked<T> = std::result::Result<T, String>;
+
+/// The widest cone of a [`LightKind::Spot`], degrees. glTF goes up to 180, which no single map shows.
+const WIDEST_CONE: f64 = 170.0;
+
+/// A node's light, its radiance still colour × intensity. It travels along the node's −z.
+pub(in crate::scene) fn light(light: &gltf::khr_lights_punctual::Light, to_world: DMat4) -> Checked<Light> {
+    let position = || finite("light position", to_world.w_axis.truncate().to_array());
+    let direction = || direction(to_world, DVec3::NEG_Z).ok_or("light has no direction");
+    let kind = match light.kind() {
+        Kind::Directional => LightKind::Directional { direction: direction()? },
+        Kind::Point => LightKind::Point { position: position()? },
+        Kind::Spot { outer_cone_angle, .. } => {
+            let cone_degrees = 2.0 * f64::from(outer_cone_angle).to_degrees();
+            if !(stage::NARROWEST_DEGREES..181.0).contains(&cone_degrees) {
+                let least = stage::NARROWEST_DEGREES;
+                return Err(format!("light outerConeAngle {outer_cone_angle} is not half of {least:e} to 180 degrees"));
+            }
+            let cone_degrees = cone_degrees.min(WIDEST_CONE);
+            LightKind::Spot { position: position()?, direction: direction()?, cone_degrees }
+        }
+    };
+    let radiance = light.color().map(|channel| f64::from(channel) * f64::from(light.intensity()));
+    Ok(Light { kind, radiance: stage::radiance(radiance)?, radius: f64::INFINITY })
+}
+
+/// A node's camera, if it has a perspective one. It looks along the node's −z, up is +y.
+pub(in crate::scene) fn camera(
+    document: &gltf::Document,
+    node: &gltf::Node,
+    to_world: DMat4,
+) -> Checked<Option<Camera>> {
+    // The glTF crate's own accessor counts on a perspective where the type says so.
+    let json = node.camera().and_then(|camera| document.as_json().cameras.get(camera.index()));
+    let Some(perspective) = json.and_then(|camera| camera.perspective.as_ref()) else { return Ok(None) };
+    let position = finite("camera position", to_world.w_axis.truncate().to_array())?;
+    let forward = direction(to_world, DVec3::NEG_Z).ok_or("camera has no direction")?;
+    let up = direction(to_world, DVec3::Y).ok_or("camera has no up")?;
+    stage::camera(&CameraEntry {
+        position: position.to_array(),
+        // So far away that it differs from the position, however far that is out.
+        target: (position + forward * (1.0 + position.length())).to_array(),
+        up: up.to_array(),
+        fov_y_degrees: f64::from(perspective.yfov).to_degrees(),
+    })
+    .map(Some)
+}
+
+fn direction(to_world: DMat4, local: DVec3) -> Option<DVec3> {
+    Some(to_world.transform_vector3(local)).filter(|vector| vector.is_finite()).and_then(unit)
+}
+
+/// Turns colour × intensity into radiance, as the top of this file says. Lights that are off are left out.
+pub(in crate::scene) fn balance(contents: &mut Contents) {
+    let (low, high) = contents.bounds().unwrap_or_default();
+    let middle = (low + high) * 0.5;
+    let reach = (high - low).length() * 0.5;
+    let illuminance = |light: &Light| {
+        let distance = light.position().map_or(1.0, |position| {
+            let distance = position.distance(middle).max(reach);
+            if distance > 0.0 { distance } else { 1.0 }
+        });
+        light.radiance.map(|channel| f64::from(channel) / (distance * distance))
+    };
+    let brightest = contents.lights.iter().flat_map(illuminance).fold(0.0, f64::max);
+    for light in &mut contents.lights {
+        light.radiance = illuminance(light).map(|channel| (channel / brightest) as f32);
+    }
+    contents.lights.retain(|light| light.radiance.iter().any(|channel| *channel > 0.0));
+}

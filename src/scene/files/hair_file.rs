@@ -1,0 +1,169 @@
+//! Strands from HAIR files (Cem Yuksel, <http://www.cemyuksel.com/research/hairmodels>), little-endian: a header of
+//! 128 bytes, then the arrays that its bits name, in this order.
+//!
+//! | byte | header | bit | array |
+//! |---|---|---|---|
+//! | 0 | `HAIR` | 0 | segments of each hair, u16 |
+//! | 4 | hairs, u32 | 1 | points, 3 × f32, segments + 1 of each hair, root first |
+//! | 8 | points, u32 | 2 | thickness of each point, f32 |
+//! | 12 | bits, u32 | 3 | transparency of each point, f32 |
+//! | 16 | segments of every hair without bit 0, u32 | 4 | colour of each point, 3 × f32; passed over |
+//! | 20 | thickness without bit 2, f32 | | |
+//! | 24 | transparency without bit 3, f32 | | |
+//! | 28 | colour without bit 4, 3 × f32; 88 bytes of text | | |
+//!
+//! The format does not say what *thickness* is, and programs differ; here it is the diameter, as the word says.
+//! *Opacity* is 1 − transparency. A segment has the mean of its two points' values.
+
+use crate::Result;
+use crate::scene::files::placement::Placement;
+use crate::scene::files::strand_file::{Overrides, checked};
+use crate::scene::{Strand, files::input};
+use std::path::Path;
+
+const WAY_OUT: &str = "check that the file is a HAIR file and was copied whole";
+
+const HEADER_BYTES: u64 = 128;
+
+/// Arrays by bit, 4 being colours.
+const SEGMENTS: u32 = 0;
+const POINTS: u32 = 1;
+const THICKNESS: u32 = 2;
+const TRANSPARENCY: u32 = 3;
+
+/// Loads the segments of all hairs, placed. Segments of no length are left out: they cover nothing. No hairs, no strands.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input): unreadable or truncated file, no HAIR file, counts that do not fit together; a
+/// position, radius or opacity that [`Strand`] does not allow, with the hair's number.
+pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Overrides) -> Result<Vec<Strand>> {
+    let bytes = input::read(path)?;
+    let wrong = |cause: String| input::error(path, cause, WAY_OUT);
+    let file = HairFile::new(&bytes).map_err(wrong)?;
+    let mut strands = Vec::new();
+    let mut first = 0;
+    for hair in 0..file.hairs {
+        for point in first..first + file.segments(hair) {
+            let strand = strand(&file, point, placement, overrides).map_err(|cause| {
+                let cause = format!("hair {hair} (the first is 0), segment {}: {cause}", point - first);
+                input::error(path, cause, "correct the file, or give radius and opacity in the scene file")
+            })?;
+            if strand.start != strand.end {
+                strands.push(strand);
+            }
+        }
+        first += file.segments(hair) + 1;
+    }
+    Ok(strands)
+}
+
+/// The segment from `point` to the next.
+fn strand(
+    file: &HairFile,
+    point: usize,
+    placement: &Placement,
+    overrides: Overrides,
+) -> std::result::Result<Strand, String> {
+    let mean = |name, array, standing, most| {
+        let ends = [point, point + 1].map(|point| file.number(array, point, standing));
+        match ends.iter().find(|value| !(0.0..=most).contains(*value)) {
+            Some(value) => Err(format!("{name} {value} is not from 0 to {most:?}")),
+            None => Ok(0.5 * (ends[0] + ends[1])),
+        }
+    };
+    let radius = match overrides.radius {
+        Some(radius) => radius,
+        None => 0.5 * placement.scale * mean("thickness", file.thickness, file.standing[0], f32::MAX.into())?,
+    };
+    let opacity = match overrides.opacity {
+        Some(opacity) => opacity,
+        None => 1.0 - mean("transparency", file.transparency, file.standing[1], 1.0)?,
+    };
+    checked([point, point + 1].map(|point| placement.position(file.position(point))), radius, opacity)
+}
+
+/// A file whose arrays are all there and whose hairs have all their points.
+struct HairFile<'a> {
+    hairs: usize,
+    /// Of each hair, two bytes; empty where all have `every`.
+    segments: &'a [u8],
+    every: usize,
+    points: &'a [u8],
+    thickness: &'a [u8],
+    transparency: &'a [u8],
+    /// Thickness and transparency of points that the file gives none.
+    standing: [f64; 2],
+}
+
+impl<'a> HairFile<'a> {
+    fn new(bytes: &'a [u8]) -> std::result::Result<Self, String> {
+        if !bytes.starts_with(b"HAIR") {
+            return Err("does not begin with HAIR".into());
+        }
+        if (bytes.len() as u64) < HEADER_BYTES {
+            return Err(format!("truncated: a header has {HEADER_BYTES} bytes, {} are there", bytes.len()));
+        }
+        let [hairs, points, bits, every] = [4, 8, 12, 16].map(|at| u32::from_le_bytes(four(bytes, at)));
+        if bits >> 5 != 0 {
+            return Err(format!("array bits {bits:#x} name arrays that the format does not have"));
+        }
+        if bits & 1 << POINTS == 0 {
+            return Err("has no points".into());
+        }
+        // Counts are not trusted: they must fit the file's size before anything is allocated for them.
+        let mut end = HEADER_BYTES;
+        let places = [(hairs, 2_u64), (points, 12), (points, 4), (points, 4), (points, 12)];
+        let arrays = [0, 1, 2, 3, 4].map(|bit| {
+            let (count, size) = places[bit];
+            let begin = end;
+            end += if bits & 1 << bit == 0 { 0 } else { u64::from(count) * size };
+            begin..end
+        });
+        if end > bytes.len() as u64 {
+            return Err(format!("truncated: the header promises {end} bytes, {} are there", bytes.len()));
+        }
+        let array = |bit: u32| {
+            let range = &arrays[bit as usize];
+            bytes.get(range.start as usize..range.end as usize).unwrap_or_default()
+        };
+        let file = Self {
+            hairs: hairs as usize,
+            segments: array(SEGMENTS),
+            every: every as usize,
+            points: array(POINTS),
+            thickness: array(THICKNESS),
+            transparency: array(TRANSPARENCY),
+            standing: [20, 24].map(|at| f32::from_le_bytes(four(bytes, at)).into()),
+        };
+        let needed = if bits & 1 << SEGMENTS == 0 {
+            u128::from(hairs) * (u128::from(every) + 1)
+        } else {
+            (0..file.hairs).map(|hair| file.segments(hair) as u128 + 1).sum()
+        };
+        if needed != u128::from(points) {
+            return Err(format!("its {hairs} hairs have {needed} points by their segments, {points} by the header"));
+        }
+        Ok(file)
+    }
+
+    fn segments(&self, hair: usize) -> usize {
+        match self.segments {
+            [] => self.every,
+            all => all.get(2 * hair..2 * hair + 2).map_or(0, |s| usize::from(u16::from_le_bytes([s[0], s[1]]))),
+        }
+    }
+
+    fn position(&self, point: usize) -> [f32; 3] {
+        [0, 4, 8].map(|at| f32::from_le_bytes(four(self.points, 12 * point + at)))
+    }
+
+    /// A point's number, or what stands for it.
+    fn number(&self, array: &[u8], point: usize, standing: f64) -> f64 {
+        if array.is_empty() { standing } else { f32::from_le_bytes(four(array, 4 * point)).into() }
+    }
+}
+
+/// Four bytes, all 0 past the end, which the checks of [`HairFile::new`] leave no one to ask for.
+fn four(bytes: &[u8], at: usize) -> [u8; 4] {
+    bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).unwrap_or_default()
+}

@@ -1,0 +1,61 @@
+//! Opening the user's files, and the words for what is wrong with them.
+
+use crate::{Error, Result, WayOut};
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// Longest message taken over from another crate, in characters: parsers like to quote whole lines of the input.
+const MAX_MESSAGE_CHARS: usize = 300;
+
+/// Folds a message of several lines into one, because every error of this program is one line.
+pub(in crate::scene) fn one_line(text: impl ToString) -> String {
+    let text = text.to_string();
+    let words = text.split(|c: char| c.is_whitespace() || c.is_control()).filter(|word| !word.is_empty());
+    let folded = words.collect::<Vec<_>>().join(" ");
+    match folded.char_indices().nth(MAX_MESSAGE_CHARS) {
+        Some((end, _)) => format!("{}…", folded.get(..end).unwrap_or_default()),
+        None => folded,
+    }
+}
+
+/// How messages name a file. A control character, such as a line break, becomes `?`.
+pub(in crate::scene) fn file_name(path: &Path) -> String {
+    path.display().to_string().replace(char::is_control, "?")
+}
+
+/// The name that a file gives to a scene or a mesh: its own without folder and ending.
+pub(in crate::scene) fn stem(path: &Path) -> String {
+    let name = path.file_stem().unwrap_or_default();
+    file_name(Path::new(name))
+}
+
+/// A file's ending without the dot, in lower case; empty if it has none.
+pub(in crate::scene) fn ending(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+/// An [`Error::Input`] about a file.
+pub(in crate::scene) fn error(path: &Path, cause: impl ToString, way_out: impl Into<WayOut>) -> Error {
+    Error::input(file_name(path), one_line(cause), way_out)
+}
+
+/// Opens a regular file and tells its size in bytes. Refuses folders, pipes and devices: a loader that waits for a pipe
+/// or reads /dev/zero never ends.
+pub(in crate::scene) fn open(path: &Path) -> Result<(File, u64)> {
+    let unreadable = |cause: std::io::Error| error(path, cause, "check the path and its permissions");
+    // Asked before opening, because opening a pipe waits for its writer.
+    let metadata = std::fs::metadata(path).map_err(unreadable)?;
+    if !metadata.is_file() {
+        return Err(error(path, "not a regular file", "give a file"));
+    }
+    Ok((File::open(path).map_err(unreadable)?, metadata.len()))
+}
+
+/// Reads a whole regular file.
+pub(in crate::scene) fn read(path: &Path) -> Result<Vec<u8>> {
+    let (mut file, _) = open(path)?;
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(|cause| error(path, cause, "check the disk and the file's permissions"))?;
+    Ok(bytes)
+}

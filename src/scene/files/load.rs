@@ -1,0 +1,118 @@
+//! Scenes by their names: files and built-in ones, and what moves in the latter.
+
+use crate::error::did_you_mean;
+use crate::scene::{
+    DATA_ENDINGS, Motion, Scene, built_in, built_in::cornell, built_in::courtyard, built_in::courtyard_lights,
+    built_in::cube, built_in::embedded, built_in::emitters, built_in::fountain, built_in::hair, built_in::houses,
+    built_in::lantern, built_in::plume, built_in::sparse, built_in::town, files::data_file, files::file, files::input,
+};
+use crate::{Error, Result};
+
+/// Names that [`Scene::load`] knows without a file.
+pub const BUILT_IN: [&str; 17] = [
+    "three-emitters",
+    "plume_8k",
+    "plume_64k",
+    "plume-1m",
+    "big-8k",
+    "hair",
+    "mohawk",
+    "lantern",
+    "sparse",
+    "town",
+    "houses",
+    "leaves",
+    "shafts",
+    "terrain",
+    "courtyard",
+    "cornell",
+    "fountain",
+];
+
+/// What [`Scene::load`] takes, in words.
+pub fn known() -> String {
+    let endings = DATA_ENDINGS.map(|ending| format!("*.{ending}")).join(", ");
+    let built_in = BUILT_IN.map(built_in::with_keys).join(", ");
+    format!("a scene file (*.toml), a data file ({endings}) or one of {built_in}")
+}
+
+impl Scene {
+    /// Loads a scene file (`*.toml`), or a data file of one of [`DATA_ENDINGS`] with a light and a camera fitted to it,
+    /// or makes a built-in scene, some with numbers (`fountain:particles=1000000`, `courtyard:lights=256`). `time_s` is how long the emitters of
+    /// `three-emitters`, `lantern` and `fountain` have been running and the lights of `courtyard` and `hair` under way, in seconds; other
+    /// scenes stand still and ignore it.
+    ///
+    /// # Errors
+    /// [`Error::Input`] names the file and what is wrong with it.
+    pub fn load(name: &str, time_s: f64) -> Result<Self> {
+        let built_in = built_in::BuiltIn::read(name)?;
+        match built_in.name {
+            "three-emitters" => emitters::three_emitters(time_s),
+            "plume-1m" => plume::plume_1m(),
+            "big-8k" => Ok(cube::big_8k()),
+            "sparse" => Ok(sparse::sparse()),
+            "hair" => hair::hair(time_s),
+            "plume_8k" => Ok(embedded::plume_8k()),
+            "plume_64k" => Ok(embedded::plume_64k()),
+            "terrain" => embedded::terrain(),
+            "mohawk" => embedded::mohawk(),
+            "houses" => Ok(houses::houses()),
+            "leaves" => Ok(houses::leaves()),
+            "shafts" => Ok(houses::shafts()),
+            "town" => Ok(town::town()),
+            "cornell" => Ok(cornell::cornell()),
+            "lantern" => lantern::lantern(time_s),
+            "courtyard" => courtyard::courtyard(&built_in.title, built_in.number("lights"), time_s),
+            "fountain" => fountain::fountain(&built_in.title, built_in.number("particles"), time_s),
+            path => match input::ending(path.as_ref()).as_str() {
+                "toml" => file::load(path.as_ref()),
+                ending if DATA_ENDINGS.contains(&ending) => data_file::load(path.as_ref()),
+                _ => {
+                    let cause = format!("no such scene{}", did_you_mean(built_in.name, BUILT_IN));
+                    Err(Error::input(name, cause, format!("give {}", known())))
+                }
+            },
+        }
+    }
+
+    /// The scene with as many lights as are wanted, at a time as in [`Scene::load`]: of `courtyard`, which has 32 of its own.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the scene's lights are not a number to choose, or the number or the time is out of range.
+    pub fn with_lights(self, count: usize, time_s: f64) -> Result<Self> {
+        if self.motion != Motion::Courtyard {
+            let way_out = "leave --lights out, or name courtyard";
+            return Err(Error::input(self.name, "its lights are not a number to choose", way_out));
+        }
+        if !(1..=courtyard_lights::MOST).contains(&count) {
+            let cause = format!("{count} lights, and there are 1 to {}", courtyard_lights::MOST);
+            return Err(Error::input(self.name, cause, "choose another number"));
+        }
+        Ok(Self { lights: courtyard::lights_at(count, time_s)?, ..self })
+    }
+
+    /// The scene at another time: what moves by itself is as it would be `time_s` seconds after the emitters began, all else as
+    /// it is here.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the time is out of range.
+    pub fn at(&self, time_s: f64) -> Result<Self> {
+        let (particles, lights) = match self.motion {
+            Motion::Still => (self.particles.clone(), self.lights.clone()),
+            Motion::ThreeEmitters => (emitters::particles(time_s)?, self.lights.clone()),
+            Motion::Lantern => (lantern::particles(time_s)?, lantern::lights(time_s)),
+            Motion::Hair => (Vec::new(), hair::lights(time_s)?),
+            Motion::Courtyard => (Vec::new(), courtyard::lights_at(self.lights.len(), time_s)?),
+            Motion::Fountain(fountain) => (fountain::particles(&fountain, time_s)?, self.lights.clone()),
+        };
+        Ok(Self {
+            name: self.name.clone(),
+            particles,
+            strands: self.strands.clone(),
+            meshes: self.meshes.clone(),
+            lights,
+            camera: self.camera,
+            motion: self.motion,
+        })
+    }
+}

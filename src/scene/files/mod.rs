@@ -1,0 +1,19 @@
+//! Scenes and what is in them from files: a format a file.
+
+pub(super) mod contents;
+pub(super) mod data_file;
+pub(super) mod file;
+pub(super) mod fitted;
+pub(super) mod gltf_document;
+pub(super) mod gltf_file;
+pub(super) mod gltf_stage;
+pub(super) mod hair_file;
+pub(super) mod input;
+pub(super) mod load;
+pub(super) mod mesh_file;
+pub(super) mod particle_file;
+pub(super) mod placement;
+pub(super) mod ply;
+pub(super) mod stage;
+pub(super) mod strand_file;
+pub(super) mod tressfx_file;

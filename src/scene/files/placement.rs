@@ -1,0 +1,70 @@
+//! Where a scene file puts what it names.
+
+use crate::scene::files::stage::{self, CameraEntry, finite, in_range};
+use crate::scene::{Camera, Light, LightKind, Mesh, Particle, files::particle_file};
+use glam::DVec3;
+
+/// Where the things of a file go in the world.
+pub(in crate::scene) struct Placement {
+    translate: DVec3,
+    /// Greater than 0.
+    pub scale: f64,
+}
+
+impl Placement {
+    /// Leaves everything where its file has it.
+    pub(in crate::scene) const AS_IT_STANDS: Self = Self { translate: DVec3::ZERO, scale: 1.0 };
+
+    pub(in crate::scene) fn new(translate: [f64; 3], scale: f64) -> std::result::Result<Self, String> {
+        if !(scale.is_finite() && scale > 0.0) {
+            return Err(format!("scale {scale} is not finite and greater than 0"));
+        }
+        Ok(Self { translate: finite("translate", translate)?, scale })
+    }
+
+    pub(in crate::scene) fn position(&self, position: [f32; 3]) -> [f64; 3] {
+        self.point(DVec3::from_array(position.map(f64::from))).to_array()
+    }
+
+    fn point(&self, point: DVec3) -> DVec3 {
+        point * self.scale + self.translate
+    }
+
+    /// The extinction shrinks as the radius grows: a larger model of the same smoke is as dark as the smaller one.
+    pub(in crate::scene) fn particle(&self, particle: &Particle) -> std::result::Result<Particle, String> {
+        particle_file::checked(
+            self.position(particle.position),
+            f64::from(particle.radius) * self.scale,
+            f64::from(particle.extinction) / self.scale,
+        )
+    }
+
+    pub(in crate::scene) fn mesh(&self, mut mesh: Mesh) -> std::result::Result<Mesh, String> {
+        for position in &mut mesh.positions {
+            *position = self.position(*position).map(|value| value as f32);
+            if !in_range(position) {
+                return Err(format!("scale and translate move mesh {} out of range", mesh.name));
+            }
+        }
+        Ok(mesh)
+    }
+
+    pub(in crate::scene) fn light(&self, mut light: Light) -> std::result::Result<Light, String> {
+        if let LightKind::Spot { position, .. } | LightKind::Point { position } | LightKind::Virtual { position, .. } =
+            &mut light.kind
+        {
+            *position = finite("placed light position", self.point(*position).to_array())?;
+        }
+        light.radius *= self.scale;
+        Ok(light)
+    }
+
+    pub(in crate::scene) fn camera(&self, camera: &Camera) -> std::result::Result<Camera, String> {
+        stage::camera(&CameraEntry {
+            position: self.point(camera.position).to_array(),
+            target: self.point(camera.target).to_array(),
+            up: camera.up.to_array(),
+            fov_y_degrees: camera.fov_y_degrees,
+        })
+    }
+}

@@ -1,0 +1,48 @@
+//! Hair of any format: what the formats share.
+
+use crate::Result;
+use crate::scene::files::placement::Placement;
+use crate::scene::files::stage::{MAX_COORDINATE, in_range};
+use crate::scene::{Strand, files::hair_file, files::input, files::tressfx_file};
+use std::path::Path;
+
+/// Values that stand in for the file's own.
+#[derive(Clone, Copy, Default)]
+pub(in crate::scene) struct Overrides {
+    /// World units.
+    pub radius: Option<f64>,
+    /// In [0, 1].
+    pub opacity: Option<f64>,
+}
+
+/// Loads the strands of a file, placed: TressFX if it ends on `.tfx`, else HAIR.
+///
+/// # Errors
+/// As [`tressfx_file::load`] and [`hair_file::load`].
+pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Overrides) -> Result<Vec<Strand>> {
+    match input::ending(path).as_str() {
+        "tfx" => tressfx_file::load(path, placement, overrides),
+        _ => hair_file::load(path, placement, overrides),
+    }
+}
+
+/// A strand that keeps what [`Strand`] promises save that it may have no length, or what is wrong with it. Checked in
+/// f32, because what an f64 holds may be infinite, or zero, there.
+pub(in crate::scene) fn checked(
+    [start, end]: [[f64; 3]; 2],
+    radius: f64,
+    opacity: f64,
+) -> std::result::Result<Strand, String> {
+    let [from, to] = [start, end].map(|p| p.map(|value| value as f32));
+    let strand = Strand { start: from, radius: radius as f32, end: to, opacity: opacity as f32 };
+    if !(in_range(&from) && in_range(&to)) {
+        return Err(format!("position {start:?} or {end:?} is not finite or exceeds {MAX_COORDINATE:e}"));
+    }
+    if !(in_range(&[strand.radius]) && strand.radius > 0.0) {
+        return Err(format!("radius {radius} is not greater than 0 or exceeds {MAX_COORDINATE:e}"));
+    }
+    if !(0.0..=1.0).contains(&strand.opacity) {
+        return Err(format!("opacity {opacity} is not in [0, 1]"));
+    }
+    Ok(strand)
+}

@@ -1,0 +1,70 @@
+//! Particles and strands alike, as the shaders and the reference have them.
+
+use crate::scene::{MAX_OPTICAL_DEPTH, Particle, Scene, Strand};
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+
+/// A caster that lets some light pass. Numbers are rounded to f32 once, here, so that the f64 reference and the device
+/// mean the same. Twin: Caster in glsl/world/caster.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Caster {
+    /// A sphere's centre or a strand's start, world units.
+    pub position: [f32; 3],
+    /// World units, > 0.
+    pub radius: f32,
+    /// From a strand's start to its end, world units; 0 for a sphere.
+    pub axis: [f32; 3],
+    /// A sphere's extinction, 1 / world unit; a strand's optical depth.
+    pub density: f32,
+}
+
+impl Caster {
+    /// Whether it is a strand, and not a sphere.
+    pub fn is_strand(&self) -> bool {
+        self.axis != [0.0; 3]
+    }
+
+    /// A sphere's centre or a strand's start.
+    pub fn start(&self) -> DVec3 {
+        DVec3::from(self.position.map(f64::from))
+    }
+
+    /// A sphere's centre or a strand's end. The spheres of the caster's radius about [`Caster::start`] and here have it
+    /// in their hull.
+    pub fn end(&self) -> DVec3 {
+        self.start() + DVec3::from(self.axis.map(f64::from))
+    }
+}
+
+impl From<&Particle> for Caster {
+    fn from(particle: &Particle) -> Self {
+        let Particle { position, radius, extinction } = *particle;
+        Self { position, radius, axis: [0.0; 3], density: extinction }
+    }
+}
+
+impl From<&Strand> for Caster {
+    fn from(strand: &Strand) -> Self {
+        let [start, end] = [strand.start, strand.end];
+        Self {
+            position: start,
+            radius: strand.radius,
+            axis: [0, 1, 2].map(|i| end[i] - start[i]),
+            // ln_1p, because 1 − opacity would round a thin strand's opacity away.
+            density: (-(-f64::from(strand.opacity)).ln_1p()).min(MAX_OPTICAL_DEPTH.into()) as f32,
+        }
+    }
+}
+
+impl Scene {
+    /// The particles, then the strands: the order of all indices of casters.
+    pub fn casters(&self) -> Vec<Caster> {
+        self.particles.iter().map(Caster::from).chain(self.strands.iter().map(Caster::from)).collect()
+    }
+
+    /// Whether nothing translucent casts.
+    pub fn has_only_meshes(&self) -> bool {
+        self.particles.is_empty() && self.strands.is_empty()
+    }
+}

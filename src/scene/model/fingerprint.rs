@@ -1,0 +1,53 @@
+//! Whether a scene is the one that another run had.
+
+use crate::scene::Scene;
+
+impl Scene {
+    /// A number that another scene hardly has: of its casters, lights and camera, to the bit; its name is no part of it.
+    pub fn fingerprint(&self) -> u32 {
+        let mut hasher = crc32fast::Hasher::new();
+        hasher.update(bytemuck::cast_slice(&self.particles));
+        for strand in &self.strands {
+            hasher.update(bytemuck::bytes_of(&[strand.start, strand.end, [strand.radius, strand.opacity, 0.0]]));
+        }
+        for mesh in &self.meshes {
+            hasher.update(bytemuck::cast_slice(&mesh.positions));
+            hasher.update(bytemuck::cast_slice(&mesh.triangles));
+            hasher.update(bytemuck::bytes_of(&mesh.albedo));
+            hasher.update(&[u8::from(mesh.solid)]);
+        }
+        let counts = [self.particles.len(), self.strands.len(), self.meshes.len()];
+        // Numbers are written so that each reads back as itself.
+        hasher.update(format!("{counts:?} {:?} {:?} {:?}", self.lights, self.camera, self.motion).as_bytes());
+        hasher.finalize()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::scene::tests::on_the_axis;
+
+    #[test]
+    fn another_scene_has_another_fingerprint() {
+        let scene = || on_the_axis(&[(0.0, 1.0, 0.5), (1.0, 1.0, 0.5)]);
+        assert_eq!(scene().fingerprint(), scene().fingerprint());
+        let all = [
+            on_the_axis(&[(0.0, 1.0, 0.5)]),
+            on_the_axis(&[(1.0, 1.0, 0.5), (0.0, 1.0, 0.5)]),
+            on_the_axis(&[(0.0, 1.0, 0.5), (1.0, 1.0, 0.5000001)]),
+            {
+                let mut other = scene();
+                other.camera.fov_y_degrees += 1e-12;
+                other
+            },
+            {
+                let mut other = scene();
+                other.lights[0].radiance[2] = 0.5;
+                other
+            },
+        ];
+        for other in all {
+            assert_ne!(other.fingerprint(), scene().fingerprint(), "{other:?}");
+        }
+    }
+}

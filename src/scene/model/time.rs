@@ -1,0 +1,26 @@
+//! What follows from time alone: which times there are, and what swings.
+
+use crate::{Error, Result};
+
+/// The longest `time_s`, seconds.
+const MAX_TIME_S: f64 = 3600.0;
+
+/// Fails where a scene that moves has no such time; `scene` is for messages.
+///
+/// # Errors
+/// [`Error::Input`]: `time_s` is not in [0, 3600].
+pub fn check_time(scene: &str, time_s: f64) -> Result<()> {
+    if (0.0..=MAX_TIME_S).contains(&time_s) {
+        return Ok(());
+    }
+    let cause = format!("time {time_s} s is not in [0, {MAX_TIME_S}]");
+    Err(Error::input(scene, cause, "give a time in seconds in that range"))
+}
+
+/// A wave of period 1 and height 1, made of two parabolas: smooth enough to stand in for a sine.
+pub(in crate::scene) fn wave(periods: f64) -> f64 {
+    // Rounds towards zero, in place of `floor`, which is a call on x86-64 without SSE 4.1.
+    let rest = periods - periods as i64 as f64;
+    let saw = 2.0 * (if rest < 0.0 { rest + 1.0 } else { rest }) - 1.0;
+    4.0 * saw * (saw.abs() - 1.0)
+}

@@ -1,0 +1,257 @@
+//! How a light or a camera sees the world. Twin: glsl/world/view.glsl.
+
+use crate::scene::model::fit::{Aim, aimed, fit_all};
+use crate::scene::{Camera, Casting, Mesh, Motion, Particle, Scene, Strand};
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec2, DVec3};
+
+/// A depth or a z farther than any: an unused node's, or where light ends that goes on. Twins: EMPTY in
+/// glsl/technique/avsm/node.glsl, INFINITY in glsl/maps/bins/tiles.glsl.
+pub const FARTHEST: f32 = 3e38;
+
+/// Parallel rays or rays from one point.
+#[repr(u32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Projection {
+    /// A directional light.
+    Parallel = 0,
+    /// A spot light, a face of a point light, or a camera.
+    Perspective = 1,
+}
+
+/// A view, exactly as the shaders have it: numbers are rounded to f32 once, here, so that the f64 reference and the
+/// device mean the same rays. `z` is the distance along `forward`, world units.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct View {
+    /// World units.
+    pub origin: [f32; 3],
+    /// A [`Projection`] as a number.
+    pub projection: u32,
+    /// Unit length.
+    pub right: [f32; 3],
+    /// NDC a world unit (parallel) or a unit of tangent (perspective).
+    pub scale_x: f32,
+    /// Unit length.
+    pub up: [f32; 3],
+    /// As `scale_x`; negative for cameras, since NDC y points down.
+    pub scale_y: f32,
+    /// Unit length.
+    pub forward: [f32; 3],
+    /// z of depth 0.
+    pub near: f32,
+    /// z of depth 1.
+    pub far: f32,
+    /// Texels.
+    pub width: u32,
+    /// Texels.
+    pub height: u32,
+}
+
+/// A ray whose parameter is z, in f64: point = origin + z · direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// World units.
+    pub origin: DVec3,
+    /// Length 1 for parallel views, ≥ 1 for perspective ones.
+    pub direction: DVec3,
+}
+
+impl Ray {
+    /// The point at `z`.
+    pub fn at(&self, z: f64) -> DVec3 {
+        self.origin + z * self.direction
+    }
+}
+
+pub(in crate::scene) fn vec(v: [f32; 3]) -> DVec3 {
+    DVec3::from(v.map(f64::from))
+}
+
+/// Two unit vectors across `forward`, the same for the same input.
+pub(in crate::scene) fn across(forward: DVec3, up: DVec3) -> (DVec3, DVec3) {
+    let right = forward.cross(up).normalize();
+    (right, right.cross(forward))
+}
+
+/// Any up that is not along `forward`.
+pub(in crate::scene) fn some_up(forward: DVec3) -> DVec3 {
+    if forward.z.abs() < 0.99 { DVec3::Z } else { DVec3::Y }
+}
+
+impl View {
+    /// Parallel or perspective.
+    pub fn projection(&self) -> Projection {
+        if self.projection == Projection::Parallel as u32 { Projection::Parallel } else { Projection::Perspective }
+    }
+
+    /// Texel coordinates (centres at .5) and z of a point. Behind a perspective view the coordinates mean nothing.
+    pub fn project(&self, position: DVec3) -> (DVec2, f64) {
+        self.project_offset(position - vec(self.origin))
+    }
+
+    /// The same of a point that lies so far from the origin, world units.
+    pub fn project_offset(&self, offset: DVec3) -> (DVec2, f64) {
+        let z = offset.dot(vec(self.forward));
+        let w = if self.projection() == Projection::Parallel { 1.0 } else { z };
+        let ndc = DVec2::new(
+            offset.dot(vec(self.right)) * f64::from(self.scale_x),
+            offset.dot(vec(self.up)) * f64::from(self.scale_y),
+        ) / w;
+        ((ndc * 0.5 + 0.5) * DVec2::new(self.width.into(), self.height.into()), z)
+    }
+
+    /// Where a point lies from the origin along right, up and forward, world units.
+    pub fn axes(&self, position: DVec3) -> DVec3 {
+        let offset = position - vec(self.origin);
+        DVec3::new(offset.dot(vec(self.right)), offset.dot(vec(self.up)), offset.dot(vec(self.forward)))
+    }
+
+    /// The ray through a point given in texels.
+    pub fn ray(&self, texel: DVec2) -> Ray {
+        let ndc = texel / DVec2::new(self.width.into(), self.height.into()) * 2.0 - 1.0;
+        let across =
+            vec(self.right) * (ndc.x / f64::from(self.scale_x)) + vec(self.up) * (ndc.y / f64::from(self.scale_y));
+        match self.projection() {
+            Projection::Parallel => Ray { origin: vec(self.origin) + across, direction: vec(self.forward) },
+            Projection::Perspective => Ray { origin: vec(self.origin), direction: vec(self.forward) + across },
+        }
+    }
+
+    /// A texel to the right and a texel up at `position`, world units; in front of the view where it is perspective.
+    pub fn texel_at(&self, position: DVec3) -> [DVec3; 2] {
+        let spread = if self.projection() == Projection::Parallel { 1.0 } else { self.axes(position).z };
+        let texel =
+            |axis: [f32; 3], scale: f32, count: u32| vec(axis) * (2.0 * spread / (f64::from(scale) * f64::from(count)));
+        [texel(self.right, self.scale_x, self.width), texel(self.up, self.scale_y, self.height)]
+    }
+
+    /// The ray through the view and `position`.
+    pub fn ray_through(&self, position: DVec3) -> Ray {
+        let offset = position - vec(self.origin);
+        let z = offset.dot(vec(self.forward));
+        match self.projection() {
+            Projection::Parallel => Ray { origin: position - z * vec(self.forward), direction: vec(self.forward) },
+            Projection::Perspective => Ray { origin: vec(self.origin), direction: offset / z },
+        }
+    }
+
+    /// z of a depth in [0, 1].
+    pub fn z(&self, depth: f64) -> f64 {
+        f64::from(self.near) + depth * (f64::from(self.far) - f64::from(self.near))
+    }
+
+    /// Depth of a z: 0 at `near`, 1 at `far`.
+    pub fn depth(&self, z: f64) -> f64 {
+        (z - f64::from(self.near)) / (f64::from(self.far) - f64::from(self.near))
+    }
+
+    /// Texels in all.
+    pub fn texels(&self) -> usize {
+        self.width as usize * self.height as usize
+    }
+
+    /// The views of all maps of all lights before they are fitted (a point light has one for each of [`crate::scene::FACES`]),
+    /// `size` texels a side: origin and axes, and in perspective the scale. A directional light's origin is the place of
+    /// something that `casting` is fitted to, or a corner of the box of what is simulated, so that distances from it are no larger than they need
+    /// to be. `near` is the least share of the range at which the view may begin, `far` its range over what the casters need.
+    pub fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<Self> {
+        aimed(aim, size, casting)
+    }
+
+    /// The views of the translucent casters, one for each map of each light, fitted to them (to the meshes where there are
+    /// none), `size` texels a side. In f64: the truth of what the device fits.
+    pub fn volumes(scene: &Scene, size: u32) -> Vec<Self> {
+        fit_all(scene, size, Casting::Volume)
+    }
+
+    /// The views of the meshes, one for each map of each light, `size` texels a side.
+    pub fn opaques(scene: &Scene, size: u32) -> Vec<Self> {
+        fit_all(scene, size, Casting::Opaque)
+    }
+
+    /// The camera's view.
+    pub fn camera(camera: &Camera, scene: &Scene, size: [u32; 2]) -> Self {
+        let forward = (camera.target - camera.position).normalize();
+        let (right, up) = across(forward, camera.up);
+        let far = mesh_points(&scene.meshes)
+            .chain(lasting_spheres(scene))
+            .map(|(p, radius)| (p - camera.position).dot(forward) + radius)
+            .fold(1e-3, f64::max)
+            * 1.01;
+        let tangent = (camera.fov_y_degrees.to_radians() * 0.5).tan();
+        let aspect = f64::from(size[0]) / f64::from(size[1]);
+        Self {
+            origin: camera.position.as_vec3().into(),
+            projection: Projection::Perspective as u32,
+            right: right.as_vec3().into(),
+            scale_x: (1.0 / (tangent * aspect)) as f32,
+            up: up.as_vec3().into(),
+            scale_y: (-1.0 / tangent) as f32,
+            forward: forward.as_vec3().into(),
+            near: (far * 1e-4) as f32,
+            far: far as f32,
+            width: size[0],
+            height: size[1],
+        }
+    }
+}
+
+/// Spheres in whose hull all translucent casters lie.
+pub(in crate::scene) fn caster_spheres(
+    particles: &[Particle],
+    strands: &[Strand],
+) -> impl Iterator<Item = (DVec3, f64)> {
+    let particles = particles.iter().map(|p| (vec(p.position), p.radius.into()));
+    particles.chain(strands.iter().flat_map(|s| [s.start, s.end].map(|end| (vec(end), s.radius.into()))))
+}
+
+/// The same for as long as the host is not asked: what is simulated goes on without it, inside a box.
+pub(in crate::scene) fn lasting_spheres(scene: &Scene) -> Box<dyn Iterator<Item = (DVec3, f64)> + '_> {
+    match scene.motion {
+        Motion::Fountain(fountain) => Box::new(fountain.corners().into_iter()),
+        _ => Box::new(caster_spheres(&scene.particles, &scene.strands)),
+    }
+}
+
+pub(in crate::scene) fn mesh_points(meshes: &[Mesh]) -> impl Iterator<Item = (DVec3, f64)> {
+    meshes.iter().flat_map(|m| m.positions.iter().map(|p| (vec(*p), 0.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Light, LightKind, gutter_texels};
+    use proptest::prelude::*;
+
+    proptest! {
+        /// A point light's point lies in the face that is asked for it, a gutter away from the face's edge: a filter that
+        /// reaches as far needs no other face.
+        #[test]
+        fn points_lie_inside_the_face_that_is_asked(
+            offset in prop::array::uniform3(-10.0f32..10.0),
+            tie in 0usize..6,
+            size in prop::sample::select(vec![4u32, 8, 12, 33, 72, 256]),
+        ) {
+            let light = [0.3f32, -1.1, 0.7];
+            let mut offset = offset;
+            // One in two with two coordinates equal, up to the rounding of the sum.
+            if tie < 3 {
+                offset[tie] = offset[(tie + 1) % 3];
+            }
+            prop_assume!(offset.iter().any(|c| c.abs() > 0.01));
+            let position = [0, 1, 2].map(|i| light[i] + offset[i]);
+            let kind = LightKind::Point { position: vec(light) };
+            let sphere = crate::scene::Particle { position: light, radius: 1.0, extinction: 1.0 };
+            let camera = Camera { position: DVec3::X, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 };
+            let lights = vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }];
+            let scene = Scene { name: String::new(), particles: vec![sphere], strands: vec![], meshes: vec![], lights, motion: crate::scene::Motion::Still, camera };
+            let view = View::volumes(&scene, size)[scene.lights[0].map_at(position)];
+            let (texel, z) = view.project(vec(position));
+            let (gutter, size) = (f64::from(gutter_texels(size)), f64::from(size));
+            prop_assert!(z > 0.0);
+            let inside = gutter - 1e-3..=size - gutter + 1e-3;
+            prop_assert!(inside.contains(&texel.x) && inside.contains(&texel.y), "{texel} of {size}");
+        }
+    }
+}
