@@ -12,6 +12,12 @@ const WARM_UP: Duration = Duration::from_millis(200);
 const GPU_WARM_UP: Duration = Duration::from_millis(50);
 const MOST_WARM_UP: Duration = Duration::from_millis(1500);
 
+/// A device whose clock is seen to be low warms up for longer, at most as long: it may have idled while a truth was made.
+const SLOW_WARM_UP: Duration = Duration::from_secs(6);
+
+/// How often it is asked then.
+const ASK_AGAIN: Duration = Duration::from_millis(50);
+
 /// When to stop building what is baked once: a bake may take a minute, and is no part of a frame.
 const BAKE_BUDGET: Duration = Duration::from_secs(2);
 
@@ -38,24 +44,35 @@ impl Repeats {
         }
     }
 
-    /// Calls `build` with the number of the frame, and returns what the timed builds came to, one at least. Where the
-    /// budget is spent before the warm-up ends, its last build is the only one.
+    /// Calls `build` with the number of the frame and whether it is timed, and returns what the timed builds came to, one at
+    /// least. Warms up for as long as the device `is_slow`, within limits. Where the budget is spent before the warm-up ends, its
+    /// last build is the only one.
     ///
     /// # Errors
     /// Those of `build`.
-    pub fn run<B>(&self, mut build: impl FnMut(usize) -> Result<B>) -> Result<Vec<B>> {
+    pub fn run<B>(
+        &self,
+        is_slow: impl Fn() -> bool,
+        mut build: impl FnMut(usize, bool) -> Result<B>,
+    ) -> Result<Vec<B>> {
         let start = Instant::now();
-        let mut warmed = 0;
-        while warmed < self.warm_up || start.elapsed() < self.least {
-            let built = build(warmed)?;
+        let (mut warmed, mut until) = (0, self.least);
+        loop {
+            if warmed >= self.warm_up && start.elapsed() >= until {
+                if until >= self.least + SLOW_WARM_UP || !is_slow() {
+                    break;
+                }
+                until = start.elapsed() + ASK_AGAIN;
+            }
+            let built = build(warmed, false)?;
             warmed += 1;
             if start.elapsed() >= self.budget {
                 return Ok(vec![built]);
             }
         }
-        let mut timed = vec![build(0)?];
+        let mut timed = vec![build(0, true)?];
         while timed.len() < self.timed && start.elapsed() < self.budget {
-            timed.push(build(timed.len())?);
+            timed.push(build(timed.len(), true)?);
         }
         Ok(timed)
     }
@@ -67,13 +84,36 @@ mod tests {
 
     /// How many of the builds are timed, and the frames of all of them, where each takes so long.
     fn run(repeats: &Repeats, takes: Duration) -> (usize, Vec<usize>) {
-        let mut frames = Vec::new();
-        let build = |frame| {
+        let (mut frames, mut timed) = (Vec::new(), 0);
+        let build = |frame, is_timed| {
             std::thread::sleep(takes);
             frames.push(frame);
+            timed += usize::from(is_timed);
             Ok(())
         };
-        (repeats.run(build).expect("built").len(), frames)
+        let count = repeats.run(|| false, build).expect("built").len();
+        assert!(timed == count || (timed, count) == (0, 1), "{timed} of {count}");
+        (count, frames)
+    }
+
+    /// A clock that comes up at its third look is waited for, and one that never does is not waited for forever.
+    #[test]
+    fn a_slow_device_warms_up_for_longer() {
+        let repeats = Repeats { least: Duration::ZERO, ..Repeats::of(Lifetime::Frame, false, 1, 2) };
+        let looks = std::cell::Cell::new(0);
+        let is_slow = || looks.replace(looks.get() + 1) < 2;
+        let start = Instant::now();
+        let frames = repeats.run(is_slow, |frame, is_timed| Ok((frame, is_timed))).expect("built");
+        assert_eq!((frames, looks.get()), (vec![(0, true), (1, true)], 3));
+        assert!(start.elapsed() >= 2 * ASK_AGAIN, "{:?}", start.elapsed());
+        let stuck = Repeats { budget: Duration::from_secs(60), ..repeats };
+        let start = Instant::now();
+        let build = |_, _| {
+            std::thread::sleep(Duration::from_millis(10));
+            Ok(())
+        };
+        assert_eq!(stuck.run(|| true, build).expect("built").len(), 2);
+        assert!((SLOW_WARM_UP..2 * SLOW_WARM_UP).contains(&start.elapsed()), "{:?}", start.elapsed());
     }
 
     #[test]
@@ -118,7 +158,8 @@ mod tests {
     #[test]
     fn a_build_that_fails_is_the_last() {
         let repeats = Repeats::of(Lifetime::Baked, true, 1, 2);
-        let failed = repeats.run(|_| -> Result<()> { Err(crate::Error::input("it", "fails", "leave it")) });
+        let failed =
+            repeats.run(|| false, |_, _| -> Result<()> { Err(crate::Error::input("it", "fails", "leave it")) });
         assert!(failed.is_err());
     }
 }

@@ -5,6 +5,7 @@ use crate::gpu::Features;
 use nvml_wrapper::Nvml;
 use nvml_wrapper::enum_wrappers::device::Clock as Domain;
 use serde::{Deserialize, Serialize};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// 95th over 5th percentile above which a median says little.
@@ -90,6 +91,8 @@ impl<'a> Watch<'a> {
 pub(super) struct ClockMeter {
     nvml: Option<(Nvml, u32)>,
     highest_mhz: Option<f64>,
+    /// It stayed low once, whatever was built: nothing waits for it any more.
+    stays_low: AtomicBool,
 }
 
 impl ClockMeter {
@@ -106,7 +109,18 @@ impl ClockMeter {
         let highest = nvml
             .as_ref()
             .and_then(|(nvml, i)| nvml.device_by_index(*i).ok()?.max_clock_info(Domain::Graphics).ok().map(f64::from));
-        Self { nvml, highest_mhz: highest }
+        Self { nvml, highest_mhz: highest, stays_low: AtomicBool::new(false) }
+    }
+
+    /// Whether the device is known to be far below its highest clock now, and may come up.
+    pub(super) fn is_slow(&self) -> bool {
+        let now = if self.stays_low.load(Ordering::Relaxed) { None } else { self.now_mhz() };
+        now.zip(self.highest_mhz).is_some_and(|(now, highest)| now < STEADY_CLOCK * highest)
+    }
+
+    /// The clock did not come up.
+    pub(super) fn give_up(&self) {
+        self.stays_low.store(true, Ordering::Relaxed);
     }
 
     fn now_mhz(&self) -> Option<f64> {

@@ -10,6 +10,7 @@ use crate::Result;
 use crate::consume::{Asked, Query, Shading};
 use crate::gpu::PassTime;
 use crate::technique::{Lifetime, Opened, Technique};
+use std::cell::Cell;
 
 /// When to stop timing look-ups, after one sample at least.
 const LOOKUP_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
@@ -82,7 +83,13 @@ impl Case<'_> {
         let meter = self.clock.clone();
         let mut watch = Watch::begin(&meter);
         let mut looked = 0;
-        let builds = Repeats::of(lifetime, software, self.effort.warm_up, count).run(|frame| {
+        let repeats = Repeats::of(lifetime, software, self.effort.warm_up, count);
+        let slow = Cell::new(false);
+        let is_slow = || {
+            slow.set(meter.is_slow());
+            slow.get()
+        };
+        let builds = repeats.run(is_slow, |frame, is_timed| {
             let moved = self.show(frame % self.frames.count())?;
             // In a frame to which something moved, what follows from that; in one like the last, all of it.
             let more = self.frames.count() > 1;
@@ -94,13 +101,16 @@ impl Case<'_> {
                 self.context.time_passes(true);
                 built = again?;
             }
-            // Asking takes longer than many builds do: a few times is enough.
-            if frame * LOOKS >= looked * count {
+            // Asking takes longer than many builds do: a few times is enough. The clock of a warm-up is nobody's.
+            if is_timed && frame * LOOKS >= looked * count {
                 looked += 1;
                 watch.look();
             }
             Ok((moved, passes, built, drawing.as_ref().map(Drawing::draw).transpose()?))
         })?;
+        if slow.get() {
+            meter.give_up();
+        }
         let mut timed = Timed::default();
         for (moved, passes, built, drawn) in builds {
             timed.moves.extend((!moved.is_empty()).then_some(moved));

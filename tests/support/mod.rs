@@ -79,6 +79,11 @@ pub fn gpu_test_needing(name: &str, requirements: &[Requirement], body: impl FnO
 /// Why a test ends where a lowered device refuses what it asks for.
 struct Refusal(String);
 
+/// The passes that draw opaque maps where nobody says how: software devices have a rasterizer that is faster.
+pub fn opaque_passes(is_software: bool) -> &'static [&'static str] {
+    if is_software { &["maps.opaque"] } else { &["maps.opaque_clear", "maps.opaque_triangles", "maps.opaque_tiles"] }
+}
+
 /// What was opened for `what`. Where the environment makes the device a lesser one (GOBO_TEST_LIMITS,
 /// GOBO_TEST_FEATURES), a refusal ends the test, which is then skipped and says why; on a device as it is a refusal is
 /// a failure, and a test has to know what it needs.

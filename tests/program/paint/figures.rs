@@ -39,7 +39,7 @@ const FIGURES: [Figure; 18] = [
     Figure("courtyard.png", "docs/many-lights.md", "gobo render courtyard --width", 0),
     Figure("fountain-density.png", "docs/particles.md", "gobo render fountain:particles=300000", 0),
     Figure("fountain-speed.png", "docs/particles.md", "gobo render fountain:particles=1000000", 0),
-    Figure("fountain.gif", "docs/particles.md", "gobo render fountain:particles=100000", 0),
+    Figure("fountain.gif", "docs/particles.md", "gobo render fountain:particles=100000 ", 0),
 ];
 
 /// Those that no one command makes: put together from pictures of several.
