@@ -22,7 +22,7 @@ layout(set = 0, binding = 0, scalar) readonly buffer GatherVertices { uint their
 layout(set = 0, binding = 1, scalar) readonly buffer GatherIndices { uint indices[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer GatherCounts { uint counts[]; };
 layout(set = 0, binding = 3, scalar) writeonly buffer GatherTriangles { uint triangles[]; };
-layout(set = 0, binding = 4, scalar) buffer GatherCounted { Counts counted; };
+layout(set = 0, binding = 4, scalar) buffer GatherCounted { GatherTotals counted; };
 
 // Triangles after each other of which one may have a place.
 const uint TRIES = 16u;

@@ -9,7 +9,7 @@ mod source;
 mod staged;
 mod theirs;
 
-pub use gather::Gathered;
+pub use gather::{GatherTotals, Gathered};
 pub use generations::{Generations, Made, Parts};
 pub use light::LightData;
 pub use source::{Corners, Count, Number, Source, SphereAt, StrandAt};

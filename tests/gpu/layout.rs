@@ -14,7 +14,7 @@ use gobo::maps::{BinTotals, Extents, ItemData, Map, OpaqueItem, OpaqueTotals, Se
 use gobo::scene::{Body, Caster, Jet, Law, View};
 use gobo::shaders::ALL;
 use gobo::technique::{ClusterData, LevelCounts, NodeData, PointData, PointsData, TreeData};
-use gobo::world::{LightData, TriangleData};
+use gobo::world::{GatherTotals, LightData, TriangleData};
 use spirq::ReflectConfig;
 use spirq::ty::{ScalarType, Type};
 use spirq::var::Variable;
@@ -72,6 +72,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
                 fullest
             ),
         ),
+        ("GatherTotals", twin!(GatherTotals, asked, refused)),
         ("OpaqueItem", twin!(OpaqueItem, triangle, map_share)),
         ("OpaqueTotals", twin!(OpaqueTotals, items, groups_x, groups_y, groups_z)),
         ("Survey", twin!(Survey, cells, edges, optical_depth)),

@@ -122,10 +122,10 @@ fn what_does_not_fit_is_one_line() {
         }
         let scene = scenes::point([0.0, 0.0, 3.0], scene);
         let refused = error(&scene, "shadow-map:size=39,filter=9").to_string();
-        assert!(refused.contains("size=39") && refused.contains("size=40 or more"), "{refused}");
+        assert!(refused.contains("of size 39") && refused.contains("a size of 40 or more"), "{refused}");
         built(context, &scene, "shadow-map:size=40,filter=9");
         let refused = error(&scene, "shadow-map:size=3").to_string();
-        assert!(refused.contains("size=4 or more"), "{refused}");
+        assert!(refused.contains("a size of 4 or more"), "{refused}");
     });
 }
 
