@@ -10,6 +10,7 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 usage: embed avsm|psm|beer-shadow-map [options]
   -o FILE             the picture, a PNG (smoke.png)
+  --answers FILE      the last frame's particles, and how much of the sun reaches their middles, as CSV
   --frames N          frames before it, 60 a second (180)
   --size WIDTHxHEIGHT pixels (640x480)
   --device NAME       part of the device's name
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
 struct Run {
     options: Options,
     output: String,
+    answers: Option<String>,
     frames: u64,
 }
 
@@ -45,12 +47,13 @@ fn arguments() -> Result<Run> {
     };
     let choice = Choice { timestamps: true, ..Choice::default() };
     let options = Options { how, choice, size: [640, 480] };
-    let mut run = Run { options, output: "smoke.png".into(), frames: 180 };
+    let mut run = Run { options, output: "smoke.png".into(), answers: None, frames: 180 };
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or_else(|| format!("{word} needs a value"));
         let options = &mut run.options;
         match &word[..] {
             "-o" => run.output = value()?,
+            "--answers" => run.answers = Some(value()?),
             "--frames" => run.frames = value()?.parse::<u64>()?.max(1),
             "--size" => options.size = size(&value()?).ok_or("--size is as in 640x480")?,
             "--device" => options.choice.device = Some(value()?),
@@ -70,6 +73,18 @@ fn size(text: &str) -> Option<[u32; 2]> {
     Some([side(width)?, side(height)?])
 }
 
+/// A line for each particle.
+fn answers(engine: &mut Engine) -> Result<String> {
+    let particles = engine.particles()?;
+    let points: Vec<_> = particles.iter().map(|particle| particle.position).collect();
+    let mut text = "x,y,z,radius,extinction,visibility\n".to_owned();
+    for (particle, visibility) in particles.iter().zip(engine.ask(&points)?) {
+        let ([x, y, z], radius, extinction) = (particle.position, particle.radius, particle.extinction);
+        text += &format!("{x},{y},{z},{radius},{extinction},{visibility}\n");
+    }
+    Ok(text)
+}
+
 fn render(run: &Run) -> Result<()> {
     let mut engine = Engine::open(&run.options)?;
     println!("{}", engine.gpu().name());
@@ -80,6 +95,9 @@ fn render(run: &Run) -> Result<()> {
     let [width, height] = run.options.size;
     image::save_buffer(&run.output, &engine.picture()?, width, height, image::ExtendedColorType::Rgba8)?;
     println!("{}: {width}x{height} pixels, after {} frames", run.output, run.frames);
+    if let Some(file) = &run.answers {
+        std::fs::write(file, answers(&mut engine)?)?;
+    }
     for (i, step) in ["move and sort", "shadow", "draw"].into_iter().enumerate() {
         let mut step_times: Vec<_> = times.iter().map(|times| times[i]).collect();
         step_times.sort_by(f64::total_cmp);
