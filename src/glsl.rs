@@ -1,6 +1,6 @@
 //! GLSL for other programs: the look-up of each technique as one file, and what gives it its descriptors and constants.
 //!
-//! [`file`] is a technique's file: it includes nothing, every global name in it begins with `gobo_` and the technique's name,
+//! [`file()`] is a technique's file: it includes nothing, every global name in it begins with `gobo_` and the technique's name,
 //! and the numbers of its bindings and constants stay what they are from version to version. At its top it says all that it is
 //! given. Build.rs makes it from glsl/ (build/flat.rs).
 //!

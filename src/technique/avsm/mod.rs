@@ -1,7 +1,7 @@
 //! Adaptive volumetric shadow maps: a compressed transmittance curve a texel. Sources: Salvi et al. 2010; Fife and Strugar
 //! 2013.
 //!
-//! Each path is a file: [`two_pass`], [`interlock`], [`raster_order`], [`binned`].
+//! Each path is a file: `two_pass`, `interlock`, `raster_order`, `binned`.
 //!
 //! The same input gives the same bytes on the same device, except for `path=two-pass,order=captured`, whose lists stand
 //! in the order in which the device happened to run the fragments.

@@ -1,6 +1,6 @@
 //! Particle shadow maps: how much of the light is left behind each slice of a volume. Source: Bavoil and Jansen 2013.
 //!
-//! Each path is a file: [`raster`], [`fused`].
+//! Each path is a file: `raster`, `fused`.
 //!
 //! A caster's whole optical depth goes to the slice of its centre, or with `assign=split` to the two about it: see
 //! glsl/technique/psm/place.glsl; for where the look-up takes the slices to stand, glsl/technique/psm/visibility.glsl. The same input gives the

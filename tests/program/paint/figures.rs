@@ -42,8 +42,8 @@ const FIGURES: [Figure; 18] = [
     Figure("fountain.gif", "docs/particles.md", "gobo render fountain:particles=100000 ", 0),
 ];
 
-/// Those that no one command makes: put together from pictures of several.
-const PUT_TOGETHER: [&str; 3] = ["indirect-cornell.png", "indirect-courtyard.png", "many-lights.png"];
+/// Those that no one command of the program makes: put together from pictures of several, or made by examples/embed.
+const PUT_TOGETHER: [&str; 4] = ["embed.png", "indirect-cornell.png", "indirect-courtyard.png", "many-lights.png"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -152,8 +152,9 @@ fn figures_are_what_their_commands_make() {
 /// No picture lies about without a command, or a page that shows it.
 #[test]
 fn pictures_are_of_commands() {
-    let pages: String = std::fs::read_dir(root().join("docs"))
-        .expect("the pages")
+    let folder = |name| std::fs::read_dir(root().join(name)).expect("the pages");
+    let pages: String = folder("docs")
+        .chain(folder("docs/guide"))
         .map(|page| page.expect("a page").path())
         .chain([root().join("README.md")])
         .filter(|path| path.extension().is_some_and(|extension| extension == "md"))
