@@ -26,10 +26,7 @@ fn techniques() -> [(&'static str, How); 3] {
     [
         ("avsm", How::Avsm(avsm())),
         ("psm", How::Psm(psm::Settings { size: 64, slices: 64, ..Default::default() })),
-        (
-            "beer-shadow-map",
-            How::BeerShadowMap(beer_shadow_map::Settings { size: 64, ..Default::default() }),
-        ),
+        ("beer-shadow-map", How::BeerShadowMap(beer_shadow_map::Settings { size: 64, ..Default::default() })),
     ]
 }
 
@@ -72,11 +69,8 @@ fn asked(options: &Options, what: &str, points: &[[f32; 3]]) -> (Vec<Particle>, 
         let has_times = options.choice.timestamps && engine.gpu().tick_ns > 0.0;
         assert_eq!(!engine.passes().is_empty(), has_times, "{what}");
         let answers = engine.ask(points)?;
-        let particle = |p: &engine::Particle| Particle {
-            position: p.position,
-            radius: p.radius,
-            extinction: p.extinction,
-        };
+        let particle =
+            |p: &engine::Particle| Particle { position: p.position, radius: p.radius, extinction: p.extinction };
         Ok((engine.particles()?.iter().map(particle).collect(), answers))
     })
 }
