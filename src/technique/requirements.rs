@@ -1,7 +1,6 @@
 //! What the paths of a technique want of a device, before there is one.
 
-use super::keys::OPAQUE;
-use super::{Path, Spec};
+use super::{Name, Path, Spec};
 use crate::gpu::{Enabled, Limit};
 use std::ffi::CStr;
 
@@ -36,7 +35,7 @@ impl PathRequirements {
 /// which is said where it is opened.
 pub fn requirements(spec: &Spec) -> Vec<PathRequirements> {
     let says_path = spec.entry.keys.iter().any(|key| key.name == "path");
-    let named = spec.value(if says_path { "path" } else { OPAQUE.name });
+    let named = spec.text(if says_path { Name::PATH } else { Name::OPAQUE });
     let paths = spec.entry.paths;
     let known = paths.iter().any(|path| path.name == named);
     paths.iter().filter(|path| !known || path.name == named).map(PathRequirements::of).collect()
@@ -48,7 +47,7 @@ mod tests {
     use crate::technique::{REGISTRY, parse};
 
     fn of(text: &str) -> Vec<PathRequirements> {
-        requirements(&parse(text).expect(text)[0])
+        requirements(&parse(text, &[]).expect(text)[0])
     }
 
     #[test]

@@ -8,7 +8,7 @@ use gobo::gpu::{Buffer, Commands, Context};
 use gobo::reference::twin::gather::{CasterAt, Vertices, casters};
 use gobo::scene::{Caster, Light, LightKind, Mesh, Particle, Scene};
 use gobo::technique::{self, Lifetime, Spec};
-use gobo::world::{Capacity, Corners, Count, Gathered, Number, Source, SphereAt, StrandAt, TriangleData, World};
+use gobo::world::{Capacity, Corners, Count, Gathered, Number, Source, SphereAt, StrandAt, World};
 
 /// Words from one particle of theirs to the next, and to the first.
 const STRIDE: usize = 12;
@@ -249,6 +249,57 @@ fn what_there_is_room_for_need_not_be_there() {
     });
 }
 
+/// Strands stand behind all particles that there is room for, in another place than a scene has them.
+#[test]
+fn hair_and_smoke_answer_as_a_scene_does() {
+    gpu_test("hair_and_smoke_answer_as_a_scene_does", |context| {
+        let mut scene = scenes::locks();
+        scene.lights = scenes::spot([0.4, 2.0, 3.0], 70.0, scene.clone()).lights;
+        scene.lights.extend(scenes::point([0.9, 0.1, 0.3], scene.clone()).lights);
+        let points = points();
+        // What strands become is what `Caster` makes of them: their optical depths are theirs to say.
+        let strands: Vec<_> = scene.strands.iter().zip(scene.casters().split_off(scene.particles.len())).collect();
+        let words: Vec<u32> = strands
+            .iter()
+            .flat_map(|(strand, caster)| {
+                let [a, b] = [strand.start, strand.end].map(|end| end.map(f32::to_bits));
+                [a[0], a[1], a[2], NAN, b[0], b[1], b[2], caster.density.to_bits(), strand.radius.to_bits()]
+            })
+            .collect();
+        let at = StrandAt { start: 0, end: 16, radius: Number::At(32), depth: Number::At(28) };
+        let texts = [
+            "avsm:path=binned,size=28",
+            "avsm:path=two-pass,size=28",
+            "beer-shadow-map:size=28",
+            "voxel-grid",
+            "uncompressed:size=28",
+        ];
+        for text in texts.into_iter().filter(|text| runs("hair_and_smoke_answer_as_a_scene_does", context, text)) {
+            let ours = super::world(context, &scene);
+            for on_device in [false, true] {
+                let capacity = Capacity { particles: 90, strands: 1100, triangles: 0, lights: 2 };
+                let mut world = World::of(context, capacity).expect("room");
+                let count = count(context, strands.len(), on_device);
+                let theirs = Source { buffer: buffer(context, &words), offset: 0, stride: 36, count };
+                // Hair first: the room for smoke is empty then.
+                let strands = context.try_submit(|commands| {
+                    world.lights(commands, &scene.lights)?;
+                    world.strands(commands, &theirs, at)
+                });
+                strands.expect("filled");
+                assert!(world.casters.read::<Caster>(90).expect("read").iter().all(|caster| caster.radius == 0.0));
+                fill(context, &mut world, &scene, on_device);
+                let answers = [&ours, &world].map(|world| {
+                    let mut opened = opened(context, world, &spec(text));
+                    build(&mut opened, world, text);
+                    bits(answers(context, opened.technique.as_ref(), 2, &points))
+                });
+                assert!(answers[0] == answers[1], "{text}, counts on the device: {on_device}");
+            }
+        }
+    });
+}
+
 /// More than there is room for, and what has no place or no size.
 #[test]
 fn what_is_no_caster_casts_nothing() {
@@ -435,7 +486,7 @@ fn what_is_gathered_equals_its_twin() {
                     albedo,
                 };
                 let frame = record(context, |commands| world.triangles(commands, &corners));
-                let is: Vec<TriangleData> = world.triangles.read(slots).expect("read");
+                let is: Vec<[[f32; 3]; 4]> = world.triangles.read(slots).expect("read");
                 let same = bytemuck::cast_slice::<_, u8>(&is) == bytemuck::cast_slice::<_, u8>(&expected);
                 assert!(same, "{slots} triangles, {live} of them theirs, indices: {}", indices.is_some());
                 assert_eq!(refused_in(&world, frame)[2], refused);

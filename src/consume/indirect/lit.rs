@@ -27,11 +27,15 @@ pub fn check_count(count: u32) -> Result<()> {
 /// # Errors
 /// [`Error::Input`] names the scene.
 pub fn check_meshes(scene: &Scene) -> Result<()> {
-    if scene.has_triangles() {
+    check_has_meshes(scene.has_triangles(), &scene.name)
+}
+
+pub(super) fn check_has_meshes(has_meshes: bool, name: &str) -> Result<()> {
+    if has_meshes {
         return Ok(());
     }
     let way_out = "leave --vpls out, or name a scene of meshes, such as cornell";
-    Err(Error::input(scene.name.clone(), "it has no mesh that sends light back", way_out))
+    Err(Error::input(name, "it has no mesh that sends light back", way_out))
 }
 
 /// The scene lit by what its meshes send back, and by nothing else: `count` virtual lights in the place of its lights, made on

@@ -13,6 +13,7 @@ use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
 use crate::scene::{Light, LightKind};
 use crate::world::{LightData, World};
 use glam::DVec3;
+use lit::check_has_meshes;
 use passes::Kernels;
 
 /// Texels a side of a map, at most: 64 for each of 1,024 lights where there is one map.
@@ -55,7 +56,7 @@ impl Vpls {
     /// room for the maps of all lights; [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, count: u32) -> Result<Self> {
         check_count(count)?;
-        check_meshes(world.scene()?)?;
+        check_has_meshes(world.triangle_capacity() > 0, world.name())?;
         let side_bits = side_bits(world.map_count() as u32);
         let opaque = OpaqueMaps { size: 1 << side_bits, ..OpaqueMaps::shared(Some(OpaqueWay::Raster)) };
         let maps = Maps::with_opaque(context, world, 1 << side_bits, opaque)?;

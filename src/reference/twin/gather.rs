@@ -2,7 +2,6 @@
 //! so short that a device may flush them.
 
 use crate::scene::Caster;
-use crate::world::TriangleData;
 
 /// Where a caster has what of it counts, words from its start.
 #[derive(Clone, Copy, Debug)]
@@ -103,17 +102,17 @@ impl Vertices<'_> {
         Some([self.corner(3 * i)?, self.corner(3 * i + 1)?, self.corner(3 * i + 2)?])
     }
 
-    /// So many triangles, the first `live` of them theirs, and how many of those were refused.
-    pub fn triangles(&self, slots: usize, live: usize) -> (Vec<TriangleData>, u32) {
+    /// So many triangles, three corners and the albedo, the first `live` of them theirs, and how many of those were refused.
+    pub fn triangles(&self, slots: usize, live: usize) -> (Vec<[[f32; 3]; 4]>, u32) {
         let mut refused = 0;
         let triangle = |i: usize| {
             let whole = if i < live { self.triangle(i) } else { None };
             refused += u32::from(i < live && whole.is_none());
-            let corners = whole.unwrap_or_else(|| {
+            let [a, b, c] = whole.unwrap_or_else(|| {
                 let other = (0..TRIES.min(live)).find_map(|t| self.triangle((i + t) % live));
                 [other.map_or(self.place, |corners| corners[0]); 3]
             });
-            TriangleData { corners, albedo: self.albedo }
+            [a, b, c, self.albedo]
         };
         let all = (0..slots).map(triangle).collect();
         (all, refused)
