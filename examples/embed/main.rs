@@ -13,6 +13,7 @@ usage: embed avsm|psm|beer-shadow-map [options]
   --frames N          frames before it, 60 a second (180)
   --size WIDTHxHEIGHT pixels (640x480)
   --device NAME       part of the device's name
+  --answers FILE      where the last frame's particles are, and how much of the sun reaches each
   --validation        load the validation layer, and fail where it complains
   --no-interlock      switch fragment shader interlock off
   --nothing-optional  switch off all that is optional
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
 struct Run {
     options: Options,
     output: String,
+    answers: Option<String>,
     frames: u64,
 }
 
@@ -45,12 +47,13 @@ fn arguments() -> Result<Run> {
     };
     let choice = Choice { timestamps: true, ..Choice::default() };
     let options = Options { how, choice, size: [640, 480] };
-    let mut run = Run { options, output: "smoke.png".into(), frames: 180 };
+    let mut run = Run { options, output: "smoke.png".into(), answers: None, frames: 180 };
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or_else(|| format!("{word} needs a value"));
         let options = &mut run.options;
         match &word[..] {
             "-o" => run.output = value()?,
+            "--answers" => run.answers = Some(value()?),
             "--frames" => run.frames = value()?.parse::<u64>()?.max(1),
             "--size" => options.size = size(&value()?).ok_or("--size is as in 640x480")?,
             "--device" => options.choice.device = Some(value()?),
@@ -80,6 +83,9 @@ fn render(run: &Run) -> Result<()> {
     let [width, height] = run.options.size;
     image::save_buffer(&run.output, &engine.picture()?, width, height, image::ExtendedColorType::Rgba8)?;
     println!("{}: {width}x{height} pixels, after {} frames", run.output, run.frames);
+    if let Some(file) = &run.answers {
+        std::fs::write(file, answers(&mut engine)?)?;
+    }
     for (i, step) in ["move and sort", "shadow", "draw"].into_iter().enumerate() {
         let mut step_times: Vec<_> = times.iter().map(|times| times[i]).collect();
         step_times.sort_by(f64::total_cmp);
@@ -105,4 +111,11 @@ fn render(run: &Run) -> Result<()> {
     let said = said.all();
     said.iter().for_each(|message| eprintln!("validation: {message}"));
     if said.is_empty() { Ok(()) } else { Err(format!("the validation layer said {} things", said.len()).into()) }
+}
+
+/// A line a particle: x, y, z and the share of the sun's light.
+fn answers(engine: &mut Engine) -> Result<String> {
+    let places: Vec<_> = engine.particles()?.iter().map(|particle| particle.position).collect();
+    let answers = engine.ask(&places)?;
+    Ok(places.iter().zip(answers).map(|([x, y, z], answer)| format!("{x} {y} {z} {answer}\n")).collect())
 }

@@ -8,7 +8,7 @@ mod shadows;
 mod spirv;
 
 pub use device::{Choice, Gpu, Optional};
-pub use shadows::{How, Shadows, sun};
+pub use shadows::{How, Shadows};
 
 use ash::vk;
 use bytemuck::{Pod, Zeroable};

@@ -1,0 +1,215 @@
+//! An engine of its own making, which uses Gobo as any other would (examples/embed): its answers are the program's, nothing is
+//! submitted or waited for in Gobo, memory stays as it is, and the validation layer has nothing to say.
+
+#[allow(dead_code)]
+#[path = "../examples/embed/engine/mod.rs"]
+mod engine;
+mod support;
+
+use engine::{Choice, Engine, How, MOST_POINTS, Optional, Options, PARTICLES, Particle, TO_SUN};
+use gobo::consume::Query;
+use gobo::gpu::{Context, Features};
+use gobo::scene::{Camera, Light, LightKind, Motion, Scene};
+use gobo::technique::{Avsm, BeerShadowMap, Opened, Psm, Technique, avsm, beer_shadow_map, psm};
+use gobo::world::World;
+use support::{gpu_test, log, skipped};
+
+/// Small ones of each.
+fn hows() -> [(&'static str, How); 3] {
+    [
+        ("avsm", How::Avsm(avsm::Settings { nodes: 8, size: 64, ..Default::default() })),
+        ("psm", How::Psm(psm::Settings { size: 64, slices: 64, ..Default::default() })),
+        ("beer-shadow-map", How::BeerShadowMap(beer_shadow_map::Settings { size: 64, ..Default::default() })),
+    ]
+}
+
+fn options(how: How, optional: Optional, timestamps: bool) -> Options {
+    let choice = Choice { device: None, validation: true, optional, timestamps };
+    Options { how, choice, size: [48, 36] }
+}
+
+/// Runs an engine under the validation layer, which has said nothing by the time that it is closed.
+fn engine_test(name: &str, options: &Options, body: impl FnOnce(&mut Engine)) {
+    let mut engine = Engine::open(options).expect("a device of Vulkan 1.3 and the validation layer");
+    log("exercised", name, &engine.gpu().name());
+    body(&mut engine);
+    let said = engine.gpu().said();
+    drop(engine);
+    assert_eq!(said.all(), [""; 0], "{name}");
+}
+
+/// Frames up to a time, seconds.
+fn frames(engine: &mut Engine, count: u32) -> f32 {
+    let time_s = |frame: u32| 2.0 + frame as f32 / 60.0;
+    for frame in 0..count {
+        engine.frame(time_s(frame)).expect("a frame");
+    }
+    time_s(count - 1)
+}
+
+/// Places in and about the smoke and on the ground: multiples of the generalized golden ratio (Roberts 2018).
+fn points() -> Vec<[f32; 3]> {
+    let part = |i: usize, by: f64| (0.5 + by * (i + 1) as f64).fract();
+    let point = |i| {
+        let [x, y, z] = [0.819_172_513_4, 0.671_043_606_7, 0.549_700_477_9].map(|by| part(i, by));
+        let z = if i % 4 == 0 { 0.0 } else { 2.6 * z };
+        [3.6 * x - 0.8, 2.0 * y - 1.0, z].map(|p| p as f32)
+    };
+    (0..MOST_POINTS).map(point).collect()
+}
+
+/// As shaders/move.comp has it.
+fn evenly(number: u32) -> f32 {
+    let state = number.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    (((word >> 22) ^ word) >> 8) as f32 / 16_777_216.0
+}
+
+/// Likewise: a particle's place at a time.
+fn place(i: u32, time_s: f32) -> [f32; 3] {
+    let puff = i / 64;
+    let age = (time_s * 0.125 + puff as f32 * 0.015_625).fract();
+    let (turn, reach) = (std::f32::consts::TAU * evenly(puff), 0.05 + 0.3 * age);
+    let centre = [reach * turn.cos() + 0.45 * age * age, reach * turn.sin(), 0.25 + 1.9 * age];
+    let own = 0x10000 + 3 * i;
+    let (around, height) = (std::f32::consts::TAU * evenly(own), 2.0 * evenly(own + 1) - 1.0);
+    let (flat, far) = ((1.0 - height * height).sqrt(), (0.1 + 0.2 * age) * evenly(own + 2).cbrt());
+    [centre[0] + far * flat * around.cos(), centre[1] + far * flat * around.sin(), centre[2] + far * height]
+}
+
+#[test]
+fn particles_are_where_the_law_puts_them() {
+    let [(_, how), ..] = hows();
+    engine_test("particles_are_where_the_law_puts_them", &options(how, Optional::All, true), |engine| {
+        let time_s = frames(engine, 3);
+        let particles = engine.particles().expect("read");
+        assert_eq!(particles.len(), PARTICLES as usize);
+        for (i, particle) in particles.iter().enumerate() {
+            let off = particle.position.iter().zip(place(i as u32, time_s)).map(|(is, law)| (is - law).abs());
+            // Sines of shaders are good to 2⁻¹¹.
+            assert!(off.fold(0.0, f32::max) < 2e-3, "particle {i}: {particle:?}");
+        }
+    });
+}
+
+/// The same casters in a scene of the program's, under the same light.
+fn scene(particles: &[Particle]) -> Scene {
+    let particle =
+        |p: &Particle| gobo::scene::Particle { position: p.position, radius: p.radius, extinction: p.extinction };
+    let direction = -TO_SUN.as_dvec3().normalize();
+    let sun = LightKind::Directional { direction };
+    Scene {
+        name: "embed".into(),
+        particles: particles.iter().map(particle).collect(),
+        strands: Vec::new(),
+        meshes: Vec::new(),
+        lights: vec![Light { kind: sun, radiance: [1.0; 3], radius: f64::INFINITY }],
+        camera: Camera {
+            position: -4.0 * glam::DVec3::Y,
+            target: glam::DVec3::ZERO,
+            up: glam::DVec3::Z,
+            fov_y_degrees: 40.0,
+        },
+        motion: Motion::Still,
+    }
+}
+
+/// What the program answers of a scene.
+fn program(context: &Context, how: &How, scene: &Scene, points: &[[f32; 3]]) -> Vec<f32> {
+    let world = World::new(context, scene).expect("room");
+    let technique: Box<dyn Technique> = match how {
+        How::Avsm(settings) => Box::new(Avsm::new(context, &world, settings).expect("avsm")),
+        How::Psm(settings) => Box::new(Psm::new(context, &world, settings).expect("psm")),
+        How::BeerShadowMap(settings) => Box::new(BeerShadowMap::new(context, &world, settings).expect("beer")),
+    };
+    let mut opened = Opened::new(context, technique, false);
+    opened.build(&world).expect("built");
+    let query = Query::new(context, 0, points).expect("room");
+    query.ask(&opened.technique.answer()).expect("answers")
+}
+
+/// The engine's answers, and its particles, after some frames.
+fn answers(name: &str, options: &Options) -> (Vec<f32>, Vec<Particle>) {
+    let mut all = (Vec::new(), Vec::new());
+    engine_test(name, options, |engine| {
+        frames(engine, 6);
+        all = (engine.ask(&points()).expect("answers"), engine.particles().expect("read"));
+        assert_eq!(engine.shadows().calls(), 0, "Gobo submits nothing and waits for nothing");
+    });
+    all
+}
+
+/// Views of a world of buffers measure from its origin, those of a scene from a caster: they differ in the last places, and a curve
+/// of few nodes may then lose another node, at few points.
+#[test]
+fn answers_are_the_programs() {
+    gpu_test("answers_are_the_programs", |context| {
+        let points = points();
+        for (name, how) in hows() {
+            let (ours, particles) = answers(name, &options(how.clone(), Optional::All, true));
+            let theirs = program(context, &how, &scene(&particles), &points);
+            let off: Vec<_> = ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs()).collect();
+            let (farthest, mean) =
+                (off.iter().copied().fold(0.0, f32::max), off.iter().sum::<f32>() / off.len() as f32);
+            let shadowed = theirs.iter().filter(|answer| **answer < 0.5).count();
+            println!("{name}: {farthest:e} at most, {mean:e} on average; {shadowed} of {} in shadow", points.len());
+            assert!(shadowed > points.len() / 50, "{name}: {shadowed} points are in shadow");
+            assert!(mean < 1e-5 && farthest < 0.02, "{name}: {farthest} at most, {mean} on average");
+        }
+    });
+}
+
+/// What is not switched on is not used, and nothing of an answer needs it.
+#[test]
+fn a_lesser_device_answers_alike() {
+    for (name, how) in hows() {
+        let (all, _) = answers(name, &options(how.clone(), Optional::All, true));
+        for (optional, timestamps) in [(Optional::NoInterlock, true), (Optional::Nothing, true), (Optional::All, false)]
+        {
+            let (lesser, _) = answers(name, &options(how.clone(), optional, timestamps));
+            let off = all.iter().zip(&lesser).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(off < 0.02, "{name}, {optional:?}: {off}");
+        }
+    }
+}
+
+/// A path that needs what was not switched on is refused by the name of that.
+#[test]
+fn what_is_not_switched_on_is_refused_by_name() {
+    let refused = |way, optional| {
+        let settings = avsm::Settings { path: Some(way), size: 64, ..Default::default() };
+        let error = Engine::open(&options(How::Avsm(settings), optional, true)).err();
+        error.expect("refused").to_string()
+    };
+    let said = refused(avsm::Way::Interlock, Optional::NoInterlock);
+    assert!(said.contains("fragmentShaderPixelInterlock"), "{said}");
+    let said = refused(avsm::Way::RasterOrder, Optional::Nothing);
+    assert!(said.contains("rasterizationOrderColorAttachmentAccess"), "{said}");
+}
+
+/// On a device that has interlock, the path that needs it runs in an engine too.
+#[test]
+fn interlock_where_the_device_has_it() {
+    const TEST: &str = "interlock_where_the_device_has_it";
+    let devices: Vec<Features> = gobo::gpu::devices().expect("devices");
+    if !devices.iter().all(|device| device.fragment_shader_pixel_interlock) {
+        return skipped(TEST, "needs fragmentShaderPixelInterlock");
+    }
+    let settings = avsm::Settings { path: Some(avsm::Way::Interlock), size: 64, ..Default::default() };
+    let (answers, _) = answers(TEST, &options(How::Avsm(settings), Optional::All, true));
+    assert!(answers.iter().any(|answer| *answer < 0.5));
+}
+
+/// 1,000 frames: memory is at the end what it was at frame 100.
+#[test]
+fn a_thousand_frames_take_no_more_memory() {
+    for (name, how) in hows() {
+        engine_test(name, &options(how, Optional::All, true), |engine| {
+            frames(engine, 100);
+            let (all, gobo) = (engine.gpu().allocated_bytes(), engine.shadows().bytes());
+            frames(engine, 900);
+            assert_eq!((engine.gpu().allocated_bytes(), engine.shadows().bytes()), (all, gobo), "{name}");
+            assert_eq!(engine.shadows().calls(), 0, "{name}");
+        });
+    }
+}
