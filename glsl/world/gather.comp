@@ -5,7 +5,7 @@
 layout(local_size_x = 64) in;
 #include "world/gather.glsl"
 
-layout(push_constant, scalar) uniform GatherPush {
+layout(push_constant, scalar) uniform CastersPush {
     uint first;
     uint slots;     // so many casters are written
     uint most;      // of theirs, no more count
@@ -24,7 +24,8 @@ layout(set = 0, binding = 0, scalar) readonly buffer GatherTheirs { uint theirs[
 layout(set = 0, binding = 1, scalar) readonly buffer GatherCounts { uint counts[]; };
 // Two vectors each, so that they are written whole.
 layout(set = 0, binding = 2, scalar) writeonly buffer GatherCasters { uvec4 casters[]; };
-layout(set = 0, binding = 3, scalar) buffer GatherCounted { Counts counted; };
+// So many by the caller's count, and of those that there is room for so many without a place or a size.
+layout(set = 0, binding = 3, scalar) buffer GatherCounted { uvec2 counted; };
 
 // As the bits of an optical depth of 80: MAX_OPTICAL_DEPTH in glsl/world/caster.glsl.
 const uint MOST_DEPTH = 0x42A00000u;
@@ -36,7 +37,7 @@ void main() {
     bool strands = end != NOWHERE;
     uint asked = count_at == NOWHERE ? most : counts[count_at];
     if (i == 0u) {
-        counted.asked = asked;
+        counted.x = asked;
     }
     if (i >= slots) {
         return;
@@ -60,7 +61,7 @@ void main() {
             low = uvec4(place, size);
             high = uvec4(axis, thick);
         } else {
-            atomicAdd(counted.refused, 1u);
+            atomicAdd(counted.y, 1u);
         }
     }
     casters[2u * (first + i)] = low;

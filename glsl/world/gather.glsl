@@ -6,12 +6,6 @@
 // No word of a buffer.
 const uint NOWHERE = 0xFFFFFFFFu;
 
-// What there was. Twin: Counts in src/world/gather.rs.
-struct Counts {
-    uint asked;    // so many, by the caller's count
-    uint refused;  // of those that there is room for, so many have no place or no size
-};
-
 // Numbers are looked at as bits, and copied as bits: a device may flush small ones.
 bool is_finite(uvec3 bits) { return all(notEqual(bits & 0x7F800000u, uvec3(0x7F800000u))); }
 

@@ -22,7 +22,8 @@ layout(set = 0, binding = 0, scalar) readonly buffer GatherVertices { uint their
 layout(set = 0, binding = 1, scalar) readonly buffer GatherIndices { uint indices[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer GatherCounts { uint counts[]; };
 layout(set = 0, binding = 3, scalar) writeonly buffer GatherTriangles { uint triangles[]; };
-layout(set = 0, binding = 4, scalar) buffer GatherCounted { Counts counted; };
+// So many by the caller's count, and of those that there is room for so many without a place or a size.
+layout(set = 0, binding = 4, scalar) buffer GatherCounted { uvec2 counted; };
 
 // Triangles after each other of which one may have a place.
 const uint TRIES = 16u;
@@ -50,7 +51,7 @@ void main() {
     uint i = 64u * (gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x) + gl_LocalInvocationIndex;
     uint asked = count_at == NOWHERE ? most : counts[count_at];
     if (i == 0u) {
-        counted.asked = asked;
+        counted.x = asked;
     }
     if (i >= slots) {
         return;
@@ -60,7 +61,7 @@ void main() {
     bool stands = i < count && triangle_at(i, corners);
     if (!stands) {
         if (i < count) {
-            atomicAdd(counted.refused, 1u);
+            atomicAdd(counted.y, 1u);
         }
         bool found = false;
         for (uint t = 0u; t < min(TRIES, count) && !found; ++t) {

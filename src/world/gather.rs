@@ -7,21 +7,13 @@ use crate::gpu::{
     push_struct,
 };
 use crate::shaders::world as shaders;
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 
 /// Threads of a workgroup.
 const THREADS: u32 = 64;
 
 /// Kernels that are kept for buffers that come again, as a ring of them does.
 const KEPT: usize = 8;
-
-/// Twin: Counts in glsl/world/gather.glsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
-struct Counts {
-    asked: u32,
-    refused: u32,
-}
 
 /// What there was in the caller's buffers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,8 +25,8 @@ pub struct Gathered {
 }
 
 push_struct! {
-    /// Twin: GatherPush in glsl/world/gather.comp.
-    struct GatherPush {
+    /// Twin: CastersPush in glsl/world/gather.comp.
+    struct CastersPush {
         first: u32,
         slots: u32,
         most: u32,
@@ -100,26 +92,26 @@ pub(super) struct Slots {
 
 /// What a pass counted, of one kind: passes of a submission need not wait for each other's.
 struct Counted {
-    /// [`Counts`].
+    /// So many by the caller's count, and so many refused.
     counts: Buffer,
     read: ReadBack,
 }
 
 impl Counted {
     fn new(context: &Context) -> Result<Self> {
-        let (name, bytes) = ("world.gathered", size_of::<Counts>() as u64);
+        let (name, bytes) = ("world.gathered", size_of::<[u32; 2]>() as u64);
         let counts = Buffer::new(context, name, bytes, Memory::Device)?;
         Ok(Self { counts, read: ReadBack::new(context, name, bytes)? })
     }
 
-    fn read(&self, frame: u64) -> Result<Option<Counts>> {
+    fn read(&self, frame: u64) -> Result<Option<[u32; 2]>> {
         Ok(self.read.read(frame, 1)?.map(|counts| counts[0]))
     }
 
     fn record<P: Push>(&self, commands: &mut Commands, kernel: &Kernel<P>, push: &P, slots: u32) {
         // One workgroup where there is nothing: it says so.
         let [x, y] = groups(u64::from(slots.div_ceil(THREADS).max(1)));
-        commands.pass("world.gather", |pass| pass.update(&self.counts, &[Counts::default()]));
+        commands.pass("world.gather", |pass| pass.update(&self.counts, &[[0u32; 2]]));
         commands.pass("world.gather", |pass| pass.dispatch(kernel, push, [x, y, 1]));
         commands.read_back(&self.counts, &self.read);
     }
@@ -130,7 +122,7 @@ pub(super) struct Gather {
     /// Of particles, strands and triangles.
     counted: [Counted; 3],
     /// Of particles and strands.
-    casters: [Kernels<GatherPush>; 2],
+    casters: [Kernels<CastersPush>; 2],
     triangles: Kernels<TrianglesPush>,
 }
 
@@ -147,7 +139,7 @@ impl Gather {
         let [particles, strands, triangles] = &self.counted;
         let all = [particles.read(frame)?, strands.read(frame)?, triangles.read(frame)?];
         let counts = all.map(Option::unwrap_or_default);
-        let gathered = Gathered { asked: counts.map(|c| c.asked), refused: counts.map(|c| c.refused) };
+        let gathered = Gathered { asked: counts.map(|[asked, _]| asked), refused: counts.map(|[_, refused]| refused) };
         Ok(all.iter().any(Option::is_some).then_some(gathered))
     }
 
@@ -163,7 +155,7 @@ impl Gather {
         let bytes = at.position.saturating_add(12).max(at.radius.end()).max(at.extinction.end());
         let ((radius, radius_is), (density, density_is)) = (at.radius.pushed(what)?, at.extinction.pushed(what)?);
         let position = words(what, at.position.into())?;
-        let push = GatherPush { position, end: NOWHERE, radius, radius_is, density, density_is, ..Zeroable::zeroed() };
+        let push = CastersPush { position, end: NOWHERE, radius, radius_is, density, density_is, ..Zeroable::zeroed() };
         self.gather(context, commands, to, (source, bytes, what), push)
     }
 
@@ -179,7 +171,7 @@ impl Gather {
         let bytes = at.start.max(at.end).saturating_add(12).max(at.radius.end()).max(at.depth.end());
         let ((radius, radius_is), (density, density_is)) = (at.radius.pushed(what)?, at.depth.pushed(what)?);
         let (position, end) = (words(what, at.start.into())?, words(what, at.end.into())?);
-        let push = GatherPush { position, end, radius, radius_is, density, density_is, ..Zeroable::zeroed() };
+        let push = CastersPush { position, end, radius, radius_is, density, density_is, ..Zeroable::zeroed() };
         self.gather(context, commands, to, (source, bytes, what), push)
     }
 
@@ -189,14 +181,14 @@ impl Gather {
         commands: &mut Commands,
         (casters, slots): (&Buffer, Slots),
         (source, bytes, what): (&Source, u32, &str),
-        push: GatherPush,
+        push: CastersPush,
     ) -> Result<()> {
         let holds = held(&source.buffer, source.offset, source.stride, bytes);
         let counted = source.count.counted(what, slots.capacity, holds)?;
         let theirs = [&source.buffer, source.count.buffer(&source.buffer)];
         let kind = usize::from(push.end != NOWHERE);
         let kernel = self.casters[kind].of(context, &theirs, &[casters, &self.counted[kind].counts])?;
-        let push = GatherPush {
+        let push = CastersPush {
             first: slots.first,
             slots: slots.count,
             most: counted.most,
