@@ -10,10 +10,10 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 usage: embed avsm|psm|beer-shadow-map [options]
   -o FILE             the picture, a PNG (smoke.png)
-  --answers FILE      the last frame's particles, and how much of the sun reaches their middles, as CSV
   --frames N          frames before it, 60 a second (180)
   --size WIDTHxHEIGHT pixels (640x480)
   --device NAME       part of the device's name
+  --answers FILE      where the last frame's particles are, and how much of the sun reaches each
   --validation        load the validation layer, and fail where it complains
   --no-interlock      switch fragment shader interlock off
   --nothing-optional  switch off all that is optional
@@ -73,18 +73,6 @@ fn size(text: &str) -> Option<[u32; 2]> {
     Some([side(width)?, side(height)?])
 }
 
-/// A line for each particle.
-fn answers(engine: &mut Engine) -> Result<String> {
-    let particles = engine.particles()?;
-    let points: Vec<_> = particles.iter().map(|particle| particle.position).collect();
-    let mut text = "x,y,z,radius,extinction,visibility\n".to_owned();
-    for (particle, visibility) in particles.iter().zip(engine.ask(&points)?) {
-        let ([x, y, z], radius, extinction) = (particle.position, particle.radius, particle.extinction);
-        text += &format!("{x},{y},{z},{radius},{extinction},{visibility}\n");
-    }
-    Ok(text)
-}
-
 fn render(run: &Run) -> Result<()> {
     let mut engine = Engine::open(&run.options)?;
     println!("{}", engine.gpu().name());
@@ -123,4 +111,11 @@ fn render(run: &Run) -> Result<()> {
     let said = said.all();
     said.iter().for_each(|message| eprintln!("validation: {message}"));
     if said.is_empty() { Ok(()) } else { Err(format!("the validation layer said {} things", said.len()).into()) }
+}
+
+/// A line a particle: x, y, z and the share of the sun's light.
+fn answers(engine: &mut Engine) -> Result<String> {
+    let places: Vec<_> = engine.particles()?.iter().map(|particle| particle.position).collect();
+    let answers = engine.ask(&places)?;
+    Ok(places.iter().zip(answers).map(|([x, y, z], answer)| format!("{x} {y} {z} {answer}\n")).collect())
 }

@@ -112,8 +112,10 @@ pub fn draw(
     constants: &Constants,
 ) -> Result<vk::Pipeline> {
     let constants = constants.info();
-    let fragment = stage(gpu, vk::ShaderStageFlags::FRAGMENT, fragment)?.specialization_info(&constants);
-    let stages = [stage(gpu, vk::ShaderStageFlags::VERTEX, vertex)?, fragment];
+    let stages = [
+        stage(gpu, vk::ShaderStageFlags::VERTEX, vertex)?,
+        stage(gpu, vk::ShaderStageFlags::FRAGMENT, fragment)?.specialization_info(&constants),
+    ];
     let input = vk::PipelineVertexInputStateCreateInfo::default();
     let triangles = vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
     let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);

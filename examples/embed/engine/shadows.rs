@@ -137,7 +137,7 @@ impl Shadows {
 }
 
 /// The renderer's one light.
-fn sun() -> Light {
+pub fn sun() -> Light {
     let direction = -TO_SUN.as_dvec3().normalize();
     Light { kind: LightKind::Directional { direction }, radiance: [1.0; 3], radius: f64::INFINITY }
 }
