@@ -154,6 +154,7 @@ bool march_steps(vec3 from, vec3 way, uint steps, float offset) {
     }
     return false;
 }
+
 // Every voxel on the way, each by as much of the way as is in it, and out of what is empty at once. It ends where nothing is left.
 float media_exact(vec3 from, vec3 way) {
     March march;

@@ -136,8 +136,8 @@ impl World {
         Ok(())
     }
 
-    /// Its triangles are now those: records the pass that gathers them, and says that they have moved. Of no triangle it is known
-    /// whether it closes something. Triangles with a corner that is not finite, or with no such vertex, cast nothing, and are
+    /// Its triangles are now those: records the pass that gathers them, and says that they have moved. Whether one
+    /// closes something is not known. Triangles with a corner that is not finite, or with no such vertex, cast nothing, and are
     /// counted. Kernels go through as many as there is room for: those behind the count have no area, and stand at a corner of one
     /// that has.
     ///
