@@ -7,6 +7,8 @@ mod support;
 
 #[path = "program/bake.rs"]
 mod bake;
+#[path = "program/baseline.rs"]
+mod baseline;
 #[path = "program/errors.rs"]
 mod errors;
 #[path = "program/faults.rs"]

@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand.
 
 mod bake;
+mod baseline;
 mod compare;
 mod curve;
 mod devices;

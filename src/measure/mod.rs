@@ -1,6 +1,7 @@
 //! Asks techniques, times them and compares their answers with the truth.
 
 mod caster_error;
+mod change;
 mod compare;
 mod copy;
 mod error_metrics;
@@ -19,6 +20,7 @@ mod truth;
 mod turning;
 
 pub use caster_error::{CLASSES as CASTER_CLASSES, CasterClass, CasterError};
+pub use change::{Change, Figure, Margins, Verdict, change_of, changes};
 pub use compare::{Case, Drawn, Effort, LOOKUPS, with_case};
 pub use copy::copy_bytes_per_second;
 pub use error_metrics::{Answers, PartError, PointError, point_error};

@@ -6,6 +6,8 @@
 //! | [`table`](fn@table) | the terminal |
 //! | [`passes`](fn@passes) | the terminal, where it is asked for |
 //! | [`casters`](fn@casters) | the terminal, where it is asked for |
+//! | [`changes_table`] | the terminal, where there is a baseline |
+//! | [`junit`], [`bencher`] | files for CI, where they are asked for |
 //! | [`plots`](fn@plots) | `time-vs-error.svg`, `frame-vs-error.svg` |
 //! | [`page`](fn@page) | `report.html`: the above, the pictures and the definitions in one file without network |
 //! | [`write_whole`], [`write_png`] | any other file, as whole |
@@ -17,6 +19,7 @@
 
 mod axes;
 mod casters;
+mod changes;
 mod colours;
 mod columns;
 mod curve;
@@ -34,6 +37,7 @@ mod whole;
 mod wording;
 
 pub use casters::casters;
+pub use changes::{Fails, bencher, changes_table, junit};
 pub use curve::curve;
 pub use page::page;
 pub use pareto::pareto_front;

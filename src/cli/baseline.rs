@@ -1,0 +1,117 @@
+//! `compare --baseline`: what has changed since an earlier run, and whether that fails this one.
+
+use super::{complain, say};
+use crate::measure::{Change, Margins, Results, Row, change_of, changes};
+use crate::report::{Fails, bencher, changes_table, junit, write_whole};
+use crate::{Error, Result};
+use clap::Args;
+use std::path::PathBuf;
+
+/// What a run is held against, and what other tools are told of it.
+#[derive(Args)]
+pub struct BaselineArguments {
+    /// Say what has changed since an earlier run of the same command: its results.json
+    #[arg(long, value_name = "RESULTS.JSON")]
+    baseline: Option<PathBuf>,
+    /// Fail where a build, look-ups or the picture take longer than in the baseline, beyond their noise and by more than this
+    /// [a share: 5% where none is given]
+    #[arg(long, value_name = "SHARE", requires = "baseline", num_args = 0..=1, default_missing_value = "5%", value_parser = share)]
+    fail_slower: Option<f64>,
+    /// Fail where an error is larger than in the baseline by more than this [a share: 1% where none is given]
+    #[arg(long, value_name = "SHARE", requires = "baseline", num_args = 0..=1, default_missing_value = "1%", value_parser = share)]
+    fail_worse: Option<f64>,
+    /// Write the rows as test cases, for CI: JUnit's XML
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// Write the figures in Bencher's metric format: JSON
+    #[arg(long, value_name = "FILE")]
+    bencher: Option<PathBuf>,
+}
+
+fn share(text: &str) -> std::result::Result<f64, String> {
+    let number = text.trim().strip_suffix('%').unwrap_or(text).trim().parse::<f64>().ok();
+    let share = number.map(|n| n / 100.0).filter(|share| share.is_finite() && *share >= 0.0);
+    share.ok_or_else(|| "give percent: 5%, say".into())
+}
+
+/// What a run is held against.
+pub struct Baseline<'a> {
+    arguments: &'a BaselineArguments,
+    before: Option<Results>,
+    margins: Margins,
+    fails: Fails,
+}
+
+impl BaselineArguments {
+    /// Reads the baseline.
+    ///
+    /// # Errors
+    /// Those of [`Results::read`].
+    pub fn read(&self) -> Result<Baseline<'_>> {
+        let before = self.baseline.as_ref().map(|path| Results::read(path)).transpose()?;
+        let usual = Margins::default();
+        let margins =
+            Margins { time: self.fail_slower.unwrap_or(usual.time), error: self.fail_worse.unwrap_or(usual.error) };
+        let fails = Fails { slower: self.fail_slower.is_some(), worse: self.fail_worse.is_some() };
+        Ok(Baseline { arguments: self, before, margins, fails })
+    }
+}
+
+impl Baseline<'_> {
+    /// Before anything is measured: whether `now` can be held against it.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where it is of another device or driver, was measured otherwise, or is of another scene.
+    pub fn check(&self, now: &Results) -> Result<()> {
+        let Some(before) = &self.before else { return Ok(()) };
+        let device = |results: &Results| {
+            let device = &results.device;
+            [("device", device.name.clone()), ("driver", device.driver.clone())]
+                .map(|(name, value)| (name.to_owned(), value))
+        };
+        let all = |results: &Results| device(results).into_iter().chain(results.conditions.clone()).collect::<Vec<_>>();
+        let was = all(before);
+        let differs = |(name, new): (String, String)| {
+            let old = was.iter().find(|(other, _)| *other == name)?;
+            (old.1 != new).then(|| (name, old.1.clone(), new))
+        };
+        let Some((what, old, new)) = all(now).into_iter().find_map(differs) else { return Ok(()) };
+        let name = self.arguments.baseline.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
+        let cause = format!("it was measured with {what} {old}, and this is {new}");
+        Err(Error::input(format!("--baseline {name}"), cause, "measure it again there, or repeat its command"))
+    }
+
+    /// Whether a row that was just measured is slower: then it is measured once more, since something else may have run.
+    pub fn is_slower(&self, row: &Row) -> bool {
+        let change = self.before.as_ref().and_then(|before| change_of(before, row, self.margins));
+        change.is_some_and(|change| change.is_slower())
+    }
+
+    /// Prints what has changed and writes what other tools want. False where the run fails by it.
+    ///
+    /// # Errors
+    /// [`Error::Output`] where a file cannot be written.
+    pub fn finish(&self, now: &Results) -> Result<bool> {
+        let none = Results::default();
+        let all: Vec<Change> = match &self.before {
+            Some(before) => changes(before, now, self.margins),
+            None => Vec::new(),
+        };
+        if let Some(path) = &self.arguments.junit {
+            write_whole(path, junit(now, &all, self.fails)?.as_bytes())?;
+        }
+        if let Some(path) = &self.arguments.bencher {
+            write_whole(path, bencher(now)?.as_bytes())?;
+        }
+        if self.before.as_ref().unwrap_or(&none).rows.is_empty() {
+            return Ok(true);
+        }
+        say(format!("\n{}", changes_table(&all, now)))?;
+        let failed: Vec<_> = all.iter().filter_map(|change| Some((change, self.fails.why(change)?))).collect();
+        for (change, why) in &failed {
+            let row = change.row();
+            complain(format!("gobo: {} on {}: {why} than the baseline", row.spec(), row.scene));
+        }
+        Ok(failed.is_empty())
+    }
+}

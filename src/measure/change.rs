@@ -1,0 +1,303 @@
+//! What has changed since a comparison of before: times beside their noise, errors and bytes, row by row.
+
+use super::{Results, Row, Status, Timing};
+
+/// Samples below which a timing says nothing about its noise.
+const FEWEST_SAMPLES: usize = 5;
+
+/// Rows that were not steady may differ by this factor for nothing: others used the machine, or the clock was another.
+const UNSTEADY: f64 = 2.0;
+
+/// An error below this is rounding of 32-bit visibility.
+const ROUNDING: f64 = 1e-7;
+
+/// From where on a row has changed, as shares of what it was: 0.05 is 5 %.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Margins {
+    /// Of times.
+    pub time: f64,
+    /// Of errors.
+    pub error: f64,
+}
+
+impl Default for Margins {
+    fn default() -> Self {
+        Self { time: 0.05, error: 0.01 }
+    }
+}
+
+/// What became of a figure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// By less than the margin, or than the noise.
+    Same,
+    /// Quicker, or nearer to the truth.
+    Better,
+    /// Slower, or farther from the truth.
+    Worse,
+    /// A time that cannot be told from noise: too few samples, or one of the rows was not steady.
+    Unknown,
+}
+
+/// One figure of a row, before and now.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Figure {
+    /// What it is: `build`, `look-up`, `draw`, `map error`, `space error`, `surface error`, `FLIP`, `resident`.
+    pub name: &'static str,
+    /// Nanoseconds, a mean absolute error, or bytes.
+    pub before: f64,
+    /// The same.
+    pub now: f64,
+    /// What became of it.
+    pub verdict: Verdict,
+}
+
+impl Figure {
+    /// How much more it is now, as a share of what it was; nothing where it was 0.
+    pub fn share(&self) -> Option<f64> {
+        (self.before != 0.0).then(|| self.now / self.before - 1.0)
+    }
+
+    /// Whether it is a time.
+    pub fn is_time(&self) -> bool {
+        TIMES.iter().any(|(name, _)| *name == self.name)
+    }
+
+    /// Whether it is an error.
+    pub fn is_error(&self) -> bool {
+        ERRORS.iter().any(|(name, _)| *name == self.name)
+    }
+}
+
+/// A row, and what it was.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Change<'a> {
+    /// It is there before and now.
+    Both {
+        /// The row of now.
+        now: &'a Row,
+        /// What both have measured.
+        figures: Vec<Figure>,
+    },
+    /// Measured before, and refused or failed now; or the other way round.
+    Status {
+        /// What it was.
+        before: &'a Row,
+        /// What it is.
+        now: &'a Row,
+    },
+    /// It was not there before.
+    New(&'a Row),
+    /// It is not there any more.
+    Gone(&'a Row),
+}
+
+impl Change<'_> {
+    /// The row, of now where it is still there.
+    pub fn row(&self) -> &Row {
+        match self {
+            Self::Both { now, .. } | Self::Status { now, .. } => now,
+            Self::New(row) | Self::Gone(row) => row,
+        }
+    }
+
+    fn any(&self, of: fn(&Figure) -> bool) -> bool {
+        let Self::Both { figures, .. } = self else { return false };
+        figures.iter().any(|figure| of(figure) && figure.verdict == Verdict::Worse)
+    }
+
+    /// Whether a time has grown beyond margin and noise.
+    pub fn is_slower(&self) -> bool {
+        self.any(Figure::is_time)
+    }
+
+    /// Whether an error has grown beyond its margin.
+    pub fn is_worse(&self) -> bool {
+        self.any(Figure::is_error)
+    }
+
+    /// Whether it cannot be measured any more.
+    pub fn is_lost(&self) -> bool {
+        matches!(self, Self::Status { before, .. } if before.status == Status::Ok)
+    }
+}
+
+const TIMES: [(&str, fn(&Row) -> Option<Timing>); 3] =
+    [("build", |row| row.build_ns), ("look-up", |row| row.lookup_ns_per_million), ("draw", |row| row.draw_ns)];
+
+const ERRORS: [(&str, fn(&Row) -> Option<f64>); 4] = [
+    ("map error", |row| Some(row.error.as_ref()?.map?.mean_abs)),
+    ("space error", |row| Some(row.error.as_ref()?.space?.mean_abs)),
+    ("surface error", |row| Some(row.error.as_ref()?.surface?.mean_abs)),
+    ("FLIP", |row| Some(row.error.as_ref()?.image?.flip_mean)),
+];
+
+/// Every row of now with what it was, in the order of now, and behind them those that are gone. A row is the same where scene
+/// and technique are, and all keys that both say; each row of before is one of now at most.
+pub fn changes<'a>(before: &'a Results, now: &'a Results, margins: Margins) -> Vec<Change<'a>> {
+    let mut left: Vec<&Row> = before.rows.iter().collect();
+    let mut changes: Vec<Change> = now
+        .rows
+        .iter()
+        .map(|row| {
+            let Some(place) = left.iter().position(|old| is_same(old, row)) else { return Change::New(row) };
+            change(left.remove(place), row, margins)
+        })
+        .collect();
+    changes.extend(left.into_iter().map(Change::Gone));
+    changes
+}
+
+/// One row against the first of `before` that is the same; nothing where there is none.
+pub fn change_of<'a>(before: &'a Results, now: &'a Row, margins: Margins) -> Option<Change<'a>> {
+    before.rows.iter().find(|old| is_same(old, now)).map(|old| change(old, now, margins))
+}
+
+fn is_same(before: &Row, now: &Row) -> bool {
+    let agree = |(key, value): (&String, &String)| now.variant.get(key).is_none_or(|other| other == value);
+    before.scene == now.scene && before.technique == now.technique && before.variant.iter().all(agree)
+}
+
+fn change<'a>(before: &'a Row, now: &'a Row, margins: Margins) -> Change<'a> {
+    if before.status != now.status {
+        return Change::Status { before, now };
+    }
+    let steady = [before, now].iter().all(|row| row.steadiness.is_none_or(|s| s.warnings().is_empty()));
+    let times = TIMES.iter().filter_map(|(name, of)| {
+        let (was, is) = (of(before)?, of(now)?);
+        let verdict = time_verdict(was, is, margins.time, steady);
+        Some(Figure { name, before: was.median, now: is.median, verdict })
+    });
+    let errors = ERRORS.iter().filter_map(|(name, of)| {
+        let (was, is) = (of(before)?, of(now)?);
+        Some(Figure { name, before: was, now: is, verdict: error_verdict(was, is, margins.error) })
+    });
+    let bytes = before.bytes_resident.zip(now.bytes_resident).map(|(was, is)| {
+        // A number of bytes has no noise, and more of them is neither slower nor less right.
+        Figure { name: "resident", before: was as f64, now: is as f64, verdict: Verdict::Same }
+    });
+    Change::Both { now, figures: times.chain(errors).chain(bytes).collect() }
+}
+
+/// Two bands from the 5th to the 95th percentile that overlap are noise; apart, the medians say by how much.
+fn time_verdict(before: Timing, now: Timing, margin: f64, steady: bool) -> Verdict {
+    if before.samples.min(now.samples) < FEWEST_SAMPLES {
+        return Verdict::Unknown;
+    }
+    let more = |a: Timing, b: Timing, factor: f64| a.p05 > b.p95 && a.median > b.median * factor;
+    let (factor, unsteady) = (1.0 + margin, UNSTEADY.max(1.0 + margin));
+    match [more(now, before, factor), more(before, now, factor)] {
+        [false, false] => Verdict::Same,
+        [slower, _] if steady || more(now, before, unsteady) || more(before, now, unsteady) => {
+            if slower {
+                Verdict::Worse
+            } else {
+                Verdict::Better
+            }
+        }
+        _ => Verdict::Unknown,
+    }
+}
+
+fn error_verdict(before: f64, now: f64, margin: f64) -> Verdict {
+    if now > before * (1.0 + margin) + ROUNDING {
+        Verdict::Worse
+    } else if before > now * (1.0 + margin) + ROUNDING {
+        Verdict::Better
+    } else {
+        Verdict::Same
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::{PointError, RowError};
+
+    fn timing(median: f64, half: f64) -> Timing {
+        Timing { median, p05: median - half, p95: median + half, samples: 30 }
+    }
+
+    fn row(key: &str, build: Timing, error: f64) -> Row {
+        let space = Some(PointError { mean_abs: error, ..PointError::default() });
+        Row {
+            scene: "s".into(),
+            technique: "avsm".into(),
+            variant: [("nodes".to_owned(), key.to_owned())].into(),
+            build_ns: Some(build),
+            error: Some(RowError { map: None, space, surface: None, casters: None, image: None }),
+            bytes_resident: Some(8),
+            ..Row::default()
+        }
+    }
+
+    fn results(rows: &[Row]) -> Results {
+        Results { rows: rows.to_vec(), ..Results::default() }
+    }
+
+    #[test]
+    fn a_time_has_changed_where_bands_are_apart_and_medians_beyond_the_margin() {
+        let was = timing(100.0, 2.0);
+        for (now, verdict) in [
+            (timing(100.0, 2.0), Verdict::Same),
+            // Apart, and within the margin.
+            (timing(104.5, 1.0), Verdict::Same),
+            // Beyond the margin, and within the noise.
+            (timing(110.0, 9.0), Verdict::Same),
+            (timing(110.0, 2.0), Verdict::Worse),
+            (timing(90.0, 2.0), Verdict::Better),
+            (Timing { samples: 4, ..timing(200.0, 1.0) }, Verdict::Unknown),
+        ] {
+            assert_eq!(time_verdict(was, now, 0.05, true), verdict, "{now:?}");
+        }
+    }
+
+    #[test]
+    fn an_error_has_changed_beyond_its_margin_and_rounding() {
+        for (before, now, verdict) in [
+            (0.1, 0.1009, Verdict::Same),
+            (0.1, 0.102, Verdict::Worse),
+            (0.102, 0.1, Verdict::Better),
+            (0.0, 5e-8, Verdict::Same),
+            (0.0, 1e-3, Verdict::Worse),
+            (1e-3, 0.0, Verdict::Better),
+        ] {
+            assert_eq!(error_verdict(before, now, 0.01), verdict, "{before} {now}");
+        }
+    }
+
+    #[test]
+    fn rows_are_matched_by_what_both_say() {
+        let old = results(&[
+            row("4", timing(10.0, 0.1), 0.1),
+            row("8", timing(20.0, 0.1), 0.05),
+            row("9", timing(1.0, 0.1), 0.0),
+        ]);
+        // A key that the older program did not have.
+        let mut first = row("8", timing(30.0, 0.1), 0.05);
+        first.variant.insert("lately".into(), "on".into());
+        let mut refused = row("9", timing(1.0, 0.1), 0.0);
+        refused.status = Status::Refused;
+        let new = results(&[first, row("16", timing(1.0, 0.1), 0.0), refused]);
+        let found = changes(&old, &new, Margins::default());
+        let nodes: Vec<_> = found.iter().map(|change| change.row().variant["nodes"].as_str()).collect();
+        assert_eq!(nodes, ["8", "16", "9", "4"]);
+        assert!(found[0].is_slower() && !found[0].is_worse());
+        assert!(matches!(found[1], Change::New(_)) && found[2].is_lost() && matches!(found[3], Change::Gone(_)));
+        let Change::Both { figures, .. } = &found[0] else { panic!("both") };
+        assert_eq!(figures[0].share(), Some(0.5));
+        assert_eq!(figures.iter().map(|figure| figure.name).collect::<Vec<_>>(), ["build", "space error", "resident"]);
+    }
+
+    #[test]
+    fn what_is_not_steady_has_to_be_far_off() {
+        let old = results(&[row("4", timing(10.0, 0.1), 0.1)]);
+        for (build, slower) in [(15.0, false), (25.0, true)] {
+            let mut now = row("4", timing(build, 0.1), 0.2);
+            now.steadiness = Some(crate::measure::Steadiness { spread: Some(2.0), ..Default::default() });
+            let now = results(&[now]);
+            let found = changes(&old, &now, Margins::default());
+            assert!(found[0].is_slower() == slower && found[0].is_worse(), "{build}");
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! `compare --baseline`: what has changed is said and fails the run, what has not does not.
+
+use crate::errors::fails;
+use crate::support::log;
+use crate::{folder, ok, results, run, runs, small_scene, text};
+use gobo::measure::Results;
+use std::path::Path;
+
+fn arguments<'a>(scene: &'a Path, out: &'a Path) -> Vec<&'a str> {
+    let effort = ["--quick", "--frames", "6", "--picture", "16x16", "--out", text(out)];
+    let specs = ["--technique", "beer-shadow-map:size=8|16", "--technique", "avsm:path=interlock,size=8"];
+    ["compare", text(scene)].into_iter().chain(effort).chain(specs).collect()
+}
+
+/// The results as they would be had everything been otherwise.
+fn changed(before: &Results, folder: &Path, change: impl Fn(&mut Results)) -> String {
+    let mut results = before.clone();
+    change(&mut results);
+    let path = folder.join("baseline.json");
+    std::fs::write(&path, serde_json::to_vec(&results).expect("JSON")).expect("write");
+    text(&path).to_owned()
+}
+
+#[test]
+fn a_run_is_held_against_its_baseline() {
+    log("exercised", "a_run_is_held_against_its_baseline", &runs("beer-shadow-map", "binned").0);
+    let (scenes, first, out) = (folder(), folder(), folder());
+    let scene = small_scene(scenes.path());
+    ok(&arguments(&scene, first.path()));
+    let before = results(first.path());
+    let measured = before.rows.iter().filter(|row| row.build_ns.is_some()).count();
+    assert!(measured >= 2);
+    let against = |path: &str, more: &[&str]| {
+        let mut all = arguments(&scene, out.path());
+        all.extend(["--baseline", path]);
+        all.extend(more);
+        let output = run(&all);
+        let [said, complained] =
+            [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+        (output.status.success(), said, complained)
+    };
+    let (xml, json) = (out.path().join("junit.xml"), out.path().join("bencher.json"));
+    // The same errors; times of a busy machine are not asked for.
+    let as_it_was = changed(&before, scenes.path(), |_| {});
+    let files = ["--fail-worse", "--junit", text(&xml), "--bencher", text(&json)];
+    let (holds, said, complained) = against(&as_it_was, &files);
+    assert!(holds && said.contains("space error") && !said.contains("WORSE"), "{said}{complained}");
+    // What CI is told are the rows.
+    let now = results(out.path());
+    let document = std::fs::read_to_string(&xml).expect("JUnit's XML");
+    let document = roxmltree::Document::parse(&document).expect("XML");
+    let cases: Vec<_> = document.descendants().filter(|node| node.has_tag_name("testcase")).collect();
+    let named: Vec<_> = cases.iter().map(|case| case.attribute("name").expect("a name").to_owned()).collect();
+    assert_eq!(named, now.rows.iter().map(gobo::measure::Row::spec).collect::<Vec<_>>());
+    for (case, row) in cases.iter().zip(&now.rows) {
+        let refused = row.status == gobo::measure::Status::Refused;
+        assert_eq!(case.children().any(|node| node.has_tag_name("skipped")), refused, "{}", row.spec());
+        assert!(!case.children().any(|node| node.has_tag_name("failure")));
+        let seconds = case.attribute("time").expect("a time").parse::<f64>().ok();
+        let median = row.build_ns.map(|timing| timing.median / 1e9);
+        assert_eq!(seconds.is_some(), median.is_some());
+        assert!(seconds.zip(median).is_none_or(|(a, b)| (a - b).abs() < 1e-9));
+    }
+    let bencher: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(&json).expect("Bencher's JSON")).expect("JSON");
+    for row in now.rows.iter().filter(|row| row.build_ns.is_some()) {
+        let build = &bencher[format!("{}/{}", row.scene, row.spec())]["build_ns"];
+        let timing = row.build_ns.expect("measured");
+        assert_eq!(build["value"].as_f64(), Some(timing.median));
+        assert_eq!(build["upper_value"].as_f64(), Some(timing.p95));
+    }
+    // Errors were half of what they are.
+    let halved = changed(&before, scenes.path(), |results| {
+        for points in results.rows.iter_mut().filter_map(|row| row.error.as_mut()?.space.as_mut()) {
+            points.mean_abs *= 0.5;
+        }
+    });
+    let (holds, said, complained) = against(&halved, &["--fail-worse", "--junit", text(&xml)]);
+    assert!(!holds && said.contains("WORSE") && said.contains("+100.0 %"), "{said}");
+    assert_eq!(complained.matches("worse than the baseline").count(), measured, "{complained}");
+    let document = std::fs::read_to_string(&xml).expect("JUnit's XML");
+    let document = roxmltree::Document::parse(&document).expect("XML");
+    assert_eq!(document.descendants().filter(|node| node.has_tag_name("failure")).count(), measured);
+    // As much is within a margin of 150 %, and fails nothing where nobody asks.
+    assert!(against(&halved, &["--fail-worse", "150%"]).0 && against(&halved, &[]).0);
+    // Builds took a thousandth of the time.
+    let quicker = changed(&before, scenes.path(), |results| {
+        for timing in results.rows.iter_mut().filter_map(|row| row.build_ns.as_mut()) {
+            (timing.median, timing.p05, timing.p95) = (timing.median / 1e3, timing.p05 / 1e3, timing.p95 / 1e3);
+        }
+    });
+    let (holds, said, complained) = against(&quicker, &["--fail-slower", "5%"]);
+    assert!(!holds && said.contains("SLOWER"), "{said}{complained}");
+    assert_eq!(complained.matches("slower than the baseline").count(), measured, "{complained}");
+}
+
+#[test]
+fn what_is_no_baseline_is_refused() {
+    let (scenes, first) = (folder(), folder());
+    let scene = small_scene(scenes.path());
+    ok(&arguments(&scene, first.path()));
+    let before = results(first.path());
+    let other = changed(&before, scenes.path(), |results| results.device.driver = "another".into());
+    let mut against = arguments(&scene, first.path());
+    against.extend(["--baseline", &other]);
+    fails(&against, &["--baseline", "it was measured with driver another"]);
+    let more = changed(&before, scenes.path(), |results| {
+        results.conditions.insert("--frames".into(), "7".into());
+    });
+    let mut against = arguments(&scene, first.path());
+    against.extend(["--baseline", &more]);
+    fails(&against, &["it was measured with --frames 7, and this is 6"]);
+    let mut missing = arguments(&scene, first.path());
+    missing.extend(["--baseline", "missing.json"]);
+    fails(&missing, &["missing.json"]);
+    let mut without = arguments(&scene, first.path());
+    without.push("--fail-slower");
+    fails(&without, &["--baseline"]);
+}
