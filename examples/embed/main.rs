@@ -76,9 +76,10 @@ fn size(text: &str) -> Option<[u32; 2]> {
 fn render(run: &Run) -> Result<()> {
     let mut engine = Engine::open(&run.options)?;
     println!("{}", engine.gpu().name());
-    let mut times = Vec::new();
+    let (mut times, mut recordings) = (Vec::new(), Vec::new());
     for frame in 0..run.frames {
         times.extend(engine.frame(frame as f32 / 60.0)?);
+        recordings.push(engine.recording().as_secs_f64());
     }
     let [width, height] = run.options.size;
     image::save_buffer(&run.output, &engine.picture()?, width, height, image::ExtendedColorType::Rgba8)?;
@@ -93,6 +94,8 @@ fn render(run: &Run) -> Result<()> {
             println!("{step:>14} {:8.3} ms", median / 1e6);
         }
     }
+    recordings.sort_by(f64::total_cmp);
+    println!("the host's time for Gobo's part of a frame: {:.3} ms", recordings[recordings.len() / 2] * 1e3);
     println!("Gobo's passes, of one frame:");
     for pass in engine.passes() {
         println!("  {:>28} {:8.3} ms", pass.name, (pass.end_ns - pass.start_ns) / 1e6);

@@ -2,7 +2,7 @@
 
 use super::half::from_half;
 use super::interleaved::{Interleaved, PartsSeen};
-use super::many_lights::{Asking, ManyLights, ManyLightsPush, Targets, TilesSeen};
+use super::many_lights::{Asking, ManyLights, Targets, TilesSeen};
 use super::{Lighting, Shading, Tiled};
 use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Pass, PassTime,
@@ -175,26 +175,36 @@ impl Renderer {
     /// # Errors
     /// [`Error::Gpu`] where the device is lost.
     pub fn draw(&self, kernels: &Kernels) -> Result<Vec<PassTime>> {
-        self.frame(kernels, |commands| match &kernels.casters {
-            Casters::Fragment(kernel) => self.caster(commands, kernel),
-            Casters::Vertex(kernel, push) => self.vertex_lit(commands, kernel, push),
-        })
+        self.frame(kernels, |commands| self.casters(commands, kernels))
+    }
+
+    /// Records the passes of the next frame, into a command buffer of the caller's too.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where memory runs out.
+    pub fn record(&self, commands: &mut Commands, kernels: &Kernels) -> Result<()> {
+        self.meshes(commands, kernels)?;
+        self.casters(commands, kernels);
+        self.drawn(kernels);
+        Ok(())
     }
 
     /// Draws the meshes, and what `record` adds.
     pub(super) fn frame(&self, kernels: &Kernels, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
-        let tiles = match &kernels.meshes {
-            Meshes::Tiled { tiles, .. } => Some((tiles, tiles.begin(&self.camera)?)),
-            Meshes::Forward(_) | Meshes::Deferred { .. } | Meshes::Interleaved { .. } => None,
-        };
-        let times = self.context.submit(|commands| {
-            self.meshes(commands, kernels, tiles.as_ref().map(|(_, push)| push));
+        let times = self.context.try_submit(|commands| {
+            self.meshes(commands, kernels)?;
             record(commands);
+            Ok(())
         })?;
-        if let Some((tiles, _)) = tiles {
+        self.drawn(kernels);
+        Ok(times)
+    }
+
+    /// The next frame is another.
+    fn drawn(&self, kernels: &Kernels) {
+        if let Meshes::Tiled { tiles, .. } = &kernels.meshes {
             tiles.end(&self.camera);
         }
-        Ok(times)
     }
 
     /// What `shading=tiled` left on the device with the last frame; none where no such kernels were made.
@@ -270,27 +280,39 @@ impl Renderer {
         Ok(image.read::<[u16; 4]>()?.into_iter().map(rgb).collect())
     }
 
+    /// What the picture is drawn into, for whoever goes on with it: 32-bit or half floats.
+    pub fn image(&self) -> &Image {
+        &self.color
+    }
+
     fn sky(&self) -> Option<[f32; 4]> {
         Some([SKY[0], SKY[1], SKY[2], 1.0])
     }
 
-    fn meshes(&self, commands: &mut Commands, kernels: &Kernels, push: Option<&ManyLightsPush>) {
-        match (&kernels.meshes, push) {
-            (Meshes::Forward(forward), _) => self.forward(commands, forward),
-            (Meshes::Deferred { gbuffer, deferred }, _) => {
+    fn meshes(&self, commands: &mut Commands, kernels: &Kernels) -> Result<()> {
+        match &kernels.meshes {
+            Meshes::Forward(forward) => self.forward(commands, forward),
+            Meshes::Deferred { gbuffer, deferred } => {
                 self.gbuffer(commands, gbuffer);
                 self.deferred(commands, deferred);
             }
-            (Meshes::Tiled { gbuffer, tiles, asking }, Some(push)) => {
+            Meshes::Tiled { gbuffer, tiles, asking } => {
+                let push = tiles.begin(&self.camera)?;
                 self.gbuffer(commands, gbuffer);
-                tiles.record(commands, asking, push);
+                tiles.record(commands, asking, &push);
             }
-            (Meshes::Interleaved { gbuffer, interleaved }, _) => {
+            Meshes::Interleaved { gbuffer, interleaved } => {
                 self.gbuffer(commands, gbuffer);
                 interleaved.record(commands, &self.camera);
             }
-            // Tiles are begun before they are drawn.
-            (Meshes::Tiled { .. }, None) => {}
+        }
+        Ok(())
+    }
+
+    fn casters(&self, commands: &mut Commands, kernels: &Kernels) {
+        match &kernels.casters {
+            Casters::Fragment(kernel) => self.caster(commands, kernel),
+            Casters::Vertex(kernel, push) => self.vertex_lit(commands, kernel, push),
         }
     }
 
