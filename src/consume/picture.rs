@@ -67,11 +67,22 @@ enum Casters {
     Vertex(Kernel<SpacingPush>, SpacingPush),
 }
 
+/// The casters in the order in which they are blended.
+fn blended(world: &World, camera: &View) -> Result<Vec<u32>> {
+    if world.caster_count() == 0 {
+        return Ok(Vec::new());
+    }
+    let needs = "a scene that the host knows, for the order in which smoke and hair are blended: draw these otherwise";
+    let scene = world.scene().map_err(|_| Error::Refused { needs: needs.into() })?;
+    Ok(far_to_near(scene, camera))
+}
+
 impl Renderer {
     /// Prepares pictures of the world as it is now, as `camera` sees it.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Gpu`] where memory runs out; [`Error::Refused`] where buffers of the caller's fill the world and there is smoke or hair
+    /// in it, whose order the host does not know.
     pub fn new(context: &Context, world: &World, camera: &View) -> Result<Self> {
         let size = [camera.width, camera.height];
         // Blending into 32-bit floats is optional; half floats are everywhere, at a thousandth of precision.
@@ -85,7 +96,7 @@ impl Renderer {
         let distance = image("picture.distance", Format::R32_SFLOAT, ImageUse::Color)?;
         let camera_data = Buffer::with_data(context, "picture.camera", &[*camera])?;
         let order = Buffer::new(context, "picture.order", 4 * u64::from(world.caster_capacity()), Memory::Device)?;
-        order.write(&far_to_near(world.scene()?, camera))?;
+        order.write(&blended(world, camera)?)?;
         let scene = set::PictureScene {
             lights: &world.lights,
             camera: &camera_data,
@@ -131,7 +142,7 @@ impl Renderer {
         if *camera != self.camera {
             self.camera_data.write(&[*camera])?;
         }
-        self.order.write(&far_to_near(world.scene()?, camera))?;
+        self.order.write(&blended(world, camera)?)?;
         (self.camera, self.caster_count) = (*camera, world.caster_count());
         Ok(())
     }

@@ -3,8 +3,7 @@
 use super::source::{Corners, NOWHERE, Source, SphereAt, StrandAt, held, words};
 use crate::Result;
 use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Push, ReadBack, Shader, groups,
-    push_struct,
+    Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Push, ReadBack, Shader, groups, push_struct,
 };
 use crate::shaders::set;
 use crate::shaders::world as shaders;

@@ -166,7 +166,11 @@ impl World {
             return Ok(());
         }
         let cause = format!("its lights have {} maps, and a technique was opened for {count}", self.map_count());
-        Err(Error::input(self.name.clone(), cause, "open the technique anew, or begin with all lights that there will be"))
+        Err(Error::input(
+            self.name.clone(),
+            cause,
+            "open the technique anew, or begin with all lights that there will be",
+        ))
     }
 
     /// Whether any light is looked up through the faces of a cube.

@@ -147,6 +147,11 @@ impl Engine {
         self.recording
     }
 
+    /// Waits until all frames are over.
+    pub fn wait(&self) -> Result<()> {
+        self.frames.wait(self.frame - 1)
+    }
+
     /// How long each of Gobo's passes took in the newest frame that is over.
     pub fn passes(&self) -> Vec<PassTime> {
         self.shadows.times(self.shadowed.saturating_sub(FRAMES_IN_FLIGHT.into()))

@@ -94,7 +94,12 @@ fn stage(
     Ok(vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module).name(c"main"))
 }
 
-pub fn compute(gpu: &mut Gpu, layout: vk::PipelineLayout, spirv: &[u32], constants: &Constants) -> Result<vk::Pipeline> {
+pub fn compute(
+    gpu: &mut Gpu,
+    layout: vk::PipelineLayout,
+    spirv: &[u32],
+    constants: &Constants,
+) -> Result<vk::Pipeline> {
     let constants = constants.info();
     let stage = stage(gpu, vk::ShaderStageFlags::COMPUTE, spirv)?.specialization_info(&constants);
     let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];

@@ -27,10 +27,8 @@ pub const SMOKE_VERT: Shader = shader!("smoke.vert", Vertex);
 pub const SMOKE_FRAG: Shader = shader!("smoke.frag", Fragment);
 
 /// Of shaders that others include.
-const SHARED: [(&str, &str); 2] = [
-    ("scene.glsl", include_str!("../shaders/scene.glsl")),
-    ("shadow.glsl", include_str!("../shaders/shadow.glsl")),
-];
+const SHARED: [(&str, &str); 2] =
+    [("scene.glsl", include_str!("../shaders/scene.glsl")), ("shadow.glsl", include_str!("../shaders/shadow.glsl"))];
 
 impl Shader {
     /// Its SPIR-V. The file of `gobo` has set 1 to itself, and its constants the ids from 0 on, whichever technique it is.
