@@ -14,7 +14,9 @@ use gobo::simulate::Simulation;
 use gobo::technique::{self, Name, Settled, Spec};
 use gobo::world::{LightData, World};
 
-const WANTED: fn() -> Wanted = || Wanted { enabled: everything(), frames: 2, allocator: true };
+fn wanted() -> Wanted {
+    Wanted { enabled: everything(), frames: 2, allocator: true }
+}
 
 /// Large thin smoke, more segments a texel than lists begin with, about a box over a ground.
 fn scene() -> Scene {
@@ -25,12 +27,15 @@ fn scene() -> Scene {
 
 /// Under a light that the technique of a spec knows.
 fn lit(spec: &Spec) -> Scene {
-    let scene = scene();
-    if spec.entry.name != "ism" {
-        return scene;
-    }
+    let mut scene = scene();
     let lamp = LightKind::Virtual { position: glam::DVec3::Z * 2.5, normal: glam::DVec3::NEG_Z, nearest: 0.1 };
-    Scene { lights: vec![Light { kind: lamp, radiance: [1.0; 3], radius: f64::INFINITY }], ..scene }
+    match spec.entry.name {
+        "ism" => scene.lights[0].kind = lamp,
+        // A bake of two parts.
+        "voxelized" => scene.lights.push(scene.lights[0]),
+        _ => {}
+    }
+    scene
 }
 
 /// What the technique of a spec answers once it no longer grows; how often it did, and how often it had a next part.
@@ -88,7 +93,7 @@ fn every_path_is_only_recorded() {
             }
         }
     });
-    adopted(TEST, &WANTED(), |foreign, context| {
+    adopted(TEST, &wanted(), |foreign, context| {
         let mut grew = [0; 2];
         for (spec, own) in &own {
             let (answers, again) = recorded(foreign, context, &lit(spec), spec);
@@ -266,7 +271,7 @@ fn consumers_are_only_recorded() {
     const TEST: &str = "consumers_are_only_recorded";
     let mut own = Consumed::default();
     gpu_test(TEST, |context| own = submitted(context));
-    adopted(TEST, &WANTED(), |foreign, context| {
+    adopted(TEST, &wanted(), |foreign, context| {
         let recorded = only_recorded(foreign, context);
         for (i, (is, own)) in recorded.pictures.iter().zip(&own.pictures).enumerate() {
             assert!(is == own && is.windows(8).any(|pixel| pixel[..4] != pixel[4..]), "picture {i}");

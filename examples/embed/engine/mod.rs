@@ -108,16 +108,16 @@ impl Engine {
 
         let layout = pipelines::layout(gpu, &[set.layout, shadows.layout()])?;
         let (asked, none) = (shadows.constants(), Constants::new(&[]));
-        let compiled = |shader: spirv::Shader| shader.compile(shadows.file());
+        let shaders = spirv::Shaders::new(shadows.file())?;
         let draw = |gpu: &mut Gpu, vertex, fragment| {
-            pipelines::draw(gpu, layout, [&compiled(vertex)?[..], &compiled(fragment)?[..]], &asked)
+            pipelines::draw(gpu, layout, [&shaders.compile(vertex)?[..], &shaders.compile(fragment)?[..]], &asked)
         };
         Ok(Self {
-            move_particles: pipelines::compute(gpu, layout, &compiled(spirv::MOVE)?, &none)?,
-            sort: pipelines::compute(gpu, layout, &compiled(spirv::SORT)?, &none)?,
+            move_particles: pipelines::compute(gpu, layout, &shaders.compile(spirv::MOVE)?, &none)?,
+            sort: pipelines::compute(gpu, layout, &shaders.compile(spirv::SORT)?, &none)?,
             ground: draw(gpu, spirv::GROUND_VERT, spirv::GROUND_FRAG)?,
             smoke: draw(gpu, spirv::SMOKE_VERT, spirv::SMOKE_FRAG)?,
-            ask: pipelines::compute(gpu, layout, &compiled(spirv::ASK)?, &asked)?,
+            ask: pipelines::compute(gpu, layout, &shaders.compile(spirv::ASK)?, &asked)?,
             shadows,
             frames,
             layout,

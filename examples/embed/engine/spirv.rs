@@ -30,10 +30,20 @@ pub const SMOKE_FRAG: Shader = shader!("smoke.frag", Fragment);
 const SHARED: [(&str, &str); 2] =
     [("scene.glsl", include_str!("../shaders/scene.glsl")), ("shadow.glsl", include_str!("../shaders/shadow.glsl"))];
 
-impl Shader {
-    /// Its SPIR-V. The file of `gobo` has set 1 to itself, and its constants the ids from 0 on, whichever technique it is.
-    pub fn compile(self, gobo: &glsl::File) -> Result<Vec<u32>> {
-        let (compiler, mut options) = (Compiler::new()?, CompileOptions::new()?);
+/// Compiles them for one technique. As long as there is one, what GLSL has built in is read once.
+pub struct Shaders {
+    compiler: Compiler,
+    gobo: &'static glsl::File,
+}
+
+impl Shaders {
+    pub fn new(gobo: &'static glsl::File) -> Result<Self> {
+        Ok(Self { compiler: Compiler::new()?, gobo })
+    }
+
+    /// A shader's SPIR-V. The technique's file has set 1 to itself, and its constants the ids from 0 on, whichever technique it is.
+    pub fn compile(&self, shader: Shader) -> Result<Vec<u32>> {
+        let (gobo, mut options) = (self.gobo, CompileOptions::new()?);
         options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_2 as u32);
         options.set_warnings_as_errors();
         options.set_include_callback(|name, _, _, _| {
@@ -49,7 +59,7 @@ impl Shader {
         for name in ["visibility", "receiver"] {
             options.add_macro_definition(&format!("gobo_{name}"), Some(&format!("gobo_{technique}_{name}")));
         }
-        let spirv = compiler.compile_into_spirv(self.text, self.kind, self.name, "main", Some(&options));
+        let spirv = self.compiler.compile_into_spirv(shader.text, shader.kind, shader.name, "main", Some(&options));
         Ok(spirv.map_err(|e| format!("with {technique}: {e}"))?.as_binary().to_vec())
     }
 }
