@@ -158,7 +158,7 @@ impl Simulation {
         &self.bodies
     }
 
-    /// What they bounce off.
+    /// What they bounce off; empty before the first step.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
