@@ -25,9 +25,6 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::{env, fs, thread};
 
-#[path = "examples/embed/build.rs"]
-mod embed;
-
 /// What includes are replaced by, folder by folder.
 const LOOK_UP: &str = "visibility.glsl";
 
@@ -70,8 +67,7 @@ fn build() -> Result<(), String> {
     let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
     let table = table(&out, &sources, &techniques, &constants, &jobs, &spirv)? + &sets::module(&sources)?;
     write(&out.join("shaders.rs"), table.as_bytes())?;
-    write(&out.join("glsl.rs"), flat_files(&out, &sources, &techniques)?.as_bytes())?;
-    embed::build(&out, |technique| Ok(flat::flat(&sources, &format!("technique/{technique}"))?.text))
+    write(&out.join("glsl.rs"), flat_files(&out, &sources, &techniques)?.as_bytes())
 }
 
 /// What src/glsl.rs includes: the technique's files, in the order of the folders' places.

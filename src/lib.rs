@@ -9,13 +9,54 @@
 //! A device is adopted, casters and lights are the engine's buffers, passes go into its command buffers, its shader asks, and what
 //! grew is settled a frame later. docs/guide/embedding.md goes through it, and examples/embed is a renderer that does it.
 //!
-//! ```text
-//! adopt    Context::adopt          the engine's instance, device and queue family; nothing of them is destroyed
-//! world    World::of               room for casters, triangles and lights, which the engine's buffers then fill
-//! open     Avsm::new               a technique with its settings, or a refusal that names what the device lacks
-//! record   Technique::record       the passes of a build, into the engine's command buffer; nothing submits or waits
-//! ask      glsl::file, write_into  one flat GLSL file for the engine's shader, and its descriptors
-//! settle   Technique::settle       a frame late: done, or a buffer grew and the next build has room
+//! ```
+//! use glam::DVec3;
+//! use gobo::consume::Query;
+//! use gobo::gpu::{Buffer, Commands, Context, ReadBack};
+//! use gobo::scene::{Light, LightKind};
+//! use gobo::technique::{Avsm, Technique, avsm};
+//! use gobo::world::{Capacity, Count, Source, SphereAt, World};
+//!
+//! # mod engine { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example_engine.rs")); }
+//! # engine::runs(|engine| {
+//! // The engine's instance, device and queue family. Nothing of them is destroyed, nothing is submitted or waited for.
+//! // SAFETY: they live longer, and the device was opened with what is said of it.
+//! let context = unsafe { Context::adopt(engine.adopt()) }?;
+//! let mut world = World::of(&context, Capacity { particles: 1, lights: 1, ..Default::default() })?;
+//! // A buffer of the engine's is adopted, Buffer::adopt, and read in its own layout. This one is Gobo's: x, y, z, radius, extinction.
+//! let buffer = Buffer::with_data(&context, "smoke", &[0.0f32, 0.0, 1.0, 0.5, 2.0])?;
+//! let smoke = Source { buffer, offset: 0, stride: 20, count: Count::Host(1) };
+//! let kind = LightKind::Directional { direction: DVec3::NEG_Z };
+//! let sun = Light { kind, radiance: [1.0; 3], radius: f64::INFINITY };
+//!
+//! // Lights come before a technique, which is opened for so many.
+//! // SAFETY: the commands are being recorded, and are submitted once and in order.
+//! world.lights(&mut unsafe { Commands::on(&context, engine.begin(0), 0) }?, &[sun])?;
+//! engine.submit(0);
+//! let mut avsm = Avsm::new(&context, &world, &avsm::Settings { nodes: 8, size: 64, ..Default::default() })?;
+//!
+//! // Shaders of the engine include `gobo::glsl::file("avsm")`, with the set that `avsm.answer().write_into` fills. Here a query asks,
+//! // below the smoke.
+//! let query = Query::new(&context, 0, &[[0.0; 3]])?;
+//! let (kernel, read) = (query.kernel(&avsm.answer())?, ReadBack::new(&context, "light", 4)?);
+//! for frame in 1..8 {
+//!     let commands = engine.begin(frame);
+//!     // What did not fit two frames ago has room from now on.
+//!     avsm.settle(frame.saturating_sub(2))?;
+//!     // SAFETY: as above; frame − 2 is over.
+//!     let mut commands = unsafe { Commands::on(&context, commands, frame) }?;
+//!     world.particles(&mut commands, &smoke, SphereAt::PARTICLE)?;
+//!     avsm.record(&mut commands, &world)?;
+//!     query.record(&mut commands, &kernel);
+//!     commands.read_back(query.buffer(), &read);
+//!     commands.end();
+//!     engine.submit(frame);
+//! }
+//! engine.wait();
+//! let light = read.read::<f32>(7, 1)?.expect("frame 7 is over");
+//! assert!((light[0] - (-2f32).exp()).abs() < 0.02);
+//! assert_eq!((context.calls().submissions, context.calls().waits), (0, 0));
+//! # Ok(()) });
 //! ```
 //!
 //! # On a device of its own

@@ -104,7 +104,7 @@ fn tiles_have_the_same_entries_however_they_are_counted() {
         let world = World::new(context, &scene).expect("room for the scene");
         // More tiles than the one workgroup that lists the fullest first has threads.
         let mut maps = Maps::new(context, &world, 128, OpaqueMaps::SHARED).expect("room for the maps");
-        context.submit(|commands| maps.record(commands, &world)).expect("submitted");
+        context.submit(|commands| maps.record(commands, &world).expect("its lights")).expect("submitted");
         let (casters, tiles) = (world.caster_count() as usize, 256);
         let capacity = casters * tiles;
         let mut all = Vec::new();
@@ -401,7 +401,7 @@ fn tiles_have_the_same_room() {
             let mut frame = 0;
             let passes = context.submit(|commands| {
                 frame = commands.frame();
-                maps.record(commands, &world);
+                maps.record(commands, &world).expect("its lights");
                 bins.record(commands, &world);
             });
             let counted = passes.expect("submitted").iter().any(|pass| pass.name == "bins.count");

@@ -14,7 +14,7 @@ use gobo::gpu::{Buffer, Commands, Context, Features};
 use gobo::scene::{Camera, Light, LightKind, Motion, Scene};
 use gobo::technique::{Avsm, BeerShadowMap, Opened, Psm, Technique, avsm, beer_shadow_map, psm};
 use gobo::world::{Capacity, Count, Source, SphereAt, World};
-use support::{gpu_test, log, skipped, some};
+use support::{all, gpu_test, log, skipped, some};
 
 /// Small ones of each.
 fn hows() -> [(&'static str, How); 3] {
@@ -116,11 +116,15 @@ fn scene(particles: &[Particle]) -> Scene {
     }
 }
 
-/// A world of the same particles in a buffer, as the engine's is, on the program's own device.
-fn of_a_buffer(context: &Context, particles: &[Particle], light: Light) -> World {
+/// A world of the same particles in a buffer, as the engine's is, on the program's own device. Its views measure from the middle of
+/// the box.
+fn of_a_buffer(context: &Context, particles: &[Particle], light: Light, boxed: Option<([f32; 3], [f32; 3])>) -> World {
     let count = particles.len() as u32;
     let capacity = Capacity { particles: count, lights: 1, ..Capacity::default() };
     let mut world = World::of(context, capacity).expect("room");
+    if let Some((low, high)) = boxed {
+        world.set_box(low, high).expect("a box");
+    }
     let buffer = Buffer::with_data(context, "particles", particles).expect("room");
     let source = Source { buffer, offset: 0, stride: size_of::<Particle>() as u32, count: Count::Host(count) };
     let record = |commands: &mut Commands| {
@@ -155,41 +159,57 @@ fn answers(name: &str, options: &Options) -> (Vec<f32>, Vec<Particle>) {
     all
 }
 
-/// The same bits as of such a world on the program's own device, and nearly those of a scene. Views of a world of buffers measure from its origin, those of a scene from a caster: they differ in the last places, and a curve
-/// of few nodes may then lose another node, at few points.
+/// How many answers are other bits.
+fn differing(ours: &[f32], theirs: &[f32]) -> usize {
+    assert_eq!(ours.len(), theirs.len());
+    ours.iter().zip(theirs).filter(|(a, b)| a.to_bits() != b.to_bits()).count()
+}
+
+/// As AVSM is built where there are no subgroups.
+fn without_subgroups(how: &How) -> How {
+    match how {
+        How::Avsm(settings) => How::Avsm(avsm::Settings { batch: Some(avsm::Batch::Shared), ..*settings }),
+        other => other.clone(),
+    }
+}
+
+/// The same bits as of such a world on the program's own device, and these are the bits of a scene, where both measure from the same
+/// place: a scene's views do from its first caster along x.
 #[test]
 fn answers_are_the_programs() {
     gpu_test("answers_are_the_programs", |context| {
         let points = points();
         for (name, how) in hows() {
-            let (ours, particles) = answers(name, &options(how.clone(), Optional::All, true));
-            let scene = scene(&particles);
-            let alike = program(context, &how, &of_a_buffer(context, &particles, scene.lights[0]), &points);
-            let differ = ours.iter().zip(&alike).filter(|(a, b)| a.to_bits() != b.to_bits()).count();
-            assert_eq!(differ, 0, "{name}: answers of the same world on the program's own device");
-            let theirs = program(context, &how, &World::new(context, &scene).expect("room"), &points);
-            let off: Vec<_> = ours.iter().zip(&theirs).map(|(a, b)| (a - b).abs()).collect();
-            let (farthest, mean) =
-                (off.iter().copied().fold(0.0, f32::max), off.iter().sum::<f32>() / off.len() as f32);
-            let shadowed = theirs.iter().filter(|answer| **answer < 0.5).count();
-            println!("{name}: {farthest:e} at most, {mean:e} on average; {shadowed} of {} in shadow", points.len());
-            assert!(shadowed > points.len() / 50, "{name}: {shadowed} points are in shadow");
-            assert!(mean < 1e-5 && farthest < 0.02, "{name}: {farthest} at most, {mean} on average");
+            let (ours, mut particles) = answers(name, &options(how.clone(), Optional::All, true));
+            let sun = scene(&particles).lights[0];
+            let alike = program(context, &how, &of_a_buffer(context, &particles, sun, None), &points);
+            assert_eq!(differing(&ours, &alike), 0, "{name}: the same world on the program's own device");
+            let shadowed = ours.iter().filter(|answer| **answer < 0.5).count();
+            assert!(shadowed > points.len() / 50, "{name}: {shadowed} of {} points are in shadow", points.len());
+
+            particles.push(Particle { position: [-4.0, 0.0, 0.0], radius: 0.25, extinction: 1.0, age: 0.0 });
+            let boxed = ([-16.0, -12.0, -12.0], [8.0, 12.0, 12.0]);
+            let buffer = program(context, &how, &of_a_buffer(context, &particles, sun, Some(boxed)), &points);
+            let scene = World::new(context, &scene(&particles)).expect("room");
+            assert_eq!(differing(&buffer, &program(context, &how, &scene, &points)), 0, "{name}: a scene");
+            assert!(differing(&buffer, &alike) > 0, "{name}: another caster changes nothing");
         }
     });
 }
 
-/// What is not switched on is not used, and nothing of an answer needs it.
+/// What is not switched on is not used, and nothing of an answer needs it: the same bits. Without subgroups AVSM adds up in another
+/// order, which may be asked for where there are some.
 #[test]
 fn a_lesser_device_answers_alike() {
-    for (name, how) in hows() {
-        let (all, _) = answers(name, &options(how.clone(), Optional::All, true));
-        for (optional, timestamps) in [(Optional::NoInterlock, true), (Optional::Nothing, true), (Optional::All, false)]
-        {
-            let (lesser, _) = answers(name, &options(how.clone(), optional, timestamps));
-            let off = all.iter().zip(&lesser).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            assert!(off < 0.02, "{name}, {optional:?}: {off}");
+    for (name, how) in some(hows(), 1) {
+        let of = |how: How, optional, timestamps| answers(name, &options(how, optional, timestamps)).0;
+        let whole = of(how.clone(), Optional::All, true);
+        for (optional, timestamps) in some([(Optional::NoInterlock, false), (Optional::All, false)], 1) {
+            let lesser = of(how.clone(), optional, timestamps);
+            assert_eq!(differing(&whole, &lesser), 0, "{name}, {optional:?}");
         }
+        let asked = of(without_subgroups(&how), Optional::All, true);
+        assert_eq!(differing(&asked, &of(how.clone(), Optional::Nothing, true)), 0, "{name}, nothing optional");
     }
 }
 
@@ -223,14 +243,15 @@ fn interlock_where_the_device_has_it() {
     assert!(answers.iter().any(|answer| *answer < 0.5));
 }
 
-/// 1,000 frames: memory is at the end what it was at frame 100.
+/// 1,000 frames: memory is at the end what it was at frame 100. In a short run, and of all but the first, a tenth of both.
 #[test]
 fn a_thousand_frames_take_no_more_memory() {
-    for (name, how) in some(hows(), 1) {
+    for (i, (name, how)) in some(hows(), 1).into_iter().enumerate() {
+        let part = if all() && i == 0 { 1 } else { 10 };
         engine_test(name, &options(how, Optional::All, true), |engine| {
-            frames(engine, 100);
+            frames(engine, 100 / part);
             let (all, gobo) = (engine.gpu().allocated_bytes(), engine.shadows().bytes());
-            frames(engine, 900);
+            frames(engine, 900 / part);
             assert_eq!((engine.gpu().allocated_bytes(), engine.shadows().bytes()), (all, gobo), "{name}");
             assert_eq!(engine.shadows().calls(), 0, "{name}");
         });

@@ -8,6 +8,9 @@ mod support;
 #[path = "gpu/adopt.rs"]
 mod adopt;
 
+#[path = "gpu/record.rs"]
+mod record;
+
 #[path = "gpu/layout.rs"]
 mod layout;
 

@@ -23,7 +23,7 @@ fn world(context: &Context, scene: &Scene) -> World {
 fn fitted(context: &Context, scene: &Scene, size: u32) -> Vec<Map> {
     let world = world(context, scene);
     let mut maps = Maps::new(context, &world, size, OpaqueMaps::SHARED).expect("room");
-    let frame = ran(context, |commands| maps.record(commands, &world));
+    let frame = ran(context, |commands| maps.record(commands, &world).expect("its lights"));
     maps.settle(frame, false).expect("read");
     maps.all().to_vec()
 }
@@ -214,7 +214,7 @@ fn casters_are_drawn_near_to_far() {
             for state in [scene.clone(), fewer] {
                 world.replace(&state).expect("as many or fewer");
                 let run = |commands: &mut gobo::gpu::Commands| {
-                    maps.record(commands, &world);
+                    maps.record(commands, &world).expect("its lights");
                     order.record(commands, &world);
                 };
                 let frame = ran(context, run);
@@ -251,7 +251,7 @@ fn the_host_has_what_the_device_fitted() {
         let world = world(context, &scene);
         let mut maps = Maps::new(context, &world, 16, OpaqueMaps::SHARED).expect("room");
         let before = maps.all().to_vec();
-        let frame = ran(context, |commands| maps.record(commands, &world));
+        let frame = ran(context, |commands| maps.record(commands, &world).expect("its lights"));
         assert_eq!(maps.all(), before, "not before it is settled");
         maps.settle(frame, false).expect("read");
         assert_ne!(maps.all(), before);

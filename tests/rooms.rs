@@ -43,9 +43,9 @@ const ARROWS: [(&str, &[&str]); 17] = [
     ),
 ];
 
-/// Arrows that stand though the design does not have them: a built-in scene of simulated particles is where its law's twin says that
-/// they are, and the twin of what gathers triangles returns them as the world has them.
-const STILL: [&str; 2] = ["scene → reference", "reference → world"];
+/// An arrow that stands though the design does not have it: a built-in scene of simulated particles is where its law's twin says that
+/// they are.
+const STILL: [&str; 1] = ["scene → reference"];
 
 /// What a file of Rust uses of the crate, without its unit tests and comments: the first names of paths from `crate`.
 fn used(text: &str) -> BTreeSet<String> {

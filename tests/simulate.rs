@@ -240,7 +240,8 @@ fn a_free_particle_falls_and_is_pulled() {
 #[test]
 fn the_grid_stands_where_it_is_told() {
     gpu_test("the_grid_stands_where_it_is_told", |context| {
-        let running = running(context, 10);
+        let mut running = running(context, 10);
+        running.go(0.0);
         let place = running.fountain.place();
         let data = running.simulation.grid().data().expect("read");
         assert_eq!(

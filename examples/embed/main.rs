@@ -17,7 +17,8 @@ usage: embed avsm|psm|beer-shadow-map [options]
   --validation        load the validation layer, and fail where it complains
   --no-interlock      switch fragment shader interlock off
   --nothing-optional  switch off all that is optional
-  --no-timestamps     measure nothing";
+  --no-timestamps     measure nothing on the device
+  --time              time the host alone: small maps and pictures, each frame waits for the one before";
 
 fn main() -> ExitCode {
     match arguments().and_then(|run| render(&run)) {
@@ -33,7 +34,10 @@ struct Run {
     options: Options,
     output: String,
     answers: Option<String>,
-    frames: u64,
+    /// None: as many as it takes.
+    frames: Option<u64>,
+    /// Nothing but the host's time counts.
+    times_host: bool,
 }
 
 fn arguments() -> Result<Run> {
@@ -47,21 +51,30 @@ fn arguments() -> Result<Run> {
     };
     let choice = Choice { timestamps: true, ..Choice::default() };
     let options = Options { how, choice, size: [640, 480] };
-    let mut run = Run { options, output: "smoke.png".into(), answers: None, frames: 180 };
+    let mut run = Run { options, output: "smoke.png".into(), answers: None, frames: None, times_host: false };
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or_else(|| format!("{word} needs a value"));
         let options = &mut run.options;
         match &word[..] {
             "-o" => run.output = value()?,
             "--answers" => run.answers = Some(value()?),
-            "--frames" => run.frames = value()?.parse::<u64>()?.max(1),
+            "--frames" => run.frames = Some(value()?.parse::<u64>()?.max(1)),
             "--size" => options.size = size(&value()?).ok_or("--size is as in 640x480")?,
             "--device" => options.choice.device = Some(value()?),
             "--validation" => options.choice.validation = true,
             "--no-interlock" => options.choice.optional = Optional::NoInterlock,
             "--nothing-optional" => options.choice.optional = Optional::Nothing,
+            "--time" => run.times_host = true,
             "--no-timestamps" => options.choice.timestamps = false,
             _ => return Err(USAGE.into()),
+        }
+    }
+    if run.times_host {
+        run.options.size = [16; 2];
+        match &mut run.options.how {
+            How::Avsm(settings) => settings.size = 16,
+            How::Psm(settings) => settings.size = 16,
+            How::BeerShadowMap(settings) => settings.size = 16,
         }
     }
     Ok(run)
@@ -76,13 +89,16 @@ fn size(text: &str) -> Option<[u32; 2]> {
 fn render(run: &Run) -> Result<()> {
     let mut engine = Engine::open(&run.options)?;
     println!("{}", engine.gpu().name());
-    let mut times = Vec::new();
-    for frame in 0..run.frames {
+    if run.times_host {
+        return time_host(&mut engine, run.frames.unwrap_or(1000));
+    }
+    let (mut times, frames) = (Vec::new(), run.frames.unwrap_or(180));
+    for frame in 0..frames {
         times.extend(engine.frame(frame as f32 / 60.0)?);
     }
     let [width, height] = run.options.size;
     image::save_buffer(&run.output, &engine.picture()?, width, height, image::ExtendedColorType::Rgba8)?;
-    println!("{}: {width}x{height} pixels, after {} frames", run.output, run.frames);
+    println!("{}: {width}x{height} pixels, after {frames} frames", run.output);
     if let Some(file) = &run.answers {
         std::fs::write(file, answers(&mut engine)?)?;
     }
@@ -111,6 +127,22 @@ fn render(run: &Run) -> Result<()> {
     let said = said.all();
     said.iter().for_each(|message| eprintln!("validation: {message}"));
     if said.is_empty() { Ok(()) } else { Err(format!("the validation layer said {} things", said.len()).into()) }
+}
+
+/// What Gobo's part of a frame takes the host while the device does nothing.
+fn time_host(engine: &mut Engine, frames: u64) -> Result<()> {
+    let mut times = Vec::new();
+    for frame in 0..frames {
+        engine.frame(frame as f32 / 60.0)?;
+        engine.wait()?;
+        times.push(engine.recording().as_secs_f64() * 1e3);
+    }
+    times.sort_by(f64::total_cmp);
+    let at = |part: f64| times[(part * (times.len() - 1) as f64) as usize];
+    let passes = engine.passes().len();
+    println!("Gobo's part of a frame, {passes} timed passes, takes the host {:.4} ms (median of {frames})", at(0.5));
+    println!("a tenth of the frames take less than {:.4} ms, a tenth more than {:.4} ms", at(0.1), at(0.9));
+    Ok(())
 }
 
 /// A line a particle: x, y, z and the share of the sun's light.

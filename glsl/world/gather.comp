@@ -20,6 +20,7 @@ layout(push_constant, scalar) uniform CastersPush {
     float density_is;
 };
 
+// set 0: gather_casters
 layout(set = 0, binding = 0, scalar) readonly buffer GatherTheirs { uint theirs[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer GatherCounts { uint counts[]; };
 // Two vectors each, so that they are written whole.

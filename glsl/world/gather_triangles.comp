@@ -18,6 +18,7 @@ layout(push_constant, scalar) uniform TrianglesPush {
     vec3 place;  // where nothing has one
 };
 
+// set 0: gather_triangles
 layout(set = 0, binding = 0, scalar) readonly buffer GatherVertices { uint theirs[]; };
 layout(set = 0, binding = 1, scalar) readonly buffer GatherIndices { uint indices[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer GatherCounts { uint counts[]; };

@@ -2,7 +2,7 @@
 
 use super::Renderer;
 use crate::Result;
-use crate::gpu::{Blend, Graphics, Kernel, PassTime, Target, push_struct};
+use crate::gpu::{Blend, Commands, Graphics, Kernel, PassTime, Target, push_struct};
 use crate::scene::Fog;
 use crate::shaders::consume as shaders;
 use crate::technique::Answer;
@@ -15,13 +15,26 @@ push_struct! {
     }
 }
 
+/// What lays fog over pictures of one [`Renderer`], lit by one technique.
+pub struct FogKernel(Kernel<FogPush>);
+
 impl Renderer {
     /// Lays fog, lit by `answer`, over the picture that was drawn last; it stays on the device. Returns the pass's time, where
     /// the device has timestamps.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where the driver rejects the shader or the device is lost.
+    /// As [`Renderer::fog_kernel`]; [`crate::Error::Gpu`] where the device is lost.
     pub fn fog(&self, answer: &Answer, fog: &Fog) -> Result<Option<PassTime>> {
+        let kernel = self.fog_kernel(answer)?;
+        let times = self.context.submit(|commands| self.record_fog(commands, &kernel, fog))?;
+        Ok(times.into_iter().next())
+    }
+
+    /// What lays fog that is lit by `answer`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the driver rejects the shader.
+    pub fn fog_kernel(&self, answer: &Answer) -> Result<FogKernel> {
         let state = Graphics {
             vertex: &shaders::FULLSCREEN_VERT,
             fragment: shaders::FOG_FRAG.of(answer.folder),
@@ -29,14 +42,15 @@ impl Renderer {
             depth: None,
         };
         let sets = [&self.scene, answer.bindings, &self.distances];
-        let kernel = Kernel::graphics(&self.context, &state, &sets, answer.constants)?;
+        Ok(FogKernel(Kernel::graphics(&self.context, &state, &sets, answer.constants)?))
+    }
+
+    /// Records the pass that lays it over the picture that was recorded last.
+    pub fn record_fog(&self, commands: &mut Commands, kernel: &FogKernel, fog: &Fog) {
         let push = FogPush { extinction: fog.extinction, steps: fog.steps };
-        let times = self.context.submit(|commands| {
-            commands.pass("consume.fog", |pass| {
-                let colors = [Target { image: &self.color, clear: None }];
-                pass.render(self.color.size(), &colors, None, |draw| draw.draw(&kernel, &push, 3, 1));
-            });
-        })?;
-        Ok(times.into_iter().next())
+        commands.pass("consume.fog", |pass| {
+            let colors = [Target { image: &self.color, clear: None }];
+            pass.render(self.color.size(), &colors, None, |draw| draw.draw(&kernel.0, &push, 3, 1));
+        });
     }
 }

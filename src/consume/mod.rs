@@ -14,6 +14,7 @@ mod shading;
 mod slice;
 mod steps;
 
+pub use fog::FogKernel;
 pub use interleaved::PartsSeen;
 pub use lighting::{Lighting, VERTEX_SPACING};
 pub use picture::{Kernels, Renderer};
@@ -21,4 +22,4 @@ pub use points::{Colours, Points};
 pub use query::{Asked, Query, QueryKernel};
 pub use settings::{DitherKind, KEYS, LightingKind, ShadingKind, ShadingSettings, ShadowsKind, keys, parse, runs};
 pub use shading::{Shading, Tiled};
-pub use slice::slice;
+pub use slice::{Slice, slice};

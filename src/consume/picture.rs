@@ -2,7 +2,7 @@
 
 use super::half::from_half;
 use super::interleaved::{Interleaved, PartsSeen};
-use super::many_lights::{Asking, ManyLights, ManyLightsPush, Targets, TilesSeen};
+use super::many_lights::{Asking, ManyLights, Targets, TilesSeen};
 use super::{Lighting, Shading, Tiled};
 use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Pass, PassTime,
@@ -67,11 +67,22 @@ enum Casters {
     Vertex(Kernel<SpacingPush>, SpacingPush),
 }
 
+/// The casters in the order in which they are blended.
+fn blended(world: &World, camera: &View) -> Result<Vec<u32>> {
+    if world.caster_count() == 0 {
+        return Ok(Vec::new());
+    }
+    let needs = "a scene that the host knows, for the order in which smoke and hair are blended: draw these otherwise";
+    let scene = world.scene().map_err(|_| Error::Refused { needs: needs.into() })?;
+    Ok(far_to_near(scene, camera))
+}
+
 impl Renderer {
     /// Prepares pictures of the world as it is now, as `camera` sees it.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where memory runs out.
+    /// [`Error::Gpu`] where memory runs out; [`Error::Refused`] where buffers of the caller's fill the world and there is smoke or hair
+    /// in it, whose order the host does not know.
     pub fn new(context: &Context, world: &World, camera: &View) -> Result<Self> {
         let size = [camera.width, camera.height];
         // Blending into 32-bit floats is optional; half floats are everywhere, at a thousandth of precision.
@@ -85,7 +96,7 @@ impl Renderer {
         let distance = image("picture.distance", Format::R32_SFLOAT, ImageUse::Color)?;
         let camera_data = Buffer::with_data(context, "picture.camera", &[*camera])?;
         let order = Buffer::new(context, "picture.order", 4 * u64::from(world.caster_capacity()), Memory::Device)?;
-        order.write(&far_to_near(world.scene()?, camera))?;
+        order.write(&blended(world, camera)?)?;
         let scene = set::PictureScene {
             lights: &world.lights,
             camera: &camera_data,
@@ -131,7 +142,7 @@ impl Renderer {
         if *camera != self.camera {
             self.camera_data.write(&[*camera])?;
         }
-        self.order.write(&far_to_near(world.scene()?, camera))?;
+        self.order.write(&blended(world, camera)?)?;
         (self.camera, self.caster_count) = (*camera, world.caster_count());
         Ok(())
     }
@@ -175,26 +186,36 @@ impl Renderer {
     /// # Errors
     /// [`Error::Gpu`] where the device is lost.
     pub fn draw(&self, kernels: &Kernels) -> Result<Vec<PassTime>> {
-        self.frame(kernels, |commands| match &kernels.casters {
-            Casters::Fragment(kernel) => self.caster(commands, kernel),
-            Casters::Vertex(kernel, push) => self.vertex_lit(commands, kernel, push),
-        })
+        self.frame(kernels, |commands| self.casters(commands, kernels))
+    }
+
+    /// Records the passes of the next frame, into a command buffer of the caller's too.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where memory runs out.
+    pub fn record(&self, commands: &mut Commands, kernels: &Kernels) -> Result<()> {
+        self.meshes(commands, kernels)?;
+        self.casters(commands, kernels);
+        self.drawn(kernels);
+        Ok(())
     }
 
     /// Draws the meshes, and what `record` adds.
     pub(super) fn frame(&self, kernels: &Kernels, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
-        let tiles = match &kernels.meshes {
-            Meshes::Tiled { tiles, .. } => Some((tiles, tiles.begin(&self.camera)?)),
-            Meshes::Forward(_) | Meshes::Deferred { .. } | Meshes::Interleaved { .. } => None,
-        };
-        let times = self.context.submit(|commands| {
-            self.meshes(commands, kernels, tiles.as_ref().map(|(_, push)| push));
+        let times = self.context.try_submit(|commands| {
+            self.meshes(commands, kernels)?;
             record(commands);
+            Ok(())
         })?;
-        if let Some((tiles, _)) = tiles {
+        self.drawn(kernels);
+        Ok(times)
+    }
+
+    /// The next frame is another.
+    fn drawn(&self, kernels: &Kernels) {
+        if let Meshes::Tiled { tiles, .. } = &kernels.meshes {
             tiles.end(&self.camera);
         }
-        Ok(times)
     }
 
     /// What `shading=tiled` left on the device with the last frame; none where no such kernels were made.
@@ -270,27 +291,39 @@ impl Renderer {
         Ok(image.read::<[u16; 4]>()?.into_iter().map(rgb).collect())
     }
 
+    /// What the picture is drawn into, for whoever goes on with it: 32-bit or half floats.
+    pub fn image(&self) -> &Image {
+        &self.color
+    }
+
     fn sky(&self) -> Option<[f32; 4]> {
         Some([SKY[0], SKY[1], SKY[2], 1.0])
     }
 
-    fn meshes(&self, commands: &mut Commands, kernels: &Kernels, push: Option<&ManyLightsPush>) {
-        match (&kernels.meshes, push) {
-            (Meshes::Forward(forward), _) => self.forward(commands, forward),
-            (Meshes::Deferred { gbuffer, deferred }, _) => {
+    fn meshes(&self, commands: &mut Commands, kernels: &Kernels) -> Result<()> {
+        match &kernels.meshes {
+            Meshes::Forward(forward) => self.forward(commands, forward),
+            Meshes::Deferred { gbuffer, deferred } => {
                 self.gbuffer(commands, gbuffer);
                 self.deferred(commands, deferred);
             }
-            (Meshes::Tiled { gbuffer, tiles, asking }, Some(push)) => {
+            Meshes::Tiled { gbuffer, tiles, asking } => {
+                let push = tiles.begin(&self.camera)?;
                 self.gbuffer(commands, gbuffer);
-                tiles.record(commands, asking, push);
+                tiles.record(commands, asking, &push);
             }
-            (Meshes::Interleaved { gbuffer, interleaved }, _) => {
+            Meshes::Interleaved { gbuffer, interleaved } => {
                 self.gbuffer(commands, gbuffer);
                 interleaved.record(commands, &self.camera);
             }
-            // Tiles are begun before they are drawn.
-            (Meshes::Tiled { .. }, None) => {}
+        }
+        Ok(())
+    }
+
+    fn casters(&self, commands: &mut Commands, kernels: &Kernels) {
+        match &kernels.casters {
+            Casters::Fragment(kernel) => self.caster(commands, kernel),
+            Casters::Vertex(kernel, push) => self.vertex_lit(commands, kernel, push),
         }
     }
 

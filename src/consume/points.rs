@@ -107,13 +107,18 @@ impl Renderer {
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.
     pub fn draw_points(&self, kernels: &Kernels, points: &Points) -> Result<Vec<PassTime>> {
-        self.frame(kernels, |commands| match &points.way {
+        self.frame(kernels, |commands| self.record_points(commands, points))
+    }
+
+    /// Records the passes that draw the particles before the picture that was recorded last.
+    pub fn record_points(&self, commands: &mut Commands, points: &Points) {
+        match &points.way {
             Way::Speed(kernel, push) => self.speeds(commands, kernel, push, points.vertices),
             Way::Density { counts, count, density, push } => {
                 self.count(commands, counts, count, points.vertices);
                 self.density(commands, density, push);
             }
-        })
+        }
     }
 
     /// How many particles cover each pixel of the picture that was drawn last, rows from the top; none but by density.

@@ -1,7 +1,7 @@
 //! The debug view: visibility at one depth, over the view of a light's map. Source: Fife and Strugar 2013, Debug view.
 
 use crate::Result;
-use crate::gpu::{Buffer, Context, Kernel, Memory, push_struct};
+use crate::gpu::{Buffer, Commands, Context, Kernel, Memory, push_struct};
 use crate::scene::View;
 use crate::shaders;
 use crate::shaders::set;
@@ -17,8 +17,48 @@ push_struct! {
     }
 }
 
-/// Visibility of `light` at `depth` (0 to 1 in the range of `view`, one of its maps') for each of `size` pixels, rows from
-/// the top.
+/// What asks one technique over the view of a light's map.
+pub struct Slice {
+    answers: Buffer,
+    kernel: Kernel<SlicePush>,
+    push: SlicePush,
+}
+
+impl Slice {
+    /// Visibility of `light` at `depth` (0 to 1 in the range of `view`, one of its maps') for each of `size` pixels.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(
+        context: &Context,
+        light: usize,
+        view: &View,
+        answer: &Answer,
+        depth: f32,
+        size: [u32; 2],
+    ) -> Result<Self> {
+        let [width, height] = size;
+        let answers = Buffer::new(context, "slice.answers", u64::from(width) * u64::from(height) * 4, Memory::Device)?;
+        let views = Buffer::with_data(context, "slice.view", &[*view])?;
+        let bindings = set::Slice { view: &views, answers: &answers }.bind(context, "slice")?;
+        let shader = shaders::consume::SLICE.of(answer.folder);
+        let kernel = Kernel::compute(context, shader, &[&bindings, answer.bindings], answer.constants)?;
+        Ok(Self { answers, kernel, push: SlicePush { light: light as u32, depth, width, height } })
+    }
+
+    /// Records the pass that asks.
+    pub fn record(&self, commands: &mut Commands) {
+        let groups = [self.push.width.div_ceil(8), self.push.height.div_ceil(8), 1];
+        commands.pass("consume.slice", |pass| pass.dispatch(&self.kernel, &self.push, groups));
+    }
+
+    /// The answers on the device, a float a pixel, rows from the top.
+    pub fn buffer(&self) -> &Buffer {
+        &self.answers
+    }
+}
+
+/// As [`Slice::new`], asked at once: rows from the top.
 ///
 /// # Errors
 /// [`crate::Error::Gpu`] where memory runs out.
@@ -30,17 +70,7 @@ pub fn slice(
     depth: f32,
     size: [u32; 2],
 ) -> Result<Vec<f32>> {
-    let count = size[0] as usize * size[1] as usize;
-    let answers = Buffer::new(context, "slice.answers", count as u64 * 4, Memory::Device)?;
-    let views = Buffer::with_data(context, "slice.view", &[*view])?;
-    let bindings = set::Slice { view: &views, answers: &answers }.bind(context, "slice")?;
-    let shader = shaders::consume::SLICE.of(answer.folder);
-    let kernel = Kernel::compute(context, shader, &[&bindings, answer.bindings], answer.constants)?;
-    let push = SlicePush { light: light as u32, depth, width: size[0], height: size[1] };
-    context.submit(|commands| {
-        commands.pass("consume.slice", |pass| {
-            pass.dispatch(&kernel, &push, [size[0].div_ceil(8), size[1].div_ceil(8), 1]);
-        });
-    })?;
-    answers.read(count)
+    let slice = Slice::new(context, light, view, answer, depth, size)?;
+    context.submit(|commands| slice.record(commands))?;
+    slice.answers.read(size[0] as usize * size[1] as usize)
 }

@@ -14,7 +14,8 @@ impl Renderer {
     /// where it shows nothing of them. A step is what the technique counts as one.
     ///
     /// # Errors
-    /// [`Error::Input`] where the technique counts none, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where the technique counts none, [`Error::Gpu`] where memory runs out, [`Error::Refused`] on an adopted
+    /// device: it is read at once.
     pub fn steps(&self, answer: &Answer) -> Result<Vec<Option<u32>>> {
         if !answer.folder.counts_steps {
             let counting = FOLDERS.iter().filter(|f| f.counts_steps).map(|f| f.name.replace('_', "-"));
@@ -22,6 +23,7 @@ impl Renderer {
             let cause = "it does not count the steps of its look-ups";
             return Err(Error::input(answer.folder.name.replace('_', "-"), cause, way_out));
         }
+        self.context.require_queue()?;
         let size = self.color.size();
         let steps = Image::new(&self.context, "picture.steps", Format::R32_SFLOAT, size, ImageUse::Color)?;
         let state = Graphics {

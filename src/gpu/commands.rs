@@ -14,6 +14,9 @@ use std::sync::atomic::Ordering;
 /// What Vulkan takes in one vkCmdUpdateBuffer.
 pub const MAX_UPDATE_BYTES: usize = 65536;
 
+/// The names of the passes of most builds.
+const NAMES_BYTES: usize = 512;
+
 /// Something that a recorded command uses, for whoever keeps it until the device is done.
 pub(super) type Kept = Arc<dyn Any + Send + Sync>;
 
@@ -35,8 +38,8 @@ pub struct Commands<'a> {
     frame: u64,
     queries: vk::QueryPool,
     passes: u32,
-    /// Of passes that are timed.
-    names: Vec<String>,
+    /// Of passes that are timed, a line each.
+    names: String,
     /// Not all passes together.
     times_passes: bool,
     /// Whatever a recorded command uses, kept alive until the device is done.
@@ -49,8 +52,8 @@ pub struct Commands<'a> {
 pub(super) struct Recorded {
     pub used: Vec<Kept>,
     pub passes: u32,
-    /// Of passes that were timed.
-    pub names: Vec<String>,
+    /// Of passes that were timed, a line each.
+    pub names: String,
 }
 
 /// Data on their way to a buffer.
@@ -66,16 +69,16 @@ pub struct Pass<'c, 'a> {
 }
 
 impl<'a> Commands<'a> {
-    /// Of a command buffer that is being recorded, and of queries that were reset in it.
+    /// Of a command buffer that is being recorded, and of queries that were reset in it. `used` is empty, and has room.
     pub(super) fn new(
         context: &'a Context,
         buffer: vk::CommandBuffer,
-        whose: Whose,
-        frame: u64,
+        (whose, frame): (Whose, u64),
         queries: vk::QueryPool,
+        used: Vec<Kept>,
     ) -> Self {
         let times_passes = context.shared().times_passes.load(Ordering::Relaxed);
-        let (used, names, read_backs) = (Vec::new(), Vec::new(), Vec::new());
+        let (names, read_backs) = (String::with_capacity(NAMES_BYTES), Vec::new());
         Self { context, buffer, whose, frame, queries, passes: 0, names, times_passes, used, read_backs }
     }
 
@@ -94,7 +97,8 @@ impl<'a> Commands<'a> {
         let index = self.passes;
         self.passes += 1;
         if self.queries != vk::QueryPool::null() && (self.times_passes || index == 0) {
-            self.names.push(if self.times_passes { name } else { super::times::ALL_PASSES }.into());
+            self.names.push_str(if self.times_passes { name } else { super::times::ALL_PASSES });
+            self.names.push('\n');
             self.timestamp(2 * index);
         }
         let label = self.begin_label(name);
@@ -194,7 +198,7 @@ impl<'a> Commands<'a> {
     /// For timestamps only. lavapipe 22.3 writes both timestamps of a dispatch when it next flushes, after the work;
     /// a barrier makes it flush. On GPUs the timestamps need no help, and the barriers would cost time.
     fn settle(&self) {
-        if self.context.features().is_software() {
+        if self.queries != vk::QueryPool::null() && self.context.features().is_software() {
             self.barrier(
                 vk::PipelineStageFlags2::ALL_COMMANDS,
                 vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
@@ -315,15 +319,18 @@ impl<'a> Pass<'_, 'a> {
         self.commands.keep(to.kept());
     }
 
-    /// Copies all texels, row by row; `to` must have room.
-    pub(super) fn copy_image(&mut self, from: &Image, to: &Buffer) {
+    /// Copies all texels, row by row, to the start of `to`; none where that has no room for all.
+    pub fn copy_image(&mut self, from: &Image, to: &Buffer) {
+        if to.bytes() < from.bytes() {
+            return;
+        }
         let size = from.size();
         let regions = [vk::BufferImageCopy::default()
             .image_subresource(vk::ImageSubresourceLayers::default().aspect_mask(from.aspect()).layer_count(1))
             .image_extent(vk::Extent3D { width: size[0], height: size[1], depth: from.depth() })];
         let commands = self.commands.buffer;
         let general = vk::ImageLayout::GENERAL;
-        // SAFETY: both are kept alive; the caller made the buffer as large as the image.
+        // SAFETY: both are kept alive, and the buffer has room.
         unsafe {
             self.commands.device().cmd_copy_image_to_buffer(commands, from.handle(), general, to.handle(), &regions);
         }

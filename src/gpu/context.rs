@@ -13,6 +13,9 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, Weak};
 
+/// Why nothing is submitted on an adopted device.
+const NO_QUEUE: &str = "a queue, and the device's is its owner's: record it (Commands::on), and read back a frame later (Commands::read_back)";
+
 /// How to open a device.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
@@ -240,7 +243,15 @@ impl Context {
 
     /// The queue of a device that was opened here.
     pub(super) fn queue(&self) -> Result<&Queue> {
-        self.0.queue.as_ref().ok_or_else(|| Error::Refused { needs: "a queue, and the device's is its owner's".into() })
+        self.0.queue.as_ref().ok_or_else(|| Error::Refused { needs: NO_QUEUE.into() })
+    }
+
+    /// Whether what was recorded can be run and read at once.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] on an adopted device.
+    pub(crate) fn require_queue(&self) -> Result<()> {
+        self.queue().map(|_| ())
     }
 
     /// What the driver answered to a submission. A lost device stays lost.

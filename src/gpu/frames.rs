@@ -17,8 +17,8 @@ pub(super) struct Frames {
 struct State {
     /// Those that may run.
     running: Vec<Frame>,
-    /// Times of those that are over, until as many more are.
-    times: Vec<(u64, Vec<PassTime>)>,
+    /// Those that are over, until as many more are: their times are read when somebody asks.
+    over: Vec<Frame>,
     /// Queries that no frame uses.
     queries: Vec<Queries>,
 }
@@ -27,13 +27,13 @@ struct Frame {
     number: u64,
     used: Vec<Kept>,
     /// Queries of each recording, and the names of its passes.
-    timed: Vec<(Queries, Vec<String>)>,
+    timed: Vec<(Queries, String)>,
 }
 
 impl Frame {
     /// The times of its passes; none where it is not over.
     fn times(&self) -> Vec<PassTime> {
-        let read = |(queries, names): &(Queries, Vec<String>)| {
+        let read = |(queries, names): &(Queries, String)| {
             queries.read(names, vk::QueryResultFlags::empty()).unwrap_or_default()
         };
         self.timed.iter().flat_map(read).collect()
@@ -49,8 +49,9 @@ impl Frames {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins a frame, or goes on with it; what it may not run beside is over. Hands out what was kept for that.
-    fn begin(&self, number: u64) -> Result<Vec<Frame>> {
+    /// Begins a frame, or goes on with it; what it may not run beside is over. Hands out what was kept for that, in a list that may be
+    /// used again.
+    fn begin(&self, number: u64) -> Result<Vec<Kept>> {
         let mut state = self.state();
         if let Some(last) = state.running.last().filter(|last| last.number > number) {
             return Err(Error::Gpu {
@@ -60,20 +61,24 @@ impl Frames {
                 way_out: "number frames in the order in which they are recorded".into(),
             });
         }
-        let (mut over, running): (Vec<_>, _) = std::mem::take(&mut state.running)
-            .into_iter()
-            .partition(|frame| frame.number.saturating_add(self.in_flight) <= number);
-        state.running = running;
-        for frame in &mut over {
-            state.times.push((frame.number, frame.times()));
-            state.queries.extend(frame.timed.drain(..).map(|(queries, _)| queries));
+        let mut kept = Vec::new();
+        let is_over = |frame: &&Frame| frame.number.saturating_add(self.in_flight) <= number;
+        while state.running.first().filter(is_over).is_some() {
+            let mut frame = state.running.remove(0);
+            if kept.is_empty() {
+                std::mem::swap(&mut kept, &mut frame.used);
+            }
+            kept.append(&mut frame.used);
+            state.over.push(frame);
         }
-        let old = state.times.len().saturating_sub(self.in_flight as usize);
-        state.times.drain(..old);
+        while state.over.len() > self.in_flight as usize {
+            let old = state.over.remove(0);
+            state.queries.extend(old.timed.into_iter().map(|(queries, _)| queries));
+        }
         if state.running.last().is_none_or(|last| last.number < number) {
             state.running.push(Frame { number, used: Vec::new(), timed: Vec::new() });
         }
-        Ok(over)
+        Ok(kept)
     }
 
     /// Queries for a recording of the newest frame, whose names follow.
@@ -85,7 +90,7 @@ impl Frames {
         };
         let handle = queries.handle;
         if let Some(frame) = self.state().running.last_mut() {
-            frame.timed.push((queries, Vec::new()));
+            frame.timed.push((queries, String::new()));
         }
         Ok(handle)
     }
@@ -94,7 +99,11 @@ impl Frames {
     pub(super) fn keep(&self, number: u64, queries: vk::QueryPool, recorded: Recorded) {
         let mut state = self.state();
         if let Some(frame) = state.running.iter_mut().find(|frame| frame.number == number) {
-            frame.used.extend(recorded.used);
+            if frame.used.is_empty() {
+                frame.used = recorded.used;
+            } else {
+                frame.used.extend(recorded.used);
+            }
             if let Some((_, names)) = frame.timed.iter_mut().find(|(timed, _)| timed.handle == queries) {
                 *names = recorded.names;
             }
@@ -110,12 +119,8 @@ impl Frames {
 
     fn times(&self, number: u64) -> Vec<PassTime> {
         let state = self.state();
-        match state.running.iter().find(|frame| frame.number == number) {
-            Some(frame) => frame.times(),
-            None => {
-                state.times.iter().find(|(of, _)| *of == number).map(|(_, times)| times.clone()).unwrap_or_default()
-            }
-        }
+        let frame = state.running.iter().chain(&state.over).find(|frame| frame.number == number);
+        frame.map(Frame::times).unwrap_or_default()
     }
 }
 
@@ -141,14 +146,15 @@ impl<'a> Commands<'a> {
         }
         let frames = &context.shared().frames;
         // Freed while nobody waits for the frames.
-        drop(frames.begin(frame)?);
+        let mut used = frames.begin(frame)?;
+        used.clear();
         let mut handle = vk::QueryPool::null();
         if context.features().timestamp_valid_bits > 0 {
             handle = frames.time(context)?;
             // SAFETY: the command buffer is being recorded, outside a render; no frame that runs uses the pool.
             unsafe { context.device().cmd_reset_query_pool(buffer, handle, 0, 2 * super::times::MAX_PASSES) };
         }
-        Ok(Self::new(context, buffer, Whose::Theirs, frame, handle))
+        Ok(Self::new(context, buffer, (Whose::Theirs, frame), handle, used))
     }
 
     /// Ends the recording, as dropping it does.

@@ -45,7 +45,8 @@ impl Context {
         self.begin(recorder.buffer).map_err(fail)?;
         recorder.queries.reset(recorder.buffer);
         let frame = self.shared().begun.fetch_add(1, Ordering::Relaxed);
-        let mut commands = Commands::new(self, recorder.buffer, Whose::Own, frame, recorder.queries.handle);
+        let mut commands =
+            Commands::new(self, recorder.buffer, (Whose::Own, frame), recorder.queries.handle, Vec::new());
         record(&mut commands)?;
         let recorded = commands.finish();
         let ran = self.run(&queue.recorders, queue.handle, recorder);

@@ -53,9 +53,9 @@ impl Queries {
         }
     }
 
-    /// The times of passes that are over.
-    pub fn read(&self, names: &[String], flags: vk::QueryResultFlags) -> VkResult<Vec<PassTime>> {
-        let names = &names[..names.len().min(MAX_PASSES as usize)];
+    /// The times of passes that are over, whose names are lines.
+    pub fn read(&self, names: &str, flags: vk::QueryResultFlags) -> VkResult<Vec<PassTime>> {
+        let names: Vec<_> = names.lines().take(MAX_PASSES as usize).collect();
         if names.is_empty() || self.handle == vk::QueryPool::null() {
             return Ok(Vec::new());
         }
@@ -63,16 +63,16 @@ impl Queries {
         let flags = vk::QueryResultFlags::TYPE_64 | flags;
         // SAFETY: all of these queries were recorded.
         unsafe { self.device.get_query_pool_results(self.handle, 0, &mut ticks, flags) }?;
-        Ok(times(self.device.features(), names, &ticks))
+        Ok(times(self.device.features(), &names, &ticks))
     }
 }
 
 /// Two ticks a name.
-fn times(features: &Features, names: &[String], ticks: &[u64]) -> Vec<PassTime> {
+fn times(features: &Features, names: &[&str], ticks: &[u64]) -> Vec<PassTime> {
     let mask = u64::MAX >> (64 - features.timestamp_valid_bits.clamp(1, 64));
     let first = ticks.first().copied().unwrap_or_default();
     // Differences modulo the valid bits: a counter may wrap within a submission.
     let ns = |tick: u64| (tick.wrapping_sub(first) & mask) as f64 * f64::from(features.timestamp_period_ns);
-    let time = |(name, t): (&String, &[u64])| PassTime { name: name.clone(), start_ns: ns(t[0]), end_ns: ns(t[1]) };
+    let time = |(name, t): (&&str, &[u64])| PassTime { name: (*name).into(), start_ns: ns(t[0]), end_ns: ns(t[1]) };
     names.iter().zip(ticks.chunks_exact(2)).map(time).collect()
 }

@@ -214,16 +214,24 @@ impl Maps {
 
     /// Fits the maps to a world that has moved, and draws the opaque maps where meshes or lights have. No pass where there is
     /// nothing to do.
-    pub fn record(&mut self, commands: &mut Commands, world: &World) {
-        self.fit(commands, world);
+    ///
+    /// # Errors
+    /// As [`Maps::fit`].
+    pub fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        self.fit(commands, world)?;
         self.draws = self.drawn.make(world);
         if self.draws {
             self.opaque.record(commands, world, self.count());
         }
+        Ok(())
     }
 
     /// Fits the maps to a world that has moved, for whoever draws the meshes otherwise. No pass where there is nothing to do.
-    pub fn fit(&mut self, commands: &mut Commands, world: &World) {
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the world has other lights than they were made for.
+    pub fn fit(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        world.has_maps(self.all.len())?;
         (self.fits, self.moves) = (self.views.make(world), self.orders.make(world));
         if self.fits {
             let aimed = Map::aimed(&world.aim(), self.size, self.opaque_size);
@@ -231,6 +239,7 @@ impl Maps {
             self.fit.record(commands, world, casters, &self.buffer, &aimed);
             commands.read_back(&self.buffer, &self.fitted);
         }
+        Ok(())
     }
 
     /// Whether the last recording moved casters or the volume views: whoever keeps something that follows from both makes it

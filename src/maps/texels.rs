@@ -2,9 +2,8 @@
 
 use super::{Bins, DrawingOrder, Entries, Maps, Splat, SplatPush, Use, stacked};
 use crate::Result;
-use crate::gpu::{
-    Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Shader, Target,
-};
+use crate::gpu::{Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Shader, Target};
+use crate::shaders::set;
 use crate::world::World;
 
 /// How the texels are made.
@@ -77,7 +76,7 @@ impl Texels {
                     maps,
                     Use { entries: Entries::Summed, skip, reach, parts: [1, 1], area: false, blocks: None },
                 )?;
-                let storage = Bindings::new(context, binned, &[Resource::StorageImage(image.clone())])?;
+                let storage = set::MapsTexels { texels: &image }.bind(context, binned)?;
                 let sets = [maps.scene(), bins.set(), &storage];
                 let kernel = Kernel::compute(context, kernels.binned, &sets, constants)?;
                 Way::Binned { bins, kernel, label: binned }

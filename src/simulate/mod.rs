@@ -1,13 +1,14 @@
 //! Particles that the device moves: positions and speeds in buffers, a dispatch a step. Twin: reference::twin::simulate.
 
 use crate::Result;
-use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, PassTime, groups, push_struct};
+use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, PassTime, groups, push_struct};
 use crate::grid::{Grid, GridData};
 use crate::scene::{Body, Fountain, Motion, check_time};
 use crate::shaders::set;
 use crate::shaders::simulate as shaders;
 use crate::world::World;
 use bytemuck::Zeroable;
+use std::ops::Range;
 
 /// Threads of a workgroup.
 const THREADS: u32 = 64;
@@ -33,6 +34,8 @@ pub struct Simulation {
     kernel: Kernel<StepPush>,
     /// The step that the bodies are at; none before the first.
     at: Option<u32>,
+    /// The grid is filled.
+    ready: bool,
 }
 
 impl Simulation {
@@ -50,9 +53,10 @@ impl Simulation {
             size: place.size,
             ..GridData::zeroed()
         };
-        let mut grid = Grid::standing(context, world, stands)?;
+        let grid = Grid::standing(context, world, stands)?;
         let bytes = u64::from(fountain.particles) * size_of::<Body>() as u64;
-        let bodies = Buffer::new(context, "simulate.bodies", bytes, Memory::Device)?;
+        // Until each is born: numbers.
+        let bodies = Buffer::zeroed(context, "simulate.bodies", bytes)?;
         let law = Buffer::with_data(context, "simulate.law", &[fountain.law()])?;
         let jets = Buffer::with_data(context, "simulate.jets", &fountain.jets())?;
         let set = set::Simulate {
@@ -65,12 +69,43 @@ impl Simulation {
         };
         let set = set.bind(context, "simulate")?;
         let kernel = Kernel::compute(context, &shaders::STEP, &[&set], &Constants::new())?;
-        context.submit(|commands| {
-            // Until each is born: numbers.
-            commands.pass("simulate.clear", |pass| pass.fill(&bodies, 0));
-            grid.record(commands, world);
-        })?;
-        Ok(Some(Self { context: context.clone(), fountain, bodies, grid, kernel, at: None }))
+        Ok(Some(Self { context: context.clone(), fountain, bodies, grid, kernel, at: None, ready: false }))
+    }
+
+    /// Records the passes that move the casters of `world`, which it was made for, to where they are at a time, as
+    /// [`Simulation::move_to`] does: into a command buffer of the caller's too, all steps that it takes.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where the time is out of range.
+    pub fn record(&mut self, commands: &mut Commands, world: &mut World, time_s: f64) -> Result<()> {
+        let steps = self.steps_to(world.name(), time_s)?;
+        if !steps.is_empty() {
+            world.casters_move()?;
+            self.fill_grid(commands, world);
+            self.at = Some(steps.end - 1);
+            steps.for_each(|step| self.step(commands, step));
+        }
+        Ok(())
+    }
+
+    /// Of a world that stands still.
+    fn fill_grid(&mut self, commands: &mut Commands, world: &World) {
+        if !self.ready {
+            self.grid.record(commands, world);
+            self.ready = true;
+        }
+    }
+
+    /// The steps to a time from the one that it is at: none where it is that one; from a time that is farther away than a particle
+    /// lives all of its life, after which all have been born.
+    fn steps_to(&self, name: &str, time_s: f64) -> Result<Range<u32>> {
+        check_time(name, time_s)?;
+        let step = self.fountain.step_at(time_s);
+        let life = self.fountain.law().life;
+        Ok(match self.at {
+            Some(at) if (at..=at + life).contains(&step) => at + 1..step + 1,
+            _ => step + 1 - life..step + 1,
+        })
     }
 
     /// Moves the casters of `world`, which it was made for, to where they are at a time: from step to step where the world goes
@@ -81,24 +116,27 @@ impl Simulation {
     /// # Errors
     /// [`crate::Error::Input`] where the time is out of range, [`crate::Error::Gpu`] where the device is lost.
     pub fn move_to(&mut self, world: &mut World, time_s: f64) -> Result<Vec<PassTime>> {
-        check_time(world.name(), time_s)?;
-        let step = self.fountain.step_at(time_s);
-        let life = self.fountain.law().life;
+        let mut steps = self.steps_to(world.name(), time_s)?;
+        if steps.is_empty() {
+            return Ok(Vec::new());
+        }
+        let (context, last) = (self.context.clone(), steps.end - 1);
         // What stands on the device is at no step until all is done.
-        let next = match self.at.take() {
-            Some(at) if at == step => {
-                self.at = Some(at);
-                return Ok(Vec::new());
+        let goes_on = self.at.take().is_some_and(|at| at + 1 == steps.start);
+        if !goes_on {
+            let before = context.submit(|commands| {
+                self.fill_grid(commands, world);
+                (steps.start..last).for_each(|s| self.step(commands, s));
+            });
+            if let Err(error) = before {
+                self.ready = false;
+                self.grid.forget();
+                return Err(error);
             }
-            Some(at) if (at..=at + life).contains(&step) => at + 1,
-            _ => {
-                let before = step + 1 - life..step;
-                self.context.submit(|commands| before.for_each(|s| self.step(commands, s)))?;
-                step
-            }
-        };
-        let passes = world.write_casters(|commands| (next..=step).for_each(|s| self.step(commands, s)))?;
-        self.at = Some(step);
+            steps.start = last;
+        }
+        let passes = world.write_casters(|commands| steps.for_each(|s| self.step(commands, s)))?;
+        self.at = Some(last);
         Ok(passes)
     }
 
@@ -120,7 +158,7 @@ impl Simulation {
         &self.bodies
     }
 
-    /// What they bounce off.
+    /// What they bounce off; empty before the first step.
     pub fn grid(&self) -> &Grid {
         &self.grid
     }

@@ -160,7 +160,7 @@ impl Technique for ShadowMap {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        self.maps.record(commands, world);
+        self.maps.record(commands, world)?;
         Ok(())
     }
 

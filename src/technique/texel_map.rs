@@ -94,7 +94,7 @@ impl<S> Technique for TexelMap<S> {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        self.maps.record(commands, world);
+        self.maps.record(commands, world)?;
         if self.written.make(world) { self.texels.record(commands, world, &self.maps) } else { Ok(()) }
     }
 

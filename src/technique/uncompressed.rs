@@ -98,7 +98,7 @@ impl Technique for Uncompressed {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        self.maps.record(commands, world);
+        self.maps.record(commands, world)?;
         if self.listed.make(world) {
             self.list.begin(commands, world, &self.maps, None);
             self.list.capture(commands, 0..self.maps.count(), 0);

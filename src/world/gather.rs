@@ -3,9 +3,9 @@
 use super::source::{Corners, NOWHERE, Source, SphereAt, StrandAt, held, words};
 use crate::Result;
 use crate::gpu::{
-    Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Push, ReadBack, Resource, Shader, groups,
-    push_struct,
+    Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Push, ReadBack, Shader, groups, push_struct,
 };
+use crate::shaders::set;
 use crate::shaders::world as shaders;
 use bytemuck::{Pod, Zeroable};
 
@@ -74,15 +74,18 @@ struct Kernels<P> {
 }
 
 impl<P: Push> Kernels<P> {
-    /// What reads `theirs` and writes `ours`.
-    fn of(&mut self, context: &Context, theirs: &[&Buffer], ours: &[&Buffer]) -> Result<Kernel<P>> {
+    /// What reads `theirs` by the set that `bind` makes.
+    fn of(
+        &mut self,
+        context: &Context,
+        theirs: &[&Buffer],
+        bind: impl FnOnce() -> Result<Bindings>,
+    ) -> Result<Kernel<P>> {
         let same = |kept: &[Buffer]| kept.iter().zip(theirs).all(|(kept, one)| kept.is(one));
         if let Some((_, kernel)) = self.all.iter().find(|(kept, _)| same(kept)) {
             return Ok(kernel.clone());
         }
-        let resources: Vec<_> = theirs.iter().chain(ours).map(|b| Resource::Buffer((*b).clone())).collect();
-        let set = Bindings::new(context, "world.gather", &resources)?;
-        let kernel = Kernel::compute(context, self.shader, &[&set], &Constants::new())?;
+        let kernel = Kernel::compute(context, self.shader, &[&bind()?], &Constants::new())?;
         if self.all.len() == KEPT {
             self.all.remove(0);
         }
@@ -195,9 +198,10 @@ impl Gather {
     ) -> Result<()> {
         let holds = held(&source.buffer, source.offset, source.stride, bytes);
         let counted = source.count.counted(what, slots.capacity, holds)?;
-        let theirs = [&source.buffer, source.count.buffer(&source.buffer)];
+        let (theirs, counts) = (&source.buffer, source.count.buffer(&source.buffer));
         let kind = usize::from(push.end != NOWHERE);
-        let kernel = self.casters[kind].of(context, &theirs, &[casters, &self.counted[kind].counts])?;
+        let set = set::GatherCasters { theirs, counts, casters, counted: &self.counted[kind].counts };
+        let kernel = self.casters[kind].of(context, &[theirs, counts], || set.bind(context, "world.gather"))?;
         let push = CastersPush {
             first: slots.first,
             slots: slots.count,
@@ -227,8 +231,9 @@ impl Gather {
             None => (&corners.vertices, NOWHERE, vertices / 3),
         };
         let counted = corners.count.counted(what, capacity, holds)?;
-        let theirs = [&corners.vertices, indices, corners.count.buffer(&corners.vertices)];
-        let kernel = self.triangles.of(context, &theirs, &[triangles, &self.counted[2].counts])?;
+        let (theirs, counts) = (&corners.vertices, corners.count.buffer(&corners.vertices));
+        let set = set::GatherTriangles { theirs, indices, counts, triangles, counted: &self.counted[2].counts };
+        let kernel = self.triangles.of(context, &[theirs, indices, counts], || set.bind(context, "world.gather"))?;
         let push = TrianglesPush {
             slots: capacity,
             most: counted.most,

@@ -157,6 +157,22 @@ impl World {
         self.lit.iter().map(Light::map_count).sum()
     }
 
+    /// That its lights have as many maps as something was opened for.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where there are lights that it was not opened for.
+    pub fn has_maps(&self, count: usize) -> Result<()> {
+        if self.map_count() == count {
+            return Ok(());
+        }
+        let cause = format!("its lights have {} maps, and a technique was opened for {count}", self.map_count());
+        Err(Error::input(
+            self.name.clone(),
+            cause,
+            "open the technique anew, or begin with all lights that there will be",
+        ))
+    }
+
     /// Whether any light is looked up through the faces of a cube.
     pub fn has_faces(&self) -> bool {
         self.lit.iter().any(|light| light.map_count() > 1)

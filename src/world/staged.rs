@@ -69,11 +69,20 @@ impl World {
     /// # Errors
     /// [`Error::Gpu`] where the device is lost, [`Error::Refused`] as [`World::scene`].
     pub fn write_casters(&mut self, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
+        self.casters_move()?;
+        self.context.submit(record)
+    }
+
+    /// Says that passes which are recorded now write the casters, as in [`World::write_casters`].
+    ///
+    /// # Errors
+    /// [`Error::Refused`] as [`World::scene`].
+    pub fn casters_move(&mut self) -> Result<()> {
         self.staged()?.written = true;
         self.generations.particles += 1;
         self.generations.strands += u64::from(self.strands);
         self.generations.bounds += 1;
-        self.context.submit(record)
+        Ok(())
     }
 
     /// Makes the particles of the host's scene those that are on the device.

@@ -158,35 +158,34 @@ impl World {
         Ok(())
     }
 
-    /// Its lights are now those: records their copy where any is another, and says which of them stand otherwise. The first call says
-    /// how many there are, and of how many maps; techniques are opened for these.
+    /// Its lights are now those: records their copy where any is another, and says which of them stand otherwise. Techniques are
+    /// opened for as many as there have been. Where there are fewer now, those that went stay where they stood and are dark; where
+    /// there are more than ever, techniques that keep something of each light refuse to be recorded and are opened anew.
     ///
     /// # Errors
-    /// [`Error::Input`] where there are more than there is room for, a number of one is out of range, or they have not as many maps,
-    /// one by one, as at the first call.
+    /// [`Error::Input`] where there are more than there is room for, a number of one is out of range, or one has not as many maps as
+    /// the one before it in its place: six of a point light, one of any other.
     pub fn lights(&mut self, commands: &mut Commands, lights: &[Light]) -> Result<()> {
         let theirs = self.theirs()?;
         let room = theirs.capacity.lights as usize;
-        let maps = |lights: &[Light]| lights.iter().map(Light::map_count).collect::<Vec<_>>();
-        let known = !self.lit.is_empty();
+        let other_maps = |(is, was): (&Light, &Light)| is.map_count() != was.map_count();
         let cause = if lights.len() > room {
             format!("{} lights, and the world has room for {room}", lights.len())
-        } else if known && maps(lights) != maps(&self.lit) {
-            "lights have other numbers of maps than those that the world began with".into()
+        } else if let Some(i) = lights.iter().zip(&self.lit).position(other_maps) {
+            format!("light {i} has another number of maps than the one before it")
         } else if let Some(i) = lights.iter().position(|light| !is_light(light)) {
             format!("light {i} has a number that is not finite or out of range")
         } else {
-            if self.lit == lights {
+            let gone = self.lit.iter().skip(lights.len()).map(|light| Light { radiance: [0.0; 3], ..*light });
+            let all: Vec<_> = lights.iter().copied().chain(gone).collect();
+            if self.lit == all {
                 return Ok(());
             }
-            let data = LightData::of(lights, self.triangle_capacity > 0);
+            let data = LightData::of(&all, self.triangle_capacity > 0);
             commands.pass("world.lights", |pass| pass.update(&self.lights, &data));
-            if known {
-                raise_lights(&mut self.generations, lights, &self.lit, false);
-            } else {
-                self.generations.lights = vec![0; lights.len()];
-            }
-            self.lit = lights.to_vec();
+            raise_lights(&mut self.generations, &all, &self.lit, false);
+            self.generations.lights.resize(all.len(), 0);
+            self.lit = all;
             return Ok(());
         };
         Err(Error::input(self.name.clone(), cause, "make a new world, and open its techniques anew"))

@@ -34,7 +34,7 @@ fn looking_ahead_changes_nothing() {
             let mut bins = Bins::new(context, &world, &maps, what).expect("room for the bins");
             let record = |bins: &mut Bins, maps: &mut Maps| {
                 ran(context, |commands| {
-                    maps.record(commands, &world);
+                    maps.record(commands, &world).expect("its lights");
                     bins.record(commands, &world);
                 })
             };

@@ -142,7 +142,7 @@ fn a_list_that_is_too_short_loses_nothing() {
         let mut maps = Maps::with_opaque(context, &world, 8, way).expect("room for the maps");
         let mut bytes = vec![maps.opaque_bytes_transient()];
         for grows in [true, false] {
-            let frame = ran(context, |commands| maps.record(commands, &world));
+            let frame = ran(context, |commands| maps.record(commands, &world).expect("its lights"));
             assert_eq!(maps.settle(frame, false).expect("read"), grows);
             bytes.push(maps.opaque_bytes_transient());
             let found: Vec<f32> = maps.opaque_image().read().expect("the depths");

@@ -17,7 +17,7 @@ use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::{Packed, unpack};
 use gobo::scene::{Particle, Scene, View};
-use gobo::technique::{self, Avsm, Name, NodeData, Opened, REGISTRY, Spec, Technique, Values, avsm};
+use gobo::technique::{self, Avsm, Entry, Name, NodeData, Opened, REGISTRY, Spec, Technique, Values, avsm};
 use gobo::world::World;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -149,8 +149,12 @@ pub fn spec(text: &str) -> Spec {
 
 /// A spec for each path of each technique that this device can run; of the others `test` says that they are skipped.
 pub fn every_path(test: &str, context: &Context) -> Vec<Spec> {
-    let mut specs = Vec::new();
-    for (entry, path) in REGISTRY.iter().flat_map(|entry| entry.paths.iter().map(move |path| (entry, path))) {
+    all_paths().into_iter().filter(|spec| runs(test, context, &spec.short())).collect()
+}
+
+/// A spec for each path of each technique.
+pub fn all_paths() -> Vec<Spec> {
+    let one = |(entry, path): (&&Entry, &technique::Path)| {
         let mut spec = spec(entry.name);
         spec.set(Name::PATH, path.name);
         if entry.name == "shadow-map" {
@@ -166,11 +170,9 @@ pub fn every_path(test: &str, context: &Context) -> Vec<Spec> {
             // The smallest of a few: a software device goes through all voxels of a grid in seconds.
             spec.set(Name::SIZE, sizes[0]);
         }
-        if runs(test, context, &spec.short()) {
-            specs.push(spec);
-        }
-    }
-    specs
+        spec
+    };
+    REGISTRY.iter().flat_map(|entry| entry.paths.iter().map(move |path| (entry, path))).map(one).collect()
 }
 
 /// Whether this device runs what `text` asks for; where it is refused, `test` says that it is skipped and why.

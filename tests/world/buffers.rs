@@ -7,7 +7,7 @@ use gobo::Error;
 use gobo::gpu::{Buffer, Commands, Context};
 use gobo::reference::twin::gather::{CasterAt, Vertices, casters};
 use gobo::scene::{Caster, Light, LightKind, Mesh, Particle, Scene};
-use gobo::technique::{self, Lifetime, Spec};
+use gobo::technique::{self, Lifetime, Opened, Spec};
 use gobo::world::{Capacity, Corners, Count, Gathered, Number, Source, SphereAt, StrandAt, World};
 
 /// Words from one particle of theirs to the next, and to the first.
@@ -376,7 +376,9 @@ fn what_the_host_knows_is_an_error() {
             light[1].radius = f64::NAN;
             assert!(cause(world.lights(commands, &light)).contains("light 1"));
             world.lights(commands, &scene.lights).expect("lights");
-            assert!(cause(world.lights(commands, &scene.lights[..2])).contains("numbers of maps"));
+            light.clone_from(&scene.lights);
+            light.swap(0, 2);
+            assert!(cause(world.lights(commands, &light)).contains("light 0 has another number of maps"));
         });
         passes.expect("submitted");
         assert!(cause(world.set_box([0.0; 3], [1.0, f32::NAN, 1.0])).contains("from"));
@@ -395,6 +397,60 @@ fn what_the_host_knows_is_an_error() {
         world.set_box([-1.0; 3], [1.0; 3]).expect("a box");
         assert_eq!(refused("voxelized:size=64", &world), "nothing");
     });
+}
+
+/// Of lights that go the others are answered to the same bits. Of more lights than a technique was opened for it says so, but for what
+/// keeps nothing of a light; opened anew, or begun with as many, all are those of a scene.
+#[test]
+fn lights_come_and_go() {
+    gpu_test("lights_come_and_go", |context| {
+        let (scene, points) = (scene(7, 60), points());
+        let two = Scene { lights: scene.lights[..2].to_vec(), ..scene.clone() };
+        for text in ["avsm:size=28", "shadow-map:size=28", "voxel-grid:size=64"] {
+            let spec = spec(text);
+            let of = |scene: &Scene| {
+                let world = super::world(context, scene);
+                let mut opened = opened(context, &world, &spec);
+                build(&mut opened, &world, text);
+                bits(answers(context, opened.technique.as_ref(), scene.lights.len(), &points))
+            };
+            let (all, both) = (of(&scene), of(&two));
+            assert!(all[..2] == both, "{text}");
+            let mut world = theirs(context, &Scene { lights: scene.lights[..1].to_vec(), ..scene.clone() }, 0, false);
+            assert!(cause(set_lights(context, &mut world, &scene.lights)).contains("room for 1"), "{text}");
+            let triangles = world.triangle_capacity();
+            let capacity = Capacity { particles: 60, strands: 0, triangles, lights: 3 };
+            let mut world = World::of(context, capacity).expect("room");
+            fill(context, &mut world, &two, false);
+            let mut opened_for_two = opened(context, &world, &spec);
+            build(&mut opened_for_two, &world, text);
+            let is = |opened: &Opened, lights| bits(answers(context, opened.technique.as_ref(), lights, &points));
+            assert!(is(&opened_for_two, 2) == both, "{text}");
+            set_lights(context, &mut world, &two.lights[..1]).expect("fewer");
+            assert_eq!((world.light_count(), world.all_lights()[1].radiance), (2, [0.0; 3]));
+            build(&mut opened_for_two, &world, text);
+            assert!(is(&opened_for_two, 1) == both[..1], "{text}");
+            set_lights(context, &mut world, &scene.lights).expect("there is room");
+            let built = opened_for_two.build(&world);
+            if text.starts_with("voxel-grid") {
+                built.expect("it keeps nothing of a light");
+                assert!(is(&opened_for_two, 3) == all, "{text}");
+            } else {
+                assert!(cause(built.map(|_| ())).contains("8 maps, and a technique was opened for 2"), "{text}");
+            }
+            let mut anew = opened(context, &world, &spec);
+            build(&mut anew, &world, text);
+            assert!(is(&anew, 3) == all, "{text}");
+            set_lights(context, &mut world, &[]).expect("none");
+            set_lights(context, &mut world, &scene.lights).expect("all again");
+            build(&mut anew, &world, text);
+            assert!(is(&anew, 3) == all, "{text}");
+        }
+    });
+}
+
+fn set_lights(context: &Context, world: &mut World, lights: &[Light]) -> gobo::Result<()> {
+    context.try_submit(|commands| world.lights(commands, lights)).map(|_| ())
 }
 
 /// Lights are raised one by one, and nothing is recorded where none has changed.

@@ -19,6 +19,7 @@ use gobo::gpu::PassTime;
 use gpu_allocator::MemoryLocation;
 use memory::{Buffer, Target, whole_image};
 use pipelines::{Constants, Set};
+use std::time::{Duration, Instant};
 
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -84,6 +85,7 @@ pub struct Engine {
     frame: u64,
     /// The last that has shadows.
     shadowed: u64,
+    recording: Duration,
     gpu: Gpu,
 }
 
@@ -105,13 +107,17 @@ impl Engine {
         frames.submit(0, false)?;
 
         let layout = pipelines::layout(gpu, &[set.layout, shadows.layout()])?;
-        let (asking, asked, none) = (options.how.shaders(), shadows.constants(), Constants::new(&[]));
+        let (asked, none) = (shadows.constants(), Constants::new(&[]));
+        let shaders = spirv::Shaders::new(shadows.file())?;
+        let draw = |gpu: &mut Gpu, vertex, fragment| {
+            pipelines::draw(gpu, layout, [&shaders.compile(vertex)?[..], &shaders.compile(fragment)?[..]], &asked)
+        };
         Ok(Self {
-            move_particles: pipelines::compute(gpu, layout, spirv::MOVE, &none)?,
-            sort: pipelines::compute(gpu, layout, spirv::SORT, &none)?,
-            ground: pipelines::draw(gpu, layout, (spirv::GROUND_VERT, asking.ground), &asked)?,
-            smoke: pipelines::draw(gpu, layout, (spirv::SMOKE_VERT, asking.smoke), &asked)?,
-            ask: pipelines::compute(gpu, layout, asking.points, &asked)?,
+            move_particles: pipelines::compute(gpu, layout, &shaders.compile(spirv::MOVE)?, &none)?,
+            sort: pipelines::compute(gpu, layout, &shaders.compile(spirv::SORT)?, &none)?,
+            ground: draw(gpu, spirv::GROUND_VERT, spirv::GROUND_FRAG)?,
+            smoke: draw(gpu, spirv::SMOKE_VERT, spirv::SMOKE_FRAG)?,
+            ask: pipelines::compute(gpu, layout, &shaders.compile(spirv::ASK)?, &asked)?,
             shadows,
             frames,
             layout,
@@ -123,6 +129,7 @@ impl Engine {
             target: Target::new(gpu, options.size)?,
             frame: 1,
             shadowed: 0,
+            recording: Duration::ZERO,
             gpu: opened,
         })
     }
@@ -135,6 +142,16 @@ impl Engine {
         &self.shadows
     }
 
+    /// How long the host took for Gobo's part of the last frame: settling, recording, writing the set.
+    pub fn recording(&self) -> Duration {
+        self.recording
+    }
+
+    /// Waits until all frames are over.
+    pub fn wait(&self) -> Result<()> {
+        self.frames.wait(self.frame - 1)
+    }
+
     /// How long each of Gobo's passes took in the newest frame that is over.
     pub fn passes(&self) -> Vec<PassTime> {
         self.shadows.times(self.shadowed.saturating_sub(FRAMES_IN_FLIGHT.into()))
@@ -145,9 +162,6 @@ impl Engine {
     pub fn frame(&mut self, time_s: f32) -> Result<Option<[f64; 3]>> {
         let frame = self.frame;
         let commands = self.frames.begin(frame)?;
-        if let Some(over) = frame.checked_sub(FRAMES_IN_FLIGHT.into()) {
-            self.shadows.settle(over)?;
-        }
         let times = self.frames.times(frame)?;
 
         // The frame before may still be drawing from these buffers.
@@ -161,7 +175,12 @@ impl Engine {
         self.frames.stamp(frame, 1);
 
         // Gobo's passes begin and end with barriers for all that is around them. They bind what they need, and undo what is bound.
+        let start = Instant::now();
+        if let Some(over) = frame.checked_sub(FRAMES_IN_FLIGHT.into()) {
+            self.shadows.settle(over)?;
+        }
         self.shadows.record(commands, frame)?;
+        self.recording = start.elapsed();
         self.frames.stamp(frame, 2);
         self.bind(commands, &push, &[self.set.handle, self.shadows.set(frame)]);
         self.draw(commands);

@@ -85,17 +85,21 @@ impl Constants {
 fn stage(
     gpu: &mut Gpu,
     stage: vk::ShaderStageFlags,
-    spirv: &[u8],
+    spirv: &[u32],
 ) -> Result<vk::PipelineShaderStageCreateInfo<'static>> {
-    let words = ash::util::read_spv(&mut std::io::Cursor::new(spirv))?;
-    let info = vk::ShaderModuleCreateInfo::default().code(&words);
+    let info = vk::ShaderModuleCreateInfo::default().code(spirv);
     // SAFETY: the compiler wrote the words, and the handle is kept at once.
     let module = unsafe { gpu.device.create_shader_module(&info, None) }?;
     gpu.keep(Kept::Module(module));
     Ok(vk::PipelineShaderStageCreateInfo::default().stage(stage).module(module).name(c"main"))
 }
 
-pub fn compute(gpu: &mut Gpu, layout: vk::PipelineLayout, spirv: &[u8], constants: &Constants) -> Result<vk::Pipeline> {
+pub fn compute(
+    gpu: &mut Gpu,
+    layout: vk::PipelineLayout,
+    spirv: &[u32],
+    constants: &Constants,
+) -> Result<vk::Pipeline> {
     let constants = constants.info();
     let stage = stage(gpu, vk::ShaderStageFlags::COMPUTE, spirv)?.specialization_info(&constants);
     let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
@@ -108,7 +112,7 @@ pub fn compute(gpu: &mut Gpu, layout: vk::PipelineLayout, spirv: &[u8], constant
 pub fn draw(
     gpu: &mut Gpu,
     layout: vk::PipelineLayout,
-    (vertex, fragment): (&[u8], &[u8]),
+    [vertex, fragment]: [&[u32]; 2],
     constants: &Constants,
 ) -> Result<vk::Pipeline> {
     let constants = constants.info();

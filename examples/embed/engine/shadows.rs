@@ -3,7 +3,6 @@
 
 use super::memory::Buffer;
 use super::pipelines::{Constants, Set};
-use super::spirv::{self, Asking};
 use super::{FRAMES_IN_FLIGHT, Gpu, PARTICLES, Particle, Result, TO_SUN};
 use ash::vk;
 use gobo::gpu::{Adopt, Commands, Context, Messages, PassTime};
@@ -17,17 +16,6 @@ pub enum How {
     Avsm(avsm::Settings),
     Psm(psm::Settings),
     BeerShadowMap(beer_shadow_map::Settings),
-}
-
-impl How {
-    /// The renderer's shaders with that technique's look-up.
-    pub fn shaders(&self) -> Asking {
-        match self {
-            Self::Avsm(_) => spirv::AVSM,
-            Self::Psm(_) => spirv::PSM,
-            Self::BeerShadowMap(_) => spirv::BEER_SHADOW_MAP,
-        }
-    }
 }
 
 /// Fields are dropped in this order: what was made last goes first.
@@ -86,6 +74,11 @@ impl Shadows {
     /// Of the set that [`Shadows::set`] hands out.
     pub fn layout(&self) -> vk::DescriptorSetLayout {
         self.sets[0].layout
+    }
+
+    /// What the shaders that ask include.
+    pub fn file(&self) -> &'static gobo::glsl::File {
+        self.technique.answer().file()
     }
 
     /// How the shaders that ask have to be specialized.

@@ -6,6 +6,7 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
+// set 1: avsm_full
 layout(set = 1, binding = 0, scalar) writeonly buffer Nodes { Node nodes[]; };
 layout(set = 1, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
 

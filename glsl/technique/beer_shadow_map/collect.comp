@@ -8,6 +8,7 @@ const uint THREADS = 64u;
 #include "maps/bins/batch.glsl"
 #include "maps/bins/scale.glsl"
 
+// set 2: maps_texels
 layout(set = 2, binding = 0, rgba16f) uniform writeonly image2D texels;
 
 void main() {

@@ -13,7 +13,8 @@ const uint THREADS = 64u;
 #else
 #define TEXEL_FORMAT r16f
 #endif
-layout(set = 2, binding = 0, TEXEL_FORMAT) uniform writeonly image2D product;
+// set 2: maps_texels
+layout(set = 2, binding = 0, TEXEL_FORMAT) uniform writeonly image2D texels;
 
 void main() {
     TilePart part;
@@ -38,6 +39,6 @@ void main() {
     }
     end_part(part);
     if (all(lessThan(texel, uvec2(view.width, view.height)))) {
-        imageStore(product, ivec2(texel + uvec2(0u, map * view.height)), vec4(exp(-float(sum) / scale)));
+        imageStore(texels, ivec2(texel + uvec2(0u, map * view.height)), vec4(exp(-float(sum) / scale)));
     }
 }

@@ -88,14 +88,18 @@ impl Vpls {
     }
 
     /// Records all passes: of the world as it is now, and nothing is read back between them.
-    pub fn record(&mut self, commands: &mut Commands, world: &World) {
-        self.maps.fit(commands, world);
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where the world has other lights than at first.
+    pub fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        self.maps.fit(commands, world)?;
         self.map(commands, world);
         self.flux(commands);
         self.sums(commands);
         self.scan(commands);
         self.draw(commands);
         self.virtual_lights(commands);
+        Ok(())
     }
 
     /// Makes them of the world as it is now, and waits. The time of each pass.
@@ -105,12 +109,20 @@ impl Vpls {
     pub fn make(&mut self, world: &World) -> Result<Vec<PassTime>> {
         let context = self.context.clone();
         let mut frame = 0;
-        let times = context.submit(|commands| {
+        let times = context.try_submit(|commands| {
             frame = commands.frame();
-            self.record(commands, world);
+            self.record(commands, world)
         })?;
-        self.maps.settle(frame, false)?;
+        self.settle(frame)?;
         Ok(times)
+    }
+
+    /// After frame `frame`, which is over: the host has the views that its maps were fitted to.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where they cannot be read.
+    pub fn settle(&mut self, frame: u64) -> Result<()> {
+        self.maps.settle(frame, false).map(|_| ())
     }
 
     /// The virtual lights: [`LightData`] of kind 3, as many as were asked for. Where no light reaches a mesh all are black.
@@ -127,8 +139,8 @@ impl Vpls {
     }
 }
 
-/// A virtual light as the host has it.
-fn light_of(data: &LightData) -> Light {
+/// A virtual light as the host has it, of what [`Vpls::lights`] was read back as.
+pub fn light_of(data: &LightData) -> Light {
     let vec = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let kind = LightKind::Virtual {
         position: vec(data.position),

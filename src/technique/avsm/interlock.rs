@@ -3,9 +3,9 @@
 
 use super::{GroupPush, NodeData, Site, per_tile};
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Kernel, Memory, Resource};
+use crate::gpu::{Buffer, Commands, Kernel, Memory};
 use crate::maps::{Bins, Maps, Splat, SplatPush};
-use crate::shaders;
+use crate::shaders::{self, set};
 use crate::world::World;
 use std::ops::Range;
 
@@ -36,8 +36,7 @@ impl Interlock {
             let fit = u64::from(context.features().max_storage_buffer_range) / map_bytes;
             at_once = fit.clamp(1, at_once.into()) as u32;
             let nodes = Buffer::new(context, "avsm.full", map_bytes * u64::from(at_once), Memory::Device)?;
-            let resources = [&nodes, &curves.tiles].map(|b| Resource::Buffer(b.clone()));
-            set = Bindings::new(context, "avsm.full", &resources)?;
+            set = set::AvsmFull { nodes: &nodes, counts: &curves.tiles }.bind(context, "avsm.full")?;
             full = Some(nodes);
         }
         let insert = splat.kernel(context, maps, &shaders::avsm::INSERT_FRAG, &[], &[&set], &plan.constants)?;

@@ -180,7 +180,7 @@ impl Technique for Avsm {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        self.maps.record(commands, world);
+        self.maps.record(commands, world)?;
         if let Some(bins) = &mut self.bins {
             bins.record(commands, world);
         }

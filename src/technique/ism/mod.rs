@@ -76,6 +76,8 @@ pub struct Ism {
     sampled: Made,
     adapt: Option<Adapt>,
     atlas: Atlas,
+    /// Of the lights that it was opened for.
+    maps: usize,
     resolution: Vec<Resolution>,
     look_up: Bindings,
     constants: Constants,
@@ -114,6 +116,7 @@ impl Ism {
             sampled: Made::of(Parts::MESHES),
             adapt,
             atlas,
+            maps: world.map_count(),
             resolution: Vec::new(),
             look_up,
             constants,
@@ -174,6 +177,7 @@ impl Technique for Ism {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        world.has_maps(self.maps)?;
         self.resolution = resolution(world, &self.settings);
         if self.sampled.make(world) {
             self.sample.record(commands, world);

@@ -262,7 +262,7 @@ impl Technique for Psm {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        self.maps.record(commands, world);
+        self.maps.record(commands, world)?;
         if !self.built.make(world) {
             return Ok(());
         }

@@ -163,6 +163,8 @@ pub struct Voxelized {
     step: Step,
     /// And not looked at yet.
     recorded: bool,
+    /// All of it, for the world that was looked at.
+    baked: bool,
     restarts: u32,
     state: BuildState,
     /// Leaves and nodes of all tiles and lights, before merging, and after.
@@ -232,6 +234,7 @@ impl Voxelized {
             triangles,
             step: Step::Tile { light: 0, tile: 0 },
             recorded: false,
+            baked: false,
             restarts: 0,
             state: BuildState::zeroed(),
             tree: [0; 2],
@@ -350,11 +353,17 @@ impl Technique for Voxelized {
         OF
     }
 
+    fn forget(&mut self) {
+        self.baked = false;
+    }
+
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        if self.recorded {
-            // What comes next depends on it.
+        world.has_maps(self.cubes.len())?;
+        // What comes next depends on what is recorded.
+        if self.recorded || (self.baked && self.looked.stands(world)) {
             return Ok(());
         }
+        self.baked = false;
         let tiles = self.shape.tiles();
         let first = self.step == Step::Tile { light: 0, tile: 0 };
         if first {
@@ -418,7 +427,7 @@ impl Technique for Voxelized {
             return self.grow_data();
         }
         self.step = Step::Tile { light: 0, tile: 0 };
-        self.restarts = 0;
+        (self.restarts, self.baked) = (0, true);
         Ok(Settled::Done)
     }
 
