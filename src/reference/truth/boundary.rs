@@ -79,14 +79,17 @@ impl Casters<'_> {
     }
 
     /// Whether a ray through a grid may find another answer than there is at a point: of a lit one, where a surface meets a voxel
-    /// that the ray from `at` may pass; of another, where that ray is free.
+    /// that the ray from `at` may pass; of another, where that ray is free, or of rays that are rounded one so far beside it.
     fn ray_in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, at: DVec3) -> bool {
         let (direction, distance) = match self.scene.lights[light].kind {
             LightKind::Virtual { position, normal, .. } => (resolution.looked_up(position, normal) - at, 1.0),
             _ => self.to_light(light, at),
         };
         if !self.unblocked(light, position) {
-            return self.meshes.free(at, direction, distance);
+            let reach = if resolution.rounded { resolution.voxel } else { 0.0 };
+            let free = |offset: DVec3| self.meshes.free(at + reach * offset, direction, distance);
+            let corner = |i: u32| DVec3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 }));
+            return free(DVec3::ZERO) || resolution.rounded && (0..8).map(corner).any(free);
         }
         // All meshes are nearer than this.
         let way = if distance.is_finite() { direction } else { direction * (4.0 * self.meshes.extent + at.length()) };

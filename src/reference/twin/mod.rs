@@ -15,6 +15,7 @@ pub mod gather;
 pub mod grid;
 pub mod indirect;
 pub mod interleaved;
+pub mod lists;
 pub mod ism;
 pub mod many_lights;
 pub mod media;
