@@ -189,7 +189,15 @@ impl VoxelGrid {
         ENTRY.require(context, plan.path())?;
         let grid = Grid::new(context, world, plan.size, plan.voxelizer, plan.cone.is_some())?;
         let GridBuffers { data, bits, media, media_bits, cells } = grid.buffers();
-        let look_up = set::VoxelGridLookUp { lights: &world.lights, grid: data, bits, media, media_bits, cells, triangles: &world.triangles };
+        let look_up = set::VoxelGridLookUp {
+            lights: &world.lights,
+            grid: data,
+            bits,
+            media,
+            media_bits,
+            cells,
+            triangles: &world.triangles,
+        };
         let look_up = look_up.bind(context, "voxel_grid.look_up")?;
         let constants = Constants::new()
             .set(constant::GRID_SIZE, plan.size)
@@ -276,7 +284,8 @@ impl Technique for VoxelGrid {
 
     fn facts(&self) -> Result<Facts> {
         let counters = self.grid.list_totals().into_iter().flat_map(|totals| {
-            [("listed_triangles", totals.pairs), ("used_voxels", totals.voxels)].map(|(name, n)| (name.into(), n.into()))
+            [("listed_triangles", totals.pairs), ("used_voxels", totals.voxels)]
+                .map(|(name, n)| (name.into(), n.into()))
         });
         Ok(Facts {
             counters: counters.collect(),

@@ -56,12 +56,19 @@ void columns(uint i, uint first, uint step) {
         voxel[across] += int(column) % box[across];
         voxel[up] += int(column) / box[across];
         ivec2 range = column < count ? column_range(facet, error, axis, voxel) : ivec2(0, -1);
-        for (voxel[axis] = range.x; voxel[axis] <= range.y; ++voxel[axis]) {
-            met += uint(listed_in(facet, error, voxel));
+        // A column has four voxels that may meet it; where the plane says nothing, up to all.
+        uint mask = 0u;
+        for (int v = range.x; v <= range.y; ++v) {
+            voxel[axis] = v;
+            if (listed_in(facet, error, voxel)) {
+                ++met;
+                mask |= v - range.x < 32 ? 1u << (v - range.x) : 0u;
+            }
         }
         uint at = place_of(met);
-        for (voxel[axis] = range.x; voxel[axis] <= range.y && met > 0u; ++voxel[axis]) {
-            if (listed_in(facet, error, voxel)) {
+        for (int v = range.x; v <= range.y && met > 0u; ++v) {
+            voxel[axis] = v;
+            if (v - range.x < 32 ? (mask >> (v - range.x) & 1u) == 1u : listed_in(facet, error, voxel)) {
                 note(at++, i, uvec3(voxel));
             }
         }
