@@ -77,42 +77,51 @@ bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end
     Shear shear = shear_of(origin, direction);
     uvec3 block = uvec3(~0u), brick = uvec3(~0u);
     uvec2 bricks = uvec2(0u), voxels = uvec2(0u);
-    uint first = 0u, side = grid_side(GRID_SIZE, 0u);
-    for (uint turn = 0u; turn < 3u * GRID_SIZE + 3u; ++turn) {
+    uint first = 0u, list = 0u, side = grid_side(GRID_SIZE, 0u), shift = 0u;
+    bool is_first = true;
+    for (uint turn = 0u; turn < 3u * GRID_SIZE + 3u;) {
+        // On to the next used voxel, so that neighbours test triangles at the same time.
+        bool used = false;
+        for (; turn < 3u * GRID_SIZE + 3u && !used; ++turn) {
 #ifdef LOOK_UP_STEPS
-        ++look_up_steps;
+            ++look_up_steps;
 #endif
-        uvec3 at = uvec3(voxel) ^ march.mirror;
-        if (at >> 4u != block) {
-            block = at >> 4u;
-            bricks = grid_bits(1u, block);
-        }
-        uint shift = 0u;
-        if (grid_is_empty(bricks)) {
-            shift = grid_is_empty(grid_bits(2u, at >> 6u)) ? 6u : 4u;
-        } else if (!grid_has(bricks, at >> 2u)) {
-            shift = 2u;
-        } else {
-            if (at >> 2u != brick) {
-                brick = at >> 2u;
-                voxels = grid_bits(0u, brick);
-                first = visibility_cells[(brick.z * side + brick.y) * side + brick.x];
-            }
-            if (grid_has(voxels, at)) {
-                uint list = first + used_before(voxels, grid_bit(0u, at)), behind = visibility_cells[list + 1u];
-                for (uint i = visibility_cells[list]; i < behind; ++i) {
-                    if (shear_meets(shear, visibility_triangles[visibility_cells[i]], end)) {
-                        return true;
-                    }
+            if (!is_first) {
+                vec3 planes = march_planes(march, voxel, shift);
+                float nearest = min(planes.x, min(planes.y, planes.z));
+                if (nearest >= march.range.y || !march_on(march, planes, nearest, shift, voxel)) {
+                    return false;
                 }
-            } else if (grid_octant_is_empty(voxels, at)) {
-                shift = 1u;
+            }
+            is_first = false;
+            uvec3 at = uvec3(voxel) ^ march.mirror;
+            if (at >> 4u != block) {
+                block = at >> 4u;
+                bricks = grid_bits(1u, block);
+            }
+            if (grid_is_empty(bricks)) {
+                shift = grid_is_empty(grid_bits(2u, at >> 6u)) ? 6u : 4u;
+            } else if (!grid_has(bricks, at >> 2u)) {
+                shift = 2u;
+            } else {
+                if (at >> 2u != brick) {
+                    brick = at >> 2u;
+                    voxels = grid_bits(0u, brick);
+                    first = visibility_cells[(brick.z * side + brick.y) * side + brick.x];
+                }
+                used = grid_has(voxels, at);
+                shift = grid_octant_is_empty(voxels, at) ? 1u : 0u;
+                list = first + used_before(voxels, grid_bit(0u, at));
             }
         }
-        vec3 planes = march_planes(march, voxel, shift);
-        float nearest = min(planes.x, min(planes.y, planes.z));
-        if (nearest >= march.range.y || !march_on(march, planes, nearest, shift, voxel)) {
+        if (!used) {
             return false;
+        }
+        uint behind = visibility_cells[list + 1u];
+        for (uint i = visibility_cells[list]; i < behind; ++i) {
+            if (shear_meets(shear, visibility_triangles[visibility_cells[i]], end)) {
+                return true;
+            }
         }
     }
     return false;
