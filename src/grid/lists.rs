@@ -39,6 +39,8 @@ pub(super) struct Lists {
     pub(super) words: Buffer,
     sums: Buffer,
     totals: Buffer,
+    /// Lists in the order in which triangles came.
+    unsorted: Buffer,
     counted: ReadBack,
     /// After the last build.
     pub(super) last: ListTotals,
@@ -47,16 +49,18 @@ pub(super) struct Lists {
     number: [Kernel<GridPush>; 2],
     fill: [Kernel<GridPush>; 2],
     starts: [Kernel<GridPush>; 2],
+    rank: Kernel<GridPush>,
     sort: Kernel<GridPush>,
 }
 
-/// Room for so many pairs, words and what their sums need.
-fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffer; 3]> {
+/// Room for so many pairs, words, what their sums need, and triangles that are not sorted.
+fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffer; 4]> {
     let sums = u64::from(bricks).max(pairs).div_ceil(u64::from(SCANNED));
     Ok([
         Buffer::new(context, "grid.pairs", 8 * pairs, Memory::Device)?,
         Buffer::new(context, "grid.lists", 4 * words, Memory::Device)?,
         Buffer::new(context, "grid.list_sums", 4 * sums, Memory::Device)?,
+        Buffer::new(context, "grid.unsorted", 4 * pairs, Memory::Device)?,
     ])
 }
 
@@ -68,10 +72,10 @@ impl Lists {
     pub(super) fn new(context: &Context, world: &World, size: u32, grid: &Bindings) -> Result<Self> {
         let bricks = side(size, 0).pow(3);
         let first = u64::from(world.triangle_capacity().max(SCANNED));
-        let [pairs, words, sums] = room(context, bricks, first, u64::from(bricks) + 1 + 2 * first)?;
+        let [pairs, words, sums, unsorted] = room(context, bricks, first, u64::from(bricks) + 1 + 2 * first)?;
         let bytes = size_of::<ListTotals>() as u64;
         let totals = Buffer::new(context, "grid.list_totals", bytes, Memory::Device)?;
-        let set = set::GridLists { pairs: &pairs, lists: &words, sums: &sums, totals: &totals };
+        let set = set::GridLists { pairs: &pairs, lists: &words, sums: &sums, totals: &totals, unsorted: &unsorted };
         let set = set.bind(context, "grid.lists")?;
         let kernel = |shader| Kernel::compute(context, shader, &[grid, &set], &Constants::new());
         Ok(Self {
@@ -81,12 +85,14 @@ impl Lists {
             words,
             sums,
             totals,
+            unsorted,
             counted: ReadBack::new(context, "grid.list_counted", bytes)?,
             last: ListTotals::default(),
             note: [kernel(&shaders::PAIRS_STEP_0)?, kernel(&shaders::PAIRS_STEP_1)?, kernel(&shaders::PAIRS_STEP_2)?],
             number: [kernel(&shaders::NUMBER_STEP_0)?, kernel(&shaders::NUMBER_STEP_1)?],
             fill: [kernel(&shaders::FILL_STEP_0)?, kernel(&shaders::FILL_STEP_1)?],
             starts: [kernel(&shaders::STARTS_STEP_0)?, kernel(&shaders::STARTS_STEP_1)?],
+            rank: kernel(&shaders::RANK)?,
             sort: kernel(&shaders::SORT)?,
             set,
         })
@@ -121,6 +127,7 @@ impl Lists {
             run(commands, "grid.starts", starts, pairs, SCANNED);
         }
         run(commands, "grid.fill", &self.fill[1], pairs, THREADS);
+        run(commands, "grid.rank", &self.rank, pairs, THREADS);
         run(commands, "grid.sort", &self.sort, pairs, THREADS);
     }
 
@@ -148,11 +155,13 @@ impl Lists {
         let most = u64::from(self.context.features().max_storage_buffer_range);
         let more = |count: u64, bytes: u64| (count + count / 8).min(most / bytes).max(count);
         let lists = more(words - u64::from(self.bricks), 4) + u64::from(self.bricks);
-        let [pairs, words, sums] = room(&self.context, self.bricks, more(pairs, 8), lists.min(most / 4).max(words))?;
+        let [pairs, words, sums, unsorted] =
+            room(&self.context, self.bricks, more(pairs, 8), lists.min(most / 4).max(words))?;
         self.set.replace(set::GridLists::PAIRS, &pairs)?;
         self.set.replace(set::GridLists::LISTS, &words)?;
         self.set.replace(set::GridLists::SUMS, &sums)?;
-        (self.pairs, self.words, self.sums) = (pairs, words, sums);
+        self.set.replace(set::GridLists::UNSORTED, &unsorted)?;
+        (self.pairs, self.words, self.sums, self.unsorted) = (pairs, words, sums, unsorted);
         // Frames that are recorded already were given less room.
         self.counted.forget();
         Ok(true)
@@ -168,6 +177,6 @@ impl Lists {
 
     /// Of all that only a build needs.
     pub(super) fn transient_bytes(&self) -> u64 {
-        self.pairs.bytes() + self.sums.bytes() + self.totals.bytes()
+        self.pairs.bytes() + self.sums.bytes() + self.totals.bytes() + self.unsorted.bytes()
     }
 }

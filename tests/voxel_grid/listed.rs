@@ -307,7 +307,7 @@ fn what_does_not_go_with_triangles_is_refused() {
 #[test]
 fn smoke_stands_behind_triangles() {
     gpu_test("smoke_stands_behind_triangles", |context| {
-        let scene = scenes::opaque();
+        let scene = Scene { particles: scenes::random().particles, ..shapes::houses() };
         let points = shapes::about(&scene, 2000);
         let of = |settings: Settings| ask(context, built(context, &scene, settings).1.technique.as_ref(), 0, &points);
         let (solid, listed) = (of(PLAIN), of(LISTED));

@@ -12,10 +12,9 @@ void main() {
         return;
     }
     uvec2 pair = pairs[i];
-    uint brick = pair.x >> 6;
-    uint next = lists[brick] + used_before(brick_bits(brick), pair.x & 63u) + 1u;
-    uint at = atomicAdd(lists[next], 1u);
+    uint at = atomicAdd(lists[lists_start(pair.x) + 1u], 1u);
     if (STEP == 1) {
         lists[at] = pair.y;
+        unsorted[unsorted_at(at)] = pair.y;
     }
 }

@@ -20,6 +20,10 @@ layout(set = 1, binding = 0, scalar) buffer ListsPairs { uvec2 pairs[]; };      
 layout(set = 1, binding = 1, scalar) LISTS_ACCESS buffer ListsWords { uint lists[]; };  // as glsl/grid/lists/place.glsl has them
 layout(set = 1, binding = 2, scalar) buffer ListsSums { uint sums[]; };
 layout(set = 1, binding = 3, scalar) buffer ListsTotals { ListTotals totals; };
+layout(set = 1, binding = 4, scalar) buffer ListsUnsorted { uint unsorted[]; };  // lists in the order in which triangles came
+
+// Triangles of a list up to which each looks for its own place. Any number gives the same lists.
+const uint RANKED = 512u;
 
 uint brick_count() {
     uint side = grid_side(grid.size, 0u);
@@ -27,6 +31,12 @@ uint brick_count() {
 }
 
 uvec2 brick_bits(uint brick) { return uvec2(grid_bits[2u * brick], grid_bits[2u * brick + 1u]); }
+
+// Where the start of a voxel's list stands, of a bit among all.
+uint lists_start(uint bit) { return lists[bit >> 6] + used_before(brick_bits(bit >> 6), bit & 63u); }
+
+// Where the unsorted list is that belongs at a place.
+uint unsorted_at(uint at) { return at - (brick_count() + totals.voxels + 1u); }
 
 // Whether there is room for all. Where there is not, nothing is listed.
 bool lists_fit(uint voxels) {

@@ -1,13 +1,9 @@
 #version 460
-// Each list in the order of the triangles, whoever came first. A voxel a thread; the long lists of 64 voxels all of the workgroup
-// takes, one after the other. Sources: insertion; Batcher 1968 (a bitonic network, all of whose pairs look the same way). Input and
-// output: lists. Twin: reference::twin::lists, which sorts.
+// The long lists in the order of the triangles, those of 64 voxels by a workgroup, one after the other. Source: Batcher 1968 (a bitonic
+// network, all of whose pairs look the same way). Input and output: lists. Twin: reference::twin::lists, which sorts.
 layout(local_size_x = 64) in;
 #define LISTS_ACCESS coherent
 #include "grid/lists/set.glsl"
-
-// Triangles that a thread sorts.
-const uint SHORT = 32u;
 
 shared uint long_count;
 shared uvec2 longs[64];
@@ -47,16 +43,8 @@ void main() {
     barrier();
     if (u < totals.voxels && lists_fit(totals.voxels)) {
         uint begin = lists[brick_count() + u], end = lists[brick_count() + u + 1u];
-        if (end - begin > SHORT) {
+        if (end - begin > RANKED) {
             longs[atomicAdd(long_count, 1u)] = uvec2(begin, end);
-        } else {
-            for (uint i = begin + 1u; i < end; ++i) {
-                uint triangle = lists[i], at = i;
-                for (; at > begin && lists[at - 1u] > triangle; --at) {
-                    lists[at] = lists[at - 1u];
-                }
-                lists[at] = triangle;
-            }
         }
     }
     barrier();
