@@ -64,7 +64,7 @@ fn adversarial() -> Scene {
         tiles([WIDE - 0.125; 2], WIDE, 0.125, 1),
         cuboid([1.0, 0.25, 0.5], [1.5, 0.5, 0.75]),
         mesh(&fan.collect::<Vec<_>>()),
-        mesh(&[same; 80]),
+        mesh(&[same; 600]),
         mesh(&slivers),
         mesh(&flat),
     ];
