@@ -165,6 +165,20 @@ mod tests {
         assert!(near(-1e-6) && !near(-1e-3));
     }
 
+    /// Along the edge of the plate's shadow what rounding moves a ray by, to either side, and not the plate's own surface.
+    #[test]
+    fn rays_that_are_rounded() {
+        let scene = plate();
+        let casters = Casters::new(&scene);
+        let resolution = Resolution::of_triangles(View::opaques(&scene, 1)[0], 1e-3);
+        let near = |x: f64, z: f64| casters.in_boundary(0, &resolution, DVec3::new(x, 0.1, z));
+        for (offset, is_near) in [(-1.1e-3, false), (-0.9e-3, true), (0.9e-3, true), (1.1e-3, false)] {
+            assert_eq!(near(1.0 + offset, -1.0), is_near, "{offset}");
+            assert!(!near(1.0 + offset, 0.5), "above the plate");
+            assert!(!casters.in_surface_boundary(0, &resolution, DVec3::new(1.0 - offset.abs(), 0.1, 0.0), DVec3::Z));
+        }
+    }
+
     /// A plate's own surface is no boundary, but for its rim.
     #[test]
     fn a_surface_is_no_boundary_of_itself() {
