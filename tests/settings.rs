@@ -87,6 +87,10 @@ const MESHES: &[(&str, Open)] = &[
         let settings = voxel_grid::Settings { size: 64, march, steps: 50, offset: 10, ..Default::default() };
         Ok(Box::new(VoxelGrid::new(context, world, &settings)?))
     }),
+    ("voxel-grid:size=64,cell=triangles", |context, world| {
+        let settings = voxel_grid::Settings { size: 64, cell: voxel_grid::Cell::Triangles, ..Default::default() };
+        Ok(Box::new(VoxelGrid::new(context, world, &settings)?))
+    }),
     ("voxelized:size=64,structure=svo,coverage=conservative,filter=5", |context, world| {
         let settings = voxelized::Settings {
             size: 64,

@@ -6,6 +6,8 @@ mod support;
 
 #[path = "voxel_grid/cone.rs"]
 mod cone;
+#[path = "voxel_grid/listed.rs"]
+mod listed;
 #[path = "voxel_grid/media.rs"]
 mod media;
 #[path = "voxel_grid/raster.rs"]

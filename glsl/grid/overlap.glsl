@@ -4,7 +4,9 @@
 #define GRID_OVERLAP_GLSL
 
 // Voxels are so much larger to each side, in voxels: what rounding could lose.
-const float GRID_SLACK = 1e-4;
+#ifndef GRID_SLACK
+#define GRID_SLACK 1e-4
+#endif
 
 struct Facet {
     vec3 corners[3];  // voxels
@@ -45,19 +47,9 @@ bool inside_edge(vec2 from, vec2 edge, float turn) {
     return inner >= 0.0;
 }
 
-// A voxel of its box.
-bool facet_meets(Facet facet, ivec3 voxel) {
+// Seen along each axis: whether the voxel's square meets the triangle.
+bool facet_meets_sides(Facet facet, ivec3 voxel) {
     vec3 corner = vec3(voxel), normal = facet.normal;
-    precise vec3 a = facet.corners[0] - corner;
-    // The plane passes between the two corners of the voxel that are farthest along the normal.
-    precise float plane = normal.x * a.x + normal.y * a.y + normal.z * a.z;
-    precise float most = max(normal.x, 0.0) + max(normal.y, 0.0) + max(normal.z, 0.0);
-    precise float least = min(normal.x, 0.0) + min(normal.y, 0.0) + min(normal.z, 0.0);
-    precise float slack = GRID_SLACK * (abs(normal.x) + abs(normal.y) + abs(normal.z));
-    precise float above = most + slack - plane, below = plane - least + slack;
-    if (above < 0.0 || below < 0.0) {
-        return false;
-    }
     vec3 turn = vec3(normal.x >= 0.0 ? 1.0 : -1.0, normal.y >= 0.0 ? 1.0 : -1.0, normal.z >= 0.0 ? 1.0 : -1.0);
     for (uint i = 0u; i < 3u; ++i) {
         precise vec3 from = facet.corners[i] - corner;
@@ -68,5 +60,18 @@ bool facet_meets(Facet facet, ivec3 voxel) {
         }
     }
     return true;
+}
+
+// A voxel of its box.
+bool facet_meets(Facet facet, ivec3 voxel) {
+    vec3 corner = vec3(voxel), normal = facet.normal;
+    precise vec3 a = facet.corners[0] - corner;
+    // The plane passes between the two corners of the voxel that are farthest along the normal.
+    precise float plane = normal.x * a.x + normal.y * a.y + normal.z * a.z;
+    precise float most = max(normal.x, 0.0) + max(normal.y, 0.0) + max(normal.z, 0.0);
+    precise float least = min(normal.x, 0.0) + min(normal.y, 0.0) + min(normal.z, 0.0);
+    precise float slack = GRID_SLACK * (abs(normal.x) + abs(normal.y) + abs(normal.z));
+    precise float above = most + slack - plane, below = plane - least + slack;
+    return !(above < 0.0 || below < 0.0) && facet_meets_sides(facet, voxel);
 }
 #endif

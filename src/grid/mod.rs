@@ -2,9 +2,13 @@
 //! anew where it moves. It is the world's, not a light's: it costs the same for one light and for a thousand.
 
 mod cells;
+mod lists;
 mod media;
 
+pub use self::lists::ListTotals;
+
 use self::cells::Cells;
+use self::lists::Lists;
 use self::media::Media;
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Draw, Graphics, Kernel, Memory, groups, push_struct};
@@ -67,11 +71,13 @@ push_struct! {
     }
 }
 
-/// How the voxels are found that a triangle meets. All find the same.
+/// How the voxels are found that a triangle meets. All but [`Voxelizer::Listed`] find the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Voxelizer {
     /// Compute passes go through triangles' boxes.
     Compute,
+    /// They do, and list the triangles of each voxel; such a grid's voxels are a little larger.
+    Listed,
     /// Triangles are drawn along the axis that they face most, and fragments go through columns.
     Raster {
         /// By [`crate::gpu::Features::conservative_rasterization`], or as wider triangles.
@@ -82,11 +88,12 @@ pub enum Voxelizer {
 /// Its passes.
 enum Voxelize {
     Compute([Kernel<GridPush>; 3]),
+    Listed(Box<Lists>),
     Raster(Kernel<GridPush>),
 }
 
 impl Voxelize {
-    fn new(context: &Context, voxelizer: Voxelizer, set: &Bindings) -> Result<Self> {
+    fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, set: &Bindings) -> Result<Self> {
         let kernel = |shader| Kernel::compute(context, shader, &[set], &Constants::new());
         Ok(match voxelizer {
             Voxelizer::Compute => Self::Compute([
@@ -94,6 +101,7 @@ impl Voxelize {
                 kernel(&shaders::VOXELIZE_STEP_1)?,
                 kernel(&shaders::VOXELIZE_STEP_2)?,
             ]),
+            Voxelizer::Listed => Self::Listed(Box::new(Lists::new(context, world, size, set)?)),
             Voxelizer::Raster { conservative } => {
                 let (vertex, fragment) = (&shaders::VOXELIZE_VERT, &shaders::VOXELIZE_FRAG);
                 let state = Graphics { vertex, fragment, colors: &[], depth: None };
@@ -146,7 +154,7 @@ pub struct GridBuffers<'a> {
     pub media: &'a Buffer,
     /// A bit a voxel that has some, and those of the levels above.
     pub media_bits: &'a Buffer,
-    /// What cones ask.
+    /// What cones ask, or the lists of a grid that has them.
     pub cells: &'a Buffer,
 }
 
@@ -193,7 +201,7 @@ impl Grid {
             bounds: Kernel::compute(context, &shaders::BOUNDS, &[&set, &casters], &constants)?,
             fit: kernel(&shaders::FIT)?,
             clear: kernel(&shaders::CLEAR)?,
-            voxelize: Voxelize::new(context, voxelizer, &set)?,
+            voxelize: Voxelize::new(context, world, size, voxelizer, &set)?,
             stands,
             voxelized: Made::of(Parts::MESHES.and(place)),
             deposited: Made::of(Parts::CASTERS.and(place)),
@@ -204,8 +212,13 @@ impl Grid {
     pub fn buffers(&self) -> GridBuffers<'_> {
         let bits = &self.bits;
         let (media, media_bits) = self.media.as_ref().map_or((bits, bits), |media| (&media.voxels, &media.bits));
-        let cells = self.cells.as_ref().map_or(bits, |cells| &cells.counts);
+        let cells = self.cells.as_ref().map(|cells| &cells.counts);
+        let cells = cells.or(self.lists().map(|lists| &lists.words)).unwrap_or(bits);
         GridBuffers { data: &self.data, bits, media, media_bits, cells }
+    }
+
+    fn lists(&self) -> Option<&Lists> {
+        if let Voxelize::Listed(lists) = &self.voxelize { Some(lists) } else { None }
     }
 
     /// Whether the world may have smoke or hair.
@@ -217,12 +230,14 @@ impl Grid {
     pub fn resident_bytes(&self) -> u64 {
         let media = self.media.as_ref().map_or(0, |media| media.voxels.bytes() + media.bits.bytes());
         let cells = self.cells.as_ref().map_or(0, |cells| cells.counts.bytes());
-        self.data.bytes() + self.bits.bytes() + media + cells
+        let lists = self.lists().map_or(0, |lists| lists.words.bytes());
+        self.data.bytes() + self.bits.bytes() + media + cells + lists
     }
 
     /// Of all that only a build needs.
     pub fn transient_bytes(&self) -> u64 {
-        self.large.bytes() + self.media.as_ref().map_or(0, |media| media.large.bytes())
+        let lists = self.lists().map_or(0, Lists::transient_bytes);
+        self.large.bytes() + self.media.as_ref().map_or(0, |media| media.large.bytes()) + lists
     }
 
     /// Where it stands, after a build.
@@ -257,6 +272,33 @@ impl Grid {
     /// As [`Grid::data`].
     pub fn cells(&self) -> Result<Vec<u32>> {
         self.cells.as_ref().map_or(Ok(Vec::new()), |cells| cells.counts.read(cells::count(self.size) as usize))
+    }
+
+    /// The lists of triangles as glsl/grid/lists/place.glsl has them, after a build; nothing in a grid without any.
+    ///
+    /// # Errors
+    /// As [`Grid::data`].
+    pub fn listed(&self) -> Result<Vec<u32>> {
+        self.lists().map_or(Ok(Vec::new()), Lists::read)
+    }
+
+    /// How many there are, after a build.
+    pub fn list_totals(&self) -> Option<ListTotals> {
+        self.lists().map(|lists| lists.last)
+    }
+
+    /// Looks at what there was in frame `frame`, which is over: whether lists have room now that did not fit, and the grid has to be
+    /// recorded again.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn settle(&mut self, frame: u64) -> Result<bool> {
+        let Voxelize::Listed(lists) = &mut self.voxelize else { return Ok(false) };
+        let grew = lists.settle(frame)?;
+        if grew {
+            self.voxelized.forget();
+        }
+        Ok(grew)
     }
 
     /// Records the passes that fill it with all that casts as it is now: meshes where they or the grid's place have changed, smoke
@@ -318,6 +360,7 @@ impl Grid {
         let push = GridPush { triangle_count, ..GridPush::zeroed() };
         let compute = match &self.voxelize {
             Voxelize::Compute(kernels) => kernels,
+            Voxelize::Listed(lists) => return lists.record(commands, world),
             Voxelize::Raster(kernel) => {
                 return commands.pass("grid.voxelize", |pass| {
                     let draw = |draw: &mut Draw| draw.draw(kernel, &push, 3 * triangle_count, 1);

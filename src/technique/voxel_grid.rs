@@ -23,8 +23,7 @@
 
 use super::keys::words;
 use super::settings::{Keyed, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
-use crate::Result;
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement};
 use crate::grid::{Grid, GridBuffers, Voxelizer};
 use crate::maps::Map;
@@ -32,6 +31,8 @@ use crate::scene::{Casting, Resolution, View};
 use crate::shaders::set;
 use crate::shaders::{constant, folder};
 use crate::world::{Parts, World};
+use crate::{Error, Result};
+use glam::DVec3;
 
 words! {
     /// How the meshes become voxels.
@@ -40,6 +41,16 @@ words! {
         Compute = "compute",
         /// Drawn.
         Raster = "raster",
+    }
+}
+
+words! {
+    /// What a ray meets in a voxel.
+    pub enum Cell {
+        /// The voxel.
+        Solid = "solid",
+        /// The triangles that are listed there.
+        Triangles = "triangles",
     }
 }
 
@@ -65,6 +76,8 @@ settings! {
         /// Voxels a side of the grid: 64, 128, 256 or 512.
         size: u32 = Setting::one_of(
             "256", &["64", "128", "256", "512"], "voxels a side of the grid about all that casts");
+        /// What a ray meets in a voxel: all of it in Pestana 2015.
+        cell: Cell = Setting::word("solid", "what meshes are in a voxel: all of it, or the triangles that meet it, exactly");
         /// How a ray goes through it: by even steps in Pestana 2015.
         march: March = Setting::word(
             "exact", "every voxel on the way to the light; even steps, which miss what is thin; a cone through cells as wide");
@@ -97,7 +110,7 @@ pub const ENTRY: Entry = Entry {
             "shading=tiled,march=steps,steps=25,dither=none|ordered|noise,blur=off|on,history=off|on",
         ],
         stress_smoke: &["size=64,march=exact,path=compute|raster"],
-        stress_meshes: &["size=64,march=exact,path=compute|raster"],
+        stress_meshes: &["size=64,march=exact,path=compute|raster", "size=64,cell=triangles"],
         ..Runs::NONE
     },
     open: |context, world, spec| Ok(Box::new(VoxelGrid::new(context, world, &spec.settings())?)),
@@ -122,19 +135,29 @@ pub struct Plan {
 }
 
 impl Plan {
-    fn of(settings: &Settings, features: &Features) -> Self {
-        let Settings { path, size, march, steps, offset, aperture } = *settings;
+    /// # Errors
+    /// [`Error::Refused`] where triangles are not to be asked by rays, or not to be listed.
+    fn of(settings: &Settings, features: &Features) -> Result<Self> {
+        let Settings { path, size, cell, march, steps, offset, aperture } = *settings;
+        let refused = |needs: &str| Err(Error::Refused { needs: needs.into() });
         let voxelizer = match path {
+            _ if cell == Cell::Triangles && march != March::Exact => {
+                return refused("march=exact for cell=triangles: steps and cones meet no triangles");
+            }
+            Some(Way::Raster) if cell == Cell::Triangles => {
+                return refused("path=compute for cell=triangles: draws list no triangles");
+            }
+            _ if cell == Cell::Triangles => Voxelizer::Listed,
             Some(Way::Raster) => Voxelizer::Raster { conservative: features.conservative_rasterization },
             Some(Way::Compute) | None => Voxelizer::Compute,
         };
         let cone = (march == March::Cone).then(|| (aperture as f32).to_radians().tan());
         let steps = (march == March::Steps).then_some(steps);
-        Self { size, steps, offset: offset as f32 / 100.0, cone, voxelizer }
+        Ok(Self { size, steps, offset: offset as f32 / 100.0, cone, voxelizer })
     }
 
     fn path(&self) -> &'static str {
-        if self.voxelizer == Voxelizer::Compute { COMPUTE } else { RASTER }
+        if matches!(self.voxelizer, Voxelizer::Raster { .. }) { RASTER } else { COMPUTE }
     }
 }
 
@@ -151,22 +174,30 @@ impl VoxelGrid {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, [`crate::Error::Refused`] where the device lacks what the
-    /// path needs, [`crate::Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where a setting is not what it may be, [`Error::Refused`] where the device lacks what the path needs or
+    /// two settings do not go together, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        Self::planned(context, world, &Plan::of(settings, context.features()))
+        Self::planned(context, world, &Plan::of(settings, context.features())?)
     }
 
     /// Opens what is planned.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] where the device lacks what the path needs, [`Error::Gpu`] where memory runs out.
     pub fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
         ENTRY.require(context, plan.path())?;
         let grid = Grid::new(context, world, plan.size, plan.voxelizer, plan.cone.is_some())?;
         let GridBuffers { data, bits, media, media_bits, cells } = grid.buffers();
-        let look_up = set::VoxelGridLookUp { lights: &world.lights, grid: data, bits, media, media_bits, cells };
+        let look_up = set::VoxelGridLookUp {
+            lights: &world.lights,
+            grid: data,
+            bits,
+            media,
+            media_bits,
+            cells,
+            triangles: &world.triangles,
+        };
         let look_up = look_up.bind(context, "voxel_grid.look_up")?;
         let constants = Constants::new()
             .set(constant::GRID_SIZE, plan.size)
@@ -174,14 +205,15 @@ impl VoxelGrid {
             .set(constant::MARCH_OFFSET, plan.offset)
             .set(constant::MEDIA, grid.has_media())
             .set(constant::CONE, plan.cone.is_some())
-            .set(constant::CONE_SLOPE, plan.cone.unwrap_or(0.0));
+            .set(constant::CONE_SLOPE, plan.cone.unwrap_or(0.0))
+            .set(constant::TRIANGLES, plan.voxelizer == Voxelizer::Listed);
         Ok(Self { plan: *plan, grid, resolution: Vec::new(), look_up, constants })
     }
 
     /// Why the path, and which way of drawing.
     fn reason(&self) -> &'static str {
         match self.plan.voxelizer {
-            Voxelizer::Compute => "needs nothing that is optional",
+            Voxelizer::Compute | Voxelizer::Listed => "needs nothing that is optional",
             Voxelizer::Raster { conservative: true } => "asked for; conservative rasterization",
             Voxelizer::Raster { conservative: false } => "asked for; wider triangles",
         }
@@ -193,13 +225,25 @@ impl VoxelGrid {
     }
 }
 
+/// How far from where it is a ray or a side may be taken to be, world units, in a grid of such a side about a box. Twin: grid_rounding in
+/// glsl/grid/march_triangles.glsl.
+fn rounding([low, high]: [DVec3; 2], side: f64) -> f64 {
+    let middle = 0.5 * (low + high);
+    let far = middle.abs().max_element() + 0.5 * side;
+    side / 524_288.0 + far / 2_097_152.0
+}
+
 /// How finely the grid knows the meshes, one for each map of all lights.
-fn resolution(world: &World, size: u32) -> Vec<Resolution> {
+fn resolution(world: &World, plan: &Plan) -> Vec<Resolution> {
     let Some([low, high]) = world.known_box().filter(|_| world.aim().has_triangles) else { return Vec::new() };
     let widest = (high - low).max_element().max(1e-3 * low.abs().max(high.abs()).max_element().max(1.0));
     // A float's rounding more than the device has.
-    let voxel = widest / f64::from(size - 2) * (1.0 + 1e-5);
-    View::aimed(&world.aim(), 1, Casting::Opaque).into_iter().map(|view| Resolution::of_grid(view, voxel)).collect()
+    let voxel = widest / f64::from(plan.size - 2) * (1.0 + 1e-5);
+    let of = |view| match plan.voxelizer {
+        Voxelizer::Listed => Resolution::of_triangles(view, rounding([low, high], voxel * f64::from(plan.size))),
+        _ => Resolution::of_grid(view, voxel),
+    };
+    View::aimed(&world.aim(), 1, Casting::Opaque).into_iter().map(of).collect()
 }
 
 impl Technique for VoxelGrid {
@@ -213,9 +257,17 @@ impl Technique for VoxelGrid {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        self.resolution = resolution(world, self.plan.size);
+        self.resolution = resolution(world, &self.plan);
         self.grid.record(commands, world);
         Ok(())
+    }
+
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        let grew = self.grid.settle(frame)?;
+        if grew {
+            self.look_up.replace(set::VoxelGridLookUp::CELLS, self.grid.buffers().cells)?;
+        }
+        Ok(Settled::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {
@@ -231,7 +283,12 @@ impl Technique for VoxelGrid {
     }
 
     fn facts(&self) -> Result<Facts> {
+        let counters = self.grid.list_totals().into_iter().flat_map(|totals| {
+            [("listed_triangles", totals.pairs), ("used_voxels", totals.voxels)]
+                .map(|(name, n)| (name.into(), n.into()))
+        });
         Ok(Facts {
+            counters: counters.collect(),
             path: self.plan.path(),
             reason: self.reason().into(),
             bytes_resident: self.grid.resident_bytes(),

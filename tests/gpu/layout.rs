@@ -9,7 +9,7 @@
 use super::support::spirv::without_constant_choices;
 use gobo::consume::many_lights::{FrameData, QueueData};
 use gobo::gpu::Shader;
-use gobo::grid::GridData;
+use gobo::grid::{GridData, ListTotals};
 use gobo::maps::{BinTotals, Extents, ItemData, Map, OpaqueItem, OpaqueTotals, SegmentData, Survey, TilePart};
 use gobo::scene::{Body, Caster, Jet, Law, View};
 use gobo::shaders::ALL;
@@ -86,6 +86,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Frame", twin!(FrameData, camera, corner, across, down, edge)),
         ("Queue", twin!(QueueData, groups_x, groups_y, groups_z, jobs, demanded, end)),
         ("Grid", twin!(GridData, origin, voxel, per_unit, size, low, high)),
+        ("ListTotals", twin!(ListTotals, pairs, voxels, overflowed)),
         ("Body", twin!(Body, place, speed)),
         ("Jet", twin!(Jet, position, width, speed, spread)),
         (

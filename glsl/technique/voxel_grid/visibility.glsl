@@ -6,9 +6,11 @@
 //   binding 2  its bits
 //   binding 3  its media (grid/media.glsl), or any buffer where MEDIA is false
 //   binding 4  their bits, likewise
-//   binding 5  its cells (grid/cells.glsl), or any buffer where CONE is false
-// flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE
+//   binding 5  its cells (grid/cells.glsl) where CONE is true, its lists (grid/lists/place.glsl) where TRIANGLES is, or any buffer
+//   binding 6  triangles (world/triangle.glsl)
+// flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE TRIANGLES
 #include "world/light.glsl"
+#include "world/triangle.glsl"
 #include "grid/grid.glsl"
 
 #ifndef GOBO_SET
@@ -21,12 +23,14 @@ layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityBits { uin
 layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityMedia { uint visibility_media[]; };
 layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityMediaBits { uint visibility_media_bits[]; };
 layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCells { uint visibility_cells[]; };
+layout(set = GOBO_SET, binding = 6, scalar) readonly buffer VisibilityTriangles { Triangle visibility_triangles[]; };
 
 // Voxels a side.
 CONSTANT(uint, GRID_SIZE, 256u)
 
 #include "grid/march.glsl"
 #include "grid/march_cone.glsl"
+#include "grid/march_triangles.glsl"
 
 // Even steps; 0: every voxel.
 CONSTANT(uint, MARCH_STEPS, 0u)
@@ -44,22 +48,24 @@ CONSTANT(bool, MEDIA, false)
 CONSTANT(bool, CONE, false)
 // How much its radius grows along it.
 CONSTANT(float, CONE_SLOPE, 0.0)
+// Whether voxels have lists of triangles, which a ray is tested against.
+CONSTANT(bool, TRIANGLES, false)
 
 // What a receiver is moved by more than its voxels reach, in voxels.
 const float RECEIVER_MARGIN = 1e-3;
 
 // A point of a surface leaves the voxels that the surface occupies along its normal: as far as a voxel reaches along it, so that
 // the voxel that it comes to lies beyond the surface, and each that a ray away from it enters. A cone also feels the voxels beside
-// its own, and begins half as far again.
+// its own, and begins half as far again. Where triangles are tested, rounding is all that it leaves.
 vec3 off_the_surface(vec3 position, vec3 normal) {
     float voxels = (CONE ? 1.5 : 1.0) * (abs(normal.x) + abs(normal.y) + abs(normal.z)) + RECEIVER_MARGIN;
-    return position + normal * (voxels * visibility_grid.voxel);
+    return position + normal * (voxels * (TRIANGLES ? grid_rounding(visibility_grid) : visibility_grid.voxel));
 }
 
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     vec3 receiver = off_the_surface(position, normal);
-    if (MARCH_STEPS != 0u || look_up_dither.x < 0.0) {
+    if (MARCH_STEPS != 0u || TRIANGLES || look_up_dither.x < 0.0) {
         return receiver;
     }
     // Edges of voxels are spread over a voxel along the surface.
@@ -83,7 +89,11 @@ float light_visibility(uint light, vec3 position) {
                                            : (end - position) * visibility_grid.per_unit;
     float offset = look_up_dither.x < 0.0 ? MARCH_OFFSET : look_up_dither.x;
     float left = 1.0;
-    if (CONE) {
+    if (TRIANGLES) {
+        bool is_far = l.kind == LIGHT_DIRECTIONAL;
+        vec3 direction = is_far ? -l.direction : end - position;
+        left = march_triangles(from, way, position, direction, is_far ? FARTHEST : 1.0) ? 0.0 : 1.0;
+    } else if (CONE) {
         left = march_cone(from, way, CONE_SLOPE);
     } else {
         left = (MARCH_STEPS == 0u ? march_exact(from, way) : march_steps(from, way, MARCH_STEPS, offset)) ? 0.0 : 1.0;

@@ -79,14 +79,17 @@ impl Casters<'_> {
     }
 
     /// Whether a ray through a grid may find another answer than there is at a point: of a lit one, where a surface meets a voxel
-    /// that the ray from `at` may pass; of another, where that ray is free.
+    /// that the ray from `at` may pass; of another, where that ray is free, or of rays that are rounded one so far beside it.
     fn ray_in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, at: DVec3) -> bool {
         let (direction, distance) = match self.scene.lights[light].kind {
             LightKind::Virtual { position, normal, .. } => (resolution.looked_up(position, normal) - at, 1.0),
             _ => self.to_light(light, at),
         };
         if !self.unblocked(light, position) {
-            return self.meshes.free(at, direction, distance);
+            let reach = if resolution.rounded { resolution.voxel } else { 0.0 };
+            let free = |offset: DVec3| self.meshes.free(at + reach * offset, direction, distance);
+            let corner = |i: u32| DVec3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 }));
+            return free(DVec3::ZERO) || resolution.rounded && (0..8).map(corner).any(free);
         }
         // All meshes are nearer than this.
         let way = if distance.is_finite() { direction } else { direction * (4.0 * self.meshes.extent + at.length()) };
@@ -160,6 +163,20 @@ mod tests {
         let rounded = Resolution { depth: 1e-5 / range, ..resolution };
         let near = |z: f64| casters.in_boundary(0, &rounded, DVec3::new(0.2, 0.1, z));
         assert!(near(-1e-6) && !near(-1e-3));
+    }
+
+    /// Along the edge of the plate's shadow what rounding moves a ray by, to either side, and not the plate's own surface.
+    #[test]
+    fn rays_that_are_rounded() {
+        let scene = plate();
+        let casters = Casters::new(&scene);
+        let resolution = Resolution::of_triangles(View::opaques(&scene, 1)[0], 1e-3);
+        let near = |x: f64, z: f64| casters.in_boundary(0, &resolution, DVec3::new(x, 0.1, z));
+        for (offset, is_near) in [(-1.1e-3, false), (-0.9e-3, true), (0.9e-3, true), (1.1e-3, false)] {
+            assert_eq!(near(1.0 + offset, -1.0), is_near, "{offset}");
+            assert!(!near(1.0 + offset, 0.5), "above the plate");
+            assert!(!casters.in_surface_boundary(0, &resolution, DVec3::new(1.0 - offset.abs(), 0.1, 0.0), DVec3::Z));
+        }
     }
 
     /// A plate's own surface is no boundary, but for its rim.

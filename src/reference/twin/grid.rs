@@ -34,26 +34,41 @@ pub struct Facet {
     corners: [[f32; 3]; 3],
     edges: [[f32; 3]; 3],
     normal: [f32; 3],
-    first: [u32; 3],
-    last: [u32; 3],
+    pub(super) first: [u32; 3],
+    pub(super) last: [u32; 3],
+    /// Voxels are so much larger to each side.
+    slack: f32,
+    /// What its plane is not known by, in lengths of its normal times voxels.
+    error: f32,
 }
 
 impl Facet {
     /// Of corners in voxels.
     pub fn of(corners: [[f32; 3]; 3], size: u32) -> Self {
+        Self::slack(corners, size, SLACK)
+    }
+
+    /// Where it is listed. Twin: glsl/grid/lists/meets.glsl.
+    pub(super) fn listed(corners: [[f32; 3]; 3], size: u32) -> Self {
+        let facet = Self::slack(corners, size, 1.0 / 512.0);
+        let side = facet.edges.as_flattened().iter().fold(0.0f32, |side, c| side.max(c.abs()));
+        Self { error: 1.0 / 262_144.0 * (side * side) * (side + 2.0), ..facet }
+    }
+
+    fn slack(corners: [[f32; 3]; 3], size: u32, slack: f32) -> Self {
         let [a, b, c] = corners;
         let between = |from: [f32; 3], to: [f32; 3]| -> [f32; 3] { from_fn(|i| to[i] - from[i]) };
         let edges = [between(a, b), between(b, c), between(c, a)];
         let [ab, bc, _] = edges;
         let normal = [ab[1] * bc[2] - ab[2] * bc[1], ab[2] * bc[0] - ab[0] * bc[2], ab[0] * bc[1] - ab[1] * bc[0]];
         let whole = |v: f32| v.floor().clamp(0.0, (size - 1) as f32) as u32;
-        let first = from_fn(|i| whole(a[i].min(b[i].min(c[i])) - SLACK));
-        let last = from_fn(|i| whole(a[i].max(b[i].max(c[i])) + SLACK));
-        Self { corners, edges, normal, first, last }
+        let first = from_fn(|i| whole(a[i].min(b[i].min(c[i])) - slack));
+        let last = from_fn(|i| whole(a[i].max(b[i].max(c[i])) + slack));
+        Self { corners, edges, normal, first, last, slack, error: 0.0 }
     }
 
     /// Whether it is one point, which casts nothing. Twin: facet_is_point.
-    fn is_point(&self) -> bool {
+    pub(super) fn is_point(&self) -> bool {
         self.edges == [[0.0; 3]; 3]
     }
 
@@ -65,7 +80,7 @@ impl Facet {
         let plane = x * seen[0][0] + y * seen[0][1] + z * seen[0][2];
         let most = x.max(0.0) + y.max(0.0) + z.max(0.0);
         let least = x.min(0.0) + y.min(0.0) + z.min(0.0);
-        let slack = SLACK * (x.abs() + y.abs() + z.abs());
+        let slack = self.slack * (x.abs() + y.abs() + z.abs()) + self.error;
         if most + slack - plane < 0.0 || plane - least + slack < 0.0 {
             return false;
         }
@@ -73,18 +88,18 @@ impl Facet {
         (0..3).all(|i| {
             [[0, 1, 2], [1, 2, 0], [2, 0, 1]].into_iter().all(|[across, up, along]| {
                 let (edge, from) = (self.edges[i], seen[i]);
-                inside_edge([from[across], from[up]], [edge[across], edge[up]], turn[along])
+                inside_edge([from[across], from[up]], [edge[across], edge[up]], turn[along], self.slack)
             })
         })
     }
 }
 
 /// Twin: inside_edge.
-fn inside_edge(from: [f32; 2], edge: [f32; 2], turn: f32) -> bool {
+fn inside_edge(from: [f32; 2], edge: [f32; 2], turn: f32, slack: f32) -> bool {
     let (x, y) = (edge[1] * turn, edge[0] * turn);
     let at = x * from[0] - y * from[1];
     let reach = (-x).max(0.0) + y.max(0.0);
-    let slack = SLACK * (x.abs() + y.abs());
+    let slack = slack * (x.abs() + y.abs());
     at + reach + slack >= 0.0
 }
 

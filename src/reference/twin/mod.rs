@@ -16,6 +16,7 @@ pub mod grid;
 pub mod indirect;
 pub mod interleaved;
 pub mod ism;
+pub mod lists;
 pub mod many_lights;
 pub mod media;
 pub mod opaque;

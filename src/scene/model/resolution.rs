@@ -28,12 +28,19 @@ pub struct Resolution {
     /// Side of a voxel, world units, where rays go through a grid in the world's axes; 0 for none. Then a surface may be felt
     /// anywhere in the voxels of a ray, and nothing else that stands here counts.
     pub voxel: f64,
+    /// Whether a surface so near to a ray may be missed too: no voxel holds it, and `voxel` is what rounding moves a ray by.
+    pub rounded: bool,
 }
 
 impl Resolution {
     /// Of a grid with voxels of that side.
     pub fn of_grid(view: View, voxel: f64) -> Self {
         Self { voxel, ..Self::exact(view) }
+    }
+
+    /// Of rays against triangles, both of which may be taken to be so far beside where they are.
+    pub fn of_triangles(view: View, rounding: f64) -> Self {
+        Self { voxel: rounding, rounded: true, ..Self::exact(view) }
     }
 
     /// The resolution of a map whose paraboloid is `view`, asked at the four texels about a place: each of them is up to a texel away, and stands
@@ -55,6 +62,7 @@ impl Resolution {
             free_inside: false,
             depth: 0.0,
             voxel: 0.0,
+            rounded: false,
         }
     }
 

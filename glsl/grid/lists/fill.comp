@@ -1,0 +1,20 @@
+#version 460
+// The triangles of each used voxel, from the pairs: STEP 0 counts them, STEP 1 puts each behind the others of its voxel, whose start
+// moves on to where its list ends, which is the next one's start. A pair a thread. Source: ours. Inputs: pairs, bits, words of
+// bricks. Outputs: counts, then starts and lists. Twin: reference::twin::lists. Invariant: the same triangles in some order.
+// variants: STEP 0 1
+layout(local_size_x = 64) in;
+#include "grid/lists/set.glsl"
+
+void main() {
+    uint i = 64u * (gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x) + gl_LocalInvocationIndex;
+    if (i >= totals.pairs || !lists_fit(totals.voxels)) {
+        return;
+    }
+    uvec2 pair = pairs[i];
+    uint at = atomicAdd(lists[lists_start(pair.x) + 1u], 1u);
+    if (STEP == 1) {
+        lists[at] = pair.y;
+        unsorted[unsorted_at(at)] = pair.y;
+    }
+}

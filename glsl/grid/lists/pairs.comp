@@ -1,0 +1,125 @@
+#version 460
+// Every voxel that a triangle meets becomes occupied, and is noted beside the triangle. One thread a triangle; those that meet many
+// voxels are listed, and in the variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Workgroups take
+// their places among all pairs at once. Source: ours, after Schwarz and Seidel 2010. Inputs: triangles, grid. Outputs: bits of all
+// levels, pairs and how many there are, the lists of large triangles. Twin: reference::twin::lists. Invariant: the same pairs in
+// some order; those that have no room are counted.
+// variants: STEP 0 1 2
+layout(local_size_x = 64) in;
+#include "grid/lists/meets.glsl"
+#include "grid/occupy.glsl"
+#include "grid/lists/set.glsl"
+
+// Voxels of a box up to which a thread takes a triangle, and columns up to which a workgroup does. Any number gives the same pairs.
+const uint SMALL = 64u;
+const uint COLUMNS = 4096u;
+
+shared uint group_pairs;
+shared uint group_first;
+
+// Where a thread's `count` pairs stand among all. All threads of the workgroup come here.
+uint place_of(uint count) {
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) {
+        group_pairs = 0u;
+    }
+    barrier();
+    uint at = atomicAdd(group_pairs, count);
+    barrier();
+    if (gl_LocalInvocationIndex == 0u && group_pairs > 0u) {
+        group_first = atomicAdd(totals.pairs, group_pairs);
+        if (group_first + group_pairs < group_first) {
+            totals.overflowed = 1u;
+        }
+    }
+    barrier();
+    return group_first + at;
+}
+
+void note(uint at, uint triangle, uvec3 voxel) {
+    occupy(voxel);
+    if (at < pairs.length()) {
+        pairs[at] = uvec2(64u * grid_word(grid.size, 0u, voxel) + grid_bit(0u, voxel), triangle);
+    }
+}
+
+// The columns of a listed triangle, 64 at once, from `first` on.
+void columns(uint i, uint first, uint step) {
+    Facet facet = facet_at(i);
+    float error = plane_error(facet);
+    uint axis = facet_axis(facet), across = (axis + 1u) % 3u, up = (axis + 2u) % 3u;
+    ivec3 box = facet.last - facet.first + 1;
+    uint count = uint(box[across] * box[up]);
+    for (uint begin = first; begin < count; begin += step) {
+        uint column = begin + gl_LocalInvocationIndex, met = 0u;
+        ivec3 voxel = facet.first;
+        voxel[across] += int(column) % box[across];
+        voxel[up] += int(column) / box[across];
+        ivec2 range = column < count ? column_range(facet, error, axis, voxel) : ivec2(0, -1);
+        // A column has four voxels that may meet it; where the plane says nothing, up to all.
+        uint mask = 0u;
+        for (int v = range.x; v <= range.y; ++v) {
+            voxel[axis] = v;
+            if (listed_in(facet, error, voxel)) {
+                ++met;
+                mask |= v - range.x < 32 ? 1u << (v - range.x) : 0u;
+            }
+        }
+        uint at = place_of(met);
+        for (int v = range.x; v <= range.y && met > 0u; ++v) {
+            voxel[axis] = v;
+            if (v - range.x < 32 ? (mask >> (v - range.x) & 1u) == 1u : listed_in(facet, error, voxel)) {
+                note(at++, i, uvec3(voxel));
+            }
+        }
+    }
+}
+
+void main() {
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x, thread = gl_LocalInvocationIndex;
+    uint groups = gl_NumWorkGroups.x * gl_NumWorkGroups.y;
+    if (STEP == 1) {
+        for (uint l = group; l < listed[LARGE]; l += groups) {
+            columns(listed[LISTED + l], 0u, 64u);
+        }
+        return;
+    }
+    if (STEP == 2) {
+        for (uint l = 0u; l < listed[HUGE]; ++l) {
+            columns(listed[LISTED + triangle_count - 1u - l], 64u * group, 64u * groups);
+        }
+        return;
+    }
+    uint i = 64u * group + thread, voxels = 0u;
+    uvec2 met = uvec2(0u);
+    Facet facet;
+    ivec3 box = ivec3(1);
+    if (i < triangle_count) {
+        facet = facet_at(i);
+        box = facet.last - facet.first + 1;
+        voxels = facet_is_point(facet) ? 0u : uint(box.x * box.y * box.z);
+        if (voxels > SMALL) {
+            voxels = 0u;
+            int widest = max(box.x * box.y, max(box.y * box.z, box.z * box.x));
+            if (uint(widest) > COLUMNS) {
+                listed[LISTED + triangle_count - 1u - atomicAdd(listed[HUGE], 1u)] = i;
+            } else {
+                listed[LISTED + atomicAdd(listed[LARGE], 1u)] = i;
+            }
+        }
+        float error = plane_error(facet);
+        for (uint v = 0u; v < voxels; ++v) {
+            ivec3 voxel = facet.first + ivec3(int(v) % box.x, int(v) / box.x % box.y, int(v) / (box.x * box.y));
+            if (listed_in(facet, error, voxel)) {
+                uint bit = 1u << (v & 31u);
+                met |= v < 32u ? uvec2(bit, 0u) : uvec2(0u, bit);
+            }
+        }
+    }
+    uint at = place_of(uint(bitCount(met.x) + bitCount(met.y)));
+    while (met != uvec2(0u)) {
+        uint v = met.x != 0u ? uint(findLSB(met.x)) : 32u + uint(findLSB(met.y));
+        met = met.x != 0u ? uvec2(met.x & (met.x - 1u), met.y) : uvec2(0u, met.y & (met.y - 1u));
+        note(at++, i, uvec3(facet.first + ivec3(int(v) % box.x, int(v) / box.x % box.y, int(v) / (box.x * box.y))));
+    }
+}

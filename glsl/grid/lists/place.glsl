@@ -1,0 +1,12 @@
+// Where the triangles of a voxel are listed. A word a brick: where the starts of its used voxels begin; behind these, a start a used voxel
+// in the order of the bits, and where the last list ends; behind these, the lists. All places are words from the beginning, so
+// that bricks, the bits of one and two starts lead to a list. Source: ours. Twin: reference::twin::lists.
+#ifndef GRID_LISTS_PLACE_GLSL
+#define GRID_LISTS_PLACE_GLSL
+
+// How many voxels of a brick are used before that of bit `bit`.
+uint used_before(uvec2 bits, uint bit) {
+    uint below = (1u << (bit & 31u)) - 1u;
+    return bit < 32u ? uint(bitCount(bits.x & below)) : uint(bitCount(bits.x) + bitCount(bits.y & below));
+}
+#endif

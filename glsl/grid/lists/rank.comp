@@ -1,0 +1,23 @@
+#version 460
+// Each list in the order of the triangles, whoever came first: a triangle comes behind as many as are before it. A pair a thread; long
+// lists glsl/grid/lists/sort.comp sorts. Source: ours. Inputs: pairs, bits, starts, unsorted lists. Output: lists.
+// Twin: reference::twin::lists, which sorts.
+layout(local_size_x = 64) in;
+#include "grid/lists/set.glsl"
+
+void main() {
+    uint i = 64u * (gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x) + gl_LocalInvocationIndex;
+    if (i >= totals.pairs || !lists_fit(totals.voxels)) {
+        return;
+    }
+    uvec2 pair = pairs[i];
+    uint start = lists_start(pair.x), first = lists[start], behind = lists[start + 1u];
+    if (behind - first > RANKED) {
+        return;
+    }
+    uint from = unsorted_at(first), rank = 0u;
+    for (uint other = from; other < from + behind - first; ++other) {
+        rank += uint(unsorted[other] < pair.y);
+    }
+    lists[first + rank] = pair.y;
+}

@@ -1,0 +1,46 @@
+// What the passes share that list each voxel's triangles. Twin: grid::lists.
+#ifndef GRID_LISTS_SET_GLSL
+#define GRID_LISTS_SET_GLSL
+#include "grid/build.glsl"
+#include "grid/lists/place.glsl"
+
+// What there was of all. Twin: grid::ListTotals.
+struct ListTotals {
+    uint pairs;       // of a triangle and a voxel that it meets
+    uint voxels;      // that any meets
+    uint overflowed;  // 1: more pairs than 32 bits count
+};
+
+#ifndef LISTS_ACCESS
+#define LISTS_ACCESS
+#endif
+
+// set 1: grid_lists
+layout(set = 1, binding = 0, scalar) buffer ListsPairs { uvec2 pairs[]; };            // a voxel's bit among all, and a triangle
+layout(set = 1, binding = 1, scalar) LISTS_ACCESS buffer ListsWords { uint lists[]; };  // as glsl/grid/lists/place.glsl has them
+layout(set = 1, binding = 2, scalar) buffer ListsSums { uint sums[]; };
+layout(set = 1, binding = 3, scalar) buffer ListsTotals { ListTotals totals; };
+layout(set = 1, binding = 4, scalar) buffer ListsUnsorted { uint unsorted[]; };  // lists in the order in which triangles came
+
+// Triangles of a list up to which each looks for its own place. Any number gives the same lists.
+const uint RANKED = 512u;
+
+uint brick_count() {
+    uint side = grid_side(grid.size, 0u);
+    return side * side * side;
+}
+
+uvec2 brick_bits(uint brick) { return uvec2(grid_bits[2u * brick], grid_bits[2u * brick + 1u]); }
+
+// Where the start of a voxel's list stands, of a bit among all.
+uint lists_start(uint bit) { return lists[bit >> 6] + used_before(brick_bits(bit >> 6), bit & 63u); }
+
+// Where the unsorted list is that belongs at a place.
+uint unsorted_at(uint at) { return at - (brick_count() + totals.voxels + 1u); }
+
+// Whether there is room for all. Where there is not, nothing is listed.
+bool lists_fit(uint voxels) {
+    return totals.overflowed == 0u && totals.pairs <= pairs.length() &&
+           totals.pairs <= lists.length() - brick_count() - 1u - min(voxels, lists.length() - brick_count() - 1u);
+}
+#endif
