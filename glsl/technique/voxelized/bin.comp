@@ -41,7 +41,7 @@ void main() {
         return;
     }
     uint i = 64u * build_group() + gl_LocalInvocationIndex;
-    if (i >= triangle_count) {
+    if (i >= triangle_count + min(pieces, piece_capacity)) {
         return;
     }
     projected_bins(i, first, end);

@@ -11,7 +11,7 @@
 
 // Twin: BuildPush in technique::voxelized::buffers.
 layout(push_constant, scalar) uniform BuildPush {
-    uint light;
+    uint light;            // which tree
     uint triangle_count;
     uint tile;             // which, row after row
     uint tile_x;           // its first column
@@ -67,6 +67,8 @@ layout(set = 0, binding = 0, scalar) buffer BuildState {
     uint words;          // of `data`, all trees so far
     uint entry_capacity;
     uint large_capacity;
+    uint pieces;         // of the light's triangles, beside the first of each: what its pyramid cuts off leaves more than three corners
+    uint piece_capacity;
     uint failed;         // something had no room: what follows would read what nobody has written, and stands aside
 };
 layout(set = 0, binding = 1, scalar) buffer BuildRanges { uvec2 ranges[]; };      // x: least exit, y: greatest entry

@@ -86,6 +86,9 @@ pub struct BuildState {
     pub words: u32,
     entry_capacity: u32,
     large_capacity: u32,
+    /// Of the light's triangles, besides the first of each.
+    pub pieces: u32,
+    piece_capacity: u32,
     failed: u32,
 }
 
@@ -112,6 +115,12 @@ impl Groups {
 
 /// Where `large` stands in the state.
 pub const LARGE_OFFSET: u64 = std::mem::offset_of!(BuildState, large) as u64;
+
+/// Where `pieces` does.
+pub const PIECES_OFFSET: u64 = std::mem::offset_of!(BuildState, pieces) as u64;
+
+/// Words of a triangle. Twin: PROJECTED_WORDS in glsl/technique/voxelized/projected.glsl.
+const PROJECTED_WORDS: u64 = 12;
 
 /// Where `words` does.
 pub const WORDS_OFFSET: u64 = std::mem::offset_of!(BuildState, words) as u64;
@@ -225,6 +234,8 @@ fn aligned(count: u32) -> u32 {
 pub struct Room {
     pub entries: u32,
     pub large: u32,
+    /// Of triangles that a pyramid cuts.
+    pub pieces: u32,
     pub leaf_candidates: u32,
     pub node_candidates: u32,
     /// Of each level.
@@ -235,13 +246,14 @@ pub struct Room {
 
 impl Room {
     /// What most scenes need; a bake that needs more grows it.
-    pub fn new(shape: Shape, triangles: u32) -> Self {
+    pub fn new(shape: Shape, triangles: u32, perspective: bool) -> Self {
         let bricks = shape.bricks().pow(2);
         let unique =
             |level: usize| if level <= shape.root_level() as usize { (bricks >> (level / 2 + 2)).max(1024) } else { 0 };
         Self {
             entries: triangles.saturating_mul(4).clamp(1 << 14, super::MOST_NODES),
             large: 1024,
+            pieces: if perspective { 1024 } else { 0 },
             leaf_candidates: (4 * bricks).max(4096),
             node_candidates: (bricks + bricks / 2).max(1024),
             unique: std::array::from_fn(unique),
@@ -251,7 +263,7 @@ impl Room {
 
     /// The most of anything but words.
     pub fn most(&self) -> u32 {
-        let all = [self.entries, self.large, self.leaf_candidates, self.node_candidates];
+        let all = [self.entries, self.large, self.pieces, self.leaf_candidates, self.node_candidates];
         all.into_iter().chain(self.unique).fold(0, u32::max)
     }
 
@@ -315,6 +327,7 @@ pub struct Buffers {
     pub table: Buffer,
     unique: Buffer,
     pub data: Buffer,
+    projected: Buffer,
     entries: Buffer,
     pub columns: Buffer,
     shared: Shared,
@@ -330,6 +343,7 @@ impl Buffers {
             .max(u64::from(NODE_WORDS) * u64::from(room.node_candidates));
         let columns = u64::from(shape.tile).pow(2);
         let levels = MAX_LEVELS as u32;
+        let projected = PROJECTED_WORDS * (u64::from(shared.triangle_count) + u64::from(room.pieces));
         let top_slots = u64::from(shape.tiles()).pow(3);
         let state = device("voxelized.state", (size_of::<BuildState>() / 4) as u64)?;
         let state_read = ReadBack::new(context, "voxelized.state.read", state.bytes())?;
@@ -345,6 +359,7 @@ impl Buffers {
             table: device("voxelized.table", if merge { u64::from(room.table_at(levels)) } else { 1 })?,
             unique: device("voxelized.unique", room.unique_at(levels))?,
             data: device("voxelized.data", u64::from(room.data))?,
+            projected: device("voxelized.projected", projected)?,
             entries: device("voxelized.entries", u64::from(room.large) + u64::from(room.entries))?,
             columns: device("voxelized.columns", if keep { 2 * columns } else { 1 })?,
             shared: shared.clone(),
@@ -366,7 +381,7 @@ impl Buffers {
             trees: &self.shared.trees,
             triangles: &self.shared.triangles,
             sides: &self.shared.sides,
-            projected: &self.shared.projected,
+            projected: &self.projected,
             bin_entries: &self.entries,
             columns: &self.columns,
         }
@@ -396,7 +411,7 @@ impl Buffers {
             &self.slots,
             &self.table,
             &self.unique,
-            &self.shared.projected,
+            &self.projected,
             &self.entries,
             &self.columns,
         ];
@@ -405,7 +420,12 @@ impl Buffers {
 
     /// The state that a bake begins with.
     pub fn begin(room: &Room) -> BuildState {
-        BuildState { entry_capacity: room.entries, large_capacity: room.large, ..BuildState::default() }
+        BuildState {
+            entry_capacity: room.entries,
+            large_capacity: room.large,
+            piece_capacity: room.pieces,
+            ..BuildState::default()
+        }
     }
 }
 
@@ -415,5 +435,5 @@ pub struct Shared {
     pub trees: Buffer,
     pub triangles: Buffer,
     pub sides: Buffer,
-    pub projected: Buffer,
+    pub triangle_count: u32,
 }
