@@ -43,7 +43,7 @@ fn along(cube: &Cube, position: [f32; 3]) -> [f32; 3] {
 }
 
 /// Where something is that lies so far along the axes, voxels.
-fn place(cube: &Cube, [x, y, z]: [f32; 3]) -> [f32; 3] {
+fn among(cube: &Cube, [x, y, z]: [f32; 3]) -> [f32; 3] {
     let half = 0.5 * cube.size as f32;
     if cube.perspective { [x / z + half, y / z + half, z] } else { [x, y, z] }
 }
@@ -51,7 +51,7 @@ fn place(cube: &Cube, [x, y, z]: [f32; 3]) -> [f32; 3] {
 /// Where a position is, voxels. Twin: project in glsl/technique/voxelized/project.comp, to the bit where it divides exactly;
 /// tree_voxel.
 pub fn voxel(cube: &Cube, position: [f32; 3]) -> [f32; 3] {
-    place(cube, along(cube, position))
+    among(cube, along(cube, position))
 }
 
 /// In pieces where the pyramid cuts it. Twin: glsl/technique/voxelized/project.comp.
@@ -60,7 +60,7 @@ pub fn project(cube: &Cube, corners: [[f32; 3]; 3], side: i32) -> Vec<Projected>
     let whole = |v: f32| (v * SUB_VOXELS + 0.5).floor() as i64;
     let half = 0.5 * cube.size as f32;
     let projected = |at: [[f32; 3]; 3], z, range| {
-        let corners = at.map(|v| place(cube, v)).map(|v| [whole(v[0]), whole(v[1])]);
+        let corners = at.map(|v| among(cube, v)).map(|v| [whole(v[0]), whole(v[1])]);
         Projected { corners, z, range, half, side }
     };
     if !cube.perspective {
