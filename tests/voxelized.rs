@@ -11,6 +11,8 @@ mod coverage;
 mod file;
 #[path = "voxelized/large.rs"]
 mod large;
+#[path = "voxelized/moves.rs"]
+mod moves;
 #[path = "voxelized/pyramids.rs"]
 mod pyramids;
 #[path = "voxelized/receivers.rs"]

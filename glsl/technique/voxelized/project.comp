@@ -2,20 +2,34 @@
 // Where the corners of each triangle lie among the columns of a light: in 256ths of a voxel across, whole numbers, so that whether
 // a column meets a triangle has one answer on every device. What a light with a place sees is cut to its pyramid first; what has
 // more than three corners then is so many pieces. Source: ours; cutting after Sutherland and Hodgman 1974. Inputs: triangles,
-// sides, trees. Outputs: projected, the number of pieces. Twin: reference::twin::voxelized::project.
+// sides, trees. Outputs: projected, the number of pieces, marks of the blocks that what moved since the last bake was or is in. Twin: reference::twin::voxelized::project.
 // Triangles that share an edge are cut in the same places: an edge is always cut from its inner end.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/projected.glsl"
+#include "technique/voxelized/moves.glsl"
 #include "world/view.glsl"
 
 // Of a pyramid as deep as 1, where it begins: nothing has a column at its tip.
 const float NEAREST = 1e-6;
 const uint PLANES = 5u;
 
+// Blocks that mark what moved, of one triangle at most.
+const uint MOST_MARKS = 4096u;
+
+// Behind the triangles and pieces: of each triangle its corners and side when it was seen last; then of each tree and triangle the
+// box of its columns, in 256ths.
+const uint SEEN_WORDS = 10u;
+const uint BOX_WORDS = 4u;
+
+// Of all that is put.
+ivec2 box_low = ivec2(0x7fffffff), box_high = ivec2(-0x7fffffff);
+
 void put(uint at, vec2 columns[3], vec3 depths, vec2 range, uint side) {
     for (uint c = 0u; c < 3u; ++c) {
         ivec2 whole = ivec2(floor(columns[c] * SUB_VOXELS + 0.5));
+        box_low = min(box_low, whole);
+        box_high = max(box_high, whole);
         projected[PROJECTED_WORDS * at + 2u * c] = whole.x;
         projected[PROJECTED_WORDS * at + 2u * c + 1u] = whole.y;
         projected[PROJECTED_WORDS * at + PROJECTED_DEPTHS + c] = floatBitsToInt(depths[c]);
@@ -88,6 +102,50 @@ void put_pieces(uint i, vec3 corners[3], float size) {
     }
 }
 
+// Blocks of a box, and those beside it that it touches.
+void mark(ivec2 low, ivec2 high) {
+    int across = int(trees[light].size / 8u), tiles = across / int(width);
+    ivec2 first = clamp((low - 1) >> 11, ivec2(0), ivec2(across)), end = clamp((high + 2304) >> 11, ivec2(0), ivec2(across));
+    if (any(lessThanEqual(end, first))) {
+        return;
+    }
+    if (uint((end.x - first.x) * (end.y - first.y)) > MOST_MARKS) {
+        moves_wide = 1u;
+        return;
+    }
+    for (int y = first.y; y < end.y; ++y) {
+        for (int x = first.x; x < end.x; ++x) {
+            ivec2 tile_at = ivec2(x, y) / int(width), in_tile = ivec2(x, y) % int(width);
+            uint before = uint(tile_at.y * tiles + tile_at.x) * TILE_WORDS * width * width;
+            boundaries[before + mark_at(uint(in_tile.y) * width + uint(in_tile.x))] = 1u;
+        }
+    }
+}
+
+// Marks where triangle `i` was and is, if it moved, and takes down where it is.
+void remember(uint i) {
+    uint seen = PROJECTED_WORDS * (triangle_count + piece_capacity), boxes = seen + SEEN_WORDS * triangle_count;
+    uint at = seen + SEEN_WORDS * i, box = boxes + BOX_WORDS * (light * triangle_count + i);
+    bool moved = projected[at + 9u] != int(sides[i]);
+    for (uint c = 0u; c < 9u; ++c) {
+        moved = moved || projected[at + c] != floatBitsToInt(triangles[i].corners[c / 3u][c % 3u]);
+    }
+    if (moved && (mode & WHOLE) == 0u) {
+        mark(ivec2(projected[box], projected[box + 1u]), ivec2(projected[box + 2u], projected[box + 3u]));
+        mark(box_low, box_high);
+    }
+    projected[box] = box_low.x;
+    projected[box + 1u] = box_low.y;
+    projected[box + 2u] = box_high.x;
+    projected[box + 3u] = box_high.y;
+    for (uint c = 0u; c < 9u && (mode & LAST) != 0u; ++c) {
+        projected[at + c] = floatBitsToInt(triangles[i].corners[c / 3u][c % 3u]);
+    }
+    if ((mode & LAST) != 0u) {
+        projected[at + 9u] = int(sides[i]);
+    }
+}
+
 void main() {
     uint i = 64u * build_group() + gl_LocalInvocationIndex;
     if (i >= triangle_count) {
@@ -105,7 +163,10 @@ void main() {
     }
     if (PERSPECTIVE) {
         put_pieces(i, at, float(tree.size));
-        return;
+    } else {
+        put(i, vec2[](at[0].xy, at[1].xy, at[2].xy), vec3(at[0].z, at[1].z, at[2].z), vec2(0.0), sides[i]);
     }
-    put(i, vec2[](at[0].xy, at[1].xy, at[2].xy), vec3(at[0].z, at[1].z, at[2].z), vec2(0.0), sides[i]);
+    if ((mode & SEEN) != 0u) {
+        remember(i);
+    }
 }

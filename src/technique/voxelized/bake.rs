@@ -48,6 +48,8 @@ pub struct Job<'a> {
     pub light: u32,
     /// Whether its light has a place.
     pub perspective: bool,
+    /// [`Mode`](super::buffers::Mode).
+    pub mode: u32,
 }
 
 impl Bake {
@@ -97,13 +99,13 @@ impl Bake {
                 pass.update(&job.buffers.state, &[Buffers::begin(job.room)]);
             } else {
                 pass.update(&job.buffers.state, &BuildState::default().levels);
-                pass.fill_part(&job.buffers.state, PIECES_OFFSET, 4, 0);
+                pass.fill_part(&job.buffers.state, PIECES_OFFSET, 8, 0);
             }
             if self.merges {
                 pass.fill(&job.buffers.table, 0);
             }
         });
-        let push = BuildPush { light: job.light, triangle_count: triangles, ..BuildPush::default() };
+        let push = BuildPush { triangle_count: triangles, width: job.shape.bricks(), ..job.columns(0) };
         let [x, y] = groups(u64::from(triangles.div_ceil(THREADS)));
         commands.pass("voxelized.project", |pass| pass.dispatch(job.of(&self.project), &push, [x, y, 1]));
     }
@@ -114,11 +116,10 @@ impl Bake {
         let [bins_at, placed_at] = shape.bins_at();
         let bins = shape.bins().pow(2);
         let base = BuildPush {
-            light: job.light,
             width: shape.bricks(),
             tile_x: tile_x * shape.tile,
             tile_y: tile_y * shape.tile,
-            ..BuildPush::default()
+            ..job.columns(tile_y * shape.tiles() + tile_x)
         };
         let bin = BuildPush { bins_at, placed_at, triangle_count: triangles, ..base };
         let [x, y] = groups((u64::from(triangles) + u64::from(job.room.pieces)).div_ceil(THREADS.into()));
@@ -265,6 +266,13 @@ impl Bake {
 }
 
 impl Job<'_> {
+    /// A push about the columns of a tile.
+    fn columns(&self, tile: u32) -> BuildPush {
+        let before = if self.room.stays { self.light * self.shape.tiles().pow(2) + tile } else { 0 };
+        let columns_at = before * self.shape.tile_words();
+        BuildPush { light: self.light, columns_at, mode: self.mode, ..BuildPush::default() }
+    }
+
     /// The one of two kernels that is its light's.
     fn of<'k>(&self, kernels: &'k [Kernel<BuildPush>; 2]) -> &'k Kernel<BuildPush> {
         &kernels[usize::from(self.perspective)]

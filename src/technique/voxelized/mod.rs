@@ -2,7 +2,7 @@
 //! is left when equal parts of it are one. Baked once for each light, and for each face of one that shines all about. Sources: Sintorn, Kämpe, Olsson and Assarsson
 //! 2014; Kämpe, Sintorn and Assarsson 2013 and 2016; Scandolo, Bauszat and Eisemann 2016.
 //!
-//! Baked once, for meshes and lights that stand still.
+//! Baked once, for meshes and lights that stand still; where they move, columns are found anew in whose block something moved.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -36,7 +36,7 @@ pub use loaded::Loaded;
 pub use settings::{Coverage, Free, Plan, Settings, Structure};
 
 use self::bake::{Bake, Job, tree_nodes};
-use self::buffers::{Buffers, BuildState, Room, Shape, Shared};
+use self::buffers::{Buffers, BuildState, Mode, Room, Shape, Shared};
 use self::cube::{Cubes, resolution};
 use self::file::{bytes_on_disk, scene_hash};
 use super::settings::Keyed;
@@ -179,6 +179,7 @@ pub struct Voxelized {
     looked: Made,
     triangles: u32,
     step: Step,
+    moves: Moves,
     /// And not looked at yet.
     recorded: bool,
     restarts: u32,
@@ -186,6 +187,19 @@ pub struct Voxelized {
     /// Leaves and nodes of all tiles and lights, before merging, and after.
     tree: [u64; 2],
     kept: [u64; 2],
+}
+
+/// What of a bake stays for the next one.
+#[derive(Default)]
+struct Moves {
+    /// A bake has been made that may stay.
+    baked: bool,
+    /// The trees whose columns are kept.
+    kept: Option<Vec<TreeData>>,
+    /// Of each tree that is baked, whether all of its columns are found anew.
+    whole: Vec<bool>,
+    /// Meshes or lights have changed since this bake began.
+    mixed: bool,
 }
 
 /// Names of what is counted.
@@ -230,6 +244,7 @@ impl Voxelized {
             triangles: world.triangles.clone(),
             sides: world.sides.clone(),
             triangle_count: triangles,
+            tree_count: count as u64,
         };
         let room = Room::new(shape, triangles, cubes.has_perspective());
         let buffers = Buffers::new(context, shape, &room, plan.merges(), plan.keep_columns, &shared)?;
@@ -252,6 +267,7 @@ impl Voxelized {
             looked: Made::of(OF),
             triangles,
             step: Step::Tile { light: 0, tile: 0 },
+            moves: Moves::default(),
             recorded: false,
             restarts: 0,
             state: BuildState::zeroed(),
@@ -276,6 +292,11 @@ impl Voxelized {
         self.buffers.data.read(self.state.words as usize)
     }
 
+    /// Blocks of 8 × 8 columns that the last bake looked at triangles for: all of them, or those in which something moved.
+    pub fn found_blocks(&self) -> u32 {
+        self.state.found
+    }
+
     /// Entry and exit of each column of the last tile, voxels, row after row; where [`Plan::keep_columns`].
     ///
     /// # Errors
@@ -297,6 +318,10 @@ impl Voxelized {
             self.cubes = Cubes::new(world, self.plan.size)?;
         }
         let trees = TreeData::all(&self.cubes);
+        let kept = self.moves.kept.take();
+        let is_kept = |i: usize| kept.as_ref().is_some_and(|kept| kept.get(i) == trees.get(i));
+        self.moves.whole = (0..trees.len()).map(|i| !is_kept(i)).collect();
+        self.moves.mixed = false;
         commands.pass("voxelized.begin", |pass| pass.update(&self.shared.trees, &trees));
         Ok(())
     }
@@ -363,13 +388,26 @@ impl Voxelized {
         self.look_up.replace(set::VoxelizedLookUp::NODES, &buffers.data)?;
         (self.room, self.buffers) = (room, buffers);
         self.step = Step::Tile { light: 0, tile: 0 };
+        self.moves.kept = None;
         Ok(())
+    }
+
+    /// What of a tree is made anew.
+    fn mode(&self, tree: usize) -> u32 {
+        let bit = |is: bool, bit: u32| if is { bit } else { 0 };
+        bit(self.moves.whole.get(tree) != Some(&false), Mode::WHOLE)
+            | bit(self.room.stays, Mode::SEEN)
+            | bit(tree + 1 == self.cubes.views.len(), Mode::LAST)
     }
 }
 
 impl Technique for Voxelized {
     fn made_of(&self) -> Parts {
         OF
+    }
+
+    fn forget(&mut self) {
+        (self.moves.kept, self.moves.baked) = (None, false);
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
@@ -382,12 +420,14 @@ impl Technique for Voxelized {
         if first {
             self.look_at(commands, world)?;
         }
+        self.moves.mixed |= !self.looked.stands(world);
         let job = |light: u32| Job {
             buffers: &self.buffers,
             room: &self.room,
             shape: self.shape,
             light,
             perspective: self.cubes.is_perspective(light as usize),
+            mode: self.mode(light as usize),
         };
         match self.step {
             Step::Tile { light, tile } => {
@@ -420,6 +460,11 @@ impl Technique for Voxelized {
             if self.grow(tile)? {
                 return Ok(Settled::Grew);
             }
+            // Something moves: from now on it is known what.
+            if self.moves.baked && !self.room.stays && self.shape.may_stay(self.cubes.views.len()) {
+                self.restart(Room { stays: true, ..self.room.clone() })?;
+                return Ok(Settled::Grew);
+            }
             let levels = &self.state.levels;
             let top = self.shape.root_level();
             let last = tile + 1 == self.shape.tiles().pow(2);
@@ -447,6 +492,8 @@ impl Technique for Voxelized {
         }
         self.step = Step::Tile { light: 0, tile: 0 };
         self.restarts = 0;
+        self.moves.baked = true;
+        self.moves.kept = (self.room.stays && !self.moves.mixed).then(|| TreeData::all(&self.cubes));
         Ok(Settled::Done)
     }
 
