@@ -140,12 +140,10 @@ fn look_ups_of_pyramids_equal_their_twins() {
     });
 }
 
-/// A room about a lamp, in it a box.
+/// A room about a lamp.
 fn room() -> Scene {
-    let mut scene = shapes::houses();
-    let walls = support::scenes::cuboid([-1.2, -1.2, -0.5], [1.2, 1.2, 1.4]);
-    scene.meshes.push(walls);
-    lit_by(scene, &[LightKind::Point { position: DVec3::new(0.13, -0.52, 0.9) }])
+    let scene = Scene::load("cornell", 0.0).expect("built in");
+    lit_by(scene, &[LightKind::Point { position: DVec3::new(0.13, -0.22, 1.4) }])
 }
 
 /// As of directional lights: beyond the resolution no leak and no false shadow, and not because all of it is within.
