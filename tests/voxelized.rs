@@ -11,6 +11,10 @@ mod coverage;
 mod file;
 #[path = "voxelized/large.rs"]
 mod large;
+#[path = "voxelized/moves.rs"]
+mod moves;
+#[path = "voxelized/pyramids.rs"]
+mod pyramids;
 #[path = "voxelized/receivers.rs"]
 mod receivers;
 #[path = "voxelized/scenes.rs"]
@@ -49,7 +53,12 @@ fn baked(context: &Context, scene: &Scene, settings: Settings) -> Opened<Voxeliz
 }
 
 fn cube(tree: &TreeData) -> Cube {
-    Cube { origin: tree.origin, axes: [tree.right, tree.up, tree.forward], size: tree.size }
+    Cube {
+        origin: tree.origin,
+        axes: [tree.right, tree.up, tree.forward],
+        size: tree.size,
+        perspective: tree.perspective == 1,
+    }
 }
 
 /// The columns that the twin finds in a tree's cube.
@@ -58,7 +67,7 @@ fn twin_columns(scene: &Scene, tree: &TreeData, settings: Settings) -> Vec<[u32;
     for mesh in &scene.meshes {
         for (triangle, side) in mesh.triangles.iter().zip(sides(mesh)) {
             let corners = triangle.map(|i| mesh.positions[i as usize]);
-            projected.push(project(&cube(tree), corners, side.sign()));
+            projected.extend(project(&cube(tree), corners, side.sign()));
         }
     }
     columns(&projected, tree.size, settings.closed, settings.is_conservative())

@@ -2,6 +2,7 @@
 // virtual light the six faces of a cube. Twins: world::LightData, maps::Map, scene::Light.
 #ifndef WORLD_LIGHT_GLSL
 #define WORLD_LIGHT_GLSL
+#include "world/face.glsl"
 #include "world/view.glsl"
 
 const uint LIGHT_DIRECTIONAL = 0u;
@@ -50,13 +51,8 @@ vec3 light_radiance(Light light, vec3 position) {
     return cosine >= light.cos_cone ? light.radiance * light_falloff(light, position) : vec3(0.0);
 }
 
-// The map that answers for a point: of a point light the face +x, -x, +y, -y, +z or -z towards which the point lies
-// farthest. Where two lie equally far, at the cube's edges, the first of x, y, z.
+// The map that answers for a point: of a point or a virtual light the face that the point lies towards.
 uint light_map(Light light, vec3 position) {
-    vec3 offset = position - light.position;
-    vec3 far = abs(offset);
-    uint axis = far.x >= far.y && far.x >= far.z ? 0u : far.y >= far.z ? 1u : 2u;
-    uint face = 2u * axis + uint(offset[axis] < 0.0);
-    return light.first_map + (light.map_count == 1u ? 0u : face);
+    return light.first_map + (light.map_count == 1u ? 0u : cube_face(position - light.position));
 }
 #endif

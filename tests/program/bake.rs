@@ -132,7 +132,6 @@ fn a_bake_that_cannot_be_made() {
         (text(&scene), &from_file, &["small.gobo", "not baked here", "leave file= out"]),
         ("big-8k", "voxelized:size=64", &["meshes in the scene", "big-8k"]),
         (text(&empty), "voxelized:size=64", &["meshes in the scene", "empty has none"]),
-        ("lantern", "voxelized:size=64", &["directional lights"]),
     ] {
         fails(&["bake", scene, "--technique", technique, "--out", text(&out)], words);
         assert!(!out.exists());

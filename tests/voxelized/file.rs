@@ -11,7 +11,7 @@ use std::path::Path;
 
 /// Where the trees begin and how long each is, as docs/voxelized.md says.
 const TREES: usize = 88;
-const TREE: usize = 188;
+const TREE: usize = 200;
 
 /// Of the checksum.
 const LAST: usize = 4;

@@ -43,13 +43,11 @@ fn all_of_it(spec: &Spec) -> Scene {
     scene.meshes = plates.map(|(height, half, at)| scenes::level(height, half, at)).to_vec();
     let light = |kind| Light { kind, radiance: [1.0; 3], radius: f64::INFINITY };
     let seen_from = |position: DVec3, normal| light(LightKind::Virtual { position, normal, nearest: 0.05 });
-    let second = DVec3::new(-0.4, 0.1, -0.9).normalize();
     let position = DVec3::new(0.5, -0.6, 3.0);
     scene.lights = match spec.entry.name {
         "ism" => {
             vec![seen_from(DVec3::new(0.1, 0.2, 1.3), DVec3::NEG_Z), seen_from(DVec3::new(-1.0, 0.3, 0.9), DVec3::X)]
         }
-        "voxelized" => vec![scene.lights[0], light(LightKind::Directional { direction: second })],
         _ => vec![scene.lights[0], light(LightKind::Spot { position, direction: DVec3::NEG_Z, cone_degrees: 70.0 })],
     };
     scene

@@ -10,8 +10,13 @@ layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/projected.glsl"
 #include "technique/voxelized/facet.glsl"
+#include "technique/voxelized/moves.glsl"
 
+// A bin is a block.
 void meet(uint i, uint bin) {
+    if (!block_moves(bin)) {
+        return;
+    }
     uint place = atomicAdd(values[(PLACE ? placed_at : bins_at) + bin], 1u);
     if (PLACE) {
         place += before(bins_at + bin);
@@ -41,7 +46,7 @@ void main() {
         return;
     }
     uint i = 64u * build_group() + gl_LocalInvocationIndex;
-    if (i >= triangle_count) {
+    if (i >= triangle_count + min(pieces, piece_capacity)) {
         return;
     }
     projected_bins(i, first, end);

@@ -11,7 +11,7 @@
 
 // Twin: BuildPush in technique::voxelized::buffers.
 layout(push_constant, scalar) uniform BuildPush {
-    uint light;
+    uint light;            // which tree
     uint triangle_count;
     uint tile;             // which, row after row
     uint tile_x;           // its first column
@@ -40,7 +40,14 @@ layout(push_constant, scalar) uniform BuildPush {
     uint table_mask;
     uint child_table_at;
     uint data_capacity;    // words
+    uint columns_at;       // where the tile's columns are in `boundaries`; of a projection, those of the light's first tile
+    uint mode;             // WHOLE, SEEN and LAST
 };
+
+// Twins: Mode in technique::voxelized::buffers.
+const uint WHOLE = 1u;  // all columns are found anew; else those in whose block something moves
+const uint SEEN = 2u;   // `projected` has where triangles were when they were seen last
+const uint LAST = 4u;   // the last tree: they are seen now
 
 // Twin: LevelCounts.
 struct LevelCounts {
@@ -67,12 +74,16 @@ layout(set = 0, binding = 0, scalar) buffer BuildState {
     uint words;          // of `data`, all trees so far
     uint entry_capacity;
     uint large_capacity;
+    uint pieces;         // of the light's triangles, beside the first of each: what its pyramid cuts off leaves more than three corners
+    uint moves_wide;     // what moved meets more blocks than it marks: as WHOLE
+    uint found;          // blocks whose columns were found in this bake, of all trees
+    uint piece_capacity;
     uint failed;         // something had no room: what follows would read what nobody has written, and stands aside
 };
 layout(set = 0, binding = 1, scalar) buffer BuildRanges { uvec2 ranges[]; };      // x: least exit, y: greatest entry
 layout(set = 0, binding = 2, scalar) buffer BuildValues { uint values[]; };       // counts, then their sums before each
 layout(set = 0, binding = 3, scalar) buffer BuildSums { uint sums[]; };           // of 1,024 values each, likewise
-layout(set = 0, binding = 4, scalar) buffer BuildBoundaries { uint boundaries[]; };
+layout(set = 0, binding = 4, scalar) buffer BuildBoundaries { uint boundaries[]; };  // then as technique/voxelized/moves.glsl says
 layout(set = 0, binding = 5, scalar) buffer BuildCandidates { uint candidates[]; };
 layout(set = 0, binding = 6, scalar) buffer BuildSlots { uint slots[]; };
 layout(set = 0, binding = 7, scalar) buffer BuildTable { uint table[]; };

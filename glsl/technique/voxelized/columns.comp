@@ -11,6 +11,7 @@ layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/projected.glsl"
 #include "technique/voxelized/facet.glsl"
+#include "technique/voxelized/moves.glsl"
 #include "world/view.glsl"
 
 // Where a free boundary is put: EXIT, ENTRY or SHARED.
@@ -80,10 +81,22 @@ uint roundest(uint low, uint high) {
     return high & ~((1u << findMSB(differ)) - 1u);
 }
 
+void put_block(uint block, uvec2 range) {
+    ranges[bricks_at + block] = range;
+    values[leaves_at + block] = range.y > range.x ? range.y - range.x : 0u;
+    values[bricks_at + block] = node_range(range, 8u).y;
+}
+
 void main() {
     uint block = build_group(), thread = gl_LocalInvocationIndex;
     // Without room for all triangles the columns would be others.
     if (block >= width * width || failed != 0u) {
+        return;
+    }
+    if (!block_moves(block)) {
+        if (thread == 0u) {
+            put_block(block, uvec2(boundaries[range_at(block)], boundaries[range_at(block) + 1u]));
+        }
         return;
     }
     uvec2 block_at = uvec2(block % width, block / width);
@@ -175,9 +188,11 @@ void main() {
     barrier();
     if (thread == 0u) {
         uvec2 of_block = uvec2(least, most);
-        ranges[bricks_at + block] = of_block;
-        values[leaves_at + block] = most > least ? most - least : 0u;
-        values[bricks_at + block] = node_range(of_block, 8u).y;
+        put_block(block, of_block);
+        boundaries[range_at(block)] = least;
+        boundaries[range_at(block) + 1u] = most;
+        boundaries[mark_at(block)] = 0u;
+        atomicAdd(found, 1u);
     }
     uint boundary = FREE == FREE_EXIT ? range.y : range.x;
     if (FREE == FREE_SHARED) {
@@ -210,7 +225,7 @@ void main() {
     }
     uint row = 8u * width;
     uint place = (8u * block_at.y + uint(column.y)) * row + 8u * block_at.x + uint(column.x);
-    boundaries[place] = boundary;
+    boundaries[columns_at + place] = boundary;
     if (KEEP_COLUMNS) {
         columns[place] = range;
     }

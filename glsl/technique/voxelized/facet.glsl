@@ -7,9 +7,9 @@
 
 // Its depths.
 struct Plane {
-    float z;     // at the first column, voxels
+    float z;     // at the first column, voxels; with PERSPECTIVE 1 over it
     vec2 slope;  // a column
-    vec2 range;  // least and greatest z of the corners
+    vec2 range;  // least and greatest z of the corners, voxels
     int faces;   // 1: into something closed, -1: out of it, 0: it is open
 };
 
@@ -21,6 +21,8 @@ struct Facet {
     ivec2 end;    // and one past the last; both only where squares are asked for
     Plane plane;
 };
+
+float projected_float(uint i, uint word) { return intBitsToFloat(projected[PROJECTED_WORDS * i + word]); }
 
 // Edge from `from` on along `edge`, at the origin, or at that corner of the square about it that is farthest inside; in columns.
 // What is out of reach of the block is cut off.
@@ -40,8 +42,9 @@ int edge_value(ivec2 from, ivec2 edge, bool squares) {
 bool facet_at(uint i, uvec2 corner, bool squares, out Facet facet) {
     ivec2 middle = 256 * ivec2(corner) + 128;
     ivec2 a = projected_corner(i, 0u) - middle, b = projected_corner(i, 1u) - middle, c = projected_corner(i, 2u) - middle;
-    vec3 z = vec3(intBitsToFloat(projected[PROJECTED_WORDS * i + 6u]), intBitsToFloat(projected[PROJECTED_WORDS * i + 7u]),
-                  intBitsToFloat(projected[PROJECTED_WORDS * i + 8u]));
+    vec3 z = vec3(projected_float(i, PROJECTED_DEPTHS), projected_float(i, PROJECTED_DEPTHS + 1u),
+                  projected_float(i, PROJECTED_DEPTHS + 2u));
+    vec3 plane = z;
     Wide area = wide_cross(b - a, c - a);
     bool turned = area.high < 0;
     if (turned) {
@@ -66,12 +69,19 @@ bool facet_at(uint i, uvec2 corner, bool squares, out Facet facet) {
     vec2 slope = vec2(to_b * ac.y - to_c * ab.y, to_c * ab.x - to_b * ac.x) * scale;
     facet.plane.z = z.x - slope.x * float(a.x) - slope.y * float(a.y);
     facet.plane.slope = slope * SUB_VOXELS;
-    if (squares) {
-        facet.plane.z += 0.5 * (abs(facet.plane.slope.x) + abs(facet.plane.slope.y));
-    }
     facet.plane.range = vec2(min(z.x, min(z.y, z.z)), max(z.x, max(z.y, z.z)));
+    if (PERSPECTIVE) {
+        vec2 first = vec2(corner) + 0.5 - 0.5 * float(trees[light].size);
+        facet.plane.z = plane.x + plane.y * first.x + plane.z * first.y;
+        facet.plane.slope = plane.yz;
+        facet.plane.range = vec2(projected_float(i, PROJECTED_RANGE), projected_float(i, PROJECTED_RANGE + 1u));
+    }
+    if (squares) {
+        float farther = 0.5 * (abs(facet.plane.slope.x) + abs(facet.plane.slope.y));
+        facet.plane.z += PERSPECTIVE ? -farther : farther;
+    }
     // A closed mesh's outside is seen where it turns counter-clockwise about the way to the light.
-    int side = projected[PROJECTED_WORDS * i + 9u];
+    int side = projected[PROJECTED_WORDS * i + PROJECTED_SIDE];
     facet.plane.faces = turned ? -side : side;
     return (area.high | int(area.low)) != 0 && all(greaterThanEqual(most, ivec3(0)));
 }
@@ -89,6 +99,10 @@ uint facet_columns(Facet facet, uint first, uint count) {
 }
 
 float plane_depth(Plane plane, ivec2 column) {
-    return clamp(plane.z + plane.slope.x * float(column.x) + plane.slope.y * float(column.y), plane.range.x, plane.range.y);
+    float z = plane.z + plane.slope.x * float(column.x) + plane.slope.y * float(column.y);
+    if (PERSPECTIVE) {
+        z = z > 0.0 ? 1.0 / z : plane.range.y;
+    }
+    return clamp(z, plane.range.x, plane.range.y);
 }
 #endif

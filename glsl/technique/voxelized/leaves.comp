@@ -13,7 +13,7 @@ void main() {
     }
     uvec2 found = find_block(at, width * width, node);
     uint z = ranges[child_at + found.x].x + found.y, row = 8u * width;
-    uint first = 8u * (found.x / width) * row + 8u * (found.x % width);
+    uint first = columns_at + 8u * (found.x / width) * row + 8u * (found.x % width);
     uvec2 bits = uvec2(0u);
     for (uint c = 0u; c < 64u; ++c) {
         uint shadowed = uint(z >= boundaries[first + (c >> 3) * row + (c & 7u)]);

@@ -2,8 +2,16 @@
 #ifndef TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 #define TECHNIQUE_VOXELIZED_PROJECTED_GLSL
 
-const uint PROJECTED_WORDS = 10u;
+// Corners, two words each; three of depths; the side; least and greatest depth. The depths are those of the corners, voxels; where
+// the light has a place, 1 over the depth at the middle of all columns, and what a column to the right and a column up add.
+const uint PROJECTED_WORDS = 12u;
+const uint PROJECTED_DEPTHS = 6u;
+const uint PROJECTED_SIDE = 9u;
+const uint PROJECTED_RANGE = 10u;
 const float SUB_VOXELS = 256.0;
+
+// Whether the light has a place.
+CONSTANT(bool, PERSPECTIVE, false)
 
 // Columns a side of a bin of triangles.
 const uint BIN_COLUMNS = 8u;

@@ -34,7 +34,7 @@ void main() {
         // Of level 0 are the bins.
         if (level == 0u) {
             atomicMax(entries, all);
-            atomicMax(failed, uint(all > entry_capacity || large > large_capacity));
+            atomicMax(failed, uint(all > entry_capacity || large > large_capacity || pieces > piece_capacity));
         }
         // Whoever asks what stands before the end finds all of it.
         if (scan_count % SCANNED == 0u) {

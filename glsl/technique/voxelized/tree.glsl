@@ -1,4 +1,4 @@
-// The tree of a light: where its voxels are and where its nodes stand. Source: Sintorn et al. 2014, Kämpe et al. 2016.
+// A tree of a light: where its voxels are and where its nodes stand. Source: Sintorn et al. 2014, Kämpe et al. 2016.
 // Twin: technique::voxelized::TreeData.
 #ifndef TECHNIQUE_VOXELIZED_TREE_GLSL
 #define TECHNIQUE_VOXELIZED_TREE_GLSL
@@ -10,8 +10,11 @@ const uint SHADOWED = 2u;
 const uint INTERSECTED = 3u;
 
 // Levels are leaves, bricks, and nodes of up to 65,536 voxels a side: 15.
+// A directional light's voxels are a cube, and a position's offset from the corner, along right, up and forward, is where it is
+// among them. Those of a light with a place are a pyramid whose tip is the light, all columns as many voxels deep; there right and
+// up give columns from the middle one, times the voxel along forward.
 struct Tree {
-    vec3 origin;   // the corner of the cube
+    vec3 origin;   // the corner of the cube, or the light
     uint size;     // voxels a side
     vec3 right;    // voxels a world unit along x, y and z of the cube; light travels along z
     uint levels;   // the root's, and 1
@@ -22,6 +25,9 @@ struct Tree {
     uint shortcuts;  // where the words of the cells begin
     uint at[15];            // where each level's nodes begin, words
     uint pointer_bits[15];  // bits of their pointers
+    uint perspective;  // 1 for a pyramid
+    uint first;        // of the light that has this tree's number: its first tree,
+    uint faces;        // and how many: 1, or one for each face of a cube; 0 where there is no such light
 };
 
 // Bits of a node before its pointers, and of the units that pointers count: a graph is packed, a tree is of whole words.

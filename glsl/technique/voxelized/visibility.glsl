@@ -1,10 +1,11 @@
 // Voxelized shadows' look-up: how much of light `light` reaches `position`, 0 to 1: of PCF × PCF columns about it, the share whose
 // voxel at the position's depth is lit. Whole leaves are counted at once: at most four, below what the columns have in shared_way.
 // Source: Sintorn et al. 2014, section 5. Twin: reference::twin::voxelized::look_up.
-//   binding 0  the tree of each light (technique/voxelized/tree.glsl)
+//   binding 0  the trees of all lights (technique/voxelized/tree.glsl)
 //   binding 1  nodes of all trees, and the words of their cells
 // flat: bindings 72, constants 144: HEADER_BITS CONSERVATIVE PCF
 #include "technique/voxelized/walk.glsl"
+#include "technique/voxelized/place.glsl"
 
 // Columns a side that are asked.
 CONSTANT(uint, PCF, 1u)
@@ -68,28 +69,35 @@ uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
 // farther away. The rest is what corners and depths are rounded by.
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
-    vec3 right = visibility_trees[light].right;
-    float voxels = length(right), reach = 0.5 * float(PCF) + (CONSERVATIVE ? 0.5 : 0.0);
-    vec3 facing = abs(vec3(dot(normal, right), dot(normal, visibility_trees[light].up),
-                           dot(normal, visibility_trees[light].forward))) / voxels;
-    return position + normal * (reach * (facing.x + facing.y) + 0.5 * facing.z + ROUNDING) / voxels;
+    float reach = 0.5 * float(PCF) + (CONSERVATIVE ? 0.5 : 0.0);
+    uint tree = tree_of(light, position);
+    float way = receiver_way(tree, position, normal, reach, 0.5, ROUNDING);
+    // It may be looked up in another face then, whose columns lie otherwise.
+    uint other = tree_of(light, position + normal * way);
+    if (other != tree) {
+        way = max(way, receiver_way(other, position, normal, reach, 0.5, ROUNDING));
+    }
+    return position + normal * way;
 }
 
 float light_visibility(uint light, vec3 position) {
-    vec3 offset = position - visibility_trees[light].origin;
-    vec3 voxel = vec3(dot(offset, visibility_trees[light].right), dot(offset, visibility_trees[light].up),
-                      dot(offset, visibility_trees[light].forward));
-    float size = float(visibility_trees[light].size), reach = float(PCF / 2u);
+    uint tree = tree_of(light, position);
+    vec3 voxel = tree_voxel(tree, position);
+    float size = float(visibility_trees[tree].size), reach = float(PCF / 2u);
+    bool perspective = visibility_trees[tree].perspective != 0u;
+    float beyond = perspective ? size : reach;
     // In floats: what is outside, or no number, has no voxel. Behind the cube lies the shadow of all of it.
-    if (!(voxel.z >= 0.0 && all(greaterThan(voxel.xy, vec2(-reach))) && all(lessThan(voxel.xy, vec2(size + reach))))) {
+    if (!(voxel.z >= 0.0 && all(greaterThan(voxel.xy, vec2(-beyond))) && all(lessThan(voxel.xy, vec2(size + beyond))))) {
         return 1.0;
     }
-    ivec2 column = ivec2(floor(voxel.xy)), last = ivec2(int(visibility_trees[light].size) - 1);
+    // Outside of a pyramid a light shines too: what was moved there, or a filter that reaches there, keeps to its edge.
+    voxel.xy = perspective ? clamp(voxel.xy, vec2(reach), vec2(size - reach - 0.5)) : voxel.xy;
+    ivec2 column = ivec2(floor(voxel.xy)), last = ivec2(int(visibility_trees[tree].size) - 1);
     if (PCF == 1u) {
-        return shadowed_voxel(light, uvec3(column, min(voxel.z, size - 1.0))) ? 0.0 : 1.0;
+        return shadowed_voxel(tree, uvec3(column, min(voxel.z, size - 1.0))) ? 0.0 : 1.0;
     }
     ivec2 low = max(column - int(PCF / 2u), ivec2(0)), high = min(column + int(PCF / 2u), last);
-    uint shadowed = shadowed_columns(light, low, high, uint(min(voxel.z, size - 1.0)));
+    uint shadowed = shadowed_columns(tree, low, high, uint(min(voxel.z, size - 1.0)));
     // A device may divide by multiplying: none and all are exact.
     return shadowed == 0u ? 1.0 : float(PCF * PCF - shadowed) / float(PCF * PCF);
 }

@@ -49,7 +49,7 @@ impl Casters<'_> {
         if resolution.moved != Moved::default() {
             let at = resolution.looked_up(position, normal);
             return resolution.free_inside && self.inside(light, at)
-                || self.differs_about(resolution, at, resolution.moved.along * right.length(), blocked);
+                || self.differs_about(resolution, at, resolution.moved.along * range(resolution), blocked);
         }
         let within = |v: DVec3| v - along * (normal.dot(v) / normal.dot(along));
         let (right, up) = (within(right), within(up));
@@ -99,7 +99,12 @@ impl Casters<'_> {
 
 /// How far along a ray, in lengths of its direction.
 fn depth(resolution: &Resolution) -> f64 {
-    resolution.depth * f64::from(resolution.view.far - resolution.view.near)
+    resolution.depth * range(resolution)
+}
+
+/// How long a view's rays are.
+fn range(resolution: &Resolution) -> f64 {
+    f64::from(resolution.view.far - resolution.view.near)
 }
 
 /// Where a point is tried besides itself, texels: on squares about it, the outermost at `reach`, the others at each whole

@@ -1,6 +1,6 @@
 //! How finely a technique knows where opaque shadows begin and end.
 
-use crate::scene::View;
+use crate::scene::{Projection, View};
 use glam::DVec3;
 
 /// What a receiver is moved by in a grid, voxels, more than a voxel reaches. Twin: RECEIVER_MARGIN in
@@ -14,6 +14,8 @@ pub struct Resolution {
     pub view: View,
     /// Whether the view's texels are those of a [paraboloid](View::paraboloid).
     pub paraboloid: bool,
+    /// Whether it is a face of a light that has one each way: what is moved out of it is looked up in the next.
+    pub faces: bool,
     /// How far across the light's rays, in texels of the view, a look-up may feel a surface.
     pub reach_texels: f64,
     /// How far a compared texel's centre may be from a point, texels across and down, where depths of surfaces are pushed back by
@@ -56,6 +58,7 @@ impl Resolution {
         Self {
             view,
             paraboloid: false,
+            faces: false,
             reach_texels: 0.0,
             pushed_texels: 0.0,
             moved: Moved::default(),
@@ -71,12 +74,32 @@ impl Resolution {
         if self.voxel > 0.0 {
             return position + self.voxel * (normal.abs().element_sum() + GRID_MARGIN) * normal;
         }
-        let view = self.view_about(position);
+        let way = self.way(&self.view_about(position), position, normal);
+        let at = position + normal * way;
+        if !self.faces {
+            return at;
+        }
+        position + normal * way.max(self.way(&self.view.face_towards(at), position, normal))
+    }
+
+    /// How far along its normal a point is moved. Twin: receiver_way in glsl/technique/voxelized/place.glsl.
+    fn way(&self, view: &View, position: DVec3, normal: DVec3) -> f64 {
         let ([right, up], along) = (view.texel_at(position), view.ray_through(position).direction);
         let looks = |way: DVec3| (normal.dot(way) / way.length()).abs();
         let Moved { across, along: forward, always, least_world } = self.moved;
-        let texels = across * (looks(right) + looks(up)) + forward * looks(along) + always;
-        position + normal * (texels * right.length()).max(least_world)
+        let beside = (across * (looks(right) + looks(up)) + always) * right.length();
+        let before = forward * f64::from(view.far - view.near) * normal.dot(along).abs();
+        if self.paraboloid || view.projection() == Projection::Parallel {
+            return (beside + before).max(least_world);
+        }
+        let z = view.axes(position).z;
+        if z <= 0.0 {
+            return 0.0;
+        }
+        // A texel is wider behind the point, and a ray steeper before it: as much as that counts where the point is then.
+        let looks = normal.dot(DVec3::from(view.forward.map(f64::from)));
+        let more = if looks > 0.0 { beside / z * looks } else { -2.0 * before / z * looks };
+        ((beside + before) / (1.0 - more.min(0.5))).max(least_world)
     }
 
     /// The view whose texels count about a place.
@@ -85,14 +108,14 @@ impl Resolution {
     }
 }
 
-/// How far along its normal a point of a surface is moved, so that the surface stays behind it: three numbers of texels, of which
-/// one counts as much as the normal looks along the view's right and up, the next as much as it looks forward, the third in full;
-/// and what it is moved by in any case. All are 0 where points stay where they are.
+/// How far along its normal a point of a surface is moved, so that the surface stays behind it: texels as much as the normal looks
+/// along the view's right and up, a share of the view's range as much as it looks along the light's ray, texels in full; and what it
+/// is moved by in any case. All are 0 where points stay where they are.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Moved {
     /// Times |right · n| + |up · n|.
     pub across: f64,
-    /// Times |forward · n|: as far along the light's rays the surface then stays behind what is asked.
+    /// Of the view's range, times |d · n|, d the ray's direction, as long as forward counts 1 in it: as far along the light's rays the surface then stays behind what is asked.
     pub along: f64,
     /// Whatever the normal.
     pub always: f64,

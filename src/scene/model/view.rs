@@ -1,7 +1,7 @@
 //! How a light or a camera sees the world. Twin: glsl/world/view.glsl.
 
 use crate::scene::model::fit::{Aim, aimed, fit_all};
-use crate::scene::{Camera, Casting, Mesh, Motion, Particle, Scene, Strand};
+use crate::scene::{Camera, Casting, FACES, Mesh, Motion, Particle, Scene, Strand};
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
@@ -134,6 +134,16 @@ impl View {
             Projection::Parallel => Ray { origin: position - z * vec(self.forward), direction: vec(self.forward) },
             Projection::Perspective => Ray { origin: vec(self.origin), direction: offset / z },
         }
+    }
+
+    /// Of a light that has a face each way, of which this is one, the face towards `position`.
+    pub fn face_towards(&self, position: DVec3) -> Self {
+        let offset = position - vec(self.origin);
+        let axis = offset.abs().max_position();
+        let (_, forward) = FACES[2 * axis + usize::from(offset[axis] < 0.0)];
+        let (right, up) = across(forward, some_up(forward));
+        let [right, up, forward] = [right, up, forward].map(|axis| axis.as_vec3().into());
+        Self { right, up, forward, ..*self }
     }
 
     /// z of a depth in [0, 1].

@@ -2,11 +2,12 @@
 
 use super::Plan;
 use super::buffers::{
-    Buffers, BuildPush, BuildState, Groups, LARGE_OFFSET, LevelCounts, Room, SCANNED, Shape, WORDS_OFFSET,
+    Buffers, BuildPush, BuildState, Groups, LARGE_OFFSET, LevelCounts, PIECES_OFFSET, Room, SCANNED, Shape,
+    WORDS_OFFSET,
 };
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Kernel, Pass, groups};
-use crate::shaders::constant::{CLOSED, FREE, KEEP_COLUMNS, MERGE};
+use crate::shaders::constant::{CLOSED, FREE, KEEP_COLUMNS, MERGE, PERSPECTIVE};
 use crate::shaders::voxelized as shaders;
 
 /// Threads of most passes.
@@ -17,9 +18,10 @@ const LARGE_GROUPS: u32 = 256;
 
 /// The kernels of a bake, all with the same set.
 pub struct Bake {
-    project: Kernel<BuildPush>,
+    /// Of parallel light, and of a light with a place.
+    project: [Kernel<BuildPush>; 2],
     bin: [Kernel<BuildPush>; 4],
-    columns: Kernel<BuildPush>,
+    columns: [Kernel<BuildPush>; 2],
     ranges: Kernel<BuildPush>,
     scan: Kernel<BuildPush>,
     sums: [Kernel<BuildPush>; 3],
@@ -42,7 +44,12 @@ pub struct Job<'a> {
     pub buffers: &'a Buffers,
     pub room: &'a Room,
     pub shape: Shape,
+    /// The tree.
     pub light: u32,
+    /// Whether its light has a place.
+    pub perspective: bool,
+    /// [`Mode`](super::buffers::Mode).
+    pub mode: u32,
 }
 
 impl Bake {
@@ -54,15 +61,19 @@ impl Bake {
             .set(CLOSED, plan.closed)
             .set(KEEP_COLUMNS, plan.keep_columns);
         let kernel = |shader| Kernel::compute(context, shader, &[set], &constants);
+        let both = |shader| {
+            let placed = constants.clone().set(PERSPECTIVE, true);
+            Ok::<_, crate::Error>([kernel(shader)?, Kernel::compute(context, shader, &[set], &placed)?])
+        };
         Ok(Self {
-            project: kernel(&shaders::PROJECT)?,
+            project: both(&shaders::PROJECT)?,
             bin: [
                 kernel(&shaders::BIN_STEP_0)?,
                 kernel(&shaders::BIN_STEP_1)?,
                 kernel(&shaders::BIN_STEP_2)?,
                 kernel(&shaders::BIN_STEP_3)?,
             ],
-            columns: kernel(&shaders::COLUMNS)?,
+            columns: both(&shaders::COLUMNS)?,
             ranges: kernel(&shaders::RANGES)?,
             scan: kernel(&shaders::SCAN)?,
             sums: [kernel(&shaders::SUMS_STEP_0)?, kernel(&shaders::SUMS_STEP_1)?, kernel(&shaders::SUMS_STEP_2)?],
@@ -81,21 +92,22 @@ impl Bake {
         })
     }
 
-    /// Before the first tile of a light.
+    /// Before the first tile of a tree.
     pub fn begin(&self, commands: &mut Commands, job: &Job, triangles: u32) {
         commands.pass("voxelized.begin", |pass| {
             if job.light == 0 {
                 pass.update(&job.buffers.state, &[Buffers::begin(job.room)]);
             } else {
                 pass.update(&job.buffers.state, &BuildState::default().levels);
+                pass.fill_part(&job.buffers.state, PIECES_OFFSET, 8, 0);
             }
             if self.merges {
                 pass.fill(&job.buffers.table, 0);
             }
         });
-        let push = BuildPush { light: job.light, triangle_count: triangles, ..BuildPush::default() };
+        let push = BuildPush { triangle_count: triangles, width: job.shape.bricks(), ..job.columns(0) };
         let [x, y] = groups(u64::from(triangles.div_ceil(THREADS)));
-        commands.pass("voxelized.project", |pass| pass.dispatch(&self.project, &push, [x, y, 1]));
+        commands.pass("voxelized.project", |pass| pass.dispatch(job.of(&self.project), &push, [x, y, 1]));
     }
 
     /// Everything of one tile up to the nodes as wide as it. Source: ours; levels after Kämpe et al. 2016, section 4.
@@ -104,14 +116,13 @@ impl Bake {
         let [bins_at, placed_at] = shape.bins_at();
         let bins = shape.bins().pow(2);
         let base = BuildPush {
-            light: job.light,
             width: shape.bricks(),
             tile_x: tile_x * shape.tile,
             tile_y: tile_y * shape.tile,
-            ..BuildPush::default()
+            ..job.columns(tile_y * shape.tiles() + tile_x)
         };
         let bin = BuildPush { bins_at, placed_at, triangle_count: triangles, ..base };
-        let [x, y] = groups(u64::from(triangles.div_ceil(THREADS)));
+        let [x, y] = groups((u64::from(triangles) + u64::from(job.room.pieces)).div_ceil(THREADS.into()));
         commands.pass("voxelized.bin", |pass| {
             pass.fill_part(&job.buffers.values, 0, 4 * u64::from(shape.blocks_at()), 0);
             pass.fill_part(&job.buffers.state, LARGE_OFFSET, 4, 0);
@@ -125,7 +136,7 @@ impl Bake {
         });
         let columns = BuildPush { bins_at, leaves_at: shape.level_at(0), bricks_at: shape.level_at(1), ..base };
         let [x, y] = groups(u64::from(shape.bricks().pow(2)));
-        commands.pass("voxelized.columns", |pass| pass.dispatch(&self.columns, &columns, [x, y, 1]));
+        commands.pass("voxelized.columns", |pass| pass.dispatch(job.of(&self.columns), &columns, [x, y, 1]));
 
         self.ranges(commands, base, 1, shape.tile_level(), |level| shape.level_at(level));
         self.scan(
@@ -255,6 +266,18 @@ impl Bake {
 }
 
 impl Job<'_> {
+    /// A push about the columns of a tile.
+    fn columns(&self, tile: u32) -> BuildPush {
+        let before = if self.room.stays { self.light * self.shape.tiles().pow(2) + tile } else { 0 };
+        let columns_at = before * self.shape.tile_words();
+        BuildPush { light: self.light, columns_at, mode: self.mode, ..BuildPush::default() }
+    }
+
+    /// The one of two kernels that is its light's.
+    fn of<'k>(&self, kernels: &'k [Kernel<BuildPush>; 2]) -> &'k Kernel<BuildPush> {
+        &kernels[usize::from(self.perspective)]
+    }
+
     /// `push` with all that follows from its level.
     fn level(&self, push: BuildPush) -> BuildPush {
         let (room, level) = (self.room, push.level);

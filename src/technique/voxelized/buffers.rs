@@ -39,7 +39,21 @@ push_struct! {
         table_mask: u32,
         child_table_at: u32,
         data_capacity: u32,
+        columns_at: u32,
+        mode: u32,
     }
+}
+
+/// What of a bake is made anew, a bit each. Twins: WHOLE, SEEN and LAST in glsl/technique/voxelized/build.glsl.
+pub struct Mode;
+
+impl Mode {
+    /// All columns; else those in whose block something moved.
+    pub const WHOLE: u32 = 1;
+    /// Where triangles are is taken down.
+    pub const SEEN: u32 = 2;
+    /// The last tree of all.
+    pub const LAST: u32 = 4;
 }
 
 /// Twin: LevelCounts in glsl/technique/voxelized/build.glsl.
@@ -86,6 +100,12 @@ pub struct BuildState {
     pub words: u32,
     entry_capacity: u32,
     large_capacity: u32,
+    /// Of the light's triangles, besides the first of each.
+    pub pieces: u32,
+    moves_wide: u32,
+    /// Blocks of 8 × 8 columns that were found in this bake.
+    pub found: u32,
+    piece_capacity: u32,
     failed: u32,
 }
 
@@ -112,6 +132,22 @@ impl Groups {
 
 /// Where `large` stands in the state.
 pub const LARGE_OFFSET: u64 = std::mem::offset_of!(BuildState, large) as u64;
+
+/// Where `pieces` does.
+pub const PIECES_OFFSET: u64 = std::mem::offset_of!(BuildState, pieces) as u64;
+
+/// Words of a triangle. Twin: PROJECTED_WORDS in glsl/technique/voxelized/projected.glsl.
+const PROJECTED_WORDS: u64 = 12;
+
+/// Words of a triangle that was seen, and of its box in a tree. Twins: SEEN_WORDS, BOX_WORDS in glsl/technique/voxelized/project.comp.
+const SEEN_WORDS: u64 = 10;
+const BOX_WORDS: u64 = 4;
+
+/// Twin: TILE_WORDS in glsl/technique/voxelized/moves.glsl.
+const TILE_WORDS: u32 = 67;
+
+/// Of what stays of a bake while something moves: all columns of all trees take less, or nothing stays.
+const MOST_KEPT_BYTES: u64 = 256 << 20;
 
 /// Where `words` does.
 pub const WORDS_OFFSET: u64 = std::mem::offset_of!(BuildState, words) as u64;
@@ -183,6 +219,16 @@ impl Shape {
         2 * aligned(self.bins().pow(2))
     }
 
+    /// Words of the columns of a tile, and what is kept with them.
+    pub fn tile_words(self) -> u32 {
+        TILE_WORDS * self.bricks().pow(2)
+    }
+
+    /// Whether what so many trees are made of may stay.
+    pub fn may_stay(self, trees: usize) -> bool {
+        4 * u64::from(self.tile_words()) * u64::from(self.tiles().pow(2)) * trees as u64 <= MOST_KEPT_BYTES
+    }
+
     /// Where the counts of a level of a tile begin.
     pub fn level_at(self, level: u32) -> u32 {
         let above = (1..level).map(|l| (self.bricks() >> (l - 1)).pow(2)).sum::<u32>();
@@ -225,33 +271,39 @@ fn aligned(count: u32) -> u32 {
 pub struct Room {
     pub entries: u32,
     pub large: u32,
+    /// Of triangles that a pyramid cuts.
+    pub pieces: u32,
     pub leaf_candidates: u32,
     pub node_candidates: u32,
     /// Of each level.
     pub unique: [u32; MAX_LEVELS],
     /// Words of all trees.
     pub data: u32,
+    /// The columns of all tiles, and where triangles were.
+    pub stays: bool,
 }
 
 impl Room {
     /// What most scenes need; a bake that needs more grows it.
-    pub fn new(shape: Shape, triangles: u32) -> Self {
+    pub fn new(shape: Shape, triangles: u32, perspective: bool) -> Self {
         let bricks = shape.bricks().pow(2);
         let unique =
             |level: usize| if level <= shape.root_level() as usize { (bricks >> (level / 2 + 2)).max(1024) } else { 0 };
         Self {
             entries: triangles.saturating_mul(4).clamp(1 << 14, super::MOST_NODES),
             large: 1024,
+            pieces: if perspective { 1024 } else { 0 },
             leaf_candidates: (4 * bricks).max(4096),
             node_candidates: (bricks + bricks / 2).max(1024),
             unique: std::array::from_fn(unique),
             data: 1024,
+            stays: false,
         }
     }
 
     /// The most of anything but words.
     pub fn most(&self) -> u32 {
-        let all = [self.entries, self.large, self.leaf_candidates, self.node_candidates];
+        let all = [self.entries, self.large, self.pieces, self.leaf_candidates, self.node_candidates];
         all.into_iter().chain(self.unique).fold(0, u32::max)
     }
 
@@ -315,6 +367,7 @@ pub struct Buffers {
     pub table: Buffer,
     unique: Buffer,
     pub data: Buffer,
+    projected: Buffer,
     entries: Buffer,
     pub columns: Buffer,
     shared: Shared,
@@ -329,7 +382,11 @@ impl Buffers {
         let candidates = (u64::from(LEAF_WORDS) * u64::from(room.leaf_candidates))
             .max(u64::from(NODE_WORDS) * u64::from(room.node_candidates));
         let columns = u64::from(shape.tile).pow(2);
+        let kept_tiles = if room.stays { u64::from(shape.tiles().pow(2)) * shared.tree_count } else { 1 };
         let levels = MAX_LEVELS as u32;
+        let triangles = u64::from(shared.triangle_count);
+        let seen = if room.stays { triangles * (SEEN_WORDS + BOX_WORDS * shared.tree_count) } else { 0 };
+        let projected = PROJECTED_WORDS * (triangles + u64::from(room.pieces)) + seen;
         let top_slots = u64::from(shape.tiles()).pow(3);
         let state = device("voxelized.state", (size_of::<BuildState>() / 4) as u64)?;
         let state_read = ReadBack::new(context, "voxelized.state.read", state.bytes())?;
@@ -339,12 +396,13 @@ impl Buffers {
             ranges: device("voxelized.ranges", 2 * u64::from(shape.ranks_at()))?,
             values: device("voxelized.values", values)?,
             sums: device("voxelized.sums", values / u64::from(SCANNED) + 1)?,
-            boundaries: device("voxelized.boundaries", columns)?,
+            boundaries: device("voxelized.boundaries", u64::from(shape.tile_words()) * kept_tiles)?,
             candidates: device("voxelized.candidates", candidates)?,
             slots: device("voxelized.slots", u64::from(room.top_slots_at()) + top_slots)?,
             table: device("voxelized.table", if merge { u64::from(room.table_at(levels)) } else { 1 })?,
             unique: device("voxelized.unique", room.unique_at(levels))?,
             data: device("voxelized.data", u64::from(room.data))?,
+            projected: device("voxelized.projected", projected)?,
             entries: device("voxelized.entries", u64::from(room.large) + u64::from(room.entries))?,
             columns: device("voxelized.columns", if keep { 2 * columns } else { 1 })?,
             shared: shared.clone(),
@@ -366,7 +424,7 @@ impl Buffers {
             trees: &self.shared.trees,
             triangles: &self.shared.triangles,
             sides: &self.shared.sides,
-            projected: &self.shared.projected,
+            projected: &self.projected,
             bin_entries: &self.entries,
             columns: &self.columns,
         }
@@ -396,7 +454,7 @@ impl Buffers {
             &self.slots,
             &self.table,
             &self.unique,
-            &self.shared.projected,
+            &self.projected,
             &self.entries,
             &self.columns,
         ];
@@ -405,7 +463,12 @@ impl Buffers {
 
     /// The state that a bake begins with.
     pub fn begin(room: &Room) -> BuildState {
-        BuildState { entry_capacity: room.entries, large_capacity: room.large, ..BuildState::default() }
+        BuildState {
+            entry_capacity: room.entries,
+            large_capacity: room.large,
+            piece_capacity: room.pieces,
+            ..BuildState::default()
+        }
     }
 }
 
@@ -415,5 +478,6 @@ pub struct Shared {
     pub trees: Buffer,
     pub triangles: Buffer,
     pub sides: Buffer,
-    pub projected: Buffer,
+    pub triangle_count: u32,
+    pub tree_count: u64,
 }

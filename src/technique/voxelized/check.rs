@@ -12,7 +12,8 @@ const INTERSECTED: u64 = 3;
 pub fn stays_inside(plan: &Plan, trees: &[TreeData], words: &[u8]) -> bool {
     let words = Words(words);
     let ends = trees.iter().skip(1).map(|next| u64::from(next.at[0])).chain([words.count()]);
-    trees.iter().zip(ends).all(|(tree, end)| tree_stays_inside(plan, tree, words, end).is_some())
+    let of_light = |tree: &TreeData| tree.faces <= 6 && tree.first as usize + tree.faces as usize <= trees.len();
+    trees.iter().zip(ends).all(|(tree, end)| of_light(tree) && tree_stays_inside(plan, tree, words, end).is_some())
 }
 
 /// Levels stand one behind the other, leaves first, then the cells, up to word `end`.

@@ -1,10 +1,11 @@
-//! The cube of voxels of a light: fitted to the meshes, its z along the light.
+//! The voxels of a light: a cube fitted to the meshes, its z along the light, or a pyramid whose tip the light is.
 
 use super::Plan;
-use crate::scene::{Casting, LightKind, Moved, Resolution, View};
+use crate::Result;
+use crate::scene::{Casting, Light, LightKind, Moved, Projection, Resolution, View};
 use crate::world::World;
-use crate::{Error, Result};
 use glam::DVec3;
+use std::ops::Range;
 
 /// Twin: ROUNDING in glsl/technique/voxelized/visibility.glsl.
 const ROUNDING: f64 = 1.0 / 32.0;
@@ -12,30 +13,61 @@ const ROUNDING: f64 = 1.0 / 32.0;
 /// The cube is wider than the meshes by this share, so that what rounds stays inside.
 const MARGIN: f64 = 1.0 / 256.0;
 
-/// Of each light, the view whose texels are the columns of its cube, `size` a side, and whose range is as long as it is wide.
-/// Source: Sintorn et al. 2014, section 3.
-///
-/// # Errors
-/// [`Error::Refused`] where a light is not directional, or the host knows no box about the triangles.
-pub fn cubes(world: &World, size: u32) -> Result<Vec<View>> {
-    if !world.all_lights().iter().all(|light| matches!(light.kind, LightKind::Directional { .. })) {
-        return Err(Error::Refused { needs: "directional lights".into() });
+/// Views whose texels are the columns of voxels, `size` a side, each as many voxels deep.
+pub struct Cubes {
+    /// Of all lights.
+    pub views: Vec<View>,
+    /// Which are each light's: one, or a face each.
+    pub lights: Vec<Range<usize>>,
+}
+
+impl Cubes {
+    /// About the meshes as they are now. Source: Sintorn et al. 2014, section 3.
+    ///
+    /// # Errors
+    /// [`Error::Refused`](crate::Error::Refused) where the host knows no box about the triangles.
+    pub fn new(world: &World, size: u32) -> Result<Self> {
+        let mut aimed = View::aimed(&world.aim(), size, Casting::Opaque).into_iter();
+        let (mut views, mut lights) = (Vec::new(), Vec::new());
+        for light in world.all_lights() {
+            let first = views.len();
+            for view in aimed.by_ref().take(light.map_count()) {
+                views.push(match view.projection() {
+                    Projection::Parallel => cube(world.mesh_hull()?, view),
+                    Projection::Perspective => pyramid(world.mesh_hull()?, light, view),
+                });
+            }
+            lights.push(first..views.len());
+        }
+        Ok(Self { views, lights })
     }
-    let aimed = View::aimed(&world.aim(), size, Casting::Opaque);
-    aimed.into_iter().map(|view| Ok(cube(world.mesh_hull()?, view))).collect()
+
+    /// Whether the light of a view has a place.
+    pub fn is_perspective(&self, view: usize) -> bool {
+        self.views.get(view).is_some_and(|view| view.projection() == Projection::Perspective)
+    }
+
+    /// Whether that of any does.
+    pub fn has_perspective(&self) -> bool {
+        (0..self.views.len()).any(|view| self.is_perspective(view))
+    }
 }
 
 /// How finely columns know where shadows begin and end.
-pub fn resolution(cubes: &[View], plan: &Plan) -> Vec<Resolution> {
+pub fn resolution(cubes: &Cubes, plan: &Plan) -> Vec<Resolution> {
     // A column's middle is half a voxel away from its edge, and that of the filter's outermost column as many more.
     // What touches a column is up to a voxel away from a place in it.
     let across = f64::from(plan.filter) / 2.0 + if plan.is_conservative() { 0.5 } else { 0.0 };
     let reach_texels = across + ROUNDING / 2.0;
-    let moved = Moved { across, along: 0.5, always: ROUNDING, least_world: 0.0 };
     let depth = 1.0 / f64::from(plan.size);
-    let free_inside = plan.closed;
-    let of = |view| Resolution { reach_texels, moved, free_inside, depth, ..Resolution::exact(view) };
-    cubes.iter().copied().map(of).collect()
+    let of = |view: View, faces: bool| {
+        // A voxel of a pyramid may be longer than a column is wide, and rounds by more.
+        let along = if view.projection() == Projection::Perspective { 0.5 + ROUNDING } else { 0.5 };
+        let moved = Moved { across, along: along * depth, always: ROUNDING, least_world: 0.0 };
+        Resolution { faces, reach_texels, moved, free_inside: plan.closed, depth, ..Resolution::exact(view) }
+    };
+    let lights = cubes.lights.iter();
+    lights.flat_map(|light| cubes.views[light.clone()].iter().map(move |view| of(*view, light.len() > 1))).collect()
 }
 
 fn cube(hull: impl Iterator<Item = [f32; 3]>, aimed: View) -> View {
@@ -51,10 +83,24 @@ fn cube(hull: impl Iterator<Item = [f32; 3]>, aimed: View) -> View {
     let empty = low[0] > high[0];
     let middle = |axis: usize| if empty { 0.0 } else { (low[axis] + high[axis]) / 2.0 };
     let widest = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
-    // A scene of one point has a cube too, wide enough that its corners differ.
-    let least = origin.abs().max_element().max(1.0) * 1e-3;
-    let side = widest.max(least) * (1.0 + MARGIN);
+    let side = widest.max(least(&aimed)) * (1.0 + MARGIN);
     let front = origin + axes[0] * middle(0) + axes[1] * middle(1) + axes[2] * (middle(2) - side / 2.0);
     let scale = (2.0 / side) as f32;
     View { origin: front.as_vec3().into(), scale_x: scale, scale_y: scale, near: 0.0, far: side as f32, ..aimed }
+}
+
+/// From the light as far as there are meshes or the light shines. A face has room about its 90 degrees for every filter; so has a
+/// cone, and besides for what receivers are moved by.
+fn pyramid(hull: impl Iterator<Item = [f32; 3]>, light: &Light, aimed: View) -> View {
+    let along = |position: [f32; 3]| aimed.axes(DVec3::from(position.map(f64::from))).z;
+    let farthest = hull.map(along).fold(least(&aimed), f64::max).min(light.radius);
+    let gutter = f64::from((aimed.width / 16).clamp(4, 16)) / f64::from(aimed.width);
+    let inner = if matches!(light.kind, LightKind::Spot { .. }) { 1.0 - 2.0 * gutter } else { 1.0 };
+    let scale = (f64::from(aimed.scale_x) * inner) as f32;
+    View { scale_x: scale, scale_y: scale, near: 0.0, far: (farthest * (1.0 + MARGIN)) as f32, ..aimed }
+}
+
+/// A scene of one point has voxels too, wide enough that they differ.
+fn least(aimed: &View) -> f64 {
+    aimed.origin.iter().fold(1.0, |most: f64, v| most.max(f64::from(v.abs()))) * 1e-3
 }

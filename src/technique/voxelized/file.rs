@@ -8,13 +8,14 @@ use crate::technique::keys::Word;
 use crate::{Error, Result, WayOut};
 use bytemuck::{Pod, Zeroable};
 use fnv::FnvHasher;
+use glam::DVec3;
 use std::hash::Hasher;
 
 /// What every file begins with.
 const MAGIC: [u8; 8] = *b"gobo-vox";
 
 /// The version that is written, and the only one that is read.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Bytes of the checksum at the end.
 const CHECKSUM: usize = 4;
@@ -50,7 +51,7 @@ pub struct Baked<'a> {
     pub scene: u64,
     /// As facts count them: `counters`.
     pub counts: [u64; COUNTS.len()],
-    /// One a light.
+    /// One a light, and one a face of a light that shines all about.
     pub trees: Vec<TreeData>,
     /// Their nodes: words, little end first.
     pub words: &'a [u8],
@@ -140,9 +141,14 @@ pub fn scene_hash(meshes: &[Mesh], lights: &[Light]) -> u64 {
         numbers.extend([mesh.positions.len() as u64, mesh.triangles.len() as u64, mesh.solid.into()]);
     }
     for light in lights {
-        // Others have no trees.
-        let LightKind::Directional { direction } = light.kind else { continue };
-        numbers.extend(direction.to_array().map(f64::to_bits));
+        let (kind, place, way, width) = match light.kind {
+            LightKind::Directional { direction } => (0, DVec3::ZERO, direction, 0.0),
+            LightKind::Spot { position, direction, cone_degrees } => (1, position, direction, cone_degrees),
+            LightKind::Point { position } | LightKind::Virtual { position, .. } => (2, position, DVec3::ZERO, 0.0),
+        };
+        numbers.push(kind);
+        numbers
+            .extend(place.to_array().into_iter().chain(way.to_array()).chain([width, light.radius]).map(f64::to_bits));
     }
     hash.write(bytemuck::cast_slice(&numbers));
     for mesh in meshes {

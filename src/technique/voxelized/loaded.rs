@@ -1,12 +1,12 @@
 //! Voxelized shadows that were baked before, from their file.
 
-use super::cube::{cubes, resolution};
+use super::cube::{Cubes, resolution};
 use super::file::{Baked, scene_hash};
 use super::settings::{Plan, Settings};
 use super::{COUNTS, OF, TreeData, counters};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Mapped, Memory};
 use crate::maps::Map;
-use crate::scene::{Resolution, View};
+use crate::scene::Resolution;
 use crate::shaders::folder;
 use crate::shaders::set;
 use crate::technique::settings::Keyed;
@@ -26,7 +26,7 @@ pub struct Loaded {
     /// Hash of what was baked.
     scene: u64,
     counts: [u64; COUNTS.len()],
-    cubes: Vec<View>,
+    cubes: Cubes,
     bytes_resident: u64,
     look_up: Bindings,
     constants: Constants,
@@ -55,6 +55,12 @@ impl Loaded {
             }
         }
         check_scene(&file, baked.scene, world)?;
+        let cubes = Cubes::new(world, baked.plan.size)?;
+        let of_lights = |tree: &TreeData| (tree.first, tree.faces, tree.perspective);
+        if !baked.trees.iter().map(of_lights).eq(TreeData::all(&cubes).iter().map(of_lights)) {
+            let cause = "damaged: its trees are not those of the lights";
+            return Err(Error::input(&file, cause, WayOut::Bake("bake it again".into())));
+        }
         let plan = Plan { filter: settings.filter, ..baked.plan };
         let trees_bytes = size_of_val(&baked.trees[..]) as u64;
         let trees =
@@ -69,7 +75,7 @@ impl Loaded {
             plan,
             scene: baked.scene,
             counts: baked.counts,
-            cubes: cubes(world, plan.size)?,
+            cubes,
             bytes_resident,
             look_up: set::VoxelizedLookUp { trees: &trees, nodes: &nodes }.bind(context, "voxelized.look_up")?,
             constants: plan.constants(Constants::new()),

@@ -1,8 +1,8 @@
 //! Voxelized shadows: for every voxel of a cube about the meshes whether light reaches it, in an octree, and in the graph that
-//! is left when equal parts of it are one. Baked once for each directional light. Sources: Sintorn, Kämpe, Olsson and Assarsson
+//! is left when equal parts of it are one. Baked once for each light, and for each face of one that shines all about. Sources: Sintorn, Kämpe, Olsson and Assarsson
 //! 2014; Kämpe, Sintorn and Assarsson 2013 and 2016; Scandolo, Bauszat and Eisemann 2016.
 //!
-//! Baked once, for meshes and directional lights that stand still.
+//! Baked once, for meshes and lights that stand still; where they move, columns are found anew in whose block something moved.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -36,14 +36,14 @@ pub use loaded::Loaded;
 pub use settings::{Coverage, Free, Plan, Settings, Structure};
 
 use self::bake::{Bake, Job, tree_nodes};
-use self::buffers::{Buffers, BuildState, Room, Shape, Shared};
-use self::cube::{cubes, resolution};
+use self::buffers::{Buffers, BuildState, Mode, Room, Shape, Shared};
+use self::cube::{Cubes, resolution};
 use self::file::{bytes_on_disk, scene_hash};
 use super::settings::Keyed;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory};
 use crate::maps::Map;
-use crate::scene::{Resolution, View};
+use crate::scene::{Projection, Resolution, View};
 use crate::shaders::folder;
 use crate::shaders::set;
 use crate::world::{Made, Parts, World};
@@ -83,15 +83,15 @@ const MOST_NODES: u32 = 1 << 28;
 /// Times a bake may begin anew with more room.
 const MOST_RESTARTS: u32 = 64;
 
-/// A light's tree. Twin: Tree in glsl/technique/voxelized/tree.glsl.
+/// A tree of a light. Twin: Tree in glsl/technique/voxelized/tree.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TreeData {
-    /// The corner of the cube, world units.
+    /// The corner of the cube, or the light where it has a place; world units.
     pub origin: [f32; 3],
     /// Voxels a side.
     pub size: u32,
-    /// Voxels a world unit along the cube's x.
+    /// Voxels a world unit along the cube's x; of a light with a place, times the depth in voxels.
     pub right: [f32; 3],
     /// The root's level, and 1.
     pub levels: u32,
@@ -109,24 +109,42 @@ pub struct TreeData {
     pub at: [u32; MAX_LEVELS],
     /// Bits of their pointers.
     pub pointer_bits: [u32; MAX_LEVELS],
+    /// 1 where the light has a place.
+    pub perspective: u32,
+    /// The first tree of the light that has this one's number.
+    pub first: u32,
+    /// How many trees it has; 0 where there is no such light.
+    pub faces: u32,
 }
 
 impl TreeData {
     /// Without nodes, of a cube.
     fn of(cube: &View) -> Self {
+        let perspective = cube.projection() == Projection::Perspective;
         let scale = f64::from(cube.width) / f64::from(cube.far);
-        let scaled = |axis: [f32; 3]| axis.map(|a| (f64::from(a) * scale) as f32);
-        let half = f64::from(cube.far) / 2.0;
+        let across = if perspective { f64::from(cube.scale_x) * f64::from(cube.width) / 2.0 } else { 1.0 };
+        let scaled = |axis: [f32; 3], by: f64| axis.map(|a| (f64::from(a) * scale * by) as f32);
+        let half = if perspective { 0.0 } else { f64::from(cube.far) / 2.0 };
         let corner = |i: usize| f64::from(cube.origin[i]) - half * (f64::from(cube.right[i]) + f64::from(cube.up[i]));
         Self {
             origin: [0, 1, 2].map(|i| corner(i) as f32),
             size: cube.width,
-            right: scaled(cube.right),
+            right: scaled(cube.right, across),
             levels: Shape { size: cube.width, tile: cube.width }.root_level() + 1,
-            up: scaled(cube.up),
-            forward: scaled(cube.forward),
+            up: scaled(cube.up, across),
+            forward: scaled(cube.forward, 1.0),
+            perspective: perspective.into(),
             ..Self::zeroed()
         }
+    }
+
+    /// Those of all lights.
+    fn all(cubes: &Cubes) -> Vec<Self> {
+        let mut trees: Vec<_> = cubes.views.iter().map(Self::of).collect();
+        for (tree, light) in trees.iter_mut().zip(&cubes.lights) {
+            (tree.first, tree.faces) = (light.start as u32, light.len() as u32);
+        }
+        trees
     }
 }
 
@@ -156,11 +174,12 @@ pub struct Voxelized {
     bake: Bake,
     look_up: Bindings,
     constants: Constants,
-    cubes: Vec<View>,
+    cubes: Cubes,
     /// Cubes, and the trees in them.
     looked: Made,
     triangles: u32,
     step: Step,
+    moves: Moves,
     /// And not looked at yet.
     recorded: bool,
     /// All of it, for the world that was looked at.
@@ -170,6 +189,19 @@ pub struct Voxelized {
     /// Leaves and nodes of all tiles and lights, before merging, and after.
     tree: [u64; 2],
     kept: [u64; 2],
+}
+
+/// What of a bake stays for the next one.
+#[derive(Default)]
+struct Moves {
+    /// A bake has been made that may stay.
+    baked: bool,
+    /// The trees whose columns are kept.
+    kept: Option<Vec<TreeData>>,
+    /// Of each tree that is baked, whether all of its columns are found anew.
+    whole: Vec<bool>,
+    /// Meshes or lights have changed since this bake began.
+    mixed: bool,
 }
 
 /// Names of what is counted.
@@ -183,8 +215,8 @@ impl Voxelized {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting is not what it may be, or names a file, which [`Loaded::new`] opens; [`Error::Refused`] where a
-    /// light is not directional, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where a setting is not what it may be, or names a file, which [`Loaded::new`] opens, or there are more lights
+    /// than have trees; [`Error::Refused`] where the host knows no box about the triangles, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         if let Some(file) = &settings.file {
@@ -196,23 +228,27 @@ impl Voxelized {
     /// Opens what is planned.
     ///
     /// # Errors
-    /// [`Error::Refused`] where a light is not directional, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where there are more lights than have trees, [`Error::Refused`] where the host knows no box about the
+    /// triangles, [`Error::Gpu`] where memory runs out.
     pub fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
-        let cubes = cubes(world, plan.size)?;
-        if cubes.len() * size_of::<TreeData>() > MAX_UPDATE_BYTES {
-            let cause = format!("{} lights, and {} have trees", cubes.len(), MAX_UPDATE_BYTES / size_of::<TreeData>());
+        let cubes = Cubes::new(world, plan.size)?;
+        let count = cubes.views.len();
+        if count * size_of::<TreeData>() > MAX_UPDATE_BYTES {
+            let most = MAX_UPDATE_BYTES / size_of::<TreeData>();
+            let cause = format!("{count} lights and faces of lights, and {most} have trees");
             return Err(Error::input(world.name(), cause, "use fewer lights"));
         }
         let shape = Shape { size: plan.size, tile: plan.tile.min(plan.size) };
         let triangles = world.triangle_capacity();
         let device = |name: &str, words: u64| Buffer::new(context, name, 4 * words, Memory::Device);
         let shared = Shared {
-            trees: device("voxelized.trees", (cubes.len().max(1) * size_of::<TreeData>() / 4) as u64)?,
+            trees: device("voxelized.trees", (count.max(1) * size_of::<TreeData>() / 4) as u64)?,
             triangles: world.triangles.clone(),
             sides: world.sides.clone(),
-            projected: device("voxelized.projected", 10 * u64::from(triangles))?,
+            triangle_count: triangles,
+            tree_count: count as u64,
         };
-        let room = Room::new(shape, triangles);
+        let room = Room::new(shape, triangles, cubes.has_perspective());
         let buffers = Buffers::new(context, shape, &room, plan.merges(), plan.keep_columns, &shared)?;
         let set = buffers.bindings(context)?;
         let bake = Bake::new(context, &set, plan)?;
@@ -233,6 +269,7 @@ impl Voxelized {
             looked: Made::of(OF),
             triangles,
             step: Step::Tile { light: 0, tile: 0 },
+            moves: Moves::default(),
             recorded: false,
             baked: false,
             restarts: 0,
@@ -247,7 +284,7 @@ impl Voxelized {
     /// # Errors
     /// [`Error::Gpu`] where they cannot be read back.
     pub fn trees(&self) -> Result<Vec<TreeData>> {
-        self.shared.trees.read(self.cubes.len())
+        self.shared.trees.read(self.cubes.views.len())
     }
 
     /// Their nodes.
@@ -256,6 +293,11 @@ impl Voxelized {
     /// As [`Voxelized::trees`].
     pub fn nodes(&self) -> Result<Vec<u32>> {
         self.buffers.data.read(self.state.words as usize)
+    }
+
+    /// Blocks of 8 × 8 columns that the last bake looked at triangles for: all of them, or those in which something moved.
+    pub fn found_blocks(&self) -> u32 {
+        self.state.found
     }
 
     /// Entry and exit of each column of the last tile, voxels, row after row; where [`Plan::keep_columns`].
@@ -276,9 +318,13 @@ impl Voxelized {
     fn look_at(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         (self.tree, self.kept) = ([0; 2], [0; 2]);
         if self.looked.make(world) {
-            self.cubes = cubes(world, self.plan.size)?;
+            self.cubes = Cubes::new(world, self.plan.size)?;
         }
-        let trees: Vec<_> = self.cubes.iter().map(TreeData::of).collect();
+        let trees = TreeData::all(&self.cubes);
+        let kept = self.moves.kept.take();
+        let is_kept = |i: usize| kept.as_ref().is_some_and(|kept| kept.get(i) == trees.get(i));
+        self.moves.whole = (0..trees.len()).map(|i| !is_kept(i)).collect();
+        self.moves.mixed = false;
         commands.pass("voxelized.begin", |pass| pass.update(&self.shared.trees, &trees));
         Ok(())
     }
@@ -293,6 +339,7 @@ impl Voxelized {
         let enlarge = |has: &mut u32, needs: u32| *has = if needs > *has { more(needs) } else { *has };
         enlarge(&mut room.entries, state.entries);
         enlarge(&mut room.large, state.large);
+        enlarge(&mut room.pieces, state.pieces);
         for (level, counts) in state.levels.iter().enumerate().take(self.shape.root_level() as usize + 1) {
             let candidates = if level == 0 { &mut room.leaf_candidates } else { &mut room.node_candidates };
             enlarge(candidates, counts.demanded);
@@ -315,7 +362,7 @@ impl Voxelized {
     /// stand, and are packed once more.
     fn grow_data(&mut self) -> Result<Settled> {
         let room = Room { data: self.state.words.saturating_add(1), ..self.room.clone() };
-        if self.cubes.len() > 1 {
+        if self.cubes.views.len() > 1 {
             self.restart(room)?;
             return Ok(Settled::Grew);
         }
@@ -344,7 +391,16 @@ impl Voxelized {
         self.look_up.replace(set::VoxelizedLookUp::NODES, &buffers.data)?;
         (self.room, self.buffers) = (room, buffers);
         self.step = Step::Tile { light: 0, tile: 0 };
+        self.moves.kept = None;
         Ok(())
+    }
+
+    /// What of a tree is made anew.
+    fn mode(&self, tree: usize) -> u32 {
+        let bit = |is: bool, bit: u32| if is { bit } else { 0 };
+        bit(self.moves.whole.get(tree) != Some(&false), Mode::WHOLE)
+            | bit(self.room.stays, Mode::SEEN)
+            | bit(tree + 1 == self.cubes.views.len(), Mode::LAST)
     }
 }
 
@@ -355,6 +411,7 @@ impl Technique for Voxelized {
 
     fn forget(&mut self) {
         self.baked = false;
+        (self.moves.kept, self.moves.baked) = (None, false);
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
@@ -369,7 +426,15 @@ impl Technique for Voxelized {
         if first {
             self.look_at(commands, world)?;
         }
-        let job = |light| Job { buffers: &self.buffers, room: &self.room, shape: self.shape, light };
+        self.moves.mixed |= !self.looked.stands(world);
+        let job = |light: u32| Job {
+            buffers: &self.buffers,
+            room: &self.room,
+            shape: self.shape,
+            light,
+            perspective: self.cubes.is_perspective(light as usize),
+            mode: self.mode(light as usize),
+        };
         match self.step {
             Step::Tile { light, tile } => {
                 let job = job(light);
@@ -401,6 +466,11 @@ impl Technique for Voxelized {
             if self.grow(tile)? {
                 return Ok(Settled::Grew);
             }
+            // Something moves: from now on it is known what.
+            if self.moves.baked && !self.room.stays && self.shape.may_stay(self.cubes.views.len()) {
+                self.restart(Room { stays: true, ..self.room.clone() })?;
+                return Ok(Settled::Grew);
+            }
             let levels = &self.state.levels;
             let top = self.shape.root_level();
             let last = tile + 1 == self.shape.tiles().pow(2);
@@ -412,10 +482,10 @@ impl Technique for Voxelized {
             }
             self.kept[0] += u64::from(levels[0].unique);
             self.kept[1] += levels[1..=top as usize].iter().map(|level| u64::from(level.unique)).sum::<u64>();
-            if light as usize + 1 < self.cubes.len() {
+            if light as usize + 1 < self.cubes.views.len() {
                 // Trees of further lights are likely to need as much.
                 if self.state.words >= self.room.data {
-                    let all = f64::from(self.state.words) * 1.1 * self.cubes.len() as f64 / f64::from(light + 1);
+                    let all = f64::from(self.state.words) * 1.1 * self.cubes.views.len() as f64 / f64::from(light + 1);
                     self.restart(Room { data: all as u32, ..self.room.clone() })?;
                     return Ok(Settled::Grew);
                 }
@@ -428,6 +498,8 @@ impl Technique for Voxelized {
         }
         self.step = Step::Tile { light: 0, tile: 0 };
         (self.restarts, self.baked) = (0, true);
+        self.moves.baked = true;
+        self.moves.kept = (self.room.stays && !self.moves.mixed).then(|| TreeData::all(&self.cubes));
         Ok(Settled::Done)
     }
 
@@ -450,7 +522,7 @@ impl Technique for Voxelized {
             reason: "the only path".into(),
             bytes_resident: 4 * words + self.shared.trees.bytes(),
             bytes_transient: self.buffers.transient_bytes(),
-            bytes_on_disk: u64::try_from(bytes_on_disk(self.cubes.len() as u32, words)).ok(),
+            bytes_on_disk: u64::try_from(bytes_on_disk(self.cubes.views.len() as u32, words)).ok(),
             counters: counters(self.counts()),
             ..Facts::default()
         })

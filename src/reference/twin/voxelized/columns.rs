@@ -3,7 +3,11 @@
 /// Parts of a voxel that corners are rounded to. Twin: SUB_VOXELS.
 const SUB_VOXELS: f32 = 256.0;
 
-/// A cube of voxels: its corner, and voxels a world unit along its axes. Light travels along the last.
+/// Of a pyramid as deep as 1, where it begins. Twin: NEAREST.
+const NEAREST: f32 = 1e-6;
+
+/// A cube of voxels: its corner, and voxels a world unit along its axes. Light travels along the last. Or a pyramid: the light,
+/// columns from the middle one times the voxel along the last axis, and voxels along that.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cube {
     /// World units.
@@ -12,6 +16,8 @@ pub struct Cube {
     pub axes: [[f32; 3]; 3],
     /// Voxels a side.
     pub size: u32,
+    /// Whether it is a pyramid.
+    pub perspective: bool,
 }
 
 /// A triangle among columns. Twin: glsl/technique/voxelized/projected.glsl.
@@ -19,23 +25,88 @@ pub struct Cube {
 pub struct Projected {
     /// 256ths of a voxel across.
     pub corners: [[i64; 2]; 3],
-    /// Voxels along the light.
+    /// Voxels along the light of each corner; of a pyramid 1 over that in the middle of all columns, and what a column to the right
+    /// and one up add.
     pub z: [f32; 3],
+    /// Least and greatest depth, voxels, of a pyramid.
+    pub range: Option<[f32; 2]>,
+    /// Half the columns of that.
+    pub half: f32,
     /// 1 where a ray along its normal leaves a closed thing, −1 where it enters one, 0 where it is open.
     pub side: i32,
 }
 
-/// Where a position is in the cube, voxels. Twin: project in glsl/technique/voxelized/project.comp, to the bit.
-pub fn voxel(cube: &Cube, position: [f32; 3]) -> [f32; 3] {
+/// Along the axes.
+fn along(cube: &Cube, position: [f32; 3]) -> [f32; 3] {
     let offset = [0, 1, 2].map(|i| position[i] - cube.origin[i]);
     cube.axes.map(|axis| offset[0] * axis[0] + offset[1] * axis[1] + offset[2] * axis[2])
 }
 
-/// Twin: glsl/technique/voxelized/project.comp.
-pub fn project(cube: &Cube, corners: [[f32; 3]; 3], side: i32) -> Projected {
-    let at = corners.map(|corner| voxel(cube, corner));
+/// Where something is that lies so far along the axes, voxels.
+fn among(cube: &Cube, [x, y, z]: [f32; 3]) -> [f32; 3] {
+    let half = 0.5 * cube.size as f32;
+    if cube.perspective { [x / z + half, y / z + half, z] } else { [x, y, z] }
+}
+
+/// Where a position is, voxels. Twin: project in glsl/technique/voxelized/project.comp, to the bit where it divides exactly;
+/// tree_voxel.
+pub fn voxel(cube: &Cube, position: [f32; 3]) -> [f32; 3] {
+    among(cube, along(cube, position))
+}
+
+/// In pieces where the pyramid cuts it. Twin: glsl/technique/voxelized/project.comp.
+pub fn project(cube: &Cube, corners: [[f32; 3]; 3], side: i32) -> Vec<Projected> {
+    let at = corners.map(|corner| along(cube, corner));
     let whole = |v: f32| (v * SUB_VOXELS + 0.5).floor() as i64;
-    Projected { corners: at.map(|v| [whole(v[0]), whole(v[1])]), z: at.map(|v| v[2]), side }
+    let half = 0.5 * cube.size as f32;
+    let projected = |at: [[f32; 3]; 3], z, range| {
+        let corners = at.map(|v| among(cube, v)).map(|v| [whole(v[0]), whole(v[1])]);
+        Projected { corners, z, range, half, side }
+    };
+    if !cube.perspective {
+        return vec![projected(at, at.map(|v| v[2]), None)];
+    }
+    let polygon = cut(at.to_vec(), cube.size as f32);
+    let depths = || polygon.iter().map(|v| v[2]);
+    let range = [depths().fold(f32::INFINITY, f32::min), depths().fold(0.0, f32::max)];
+    let [b, c] = [1, 2].map(|i| [0, 1, 2].map(|axis| at[i][axis] - at[0][axis]));
+    let [x, y, z] = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
+    let away = x * at[0][0] + y * at[0][1] + z * at[0][2];
+    let is_some = away.abs() > 0.0 && away.abs() < crate::scene::FARTHEST;
+    let plane = if is_some { [z / away, x / away, y / away] } else { [1.0 / range[0], 0.0, 0.0] };
+    let pieces = polygon.windows(2).skip(1);
+    pieces.map(|pair| projected([polygon[0], pair[0], pair[1]], plane, Some(range))).collect()
+}
+
+/// What is in the pyramid of a polygon along its axes. Twin: put_pieces.
+fn cut(polygon: Vec<[f32; 3]>, size: f32) -> Vec<[f32; 3]> {
+    let planes: [fn([f32; 3], f32) -> f32; 5] = [
+        |v, size| v[2] - NEAREST * size,
+        |v, size| size * v[2] - v[0],
+        |v, size| size * v[2] + v[0],
+        |v, size| size * v[2] - v[1],
+        |v, size| size * v[2] + v[1],
+    ];
+    planes.into_iter().fold(polygon, |polygon, inside| {
+        let mut left = Vec::new();
+        for (i, here) in polygon.iter().enumerate() {
+            let next = &polygon[(i + 1) % polygon.len()];
+            let (at_here, at_next) = (inside(*here, size), inside(*next, size));
+            if at_here >= 0.0 {
+                left.push(*here);
+            }
+            if (at_here >= 0.0) != (at_next >= 0.0) {
+                let ((from, from_in), (to, to_in)) = if at_here >= 0.0 {
+                    ((here, at_here), (next, at_next))
+                } else {
+                    ((next, at_next), (here, at_here))
+                };
+                let share = from_in / (from_in - to_in);
+                left.push([0, 1, 2].map(|axis| from[axis] + (to[axis] - from[axis]) * share));
+            }
+        }
+        left
+    })
 }
 
 /// Entry and exit of every column, row after row; `conservative`: a column is met by what touches its square too. Twin:
@@ -80,6 +151,8 @@ struct Facet {
     z: f32,
     /// What a 256th of a voxel adds.
     slope: [f32; 2],
+    /// Of a pyramid 1 over the depth in the middle of its columns, what a column to the right and one up add, and half its columns.
+    plane: Option<([f32; 3], f32)>,
     /// Least and greatest z of the corners.
     range: [f32; 2],
     /// 1 where light enters something closed, −1 where it leaves.
@@ -102,8 +175,16 @@ impl Facet {
         let [ab, ac] = [between(a, b), between(a, c)].map(|e| e.map(|v| v as f32));
         let (to_b, to_c) = (z_b - z, z_c - z);
         let slope = [(to_b * ac[1] - to_c * ab[1]) * scale, (to_c * ab[0] - to_b * ac[0]) * scale];
-        let range = [z.min(z_b).min(z_c), z.max(z_b).max(z_c)];
-        Some(Self { corners: [a, b, c], z, slope, range, faces: if turned { -triangle.side } else { triangle.side } })
+        let range = triangle.range.unwrap_or([z.min(z_b).min(z_c), z.max(z_b).max(z_c)]);
+        let plane = triangle.range.map(|_| (triangle.z, triangle.half));
+        Some(Self {
+            corners: [a, b, c],
+            z,
+            slope,
+            plane,
+            range,
+            faces: if turned { -triangle.side } else { triangle.side },
+        })
     }
 
     /// Calls `found` with each column whose middle it covers, and its depth there; or with each whose square it touches, and its
@@ -129,12 +210,19 @@ impl Facet {
                 if is_met {
                     // Depths are taken from the corner of a block, as the device does.
                     let first = [x & !7, y & !7];
+                    let steps = [(x - first[0]) as f32, (y - first[1]) as f32];
                     let base = between([256 * first[0] + 128, 256 * first[1] + 128], a).map(|v| v as f32);
                     let [right, up] = self.slope.map(|slope| slope * SUB_VOXELS);
                     let at_first = self.z - self.slope[0] * base[0] - self.slope[1] * base[1];
-                    let farther = if squares { 0.5 * (right.abs() + up.abs()) } else { 0.0 };
-                    let steps = [(x - first[0]) as f32, (y - first[1]) as f32];
-                    let z = at_first + farther + right * steps[0] + up * steps[1];
+                    let farther = |right: f32, up: f32| if squares { 0.5 * (right.abs() + up.abs()) } else { 0.0 };
+                    let z = if let Some(([middle, right, up], half)) = self.plane {
+                        let [x, y] = first.map(|first| first as f32 + 0.5 - half);
+                        let at_first = middle + right * x + up * y - farther(right, up);
+                        let inverse = at_first + right * steps[0] + up * steps[1];
+                        if inverse > 0.0 { 1.0 / inverse } else { self.range[1] }
+                    } else {
+                        at_first + farther(right, up) + right * steps[0] + up * steps[1]
+                    };
                     found((y * i64::from(size) + x) as usize, z.clamp(self.range[0], self.range[1]));
                 }
             }

@@ -1,0 +1,16 @@
+// What stays of a bake while something moves: where the columns of each tile begin to be in shadow, their blocks' ranges, and a mark
+// for each block in which they are to be found anew. What a block that is not marked has is what a bake from nothing finds.
+// Twin: none; what is baked by parts has the words of what is baked whole.
+#ifndef TECHNIQUE_VOXELIZED_MOVES_GLSL
+#define TECHNIQUE_VOXELIZED_MOVES_GLSL
+
+// Words of a tile for each block: its columns, two of its range, its mark.
+const uint TILE_WORDS = 67u;
+
+uint range_at(uint block) { return columns_at + 64u * width * width + 2u * block; }
+
+uint mark_at(uint block) { return columns_at + 66u * width * width + block; }
+
+// Whether the columns of a block of the tile are to be found.
+bool block_moves(uint block) { return (mode & WHOLE) != 0u || moves_wide != 0u || boundaries[mark_at(block)] != 0u; }
+#endif

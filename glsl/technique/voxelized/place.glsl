@@ -1,0 +1,44 @@
+// Where a position is among the voxels of a light, and how far a receiver is moved there. To be included behind
+// technique/voxelized/walk.glsl. Twins: reference::twin::voxelized::voxel, scene::Resolution::looked_up.
+#ifndef TECHNIQUE_VOXELIZED_PLACE_GLSL
+#define TECHNIQUE_VOXELIZED_PLACE_GLSL
+#include "world/face.glsl"
+
+// The light's tree that a position is looked up in.
+uint tree_of(uint light, vec3 position) {
+    uint first = visibility_trees[light].first;
+    bool faces = visibility_trees[light].faces > 1u;
+    return first + (faces ? cube_face(position - visibility_trees[first].origin) : 0u);
+}
+
+// Voxels; of a pyramid at or behind its tip they mean nothing.
+vec3 tree_voxel(uint tree, vec3 position) {
+    vec3 offset = position - visibility_trees[tree].origin;
+    vec3 voxel = vec3(dot(offset, visibility_trees[tree].right), dot(offset, visibility_trees[tree].up),
+                      dot(offset, visibility_trees[tree].forward));
+    if (visibility_trees[tree].perspective != 0u) {
+        voxel.xy = voxel.xy / voxel.z + 0.5 * float(visibility_trees[tree].size);
+    }
+    return voxel;
+}
+
+// How far along its normal a point of a surface leaves it, world units, so that it lies `across` columns beside a plane there, as
+// much again as `always`, and `along` voxels before it.
+float receiver_way(uint tree, vec3 position, vec3 normal, float across, float along, float always) {
+    vec3 right = visibility_trees[tree].right, forward = visibility_trees[tree].forward;
+    float columns = length(right), looks = dot(normal, forward);
+    float beside = across * (abs(dot(normal, right)) + abs(dot(normal, visibility_trees[tree].up))) / columns + always;
+    if (visibility_trees[tree].perspective == 0u) {
+        return (beside + along * abs(looks) / columns) / columns;
+    }
+    vec3 offset = position - visibility_trees[tree].origin;
+    float z = dot(offset, forward);
+    if (!(z > 0.0)) {
+        return 0.0;
+    }
+    // A column is wider behind the point, and a ray steeper before it: as much as that counts where the point is then.
+    float before = (along + always) * abs(dot(normal, offset)) / z;
+    float more = looks > 0.0 ? beside / columns * looks : -2.0 * before * looks / z;
+    return (beside * z / columns + before) / (1.0 - min(more, 0.5));
+}
+#endif
