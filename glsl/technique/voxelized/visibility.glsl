@@ -3,11 +3,14 @@
 // Source: Sintorn et al. 2014, section 5. Twin: reference::twin::voxelized::look_up.
 //   binding 0  the tree of each light (technique/voxelized/tree.glsl)
 //   binding 1  nodes of all trees, and the words of their cells
-// flat: bindings 72, constants 144: HEADER_BITS CONSERVATIVE PCF
+// flat: bindings 72, constants 144: HEADER_BITS CONSERVATIVE PCF NORMAL_BIAS
 #include "technique/voxelized/walk.glsl"
 
 // Columns a side that are asked.
 CONSTANT(uint, PCF, 1u)
+
+// Of the way that keeps a flat surface out of its own shadow, how much a point of it goes.
+CONSTANT(float, NORMAL_BIAS, 1.0)
 
 // Voxels: corners lie on a grid of 256ths, and depths and positions of 65,536 voxels are rounded to 128ths.
 const float ROUNDING = 1.0 / 32.0;
@@ -72,7 +75,7 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     float voxels = length(right), reach = 0.5 * float(PCF) + (CONSERVATIVE ? 0.5 : 0.0);
     vec3 facing = abs(vec3(dot(normal, right), dot(normal, visibility_trees[light].up),
                            dot(normal, visibility_trees[light].forward))) / voxels;
-    return position + normal * (reach * (facing.x + facing.y) + 0.5 * facing.z + ROUNDING) / voxels;
+    return position + normal * (NORMAL_BIAS * (reach * (facing.x + facing.y) + 0.5 * facing.z + ROUNDING) / voxels);
 }
 
 float light_visibility(uint light, vec3 position) {

@@ -66,7 +66,7 @@ impl Resolution {
         let view = self.view_about(position);
         let ([right, up], along) = (view.texel_at(position), view.ray_through(position).direction);
         let looks = |way: DVec3| (normal.dot(way) / way.length()).abs();
-        let Moved { across, along: forward, always, least_world } = self.moved;
+        let Moved { across, along: forward, always, least_world, felt: _ } = self.moved;
         let texels = across * (looks(right) + looks(up)) + forward * looks(along) + always;
         position + normal * (texels * right.length()).max(least_world)
     }
@@ -84,10 +84,12 @@ impl Resolution {
 pub struct Moved {
     /// Times |right · n| + |up · n|.
     pub across: f64,
-    /// Times |forward · n|: as far along the light's rays the surface then stays behind what is asked.
+    /// Times |forward · n|.
     pub along: f64,
     /// Whatever the normal.
     pub always: f64,
     /// The least of all that, world units.
     pub least_world: f64,
+    /// How far along the light's rays a look-up may feel a surface from there, texels.
+    pub felt: f64,
 }

@@ -31,7 +31,10 @@ pub fn resolution(cubes: &[View], plan: &Plan) -> Vec<Resolution> {
     // What touches a column is up to a voxel away from a place in it.
     let across = f64::from(plan.filter) / 2.0 + if plan.is_conservative() { 0.5 } else { 0.0 };
     let reach_texels = across + ROUNDING / 2.0;
-    let moved = Moved { across, along: 0.5, always: ROUNDING, least_world: 0.0 };
+    // Less of that leaves a surface within its own columns: then all of it is within.
+    let bias = f64::from(plan.normal_bias) / 100.0;
+    let moved =
+        Moved { across: bias * across, along: bias * 0.5, always: bias * ROUNDING, felt: 0.5, ..Moved::default() };
     let depth = 1.0 / f64::from(plan.size);
     let free_inside = plan.closed;
     let of = |view| Resolution { reach_texels, moved, free_inside, depth, ..Resolution::exact(view) };
