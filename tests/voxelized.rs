@@ -7,6 +7,8 @@ mod support;
 
 #[path = "voxelized/coverage.rs"]
 mod coverage;
+#[path = "voxelized/directions.rs"]
+mod directions;
 #[path = "voxelized/file.rs"]
 mod file;
 #[path = "voxelized/large.rs"]
