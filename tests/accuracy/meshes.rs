@@ -205,7 +205,7 @@ fn within_never_grows_as_the_size_doubles() {
         for size in (9..=16).map(|level| 1u32 << level) {
             let view = View::opaques(scene, size)[0];
             let depth = 1.0 / f64::from(size);
-            let moved = Moved { across: 0.5, along: 0.5, always: 1.0 / 32.0, least_world: 0.0 };
+            let moved = Moved { across: 0.5, along: 0.5, always: 1.0 / 32.0, felt: 0.5, ..Moved::default() };
             let off = Resolution { reach_texels: 0.5, depth, moved, ..Resolution::exact(view) };
             let map =
                 Resolution { reach_texels: 2.0625, pushed_texels: 1.0625, depth: 1e-5, ..Resolution::exact(view) };
