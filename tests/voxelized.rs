@@ -7,6 +7,8 @@ mod support;
 
 #[path = "voxelized/coverage.rs"]
 mod coverage;
+#[path = "voxelized/directions.rs"]
+mod directions;
 #[path = "voxelized/file.rs"]
 mod file;
 #[path = "voxelized/large.rs"]
@@ -40,6 +42,7 @@ const PLAIN: Settings = Settings {
     free: FreeKey::Shared,
     coverage: Coverage::Middle,
     filter: 1,
+    normal_bias: 100,
     tile: Settings::TILE,
     keep_columns: true,
 };

@@ -23,9 +23,12 @@ void main() {
     if (index < count) {
         index += first;
         vec3 position = points[index];
+        // A normal of 0: the surface looks away.
+        bool away = false;
         if (normals > 0u) {
+            away = all_normals[index] == vec3(0.0);
             position = light_receiver(light, position, all_normals[index]);
         }
-        answers[index] = light_visibility(light, position);
+        answers[index] = away ? 0.0 : light_visibility(light, position);
     }
 }

@@ -5,14 +5,25 @@
 #ifndef CONSUME_RECEIVER_GLSL
 #define CONSUME_RECEIVER_GLSL
 
+#include "world/light.glsl"
+
 #ifndef TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) { return position; }
 #endif
 
-// How much of a light reaches a surface. `normal` is the outside of what is closed; of what is open it is either side, and the
-// light's is asked for.
-float surface_visibility(uint light, vec3 towards, vec3 position, vec3 normal, bool closed) {
-    vec3 facing = closed || dot(normal, towards) >= 0.0 ? normal : -normal;
-    return light_visibility(light, light_receiver(light, position, facing));
+// Whether a surface is in its own shadow, however coarse a technique is: the outside of something closed looks away from a light that
+// is infinitely far away. (A light with a place may stand inside.) Twin: reference::truth::SurfacePoint::looks_away.
+bool looks_away(Light light, vec3 normal, bool closed) {
+    return closed && light.kind == LIGHT_DIRECTIONAL && dot(normal, light.direction) > 0.0;
+}
+
+// How much of a light, the scene's `index`-th, reaches a surface. `normal` is the outside of what is closed; of what is open it is
+// either side, and the light's is asked for.
+float surface_visibility(uint index, Light light, vec3 position, vec3 normal, bool closed) {
+    if (looks_away(light, normal, closed)) {
+        return 0.0;
+    }
+    vec3 facing = closed || dot(normal, light_direction(light, position)) >= 0.0 ? normal : -normal;
+    return light_visibility(index, light_receiver(index, position, facing));
 }
 #endif

@@ -23,7 +23,7 @@ void main() {
     Ray ray = surface_ray(camera, gl_FragCoord.xy);
     vec3 position = surface_position(ray, surface_z(ray, Surface(corner, normal, z_range)));
     for (uint i = 0u; i < lights.length(); ++i) {
-        surface_visibility(i, light_direction(lights[i], position), position, normal, is_closed != 0u);
+        surface_visibility(i, lights[i], position, normal, is_closed != 0u);
     }
     steps = float(look_up_steps);
 }

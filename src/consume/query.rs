@@ -26,7 +26,7 @@ pub struct Asked<'a> {
     /// World positions.
     pub points: &'a [[f32; 3]],
     /// None for points in space. Of points on surfaces one each, unit length, on the side that light is asked for (the light's, or
-    /// of a closed thing the outside).
+    /// of a closed thing the outside); 0 where that looks away from a directional light, which none of it reaches.
     pub normals: &'a [[f32; 3]],
 }
 

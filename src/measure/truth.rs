@@ -180,8 +180,7 @@ impl<'a> Truth<'a> {
                 let positions = surface.iter().map(|p| p.position.as_vec3().into()).collect();
                 let visibility = |p: &SurfacePoint| casters.visibility(light, p.position);
                 let visibility = surface.par_iter().map(visibility).collect();
-                let towards = |p: &SurfacePoint| self.scene.lights[light].towards(p.position);
-                let normals = surface.iter().map(|p| p.facing(towards(p)).as_vec3().into()).collect();
+                let normals = surface.iter().map(|p| p.asked(&self.scene.lights[light])).collect();
                 let distances = surface.par_iter().map(|p| casters.caster_distances(light, p.position)).collect();
                 Points { light, positions, visibility, surface, normals, casters: distances, boundaries: Cached::new() }
             };
@@ -241,7 +240,7 @@ impl<'a> Truth<'a> {
             }
             let at = |(p, s): (&[f32; 3], &SurfacePoint)| {
                 let normal = s.facing(light.towards(s.position));
-                casters.in_surface_boundary(points.light, of(p), s.position, normal)
+                !s.looks_away(light) && casters.in_surface_boundary(points.light, of(p), s.position, normal)
             };
             points.positions.par_iter().zip(&points.surface).map(at).collect()
         })

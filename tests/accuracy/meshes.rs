@@ -207,7 +207,7 @@ fn within_never_grows_as_the_size_doubles() {
             let depth = 1.0 / f64::from(size);
             let texel = 2.0 / (f64::from(view.scale_x) * f64::from(size));
             let along = 0.5 * texel / f64::from(view.far - view.near);
-            let moved = Moved { across: 0.5, along, always: 1.0 / 32.0, least_world: 0.0 };
+            let moved = Moved { across: 0.5, along, always: 1.0 / 32.0, felt: along, ..Moved::default() };
             let off = Resolution { reach_texels: 0.5, depth, moved, ..Resolution::exact(view) };
             let map =
                 Resolution { reach_texels: 2.0625, pushed_texels: 1.0625, depth: 1e-5, ..Resolution::exact(view) };

@@ -4,7 +4,8 @@ use crate::support::{gpu_test, scenes::Random, some};
 use crate::{PLAIN, Settings, baked, shapes};
 use gobo::consume::{Asked, Query};
 use gobo::gpu::Context;
-use gobo::scene::Scene;
+use gobo::reference::truth::{Casters, SurfacePoint, surface_points};
+use gobo::scene::{Scene, View};
 use gobo::technique::{Coverage, Opened, Technique, Voxelized};
 
 /// Answers at points of surfaces that face `normal`.
@@ -42,6 +43,30 @@ fn a_flat_receiver_never_shadows_itself() {
                 assert_eq!(shadowed, 0, "{what}");
             }
         }
+    });
+}
+
+/// What looks away from the sun has none of it, beside the rim of its thing too, where columns miss the thing: asked as it faces, some
+/// leaks.
+#[test]
+fn what_looks_away_is_dark() {
+    gpu_test("what_looks_away_is_dark", |context| {
+        let scene = shapes::houses();
+        let (casters, camera) = (Casters::new(&scene), View::camera(&scene.camera, &scene, [64, 64]));
+        let away = |p: &SurfacePoint| p.looks_away(&scene.lights[0]);
+        let points: Vec<_> = surface_points(&casters, &scene, 0, &camera, 4000).into_iter().filter(away).collect();
+        let positions: Vec<[f32; 3]> = points.iter().map(|p| p.position.as_vec3().into()).collect();
+        let opened = baked(context, &scene, PLAIN);
+        let lit = |normals: Vec<[f32; 3]>| {
+            let asked = Asked { light: 0, points: &positions, normals: &normals };
+            let query = Query::of_lights(context, &[asked]).expect("room");
+            let answers = query.ask(&opened.technique.answer()).expect("asked");
+            answers.into_iter().filter(|answer| *answer > 0.0).count()
+        };
+        let facing = lit(points.iter().map(|p| p.normal.as_vec3().into()).collect());
+        let asked = lit(points.iter().map(|p| p.asked(&scene.lights[0])).collect());
+        println!("of {} points that look away {facing} leak by their columns, {asked} as they are asked", points.len());
+        assert!(asked == 0 && facing > 20 && points.len() > 200, "{facing} and {asked} of {}", points.len());
     });
 }
 

@@ -32,8 +32,7 @@ bool is_shadowed(Seen at, uint light) {
 #ifdef TECHNIQUE_DITHERS
     look_up_dither = at.dither;
 #endif
-    vec3 towards = light_direction(lights[light], at.position);
-    float visibility = surface_visibility(light, towards, at.position, at.normal, at.is_closed);
+    float visibility = surface_visibility(light, lights[light], at.position, at.normal, at.is_closed);
     return visibility < (DITHER == 0u ? 0.5 : at.dither.x);
 }
 #endif

@@ -3,12 +3,15 @@
 // Source: Sintorn et al. 2014, section 5. Twin: reference::twin::voxelized::look_up.
 //   binding 0  the trees of all lights (technique/voxelized/tree.glsl)
 //   binding 1  nodes of all trees, and the words of their cells
-// flat: bindings 72, constants 144: HEADER_BITS CONSERVATIVE PCF
+// flat: bindings 72, constants 144: HEADER_BITS CONSERVATIVE PCF NORMAL_BIAS
 #include "technique/voxelized/walk.glsl"
 #include "technique/voxelized/place.glsl"
 
 // Columns a side that are asked.
 CONSTANT(uint, PCF, 1u)
+
+// Of the way that keeps a flat surface out of its own shadow, how much a point of it goes.
+CONSTANT(float, NORMAL_BIAS, 1.0)
 
 // Voxels: corners lie on a grid of 256ths, and depths and positions of 65,536 voxels are rounded to 128ths.
 const float ROUNDING = 1.0 / 32.0;
@@ -70,12 +73,13 @@ uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     float reach = 0.5 * float(PCF) + (CONSERVATIVE ? 0.5 : 0.0);
+    vec3 by = NORMAL_BIAS * vec3(reach, 0.5, ROUNDING);
     uint tree = tree_of(light, position);
-    float way = receiver_way(tree, position, normal, reach, 0.5, ROUNDING);
+    float way = receiver_way(tree, position, normal, by.x, by.y, by.z);
     // It may be looked up in another face then, whose columns lie otherwise.
     uint other = tree_of(light, position + normal * way);
     if (other != tree) {
-        way = max(way, receiver_way(other, position, normal, reach, 0.5, ROUNDING));
+        way = max(way, receiver_way(other, position, normal, by.x, by.y, by.z));
     }
     return position + normal * way;
 }

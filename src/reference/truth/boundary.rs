@@ -49,7 +49,7 @@ impl Casters<'_> {
         if resolution.moved != Moved::default() {
             let at = resolution.looked_up(position, normal);
             return resolution.free_inside && self.inside(light, at)
-                || self.differs_about(resolution, at, resolution.moved.along * range(resolution), blocked);
+                || self.differs_about(resolution, at, resolution.moved.felt * range(resolution), blocked);
         }
         let within = |v: DVec3| v - along * (normal.dot(v) / normal.dot(along));
         let (right, up) = (within(right), within(up));

@@ -3,7 +3,7 @@
 use super::casters::Casters;
 use super::meshes::Meshes;
 use super::points::{first, r3};
-use crate::scene::{Scene, View};
+use crate::scene::{Light, LightKind, Scene, View};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -22,6 +22,19 @@ impl SurfacePoint {
     /// The normal on the side that light from `towards` is asked for: that of the light, and of a closed thing the outside.
     pub fn facing(&self, towards: DVec3) -> DVec3 {
         if self.closed || self.normal.dot(towards) >= 0.0 { self.normal } else { -self.normal }
+    }
+
+    /// Whether it is in its own shadow, whatever else there is: the outside of something closed looks away from a light that is infinitely
+    /// far away. (A light with a place may stand inside.) Twin: looks_away in glsl/consume/receiver.glsl.
+    pub fn looks_away(&self, light: &Light) -> bool {
+        let LightKind::Directional { direction } = light.kind else { return false };
+        self.closed && self.normal.dot(direction) > 0.0
+    }
+
+    /// What a technique is asked with: [`SurfacePoint::facing`], or 0 where it looks away.
+    pub fn asked(&self, light: &Light) -> [f32; 3] {
+        let normal = if self.looks_away(light) { DVec3::ZERO } else { self.facing(light.towards(self.position)) };
+        normal.as_vec3().into()
     }
 }
 
@@ -133,6 +146,27 @@ mod tests {
         let points = all(&scene);
         assert_eq!(points.len(), 600);
         assert!(points.iter().all(|p| (p.position - position).length() < 2.0));
+    }
+
+    /// What looks away from a sun is in the shadow of its own thing, by rays; the outside of a thing looks away from a lamp within it that
+    /// lights it; what is open looks away from nothing.
+    #[test]
+    fn what_looks_away_is_blocked() {
+        let mut scene = on_the_axis(&[]);
+        scene.meshes = vec![cube([0.0, 0.0, 0.0], 1.0), inside_out(cube([2.0, 0.5, -0.25], 1.0))];
+        let camera = View::camera(&scene.camera, &scene, [64, 64]);
+        let direction = DVec3::new(0.3, 0.2, -1.0).normalize();
+        scene.lights[0].kind = LightKind::Directional { direction };
+        let casters = Casters::new(&scene);
+        let points = surface_points(&casters, &scene, 0, &camera, 2000);
+        let (away, towards): (Vec<_>, Vec<_>) = points.iter().partition(|p| p.looks_away(&scene.lights[0]));
+        assert!(away.len() > 400 && towards.iter().any(|p| casters.unblocked(0, p.position)));
+        for p in away {
+            assert!(!casters.unblocked(0, p.position) && p.asked(&scene.lights[0]) == [0.0; 3], "{p:?}");
+        }
+        assert!(points.iter().all(|p| !SurfacePoint { closed: false, ..*p }.looks_away(&scene.lights[0])));
+        let lamp = Light { kind: LightKind::Point { position: DVec3::splat(0.5) }, ..scene.lights[0] };
+        assert!(points.iter().all(|p| !p.looks_away(&lamp) && p.asked(&lamp) != [0.0; 3]));
     }
 
     /// Of two cubes, one of them inside out, that stand in each other and in a solid ground, all sides have points, whether

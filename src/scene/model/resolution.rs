@@ -86,7 +86,7 @@ impl Resolution {
     fn way(&self, view: &View, position: DVec3, normal: DVec3) -> f64 {
         let ([right, up], along) = (view.texel_at(position), view.ray_through(position).direction);
         let looks = |way: DVec3| (normal.dot(way) / way.length()).abs();
-        let Moved { across, along: forward, always, least_world } = self.moved;
+        let Moved { across, along: forward, always, least_world, felt: _ } = self.moved;
         let beside = (across * (looks(right) + looks(up)) + always) * right.length();
         let before = forward * f64::from(view.far - view.near) * normal.dot(along).abs();
         if self.paraboloid || view.projection() == Projection::Parallel {
@@ -121,4 +121,6 @@ pub struct Moved {
     pub always: f64,
     /// The least of all that, world units.
     pub least_world: f64,
+    /// How far along the light's rays a look-up may feel a surface from there, of the view's range.
+    pub felt: f64,
 }
