@@ -3,8 +3,13 @@
 #ifndef GRID_OVERLAP_GLSL
 #define GRID_OVERLAP_GLSL
 
-// Voxels are so much larger to each side, in voxels: what rounding could lose.
-const float GRID_SLACK = 1e-4;
+// Cells of a voxel's side that triangles are seen in, a power of two.
+#ifndef FACET_CELLS
+#define FACET_CELLS 1
+#endif
+
+// Voxels and cells are by as much of a voxel larger to each side: what rounding could lose.
+const float GRID_SLACK = 1e-4 * FACET_CELLS;
 
 struct Facet {
     vec3 corners[3];  // voxels

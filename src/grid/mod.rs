@@ -2,13 +2,18 @@
 //! anew where it moves. It is the world's, not a light's: it costs the same for one light and for a thousand.
 
 mod cells;
+mod masks;
 mod media;
+mod voxelize;
+
+pub use self::voxelize::Voxelizer;
 
 use self::cells::Cells;
+use self::masks::Masks;
 use self::media::Media;
+use self::voxelize::Voxelize;
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Draw, Graphics, Kernel, Memory, groups, push_struct};
-use crate::shaders::constant::CONSERVATIVE;
+use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
 use crate::shaders::grid as shaders;
 use crate::shaders::set;
 use crate::world::{Made, Parts, World};
@@ -19,9 +24,6 @@ const THREADS: u32 = 64;
 
 /// Workgroups that share the corners of meshes, and smoke and hair.
 const BOUNDS_GROUPS: u32 = 512;
-
-/// Workgroups that share the triangles that meet many voxels.
-const LARGE_GROUPS: u32 = 1024;
 
 /// Bytes before a list of triangles or casters that are of many voxels: how many are a workgroup's, and all workgroups'.
 const LISTS_BYTES: u64 = 8;
@@ -67,44 +69,6 @@ push_struct! {
     }
 }
 
-/// How the voxels are found that a triangle meets. All find the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Voxelizer {
-    /// Compute passes go through triangles' boxes.
-    Compute,
-    /// Triangles are drawn along the axis that they face most, and fragments go through columns.
-    Raster {
-        /// By [`crate::gpu::Features::conservative_rasterization`], or as wider triangles.
-        conservative: bool,
-    },
-}
-
-/// Its passes.
-enum Voxelize {
-    Compute([Kernel<GridPush>; 3]),
-    Raster(Kernel<GridPush>),
-}
-
-impl Voxelize {
-    fn new(context: &Context, voxelizer: Voxelizer, set: &Bindings) -> Result<Self> {
-        let kernel = |shader| Kernel::compute(context, shader, &[set], &Constants::new());
-        Ok(match voxelizer {
-            Voxelizer::Compute => Self::Compute([
-                kernel(&shaders::VOXELIZE_STEP_0)?,
-                kernel(&shaders::VOXELIZE_STEP_1)?,
-                kernel(&shaders::VOXELIZE_STEP_2)?,
-            ]),
-            Voxelizer::Raster { conservative } => {
-                let (vertex, fragment) = (&shaders::VOXELIZE_VERT, &shaders::VOXELIZE_FRAG);
-                let state = Graphics { vertex, fragment, colors: &[], depth: None };
-                let constants = Constants::new().set(CONSERVATIVE, conservative);
-                let make = if conservative { Kernel::touching } else { Kernel::graphics };
-                Self::Raster(make(context, &state, &[set], &constants)?)
-            }
-        })
-    }
-}
-
 /// A grid of voxels, and the passes that fill it. Sources: Schwarz and Seidel 2010 (which voxels a triangle meets); levels and
 /// clearing are ours.
 pub struct Grid {
@@ -116,6 +80,8 @@ pub struct Grid {
     media: Option<Media>,
     /// For cones.
     cells: Option<Cells>,
+    /// Where shadows are finer than voxels.
+    masks: Option<Masks>,
     bounds: Kernel<GridPush>,
     fit: Kernel<GridPush>,
     clear: Kernel<GridPush>,
@@ -126,11 +92,22 @@ pub struct Grid {
     deposited: Made,
 }
 
+/// What a grid of meshes holds besides a bit a voxel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Finer {
+    /// Nothing.
+    Nothing,
+    /// How many voxels are occupied in cells of more of them, for cones.
+    Counts,
+    /// Which of its 4 × 4 × 4 cells each occupied voxel has.
+    Masks,
+}
+
 /// What a grid is to hold, and where.
 struct Plan {
     size: u32,
     voxelizer: Voxelizer,
-    cones: bool,
+    finer: Finer,
     media: bool,
     stands: Option<GridData>,
 }
@@ -148,17 +125,19 @@ pub struct GridBuffers<'a> {
     pub media_bits: &'a Buffer,
     /// What cones ask.
     pub cells: &'a Buffer,
+    /// The masks of occupied voxels.
+    pub masks: &'a Buffer,
 }
 
 impl Grid {
-    /// A grid of `size` voxels a side, a power of two from 64 to 512, about all that casts in `world`; for `cones` too.
+    /// A grid of `size` voxels a side, a power of two from 64 to 512, about all that casts in `world`.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device binds no buffer of a number a voxel and there is smoke or hair,
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, cones: bool) -> Result<Self> {
+    pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, finer: Finer) -> Result<Self> {
         let media = world.caster_capacity() > 0;
-        Self::planned(context, world, &Plan { size, voxelizer, cones, media, stands: None })
+        Self::planned(context, world, &Plan { size, voxelizer, finer, media, stands: None })
     }
 
     /// One of the meshes alone that stands where `place` says; all of them have to be a voxel inside of it.
@@ -167,11 +146,12 @@ impl Grid {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn standing(context: &Context, world: &World, place: GridData) -> Result<Self> {
         let (size, voxelizer) = (place.size, Voxelizer::Compute);
-        Self::planned(context, world, &Plan { size, voxelizer, cones: false, media: false, stands: Some(place) })
+        let plan = Plan { size, voxelizer, finer: Finer::Nothing, media: false, stands: Some(place) };
+        Self::planned(context, world, &plan)
     }
 
     fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
-        let Plan { size, voxelizer, cones, media, stands } = *plan;
+        let Plan { size, voxelizer, finer, media, stands } = *plan;
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
         // Passes that clear follow what is not 0.
         let bits = Buffer::zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
@@ -189,11 +169,12 @@ impl Grid {
             bits,
             large,
             media: if media { Some(Media::new(context, world, size, &set)?) } else { None },
-            cells: if cones { Some(Cells::new(context, size, &set)?) } else { None },
+            cells: if finer == Finer::Counts { Some(Cells::new(context, size, &set)?) } else { None },
+            masks: if finer == Finer::Masks { Some(Masks::new(context, size, voxelizer, &set)?) } else { None },
             bounds: Kernel::compute(context, &shaders::BOUNDS, &[&set, &casters], &constants)?,
             fit: kernel(&shaders::FIT)?,
             clear: kernel(&shaders::CLEAR)?,
-            voxelize: Voxelize::new(context, voxelizer, &set)?,
+            voxelize: Voxelize::new(context, voxelizer, &[&set])?,
             stands,
             voxelized: Made::of(Parts::MESHES.and(place)),
             deposited: Made::of(Parts::CASTERS.and(place)),
@@ -205,7 +186,8 @@ impl Grid {
         let bits = &self.bits;
         let (media, media_bits) = self.media.as_ref().map_or((bits, bits), |media| (&media.voxels, &media.bits));
         let cells = self.cells.as_ref().map_or(bits, |cells| &cells.counts);
-        GridBuffers { data: &self.data, bits, media, media_bits, cells }
+        let masks = self.masks.as_ref().map_or(bits, |masks| &masks.words);
+        GridBuffers { data: &self.data, bits, media, media_bits, cells, masks }
     }
 
     /// Whether the world may have smoke or hair.
@@ -217,12 +199,14 @@ impl Grid {
     pub fn resident_bytes(&self) -> u64 {
         let media = self.media.as_ref().map_or(0, |media| media.voxels.bytes() + media.bits.bytes());
         let cells = self.cells.as_ref().map_or(0, |cells| cells.counts.bytes());
-        self.data.bytes() + self.bits.bytes() + media + cells
+        let masks = self.masks.as_ref().map_or(0, |masks| masks.words.bytes());
+        self.data.bytes() + self.bits.bytes() + media + cells + masks
     }
 
     /// Of all that only a build needs.
     pub fn transient_bytes(&self) -> u64 {
-        self.large.bytes() + self.media.as_ref().map_or(0, |media| media.large.bytes())
+        let masks = self.masks.as_ref().map_or(0, Masks::transient_bytes);
+        self.large.bytes() + self.media.as_ref().map_or(0, |media| media.large.bytes()) + masks
     }
 
     /// Where it stands, after a build.
@@ -259,6 +243,28 @@ impl Grid {
         self.cells.as_ref().map_or(Ok(Vec::new()), |cells| cells.counts.read(cells::count(self.size) as usize))
     }
 
+    /// How many occupied voxels stand before each brick, then the masks of occupied voxels, two words each, after a build; nothing
+    /// without masks.
+    ///
+    /// # Errors
+    /// As [`Grid::data`].
+    pub fn masks(&self) -> Result<Vec<u32>> {
+        self.masks.as_ref().map_or(Ok(Vec::new()), Masks::read)
+    }
+
+    /// Looks at what frame `frame` filled, which is over: whether there is more room for masks now, in another buffer, and all has to be
+    /// filled again.
+    ///
+    /// # Errors
+    /// [`crate::Error::Refused`] where the device binds no buffer of so many masks, [`crate::Error::Gpu`] where memory runs out.
+    pub fn settle(&mut self, frame: u64) -> Result<bool> {
+        let grew = self.masks.as_mut().map_or(Ok(false), |masks| masks.settle(frame))?;
+        if grew {
+            self.voxelized.forget();
+        }
+        Ok(grew)
+    }
+
     /// Records the passes that fill it with all that casts as it is now: meshes where they or the grid's place have changed, smoke
     /// and hair likewise. Smoke that moves inside the box about all that casts leaves what meshes meet as it is.
     pub fn record(&mut self, commands: &mut Commands, world: &World) {
@@ -267,9 +273,12 @@ impl Grid {
             if self.stands.is_none() {
                 self.place(commands, world);
             }
-            self.voxelize(commands, world);
+            self.voxelize.record(commands, "grid.voxelize", world, self.size);
             if let Some(cells) = &self.cells {
                 cells.record(commands);
+            }
+            if let Some(masks) = &self.masks {
+                masks.record(commands, world, &self.large);
             }
         }
         if let Some(media) = &self.media
@@ -311,25 +320,5 @@ impl Grid {
         let push = GridPush { triangle_count, caster_count, threads, level: 0 };
         commands.pass("grid.bounds", |pass| pass.dispatch(&self.bounds, &push, [bounds_groups, 1, 1]));
         commands.pass("grid.fit", |pass| pass.dispatch(&self.fit, &push, [1, 1, 1]));
-    }
-
-    fn voxelize(&self, commands: &mut Commands, world: &World) {
-        let triangle_count = world.triangle_count();
-        let push = GridPush { triangle_count, ..GridPush::zeroed() };
-        let compute = match &self.voxelize {
-            Voxelize::Compute(kernels) => kernels,
-            Voxelize::Raster(kernel) => {
-                return commands.pass("grid.voxelize", |pass| {
-                    let draw = |draw: &mut Draw| draw.draw(kernel, &push, 3 * triangle_count, 1);
-                    pass.render([self.size; 2], &[], None, draw);
-                });
-            }
-        };
-        let [x, y] = groups(u64::from(triangle_count.div_ceil(THREADS)));
-        commands.pass("grid.voxelize", |pass| pass.dispatch(&compute[0], &push, [x, y, 1]));
-        commands.pass("grid.voxelize", |pass| {
-            pass.dispatch(&compute[1], &push, [LARGE_GROUPS, 1, 1]);
-            pass.dispatch(&compute[2], &push, [LARGE_GROUPS, 1, 1]);
-        });
     }
 }

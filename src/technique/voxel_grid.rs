@@ -21,17 +21,17 @@
 //! # Ok(()) });
 //! ```
 
-use super::keys::words;
+use super::keys::{word_of, words};
 use super::settings::{Keyed, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
-use crate::Result;
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement};
-use crate::grid::{Grid, GridBuffers, Voxelizer};
+use crate::grid::{Finer, Grid, GridBuffers, Voxelizer};
 use crate::maps::Map;
 use crate::scene::{Casting, Resolution, View};
 use crate::shaders::set;
 use crate::shaders::{constant, folder};
 use crate::world::{Parts, World};
+use crate::{Error, Result};
 
 words! {
     /// How the meshes become voxels.
@@ -55,6 +55,16 @@ words! {
     }
 }
 
+words! {
+    /// What shadows of meshes are of.
+    pub enum Cell {
+        /// Voxels that meshes meet.
+        Solid = "solid",
+        /// Their 4 × 4 × 4 cells that meshes meet.
+        Mask = "mask",
+    }
+}
+
 settings! {
     /// What there is to set.
     #[derive(Copy)]
@@ -65,6 +75,14 @@ settings! {
         /// Voxels a side of the grid: 64, 128, 256 or 512.
         size: u32 = Setting::one_of(
             "256", &["64", "128", "256", "512"], "voxels a side of the grid about all that casts");
+        /// What shadows of meshes are of; [`Cell::Mask`] is for [`March::Exact`] alone.
+        cell: Cell = Setting::word(
+            "solid", "what shadows of meshes are of: voxels that they meet, or 4 × 4 × 4 bits of each, with march=exact");
+        /// How far a point of a surface is moved along its normal at least, hundredths of a voxel, or of a mask's cell.
+        bias: u32 = Setting::number(
+            "150", 0, 400, "hundredths of a voxel, or of a mask's cell, that a point of a surface is moved by at least along its normal");
+        /// And then along its ray, hundredths.
+        bias_ray: u32 = Setting::number("50", 0, 400, "and then along its ray, with march=exact and march=steps");
         /// How a ray goes through it: by even steps in Pestana 2015.
         march: March = Setting::word(
             "exact", "every voxel on the way to the light; even steps, which miss what is thin; a cone through cells as wide");
@@ -119,18 +137,28 @@ pub struct Plan {
     pub cone: Option<f32>,
     /// How the meshes become voxels.
     pub voxelizer: Voxelizer,
+    /// Whether voxels have masks, whose cells are met.
+    pub masks: bool,
+    /// What a point of a surface is moved by along its normal at least, and then along its ray, voxels or cells; a cone says itself.
+    pub bias: [f32; 2],
 }
 
 impl Plan {
     fn of(settings: &Settings, features: &Features) -> Self {
-        let Settings { path, size, march, steps, offset, aperture } = *settings;
+        let Settings { path, size, cell, bias, bias_ray, march, steps, offset, aperture } = *settings;
         let voxelizer = match path {
             Some(Way::Raster) => Voxelizer::Raster { conservative: features.conservative_rasterization },
             Some(Way::Compute) | None => Voxelizer::Compute,
         };
         let cone = (march == March::Cone).then(|| (aperture as f32).to_radians().tan());
         let steps = (march == March::Steps).then_some(steps);
-        Self { size, steps, offset: offset as f32 / 100.0, cone, voxelizer }
+        let bias = [bias, bias_ray].map(|hundredths| hundredths as f32 / 100.0);
+        Self { size, steps, offset: offset as f32 / 100.0, cone, voxelizer, masks: cell == Cell::Mask, bias }
+    }
+
+    /// What a point of a surface is moved by along its normal at least, and then along its ray.
+    fn bias(&self) -> [f32; 2] {
+        if self.cone.is_some() { [0.0; 2] } else { self.bias }
     }
 
     fn path(&self) -> &'static str {
@@ -155,6 +183,11 @@ impl VoxelGrid {
     /// path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
+        if settings.cell == Cell::Mask && settings.march != March::Exact {
+            let march = word_of(settings.march);
+            let cause = "steps and cones ask for whole voxels, not for the cells of their masks";
+            return Err(Error::input(format!("cell=mask,march={march}"), cause, "use march=exact, or cell=solid"));
+        }
         Self::planned(context, world, &Plan::of(settings, context.features()))
     }
 
@@ -164,9 +197,14 @@ impl VoxelGrid {
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
         ENTRY.require(context, plan.path())?;
-        let grid = Grid::new(context, world, plan.size, plan.voxelizer, plan.cone.is_some())?;
-        let GridBuffers { data, bits, media, media_bits, cells } = grid.buffers();
-        let look_up = set::VoxelGridLookUp { lights: &world.lights, grid: data, bits, media, media_bits, cells };
+        let finer = match (plan.masks, plan.cone) {
+            (true, _) => Finer::Masks,
+            (false, Some(_)) => Finer::Counts,
+            (false, None) => Finer::Nothing,
+        };
+        let grid = Grid::new(context, world, plan.size, plan.voxelizer, finer)?;
+        let GridBuffers { data, bits, media, media_bits, cells, masks } = grid.buffers();
+        let look_up = set::VoxelGridLookUp { lights: &world.lights, grid: data, bits, media, media_bits, cells, masks };
         let look_up = look_up.bind(context, "voxel_grid.look_up")?;
         let constants = Constants::new()
             .set(constant::GRID_SIZE, plan.size)
@@ -174,7 +212,10 @@ impl VoxelGrid {
             .set(constant::MARCH_OFFSET, plan.offset)
             .set(constant::MEDIA, grid.has_media())
             .set(constant::CONE, plan.cone.is_some())
-            .set(constant::CONE_SLOPE, plan.cone.unwrap_or(0.0));
+            .set(constant::CONE_SLOPE, plan.cone.unwrap_or(0.0))
+            .set(constant::CELL, u32::from(plan.masks))
+            .set(constant::BIAS, plan.bias()[0])
+            .set(constant::BIAS_RAY, plan.bias()[1]);
         Ok(Self { plan: *plan, grid, resolution: Vec::new(), look_up, constants })
     }
 
@@ -193,13 +234,18 @@ impl VoxelGrid {
     }
 }
 
+/// Of a voxel's side: a voxel and a cell are larger to each side by so much. Twin: GRID_SLACK in glsl/grid/overlap.glsl.
+const SLACK: f64 = 1e-4;
+
 /// How finely the grid knows the meshes, one for each map of all lights.
-fn resolution(world: &World, size: u32) -> Vec<Resolution> {
+fn resolution(world: &World, plan: &Plan) -> Vec<Resolution> {
     let Some([low, high]) = world.known_box().filter(|_| world.aim().has_triangles) else { return Vec::new() };
     let widest = (high - low).max_element().max(1e-3 * low.abs().max(high.abs()).max_element().max(1.0));
     // A float's rounding more than the device has.
-    let voxel = widest / f64::from(size - 2) * (1.0 + 1e-5);
-    View::aimed(&world.aim(), 1, Casting::Opaque).into_iter().map(|view| Resolution::of_grid(view, voxel)).collect()
+    let voxel = widest / f64::from(plan.size - 2) * (1.0 + 1e-5);
+    let cell = if plan.masks { voxel * (0.25 + SLACK) } else { voxel };
+    let of = |view| Resolution::of_grid(view, cell, plan.bias().map(f64::from));
+    View::aimed(&world.aim(), 1, Casting::Opaque).into_iter().map(of).collect()
 }
 
 impl Technique for VoxelGrid {
@@ -213,9 +259,18 @@ impl Technique for VoxelGrid {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        self.resolution = resolution(world, self.plan.size);
+        self.resolution = resolution(world, &self.plan);
         self.grid.record(commands, world);
         Ok(())
+    }
+
+    /// There are as many masks as occupied voxels, which the device counts.
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        let grew = self.grid.settle(frame)?;
+        if grew {
+            self.look_up.replace(set::VoxelGridLookUp::MASKS, self.grid.buffers().masks)?;
+        }
+        Ok(Settled::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {

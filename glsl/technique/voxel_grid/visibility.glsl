@@ -1,5 +1,5 @@
-// Voxel grid look-up: 1 where no voxel between `position` and light `light` is occupied, else 0. Sources: Pestana 2015 (even
-// steps); Amanatides and Woo 1987 (every voxel). Twin: reference::twin::grid::Bits.
+// Voxel grid look-up: 1 where no voxel between `position` and light `light` is occupied, or no cell of its mask, else 0. Sources: Pestana
+// 2015 (even steps); Amanatides and Woo 1987 (every voxel). Twins: reference::twin::grid::Bits, reference::twin::masks::Masks.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)
@@ -7,7 +7,8 @@
 //   binding 3  its media (grid/media.glsl), or any buffer where MEDIA is false
 //   binding 4  their bits, likewise
 //   binding 5  its cells (grid/cells.glsl), or any buffer where CONE is false
-// flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE
+//   binding 6  its masks (grid/masks.glsl), or any buffer where CELL is not 1
+// flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE CELL BIAS BIAS_RAY
 #include "world/light.glsl"
 #include "grid/grid.glsl"
 
@@ -21,9 +22,12 @@ layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityBits { uin
 layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityMedia { uint visibility_media[]; };
 layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityMediaBits { uint visibility_media_bits[]; };
 layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCells { uint visibility_cells[]; };
+layout(set = GOBO_SET, binding = 6, scalar) readonly buffer VisibilityMasks { uint visibility_masks[]; };
 
 // Voxels a side.
 CONSTANT(uint, GRID_SIZE, 256u)
+// What shadows are of: 0: voxels; 1: the cells of their masks.
+CONSTANT(uint, CELL, 0u)
 
 #include "grid/march.glsl"
 #include "grid/march_cone.glsl"
@@ -45,28 +49,50 @@ CONSTANT(bool, CONE, false)
 // How much its radius grows along it.
 CONSTANT(float, CONE_SLOPE, 0.0)
 
-// What a receiver is moved by more than its voxels reach, in voxels.
+// What a receiver is moved by at least along its normal, and then along its ray, in cells.
+CONSTANT(float, BIAS, 1.5)
+CONSTANT(float, BIAS_RAY, 0.5)
+
+// What a receiver is moved by more than its cells reach, in cells.
 const float RECEIVER_MARGIN = 1e-3;
 
-// A point of a surface leaves the voxels that the surface occupies along its normal: as far as a voxel reaches along it, so that
-// the voxel that it comes to lies beyond the surface, and each that a ray away from it enters. A cone also feels the voxels beside
+// A cell's side, world units.
+float cell_side() { return visibility_grid.voxel / float(1u << CELL_SHIFT); }
+
+// A point of a surface leaves the cells that the surface occupies along its normal: at least as far as a cell reaches along it, so that
+// the cell that it comes to lies beyond the surface, and each that a ray away from it enters. A cone also feels the voxels beside
 // its own, and begins half as far again.
 vec3 off_the_surface(vec3 position, vec3 normal) {
-    float voxels = (CONE ? 1.5 : 1.0) * (abs(normal.x) + abs(normal.y) + abs(normal.z)) + RECEIVER_MARGIN;
-    return position + normal * (voxels * visibility_grid.voxel);
+    float reach = abs(normal.x) + abs(normal.y) + abs(normal.z);
+    float cells = CONE ? 1.5 * reach : max(BIAS, reach);
+    return position + normal * ((cells + RECEIVER_MARGIN) * cell_side());
+}
+
+// What is left of a way that begins later by what a receiver is moved along its ray.
+vec3 off_along(vec3 way) { return way * max(0.0, 1.0 - BIAS_RAY * cell_side() / max(length(way), 1e-30)); }
+
+// Where a ray to a light ends. A virtual light stands on a surface, and is asked for off it as receivers are.
+vec3 light_end(Light l) {
+    return l.kind == LIGHT_VIRTUAL ? off_the_surface(l.position, l.direction) : l.position;
 }
 
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
-    vec3 receiver = off_the_surface(position, normal);
-    if (MARCH_STEPS != 0u || look_up_dither.x < 0.0) {
-        return receiver;
+    Light l = visibility_lights[light];
+    vec3 end = light_end(l), towards = l.kind == LIGHT_DIRECTIONAL ? -l.direction : end - position;
+    // What looks away from the light is closed, and dark: its own voxel says so, and what is beside it does not.
+    if (!CONE && dot(normal, towards) <= 0.0) {
+        return position;
     }
-    // Edges of voxels are spread over a voxel along the surface.
-    vec3 axis = abs(normal.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
-    vec3 across = normalize(cross(normal, axis));
-    vec2 by = (look_up_dither.yz - 0.5) * visibility_grid.voxel;
-    return receiver + by.x * across + by.y * cross(normal, across);
+    vec3 receiver = off_the_surface(position, normal);
+    if (MARCH_STEPS == 0u && look_up_dither.x >= 0.0) {
+        // Edges of cells are spread over a cell along the surface.
+        vec3 axis = abs(normal.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
+        vec3 across = normalize(cross(normal, axis));
+        vec2 by = (look_up_dither.yz - 0.5) * cell_side();
+        receiver += by.x * across + by.y * cross(normal, across);
+    }
+    return l.kind == LIGHT_DIRECTIONAL ? receiver + towards * (BIAS_RAY * cell_side()) : end - off_along(end - receiver);
 }
 
 float light_visibility(uint light, vec3 position) {
@@ -77,10 +103,11 @@ float light_visibility(uint light, vec3 position) {
         return 1.0;
     }
     float size = float(GRID_SIZE);
-    // A virtual light stands on a surface, and is asked for off it as receivers are.
-    vec3 end = l.kind == LIGHT_VIRTUAL ? off_the_surface(l.position, l.direction) : l.position;
-    vec3 way = l.kind == LIGHT_DIRECTIONAL ? -l.direction * (2.0 * size + distance(from, vec3(0.5 * size)))
-                                           : (end - position) * visibility_grid.per_unit;
+    vec3 way = -l.direction * (2.0 * size + distance(from, vec3(0.5 * size)));
+    if (l.kind != LIGHT_DIRECTIONAL) {
+        way = light_end(l) - position;
+        way = (l.kind == LIGHT_VIRTUAL ? off_along(way) : way) * visibility_grid.per_unit;
+    }
     float offset = look_up_dither.x < 0.0 ? MARCH_OFFSET : look_up_dither.x;
     float left = 1.0;
     if (CONE) {

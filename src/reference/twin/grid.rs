@@ -30,26 +30,28 @@ impl Place {
 }
 
 /// A triangle among voxels. Twin: Facet in glsl/grid/overlap.glsl.
-pub struct Facet {
+struct Facet {
     corners: [[f32; 3]; 3],
     edges: [[f32; 3]; 3],
     normal: [f32; 3],
     first: [u32; 3],
     last: [u32; 3],
+    slack: f32,
 }
 
 impl Facet {
-    /// Of corners in voxels.
-    pub fn of(corners: [[f32; 3]; 3], size: u32) -> Self {
+    /// Of corners in voxels, or in cells of which a voxel's side has so many.
+    fn of(corners: [[f32; 3]; 3], size: u32, cells: u32) -> Self {
+        let slack = SLACK * cells as f32;
         let [a, b, c] = corners;
         let between = |from: [f32; 3], to: [f32; 3]| -> [f32; 3] { from_fn(|i| to[i] - from[i]) };
         let edges = [between(a, b), between(b, c), between(c, a)];
         let [ab, bc, _] = edges;
         let normal = [ab[1] * bc[2] - ab[2] * bc[1], ab[2] * bc[0] - ab[0] * bc[2], ab[0] * bc[1] - ab[1] * bc[0]];
         let whole = |v: f32| v.floor().clamp(0.0, (size - 1) as f32) as u32;
-        let first = from_fn(|i| whole(a[i].min(b[i].min(c[i])) - SLACK));
-        let last = from_fn(|i| whole(a[i].max(b[i].max(c[i])) + SLACK));
-        Self { corners, edges, normal, first, last }
+        let first = from_fn(|i| whole(a[i].min(b[i].min(c[i])) - slack));
+        let last = from_fn(|i| whole(a[i].max(b[i].max(c[i])) + slack));
+        Self { corners, edges, normal, first, last, slack }
     }
 
     /// Whether it is one point, which casts nothing. Twin: facet_is_point.
@@ -58,14 +60,14 @@ impl Facet {
     }
 
     /// Whether it meets a voxel of its box. Source: Schwarz and Seidel 2010, section 3.
-    pub fn meets(&self, voxel: [u32; 3]) -> bool {
+    fn meets(&self, voxel: [u32; 3]) -> bool {
         let corner = voxel.map(|v| v as f32);
         let seen: [[f32; 3]; 3] = self.corners.map(|c| from_fn(|i| c[i] - corner[i]));
         let [x, y, z] = self.normal;
         let plane = x * seen[0][0] + y * seen[0][1] + z * seen[0][2];
         let most = x.max(0.0) + y.max(0.0) + z.max(0.0);
         let least = x.min(0.0) + y.min(0.0) + z.min(0.0);
-        let slack = SLACK * (x.abs() + y.abs() + z.abs());
+        let slack = self.slack * (x.abs() + y.abs() + z.abs());
         if most + slack - plane < 0.0 || plane - least + slack < 0.0 {
             return false;
         }
@@ -73,18 +75,18 @@ impl Facet {
         (0..3).all(|i| {
             [[0, 1, 2], [1, 2, 0], [2, 0, 1]].into_iter().all(|[across, up, along]| {
                 let (edge, from) = (self.edges[i], seen[i]);
-                inside_edge([from[across], from[up]], [edge[across], edge[up]], turn[along])
+                inside_edge([from[across], from[up]], [edge[across], edge[up]], turn[along], self.slack)
             })
         })
     }
 }
 
 /// Twin: inside_edge.
-fn inside_edge(from: [f32; 2], edge: [f32; 2], turn: f32) -> bool {
+fn inside_edge(from: [f32; 2], edge: [f32; 2], turn: f32, slack: f32) -> bool {
     let (x, y) = (edge[1] * turn, edge[0] * turn);
     let at = x * from[0] - y * from[1];
     let reach = (-x).max(0.0) + y.max(0.0);
-    let slack = SLACK * (x.abs() + y.abs());
+    let slack = slack * (x.abs() + y.abs());
     at + reach + slack >= 0.0
 }
 
@@ -121,9 +123,14 @@ impl Bits {
 
     /// Of triangles whose corners are in voxels. Twin: glsl/grid/voxelize.comp.
     pub fn voxelize(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> Self {
+        Self::voxelize_cells(triangles, size, 1)
+    }
+
+    /// Of triangles whose corners are in cells, of which a voxel's side has so many.
+    pub(super) fn voxelize_cells(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32, cells: u32) -> Self {
         let mut bits = Self::none(size);
         for corners in triangles {
-            let facet = Facet::of(corners, size);
+            let facet = Facet::of(corners, size, cells);
             if facet.is_point() {
                 continue;
             }

@@ -17,6 +17,7 @@ pub mod indirect;
 pub mod interleaved;
 pub mod ism;
 pub mod many_lights;
+pub mod masks;
 pub mod media;
 pub mod opaque;
 pub mod order;

@@ -28,12 +28,14 @@ pub struct Resolution {
     /// Side of a voxel, world units, where rays go through a grid in the world's axes; 0 for none. Then a surface may be felt
     /// anywhere in the voxels of a ray, and nothing else that stands here counts.
     pub voxel: f64,
+    /// How far a point of a surface is moved in such a grid at least along its normal, and then along its ray, voxels.
+    pub bias: [f64; 2],
 }
 
 impl Resolution {
-    /// Of a grid with voxels of that side.
-    pub fn of_grid(view: View, voxel: f64) -> Self {
-        Self { voxel, ..Self::exact(view) }
+    /// Of a grid with voxels of that side, or cells of them, that moves receivers so far.
+    pub fn of_grid(view: View, voxel: f64, bias: [f64; 2]) -> Self {
+        Self { voxel, bias, ..Self::exact(view) }
     }
 
     /// The resolution of a map whose paraboloid is `view`, asked at the four texels about a place: each of them is up to a texel away, and stands
@@ -55,13 +57,15 @@ impl Resolution {
             free_inside: false,
             depth: 0.0,
             voxel: 0.0,
+            bias: [0.0; 2],
         }
     }
 
-    /// Where a point of a surface with that normal is looked up, world units; and where a grid has a virtual light of that normal.
+    /// Where a point of a surface with that normal is looked up, world units, in a grid before it is moved along its ray; and where a grid has
+    /// a virtual light of that normal.
     pub fn looked_up(&self, position: DVec3, normal: DVec3) -> DVec3 {
         if self.voxel > 0.0 {
-            return position + self.voxel * (normal.abs().element_sum() + GRID_MARGIN) * normal;
+            return position + self.voxel * (normal.abs().element_sum().max(self.bias[0]) + GRID_MARGIN) * normal;
         }
         let view = self.view_about(position);
         let ([right, up], along) = (view.texel_at(position), view.ray_through(position).direction);
