@@ -25,15 +25,8 @@ use gobo::technique::{Opened, VoxelGrid, voxel_grid::Plan as Settings};
 use gobo::world::World;
 use support::{ask, assert_right_beyond_the_resolution, gpu_test, rows, scenes::Random, within::diagonal};
 
-const PLAIN: Settings = Settings {
-    size: 64,
-    steps: None,
-    offset: 0.5,
-    cone: None,
-    voxelizer: Voxelizer::Compute,
-    masks: false,
-    bias: [1.5, 0.5],
-};
+const PLAIN: Settings =
+    Settings { size: 64, steps: None, offset: 0.5, cone: None, voxelizer: Voxelizer::Compute, masks: false, bias: 2.0 };
 
 /// Scenes of meshes, under a lamp too.
 fn all() -> Vec<Scene> {
@@ -278,13 +271,14 @@ fn exact_ways_neither_leak_nor_shadow_falsely() {
         for scene in shapes::seen().into_iter().chain([lamp]) {
             let sizes = support::some([256, 64], 1);
             let cells: Vec<_> = sizes.into_iter().flat_map(|size| [("solid", size), ("mask", size)]).collect();
-            let specs: Vec<_> = cells.iter().map(|(cell, size)| format!("voxel-grid:cell={cell},size={size}")).collect();
+            let specs: Vec<_> =
+                cells.iter().map(|(cell, size)| format!("voxel-grid:cell={cell},size={size}")).collect();
             let specs: Vec<_> = specs.iter().map(String::as_str).collect();
             for (row, (cell, size)) in rows(context, &scene, &specs).into_iter().zip(cells) {
                 // A voxel along each axis, as far off a surface, and as far along the ray as the bias says.
                 let side = diagonal(&scene) / f64::from(size - 2) * if cell == "mask" { 0.25 } else { 1.0 };
                 let reach = 3f64.sqrt() * side;
-                let along = f64::from(PLAIN.bias[1]) * side;
+                let along = f64::from(PLAIN.bias) * side;
                 assert_right_beyond_the_resolution(&scene, row, 1000, [reach, 2.0 * reach + along]);
             }
         }

@@ -78,11 +78,10 @@ settings! {
         /// What shadows of meshes are of; [`Cell::Mask`] is for [`March::Exact`] alone.
         cell: Cell = Setting::word(
             "solid", "what shadows of meshes are of: voxels that they meet, or 4 × 4 × 4 bits of each, with march=exact");
-        /// How far a point of a surface is moved along its normal at least, hundredths of a voxel, or of a mask's cell.
+        /// How far from its surface a ray begins once it is off it along the normal, hundredths of a voxel, or of a mask's cell, 0 to 400;
+        /// not with [`March::Cone`].
         bias: u32 = Setting::number(
-            "150", 0, 400, "hundredths of a voxel, or of a mask's cell, that a point of a surface is moved by at least along its normal");
-        /// And then along its ray, hundredths.
-        bias_ray: u32 = Setting::number("50", 0, 400, "and then along its ray, with march=exact and march=steps");
+            "200", 0, 400, "how far along its ray a point off its surface is asked, hundredths of a voxel, or of a mask's cell");
         /// How a ray goes through it: by even steps in Pestana 2015.
         march: March = Setting::word(
             "exact", "every voxel on the way to the light; even steps, which miss what is thin; a cone through cells as wide");
@@ -139,26 +138,26 @@ pub struct Plan {
     pub voxelizer: Voxelizer,
     /// Whether voxels have masks, whose cells are met.
     pub masks: bool,
-    /// What a point of a surface is moved by along its normal at least, and then along its ray, voxels or cells; a cone says itself.
-    pub bias: [f32; 2],
+    /// What a point of a surface is moved by along its ray once it is off the surface, voxels or cells; not with a cone.
+    pub bias: f32,
 }
 
 impl Plan {
     fn of(settings: &Settings, features: &Features) -> Self {
-        let Settings { path, size, cell, bias, bias_ray, march, steps, offset, aperture } = *settings;
+        let Settings { path, size, cell, bias, march, steps, offset, aperture } = *settings;
         let voxelizer = match path {
             Some(Way::Raster) => Voxelizer::Raster { conservative: features.conservative_rasterization },
             Some(Way::Compute) | None => Voxelizer::Compute,
         };
         let cone = (march == March::Cone).then(|| (aperture as f32).to_radians().tan());
         let steps = (march == March::Steps).then_some(steps);
-        let bias = [bias, bias_ray].map(|hundredths| hundredths as f32 / 100.0);
+        let bias = bias as f32 / 100.0;
         Self { size, steps, offset: offset as f32 / 100.0, cone, voxelizer, masks: cell == Cell::Mask, bias }
     }
 
-    /// What a point of a surface is moved by along its normal at least, and then along its ray.
-    fn bias(&self) -> [f32; 2] {
-        if self.cone.is_some() { [0.0; 2] } else { self.bias }
+    /// What a point of a surface is moved by along its ray.
+    fn bias(&self) -> f32 {
+        if self.cone.is_some() { 0.0 } else { self.bias }
     }
 
     fn path(&self) -> &'static str {
@@ -214,8 +213,7 @@ impl VoxelGrid {
             .set(constant::CONE, plan.cone.is_some())
             .set(constant::CONE_SLOPE, plan.cone.unwrap_or(0.0))
             .set(constant::CELL, u32::from(plan.masks))
-            .set(constant::BIAS, plan.bias()[0])
-            .set(constant::BIAS_RAY, plan.bias()[1]);
+            .set(constant::BIAS, plan.bias());
         Ok(Self { plan: *plan, grid, resolution: Vec::new(), look_up, constants })
     }
 
@@ -244,7 +242,7 @@ fn resolution(world: &World, plan: &Plan) -> Vec<Resolution> {
     // A float's rounding more than the device has.
     let voxel = widest / f64::from(plan.size - 2) * (1.0 + 1e-5);
     let cell = if plan.masks { voxel * (0.25 + SLACK) } else { voxel };
-    let of = |view| Resolution::of_grid(view, cell, plan.bias().map(f64::from));
+    let of = |view| Resolution::of_grid(view, cell, f64::from(plan.bias()));
     View::aimed(&world.aim(), 1, Casting::Opaque).into_iter().map(of).collect()
 }
 

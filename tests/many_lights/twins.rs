@@ -165,7 +165,7 @@ fn dithered_bits_equal_their_twin() {
             cone: None,
             voxelizer: Voxelizer::Compute,
             masks: false,
-            bias: [0.0; 2],
+            bias: 0.0,
         };
         let (world, opened) = grid(context, &scene, settings);
         let GridData { origin, voxel, per_unit, size: side, .. } = opened.technique.grid().data().expect("read");

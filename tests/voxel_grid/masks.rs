@@ -109,8 +109,7 @@ fn ways_through_masks_equal_their_twin() {
                 blocked += u32::from(met);
                 if met != (answer == 0.0) {
                     let by = |i: u32, axis: u32| if i >> axis & 1 == 1 { 1e-3 } else { -1e-3 };
-                    let beside =
-                        (0..8).map(|i| masks.march_exact([0, 1, 2].map(|a| from[a] + by(i, a as u32)), way));
+                    let beside = (0..8).map(|i| masks.march_exact([0, 1, 2].map(|a| from[a] + by(i, a as u32)), way));
                     let met_beside = beside.filter(|met| *met).count();
                     assert!((1..8).contains(&met_beside), "{}: {answer} at {from:?} along {way:?}", scene.name);
                     unsure += 1;
@@ -160,7 +159,7 @@ fn a_flat_receiver_never_shadows_itself() {
             }
             scene.meshes = vec![mesh];
             let normals = vec![normal.as_vec3().to_array(); points.len()];
-            for (masks, bias) in [(false, PLAIN.bias), (true, PLAIN.bias), (true, [0.0; 2])] {
+            for (masks, bias) in [(false, PLAIN.bias), (true, PLAIN.bias), (true, 0.0)] {
                 let (_, opened) = built(context, &scene, Settings { masks, bias, ..PLAIN });
                 let answers = ask_surfaces(context, opened.technique.as_ref(), &points, &normals);
                 let dark = answers.iter().filter(|answer| **answer != 1.0).count();
@@ -219,7 +218,10 @@ fn steps_and_cones_have_no_masks() {
         for march in ["steps", "cone"] {
             let error = open(context, &world, &spec(&format!("voxel-grid:cell=mask,march={march}"))).err();
             let error = error.expect("refused");
-            assert!(matches!(&error, Error::Input { name, .. } if *name == format!("cell=mask,march={march}")), "{error}");
+            assert!(
+                matches!(&error, Error::Input { name, .. } if *name == format!("cell=mask,march={march}")),
+                "{error}"
+            );
             assert!(!error.to_string().contains('\n'), "{error}");
         }
         support::opened(open(context, &world, &spec("voxel-grid:cell=mask,size=64")), "masks");

@@ -8,7 +8,7 @@
 //   binding 4  their bits, likewise
 //   binding 5  its cells (grid/cells.glsl), or any buffer where CONE is false
 //   binding 6  its masks (grid/masks.glsl), or any buffer where CELL is not 1
-// flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE CELL BIAS BIAS_RAY
+// flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE CELL BIAS
 #include "world/light.glsl"
 #include "grid/grid.glsl"
 
@@ -49,9 +49,8 @@ CONSTANT(bool, CONE, false)
 // How much its radius grows along it.
 CONSTANT(float, CONE_SLOPE, 0.0)
 
-// What a receiver is moved by at least along its normal, and then along its ray, in cells.
-CONSTANT(float, BIAS, 1.5)
-CONSTANT(float, BIAS_RAY, 0.5)
+// What a receiver is moved by along its ray, once it is off its surface, in cells.
+CONSTANT(float, BIAS, 2.0)
 
 // What a receiver is moved by more than its cells reach, in cells.
 const float RECEIVER_MARGIN = 1e-3;
@@ -59,17 +58,16 @@ const float RECEIVER_MARGIN = 1e-3;
 // A cell's side, world units.
 float cell_side() { return visibility_grid.voxel / float(1u << CELL_SHIFT); }
 
-// A point of a surface leaves the cells that the surface occupies along its normal: at least as far as a cell reaches along it, so that
+// A point of a surface leaves the cells that the surface occupies along its normal: as far as a cell reaches along it, so that
 // the cell that it comes to lies beyond the surface, and each that a ray away from it enters. A cone also feels the voxels beside
 // its own, and begins half as far again.
 vec3 off_the_surface(vec3 position, vec3 normal) {
-    float reach = abs(normal.x) + abs(normal.y) + abs(normal.z);
-    float cells = CONE ? 1.5 * reach : max(BIAS, reach);
-    return position + normal * ((cells + RECEIVER_MARGIN) * cell_side());
+    float cells = (CONE ? 1.5 : 1.0) * (abs(normal.x) + abs(normal.y) + abs(normal.z)) + RECEIVER_MARGIN;
+    return position + normal * (cells * cell_side());
 }
 
 // What is left of a way that begins later by what a receiver is moved along its ray.
-vec3 off_along(vec3 way) { return way * max(0.0, 1.0 - BIAS_RAY * cell_side() / max(length(way), 1e-30)); }
+vec3 off_along(vec3 way) { return way * max(0.0, 1.0 - BIAS * cell_side() / max(length(way), 1e-30)); }
 
 // Where a ray to a light ends. A virtual light stands on a surface, and is asked for off it as receivers are.
 vec3 light_end(Light l) {
@@ -92,7 +90,7 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
         vec2 by = (look_up_dither.yz - 0.5) * cell_side();
         receiver += by.x * across + by.y * cross(normal, across);
     }
-    return l.kind == LIGHT_DIRECTIONAL ? receiver + towards * (BIAS_RAY * cell_side()) : end - off_along(end - receiver);
+    return l.kind == LIGHT_DIRECTIONAL ? receiver + towards * (BIAS * cell_side()) : end - off_along(end - receiver);
 }
 
 float light_visibility(uint light, vec3 position) {

@@ -90,7 +90,7 @@ impl Casters<'_> {
         let normal = normal.filter(|normal| normal.dot(to_light(position).0) > 0.0);
         let at = normal.map_or(position, |normal| resolution.looked_up(position, normal));
         let (direction, distance) = to_light(at);
-        let along = resolution.bias[1] * resolution.voxel / direction.length().max(1e-30);
+        let along = resolution.bias * resolution.voxel / direction.length().max(1e-30);
         let [later, earlier] = [normal.is_some(), end.is_some()].map(|is_on| if is_on { along } else { 0.0 });
         let at = at + direction * later.min(distance);
         let distance = (distance - later - earlier).max(0.0);

@@ -28,13 +28,13 @@ pub struct Resolution {
     /// Side of a voxel, world units, where rays go through a grid in the world's axes; 0 for none. Then a surface may be felt
     /// anywhere in the voxels of a ray, and nothing else that stands here counts.
     pub voxel: f64,
-    /// How far a point of a surface is moved in such a grid at least along its normal, and then along its ray, voxels.
-    pub bias: [f64; 2],
+    /// How far a point of a surface is moved in such a grid along its ray, once it is off the surface, voxels.
+    pub bias: f64,
 }
 
 impl Resolution {
-    /// Of a grid with voxels of that side, or cells of them, that moves receivers so far.
-    pub fn of_grid(view: View, voxel: f64, bias: [f64; 2]) -> Self {
+    /// Of a grid with voxels of that side, or cells of them, that moves receivers so far along their rays.
+    pub fn of_grid(view: View, voxel: f64, bias: f64) -> Self {
         Self { voxel, bias, ..Self::exact(view) }
     }
 
@@ -57,7 +57,7 @@ impl Resolution {
             free_inside: false,
             depth: 0.0,
             voxel: 0.0,
-            bias: [0.0; 2],
+            bias: 0.0,
         }
     }
 
@@ -65,7 +65,7 @@ impl Resolution {
     /// a virtual light of that normal.
     pub fn looked_up(&self, position: DVec3, normal: DVec3) -> DVec3 {
         if self.voxel > 0.0 {
-            return position + self.voxel * (normal.abs().element_sum().max(self.bias[0]) + GRID_MARGIN) * normal;
+            return position + self.voxel * (normal.abs().element_sum() + GRID_MARGIN) * normal;
         }
         let view = self.view_about(position);
         let ([right, up], along) = (view.texel_at(position), view.ray_through(position).direction);
