@@ -82,6 +82,10 @@ const MESHES: &[(&str, Open)] = &[
             shadow_map::Settings { size: 64, bits: shadow_map::Bits::Sixteen, filter: 3, ..Default::default() };
         Ok(Box::new(ShadowMap::new(context, world, &settings)?))
     }),
+    ("voxel-grid:size=64,cell=mask,bias=50", |context, world| {
+        let settings = voxel_grid::Settings { size: 64, cell: voxel_grid::Cell::Mask, bias: 50, ..Default::default() };
+        Ok(Box::new(VoxelGrid::new(context, world, &settings)?))
+    }),
     ("voxel-grid:size=64,march=steps,steps=50,offset=10", |context, world| {
         let march = voxel_grid::March::Steps;
         let settings = voxel_grid::Settings { size: 64, march, steps: 50, offset: 10, ..Default::default() };

@@ -8,6 +8,8 @@ mod support;
 mod cone;
 #[path = "voxel_grid/listed.rs"]
 mod listed;
+#[path = "voxel_grid/masks.rs"]
+mod masks;
 #[path = "voxel_grid/media.rs"]
 mod media;
 #[path = "voxel_grid/raster.rs"]
@@ -25,7 +27,8 @@ use gobo::technique::{Opened, VoxelGrid, voxel_grid::Plan as Settings};
 use gobo::world::World;
 use support::{ask, assert_right_beyond_the_resolution, gpu_test, rows, scenes::Random, within::diagonal};
 
-const PLAIN: Settings = Settings { size: 64, steps: None, offset: 0.5, cone: None, voxelizer: Voxelizer::Compute };
+const PLAIN: Settings =
+    Settings { size: 64, steps: None, offset: 0.5, cone: None, voxelizer: Voxelizer::Compute, masks: false, bias: 2.0 };
 
 /// Scenes of meshes, under a lamp too.
 fn all() -> Vec<Scene> {
@@ -260,7 +263,7 @@ fn what_has_no_voxel_is_lit() {
     });
 }
 
-/// Outside the boundary of one voxel no leak and no false shadow, in space and on surfaces.
+/// Outside the boundary of one voxel, or one cell, no leak and no false shadow, in space and on surfaces.
 #[test]
 fn exact_ways_neither_leak_nor_shadow_falsely() {
     gpu_test("exact_ways_neither_leak_nor_shadow_falsely", |context| {
@@ -269,12 +272,16 @@ fn exact_ways_neither_leak_nor_shadow_falsely() {
         lamp.lights = vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }];
         for scene in shapes::seen().into_iter().chain([lamp]) {
             let sizes = support::some([256, 64], 1);
-            let specs: Vec<_> = sizes.iter().map(|size| format!("voxel-grid:size={size}")).collect();
+            let cells: Vec<_> = sizes.into_iter().flat_map(|size| [("solid", size), ("mask", size)]).collect();
+            let specs: Vec<_> =
+                cells.iter().map(|(cell, size)| format!("voxel-grid:cell={cell},size={size}")).collect();
             let specs: Vec<_> = specs.iter().map(String::as_str).collect();
-            for (row, size) in rows(context, &scene, &specs).into_iter().zip(sizes) {
-                // A voxel along each axis, and as far off a surface.
-                let reach = 3f64.sqrt() * diagonal(&scene) / f64::from(size - 2);
-                assert_right_beyond_the_resolution(&scene, row, 1000, [reach, 2.0 * reach]);
+            for (row, (cell, size)) in rows(context, &scene, &specs).into_iter().zip(cells) {
+                // A voxel along each axis, as far off a surface, and as far along the ray as the bias says.
+                let side = diagonal(&scene) / f64::from(size - 2) * if cell == "mask" { 0.25 } else { 1.0 };
+                let reach = 3f64.sqrt() * side;
+                let along = f64::from(PLAIN.bias) * side;
+                assert_right_beyond_the_resolution(&scene, row, 1000, [reach, 2.0 * reach + along]);
             }
         }
     });

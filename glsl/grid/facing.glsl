@@ -5,12 +5,13 @@
 #include "grid/build.glsl"
 #include "grid/overlap.glsl"
 
+// In voxels, or in cells of which a voxel's side has so many.
 Facet facet_at(uint i) {
     Triangle triangle = triangles[i];
     precise vec3 a = (triangle.corners[0] - grid.origin) * grid.per_unit;
     precise vec3 b = (triangle.corners[1] - grid.origin) * grid.per_unit;
     precise vec3 c = (triangle.corners[2] - grid.origin) * grid.per_unit;
-    return facet_of(a, b, c, grid.size);
+    return facet_of(FACET_CELLS * a, FACET_CELLS * b, FACET_CELLS * c, FACET_CELLS * grid.size);
 }
 
 uint facet_axis(Facet facet) {

@@ -1,11 +1,16 @@
-// What a way through a grid meets: whether a voxel on it is occupied (march_exact, march_steps), and how much light smoke and hair
-// take of it (media_exact, media_steps). Needs visibility_bits, visibility_media, visibility_media_bits and the constant GRID_SIZE.
+// What a way through a grid meets: whether a voxel on it is occupied, or a cell of its mask (march_exact), or a voxel at even steps
+// (march_steps); and how much light smoke and hair take of it (media_exact, media_steps). Needs visibility_bits, visibility_media,
+// visibility_media_bits, visibility_masks and the constants GRID_SIZE and CELL.
 // Source: after Amanatides and Woo 1987; skipping what is empty on the levels above is ours. Twins: reference::twin::grid::Bits and
-// reference::twin::media::Media, march_exact and march_steps.
+// reference::twin::media::Media, march_exact and march_steps; of masks reference::twin::masks::Masks.
 #ifndef GRID_MARCH_GLSL
 #define GRID_MARCH_GLSL
 #include "grid/grid.glsl"
+#include "grid/masks.glsl"
 #include "grid/media.glsl"
+
+// What is met: a voxel has so many cells a side, two to the power of this.
+const uint CELL_SHIFT = CELL == CELL_MASK ? MASK_SHIFT : 0u;
 
 // An optical depth behind which nothing is left.
 const float MEDIA_DARK = 80.0;
@@ -25,10 +30,27 @@ bool grid_has(uvec2 bits, uvec3 voxel) {
     return ((bit < 32u ? bits.x : bits.y) >> (bit & 31u) & 1u) == 1u;
 }
 
+// The cells of an occupied voxel; `brick` has its bits.
+uvec2 grid_mask(uvec3 voxel, uvec2 brick) {
+    uint word = grid_word(GRID_SIZE, 0u, voxel);
+    uint at = mask_word(GRID_SIZE, visibility_masks[word], brick, grid_bit(0u, voxel));
+    return uvec2(visibility_masks[at], visibility_masks[at + 1u]);
+}
+
 // The bit of a voxel, of whose word nothing else is asked.
 bool grid_has_voxel(uvec3 voxel) {
     uint bit = grid_bit(0u, voxel);
     return (visibility_bits[2u * grid_word(GRID_SIZE, 0u, voxel) + (bit >> 5)] >> (bit & 31u) & 1u) == 1u;
+}
+
+// Whether the cells of a mask are empty in the box that has these two in its corners.
+bool mask_box_is_empty(uvec2 mask, uvec3 one, uvec3 other) {
+    uvec3 low = min(one, other), high = max(one, other);
+    uint row = (2u << high.x) - (1u << low.x);
+    uint layer = (row * 0x1111u) & ((16u << (4u * high.y)) - (1u << (4u * low.y)));
+    uint layers = (2u << high.z) - (1u << low.z);
+    uint first = layer * ((layers & 1u) | (layers & 2u) << 15), second = layer * ((layers >> 2 & 1u) | (layers & 8u) << 13);
+    return ((mask.x & first) | (mask.y & second)) == 0u;
 }
 
 // Whether the 2 × 2 × 2 voxels of a brick are empty that a voxel is one of.
@@ -37,11 +59,11 @@ bool grid_octant_is_empty(uvec2 bits, uvec3 voxel) {
     return ((corner.z == 0u ? bits.x : bits.y) & (0x00330033u << (corner.x + 4u * corner.y))) == 0u;
 }
 
-// Where a way from `from` along `way` (voxels) enters the grid and leaves it, in lengths of `way`, at most from 0 to 1; the first
-// number is the greater one where it passes by.
-vec2 grid_clip(vec3 from, vec3 way) {
+// Where a way from `from` along `way` enters a grid of so many voxels a side and leaves it, in lengths of `way`, at most from 0 to 1;
+// the first number is the greater one where it passes by.
+vec2 grid_clip(vec3 from, vec3 way, uint size) {
     vec3 inverse = 1.0 / mix(way, vec3(1e-20), equal(way, vec3(0.0)));
-    vec3 low = -from * inverse, high = (vec3(GRID_SIZE) - from) * inverse;
+    vec3 low = -from * inverse, high = (vec3(size) - from) * inverse;
     vec3 near = min(low, high), far = max(low, high);
     return vec2(max(0.0, max(near.x, max(near.y, near.z))), min(1.0, min(far.x, min(far.y, far.z))));
 }
@@ -64,19 +86,21 @@ struct March {
     vec3 from;
     vec3 way;
     vec3 inverse;  // of `way`
+    uint size;     // voxels a side, or cells
     uvec3 mirror;  // what a voxel's place is turned back by
     vec2 range;    // within the grid, lengths of `way`
 };
 
 // False: the way passes by.
-bool march_begin(vec3 from, vec3 way, out March march, out ivec3 voxel) {
-    march.range = grid_clip(from, way);
+bool march_begin(vec3 from, vec3 way, uint size, out March march, out ivec3 voxel) {
+    march.range = grid_clip(from, way, size);
     bvec3 turned = lessThan(way, vec3(0.0));
-    march.mirror = uvec3(mix(ivec3(0), ivec3(GRID_SIZE - 1u), turned));
-    march.from = mix(from, vec3(GRID_SIZE) - from, turned);
+    march.size = size;
+    march.mirror = uvec3(mix(ivec3(0), ivec3(size - 1u), turned));
+    march.from = mix(from, vec3(size) - from, turned);
     march.way = abs(way);
     march.inverse = 1.0 / max(march.way, vec3(1e-20));
-    voxel = clamp(ivec3(march.from + march.way * march.range.x), ivec3(0), ivec3(GRID_SIZE - 1u));
+    voxel = clamp(ivec3(march.from + march.way * march.range.x), ivec3(0), ivec3(size - 1u));
     return !(march.range.x > march.range.y);
 }
 
@@ -86,53 +110,76 @@ vec3 march_planes(March march, ivec3 voxel, uint shift) {
     return (vec3(high) - march.from) * march.inverse;
 }
 
+// The last voxel, of the 2^shift a side about `voxel`, that it is in.
+uvec3 march_last(March march, ivec3 voxel, uint shift) {
+    vec3 planes = march_planes(march, voxel, shift);
+    float leaves = min(march.range.y, min(planes.x, min(planes.y, planes.z)));
+    ivec3 low = (voxel >> int(shift)) << int(shift);
+    return uvec3(clamp(ivec3(march.from + march.way * leaves), low, low + (1 << int(shift)) - 1));
+}
+
 // The voxel that it enters there, at the nearest of them; false: that is out of the grid.
 bool march_on(March march, vec3 planes, float nearest, uint shift, inout ivec3 voxel) {
     ivec3 low = (voxel >> int(shift)) << int(shift), high = low + (1 << int(shift));
     ivec3 next = clamp(ivec3(march.from + march.way * nearest), low, high - 1);
     voxel = mix(next, high, lessThanEqual(planes, vec3(nearest)));
-    return !any(greaterThan(voxel, ivec3(GRID_SIZE - 1u)));
+    return !any(greaterThan(voxel, ivec3(march.size - 1u)));
 }
 
 // Every voxel on the way, and no other: from each the way goes on into the one that it enters next, or out of all that is empty
-// about it at once.
+// about it at once. Where voxels have masks their cells are what is met, and a voxel is one level more of what may be empty.
 bool march_exact(vec3 from, vec3 way) {
+    const float cells = float(1u << CELL_SHIFT);
     March march;
-    ivec3 voxel;
-    if (!march_begin(from, way, march, voxel)) {
+    ivec3 cell;
+    if (!march_begin(cells * from, cells * way, GRID_SIZE << CELL_SHIFT, march, cell)) {
         return false;
     }
-    // The words that the way is in: bricks of a block, voxels of a brick.
-    uvec3 block = uvec3(~0u), brick = uvec3(~0u);
-    uvec2 bricks = uvec2(0u), voxels = uvec2(0u);
-    // No way meets more: each turn ends at another plane between voxels.
-    for (uint turn = 0u; turn < 3u * GRID_SIZE + 3u; ++turn) {
+    // The words that the way is in: bricks of a block, voxels of a brick, cells of a voxel.
+    uvec3 block = uvec3(~0u), brick = uvec3(~0u), masked = uvec3(~0u);
+    uvec2 bricks = uvec2(0u), voxels = uvec2(0u), mask = uvec2(0u);
+    // No way meets more: each turn ends at another plane between cells.
+    for (uint turn = 0u; turn < 3u * march.size + 3u; ++turn) {
 #ifdef LOOK_UP_STEPS
         ++look_up_steps;
 #endif
-        uvec3 at = uvec3(voxel) ^ march.mirror;
-        if (at >> 4u != block) {
-            block = at >> 4u;
+        uvec3 at = uvec3(cell) ^ march.mirror, voxel = at >> CELL_SHIFT;
+        if (voxel >> 4u != block) {
+            block = voxel >> 4u;
             bricks = grid_bits(1u, block);
         }
         uint shift = 0u;
         if (grid_is_empty(bricks)) {
-            shift = grid_is_empty(grid_bits(2u, at >> 6u)) ? 6u : 4u;
-        } else if (!grid_has(bricks, at >> 2u)) {
-            shift = 2u;
+            shift = CELL_SHIFT + (grid_is_empty(grid_bits(2u, voxel >> 6u)) ? 6u : 4u);
+        } else if (!grid_has(bricks, voxel >> 2u)) {
+            shift = CELL_SHIFT + 2u;
         } else {
-            if (at >> 2u != brick) {
-                brick = at >> 2u;
+            if (voxel >> 2u != brick) {
+                brick = voxel >> 2u;
                 voxels = grid_bits(0u, brick);
             }
-            if (grid_has(voxels, at)) {
+            if (!grid_has(voxels, voxel)) {
+                shift = CELL_SHIFT + (grid_octant_is_empty(voxels, voxel) ? 1u : 0u);
+            } else if (CELL_SHIFT == 0u) {
                 return true;
+            } else {
+                if (voxel != masked) {
+                    masked = voxel;
+                    mask = grid_mask(voxel, voxels);
+                }
+                if (grid_has(mask, at)) {
+                    return true;
+                }
+                if (mask_box_is_empty(mask, at & 3u, (march_last(march, cell, CELL_SHIFT) ^ march.mirror) & 3u)) {
+                    shift = CELL_SHIFT;
+                } else {
+                    shift = grid_octant_is_empty(mask, at) ? 1u : 0u;
+                }
             }
-            shift = grid_octant_is_empty(voxels, at) ? 1u : 0u;
         }
-        vec3 planes = march_planes(march, voxel, shift);
+        vec3 planes = march_planes(march, cell, shift);
         float nearest = min(planes.x, min(planes.y, planes.z));
-        if (nearest >= march.range.y || !march_on(march, planes, nearest, shift, voxel)) {
+        if (nearest >= march.range.y || !march_on(march, planes, nearest, shift, cell)) {
             return false;
         }
     }
@@ -141,7 +188,7 @@ bool march_exact(vec3 from, vec3 way) {
 
 // Even steps: what lies between two of them is not seen.
 bool march_steps(vec3 from, vec3 way, uint steps, float offset) {
-    vec2 range = grid_clip(from, way);
+    vec2 range = grid_clip(from, way, GRID_SIZE);
     for (uint i = 0u; i < steps && range.x <= range.y; ++i) {
 #ifdef LOOK_UP_STEPS
         ++look_up_steps;
@@ -159,7 +206,7 @@ bool march_steps(vec3 from, vec3 way, uint steps, float offset) {
 float media_exact(vec3 from, vec3 way) {
     March march;
     ivec3 voxel;
-    if (!march_begin(from, way, march, voxel)) {
+    if (!march_begin(from, way, GRID_SIZE, march, voxel)) {
         return 0.0;
     }
     uvec3 block = uvec3(~0u), brick = uvec3(~0u);
@@ -203,7 +250,7 @@ float media_exact(vec3 from, vec3 way) {
 
 // Even steps: each stands for as much of the way.
 float media_steps(vec3 from, vec3 way, uint steps, float offset) {
-    vec2 range = grid_clip(from, way);
+    vec2 range = grid_clip(from, way, GRID_SIZE);
     float each = (range.y - range.x) * length(way) / float(steps), sum = 0.0;
     for (uint i = 0u; i < steps && range.x <= range.y; ++i) {
 #ifdef LOOK_UP_STEPS

@@ -52,7 +52,7 @@ float cone_cover(uint level, float side, vec3 place) {
 
 // `slope`: how much the cone's radius grows along it. Cells are as wide as the cone, or half as wide; steps are half a cell.
 float march_cone(vec3 from, vec3 way, float slope) {
-    vec2 range = grid_clip(from, way);
+    vec2 range = grid_clip(from, way, GRID_SIZE);
     float voxels = length(way), light = 1.0, side = 1.0;
     if (range.x > range.y || voxels == 0.0) {
         return 1.0;

@@ -71,7 +71,7 @@ bool shear_meets(Shear shear, Triangle triangle, float end) {
 bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end) {
     March march;
     ivec3 voxel;
-    if (!march_begin(from, way, march, voxel)) {
+    if (!march_begin(from, way, GRID_SIZE, march, voxel)) {
         return false;
     }
     Shear shear = shear_of(origin, direction);

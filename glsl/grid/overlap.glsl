@@ -3,9 +3,14 @@
 #ifndef GRID_OVERLAP_GLSL
 #define GRID_OVERLAP_GLSL
 
-// Voxels are so much larger to each side, in voxels: what rounding could lose.
+// Cells of a voxel's side that triangles are seen in, a power of two.
+#ifndef FACET_CELLS
+#define FACET_CELLS 1
+#endif
+
+// Voxels and cells are by as much of a voxel larger to each side: what rounding could lose.
 #ifndef GRID_SLACK
-#define GRID_SLACK 1e-4
+#define GRID_SLACK (1e-4 * float(FACET_CELLS))
 #endif
 
 struct Facet {

@@ -3,7 +3,11 @@
 // its middle in what is drawn, or with CONSERVATIVE is touched by it. Sources: Schwarz and Seidel 2010, section 3 (the axis);
 // Hasselgren, Akenine-Möller and Ohlsson 2005 (the wider triangle); the box of slivers is ours. Inputs: triangles, grid.
 // Outputs: position, the triangle. Invariant: what is drawn decides nothing but which columns glsl/grid/voxelize.frag tries.
+// variants: MASK 0 1
 #define GRID_ACCESS readonly
+#if MASK == 1
+#define FACET_CELLS 4
+#endif
 #include "grid/facing.glsl"
 
 CONSTANT(bool, CONSERVATIVE, false)
@@ -60,5 +64,5 @@ void main() {
         vec2 place = low + 2.0 * (high - low) * vec2(corner == 1u, corner == 2u);
         at = corners[widest] + place.x * along + place.y * over;
     }
-    gl_Position = facet_is_point(facet) ? vec4(2.0, 2.0, 0.5, 1.0) : vec4(2.0 * at / float(grid.size) - 1.0, 0.5, 1.0);
+    gl_Position = facet_is_point(facet) ? vec4(2.0, 2.0, 0.5, 1.0) : vec4(2.0 * at / float(FACET_CELLS * grid.size) - 1.0, 0.5, 1.0);
 }

@@ -3,16 +3,20 @@
 
 mod cells;
 mod lists;
+mod masks;
 mod media;
+mod voxelize;
 
 pub use self::lists::ListTotals;
+pub use self::voxelize::Voxelizer;
 
 use self::cells::Cells;
 use self::lists::Lists;
+use self::masks::Masks;
 use self::media::Media;
+use self::voxelize::Voxelize;
 use crate::Result;
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Draw, Graphics, Kernel, Memory, groups, push_struct};
-use crate::shaders::constant::CONSERVATIVE;
+use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
 use crate::shaders::grid as shaders;
 use crate::shaders::set;
 use crate::world::{Made, Parts, World};
@@ -71,48 +75,6 @@ push_struct! {
     }
 }
 
-/// How the voxels are found that a triangle meets. All but [`Voxelizer::Listed`] find the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Voxelizer {
-    /// Compute passes go through triangles' boxes.
-    Compute,
-    /// They do, and list the triangles of each voxel; such a grid's voxels are a little larger.
-    Listed,
-    /// Triangles are drawn along the axis that they face most, and fragments go through columns.
-    Raster {
-        /// By [`crate::gpu::Features::conservative_rasterization`], or as wider triangles.
-        conservative: bool,
-    },
-}
-
-/// Its passes.
-enum Voxelize {
-    Compute([Kernel<GridPush>; 3]),
-    Listed(Box<Lists>),
-    Raster(Kernel<GridPush>),
-}
-
-impl Voxelize {
-    fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, set: &Bindings) -> Result<Self> {
-        let kernel = |shader| Kernel::compute(context, shader, &[set], &Constants::new());
-        Ok(match voxelizer {
-            Voxelizer::Compute => Self::Compute([
-                kernel(&shaders::VOXELIZE_STEP_0)?,
-                kernel(&shaders::VOXELIZE_STEP_1)?,
-                kernel(&shaders::VOXELIZE_STEP_2)?,
-            ]),
-            Voxelizer::Listed => Self::Listed(Box::new(Lists::new(context, world, size, set)?)),
-            Voxelizer::Raster { conservative } => {
-                let (vertex, fragment) = (&shaders::VOXELIZE_VERT, &shaders::VOXELIZE_FRAG);
-                let state = Graphics { vertex, fragment, colors: &[], depth: None };
-                let constants = Constants::new().set(CONSERVATIVE, conservative);
-                let make = if conservative { Kernel::touching } else { Kernel::graphics };
-                Self::Raster(make(context, &state, &[set], &constants)?)
-            }
-        })
-    }
-}
-
 /// A grid of voxels, and the passes that fill it. Sources: Schwarz and Seidel 2010 (which voxels a triangle meets); levels and
 /// clearing are ours.
 pub struct Grid {
@@ -124,6 +86,8 @@ pub struct Grid {
     media: Option<Media>,
     /// For cones.
     cells: Option<Cells>,
+    /// Where shadows are finer than voxels.
+    masks: Option<Masks>,
     bounds: Kernel<GridPush>,
     fit: Kernel<GridPush>,
     clear: Kernel<GridPush>,
@@ -134,11 +98,22 @@ pub struct Grid {
     deposited: Made,
 }
 
+/// What a grid of meshes holds besides a bit a voxel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Finer {
+    /// Nothing.
+    Nothing,
+    /// How many voxels are occupied in cells of more of them, for cones.
+    Counts,
+    /// Which of its 4 × 4 × 4 cells each occupied voxel has.
+    Masks,
+}
+
 /// What a grid is to hold, and where.
 struct Plan {
     size: u32,
     voxelizer: Voxelizer,
-    cones: bool,
+    finer: Finer,
     media: bool,
     stands: Option<GridData>,
 }
@@ -156,17 +131,19 @@ pub struct GridBuffers<'a> {
     pub media_bits: &'a Buffer,
     /// What cones ask, or the lists of a grid that has them.
     pub cells: &'a Buffer,
+    /// The masks of occupied voxels.
+    pub masks: &'a Buffer,
 }
 
 impl Grid {
-    /// A grid of `size` voxels a side, a power of two from 64 to 512, about all that casts in `world`; for `cones` too.
+    /// A grid of `size` voxels a side, a power of two from 64 to 512, about all that casts in `world`.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device binds no buffer of a number a voxel and there is smoke or hair,
     /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, cones: bool) -> Result<Self> {
+    pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, finer: Finer) -> Result<Self> {
         let media = world.caster_capacity() > 0;
-        Self::planned(context, world, &Plan { size, voxelizer, cones, media, stands: None })
+        Self::planned(context, world, &Plan { size, voxelizer, finer, media, stands: None })
     }
 
     /// One of the meshes alone that stands where `place` says; all of them have to be a voxel inside of it.
@@ -175,11 +152,12 @@ impl Grid {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn standing(context: &Context, world: &World, place: GridData) -> Result<Self> {
         let (size, voxelizer) = (place.size, Voxelizer::Compute);
-        Self::planned(context, world, &Plan { size, voxelizer, cones: false, media: false, stands: Some(place) })
+        let plan = Plan { size, voxelizer, finer: Finer::Nothing, media: false, stands: Some(place) };
+        Self::planned(context, world, &plan)
     }
 
     fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
-        let Plan { size, voxelizer, cones, media, stands } = *plan;
+        let Plan { size, voxelizer, finer, media, stands } = *plan;
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
         // Passes that clear follow what is not 0.
         let bits = Buffer::zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
@@ -197,11 +175,15 @@ impl Grid {
             bits,
             large,
             media: if media { Some(Media::new(context, world, size, &set)?) } else { None },
-            cells: if cones { Some(Cells::new(context, size, &set)?) } else { None },
+            cells: if finer == Finer::Counts { Some(Cells::new(context, size, &set)?) } else { None },
+            masks: if finer == Finer::Masks { Some(Masks::new(context, size, voxelizer, &set)?) } else { None },
             bounds: Kernel::compute(context, &shaders::BOUNDS, &[&set, &casters], &constants)?,
             fit: kernel(&shaders::FIT)?,
             clear: kernel(&shaders::CLEAR)?,
-            voxelize: Voxelize::new(context, world, size, voxelizer, &set)?,
+            voxelize: match voxelizer {
+                Voxelizer::Listed => Voxelize::Listed(Box::new(Lists::new(context, world, size, &set)?)),
+                voxelizer => Voxelize::new(context, voxelizer, &[&set])?,
+            },
             stands,
             voxelized: Made::of(Parts::MESHES.and(place)),
             deposited: Made::of(Parts::CASTERS.and(place)),
@@ -214,7 +196,8 @@ impl Grid {
         let (media, media_bits) = self.media.as_ref().map_or((bits, bits), |media| (&media.voxels, &media.bits));
         let cells = self.cells.as_ref().map(|cells| &cells.counts);
         let cells = cells.or(self.lists().map(|lists| &lists.words)).unwrap_or(bits);
-        GridBuffers { data: &self.data, bits, media, media_bits, cells }
+        let masks = self.masks.as_ref().map_or(bits, |masks| &masks.words);
+        GridBuffers { data: &self.data, bits, media, media_bits, cells, masks }
     }
 
     fn lists(&self) -> Option<&Lists> {
@@ -231,13 +214,15 @@ impl Grid {
         let media = self.media.as_ref().map_or(0, |media| media.voxels.bytes() + media.bits.bytes());
         let cells = self.cells.as_ref().map_or(0, |cells| cells.counts.bytes());
         let lists = self.lists().map_or(0, |lists| lists.words.bytes());
-        self.data.bytes() + self.bits.bytes() + media + cells + lists
+        let masks = self.masks.as_ref().map_or(0, |masks| masks.words.bytes());
+        self.data.bytes() + self.bits.bytes() + media + cells + lists + masks
     }
 
     /// Of all that only a build needs.
     pub fn transient_bytes(&self) -> u64 {
         let lists = self.lists().map_or(0, Lists::transient_bytes);
-        self.large.bytes() + self.media.as_ref().map_or(0, |media| media.large.bytes()) + lists
+        let masks = self.masks.as_ref().map_or(0, Masks::transient_bytes);
+        self.large.bytes() + self.media.as_ref().map_or(0, |media| media.large.bytes()) + lists + masks
     }
 
     /// Where it stands, after a build.
@@ -287,14 +272,25 @@ impl Grid {
         self.lists().map(|lists| lists.last)
     }
 
-    /// Looks at what there was in frame `frame`, which is over: whether lists have room now that did not fit, and the grid has to be
-    /// recorded again.
+    /// How many occupied voxels stand before each brick, then the masks of occupied voxels, two words each, after a build; nothing
+    /// without masks.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// As [`Grid::data`].
+    pub fn masks(&self) -> Result<Vec<u32>> {
+        self.masks.as_ref().map_or(Ok(Vec::new()), Masks::read)
+    }
+
+    /// Looks at what there was in frame `frame`, which is over: whether there is more room for lists or masks now, in another buffer, and
+    /// all has to be recorded again.
+    ///
+    /// # Errors
+    /// [`crate::Error::Refused`] where the device binds no buffer of so many masks, [`crate::Error::Gpu`] where memory runs out.
     pub fn settle(&mut self, frame: u64) -> Result<bool> {
-        let Voxelize::Listed(lists) = &mut self.voxelize else { return Ok(false) };
-        let grew = lists.settle(frame)?;
+        let mut grew = self.masks.as_mut().map_or(Ok(false), |masks| masks.settle(frame))?;
+        if let Voxelize::Listed(lists) = &mut self.voxelize {
+            grew |= lists.settle(frame)?;
+        }
         if grew {
             self.voxelized.forget();
         }
@@ -309,9 +305,12 @@ impl Grid {
             if self.stands.is_none() {
                 self.place(commands, world);
             }
-            self.voxelize(commands, world);
+            self.voxelize.record(commands, "grid.voxelize", world, self.size);
             if let Some(cells) = &self.cells {
                 cells.record(commands);
+            }
+            if let Some(masks) = &self.masks {
+                masks.record(commands, world, &self.large);
             }
         }
         if let Some(media) = &self.media
@@ -353,26 +352,5 @@ impl Grid {
         let push = GridPush { triangle_count, caster_count, threads, level: 0 };
         commands.pass("grid.bounds", |pass| pass.dispatch(&self.bounds, &push, [bounds_groups, 1, 1]));
         commands.pass("grid.fit", |pass| pass.dispatch(&self.fit, &push, [1, 1, 1]));
-    }
-
-    fn voxelize(&self, commands: &mut Commands, world: &World) {
-        let triangle_count = world.triangle_count();
-        let push = GridPush { triangle_count, ..GridPush::zeroed() };
-        let compute = match &self.voxelize {
-            Voxelize::Compute(kernels) => kernels,
-            Voxelize::Listed(lists) => return lists.record(commands, world),
-            Voxelize::Raster(kernel) => {
-                return commands.pass("grid.voxelize", |pass| {
-                    let draw = |draw: &mut Draw| draw.draw(kernel, &push, 3 * triangle_count, 1);
-                    pass.render([self.size; 2], &[], None, draw);
-                });
-            }
-        };
-        let [x, y] = groups(u64::from(triangle_count.div_ceil(THREADS)));
-        commands.pass("grid.voxelize", |pass| pass.dispatch(&compute[0], &push, [x, y, 1]));
-        commands.pass("grid.voxelize", |pass| {
-            pass.dispatch(&compute[1], &push, [LARGE_GROUPS, 1, 1]);
-            pass.dispatch(&compute[2], &push, [LARGE_GROUPS, 1, 1]);
-        });
     }
 }

@@ -21,11 +21,11 @@
 //! # Ok(()) });
 //! ```
 
-use super::keys::words;
+use super::keys::{word_of, words};
 use super::settings::{Keyed, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement};
-use crate::grid::{Grid, GridBuffers, Voxelizer};
+use crate::grid::{Finer, Grid, GridBuffers, Voxelizer};
 use crate::maps::Map;
 use crate::scene::{Casting, Resolution, View};
 use crate::shaders::set;
@@ -45,11 +45,13 @@ words! {
 }
 
 words! {
-    /// What a ray meets in a voxel.
+    /// What shadows of meshes are of.
     pub enum Cell {
-        /// The voxel.
+        /// The voxels that they meet.
         Solid = "solid",
-        /// The triangles that are listed there.
+        /// 4 × 4 × 4 cells of each of these.
+        Mask = "mask",
+        /// The triangles that are listed in them.
         Triangles = "triangles",
     }
 }
@@ -76,8 +78,13 @@ settings! {
         /// Voxels a side of the grid: 64, 128, 256 or 512.
         size: u32 = Setting::one_of(
             "256", &["64", "128", "256", "512"], "voxels a side of the grid about all that casts");
-        /// What a ray meets in a voxel: all of it in Pestana 2015.
-        cell: Cell = Setting::word("solid", "what meshes are in a voxel: all of it, or the triangles that meet it, exactly");
+        /// What shadows of meshes are of: all of a voxel in Pestana 2015. [`Cell::Mask`] and [`Cell::Triangles`] are for [`March::Exact`] alone.
+        cell: Cell = Setting::word(
+            "solid", "what shadows of meshes are of: voxels that they meet; 4 × 4 × 4 bits of each; or their triangles, exactly");
+        /// How far from its surface a ray begins once it is off it along the normal, hundredths of a voxel, or of a mask's cell, 0 to 400;
+        /// not with [`March::Cone`], nor with [`Cell::Triangles`].
+        bias: u32 = Setting::number(
+            "200", 0, 400, "how far along its ray a point off its surface is asked, hundredths of a voxel, or of a mask's cell");
         /// How a ray goes through it: by even steps in Pestana 2015.
         march: March = Setting::word(
             "exact", "every voxel on the way to the light; even steps, which miss what is thin; a cone through cells as wide");
@@ -132,20 +139,24 @@ pub struct Plan {
     pub cone: Option<f32>,
     /// How the meshes become voxels.
     pub voxelizer: Voxelizer,
+    /// Whether voxels have masks, whose cells are met.
+    pub masks: bool,
+    /// What a point of a surface is moved by along its ray once it is off the surface, voxels or cells; not with a cone.
+    pub bias: f32,
 }
 
 impl Plan {
-    /// # Errors
-    /// [`Error::Refused`] where triangles are not to be asked by rays, or not to be listed.
     fn of(settings: &Settings, features: &Features) -> Result<Self> {
-        let Settings { path, size, cell, march, steps, offset, aperture } = *settings;
-        let refused = |needs: &str| Err(Error::Refused { needs: needs.into() });
+        let Settings { path, size, cell, bias, march, steps, offset, aperture } = *settings;
+        if cell != Cell::Solid && march != March::Exact {
+            let name = format!("cell={},march={}", word_of(cell), word_of(march));
+            let cause = "steps and cones ask for whole voxels, not for what is in them";
+            return Err(Error::input(name, cause, "use march=exact, or cell=solid"));
+        }
         let voxelizer = match path {
-            _ if cell == Cell::Triangles && march != March::Exact => {
-                return refused("march=exact for cell=triangles: steps and cones meet no triangles");
-            }
             Some(Way::Raster) if cell == Cell::Triangles => {
-                return refused("path=compute for cell=triangles: draws list no triangles");
+                let needs = "path=compute for cell=triangles: draws list no triangles".into();
+                return Err(Error::Refused { needs });
             }
             _ if cell == Cell::Triangles => Voxelizer::Listed,
             Some(Way::Raster) => Voxelizer::Raster { conservative: features.conservative_rasterization },
@@ -153,7 +164,28 @@ impl Plan {
         };
         let cone = (march == March::Cone).then(|| (aperture as f32).to_radians().tan());
         let steps = (march == March::Steps).then_some(steps);
-        Ok(Self { size, steps, offset: offset as f32 / 100.0, cone, voxelizer })
+        Ok(Self {
+            size,
+            steps,
+            offset: offset as f32 / 100.0,
+            cone,
+            voxelizer,
+            masks: cell == Cell::Mask,
+            bias: bias as f32 / 100.0,
+        })
+    }
+
+    /// What a point of a surface is moved by along its ray.
+    fn bias(&self) -> f32 {
+        if self.cone.is_some() || self.voxelizer == Voxelizer::Listed { 0.0 } else { self.bias }
+    }
+
+    /// Twin: CELL in glsl/technique/voxel_grid/visibility.glsl.
+    fn cell(&self) -> u32 {
+        match (self.voxelizer, self.masks) {
+            (Voxelizer::Listed, _) => 2,
+            (_, masks) => u32::from(masks),
+        }
     }
 
     fn path(&self) -> &'static str {
@@ -187,8 +219,13 @@ impl VoxelGrid {
     /// [`Error::Refused`] where the device lacks what the path needs, [`Error::Gpu`] where memory runs out.
     pub fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
         ENTRY.require(context, plan.path())?;
-        let grid = Grid::new(context, world, plan.size, plan.voxelizer, plan.cone.is_some())?;
-        let GridBuffers { data, bits, media, media_bits, cells } = grid.buffers();
+        let finer = match (plan.masks, plan.cone) {
+            (true, _) => Finer::Masks,
+            (false, Some(_)) => Finer::Counts,
+            (false, None) => Finer::Nothing,
+        };
+        let grid = Grid::new(context, world, plan.size, plan.voxelizer, finer)?;
+        let GridBuffers { data, bits, media, media_bits, cells, masks } = grid.buffers();
         let look_up = set::VoxelGridLookUp {
             lights: &world.lights,
             grid: data,
@@ -197,6 +234,7 @@ impl VoxelGrid {
             media_bits,
             cells,
             triangles: &world.triangles,
+            masks,
         };
         let look_up = look_up.bind(context, "voxel_grid.look_up")?;
         let constants = Constants::new()
@@ -206,7 +244,8 @@ impl VoxelGrid {
             .set(constant::MEDIA, grid.has_media())
             .set(constant::CONE, plan.cone.is_some())
             .set(constant::CONE_SLOPE, plan.cone.unwrap_or(0.0))
-            .set(constant::TRIANGLES, plan.voxelizer == Voxelizer::Listed);
+            .set(constant::CELL, plan.cell())
+            .set(constant::BIAS, plan.bias());
         Ok(Self { plan: *plan, grid, resolution: Vec::new(), look_up, constants })
     }
 
@@ -233,15 +272,19 @@ fn rounding([low, high]: [DVec3; 2], side: f64) -> f64 {
     side / 524_288.0 + far / 2_097_152.0
 }
 
+/// Of a voxel's side: a voxel and a cell are larger to each side by so much. Twin: GRID_SLACK in glsl/grid/overlap.glsl.
+const SLACK: f64 = 1e-4;
+
 /// How finely the grid knows the meshes, one for each map of all lights.
 fn resolution(world: &World, plan: &Plan) -> Vec<Resolution> {
     let Some([low, high]) = world.known_box().filter(|_| world.aim().has_triangles) else { return Vec::new() };
     let widest = (high - low).max_element().max(1e-3 * low.abs().max(high.abs()).max_element().max(1.0));
     // A float's rounding more than the device has.
     let voxel = widest / f64::from(plan.size - 2) * (1.0 + 1e-5);
+    let cell = if plan.masks { voxel * (0.25 + SLACK) } else { voxel };
     let of = |view| match plan.voxelizer {
         Voxelizer::Listed => Resolution::of_triangles(view, rounding([low, high], voxel * f64::from(plan.size))),
-        _ => Resolution::of_grid(view, voxel),
+        _ => Resolution::of_grid(view, cell, f64::from(plan.bias())),
     };
     View::aimed(&world.aim(), 1, Casting::Opaque).into_iter().map(of).collect()
 }
@@ -262,10 +305,13 @@ impl Technique for VoxelGrid {
         Ok(())
     }
 
+    /// There are as many masks as occupied voxels, and as many listed triangles as meet these, which the device counts.
     fn settle(&mut self, frame: u64) -> Result<Settled> {
         let grew = self.grid.settle(frame)?;
         if grew {
-            self.look_up.replace(set::VoxelGridLookUp::CELLS, self.grid.buffers().cells)?;
+            let GridBuffers { cells, masks, .. } = self.grid.buffers();
+            self.look_up.replace(set::VoxelGridLookUp::CELLS, cells)?;
+            self.look_up.replace(set::VoxelGridLookUp::MASKS, masks)?;
         }
         Ok(Settled::of(grew))
     }

@@ -145,6 +145,7 @@ fn meshes_are_answered_alike() {
                 "shadow-map",
                 "shadow-map:filter=3",
                 "voxel-grid:size=64",
+                "voxel-grid:size=64,cell=mask",
                 "voxelized:size=256",
                 "voxelized:size=256,filter=3",
             ] {

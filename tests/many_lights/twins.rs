@@ -158,8 +158,15 @@ fn dithered_bits_equal_their_twin() {
         use gobo::consume::{Lighting, Renderer};
         let scene = lamps::lamps(40);
         let size = [64, 40];
-        let settings =
-            voxel_grid::Plan { size: 64, steps: Some(10), offset: 0.5, cone: None, voxelizer: Voxelizer::Compute };
+        let settings = voxel_grid::Plan {
+            size: 64,
+            steps: Some(10),
+            offset: 0.5,
+            cone: None,
+            voxelizer: Voxelizer::Compute,
+            masks: false,
+            bias: 0.0,
+        };
         let (world, opened) = grid(context, &scene, settings);
         let GridData { origin, voxel, per_unit, size: side, .. } = opened.technique.grid().data().expect("read");
         let place = Place { origin, voxel, per_unit, size: side };
@@ -189,7 +196,8 @@ fn dithered_bits_equal_their_twin() {
                     // The roof is open, and all else closed.
                     let is_roof = normal.z.abs() > 0.9 && normal.z.abs() < 0.9999;
                     let facing = if (is_closed && !is_roof) || normal.dot(towards) >= 0.0 { normal } else { -normal };
-                    let reach = facing.abs().element_sum() + 1e-3;
+                    // What looks away stays where it is.
+                    let reach = if facing.dot(towards) > 0.0 { facing.abs().element_sum() + 1e-3 } else { 0.0 };
                     let from = place.voxels((p + facing * reach * f64::from(voxel)).as_vec3().into());
                     let to = place.voxels(lights[i].position);
                     let way = [0, 1, 2].map(|i| to[i] - from[i]);

@@ -11,7 +11,7 @@ use gobo::technique::{open, voxel_grid::Plan as Settings};
 use gobo::world::World;
 
 /// Those that the device has: besides compute, wider triangles, and conservative rasterization.
-fn rasterizers(test: &str, context: &Context) -> Vec<Voxelizer> {
+pub fn rasterizers(test: &str, context: &Context) -> Vec<Voxelizer> {
     let features = context.features();
     if let Some(missing) = features.lacks(Requirement::FragmentStores) {
         support::skipped(test, &format!("needs {missing}"));
@@ -28,7 +28,7 @@ fn rasterizers(test: &str, context: &Context) -> Vec<Voxelizer> {
 
 /// Triangles at which a rasterizer goes wrong, in a cube of side 2: slivers along every direction, as long as the cube and as
 /// short as a voxel, motes, points, lines, sides on voxels' borders and through their middles.
-fn slivers() -> Scene {
+pub fn slivers() -> Scene {
     let mut random = Random::new(23);
     let mut all: Vec<[[f32; 3]; 3]> = Vec::new();
     for i in 0..240 {

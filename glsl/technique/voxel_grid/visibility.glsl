@@ -1,14 +1,15 @@
-// Voxel grid look-up: 1 where no voxel between `position` and light `light` is occupied, else 0. Sources: Pestana 2015 (even
-// steps); Amanatides and Woo 1987 (every voxel). Twin: reference::twin::grid::Bits.
+// Voxel grid look-up: 1 where no voxel between `position` and light `light` is occupied, no cell of its mask, or no triangle of its list, else 0. Sources: Pestana
+// 2015 (even steps); Amanatides and Woo 1987 (every voxel). Twins: reference::twin::grid::Bits, reference::twin::masks::Masks.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  the grid (grid/grid.glsl)
 //   binding 2  its bits
 //   binding 3  its media (grid/media.glsl), or any buffer where MEDIA is false
 //   binding 4  their bits, likewise
-//   binding 5  its cells (grid/cells.glsl) where CONE is true, its lists (grid/lists/place.glsl) where TRIANGLES is, or any buffer
+//   binding 5  its cells (grid/cells.glsl) where CONE is true, its lists (grid/lists/place.glsl) where CELL is 2, or any buffer
 //   binding 6  triangles (world/triangle.glsl)
-// flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE TRIANGLES
+//   binding 7  its masks (grid/masks.glsl), or any buffer where CELL is not 1
+// flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE CELL BIAS
 #include "world/light.glsl"
 #include "world/triangle.glsl"
 #include "grid/grid.glsl"
@@ -24,9 +25,12 @@ layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityMedia { ui
 layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityMediaBits { uint visibility_media_bits[]; };
 layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCells { uint visibility_cells[]; };
 layout(set = GOBO_SET, binding = 6, scalar) readonly buffer VisibilityTriangles { Triangle visibility_triangles[]; };
+layout(set = GOBO_SET, binding = 7, scalar) readonly buffer VisibilityMasks { uint visibility_masks[]; };
 
 // Voxels a side.
 CONSTANT(uint, GRID_SIZE, 256u)
+// What shadows are of: 0: voxels; 1: the cells of their masks; 2: the triangles that are listed in them.
+CONSTANT(uint, CELL, 0u)
 
 #include "grid/march.glsl"
 #include "grid/march_cone.glsl"
@@ -48,31 +52,48 @@ CONSTANT(bool, MEDIA, false)
 CONSTANT(bool, CONE, false)
 // How much its radius grows along it.
 CONSTANT(float, CONE_SLOPE, 0.0)
-// Whether voxels have lists of triangles, which a ray is tested against.
-CONSTANT(bool, TRIANGLES, false)
+// What a receiver is moved by along its ray, once it is off its surface, in cells.
+CONSTANT(float, BIAS, 2.0)
 
-// What a receiver is moved by more than its voxels reach, in voxels.
+// What a receiver is moved by more than its cells reach, in cells.
 const float RECEIVER_MARGIN = 1e-3;
 
-// A point of a surface leaves the voxels that the surface occupies along its normal: as far as a voxel reaches along it, so that
-// the voxel that it comes to lies beyond the surface, and each that a ray away from it enters. A cone also feels the voxels beside
+// A cell's side, world units.
+float cell_side() { return visibility_grid.voxel / float(1u << CELL_SHIFT); }
+
+// A point of a surface leaves the cells that the surface occupies along its normal: as far as a cell reaches along it, so that
+// the cell that it comes to lies beyond the surface, and each that a ray away from it enters. A cone also feels the voxels beside
 // its own, and begins half as far again. Where triangles are tested, rounding is all that it leaves.
 vec3 off_the_surface(vec3 position, vec3 normal) {
-    float voxels = (CONE ? 1.5 : 1.0) * (abs(normal.x) + abs(normal.y) + abs(normal.z)) + RECEIVER_MARGIN;
-    return position + normal * (voxels * (TRIANGLES ? grid_rounding(visibility_grid) : visibility_grid.voxel));
+    float cells = (CONE ? 1.5 : 1.0) * (abs(normal.x) + abs(normal.y) + abs(normal.z)) + RECEIVER_MARGIN;
+    return position + normal * (cells * (CELL == CELL_TRIANGLES ? grid_rounding(visibility_grid) : cell_side()));
+}
+
+// What is left of a way that begins later by what a receiver is moved along its ray.
+vec3 off_along(vec3 way) { return way * max(0.0, 1.0 - BIAS * cell_side() / max(length(way), 1e-30)); }
+
+// Where a ray to a light ends. A virtual light stands on a surface, and is asked for off it as receivers are.
+vec3 light_end(Light l) {
+    return l.kind == LIGHT_VIRTUAL ? off_the_surface(l.position, l.direction) : l.position;
 }
 
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
-    vec3 receiver = off_the_surface(position, normal);
-    if (MARCH_STEPS != 0u || TRIANGLES || look_up_dither.x < 0.0) {
-        return receiver;
+    Light l = visibility_lights[light];
+    vec3 end = light_end(l), towards = l.kind == LIGHT_DIRECTIONAL ? -l.direction : end - position;
+    // What looks away from the light is closed, and dark: its own voxel says so, and what is beside it does not.
+    if (!CONE && CELL != CELL_TRIANGLES && dot(normal, towards) <= 0.0) {
+        return position;
     }
-    // Edges of voxels are spread over a voxel along the surface.
-    vec3 axis = abs(normal.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
-    vec3 across = normalize(cross(normal, axis));
-    vec2 by = (look_up_dither.yz - 0.5) * visibility_grid.voxel;
-    return receiver + by.x * across + by.y * cross(normal, across);
+    vec3 receiver = off_the_surface(position, normal);
+    if (MARCH_STEPS == 0u && CELL != CELL_TRIANGLES && look_up_dither.x >= 0.0) {
+        // Edges of cells are spread over a cell along the surface.
+        vec3 axis = abs(normal.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
+        vec3 across = normalize(cross(normal, axis));
+        vec2 by = (look_up_dither.yz - 0.5) * cell_side();
+        receiver += by.x * across + by.y * cross(normal, across);
+    }
+    return l.kind == LIGHT_DIRECTIONAL ? receiver + towards * (BIAS * cell_side()) : end - off_along(end - receiver);
 }
 
 float light_visibility(uint light, vec3 position) {
@@ -83,15 +104,16 @@ float light_visibility(uint light, vec3 position) {
         return 1.0;
     }
     float size = float(GRID_SIZE);
-    // A virtual light stands on a surface, and is asked for off it as receivers are.
-    vec3 end = l.kind == LIGHT_VIRTUAL ? off_the_surface(l.position, l.direction) : l.position;
-    vec3 way = l.kind == LIGHT_DIRECTIONAL ? -l.direction * (2.0 * size + distance(from, vec3(0.5 * size)))
-                                           : (end - position) * visibility_grid.per_unit;
+    vec3 way = -l.direction * (2.0 * size + distance(from, vec3(0.5 * size)));
+    if (l.kind != LIGHT_DIRECTIONAL) {
+        way = light_end(l) - position;
+        way = (l.kind == LIGHT_VIRTUAL ? off_along(way) : way) * visibility_grid.per_unit;
+    }
     float offset = look_up_dither.x < 0.0 ? MARCH_OFFSET : look_up_dither.x;
     float left = 1.0;
-    if (TRIANGLES) {
+    if (CELL == CELL_TRIANGLES) {
         bool is_far = l.kind == LIGHT_DIRECTIONAL;
-        vec3 direction = is_far ? -l.direction : end - position;
+        vec3 direction = is_far ? -l.direction : light_end(l) - position;
         left = march_triangles(from, way, position, direction, is_far ? FARTHEST : 1.0) ? 0.0 : 1.0;
     } else if (CONE) {
         left = march_cone(from, way, CONE_SLOPE);

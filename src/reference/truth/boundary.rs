@@ -23,7 +23,7 @@ impl Casters<'_> {
     /// inside something closed, where the technique may answer anything.
     pub fn in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3) -> bool {
         if resolution.voxel > 0.0 {
-            return self.ray_in_boundary(light, resolution, position, position);
+            return self.ray_in_boundary(light, resolution, position, None);
         }
         let blocked = !self.unblocked(light, position);
         self.differs_about(resolution, position, depth(resolution), blocked)
@@ -35,8 +35,7 @@ impl Casters<'_> {
     /// the technique does not tell the two apart, and whether depths that are pushed back miss what is there.
     pub fn in_surface_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: DVec3) -> bool {
         if resolution.voxel > 0.0 {
-            let at = resolution.looked_up(position, normal);
-            return self.ray_in_boundary(light, resolution, position, at);
+            return self.ray_in_boundary(light, resolution, position, Some(normal));
         }
         let view = resolution.view_about(position);
         let ([right, up], along) = (view.texel_at(position), view.ray_through(position).direction);
@@ -78,13 +77,23 @@ impl Casters<'_> {
             || near.differs(&self.meshes, blocked)
     }
 
-    /// Whether a ray through a grid may find another answer than there is at a point: of a lit one, where a surface meets a voxel
-    /// that the ray from `at` may pass; of another, where that ray is free, or of rays that are rounded one so far beside it.
-    fn ray_in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, at: DVec3) -> bool {
-        let (direction, distance) = match self.scene.lights[light].kind {
-            LightKind::Virtual { position, normal, .. } => (resolution.looked_up(position, normal) - at, 1.0),
-            _ => self.to_light(light, at),
+    /// Whether a ray through a grid may find another answer than there is at a point, on a surface with that normal or in space: of a lit
+    /// one, where a surface meets a voxel that the ray may pass; of another, where the ray is free, or of rays that are rounded one so
+    /// far beside it. What looks away from the light is not moved, but where triangles are asked.
+    fn ray_in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: Option<DVec3>) -> bool {
+        // A virtual light stands on a surface, and is asked for off it as receivers are.
+        let end = match self.scene.lights[light].kind {
+            LightKind::Virtual { position, normal, .. } => Some(resolution.looked_up(position, normal)),
+            _ => None,
         };
+        let to_light = |p: DVec3| end.map_or_else(|| self.to_light(light, p), |end| (end - p, 1.0));
+        let normal = normal.filter(|normal| resolution.rounded || normal.dot(to_light(position).0) > 0.0);
+        let at = normal.map_or(position, |normal| resolution.looked_up(position, normal));
+        let (direction, distance) = to_light(at);
+        let along = resolution.bias * resolution.voxel / direction.length().max(1e-30);
+        let [later, earlier] = [normal.is_some(), end.is_some()].map(|is_on| if is_on { along } else { 0.0 });
+        let at = at + direction * later.min(distance);
+        let distance = (distance - later - earlier).max(0.0);
         if !self.unblocked(light, position) {
             let reach = if resolution.rounded { resolution.voxel } else { 0.0 };
             let free = |offset: DVec3| self.meshes.free(at + reach * offset, direction, distance);
@@ -92,7 +101,11 @@ impl Casters<'_> {
             return free(DVec3::ZERO) || resolution.rounded && (0..8).map(corner).any(free);
         }
         // All meshes are nearer than this.
-        let way = if distance.is_finite() { direction } else { direction * (4.0 * self.meshes.extent + at.length()) };
+        let way = if distance.is_finite() {
+            direction * distance
+        } else {
+            direction * (4.0 * self.meshes.extent + at.length())
+        };
         Tube::new(at, way, resolution.voxel).is_met(&self.meshes)
     }
 }

@@ -30,22 +30,22 @@ impl Place {
 }
 
 /// A triangle among voxels. Twin: Facet in glsl/grid/overlap.glsl.
-pub struct Facet {
+struct Facet {
     corners: [[f32; 3]; 3],
     edges: [[f32; 3]; 3],
     normal: [f32; 3],
     pub(super) first: [u32; 3],
     pub(super) last: [u32; 3],
-    /// Voxels are so much larger to each side.
+    /// Voxels, or cells, are so much larger to each side.
     slack: f32,
     /// What its plane is not known by, in lengths of its normal times voxels.
     error: f32,
 }
 
 impl Facet {
-    /// Of corners in voxels.
-    pub fn of(corners: [[f32; 3]; 3], size: u32) -> Self {
-        Self::slack(corners, size, SLACK)
+    /// Of corners in voxels, or in cells of which a voxel's side has so many.
+    fn of(corners: [[f32; 3]; 3], size: u32, cells: u32) -> Self {
+        Self::slack(corners, size, SLACK * cells as f32)
     }
 
     /// Where it is listed. Twin: glsl/grid/lists/meets.glsl.
@@ -73,7 +73,7 @@ impl Facet {
     }
 
     /// Whether it meets a voxel of its box. Source: Schwarz and Seidel 2010, section 3.
-    pub fn meets(&self, voxel: [u32; 3]) -> bool {
+    fn meets(&self, voxel: [u32; 3]) -> bool {
         let corner = voxel.map(|v| v as f32);
         let seen: [[f32; 3]; 3] = self.corners.map(|c| from_fn(|i| c[i] - corner[i]));
         let [x, y, z] = self.normal;
@@ -136,9 +136,14 @@ impl Bits {
 
     /// Of triangles whose corners are in voxels. Twin: glsl/grid/voxelize.comp.
     pub fn voxelize(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> Self {
+        Self::voxelize_cells(triangles, size, 1)
+    }
+
+    /// Of triangles whose corners are in cells, of which a voxel's side has so many.
+    pub(super) fn voxelize_cells(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32, cells: u32) -> Self {
         let mut bits = Self::none(size);
         for corners in triangles {
-            let facet = Facet::of(corners, size);
+            let facet = Facet::of(corners, size, cells);
             if facet.is_point() {
                 continue;
             }

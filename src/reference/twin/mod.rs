@@ -18,6 +18,7 @@ pub mod interleaved;
 pub mod ism;
 pub mod lists;
 pub mod many_lights;
+pub mod masks;
 pub mod media;
 pub mod opaque;
 pub mod order;

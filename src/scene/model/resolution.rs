@@ -32,12 +32,14 @@ pub struct Resolution {
     pub voxel: f64,
     /// Whether a surface so near to a ray may be missed too: no voxel holds it, and `voxel` is what rounding moves a ray by.
     pub rounded: bool,
+    /// How far a point of a surface is moved in such a grid along its ray, once it is off the surface, voxels.
+    pub bias: f64,
 }
 
 impl Resolution {
-    /// Of a grid with voxels of that side.
-    pub fn of_grid(view: View, voxel: f64) -> Self {
-        Self { voxel, ..Self::exact(view) }
+    /// Of a grid with voxels of that side, or cells of them, that moves receivers so far along their rays.
+    pub fn of_grid(view: View, voxel: f64, bias: f64) -> Self {
+        Self { voxel, bias, ..Self::exact(view) }
     }
 
     /// Of rays against triangles, both of which may be taken to be so far beside where they are.
@@ -66,10 +68,12 @@ impl Resolution {
             depth: 0.0,
             voxel: 0.0,
             rounded: false,
+            bias: 0.0,
         }
     }
 
-    /// Where a point of a surface with that normal is looked up, world units; and where a grid has a virtual light of that normal.
+    /// Where a point of a surface with that normal is looked up, world units, in a grid before it is moved along its ray; and where a grid has
+    /// a virtual light of that normal.
     pub fn looked_up(&self, position: DVec3, normal: DVec3) -> DVec3 {
         if self.voxel > 0.0 {
             return position + self.voxel * (normal.abs().element_sum() + GRID_MARGIN) * normal;

@@ -1,0 +1,11 @@
+// What the passes share that fill masks. Twin: grid::masks.
+#ifndef GRID_MASKS_SET_GLSL
+#define GRID_MASKS_SET_GLSL
+#include "grid/build.glsl"
+#include "grid/masks.glsl"
+
+// set 1: grid_masks
+layout(set = 1, binding = 0, scalar) buffer MasksWords { uint masks[]; };
+// How many occupied voxels there are, then how many stand before each run of bricks.
+layout(set = 1, binding = 1, scalar) buffer MasksRuns { uint runs[]; };
+#endif

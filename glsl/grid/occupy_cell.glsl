@@ -1,0 +1,23 @@
+// How a cell of a voxel's mask becomes occupied. Twin: reference::twin::masks::Masks.
+#ifndef GRID_OCCUPY_CELL_GLSL
+#define GRID_OCCUPY_CELL_GLSL
+#define FACET_CELLS 4
+#include "grid/facing.glsl"
+#include "grid/masks_set.glsl"
+
+void occupy(uvec3 cell) {
+    uvec3 voxel = cell >> MASK_SHIFT;
+    uint brick = grid_word(grid.size, 0u, voxel), bit = grid_bit(0u, voxel);
+    uvec2 voxels = uvec2(grid_bits[2u * brick], grid_bits[2u * brick + 1u]);
+    // By rounding alone; and where there is no room yet, the host makes some.
+    if ((voxels[bit >> 5] >> (bit & 31u) & 1u) == 0u) {
+        return;
+    }
+    uint word = mask_word(grid.size, masks[brick], voxels, bit), at = grid_bit(0u, cell);
+    word += at >> 5;
+    uint mask = 1u << (at & 31u);
+    if (word < uint(masks.length()) && (masks[word] & mask) == 0u) {
+        atomicOr(masks[word], mask);
+    }
+}
+#endif

@@ -1,0 +1,84 @@
+//! Which voxels triangles meet, or which cells of their masks.
+
+use super::lists::Lists;
+use super::{GridPush, LARGE_GROUPS, THREADS};
+use crate::Result;
+use crate::gpu::{Bindings, Commands, Constants, Context, Draw, Graphics, Kernel, groups};
+use crate::shaders::constant::CONSERVATIVE;
+use crate::shaders::grid as shaders;
+use crate::world::World;
+use bytemuck::Zeroable;
+
+/// How the voxels are found that a triangle meets. All but [`Voxelizer::Listed`] find the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Voxelizer {
+    /// Compute passes go through triangles' boxes.
+    Compute,
+    /// They do, and list the triangles of each voxel; such a grid's voxels are a little larger.
+    Listed,
+    /// Triangles are drawn along the axis that they face most, and fragments go through columns.
+    Raster {
+        /// By [`crate::gpu::Features::conservative_rasterization`], or as wider triangles.
+        conservative: bool,
+    },
+}
+
+/// Its passes.
+pub(super) enum Voxelize {
+    Compute([Kernel<GridPush>; 3]),
+    Listed(Box<Lists>),
+    Raster(Kernel<GridPush>),
+}
+
+impl Voxelize {
+    /// Into the grid whose set stands first; into masks where theirs stands behind it. Lists are made by themselves.
+    pub(super) fn new(context: &Context, voxelizer: Voxelizer, sets: &[&Bindings]) -> Result<Self> {
+        let kernel = |shader| Kernel::compute(context, shader, sets, &Constants::new());
+        let is_mask = sets.len() > 1;
+        Ok(match voxelizer {
+            Voxelizer::Compute | Voxelizer::Listed if is_mask => Self::Compute([
+                kernel(&shaders::MASK_STEP_0)?,
+                kernel(&shaders::MASK_STEP_1)?,
+                kernel(&shaders::MASK_STEP_2)?,
+            ]),
+            Voxelizer::Compute | Voxelizer::Listed => Self::Compute([
+                kernel(&shaders::VOXELIZE_STEP_0)?,
+                kernel(&shaders::VOXELIZE_STEP_1)?,
+                kernel(&shaders::VOXELIZE_STEP_2)?,
+            ]),
+            Voxelizer::Raster { conservative } => {
+                let (vertex, fragment) = if is_mask {
+                    (&shaders::VOXELIZE_VERT_MASK_1, &shaders::VOXELIZE_FRAG_MASK_1)
+                } else {
+                    (&shaders::VOXELIZE_VERT_MASK_0, &shaders::VOXELIZE_FRAG_MASK_0)
+                };
+                let state = Graphics { vertex, fragment, colors: &[], depth: None };
+                let constants = Constants::new().set(CONSERVATIVE, conservative);
+                let make = if conservative { Kernel::touching } else { Kernel::graphics };
+                Self::Raster(make(context, &state, sets, &constants)?)
+            }
+        })
+    }
+
+    /// `size`: voxels a side, or cells.
+    pub(super) fn record(&self, commands: &mut Commands, label: &'static str, world: &World, size: u32) {
+        let triangle_count = world.triangle_count();
+        let push = GridPush { triangle_count, ..GridPush::zeroed() };
+        let compute = match self {
+            Self::Compute(kernels) => kernels,
+            Self::Listed(lists) => return lists.record(commands, world),
+            Self::Raster(kernel) => {
+                return commands.pass(label, |pass| {
+                    let draw = |draw: &mut Draw| draw.draw(kernel, &push, 3 * triangle_count, 1);
+                    pass.render([size; 2], &[], None, draw);
+                });
+            }
+        };
+        let [x, y] = groups(u64::from(triangle_count.div_ceil(THREADS)));
+        commands.pass(label, |pass| pass.dispatch(&compute[0], &push, [x, y, 1]));
+        commands.pass(label, |pass| {
+            pass.dispatch(&compute[1], &push, [LARGE_GROUPS, 1, 1]);
+            pass.dispatch(&compute[2], &push, [LARGE_GROUPS, 1, 1]);
+        });
+    }
+}

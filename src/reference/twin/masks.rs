@@ -1,0 +1,54 @@
+//! Masks: the cells of occupied voxels. Twin of glsl/grid/number.comp, mask.comp and masks.glsl: the same words. Here they are a grid four
+//! times as fine, of which only the words of occupied voxels count.
+
+use super::grid::Bits;
+
+/// Cells a voxel's side. Twin: FACET_CELLS in glsl/grid/occupy_cell.glsl.
+const SIDE: u32 = 4;
+
+/// Masks of a grid's voxels.
+pub struct Masks {
+    /// As glsl/grid/masks.glsl has them: how many occupied voxels stand before each brick, then their masks.
+    pub words: Vec<u32>,
+    fine: Bits,
+}
+
+impl Masks {
+    /// Of triangles whose corners are in voxels, and the voxels that they meet.
+    pub fn new(bits: &Bits, triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> Self {
+        let cells = triangles.map(|t| t.map(|corner| corner.map(|c| SIDE as f32 * c)));
+        let mut fine = Bits::voxelize_cells(cells, SIDE * size, SIDE);
+        let (mut before, mut masks) = (Vec::new(), Vec::new());
+        let side = size / 4;
+        for brick in 0..side.pow(3) {
+            before.push((masks.len() / 2) as u32);
+            for bit in 0..64 {
+                let voxel = [
+                    4 * (brick % side) + bit % 4,
+                    4 * (brick / side % side) + bit / 4 % 4,
+                    4 * (brick / side.pow(2)) + bit / 16,
+                ];
+                let word = &mut fine.words[((voxel[2] * size + voxel[1]) * size + voxel[0]) as usize];
+                if bits.has(0, voxel) {
+                    masks.extend([*word as u32, (*word >> 32) as u32]);
+                } else {
+                    // By rounding alone.
+                    *word = 0;
+                }
+            }
+        }
+        before.extend(masks);
+        Self { words: before, fine }
+    }
+
+    /// Whether a cell is occupied.
+    pub fn has(&self, cell: [u32; 3]) -> bool {
+        self.fine.has(0, cell)
+    }
+
+    /// Whether any cell on a way, in voxels, is occupied: all of them are asked. Twin: march_exact in glsl/grid/march.glsl.
+    pub fn march_exact(&self, from: [f32; 3], way: [f32; 3]) -> bool {
+        let [from, way] = [from, way].map(|v| v.map(|c| SIDE as f32 * c));
+        self.fine.march_exact(from, way)
+    }
+}
