@@ -7,6 +7,8 @@ mod support;
 
 #[path = "many_lights/scenes.rs"]
 mod lamps;
+#[path = "interleaved/reservoir.rs"]
+mod reservoir;
 
 use glam::DVec3;
 use gobo::consume::many_lights::FrameData;

@@ -3,6 +3,7 @@
 use super::half::from_half;
 use super::interleaved::{Interleaved, PartsSeen};
 use super::many_lights::{Asking, ManyLights, ManyLightsPush, Targets, TilesSeen};
+use super::reservoir::Reservoirs;
 use super::{Lighting, Shading, Tiled};
 use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Pass, PassTime,
@@ -33,7 +34,7 @@ pub struct Renderer {
     pub(super) color_format: Format,
     lights: Buffer,
     light_count: u32,
-    camera: View,
+    pub(super) camera: View,
     camera_data: Buffer,
     order: Buffer,
     /// What `shading=tiled` keeps from frame to frame, once it was asked for.
@@ -59,12 +60,22 @@ enum Meshes {
     Deferred { gbuffer: Kernel, deferred: Kernel },
     Tiled { gbuffer: Kernel, tiles: Rc<ManyLights>, asking: Asking },
     Interleaved { gbuffer: Kernel, interleaved: Interleaved },
+    Reservoir { gbuffer: Kernel, reservoirs: Reservoirs },
 }
 
 /// What draws the casters.
 enum Casters {
     Fragment(Kernel),
     Vertex(Kernel<SpacingPush>, SpacingPush),
+}
+
+impl Kernels {
+    /// With `shading=reservoir`, frames are counted from `frame` on, each of which draws other lights, and what was kept is forgotten.
+    pub fn begin_at(&self, frame: u32) {
+        if let Meshes::Reservoir { reservoirs, .. } = &self.meshes {
+            reservoirs.begin_at(frame);
+        }
+    }
 }
 
 impl Renderer {
@@ -185,14 +196,20 @@ impl Renderer {
     pub(super) fn frame(&self, kernels: &Kernels, record: impl FnOnce(&mut Commands)) -> Result<Vec<PassTime>> {
         let tiles = match &kernels.meshes {
             Meshes::Tiled { tiles, .. } => Some((tiles, tiles.begin(&self.camera)?)),
-            Meshes::Forward(_) | Meshes::Deferred { .. } | Meshes::Interleaved { .. } => None,
+            _ => None,
         };
+        if let Meshes::Reservoir { reservoirs, .. } = &kernels.meshes {
+            reservoirs.begin()?;
+        }
         let times = self.context.submit(|commands| {
             self.meshes(commands, kernels, tiles.as_ref().map(|(_, push)| push));
             record(commands);
         })?;
         if let Some((tiles, _)) = tiles {
             tiles.end(&self.camera);
+        }
+        if let Meshes::Reservoir { reservoirs, .. } = &kernels.meshes {
+            reservoirs.end(&self.camera);
         }
         Ok(times)
     }
@@ -210,23 +227,29 @@ impl Renderer {
         self.tiles.borrow().as_ref().map(|tiles| tiles.bytes())
     }
 
-    /// Bytes that `shading=interleaved` has between G-buffer and picture; none where the kernels are others.
+    /// Bytes that `shading=interleaved` or `shading=reservoir` has between G-buffer and picture; none where the kernels are others.
     pub fn estimates_bytes(&self, kernels: &Kernels) -> Option<u64> {
         match &kernels.meshes {
-            Meshes::Interleaved { interleaved, .. } => Some(interleaved.estimates.bytes()),
+            Meshes::Interleaved { interleaved, .. } => Some(interleaved.gather.estimates.bytes()),
+            Meshes::Reservoir { reservoirs, .. } => Some(reservoirs.bytes()),
             _ => None,
         }
     }
 
-    /// What `shading=interleaved` left on the device with the last frame of these kernels; none where they are others.
+    /// What `shading=interleaved` or `shading=reservoir` left on the device with the last frame of these kernels; none where they are
+    /// others.
     ///
     /// # Errors
     /// [`Error::Gpu`] where it cannot be read back.
     pub fn parts_seen(&self, kernels: &Kernels) -> Result<Option<PartsSeen>> {
-        let Meshes::Interleaved { interleaved, .. } = &kernels.meshes else { return Ok(None) };
-        let pixels = interleaved.estimates.bytes() as usize / 12;
+        let (estimates, reservoirs) = match &kernels.meshes {
+            Meshes::Interleaved { interleaved, .. } => (&interleaved.gather.estimates, Vec::new()),
+            Meshes::Reservoir { reservoirs, .. } => (&reservoirs.gather.estimates, reservoirs.kept()?),
+            _ => return Ok(None),
+        };
         Ok(Some(PartsSeen {
-            estimates: interleaved.estimates.read(pixels)?,
+            reservoirs,
+            estimates: estimates.read(estimates.bytes() as usize / 12)?,
             albedo: self.albedo.read()?,
             normal: self.normal.read()?,
             z: self.distance.read()?,
@@ -288,6 +311,10 @@ impl Renderer {
             (Meshes::Interleaved { gbuffer, interleaved }, _) => {
                 self.gbuffer(commands, gbuffer);
                 interleaved.record(commands, &self.camera);
+            }
+            (Meshes::Reservoir { gbuffer, reservoirs }, _) => {
+                self.gbuffer(commands, gbuffer);
+                reservoirs.record(commands, &self.camera);
             }
             // Tiles are begun before they are drawn.
             (Meshes::Tiled { .. }, None) => {}
@@ -400,6 +427,9 @@ impl Renderer {
                 }
                 Shading::Interleaved => {
                     Meshes::Interleaved { gbuffer: gbuffer()?, interleaved: Interleaved::new(self, answer)? }
+                }
+                Shading::Reservoir => {
+                    Meshes::Reservoir { gbuffer: gbuffer()?, reservoirs: Reservoirs::new(self, answer)? }
                 }
             },
             casters: match lighting {

@@ -17,7 +17,7 @@ use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::{Packed, unpack};
 use gobo::scene::{Particle, Scene, View};
-use gobo::technique::{self, Avsm, Name, NodeData, Opened, REGISTRY, Spec, Technique, Values, avsm};
+use gobo::technique::{self, Avsm, Casts, Name, NodeData, Opened, REGISTRY, Spec, Technique, Values, avsm};
 use gobo::world::World;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -147,10 +147,11 @@ pub fn spec(text: &str) -> Spec {
     specs.remove(0)
 }
 
-/// A spec for each path of each technique that this device can run; of the others `test` says that they are skipped.
+/// A spec for each path of each technique that shadows and that this device can run; of the others `test` says that they are skipped.
 pub fn every_path(test: &str, context: &Context) -> Vec<Spec> {
     let mut specs = Vec::new();
-    for (entry, path) in REGISTRY.iter().flat_map(|entry| entry.paths.iter().map(move |path| (entry, path))) {
+    let shadows = REGISTRY.iter().filter(|entry| entry.casts != Casts::NONE);
+    for (entry, path) in shadows.flat_map(|entry| entry.paths.iter().map(move |path| (entry, path))) {
         let mut spec = spec(entry.name);
         spec.set(Name::PATH, path.name);
         if entry.name == "shadow-map" {
