@@ -90,6 +90,8 @@ impl Gather {
 
 /// What `shading=interleaved` or `shading=reservoir` left on the device with the last frame, a value a pixel, for whoever holds it against its twin.
 pub struct PartsSeen {
+    /// The number of its triangle, counted from 1; 0 where there is sky.
+    pub numbers: Vec<u32>,
     /// What each turns of its part of the lights, or of the one that it keeps as often as that stands for.
     pub estimates: Vec<[f32; 3]>,
     /// Albedo, and 0 where there is sky.

@@ -2,6 +2,7 @@
 //! a pixel) and fog before it. They know no technique, only its [`crate::technique::Answer`].
 
 mod fog;
+mod gbuffer;
 mod half;
 mod interleaved;
 mod lighting;

@@ -1,5 +1,6 @@
 //! The shaded picture: meshes forward, deferred, in tiles or by a part of the lights a pixel, then casters from far to near. Twin: reference::truth::picture.
 
+use super::gbuffer::GBuffer;
 use super::half::from_half;
 use super::interleaved::{Interleaved, PartsSeen};
 use super::many_lights::{Asking, ManyLights, ManyLightsPush, Targets, TilesSeen};
@@ -24,8 +25,8 @@ pub struct Renderer {
     pub(super) context: Context,
     pub(super) color: Image,
     pub(super) depth: Image,
-    albedo: Image,
-    normal: Image,
+    pub(super) albedo: Image,
+    pub(super) normal: Image,
     pub(super) distance: Image,
     pub(super) scene: Bindings,
     /// Albedo, normal and z, as textures.
@@ -57,10 +58,10 @@ pub struct Kernels {
 /// What draws the meshes.
 enum Meshes {
     Forward(Kernel),
-    Deferred { gbuffer: Kernel, deferred: Kernel },
-    Tiled { gbuffer: Kernel, tiles: Rc<ManyLights>, asking: Asking },
-    Interleaved { gbuffer: Kernel, interleaved: Interleaved },
-    Reservoir { gbuffer: Kernel, reservoirs: Reservoirs },
+    Deferred { gbuffer: GBuffer, deferred: Kernel },
+    Tiled { gbuffer: GBuffer, tiles: Rc<ManyLights>, asking: Asking },
+    Interleaved { gbuffer: GBuffer, interleaved: Interleaved },
+    Reservoir { gbuffer: GBuffer, reservoirs: Reservoirs },
 }
 
 /// What draws the casters.
@@ -91,9 +92,9 @@ impl Renderer {
         let image = |name, format, usage| Image::new(context, name, format, size, usage);
         let color = image("picture.color", color_format, ImageUse::StoredColor)?;
         let depth = image("picture.depth", Format::D32_SFLOAT, ImageUse::Depth)?;
-        let albedo = image("picture.albedo", Format::R32G32B32A32_SFLOAT, ImageUse::Color)?;
-        let normal = image("picture.normal", Format::R32G32B32A32_SFLOAT, ImageUse::Color)?;
-        let distance = image("picture.distance", Format::R32_SFLOAT, ImageUse::Color)?;
+        let albedo = image("picture.albedo", Format::R32G32B32A32_SFLOAT, ImageUse::Storage)?;
+        let normal = image("picture.normal", Format::R32G32B32A32_SFLOAT, ImageUse::Storage)?;
+        let distance = image("picture.distance", Format::R32_SFLOAT, ImageUse::StoredColor)?;
         let camera_data = Buffer::with_data(context, "picture.camera", &[*camera])?;
         let order = Buffer::new(context, "picture.order", 4 * u64::from(world.caster_capacity()), Memory::Device)?;
         order.write(&far_to_near(world.scene()?, camera))?;
@@ -242,13 +243,14 @@ impl Renderer {
     /// # Errors
     /// [`Error::Gpu`] where it cannot be read back.
     pub fn parts_seen(&self, kernels: &Kernels) -> Result<Option<PartsSeen>> {
-        let (estimates, reservoirs) = match &kernels.meshes {
-            Meshes::Interleaved { interleaved, .. } => (&interleaved.gather.estimates, Vec::new()),
-            Meshes::Reservoir { reservoirs, .. } => (&reservoirs.gather.estimates, reservoirs.kept()?),
+        let (gbuffer, estimates, reservoirs) = match &kernels.meshes {
+            Meshes::Interleaved { gbuffer, interleaved } => (gbuffer, &interleaved.gather.estimates, Vec::new()),
+            Meshes::Reservoir { gbuffer, reservoirs } => (gbuffer, &reservoirs.gather.estimates, reservoirs.kept()?),
             _ => return Ok(None),
         };
         Ok(Some(PartsSeen {
             reservoirs,
+            numbers: gbuffer.numbers.read()?,
             estimates: estimates.read(estimates.bytes() as usize / 12)?,
             albedo: self.albedo.read()?,
             normal: self.normal.read()?,
@@ -301,19 +303,19 @@ impl Renderer {
         match (&kernels.meshes, push) {
             (Meshes::Forward(forward), _) => self.forward(commands, forward),
             (Meshes::Deferred { gbuffer, deferred }, _) => {
-                self.gbuffer(commands, gbuffer);
+                gbuffer.record(commands, self);
                 self.deferred(commands, deferred);
             }
             (Meshes::Tiled { gbuffer, tiles, asking }, Some(push)) => {
-                self.gbuffer(commands, gbuffer);
+                gbuffer.record(commands, self);
                 tiles.record(commands, asking, push);
             }
             (Meshes::Interleaved { gbuffer, interleaved }, _) => {
-                self.gbuffer(commands, gbuffer);
+                gbuffer.record(commands, self);
                 interleaved.record(commands, &self.camera);
             }
             (Meshes::Reservoir { gbuffer, reservoirs }, _) => {
-                self.gbuffer(commands, gbuffer);
+                gbuffer.record(commands, self);
                 reservoirs.record(commands, &self.camera);
             }
             // Tiles are begun before they are drawn.
@@ -325,20 +327,6 @@ impl Renderer {
         commands.pass("consume.forward", |pass| {
             let colors = [
                 Target { image: &self.color, clear: self.sky() },
-                Target { image: &self.distance, clear: Some([self.camera.far; 4]) },
-            ];
-            let depth = Target { image: &self.depth, clear: Some([1.0; 4]) };
-            pass.render(self.color.size(), &colors, Some(depth), |draw| {
-                draw.draw(kernel, &(), self.triangle_vertices, 1);
-            });
-        });
-    }
-
-    fn gbuffer(&self, commands: &mut Commands, kernel: &Kernel) {
-        commands.pass("consume.gbuffer", |pass| {
-            let colors = [
-                Target { image: &self.albedo, clear: Some([0.0; 4]) },
-                Target { image: &self.normal, clear: Some([0.0; 4]) },
                 Target { image: &self.distance, clear: Some([self.camera.far; 4]) },
             ];
             let depth = Target { image: &self.depth, clear: Some([1.0; 4]) };
@@ -404,14 +392,13 @@ impl Renderer {
         };
         let (scene, asked) = (&self.scene, answer.bindings);
         let color = (self.color_format, Blend::None);
-        let float4 = (Format::R32G32B32A32_SFLOAT, Blend::None);
         let distance = (Format::R32_SFLOAT, Blend::None);
         let depth = Some(Format::D32_SFLOAT);
         let surface = &shaders::SURFACE_VERT;
         let forward = shaders::FORWARD_FRAG.of(answer.folder);
         let deferred = shaders::DEFERRED_FRAG.of(answer.folder);
         let lit = [scene, asked, &self.buffers];
-        let gbuffer = || make(surface, &shaders::GBUFFER_FRAG, &[float4, float4, distance], depth, &[scene]);
+        let gbuffer = || GBuffer::new(self);
         Ok(Kernels {
             meshes: match shading {
                 Shading::Forward => {

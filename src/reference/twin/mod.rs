@@ -12,6 +12,7 @@ pub mod exact;
 pub mod filter;
 pub mod fit;
 pub mod gather;
+pub mod gbuffer;
 pub mod grid;
 pub mod indirect;
 pub mod interleaved;
