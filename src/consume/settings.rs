@@ -148,6 +148,8 @@ mod tests {
             all.sort();
             all.dedup();
             assert_eq!(all.len(), specs.len(), "{all:?}");
+            let of_few = runs(|runs| runs.compare, on_cpu).expect("they are known");
+            assert_eq!(of_few.iter().filter(|spec| spec.entry.name == "none").count(), 1);
         }
     }
 }
