@@ -105,6 +105,7 @@
 //! | shadow-map | meshes | each frame | the nearest depth a texel |
 //! | ism | meshes | each frame | a small map of points for each virtual light |
 //! | ray-query | meshes | each frame | nothing: a ray a point |
+//! | none | nothing | each frame | nothing: all light, the row that others are held against |
 //! | voxelized | meshes | once | every voxel lit or shadowed, as an octree or a graph |
 //!
 //! # What is where

@@ -13,6 +13,8 @@ mod lights;
 mod look_up;
 #[path = "accuracy/meshes.rs"]
 mod meshes;
+#[path = "accuracy/none.rs"]
+mod none;
 #[path = "accuracy/packed.rs"]
 mod packed;
 #[path = "accuracy/picture.rs"]

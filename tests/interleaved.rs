@@ -5,8 +5,12 @@
 
 mod support;
 
+#[path = "interleaved/gbuffer.rs"]
+mod gbuffer;
 #[path = "many_lights/scenes.rs"]
 mod lamps;
+#[path = "interleaved/reservoir.rs"]
+mod reservoir;
 
 use glam::DVec3;
 use gobo::consume::many_lights::FrameData;
@@ -56,7 +60,9 @@ fn seen(context: &Context, built: &Built, size: [u32; 2]) -> (Picture, PartsSeen
     let passes = renderer.draw(&kernels).expect("drawn");
     let names: Vec<_> = passes.iter().map(|pass| &pass.name[..]).collect();
     assert!(
-        names.is_empty() || names == ["consume.gbuffer", "interleaved.ask", "interleaved.gather", "consume.caster"]
+        names.is_empty()
+            || names
+                == ["consume.visible", "consume.gbuffer", "interleaved.ask", "interleaved.gather", "consume.caster"]
     );
     (renderer.read().expect("read"), renderer.parts_seen(&kernels).expect("read").expect("parts"))
 }

@@ -10,9 +10,9 @@ use gobo::gpu::Context;
 use gobo::maps::{FilterKind, OpaqueWay};
 use gobo::scene::Scene;
 use gobo::technique::{
-    self, Avsm, BeerShadowMap, Opened, Psm, RayQuery, ShadowMap, Technique, TranslucencyMap, Uncompressed, VoxelGrid,
-    Voxelized, avsm, beer_shadow_map, psm, ray_query, shadow_map, translucency_map, uncompressed, voxel_grid,
-    voxelized,
+    self, Avsm, BeerShadowMap, Opened, Psm, RayQuery, ShadowMap, Technique, TranslucencyMap, Uncompressed, Unshadowed,
+    VoxelGrid, Voxelized, avsm, beer_shadow_map, none, psm, ray_query, shadow_map, translucency_map, uncompressed,
+    voxel_grid, voxelized,
 };
 use gobo::world::World;
 use support::{gpu_test, scenes, spec};
@@ -105,6 +105,7 @@ const MESHES: &[(&str, Open)] = &[
         };
         Ok(Box::new(Voxelized::new(context, world, &settings)?))
     }),
+    ("none", |context, _| Ok(Box::new(Unshadowed::new(context, &none::Settings)?))),
     ("ray-query", |context, world| Ok(Box::new(RayQuery::new(context, world, &ray_query::Settings)?))),
 ];
 

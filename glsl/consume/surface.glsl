@@ -3,6 +3,7 @@
 // triangle, in its own shadow or in front of it. Forward and deferred shading ask at this point, the same to the bit.
 #ifndef CONSUME_SURFACE_GLSL
 #define CONSUME_SURFACE_GLSL
+#include "world/triangle.glsl"
 #include "world/view.glsl"
 
 // What is given of a triangle: a corner, and the least and the greatest z of all three.
@@ -11,6 +12,28 @@ struct Surface {
     vec3 normal;
     vec2 z;
 };
+
+float camera_z(View camera, vec3 position) {
+    precise vec3 offset = position - camera.origin;
+    precise float z = offset.x * camera.forward.x + offset.y * camera.forward.y + offset.z * camera.forward.z;
+    return z;
+}
+
+// `side` as world::Generations::sides has it: where there is an outside the normal is there.
+Surface surface_of(View camera, Triangle triangle, int side) {
+    vec3 z = vec3(camera_z(camera, triangle.corners[0]), camera_z(camera, triangle.corners[1]),
+                  camera_z(camera, triangle.corners[2]));
+    vec3 normal = side < 0 ? -triangle_normal(triangle) : triangle_normal(triangle);
+    return Surface(triangle.corners[0], normal, vec2(min(min(z.x, z.y), z.z), max(max(z.x, z.y), z.z)));
+}
+
+// Where the camera sees a corner.
+vec4 surface_place(View camera, vec3 corner) {
+    vec3 offset = corner - camera.origin;
+    float z = camera_z(camera, corner);
+    return vec4(dot(offset, camera.right) * camera.scale_x, dot(offset, camera.up) * camera.scale_y,
+                (z - camera.near) * camera.far / (camera.far - camera.near), view_w(camera, z));
+}
 
 // Of a pixel of a perspective camera. Precise, as all here: two shaders round alike.
 Ray surface_ray(View camera, vec2 pixel) {

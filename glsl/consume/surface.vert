@@ -1,6 +1,7 @@
 #version 460
 // Draws the meshes as the camera sees them. Inputs: camera, triangles. Outputs: position, the triangle.
 #include "consume/picture_set.glsl"
+#include "consume/surface.glsl"
 #include "world/light.glsl"
 #include "world/triangle.glsl"
 
@@ -15,20 +16,14 @@ layout(location = 2) flat out vec3 albedo;
 layout(location = 3) flat out vec2 z_range;
 layout(location = 4) flat out uint is_closed;
 
-float camera_z(vec3 position) { return dot(position - camera.origin, camera.forward); }
-
 void main() {
     Triangle triangle = triangles[gl_VertexIndex / 3];
-    corner = triangle.corners[0];
-    vec3 z_all = vec3(camera_z(corner), camera_z(triangle.corners[1]), camera_z(triangle.corners[2]));
-    z_range = vec2(min(min(z_all.x, z_all.y), z_all.z), max(max(z_all.x, z_all.y), z_all.z));
-    // Outwards, where there is an outside.
     int side = sides[gl_VertexIndex / 3];
-    normal = side < 0 ? -triangle_normal(triangle) : triangle_normal(triangle);
+    Surface surface = surface_of(camera, triangle, side);
+    corner = surface.corner;
+    normal = surface.normal;
+    z_range = surface.z;
     is_closed = uint(side != 0);
     albedo = triangle.albedo;
-    vec3 offset = triangle.corners[gl_VertexIndex % 3] - camera.origin;
-    float z = z_all[gl_VertexIndex % 3];
-    gl_Position = vec4(dot(offset, camera.right) * camera.scale_x, dot(offset, camera.up) * camera.scale_y,
-                       (z - camera.near) * camera.far / (camera.far - camera.near), view_w(camera, z));
+    gl_Position = surface_place(camera, triangle.corners[gl_VertexIndex % 3]);
 }

@@ -22,6 +22,7 @@ enum Mesh {
     Deferred,
     Tiled,
     Interleaved,
+    Reservoir,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -96,6 +97,7 @@ impl Arguments {
             (Some(Mesh::Forward), _) => Shading::Forward,
             (Some(Mesh::Deferred), _) => Shading::Deferred,
             (Some(Mesh::Interleaved), _) => Shading::Interleaved,
+            (Some(Mesh::Reservoir), _) => Shading::Reservoir,
             (Some(Mesh::Tiled), _) => Shading::Tiled(Tiled::default()),
         }
     }

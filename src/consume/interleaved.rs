@@ -4,11 +4,11 @@
 
 use super::Renderer;
 use super::many_lights::{FrameData, sized};
+use super::reservoir::ReservoirData;
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Format, Kernel, push_struct};
 use crate::scene::{SKY, View};
-use crate::shaders::interleaved as shaders;
-use crate::shaders::set;
+use crate::shaders::{constant, interleaved as shaders, set};
 use crate::technique::Answer;
 
 /// Pixels a side that have a part of the lights each, and how many of one part a side a workgroup asks for.
@@ -31,56 +31,68 @@ push_struct! {
 
 /// What asks one technique for the lights of a picture.
 pub(super) struct Interleaved {
-    size: [u32; 2],
-    /// What each pixel turns of its part, RGB.
-    pub(super) estimates: Buffer,
     ask: Kernel,
-    gather: Kernel<GatherPush>,
+    pub(super) gather: Gather,
+}
+
+/// What averages what pixels found.
+pub(super) struct Gather {
+    size: [u32; 2],
+    /// What each pixel turns of the lights that it asked for, RGB.
+    pub(super) estimates: Buffer,
+    kernel: Kernel<GatherPush>,
 }
 
 impl Interleaved {
     pub(super) fn new(renderer: &Renderer, answer: &Answer) -> Result<Self> {
-        let (context, size) = (&renderer.context, renderer.color.size());
-        let what = format!("{} × {} pixels with shading=interleaved", size[0], size[1]);
-        let bytes = 12 * u64::from(size[0]) * u64::from(size[1]);
-        let estimates = sized(context, "interleaved.estimates", bytes, &what)?;
-        let written = set::InterleavedWritten { estimates: &estimates }.bind(context, "interleaved.written")?;
-        let read = set::InterleavedRead { estimates: &estimates, colors: &renderer.color };
-        let read = read.bind(context, "interleaved.read")?;
-        let half = renderer.color_format == Format::R16G16B16A16_SFLOAT;
-        let gather = if half { &shaders::GATHER_HALF_1 } else { &shaders::GATHER_HALF_0 };
-        let asking = [&renderer.scene, answer.bindings, &renderer.buffers, &written];
-        let gathering = [&renderer.scene, &read, &renderer.buffers];
-        Ok(Self {
-            size,
-            estimates,
-            ask: Kernel::compute(context, shaders::ASK.of(answer.folder), &asking, answer.constants)?,
-            gather: Kernel::compute(context, gather, &gathering, &Constants::new())?,
-        })
+        let context = &renderer.context;
+        let gather = Gather::new(renderer, "interleaved", false)?;
+        let written = set::InterleavedWritten { estimates: &gather.estimates }.bind(context, "interleaved.written")?;
+        let sets = [&renderer.scene, answer.bindings, &renderer.buffers, &written];
+        Ok(Self { ask: Kernel::compute(context, shaders::ASK.of(answer.folder), &sets, answer.constants)?, gather })
     }
 
     /// Records both passes, behind that of the G-buffer.
     pub(super) fn record(&self, commands: &mut Commands, camera: &View) {
         self.ask(commands);
-        self.gather(commands, camera);
+        self.gather.gather(commands, camera);
     }
 
     fn ask(&self, commands: &mut Commands) {
-        let [x, y] = self.size.map(|side| side.div_ceil(PLACES).div_ceil(BLOCK));
+        let [x, y] = self.gather.size.map(|side| side.div_ceil(PLACES).div_ceil(BLOCK));
         commands.pass("interleaved.ask", |pass| pass.dispatch(&self.ask, &(), [x, y, PLACES * PLACES]));
-    }
-
-    fn gather(&self, commands: &mut Commands, camera: &View) {
-        let FrameData { corner, across, down, edge, .. } = FrameData::of(camera);
-        let push = GatherPush { corner, across, down, edge, sky: SKY };
-        let groups = [0, 1].map(|i| self.size[i].div_ceil(GATHERED[i]));
-        commands.pass("interleaved.gather", |pass| pass.dispatch(&self.gather, &push, [groups[0], groups[1], 1]));
     }
 }
 
-/// What `shading=interleaved` left on the device with the last frame, a value a pixel, for whoever holds it against its twin.
+impl Gather {
+    /// With `shading` of that name. `whole`: what a pixel finds stands for all lights, and not for its part.
+    pub(super) fn new(renderer: &Renderer, shading: &str, whole: bool) -> Result<Self> {
+        let (context, size) = (&renderer.context, renderer.color.size());
+        let what = format!("{} × {} pixels with shading={shading}", size[0], size[1]);
+        let bytes = 12 * u64::from(size[0]) * u64::from(size[1]);
+        let estimates = sized(context, "interleaved.estimates", bytes, &what)?;
+        let read = set::InterleavedRead { estimates: &estimates, colors: &renderer.color };
+        let read = read.bind(context, "interleaved.read")?;
+        let half = renderer.color_format == Format::R16G16B16A16_SFLOAT;
+        let gather = if half { &shaders::GATHER_HALF_1 } else { &shaders::GATHER_HALF_0 };
+        let constants = Constants::new().set(constant::WHOLE, whole);
+        let kernel = Kernel::compute(context, gather, &[&renderer.scene, &read, &renderer.buffers], &constants)?;
+        Ok(Self { size, estimates, kernel })
+    }
+
+    pub(super) fn gather(&self, commands: &mut Commands, camera: &View) {
+        let FrameData { corner, across, down, edge, .. } = FrameData::of(camera);
+        let push = GatherPush { corner, across, down, edge, sky: SKY };
+        let groups = [0, 1].map(|i| self.size[i].div_ceil(GATHERED[i]));
+        commands.pass("interleaved.gather", |pass| pass.dispatch(&self.kernel, &push, [groups[0], groups[1], 1]));
+    }
+}
+
+/// What `shading=interleaved` or `shading=reservoir` left on the device with the last frame, a value a pixel, for whoever holds it against its twin.
 pub struct PartsSeen {
-    /// What each turns of its part of the lights.
+    /// The number of its triangle, counted from 1; 0 where there is sky.
+    pub numbers: Vec<u32>,
+    /// What each turns of its part of the lights, or of the one that it keeps as often as that stands for.
     pub estimates: Vec<[f32; 3]>,
     /// Albedo, and 0 where there is sky.
     pub albedo: Vec<[f32; 4]>,
@@ -88,4 +100,6 @@ pub struct PartsSeen {
     pub normal: Vec<[f32; 4]>,
     /// Along the camera's axis, world units.
     pub z: Vec<f32>,
+    /// With `shading=reservoir`, what each keeps; else none.
+    pub reservoirs: Vec<ReservoirData>,
 }

@@ -1,7 +1,8 @@
-//! Whoever needs the answer: the point query, the depth slice, the shaded picture (of many lights in tiles, or a part of them
+//! Whoever needs the answer: the point query, the depth slice, the shaded picture (of many lights in tiles, a part of them or one
 //! a pixel) and fog before it. They know no technique, only its [`crate::technique::Answer`].
 
 mod fog;
+mod gbuffer;
 mod half;
 mod interleaved;
 mod lighting;
@@ -9,6 +10,7 @@ pub mod many_lights;
 mod picture;
 mod points;
 mod query;
+mod reservoir;
 mod settings;
 mod shading;
 mod slice;
@@ -20,6 +22,7 @@ pub use lighting::{Lighting, VERTEX_SPACING};
 pub use picture::{Kernels, Renderer};
 pub use points::{Colours, Points};
 pub use query::{Asked, Query, QueryKernel};
+pub use reservoir::ReservoirData;
 pub use settings::{DitherKind, KEYS, LightingKind, ShadingKind, ShadingSettings, ShadowsKind, keys, parse, runs};
 pub use shading::{Shading, Tiled};
 pub use slice::{Slice, slice};

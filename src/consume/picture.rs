@@ -1,8 +1,10 @@
-//! The shaded picture: meshes forward, deferred, in tiles or by a part of the lights a pixel, then casters from far to near. Twin: reference::truth::picture.
+//! The shaded picture: meshes forward, deferred, in tiles, by a part of the lights or by one a pixel, then casters from far to near. Twin: reference::truth::picture.
 
+use super::gbuffer::GBuffer;
 use super::half::from_half;
 use super::interleaved::{Interleaved, PartsSeen};
 use super::many_lights::{Asking, ManyLights, Targets, TilesSeen};
+use super::reservoir::Reservoirs;
 use super::{Lighting, Shading, Tiled};
 use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Pass, PassTime,
@@ -23,8 +25,8 @@ pub struct Renderer {
     pub(super) context: Context,
     pub(super) color: Image,
     pub(super) depth: Image,
-    albedo: Image,
-    normal: Image,
+    pub(super) albedo: Image,
+    pub(super) normal: Image,
     pub(super) distance: Image,
     pub(super) scene: Bindings,
     /// Albedo, normal and z, as textures.
@@ -33,7 +35,7 @@ pub struct Renderer {
     pub(super) color_format: Format,
     lights: Buffer,
     light_count: u32,
-    camera: View,
+    pub(super) camera: View,
     camera_data: Buffer,
     order: Buffer,
     /// What `shading=tiled` keeps from frame to frame, once it was asked for.
@@ -56,9 +58,10 @@ pub struct Kernels {
 /// What draws the meshes.
 enum Meshes {
     Forward(Kernel),
-    Deferred { gbuffer: Kernel, deferred: Kernel },
-    Tiled { gbuffer: Kernel, tiles: Rc<ManyLights>, asking: Asking },
-    Interleaved { gbuffer: Kernel, interleaved: Interleaved },
+    Deferred { gbuffer: GBuffer, deferred: Kernel },
+    Tiled { gbuffer: GBuffer, tiles: Rc<ManyLights>, asking: Asking },
+    Interleaved { gbuffer: GBuffer, interleaved: Interleaved },
+    Reservoir { gbuffer: GBuffer, reservoirs: Reservoirs },
 }
 
 /// What draws the casters.
@@ -77,6 +80,15 @@ fn blended(world: &World, camera: &View) -> Result<Vec<u32>> {
     Ok(far_to_near(scene, camera))
 }
 
+impl Kernels {
+    /// With `shading=reservoir`, frames are counted from `frame` on, each of which draws other lights, and what was kept is forgotten.
+    pub fn begin_at(&self, frame: u32) {
+        if let Meshes::Reservoir { reservoirs, .. } = &self.meshes {
+            reservoirs.begin_at(frame);
+        }
+    }
+}
+
 impl Renderer {
     /// Prepares pictures of the world as it is now, as `camera` sees it.
     ///
@@ -91,9 +103,9 @@ impl Renderer {
         let image = |name, format, usage| Image::new(context, name, format, size, usage);
         let color = image("picture.color", color_format, ImageUse::StoredColor)?;
         let depth = image("picture.depth", Format::D32_SFLOAT, ImageUse::Depth)?;
-        let albedo = image("picture.albedo", Format::R32G32B32A32_SFLOAT, ImageUse::Color)?;
-        let normal = image("picture.normal", Format::R32G32B32A32_SFLOAT, ImageUse::Color)?;
-        let distance = image("picture.distance", Format::R32_SFLOAT, ImageUse::Color)?;
+        let albedo = image("picture.albedo", Format::R32G32B32A32_SFLOAT, ImageUse::Storage)?;
+        let normal = image("picture.normal", Format::R32G32B32A32_SFLOAT, ImageUse::Storage)?;
+        let distance = image("picture.distance", Format::R32_SFLOAT, ImageUse::StoredColor)?;
         let camera_data = Buffer::with_data(context, "picture.camera", &[*camera])?;
         let order = Buffer::new(context, "picture.order", 4 * u64::from(world.caster_capacity()), Memory::Device)?;
         order.write(&blended(world, camera)?)?;
@@ -216,6 +228,9 @@ impl Renderer {
         if let Meshes::Tiled { tiles, .. } = &kernels.meshes {
             tiles.end(&self.camera);
         }
+        if let Meshes::Reservoir { reservoirs, .. } = &kernels.meshes {
+            reservoirs.end(&self.camera);
+        }
     }
 
     /// What `shading=tiled` left on the device with the last frame; none where no such kernels were made.
@@ -231,23 +246,30 @@ impl Renderer {
         self.tiles.borrow().as_ref().map(|tiles| tiles.bytes())
     }
 
-    /// Bytes that `shading=interleaved` has between G-buffer and picture; none where the kernels are others.
+    /// Bytes that `shading=interleaved` or `shading=reservoir` has between G-buffer and picture; none where the kernels are others.
     pub fn estimates_bytes(&self, kernels: &Kernels) -> Option<u64> {
         match &kernels.meshes {
-            Meshes::Interleaved { interleaved, .. } => Some(interleaved.estimates.bytes()),
+            Meshes::Interleaved { interleaved, .. } => Some(interleaved.gather.estimates.bytes()),
+            Meshes::Reservoir { reservoirs, .. } => Some(reservoirs.bytes()),
             _ => None,
         }
     }
 
-    /// What `shading=interleaved` left on the device with the last frame of these kernels; none where they are others.
+    /// What `shading=interleaved` or `shading=reservoir` left on the device with the last frame of these kernels; none where they are
+    /// others.
     ///
     /// # Errors
     /// [`Error::Gpu`] where it cannot be read back.
     pub fn parts_seen(&self, kernels: &Kernels) -> Result<Option<PartsSeen>> {
-        let Meshes::Interleaved { interleaved, .. } = &kernels.meshes else { return Ok(None) };
-        let pixels = interleaved.estimates.bytes() as usize / 12;
+        let (gbuffer, estimates, reservoirs) = match &kernels.meshes {
+            Meshes::Interleaved { gbuffer, interleaved } => (gbuffer, &interleaved.gather.estimates, Vec::new()),
+            Meshes::Reservoir { gbuffer, reservoirs } => (gbuffer, &reservoirs.gather.estimates, reservoirs.kept()?),
+            _ => return Ok(None),
+        };
         Ok(Some(PartsSeen {
-            estimates: interleaved.estimates.read(pixels)?,
+            reservoirs,
+            numbers: gbuffer.numbers.read()?,
+            estimates: estimates.read(estimates.bytes() as usize / 12)?,
             albedo: self.albedo.read()?,
             normal: self.normal.read()?,
             z: self.distance.read()?,
@@ -304,17 +326,22 @@ impl Renderer {
         match &kernels.meshes {
             Meshes::Forward(forward) => self.forward(commands, forward),
             Meshes::Deferred { gbuffer, deferred } => {
-                self.gbuffer(commands, gbuffer);
+                gbuffer.record(commands, self);
                 self.deferred(commands, deferred);
             }
             Meshes::Tiled { gbuffer, tiles, asking } => {
                 let push = tiles.begin(&self.camera)?;
-                self.gbuffer(commands, gbuffer);
+                gbuffer.record(commands, self);
                 tiles.record(commands, asking, &push);
             }
             Meshes::Interleaved { gbuffer, interleaved } => {
-                self.gbuffer(commands, gbuffer);
+                gbuffer.record(commands, self);
                 interleaved.record(commands, &self.camera);
+            }
+            Meshes::Reservoir { gbuffer, reservoirs } => {
+                reservoirs.begin()?;
+                gbuffer.record(commands, self);
+                reservoirs.record(commands, &self.camera);
             }
         }
         Ok(())
@@ -331,20 +358,6 @@ impl Renderer {
         commands.pass("consume.forward", |pass| {
             let colors = [
                 Target { image: &self.color, clear: self.sky() },
-                Target { image: &self.distance, clear: Some([self.camera.far; 4]) },
-            ];
-            let depth = Target { image: &self.depth, clear: Some([1.0; 4]) };
-            pass.render(self.color.size(), &colors, Some(depth), |draw| {
-                draw.draw(kernel, &(), self.triangle_vertices, 1);
-            });
-        });
-    }
-
-    fn gbuffer(&self, commands: &mut Commands, kernel: &Kernel) {
-        commands.pass("consume.gbuffer", |pass| {
-            let colors = [
-                Target { image: &self.albedo, clear: Some([0.0; 4]) },
-                Target { image: &self.normal, clear: Some([0.0; 4]) },
                 Target { image: &self.distance, clear: Some([self.camera.far; 4]) },
             ];
             let depth = Target { image: &self.depth, clear: Some([1.0; 4]) };
@@ -410,14 +423,13 @@ impl Renderer {
         };
         let (scene, asked) = (&self.scene, answer.bindings);
         let color = (self.color_format, Blend::None);
-        let float4 = (Format::R32G32B32A32_SFLOAT, Blend::None);
         let distance = (Format::R32_SFLOAT, Blend::None);
         let depth = Some(Format::D32_SFLOAT);
         let surface = &shaders::SURFACE_VERT;
         let forward = shaders::FORWARD_FRAG.of(answer.folder);
         let deferred = shaders::DEFERRED_FRAG.of(answer.folder);
         let lit = [scene, asked, &self.buffers];
-        let gbuffer = || make(surface, &shaders::GBUFFER_FRAG, &[float4, float4, distance], depth, &[scene]);
+        let gbuffer = || GBuffer::new(self);
         Ok(Kernels {
             meshes: match shading {
                 Shading::Forward => {
@@ -433,6 +445,9 @@ impl Renderer {
                 }
                 Shading::Interleaved => {
                     Meshes::Interleaved { gbuffer: gbuffer()?, interleaved: Interleaved::new(self, answer)? }
+                }
+                Shading::Reservoir => {
+                    Meshes::Reservoir { gbuffer: gbuffer()?, reservoirs: Reservoirs::new(self, answer)? }
                 }
             },
             casters: match lighting {

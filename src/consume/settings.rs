@@ -27,6 +27,8 @@ words! {
         Tiled = "tiled",
         /// Each of 4 × 4 pixels asks a part of the lights, and all of them are its neighbours' mean.
         Interleaved = "interleaved",
+        /// Each pixel asks one light, drawn by what it would turn of it, and keeps it from frame to frame.
+        Reservoir = "reservoir",
     }
 }
 
@@ -61,7 +63,7 @@ settings! {
             "fragment", "the picture's casters ask for light at each pixel, or at the vertices of tessellated quads");
         /// How the picture's meshes are shaded. The fields below are of tiles alone.
         shading: ShadingKind = Setting::word(
-            "forward", "meshes are shaded as drawn, once a pixel, in tiles, or by a part of the lights a pixel");
+            "forward", "meshes are shaded as drawn, once a pixel, in tiles, or by a part of the lights or one light a pixel");
         /// Where neighbouring pixels ask.
         dither: DitherKind = Setting::word(
             "ordered", "with shading=tiled, where neighbouring pixels ask: all alike, 4 by 4, or at random").with(TILED.0, TILED.1);
@@ -133,19 +135,21 @@ mod tests {
         }
     }
 
-    /// Six numbers of steps and every voxel, in each of three sizes; maps of each light, and rays.
+    /// Six numbers of steps and every voxel, in each of three sizes; maps of each light, rays, and no shadow.
     #[test]
     fn many_lights_have_a_table_of_their_own() {
         for (on_cpu, maps) in [(false, 2), (true, 1)] {
             let specs = runs(|runs| runs.many_lights, on_cpu).expect("they are known");
             let count = |name: &str| specs.iter().filter(|spec| spec.entry.name == name).count();
             // Three sizes with seven ways each, and twelve ways to shade with two of these that are among the seven.
-            assert_eq!(["voxel-grid", "shadow-map", "ray-query"].map(count), [21 + 2 * 11, maps, 1]);
-            assert_eq!(specs.len(), 44 + maps);
+            assert_eq!(["voxel-grid", "shadow-map", "ray-query", "none"].map(count), [21 + 2 * 11, maps, 1, 1]);
+            assert_eq!(specs.len(), 45 + maps);
             let mut all: Vec<_> = specs.iter().map(ToString::to_string).collect();
             all.sort();
             all.dedup();
             assert_eq!(all.len(), specs.len(), "{all:?}");
+            let of_few = runs(|runs| runs.compare, on_cpu).expect("they are known");
+            assert_eq!(of_few.iter().filter(|spec| spec.entry.name == "none").count(), 1);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! How the meshes of a picture are shaded.
 
+use super::reservoir::MOST_FRAMES;
 use super::settings::{DitherKind, ShadingKind, ShadingSettings, ShadowsKind};
 
 /// How meshes are shaded. Forward and deferred pictures are the same.
@@ -14,6 +15,8 @@ pub enum Shading {
     /// Once a pixel, by a part of the lights: each of 4 × 4 pixels has one of its own, and what they find is averaged over those
     /// that see the same surface.
     Interleaved,
+    /// Once a pixel, by one light, drawn by what it would turn of it and of what it kept in the frames before.
+    Reservoir,
 }
 
 /// What there is to choose of [`Shading::Tiled`].
@@ -48,14 +51,16 @@ impl Shading {
             ShadingKind::Forward => Self::Forward,
             ShadingKind::Deferred => Self::Deferred,
             ShadingKind::Interleaved => Self::Interleaved,
+            ShadingKind::Reservoir => Self::Reservoir,
             ShadingKind::Tiled => Self::Tiled(Tiled { dither, blur, history, shadows }),
         }
     }
 
-    /// How often a picture of what stands still is drawn until it no longer changes.
+    /// How often a picture of what stands still is drawn until it no longer changes, or no longer gets better.
     pub fn frames_to_settle(self) -> usize {
         match self {
             Self::Tiled(Tiled { history: true, .. }) => 2,
+            Self::Reservoir => MOST_FRAMES,
             _ => 1,
         }
     }
@@ -71,6 +76,7 @@ mod tests {
         let of = |text: &str| Shading::of(&parse(text).expect(text)[0].settings());
         assert_eq!((of("avsm"), of("avsm:shading=deferred")), (Shading::Forward, Shading::Deferred));
         assert_eq!(of("avsm:shading=interleaved"), Shading::Interleaved);
+        assert_eq!(of("avsm:shading=reservoir"), Shading::Reservoir);
         assert_eq!(of("avsm:shading=tiled"), Shading::Tiled(Tiled::default()));
         let bare = "avsm:shading=tiled,dither=none,blur=off,history=off";
         assert_eq!(of(bare), Shading::Tiled(Tiled::BARE));

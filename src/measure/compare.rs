@@ -227,7 +227,7 @@ impl Case<'_> {
         let timed = self.time_builds(&mut opened, spec.entry.lifetime, shading)?;
         row.steadiness = Some(timed.steadiness);
         row.host_ns = Timing::of(&timed.host_ns);
-        row.build_ns = Timing::of(&self.device_ns(&timed));
+        row.build_ns = Timing::of(&self.device_ns(&timed, spec.entry.lifetime));
         row.passes = [&timed.moves, &timed.frames].into_iter().flat_map(|passes| pass_timings(passes)).collect();
         let facts = opened.technique.facts()?;
         row.path = facts.path.into();
@@ -263,7 +263,11 @@ impl Case<'_> {
         row.counters.extend(renderer.tiles_bytes().map(|bytes| ("tiles_bytes".into(), bytes)));
         row.counters.extend(renderer.estimates_bytes(&kernels).map(|bytes| ("estimates_bytes".into(), bytes)));
         row.frame_ns = row.build_ns.zip(row.draw_ns).map(|(build, draw)| build.median + draw.median);
-        let picture = renderer.read()?;
+        let picture = match shading {
+            // Each frame is another: as many from the first on as it takes, however many were timed.
+            Shading::Reservoir => renderer.picture(&opened.technique.answer(), shading, lighting)?,
+            _ => renderer.read()?,
+        };
         let mut beside_truth = None;
         if self.effort.truth != Extent::None {
             let mut image = None;

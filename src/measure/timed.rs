@@ -62,10 +62,11 @@ impl Case<'_> {
         Ok(best)
     }
 
-    /// The device's time of each build. A build without passes, of a world in which nothing moved that the technique is made of, took
-    /// none.
-    pub(super) fn device_ns(&self, timed: &Timed) -> Vec<f64> {
-        let has_times = self.frames.count() > 1 && self.context.features().timestamp_valid_bits > 0;
+    /// The device's time of each build. A build without passes, of a world in which nothing moved that the technique is made of or of what
+    /// makes nothing, took none; what was baked before is not built.
+    pub(super) fn device_ns(&self, timed: &Timed, lifetime: Lifetime) -> Vec<f64> {
+        let is_built = self.frames.count() > 1 || lifetime == Lifetime::Frame;
+        let has_times = is_built && self.context.features().timestamp_valid_bits > 0;
         let of = |passes: &Vec<PassTime>| frame_ns(passes).or((has_times && passes.is_empty()).then_some(0.0));
         timed.wholes.iter().filter_map(of).collect()
     }
@@ -119,7 +120,7 @@ impl Case<'_> {
             timed.draws.extend(drawn);
             timed.host_ns.push(built.host_ns);
         }
-        let device = self.device_ns(&timed);
+        let device = self.device_ns(&timed, lifetime);
         timed.steadiness = watch.end(Timing::of(if device.is_empty() { &timed.host_ns } else { &device }));
         Ok(timed)
     }

@@ -7,6 +7,7 @@
 pub mod avsm;
 pub mod beer_shadow_map;
 pub mod ism;
+pub mod none;
 pub mod psm;
 pub mod ray_query;
 pub mod shadow_map;
@@ -33,6 +34,7 @@ pub use ism::{
     VIRTUAL_LIGHTS, Way as IsmWay,
 };
 pub use keys::{Key, Name, Values};
+pub use none::Unshadowed;
 pub use promises::Promises;
 pub use psm::Psm;
 pub use ray_query::RayQuery;
@@ -219,9 +221,12 @@ impl Casts {
     /// From all that a scene may have.
     pub const ALL: Self = Self { particles: true, strands: true, meshes: true };
 
-    /// Whether it casts from anything that there is, or there is nothing to cast from.
+    /// From nothing: of any scene all light is let through.
+    pub const NONE: Self = Self { particles: false, strands: false, meshes: false };
+
+    /// Whether it casts from anything that there is, or there is nothing to cast from, or it casts from nothing.
     pub fn any_of(self, has: Kinds) -> bool {
-        has == Kinds::default() || self.are_in(has)
+        has == Kinds::default() || self == Self::NONE || self.are_in(has)
     }
 
     /// Whether it casts from anything that there is.
@@ -242,7 +247,8 @@ impl Casts {
     /// What it casts from, for people.
     pub fn names(self) -> String {
         let names = [(self.particles, "particles"), (self.strands, "strands"), (self.meshes, "meshes")];
-        names.into_iter().filter(|n| n.0).map(|n| n.1).collect::<Vec<_>>().join(", ")
+        let all: Vec<_> = names.into_iter().filter(|n| n.0).map(|n| n.1).collect();
+        if all.is_empty() { "nothing".into() } else { all.join(", ") }
     }
 }
 
@@ -316,7 +322,9 @@ mod tests {
         let [smoke, nothing] = [smoke.kinds(), nothing.kinds()];
         assert!(Casts::ALL.are_in(smoke) && !Casts::ALL.are_in(nothing) && !meshes.are_in(smoke));
         assert!(Casts::ALL.any_of(smoke) && !meshes.any_of(smoke) && meshes.any_of(nothing));
+        assert!(Casts::NONE.any_of(smoke) && Casts::NONE.any_of(nothing) && !Casts::NONE.are_in(smoke));
         assert_eq!(Casts::ALL.names(), "particles, strands, meshes");
+        assert_eq!((Casts::NONE.names(), Casts::NONE.unseen_of(smoke)), ("nothing".into(), vec!["smoke".to_owned()]));
         assert_eq!((meshes.unseen_of(smoke), Casts::ALL.unseen_of(smoke)), (vec!["smoke".to_owned()], vec![]));
     }
 }

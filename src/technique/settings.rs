@@ -358,7 +358,7 @@ mod tests {
     /// Of each technique, and of what asks it.
     #[test]
     fn specs_and_settings_are_one() {
-        let mut seen = vec![all::ray_query::ENTRY.name];
+        let mut seen = vec![all::ray_query::ENTRY.name, all::none::ENTRY.name];
         macro_rules! each {
             ($($module:ident),*) => { $(
                 goes_both_ways::<all::$module::Settings>(&all::$module::ENTRY, &[]);

@@ -21,6 +21,8 @@ impl Parts {
     pub const CAMERA: Self = Self(16);
     /// The box about all that casts.
     pub const BOX: Self = Self(32);
+    /// Nothing of it.
+    pub const NONE: Self = Self(0);
     /// All of them.
     pub const ALL: Self = Self(63);
 

@@ -7,6 +7,7 @@
 //! held against the SPIR-V, and against every push_struct! in src/, also those of kernels that no test makes.
 
 use super::support::spirv::without_constant_choices;
+use gobo::consume::ReservoirData;
 use gobo::consume::many_lights::{FrameData, QueueData};
 use gobo::gpu::Shader;
 use gobo::grid::{GridData, ListTotals};
@@ -51,6 +52,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
             "Light",
             twin!(LightData, position, kind, direction, cos_cone, radiance, falloff, first_map, map_count, has_opaque),
         ),
+        ("Reservoir", twin!(ReservoirData, light, weight, frames, z, normal)),
         ("Map", twin!(Map, volume, opaque)),
         ("IsmPoint", twin!(PointData, position, normal)),
         ("IsmCluster", twin!(ClusterData, middle, reach, normal, spread, thick, closed)),

@@ -17,7 +17,7 @@ use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::avsm::pack::{Packed, unpack};
 use gobo::scene::{Particle, Scene, View};
-use gobo::technique::{self, Avsm, Entry, Name, NodeData, Opened, REGISTRY, Spec, Technique, Values, avsm};
+use gobo::technique::{self, Avsm, Casts, Entry, Name, NodeData, Opened, REGISTRY, Spec, Technique, Values, avsm};
 use gobo::world::World;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -147,13 +147,14 @@ pub fn spec(text: &str) -> Spec {
     specs.remove(0)
 }
 
-/// A spec for each path of each technique that this device can run; of the others `test` says that they are skipped.
+/// A spec for each path of each technique that shadows and that this device can run; of the others `test` says that they are skipped.
 pub fn every_path(test: &str, context: &Context) -> Vec<Spec> {
     all_paths().into_iter().filter(|spec| runs(test, context, &spec.short())).collect()
 }
 
-/// A spec for each path of each technique.
+/// A spec for each path of each technique that shadows.
 pub fn all_paths() -> Vec<Spec> {
+    let shadows = REGISTRY.iter().filter(|entry| entry.casts != Casts::NONE);
     let one = |(entry, path): (&&Entry, &technique::Path)| {
         let mut spec = spec(entry.name);
         spec.set(Name::PATH, path.name);
@@ -172,7 +173,7 @@ pub fn all_paths() -> Vec<Spec> {
         }
         spec
     };
-    REGISTRY.iter().flat_map(|entry| entry.paths.iter().map(move |path| (entry, path))).map(one).collect()
+    shadows.flat_map(|entry| entry.paths.iter().map(move |path| (entry, path))).map(one).collect()
 }
 
 /// Whether this device runs what `text` asks for; where it is refused, `test` says that it is skipped and why.

@@ -119,7 +119,7 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
 fn specs(test: &str, context: &Context) -> Vec<Spec> {
     let mut specs = every_path(test, context);
     // Those that see meshes alone are not open to the scene of one sphere that decides there.
-    for entry in REGISTRY.iter().filter(|entry| !entry.casts.particles && entry.name != "ism") {
+    for entry in REGISTRY.iter().filter(|entry| entry.casts.meshes && !entry.casts.particles && entry.name != "ism") {
         specs.extend(entry.paths.iter().map(|path| {
             let mut spec = spec(entry.name);
             spec.set(Name::PATH, path.name);

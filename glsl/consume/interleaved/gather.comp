@@ -1,6 +1,6 @@
 #version 460
-// shading=interleaved, second pass: what 4 × 4 pixels about each found, of those that see the same surface, stands for what all
-// lights do there. At edges they are those 4 × 4 of which most see it. Sources: as ask.comp; Wald et al. 2002, Interactive global
+// shading=interleaved and reservoir, second pass: what 4 × 4 pixels about each found, of those that see the same surface, stands for what
+// all lights do there. At edges they are those 4 × 4 of which most see it. Sources: as ask.comp; Wald et al. 2002, Interactive global
 // illumination (a filter that ends at edges); that it moves away from them is ours. Twin: reference::twin::interleaved::gather.
 // Inputs: what each pixel turns of its part, albedo, normal, z. Output: colour.
 // Invariant: 4 × 4 pixels, wherever they begin, hold each place once. Sums are of so many lights as were asked, each of as much
@@ -13,6 +13,9 @@
 #include "consume/interleaved/parts.glsl"
 
 layout(local_size_x = 16, local_size_y = 8) in;
+
+// What each pixel found stands for all lights, and not for its part.
+CONSTANT(bool, WHOLE, false)
 
 PICTURE_LIGHTS
 PICTURE_CAMERA
@@ -109,7 +112,7 @@ void main() {
             if ((like[y] >> x & 1u) != 0u) {
                 ivec2 to = ivec2(x, y) - REACH;
                 sum += around_light[middle + to.y * AROUND.x + to.x];
-                asked += part_lights(count, pixel_place(uvec2(pixel + to)));
+                asked += WHOLE ? count : part_lights(count, pixel_place(uvec2(pixel + to)));
             }
         }
     }

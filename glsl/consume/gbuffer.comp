@@ -1,0 +1,40 @@
+#version 460
+// What each pixel sees, from the number of its triangle. Source: Burns and Hunt 2013, The visibility buffer. Inputs: camera, triangles,
+// their sides, numbers. Outputs: albedo (alpha 0 where there is sky), normal and whether it is the outside of something closed, z.
+// Twin: reference::twin::gbuffer.
+#extension GL_EXT_samplerless_texture_functions : require
+#include "consume/camera_push.glsl"
+#include "consume/picture_set.glsl"
+#include "consume/surface.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+PICTURE_TRIANGLES
+PICTURE_SIDES
+// set 1: picture_seen
+layout(set = 1, binding = 0) uniform utexture2D numbers;
+layout(set = 1, binding = 1, rgba32f) writeonly uniform image2D albedos;
+layout(set = 1, binding = 2, rgba32f) writeonly uniform image2D normals;
+layout(set = 1, binding = 3, r32f) writeonly uniform image2D distances;
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    View camera = pushed_camera();
+    if (any(greaterThanEqual(pixel, ivec2(size)))) {
+        return;
+    }
+    uint number = texelFetch(numbers, pixel, 0).r;
+    vec4 albedo = vec4(0.0), normal = vec4(0.0);
+    float z = camera.far;
+    if (number != 0u) {
+        Triangle triangle = triangles[number - 1u];
+        int side = sides[number - 1u];
+        Surface surface = surface_of(camera, triangle, side);
+        albedo = vec4(triangle.albedo, 1.0);
+        normal = vec4(surface.normal, float(side != 0));
+        z = surface_z(surface_ray(camera, vec2(pixel) + 0.5), surface);
+    }
+    imageStore(albedos, pixel, albedo);
+    imageStore(normals, pixel, normal);
+    imageStore(distances, pixel, vec4(z));
+}

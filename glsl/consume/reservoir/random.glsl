@@ -1,0 +1,30 @@
+// Random numbers of a pixel in a frame, and what is drawn by them. All of it in whole numbers or precise, so that its twin draws the same.
+// Source: O'Neill 2014, PCG (the permutation), as a hash: Jarzynski and Olano 2020, Hash functions for GPU rendering.
+// Twin: reference::twin::reservoir.
+#ifndef CONSUME_RESERVOIR_RANDOM_GLSL
+#define CONSUME_RESERVOIR_RANDOM_GLSL
+
+uint hashed(uint bits) {
+    uint state = bits * 747796405u + 2891336453u;
+    uint word = (state >> ((state >> 28) + 4u) ^ state) * 277803737u;
+    return word >> 22 ^ word;
+}
+
+uint pixel_seed(uint pixel, uint frame) { return hashed(hashed(pixel) + frame); }
+
+// Number `i` of a seed.
+uint random_bits(uint seed, uint i) { return hashed(seed + i); }
+
+// Between 0 and 1.
+float random_share(uint bits) {
+    precise float share = (float(bits >> 8) + 0.5) / 16777216.0;
+    return share;
+}
+
+// Of `lights`, candidate `i` of `candidates`: each is drawn from a part of its own, and all together each light as often as any other.
+uint candidate_light(uint bits, uint i, uint candidates, uint lights) {
+    uint place, low;
+    umulExtended(bits, lights, place, low);
+    return (i * lights + place) / candidates;
+}
+#endif

@@ -1,0 +1,7 @@
+#version 460
+// Which triangle each pixel sees, counted from 1; 0 is the sky. What follows from it is found once a pixel, by gbuffer.comp.
+// Source: Burns and Hunt 2013, The visibility buffer. Input: the triangle's number. Output: it.
+layout(location = 0) flat in uint number;
+layout(location = 0) out uint seen;
+
+void main() { seen = number; }

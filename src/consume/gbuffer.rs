@@ -1,0 +1,86 @@
+//! What each pixel of a picture sees of the meshes: the number of its triangle is drawn, and what follows from it is found once a pixel,
+//! however many triangles lie behind each other. Source: Burns and Hunt 2013, The visibility buffer. Twin: reference::twin::gbuffer.
+
+use super::Renderer;
+use crate::Result;
+use crate::gpu::{Blend, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, Target, push_struct};
+use crate::scene::View;
+use crate::shaders::{consume as shaders, set};
+
+/// Pixels a side of a workgroup.
+const BLOCK: u32 = 8;
+
+push_struct! {
+    /// Twin: CameraPush in glsl/consume/camera_push.glsl.
+    struct CameraPush {
+        origin: [f32; 3],
+        scale_x: f32,
+        right: [f32; 3],
+        scale_y: f32,
+        up: [f32; 3],
+        near: f32,
+        forward: [f32; 3],
+        far: f32,
+        size: [u32; 2],
+    }
+}
+
+impl CameraPush {
+    fn of(camera: &View) -> Self {
+        let View { origin, scale_x, right, scale_y, up, near, forward, far, width, height, .. } = *camera;
+        Self { origin, scale_x, right, scale_y, up, near, forward, far, size: [width, height] }
+    }
+}
+
+/// What finds it.
+pub(super) struct GBuffer {
+    /// Of each pixel's triangle, counted from 1; 0 where there is sky.
+    pub(super) numbers: Image,
+    visible: Kernel<CameraPush>,
+    gbuffer: Kernel<CameraPush>,
+}
+
+impl GBuffer {
+    pub(super) fn new(renderer: &Renderer) -> Result<Self> {
+        let (context, scene, size) = (&renderer.context, &renderer.scene, renderer.color.size());
+        let numbers = Image::new(context, "picture.numbers", Format::R32_UINT, size, ImageUse::Color)?;
+        let seen = set::PictureSeen {
+            numbers: &numbers,
+            albedos: &renderer.albedo,
+            normals: &renderer.normal,
+            distances: &renderer.distance,
+        };
+        let seen = seen.bind(context, "picture.seen")?;
+        let state = Graphics {
+            vertex: &shaders::VISIBLE_VERT,
+            fragment: &shaders::VISIBLE_FRAG,
+            colors: &[(Format::R32_UINT, Blend::None)],
+            depth: Some(Format::D32_SFLOAT),
+        };
+        let visible = Kernel::graphics(context, &state, &[scene], &Constants::new())?;
+        let gbuffer = Kernel::compute(context, &shaders::GBUFFER, &[scene, &seen], &Constants::new())?;
+        Ok(Self { numbers, visible, gbuffer })
+    }
+
+    /// Records both passes.
+    pub(super) fn record(&self, commands: &mut Commands, renderer: &Renderer) {
+        let push = CameraPush::of(&renderer.camera);
+        self.visible(commands, renderer, &push);
+        self.gbuffer(commands, &push);
+    }
+
+    fn visible(&self, commands: &mut Commands, renderer: &Renderer, push: &CameraPush) {
+        commands.pass("consume.visible", |pass| {
+            let numbers = [Target { image: &self.numbers, clear: Some([0.0; 4]) }];
+            let depth = Target { image: &renderer.depth, clear: Some([1.0; 4]) };
+            pass.render(self.numbers.size(), &numbers, Some(depth), |draw| {
+                draw.draw(&self.visible, push, renderer.triangle_vertices, 1);
+            });
+        });
+    }
+
+    fn gbuffer(&self, commands: &mut Commands, push: &CameraPush) {
+        let [x, y] = self.numbers.size().map(|side| side.div_ceil(BLOCK));
+        commands.pass("consume.gbuffer", |pass| pass.dispatch(&self.gbuffer, push, [x, y, 1]));
+    }
+}

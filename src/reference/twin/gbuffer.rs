@@ -1,0 +1,31 @@
+//! Twin of glsl/consume/gbuffer.comp: what a pixel sees of the triangle that it sees.
+
+use crate::scene::View;
+use glam::{Vec2, Vec3};
+
+/// What a pixel sees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Of unit length; outwards where there is an outside.
+    pub normal: Vec3,
+    /// Along the camera's axis, world units.
+    pub z: f32,
+}
+
+/// At the middle of a pixel. `side` of the triangle: below 0 where its other side is outside.
+pub fn gbuffer(camera: &View, corners: [Vec3; 3], side: i32, pixel: [u32; 2]) -> Seen {
+    let [right, up, forward, origin] = [camera.right, camera.up, camera.forward, camera.origin].map(Vec3::from);
+    let ndc = (Vec2::new(pixel[0] as f32, pixel[1] as f32) + 0.5)
+        / Vec2::new(camera.width as f32, camera.height as f32)
+        * 2.0
+        - 1.0;
+    let direction = forward + right * (ndc.x / camera.scale_x) + up * (ndc.y / camera.scale_y);
+    let cross = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    let normal = if cross == Vec3::ZERO { cross } else { cross / cross.length() };
+    let normal = if side < 0 { -normal } else { normal };
+    let all_z = corners.map(|corner| (corner - origin).dot(forward));
+    let [low, high] = [all_z.iter().copied().fold(f32::INFINITY, f32::min), all_z.iter().copied().fold(0.0, f32::max)];
+    let z = (corners[0] - origin).dot(normal) / direction.dot(normal);
+    // Not a number where the plane is edge on.
+    Seen { normal, z: if z >= low { z.min(high) } else { low } }
+}

@@ -1,0 +1,85 @@
+//! No shadow at all: what shadows cost in time, and what leaving them out costs in error.
+//!
+//! Nothing is built, and every point is lit: the row that others are held against.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, solid};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &solid())?;
+//! let mut none = open(context, &world, &parse("none", &[])?[0])?;
+//! assert!(none.build(&world)?.passes.is_empty());
+//! // Above the box and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! assert_eq!(query.ask(&none.technique.answer())?, [1.0, 1.0]);
+//! # Ok(()) });
+//! ```
+
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use crate::Result;
+use crate::gpu::{Bindings, Commands, Constants, Context};
+use crate::maps::Map;
+use crate::shaders::folder;
+use crate::world::{Parts, World};
+
+/// There is nothing to set.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Settings;
+
+/// For the registry. It promises what is always 1: that nothing rises and no order matters. It leaks everywhere, and promises nothing of
+/// that; nothing of it can break, so it is not stressed where nobody names it.
+pub const ENTRY: Entry = Entry {
+    name: "none",
+    about: "no shadow: all light everywhere; what shadows cost, and what leaving them out costs",
+    casts: Casts::NONE,
+    lifetime: Lifetime::Frame,
+    keys: &[],
+    paths: &[Path { name: LIT, requires: &[] }],
+    promises: |_, _| Promises { rise: Some(0.0), order: Some(0.0), ..Promises::NONE },
+    runs: Runs { compare: &[""], many_lights: &["shading=tiled"], ..Runs::NONE },
+    open: |context, _, _| Ok(Box::new(Unshadowed::new(context, &Settings)?)),
+};
+
+const LIT: &str = "lit";
+
+/// The technique.
+pub struct Unshadowed {
+    look_up: Bindings,
+    constants: Constants,
+}
+
+impl Unshadowed {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, _: &Settings) -> Result<Self> {
+        Ok(Self { look_up: Bindings::new(context, "none.look_up", &[])?, constants: Constants::new() })
+    }
+}
+
+impl Technique for Unshadowed {
+    fn made_of(&self) -> Parts {
+        Parts::NONE
+    }
+
+    fn record(&mut self, _: &mut Commands, _: &World) -> Result<()> {
+        Ok(())
+    }
+
+    fn answer(&self) -> Answer<'_> {
+        Answer { folder: folder::NONE, bindings: &self.look_up, constants: &self.constants }
+    }
+
+    fn maps(&self) -> &[Map] {
+        &[]
+    }
+
+    fn facts(&self) -> Result<Facts> {
+        Ok(Facts { path: LIT, reason: "the only path".into(), ..Facts::default() })
+    }
+}
