@@ -43,16 +43,6 @@ bool grid_has_voxel(uvec3 voxel) {
     return (visibility_bits[2u * grid_word(GRID_SIZE, 0u, voxel) + (bit >> 5)] >> (bit & 31u) & 1u) == 1u;
 }
 
-// Whether the cells of a mask are empty in the box that has these two in its corners.
-bool mask_box_is_empty(uvec2 mask, uvec3 one, uvec3 other) {
-    uvec3 low = min(one, other), high = max(one, other);
-    uint row = (2u << high.x) - (1u << low.x);
-    uint layer = (row * 0x1111u) & ((16u << (4u * high.y)) - (1u << (4u * low.y)));
-    uint layers = (2u << high.z) - (1u << low.z);
-    uint first = layer * ((layers & 1u) | (layers & 2u) << 15), second = layer * ((layers >> 2 & 1u) | (layers & 8u) << 13);
-    return ((mask.x & first) | (mask.y & second)) == 0u;
-}
-
 // Whether the 2 × 2 × 2 voxels of a brick are empty that a voxel is one of.
 bool grid_octant_is_empty(uvec2 bits, uvec3 voxel) {
     uvec3 corner = voxel & 2u;
@@ -110,14 +100,6 @@ vec3 march_planes(March march, ivec3 voxel, uint shift) {
     return (vec3(high) - march.from) * march.inverse;
 }
 
-// The last voxel, of the 2^shift a side about `voxel`, that it is in.
-uvec3 march_last(March march, ivec3 voxel, uint shift) {
-    vec3 planes = march_planes(march, voxel, shift);
-    float leaves = min(march.range.y, min(planes.x, min(planes.y, planes.z)));
-    ivec3 low = (voxel >> int(shift)) << int(shift);
-    return uvec3(clamp(ivec3(march.from + march.way * leaves), low, low + (1 << int(shift)) - 1));
-}
-
 // The voxel that it enters there, at the nearest of them; false: that is out of the grid.
 bool march_on(March march, vec3 planes, float nearest, uint shift, inout ivec3 voxel) {
     ivec3 low = (voxel >> int(shift)) << int(shift), high = low + (1 << int(shift));
@@ -170,11 +152,7 @@ bool march_exact(vec3 from, vec3 way) {
                 if (grid_has(mask, at)) {
                     return true;
                 }
-                if (mask_box_is_empty(mask, at & 3u, (march_last(march, cell, CELL_SHIFT) ^ march.mirror) & 3u)) {
-                    shift = CELL_SHIFT;
-                } else {
-                    shift = grid_octant_is_empty(mask, at) ? 1u : 0u;
-                }
+                shift = grid_octant_is_empty(mask, at) ? 1u : 0u;
             }
         }
         vec3 planes = march_planes(march, cell, shift);

@@ -17,11 +17,11 @@ const MASKED: Settings = Settings { masks: true, ..PLAIN };
 fn dense() -> Scene {
     let mut random = Random::new(12);
     let mut scene = scenes::directional("dense", [0.4, 0.35, -0.8], Vec::new());
-    let positions: Vec<_> = (0..1500).flat_map(|_| {
+    let mut triangle = |_| {
         let at = random.point(-1.0, 1.0);
-        [0, 1, 2].map(|_| random.point(-0.2, 0.2)).map(|by| [0, 1, 2].map(|axis| at[axis] + by[axis]))
-    });
-    let positions: Vec<_> = positions.collect();
+        [(); 3].map(|()| random.point(-0.2, 0.2)).map(|by| [0, 1, 2].map(|axis| at[axis] + by[axis]))
+    };
+    let positions: Vec<[f32; 3]> = (0..1500).flat_map(&mut triangle).collect();
     let triangles = (0..positions.len() as u32 / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
     scene.meshes = vec![Mesh { name: "dense".into(), positions, triangles, albedo: [0.5; 3], solid: false }];
     scene
