@@ -125,19 +125,21 @@ fn surfaces_shadow_themselves_from_behind_alone() {
         let mut place = || f64::from(random.between(-1.5, 1.5));
         let lights: Vec<_> = (0..12)
             .map(|i| {
-                let above = if i % 2 == 0 { 1.0 } else { -1.0 } * [1.5, 0.6, 0.3][i % 3];
+                let above = [1.0, -1.0][i % 2] * [1.5, 0.6, 0.3][i % 3];
                 let from = at(place(), place(), above);
                 scenes::light(from, at(place(), place(), 0.0) - from)
             })
             .collect();
         let points: Vec<_> = (0..600).map(|_| at(place(), place(), 0.0)).collect();
         let scene = scenes::under("sheet", vec![sheet], lights);
-        for text in ["on", "far", "off"].map(|culling| format!("ism:points=1024,path=atomic,fill=off,culling={culling}")) {
+        for text in
+            ["on", "far", "off"].map(|culling| format!("ism:points=1024,path=atomic,fill=off,culling={culling}"))
+        {
             let ism = built(context, &scene, &text);
             let (mut lit, mut all) = (0, 0);
             for (light, of) in scene.lights.iter().enumerate() {
                 let slanted = |p: &DVec3| up.dot(of.towards(*p)).abs() > 0.5 && of.shines_on(*p);
-                let seen = points.iter().filter(|p| slanted(p)).map(|p| {
+                let seen = points.iter().filter(|p| slanted(*p)).map(|p| {
                     let normal = up * up.dot(of.towards(*p)).signum();
                     SurfacePoint { position: *p, normal, closed: false }
                 });

@@ -17,7 +17,7 @@ CONSTANT(bool, ISM_SLIDE, false)
 const float WIDEST = 3.0;
 
 // A texel has a disc that comes as near to its middle, texels: discs that lie between the middles of texels leave few gaps.
-const float BESIDE = 0.25;
+const float BESIDE = 0.3;
 
 struct Splat {
     uint level;

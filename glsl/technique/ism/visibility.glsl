@@ -35,11 +35,11 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
 }
 
 // How far the surface is from the light that lies `plane` before it, on the ray through the middle of a texel; no farther than `distance`,
-// where its point is: beyond, at a slant, its plane lies behind whatever stands on it.
+// where its point is: beyond, at a slant, its plane lies behind whatever stands on it; and no nearer than half of it, as own_distance.
 float surface_distance(vec3 normal, float plane, ivec2 texel, float distance) {
     vec3 way = map_way(texel_place(0u, texel));
     float along = plane / dot(normal, way);
-    return along > 0.0 ? min(along * (2.0 - way.z), distance) : distance;
+    return along > 0.0 ? clamp(along * (2.0 - way.z), 0.5 * distance, distance) : distance;
 }
 
 float light_visibility(uint light, vec3 position) {

@@ -10,7 +10,7 @@ const AWAY: f32 = 1e-4;
 fn surface_distance(normal: V3, plane: f32, size: u32, texel: [i32; 2], distance: f32) -> f32 {
     let way = map_way(texel_place(size as i32, texel));
     let along = plane / dot(normal, way);
-    if along > 0.0 { (along * (2.0 - way[2])).min(distance) } else { distance }
+    if along > 0.0 { (along * (2.0 - way[2])).clamp(0.5 * distance, distance) } else { distance }
 }
 
 /// How much of a virtual light at `origin` reaches `position`, in space or on a surface of that normal, by its map of `size` texels a

@@ -6,7 +6,7 @@ use super::map::{Axes, Levels, V3, dot, map_way, minus, texel_place};
 const WIDEST: f32 = 3.0;
 
 /// Twin: BESIDE.
-const BESIDE: f32 = 0.25;
+const BESIDE: f32 = 0.3;
 
 /// A point: where it stands, its normal, and whether that looks out of something closed.
 #[derive(Clone, Copy, Debug)]
