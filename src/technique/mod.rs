@@ -30,8 +30,8 @@ pub use avsm::{Avsm, NodeData};
 pub use beer_shadow_map::BeerShadowMap;
 pub use build::{Built, Opened, open};
 pub use ism::{
-    Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Facing, Ism, PointData, PointsData, SUBSETS as ISM_SUBSETS,
-    VIRTUAL_LIGHTS, Way as IsmWay,
+    Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, Ism, PointData, PointsData,
+    SUBSETS as ISM_SUBSETS, VIRTUAL_LIGHTS, Way as IsmWay,
 };
 pub use keys::{Key, Name, Values};
 pub use none::Unshadowed;

@@ -39,9 +39,14 @@ fn choice(scene: &Scene, area: f32, size: u32, points: u32, culling: Culling) ->
 #[test]
 fn adaptive_points_equal_their_twin() {
     gpu_test("ism::adaptive_points_equal_their_twin", |context| {
-        let cases = [("culling=on", true, false), ("culling=off", false, false), ("facing=slide", true, true)];
+        let cases = [
+            ("culling=on", Culling { on: true, far: false, slide: false }),
+            ("culling=off", Culling { on: false, far: false, slide: false }),
+            ("culling=far", Culling { on: true, far: true, slide: false }),
+            ("facing=slide", Culling { on: true, far: false, slide: true }),
+        ];
         for scene in [scenes::soup(), scenes::room()] {
-            for ((case, on, slide), points) in cases.into_iter().zip([1024, 2048, 1024]) {
+            for ((case, culling), points) in cases.into_iter().zip([1024, 2048, 1024, 1024]) {
                 let text = format!("ism:adaptive=on,points={points},size=32,path=atomic,{case}");
                 let ism = built(context, &scene, &text);
                 let (head, pool) = ism.points().expect("the points");
@@ -69,7 +74,7 @@ fn adaptive_points_equal_their_twin() {
                 }
 
                 let clusters: Vec<_> = clusters.iter().map(of_device).collect();
-                let choice = choice(&scene, head.area, 32, points, Culling { on, slide });
+                let choice = choice(&scene, head.area, 32, points, culling);
                 let (mut others, mut all) = (0, 0);
                 for (light, got) in lists(&ism, scene.lights.len()).into_iter().enumerate() {
                     let (origin, normal) = stand(&scene, light);
@@ -90,7 +95,13 @@ fn adaptive_points_equal_their_twin() {
 fn lights_take_of_all_that_they_see() {
     gpu_test("ism::lights_take_of_all_that_they_see", |context| {
         for scene in [scenes::soup(), scenes::room()] {
-            for (slide, case) in [(false, "facing=exact"), (true, "facing=slide"), (false, "culling=off")] {
+            let sees = |on, far, slide| Culling { on, far, slide };
+            for (culling, case) in [
+                (sees(true, false, false), "facing=exact"),
+                (sees(true, false, true), "facing=slide"),
+                (sees(false, false, false), "culling=off"),
+                (sees(true, true, false), "culling=far"),
+            ] {
                 let points = 1024;
                 let text = format!("ism:adaptive=on,points={points},path=atomic,{case}");
                 let ism = built(context, &scene, &text);
@@ -109,8 +120,7 @@ fn lights_take_of_all_that_they_see() {
                         assert!(share == 0 || share == CLUSTER, "{text}, light {light}: {share} of {CLUSTER}");
                         let seen = own.iter().any(|p| {
                             let offset = [0, 1, 2].map(|i| p.position[i] - origin[i]);
-                            is_before(origin, normal, offset)
-                                && (case == "culling=off" || is_seen(p, normal, offset, slide))
+                            is_before(origin, normal, offset) && is_seen(p, normal, offset, culling)
                         });
                         assert!(!seen || share > 0, "{text}, light {light}: nothing of what it sees");
                         unseen += usize::from(share == 0);

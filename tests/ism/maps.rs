@@ -70,11 +70,12 @@ fn others(context: &Context, scene: &Scene, text: &str, size: u32, culling: Cull
 fn maps_equal_their_twin() {
     gpu_test("ism::maps_equal_their_twin", |context| {
         let cases = [
-            ("culling=on", true, false),
-            ("adaptive=on", true, false),
-            ("culling=off", false, false),
-            ("facing=slide", true, true),
-            ("facing=slide,adaptive=on", true, true),
+            ("culling=on", Culling { on: true, far: false, slide: false }),
+            ("culling=far", Culling { on: true, far: true, slide: false }),
+            ("adaptive=on", Culling { on: true, far: false, slide: false }),
+            ("culling=off", Culling { on: false, far: false, slide: false }),
+            ("facing=slide", Culling { on: true, far: false, slide: true }),
+            ("facing=slide,adaptive=on", Culling { on: true, far: false, slide: true }),
         ];
         let fills = [("off", false), ("on", true)];
         let cases: Vec<_> = some(cases, 3).into_iter().flat_map(|case| fills.map(|fill| (case, fill))).collect();
@@ -82,13 +83,12 @@ fn maps_equal_their_twin() {
             for (path, size) in
                 ["tiled", "atomic"].into_iter().flat_map(|p| some([64, 32, 128], 1).into_iter().map(move |s| (p, s)))
             {
-                for ((case, on, slide), (fill, filled)) in &cases {
+                for ((case, culling), (fill, filled)) in &cases {
                     let text = format!("ism:points=1024,size={size},path={path},fill={fill},{case}");
                     if refusal(context, &scene, &text).is_some() {
                         continue;
                     }
-                    let [others, texels] =
-                        others(context, &scene, &text, size, Culling { on: *on, slide: *slide }, *filled);
+                    let [others, texels] = others(context, &scene, &text, size, *culling, *filled);
                     assert!(others * 1000 <= texels, "{text}: {others} of {texels} texels are others");
                 }
             }

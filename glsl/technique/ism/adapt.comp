@@ -63,9 +63,10 @@ uint rank_of(vec3 origin, vec3 forward, IsmCluster cluster) {
     precise float distance = sqrt(square);
     vec3 along = ISM_SLIDE ? forward : offset;
     precise float away = cluster.normal.x * along.x + cluster.normal.y * along.y + cluster.normal.z * along.z;
+    away = ISM_CULLING == CULL_FAR ? -away : away;
     precise float wide = ISM_SLIDE ? 1.0 : distance + cluster.reach;
     precise float most = away + (ISM_SLIDE ? 0.0 : cluster.thick) + 1.001 * cluster.spread * wide + 1e-5 * wide + 1e-6 * sum_origin;
-    if (ISM_CULLING && cluster.closed != 0u && !(most > 0.0)) {
+    if (ISM_CULLING != CULL_NONE && cluster.closed != 0u && !(most > 0.0)) {
         return 0u;
     }
     precise float straight = cluster.normal.x * offset.x + cluster.normal.y * offset.y + cluster.normal.z * offset.z;

@@ -1,19 +1,23 @@
-// What a point leaves in a light's map: a disc, at the level on which it is at most 4 texels wide. Sources: Ritschel et al. 2008;
+// What a point leaves in a light's map: a disc, at the level on which it is at most 7 texels wide. Sources: Ritschel et al. 2008;
 // Tokuyoshi 2014 (which points are left out). Twin: reference::twin::ism::splat.
 #ifndef TECHNIQUE_ISM_SPLAT_GLSL
 #define TECHNIQUE_ISM_SPLAT_GLSL
 #include "technique/ism/map.glsl"
 #include "technique/ism/points.glsl"
 
-CONSTANT(bool, ISM_CULLING, true)
+// Which sides of closed things are left out. Twin: technique::Culling.
+const uint CULL_NONE = 0u;
+const uint CULL_NEAR = 1u;  // those that face the light
+const uint CULL_FAR = 2u;   // those that turn away from it
+CONSTANT(uint, ISM_CULLING, CULL_NEAR)
 // Whether the normals of light and point alone say which side of a point the light sees, as in Tokuyoshi 2014.
 CONSTANT(bool, ISM_SLIDE, false)
 
 // Radius in texels up to which a point is splatted at a level.
-const float WIDEST = 1.5;
+const float WIDEST = 3.0;
 
-// A texel has a disc that comes as near to its middle, texels: discs that lie between the middles of texels leave no gaps.
-const float BESIDE = 0.5;
+// A texel has a disc that comes as near to its middle, texels: discs that lie between the middles of texels leave few gaps.
+const float BESIDE = 0.3;
 
 struct Splat {
     uint level;
@@ -41,12 +45,12 @@ bool is_before(vec3 origin, vec3 forward, vec3 offset) {
     return before > far;
 }
 
-// Whether the light can see a point before its plane: what is closed turns its back on the light there. So the far side of things
-// casts, as far from what they shade as can be. Source: Tokuyoshi 2014, Culling via DirectCompute.
+// Whether a point before the light's plane casts. Where near sides are left out what is closed turns its back on the light there: the far
+// side of things casts, as far from the light as can be. Source: Tokuyoshi 2014, Culling via DirectCompute.
 bool is_seen(vec3 normal, vec3 forward, vec3 offset, bool closed) {
     vec3 along = ISM_SLIDE ? forward : offset;
     precise float away = normal.x * along.x + normal.y * along.y + normal.z * along.z;
-    return !closed || away > 0.0;
+    return !closed || ISM_CULLING == CULL_NONE || (ISM_CULLING == CULL_NEAR ? away > 0.0 : away < 0.0);
 }
 
 // Whether the point leaves anything in the map.
@@ -54,7 +58,7 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, out Splat spl
     precise vec3 offset = point.position - origin;
     vec3 normal = unpack_normal(point.normal);
     if (!is_before(origin, axes.forward, offset)
-        || ISM_CULLING && !is_seen(normal, axes.forward, offset, point_closed(point.normal))) {
+        || !is_seen(normal, axes.forward, offset, point_closed(point.normal))) {
         return false;
     }
     splat.offset = into_axes(axes, offset);

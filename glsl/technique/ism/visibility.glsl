@@ -1,5 +1,5 @@
 // Imperfect shadow map look-up: how much of virtual light `light` reaches `position`, 0 to 1. Sources: Ritschel et al. 2008; Reeves,
-// Salesin and Cook 1987 (four comparisons, averaged). Twin: reference::twin::ism::look_up.
+// Salesin and Cook 1987 (four comparisons, averaged). A surface's normal is said by light_receiver, before each look-up. Twin: reference::twin::ism::look_up.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  what is known of all points (technique/ism/points.glsl)
@@ -19,29 +19,46 @@ layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityMaps { uin
 // Texels from a map to the next.
 CONSTANT(uint, ISM_STRIDE, 4096u)
 
-// A receiver leaves its surface by as much as lies between the four texels that it is compared with, and by a share of what a point
-// stands for.
-const float RECEIVER_TEXELS = 1.5;
-const float RECEIVER_POINTS = 0.5;
+// Of a point of a surface, the normal: light_receiver says it of the next look-up. None of a point in space.
+vec3 visibility_normal = vec3(0.0);
 
+// How much nearer to the light than a surface what shadows it has to be, texels: what rounding and the planes of points are off by.
+const float NEARER_TEXELS = 0.5;
+// The sine of the angle by which a surface has to turn away from the light to be dark for that alone.
+const float AWAY = 1e-4;
+
+// A point of a surface is looked up where it is, with its surface.
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
-    Light l = visibility_lights[light];
-    vec3 offset = position - l.position;
-    float distance = length(offset), along = dot(offset, l.direction);
-    float width = max(distance + along, 0.0) * (2.0 / float(ISM_SIZE));
-    return position + normal * max(RECEIVER_TEXELS * width, RECEIVER_POINTS * visibility_points.radius);
+    visibility_normal = normal;
+    return position;
+}
+
+// How far the surface is from the light that lies `plane` before it, on the ray through the middle of a texel; no farther than `distance`,
+// where its point is: beyond, at a slant, its plane lies behind whatever stands on it; and no nearer than half of it, as own_distance.
+float surface_distance(vec3 normal, float plane, ivec2 texel, float distance) {
+    vec3 way = map_way(texel_place(0u, texel));
+    float along = plane / dot(normal, way);
+    return along > 0.0 ? clamp(along * (2.0 - way.z), 0.5 * distance, distance) : distance;
 }
 
 float light_visibility(uint light, vec3 position) {
     Light l = visibility_lights[light];
-    vec3 offset = into_axes(axes_of(l.direction), position - l.position);
+    Axes axes = axes_of(l.direction);
+    vec3 offset = into_axes(axes, position - l.position), normal = into_axes(axes, visibility_normal);
+    bool on_surface = visibility_normal != vec3(0.0);
+    visibility_normal = vec3(0.0);
     float square = dot(offset, offset);
-    // Behind its plane it sends nothing, so that nothing stands in its way; what is no number is nowhere.
-    if (!(offset.z > 0.0) || !(square < FARTHEST)) {
+    // Behind its plane it sends nothing, so that nothing stands in its way; what is no number is nowhere; nothing casts nothing.
+    if (!(offset.z > 0.0) || !(square < FARTHEST) || visibility_points.total == 0u) {
         return 1.0;
     }
-    float distance = sqrt(square);
+    float distance = sqrt(square), plane = dot(normal, offset);
+    // What is closed and turns its back on the light shadows itself; of what is open the light's side is asked for.
+    if (plane > AWAY * distance) {
+        return 0.0;
+    }
+    float nearer = on_surface ? NEARER_TEXELS * (distance + offset.z) * (2.0 / float(ISM_SIZE)) : 0.0;
     vec2 at = (offset.xy / (distance + offset.z) * 0.5 + 0.5) * float(ISM_SIZE) - 0.5;
     vec2 low = floor(at), part = at - low;
     ivec2 last = ivec2(ISM_SIZE - 1u);
@@ -49,7 +66,8 @@ float light_visibility(uint light, vec3 position) {
     for (int i = 0; i < 4; ++i) {
         ivec2 texel = clamp(ivec2(low) + ivec2(i & 1, i >> 1), ivec2(0), last);
         float nearest = uintBitsToFloat(visibility_maps[light * ISM_STRIDE + uint(texel.y) * ISM_SIZE + uint(texel.x)]);
-        lit[i] = distance <= nearest ? 1.0 : 0.0;
+        float here = on_surface ? surface_distance(normal, plane, texel, distance) - nearer : distance;
+        lit[i] = here <= nearest ? 1.0 : 0.0;
     }
     // So that four that agree are exactly 0 or 1.
     vec2 rows = vec2(lit[0] + part.x * (lit[1] - lit[0]), lit[2] + part.x * (lit[3] - lit[2]));

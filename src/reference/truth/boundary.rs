@@ -26,8 +26,9 @@ impl Casters<'_> {
             return self.ray_in_boundary(light, resolution, position, None);
         }
         let blocked = !self.unblocked(light, position);
+        // In space a paraboloid's distances are compared as they are.
         self.differs_about(resolution, position, depth(resolution), blocked)
-            || self.is_missed(resolution, position, blocked)
+            || !resolution.paraboloid && self.is_missed(resolution, position, depth(resolution), blocked)
     }
 
     /// The same of a point on a surface with that normal. Where look-ups move it off the surface, it is asked about where they
@@ -51,19 +52,20 @@ impl Casters<'_> {
                 || self.differs_about(resolution, at, resolution.moved.felt * range(resolution), blocked);
         }
         let within = |v: DVec3| v - along * (normal.dot(v) / normal.dot(along));
+        let near = self::depth(resolution) + resolution.nearer_texels * right.length();
         let (right, up) = (within(right), within(up));
-        let depth = self::depth(resolution) * along;
+        let depth = near * along;
         let differs = |offset: DVec3| self.unblocked(light, position + offset) == blocked;
         offsets(resolution.reach_texels).any(|[x, y]| differs(x * right + y * up))
             || [-depth, depth].into_iter().any(|depth| !self.meshes.free(position, depth, 1.0))
-            || self.is_missed(resolution, position, blocked)
+            || self.is_missed(resolution, position, near, blocked)
     }
 
     /// Whether a texel may say of a point that it is lit where it is `blocked`, or the other way round, by the depths that are
     /// pushed back.
-    fn is_missed(&self, resolution: &Resolution, position: DVec3, blocked: bool) -> bool {
-        let (view, reach) = (&resolution.view, resolution.pushed_texels);
-        let texel = Neighbourhood { view, position, reach, depth: depth(resolution) };
+    fn is_missed(&self, resolution: &Resolution, position: DVec3, depth: f64, blocked: bool) -> bool {
+        let (view, reach) = (resolution.view_about(position), resolution.pushed_texels);
+        let texel = Neighbourhood { view: &view, position, reach, depth };
         reach > 0.0 && texel.differs_pushed(&self.meshes, blocked, reach)
     }
 
@@ -308,7 +310,7 @@ mod tests {
             scene.lights[0].kind = LightKind::Virtual { position: light, normal, nearest: 0.1 };
             let casters = Casters::new(&scene);
             let view = View::paraboloid(light, normal, 64);
-            let resolution = Resolution::of_paraboloid(view, 0.0);
+            let resolution = Resolution::of_paraboloid(view);
             let axes = [view.right, view.up, view.forward].map(|axis| DVec3::from(axis.map(f64::from)));
             let texel = |p: DVec3| {
                 let [x, y, z] = axes.map(|axis| axis.dot(p - light));
@@ -325,7 +327,7 @@ mod tests {
                 .filter(|p| (*p - light).dot(normal) > -0.5)
                 .map(texel)
                 .collect();
-            let mut counted = [0; 2];
+            let (mut counted, mut on_surfaces) = ([0; 2], 0);
             for i in 0..4000 {
                 let at = |k: f64| (f64::from(i) * k).sin();
                 let point = DVec3::new(3.0 * at(1.3), 3.0 * at(2.9), -1.0 + 0.5 * at(0.7));
@@ -343,14 +345,15 @@ mod tests {
                     is_near
                 };
                 counted[usize::from(check(casters.in_boundary(0, &resolution, point), point))] += 1;
-                // On a surface that looks up: where it is looked up, a texel and a half of the map off it.
-                let wide = (point - light).length() + (point - light).dot(normal);
-                let at = point + DVec3::Z * (1.5 * wide * 2.0 / size);
-                if casters.unblocked(0, point) == casters.unblocked(0, at) && (at - light).dot(normal) > 0.05 {
-                    check(casters.in_surface_boundary(0, &resolution, point, DVec3::Z), at);
+                // On a surface that looks up, whose texels are as seen from the point: at a slant a little wider beside it.
+                let (away, steep) = (away(point), (point - light).normalize().z < -0.5);
+                if steep && (away > 2.0 || away < 0.4) {
+                    let near = casters.in_surface_boundary(0, &resolution, point, DVec3::Z);
+                    assert_eq!(near, away < 0.4, "{point} on a surface, normal {normal}: {away} texels");
+                    on_surfaces += 1;
                 }
             }
-            assert!(counted[0] > 500 && counted[1] > 100, "{counted:?}");
+            assert!(counted[0] > 500 && counted[1] > 100 && on_surfaces > 100, "{counted:?}, {on_surfaces}");
         }
     }
 

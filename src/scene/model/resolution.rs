@@ -21,6 +21,8 @@ pub struct Resolution {
     /// How far a compared texel's centre may be from a point, texels across and down, where depths of surfaces are pushed back by
     /// what they change over that; 0 where they are not.
     pub pushed_texels: f64,
+    /// How much nearer to the light than a point of a surface what shadows it has to be, texels.
+    pub nearer_texels: f64,
     /// How far along its normal a point of a surface is moved before it is looked up.
     pub moved: Moved,
     /// Whether it may answer anything inside closed things: what is nearer to their inside than it resolves is boundary too.
@@ -48,11 +50,12 @@ impl Resolution {
     }
 
     /// The resolution of a map whose paraboloid is `view`, asked at the four texels about a place: each of them is up to a texel away, and stands
-    /// for half a texel about its middle. Points of surfaces are moved by as much, and by `least_world` at least.
-    pub fn of_paraboloid(view: View, least_world: f64) -> Self {
-        const REACH: f64 = 1.5;
-        let moved = Moved { always: REACH, least_world, ..Moved::default() };
-        Self { paraboloid: true, reach_texels: REACH, moved, ..Self::exact(view) }
+    /// for half a texel about its middle. A surface is compared on the rays through these middles, no farther away than its point: so
+    /// what is before the point by less than it changes over a texel is missed, as where depths are pushed back, and what is less than
+    /// half a texel before it. Twins: NEARER_TEXELS, surface_distance in glsl/technique/ism/visibility.glsl.
+    pub fn of_paraboloid(view: View) -> Self {
+        let (reach_texels, pushed_texels, nearer_texels) = (1.5, 1.0, 0.5);
+        Self { paraboloid: true, reach_texels, pushed_texels, nearer_texels, ..Self::exact(view) }
     }
 
     /// The resolution of what knows all exactly.
@@ -63,6 +66,7 @@ impl Resolution {
             faces: false,
             reach_texels: 0.0,
             pushed_texels: 0.0,
+            nearer_texels: 0.0,
             moved: Moved::default(),
             free_inside: false,
             depth: 0.0,

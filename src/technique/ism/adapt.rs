@@ -77,7 +77,7 @@ impl Adapt {
         let adapts = adapts.bind(context, "ism.adapt")?;
         let constants = Constants::new()
             .set(constant::ISM_SIZE, settings.size)
-            .set(constant::ISM_CULLING, settings.culling)
+            .set(constant::ISM_CULLING, settings.culls())
             .set(constant::ISM_SLIDE, settings.slides());
         Ok(Self {
             settings: *settings,

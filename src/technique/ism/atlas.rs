@@ -74,7 +74,7 @@ impl Atlas {
             .set(constant::ISM_SIZE, settings.size)
             .set(constant::ISM_LEVELS, settings.levels())
             .set(constant::ISM_TEXELS, settings.texels())
-            .set(constant::ISM_CULLING, settings.culling)
+            .set(constant::ISM_CULLING, settings.culls())
             .set(constant::ISM_SLIDE, settings.slides())
             .set(constant::ISM_FILL, settings.fill)
             .set(constant::ISM_ADAPTIVE, settings.adaptive)

@@ -34,7 +34,7 @@ mod settings;
 pub use adapt::{CLUSTER, ClusterData};
 pub use atlas::Atlas;
 pub use sample::{PointData, PointsData, SUBSETS};
-pub use settings::{Facing, Settings, Way};
+pub use settings::{Culling, Facing, Settings, Way};
 
 use self::adapt::Adapt;
 use self::sample::Sample;
@@ -152,15 +152,12 @@ impl Ism {
 }
 
 /// How finely a map knows the meshes, the same for each face of the cube about a light: as finely as its texels lie, where it is asked.
-/// A point of a surface is moved by half of what a point of the map stands for at least. Twin: light_receiver.
+/// Twin: light_visibility.
 fn resolution(world: &World, settings: &Settings) -> Vec<Resolution> {
-    const RECEIVER_POINTS: f64 = 0.5;
-    let Some(meshes) = world.meshes() else { return Vec::new() };
-    let least_world = RECEIVER_POINTS * sample::radius(meshes, settings.points);
     let maps = |light: &Light| {
         let LightKind::Virtual { position, normal, .. } = light.kind else { return Vec::new() };
         let view = View::paraboloid(position, normal, settings.size);
-        vec![Resolution::of_paraboloid(view, least_world); light.map_count()]
+        vec![Resolution::of_paraboloid(view); light.map_count()]
     };
     world.all_lights().iter().flat_map(maps).collect()
 }
@@ -212,7 +209,8 @@ impl Technique for Ism {
         let mut counters = std::collections::BTreeMap::new();
         let seen = self.atlas.seen()?;
         counters.insert("points".into(), seen.len() as u64 * u64::from(self.settings.points));
-        if self.settings.culling {
+        // What is drawn without a list is not counted.
+        if self.settings.culling != Culling::Off || matches!(self.way, Way::Tiled | Way::Atomic) {
             counters.insert("points_seen".into(), seen.into_iter().map(u64::from).sum());
         }
         Ok(Facts {

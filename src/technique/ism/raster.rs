@@ -2,7 +2,7 @@
 //! one depth target, and from there into memory. Sources: Ritschel et al. 2008, Tokuyoshi 2014.
 
 use super::atlas::AtlasPush;
-use super::settings::Settings;
+use super::settings::{Culling, Settings};
 use crate::gpu::{
     Buffer, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Target, groups,
 };
@@ -55,7 +55,8 @@ impl Raster {
             let needs = format!("maxImageDimension2D of at least {} for the maps (this device has {limit})", size[0]);
             return Err(Error::Refused { needs });
         }
-        let most_points = if settings.culling { u64::from(light_count.max(1)) * u64::from(settings.points) } else { 1 };
+        let culls = settings.culling != Culling::Off;
+        let most_points = if culls { u64::from(light_count.max(1)) * u64::from(settings.points) } else { 1 };
         let bytes = LISTED_BYTES * most_points;
         let most = u64::from(features.max_storage_buffer_range);
         if bytes > most {
@@ -74,9 +75,9 @@ impl Raster {
             .clone()
             .set(constant::DRAWN_VERTICES, vertices)
             .set(constant::COLUMNS, columns.max(1))
-            .set(constant::DRAWN_LISTED, settings.culling);
+            .set(constant::DRAWN_LISTED, culls);
         let shader = if features.subgroup_ballot { &shaders::CULL_BALLOTS_1 } else { &shaders::CULL_BALLOTS_0 };
-        let cull = settings.culling.then(|| Kernel::compute(context, shader, &[&set], &constants)).transpose()?;
+        let cull = culls.then(|| Kernel::compute(context, shader, &[&set], &constants)).transpose()?;
         let (vertex, fragment) = (&shaders::DRAW_VERT, &shaders::DRAW_FRAG);
         let state = Graphics { vertex, fragment, colors: &[], depth: Some(Format::D32_SFLOAT) };
         Ok(Self {

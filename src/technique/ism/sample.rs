@@ -2,12 +2,10 @@
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
-use crate::scene::Mesh;
 use crate::shaders::set;
 use crate::shaders::{constant, ism as shaders};
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
-use glam::DVec3;
 
 /// As many times the points of a light stand on the meshes. Twin: SUBSETS.
 pub const SUBSETS: u32 = 16;
@@ -37,20 +35,6 @@ pub struct PointsData {
     pub radius: f32,
     /// Of all triangles, world units squared.
     pub area: f32,
-}
-
-/// How much wider a point's disc is than the area that it has its share of. Twin: COVER.
-const COVER: f64 = 1.25;
-
-/// What [`PointsData::radius`] will be of lights that take `points` each, but for rounding.
-pub(super) fn radius(meshes: &[Mesh], points: u32) -> f64 {
-    let corner = |mesh: &Mesh, i: u32| DVec3::from(mesh.positions[i as usize].map(f64::from));
-    let area = |mesh: &Mesh, t: &[u32; 3]| {
-        let [a, b, c] = t.map(|i| corner(mesh, i));
-        (b - a).cross(c - a).length() / 2.0
-    };
-    let area: f64 = meshes.iter().flat_map(|mesh| mesh.triangles.iter().map(|t| area(mesh, t))).sum();
-    COVER * (area / (std::f64::consts::PI * f64::from(points))).sqrt()
 }
 
 push_struct! {

@@ -29,6 +29,18 @@ words! {
     }
 }
 
+words! {
+    /// Which sides of closed things are left out. Twin: CULL_NONE and so on.
+    pub enum Culling {
+        /// Those that face the light: the far ones cast.
+        Near = "on",
+        /// Those that turn away from it: the near ones cast.
+        Far = "far",
+        /// None.
+        Off = "off",
+    }
+}
+
 pub(super) const PATHS: &[Path] = &[
     Path { name: "tiled", requires: &[] },
     Path { name: "atomic", requires: &[] },
@@ -54,9 +66,10 @@ settings! {
         /// Each light takes its points where it and the viewer see more of them.
         adaptive: bool =
             Setting::word("off", "each light takes its points where it and the viewer see more of them");
-        /// The near sides of closed things are left out; of points that are drawn, those that a light sees are listed (Tokuyoshi 2014).
-        culling: bool = Setting::word(
-            "on", "leave out the near sides of closed things; of points that are drawn, list those that a light sees");
+        /// The near sides of closed things are left out, or the far ones, or none; of points that are drawn, the others are listed
+        /// (Tokuyoshi 2014).
+        culling: Culling = Setting::word(
+            "on", "leave out the near sides of closed things, or the far ones, or none; of points that are drawn, list the others");
         /// How it is told which side of a closed thing a light sees; by the normals alone in Tokuyoshi 2014.
         facing: Facing = Setting::word(
             "exact",
@@ -73,6 +86,15 @@ impl Settings {
     /// Whether facing is told by the normals alone.
     pub(super) fn slides(&self) -> bool {
         self.facing == Facing::Slide
+    }
+
+    /// The word of a shader for what is left out. Twin: ISM_CULLING.
+    pub(super) fn culls(&self) -> u32 {
+        match self.culling {
+            Culling::Off => 0,
+            Culling::Near => 1,
+            Culling::Far => 2,
+        }
     }
 
     /// Levels of a map, the finest first. Twin: ISM_LEVELS.
@@ -104,8 +126,8 @@ mod tests {
         assert_eq!((of("ism"), plain.size, plain.points, plain.facing), (plain, 64, 8192, Facing::Exact));
         let path = Some(Way::Atomic);
         let (adaptive, facing) = (true, Facing::Slide);
-        let other = Settings { size: 32, points: 1024, adaptive, path, culling: false, facing, fill: false };
-        assert_eq!(of("ism:size=32,points=1024,adaptive=on,path=atomic,culling=off,facing=slide,fill=off"), other);
+        let other = Settings { size: 32, points: 1024, adaptive, path, culling: Culling::Far, facing, fill: false };
+        assert_eq!(of("ism:size=32,points=1024,adaptive=on,path=atomic,culling=far,facing=slide,fill=off"), other);
         assert_eq!(
             [32, 64, 128].map(|size| Settings { size, ..plain }).map(|s| (s.levels(), s.texels())),
             [(4, 1360), (5, 5456), (6, 21840)]

@@ -68,8 +68,9 @@ fn rank_of(choice: &Choice, origin: V3, forward: V3, cluster: &Cluster) -> u32 {
     let slide = choice.culling.slide;
     let (along, wide) = if slide { (forward, 1.0) } else { (offset, distance + cluster.reach) };
     let thick = if slide { 0.0 } else { cluster.thick };
-    let most =
-        dot(cluster.normal, along) + thick + 1.001 * cluster.spread * wide + 1e-5 * wide + ROUNDING * sum(origin);
+    let away = dot(cluster.normal, along);
+    let away = if choice.culling.far { -away } else { away };
+    let most = away + thick + 1.001 * cluster.spread * wide + 1e-5 * wide + ROUNDING * sum(origin);
     let seen = most > 0.0;
     if choice.culling.on && cluster.closed && !seen {
         return 0;

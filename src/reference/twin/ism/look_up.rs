@@ -1,21 +1,40 @@
 //! Twin of glsl/technique/ism/visibility.glsl.
 
-use super::map::{Axes, V3, dot, minus};
+use super::map::{Axes, V3, dot, map_way, minus, texel_place};
 
-/// How much of a virtual light at `origin` reaches `position`, by its map of `size` texels a side.
-pub fn look_up(map: &[f32], size: u32, origin: V3, normal: V3, position: V3) -> f32 {
-    let offset = Axes::of(normal).into_axes(minus(position, origin));
+/// Twins: NEARER_TEXELS, AWAY.
+const NEARER_TEXELS: f32 = 0.5;
+const AWAY: f32 = 1e-4;
+
+/// Twin: surface_distance.
+fn surface_distance(normal: V3, plane: f32, size: u32, texel: [i32; 2], distance: f32) -> f32 {
+    let way = map_way(texel_place(size as i32, texel));
+    let along = plane / dot(normal, way);
+    if along > 0.0 { (along * (2.0 - way[2])).clamp(0.5 * distance, distance) } else { distance }
+}
+
+/// How much of a virtual light at `origin` reaches `position`, in space or on a surface of that normal, by its map of `size` texels a
+/// side.
+pub fn look_up(map: &[f32], size: u32, origin: V3, normal: V3, position: V3, surface: Option<V3>) -> f32 {
+    let axes = Axes::of(normal);
+    let offset = axes.into_axes(minus(position, origin));
     let square = dot(offset, offset);
     if !(offset[2] > 0.0 && square < 3e38) {
         return 1.0;
     }
-    let distance = square.sqrt();
+    let (distance, surface) = (square.sqrt(), surface.map(|normal| axes.into_axes(normal)));
+    let plane = surface.map_or(0.0, |normal| dot(normal, offset));
+    if plane > AWAY * distance {
+        return 0.0;
+    }
+    let nearer = NEARER_TEXELS * (distance + offset[2]) * (2.0 / size as f32);
     let at = [0, 1].map(|i| (offset[i] / (distance + offset[2]) * 0.5 + 0.5) * size as f32 - 0.5);
     let (low, part) = (at.map(f32::floor), at.map(|a| a - a.floor()));
     let last = size as i32 - 1;
     let lit = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|corner| {
-        let [x, y] = [0, 1].map(|i| (low[i] as i32 + corner[i]).clamp(0, last));
-        if distance <= map[(y * size as i32 + x) as usize] { 1.0 } else { 0.0 }
+        let texel = [0, 1].map(|i| (low[i] as i32 + corner[i]).clamp(0, last));
+        let here = surface.map_or(distance, |normal| surface_distance(normal, plane, size, texel, distance) - nearer);
+        if here <= map[(texel[1] * size as i32 + texel[0]) as usize] { 1.0 } else { 0.0 }
     });
     let rows = [lit[0] + part[0] * (lit[1] - lit[0]), lit[2] + part[0] * (lit[3] - lit[2])];
     rows[0] + part[1] * (rows[1] - rows[0])

@@ -3,10 +3,10 @@
 use super::map::{Axes, Levels, V3, dot, map_way, minus, texel_place};
 
 /// Twin: WIDEST.
-const WIDEST: f32 = 1.5;
+const WIDEST: f32 = 3.0;
 
 /// Twin: BESIDE.
-const BESIDE: f32 = 0.5;
+const BESIDE: f32 = 0.3;
 
 /// A point: where it stands, its normal, and whether that looks out of something closed.
 #[derive(Clone, Copy, Debug)]
@@ -22,8 +22,10 @@ pub struct Point {
 /// Twins: ISM_CULLING, ISM_SLIDE.
 #[derive(Clone, Copy, Debug)]
 pub struct Culling {
-    /// Leave out what the light does not see.
+    /// Leave out a side of closed things.
     pub on: bool,
+    /// That which turns away from the light, else that which faces it.
+    pub far: bool,
     /// Tell facing by the normals alone.
     pub slide: bool,
 }
@@ -38,10 +40,11 @@ pub fn is_before(origin: V3, forward: V3, offset: V3) -> bool {
     dot(forward, offset) > SLANT * sum(offset) + ROUNDING * sum(origin)
 }
 
-/// Whether the light sees a point before its plane. Twin: is_seen.
-pub fn is_seen(point: &Point, forward: V3, offset: V3, slide: bool) -> bool {
-    let along = if slide { forward } else { offset };
-    !point.closed || dot(point.normal, along) > 0.0
+/// Whether a point before the light's plane casts. Twin: is_seen.
+pub fn is_seen(point: &Point, forward: V3, offset: V3, culling: Culling) -> bool {
+    let along = if culling.slide { forward } else { offset };
+    let away = dot(point.normal, along);
+    !(point.closed && culling.on) || if culling.far { away < 0.0 } else { away > 0.0 }
 }
 
 /// A point, projected. Twin: Splat.
@@ -64,8 +67,7 @@ pub struct Splat {
 /// Twin: project.
 pub fn project(size: u32, axes: &Axes, origin: V3, point: &Point, radius: f32, culling: Culling) -> Option<Splat> {
     let offset = minus(point.position, origin);
-    let seen = !culling.on || is_seen(point, axes.forward, offset, culling.slide);
-    if !(seen && is_before(origin, axes.forward, offset)) {
+    if !(is_seen(point, axes.forward, offset, culling) && is_before(origin, axes.forward, offset)) {
         return None;
     }
     let square = dot(offset, offset);
