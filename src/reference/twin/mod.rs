@@ -22,6 +22,7 @@ pub mod opaque;
 pub mod order;
 pub mod packed_normal;
 pub mod psm;
+pub mod receiver;
 pub mod segment;
 pub mod shadow_map;
 pub mod simulate;

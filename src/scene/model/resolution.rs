@@ -16,9 +16,9 @@ pub struct Resolution {
     pub paraboloid: bool,
     /// How far across the light's rays, in texels of the view, a look-up may feel a surface.
     pub reach_texels: f64,
-    /// How far a compared texel's centre may be from a point, texels across and down, where depths of surfaces are pushed back by
-    /// what they change over that; 0 where they are not.
-    pub pushed_texels: f64,
+    /// How far beside a texel's centre, texels, the depth may have been taken that it holds, and that is compared with a surface's plane; 0
+    /// where there are no such depths.
+    pub snap_texels: f64,
     /// How far along its normal a point of a surface is moved before it is looked up.
     pub moved: Moved,
     /// Whether it may answer anything inside closed things: what is nearer to their inside than it resolves is boundary too.
@@ -50,7 +50,7 @@ impl Resolution {
             view,
             paraboloid: false,
             reach_texels: 0.0,
-            pushed_texels: 0.0,
+            snap_texels: 0.0,
             moved: Moved::default(),
             free_inside: false,
             depth: 0.0,
@@ -65,10 +65,11 @@ impl Resolution {
         }
         let view = self.view_about(position);
         let ([right, up], along) = (view.texel_at(position), view.ray_through(position).direction);
-        let looks = |way: DVec3| (normal.dot(way) / way.length()).abs();
         let Moved { across, along: forward, always, least_world } = self.moved;
-        let texels = across * (looks(right) + looks(up)) + forward * looks(along) + always;
-        position + normal * (texels * right.length()).max(least_world)
+        let looks = (normal.dot(along) / along.length()).abs();
+        let by =
+            across * (normal.dot(right).abs() + normal.dot(up).abs()) + (forward * looks + always) * right.length();
+        position + normal * by.max(least_world)
     }
 
     /// The view whose texels count about a place.
