@@ -22,7 +22,7 @@ use gobo::scene::{Light, LightKind, Mesh, Scene, View};
 use gobo::technique::{Technique, open};
 use gobo::world::World;
 use support::scenes::{self, Random};
-use support::{ask, built, gpu_test, opened, skipped, some, spec};
+use support::{ask, ask_on, built, gpu_test, opened, skipped, some, spec};
 
 /// Rays; and maps with every filter, both numbers of bits, coarse and fine, drawn both ways: what the device runs.
 fn specs(test: &str, context: &Context) -> Vec<String> {
@@ -111,8 +111,9 @@ fn a_flat_receiver_never_shadows_itself() {
             for mut scene in lights(&[90.0, 60.0, 30.0, 5.0, 1.0], DVec3::from(at.map(f64::from))) {
                 scene.meshes.push(leaning(lean, 5.0, at));
                 let points = points_of(&scene.meshes[0], 2000);
+                let normals = normals_of(&scene, &scene.meshes[0], &points);
                 for text in &specs {
-                    let answers = ask(context, built(context, &scene, text).as_ref(), 0, &points);
+                    let answers = ask_on(context, built(context, &scene, text).as_ref(), 0, &points, &normals);
                     let light = scene.lights[0].kind;
                     for (point, answer) in points.iter().zip(answers) {
                         // Bilinear weights are rounded.
@@ -154,16 +155,17 @@ fn counted(context: &Context, scene: &Scene, technique: &dyn Technique) -> Count
     let mut all = Vec::new();
     for p in space_points(scene, 0, POINTS) {
         let at = DVec3::from(p.map(f64::from));
-        all.push((p, casters.unblocked(0, at), of(&p).is_some_and(|r| casters.in_boundary(0, r, at))));
+        all.push((p, [0.0; 3], casters.unblocked(0, at), of(&p).is_some_and(|r| casters.in_boundary(0, r, at))));
     }
     for s in surface_points(&casters, scene, 0, &camera, POINTS).into_iter().filter(|s| light.shines_on(s.position)) {
         let p: [f32; 3] = s.position.as_vec3().into();
-        let boundary = of(&p).is_some_and(|r| casters.in_surface_boundary(0, r, s.position, s.normal));
-        all.push((p, casters.unblocked(0, s.position), boundary));
+        let normal = s.facing(light.towards(s.position));
+        let boundary = of(&p).is_some_and(|r| casters.in_surface_boundary(0, r, s.position, normal));
+        all.push((p, normal.as_vec3().into(), casters.unblocked(0, s.position), boundary));
     }
-    let points: Vec<_> = all.iter().map(|(p, _, _)| *p).collect();
+    let (points, normals): (Vec<_>, Vec<_>) = all.iter().map(|(p, normal, _, _)| (*p, *normal)).unzip();
     let mut counted = Counted::default();
-    for ((point, lit, boundary), answer) in all.into_iter().zip(ask(context, technique, 0, &points)) {
+    for ((point, _, lit, boundary), answer) in all.into_iter().zip(ask_on(context, technique, 0, &points, &normals)) {
         match (boundary, lit) {
             (true, _) => counted.boundary += 1,
             (false, true) => counted.lit += 1,
@@ -177,6 +179,18 @@ fn counted(context: &Context, scene: &Scene, technique: &dyn Technique) -> Count
         }
     }
     counted
+}
+
+/// Normals of the triangles of `points_of`, on the side of the scene's first light.
+fn normals_of(scene: &Scene, mesh: &Mesh, points: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let corner = |v: u32| DVec3::from(mesh.positions[v as usize].map(f64::from));
+    let normal = |(i, point): (usize, &[f32; 3])| {
+        let [a, b, c] = mesh.triangles[i % mesh.triangles.len()].map(corner);
+        let normal = (b - a).cross(c - a).normalize();
+        let towards = scene.lights[0].towards(DVec3::from(point.map(f64::from)));
+        (normal * normal.dot(towards).signum()).as_vec3().into()
+    };
+    points.iter().enumerate().map(normal).collect()
 }
 
 #[test]

@@ -1,4 +1,4 @@
-// Inverses and roots by Newton's steps from a guess in whole numbers: products and sums alone, which every device
+// Inverses by Newton's steps from a guess in whole numbers: products and sums alone, which every device
 // rounds alike, where Vulkan lets a quotient be off by 2.5 units in the last place. These are off by two. Twin:
 // reference::twin::exact.
 #ifndef MAPS_EXACT_GLSL
@@ -18,25 +18,9 @@ float reciprocal(float a) {
     return guess;
 }
 
-// 1 / √a of what is not negative.
-float inverse_root(float a) {
-    float of = clamp(a, EXACT_LEAST, EXACT_MOST);
-    precise float guess = uintBitsToFloat(0x5f375a86u - (floatBitsToUint(of) >> 1)), part = 0.5 * of;
-    guess = guess * (1.5 - part * guess * guess);
-    guess = guess * (1.5 - part * guess * guess);
-    guess = guess * (1.5 - part * guess * guess);
-    return guess;
-}
-
 float dot3(vec3 a, vec3 b) {
     precise float sum = a.x * b.x + a.y * b.y + a.z * b.z;
     return sum;
-}
-
-float length3(vec3 a) {
-    float square = dot3(a, a);
-    precise float size = square * inverse_root(square);
-    return size;
 }
 
 // No less than a vector's length, and at most a quarter more.

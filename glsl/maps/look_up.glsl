@@ -18,11 +18,12 @@ struct LookUp {
     float opaque;    // what the meshes leave
 };
 
-LookUp look_up(uint light, vec3 position) {
+LookUp look_up(uint light, vec3 position, vec3 normal) {
     LookUp l;
     l.map = light_map(look_up_lights[light], position);
     l.view = look_up_maps[l.map].volume;
-    l.opaque = opaque_visibility(look_up_lights[light], look_up_maps[l.map].opaque, l.map, look_up_opaque, position);
+    l.opaque = opaque_visibility(look_up_lights[light], look_up_maps[l.map].opaque, l.map, look_up_opaque, position,
+                                 normal);
     vec3 at = view_project(l.view, position);
     l.at = at.xy;
     l.in_front = !(at.z > l.view.near);
@@ -55,8 +56,18 @@ float filtered_transmittance(LookUp l) {
 float MAP_TRANSMITTANCE(LookUp l);
 #endif
 
+// A point of a surface leaves it by a part of a texel of the opaque map.
+#define TECHNIQUE_RECEIVERS
+vec3 light_receiver(uint light, vec3 position, vec3 normal) {
+    Light l = look_up_lights[light];
+    look_up_normal = normal;
+    return l.has_opaque == 0u ? position
+                              : opaque_receiver(look_up_maps[light_map(l, position)].opaque, position, normal);
+}
+
 float light_visibility(uint light, vec3 position) {
-    LookUp l = look_up(light, position);
+    LookUp l = look_up(light, position, look_up_normal);
+    look_up_normal = vec3(0.0);
     return l.in_front ? l.opaque : MAP_TRANSMITTANCE(l) * l.opaque;
 }
 #endif

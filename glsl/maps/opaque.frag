@@ -1,7 +1,7 @@
 #version 460
 // Writes what is stored of a triangle where a light sees it. Inputs: map, z, the triangle's plane. Output: depth.
 #include "maps/scene.glsl"
-#include "maps/pushed.glsl"
+#include "maps/stored.glsl"
 
 layout(push_constant, scalar) uniform MapPush {
     uint map;
@@ -14,11 +14,9 @@ layout(location = 2) flat in vec2 cut;
 
 void main() {
     View view = maps[map].opaque;
-    // From the plane and not by dFdx: lavapipe 22.3 has wrong derivatives where a quad of fragments crosses the triangle's
-    // edge, and light leaked in along every edge.
     Ray ray = view_ray(view, gl_FragCoord.xy - vec2(corner));
     // Where a corner is at the eye or behind it, SwiftShader interpolates what it may: the plane has the z too. A sliver's plane is
     // known badly, and its z between those of its corners.
     float z = cut.y > 0.0 ? clamp(cut.x / dot(normal, ray.direction), view.near, cut.y) : interpolated_z;
-    gl_FragDepth = pushed_depth(view, pushed_of(view, normal), ray, z, z);
+    gl_FragDepth = stored_depth(view, ray, z);
 }

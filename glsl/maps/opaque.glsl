@@ -1,8 +1,8 @@
 // Visibility past the meshes: a plain depth map, compared at four texels and weighted bilinearly.
-// The map holds depths in the light's range (1 where there is nothing), pushed away by what the surface's depth changes over
-// the look-up's reach (maps/opaque.frag), here one texel: a compare is up to one texel from a texel's centre, so a plane
-// never shadows itself.
-// All maps stand in one texture: see opaque_corner.
+// The map holds depths in the light's range, 1 where there is nothing (maps/opaque.frag). A surface is kept out of its own shadow
+// where it is asked about: a texel darkens a point of a surface where its depth is nearer than the point's, and what it holds stands
+// above the surface's plane there, which the point has left by NORMAL_BIAS. A point in space has no plane.
+// All maps stand in one texture: see opaque_corner. Twin: reference::twin::receiver.
 #ifndef MAPS_OPAQUE_GLSL
 #define MAPS_OPAQUE_GLSL
 #extension GL_EXT_samplerless_texture_functions : require
@@ -35,11 +35,69 @@ vec4 opaque_quad_inside(View view, ivec2 corner, sampler2D depth_map, ivec2 texe
     return hits;
 }
 
-// Which depths end the light in front of one: those that are less than it, and not 1, where there is nothing.
-bvec4 opaque_ends(vec4 hits, float depth) { return lessThan(hits, vec4(min(depth, 1.0))); }
+// How far a point of a surface leaves it along its normal, in what a texel's sides reach along that: more than the rasterizer's grid
+// and a place's rounding take.
+CONSTANT(float, NORMAL_BIAS, 0.3)
 
-// Through map `map` of the light, whose opaque view is `view`.
-float opaque_visibility(Light light, View view, uint map, sampler2D depth_map, vec3 position) {
+// The normal of the surface that the next point is on, on the side that is asked; 0 of a point in space. light_receiver says it,
+// light_visibility forgets it.
+vec3 look_up_normal = vec3(0.0);
+
+// What texels about a point are compared with.
+struct Receiver {
+    float point_z;
+    float depth;     // no more than that of nothing
+    float along;     // what the distance above the surface's plane changes by a unit of z along the point's ray,
+    vec2 across;     // by a texel to the right and up, in perspective at z = 1,
+    float least;     // and how much of it is above
+};
+
+vec3 opaque_texel_right(View view) { return view.right * (2.0 / (float(view.width) * view.scale_x)); }
+
+vec3 opaque_texel_up(View view) { return view.up * (2.0 / (float(view.height) * view.scale_y)); }
+
+// Where a point of a surface is looked up.
+vec3 opaque_receiver(View view, vec3 position, vec3 normal) {
+    vec3 offset = position - view.origin, coordinates = abs(position);
+    float z = view.projection == VIEW_PARALLEL ? 1.0 : dot(offset, view.forward);
+    float texels = abs(dot(normal, opaque_texel_right(view))) + abs(dot(normal, opaque_texel_up(view)));
+    // Twice what numbers may be off, as maps/stored.glsl has it.
+    float rounding = 2.4e-7 * (coordinates.x + coordinates.y + coordinates.z) + 1.2e-6 * length(offset);
+    return position + normal * max(NORMAL_BIAS * texels * z, rounding);
+}
+
+// Of a point at `z`, which the view sees in that direction.
+Receiver opaque_compared(View view, vec3 position, float z, vec3 normal) {
+    Receiver receiver;
+    receiver.point_z = z;
+    receiver.depth = min(view_depth(view, z), 1.0);
+    vec3 direction = view.projection == VIEW_PARALLEL ? view.forward : (position - view.origin) / z;
+    receiver.along = dot(normal, direction);
+    receiver.across = vec2(dot(normal, opaque_texel_right(view)), dot(normal, opaque_texel_up(view)));
+    receiver.least = dot(normal, normal) > 0.0 ? 0.0 : -1.0;
+    return receiver;
+}
+
+// Whether the surface looks away from the light: it is in its own way.
+bool opaque_is_turned(Receiver receiver) { return receiver.least == 0.0 && receiver.along >= 0.0; }
+
+// Whether a texel whose centre lies `apart` from the point, texels, ends its light. No flat surface does its own.
+bool opaque_ends(View view, Receiver receiver, float hit, vec2 apart) {
+    float z = view.near + hit * (view.far - view.near);
+    float above = (z - receiver.point_z) * receiver.along +
+                  dot(apart, receiver.across) * (view.projection == VIEW_PARALLEL ? 1.0 : z);
+    return hit < receiver.depth && above > receiver.least;
+}
+
+// Which of four do; the first is `apart`.
+bvec4 opaque_quad_ends(View view, Receiver receiver, vec4 hits, vec2 apart) {
+    return bvec4(opaque_ends(view, receiver, hits.x, apart), opaque_ends(view, receiver, hits.y, apart + vec2(1.0, 0.0)),
+                 opaque_ends(view, receiver, hits.z, apart + vec2(0.0, 1.0)),
+                 opaque_ends(view, receiver, hits.w, apart + 1.0));
+}
+
+// Through map `map` of the light, whose opaque view is `view`; `normal` is that of the surface on which the point lies, or 0.
+float opaque_visibility(Light light, View view, uint map, sampler2D depth_map, vec3 position, vec3 normal) {
     if (light.has_opaque == 0u) {
         return 1.0;
     }
@@ -50,7 +108,11 @@ float opaque_visibility(Light light, View view, uint map, sampler2D depth_map, v
     Footprint footprint = view_footprint(view, at.xy);
     ivec2 corner = opaque_corner(view, map, depth_map);
     vec4 hits = opaque_quad_inside(view, corner, depth_map, footprint.corner);
-    bvec4 ends = opaque_ends(hits, view_depth(view, at.z));
+    Receiver receiver = opaque_compared(view, position, at.z, normal);
+    if (opaque_is_turned(receiver)) {
+        return 0.0;
+    }
+    bvec4 ends = opaque_quad_ends(view, receiver, hits, vec2(footprint.corner) + 0.5 - at.xy);
     float visible = 0.0;
     for (int i = 0; i < 4; ++i) {
         visible += ends[i] ? 0.0 : footprint.weights[i];

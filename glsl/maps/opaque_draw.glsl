@@ -7,7 +7,7 @@
 #define EXACT
 #include "maps/edge.glsl"
 #include "maps/opaque_set.glsl"
-#include "maps/pushed.glsl"
+#include "maps/stored.glsl"
 
 // Steps of a texel.
 const int OPAQUE_STEPS = 256;
@@ -25,7 +25,6 @@ struct Seen {
     ivec2 places[OPAQUE_CORNERS];  // steps
     float all_z[OPAQUE_CORNERS];
     uint count;   // corners; 0 where no texel sees it
-    vec3 normal;
     ivec2 first;  // of the texels whose centres lie within its bounds
     ivec2 size;   // so many of them
 };
@@ -124,9 +123,7 @@ Seen see(View view, uint i) {
     float square = dot3(normal, normal);
     // What has no area casts nothing, though rounding may give it some.
     if (count >= 3u && all(greaterThan(seen.size, ivec2(0))) && square > OPAQUE_NO_AREA) {
-        precise vec3 unit = normal * inverse_root(square);
         seen.count = count;
-        seen.normal = unit;
     }
     return seen;
 }
@@ -158,7 +155,6 @@ bool covers(Wide value, bool owned) { return value.high >= 0 && (owned || (uint(
 // one at `offset`.
 void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset, int every) {
     ivec2 size = min(seen.first + seen.size - first, ivec2(OPAQUE_TILE));
-    Pushed plane = pushed_of(view, seen.normal);
     bool perspective = view.projection != VIEW_PARALLEL;
     // From a texel to the next, and where rays begin or go that pass texel (0, 0)'s corner: its place across is exact.
     precise vec3 right = view.right * (2.0 * reciprocal(float(view.width) * view.scale_x));
@@ -211,7 +207,7 @@ void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset
                 precise float across_x = float(first.x + x) + 0.5 - half_size.x;
                 precise vec3 moved = ray_from + (right * across_x + row);
                 Ray ray = perspective ? Ray(view.origin, moved) : Ray(moved, view.forward);
-                float depth = pushed_depth(view, plane, ray, z, mean);
+                float depth = stored_depth(view, ray, z);
                 if (depth < 1.0) {
                     ivec2 texel = map_corner + first + ivec2(x, y);
                     imageAtomicMin(depths, texel, floatBitsToUint(max(depth, 0.0)));

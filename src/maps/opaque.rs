@@ -4,14 +4,17 @@ use super::opaque_compute::OpaqueCompute;
 use crate::gpu::{
     Bindings, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Target, push_struct,
 };
-use crate::scene::{Projection, Resolution, View};
+use crate::scene::{Moved, Projection, Resolution, View};
 use crate::shaders;
-use crate::shaders::constant::{OPAQUE_REACH, OPAQUE_STEP, SNAP};
+use crate::shaders::constant::OPAQUE_STEP;
 use crate::world::World;
 use crate::{Error, Result};
 
 /// Texels a side of an opaque map where there are meshes.
 pub const OPAQUE_SIZE: u32 = 1024;
+
+/// [`OpaqueMaps::normal_bias`] of bilinear weights, of what is two texels wide. Twin: NORMAL_BIAS.
+const NORMAL_BIAS: f32 = 0.3;
 
 /// A step of the coarsest rasterizer's grid, texels.
 const COARSEST_SNAP: f64 = 0.0625;
@@ -23,8 +26,8 @@ const DEPTH_ROUNDING: f64 = 1e-5;
 const STORED_ROUNDING: f64 = 4e-6;
 
 /// What a z may be off, world units, at the farthest that the view sees: more than that where a light stands far from the
-/// origin, or sees a level ground from straight above, whose range is a thousandth of its distance. Twin: rounding in
-/// glsl/maps/opaque.frag.
+/// origin, or sees a level ground from straight above, whose range is a thousandth of its distance. Twin: stored_depth in
+/// glsl/maps/stored.glsl.
 fn rounding(view: &View) -> f64 {
     let (across, far) = (1.0 / f64::from(view.scale_x.min(view.scale_y)), f64::from(view.far));
     let distance = match view.projection() {
@@ -51,16 +54,19 @@ pub struct OpaqueMaps {
     pub size: u32,
     /// D32_SFLOAT or D16_UNORM.
     pub format: Format,
-    /// No point that is compared with a texel is farther from its centre, texels across and down: depths are pushed back so
-    /// far that a surface does not shadow itself there.
+    /// No point that is compared with a texel is farther from its centre, texels across and down.
     pub reach: f32,
+    /// How far a point of a surface leaves it, in what a texel's sides reach along its normal. Twin: NORMAL_BIAS in
+    /// glsl/maps/opaque.glsl.
+    pub normal_bias: f32,
     /// None: as is best on this device.
     pub way: Option<OpaqueWay>,
 }
 
 impl OpaqueMaps {
     /// Those that techniques with other maps share: glsl/maps/opaque.glsl weighs texels bilinearly.
-    pub const SHARED: Self = Self { size: OPAQUE_SIZE, format: Format::D32_SFLOAT, reach: 1.0, way: None };
+    pub const SHARED: Self =
+        Self { size: OPAQUE_SIZE, format: Format::D32_SFLOAT, reach: 1.0, normal_bias: NORMAL_BIAS, way: None };
 
     /// These, drawn that way.
     pub fn shared(way: Option<OpaqueWay>) -> Self {
@@ -80,15 +86,15 @@ impl OpaqueMaps {
         if self.format == Format::D16_UNORM { 1.0 / 65535.0 } else { 0.0 }
     }
 
-    /// Of a map of that view: a look-up feels texels whose centres are as far away as the reach, and each of them has its
-    /// depth moved by what its surface's changes over the reach once more and a step of the rasterizer.
+    /// Of a map of that view: a look-up feels texels whose centres are as far away as the reach, and each of them has the depth
+    /// that a surface has up to a step of the rasterizer beside it.
     pub fn resolution(self, view: View) -> Resolution {
-        let range = f64::from(view.far - view.near);
-        // Pushed back by a rounding, and rounded by another; and so for the format's step.
-        let depth = DEPTH_ROUNDING.max(STORED_ROUNDING + 2.0 * rounding(&view) / range) + 2.0 * f64::from(self.step());
-        let pushed_texels = f64::from(self.reach) + COARSEST_SNAP;
-        let reach_texels = f64::from(self.reach) + pushed_texels;
-        Resolution { reach_texels, pushed_texels, depth, ..Resolution::exact(view) }
+        let (off, range) = (rounding(&view), f64::from(view.far - view.near));
+        // A rounding more is stored, and another rounds it; and so with the format's step.
+        let depth = DEPTH_ROUNDING.max(STORED_ROUNDING + 2.0 * off / range) + 2.0 * f64::from(self.step());
+        let moved = Moved { across: self.normal_bias.into(), least_world: 2.0 * off, ..Moved::default() };
+        let reach_texels = f64::from(self.reach) + COARSEST_SNAP;
+        Resolution { reach_texels, snap_texels: COARSEST_SNAP, moved, depth, ..Resolution::exact(view) }
     }
 }
 
@@ -164,9 +170,9 @@ impl Opaque {
         size: [u32; 2],
         count: u32,
     ) -> Result<Self> {
-        let constants = Constants::new().set(OPAQUE_REACH, maps.reach).set(OPAQUE_STEP, maps.step());
+        let constants = Constants::new().set(OPAQUE_STEP, maps.step());
         let drawn = match maps.way(context) {
-            OpaqueWay::Raster => Drawn::Raster(raster(context, scene, maps.format, constants)?),
+            OpaqueWay::Raster => Drawn::Raster(raster(context, scene, maps.format, &constants)?),
             OpaqueWay::Compute => {
                 Drawn::Compute(OpaqueCompute::new(context, &image, scene, &constants, [size[0], size[1], count])?)
             }
@@ -223,13 +229,12 @@ impl Opaque {
     }
 }
 
-fn raster(context: &Context, scene: &Bindings, format: Format, constants: Constants) -> Result<Kernel<MapPush>> {
+fn raster(context: &Context, scene: &Bindings, format: Format, constants: &Constants) -> Result<Kernel<MapPush>> {
     let state = Graphics {
         vertex: &shaders::maps::OPAQUE_VERT,
         fragment: &shaders::maps::OPAQUE_FRAG,
         colors: &[],
         depth: Some(format),
     };
-    let snap = (-(context.features().sub_pixel_precision_bits as f32)).exp2();
-    Kernel::graphics(context, &state, &[scene], &constants.set(SNAP, snap))
+    Kernel::graphics(context, &state, &[scene], constants)
 }

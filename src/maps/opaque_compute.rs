@@ -5,7 +5,7 @@ use crate::Result;
 use crate::gpu::{
     Bindings, Buffer, Commands, Constants, Context, Image, Kernel, Memory, ReadBack, groups, push_struct,
 };
-use crate::shaders::constant::{OPAQUE_SMALL, SNAP};
+use crate::shaders::constant::OPAQUE_SMALL;
 use crate::shaders::maps::{OPAQUE_CLEAR, OPAQUE_TILES, OPAQUE_TRIANGLES};
 use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
@@ -15,9 +15,6 @@ const TILE: u32 = 32;
 
 /// Texels of a triangle's bounds that a thread draws by itself, at most: of a few more a workgroup is faster.
 const SMALL: u32 = 64;
-
-/// What a corner may be off its place, texels: it is moved to the nearest 256th.
-const STEP: f32 = 1.0 / 256.0;
 
 /// Texels across and down that a workgroup clears. Twin: local_size in glsl/maps/opaque_clear.comp.
 const CLEARED: [u32; 2] = [32, 8];
@@ -100,7 +97,7 @@ impl OpaqueCompute {
         let totalled = ReadBack::new(context, "maps.opaque.totalled", totals.bytes())?;
         let items = Buffer::new(context, "maps.opaque.items", capacity * ITEM_BYTES, Memory::Device)?;
         let set = set::MapsOpaque { depths: image, totals: &totals, items: &items }.bind(context, "maps.opaque")?;
-        let constants = constants.clone().set(SNAP, STEP).set(OPAQUE_SMALL, SMALL);
+        let constants = constants.clone().set(OPAQUE_SMALL, SMALL);
         let kernel = |shader| Kernel::compute(context, shader, &[scene, &set], &constants);
         let (clear, triangles, tiles) = (kernel(&OPAQUE_CLEAR)?, kernel(&OPAQUE_TRIANGLES)?, kernel(&OPAQUE_TILES)?);
         let (context, rows) = (context.clone(), (image.size()[1] / height).max(1));

@@ -72,6 +72,9 @@ settings! {
         bits: Bits = Setting::word("32", "bits of a depth: whole numbers of 16, or floats of 32");
         /// Texels a side of the square whose comparisons a look-up averages: 1, 3, 5, 7 or 9 (Reeves, Salesin and Cook 1987).
         filter: u32 = PCF;
+        /// How far a point of a surface leaves it along its normal before it is looked up, in hundredths of what the filter's sides
+        /// reach along that: 7, which is more than a step of the coarsest rasterizer, to 1,000.
+        bias: u32 = Setting::number("15", 7, 1000, "hundredths of the filter's side by which a surface is left along its normal");
         /// What draws the maps; none: compute passes on GPUs where depths have 32 bits, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
@@ -101,7 +104,7 @@ impl ShadowMap {
     /// filter does not fit into the faces of a point light, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { size, bits, filter: side, opaque: way } = *settings;
+        let Settings { size, bits, filter: side, bias, opaque: way } = *settings;
         let limit = context.features().max_image_dimension_2d;
         if size > limit {
             let needs = format!("maxImageDimension2D of at least {size} (this device has {limit})");
@@ -112,8 +115,9 @@ impl ShadowMap {
             Bits::Sixteen => Format::D16_UNORM,
             Bits::ThirtyTwo => Format::D32_SFLOAT,
         };
+        let normal_bias = side as f32 * bias as f32 / 100.0;
         // From the middle of the filter's corner texel to the far corner of the texel in its middle.
-        let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, way };
+        let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, normal_bias, way };
         let maps = Maps::with_opaque(context, world, size, opaque)?;
         let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
         let gathers = side >= GATHERED[usize::from(context.features().is_software())];
@@ -121,7 +125,10 @@ impl ShadowMap {
             Format::D16_UNORM => "auto: depths of 16 bits are drawn".to_owned(),
             _ => format!("auto: {} device", context.features().kind),
         };
-        let constants = Constants::new().set(constant::PCF, side).set(constant::GATHERS, gathers);
+        let constants = Constants::new()
+            .set(constant::PCF, side)
+            .set(constant::GATHERS, gathers)
+            .set(constant::NORMAL_BIAS, normal_bias);
         Ok(Self { all: Vec::new(), maps, opaque, look_up, constants, reason })
     }
 

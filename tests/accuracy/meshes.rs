@@ -1,6 +1,6 @@
 //! The opaque map: planes do not shadow themselves, and shadows fall where the reference says.
 
-use crate::support::{ask, built, gpu_test, scenes};
+use crate::support::{ask, ask_on, built, gpu_test, scenes};
 use glam::{DVec2, DVec3};
 use gobo::reference::truth::{Casters, SurfacePoint, bounds, points_outside, surface_points};
 use gobo::scene::{LightKind, Moved, Resolution, Scene, View};
@@ -53,27 +53,21 @@ fn a_plane_does_not_shadow_itself() {
             let (light, resolutions) = (scene.lights[0], technique.resolution());
             let resolution = |point: &[f32; 3]| resolutions[light.map_at(*point)];
             let points = on_ground(5000, 0.05);
-            let moved = |by: f32| -> Vec<[f32; 3]> { points.iter().map(|[x, y, z]| [*x, *y, z + by]).collect() };
             let light = scene.lights[0].kind;
-            for answer in ask(context, technique.as_ref(), 0, &points) {
+            for answer in ask_on(context, technique.as_ref(), 0, &points, &[[0.0, 0.0, 1.0]; 5000]) {
                 assert!(answer >= LIT, "{light:?}: {answer}: a point of the plane is in its shadow");
             }
-            for answer in ask(context, technique.as_ref(), 0, &moved(0.02)) {
-                assert!(answer >= LIT, "{light:?}: {answer}: a point above the plane is in shadow");
-            }
-            // Below by 1 % of the light's range, which is more than the bias: one texel of pushing away, one of reach
-            // of the bilinear weights, and twice the step of the rasterizer's grid: z may be that of a point so far
-            // beside the centre, and is pushed away by as much. Where the plane changes by more than that over so many
-            // texels, as it does towards the horizon of a grazing light, the bias has to be larger than 1 %, and the
-            // point does not count.
-            let apart = 2.0 + 2.0 * (-f64::from(context.features().sub_pixel_precision_bits)).exp2();
-            let (mut below, mut checked) = (Vec::new(), 0);
+            // In space, where the plane is no nearer within the texel of the bilinear weights and a step of the rasterizer, and below it, where
+            // it is nearer by 1 % of the light's range.
+            let apart = 1.0 + (-f64::from(context.features().sub_pixel_precision_bits)).exp2();
+            let (mut above, mut below) = (Vec::new(), Vec::new());
             for point in &points {
                 let view = view(point);
                 let range = f64::from(view.far - view.near);
                 let (texel, z) = view.project(DVec3::from(point.map(f64::from)));
                 // Straight from above the plane has no range to speak of: there it is below by more than floats are off.
-                let deeper = z + range * resolution(point).depth.max(0.01);
+                let apart_z = range * resolution(point).depth.max(0.01);
+                let (nearer, deeper) = (z - apart_z, z + apart_z);
                 if texel.cmplt(DVec2::splat(2.0)).any() || texel.cmpgt(DVec2::splat(f64::from(view.width) - 2.0)).any()
                 {
                     continue;
@@ -85,10 +79,15 @@ fn a_plane_does_not_shadow_itself() {
                 });
                 if corners.iter().all(|(on_plane, z)| *on_plane && (0.0..deeper).contains(z)) {
                     below.push(view.ray(texel).at(deeper).as_vec3().to_array());
-                    checked += 1;
+                }
+                if corners.iter().all(|(on_plane, z)| *on_plane && *z > nearer) {
+                    above.push(view.ray(texel).at(nearer).as_vec3().to_array());
                 }
             }
-            assert!(checked > 500, "{light:?}: {checked} points");
+            assert!(below.len() > 500 && above.len() > 500, "{light:?}: {} below, {} above", below.len(), above.len());
+            for (answer, point) in ask(context, technique.as_ref(), 0, &above).into_iter().zip(&above) {
+                assert!(answer >= LIT, "{light:?}: {answer}: {point:?}, above the plane, is in shadow");
+            }
             for (answer, point) in ask(context, technique.as_ref(), 0, &below).into_iter().zip(&below) {
                 assert_eq!(answer, 0.0, "{light:?}: {point:?}, under the plane, is lit");
             }
@@ -107,7 +106,7 @@ fn an_occluder_shadows_what_the_reference_says() {
             let technique = built(context, &scene, "uncompressed:size=8");
             let view = opaque_view(&scene, technique.as_ref());
             let points = on_ground(8000, 0.05);
-            let answers = ask(context, technique.as_ref(), 0, &points);
+            let answers = ask_on(context, technique.as_ref(), 0, &points, &[[0.0, 0.0, 1.0]; 8000]);
             let (mut lit, mut dark, mut seam) = (0, 0, 0);
             for (point, answer) in points.iter().zip(answers) {
                 let at = DVec3::from(point.map(f64::from));
@@ -209,8 +208,7 @@ fn within_never_grows_as_the_size_doubles() {
             let along = 0.5 * texel / f64::from(view.far - view.near);
             let moved = Moved { across: 0.5, along, always: 1.0 / 32.0, felt: along, ..Moved::default() };
             let off = Resolution { reach_texels: 0.5, depth, moved, ..Resolution::exact(view) };
-            let map =
-                Resolution { reach_texels: 2.0625, pushed_texels: 1.0625, depth: 1e-5, ..Resolution::exact(view) };
+            let map = Resolution { reach_texels: 1.0625, snap_texels: 0.0625, depth: 1e-5, ..Resolution::exact(view) };
             let near = |p: &[f32; 3]| casters.in_boundary(0, &map, DVec3::from(p.map(f64::from)));
             let now: Vec<bool> = points.par_iter().map(near).collect();
             let facing = |s: &SurfacePoint| s.facing(scene.lights[0].towards(s.position));

@@ -90,10 +90,10 @@ fn of_map(technique: &ShadowMap, depths: &[f32], map: usize) -> Vec<f32> {
 }
 
 /// How many texels hold something, after each was held against the twin.
-fn compare(what: &str, technique: &ShadowMap, depths: &[f32], triangles: &[Corners], reach: f32) -> usize {
+fn compare(what: &str, technique: &ShadowMap, depths: &[f32], triangles: &[Corners]) -> usize {
     let mut drawn = 0;
     for (map, views) in technique.maps().iter().enumerate() {
-        let (found, twin) = (of_map(technique, depths, map), draw(&views.opaque, triangles, reach));
+        let (found, twin) = (of_map(technique, depths, map), draw(&views.opaque, triangles));
         let differ: Vec<_> = (0..twin.len()).filter(|i| found[*i].to_bits() != twin[*i].to_bits()).collect();
         let first = differ.first().map(|i| (*i, found[*i], twin[*i]));
         assert!(differ.is_empty(), "{what}, map {map}: {} of {} differ, {first:?}", differ.len(), twin.len());
@@ -112,11 +112,10 @@ fn words_equal_their_twin() {
         for (seed, light) in (1..).zip(some(lights(&[90.0, 40.0, 3.0], DVec3::ZERO), 5)) {
             for (size, filter) in some([(96, 1), (73, 9), (300, 3)], 2) {
                 let text = format!("shadow-map:opaque=compute,size={size},filter={filter}");
-                let reach = filter as f32 / 2.0;
                 for triangles in [random_triangles(seed), adversarial()] {
                     let (technique, depths) = depths(context, &of_light(&light, &triangles), &text);
                     let what = format!("{text}, {:?}, {} triangles", light.lights[0].kind, triangles.len());
-                    let drawn = compare(&what, &technique, &depths, &triangles, reach);
+                    let drawn = compare(&what, &technique, &depths, &triangles);
                     println!("{what}: {drawn} texels");
                     assert!(drawn > 0, "{what}: nothing is drawn");
                 }
@@ -146,7 +145,7 @@ fn a_list_that_is_too_short_loses_nothing() {
             assert_eq!(maps.settle(frame, false).expect("read"), grows);
             bytes.push(maps.opaque_bytes_transient());
             let found: Vec<f32> = maps.opaque_image().read().expect("the depths");
-            let twin = draw(&maps.all()[0].opaque, &triangles, way.reach);
+            let twin = draw(&maps.all()[0].opaque, &triangles);
             let apart = |(a, b): &(&f32, &f32)| a.to_bits().abs_diff(b.to_bits()) > most_apart;
             let differ = found.iter().zip(&twin).filter(apart).count();
             let drawn = twin.iter().filter(|depth| **depth < 1.0).count();
@@ -204,7 +203,7 @@ fn each_of_many_maps_is_its_own() {
         let triangles = random_triangles(3);
         let (technique, depths) =
             depths(context, &of_light(&scene, &triangles[..200]), "shadow-map:opaque=compute,size=24");
-        let drawn = compare("many", &technique, &depths, &triangles[..200], 0.5);
+        let drawn = compare("many", &technique, &depths, &triangles[..200]);
         let empty = (0..120).filter(|map| of_map(&technique, &depths, *map).iter().all(|depth| *depth == 1.0)).count();
         println!("{drawn} texels, {empty} empty maps");
         assert!(drawn > 1000, "{drawn}");

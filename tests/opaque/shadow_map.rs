@@ -1,25 +1,33 @@
 //! `shadow-map`: the look-up against its twin, bytes, and what is refused.
 
-use crate::support::{ask, built, gpu_test, opened, scenes, spec};
-use crate::{lights, plates, points_of};
-use glam::DVec3;
+use crate::support::{ask, ask_on, built, gpu_test, opened, scenes, spec};
+use crate::{lights, normals_of, plates, points_of};
+use glam::{DVec3, Vec3};
 use gobo::Error;
 use gobo::maps::{Map, opaque_corner};
+use gobo::reference::twin::receiver::{Receiver, moved};
 use gobo::reference::twin::shadow_map::visibility;
-use gobo::scene::Scene;
+use gobo::scene::{Mesh, Scene};
 use gobo::technique::{Opened, ShadowMap, Technique, open};
 use gobo::world::World;
 
 /// A place is rounded by less than this, texels: nearer to a texel's edge it may be asked for the next.
 const PLACE_ROUNDING: f32 = 1e-3;
 
-/// Every filter, from the depths read back: each texel is asked, and all count the same.
+/// Every filter, from the depths read back: each texel is asked, and all count the same. Every other point is asked as one in space.
 #[test]
 fn the_look_up_equals_its_twin() {
     gpu_test("shadow_map::the_look_up_equals_its_twin", |context| {
         for mut scene in lights(&[50.0], DVec3::ZERO) {
             scene.meshes = plates();
-            let points: Vec<_> = scene.meshes.iter().flat_map(|mesh| points_of(mesh, 1000)).collect();
+            let on = |mesh: &Mesh| {
+                let points = points_of(mesh, 1000);
+                let normals = normals_of(&scene, mesh, &points);
+                points.into_iter().zip(normals).collect::<Vec<_>>()
+            };
+            let all = scene.meshes.iter().flat_map(on).enumerate();
+            let all = all.map(|(i, (point, normal))| (point, if i % 2 == 0 { normal } else { [0.0; 3] }));
+            let (points, normals): (Vec<_>, Vec<_>) = all.unzip();
             for (filter, bits) in [(1, 32), (3, 16), (5, 32), (7, 16), (9, 32), (9, 16)] {
                 let text = format!("shadow-map:size=96,filter={filter},bits={bits}");
                 let world = World::new(context, &scene).expect("room for the scene");
@@ -35,11 +43,16 @@ fn the_look_up_equals_its_twin() {
                 };
                 let across = technique.image().size()[0];
                 let (mut between, mut compared) = (0, 0);
-                for (point, answer) in points.iter().zip(ask(context, technique.as_ref(), 0, &points)) {
-                    let map = scene.lights[0].map_at(*point);
+                let answers = ask_on(context, technique.as_ref(), 0, &points, &normals);
+                for ((point, normal), answer) in points.iter().zip(&normals).zip(answers) {
+                    let (point, normal) = (Vec3::from(*point), Vec3::from(*normal));
+                    let aimed = technique.maps()[scene.lights[0].map_at(point.into())].opaque;
+                    let point = moved(&aimed, point, normal, 0.15 * filter as f32);
+                    let map = scene.lights[0].map_at(point.into());
                     let view = technique.maps()[map].opaque;
-                    let (at, z) = view.project(DVec3::from(point.map(f64::from)));
+                    let (at, z) = view.project(point.as_dvec3());
                     let at = at.as_vec2();
+                    let receiver = Receiver::new(&view, point, normal);
                     if (at - at.round()).abs().min_element() < PLACE_ROUNDING || z <= f64::from(view.near) {
                         continue;
                     }
@@ -49,12 +62,16 @@ fn the_look_up_equals_its_twin() {
                         let texel = texel.max(glam::IVec2::ZERO).as_uvec2() + glam::UVec2::from(corner);
                         inside.then(|| depths[(texel.y * across + texel.x) as usize])
                     };
-                    let of = |depth: f64| visibility(filter, at, depth as f32, hit);
-                    let depth = view.depth(z);
                     // Of an offset from the view four sums and products are rounded, of a depth near 1 some ten.
-                    let offset = DVec3::from(point.map(f64::from)) - DVec3::from(view.origin.map(f64::from));
-                    let rounding = 3e-7 * offset.length() / f64::from(view.far - view.near) + 1e-6;
-                    let (low, high) = (of(depth + rounding), of(depth - rounding));
+                    let range = view.far - view.near;
+                    let rounding = 3e-7 * (point - Vec3::from(view.origin)).length() / range + 1e-6;
+                    let of = |sign: f32| {
+                        let (depth, least) =
+                            (receiver.depth + sign * rounding, receiver.least - sign * rounding * range);
+                        let receiver = Receiver { depth: depth.min(1.0), least, ..receiver };
+                        visibility(filter, at, |hit, apart| receiver.is_ended(hit, apart), hit)
+                    };
+                    let (low, high) = if receiver.is_turned() { (0.0, 0.0) } else { (of(1.0), of(-1.0)) };
                     // Vulkan lets a device divide with an error of 2.5 units in the last place.
                     let (low, high) = (low - 2e-7, high + 2e-7);
                     assert!(

@@ -10,8 +10,8 @@ pub mod spirv;
 pub mod within;
 
 use gobo::Error;
-use gobo::consume::Query;
 use gobo::consume::parse;
+use gobo::consume::{Asked, Query};
 use gobo::gpu::{Commands, Context, Messages, Options, Requirement};
 use gobo::measure::{Effort, Extent, Row, Status, with_case};
 use gobo::reference::twin::avsm::node::Interpolation;
@@ -213,6 +213,18 @@ pub fn views(context: &Context, scene: &Scene, size: u32) -> Vec<View> {
 /// What the technique answers at `points` of one of the scene's lights.
 pub fn ask(context: &Context, technique: &dyn Technique, light: usize, points: &[[f32; 3]]) -> Vec<f32> {
     let query = Query::new(context, light, points).expect("room for the points");
+    query.ask(&technique.answer()).expect("answered")
+}
+
+/// What it answers at points of surfaces with these normals; one of 0 is that of a point in space.
+pub fn ask_on(
+    context: &Context,
+    technique: &dyn Technique,
+    light: usize,
+    points: &[[f32; 3]],
+    normals: &[[f32; 3]],
+) -> Vec<f32> {
+    let query = Query::of_lights(context, &[Asked { light, points, normals }]).expect("room for the points");
     query.ask(&technique.answer()).expect("answered")
 }
 

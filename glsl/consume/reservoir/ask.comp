@@ -63,8 +63,7 @@ float target(uint light, Seen at) {
 }
 
 float visibility(uint light, Seen at) {
-    vec3 towards = light_direction(lights[light], at.position);
-    return surface_visibility(light, towards, at.position, at.normal, at.is_closed);
+    return surface_visibility(light, lights[light], at.position, at.normal, at.is_closed);
 }
 
 // What the surface kept in the frame before, where it was seen, and from where.

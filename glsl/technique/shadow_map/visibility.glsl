@@ -1,7 +1,7 @@
 // Shadow map look-up: how much of light `light` reaches `position`, 0 to 1. Sources: Williams 1978; Reeves, Salesin and
 // Cook 1987 (percentage closer filtering). Twin: reference::twin::shadow_map.
-// The texel that the point's ray goes through and those about it, PCF a side: each is compared by itself, and all count
-// the same. A wide filter fetches four at once.
+// The texel that the point's ray goes through and those about it, PCF a side: each is compared by itself, of a surface with the
+// surface's plane there, and all count the same. A wide filter fetches four at once.
 //
 // Bindings 0 to 2: maps/look_up_set.glsl. The specialization constant PCF is what the map was made for.
 // flat: bindings 40, constants 80: PCF GATHERS
@@ -14,7 +14,17 @@ CONSTANT(uint, PCF, 1u)
 // Whether texels are gathered, four in a fetch, and not fetched one by one.
 CONSTANT(bool, GATHERS, true)
 
+#define TECHNIQUE_RECEIVERS
+vec3 light_receiver(uint light, vec3 position, vec3 normal) {
+    Light l = look_up_lights[light];
+    look_up_normal = normal;
+    return l.has_opaque == 0u ? position
+                              : opaque_receiver(look_up_maps[light_map(l, position)].opaque, position, normal);
+}
+
 float light_visibility(uint light, vec3 position) {
+    vec3 normal = look_up_normal;
+    look_up_normal = vec3(0.0);
     Light l = look_up_lights[light];
     if (l.has_opaque == 0u) {
         return 1.0;
@@ -25,7 +35,10 @@ float light_visibility(uint light, vec3 position) {
     if (!(at.z > view.near)) {
         return 1.0;
     }
-    float depth = view_depth(view, at.z);
+    Receiver receiver = opaque_compared(view, position, at.z, normal);
+    if (opaque_is_turned(receiver)) {
+        return 0.0;
+    }
     ivec2 corner = opaque_corner(view, map, look_up_opaque);
     int side = int(PCF);
     // Far outside, all texels are outside: clamped so that the conversion to integers is defined.
@@ -37,13 +50,16 @@ float light_visibility(uint light, vec3 position) {
     uint dark = 0u;
     for (int y = low.y; y < high.y; y += stride) {
         for (int x = low.x; x < high.x; x += stride) {
+            vec2 apart = vec2(x, y) + 0.5 - at.xy;
             if (GATHERS) {
-                uvec4 ends = uvec4(opaque_ends(opaque_quad(corner, look_up_opaque, ivec2(x, y)), depth));
+                vec4 hits = opaque_quad(corner, look_up_opaque, ivec2(x, y));
+                uvec4 ends = uvec4(opaque_quad_ends(view, receiver, hits, apart));
                 // The last of an odd number in a row or column comes with one that does not count.
                 uvec2 rows = ends.xz + (x + 1 < high.x ? ends.yw : uvec2(0u));
                 dark += rows.x + (y + 1 < high.y ? rows.y : 0u);
             } else {
-                dark += uint(texelFetch(look_up_opaque, corner + ivec2(x, y), 0).r < min(depth, 1.0));
+                float hit = texelFetch(look_up_opaque, corner + ivec2(x, y), 0).r;
+                dark += uint(opaque_ends(view, receiver, hit, apart));
             }
         }
     }

@@ -26,14 +26,15 @@ impl Casters<'_> {
             return self.ray_in_boundary(light, resolution, position, None);
         }
         let blocked = !self.unblocked(light, position);
+        if resolution.snap_texels > 0.0 {
+            return self.is_misjudged(resolution, position, blocked, None);
+        }
         // In space a paraboloid's distances are compared as they are.
         self.differs_about(resolution, position, depth(resolution), blocked)
-            || !resolution.paraboloid && self.is_missed(resolution, position, depth(resolution), blocked)
     }
 
     /// The same of a point on a surface with that normal. Where look-ups move it off the surface, it is asked about where they
-    /// are; where they do not, within the surface's plane, whether another surface is so near to it along the rays that
-    /// the technique does not tell the two apart, and whether depths that are pushed back miss what is there.
+    /// are.
     pub fn in_surface_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: DVec3) -> bool {
         if resolution.voxel > 0.0 {
             return self.ray_in_boundary(light, resolution, position, Some(normal));
@@ -46,8 +47,12 @@ impl Casters<'_> {
             return true;
         }
         let blocked = !self.unblocked(light, position);
+        let at = resolution.looked_up(position, normal);
+        if resolution.snap_texels > 0.0 {
+            // What looks away is in its own way.
+            return facing < 0.0 && self.is_misjudged(resolution, at, blocked, Some(normal));
+        }
         if resolution.moved != Moved::default() {
-            let at = resolution.looked_up(position, normal);
             return resolution.free_inside && self.inside(light, at)
                 || self.differs_about(resolution, at, resolution.moved.felt * range(resolution), blocked);
         }
@@ -62,11 +67,19 @@ impl Casters<'_> {
     }
 
     /// Whether a texel may say of a point that it is lit where it is `blocked`, or the other way round, by the depths that are
-    /// pushed back.
+    /// compared with its surface's plane.
     fn is_missed(&self, resolution: &Resolution, position: DVec3, depth: f64, blocked: bool) -> bool {
         let (view, reach) = (resolution.view_about(position), resolution.pushed_texels);
         let texel = Neighbourhood { view: &view, position, reach, depth };
         reach > 0.0 && texel.differs_pushed(&self.meshes, blocked, reach)
+    }
+
+    /// Whether a texel of a map of depths may say of a place that it is lit where it is `blocked`, or the other way round. On a surface, whose
+    /// normal is given, only what stands above its plane counts.
+    fn is_misjudged(&self, resolution: &Resolution, at: DVec3, blocked: bool, normal: Option<DVec3>) -> bool {
+        let view = &resolution.view;
+        let near = Neighbourhood { view, position: at, reach: resolution.reach_texels, depth: depth(resolution) };
+        near.is_behind() || near.differs_stored(&self.meshes, blocked, normal, resolution.snap_texels)
     }
 
     /// Whether not all is `blocked` that is as near to a point as the technique resolves across the rays, and `depth` along
@@ -141,7 +154,7 @@ fn square(reach: f64) -> impl Iterator<Item = [f64; 2]> {
 mod tests {
     use super::*;
     use crate::scene::tests::on_the_axis;
-    use crate::scene::{Mesh, Scene, View};
+    use crate::scene::{Mesh, Moved, Scene, View};
     use glam::DVec2;
 
     /// A square from −1 to 1 at z = 0, under a light that goes down.
@@ -199,12 +212,18 @@ mod tests {
         }
     }
 
+    /// The same of a map of depths.
+    fn of_depths(scene: &Scene, reach_texels: f64, depth: f64) -> Resolution {
+        let moved = Moved { across: 0.25, least_world: 1e-6, ..Moved::default() };
+        Resolution { snap_texels: 0.0625, moved, ..resolution(scene, reach_texels, depth).0 }
+    }
+
     /// A plate's own surface is no boundary, but for its rim.
     #[test]
     fn a_surface_is_no_boundary_of_itself() {
         let scene = plate();
         let casters = Casters::new(&scene);
-        let (resolution, _) = resolution(&scene, 2.0625, 1e-5);
+        let resolution = of_depths(&scene, 2.0625, 1e-5);
         let near = |x: f64| casters.in_surface_boundary(0, &resolution, DVec3::new(x, 0.1, 0.0), DVec3::Z);
         assert!(!near(0.0) && !near(0.8));
         assert!(casters.in_surface_boundary(0, &resolution, DVec3::ZERO, DVec3::X), "along the rays");
@@ -226,7 +245,7 @@ mod tests {
         }
     }
 
-    /// Two surfaces nearer to each other than the depth that is resolved, and no other two.
+    /// A surface behind another that is nearer than the depth that is resolved, and no other.
     #[test]
     fn surfaces_that_touch_along_the_rays() {
         let mut scene = plate();
@@ -234,15 +253,15 @@ mod tests {
         below.positions.iter_mut().for_each(|p| p[2] = -0.1);
         scene.meshes.push(below);
         let casters = Casters::new(&scene);
-        let (fine, _) = resolution(&scene, 2.0625, 1e-5);
+        let fine = of_depths(&scene, 2.0625, 1e-5);
         let range = f64::from(fine.view.far - fine.view.near);
         let near = |z: f64, depth: f64| {
             let resolution = Resolution { depth: depth / range, ..fine };
             casters.in_surface_boundary(0, &resolution, DVec3::new(0.1, 0.2, z), DVec3::Z)
         };
-        for z in [0.0, f64::from(-0.1f32)] {
-            assert!(!near(z, 0.09) && near(z, 0.11), "{z}");
-        }
+        let below = f64::from(-0.1f32);
+        assert!(!near(below, 0.09) && near(below, 0.11));
+        assert!(!near(0.0, 0.09) && !near(0.0, 0.11));
     }
 
     /// A needle and a slit are met however thin they are, and a plate of many triangles has no slits.
@@ -357,27 +376,19 @@ mod tests {
         }
     }
 
-    /// What a texel with its centre at `at` says of a z, each triangle pushed back to the farthest corner of a square of `reach` texels
-    /// on its plane: whether none is in front.
-    fn texel_is_lit(scene: &Scene, view: &View, at: DVec2, z: f64, reach: f64) -> bool {
+    /// What a texel with its centre at `texel` says of a place on a surface: whether nothing stands before it and above its plane.
+    fn texel_is_lit(scene: &Scene, view: &View, texel: DVec2, place: DVec3, normal: DVec3) -> bool {
         let corners = |mesh: &Mesh| {
             let corner = |i: u32| DVec3::from(mesh.positions[i as usize].map(f64::from));
             mesh.triangles.iter().map(|t| t.map(corner)).collect::<Vec<_>>()
         };
+        let (ray, z) = (view.ray(texel), view.project(place).1);
         scene.meshes.iter().flat_map(corners).all(|[a, b, c]| {
-            let normal = (b - a).cross(c - a);
-            let met = |at: DVec2| {
-                let ray = view.ray(at);
-                ray.at((a - ray.origin).dot(normal) / ray.direction.dot(normal))
-            };
-            let p = met(at);
-            let is_inside = [(a, b), (b, c), (c, a)].iter().all(|(a, b)| (b - a).cross(p - a).dot(normal) >= 0.0);
-            let far = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|corner| {
-                let z = view.project(met(at + reach * DVec2::from(corner))).1;
-                if z > 0.0 { z } else { f64::INFINITY }
-            });
+            let across = (b - a).cross(c - a);
+            let p = ray.at((a - ray.origin).dot(across) / ray.direction.dot(across));
+            let is_inside = [(a, b), (b, c), (c, a)].iter().all(|(a, b)| (b - a).cross(p - a).dot(across) >= 0.0);
             // The axes of a view are floats.
-            !is_inside || far.into_iter().fold(0.0, f64::max) >= z - 1e-6
+            !is_inside || view.project(p).1 >= z - 1e-6 || normal.dot(p - place) <= 1e-6
         })
     }
 
@@ -398,17 +409,21 @@ mod tests {
             scene.lights[0].kind = kind;
             let casters = Casters::new(&scene);
             let view = View::opaques(&scene, 32)[0];
-            let (reach, pushed_texels) = (0.5, 0.5625);
-            let resolution = Resolution { reach_texels: 1.0625, pushed_texels, depth: 1e-5, ..Resolution::exact(view) };
+            let resolution = Resolution { view, ..of_depths(&scene, 0.5625, 1e-5) };
             let (mut outside, mut missed) = (0, [0; 2]);
             for point in super::super::surface_points(&casters, &scene, 0, &view, 600) {
-                let (texel, z) = view.project(point.position);
+                let normal = point.facing(scene.lights[0].towards(point.position));
+                if normal.dot(scene.lights[0].towards(point.position)) <= 0.0 {
+                    continue;
+                }
+                let place = resolution.looked_up(point.position, normal);
+                let texel = view.project(place).0;
                 let lit = casters.unblocked(0, point.position);
-                let is_near = casters.in_surface_boundary(0, &resolution, point.position, point.normal);
+                let is_near = casters.in_surface_boundary(0, &resolution, point.position, normal);
                 outside += usize::from(!is_near);
                 for i in 0..24u32 * 24 {
                     let offset = DVec2::new((i % 24).into(), (i / 24).into()) / 23.0 - 0.5;
-                    if texel_is_lit(&scene, &view, texel + offset, z, reach) != lit {
+                    if texel_is_lit(&scene, &view, texel + offset, place, normal) != lit {
                         missed[usize::from(lit)] += 1;
                         assert!(is_near, "{point:?}, {lit}, texel {offset} off");
                     }

@@ -64,7 +64,7 @@ impl Neighbourhood<'_> {
         let z = self.range();
         // What is met within the box blocks only what is behind it.
         let most = if blocked { z.x } else { z.y };
-        self.is_other(meshes, blocked, [f64::NEG_INFINITY, z.y], |_| most)
+        self.is_other(meshes, blocked, self.before(z.y), |_, part| clip(part, self.before(most)))
     }
 
     /// The same of its middle's depth alone, where every triangle is pushed away from the light by what its plane changes over so
@@ -77,7 +77,6 @@ impl Neighbourhood<'_> {
         let (right, up) = (texel(view.right, view.scale_x, view.width), texel(view.up, view.scale_y, view.height));
         let middle = (z.x + z.y) / 2.0;
         let nearest = if blocked { z.x } else { middle - meshes.epsilon };
-        // Twin: farthest in glsl/maps/opaque.frag, the other way.
         let most = |triangle: &Triangle| {
             let normal = triangle.normal();
             let (across, facing) = (normal.dot(right).abs() + normal.dot(up).abs(), normal.dot(along).abs());
@@ -86,18 +85,44 @@ impl Neighbourhood<'_> {
                 Projection::Perspective => nearest * (1.0 - texels * across / facing),
             }
         };
-        self.is_other(meshes, blocked, [f64::from(view.near), middle], most)
+        let behind = self.behind(view.near.into());
+        let pushed = |triangle: &Triangle, part| clip(clip(part, behind), self.before(most(triangle)));
+        self.is_other(meshes, blocked, self.before(middle), pushed)
     }
 
-    /// Whether some of the square is free where `blocked`, else whether some is not: of what of the triangles is within a range of
-    /// z, of each up to the z that `most` gives it.
-    fn is_other(&self, meshes: &Meshes, blocked: bool, range: [f64; 2], most: impl Fn(&Triangle) -> f64) -> bool {
-        let shaft = self.shaft(&[self.before(range[1])]);
-        let behind = self.behind(range[0]);
+    /// The same of its middle's depth alone, and of what a map holds: nothing before the view's near plane. On a surface with a
+    /// normal only what is above the plane through the middle counts; a texel's depth may be that of a place `snap` texels beside it.
+    pub fn differs_stored(&self, meshes: &Meshes, blocked: bool, normal: Option<DVec3>, snap: f64) -> bool {
+        let z = self.range();
+        let [right, up] = self.view.texel_at(self.position);
+        let along = self.view.ray_through(self.position).direction;
+        // What may end a texel's light, and what does.
+        let (middle, behind) = ((z.x + z.y) / 2.0, self.behind(self.view.near.into()));
+        let above = |normal: DVec3| {
+            let beside = snap * (normal.dot(right).abs() + normal.dot(up).abs());
+            let by = if blocked { beside + self.depth * normal.dot(along).abs() } else { -beside };
+            Half { normal: -normal, most: -normal.dot(self.position - vec(self.view.origin)) - by }
+        };
+        let counts: Vec<_> = [behind].into_iter().chain(normal.map(above)).collect();
+        let before = self.before(if blocked { z.x } else { middle - meshes.epsilon });
+        let stored = |_: &Triangle, part| counts.iter().fold(clip(part, before), |part, half| clip(part, *half));
+        self.is_other(meshes, blocked, self.before(middle), stored)
+    }
+
+    /// Whether some of the square is free where `blocked`, else whether some is not: of what is left by `cut` of the triangles' parts within
+    /// its rays up to `end`.
+    fn is_other(
+        &self,
+        meshes: &Meshes,
+        blocked: bool,
+        end: Half,
+        cut: impl Fn(&Triangle, Vec<DVec3>) -> Vec<DVec3>,
+    ) -> bool {
+        let shaft = self.shaft(&[end]);
         let middle = self.view.project(self.position).0;
         let mut blockers = Vec::new();
         for triangle in meshes.meeting(&shaft) {
-            let met = clip(clip(shaft.part(triangle.corners), behind), self.before(most(triangle)));
+            let met = cut(triangle, shaft.part(triangle.corners));
             if !blocked && !met.is_empty() {
                 return true;
             }

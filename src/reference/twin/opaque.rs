@@ -1,29 +1,25 @@
-//! CPU twin of glsl/maps/opaque_draw.glsl and glsl/maps/pushed.glsl: triangles drawn into a depth map in whole numbers,
+//! CPU twin of glsl/maps/opaque_draw.glsl and glsl/maps/stored.glsl: triangles drawn into a depth map in whole numbers,
 //! the least depth a texel. Bit for bit what the device has: every operation is rounded once, in the same order.
 
-use super::exact::{cross3, dot3, inverse_root, length3, longest3, reciprocal};
+use super::exact::{cross3, dot3, longest3, reciprocal};
 use crate::scene::{Projection, View};
 use glam::{IVec2, Vec2, Vec3};
 
 /// Steps of a texel.
 const STEPS: i32 = 256;
-/// What a corner may be off its place, texels.
-const SNAP: f32 = 1.0 / 256.0;
 /// Corners are cut off where they are so many times as far out as the map's edge.
 const GUARD: f32 = 1.5;
 /// The square of twice an area, world units: of less no device would know the normal.
 const NO_AREA: f32 = 1e-30;
 
-/// Depths, row by row, 1 where there is nothing, of triangles by their corners; `reach` is
-/// [`crate::maps::OpaqueMaps::reach`].
-pub fn draw(view: &View, triangles: &[[[f32; 3]; 3]], reach: f32) -> Vec<f32> {
+/// Depths, row by row, 1 where there is nothing, of triangles by their corners.
+pub fn draw(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<f32> {
     let mut depths = vec![1.0; view.texels()];
     for triangle in triangles {
         let corners = triangle.map(Vec3::from);
         let Some(seen) = see(view, corners) else { continue };
-        let plane = Pushed::of(view, seen.normal, reach);
-        covered(view, &seen, |texel, z, inverse| {
-            let depth = plane.depth(view, texel, z, inverse);
+        covered(view, &seen, |texel, z| {
+            let depth = stored(view, texel, z);
             let place = texel.y as usize * view.width as usize + texel.x as usize;
             if depth < 1.0 {
                 depths[place] = f32::min(depths[place], depth.max(0.0));
@@ -37,7 +33,7 @@ pub fn draw(view: &View, triangles: &[[[f32; 3]; 3]], reach: f32) -> Vec<f32> {
 pub fn coverage(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<u32> {
     let mut counts = vec![0; view.texels()];
     for seen in triangles.iter().filter_map(|t| see(view, t.map(Vec3::from))) {
-        covered(view, &seen, |texel, _, _| counts[texel.y as usize * view.width as usize + texel.x as usize] += 1);
+        covered(view, &seen, |texel, _| counts[texel.y as usize * view.width as usize + texel.x as usize] += 1);
     }
     counts
 }
@@ -46,7 +42,6 @@ pub fn coverage(view: &View, triangles: &[[[f32; 3]; 3]]) -> Vec<u32> {
 struct Seen {
     places: Vec<IVec2>,
     all_z: Vec<f32>,
-    normal: Vec3,
     first: IVec2,
     last: IVec2,
 }
@@ -132,8 +127,7 @@ fn see(view: &View, triangle: [Vec3; 3]) -> Option<Seen> {
     if polygon.len() < 3 || first.cmpgt(last).any() || square <= NO_AREA {
         return None;
     }
-    let normal = normal * inverse_root(square);
-    Some(Seen { places, all_z: polygon.iter().map(|c| c.z).collect(), normal, first, last })
+    Some(Seen { places, all_z: polygon.iter().map(|c| c.z).collect(), first, last })
 }
 
 fn cross(a: IVec2, b: IVec2) -> i64 {
@@ -150,8 +144,8 @@ fn wide_float(value: i64) -> f32 {
     ((value >> 32) as f32) * 4_294_967_296.0 + (value as u32) as f32
 }
 
-/// Calls `each` with each texel that it covers, its z there, and in perspective the inverse of that.
-fn covered(view: &View, seen: &Seen, mut each: impl FnMut(IVec2, f32, f32)) {
+/// Calls `each` with each texel that it covers, and its z there.
+fn covered(view: &View, seen: &Seen, mut each: impl FnMut(IVec2, f32)) {
     for i in 1..seen.places.len() - 1 {
         let [a, mut b, mut c] = [0, i, i + 1].map(|c| (seen.places[c], seen.all_z[c]));
         if cross(b.0 - a.0, c.0 - a.0) < 0 {
@@ -174,54 +168,25 @@ fn covered(view: &View, seen: &Seen, mut each: impl FnMut(IVec2, f32, f32)) {
                 let at = Vec3::from(values.map(|(value, _)| wide_float(value)));
                 let mean = dot3(at, weights) * area_divisor;
                 let z = if is_parallel(view) { mean } else { reciprocal(mean) };
-                each(IVec2::new(x, y), z.max(view.near), mean);
+                each(IVec2::new(x, y), z.max(view.near));
             }
         }
     }
 }
 
-/// How a stored depth is pushed away from the plane of its triangle. Divisors are kept as their inverses.
-struct Pushed {
-    normal: Vec3,
-    across: f32,
-    texel: f32,
-    range: f32,
-    reach: f32,
-    /// From one texel to the next, at z = 1 in perspective.
-    right: Vec3,
-    up: Vec3,
-}
-
-impl Pushed {
-    fn of(view: &View, normal: Vec3, reach: f32) -> Self {
-        let right = Vec3::from(view.right) * (2.0 * reciprocal(view.width as f32 * view.scale_x));
-        let up = Vec3::from(view.up) * (2.0 * reciprocal(view.height as f32 * view.scale_y));
-        let across = dot3(normal, right).abs() + dot3(normal, up).abs();
-        let texel = reciprocal(length3(right).min(length3(up)));
-        Self { normal, across, texel, range: reciprocal(view.far - view.near), reach, right, up }
-    }
-
-    fn depth(&self, view: &View, texel: IVec2, z: f32, inverse: f32) -> f32 {
-        let at = texel.as_vec2() + 0.5 - 0.5 * Vec2::new(view.width as f32, view.height as f32);
-        let across = self.right * at.x + self.up * at.y;
-        let (view_origin, forward) = (Vec3::from(view.origin), Vec3::from(view.forward));
-        let (origin, direction) =
-            if is_parallel(view) { (view_origin + across, forward) } else { (view_origin, forward + across) };
-        let position = origin + z * direction;
-        let coordinates = position.abs();
-        let off = 1.2e-7 * (coordinates.x + coordinates.y + coordinates.z) + 6e-7 * longest3(position - view_origin);
-        let texel = self.texel * if is_parallel(view) { 1.0 } else { inverse };
-        let reach = (self.reach + off * texel) * self.across;
-        let facing = dot3(self.normal, direction).abs();
-        let farthest = if is_parallel(view) {
-            z + (reach + SNAP * self.across) * reciprocal(facing)
-        } else if facing > reach {
-            z * (facing + SNAP * self.across) * reciprocal(facing - reach)
-        } else {
-            view.far
-        };
-        (farthest + off - view.near) * self.range + 4e-6
-    }
+/// What is stored of a surface at `z` of a texel's ray. Twin: stored_depth.
+fn stored(view: &View, texel: IVec2, z: f32) -> f32 {
+    let right = Vec3::from(view.right) * (2.0 * reciprocal(view.width as f32 * view.scale_x));
+    let up = Vec3::from(view.up) * (2.0 * reciprocal(view.height as f32 * view.scale_y));
+    let at = texel.as_vec2() + 0.5 - 0.5 * Vec2::new(view.width as f32, view.height as f32);
+    let across = right * at.x + up * at.y;
+    let (view_origin, forward) = (Vec3::from(view.origin), Vec3::from(view.forward));
+    let (origin, direction) =
+        if is_parallel(view) { (view_origin + across, forward) } else { (view_origin, forward + across) };
+    let position = origin + z * direction;
+    let coordinates = position.abs();
+    let off = 1.2e-7 * (coordinates.x + coordinates.y + coordinates.z) + 6e-7 * longest3(position - view_origin);
+    (z + off - view.near) * reciprocal(view.far - view.near) + 4e-6
 }
 
 #[cfg(test)]
@@ -261,7 +226,7 @@ mod tests {
     fn a_level_plane_has_its_depth() {
         let view = parallel(8);
         let plane = [[[-3.0, -3.0, 0.5], [3.0, -3.0, 0.5], [0.0, 5.0, 0.5]]];
-        let depths = draw(&view, &plane, 1.0);
+        let depths = draw(&view, &plane);
         assert!(depths.iter().all(|d| (0.25..0.250_01).contains(d)), "{depths:?}");
     }
 
@@ -277,7 +242,7 @@ mod tests {
             [[0.0, 0.0, 1.0], [1e6, 0.0, 1.0], [0.0, 1e6, 1.0]],
         ];
         for triangle in cut {
-            let depths = draw(&view, &[triangle], 1.0);
+            let depths = draw(&view, &[triangle]);
             assert!(depths.iter().all(|d| (0.0..=1.0).contains(d)), "{depths:?}");
             assert!(coverage(&view, &[triangle]).iter().all(|n| *n <= 1), "{triangle:?}");
         }

@@ -4,11 +4,17 @@
 use glam::{IVec2, Vec2};
 
 /// The share of the `side` × `side` texels about the one that holds the point `at` (in texels) whose `hit`, by texel, does
-/// not lie in front of `depth`. Outside the map, and where a texel has 1, there is nothing.
-pub fn visibility(side: u32, at: Vec2, depth: f32, hit: impl Fn(IVec2) -> Option<f32>) -> f32 {
+/// not end the point's light, by how far the texel's centre is apart. Outside the map, and where a texel has 1, there is nothing.
+pub fn visibility(
+    side: u32,
+    at: Vec2,
+    is_ended: impl Fn(f32, Vec2) -> bool,
+    hit: impl Fn(IVec2) -> Option<f32>,
+) -> f32 {
     let first = at.floor().as_ivec2() - (side / 2) as i32;
     let texels = (0..side as i32).flat_map(|y| (0..side as i32).map(move |x| first + IVec2::new(x, y)));
-    let lit = texels.filter(|texel| hit(*texel).is_none_or(|hit| hit >= 1.0 || depth <= hit)).count();
+    let ends = |texel: IVec2| hit(texel).is_some_and(|hit| hit < 1.0 && is_ended(hit, texel.as_vec2() + 0.5 - at));
+    let lit = texels.filter(|texel| !ends(*texel)).count();
     lit as f32 / (side * side) as f32
 }
 
@@ -20,9 +26,10 @@ mod tests {
     #[test]
     fn a_third_is_dark() {
         let hit = |texel: IVec2| (texel.x >= 0).then_some(if texel.x == 3 { 0.25 } else { 1.0 });
-        assert_eq!(visibility(3, Vec2::splat(4.5), 0.5, hit), 6.0 / 9.0);
-        assert_eq!(visibility(3, Vec2::splat(4.5), 0.25, hit), 1.0, "on it");
-        assert_eq!(visibility(1, Vec2::new(3.99, 4.0), 0.5, hit), 0.0);
-        assert_eq!(visibility(9, Vec2::new(-7.0, 3.0), 0.5, hit), 1.0, "outside");
+        let of = |side: u32, at: Vec2, depth: f32| visibility(side, at, |hit, _| hit < depth, hit);
+        assert_eq!(of(3, Vec2::splat(4.5), 0.5), 6.0 / 9.0);
+        assert_eq!(of(3, Vec2::splat(4.5), 0.25), 1.0, "on it");
+        assert_eq!(of(1, Vec2::new(3.99, 4.0), 0.5), 0.0);
+        assert_eq!(of(9, Vec2::new(-7.0, 3.0), 0.5), 1.0, "outside");
     }
 }

@@ -18,11 +18,14 @@ pub struct Resolution {
     pub faces: bool,
     /// How far across the light's rays, in texels of the view, a look-up may feel a surface.
     pub reach_texels: f64,
-    /// How far a compared texel's centre may be from a point, texels across and down, where depths of surfaces are pushed back by
-    /// what they change over that; 0 where they are not.
+    /// How far a compared texel's centre may be from a point, texels across and down, where what a texel holds is compared with the
+    /// point's surface by what that changes over as much; 0 where it is not.
     pub pushed_texels: f64,
     /// How much nearer to the light than a point of a surface what shadows it has to be, texels.
     pub nearer_texels: f64,
+    /// How far beside a texel's centre, texels, the depth may have been taken that it holds, and that is compared with a surface's plane; 0
+    /// where there are no such depths.
+    pub snap_texels: f64,
     /// How far along its normal a point of a surface is moved before it is looked up.
     pub moved: Moved,
     /// Whether it may answer anything inside closed things: what is nearer to their inside than it resolves is boundary too.
@@ -67,6 +70,7 @@ impl Resolution {
             reach_texels: 0.0,
             pushed_texels: 0.0,
             nearer_texels: 0.0,
+            snap_texels: 0.0,
             moved: Moved::default(),
             free_inside: false,
             depth: 0.0,
@@ -93,11 +97,10 @@ impl Resolution {
     /// How far along its normal a point is moved. Twin: receiver_way in glsl/technique/voxelized/place.glsl.
     fn way(&self, view: &View, position: DVec3, normal: DVec3) -> f64 {
         let ([right, up], along) = (view.texel_at(position), view.ray_through(position).direction);
-        let looks = |way: DVec3| (normal.dot(way) / way.length()).abs();
         let Moved { across, along: forward, always, least_world, felt: _ } = self.moved;
-        let beside = (across * (looks(right) + looks(up)) + always) * right.length();
+        let beside = across * (normal.dot(right).abs() + normal.dot(up).abs()) + always * right.length();
         let before = forward * f64::from(view.far - view.near) * normal.dot(along).abs();
-        if self.paraboloid || view.projection() == Projection::Parallel {
+        if self.paraboloid || self.snap_texels > 0.0 || view.projection() == Projection::Parallel {
             return (beside + before).max(least_world);
         }
         let z = view.axes(position).z;

@@ -1,0 +1,32 @@
+// What is stored of a surface where the ray through a texel's centre meets it: its depth, and as much more as numbers may be
+// off, so that rounding alone puts nothing into shadow. All that draws opaque maps includes this. With EXACT to the same bits on
+// every device, else as fast as the device divides. Twin: reference::twin::opaque::stored.
+#ifndef MAPS_STORED_GLSL
+#define MAPS_STORED_GLSL
+#include "world/view.glsl"
+
+// What a depth of the map's format is less than the one written, at most; 0 where that is a rounding.
+CONSTANT(float, OPAQUE_STEP, 0.0)
+
+#ifdef EXACT
+#include "maps/exact.glsl"
+#define PRECISE precise
+#else
+#define PRECISE
+float reciprocal(float a) { return 1.0 / a; }
+float longest3(vec3 a) { return length(a); }
+#endif
+
+// `off` is what a z may be off, world units: of a point that comes rounded to floats, one step of its coordinates; of its offset
+// from the view and of the rasterizer's z, ten. Twin: maps::opaque::rounding.
+float stored_depth(View view, Ray ray, float z) {
+    PRECISE vec3 position = ray.origin + z * ray.direction;
+    PRECISE vec3 offset = position - view.origin;
+    vec3 coordinates = abs(position);
+    PRECISE float off = 1.2e-7 * (coordinates.x + coordinates.y + coordinates.z) + 6e-7 * longest3(offset);
+    PRECISE float range = view.far - view.near;
+    // 4e-6 of the range: the rounding of a depth near 1.
+    PRECISE float depth = (z + off - view.near) * reciprocal(range) + (4e-6 + OPAQUE_STEP);
+    return depth;
+}
+#endif
