@@ -69,8 +69,8 @@ vec3 off_the_surface(vec3 position, vec3 normal) {
     return position + normal * (cells * (CELL == CELL_TRIANGLES ? grid_rounding(visibility_grid) : cell_side()));
 }
 
-// What is left of a way that begins later by what a receiver is moved along its ray.
-vec3 off_along(vec3 way) { return way * max(0.0, 1.0 - BIAS * cell_side() / max(length(way), 1e-30)); }
+// What a receiver is moved by along a way, as a share of it.
+float share_along(vec3 way) { return min(1.0, BIAS * cell_side() / max(length(way), 1e-30)); }
 
 // Where a ray to a light ends. A virtual light stands on a surface, and is asked for off it as receivers are.
 vec3 light_end(Light l) {
@@ -93,7 +93,10 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
         vec2 by = (look_up_dither.yz - 0.5) * cell_side();
         receiver += by.x * across + by.y * cross(normal, across);
     }
-    return l.kind == LIGHT_DIRECTIONAL ? receiver + towards * (BIAS * cell_side()) : end - off_along(end - receiver);
+    if (l.kind == LIGHT_DIRECTIONAL) {
+        return receiver + towards * (BIAS * cell_side());
+    }
+    return receiver + (end - receiver) * share_along(end - receiver);
 }
 
 float light_visibility(uint light, vec3 position) {
@@ -107,7 +110,7 @@ float light_visibility(uint light, vec3 position) {
     vec3 way = -l.direction * (2.0 * size + distance(from, vec3(0.5 * size)));
     if (l.kind != LIGHT_DIRECTIONAL) {
         way = light_end(l) - position;
-        way = (l.kind == LIGHT_VIRTUAL ? off_along(way) : way) * visibility_grid.per_unit;
+        way *= visibility_grid.per_unit * (l.kind == LIGHT_VIRTUAL ? 1.0 - share_along(way) : 1.0);
     }
     float offset = look_up_dither.x < 0.0 ? MARCH_OFFSET : look_up_dither.x;
     float left = 1.0;
