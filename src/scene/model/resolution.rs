@@ -1,6 +1,6 @@
 //! How finely a technique knows where opaque shadows begin and end.
 
-use crate::scene::View;
+use crate::scene::{Projection, View};
 use glam::DVec3;
 
 /// What a receiver is moved by in a grid, voxels, more than a voxel reaches. Twin: RECEIVER_MARGIN in
@@ -69,6 +69,10 @@ impl Resolution {
         let looks = (normal.dot(along) / along.length()).abs();
         let by =
             across * (normal.dot(right).abs() + normal.dot(up).abs()) + (forward * looks + always) * right.length();
+        // A map of depths leaves nothing out of its light.
+        let is_parallel = self.snap_texels == 0.0 || view.projection() == Projection::Parallel;
+        let height = (view.ray_through(position).origin - position).dot(normal);
+        let by = if is_parallel { by } else { by.min(0.5 * height) };
         position + normal * by.max(least_world)
     }
 
