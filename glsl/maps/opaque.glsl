@@ -63,7 +63,10 @@ vec3 opaque_receiver(View view, vec3 position, vec3 normal) {
     float texels = abs(dot(normal, opaque_texel_right(view))) + abs(dot(normal, opaque_texel_up(view)));
     // Twice what numbers may be off, as maps/stored.glsl has it.
     float rounding = 2.4e-7 * (coordinates.x + coordinates.y + coordinates.z) + 1.2e-6 * length(offset);
-    return position + normal * max(NORMAL_BIAS * texels * z, rounding);
+    float by = NORMAL_BIAS * texels * z;
+    // Never out of the light: half the way to where it stands above the surface at most.
+    by = view.projection == VIEW_PARALLEL ? by : min(by, -0.5 * dot(offset, normal));
+    return position + normal * max(by, rounding);
 }
 
 // Of a point at `z`, which the view sees in that direction.

@@ -68,7 +68,8 @@ fn the_look_up_equals_its_twin() {
                     let of = |sign: f32| {
                         let (depth, least) =
                             (receiver.depth + sign * rounding, receiver.least - sign * rounding * range);
-                        let receiver = Receiver { depth: depth.min(1.0), least, ..receiver };
+                        let mut receiver = receiver;
+                        (receiver.depth, receiver.least) = (depth.min(1.0), least);
                         visibility(filter, at, |hit, apart| receiver.is_ended(hit, apart), hit)
                     };
                     let (low, high) = if receiver.is_turned() { (0.0, 0.0) } else { (of(1.0), of(-1.0)) };

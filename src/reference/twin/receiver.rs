@@ -17,7 +17,9 @@ pub fn moved(view: &View, position: Vec3, normal: Vec3, normal_bias: f32) -> Vec
     let [right, up] = texel(view);
     let texels = normal.dot(right).abs() + normal.dot(up).abs();
     let rounding = 2.4e-7 * position.abs().element_sum() + 1.2e-6 * offset.length();
-    position + normal * (normal_bias * texels * z).max(rounding)
+    let by = normal_bias * texels * z;
+    let by = if view.projection() == Projection::Parallel { by } else { by.min(-0.5 * offset.dot(normal)) };
+    position + normal * by.max(rounding)
 }
 
 /// What texels about a point are compared with. Twin: Receiver.

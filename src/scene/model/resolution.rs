@@ -100,8 +100,13 @@ impl Resolution {
         let Moved { across, along: forward, always, least_world, felt: _ } = self.moved;
         let beside = across * (normal.dot(right).abs() + normal.dot(up).abs()) + always * right.length();
         let before = forward * f64::from(view.far - view.near) * normal.dot(along).abs();
-        if self.paraboloid || self.snap_texels > 0.0 || view.projection() == Projection::Parallel {
+        if self.paraboloid || view.projection() == Projection::Parallel {
             return (beside + before).max(least_world);
+        }
+        if self.snap_texels > 0.0 {
+            // A map of depths leaves nothing out of its light.
+            let height = (view.ray_through(position).origin - position).dot(normal);
+            return (beside + before).min(0.5 * height).max(least_world);
         }
         let z = view.axes(position).z;
         if z <= 0.0 {
