@@ -4,6 +4,7 @@ use super::support::{self, gpu_test, scenes::Random};
 use super::{PLAIN, Settings, Structure, baked, shapes};
 use glam::DVec3;
 use gobo::gpu::Context;
+use gobo::reference::truth::bounds;
 use gobo::scene::{Light, LightKind, Scene};
 use gobo::technique::{Opened, Voxelized};
 use gobo::world::World;
@@ -35,8 +36,8 @@ fn parts_have_the_words_of_the_whole() {
         let light = |kind| Light { kind, radiance: [1.0; 3], radius: f64::INFINITY };
         placed.lights = vec![light(spot), light(point)];
         let cases = [
-            (shapes::houses(), Settings { size: 256, tile: 64, ..PLAIN }),
-            (placed, Settings { size: 128, ..PLAIN }),
+            (shapes::houses(), Settings { size: 256, tile: 128, ..PLAIN }),
+            (placed, Settings { size: 64, ..PLAIN }),
             (shapes::houses(), Settings { size: 256, structure: Structure::Svo, ..PLAIN }),
         ];
         for (scene, settings) in support::some(cases, 2) {
@@ -99,22 +100,26 @@ fn whatever_moves_is_found() {
     });
 }
 
-/// What a small thing that moves costs: `cargo test --release --test voxelized -- --nocapture --ignored what_a_move_costs` prints it.
+/// What it costs that a box moves in the middle, half its side a hundredth of the scene's diagonal: `cargo test --release --test voxelized -- --nocapture --ignored what_a_move_costs` prints it.
 #[test]
 #[ignore = "measures"]
 fn what_a_move_costs() {
     gpu_test("what_a_move_costs", |context| {
         let named = |name: &str| Scene::load(name, 0.0).expect("built in");
         for name in ["houses", "town"] {
-            let scene = named(name);
+            let mut scene = named(name);
+            let [low, high] = bounds(&scene).expect("meshes");
+            let (middle, half) = (0.5 * (low + high), 0.01 * (high - low).length());
+            let corner = |by: f64| (middle + by).as_vec3().into();
+            scene.meshes.push(support::scenes::cuboid(corner(-half), corner(half)));
             for size in [1024, 2048] {
                 let settings = Settings { size, keep_columns: false, ..PLAIN };
                 let mut world = World::new(context, &scene).expect("room");
                 let mut kept = opened(context, &world, settings);
-                let mesh = scene.meshes.len() / 2;
+                let mesh = scene.meshes.len() - 1;
                 let (mut parts, mut whole, mut blocks) = (Vec::new(), Vec::new(), 0);
                 for step in 0..8 {
-                    let now = moved(&scene, mesh, DVec3::new(0.002 * f64::from(step), 0.0, 0.0));
+                    let now = moved(&scene, mesh, DVec3::new(0.1 * half * f64::from(step), 0.0, 0.0));
                     world.replace(&now).expect("as many of all");
                     let built = kept.build(&world).expect("baked");
                     if step > 1 {

@@ -77,6 +77,7 @@ fn faces_equal_their_twins() {
 #[test]
 fn columns_end_where_rays_do() {
     gpu_test("columns_end_where_rays_do", |context| {
+        let mut met = 0;
         for scene in support::some(spots(), 6) {
             let opened = baked(context, &scene, Settings { closed: false, free: FreeKey::Exit, ..PLAIN });
             let view = opened.technique.resolution()[0].view;
@@ -87,7 +88,7 @@ fn columns_end_where_rays_do() {
                 let hit = meshes.hit(ray.origin, ray.direction);
                 (64.0 * hit.map_or(1.0, |hit| hit.distance / f64::from(view.far))).min(64.0)
             };
-            let (mut compared, mut met) = (0, 0);
+            let mut compared = 0;
             for (i, [entry, exit]) in opened.technique.columns().expect("read").into_iter().enumerate() {
                 let middle = DVec2::new((i % 64) as f64, (i / 64) as f64) + 0.5;
                 let about = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [0.0, 0.0]];
@@ -103,8 +104,8 @@ fn columns_end_where_rays_do() {
                 met += usize::from(entry < 64.0);
             }
             assert!(compared > 1500, "{}: {compared} columns compared", scene.name);
-            assert!(met > 300 || scene.meshes.is_empty(), "{}: {met} columns meet something", scene.name);
         }
+        assert!(met > 1500, "{met} columns meet something");
     });
 }
 
@@ -165,8 +166,10 @@ fn nothing_leaks_from_lights_with_a_place() {
             "voxelized:size=256,coverage=conservative",
             "voxelized:size=256,closed=off,structure=svo",
         ];
-        for scene in support::some(scenes, 3) {
-            for row in rows(context, &scene, &support::some(specs, 2)) {
+        for (i, scene) in support::some(scenes.into_iter().enumerate(), 3) {
+            // Each scene with another first.
+            let specs = support::some((0..specs.len()).map(|k| specs[(k + i) % specs.len()]), 1);
+            for row in rows(context, &scene, &specs) {
                 let number = |key: &str| row.variant[key].parse::<f64>().expect("a number");
                 let across = number("filter") / 2.0 + if row.variant["coverage"] == "conservative" { 0.5 } else { 0.0 };
                 // The widest voxel: as far away as anything.
@@ -196,34 +199,32 @@ fn a_floor_under_a_lamp_never_shadows_itself() {
             spot([0.4, -0.3, 0.5], [-0.3, 0.2, -0.6], 120.0),
             spot([0.9, 0.2, 0.15], [-0.9, 0.1, -0.3], 60.0),
         ];
-        for (kind, closed) in lamps.into_iter().flat_map(|kind| [(kind, false), (kind, true)]) {
+        let bakes = [
+            (256, 1, Coverage::Middle),
+            (64, 3, Coverage::Conservative),
+            (512, 5, Coverage::Conservative),
+            (1024, 9, Coverage::Middle),
+        ];
+        // All of all, each lamp with another bake first.
+        let cases = (0..32).map(|i| (lamps[i % 4], (i / 16 + i) % 2 == 1, bakes[(i / 4 + i) % 4]));
+        for (kind, closed, (size, filter, coverage)) in support::some(cases, 5) {
             let scene = lit_by(flat(closed), &[kind]);
-            for (size, filter, coverage) in support::some(
-                [
-                    (256, 1, Coverage::Middle),
-                    (512, 5, Coverage::Conservative),
-                    (64, 3, Coverage::Conservative),
-                    (1024, 9, Coverage::Middle),
-                ],
-                3,
-            ) {
-                let opened = baked(context, &scene, Settings { size, filter, coverage, keep_columns: false, ..PLAIN });
-                let mut points: Vec<[f32; 3]> =
-                    (0..8000).map(|_| [random.between(-0.95, 0.95), random.between(-0.95, 0.95), 0.0]).collect();
-                points.retain(|p| scene.lights[0].shines_on(DVec3::from(p.map(f64::from))));
-                let normals = vec![[0.0, 0.0, 1.0]; points.len()];
-                let query = Query::of_lights(context, &[Asked { light: 0, points: &points, normals: &normals }]);
-                let answers = query.expect("room").ask(&opened.technique.answer()).expect("asked");
-                let shadowed: Vec<_> = points.iter().zip(&answers).filter(|(_, answer)| **answer < 1.0).collect();
-                assert!(points.len() > 1000);
-                assert!(
-                    shadowed.is_empty(),
-                    "{kind:?}, closed {closed}, size {size}, filter {filter}, {coverage:?}: {} of {}, {:?}",
-                    shadowed.len(),
-                    points.len(),
-                    shadowed[0]
-                );
-            }
+            let opened = baked(context, &scene, Settings { size, filter, coverage, keep_columns: false, ..PLAIN });
+            let mut points: Vec<[f32; 3]> =
+                (0..8000).map(|_| [random.between(-0.95, 0.95), random.between(-0.95, 0.95), 0.0]).collect();
+            points.retain(|p| scene.lights[0].shines_on(DVec3::from(p.map(f64::from))));
+            let normals = vec![[0.0, 0.0, 1.0]; points.len()];
+            let query = Query::of_lights(context, &[Asked { light: 0, points: &points, normals: &normals }]);
+            let answers = query.expect("room").ask(&opened.technique.answer()).expect("asked");
+            let shadowed: Vec<_> = points.iter().zip(&answers).filter(|(_, answer)| **answer < 1.0).collect();
+            assert!(points.len() > 1000);
+            assert!(
+                shadowed.is_empty(),
+                "{kind:?}, closed {closed}, size {size}, filter {filter}, {coverage:?}: {} of {}, {:?}",
+                shadowed.len(),
+                points.len(),
+                shadowed[0]
+            );
         }
     });
 }
