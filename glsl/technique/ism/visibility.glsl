@@ -47,7 +47,7 @@ float light_visibility(uint light, vec3 position) {
     Light l = visibility_lights[light];
     Axes axes = axes_of(l.direction);
     vec3 offset = into_axes(axes, position - l.position), normal = into_axes(axes, visibility_normal);
-    bool on_surface = visibility_normal != vec3(0.0);
+    bool on_surface = dot(visibility_normal, visibility_normal) > 0.0;
     visibility_normal = vec3(0.0);
     float square = dot(offset, offset);
     // Behind its plane it sends nothing, so that nothing stands in its way; what is no number is nowhere; nothing casts nothing.
