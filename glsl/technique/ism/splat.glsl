@@ -9,7 +9,7 @@
 const uint CULL_NONE = 0u;
 const uint CULL_NEAR = 1u;  // those that face the light
 const uint CULL_FAR = 2u;   // those that turn away from it
-CONSTANT(uint, ISM_CULLING, CULL_NEAR)
+CONSTANT(uint, ISM_CULLING, 1u)
 // Whether the normals of light and point alone say which side of a point the light sees, as in Tokuyoshi 2014.
 CONSTANT(bool, ISM_SLIDE, false)
 

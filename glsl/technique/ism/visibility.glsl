@@ -1,5 +1,6 @@
 // Imperfect shadow map look-up: how much of virtual light `light` reaches `position`, 0 to 1. Sources: Ritschel et al. 2008; Reeves,
-// Salesin and Cook 1987 (four comparisons, averaged). A surface's normal is said by light_receiver, before each look-up. Twin: reference::twin::ism::look_up.
+// Salesin and Cook 1987 (four comparisons, averaged). light_receiver says a surface's normal, before each look-up. Twin:
+// reference::twin::ism::look_up.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  what is known of all points (technique/ism/points.glsl)
@@ -46,7 +47,7 @@ float light_visibility(uint light, vec3 position) {
     Light l = visibility_lights[light];
     Axes axes = axes_of(l.direction);
     vec3 offset = into_axes(axes, position - l.position), normal = into_axes(axes, visibility_normal);
-    bool on_surface = visibility_normal != vec3(0.0);
+    bool on_surface = dot(visibility_normal, visibility_normal) > 0.0;
     visibility_normal = vec3(0.0);
     float square = dot(offset, offset);
     // Behind its plane it sends nothing, so that nothing stands in its way; what is no number is nowhere; nothing casts nothing.
