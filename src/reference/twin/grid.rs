@@ -30,7 +30,7 @@ impl Place {
 }
 
 /// A triangle among voxels. Twin: Facet in glsl/grid/overlap.glsl.
-struct Facet {
+pub(super) struct Facet {
     corners: [[f32; 3]; 3],
     edges: [[f32; 3]; 3],
     normal: [f32; 3],
@@ -73,7 +73,7 @@ impl Facet {
     }
 
     /// Whether it meets a voxel of its box. Source: Schwarz and Seidel 2010, section 3.
-    fn meets(&self, voxel: [u32; 3]) -> bool {
+    pub(super) fn meets(&self, voxel: [u32; 3]) -> bool {
         let corner = voxel.map(|v| v as f32);
         let seen: [[f32; 3]; 3] = self.corners.map(|c| from_fn(|i| c[i] - corner[i]));
         let [x, y, z] = self.normal;

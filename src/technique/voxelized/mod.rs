@@ -415,7 +415,7 @@ impl Technique for Voxelized {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        world.has_maps(self.cubes.len())?;
+        world.has_maps(self.cubes.views.len())?;
         // What comes next depends on what is recorded.
         if self.recorded || (self.baked && self.looked.stands(world)) {
             return Ok(());
