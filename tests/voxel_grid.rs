@@ -271,8 +271,9 @@ fn exact_ways_neither_leak_nor_shadow_falsely() {
         let kind = LightKind::Point { position: DVec3::new(0.1, -0.7, 0.8) };
         lamp.lights = vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }];
         for scene in shapes::seen().into_iter().chain([lamp]) {
-            let sizes = support::some([256, 64], 1);
-            let cells: Vec<_> = sizes.into_iter().flat_map(|size| [("solid", size), ("mask", size)]).collect();
+            let solid = support::some([256, 64], 1).into_iter().map(|size| ("solid", size));
+            let masks = support::some([64, 256], 1).into_iter().map(|size| ("mask", size));
+            let cells: Vec<(&str, u32)> = solid.chain(masks).collect();
             let specs: Vec<_> =
                 cells.iter().map(|(cell, size)| format!("voxel-grid:cell={cell},size={size}")).collect();
             let specs: Vec<_> = specs.iter().map(String::as_str).collect();

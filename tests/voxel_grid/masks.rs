@@ -41,7 +41,9 @@ fn words(grid: &VoxelGrid) -> Vec<u32> {
 fn masks_equal_their_twin() {
     gpu_test("masks_equal_their_twin", |context| {
         let mut grew = false;
-        for scene in [dense(), raster::slivers()].into_iter().chain(some(all(), 4)) {
+        // Long triangles take the twin long.
+        let more = some(all().into_iter().chain([raster::slivers()]), 2);
+        for scene in [dense()].into_iter().chain(more) {
             for size in some([64, 128], 1) {
                 let (mut world, mut opened) = built(context, &scene, Settings { size, ..MASKED });
                 let at = place(&opened.technique);
