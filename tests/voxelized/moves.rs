@@ -37,7 +37,7 @@ fn parts_have_the_words_of_the_whole() {
         placed.lights = vec![light(spot), light(point)];
         let cases = [
             (shapes::houses(), Settings { size: 256, tile: 128, ..PLAIN }),
-            (placed, Settings { size: 64, ..PLAIN }),
+            (placed, Settings { size: 128, ..PLAIN }),
             (shapes::houses(), Settings { size: 256, structure: Structure::Svo, ..PLAIN }),
         ];
         for (scene, settings) in support::some(cases, 2) {
