@@ -122,10 +122,13 @@ impl Change<'_> {
     }
 }
 
-const TIMES: [(&str, fn(&Row) -> Option<Timing>); 3] =
+/// A figure's name, and how a row says it.
+type Named<T> = (&'static str, fn(&Row) -> Option<T>);
+
+const TIMES: [Named<Timing>; 3] =
     [("build", |row| row.build_ns), ("look-up", |row| row.lookup_ns_per_million), ("draw", |row| row.draw_ns)];
 
-const ERRORS: [(&str, fn(&Row) -> Option<f64>); 4] = [
+const ERRORS: [Named<f64>; 4] = [
     ("map error", |row| Some(row.error.as_ref()?.map?.mean_abs)),
     ("space error", |row| Some(row.error.as_ref()?.space?.mean_abs)),
     ("surface error", |row| Some(row.error.as_ref()?.surface?.mean_abs)),

@@ -159,7 +159,8 @@ mod tests {
         scene.lights[0].kind = LightKind::Directional { direction };
         let casters = Casters::new(&scene);
         let points = surface_points(&casters, &scene, 0, &camera, 2000);
-        let (away, towards): (Vec<_>, Vec<_>) = points.iter().partition(|p| p.looks_away(&scene.lights[0]));
+        let (away, towards): (Vec<&SurfacePoint>, Vec<&SurfacePoint>) =
+            points.iter().partition(|p| p.looks_away(&scene.lights[0]));
         assert!(away.len() > 400 && towards.iter().any(|p| casters.unblocked(0, p.position)));
         for p in away {
             assert!(!casters.unblocked(0, p.position) && p.asked(&scene.lights[0]) == [0.0; 3], "{p:?}");
