@@ -87,7 +87,7 @@ fn shared(context: &Context, scene: &Scene, size: u32) -> (u64, [Vec<usize>; 2],
 }
 
 /// Trees of one direction have all of their nodes in common, and take as many bytes as one; those of different ones hardly more than
-/// some leaves and bricks: of sixteen at 1024 a table for all would save an eighth, so each light has its own.
+/// some leaves and bricks: of sixteen at 1024 a table for all would save an eighth, at 256 wider pointers take more than that saves. So each light has its own.
 #[test]
 fn directions_have_little_in_common() {
     gpu_test("directions_have_little_in_common", |context| {
@@ -106,7 +106,7 @@ fn directions_have_little_in_common() {
             let share = together as f64 / all as f64;
             println!("houses, 16 suns {apart} degrees apart, {size}: {all} bytes, nodes {one_by_one:?}");
             println!("  shared {once:?}, {together} bytes, {share:.3}");
-            assert!((0.75..1.0).contains(&share), "{size}: shared nodes take {share} of the bytes");
+            assert!(share > 0.75, "{size}: shared nodes take {share} of the bytes");
         }
     });
 }
