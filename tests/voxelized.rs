@@ -42,7 +42,7 @@ const PLAIN: Settings = Settings {
     free: FreeKey::Shared,
     coverage: Coverage::Middle,
     filter: 1,
-    normal_bias: 100,
+    bias: 100,
     tile: Settings::TILE,
     keep_columns: true,
 };

@@ -13,11 +13,10 @@ pub struct BaselineArguments {
     /// Say what has changed since an earlier run of the same command: its results.json
     #[arg(long, value_name = "RESULTS.JSON")]
     baseline: Option<PathBuf>,
-    /// Fail where a build, look-ups or the picture take longer than in the baseline, beyond their noise and by more than this
-    /// [a share: 5% where none is given]
+    /// Fail where a time is longer than in the baseline, beyond its noise and by more than this [5% where none is given]
     #[arg(long, value_name = "SHARE", requires = "baseline", num_args = 0..=1, default_missing_value = "5%", value_parser = share)]
     fail_slower: Option<f64>,
-    /// Fail where an error is larger than in the baseline by more than this [a share: 1% where none is given]
+    /// Fail where an error is larger than in the baseline by more than this [1% where none is given]
     #[arg(long, value_name = "SHARE", requires = "baseline", num_args = 0..=1, default_missing_value = "1%", value_parser = share)]
     fail_worse: Option<f64>,
     /// Write the rows as test cases, for CI: JUnit's XML

@@ -6,6 +6,7 @@ use crate::support::{all, gpu_test, some};
 use glam::{DVec2, DVec3};
 use gobo::consume::{Kernels, Lighting, PartsSeen, Renderer, Shading};
 use gobo::gpu::Context;
+use gobo::reference::truth::SurfacePoint;
 use gobo::reference::twin::interleaved::gather;
 use gobo::reference::twin::many_lights::frame::Frame;
 use gobo::reference::twin::packed_normal::pack_normal;
@@ -78,7 +79,12 @@ fn reservoirs_equal_their_twin() {
                     let normal = DVec3::from(kept.normal.map(f64::from));
                     let target = |light| luminance(turned(&scene, light, position, normal));
                     let seed = pixel_seed(i as u32, frame);
-                    let twin = ask(seed, lights, before.get(i).copied(), target, |_| 1.0, |_| true);
+                    // What is closed and looks away from a sun has none of it.
+                    let closed = kept.frames & CLOSED != 0;
+                    let surface = SurfacePoint { position, normal, closed };
+                    let lit = |light: u32| !surface.looks_away(&scene.lights[light as usize]);
+                    let visibility = |light: u32| f32::from(u8::from(lit(light)));
+                    let twin = ask(seed, lights, before.get(i).copied(), target, visibility, lit);
                     let frames = kept.frames & !CLOSED;
                     assert_eq!(frames, twin.kept.frames, "{what}");
                     if twin.margin < MARGIN {

@@ -64,7 +64,7 @@ pub fn resolution(cubes: &Cubes, plan: &Plan) -> Vec<Resolution> {
         // A voxel of a pyramid may be longer than a column is wide, and rounds by more.
         let along = if view.projection() == Projection::Perspective { 0.5 + ROUNDING } else { 0.5 };
         // Less of that leaves a surface within its own columns: then all of it is within.
-        let bias = f64::from(plan.normal_bias) / 100.0;
+        let bias = f64::from(plan.bias) / 100.0;
         let (across, felt) = (bias * across, along * depth);
         let moved = Moved { across, along: bias * felt, always: bias * ROUNDING, felt, ..Moved::default() };
         Resolution { faces, reach_texels, moved, free_inside: plan.closed, depth, ..Resolution::exact(view) }

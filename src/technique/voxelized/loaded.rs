@@ -61,7 +61,7 @@ impl Loaded {
             let cause = "damaged: its trees are not those of the lights";
             return Err(Error::input(&file, cause, WayOut::Bake("bake it again".into())));
         }
-        let plan = Plan { filter: settings.filter, normal_bias: settings.normal_bias, ..baked.plan };
+        let plan = Plan { filter: settings.filter, bias: settings.bias, ..baked.plan };
         let trees_bytes = size_of_val(&baked.trees[..]) as u64;
         let trees =
             Buffer::new(context, "voxelized.trees", trees_bytes.max(size_of::<TreeData>() as u64), Memory::Device)?;

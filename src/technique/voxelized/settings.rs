@@ -66,7 +66,7 @@ settings! {
         filter: u32 = PCF;
         /// How far a point of a surface leaves it along its normal before it is looked up, in hundredths of what keeps a flat surface out
         /// of its own shadow, 0 to 400.
-        normal_bias: u32 = Setting::number(
+        bias: u32 = Setting::number(
             "100", 0, 400, "how far a surface is left along its normal, hundredths of what keeps a flat one out of its own shadow");
     }
 }
@@ -87,7 +87,7 @@ pub struct Plan {
     /// Columns a side of the square that a look-up averages; odd.
     pub filter: u32,
     /// Hundredths of what keeps a flat surface out of its own shadow that its points are moved by.
-    pub normal_bias: u32,
+    pub bias: u32,
     /// Columns a side of a tile, at most: a power of two. [`Plan::TILE`] but in tests.
     pub tile: u32,
     /// Entries and exits of the last tile's columns are kept, for [`super::Voxelized::columns`].
@@ -100,8 +100,8 @@ impl Plan {
 
     /// Of these settings.
     pub(super) fn of(settings: &Settings) -> Self {
-        let Settings { size, structure, closed, free, coverage, file: _, filter, normal_bias } = *settings;
-        Self { size, structure, closed, free, coverage, filter, normal_bias, tile: Self::TILE, keep_columns: false }
+        let Settings { size, structure, closed, free, coverage, file: _, filter, bias } = *settings;
+        Self { size, structure, closed, free, coverage, filter, bias, tile: Self::TILE, keep_columns: false }
     }
 
     /// Whether equal nodes are one.
@@ -132,6 +132,6 @@ impl Plan {
             .set(constant::HEADER_BITS, self.header_bits())
             .set(constant::CONSERVATIVE, self.is_conservative())
             .set(constant::PCF, self.filter)
-            .set(constant::NORMAL_BIAS, self.normal_bias as f32 / 100.0)
+            .set(constant::NORMAL_BIAS, self.bias as f32 / 100.0)
     }
 }
