@@ -227,15 +227,13 @@ pub fn ask_on(
     let is_space = |i: &usize| normals[*i] == [0.0; 3];
     let (space, surfaces): (Vec<usize>, Vec<usize>) = (0..points.len()).partition(is_space);
     let of = |all: &[[f32; 3]], which: &[usize]| which.iter().map(|i| all[*i]).collect::<Vec<_>>();
-    let [space_points, surface_points] = [of(points, &space), of(points, &surfaces)];
-    let asked = [
-        Asked { light, points: &space_points, normals: &[] },
-        Asked { light, points: &surface_points, normals: &of(normals, &surfaces) },
-    ];
-    let query = Query::of_lights(context, &asked).expect("room for the points");
     let mut answers = vec![f32::NAN; points.len()];
-    for (i, answer) in space.into_iter().chain(surfaces).zip(query.ask(&technique.answer()).expect("answered")) {
-        answers[i] = answer;
+    for (which, normals) in [(&space, Vec::new()), (&surfaces, of(normals, &surfaces))] {
+        let asked = Asked { light, points: &of(points, which), normals: &normals };
+        let query = Query::of_lights(context, &[asked]).expect("room for the points");
+        for (i, answer) in which.iter().zip(query.ask(&technique.answer()).expect("answered")) {
+            answers[*i] = answer;
+        }
     }
     answers
 }
