@@ -49,8 +49,9 @@ float side_area(vec2 from, vec2 to) {
     return area;
 }
 
-// Whether the ray meets it before `end`, in lengths of its direction.
-bool shear_meets(Shear shear, Triangle triangle, float end) {
+// Whether the ray meets it before `end`, in lengths of its direction. One in whose plane it begins, up to `rounding`, is the surface that it
+// leaves, and is not in its way.
+bool shear_meets(Shear shear, Triangle triangle, float end, float rounding) {
     vec3 a = sheared(shear, triangle.corners[0]), b = sheared(shear, triangle.corners[1]);
     vec3 c = sheared(shear, triangle.corners[2]);
     vec3 low = min(a, min(b, c)), high = max(a, max(b, c));
@@ -64,7 +65,10 @@ bool shear_meets(Shear shear, Triangle triangle, float end) {
     }
     // Seen edge on it has no area, and hides nothing.
     float area = u + v + w, at = (u * a.z + v * b.z + w * c.z) / area;
-    return area != 0.0 && at > 0.0 && at < end;
+    if (area == 0.0 || !(at > 0.0 && at < end)) {
+        return false;
+    }
+    return abs(dot(triangle_normal(triangle), shear.origin - triangle.corners[0])) > rounding;
 }
 
 // `from` and `way` are voxels; the ray is that of `origin` and `direction`, world units.
@@ -75,6 +79,7 @@ bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end
         return false;
     }
     Shear shear = shear_of(origin, direction);
+    float rounding = grid_rounding(visibility_grid);
     uvec3 block = uvec3(~0u), brick = uvec3(~0u);
     uvec2 bricks = uvec2(0u), voxels = uvec2(0u);
     uint first = 0u, list = 0u, side = grid_side(GRID_SIZE, 0u), shift = 0u;
@@ -119,7 +124,7 @@ bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end
         }
         uint behind = visibility_cells[list + 1u];
         for (uint i = visibility_cells[list]; i < behind; ++i) {
-            if (shear_meets(shear, visibility_triangles[visibility_cells[i]], end)) {
+            if (shear_meets(shear, visibility_triangles[visibility_cells[i]], end, rounding)) {
                 return true;
             }
         }

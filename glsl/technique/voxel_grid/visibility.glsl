@@ -63,7 +63,7 @@ float cell_side() { return visibility_grid.voxel / float(1u << CELL_SHIFT); }
 
 // A point of a surface leaves the cells that the surface occupies along its normal: as far as a cell reaches along it, so that
 // the cell that it comes to lies beyond the surface, and each that a ray away from it enters. A cone also feels the voxels beside
-// its own, and begins half as far again. Where triangles are tested, rounding is all that it leaves.
+// its own, and begins half as far again. Where triangles are tested, a virtual light leaves its own by rounding.
 vec3 off_the_surface(vec3 position, vec3 normal) {
     float cells = (CONE ? 1.5 : 1.0) * (abs(normal.x) + abs(normal.y) + abs(normal.z)) + RECEIVER_MARGIN;
     return position + normal * (cells * (CELL == CELL_TRIANGLES ? grid_rounding(visibility_grid) : cell_side()));
@@ -81,12 +81,12 @@ vec3 light_end(Light l) {
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     Light l = visibility_lights[light];
     vec3 end = light_end(l), towards = l.kind == LIGHT_DIRECTIONAL ? -l.direction : end - position;
-    // What looks away from the light is closed, and dark: its own voxel says so, and what is beside it does not.
-    if (!CONE && CELL != CELL_TRIANGLES && dot(normal, towards) <= 0.0) {
+    // What looks away from the light is closed, and dark: its own voxel says so, and what is beside it does not. Triangles know their own.
+    if (CELL == CELL_TRIANGLES || !CONE && dot(normal, towards) <= 0.0) {
         return position;
     }
     vec3 receiver = off_the_surface(position, normal);
-    if (MARCH_STEPS == 0u && CELL != CELL_TRIANGLES && look_up_dither.x >= 0.0) {
+    if (MARCH_STEPS == 0u && look_up_dither.x >= 0.0) {
         // Edges of cells are spread over a cell along the surface.
         vec3 axis = abs(normal.z) < 0.7 ? vec3(0.0, 0.0, 1.0) : vec3(1.0, 0.0, 0.0);
         vec3 across = normalize(cross(normal, axis));

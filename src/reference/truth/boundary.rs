@@ -110,10 +110,14 @@ impl Casters<'_> {
         let at = at + direction * later.min(distance);
         let distance = (distance - later - earlier).max(0.0);
         if !self.unblocked(light, position) {
-            let reach = if resolution.rounded { resolution.voxel } else { 0.0 };
-            let free = |offset: DVec3| self.meshes.free(at + reach * offset, direction, distance);
+            if !resolution.rounded {
+                return self.meshes.free(at, direction, distance);
+            }
+            // A ray against triangles begins where the point is.
+            let (direction, distance) = to_light(position);
+            let free = |offset: DVec3| self.meshes.free(position + resolution.voxel * offset, direction, distance);
             let corner = |i: u32| DVec3::from([0, 1, 2].map(|axis| if i >> axis & 1 == 1 { 1.0 } else { -1.0 }));
-            return free(DVec3::ZERO) || resolution.rounded && (0..8).map(corner).any(free);
+            return free(DVec3::ZERO) || (0..8).map(corner).any(free);
         }
         // All meshes are nearer than this.
         let way = if distance.is_finite() {
