@@ -24,6 +24,7 @@ fn look_ups_equal_their_twin() {
     gpu_test("ism::look_ups_equal_their_twin", |context| {
         for (scene, size) in [(scenes::soup(), 32), (scenes::room(), 64)] {
             let ism = built(context, &scene, &format!("ism:points=1024,path=atomic,size={size}"));
+            let radius = ism.points().expect("the points").0.radius;
             let points = about(2000, 3.0);
             let mut random = Random::new(22);
             let surfaces: Vec<_> = points
@@ -36,14 +37,22 @@ fn look_ups_equal_their_twin() {
             for light in 0..8 {
                 let map = ism.atlas().map(light).expect("the map");
                 let (origin, normal) = stand(&scene, light);
-                let in_space = points.iter().map(|p| look_up(&map, size, origin, normal, *p, None));
-                let on_surfaces = points.iter().zip(&surfaces).map(|(p, surface)| {
-                    look_up(&map, size, origin, normal, *p, Some(surface.normal.as_vec3().to_array()))
-                });
+                let (texels, stand) = ((size, radius), [origin, normal]);
+                let in_space = points.iter().map(|p| look_up(&map, texels, stand, *p, None));
+                let on_surfaces = points
+                    .iter()
+                    .zip(&surfaces)
+                    .map(|(p, surface)| look_up(&map, texels, stand, *p, Some(surface.normal.as_vec3().to_array())));
                 let space = ask(context, ism.as_ref(), light, &points);
                 let own = ask_on_surfaces(context, &ism, light, &surfaces);
-                let differ = space.iter().zip(&own).filter(|(a, b)| a != b).count();
-                assert!(differ * 10 > points.len(), "light {light}: a surface's answers are those in space");
+                // What turns away is dark, lit in space or not: if no normal arrived it would be as in space.
+                let from = DVec3::from(origin.map(f64::from));
+                let along = |way: DVec3, p: &SurfacePoint| way.dot((p.position - from).normalize()) > 1e-3;
+                let before = DVec3::from(normal.map(f64::from));
+                let answers = space.iter().zip(&own).zip(&surfaces);
+                let away: Vec<_> = answers.filter(|(_, p)| along(before, p) && along(p.normal, p)).collect();
+                assert!(away.iter().all(|((_, own), _)| **own == 0.0), "light {light}: a surface that turns away");
+                assert!(away.iter().any(|((space, _), _)| **space > 0.0), "light {light}: all is dark in space");
                 let twin = in_space.chain(on_surfaces);
                 let others = space
                     .into_iter()
@@ -130,6 +139,12 @@ fn surfaces_shadow_themselves_from_behind_alone() {
                 scenes::light(from, at(place(), place(), 0.0) - from)
             })
             .collect();
+        // And from far, where texels are wider than discs.
+        let far = [(6.0, 0.0), (3.0, -3.0), (-9.0, 4.0), (0.0, 5.0)].map(|(x, y)| {
+            let from = at(x, y, 0.62 * f64::hypot(x, y));
+            scenes::light(from, at(place(), place(), 0.0) - from)
+        });
+        let lights: Vec<_> = lights.into_iter().chain(far).collect();
         let points: Vec<_> = (0..600).map(|_| at(place(), place(), 0.0)).collect();
         let scene = scenes::under("sheet", vec![sheet], lights);
         for text in

@@ -19,6 +19,10 @@ const float WIDEST = 3.0;
 // A texel has a disc that comes as near to its middle, texels: discs that lie between the middles of texels leave few gaps.
 const float BESIDE = 0.3;
 
+// How much farther than its point a plane may be in the point's own texel, texels, where its disc is narrower: as far as one that is seen
+// at 30° comes, on a map of 32 texels, from its point to the middle of the texel. So what is far stays flat as well.
+const float DEEP = 1.5;
+
 struct Splat {
     uint level;
     ivec2 low;    // texels whose middles it may cover
@@ -27,7 +31,8 @@ struct Splat {
     vec3 offset;  // from the light, in its axes
     vec3 normal;
     float plane;  // normal · offset
-    float radius; // of the disc, world units
+    float least;  // of its plane's distance in its own texel
+    float most;
     float square; // of the disc's radius and half a texel, squared
     float distance;
 };
@@ -94,7 +99,10 @@ bool project(Axes axes, vec3 origin, IsmPoint point, float radius, out Splat spl
     // Never across the map's border.
     splat.low = clamp(ivec2(ceil(middle - extent - 0.5)), ivec2(0), ivec2(last + 1));
     splat.high = clamp(ivec2(floor(middle + extent - 0.5)), ivec2(-1), ivec2(last));
-    splat.radius = radius;
+    precise float near = splat.distance - radius, deep = ahead * (2.0 * DEEP / side);
+    precise float most = splat.distance + max(radius, deep);
+    splat.least = max(near, 0.5 * splat.distance);
+    splat.most = most;
     precise float all = radius + ahead * (2.0 * BESIDE / side);
     splat.square = all * all;
     return true;
@@ -105,14 +113,13 @@ bool in_map(Splat splat) {
     return all(greaterThanEqual(splat.texel, ivec2(0))) && all(lessThan(splat.texel, ivec2(level_side(splat.level))));
 }
 
-// How far the point's plane is in the middle of its own texel, within the disc's radius of the point: so flat things stay flat.
+// How far the point's plane is in the middle of its own texel, within about the disc's radius of the point: so flat things stay flat.
 uint own_distance(Splat splat) {
     vec3 way = map_way(texel_place(splat.level, splat.texel));
     precise float slope = splat.normal.x * way.x + splat.normal.y * way.y + splat.normal.z * way.z;
     precise float along = splat.plane / slope;
     precise float distance = along * (2.0 - way.z);
-    precise float least = max(splat.distance - splat.radius, 0.5 * splat.distance), most = splat.distance + splat.radius;
-    return floatBitsToUint(along > 0.0 ? min(max(distance, least), most) : splat.distance);
+    return floatBitsToUint(along > 0.0 ? min(max(distance, splat.least), splat.most) : splat.distance);
 }
 
 // How far the disc is in the middle of a texel; NOTHING where it is not there.

@@ -27,6 +27,9 @@ vec3 visibility_normal = vec3(0.0);
 const float NEARER_TEXELS = 0.5;
 // The sine of the angle by which a surface has to turn away from the light to be dark for that alone.
 const float AWAY = 1e-4;
+// Twins: technique/ism/splat.glsl, WIDEST; 1 + 2 BESIDE / WIDEST.
+const float WIDEST = 3.0;
+const float REACH = 1.2;
 
 // A point of a surface is looked up where it is, with its surface.
 #define TECHNIQUE_RECEIVERS
@@ -35,12 +38,25 @@ vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     return position;
 }
 
-// How far the surface is from the light that lies `plane` before it, on the ray through the middle of a texel; no farther than `distance`,
-// where its point is: beyond, at a slant, its plane lies behind whatever stands on it; and no nearer than half of it, as own_distance.
+// How far the surface is from the light that lies `plane` before it, on the ray through the middle of a texel, and of the texels of coarser
+// maps about it on which points of the plane may be splatted there: `along` is half of what ahead is in splat.glsl, which changes by at
+// most 2 a unit, and a disc comes as far as 1 + 2 BESIDE / WIDEST radii. No farther than `distance`, where its point is: beyond, at a
+// slant, its plane lies behind whatever stands on it; and no nearer than half of it, as own_distance.
 float surface_distance(vec3 normal, float plane, ivec2 texel, float distance) {
-    vec3 way = map_way(texel_place(0u, texel));
-    float along = plane / dot(normal, way);
-    return along > 0.0 ? clamp(along * (2.0 - way.z), 0.5 * distance, distance) : distance;
+    float least = distance;
+    for (uint level = 0u; level_side(level) >= 4u; ++level) {
+        uint side = level_side(level);
+        float splatted = level == 0u ? FARTHEST : visibility_points.radius * (REACH + float(side) / (2.0 * WIDEST));
+        if (0.25 * distance > splatted) {
+            break;
+        }
+        vec3 way = map_way(texel_place(level, texel * int(side) / int(ISM_SIZE)));
+        float along = plane / dot(normal, way);
+        if (along > 0.0 && along < splatted) {
+            least = min(least, along * (2.0 - way.z));
+        }
+    }
+    return max(least, 0.5 * distance);
 }
 
 float light_visibility(uint light, vec3 position) {

@@ -6,7 +6,8 @@ use crate::{folder, ok, text};
 use glam::DVec3;
 use gobo::lights::indirect::lit_by_vpls;
 use gobo::reference::truth::Meshes;
-use gobo::scene::{LightKind, Scene};
+use gobo::scene::{LightKind, Mesh, Scene};
+use std::f64::consts::PI;
 
 /// The light's axes across its normal: Duff et al. 2017.
 fn across(normal: DVec3) -> [DVec3; 2] {
@@ -21,6 +22,9 @@ const ORANGE: [u8; 3] = [213, 94, 0];
 
 /// Texels a side of a map.
 const SIDE: usize = 64;
+
+/// Points that a light takes.
+const POINTS: f64 = 8192.0;
 
 /// Pixels a side of a texel.
 const SCALE: usize = 2;
@@ -68,6 +72,22 @@ fn is_even(seen: &[Seen], texel: usize) -> bool {
     })
 }
 
+/// How likely no disc covers a texel's middle of points anywhere, one for each `share` of area: a disc is 1.25 times as wide as its
+/// share, and 0.3 texels more of the map on which it is at most 3 texels wide. And, times that, how many texels are then about it that
+/// none covers either: a disc moved by s covers 2 R s anew, of which nothing has to be in a share, all around it.
+fn missing(share: f64, distance: f64, texel: usize) -> [f64; 2] {
+    let [x, y] = [texel % SIDE, texel / SIDE].map(|t| (t as f64 + 0.5) / (SIDE as f64 / 2.0) - 1.0);
+    let finest = 2.0 * 2.0 * distance / (1.0 + x * x + y * y) / SIDE as f64;
+    let radius = 1.25 * (share / PI).sqrt();
+    let mut wide = finest;
+    while radius > 3.0 * wide {
+        wide *= 2.0;
+    }
+    let reach = radius + 0.3 * wide;
+    let likely = (-PI * reach * reach / share).exp();
+    [likely, likely * (0.5 * PI * (share / (reach * finest)).powi(2)).max(1.0)]
+}
+
 /// Grey is how far a ray goes, of the farthest that the command names; orange is where it goes on for ever, and the few
 /// holes.
 #[test]
@@ -75,6 +95,10 @@ fn a_map_is_what_rays_find() {
     gpu_test_needing("a_map_is_what_rays_find", &[], |context| {
         let scene = Scene::load("cornell", 20.0).expect("built in");
         let meshes = Meshes::new(&scene.meshes);
+        let corners = |mesh: &Mesh, t: &[u32; 3]| t.map(|i| DVec3::from(mesh.positions[i as usize].map(f64::from)));
+        let of = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a).length();
+        let area: f64 =
+            scene.meshes.iter().flat_map(|mesh| mesh.triangles.iter().map(move |t| of(corners(mesh, t)))).sum();
         let lights = lit_by_vpls(context, &scene, 64).expect("lit").lights;
         let folder = folder();
         let out = folder.path().join("map.png");
@@ -99,7 +123,7 @@ fn a_map_is_what_rays_find() {
             let farthest: f64 = said.trim().rsplit(' ').next().expect("a word").parse().expect("a distance");
 
             let seen = rays(&meshes, position, normal, culling);
-            let ([mut behind, mut open, mut holes], mut off) = ([[0; 2]; 3], Vec::new());
+            let ([mut behind, mut open, mut holes], mut off, mut missed) = ([[0u32; 2]; 3], Vec::new(), [0.0; 2]);
             for (texel, pixel) in painted.iter().enumerate().filter(|(texel, _)| is_even(&seen, *texel)) {
                 let is_orange = usize::from(*pixel == ORANGE);
                 match seen[texel] {
@@ -107,6 +131,8 @@ fn a_map_is_what_rays_find() {
                     Seen::Nothing => open[is_orange] += 1,
                     Seen::At(distance) => {
                         holes[is_orange] += 1;
+                        let more = missing(area / POINTS, distance, texel);
+                        missed = [missed[0] + more[0], missed[1] + more[1]];
                         if *pixel != ORANGE {
                             off.push((f64::from(pixel[0]) / 255.0 * farthest - distance).abs() / distance);
                         }
@@ -116,16 +142,23 @@ fn a_map_is_what_rays_find() {
             off.sort_unstable_by(f64::total_cmp);
             let share = |s: f64| off[(s * (off.len() - 1) as f64) as usize];
             let [half, most] = [share(0.5), share(0.9)];
+            let [by_chance, apart] = [missed[0], missed[1].sqrt()];
             println!(
-                "light {light}, {spec}: grey and orange behind {behind:?}, in the open {open:?}, on meshes {holes:?}, \
+                "light {light}, {spec}: grey and orange behind {behind:?}, in the open {open:?}, on meshes {holes:?} and by chance {by_chance:.0} and {apart:.0}, \
                  off by {half:.4}, {most:.4}, {:.3}",
                 share(1.0)
             );
             // Discs reach past the map's circle, and what is filled farther: nobody asks there.
             assert!(behind[1] > 150 && holes[0] > 500, "light {light}, {spec}: {behind:?}, {holes:?}");
             assert!(50 * open[0] <= open[1], "light {light}, {spec}: {open:?} in the open");
-            assert!(20 * holes[1] <= holes[0], "light {light}, {spec}: {holes:?} holes");
-            assert!(half < 0.02 && most < 0.06, "light {light}, {spec}: off by {half} and {most}");
+            // As few holes as points anywhere leave, but for chance, and where they are filled next to none.
+            let allowed = if spec.contains("fill=on") { holes[0] as f64 / 20.0 } else { by_chance + 3.0 * apart };
+            assert!(f64::from(holes[1]) <= allowed, "light {light}, {spec}: {holes:?} holes, not {allowed}");
+            // Through a hole of a near side its far side is seen, where it is not left out.
+            let through = if culling { 0.0 } else { allowed };
+            let wrong = off.iter().filter(|off| **off > 0.06).count() as f64;
+            assert!(half < 0.02, "light {light}, {spec}: off by {half}");
+            assert!(wrong <= 0.1 * off.len() as f64 + through, "light {light}, {spec}: {wrong} of {}", off.len());
         }
     });
 }

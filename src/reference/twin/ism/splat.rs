@@ -5,8 +5,9 @@ use super::map::{Axes, Levels, V3, dot, map_way, minus, texel_place};
 /// Twin: WIDEST.
 const WIDEST: f32 = 3.0;
 
-/// Twin: BESIDE.
+/// Twins: BESIDE, DEEP.
 const BESIDE: f32 = 0.3;
+const DEEP: f32 = 1.5;
 
 /// A point: where it stands, its normal, and whether that looks out of something closed.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +60,8 @@ pub struct Splat {
     offset: V3,
     normal: V3,
     plane: f32,
-    radius: f32,
+    least: f32,
+    most: f32,
     square: f32,
     distance: f32,
 }
@@ -87,9 +89,11 @@ pub fn project(size: u32, axes: &Axes, origin: V3, point: &Point, radius: f32, c
         let across = normal[i] - (2.0 * (offset[i] / ahead * 0.5 + 0.5) - 1.0) * slant;
         wide * ((1.0 - across * across).max(0.0).sqrt() * (1.0 + 2.0 * wide / (size >> level) as f32)).min(1.0)
     });
+    let (least, deep) = ((distance - radius).max(0.5 * distance), ahead * (2.0 * DEEP / (size >> level) as f32));
+    let most = distance + radius.max(deep);
     let all = radius + ahead * (2.0 * BESIDE / (size >> level) as f32);
     let near = square < 3e38 && middle.iter().all(|m| m.abs() < 1e6);
-    near.then_some(Splat { level, middle, extent, offset, normal, plane, radius, square: all * all, distance })
+    near.then_some(Splat { level, middle, extent, offset, normal, plane, least, most, square: all * all, distance })
 }
 
 impl Splat {
@@ -97,8 +101,7 @@ impl Splat {
     fn own_distance(&self, side: i32, own: [i32; 2]) -> f32 {
         let way = map_way(texel_place(side, own));
         let along = self.plane / dot(self.normal, way);
-        let (least, most) = ((self.distance - self.radius).max(0.5 * self.distance), self.distance + self.radius);
-        if along > 0.0 { (along * (2.0 - way[2])).max(least).min(most) } else { self.distance }
+        if along > 0.0 { (along * (2.0 - way[2])).max(self.least).min(self.most) } else { self.distance }
     }
 
     /// The disc's distance in the middle of a texel; none where it is not there. Twin: disc_at.
