@@ -63,7 +63,7 @@ settings! {
             "fragment", "the picture's casters ask for light at each pixel, or at the vertices of tessellated quads");
         /// How the picture's meshes are shaded. The fields below are of tiles alone.
         shading: ShadingKind = Setting::word(
-            "forward", "meshes: as drawn, per pixel, in tiles, or per pixel by a part of the lights or by one");
+            "forward", "meshes: as drawn, per pixel, in tiles, or per pixel by some of the lights or one");
         /// Where neighbouring pixels ask.
         dither: DitherKind = Setting::word(
             "ordered", "with shading=tiled, where neighbouring pixels ask: all alike, 4 by 4, or at random").with(TILED.0, TILED.1);
