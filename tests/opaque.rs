@@ -234,7 +234,9 @@ fn lights_do_not_disturb_each_other() {
                 let alone = Scene { lights: vec![*light], ..several.clone() };
                 let (alone, together) = (answers(context, &alone, &text, 0), answers(context, &several, &text, i));
                 let differ: Vec<_> = alone.iter().zip(&together).enumerate().filter(|(_, (a, b))| a != b).collect();
-                assert!(1000 * differ.len() <= alone.len(), "{text}, light {i}: {} differ: {differ:?}", differ.len());
+                // A rasterizer may round a depth otherwise elsewhere in the image: then one comparison of a filter's many turns.
+                let off: f32 = differ.iter().map(|(_, (a, b))| (*a - *b).abs()).sum();
+                assert!(1000.0 * off <= alone.len() as f32, "{text}, light {i}: {} differ: {differ:?}", differ.len());
                 let [lit, dark] = [1.0, 0.0].map(|of| alone.iter().filter(|a| **a == of).count());
                 assert!(lit < alone.len() && lit > 0, "{text}, light {i}: {lit} lit and {dark} dark prove nothing");
             }
