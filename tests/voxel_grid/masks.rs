@@ -117,7 +117,11 @@ fn ways_through_masks_equal_their_twin() {
                     unsure += 1;
                 }
             }
-            assert!(unsure < 60 && blocked > 20, "{}: {unsure} unsure, {blocked} blocked", scene.name);
+            assert!(
+                unsure < 60 && (blocked > 20 || scene.meshes.is_empty()),
+                "{}: {unsure} unsure, {blocked} blocked",
+                scene.name
+            );
         }
     });
 }

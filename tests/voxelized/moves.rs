@@ -70,7 +70,9 @@ fn parts_have_the_words_of_the_whole() {
             }
             println!("{} lights, {settings:?}: blocks found {found:?}", scene.lights.len());
             let all = found[0];
-            assert!(found[1] == all && found[2] > 0 && found[2] < all / 2 && found[3] < all, "{found:?}");
+            assert!(found[1] == all && found[2] > 0 && found[2] < all / 2, "{found:?}");
+            // A tree in which nothing merges may grow past its room, and is baked whole then.
+            assert!(found[3] < all || settings.structure == Structure::Svo, "{found:?}");
             // A pyramid does not change with what is in it.
             let is_cube = matches!(scene.lights[0].kind, LightKind::Directional { .. });
             assert!((found[5] == all) == is_cube && (found[6] == all) == is_cube, "{found:?}");
