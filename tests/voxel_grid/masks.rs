@@ -44,7 +44,8 @@ fn masks_equal_their_twin() {
         // Long triangles take the twin long.
         let more = some(all().into_iter().chain([raster::slivers()]), 2);
         for scene in [dense()].into_iter().chain(more) {
-            for size in some([64, 128], 1) {
+            let sizes: &[u32] = if scene.name == "dense" { &[64, 128] } else { &[64] };
+            for size in some(sizes.iter().copied(), 1) {
                 let (mut world, mut opened) = built(context, &scene, Settings { size, ..MASKED });
                 let at = place(&opened.technique);
                 let (masks, numbers) = (words(&opened.technique), (size / 4).pow(3) as usize);
