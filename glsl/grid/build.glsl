@@ -10,6 +10,7 @@ layout(push_constant, scalar) uniform GridPush {
     uint caster_count;
     uint threads;  // that share both in grid.bounds
     uint level;    // of grid.cells
+    uint pairs_room;  // of grid.pairs: pairs that there is room for
 };
 
 // What only reads says so first (`readonly`): a device need not let vertices write.

@@ -101,7 +101,8 @@ impl Lists {
     /// Occupies the voxels of an empty grid that stands where it should, and lists the triangles of each.
     pub(super) fn record(&self, commands: &mut Commands, world: &World) {
         let triangle_count = world.triangle_count();
-        let push = GridPush { triangle_count, ..GridPush::zeroed() };
+        let pairs_room = (self.pairs.bytes() / 8) as u32;
+        let push = GridPush { triangle_count, pairs_room, ..GridPush::zeroed() };
         let run = |commands: &mut Commands, name, kernel: &Kernel<GridPush>, threads: u64, each: u32| {
             let [x, y] = groups(threads.div_ceil(u64::from(each)));
             commands.pass(name, |pass| pass.dispatch(kernel, &push, [x, y, 1]));

@@ -72,6 +72,7 @@ push_struct! {
         caster_count: u32,
         threads: u32,
         level: u32,
+        pairs_room: u32,
     }
 }
 
@@ -349,7 +350,7 @@ impl Grid {
         let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
         let bounds_groups = triangle_count.max(caster_count).div_ceil(THREADS).clamp(1, BOUNDS_GROUPS);
         let threads = THREADS * bounds_groups;
-        let push = GridPush { triangle_count, caster_count, threads, level: 0 };
+        let push = GridPush { triangle_count, caster_count, threads, ..GridPush::zeroed() };
         commands.pass("grid.bounds", |pass| pass.dispatch(&self.bounds, &push, [bounds_groups, 1, 1]));
         commands.pass("grid.fit", |pass| pass.dispatch(&self.fit, &push, [1, 1, 1]));
     }

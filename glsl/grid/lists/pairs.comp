@@ -8,6 +8,7 @@
 layout(local_size_x = 64) in;
 #include "grid/lists/meets.glsl"
 #include "grid/occupy.glsl"
+#define PAIRS_ACCESS
 #include "grid/lists/set.glsl"
 
 // Voxels of a box up to which a thread takes a triangle, and columns up to which a workgroup does. Any number gives the same pairs.

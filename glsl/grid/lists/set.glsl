@@ -14,9 +14,13 @@ struct ListTotals {
 #ifndef LISTS_ACCESS
 #define LISTS_ACCESS
 #endif
+// What writes them says so.
+#ifndef PAIRS_ACCESS
+#define PAIRS_ACCESS readonly
+#endif
 
 // set 1: grid_lists
-layout(set = 1, binding = 0, scalar) buffer ListsPairs { uvec2 pairs[]; };            // a voxel's bit among all, and a triangle
+layout(set = 1, binding = 0, scalar) PAIRS_ACCESS buffer ListsPairs { uvec2 pairs[]; };            // a voxel's bit among all, and a triangle
 layout(set = 1, binding = 1, scalar) LISTS_ACCESS buffer ListsWords { uint lists[]; };  // as glsl/grid/lists/place.glsl has them
 layout(set = 1, binding = 2, scalar) buffer ListsSums { uint sums[]; };
 layout(set = 1, binding = 3, scalar) buffer ListsTotals { ListTotals totals; };
@@ -40,7 +44,7 @@ uint unsorted_at(uint at) { return at - (brick_count() + totals.voxels + 1u); }
 
 // Whether there is room for all. Where there is not, nothing is listed.
 bool lists_fit(uint voxels) {
-    return totals.overflowed == 0u && totals.pairs <= pairs.length() &&
+    return totals.overflowed == 0u && totals.pairs <= pairs_room &&
            totals.pairs <= lists.length() - brick_count() - 1u - min(voxels, lists.length() - brick_count() - 1u);
 }
 #endif
