@@ -84,7 +84,7 @@ fn every_path_is_only_recorded() {
             let world = World::new(context, &scene).expect("room for the scene");
             match technique::open(context, &world, &spec) {
                 Ok(mut opened) => {
-                    opened.build(&world).expect(&spec.short());
+                    opened.build(&world).unwrap_or_else(|error| panic!("{}: {error}", spec.short()));
                     let points = space_points(&scene, 0, 1000);
                     own.push((spec, ask(context, opened.technique.as_ref(), 0, &points)));
                 }

@@ -154,7 +154,7 @@ fn surfaces_shadow_themselves_from_behind_alone() {
             let (mut lit, mut all) = (0, 0);
             for (light, of) in scene.lights.iter().enumerate() {
                 let slanted = |p: &DVec3| up.dot(of.towards(*p)).abs() > 0.5 && of.shines_on(*p);
-                let seen = points.iter().filter(|p| slanted(*p)).map(|p| {
+                let seen = points.iter().filter(|p| slanted(p)).map(|p| {
                     let normal = up * up.dot(of.towards(*p)).signum();
                     SurfacePoint { position: *p, normal, closed: false }
                 });

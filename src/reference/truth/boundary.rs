@@ -370,7 +370,7 @@ mod tests {
                 counted[usize::from(check(casters.in_boundary(0, &resolution, point), point))] += 1;
                 // On a surface that looks up, whose texels are as seen from the point: at a slant a little wider beside it.
                 let (away, steep) = (away(point), (point - light).normalize().z < -0.5);
-                if steep && (away > 2.0 || away < 0.4) {
+                if steep && !(0.4..=2.0).contains(&away) {
                     let near = casters.in_surface_boundary(0, &resolution, point, DVec3::Z);
                     assert_eq!(near, away < 0.4, "{point} on a surface, normal {normal}: {away} texels");
                     on_surfaces += 1;
