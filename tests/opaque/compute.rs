@@ -1,8 +1,8 @@
 //! `opaque=compute`: the words of the maps against their twin, on triangles of every kind; lists too short for them;
 //! both ways of drawing against each other; what is refused.
 
-use crate::support::{ask, gpu_test, opened, ran, scenes, some, spec};
-use crate::{lights, plates, points_of};
+use crate::support::{ask_on, gpu_test, opened, ran, scenes, some, spec};
+use crate::{lights, normals_of, plates, points_of};
 use glam::DVec3;
 use gobo::Error;
 use gobo::gpu::Context;
@@ -161,7 +161,12 @@ fn both_ways_draw_the_same_shadows() {
     gpu_test("opaque_compute::both_ways_draw_the_same_shadows", |context| {
         for mut scene in lights(&[60.0], DVec3::ZERO) {
             scene.meshes = plates();
-            let points: Vec<_> = scene.meshes.iter().flat_map(|mesh| points_of(mesh, 1500)).collect();
+            let on = |mesh: &Mesh| {
+                let points = points_of(mesh, 1500);
+                let normals = normals_of(&scene, mesh, &points);
+                points.into_iter().zip(normals).collect::<Vec<_>>()
+            };
+            let (points, normals): (Vec<_>, Vec<_>) = scene.meshes.iter().flat_map(on).unzip();
             let [raster, compute] = ["raster", "compute"].map(|way| {
                 let world = World::new(context, &scene).expect("room for the scene");
                 let text = format!("shadow-map:opaque={way}");
@@ -180,7 +185,7 @@ fn both_ways_draw_the_same_shadows() {
                     },
                     "{way}"
                 );
-                ask(context, technique.technique.as_ref(), 0, &points)
+                ask_on(context, technique.technique.as_ref(), 0, &points, &normals)
             });
             let differ = raster.iter().zip(&compute).filter(|(a, b)| a != b).count();
             let dark = compute.iter().filter(|answer| **answer == 0.0).count();
