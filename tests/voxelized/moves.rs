@@ -40,7 +40,7 @@ fn parts_have_the_words_of_the_whole() {
             (placed, Settings { size: 128, ..PLAIN }),
             (shapes::houses(), Settings { size: 256, structure: Structure::Svo, ..PLAIN }),
         ];
-        for (scene, settings) in support::some(cases, 2) {
+        for (scene, settings) in support::some(cases, 1) {
             let settings = Settings { keep_columns: false, ..settings };
             let by = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
             let first = moved(&scene, 2, by(0.03, -0.02, 0.01));

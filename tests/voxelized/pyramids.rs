@@ -34,7 +34,7 @@ fn spots() -> Vec<Scene> {
 #[test]
 fn columns_and_nodes_of_pyramids_equal_their_twins() {
     gpu_test("columns_and_nodes_of_pyramids_equal_their_twins", |context| {
-        for scene in support::some(spots(), 7) {
+        for scene in support::some(spots(), 4) {
             for (closed, coverage, structure) in [
                 (true, Coverage::Middle, Structure::Dag),
                 (true, Coverage::Conservative, Structure::Svo),
@@ -78,7 +78,7 @@ fn faces_equal_their_twins() {
 fn columns_end_where_rays_do() {
     gpu_test("columns_end_where_rays_do", |context| {
         let mut met = 0;
-        for scene in support::some(spots(), 6) {
+        for scene in support::some(spots(), 3) {
             let opened = baked(context, &scene, Settings { closed: false, free: FreeKey::Exit, ..PLAIN });
             let view = opened.technique.resolution()[0].view;
             assert!(view.projection() == Projection::Perspective && view.near == 0.0);
@@ -207,7 +207,7 @@ fn a_floor_under_a_lamp_never_shadows_itself() {
         ];
         // All of all, each lamp with another bake first.
         let cases = (0..32).map(|i| (lamps[i % 4], (i / 16 + i) % 2 == 1, bakes[(i / 4 + i) % 4]));
-        for (kind, closed, (size, filter, coverage)) in support::some(cases, 5) {
+        for (kind, closed, (size, filter, coverage)) in support::some(cases, 3) {
             let scene = lit_by(flat(closed), &[kind]);
             let opened = baked(context, &scene, Settings { size, filter, coverage, keep_columns: false, ..PLAIN });
             let mut points: Vec<[f32; 3]> =
