@@ -398,7 +398,7 @@ fn what_the_host_knows_is_an_error() {
     });
 }
 
-/// Of lights that go the others are answered to the same bits. Of more lights than a technique was opened for it says so, but for what
+/// Where lights go the others are answered to the same bits. A technique says where there are more lights than it was opened for, but for what
 /// keeps nothing of a light; opened anew, or begun with as many, all are those of a scene.
 #[test]
 fn lights_come_and_go() {
