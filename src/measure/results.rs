@@ -265,7 +265,8 @@ impl Row {
     /// Device time of those passes of a build that techniques share: that move the world, fit views, order casters and draw
     /// opaque maps. Absent where no pass was timed.
     pub fn shared_ns(&self) -> Option<f64> {
-        (!self.passes.is_empty()).then(|| self.passes.iter().filter(|pass| pass.is_shared()).map(|pass| pass.median_ns).sum())
+        (!self.passes.is_empty())
+            .then(|| self.passes.iter().filter(|pass| pass.is_shared()).map(|pass| pass.median_ns).sum())
     }
 
     /// The spec that made this row, short enough for a table: `avsm:nodes=8,curve=linear,…`.

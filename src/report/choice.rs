@@ -2,7 +2,7 @@
 
 use crate::measure::{Results, Row};
 use crate::report::answer::{FLIP, answer, measure, point};
-use crate::report::colours::distinct;
+use crate::report::colours::named;
 use crate::report::pareto::scenes;
 use crate::report::scatter::{Dot, SIZES, scatter, shape};
 use crate::report::series::says_nothing;
@@ -61,7 +61,7 @@ pub(super) fn choice(results: &Results, specs: &Specs) -> Choice {
     let paths = names(results, |row| &row.path);
     let of_scene = |name: &str| scene(results, specs, name, &techniques, &paths);
     let scenes = scenes(results).into_iter().map(of_scene).collect();
-    let colours = distinct(techniques.len());
+    let colours = named(techniques.len());
     let techniques = techniques.iter().zip(colours).map(|(name, c)| Look {
         name: (*name).to_owned(),
         colour: format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2),
@@ -116,11 +116,14 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
             };
             let said_so = said.map(|words| format!(", {words}")).unwrap_or_default();
             let [unit, error] = units;
-            let label = specs.compact(row);
+            // Keys are known from the table; the values tell points apart.
+            let values = specs.differing(row).map(|(_, value)| value);
+            let label = std::iter::once(row.technique.as_str()).chain(values).collect::<Vec<_>>().join(" ");
+            let spec = specs.compact(row);
             let (x_text, y_text) = (significant(x), significant(y));
-            let title = format!("{label}, {}{said_so}: {x_text} {unit}, {error} {y_text}", path(row));
+            let title = format!("{spec}, {}{said_so}: {x_text} {unit}, {error} {y_text}", path(row));
             let (technique, path) = (place(techniques, &row.technique), place(paths, &row.path));
-            Some(Dot { row: index, x, y, technique, path, label, title, said })
+            Some(Dot { row: index, x, y, technique, path, label, title, said, aside: row.technique == "none" })
         };
         rows.iter().filter_map(dot).collect()
     };
@@ -142,8 +145,18 @@ fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], path
     let mut plots = Vec::new();
     let named = measure.name;
     let time = "time of a frame, ms";
-    plots.extend(plot(format!("Frame time against {named}"), &|r| point(r, &measure), ["ms", named], [time, &error_title]));
-    plots.extend(plot(format!("Memory against {named}"), &of_bytes, ["MiB", named], ["memory of the look-up, MiB", &error_title]));
+    plots.extend(plot(
+        format!("Frame time against {named}"),
+        &|r| point(r, &measure),
+        ["ms", named],
+        [time, &error_title],
+    ));
+    plots.extend(plot(
+        format!("Memory against {named}"),
+        &of_bytes,
+        ["MiB", named],
+        ["memory of the look-up, MiB", &error_title],
+    ));
     if measure.name != FLIP.name {
         let of = |row: &Row| point(row, &FLIP);
         plots.extend(plot("Frame time against FLIP".into(), &of, ["ms", "FLIP"], [time, "mean FLIP of the picture"]));

@@ -207,14 +207,18 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
     let columns = shown(rows.iter().map(|&(_, row)| row));
     let longest_ns = scale(rows.iter().map(|(_, row)| passes_ns(row)).collect());
     let rows = rows.into_iter().map(|(index, row)| {
-        let mut bars: Vec<Bar> = row.passes.iter().map(|pass| Bar {
-            shared: pass.is_shared(),
-            name: pass.name.clone(),
-            colour: colour_of(&pass.name),
-            percent: format!("{:.2}", if longest_ns > 0.0 { 100.0 * pass.median_ns / longest_ns } else { 0.0 }),
-            milliseconds: milliseconds(pass.median_ns),
-            spread: format!("{}–{}", milliseconds(pass.p05_ns), milliseconds(pass.p95_ns)),
-        }).collect();
+        let mut bars: Vec<Bar> = row
+            .passes
+            .iter()
+            .map(|pass| Bar {
+                shared: pass.is_shared(),
+                name: pass.name.clone(),
+                colour: colour_of(&pass.name),
+                percent: format!("{:.2}", if longest_ns > 0.0 { 100.0 * pass.median_ns / longest_ns } else { 0.0 }),
+                milliseconds: milliseconds(pass.median_ns),
+                spread: format!("{}–{}", milliseconds(pass.p05_ns), milliseconds(pass.p95_ns)),
+            })
+            .collect();
         bars.sort_by_key(|bar| !bar.shared);
         let cells = columns.iter().map(|column| PageCell {
             text: (column.value)(row).map(column.text).unwrap_or_else(|| NOTHING.into()),

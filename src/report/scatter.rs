@@ -1,7 +1,7 @@
 //! Plots of the page: rows as points, one colour a technique, one shape a path, with labels that do not lie on each other.
 
 use crate::report::pareto::pareto_front;
-use crate::report::series::{range_with_air, ticks};
+use crate::report::series::ticks;
 use crate::report::wording::{shortened, significant};
 use std::fmt::Write;
 
@@ -49,6 +49,8 @@ pub(super) struct Dot {
     pub(super) label: String,
     /// All of it, for who points at it.
     pub(super) title: String,
+    /// Whether it is there for comparison alone: then it does not stretch the axes.
+    pub(super) aside: bool,
     /// What the answer says of it: `best balanced`.
     pub(super) said: Option<&'static str>,
 }
@@ -64,19 +66,20 @@ struct Ranges {
 
 impl Ranges {
     fn of(dots: &[Dot], size: Size) -> Option<Self> {
+        let shown = || dots.iter().filter(|dot| !dot.aside || dots.len() == 1);
         let middle = |mut values: Vec<f64>| {
             values.retain(|value| *value >= SMALLEST);
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied()
         };
-        let far = middle(dots.iter().map(|dot| dot.x).collect())? * FAR;
-        let close = middle(dots.iter().map(|dot| dot.y).collect())? / CLOSE;
-        let x = range_with_air(dots.iter().map(|dot| dot.x.clamp(SMALLEST, far)))?;
-        let y = range_with_air(dots.iter().map(|dot| dot.y).filter(|y| *y >= close.max(SMALLEST)))?;
+        let far = middle(shown().map(|dot| dot.x).collect())? * FAR;
+        let close = middle(shown().map(|dot| dot.y).collect())? / CLOSE;
+        let x = range(shown().map(|dot| dot.x).filter(|x| (SMALLEST..=far).contains(x)))?;
+        let y = range(shown().map(|dot| dot.y).filter(|y| *y >= close.max(SMALLEST)))?;
         // Air for what stands at the edge.
-        let beyond = |outside: bool, factor: f64| if outside { factor } else { 1.0 };
-        let x = (x.0, x.1 * beyond(dots.iter().any(|dot| dot.x > far), 1.3));
-        let y = (y.0 / beyond(dots.iter().any(|dot| dot.y < close.max(SMALLEST)), 2.0), y.1);
+        let at_edge = |outside: bool| if outside { 1.15 } else { 1.0 };
+        let x = (x.0, x.1 * at_edge(dots.iter().any(|dot| dot.x > x.1)));
+        let y = (y.0 / at_edge(dots.iter().any(|dot| dot.y < y.0)), y.1 * at_edge(dots.iter().any(|dot| dot.y > y.1)));
         Some(Self { x, y, size })
     }
 
@@ -84,16 +87,30 @@ impl Ranges {
         (LEFT, TOP, self.size.width - RIGHT, self.size.height - BOTTOM)
     }
 
-    /// Where a point is drawn, and whether that is what it is.
-    fn place(&self, dot: &Dot) -> (f64, f64, bool, bool) {
+    /// Where a point is drawn, and what is to be said where it is not that.
+    fn place(&self, dot: &Dot) -> (f64, f64, String) {
         let (left, top, right, bottom) = self.area();
         let along = |value: f64, (low, high): (f64, f64)| (value.max(SMALLEST * 0.01) / low).ln() / (high / low).ln();
         let (x, y) = (along(dot.x, self.x), along(dot.y, self.y));
         let inset = 11.0;
         let px = (left + x * (right - left)).clamp(left + inset, right - inset);
         let py = (bottom - y * (bottom - top)).clamp(top + inset, bottom - inset);
-        (px, py, x > 1.0, y < 0.0)
+        let mut beyond = String::new();
+        for (value, along, under, over) in [(dot.x, x, '←', '→'), (dot.y, y, '↓', '↑')] {
+            if !(0.0..=1.0).contains(&along) {
+                write!(beyond, " {} {}", if along < 0.0 { under } else { over }, significant(value)).ok();
+            }
+        }
+        (px, py, beyond)
     }
+}
+
+/// A tenth of its length free at both ends, and long enough for two numbers.
+fn range(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
+    let low = values.clone().reduce(f64::min)?.ln();
+    let high = values.reduce(f64::max)?.ln();
+    let air = ((high - low) / 10.0).max((2.4f64.ln() - (high - low)) / 2.0);
+    Some(((low - air).exp(), (high + air).exp()))
 }
 
 /// The SVG; none where nothing can be told apart by it.
@@ -108,28 +125,21 @@ pub(super) fn scatter(dots: &[Dot], size: Size, titles: [&str; 2], aria_label: &
     axes(&mut svg, &ranges, titles);
     steps(&mut svg, dots, &front, &ranges);
     let places: Vec<_> = dots.iter().map(|dot| ranges.place(dot)).collect();
-    let mut taken: Vec<Box> =
-        places.iter().map(|&(x, y, ..)| (x - REACH, y - REACH, x + REACH, y + REACH)).collect();
+    let mut taken: Vec<Box> = places.iter().map(|(x, y, _)| (x - REACH, y - REACH, x + REACH, y + REACH)).collect();
     let mut order: Vec<usize> = (0..dots.len()).collect();
     order.sort_by_key(|&i| (dots[i].said.is_none(), !front.contains(&i)));
     let mut labels = String::new();
     for &i in &order {
-        let (dot, (x, y, far, close)) = (&dots[i], places[i]);
-        if size.few_labels && dot.said.is_none() && !front.contains(&i) {
+        let (dot, (x, y, beyond)) = (&dots[i], &places[i]);
+        if size.few_labels && dot.said.is_none() && !dot.aside && !front.contains(&i) {
             continue;
         }
-        let mut words = shortened(&dot.label, size.longest);
-        if far {
-            write!(words, " → {}", significant(dot.x)).ok();
-        }
-        if close {
-            write!(words, " ↓ {}", significant(dot.y)).ok();
-        }
-        label(&mut labels, dot, &words, (x, y), ranges.area(), &mut taken);
+        let words = shortened(&dot.label, size.longest) + beyond;
+        label(&mut labels, dot, &words, (*x, *y), ranges.area(), &mut taken);
     }
     // Those that are named last, over the others.
     for &i in order.iter().rev() {
-        let (dot, (x, y, ..)) = (&dots[i], places[i]);
+        let (dot, (x, y, _)) = (&dots[i], &places[i]);
         let on_front = if front.contains(&i) { " onfront" } else { "" };
         let said = if dot.said.is_some() { " said" } else { "" };
         let (row, technique, title) = (dot.row, dot.technique, escaped(&dot.title));
@@ -171,7 +181,8 @@ fn axes(svg: &mut String, ranges: &Ranges, [x_title, y_title]: [&str; 2]) {
     }
     let (middle, below) = ((left + right) / 2.0, bottom + 40.0);
     let across = (top + bottom) / 2.0;
-    write!(svg, r#"<rect class="frame" x="{left}" y="{top}" width="{}" height="{}"/>"#, right - left, bottom - top).ok();
+    write!(svg, r#"<rect class="frame" x="{left}" y="{top}" width="{}" height="{}"/>"#, right - left, bottom - top)
+        .ok();
     write!(svg, r#"<text class="axis" text-anchor="middle" x="{middle}" y="{below}">{}</text>"#, escaped(x_title)).ok();
     let turned = format!("translate(13 {across}) rotate(-90)");
     write!(svg, r#"<text class="axis" text-anchor="middle" transform="{turned}">{}</text>"#, escaped(y_title)).ok();
