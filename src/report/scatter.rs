@@ -170,11 +170,13 @@ fn axes(svg: &mut String, ranges: &Ranges, [x_title, y_title]: [&str; 2]) {
                 .ok();
         }
     }
+    let mut last = f64::INFINITY;
     for (value, labelled) in ticks(ranges.y) {
         let y = bottom - along(value, ranges.y) * (bottom - top);
         let class = if labelled { "grid" } else { "grid faint" };
         write!(svg, r#"<path class="{class}" d="M{left} {y:.1}H{right}"/>"#).ok();
-        if labelled {
+        if labelled && y < last - LINE - 2.0 {
+            last = y;
             let (x, y) = (left - 7.0, y + 4.5);
             write!(svg, r#"<text class="tick" text-anchor="end" x="{x}" y="{y:.1}">{}</text>"#, tick(value)).ok();
         }
@@ -208,7 +210,9 @@ fn steps(svg: &mut String, dots: &[Dot], front: &[usize], ranges: &Ranges) {
 /// At the nearest place that is free, with a line to the point where that is far; where there is none, no label: one across
 /// another says less.
 fn label(svg: &mut String, dot: &Dot, words: &str, (x, y): (f64, f64), area: Box, taken: &mut Vec<Box>) {
-    let width = words.chars().count() as f64 * ADVANCE;
+    // Bold letters are wider.
+    let advance = if dot.said.is_some() { ADVANCE * 1.15 } else { ADVANCE };
+    let width = words.chars().count() as f64 * advance;
     let free = |b: &Box, taken: &[Box]| {
         let inside = b.0 >= area.0 + 2.0 && b.1 >= area.1 + 2.0 && b.2 <= area.2 - 2.0 && b.3 <= area.3 - 2.0;
         inside && !taken.iter().any(|t| b.0 < t.2 && t.0 < b.2 && b.1 < t.3 && t.1 < b.3)
