@@ -24,7 +24,8 @@ pub(super) const SIZES: [Size; 2] = [
     Size { name: "narrow", width: 372.0, height: 440.0, longest: 20, few_labels: true },
 ];
 
-const LEFT: f64 = 62.0;
+/// The title of the axis, and numbers such as `0.0007`.
+const LEFT: f64 = 80.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 52.0;
