@@ -174,6 +174,10 @@ setup_apt() {
   if ! have spirv-cross; then
     apt_install spirv-cross || say "could not install spirv-cross (${apt_error:-apt-get failed}); going on without"
   fi
+  # Another opens the report in it, and fails without.
+  if ! have chromium && ! have chromium-browser && ! have google-chrome; then
+    apt_install chromium || say "could not install chromium (${apt_error:-apt-get failed}); going on without"
+  fi
   if ! shaderc_ready; then
     mapfile -t need < <(missing_packages libshaderc-dev glslang-dev spirv-tools)
     if [ "${#need[@]}" != 0 ]; then

@@ -17,6 +17,8 @@ mod faults;
 mod glsl;
 #[path = "program/moving.rs"]
 mod moving;
+#[path = "program/page.rs"]
+mod page;
 #[path = "program/paint/mod.rs"]
 mod paint;
 #[path = "program/pictures.rs"]

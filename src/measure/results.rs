@@ -254,13 +254,19 @@ impl Results {
     }
 }
 
+impl PassTiming {
+    /// Whether techniques share it: it moves the world, fits views, orders casters or draws opaque maps.
+    pub fn is_shared(&self) -> bool {
+        ["world.", "simulate.", "maps."].iter().any(|room| self.name.starts_with(room))
+    }
+}
+
 impl Row {
     /// Device time of those passes of a build that techniques share: that move the world, fit views, order casters and draw
     /// opaque maps. Absent where no pass was timed.
     pub fn shared_ns(&self) -> Option<f64> {
-        let shared =
-            |pass: &&PassTiming| ["world.", "simulate.", "maps."].iter().any(|room| pass.name.starts_with(room));
-        (!self.passes.is_empty()).then(|| self.passes.iter().filter(shared).map(|pass| pass.median_ns).sum())
+        (!self.passes.is_empty())
+            .then(|| self.passes.iter().filter(|pass| pass.is_shared()).map(|pass| pass.median_ns).sum())
     }
 
     /// The spec that made this row, short enough for a table: `avsm:nodes=8,curve=linear,…`.

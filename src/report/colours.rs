@@ -31,13 +31,24 @@ type Seen = [[f64; 3]; 3];
 /// So many colours, all different up to a thousand: each is the one that is farthest from all before it, and twice as
 /// far from the one right before it, which often stands beside it. More of them begin with the same.
 pub(super) fn distinct(count: usize) -> Vec<RGBColor> {
+    beside(&[], count)
+}
+
+/// [`COLOURS`] and, behind them, as many as are wanted that are far from these and from each other.
+pub(super) fn named(count: usize) -> Vec<RGBColor> {
+    let more = beside(&COLOURS, count.saturating_sub(COLOURS.len()));
+    COLOURS.into_iter().chain(more).take(count).collect()
+}
+
+fn beside(known: &[RGBColor], count: usize) -> Vec<RGBColor> {
     let mut candidates: Vec<(RGBColor, Seen, f64)> = Vec::new();
     let channel = || (0..=u8::MAX).step_by(CHANNEL_STEP);
     for colour in channel().flat_map(|r| channel().flat_map(move |g| channel().map(move |b| RGBColor(r, g, b)))) {
         let seen = seen(colour);
         let [lightness, a, b] = seen[0];
         if LIGHTNESS.contains(&lightness) && a.hypot(b) <= LARGEST_CHROMA {
-            candidates.push((colour, seen, f64::INFINITY));
+            let nearest = known.iter().map(|&known| distance(&seen, &self::seen(known))).fold(f64::INFINITY, f64::min);
+            candidates.push((colour, seen, nearest));
         }
     }
     let mut colours = Vec::new();

@@ -17,9 +17,11 @@
 //! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the
 //! page share are listed once, in `columns.rs`, and what is plotted in `axes.rs`. Same results, same bytes out.
 
+mod answer;
 mod axes;
 mod casters;
 mod changes;
+mod choice;
 mod colours;
 mod columns;
 mod curve;
@@ -28,6 +30,7 @@ mod page;
 mod pareto;
 mod passes;
 mod plot;
+mod scatter;
 mod series;
 mod soak;
 mod store;

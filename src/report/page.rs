@@ -3,6 +3,7 @@
 use crate::measure::{CASTER_CLASSES, DeviceFacts, PointError, Results, Row, Status};
 use crate::report::axes::AXES;
 use crate::report::casters::{ENDS, cell, heading};
+use crate::report::choice::{Choice, choice};
 use crate::report::colours::distinct;
 use crate::report::columns::{Column, shown};
 use crate::report::notes::{agreement, warnings};
@@ -21,6 +22,9 @@ use plotters::style::RGBColor;
 use serde::Serialize;
 use std::path::Path;
 
+/// Columns that are folded away until they are asked for.
+const FOLDED: [&str; 9] = ["host", "first", "bias", "RMS", "p99", "max", "× limit", "transient", "on disk"];
+
 /// All that the template gets. Everything but the plots and the pictures is escaped there.
 #[derive(Serialize)]
 struct Page<'a> {
@@ -29,6 +33,7 @@ struct Page<'a> {
     device: &'a DeviceFacts,
     features: Vec<(&'a str, String)>,
     tally: String,
+    choice: Choice,
     shared: Option<String>,
     /// How far surface error and FLIP agree.
     agreement: Option<String>,
@@ -47,22 +52,17 @@ struct Front {
 }
 
 #[derive(Serialize)]
-struct Group {
-    name: &'static str,
-    columns: usize,
-}
-
-#[derive(Serialize)]
 struct Heading {
     name: &'static str,
     meaning: &'static str,
-    opens_group: bool,
+    /// Of the group that it opens.
+    group: Option<&'static str>,
+    folded: bool,
 }
 
 #[derive(Serialize)]
 struct Scene<'a> {
     name: &'a str,
-    groups: Vec<Group>,
     columns: Vec<Heading>,
     column_count: usize,
     rows: Vec<PageRow<'a>>,
@@ -72,6 +72,15 @@ struct Scene<'a> {
 
 #[derive(Serialize)]
 struct PageRow<'a> {
+    /// Its number in the results.
+    index: usize,
+    technique: &'a str,
+    bare_path: &'a str,
+    /// Nanoseconds of all passes, to sort by.
+    passes_ns: f64,
+    total: String,
+    /// Longer than the scale.
+    cut: bool,
     spec: String,
     /// The same, cut where a line may break.
     spec_parts: Vec<String>,
@@ -118,6 +127,8 @@ struct Pass {
 
 #[derive(Serialize)]
 struct Bar {
+    /// By techniques.
+    shared: bool,
     name: String,
     colour: usize,
     percent: String,
@@ -145,6 +156,7 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
         device: &results.device,
         features: results.device.features.iter().map(|(name, value)| (name.as_str(), plain(value))).collect(),
         tally: tally(results),
+        choice: choice(results, &specs),
         shared: specs.shared_line(),
         agreement: agreement(results),
         plots: plots(results).into_iter().map(|(_, svg)| svg).collect(),
@@ -157,7 +169,13 @@ pub fn page(results: &Results, dir: &Path) -> Result<String> {
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     let broken = |cause: minijinja::Error| Error::input("report.html", format!("{cause:#}"), "report this as a bug");
     // The name's ending turns autoescape on.
-    environment.add_template("page.html", include_str!("page.html")).map_err(broken)?;
+    for (name, text) in [
+        ("page.html", include_str!("page.html")),
+        ("page.css", include_str!("page.css")),
+        ("page.js", include_str!("page.js")),
+    ] {
+        environment.add_template(name, text).map_err(broken)?;
+    }
     environment
         .get_template("page.html")
         .and_then(|template| template.render(Value::from(Serde(&page))))
@@ -187,21 +205,33 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
     let passes = pass_names(rows.iter().map(|&(_, row)| row));
     let passes = passes.into_iter().map(|name| Pass { name: name.to_owned(), colour: colour_of(name) }).collect();
     let columns = shown(rows.iter().map(|&(_, row)| row));
-    let longest_ns = rows.iter().map(|(_, row)| passes_ns(row)).fold(0.0, f64::max);
+    let longest_ns = scale(rows.iter().map(|(_, row)| passes_ns(row)).collect());
     let rows = rows.into_iter().map(|(index, row)| {
-        let bars = row.passes.iter().map(|pass| Bar {
-            name: pass.name.clone(),
-            colour: colour_of(&pass.name),
-            percent: format!("{:.2}", if longest_ns > 0.0 { 100.0 * pass.median_ns / longest_ns } else { 0.0 }),
-            milliseconds: milliseconds(pass.median_ns),
-            spread: format!("{}–{}", milliseconds(pass.p05_ns), milliseconds(pass.p95_ns)),
-        });
+        let mut bars: Vec<Bar> = row
+            .passes
+            .iter()
+            .map(|pass| Bar {
+                shared: pass.is_shared(),
+                name: pass.name.clone(),
+                colour: colour_of(&pass.name),
+                percent: format!("{:.2}", if longest_ns > 0.0 { 100.0 * pass.median_ns / longest_ns } else { 0.0 }),
+                milliseconds: milliseconds(pass.median_ns),
+                spread: format!("{}–{}", milliseconds(pass.p05_ns), milliseconds(pass.p95_ns)),
+            })
+            .collect();
+        bars.sort_by_key(|bar| !bar.shared);
         let cells = columns.iter().map(|column| PageCell {
             text: (column.value)(row).map(column.text).unwrap_or_else(|| NOTHING.into()),
             spread: (column.spread)(row).unwrap_or_default(),
             value: (column.value)(row).filter(|value| value.is_finite()),
         });
         PageRow {
+            index,
+            technique: &row.technique,
+            bare_path: &row.path,
+            passes_ns: passes_ns(row),
+            total: milliseconds(passes_ns(row)),
+            cut: passes_ns(row) > longest_ns * 1.0001,
             spec_parts: specs.compact(row).split_inclusive(',').map(String::from).collect(),
             spec: specs.compact(row),
             full_spec: row.spec(),
@@ -218,7 +248,7 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
                 .map(|(front, _)| front.mark)
                 .collect(),
             cells: cells.collect(),
-            bars: bars.collect(),
+            bars,
             statistics: statistics(row),
             casters: by_caster(row),
             counters: row.counters.iter().map(|(name, &count)| (name.as_str(), grouped(count))).collect(),
@@ -230,7 +260,6 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
     let reference = embedded(dir, Some(&format!("{name}-reference.png")));
     Scene {
         name,
-        groups: groups(&columns),
         columns: headings(&columns),
         // A row that was refused says why across all of them, even where there are none.
         column_count: columns.len().max(1),
@@ -238,6 +267,14 @@ fn scene<'a>(results: &'a Results, name: &'a str, shared: &Shared, dir: &Path) -
         reference,
         passes,
     }
+}
+
+/// As long as the slowest build that is no more than four times as long as the middle one: what is slower is cut.
+fn scale(mut all_ns: Vec<f64>) -> f64 {
+    all_ns.retain(|ns| *ns > 0.0);
+    all_ns.sort_by(f64::total_cmp);
+    let most = 4.0 * all_ns.get(all_ns.len() / 2).copied().unwrap_or(0.0);
+    all_ns.into_iter().filter(|ns| *ns <= most).fold(0.0, f64::max)
 }
 
 fn passes_ns(row: &Row) -> f64 {
@@ -310,23 +347,12 @@ fn embedded(dir: &Path, name: Option<&str>) -> Picture {
     }
 }
 
-fn groups(columns: &[&Column]) -> Vec<Group> {
-    let mut groups: Vec<Group> = Vec::new();
-    for column in columns {
-        match groups.last_mut() {
-            Some(group) if group.name == column.group => group.columns += 1,
-            _ => groups.push(Group { name: column.group, columns: 1 }),
-        }
-    }
-    groups
-}
-
 fn headings(columns: &[&Column]) -> Vec<Heading> {
     let mut before = "";
     let headings = columns.iter().map(|column| {
-        let opens_group = column.group != before;
+        let group = (column.group != before).then_some(column.group);
         before = column.group;
-        Heading { name: column.name, meaning: column.meaning, opens_group }
+        Heading { name: column.name, meaning: column.meaning, group, folded: FOLDED.contains(&column.name) }
     });
     headings.collect()
 }

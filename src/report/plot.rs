@@ -87,7 +87,7 @@ fn legend_height(lines: &[String]) -> i32 {
 
 /// One line, or two that break behind a blank, comma or dash where one is near; what does not fit loses its middle.
 fn legend_lines(label: &str) -> Vec<String> {
-    let room = characters_in(WIDTH - LEGEND_LEFT - 44, 12);
+    let room = characters_in(WIDTH - LEGEND_LEFT - 44, 13);
     let label: Vec<char> = shortened(label, 2 * room - room / 4).chars().collect();
     if label.len() <= room {
         return vec![label.into_iter().collect()];
@@ -143,7 +143,7 @@ fn draw_panel(root: &DrawingArea<Backend, Shift>, panel: &Panel, axes: &Axes, to
     }
     for point in panel.series.iter().flat_map(|series| &series.points) {
         if let Some((place, anchor)) = labels.place(&point.label, pixel(point)) {
-            text(root, &point.label, place, 12, &INK, (anchor, VPos::Center), false)?;
+            text(root, &point.label, place, 13, &INK, (anchor, VPos::Center), false)?;
         }
     }
     legend(root, panel, upper, names)
@@ -163,7 +163,7 @@ fn draw_axes(
         root.draw(&PathElement::new(vec![(x, upper), (x, lower)], GRID.mix(strength).stroke_width(1)))?;
         if labelled {
             let label = tick_label(milliseconds);
-            text(root, &label, (x, lower + 14), 12, &FAINT_INK, (HPos::Center, VPos::Center), false)?;
+            text(root, &label, (x, lower + 14), 13, &FAINT_INK, (HPos::Center, VPos::Center), false)?;
         }
     }
     for (error, labelled) in ticks(panel.error) {
@@ -171,7 +171,7 @@ fn draw_axes(
         let strength = if labelled { 1.0 } else { 0.45 };
         root.draw(&PathElement::new(vec![(left, y), (right, y)], GRID.mix(strength).stroke_width(1)))?;
         if labelled {
-            text(root, &tick_label(error), (left - 8, y), 12, &FAINT_INK, (HPos::Right, VPos::Center), false)?;
+            text(root, &tick_label(error), (left - 8, y), 13, &FAINT_INK, (HPos::Right, VPos::Center), false)?;
         }
     }
     root.draw(&Rectangle::new([(left, upper), (right, lower)], FAINT_INK.stroke_width(1)))?;
@@ -195,19 +195,19 @@ fn limits_and_floor(
         let y = height_of(limit.error);
         dashed(root, (left, right), y, &FAINT_INK, (2, 4))?;
         let label = shortened(&limit.label, 16);
-        let width = text_width(&label, 11);
-        let extent = (right - 8 - width, y - 14, right - 4, y - 1);
+        let width = text_width(&label, 13);
+        let extent = (right - 8 - width, y - 16, right - 4, y - 1);
         if labels.is_free(extent) {
             labels.taken.push(extent);
-            text(root, &label, (right - 6, y - 7), 11, &FAINT_INK, (HPos::Right, VPos::Center), false)?;
+            text(root, &label, (right - 6, y - 8), 13, &FAINT_INK, (HPos::Right, VPos::Center), false)?;
         }
     }
     let Some(floor) = panel.floor else { return Ok(()) };
     let y = height_of(floor);
     dashed(root, (left, right), y, &COLOURS[1], (7, 5))?;
     let label = format!("{} or less, zero included", tick_label(floor));
-    labels.taken.push((left + 4, y + 2, left + 10 + text_width(&label, 11), y + 15));
-    text(root, &label, (left + 6, y + 9), 11, &COLOURS[1], (HPos::Left, VPos::Center), false)
+    labels.taken.push((left + 4, y + 2, left + 10 + text_width(&label, 13), y + 15));
+    text(root, &label, (left + 6, y + 10), 13, &COLOURS[1], (HPos::Left, VPos::Center), false)
 }
 
 /// The border of what the front beats: steps, for nothing between two points of it has been measured.
@@ -236,7 +236,7 @@ fn legend(root: &DrawingArea<Backend, Shift>, panel: &Panel, top: i32, names: &[
         let lines = legend_lines(label);
         for (place, line) in (0..).zip(&lines) {
             let place = (LEGEND_LEFT + 34, y + place * LEGEND_NEXT_LINE);
-            text(root, line, place, 12, &INK, (HPos::Left, VPos::Center), false)?;
+            text(root, line, place, 13, &INK, (HPos::Left, VPos::Center), false)?;
         }
         y += legend_height(&lines);
         Ok(())
@@ -280,7 +280,7 @@ impl Labels {
 
     /// A free place around the point, or none: a label across another says less than no label.
     fn place(&mut self, label: &str, (x, y): (i32, i32)) -> Option<((i32, i32), HPos)> {
-        let width = text_width(label, 12);
+        let width = text_width(label, 13);
         let diagonal = [(11, -12), (11, 12), (-11, -12), (-11, 12)];
         let straight = [(14, 0), (0, -18), (0, 18), (-14, 0), (14, -24), (14, 24), (-14, -24), (-14, 24)];
         for (dx, dy) in diagonal.into_iter().chain(straight) {
@@ -289,7 +289,7 @@ impl Labels {
                 1.. => (HPos::Left, x + dx),
                 _ => (HPos::Right, x + dx - width),
             };
-            let extent = (left, y + dy - 6, left + width, y + dy + 6);
+            let extent = (left, y + dy - 7, left + width, y + dy + 7);
             if !label.is_empty() && self.is_free(extent) {
                 self.taken.push(extent);
                 return Some(((x + dx, y + dy), anchor));

@@ -1,0 +1,105 @@
+//! Which row of a scene is the answer to *which is best*.
+
+use crate::measure::{Row, Status};
+
+/// Errors below this are a quarter of a step of an 8-bit display: to be closer is worth no time.
+const CLOSE_ENOUGH: f64 = 1e-3;
+
+/// An error that rows are held against each other by.
+#[derive(Clone, Copy)]
+pub(super) struct Measure {
+    /// In a sentence.
+    pub(super) name: &'static str,
+    pub(super) of: fn(&Row) -> Option<f64>,
+}
+
+/// Of all points of a kind: what a user looks at first.
+const ERRORS: [Measure; 3] = [
+    Measure { name: "surface error", of: |row| Some(row.error.as_ref()?.surface?.mean_abs) },
+    Measure { name: "error in space", of: |row| Some(row.error.as_ref()?.space?.mean_abs) },
+    Measure { name: "map error", of: |row| Some(row.error.as_ref()?.map?.mean_abs) },
+];
+pub(super) const FLIP: Measure = Measure { name: "FLIP", of: |row| Some(row.error.as_ref()?.image?.flip_mean) };
+
+/// Rows of a scene by their index in the results.
+pub(super) struct Answer {
+    /// The smallest product of frame time and error: who takes twice as long has to be twice as close.
+    pub(super) best: usize,
+    pub(super) fastest: usize,
+    pub(super) closest: usize,
+    pub(super) smallest: Option<usize>,
+}
+
+/// What most rows have; of those that as many have, the first. FLIP where no row has errors of points.
+pub(super) fn measure(rows: &[(usize, &Row)]) -> Measure {
+    let count = |measure: &Measure| rows.iter().filter(|(_, row)| point(row, measure).is_some()).count();
+    let most = ERRORS.iter().map(count).max().unwrap_or(0);
+    ERRORS.into_iter().find(|measure| most > 0 && count(measure) == most).unwrap_or(FLIP)
+}
+
+/// Milliseconds of a frame and the error, of a row that was measured and has both.
+pub(super) fn point(row: &Row, measure: &Measure) -> Option<(f64, f64)> {
+    let point = (row.frame_ns? / 1e6, (measure.of)(row)?);
+    (row.status == Status::Ok && point.0.is_finite() && point.1.is_finite()).then_some(point)
+}
+
+/// None where no row has both. `none` is no answer, nor is what is no closer than that.
+pub(super) fn answer(rows: &[(usize, &Row)], measure: &Measure) -> Option<Answer> {
+    let measured = |&(index, row): &(usize, &Row)| Some((index, row.technique != "none", point(row, measure)?));
+    let all: Vec<_> = rows.iter().filter_map(measured).collect();
+    let dark = all.iter().filter(|(_, shadows, _)| !shadows).map(|(_, _, point)| point.1).fold(f64::INFINITY, f64::min);
+    let points: Vec<(usize, (f64, f64))> =
+        all.iter().filter(|(_, shadows, point)| *shadows && point.1 < dark).map(|&(i, _, point)| (i, point)).collect();
+    let least = |of: &dyn Fn((f64, f64)) -> (f64, f64)| {
+        let key = |point| of(point);
+        let smaller = |a: &&(usize, (f64, f64)), b: &&(usize, (f64, f64))| {
+            let (a, b) = (key(a.1), key(b.1));
+            a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1))
+        };
+        points.iter().min_by(smaller).map(|&(index, _)| index)
+    };
+    let bytes = |index: usize| rows.iter().find(|(i, _)| *i == index).and_then(|(_, row)| row.bytes_resident);
+    Some(Answer {
+        best: least(&|(time, error)| (time * error.max(CLOSE_ENOUGH), error))?,
+        fastest: least(&|(time, error)| (time, error))?,
+        closest: least(&|(time, error)| (error, time))?,
+        smallest: points.iter().filter_map(|&(index, _)| Some((bytes(index)?, index))).min().map(|(_, index)| index),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::{PointError, RowError};
+
+    fn row(technique: &str, ms: f64, error: f64) -> Row {
+        let space = Some(PointError { mean_abs: error, ..PointError::default() });
+        let error = Some(RowError { map: None, space, surface: None, casters: None, image: None });
+        Row { technique: technique.into(), frame_ns: Some(ms * 1e6), error, ..Row::default() }
+    }
+
+    #[test]
+    fn who_takes_twice_as_long_has_to_be_twice_as_close() {
+        // `none` is the fastest, and `map` is no closer; the list is exact and slow.
+        let rows = [
+            row("none", 1.0, 0.3),
+            row("map", 1.5, 0.3),
+            row("a", 4.0, 0.02),
+            row("b", 2.0, 0.05),
+            row("c", 7.0, 0.01),
+            row("list", 9000.0, 0.0),
+        ];
+        let rows: Vec<(usize, &Row)> = rows.iter().enumerate().collect();
+        let measure = measure(&rows);
+        let answer = answer(&rows, &measure).expect("measured");
+        assert_eq!(measure.name, "error in space");
+        assert_eq!((answer.best, answer.fastest, answer.closest, answer.smallest), (4, 3, 5, None));
+    }
+
+    #[test]
+    fn nothing_measured_is_no_answer() {
+        let rows = [row("none", 1.0, 0.3), Row::default()];
+        let rows: Vec<(usize, &Row)> = rows.iter().enumerate().collect();
+        assert!(answer(&rows, &measure(&rows)).is_none());
+    }
+}

@@ -1,0 +1,173 @@
+//! What the page begins with: the answer in a sentence, and the plots that it is read from.
+
+use crate::measure::{Results, Row};
+use crate::report::answer::{FLIP, answer, measure, point};
+use crate::report::colours::named;
+use crate::report::pareto::scenes;
+use crate::report::scatter::{Dot, SIZES, scatter, shape};
+use crate::report::series::says_nothing;
+use crate::report::wording::{Specs, bytes, path, significant};
+use serde::Serialize;
+
+/// Of all scenes.
+#[derive(Serialize)]
+pub(super) struct Choice {
+    scenes: Vec<SceneChoice>,
+    /// In the order in which they were first measured; by its place each has its colour and its shape.
+    techniques: Vec<Look>,
+    paths: Vec<Look>,
+}
+
+/// A technique or a path, and how it is drawn.
+#[derive(Serialize)]
+struct Look {
+    name: String,
+    colour: String,
+    shape: &'static str,
+}
+
+#[derive(Serialize)]
+struct SceneChoice {
+    name: String,
+    /// What is meant by error.
+    measure: &'static str,
+    best: Option<Said>,
+    fastest: Option<Said>,
+    closest: Option<Said>,
+    smallest: Option<Said>,
+    plots: Vec<Plot>,
+}
+
+/// A row in a sentence.
+#[derive(Serialize)]
+struct Said {
+    row: usize,
+    spec: String,
+    path: String,
+    milliseconds: String,
+    error: String,
+    bytes: String,
+}
+
+#[derive(Serialize)]
+struct Plot {
+    title: String,
+    /// The same for each size of the window.
+    svgs: Vec<String>,
+}
+
+pub(super) fn choice(results: &Results, specs: &Specs) -> Choice {
+    let techniques = names(results, |row| &row.technique);
+    let paths = names(results, |row| &row.path);
+    let of_scene = |name: &str| scene(results, specs, name, &techniques, &paths);
+    let scenes = scenes(results).into_iter().map(of_scene).collect();
+    let colours = named(techniques.len());
+    let techniques = techniques.iter().zip(colours).map(|(name, c)| Look {
+        name: (*name).to_owned(),
+        colour: format!("#{:02x}{:02x}{:02x}", c.0, c.1, c.2),
+        shape: shape(0),
+    });
+    let paths = paths.iter().enumerate().map(|(place, name)| Look {
+        name: (*name).to_owned(),
+        colour: String::new(),
+        shape: shape(place),
+    });
+    Choice { scenes, techniques: techniques.collect(), paths: paths.collect() }
+}
+
+/// Of what was measured, each once.
+fn names(results: &Results, of: fn(&Row) -> &String) -> Vec<&str> {
+    let mut names: Vec<&str> = Vec::new();
+    for row in &results.rows {
+        if !names.contains(&of(row).as_str()) {
+            names.push(of(row));
+        }
+    }
+    names
+}
+
+fn scene(results: &Results, specs: &Specs, name: &str, techniques: &[&str], paths: &[&str]) -> SceneChoice {
+    let rows: Vec<(usize, &Row)> = results.rows.iter().enumerate().filter(|(_, row)| row.scene == name).collect();
+    let measure = measure(&rows);
+    let answer = answer(&rows, &measure);
+    let said = |index: usize| {
+        let row = &results.rows[index];
+        let (milliseconds, error) = point(row, &measure)?;
+        Some(Said {
+            row: index,
+            spec: specs.compact(row),
+            path: path(row),
+            milliseconds: significant(milliseconds),
+            error: significant(error),
+            bytes: row.bytes_resident.map(bytes).unwrap_or_default(),
+        })
+    };
+    let place = |names: &[&str], name: &str| names.iter().position(|known| *known == name).unwrap_or(0);
+    let dots = |of: &dyn Fn(&Row) -> Option<(f64, f64)>, units: [&str; 2]| -> Vec<Dot> {
+        let dot = |&(index, row): &(usize, &Row)| {
+            let (x, y) = of(row)?;
+            let is = |of: Option<usize>| of == Some(index);
+            let answer = answer.as_ref();
+            let said = match () {
+                () if is(answer.map(|a| a.best)) => Some("best balanced"),
+                () if is(answer.map(|a| a.fastest)) => Some("fastest"),
+                () if is(answer.map(|a| a.closest)) => Some("closest"),
+                () => None,
+            };
+            let said_so = said.map(|words| format!(", {words}")).unwrap_or_default();
+            let [unit, error] = units;
+            // Keys are known from the table; the values tell points apart.
+            let values = specs.differing(row).map(|(_, value)| value);
+            let label = std::iter::once(row.technique.as_str()).chain(values).collect::<Vec<_>>().join(" ");
+            let spec = specs.compact(row);
+            let (x_text, y_text) = (significant(x), significant(y));
+            let title = format!("{spec}, {}{said_so}: {x_text} {unit}, {error} {y_text}", path(row));
+            let (technique, path) = (place(techniques, &row.technique), place(paths, &row.path));
+            Some(Dot { row: index, x, y, technique, path, label, title, said, aside: row.technique == "none" })
+        };
+        rows.iter().filter_map(dot).collect()
+    };
+    let plot = |title: String, of: &dyn Fn(&Row) -> Option<(f64, f64)>, units: [&str; 2], titles: [&str; 2]| {
+        let dots = dots(of, units);
+        if says_nothing(&dots.iter().map(|dot| (dot.x, dot.y)).collect::<Vec<_>>()) {
+            return None;
+        }
+        let label = format!("{title}, {name}: each point is a row of the table below");
+        let svgs: Vec<String> = SIZES.iter().filter_map(|size| scatter(&dots, *size, titles, &label)).collect();
+        (!svgs.is_empty()).then_some(Plot { title, svgs })
+    };
+    const MIB: f64 = 1_048_576.0;
+    let error_title = format!("mean {}", measure.name);
+    let of_bytes = |row: &Row| {
+        let (_, error) = point(row, &measure)?;
+        Some((row.bytes_resident.filter(|bytes| *bytes > 0)? as f64 / MIB, error))
+    };
+    let mut plots = Vec::new();
+    let named = measure.name;
+    let time = "time of a frame, ms";
+    plots.extend(plot(
+        format!("Frame time against {named}"),
+        &|r| point(r, &measure),
+        ["ms", named],
+        [time, &error_title],
+    ));
+    plots.extend(plot(
+        format!("Memory against {named}"),
+        &of_bytes,
+        ["MiB", named],
+        ["memory of the look-up, MiB", &error_title],
+    ));
+    if measure.name != FLIP.name {
+        let of = |row: &Row| point(row, &FLIP);
+        plots.extend(plot("Frame time against FLIP".into(), &of, ["ms", "FLIP"], [time, "mean FLIP of the picture"]));
+    }
+    SceneChoice {
+        name: name.to_owned(),
+        measure: measure.name,
+        best: answer.as_ref().and_then(|a| said(a.best)),
+        fastest: answer.as_ref().and_then(|a| said(a.fastest)),
+        closest: answer.as_ref().and_then(|a| said(a.closest)),
+        smallest: answer.as_ref().and_then(|a| said(a.smallest?)),
+        plots,
+    }
+}
