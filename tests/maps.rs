@@ -73,7 +73,7 @@ fn twins(scene: &Scene, size: u32) -> Vec<[View; 2]> {
         let bounds = fit::bounds([&map.volume, &map.opaque], &casters, &vertices);
         fit::fit([map.volume, map.opaque], bounds, casters.is_empty())
     };
-    Map::aimed(&scene.aim(), size, OPAQUE_SIZE).into_iter().map(twin).collect()
+    Map::aimed(&scene.aim(), size, OPAQUE_SIZE, 1).into_iter().map(twin).collect()
 }
 
 /// How far two views of the same map are apart, in shares of their size and of what floats resolve at their place.
@@ -94,6 +94,32 @@ fn apart(a: &View, b: &View) -> f64 {
 
 /// Some ten roundings of numbers as large as the distance from the origin and the size.
 const ROUNDINGS: f64 = 10.0 * f32::EPSILON as f64;
+
+/// Each cascade is the widest map as its twin narrows it, before the camera.
+#[test]
+fn cascades_equal_their_twin() {
+    gpu_test("cascades_equal_their_twin", |context| {
+        let mut scene = scenes::directional("cascades", [0.4, 0.3, -0.8], Vec::new());
+        scene.meshes.push(scenes::level(0.0, 5.0, [0.0, 0.0]));
+        for position in [DVec3::new(3.0, -2.0, 1.5), DVec3::new(0.1, 0.2, 0.3), DVec3::new(-40.0, 90.0, 7.0)] {
+            scene.camera.position = position;
+            let world = world(context, &scene);
+            let opaque = OpaqueMaps { size: 64, cascades: 3, ..OpaqueMaps::SHARED };
+            let mut maps = Maps::with_opaque(context, &world, 64, opaque).expect("room");
+            let frame = ran(context, |commands| maps.record(commands, &world).expect("recorded"));
+            maps.settle(frame, false).expect("read");
+            let ahead = (scene.camera.target - position).normalize().as_vec3();
+            let views: Vec<View> = maps.all().iter().map(|map| map.opaque).collect();
+            assert_eq!(views.len(), 3);
+            for cascade in [1, 2] {
+                let twin = fit::narrow(views[0], cascade, position.as_vec3(), ahead);
+                let by = apart(&views[cascade as usize], &twin);
+                assert!(by < ROUNDINGS, "cascade {cascade} from {position}: {by}");
+                assert!(twin.scale_x > 1.9 * views[cascade as usize - 1].scale_x, "it is no narrower");
+            }
+        }
+    });
+}
 
 /// The device fits what its twin fits, and both what f64 does, but for rounding.
 #[test]

@@ -15,6 +15,9 @@ layout(set = 0, binding = 1, scalar) readonly buffer AllExtents { Extents extent
 layout(push_constant, scalar) uniform FitPush {
     uint map_count;
     uint only_meshes;  // nothing translucent casts: the volume is fitted to the meshes
+    uint cascade_maps; // maps of all lights, of which there are as many once more for each cascade
+    vec3 eye;
+    vec3 ahead;        // of the camera, unit length
 };
 
 // Of a range: a hundredth of a texel of the largest map.
@@ -76,6 +79,21 @@ void fit(inout View view, Range range) {
     }
 }
 
+// A view a power of two narrower, before the camera: its eye is at the side, as far as the whole view reaches. Moves by whole texels.
+void narrow(inout View view, uint cascade) {
+    float share = 1.0 / float(1u << cascade);
+    vec2 whole = 1.0 / vec2(view.scale_x, view.scale_y), half_size = whole * share;
+    vec3 offset = eye - view.origin;
+    vec2 from = vec2(dot(offset, view.right), dot(offset, view.up));
+    vec2 middle = from + half_size * vec2(dot(ahead, view.right), dot(ahead, view.up));
+    middle = clamp(middle, half_size - whole, whole - half_size);
+    vec2 texel = half_size * 2.0 / vec2(view.width, view.height);
+    middle = round(middle / texel) * texel;
+    view.origin += view.right * middle.x + view.up * middle.y;
+    view.scale_x = 1.0 / half_size.x;
+    view.scale_y = 1.0 / half_size.y;
+}
+
 void main() {
     uint map = gl_GlobalInvocationID.x;
     if (map >= map_count) {
@@ -90,5 +108,8 @@ void main() {
         fit(m.volume, casters);
     }
     fit(m.opaque, meshes);
+    if (map >= cascade_maps) {
+        narrow(m.opaque, map / cascade_maps);
+    }
     maps[map] = m;
 }

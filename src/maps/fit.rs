@@ -8,6 +8,7 @@ use crate::shaders::maps::{BOUNDS, FIT};
 use crate::shaders::set;
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
 
 /// Things that a thread goes through.
 const PER_THREAD: u64 = 8;
@@ -48,6 +49,12 @@ push_struct! {
         map_count: u32,
         /// Nothing translucent casts.
         only_meshes: u32,
+        /// Maps of all lights, once for each cascade.
+        cascade_maps: u32,
+        /// Of the camera.
+        eye: [f32; 3],
+        /// Likewise.
+        ahead: [f32; 3],
     }
 }
 
@@ -91,7 +98,14 @@ impl Fit {
             see_all: u32::from(world.shows_strands()),
         };
         commands.pass("maps.bounds", |pass| pass.dispatch(&self.bounds, &push, [groups, 1, count]));
-        let push = FitPush { map_count: count, only_meshes: u32::from(casters == 0) };
+        let (eye, ahead) = world.camera().map_or((DVec3::ZERO, DVec3::X), |c| (c.position, c.target - c.position));
+        let push = FitPush {
+            map_count: count,
+            only_meshes: u32::from(casters == 0),
+            cascade_maps: world.map_count() as u32,
+            eye: eye.as_vec3().into(),
+            ahead: ahead.normalize().as_vec3().into(),
+        };
         commands.pass("maps.fit", |pass| pass.dispatch(&self.fit, &push, [count.div_ceil(64), 1, 1]));
     }
 }

@@ -1,7 +1,8 @@
 //! What techniques share that stand in a light's view: the maps of all lights, what the meshes leave in them, bins of
 //! casters, casters drawn as quads, per-texel lists, filters.
 //!
-//! A light is looked up through one map, a point light through the six faces of a cube. All maps have the same size; in
+//! A light is looked up through one map, a point light through the six faces of a cube; a directional light that has cascades through
+//! one of them. All maps have the same size; in
 //! images they stand one above the other. A pass goes over all of them at once: in a dispatch the map is the workgroup's z,
 //! in a render each map has a draw of its own, since each has its own casters and its own edge.
 
@@ -66,12 +67,13 @@ fn cut_short(place: &str) -> Error {
 
 impl Map {
     /// The maps of all lights, those of the first light first, with volume maps of `size` texels a side and
-    /// opaque maps of `opaque_size` where there are meshes, before they are fitted ([`View::aimed`]).
-    pub fn aimed(aim: &Aim, size: u32, opaque_size: u32) -> Vec<Self> {
+    /// opaque maps of `opaque_size` where there are meshes, before they are fitted ([`View::aimed`]); all of them once for each cascade.
+    pub fn aimed(aim: &Aim, size: u32, opaque_size: u32, cascades: u32) -> Vec<Self> {
         let opaque_size = if aim.has_triangles { opaque_size } else { 1 };
         let volumes = View::aimed(aim, size, Casting::Volume).into_iter();
         let opaques = View::aimed(aim, opaque_size, Casting::Opaque);
-        volumes.zip(opaques).map(|(volume, opaque)| Self { volume, opaque }).collect()
+        let all: Vec<_> = volumes.zip(opaques).map(|(volume, opaque)| Self { volume, opaque }).collect();
+        all.repeat(cascades as usize)
     }
 }
 
@@ -80,6 +82,7 @@ pub struct Maps {
     all: Vec<Map>,
     size: u32,
     opaque_size: u32,
+    cascades: u32,
     views: Made,
     sees_casters: bool,
     /// What follows from the volume views.
@@ -125,14 +128,15 @@ impl Maps {
     }
 
     fn seeing(context: &Context, world: &World, size: u32, opaque: OpaqueMaps, seen: Parts) -> Result<Self> {
-        let count = world.map_count();
+        let count = world.map_count() * opaque.cascades as usize;
+        let camera = if opaque.cascades > 1 { Parts::CAMERA } else { Parts::LIGHTS };
         if !(1..=MAX_MAPS).contains(&count) {
             let cause =
                 format!("{count} maps (six for a point light, one for any other), and 1 to {MAX_MAPS} are built");
             let name = format!("the lights of {}", world.name());
             return Err(Error::input(name, cause, "change the number of lights"));
         }
-        let all = Map::aimed(&world.aim(), size, opaque.size);
+        let all = Map::aimed(&world.aim(), size, opaque.size, opaque.cascades);
         let buffer = Buffer::with_data(context, "maps", &all)?;
         let fitted = ReadBack::new(context, "maps.fitted", buffer.bytes())?;
         let one = all.first().map_or([1, 1], |m| [m.opaque.width, m.opaque.height]);
@@ -144,7 +148,7 @@ impl Maps {
             opaque_map: &Resource::Gathered(image.clone()),
         };
         let scene = scene.bind(context, "maps.scene")?;
-        let opaque_size = opaque.size;
+        let (opaque_size, cascades) = (opaque.size, opaque.cascades);
         let opaque = Opaque::new(context, image, &scene, opaque, one, count as u32)?;
         let fit = Fit::new(context, &buffer, &scene, count as u32)?;
         let lights = world.lights.clone();
@@ -152,7 +156,8 @@ impl Maps {
             all,
             size,
             opaque_size,
-            views: Made::of(seen.and(Self::OPAQUE)),
+            cascades,
+            views: Made::of(seen.and(Self::OPAQUE).and(camera)),
             sees_casters: seen == Self::VOLUME,
             orders: Made::of(Self::VOLUME),
             buffer,
@@ -160,7 +165,7 @@ impl Maps {
             fits: false,
             moves: false,
             draws: false,
-            drawn: Made::of(Self::OPAQUE),
+            drawn: Made::of(Self::OPAQUE.and(camera)),
             ready: false,
             fit,
             lights,
@@ -231,10 +236,10 @@ impl Maps {
     /// # Errors
     /// [`Error::Input`] where the world has other lights than they were made for.
     pub fn fit(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        world.has_maps(self.all.len())?;
+        world.has_maps(self.all.len() / self.cascades as usize)?;
         (self.fits, self.moves) = (self.views.make(world), self.orders.make(world));
         if self.fits {
-            let aimed = Map::aimed(&world.aim(), self.size, self.opaque_size);
+            let aimed = Map::aimed(&world.aim(), self.size, self.opaque_size, self.cascades);
             let casters = if self.sees_casters { world.caster_count() } else { 0 };
             self.fit.record(commands, world, casters, &self.buffer, &aimed);
             commands.read_back(&self.buffer, &self.fitted);

@@ -59,14 +59,22 @@ pub struct OpaqueMaps {
     /// How far a point of a surface leaves it, in what a texel's sides reach along its normal. Twin: NORMAL_BIAS in
     /// glsl/maps/opaque.glsl.
     pub normal_bias: f32,
+    /// Maps of a light, each a half as wide as the one before; of directional lights alone, whose world has a camera.
+    pub cascades: u32,
     /// None: as is best on this device.
     pub way: Option<OpaqueWay>,
 }
 
 impl OpaqueMaps {
     /// Those that techniques with other maps share: glsl/maps/opaque.glsl weighs texels bilinearly.
-    pub const SHARED: Self =
-        Self { size: OPAQUE_SIZE, format: Format::D32_SFLOAT, reach: 1.0, normal_bias: NORMAL_BIAS, way: None };
+    pub const SHARED: Self = Self {
+        size: OPAQUE_SIZE,
+        format: Format::D32_SFLOAT,
+        reach: 1.0,
+        normal_bias: NORMAL_BIAS,
+        cascades: 1,
+        way: None,
+    };
 
     /// These, drawn that way.
     pub fn shared(way: Option<OpaqueWay>) -> Self {

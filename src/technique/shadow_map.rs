@@ -26,7 +26,7 @@ use super::settings::{Keyed, OPAQUE, PCF, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Format, Image};
 use crate::maps::{Map, Maps, OpaqueMaps, OpaqueWay};
-use crate::scene::{Resolution, gutter_texels};
+use crate::scene::{Light, LightKind, Resolution, gutter_texels};
 use crate::shaders::{constant, folder};
 use crate::world::{Parts, World};
 use crate::{Error, Result};
@@ -75,6 +75,8 @@ settings! {
         /// How far a point of a surface leaves it along its normal before it is looked up, in hundredths of what the filter's sides
         /// reach along that: 7, which is more than a step of the coarsest rasterizer, to 1,000.
         bias: u32 = Setting::number("15", 7, 1000, "hundredths of the filter's side by which a surface is left along its normal");
+        /// Maps of a directional light, each a half as wide as the one before, in front of the camera, 1 to 4.
+        cascades: u32 = Setting::number("1", 1, 4, "maps of a directional light, each a half as wide, in front of the camera");
         /// What draws the maps; none: compute passes on GPUs where depths have 32 bits, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
@@ -104,20 +106,21 @@ impl ShadowMap {
     /// filter does not fit into the faces of a point light, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { size, bits, filter: side, bias, opaque: way } = *settings;
+        let Settings { size, bits, filter: side, bias, cascades, opaque: way } = *settings;
         let limit = context.features().max_image_dimension_2d;
         if size > limit {
             let needs = format!("maxImageDimension2D of at least {size} (this device has {limit})");
             return Err(Error::Refused { needs });
         }
         check_faces(world, size, side)?;
+        check_cascades(world, cascades)?;
         let format = match bits {
             Bits::Sixteen => Format::D16_UNORM,
             Bits::ThirtyTwo => Format::D32_SFLOAT,
         };
         let normal_bias = side as f32 * bias as f32 / 100.0;
         // From the middle of the filter's corner texel to the far corner of the texel in its middle.
-        let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, normal_bias, way };
+        let opaque = OpaqueMaps { size, format, reach: side as f32 / 2.0, normal_bias, cascades, way };
         let maps = Maps::with_opaque(context, world, size, opaque)?;
         let look_up = maps.look_up(context, "shadow_map.look_up", &[])?;
         let gathers = side >= GATHERED[usize::from(context.features().is_software())];
@@ -128,7 +131,9 @@ impl ShadowMap {
         let constants = Constants::new()
             .set(constant::PCF, side)
             .set(constant::GATHERS, gathers)
-            .set(constant::NORMAL_BIAS, normal_bias);
+            .set(constant::NORMAL_BIAS, normal_bias)
+            .set(constant::CASCADES, cascades)
+            .set(constant::CASCADE_MAPS, world.map_count() as u32);
         Ok(Self { all: Vec::new(), maps, opaque, look_up, constants, reason })
     }
 
@@ -138,9 +143,10 @@ impl ShadowMap {
     }
 }
 
-/// Both views of a map are that of the depths.
-fn seen(maps: &Maps) -> Vec<Map> {
-    maps.all().iter().map(|map| Map { volume: map.opaque, opaque: map.opaque }).collect()
+/// Both views of a map are that of the depths. Of cascades only the widest is seen: the others resolve more.
+fn seen(maps: &Maps, cascades: u32) -> Vec<Map> {
+    let all = maps.all();
+    all[..all.len() / cascades as usize].iter().map(|map| Map { volume: map.opaque, opaque: map.opaque }).collect()
 }
 
 /// A filter that stands at the edge of a point light's face finds its texels in the face's margin.
@@ -156,10 +162,22 @@ fn check_faces(world: &World, size: u32, side: u32) -> Result<()> {
     Ok(())
 }
 
+/// Cascades are of directional lights, and in front of a camera.
+fn check_cascades(world: &World, cascades: u32) -> Result<()> {
+    let directional = |light: &Light| matches!(light.kind, LightKind::Directional { .. });
+    let cause = match cascades {
+        1 => return Ok(()),
+        _ if !world.aim().lights.iter().all(directional) => "are of directional lights alone",
+        _ if world.camera().is_none() => "stand in front of a camera, and there is none",
+        _ => return Ok(()),
+    };
+    Err(Error::input(format!("cascades={cascades} of {}", world.name()), cause, "use cascades=1"))
+}
+
 impl Technique for ShadowMap {
     /// Smoke and hair it does not see.
     fn made_of(&self) -> Parts {
-        Maps::OPAQUE
+        if self.opaque.cascades > 1 { Maps::OPAQUE.and(Parts::CAMERA) } else { Maps::OPAQUE }
     }
 
     fn forget(&mut self) {
@@ -173,7 +191,7 @@ impl Technique for ShadowMap {
 
     fn settle(&mut self, frame: u64) -> Result<Settled> {
         let grew = self.maps.settle(frame, false)?;
-        self.all = seen(&self.maps);
+        self.all = seen(&self.maps, self.opaque.cascades);
         Ok(Settled::of(grew))
     }
 

@@ -108,6 +108,39 @@ fn depths_between_two_codes() {
     });
 }
 
+/// With cascades no flat receiver shadows itself, a caster that only the narrowest sees is seen, and what has no camera or another kind
+/// of light is told so.
+#[test]
+fn cascades() {
+    gpu_test("shadow_map::cascades", |context| {
+        let mut scene = scenes::directional("cascades", [0.4, 0.3, -0.5], Vec::new());
+        scene.meshes = vec![scenes::level(0.0, 5.0, [0.0, 0.0])];
+        (scene.camera.position, scene.camera.target) = (DVec3::new(0.0, 0.0, 0.5), DVec3::new(1.0, 1.0, 0.0));
+        let points = points_of(&scene.meshes[0], 4000);
+        let normals = vec![[0.0, 0.0, 1.0]; 4000];
+        for text in ["shadow-map:size=64,cascades=4", "shadow-map:size=32,cascades=3,filter=5"] {
+            let map = built(context, &scene, text);
+            let lit = ask_on(context, map.as_ref(), 0, &points, &normals);
+            assert!(lit.iter().all(|answer| *answer == 1.0), "{text}");
+        }
+        // Thinner than a texel of the widest, and wider than one of the narrowest.
+        scene.meshes.push(scenes::level(0.4, 0.03, [0.613, 0.587]));
+        let below = [[0.613 + 0.4 * 0.8, 0.587 + 0.3 * 0.8, 0.0]];
+        let of = |text: &str| {
+            let map = built(context, &scene, text);
+            let bytes = map.facts().expect("facts").bytes_resident;
+            (ask_on(context, map.as_ref(), 0, &below, &[[0.0, 0.0, 1.0]])[0], bytes)
+        };
+        assert_eq!(of("shadow-map:size=64,cascades=4"), (0.0, 4 * 4 * 64 * 64));
+        assert_eq!(of("shadow-map:size=64").1, 4 * 64 * 64);
+        let scene = scenes::point([0.0, 0.0, 3.0], scene);
+        let world = World::new(context, &scene).expect("room for the scene");
+        let error = open(context, &world, &spec("shadow-map:cascades=2")).map(|_| ()).expect_err("a point light");
+        let error = error.to_string();
+        assert!(error.contains("directional lights alone") && error.contains("cascades=1"), "{error}");
+    });
+}
+
 #[test]
 fn sixteen_bits_are_half_the_bytes() {
     gpu_test("sixteen_bits_are_half_the_bytes", |context| {

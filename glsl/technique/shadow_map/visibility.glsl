@@ -4,7 +4,7 @@
 // surface's plane there, and all count the same. A wide filter fetches four at once.
 //
 // Bindings 0 to 2: maps/look_up_set.glsl. The specialization constant PCF is what the map was made for.
-// flat: bindings 40, constants 80: PCF GATHERS
+// flat: bindings 40, constants 80: PCF GATHERS NORMAL_BIAS CASCADES CASCADE_MAPS
 #include "maps/look_up_set.glsl"
 #include "maps/opaque.glsl"
 
@@ -14,12 +14,32 @@ CONSTANT(uint, PCF, 1u)
 // Whether texels are gathered, four in a fetch, and not fetched one by one.
 CONSTANT(bool, GATHERS, true)
 
+// Maps of a light, each a half as wide as the one before, and how many maps there are of each kind.
+CONSTANT(uint, CASCADES, 1u)
+CONSTANT(uint, CASCADE_MAPS, 1u)
+
+// The narrowest map of a light that has all texels within so many of the point, else the widest.
+uint map_about(Light light, vec3 position, float texels) {
+    uint map = light_map(light, position);
+    for (uint cascade = CASCADES - 1u; cascade > 0u; --cascade) {
+        View view = look_up_maps[map + cascade * CASCADE_MAPS].opaque;
+        vec2 at = view_project(view, position).xy;
+        if (all(greaterThan(at, vec2(texels))) && all(lessThan(at, vec2(view.width, view.height) - texels))) {
+            return map + cascade * CASCADE_MAPS;
+        }
+    }
+    return map;
+}
+
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     Light l = look_up_lights[light];
     look_up_normal = normal;
-    return l.has_opaque == 0u ? position
-                              : opaque_receiver(look_up_maps[light_map(l, position)].opaque, position, normal);
+    if (l.has_opaque == 0u) {
+        return position;
+    }
+    // A texel farther from the side than it is asked: where it comes to another map, that is a finer one.
+    return opaque_receiver(look_up_maps[map_about(l, position, 0.5 * float(PCF) + 2.0)].opaque, position, normal);
 }
 
 float light_visibility(uint light, vec3 position) {
@@ -29,7 +49,7 @@ float light_visibility(uint light, vec3 position) {
     if (l.has_opaque == 0u) {
         return 1.0;
     }
-    uint map = light_map(l, position);
+    uint map = map_about(l, position, 0.5 * float(PCF) + 1.0);
     View view = look_up_maps[map].opaque;
     vec3 at = view_project(view, position);
     if (!(at.z > view.near)) {

@@ -2,7 +2,7 @@
 
 use super::order::{float_of_order, float_order};
 use crate::scene::{Caster, Projection, View};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// Low and high along a view's right, up and forward; low above high where there is nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +71,21 @@ pub fn fit([volume, opaque]: [View; 2], [casters, meshes]: [Range; 2], only_mesh
         fit_view(volume, casters)
     };
     [volume, fit_view(opaque, meshes)]
+}
+
+/// A view that is fitted, so many powers of two narrower, before a camera at `eye` that looks `ahead`. Twin: narrow.
+pub fn narrow(mut view: View, cascade: u32, eye: Vec3, ahead: Vec3) -> View {
+    let share = 1.0 / (1u32 << cascade) as f32;
+    let whole = 1.0 / Vec2::new(view.scale_x, view.scale_y);
+    let half = whole * share;
+    let [right, up] = [view.right, view.up].map(Vec3::from);
+    let along = |v: Vec3| Vec2::new(v.dot(right), v.dot(up));
+    let middle = along(eye - Vec3::from(view.origin)) + half * along(ahead);
+    let texel = half * 2.0 / Vec2::new(view.width as f32, view.height as f32);
+    let middle = (middle.clamp(half - whole, whole - half) / texel).round() * texel;
+    view.origin = (Vec3::from(view.origin) + right * middle.x + up * middle.y).into();
+    (view.scale_x, view.scale_y) = (1.0 / half.x, 1.0 / half.y);
+    view
 }
 
 fn fit_view(mut view: View, mut range: Range) -> View {
