@@ -43,7 +43,8 @@ const FIGURES: [Figure; 18] = [
 ];
 
 /// Those that no one command of the program makes: put together from pictures of several, or made by examples/embed.
-const PUT_TOGETHER: [&str; 4] = ["embed.png", "indirect-cornell.png", "indirect-courtyard.png", "many-lights.png"];
+const PUT_TOGETHER: [&str; 5] =
+    ["embed.png", "indirect-cornell.png", "indirect-courtyard.png", "many-lights.png", "report.png"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
