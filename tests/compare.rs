@@ -25,6 +25,8 @@ mod paint;
 mod pictures;
 #[path = "program/resume.rs"]
 mod resume;
+#[path = "program/trace.rs"]
+mod trace;
 
 use gobo::measure::{Results, Status};
 use std::path::{Path, PathBuf};

@@ -13,7 +13,7 @@ use crate::measure::{
     Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Status, Traced, copy_bytes_per_second,
     difference_srgb8, with_case,
 };
-use crate::report::{Store, casters, page, passes, plots, table};
+use crate::report::{Store, casters, page, passes, plots, table, trace, write_whole};
 use crate::scene::{Motion, Picture, Scene};
 use crate::technique::{Name, Spec};
 use crate::{Error, Result};
@@ -55,6 +55,9 @@ pub struct Arguments {
     /// Print the time of each pass of a build too, and the whole over that of copying as many bytes as it leaves behind
     #[arg(long)]
     passes: bool,
+    /// Write all timed builds, pass by pass, as trace events, which Perfetto and Chrome open
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
     /// Print errors on surfaces in the shadow of meshes too, by how far these are from the light and from the surface
     #[arg(long, conflicts_with = "no_truth")]
     casters: bool,
@@ -225,6 +228,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         results.device.copy_bytes_per_second = copy_bytes_per_second(&context)?;
     }
     let progress = Progress::new(rows.iter().filter(|row| row.is_none()).count());
+    let mut traced = Vec::new();
     let mut writer = Writer { store: &store, failed: None };
     if rows.iter().any(Option::is_some) {
         results.rows = rows.iter().flatten().cloned().collect();
@@ -254,6 +258,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                     }
                 }
                 if let Some(drawn) = drawn {
+                    if arguments.trace.is_some() {
+                        traced.push((row.clone(), drawn.builds.clone()));
+                    }
                     writer.pictures(&mut row, place + 1, &results, case, &drawn);
                 }
                 progress.ends(&row, spec);
@@ -276,6 +283,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     writer.write(|store| store.write_text("report.html", &page(&results, store.dir())?));
     if let Some(error) = writer.failed {
         return Err(error);
+    }
+    if let Some(path) = &arguments.trace {
+        write_whole(path, trace(&results.device, &traced).as_bytes())?;
     }
     printed?;
     let holds = baseline.finish(&results)?;

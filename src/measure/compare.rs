@@ -5,6 +5,7 @@ use super::frames::Frames;
 use super::passes::{frame_ns, pass_timings};
 use super::picture_error::bounce_error;
 use super::steadiness::ClockMeter;
+use super::timed::BuildTimes;
 use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
 use super::turning::references;
 use super::{Answers, Extent, Row, RowError, Status, Timing, picture_error};
@@ -225,6 +226,7 @@ impl Case<'_> {
         let first = opened.build(&self.world)?;
         (row.first_ns, row.first_host_ns) = (first.device_ns, Some(first.host_ns));
         let timed = self.time_builds(&mut opened, spec.entry.lifetime, shading)?;
+        let builds = timed.builds();
         row.steadiness = Some(timed.steadiness);
         row.host_ns = Timing::of(&timed.host_ns);
         row.build_ns = Timing::of(&self.device_ns(&timed, spec.entry.lifetime));
@@ -291,7 +293,7 @@ impl Case<'_> {
         if self.effort.turning && self.effort.truth != Extent::None {
             row.frames = self.turn(&mut opened, shading, lighting)?;
         }
-        Ok(Drawn { picture, beside_truth })
+        Ok(Drawn { picture, beside_truth, builds })
     }
 
     /// The truth of the pictures of frames one after the other.
@@ -424,6 +426,8 @@ pub struct Drawn {
     pub picture: Picture,
     /// To be compared with [`Case::reference`].
     pub beside_truth: Option<Picture>,
+    /// The builds that were timed before.
+    pub builds: Vec<BuildTimes>,
 }
 
 #[cfg(test)]

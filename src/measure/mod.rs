@@ -30,6 +30,7 @@ pub use picture_error::{difference_srgb8, picture_error, picture_flicker};
 pub use rank::spearman;
 pub use results::{DeviceFacts, FramesError, ImageError, PassTiming, Results, Row, RowError, SCHEMA, Status};
 pub use steadiness::Steadiness;
+pub use timed::BuildTimes;
 pub use timing::Timing;
 pub use truth::Extent;
 pub(crate) use truth::{Cached, Points, Truth, Wanted};

@@ -42,6 +42,30 @@ pub(super) struct Timed {
     pub(super) host_ns: Vec<f64>,
 }
 
+/// One timed build.
+#[derive(Clone, Debug)]
+pub struct BuildTimes {
+    /// The host's time for it: recording, submitting, waiting, settling.
+    pub host_ns: f64,
+    /// Its passes, each timed.
+    pub passes: Vec<PassTime>,
+    /// The device's time for it; on a GPU it is built once more for this, with all its passes timed as one. Absent without timestamps.
+    pub whole_ns: Option<f64>,
+}
+
+impl Timed {
+    /// One by one.
+    pub(super) fn builds(&self) -> Vec<BuildTimes> {
+        let all = self.host_ns.iter().zip(&self.frames).zip(&self.wholes);
+        let build = |((host_ns, passes), whole): ((&f64, &Vec<PassTime>), &Vec<PassTime>)| BuildTimes {
+            host_ns: *host_ns,
+            passes: passes.clone(),
+            whole_ns: frame_ns(whole),
+        };
+        all.map(build).collect()
+    }
+}
+
 impl Case<'_> {
     /// Times builds; where the times are not steady, once more, and the steadier of the two stand.
     pub(super) fn time_builds(

@@ -36,6 +36,7 @@ mod soak;
 mod store;
 mod stress;
 mod table;
+mod trace;
 mod whole;
 mod wording;
 
@@ -50,5 +51,6 @@ pub use soak::soak_page;
 pub use store::Store;
 pub use stress::{stress_csv, stress_device, stress_page, stress_table};
 pub use table::table;
+pub use trace::trace;
 pub use whole::{remove_unfinished, write_png, write_whole};
 pub(crate) use wording::one_line;
