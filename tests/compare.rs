@@ -15,6 +15,8 @@ mod errors;
 mod faults;
 #[path = "program/glsl.rs"]
 mod glsl;
+#[path = "program/help.rs"]
+mod help;
 #[path = "program/moving.rs"]
 mod moving;
 #[path = "program/page.rs"]

@@ -6,6 +6,7 @@ mod compare;
 mod curve;
 mod devices;
 mod glsl;
+mod help;
 mod hooks;
 mod little;
 mod map;
@@ -15,6 +16,7 @@ mod progress;
 mod render;
 mod resume;
 mod sequence;
+mod shell;
 mod slice;
 mod soak;
 mod steps;
@@ -24,12 +26,11 @@ mod stress;
 pub use hooks::test_hooks;
 
 use crate::advice::advised;
-use crate::consume::{KEYS, parse};
+use crate::consume::parse;
 use crate::gpu::{Context, Messages, Options, fault};
 use crate::lights::indirect::{check_count, check_meshes, lit_by_vpls};
-use crate::scene::{FACES, Motion, Scene, check_time, known};
-use crate::technique::keys::EVERY;
-use crate::technique::{Key, Lifetime, REGISTRY, Spec, Values};
+use crate::scene::{FACES, Motion, Scene, check_time};
+use crate::technique::Spec;
 use crate::{Error, Result};
 use clap::{Args, Parser, Subcommand};
 use std::fmt::Display;
@@ -40,7 +41,7 @@ use std::sync::LazyLock;
 /// How much of a light reaches a point? Gobo builds shadow techniques for smoke and other things that let some light
 /// pass, and measures their run time against their error, side by side, on any Vulkan 1.3 device.
 #[derive(Parser)]
-#[command(version, max_term_width = 110, after_long_help = techniques())]
+#[command(version, max_term_width = help::WIDTH, after_long_help = help::techniques())]
 struct Cli {
     /// Do what variables of tests say.
     #[arg(long, hide = true)]
@@ -52,22 +53,22 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Measure techniques on scenes: time, memory and error against the f64 reference, as table, JSON, CSV and a page
-    #[command(after_long_help = techniques())]
+    #[command(after_long_help = help::techniques())]
     Compare(compare::Arguments),
     /// Draw a scene, lit by one technique or by the reference
-    #[command(after_long_help = techniques())]
+    #[command(after_long_help = help::techniques())]
     Render(render::Arguments),
     /// Paint visibility at one depth of the light's range over the light's view, or a sweep through all depths
-    #[command(after_long_help = techniques())]
+    #[command(after_long_help = help::techniques())]
     Slice(slice::Arguments),
     /// Plot the transmittance along one light ray: the truth, each technique and its nodes
-    #[command(after_long_help = techniques())]
+    #[command(after_long_help = help::techniques())]
     Curve(curve::Arguments),
     /// Paint the distances in one light's map, of ism: dark is near, orange is empty
-    #[command(after_long_help = techniques())]
+    #[command(after_long_help = help::techniques())]
     Map(map::Arguments),
     /// Bake a technique of a scene that stands still, once, into a file: --technique voxelized:file=FILE reads it
-    #[command(after_long_help = techniques())]
+    #[command(after_long_help = help::techniques())]
     Bake(bake::Arguments),
     /// Sweep what breaks shadow techniques, one number of a scene at a time, and say how far each holds
     #[command(after_long_help = stress::help())]
@@ -76,6 +77,10 @@ enum Command {
     Glsl(glsl::Arguments),
     /// List Vulkan devices and, for each path of each technique, yes or the missing feature
     Devices(devices::Arguments),
+    /// Print what completes commands in a shell: `source <(gobo completions bash)`
+    Completions(shell::Completions),
+    /// Write the manual, a page a command
+    Man(shell::Man),
 }
 
 /// Which device.
@@ -237,50 +242,6 @@ impl MapArguments {
     }
 }
 
-fn techniques() -> String {
-    let mut text = String::from("Technique specs, NAME:key=value,key=value; several values as a|b make a sweep:\n");
-    for entry in REGISTRY {
-        let lifetime = match entry.lifetime {
-            Lifetime::Frame => "built each frame",
-            Lifetime::Baked => "baked once",
-        };
-        let casts = entry.casts.names();
-        text += &format!("\n  {}: {}\n    casts from {casts}; {lifetime}\n", entry.name, entry.about);
-        text += &keys(entry.keys.iter());
-    }
-    text +=
-        &format!("\n  every technique:\n{}", keys(EVERY.iter().chain(KEYS.iter().filter(|key| key.with.is_none()))));
-    text +=
-        &format!("\n  every technique, with shading=tiled:\n{}", keys(KEYS.iter().filter(|key| key.with.is_some())));
-    let known = known();
-    let (files, built_in) = known.split_once(" or one of ").unwrap_or((&known, ""));
-    text += &format!("\nScenes: {files} or one of\n");
-    // As wide as a terminal is.
-    let mut line = String::from(" ");
-    for word in built_in.split_inclusive(", ") {
-        if line.len() + word.trim_end().len() > 100 {
-            text += &format!("{}\n", line.trim_end());
-            line = String::from(" ");
-        }
-        line += &format!(" {}", word.trim_end());
-    }
-    text + &format!("{line}\n")
-}
-
-/// A line a key.
-fn keys<'a>(keys: impl Iterator<Item = &'a Key>) -> String {
-    let line = |key: &Key| {
-        let values = match key.values {
-            Values::OneOf(words) => words.join("|"),
-            Values::Number(low, high) => format!("{low}..{high}"),
-            Values::Multiple(step, low, high) => format!("{low}..{high} by {step}"),
-            Values::Path(_) => "FILE without commas and |".into(),
-        };
-        format!("    {:<9} {} (default {}; {values})\n", key.name, key.about, key.default)
-    };
-    keys.map(line).collect()
-}
-
 /// The specs that `--technique` gives.
 fn specs(text: &str) -> Result<Vec<Spec>> {
     parse(text).map_err(|error| error.with_name(|spec| format!("--technique {spec}")))
@@ -355,6 +316,9 @@ fn complain(line: impl Display) {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
+    if let Some(page) = help::asked() {
+        return say(page).map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
+    }
     let cli = Cli::parse();
     if cli.test_hooks {
         test_hooks();
@@ -369,6 +333,8 @@ pub fn main() -> ExitCode {
         Command::Stress(arguments) => stress::run(&arguments.little()),
         Command::Glsl(arguments) => glsl::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
+        Command::Completions(arguments) => shell::completions(&arguments),
+        Command::Man(arguments) => shell::man(&arguments),
     };
     let result = result.map_err(advised);
     // The device is closed by now, of which the layer may have had something to say.

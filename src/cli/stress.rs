@@ -60,7 +60,8 @@ fn minutes(text: &str) -> std::result::Result<f64, String> {
 
 /// The cases, for people.
 pub fn help() -> String {
-    let line = |case: &Case| format!("  {:<17} {} ({})\n", case.name, case.about, case.swept);
+    let line =
+        |case: &Case| super::help::fill(&format!("  {:<17} ", case.name), &format!("{} ({})", case.about, case.swept));
     format!("Cases, and what is swept in each:\n{}", cases().map(line).collect::<String>())
 }
 

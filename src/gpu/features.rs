@@ -158,6 +158,25 @@ pub enum Requirement {
     RayQuery,
 }
 
+impl Requirement {
+    /// Its name in Vulkan.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PixelInterlock => "fragmentShaderPixelInterlock",
+            Self::FragmentStores => "fragmentStoresAndAtomics",
+            Self::RasterOrder => "rasterizationOrderColorAttachmentAccess",
+            Self::ExtendedFormats => "shaderStorageImageExtendedFormats",
+            Self::GeometryLayers => "geometryShader and multiViewport",
+            Self::VertexLayers => "shaderOutputLayer and shaderOutputViewportIndex",
+            Self::Layers => "shaderOutputLayer and shaderOutputViewportIndex, or geometryShader and multiViewport",
+            Self::Viewports => "multiViewport",
+            Self::Tessellation => "tessellationShader",
+            Self::Lines => "fillModeNonSolid",
+            Self::RayQuery => "rayQuery",
+        }
+    }
+}
+
 impl Features {
     /// Whether threads of a workgroup take turns on a processor and do not run at the same time, so that more of them only
     /// repeat work, and what all of them read is read by one after the other.
@@ -175,25 +194,20 @@ impl Features {
     /// The Vulkan name of `requirement` if this device lacks it.
     pub fn lacks(&self, requirement: Requirement) -> Option<&'static str> {
         let geometry_layers = self.geometry_shader && self.multi_viewport;
-        let (has, name) = match requirement {
-            Requirement::PixelInterlock => (self.fragment_shader_pixel_interlock, "fragmentShaderPixelInterlock"),
-            Requirement::FragmentStores => (self.fragment_stores_and_atomics, "fragmentStoresAndAtomics"),
-            Requirement::RasterOrder => {
-                (self.rasterization_order_color_attachment_access, "rasterizationOrderColorAttachmentAccess")
-            }
-            Requirement::ExtendedFormats => (self.storage_image_extended_formats, "shaderStorageImageExtendedFormats"),
-            Requirement::GeometryLayers => (geometry_layers, "geometryShader and multiViewport"),
-            Requirement::VertexLayers => (self.vertex_layer_output, "shaderOutputLayer and shaderOutputViewportIndex"),
-            Requirement::Layers => (
-                geometry_layers || self.vertex_layer_output,
-                "shaderOutputLayer and shaderOutputViewportIndex, or geometryShader and multiViewport",
-            ),
-            Requirement::Viewports => (self.multi_viewport, "multiViewport"),
-            Requirement::Tessellation => (self.tessellation_shader, "tessellationShader"),
-            Requirement::Lines => (self.fill_mode_non_solid, "fillModeNonSolid"),
-            Requirement::RayQuery => (self.ray_query, "rayQuery"),
+        let has = match requirement {
+            Requirement::PixelInterlock => self.fragment_shader_pixel_interlock,
+            Requirement::FragmentStores => self.fragment_stores_and_atomics,
+            Requirement::RasterOrder => self.rasterization_order_color_attachment_access,
+            Requirement::ExtendedFormats => self.storage_image_extended_formats,
+            Requirement::GeometryLayers => geometry_layers,
+            Requirement::VertexLayers => self.vertex_layer_output,
+            Requirement::Layers => geometry_layers || self.vertex_layer_output,
+            Requirement::Viewports => self.multi_viewport,
+            Requirement::Tessellation => self.tessellation_shader,
+            Requirement::Lines => self.fill_mode_non_solid,
+            Requirement::RayQuery => self.ray_query,
         };
-        (!has).then_some(name)
+        (!has).then(|| requirement.name())
     }
 
     /// Whether this device has all of `requirements`.

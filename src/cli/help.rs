@@ -1,0 +1,139 @@
+//! What `--help` says behind the options, and `gobo help TECHNIQUE`: from the entries of techniques alone.
+
+use super::hooks::OPTION;
+use crate::consume::KEYS;
+use crate::scene::known;
+use crate::technique::keys::EVERY;
+use crate::technique::{Entry, Key, Lifetime, REGISTRY, Values};
+
+/// Columns of a line of help.
+pub const WIDTH: usize = 100;
+
+/// How a run ends.
+const EXIT: &str = "Exit status: 0 where all that was asked for was done (a row that the device refuses is done); 1 where something \
+    failed, of which a line on standard error says what and the way out; 2 where the command line is wrong.";
+
+/// Technique specs, keys and scenes.
+pub fn techniques() -> String {
+    let mut text = fill(
+        "",
+        "Technique specs, NAME:key=value,key=value; several values as a|b make a sweep. `gobo help avsm` says more of one:",
+    );
+    for entry in REGISTRY {
+        text += &format!("\n{}", about(entry));
+        text += &keys(entry.keys.iter());
+    }
+    text +=
+        &format!("\n  every technique:\n{}", keys(EVERY.iter().chain(KEYS.iter().filter(|key| key.with.is_none()))));
+    text +=
+        &format!("\n  every technique, with shading=tiled:\n{}", keys(KEYS.iter().filter(|key| key.with.is_some())));
+    let known = known();
+    let (files, built_in) = known.split_once(" or one of ").unwrap_or((&known, ""));
+    text += &format!("\nScenes: {files} or one of\n{}\n{}", fill("  ", built_in), fill("", EXIT));
+    text
+}
+
+/// The page of the technique that the arguments ask about, if they do: `gobo help avsm`.
+pub fn asked() -> Option<String> {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != OPTION).collect();
+    let [help, name] = &arguments[..] else { return None };
+    REGISTRY.iter().find(|entry| help == "help" && entry.name == name).map(|entry| page(entry))
+}
+
+fn page(entry: &Entry) -> String {
+    let mut text = format!("{}\n  paths, and what a device needs for each\n", about(entry));
+    for path in entry.paths {
+        let needs: Vec<_> = path.requires.iter().map(|needed| needed.name()).collect();
+        let needs = if needs.is_empty() { "nothing beyond Vulkan 1.3".into() } else { needs.join(", ") };
+        text += &fill(&format!("    {:<12} ", path.name), &needs);
+    }
+    text += "\n  keys\n";
+    text += &keys(entry.keys.iter());
+    text += "\n  keys of every technique\n";
+    text += &keys(EVERY.iter().chain(KEYS));
+    let runs = entry
+        .runs
+        .compare
+        .iter()
+        .chain(entry.runs.many_lights)
+        .chain(entry.runs.stress_smoke)
+        .chain(entry.runs.stress_meshes);
+    let example = runs
+        .map(|keys| if keys.is_empty() { entry.name.into() } else { format!("{}:{keys}", entry.name) })
+        .find(|spec| !spec.contains('|'));
+    let example = example.unwrap_or_else(|| entry.name.into());
+    text + &format!("\n  such as\n    gobo compare --quick --technique {example}\n")
+}
+
+fn about(entry: &Entry) -> String {
+    let lifetime = match entry.lifetime {
+        Lifetime::Frame => "built each frame",
+        Lifetime::Baked => "baked once",
+    };
+    let about = fill(&format!("  {}: ", entry.name), entry.about);
+    about + &fill("    ", &format!("casts from {}; {lifetime}", entry.casts.names()))
+}
+
+/// A paragraph a key.
+fn keys<'a>(keys: impl Iterator<Item = &'a Key>) -> String {
+    let line = |key: &Key| {
+        let values = match key.values {
+            Values::OneOf(words) => words.join("|"),
+            Values::Number(low, high) => format!("{low}..{high}"),
+            Values::Multiple(step, low, high) => format!("{low}..{high} by {step}"),
+            Values::Path(_) => "FILE without commas and |".into(),
+        };
+        fill(&format!("    {:<9} ", key.name), &format!("{} (default {}; {values})", key.about, key.default))
+    };
+    keys.map(line).collect()
+}
+
+/// Lines of the width: the first begins with `first`, and the others stand below what follows it.
+pub fn fill(first: &str, words: &str) -> String {
+    // Below a name of its own a paragraph is set in by four.
+    let indent = if first.ends_with(": ") { 4 } else { first.chars().count() };
+    let (mut text, mut line, mut is_empty) = (String::new(), first.to_owned(), true);
+    for word in words.split_whitespace() {
+        if !is_empty && line.chars().count() + 1 + word.chars().count() > WIDTH {
+            text += &format!("{line}\n");
+            (line, is_empty) = (" ".repeat(indent), true);
+        }
+        let space = if is_empty { "" } else { " " };
+        line += &format!("{space}{word}");
+        is_empty = false;
+    }
+    text + &format!("{line}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_filled() {
+        let words = "word ".repeat(60);
+        let text = fill("    key       ", &words);
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines.len() > 2 && lines.iter().all(|line| line.len() <= WIDTH));
+        assert!(lines[0].starts_with("    key       word") && lines[1].starts_with("              word"));
+        assert_eq!(text.split_whitespace().filter(|word| *word == "word").count(), 60);
+    }
+
+    /// Of every technique, all that its settings have.
+    #[test]
+    fn a_page_has_all_keys() {
+        for entry in REGISTRY {
+            let page = page(entry).split_whitespace().collect::<Vec<_>>().join(" ");
+            for key in entry.all_keys() {
+                assert!(
+                    page.contains(&format!("{} {} (default {}; ", key.name, key.about, key.default)),
+                    "{}",
+                    key.name
+                );
+            }
+            entry.paths.iter().for_each(|path| assert!(page.contains(path.name)));
+            let spec = page.rsplit(' ').next().expect("an example");
+            assert!(crate::consume::parse(spec).is_ok_and(|specs| specs.len() == 1), "{spec}");
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! Help, manual and completions say what the program has.
+
+use crate::{folder, ok, run, text};
+use std::process::Command;
+
+/// As `gobo --help` lists them.
+fn commands() -> Vec<String> {
+    let help = ok(&["--help"]);
+    let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| line.starts_with("  "));
+    // Below each stands the rest of what it is about.
+    let first = listed.filter(|line| !line.starts_with("   ")).filter_map(|line| line.split_whitespace().next());
+    let all: Vec<String> = first.filter(|name| *name != "help").map(str::to_owned).collect();
+    assert!(all.len() >= 11, "{help}");
+    all
+}
+
+#[test]
+fn no_line_of_help_is_wider_than_a_terminal() {
+    for command in commands() {
+        let page = ok(&["help", &command]);
+        assert!(page.contains("Usage: gobo"), "{page}");
+        for help in [page, ok(&[&command, "-h"]), ok(&[&command, "--help"])] {
+            let wide = help.lines().find(|line| line.chars().count() > 100);
+            assert!(wide.is_none(), "{command}: {}", wide.unwrap_or_default());
+        }
+    }
+}
+
+#[test]
+fn a_technique_has_a_page() {
+    let page = ok(&["help", "avsm"]);
+    for word in ["interlock", "fragmentShaderPixelInterlock", "nodes", "casts from particles, strands, meshes"] {
+        assert!(page.contains(word), "{word} is not in:\n{page}");
+    }
+    assert!(page.lines().all(|line| line.chars().count() <= 100), "{page}");
+    let unknown = run(&["help", "avsn"]);
+    assert_eq!(unknown.status.code(), Some(2));
+}
+
+/// A page of the manual a command, and a script that the shell reads.
+#[test]
+fn manual_and_completions() {
+    let folder = folder();
+    let _ = ok(&["man", "--out", text(folder.path())]);
+    let page = |name: &str| std::fs::read_to_string(folder.path().join(name)).expect("a page of the manual");
+    assert!(page("gobo.1").contains(".TH"));
+    for command in commands() {
+        assert!(page(&format!("gobo-{command}.1")).contains(&format!("gobo {command}")), "{command}");
+    }
+    let script = folder.path().join("gobo.bash");
+    std::fs::write(&script, ok(&["completions", "bash"])).expect("write");
+    // Asked as Tab does.
+    let ask = format!(
+        "source {}; COMP_WORDS=(gobo comp); COMP_CWORD=1; _gobo gobo comp gobo; echo ${{COMPREPLY[@]}}",
+        text(&script)
+    );
+    let output = Command::new("bash").args(["-c", &ask]).output().expect("bash");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(said.split_whitespace().collect::<Vec<_>>(), ["compare", "completions"], "{output:?}");
+}
+
+/// What `--help` says of them.
+#[test]
+fn exit_statuses() {
+    assert!(ok(&["--help"]).contains("Exit status: 0"));
+    for (arguments, code) in [
+        (&["--version"][..], 0),
+        (&["compare", "no-such-scene"], 1),
+        (&["compare", "--technique", "no-such-technique"], 1),
+        (&["compare", "--no-such-option"], 2),
+        (&["no-such-command"], 2),
+    ] {
+        assert_eq!(run(arguments).status.code(), Some(code), "{arguments:?}");
+    }
+}
