@@ -23,6 +23,8 @@ mod page;
 mod paint;
 #[path = "program/pictures.rs"]
 mod pictures;
+#[path = "program/recommend.rs"]
+mod recommend;
 #[path = "program/resume.rs"]
 mod resume;
 

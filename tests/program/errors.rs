@@ -276,7 +276,7 @@ fn a_map_larger_than_the_device() {
 #[test]
 fn help_says_what_there_is() {
     let all = ok(&["--help"]);
-    for command in ["compare", "render", "slice", "bake", "devices"] {
+    for command in ["compare", "recommend", "render", "slice", "bake", "devices"] {
         assert!(all.contains(command), "{all}");
         let help = ok(&[command, "--help"]);
         assert!(help.contains("Usage: gobo"), "{help}");
