@@ -2,7 +2,7 @@
 
 use crate::consume::parse;
 use crate::measure::{Results, Row};
-use crate::report::answer::{FLIP, Measure, answer, measure, point};
+use crate::report::answer::{CLOSE_ENOUGH, FLIP, Measure, answer, measure, point};
 use crate::report::pareto::scenes;
 use crate::report::wording::{NOTHING, bytes, one_line, significant};
 
@@ -60,7 +60,7 @@ pub fn recommend(results: &Results, limits: &Limits) -> Vec<Result<String, Strin
 fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<String, String> {
     let rows: Vec<(usize, &Row)> = results.rows.iter().enumerate().filter(|(_, row)| row.scene == scene).collect();
     let measure = measure(&rows);
-    let name = one_line(scene);
+    let name = one_line(&format!("{scene} on {}", results.device.name));
     let within: Vec<_> = rows
         .iter()
         .copied()
@@ -96,7 +96,7 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<String, S
                 significant(longer)
             )
         }
-        None => "Nothing within the limits is closer.\n".into(),
+        None => "Nothing within the limits is closer by a tenth or more.\n".into(),
     };
     let three = [("fastest", Some(found.fastest)), ("closest", Some(found.closest)), ("smallest", found.smallest)];
     let head = ["", "ms a frame", measure.name, "FLIP", "memory", "spec"].map(str::to_owned);
@@ -148,12 +148,13 @@ fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) ->
         .min_by(|a, b| worst(&a.1).total_cmp(&worst(&b.1)))
 }
 
-/// The quickest of what is closer than row `best`; it is on the front.
+/// The quickest of what is closer than row `best` by a tenth or more, as far as that is worth time; it is on the front.
 fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option<usize> {
     let points = |&(index, row): &(usize, &Row)| Some((index, point(row, measure)?));
     let all: Vec<_> = rows.iter().filter(|(_, row)| row.technique != "none").filter_map(points).collect();
     let error = all.iter().find(|(index, _)| *index == best)?.1.1;
-    let closer = all.iter().filter(|(_, point)| point.1 < error);
+    let worth = |error: f64| error.max(CLOSE_ENOUGH);
+    let closer = all.iter().filter(|(_, point)| worth(point.1) <= 0.9 * worth(error));
     let least = closer.min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     least.map(|(index, _)| *index)
 }
@@ -321,7 +322,10 @@ mod tests {
             let worth = |row: &Row| time(row) * error(row).expect("measured").max(1e-3);
             let best = named(&text);
             assert!(within.contains(&best) && within.iter().all(|row| worth(best) <= worth(row)), "{text}");
-            let closer: Vec<_> = within.iter().filter(|row| error(row) < error(best)).collect();
+            let closer: Vec<_> = within
+                .iter()
+                .filter(|row| error(row).expect("measured").max(1e-3) <= 0.9 * error(best).expect("measured").max(1e-3))
+                .collect();
             let second = text.lines().nth(1).expect("what is closer");
             assert_eq!(closer.is_empty(), second.starts_with("Nothing"), "{text}");
             if !closer.is_empty() {

@@ -55,7 +55,7 @@ fn rows_that_were_measured_are_an_answer() {
     // 2 · 0.04 = 0.08; psm comes to 0.4, voxel-grid to 0.16, uncompressed to 0.2. The small avsm is worse than none.
     let mut lines = all.lines();
     let sentence = lines.next().expect("an answer");
-    assert_eq!(sentence, "a: avsm:nodes=8,size=512 is best balanced: 2.00 ms a frame, surface error 0.0400.");
+    assert_eq!(sentence, "a on d: avsm:nodes=8,size=512 is best balanced: 2.00 ms a frame, surface error 0.0400.");
     let next = lines.next().expect("what is closer");
     assert_eq!(next, "0.500 of its error: voxel-grid:size=64 takes 4.00 times as long.");
     assert_eq!(line(&all, "fastest"), ["fastest", "1.25", "0.320", "0.200", "64.0", "KiB", "psm:size=128"]);
@@ -71,16 +71,19 @@ fn rows_that_were_measured_are_an_answer() {
         (&["--max-bytes", "4194304", "--max-ms", "2"], "avsm:", "psm:", "avsm:", "psm:"),
     ] {
         let said = ok(&[&["recommend", "--from", &path], limits].concat());
-        assert!(said.starts_with(&format!("a: {best}")), "{limits:?}: {said}");
+        assert!(said.starts_with(&format!("a on d: {best}")), "{limits:?}: {said}");
         for (what, spec) in [("fastest", fastest), ("closest", closest), ("smallest", smallest)] {
             assert!(line(&said, what).last().is_some_and(|word| word.starts_with(spec)), "{limits:?}: {said}");
         }
     }
-    assert!(ok(&["recommend", "--from", &path, "--max-ms", "2"]).contains("Nothing within the limits is closer."));
+    assert!(
+        ok(&["recommend", "--from", &path, "--max-ms", "2"])
+            .contains("Nothing within the limits is closer by a tenth or more.")
+    );
     // avsm takes twice what is allowed, psm has 16 times the error.
     let neither = ["recommend", "--from", &path, "--max-ms", "1", "--max-error", "0.02"];
     let words = [
-        "a: no row is within the limits; avsm:nodes=8,size=512 comes nearest",
+        "a on d: no row is within the limits; avsm:nodes=8,size=512 comes nearest",
         "time of a frame 2.00 ms, and the limit is 1.00 ms",
         "surface error 0.0400, and the limit is 0.0200",
     ];
@@ -88,7 +91,7 @@ fn rows_that_were_measured_are_an_answer() {
     // Each scene has its own.
     let both = made_up(folder.path(), &["a", "b"]);
     let said = ok(&["recommend", "--from", &both]);
-    assert!(said.contains("\n\nb: avsm:nodes=8,size=512 is best balanced"), "{said}");
+    assert!(said.contains("\n\nb on d: avsm:nodes=8,size=512 is best balanced"), "{said}");
 }
 
 #[test]
