@@ -9,7 +9,7 @@ use std::path::Path;
 const ROWS: [(&str, &str, f64, f64, f64, u64); 6] = [
     ("none", "{}", 1.0, 0.5, 0.3, 0),
     ("psm", r#"{"size":"128"}"#, 1.25, 0.32, 0.2, 64),
-    ("avsm", r#"{"size":"512","nodes":"8"}"#, 2.0, 0.04, 0.05, 4096),
+    ("avsm", r#"{"size":"512","nodes":"16"}"#, 2.0, 0.04, 0.05, 4096),
     ("voxel-grid", r#"{"size":"64"}"#, 8.0, 0.02, 0.04, 16),
     ("uncompressed", "{}", 40.0, 0.005, 0.01, 65536),
     ("avsm", r#"{"size":"64"}"#, 1.5, 0.6, 0.4, 8),
@@ -55,7 +55,7 @@ fn rows_that_were_measured_are_an_answer() {
     // 2 · 0.04 = 0.08; psm comes to 0.4, voxel-grid to 0.16, uncompressed to 0.2. The small avsm is worse than none.
     let mut lines = all.lines();
     let sentence = lines.next().expect("an answer");
-    assert_eq!(sentence, "a on d: avsm:nodes=8,size=512 is best balanced: 2.00 ms a frame, surface error 0.0400.");
+    assert_eq!(sentence, "a on d: avsm:nodes=16,size=512 is best balanced: 2.00 ms a frame, surface error 0.0400.");
     let next = lines.next().expect("what is closer");
     assert_eq!(next, "0.500 of its error: voxel-grid:size=64 takes 4.00 times as long.");
     assert_eq!(line(&all, "fastest"), ["fastest", "1.25", "0.320", "0.200", "64.0", "KiB", "psm:size=128"]);
@@ -83,7 +83,7 @@ fn rows_that_were_measured_are_an_answer() {
     // avsm takes twice what is allowed, psm has 16 times the error.
     let neither = ["recommend", "--from", &path, "--max-ms", "1", "--max-error", "0.02"];
     let words = [
-        "a on d: no row is within the limits; avsm:nodes=8,size=512 comes nearest",
+        "a on d: no row is within the limits; avsm:nodes=16,size=512 comes nearest",
         "time of a frame 2.00 ms, and the limit is 1.00 ms",
         "surface error 0.0400, and the limit is 0.0200",
     ];
@@ -91,7 +91,7 @@ fn rows_that_were_measured_are_an_answer() {
     // Each scene has its own.
     let both = made_up(folder.path(), &["a", "b"]);
     let said = ok(&["recommend", "--from", &both]);
-    assert!(said.contains("\n\nb on d: avsm:nodes=8,size=512 is best balanced"), "{said}");
+    assert!(said.contains("\n\nb on d: avsm:nodes=16,size=512 is best balanced"), "{said}");
 }
 
 #[test]
