@@ -376,11 +376,16 @@ impl Writer<'_> {
     }
 }
 
+/// Whether it is one of many lights.
+pub(super) fn has_many_lights(scene: &Scene) -> bool {
+    scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes()
+}
+
 /// What is compared when no technique is named: of many lights, or as if there were, all that their entries say, so that what the device lacks is a row
 /// that says so, else as far as the device has what it needs.
 pub(super) fn default_specs(scene: &Scene, features: &Features, many_lights: bool) -> Result<Vec<Spec>> {
     let on_cpu = features.is_software();
-    if many_lights || scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes() {
+    if many_lights || has_many_lights(scene) {
         return runs(|runs| runs.many_lights, on_cpu);
     }
     let mut specs = runs(|runs| runs.compare, on_cpu)?;

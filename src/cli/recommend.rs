@@ -1,16 +1,18 @@
 //! `gobo recommend`: which technique for a scene, from rows that were measured before or are now.
 
-use super::compare::{SMALL_PICTURE, default_specs};
+use super::compare::{SMALL_PICTURE, default_specs, has_many_lights};
 use super::progress::Progress;
 use super::resume::SCENE;
 use super::{DeviceArguments, LoadArguments, command_line, complain, little, load, say};
+use crate::consume::{parse, runs};
 use crate::gpu::{Context, Features};
 use crate::measure::{Case, DeviceFacts, Effort, Extent, Results, Row, SCHEMA, with_case};
-use crate::report::{Limits, Store, is_hopeless, most_balanced, recommend};
+use crate::report::{Limits, Store, best_and_extremes, is_hopeless, recommend};
 use crate::scene::Scene;
-use crate::technique::{Name, Spec};
+use crate::technique::{Casts, Name, REGISTRY, Spec};
 use crate::{Error, Result};
 use clap::Args;
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -118,7 +120,8 @@ fn measured(arguments: &Arguments, name: &str) -> Result<Results> {
     let scene = load(name, &arguments.load)?;
     let context = arguments.device.open()?;
     let store = arguments.out.as_deref().map(Store::open).transpose()?;
-    let specs = little::specs(candidates(&scene, context.features(), arguments.many_lights)?);
+    let usual = default_specs(&scene, context.features(), arguments.many_lights)?;
+    let specs = little::specs(candidates(&scene, usual, context.features().is_software(), arguments.many_lights)?);
     let effort = effort(context.features());
     let [coarse, fine] = if little::is_asked() { [[1, 0]; 2] } else { [COARSE, FINE] };
     let rows = with_case(&context, std::slice::from_ref(&scene), effort, |case| {
@@ -159,10 +162,35 @@ fn effort(features: &Features) -> Effort {
     Effort { frames: FINE[0], warm_up: FINE[1], space_points, picture, turning: false, truth: Extent::Sample }
 }
 
-/// What sees all that casts shadows in the scene, and no shadow.
-fn candidates(scene: &Scene, features: &Features, many_lights: bool) -> Result<Vec<Spec>> {
-    let mut specs = default_specs(scene, features, many_lights)?;
-    specs.retain(|spec| spec.entry.name == "none" || spec.entry.casts.unseen_of(scene.kinds()).is_empty());
+/// What sees all that casts shadows in the scene, and no shadow: `specs`, what `compare` has, and of each technique that it leaves out one
+/// spec. Of meshes alone one of each is enough: the opaque maps of what also sees smoke do not differ by how it keeps smoke.
+fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bool) -> Result<Vec<Spec>> {
+    let only_meshes = scene.has_only_meshes();
+    if !many_lights && !has_many_lights(scene) {
+        let mut more = Vec::new();
+        // What a software device builds in no time.
+        let small = if only_meshes {
+            runs(|runs| runs.stress_meshes, on_cpu)?
+        } else {
+            runs(|runs| runs.stress_smoke, on_cpu)?
+        };
+        for entry in REGISTRY {
+            let left_out = specs.iter().all(|spec| spec.entry.name != entry.name);
+            let usual = if on_cpu { small.clone() } else { parse(entry.name)? };
+            let usual = usual.into_iter().find(|spec| left_out && spec.entry.name == entry.name);
+            more.extend(
+                usual.iter().filter(|_| only_meshes).filter_map(|spec| sized(spec, |size| size.saturating_mul(4))),
+            );
+            specs.extend(usual);
+        }
+        if only_meshes {
+            let mut known = BTreeSet::new();
+            specs.retain(|spec| known.insert(spec.entry.name));
+        }
+        specs.extend(more);
+    }
+    let sees = |spec: &Spec| spec.entry.casts.unseen_of(scene.kinds()).is_empty();
+    specs.retain(|spec| spec.entry.casts == Casts::NONE || sees(spec));
     Ok(specs)
 }
 
@@ -187,35 +215,52 @@ fn rows(context: &Context, case: &mut Case, specs: &[Spec]) -> Result<Vec<Row>> 
     Ok(rows)
 }
 
-/// What is not hopeless, and the best of it in half and twice the size.
+/// What is not hopeless, and in half and twice the size what is an answer by now.
 fn promising(specs: &[Spec], rows: &[Row]) -> Vec<Spec> {
     let mut left: Vec<Spec> =
         specs.iter().zip(rows).filter(|(_, row)| !is_hopeless(row, rows)).map(|(spec, _)| spec.clone()).collect();
-    let best = most_balanced(rows).map(|place| &specs[place]);
-    for near in best.into_iter().filter(|_| !little::is_asked()).flat_map(neighbours) {
-        if left.iter().all(|spec| spec.to_string() != near.to_string()) {
+    let found = best_and_extremes(rows).into_iter().map(|place| &specs[place]);
+    for near in found.filter(|_| !little::is_asked()).flat_map(neighbours) {
+        if left.iter().chain(specs).all(|spec| spec.to_string() != near.to_string()) {
             left.push(near);
         }
     }
     left
 }
 
-/// Half and twice its first size, where it has one.
+/// Half and twice its size, where it has one.
 fn neighbours(spec: &Spec) -> Vec<Spec> {
-    let sized = Name::SIZES.into_iter().find_map(|name| Some((name, spec.text(name).parse::<u32>().ok()?)));
-    let Some((name, size)) = sized else { return Vec::new() };
-    let other = |size: u32| {
-        let mut other = spec.clone();
-        other.set(name, &size.to_string());
-        (other.text(name) == size.to_string()).then_some(other)
-    };
-    [size / 2, size.saturating_mul(2)].into_iter().filter_map(other).collect()
+    [sized(spec, |size| size / 2), sized(spec, |size| size.saturating_mul(2))].into_iter().flatten().collect()
+}
+
+/// The same in another size, by the first of its sizes; none where it has none, or not that.
+fn sized(spec: &Spec, of: impl Fn(u32) -> u32) -> Option<Spec> {
+    let (name, size) = Name::SIZES.into_iter().find_map(|name| Some((name, spec.text(name).parse().ok()?)))?;
+    let mut other = spec.clone();
+    other.set(name, &of(size).to_string());
+    (other.text(name) == of(size).to_string()).then_some(other)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::consume::parse;
+
+    /// Every technique that sees all of a scene is a candidate there, and none that does not.
+    #[test]
+    fn each_technique_is_looked_at_where_it_sees_all() {
+        for name in ["cornell", "plume_8k", "town"] {
+            let scene = Scene::load(name, 0.0).expect(name);
+            for (on_cpu, entry) in
+                [true, false].into_iter().flat_map(|on_cpu| REGISTRY.iter().map(move |e| (on_cpu, e)))
+            {
+                let usual = runs(|runs| runs.compare, on_cpu).expect("known");
+                let specs = candidates(&scene, usual, on_cpu, false).expect("known");
+                let sees = entry.casts == Casts::NONE || entry.casts.unseen_of(scene.kinds()).is_empty();
+                assert_eq!(specs.iter().any(|spec| spec.entry.name == entry.name), sees, "{} on {name}", entry.name);
+            }
+        }
+    }
 
     #[test]
     fn a_neighbour_is_half_or_twice_as_large() {

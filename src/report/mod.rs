@@ -48,7 +48,7 @@ pub use page::page;
 pub use pareto::pareto_front;
 pub use passes::passes;
 pub use plot::plots;
-pub use recommend::{Limits, is_hopeless, most_balanced, recommend};
+pub use recommend::{Limits, best_and_extremes, is_hopeless, recommend};
 pub use soak::soak_page;
 pub use store::Store;
 pub use stress::{stress_csv, stress_device, stress_page, stress_table};

@@ -113,10 +113,11 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<String, S
     Ok(text + &aligned(&lines))
 }
 
-/// The place of the row whose product of time and error is least; none where nothing was measured.
-pub fn most_balanced(rows: &[Row]) -> Option<usize> {
+/// The places of the row whose product of time and error is least, of the quickest and of the closest; none where nothing was
+/// measured.
+pub fn best_and_extremes(rows: &[Row]) -> Vec<usize> {
     let rows: Vec<(usize, &Row)> = rows.iter().enumerate().collect();
-    answer(&rows, &measure(&rows)).map(|answer| answer.best)
+    answer(&rows, &measure(&rows)).map_or_else(Vec::new, |found| vec![found.best, found.fastest, found.closest])
 }
 
 /// Whether it has failed, or another row takes less than half of its time with less than half of its error, and no more in
@@ -251,7 +252,7 @@ mod tests {
         ];
         let hopeless: Vec<bool> = rows.iter().map(|row| is_hopeless(row, &rows)).collect();
         assert_eq!(hopeless, [false, false, true, false, false, false, true]);
-        assert_eq!(most_balanced(&rows), Some(1));
+        assert_eq!(best_and_extremes(&rows), [1, 1, 1]);
     }
 
     /// Held against the definition, row by row: what is named is within the limits, and nothing there is better.
