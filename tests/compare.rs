@@ -25,6 +25,8 @@ mod page;
 mod paint;
 #[path = "program/pictures.rs"]
 mod pictures;
+#[path = "program/recommend.rs"]
+mod recommend;
 #[path = "program/resume.rs"]
 mod resume;
 #[path = "program/trace.rs"]

@@ -26,7 +26,7 @@ use std::process::ExitCode;
 const FEW_LIGHTS: usize = 8;
 
 /// Pixels of a picture of a quick look, and on a software device where no technique is named.
-const SMALL_PICTURE: [u32; 2] = [320, 180];
+pub(super) const SMALL_PICTURE: [u32; 2] = [320, 180];
 
 #[derive(Args)]
 pub struct Arguments {
@@ -193,7 +193,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     name_apart(&mut scenes);
     let of_scene = |(states, _): &(Vec<Scene>, Vec<f64>)| {
         let mut specs = if specs.is_empty() {
-            little::specs(default_specs(&states[0], context.features())?)
+            little::specs(default_specs(&states[0], context.features(), false)?)
         } else {
             specs.clone()
         };
@@ -386,11 +386,16 @@ impl Writer<'_> {
     }
 }
 
-/// What is compared when no technique is named: of many lights all that their entries say, so that what the device lacks is a row
+/// Whether it is one of many lights.
+pub(super) fn has_many_lights(scene: &Scene) -> bool {
+    scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes()
+}
+
+/// What is compared when no technique is named: of many lights, or as if there were, all that their entries say, so that what the device lacks is a row
 /// that says so, else as far as the device has what it needs.
-fn default_specs(scene: &Scene, features: &Features) -> Result<Vec<Spec>> {
+pub(super) fn default_specs(scene: &Scene, features: &Features, many_lights: bool) -> Result<Vec<Spec>> {
     let on_cpu = features.is_software();
-    if scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes() {
+    if many_lights || has_many_lights(scene) {
         return runs(|runs| runs.many_lights, on_cpu);
     }
     let mut specs = runs(|runs| runs.compare, on_cpu)?;

@@ -13,6 +13,7 @@ mod map;
 mod particles;
 mod place;
 mod progress;
+mod recommend;
 mod render;
 mod resume;
 mod sequence;
@@ -55,6 +56,8 @@ enum Command {
     /// Measure techniques on scenes: time, memory and error against the f64 reference, as table, JSON, CSV and a page
     #[command(after_long_help = help::techniques())]
     Compare(compare::Arguments),
+    /// Say which technique is best for a scene on this device, within limits of time, error and memory
+    Recommend(recommend::Arguments),
     /// Draw a scene, lit by one technique or by the reference
     #[command(after_long_help = help::techniques())]
     Render(render::Arguments),
@@ -325,6 +328,7 @@ pub fn main() -> ExitCode {
     }
     let result = match cli.command {
         Command::Compare(arguments) => compare::run(&arguments.little()),
+        Command::Recommend(arguments) => recommend::run(&arguments.little()),
         Command::Render(arguments) => render::run(&arguments.little()),
         Command::Slice(arguments) => slice::run(&arguments.little()),
         Command::Curve(arguments) => curve::run(&arguments),

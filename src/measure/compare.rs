@@ -196,6 +196,16 @@ impl Case<'_> {
         self.bounce.get().map(|bounce| &bounce.picture)
     }
 
+    /// The scene's name.
+    pub fn scene_name(&self) -> &str {
+        &self.frames.states[0].name
+    }
+
+    /// Of what is measured from now on so many builds are timed, after so many that are not. Errors are of the same points.
+    pub fn repeat(&mut self, [frames, warm_up]: [usize; 2]) {
+        (self.effort.frames, self.effort.warm_up) = (frames, warm_up);
+    }
+
     /// Measures one variant. A missing feature or a failure is a row too. The picture is there if it was drawn, and behind it
     /// as it would be were its truth a smaller one.
     pub fn measure(&mut self, spec: &Spec) -> (Row, Option<Drawn>) {

@@ -3,7 +3,7 @@
 use crate::measure::{Row, Status};
 
 /// Errors below this are a quarter of a step of an 8-bit display: to be closer is worth no time.
-const CLOSE_ENOUGH: f64 = 1e-3;
+pub(super) const CLOSE_ENOUGH: f64 = 1e-3;
 
 /// An error that rows are held against each other by.
 #[derive(Clone, Copy)]

@@ -6,6 +6,7 @@
 //! | [`table`](fn@table) | the terminal |
 //! | [`passes`](fn@passes) | the terminal, where it is asked for |
 //! | [`casters`](fn@casters) | the terminal, where it is asked for |
+//! | [`recommend`](fn@recommend) | the terminal: which technique for a scene |
 //! | [`changes_table`] | the terminal, where there is a baseline |
 //! | [`junit`], [`bencher`] | files for CI, where they are asked for |
 //! | [`plots`](fn@plots) | `time-vs-error.svg`, `frame-vs-error.svg` |
@@ -30,6 +31,7 @@ mod page;
 mod pareto;
 mod passes;
 mod plot;
+mod recommend;
 mod scatter;
 mod series;
 mod soak;
@@ -47,6 +49,7 @@ pub use page::page;
 pub use pareto::pareto_front;
 pub use passes::passes;
 pub use plot::plots;
+pub use recommend::{Limits, best_and_extremes, is_hopeless, recommend};
 pub use soak::soak_page;
 pub use store::Store;
 pub use stress::{stress_csv, stress_device, stress_page, stress_table};

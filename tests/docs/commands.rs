@@ -21,7 +21,8 @@ const PLACEHOLDERS: [(&str, &str); 8] = [
 ];
 
 /// Files of the reader's own, and what they are here.
-const FILES: [(&str, &str); 3] = [
+const FILES: [(&str, &str); 4] = [
+    ("results.json", "results/nvidia-h200/results.json"),
     ("smoke.ply", "fuzz/seeds/ply/ok-particles-ascii.ply"),
     ("head.tfx", "fuzz/seeds/tressfx/ok-version-4.tfx"),
     ("town.glb", "fuzz/seeds/gltf/ok-binary.glb"),

@@ -276,9 +276,20 @@ fn a_map_larger_than_the_device() {
 #[test]
 fn help_says_what_there_is() {
     let all = ok(&["--help"]);
-    for command in
-        ["compare", "render", "slice", "curve", "map", "bake", "stress", "glsl", "devices", "completions", "man"]
-    {
+    for command in [
+        "compare",
+        "recommend",
+        "render",
+        "slice",
+        "curve",
+        "map",
+        "bake",
+        "stress",
+        "glsl",
+        "devices",
+        "completions",
+        "man",
+    ] {
         assert!(all.contains(command), "{all}");
         let help = ok(&[command, "--help"]) + &ok(&[command, "-h"]);
         assert!(help.contains("Usage: gobo"), "{help}");

@@ -1,0 +1,282 @@
+//! `gobo recommend`: which technique for a scene, from rows that were measured before or are now.
+
+use super::compare::{SMALL_PICTURE, default_specs, has_many_lights};
+use super::progress::Progress;
+use super::resume::SCENE;
+use super::{DeviceArguments, LoadArguments, command_line, complain, little, load, say};
+use crate::consume::{parse, runs};
+use crate::gpu::{Context, Features};
+use crate::measure::{Case, DeviceFacts, Effort, Extent, Results, Row, SCHEMA, with_case};
+use crate::report::{Limits, Store, best_and_extremes, is_hopeless, recommend};
+use crate::scene::Scene;
+use crate::technique::{Casts, Name, REGISTRY, Spec};
+use crate::{Error, Result};
+use clap::Args;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Timed frames and those before them of a first look, and of what is left after it.
+const COARSE: [usize; 2] = [3, 1];
+const FINE: [usize; 2] = [30, 5];
+
+#[derive(Args)]
+pub struct Arguments {
+    /// Scene file, data file or built-in scene
+    #[arg(value_name = "SCENE", required_unless_present = "from")]
+    scene: Option<String>,
+    /// Answer from rows that gobo compare has measured, without a device
+    #[arg(long, value_name = "RESULTS.JSON", conflicts_with_all = ["scene", "many_lights", "out", "lights", "device"])]
+    from: Option<PathBuf>,
+    /// The most milliseconds of a frame: build and picture
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    max_ms: Option<String>,
+    /// The largest mean error: on surfaces, or in space where there are no meshes
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    max_error: Option<String>,
+    /// The largest mean FLIP of the picture
+    #[arg(long, value_name = "F", allow_hyphen_values = true)]
+    max_flip: Option<String>,
+    /// The most bytes of the look-up: 67108864 or 64MiB
+    #[arg(long, value_name = "B", allow_hyphen_values = true)]
+    max_bytes: Option<String>,
+    /// Measure what is for many lights, however few the scene has
+    #[arg(long)]
+    many_lights: bool,
+    /// Folder for the measured rows: results.json and results.csv
+    #[arg(short, long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    load: LoadArguments,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+impl Arguments {
+    /// What is run of it. What little there is takes what it takes.
+    pub fn little(mut self) -> Self {
+        if little::is_asked() && self.from.is_none() {
+            (self.max_ms, self.max_error, self.max_flip, self.max_bytes) = (None, None, None, None);
+        }
+        self
+    }
+
+    fn limits(&self) -> Result<Limits> {
+        Ok(Limits {
+            ms: limit("--max-ms", self.max_ms.as_deref(), 1.0)?,
+            error: limit("--max-error", self.max_error.as_deref(), 1.0)?,
+            flip: limit("--max-flip", self.max_flip.as_deref(), 1.0)?,
+            bytes: match self.max_bytes.as_deref() {
+                None => None,
+                Some(text) => {
+                    let units = [("KiB", 1024.0), ("MiB", 1_048_576.0), ("GiB", 1_073_741_824.0)];
+                    let found = units.iter().find_map(|(unit, size)| Some((text.strip_suffix(unit)?, *size)));
+                    let (number, size) = found.unwrap_or((text, 1.0));
+                    limit(&format!("--max-bytes {text}"), Some(number), size)?.map(|bytes| bytes as u64)
+                }
+            },
+        })
+    }
+}
+
+fn limit(option: &str, text: Option<&str>, unit: f64) -> Result<Option<f64>> {
+    let Some(text) = text else { return Ok(None) };
+    match text.trim().parse::<f64>() {
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(Some(number * unit)),
+        _ => {
+            let name = if option.contains(' ') { option.to_owned() } else { format!("{option} {text}") };
+            Err(Error::input(name, "no limit", "give a number above 0"))
+        }
+    }
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    let limits = arguments.limits()?;
+    let (results, name) = match (&arguments.from, &arguments.scene) {
+        (Some(path), _) => (Results::read(path)?, path.display().to_string()),
+        (None, Some(scene)) => (measured(arguments, scene)?, scene.clone()),
+        (None, None) => return Err(Error::input("recommend", "no scene", "name one, or give --from")),
+    };
+    let answers = recommend(&results, &limits);
+    if answers.is_empty() {
+        return Err(Error::input(name, "nothing is measured in it", "measure with gobo compare"));
+    }
+    let mut code = ExitCode::SUCCESS;
+    for (place, answer) in answers.into_iter().enumerate() {
+        match answer {
+            Ok(text) if place > 0 => say(format!("\n{text}"))?,
+            Ok(text) => say(text)?,
+            Err(why) => {
+                complain(format!("gobo: {why}"));
+                code = ExitCode::FAILURE;
+            }
+        }
+    }
+    Ok(code)
+}
+
+/// All that the device and the scene let run, a few times each; what may be an answer by then, properly.
+fn measured(arguments: &Arguments, name: &str) -> Result<Results> {
+    let scene = load(name, &arguments.load)?;
+    let context = arguments.device.open()?;
+    let store = arguments.out.as_deref().map(Store::open).transpose()?;
+    let usual = default_specs(&scene, context.features(), arguments.many_lights)?;
+    let specs = little::specs(candidates(&scene, usual, context.features().is_software(), arguments.many_lights)?);
+    let effort = effort(context.features());
+    let [coarse, fine] = if little::is_asked() { [[1, 0]; 2] } else { [COARSE, FINE] };
+    let rows = with_case(&context, std::slice::from_ref(&scene), effort, |case| {
+        case.repeat(coarse);
+        let rows = rows(&context, case, &specs)?;
+        let left = promising(&specs, &rows);
+        case.repeat(fine);
+        self::rows(&context, case, &left)
+    })?;
+    let conditions = [
+        ("--frames", fine[0].to_string()),
+        ("errors", "over all points".into()),
+        ("--picture", effort.picture.map(|side| side.to_string()).join("x")),
+        ("--truth", "sample".into()),
+        ("--time", arguments.load.time.to_string()),
+        (&format!("{SCENE}{}", scene.name), format!("{:08x}", scene.fingerprint())),
+    ];
+    let results = Results {
+        schema: SCHEMA,
+        gobo: env!("CARGO_PKG_VERSION").into(),
+        command: command_line(),
+        conditions: conditions.map(|(name, value)| (name.to_owned(), value)).into(),
+        device: DeviceFacts::of(context.features()),
+        rows,
+    };
+    store.map_or(Ok(()), |store| store.write(&results))?;
+    Ok(results)
+}
+
+/// As of `compare`.
+fn effort(features: &Features) -> Effort {
+    let picture = match (little::is_asked(), features.is_software()) {
+        (true, _) => [32, 18],
+        (_, true) => SMALL_PICTURE,
+        _ => [640, 360],
+    };
+    let space_points = if little::is_asked() { 8192 } else { 65536 };
+    Effort { frames: FINE[0], warm_up: FINE[1], space_points, picture, turning: false, truth: Extent::Sample }
+}
+
+/// What sees all that casts shadows in the scene, and no shadow: `specs`, what `compare` has, and of each technique that it leaves out one
+/// spec. Of meshes alone one of each is enough: the opaque maps of what also sees smoke do not differ by how it keeps smoke.
+fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bool) -> Result<Vec<Spec>> {
+    let only_meshes = scene.has_only_meshes();
+    if !many_lights && !has_many_lights(scene) {
+        let mut more = Vec::new();
+        // What a software device builds in no time.
+        let small = if only_meshes {
+            runs(|runs| runs.stress_meshes, on_cpu)?
+        } else {
+            runs(|runs| runs.stress_smoke, on_cpu)?
+        };
+        for entry in REGISTRY {
+            let left_out = specs.iter().all(|spec| spec.entry.name != entry.name);
+            let usual = if on_cpu { small.clone() } else { parse(entry.name)? };
+            let usual = usual.into_iter().find(|spec| left_out && spec.entry.name == entry.name);
+            more.extend(
+                usual.iter().filter(|_| only_meshes).filter_map(|spec| sized(spec, |size| size.saturating_mul(4))),
+            );
+            specs.extend(usual);
+        }
+        if only_meshes {
+            let mut known = BTreeSet::new();
+            specs.retain(|spec| known.insert(spec.entry.name));
+        }
+        specs.extend(more);
+    }
+    let sees = |spec: &Spec| spec.entry.casts.unseen_of(scene.kinds()).is_empty();
+    specs.retain(|spec| spec.entry.casts == Casts::NONE || sees(spec));
+    Ok(specs)
+}
+
+fn rows(context: &Context, case: &mut Case, specs: &[Spec]) -> Result<Vec<Row>> {
+    let progress = Progress::new(specs.len());
+    let mut rows = Vec::new();
+    for spec in specs {
+        progress.begins(case.scene_name(), spec);
+        let (row, _) = case.measure(spec);
+        progress.ends(&row, spec);
+        if context.is_lost() {
+            return Err(Error::Gpu {
+                operation: "measure",
+                name: row.spec(),
+                cause: row.reason,
+                way_out: "the device is lost: measure with gobo compare, which goes on with --resume".into(),
+            });
+        }
+        rows.push(row);
+    }
+    progress.finish();
+    Ok(rows)
+}
+
+/// What is not hopeless, and in half and twice the size what is an answer by now.
+fn promising(specs: &[Spec], rows: &[Row]) -> Vec<Spec> {
+    let mut left: Vec<Spec> =
+        specs.iter().zip(rows).filter(|(_, row)| !is_hopeless(row, rows)).map(|(spec, _)| spec.clone()).collect();
+    let found = best_and_extremes(rows).into_iter().map(|place| &specs[place]);
+    for near in found.filter(|_| !little::is_asked()).flat_map(neighbours) {
+        if left.iter().chain(specs).all(|spec| spec.to_string() != near.to_string()) {
+            left.push(near);
+        }
+    }
+    left
+}
+
+/// Half and twice its size, where it has one.
+fn neighbours(spec: &Spec) -> Vec<Spec> {
+    [sized(spec, |size| size / 2), sized(spec, |size| size.saturating_mul(2))].into_iter().flatten().collect()
+}
+
+/// The same in another size, by the first of its sizes; none where it has none, or not that.
+fn sized(spec: &Spec, of: impl Fn(u32) -> u32) -> Option<Spec> {
+    let (name, size) = Name::SIZES.into_iter().find_map(|name| Some((name, spec.text(name).parse().ok()?)))?;
+    let mut other = spec.clone();
+    other.set(name, &of(size).to_string());
+    (other.text(name) == of(size).to_string()).then_some(other)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::consume::parse;
+
+    /// Every technique that sees all of a scene is a candidate there, and none that does not.
+    #[test]
+    fn each_technique_is_looked_at_where_it_sees_all() {
+        for name in ["cornell", "plume_8k", "town"] {
+            let scene = Scene::load(name, 0.0).expect(name);
+            for (on_cpu, entry) in
+                [true, false].into_iter().flat_map(|on_cpu| REGISTRY.iter().map(move |e| (on_cpu, e)))
+            {
+                let usual = runs(|runs| runs.compare, on_cpu).expect("known");
+                let specs = candidates(&scene, usual, on_cpu, false).expect("known");
+                let sees = entry.casts == Casts::NONE || entry.casts.unseen_of(scene.kinds()).is_empty();
+                assert_eq!(specs.iter().any(|spec| spec.entry.name == entry.name), sees, "{} on {name}", entry.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_neighbour_is_half_or_twice_as_large() {
+        let of = |text: &str| {
+            let spec = parse(text).expect("valid").remove(0);
+            neighbours(&spec).iter().map(Spec::short).collect::<Vec<_>>()
+        };
+        assert_eq!(of("avsm:size=64"), ["avsm:size=32", "avsm:size=128"]);
+        assert!(of("ray-query").is_empty());
+    }
+
+    #[test]
+    fn a_limit_is_above_zero() {
+        assert_eq!(limit("--max-ms", Some("2"), 4.0).expect("a number"), Some(8.0));
+        for wrong in ["0", "-1", "NaN", "inf", "", "two"] {
+            assert!(limit("--max-ms", Some(wrong), 1.0).is_err(), "{wrong}");
+        }
+    }
+}

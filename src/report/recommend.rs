@@ -1,0 +1,353 @@
+//! Which technique for a scene: of the measured rows within limits the best balanced, the extremes, and what is closer.
+
+use crate::consume::parse;
+use crate::measure::{Results, Row};
+use crate::report::answer::{CLOSE_ENOUGH, FLIP, Measure, answer, measure, point};
+use crate::report::pareto::scenes;
+use crate::report::wording::{NOTHING, bytes, one_line, significant};
+
+/// What an answer may take and may be wrong by; what is absent is not limited.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Limits {
+    /// Milliseconds of a frame.
+    pub ms: Option<f64>,
+    /// The error that the scene's rows are held against each other by.
+    pub error: Option<f64>,
+    /// Mean FLIP of the picture.
+    pub flip: Option<f64>,
+    /// Bytes of the look-up.
+    pub bytes: Option<u64>,
+}
+
+/// A name, what a row has, its limit, and how both are written.
+type Limited<'a> = (&'a str, Option<f64>, Option<f64>, &'a dyn Fn(f64) -> String);
+
+/// A limit that a row breaks.
+struct Broken {
+    /// How many times the limit it is; infinite where it was not measured.
+    times: f64,
+    words: String,
+}
+
+impl Limits {
+    fn broken(&self, row: &Row, measure: &Measure) -> Vec<Broken> {
+        let ms = row.frame_ns.map(|ns| ns / 1e6);
+        let size = |count: f64| bytes(count as u64);
+        let all: [Limited; 4] = [
+            ("time of a frame", ms, self.ms, &|ms| format!("{} ms", significant(ms))),
+            (measure.name, (measure.of)(row), self.error, &significant),
+            (FLIP.name, (FLIP.of)(row), self.flip, &significant),
+            ("memory", row.bytes_resident.map(|b| b as f64), self.bytes.map(|b| b as f64), &size),
+        ];
+        let over = |(name, value, limit, words): Limited| {
+            let limit = limit?;
+            match value {
+                // Not a number is over each limit.
+                Some(value) if value <= limit => None,
+                Some(value) => {
+                    let words = format!("{name} {}, and the limit is {}", words(value), words(limit));
+                    Some(Broken { times: value / limit, words })
+                }
+                None => Some(Broken { times: f64::INFINITY, words: format!("{name} was not measured") }),
+            }
+        };
+        all.into_iter().filter_map(over).collect()
+    }
+}
+
+/// For each scene, in the order in which they were measured, an answer of several lines; or in one line why there is none.
+pub fn recommend(results: &Results, limits: &Limits) -> Vec<Result<String, String>> {
+    scenes(results).into_iter().map(|scene| of_scene(results, scene, limits)).collect()
+}
+
+fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<String, String> {
+    let rows: Vec<(usize, &Row)> = results.rows.iter().enumerate().filter(|(_, row)| row.scene == scene).collect();
+    let measure = measure(&rows);
+    let name = one_line(&format!("{scene} on {}", results.device.name));
+    let within: Vec<_> = rows
+        .iter()
+        .copied()
+        // What is no closer than no shadow is no answer, whatever no shadow takes.
+        .filter(|(_, row)| row.technique == "none" || limits.broken(row, &measure).is_empty())
+        .collect();
+    let Some(found) = answer(&within, &measure) else {
+        return Err(match nearest(&rows, &measure, limits) {
+            Some((row, broken)) => {
+                let words: Vec<_> = broken.into_iter().map(|broken| broken.words).collect();
+                format!("{name}: no row is within the limits; {} comes nearest: {}", to_paste(row), words.join("; "))
+            }
+            None => format!("{name}: no row has a time and an error less than without shadow; measure more techniques"),
+        });
+    };
+    let row = |index: usize| &results.rows[index];
+    let at = |index: usize| point(row(index), &measure).unwrap_or_default();
+    let (time, error) = at(found.best);
+    let mut text = format!(
+        "{name}: {} is best balanced: {} ms a frame, {} {}.\n",
+        to_paste(row(found.best)),
+        significant(time),
+        measure.name,
+        significant(error)
+    );
+    text += &match next_closer(&within, &measure, found.best) {
+        Some(next) => {
+            let (longer, smaller) = (at(next).0 / time, at(next).1 / error);
+            format!(
+                "{} of its error: {} takes {} times as long.\n",
+                significant(smaller),
+                to_paste(row(next)),
+                significant(longer)
+            )
+        }
+        None => "Nothing within the limits is closer by a tenth or more.\n".into(),
+    };
+    let three = [("fastest", Some(found.fastest)), ("closest", Some(found.closest)), ("smallest", found.smallest)];
+    let head = ["", "ms a frame", measure.name, "FLIP", "memory", "spec"].map(str::to_owned);
+    let flip = |row: &Row| (FLIP.of)(row).map_or_else(|| NOTHING.into(), significant);
+    let line = |(what, index): (&str, Option<usize>)| {
+        let index = index?;
+        let (time, error) = at(index);
+        let memory = row(index).bytes_resident.map_or_else(|| NOTHING.into(), bytes);
+        let figures = [what.into(), significant(time), significant(error), flip(row(index)), memory];
+        let [a, b, c, d, e] = figures;
+        Some([a, b, c, d, e, to_paste(row(index))])
+    };
+    let lines: Vec<_> = std::iter::once(head).chain(three.into_iter().filter_map(line)).collect();
+    Ok(text + &aligned(&lines))
+}
+
+/// The places of the row whose product of time and error is least, of the quickest and of the closest; none where nothing was
+/// measured.
+pub fn best_and_extremes(rows: &[Row]) -> Vec<usize> {
+    let rows: Vec<(usize, &Row)> = rows.iter().enumerate().collect();
+    answer(&rows, &measure(&rows)).map_or_else(Vec::new, |found| vec![found.best, found.fastest, found.closest])
+}
+
+/// Whether it has failed, or another row takes less than half of its time with less than half of its error, and no more in
+/// FLIP and bytes. No shadow is what others are held against, and never hopeless.
+pub fn is_hopeless(row: &Row, rows: &[Row]) -> bool {
+    let measure = measure(&rows.iter().enumerate().collect::<Vec<_>>());
+    if row.technique == "none" {
+        return false;
+    }
+    let Some((time, error)) = point(row, &measure) else { return true };
+    let no_more = |a: Option<f64>, b: Option<f64>| a.zip(b).is_none_or(|(a, b)| a <= b);
+    let bytes = |row: &Row| row.bytes_resident.map(|bytes| bytes as f64);
+    rows.iter().filter(|other| other.technique != "none").any(|other| {
+        point(other, &measure).is_some_and(|(t, e)| 2.0 * t < time && 2.0 * e < error)
+            && no_more((FLIP.of)(other), (FLIP.of)(row))
+            && no_more(bytes(other), bytes(row))
+    })
+}
+
+/// The row that breaks its worst limit by least, and what it breaks.
+fn nearest<'a>(rows: &[(usize, &'a Row)], measure: &Measure, limits: &Limits) -> Option<(&'a Row, Vec<Broken>)> {
+    let dark = rows.iter().filter(|(_, row)| row.technique == "none").filter_map(|(_, row)| point(row, measure));
+    let dark = dark.map(|point| point.1).fold(f64::INFINITY, f64::min);
+    let could = |row: &Row| row.technique != "none" && point(row, measure).is_some_and(|point| point.1 < dark);
+    let worst = |broken: &[Broken]| broken.iter().map(|broken| broken.times).fold(0.0, f64::max);
+    rows.iter()
+        .filter(|(_, row)| could(row))
+        .map(|(_, row)| (*row, limits.broken(row, measure)))
+        .min_by(|a, b| worst(&a.1).total_cmp(&worst(&b.1)))
+}
+
+/// The quickest of what is closer than row `best` by a tenth or more, as far as that is worth time; it is on the front.
+fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option<usize> {
+    let points = |&(index, row): &(usize, &Row)| Some((index, point(row, measure)?));
+    let all: Vec<_> = rows.iter().filter(|(_, row)| row.technique != "none").filter_map(points).collect();
+    let error = all.iter().find(|(index, _)| *index == best)?.1.1;
+    let worth = |error: f64| error.max(CLOSE_ENOUGH);
+    let closer = all.iter().filter(|(_, point)| worth(point.1) <= 0.9 * worth(error));
+    let least = closer.min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    least.map(|(index, _)| *index)
+}
+
+/// The spec as it can be given again, without what is the default.
+fn to_paste(row: &Row) -> String {
+    let spec = row.spec();
+    match parse(&spec).as_deref() {
+        Ok([spec]) => spec.short(),
+        // Of a file of another version: its keys as they stand there.
+        _ => one_line(&spec),
+    }
+}
+
+/// Columns under their headings; the last is as long as it is.
+fn aligned(lines: &[[String; 6]]) -> String {
+    let width = |column: usize| lines.iter().map(|line| line[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..5).map(width).collect();
+    let mut text = String::new();
+    for [what, figures @ .., spec] in lines {
+        text += &format!("{what:<0$}", widths[0]);
+        for (figure, width) in figures.iter().zip(&widths[1..]) {
+            text += &format!("  {figure:>width$}");
+        }
+        text += &format!("  {spec}\n");
+    }
+    text.trim_end().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::consume::runs;
+    use crate::measure::{ImageError, PointError, RowError, Status};
+
+    /// What is on the device's default list comes back from its row as it was.
+    #[test]
+    fn a_spec_to_paste_is_the_row_again() {
+        for spec in
+            [runs(|runs| runs.compare, false), runs(|runs| runs.many_lights, true)].map(|s| s.expect("known")).concat()
+        {
+            let row = Row { technique: spec.entry.name.into(), variant: spec.variant(), ..Row::default() };
+            let again = parse(&to_paste(&row)).expect("a spec");
+            assert_eq!(again.iter().map(ToString::to_string).collect::<Vec<_>>(), [spec.to_string()]);
+        }
+    }
+
+    fn random(state: &mut u64) -> u64 {
+        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        *state >> 33
+    }
+
+    /// Few values, so that many are equal; some are missing.
+    fn row(state: &mut u64, index: usize) -> Row {
+        let mut number = |count: u64| random(state) % count;
+        let technique = if number(6) == 0 { "none" } else { "avsm" };
+        let surface = (number(8) > 0).then(|| PointError { mean_abs: number(6) as f64 / 8.0, ..PointError::default() });
+        let image = (number(4) > 0).then(|| ImageError {
+            flip_mean: number(5) as f64 / 8.0,
+            rmse: 0.0,
+            bounce_rmse: None,
+            bounce_noise: None,
+        });
+        Row {
+            scene: "s".into(),
+            technique: technique.into(),
+            // No key of it: the row is known again by it.
+            variant: [("row".to_owned(), index.to_string())].into(),
+            status: if number(8) == 0 { Status::Failed } else { Status::Ok },
+            frame_ns: (number(8) > 0).then(|| (1 + number(6)) as f64 * 1e6),
+            bytes_resident: (number(8) > 0).then(|| number(6)),
+            error: Some(RowError { map: None, space: None, surface, casters: None, image }),
+            ..Row::default()
+        }
+    }
+
+    #[test]
+    fn what_is_beaten_twice_over_is_hopeless() {
+        let of = |technique: &str, ms: f64, error: f64, bytes: u64| {
+            let surface = Some(PointError { mean_abs: error, ..PointError::default() });
+            let error = Some(RowError { map: None, space: None, surface, casters: None, image: None });
+            let frame_ns = Some(ms * 1e6);
+            Row { technique: technique.into(), frame_ns, error, bytes_resident: Some(bytes), ..Row::default() }
+        };
+        let failed = Row { status: Status::Failed, ..of("avsm", 1.0, 0.0, 1) };
+        let rows = [
+            of("none", 1.0, 0.9, 0),
+            of("psm", 2.0, 0.1, 10),
+            of("avsm", 4.1, 0.21, 10),
+            of("avsm", 4.1, 0.21, 9),
+            of("avsm", 4.0, 0.21, 10),
+            of("avsm", 4.1, 0.2, 10),
+            failed,
+        ];
+        let hopeless: Vec<bool> = rows.iter().map(|row| is_hopeless(row, &rows)).collect();
+        assert_eq!(hopeless, [false, false, true, false, false, false, true]);
+        assert_eq!(best_and_extremes(&rows), [1, 1, 1]);
+    }
+
+    /// Held against the definition, row by row: what is named is within the limits, and nothing there is better.
+    #[test]
+    fn the_choice_is_that_of_brute_force() {
+        let (mut state, mut answered, mut refused) = (7, 0, 0);
+        for _ in 0..4000 {
+            let count = 1 + random(&mut state) as usize % 7;
+            let rows: Vec<Row> = (0..count).map(|index| row(&mut state, index)).collect();
+            let mut limit = |scale: f64| {
+                let value = random(&mut state) % 12;
+                (value < 6).then_some((value + 1) as f64 * scale)
+            };
+            let limits = Limits {
+                ms: limit(1.0),
+                error: limit(0.125),
+                flip: limit(0.125),
+                bytes: limit(1.0).map(|bytes| bytes as u64),
+            };
+            let results = Results { rows: rows.clone(), ..Results::default() };
+            let said = recommend(&results, &limits).remove(0);
+            // Without surface errors FLIP stands for them.
+            let measured = |row: &Row| row.status == Status::Ok && row.frame_ns.is_some();
+            let is_surface =
+                rows.iter().any(|row| measured(row) && row.error.as_ref().is_some_and(|e| e.surface.is_some()));
+            let flip = |row: &Row| row.error.as_ref().and_then(|e| Some(e.image?.flip_mean));
+            let error = |row: &Row| match is_surface {
+                true => row.error.as_ref().and_then(|e| Some(e.surface?.mean_abs)),
+                false => flip(row),
+            };
+            let dark = rows.iter().filter(|r| r.technique == "none" && measured(r)).filter_map(error).reduce(f64::min);
+            let over =
+                |value: Option<f64>, limit: Option<f64>| limit.is_some_and(|limit| value.is_none_or(|v| v > limit));
+            let is_choice = |row: &&Row| {
+                row.technique != "none"
+                    && measured(row)
+                    && error(row).is_some_and(|error| dark.is_none_or(|dark| error < dark))
+            };
+            let is_within = |row: &&Row| {
+                !over(row.frame_ns.map(|ns| ns / 1e6), limits.ms)
+                    && !over(error(row), limits.error)
+                    && !over(flip(row), limits.flip)
+                    && !over(row.bytes_resident.map(|b| b as f64), limits.bytes.map(|b| b as f64))
+            };
+            let within: Vec<&Row> = rows.iter().filter(is_choice).filter(is_within).collect();
+            let named = |line: &str| {
+                let number = line.split("row=").nth(1).expect("a row is named");
+                &rows[number
+                    .split(|c: char| !c.is_ascii_digit())
+                    .next()
+                    .and_then(|n| n.parse::<usize>().ok())
+                    .expect("its number")]
+            };
+            let text = match said {
+                Ok(text) => text,
+                Err(why) => {
+                    refused += 1;
+                    assert!(within.is_empty() && !why.contains('\n'), "{why}");
+                    assert_eq!(why.contains("comes nearest"), rows.iter().any(|row| is_choice(&row)), "{why}");
+                    if why.contains("comes nearest") {
+                        assert!(is_choice(&named(&why)));
+                    }
+                    continue;
+                }
+            };
+            answered += 1;
+            let time = |row: &Row| row.frame_ns.expect("measured");
+            let worth = |row: &Row| time(row) * error(row).expect("measured").max(1e-3);
+            let best = named(&text);
+            assert!(within.contains(&best) && within.iter().all(|row| worth(best) <= worth(row)), "{text}");
+            let closer: Vec<_> = within
+                .iter()
+                .filter(|row| error(row).expect("measured").max(1e-3) <= 0.9 * error(best).expect("measured").max(1e-3))
+                .collect();
+            let second = text.lines().nth(1).expect("what is closer");
+            assert_eq!(closer.is_empty(), second.starts_with("Nothing"), "{text}");
+            if !closer.is_empty() {
+                let next = named(second);
+                assert!(within.contains(&next) && error(next) < error(best), "{text}");
+                assert!(closer.iter().all(|row| time(next) <= time(row)), "{text}");
+            }
+            for line in text.lines().skip(3) {
+                let row = named(line);
+                assert!(within.contains(&row), "{text}");
+                let no_better = |other: &&Row| match line.split(' ').next() {
+                    Some("fastest") => time(row) <= time(other),
+                    Some("closest") => error(row) <= error(other),
+                    _ => other.bytes_resident.is_none_or(|bytes| row.bytes_resident.is_some_and(|own| own <= bytes)),
+                };
+                assert!(within.iter().all(no_better), "{text}");
+            }
+        }
+        assert!(answered > 500 && refused > 500, "{answered} and {refused}");
+    }
+}

@@ -1,0 +1,134 @@
+//! `recommend`: what it says of measured rows is what stands in the JSON, limits hold, and it measures by itself.
+
+use crate::errors::fails;
+use crate::support::log;
+use crate::{folder, ok, results, run, runs, small_scene, text};
+use std::path::Path;
+
+/// Spec, ms a frame, surface error, FLIP, KiB.
+const ROWS: [(&str, &str, f64, f64, f64, u64); 6] = [
+    ("none", "{}", 1.0, 0.5, 0.3, 0),
+    ("psm", r#"{"size":"128"}"#, 1.25, 0.32, 0.2, 64),
+    ("avsm", r#"{"size":"512","nodes":"16"}"#, 2.0, 0.04, 0.05, 4096),
+    ("voxel-grid", r#"{"size":"64"}"#, 8.0, 0.02, 0.04, 16),
+    ("uncompressed", "{}", 40.0, 0.005, 0.01, 65536),
+    ("avsm", r#"{"size":"64"}"#, 1.5, 0.6, 0.4, 8),
+];
+
+/// A results.json as another program would write it, of scenes `a` and, where it is wanted, `b`.
+fn made_up(folder: &Path, scenes: &[&str]) -> String {
+    let row = |scene: &str, (technique, variant, ms, error, flip, kib): &(&str, &str, f64, f64, f64, u64)| {
+        serde_json::json!({
+            "scene": scene, "technique": technique, "status": "ok", "path": "", "reason": "", "passes": [], "counters": {},
+            "variant": serde_json::from_str::<serde_json::Value>(variant).expect("JSON"),
+            "frame_ns": ms * 1e6, "bytes_resident": kib * 1024,
+            "error": {
+                "surface": surface(*error),
+                "image": { "rmse": 0.1, "flip_mean": flip },
+            },
+        })
+    };
+    let rows: Vec<_> = scenes.iter().flat_map(|scene| ROWS.iter().map(|of| row(scene, of))).collect();
+    let device = serde_json::json!({ "name": "d", "driver": "r", "api": "1.3", "type": "cpu", "features": {} });
+    let all = serde_json::json!({ "schema": 3, "gobo": "0.1.0", "command": "", "device": device, "rows": rows });
+    let path = folder.join("results.json");
+    std::fs::write(&path, all.to_string()).expect("write");
+    text(&path).to_owned()
+}
+
+fn surface(error: f64) -> serde_json::Value {
+    let points = gobo::measure::PointError { mean_abs: error, ..Default::default() };
+    serde_json::to_value(points).expect("JSON")
+}
+
+/// The words of each line of an answer's table, by its first.
+fn line<'a>(answer: &'a str, what: &str) -> Vec<&'a str> {
+    let found = answer.lines().find(|line| line.starts_with(what)).unwrap_or_else(|| panic!("no {what} in {answer}"));
+    found.split_whitespace().collect()
+}
+
+#[test]
+fn rows_that_were_measured_are_an_answer() {
+    let folder = folder();
+    let path = made_up(folder.path(), &["a"]);
+    let all = ok(&["recommend", "--from", &path]);
+    // 2 · 0.04 = 0.08; psm comes to 0.4, voxel-grid to 0.16, uncompressed to 0.2. The small avsm is worse than none.
+    let mut lines = all.lines();
+    let sentence = lines.next().expect("an answer");
+    assert_eq!(sentence, "a on d: avsm:nodes=16,size=512 is best balanced: 2.00 ms a frame, surface error 0.0400.");
+    let next = lines.next().expect("what is closer");
+    assert_eq!(next, "0.500 of its error: voxel-grid:size=64 takes 4.00 times as long.");
+    assert_eq!(line(&all, "fastest"), ["fastest", "1.25", "0.320", "0.200", "64.0", "KiB", "psm:size=128"]);
+    assert_eq!(line(&all, "closest"), ["closest", "40.0", "0.00500", "0.0100", "64.0", "MiB", "uncompressed"]);
+    assert_eq!(line(&all, "smallest"), ["smallest", "8.00", "0.0200", "0.0400", "16.0", "KiB", "voxel-grid:size=64"]);
+    // Each limit takes rows away, those on it stay.
+    for (limits, best, fastest, closest, smallest) in [
+        (&["--max-ms", "8"][..], "avsm:", "psm:", "voxel-grid:", "voxel-grid:"),
+        (&["--max-ms", "1.5"], "psm:", "psm:", "psm:", "psm:"),
+        (&["--max-error", "0.02"], "voxel-grid:", "voxel-grid:", "uncompressed", "voxel-grid:"),
+        (&["--max-flip", "0.05"], "avsm:", "avsm:", "uncompressed", "voxel-grid:"),
+        (&["--max-bytes", "64KiB"], "voxel-grid:", "psm:", "voxel-grid:", "voxel-grid:"),
+        (&["--max-bytes", "4194304", "--max-ms", "2"], "avsm:", "psm:", "avsm:", "psm:"),
+    ] {
+        let said = ok(&[&["recommend", "--from", &path], limits].concat());
+        assert!(said.starts_with(&format!("a on d: {best}")), "{limits:?}: {said}");
+        for (what, spec) in [("fastest", fastest), ("closest", closest), ("smallest", smallest)] {
+            assert!(line(&said, what).last().is_some_and(|word| word.starts_with(spec)), "{limits:?}: {said}");
+        }
+    }
+    assert!(
+        ok(&["recommend", "--from", &path, "--max-ms", "2"])
+            .contains("Nothing within the limits is closer by a tenth or more.")
+    );
+    // avsm takes twice what is allowed, psm has 16 times the error.
+    let neither = ["recommend", "--from", &path, "--max-ms", "1", "--max-error", "0.02"];
+    let words = [
+        "a on d: no row is within the limits; avsm:nodes=16,size=512 comes nearest",
+        "time of a frame 2.00 ms, and the limit is 1.00 ms",
+        "surface error 0.0400, and the limit is 0.0200",
+    ];
+    fails(&neither, &words);
+    // Each scene has its own.
+    let both = made_up(folder.path(), &["a", "b"]);
+    let said = ok(&["recommend", "--from", &both]);
+    assert!(said.contains("\n\nb on d: avsm:nodes=16,size=512 is best balanced"), "{said}");
+}
+
+#[test]
+fn what_is_no_limit_or_no_file_is_one_line() {
+    let folder = folder();
+    let path = made_up(folder.path(), &["a"]);
+    for option in ["--max-ms", "--max-error", "--max-flip", "--max-bytes"] {
+        for wrong in ["-1", "NaN", "0", "inf", "much"] {
+            fails(&["recommend", "--from", &path, option, wrong], &[&format!("{option} {wrong}"), "above 0"]);
+        }
+    }
+    fails(&["recommend", "--from", "missing.json"], &["missing.json", "gobo compare"]);
+    let empty = made_up(folder.path(), &[]);
+    fails(&["recommend", "--from", &empty], &[&empty, "nothing is measured"]);
+    fails(&["recommend", "no-such-scene"], &["no-such-scene"]);
+    for wrong in [&["recommend"][..], &["recommend", "town", "--from", &path]] {
+        assert!(!run(wrong).status.success(), "{wrong:?}");
+    }
+}
+
+/// A scene is measured, and what is said is what its rows say.
+#[test]
+fn a_scene_is_measured() {
+    log("exercised", "a_scene_is_measured", &runs("beer-shadow-map", "binned").0);
+    let (scenes, out) = (folder(), folder());
+    let scene = small_scene(scenes.path());
+    let output = crate::gobo()
+        .args(["recommend", text(&scene), "--out", text(out.path())])
+        .env("GOBO_TEST_LITTLE", "1")
+        .output()
+        .expect("the program starts");
+    let error = String::from_utf8_lossy(&output.stderr);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{said}{error}");
+    let rows = results(out.path()).rows;
+    assert!(!rows.is_empty() && rows.iter().all(|row| row.unseen.is_empty() || row.technique == "none"));
+    assert_eq!(said, ok(&["recommend", "--from", text(&out.path().join("results.json"))]));
+    let spec = line(&said, "fastest").last().copied().expect("a spec").to_owned();
+    assert!(gobo::technique::parse(&spec, &[]).is_ok(), "{spec} is no spec");
+}
