@@ -14,8 +14,10 @@ CONSTANT(uint, PCF, 1u)
 // Whether texels are gathered, four in a fetch, and not fetched one by one.
 CONSTANT(bool, GATHERS, true)
 
-// Maps of a light, each a half as wide as the one before, and how many maps there are of each kind.
+// Maps of a light, each half as wide as the one before.
 CONSTANT(uint, CASCADES, 1u)
+
+// Maps of all lights together, which the list has once for each cascade.
 CONSTANT(uint, CASCADE_MAPS, 1u)
 
 // The narrowest map of a light that has all texels within so many of the point, else the widest.
