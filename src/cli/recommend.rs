@@ -9,7 +9,7 @@ use crate::gpu::{Context, Features};
 use crate::measure::{Case, DeviceFacts, Effort, Extent, Results, Row, SCHEMA, with_case};
 use crate::report::{Limits, Store, best_and_extremes, is_hopeless, recommend};
 use crate::scene::Scene;
-use crate::technique::{Casts, Name, REGISTRY, Spec};
+use crate::technique::{Casts, Lifetime, Name, REGISTRY, Spec};
 use crate::{Error, Result};
 use clap::Args;
 use std::collections::BTreeSet;
@@ -163,31 +163,43 @@ fn effort(features: &Features) -> Effort {
 }
 
 /// What sees all that casts shadows in the scene, and no shadow: `specs`, what `compare` has, and of each technique that it leaves out one
-/// spec. Of meshes alone one of each is enough: the opaque maps of what also sees smoke do not differ by how it keeps smoke.
+/// spec, or under meshes alone all ways to keep those. What `compare` has of one technique is under meshes alone one spec: the opaque
+/// maps of what also sees smoke do not differ by how it keeps smoke.
 fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bool) -> Result<Vec<Spec>> {
     let only_meshes = scene.has_only_meshes();
     if !many_lights && !has_many_lights(scene) {
-        let mut more = Vec::new();
-        // What a software device builds in no time.
-        let small = if only_meshes {
-            runs(|runs| runs.stress_meshes, on_cpu)?
-        } else {
-            runs(|runs| runs.stress_smoke, on_cpu)?
-        };
-        for entry in REGISTRY {
-            let left_out = specs.iter().all(|spec| spec.entry.name != entry.name);
-            let usual = if on_cpu { small.clone() } else { parse(entry.name)? };
-            let usual = usual.into_iter().find(|spec| left_out && spec.entry.name == entry.name);
-            more.extend(
-                usual.iter().filter(|_| only_meshes).filter_map(|spec| sized(spec, |size| size.saturating_mul(4))),
-            );
-            specs.extend(usual);
-        }
         if only_meshes {
             let mut known = BTreeSet::new();
             specs.retain(|spec| known.insert(spec.entry.name));
         }
-        specs.extend(more);
+        let of_meshes = runs(|runs| runs.stress_meshes, on_cpu)?;
+        // What a software device builds in no time.
+        let of_smoke = runs(|runs| runs.stress_smoke, on_cpu)?;
+        for entry in REGISTRY {
+            if specs.iter().any(|spec| spec.entry.name == entry.name) {
+                continue;
+            }
+            let is_its = |spec: &&Spec| spec.entry.name == entry.name;
+            let usual = parse(entry.name)?;
+            if only_meshes {
+                // All ways to keep meshes, as large as is usual, and four times as large where no bake makes that long.
+                let size = |spec: &Spec| {
+                    let mut spec = spec.clone();
+                    Name::SIZES.iter().for_each(|name| spec.set(*name, usual[0].text(*name)));
+                    spec
+                };
+                let ways: Vec<Spec> = of_meshes.iter().filter(is_its).map(size).collect();
+                let ways = if ways.is_empty() { usual } else { ways };
+                let more = ways.iter().filter(|_| entry.lifetime == Lifetime::Frame);
+                let more: Vec<Spec> = more.filter_map(|spec| sized(spec, |size| size.saturating_mul(4))).collect();
+                specs.extend(ways);
+                specs.extend(more);
+            } else if on_cpu {
+                specs.extend(of_smoke.iter().find(is_its).cloned());
+            } else {
+                specs.extend(usual);
+            }
+        }
     }
     let sees = |spec: &Spec| spec.entry.casts.unseen_of(scene.kinds()).is_empty();
     specs.retain(|spec| spec.entry.casts == Casts::NONE || sees(spec));
