@@ -1,10 +1,12 @@
 //! What `--help` says behind the options, and `gobo help TECHNIQUE`: from the entries of techniques alone.
 
 use super::hooks::OPTION;
-use crate::consume::KEYS;
+use crate::consume::{KEYS, parse};
+use crate::error::did_you_mean;
 use crate::scene::known;
 use crate::technique::keys::EVERY;
 use crate::technique::{Entry, Key, Lifetime, REGISTRY, Values};
+use crate::{Error, Result};
 
 /// Columns of a line of help.
 pub const WIDTH: usize = 100;
@@ -33,11 +35,28 @@ pub fn techniques() -> String {
     text
 }
 
-/// The page of the technique that the arguments ask about, if they do: `gobo help avsm`.
-pub fn asked() -> Option<String> {
+/// The page of the technique that the arguments ask about, if they do: `gobo help avsm`. `commands` are what else there is help for.
+///
+/// # Errors
+/// [`Error::Input`] where the word is neither, but near one.
+pub fn asked<'a>(commands: impl Iterator<Item = &'a str>) -> Result<Option<String>> {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != OPTION).collect();
-    let [help, name] = &arguments[..] else { return None };
-    REGISTRY.iter().find(|entry| help == "help" && entry.name == name).map(|entry| page(entry))
+    let [_, name] = &arguments[..] else { return Ok(None) };
+    if arguments[0] != "help" {
+        return Ok(None);
+    }
+    if let Some(entry) = REGISTRY.iter().find(|entry| entry.name == name) {
+        return Ok(Some(page(entry)));
+    }
+    let known: Vec<&str> = commands.chain(REGISTRY.iter().map(|entry| entry.name)).collect();
+    let meant = if known.contains(&name.as_str()) { String::new() } else { did_you_mean(name, known) };
+    match meant.is_empty() {
+        true => Ok(None),
+        false => {
+            let cause = format!("neither a command nor a technique{meant}");
+            Err(Error::input(format!("help {name}"), cause, "gobo --help lists both"))
+        }
+    }
 }
 
 fn page(entry: &Entry) -> String {
@@ -46,6 +65,10 @@ fn page(entry: &Entry) -> String {
         let needs: Vec<_> = path.requires.iter().map(|needed| needed.name()).collect();
         let needs = if needs.is_empty() { "nothing beyond Vulkan 1.3".into() } else { needs.join(", ") };
         text += &fill(&format!("    {:<12} ", path.name), &needs);
+    }
+    text += "\n  what it promises of its answers with the default keys, and gobo stress checks\n";
+    for path in entry.paths {
+        text += &fill(&format!("    {:<12} ", path.name), &promised(entry, path.name));
     }
     text += "\n  keys\n";
     text += &keys(entry.keys.iter());
@@ -63,6 +86,24 @@ fn page(entry: &Entry) -> String {
         .find(|spec| !spec.contains('|'));
     let example = example.unwrap_or_else(|| entry.name.into());
     text + &format!("\n  such as\n    gobo compare --quick --technique {example}\n")
+}
+
+fn promised(entry: &Entry, path: &str) -> String {
+    let Ok([spec]) = parse(entry.name).as_deref().map(|specs| [specs[0].clone()]) else { return String::new() };
+    let promises = (entry.promises)(&spec, path);
+    let most = |what: &str, value: Option<f64>| value.map(|value| format!("{what} at most {value}"));
+    let all = [
+        most("mean error on a texel's ray", promises.mean),
+        most("off behind all smoke by", promises.tail),
+        most("rises along a ray by", promises.rise),
+        most("differs with the casters' order by", promises.order),
+        most("steps by", promises.step),
+        promises.wrong.map(|count| format!("{count} leaks and false shadows beyond its resolution")),
+        promises.repeats.then(|| "the same bytes each time".into()),
+        promises.skips_alike.then(|| "the same bytes with skip=off".into()),
+    ];
+    let all: Vec<String> = all.into_iter().flatten().collect();
+    if all.is_empty() { "nothing".into() } else { all.join(", ") }
 }
 
 fn about(entry: &Entry) -> String {
@@ -119,7 +160,7 @@ mod tests {
         assert_eq!(text.split_whitespace().filter(|word| *word == "word").count(), 60);
     }
 
-    /// Of every technique, all that its settings have.
+    /// The page of every technique has all that its settings have.
     #[test]
     fn a_page_has_all_keys() {
         for entry in REGISTRY {

@@ -33,7 +33,7 @@ use crate::lights::indirect::{check_count, check_meshes, lit_by_vpls};
 use crate::scene::{FACES, Motion, Scene, check_time};
 use crate::technique::Spec;
 use crate::{Error, Result};
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use std::fmt::Display;
 use std::io::Write;
 use std::process::ExitCode;
@@ -319,8 +319,14 @@ fn complain(line: impl Display) {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    if let Some(page) = help::asked() {
-        return say(page).map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS);
+    let commands = Cli::command();
+    match help::asked(commands.get_subcommands().map(clap::Command::get_name)) {
+        Ok(None) => {}
+        Ok(Some(page)) => return say(page).map_or(ExitCode::FAILURE, |()| ExitCode::SUCCESS),
+        Err(error) => {
+            complain(format!("gobo: {error}"));
+            return ExitCode::from(2);
+        }
     }
     let cli = Cli::parse();
     if cli.test_hooks {

@@ -119,18 +119,16 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
 fn measured(arguments: &Arguments, name: &str) -> Result<Results> {
     let scene = load(name, &arguments.load)?;
     let context = arguments.device.open()?;
+    if context.features().timestamp_valid_bits == 0 {
+        return Err(Error::Refused {
+            needs: "timestamps, and the device has none: there is no time to choose by".into(),
+        });
+    }
     let store = arguments.out.as_deref().map(Store::open).transpose()?;
     let usual = default_specs(&scene, context.features(), arguments.many_lights)?;
     let specs = little::specs(candidates(&scene, usual, context.features().is_software(), arguments.many_lights)?);
     let effort = effort(context.features());
     let [coarse, fine] = if little::is_asked() { [[1, 0]; 2] } else { [COARSE, FINE] };
-    let rows = with_case(&context, std::slice::from_ref(&scene), effort, |case| {
-        case.repeat(coarse);
-        let rows = rows(&context, case, &specs)?;
-        let left = promising(&specs, &rows);
-        case.repeat(fine);
-        self::rows(&context, case, &left)
-    })?;
     let conditions = [
         ("--frames", fine[0].to_string()),
         ("errors", "over all points".into()),
@@ -139,15 +137,22 @@ fn measured(arguments: &Arguments, name: &str) -> Result<Results> {
         ("--time", arguments.load.time.to_string()),
         (&format!("{SCENE}{}", scene.name), format!("{:08x}", scene.fingerprint())),
     ];
-    let results = Results {
+    let mut results = Results {
         schema: SCHEMA,
         gobo: env!("CARGO_PKG_VERSION").into(),
         command: command_line(),
         conditions: conditions.map(|(name, value)| (name.to_owned(), value)).into(),
         device: DeviceFacts::of(context.features()),
-        rows,
+        rows: Vec::new(),
     };
-    store.map_or(Ok(()), |store| store.write(&results))?;
+    with_case(&context, std::slice::from_ref(&scene), effort, |case| {
+        case.repeat(coarse);
+        measure(&context, case, &specs, &mut results, None)?;
+        let left = promising(&specs, &results.rows);
+        case.repeat(fine);
+        results.rows.clear();
+        measure(&context, case, &left, &mut results, store.as_ref())
+    })?;
     Ok(results)
 }
 
@@ -206,9 +211,15 @@ fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bo
     Ok(specs)
 }
 
-fn rows(context: &Context, case: &mut Case, specs: &[Spec]) -> Result<Vec<Row>> {
+/// A row a spec, each in the store as soon as it is measured.
+fn measure(
+    context: &Context,
+    case: &mut Case,
+    specs: &[Spec],
+    results: &mut Results,
+    store: Option<&Store>,
+) -> Result<()> {
     let progress = Progress::new(specs.len());
-    let mut rows = Vec::new();
     for spec in specs {
         progress.begins(case.scene_name(), spec);
         let (row, _) = case.measure(spec);
@@ -221,10 +232,11 @@ fn rows(context: &Context, case: &mut Case, specs: &[Spec]) -> Result<Vec<Row>> 
                 way_out: "the device is lost: measure with gobo compare, which goes on with --resume".into(),
             });
         }
-        rows.push(row);
+        results.rows.push(row);
+        store.map_or(Ok(()), |store| store.write(results))?;
     }
     progress.finish();
-    Ok(rows)
+    Ok(())
 }
 
 /// What is not hopeless, and in half and twice the size what is an answer by now.

@@ -51,9 +51,9 @@ push_struct! {
         only_meshes: u32,
         /// Maps of all lights, once for each cascade.
         cascade_maps: u32,
-        /// Of the camera.
+        /// Where the camera is.
         eye: [f32; 3],
-        /// Likewise.
+        /// Where it looks, of unit length.
         ahead: [f32; 3],
     }
 }
@@ -104,7 +104,7 @@ impl Fit {
             only_meshes: u32::from(casters == 0),
             cascade_maps: world.map_count() as u32,
             eye: eye.as_vec3().into(),
-            ahead: ahead.normalize().as_vec3().into(),
+            ahead: ahead.normalize_or(DVec3::X).as_vec3().into(),
         };
         commands.pass("maps.fit", |pass| pass.dispatch(&self.fit, &push, [count.div_ceil(64), 1, 1]));
     }

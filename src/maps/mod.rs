@@ -1,9 +1,8 @@
 //! What techniques share that stand in a light's view: the maps of all lights, what the meshes leave in them, bins of
 //! casters, casters drawn as quads, per-texel lists, filters.
 //!
-//! A light is looked up through one map, a point light through the six faces of a cube; a directional light that has cascades through
-//! one of them. All maps have the same size; in
-//! images they stand one above the other. A pass goes over all of them at once: in a dispatch the map is the workgroup's z,
+//! A light is looked up through one map, a point light through the six faces of a cube, a directional light with cascades
+//! through one of them. All maps have the same size; in images they stand one above the other. A pass goes over all of them at once: in a dispatch the map is the workgroup's z,
 //! in a render each map has a draw of its own, since each has its own casters and its own edge.
 
 mod bins;
@@ -134,7 +133,12 @@ impl Maps {
             let cause =
                 format!("{count} maps (six for a point light, one for any other), and 1 to {MAX_MAPS} are built");
             let name = format!("the lights of {}", world.name());
-            return Err(Error::input(name, cause, "change the number of lights"));
+            let way_out = if opaque.cascades > 1 {
+                "change cascades or the number of lights"
+            } else {
+                "change the number of lights"
+            };
+            return Err(Error::input(name, cause, way_out));
         }
         let all = Map::aimed(&world.aim(), size, opaque.size, opaque.cascades);
         let buffer = Buffer::with_data(context, "maps", &all)?;

@@ -201,7 +201,7 @@ impl Case<'_> {
         &self.frames.states[0].name
     }
 
-    /// Of what is measured from now on so many builds are timed, after so many that are not. Errors are of the same points.
+    /// Times so many builds of each row from now on, after so many that it does not time. Errors stay at the same points.
     pub fn repeat(&mut self, [frames, warm_up]: [usize; 2]) {
         (self.effort.frames, self.effort.warm_up) = (frames, warm_up);
     }

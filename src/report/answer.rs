@@ -13,7 +13,7 @@ pub(super) struct Measure {
     pub(super) of: fn(&Row) -> Option<f64>,
 }
 
-/// Of all points of a kind: what a user looks at first.
+/// Errors over all points of a kind; what a user looks at first stands first.
 const ERRORS: [Measure; 3] = [
     Measure { name: "surface error", of: |row| Some(row.error.as_ref()?.surface?.mean_abs) },
     Measure { name: "error in space", of: |row| Some(row.error.as_ref()?.space?.mean_abs) },
@@ -23,7 +23,7 @@ pub(super) const FLIP: Measure = Measure { name: "FLIP", of: |row| Some(row.erro
 
 /// Rows of a scene by their index in the results.
 pub(super) struct Answer {
-    /// The smallest product of frame time and error: who takes twice as long has to be twice as close.
+    /// The smallest product of frame time and error: what takes twice as long has to be twice as close.
     pub(super) best: usize,
     pub(super) fastest: usize,
     pub(super) closest: usize,
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn who_takes_twice_as_long_has_to_be_twice_as_close() {
+    fn what_takes_twice_as_long_has_to_be_twice_as_close() {
         // `none` is the fastest, and `map` is no closer; the list is exact and slow.
         let rows = [
             row("none", 1.0, 0.3),

@@ -9,7 +9,7 @@ use crate::report::series::says_nothing;
 use crate::report::wording::{Specs, bytes, path, significant};
 use serde::Serialize;
 
-/// Of all scenes.
+/// The answers for all scenes.
 #[derive(Serialize)]
 pub(super) struct Choice {
     scenes: Vec<SceneChoice>,
@@ -75,7 +75,7 @@ pub(super) fn choice(results: &Results, specs: &Specs) -> Choice {
     Choice { scenes, techniques: techniques.collect(), paths: paths.collect() }
 }
 
-/// Of what was measured, each once.
+/// The names in the measured rows, each once.
 fn names(results: &Results, of: fn(&Row) -> &String) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for row in &results.rows {

@@ -55,7 +55,7 @@ struct Front {
 struct Heading {
     name: &'static str,
     meaning: &'static str,
-    /// Of the group that it opens.
+    /// The name of the group that it opens.
     group: Option<&'static str>,
     folded: bool,
 }

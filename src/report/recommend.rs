@@ -168,7 +168,7 @@ fn to_paste(row: &Row) -> String {
     let spec = row.spec();
     match parse(&spec).as_deref() {
         Ok([spec]) => spec.short(),
-        // Of a file of another version: its keys as they stand there.
+        // A file of another version has other keys: they stay as they stand there.
         _ => one_line(&spec),
     }
 }

@@ -12,9 +12,9 @@ pub(super) struct Size {
     pub(super) name: &'static str,
     pub(super) width: f64,
     pub(super) height: f64,
-    /// Of a label, in characters.
+    /// Characters of the longest label.
     longest: usize,
-    /// Only of what the answer names and of the front.
+    /// Only what the answer names and the front have labels.
     few_labels: bool,
 }
 
@@ -29,7 +29,7 @@ const LEFT: f64 = 80.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 52.0;
-/// Of a letter, on average; the widest of common fonts need as much.
+/// The mean width of a letter; the widest of common fonts need as much.
 const ADVANCE: f64 = 8.1;
 const LINE: f64 = 16.0;
 /// Half of a point's extent, and of one that the answer names.

@@ -143,7 +143,7 @@ impl ShadowMap {
     }
 }
 
-/// Both views of a map are that of the depths. Of cascades only the widest is seen: the others resolve more.
+/// Both views of a map are that of the depths. The widest cascade stands for all: the others resolve more.
 fn seen(maps: &Maps, cascades: u32) -> Vec<Map> {
     let all = maps.all();
     all[..all.len() / cascades as usize].iter().map(|map| Map { volume: map.opaque, opaque: map.opaque }).collect()

@@ -7,7 +7,7 @@ use gobo::Error;
 use gobo::maps::{Map, opaque_corner};
 use gobo::reference::twin::receiver::{Receiver, moved};
 use gobo::reference::twin::shadow_map::visibility;
-use gobo::scene::{Mesh, Scene};
+use gobo::scene::{Camera, Light, LightKind, Mesh, Scene};
 use gobo::technique::{Opened, ShadowMap, Technique, open};
 use gobo::world::World;
 
@@ -133,6 +133,25 @@ fn cascades() {
         };
         assert_eq!(of("shadow-map:size=64,cascades=4"), (0.0, 4 * 4 * 64 * 64));
         assert_eq!(of("shadow-map:size=64").1, 4 * 64 * 64);
+        // Under two suns each has its own, and where the camera goes they go: behind it no narrow map sees the caster.
+        let mut two = scene.clone();
+        let other = LightKind::Directional { direction: DVec3::new(-0.4, 0.3, -0.5).normalize() };
+        two.lights.push(Light { kind: other, ..two.lights[0] });
+        let beside = [[0.613 - 0.4 * 0.8, 0.587 + 0.3 * 0.8, 0.0]];
+        let up = [[0.0, 0.0, 1.0]];
+        let mut world = World::new(context, &two).expect("room for the scene");
+        let mut opened = open(context, &world, &spec("shadow-map:size=64,cascades=4")).expect("two suns");
+        opened.build(&world).expect("built");
+        let asked = |map: &dyn Technique| {
+            [(0, below), (1, beside), (1, below), (0, beside)].map(|(l, p)| ask_on(context, map, l, &p, &up)[0])
+        };
+        assert_eq!(asked(opened.technique.as_ref()), [0.0, 0.0, 1.0, 1.0]);
+        let away = Camera { position: DVec3::new(-4.0, -4.0, 0.5), target: DVec3::new(-5.0, -5.0, 0.0), ..two.camera };
+        world.set_camera(away);
+        opened.build(&world).expect("built anew");
+        let widest = built(context, &two, "shadow-map:size=64");
+        assert_eq!(asked(opened.technique.as_ref()), asked(widest.as_ref()));
+        assert_ne!(asked(widest.as_ref()), [0.0, 0.0, 1.0, 1.0], "the widest sees it too");
         let scene = scenes::point([0.0, 0.0, 3.0], scene);
         let world = World::new(context, &scene).expect("room for the scene");
         let error = open(context, &world, &spec("shadow-map:cascades=2")).map(|_| ()).expect_err("a point light");

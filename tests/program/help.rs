@@ -33,8 +33,15 @@ fn a_technique_has_a_page() {
         assert!(page.contains(word), "{word} is not in:\n{page}");
     }
     assert!(page.lines().all(|line| line.chars().count() <= 100), "{page}");
-    let unknown = run(&["help", "avsn"]);
-    assert_eq!(unknown.status.code(), Some(2));
+    // In words, what the entry has as numbers.
+    assert!(page.contains("0 leaks and false shadows beyond its resolution"), "{page}");
+    for (word, meant) in
+        [("avsn", "did you mean avsm?"), ("compar", "did you mean compare?"), ("xyzzy", "unrecognized")]
+    {
+        let unknown = run(&["help", word]);
+        let said = String::from_utf8_lossy(&unknown.stderr).into_owned();
+        assert!(unknown.status.code() == Some(2) && said.contains(meant), "{said}");
+    }
 }
 
 /// A page of the manual a command, and a script that the shell reads.

@@ -34,7 +34,7 @@ fn chromium(arguments: &[&str]) -> std::process::Output {
     panic!("no Chromium to open the page in: run ./setup.sh, which installs it");
 }
 
-/// Of each width, in that order.
+/// What it found at each width, in that order.
 fn findings(page: &Path, dark: bool) -> Vec<Value> {
     let dir = folder();
     let html = std::fs::read_to_string(page).expect("a page");
