@@ -9,6 +9,7 @@
 # the commands.
 set -u
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+export FILES=${FILES:-$here/files}
 folder=${1:-} kind=${2:-}
 case $kind in
 gpu | lavapipe | swiftshader) ;;
