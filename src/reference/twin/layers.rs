@@ -1,31 +1,7 @@
 //! CPU twin of glsl/technique/layers/: optical depths up to the ends of a texel's layers, in f32.
 
-use super::sums::DARK;
 use super::texel_sums::{self, Range, place};
 use crate::scene::{Caster, View};
-use half::f16;
-
-/// What optical depths are kept in. Twins: STORAGE_F32 and so on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Storage {
-    /// 32 bits.
-    F32,
-    /// A half float.
-    F16,
-    /// 16 bits of fixed point.
-    Fixed,
-}
-
-impl Storage {
-    /// What is left of an optical depth that was kept.
-    pub fn kept(self, optical_depth: f32) -> f32 {
-        match self {
-            Self::F32 => optical_depth,
-            Self::F16 => f16::from_f32(optical_depth.min(65504.0)).to_f32(),
-            Self::Fixed => ((optical_depth / DARK).min(1.0) * 65535.0).round() / 65535.0 * DARK,
-        }
-    }
-}
 
 /// Where layer k of `count` ends. Twin: layer_end.
 pub fn end(range: Range, count: usize, k: usize) -> f32 {
@@ -55,9 +31,14 @@ pub struct Texel<const N: usize> {
 
 impl<const N: usize> Texel<N> {
     /// Of a tile's casters; `bound` is [`super::sums::bound`] of them. Twin: binned.comp.
-    pub fn binned(of: Range, storage: Storage, texel: (&View, [u32; 2], &[Caster], u64)) -> Self {
-        let (range, sums) = texel_sums::binned(texel, of, |places, taken| parts(of, places, taken));
-        Self { of, range, optical_depths: sums.map(|sum| storage.kept(sum)) }
+    pub fn binned(of: Range, texel: (&View, [u32; 2], &[Caster], u64)) -> Self {
+        let (range, optical_depths) = texel_sums::binned(texel, of, |places, taken| parts(of, places, taken));
+        Self { of, range, optical_depths }
+    }
+
+    /// As its storage keeps it.
+    pub fn kept(self, storage: impl Fn(f32) -> f32) -> Self {
+        Self { optical_depths: self.optical_depths.map(storage), ..self }
     }
 
     /// Twin: texel_transmittance in visibility.glsl.
@@ -74,13 +55,19 @@ impl<const N: usize> Texel<N> {
 #[cfg(test)]
 mod tests {
     use super::super::segment::texel_segment;
-    use super::super::sums::bound;
+    use super::super::sums::{DARK, bound};
     use super::*;
     use crate::scene::tests::along_the_axis;
     use proptest::prelude::*;
 
     const RANGES: [Range; 3] = [Range::Scene, Range::Front, Range::Texel];
-    const STORAGES: [Storage; 3] = [Storage::F32, Storage::F16, Storage::Fixed];
+
+    /// 32 bits, half floats, fixed point.
+    const STORAGES: [fn(f32) -> f32; 3] = [
+        |sum| sum,
+        |sum| half::f16::from_f32(sum.min(65504.0)).to_f32(),
+        |sum| ((sum / DARK).min(1.0) * 65535.0).round() / 65535.0 * DARK,
+    ];
 
     fn casters() -> impl Strategy<Value = Vec<(f32, f32, f32)>> {
         // Densities of nothing, of smoke and of what is opaque.
@@ -108,17 +95,18 @@ mod tests {
             let product = (-exact(&view, &casters, 2.0)).exp();
             let backwards: Vec<_> = casters.iter().rev().copied().collect();
             for (range, storage) in RANGES.into_iter().flat_map(|r| STORAGES.map(|s| (r, s))) {
-                let texel = Texel::<8>::binned(range, storage, (&view, [0, 0], &casters, bound));
-                prop_assert_eq!(texel, Texel::binned(range, storage, (&view, [0, 0], &backwards, bound)));
+                let texel = Texel::<8>::binned(range, (&view, [0, 0], &casters, bound));
+                prop_assert_eq!(texel, Texel::binned(range, (&view, [0, 0], &backwards, bound)));
+                let texel = texel.kept(storage);
                 let mut last = texel.transmittance(-1e-3);
                 prop_assert_eq!(last, 1.0);
                 for i in 0..=64 {
                     let t = texel.transmittance(i as f32 / 64.0);
                     // A mean of two sums is rounded.
-                    prop_assert!((0.0..=last + 1e-6).contains(&t), "{range:?} {storage:?}: {t} after {last}");
+                    prop_assert!((0.0..=last + 1e-6).contains(&t), "{range:?}: {t} after {last}");
                     last = t;
                 }
-                prop_assert!((f64::from(last) - product).abs() < 3e-4, "{range:?} {storage:?}: {last}, not {product}");
+                prop_assert!((f64::from(last) - product).abs() < 3e-4, "{range:?}: {last}, not {product}");
             }
         }
 
@@ -126,7 +114,7 @@ mod tests {
         #[test]
         fn one_sphere_is_exact(z in -1.0..1.0f32, radius in 0.1..0.5f32, density in 0.01..5.0f32, depth in 0.0..1.0f32) {
             let (view, casters) = along_the_axis(&[(z, radius, density)]);
-            let texel = Texel::<4>::binned(Range::Texel, Storage::F32, (&view, [0, 0], &casters, bound(&casters, DARK)));
+            let texel = Texel::<4>::binned(Range::Texel, (&view, [0, 0], &casters, bound(&casters, DARK)));
             let (found, expected) = (texel.transmittance(depth), (-exact(&view, &casters, depth.into())).exp());
             prop_assert!((f64::from(found) - expected).abs() < 1e-5, "{found}, not {expected}");
         }
@@ -136,7 +124,7 @@ mod tests {
         fn ends_are_exact(all in casters()) {
             let (view, casters) = along_the_axis(&all);
             for range in RANGES {
-                let texel = Texel::<8>::binned(range, Storage::F32, (&view, [0, 0], &casters, bound(&casters, DARK)));
+                let texel = Texel::<8>::binned(range, (&view, [0, 0], &casters, bound(&casters, DARK)));
                 for k in 1..=8 {
                     let depth = texel.range[0] + end(range, 8, k) * (texel.range[1] - texel.range[0]);
                     let expected = (-exact(&view, &casters, depth.into())).exp();
@@ -156,7 +144,7 @@ mod tests {
     fn even_slabs_are_exact() {
         let slabs: Vec<_> = (0..4).map(|i| (0.75 - 0.5 * i as f32, 0.25, 0.5 + i as f32)).collect();
         let (view, casters) = along_the_axis(&slabs);
-        let texel = Texel::<4>::binned(Range::Texel, Storage::F32, (&view, [0, 0], &casters, bound(&casters, DARK)));
+        let texel = Texel::<4>::binned(Range::Texel, (&view, [0, 0], &casters, bound(&casters, DARK)));
         for i in 0..=100 {
             let depth = i as f32 / 100.0;
             let expected = (-exact(&view, &casters, depth.into())).exp();

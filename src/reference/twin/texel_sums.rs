@@ -45,11 +45,7 @@ pub fn segments(view: &View, texel: [u32; 2], casters: &[Caster], dark: f32) -> 
     let all = casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0);
     all.map(|s| {
         let share = (dark / s.optical_depth).min(1.0);
-        Segment {
-            exit: s.entry + (s.exit - s.entry) * share,
-            optical_depth: s.optical_depth.min(dark),
-            ..s
-        }
+        Segment { exit: s.entry + (s.exit - s.entry) * share, optical_depth: s.optical_depth.min(dark), ..s }
     })
     .collect()
 }
