@@ -22,6 +22,11 @@ vec2 range_of(vec2 ends) {
                                       : ends;
 }
 
+// The range of a texel whose ends were drawn (maps/sums/ends.frag): words of which the greatest is kept, 0 where nothing is.
+vec2 range_of_words(uvec2 words) {
+    return range_of(words.x == 0u ? vec2(FARTHEST, -FARTHEST) : uintBitsToFloat(uvec2(~words.x, words.y)));
+}
+
 // A depth's place in the range. Compared first, so that of a range of no extent all is behind and not 0/0.
 float range_place(vec2 range, float depth) {
     return depth >= range.y ? 1.0 : depth <= range.x ? 0.0 : min((depth - range.x) / (range.y - range.x), 1.0);

@@ -68,3 +68,20 @@ pub fn binned<const N: usize>(
     }
     (range, units.map(|sum| sum as f32 / scale))
 }
+
+/// The same as drawn: sums round at each caster. Twin: ends.frag and raster.glsl, and what is blended from it in 32 bits.
+pub fn drawn<const N: usize>(
+    (view, texel, casters): (&View, [u32; 2], &[Caster]),
+    range: Range,
+    parts: impl Fn([f32; 2], f32) -> [f32; N],
+) -> ([f32; 2], [f32; N]) {
+    let segments = segments(view, texel, casters, DARK);
+    let (range, mut sums) = (range.of(&segments), [0.0; N]);
+    for segment in &segments {
+        let all = parts([segment.entry, segment.exit].map(|depth| place(range, depth)), segment.optical_depth);
+        for (sum, part) in sums.iter_mut().zip(all) {
+            *sum += part;
+        }
+    }
+    (range, sums)
+}
