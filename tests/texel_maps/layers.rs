@@ -60,7 +60,7 @@ fn stored<const N: usize>(words: &[u32], settings: &Settings) -> Texel<N> {
     };
     let range = match kept {
         [] => [0.0, 1.0],
-        [front] => [f32::from_bits(*front), f32::from_bits(*front) + 1.0],
+        [front] => [f32::from_bits(*front), 1.0],
         [front, back, ..] => [*front, *back].map(f32::from_bits),
     };
     Texel { of: self::range(settings), range, optical_depths: std::array::from_fn(optical_depth) }
