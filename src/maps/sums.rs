@@ -39,7 +39,7 @@ pub struct Sums {
 
 enum Way {
     Binned { bins: Bins, kernel: Kernel, label: &'static str },
-    Raster(Box<Raster>),
+    Raster(Raster),
 }
 
 /// Casters drawn twice: for each texel's ends, where its range hangs on them, and for its sums.
@@ -71,7 +71,7 @@ impl Sums {
         let label = kernels.labels[0];
         let words = Buffer::new(context, label, 4 * u64::from(kernels.words) * maps.texels(), Memory::Device)?;
         let way = match way {
-            TexelWay::Raster => Way::Raster(Box::new(Raster::new(context, world, maps, &words, kernels, constants)?)),
+            TexelWay::Raster => Way::Raster(Raster::new(context, world, maps, &words, kernels, constants)?),
             TexelWay::Binned => {
                 let what = Use { entries: Entries::Summed, skip, reach, parts: [1, 1], area: false, blocks: None };
                 let bins = Bins::new(context, world, maps, what)?;
