@@ -100,6 +100,7 @@
 //! | psm | particles, strands, meshes | each frame | what is left of the light behind each slice of a volume |
 //! | beer-shadow-map | particles, strands, meshes | each frame | front, mean extinction and greatest optical depth a texel |
 //! | translucency-map | particles, strands, meshes | each frame | one product of transmittances a texel |
+//! | stochastic | particles, strands, meshes | each frame | depths at which a few rays of each texel end by chance |
 //! | uncompressed | particles, strands, meshes | each frame | all segments of each texel: the yardstick |
 //! | voxel-grid | particles, strands, meshes | each frame | a grid of voxels that rays go through |
 //! | shadow-map | meshes | each frame | the nearest depth a texel |

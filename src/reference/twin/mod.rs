@@ -30,6 +30,7 @@ pub mod reservoir;
 pub mod segment;
 pub mod shadow_map;
 pub mod simulate;
+pub mod stochastic;
 pub mod sums;
 pub mod translucency_map;
 pub mod vertex_lit;
