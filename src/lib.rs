@@ -102,6 +102,7 @@
 //! | translucency-map | particles, strands, meshes | each frame | one product of transmittances a texel |
 //! | stochastic | particles, strands, meshes | each frame | depths at which a few rays of each texel end by chance |
 //! | uncompressed | particles, strands, meshes | each frame | all segments of each texel: the yardstick |
+//! | grid-query | particles, strands, meshes | each frame | lists of what casts in each voxel: exact |
 //! | voxel-grid | particles, strands, meshes | each frame | a grid of voxels that rays go through |
 //! | shadow-map | meshes | each frame | the nearest depth a texel |
 //! | ism | meshes | each frame | a small map of points for each virtual light |

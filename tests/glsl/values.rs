@@ -128,6 +128,8 @@ fn smoke_is_answered_alike() {
             "beer-shadow-map",
             "translucency-map",
             "uncompressed:size=64",
+            "stochastic:samples=4",
+            "grid-query",
         ] {
             answers_alike(context, &scenes::random(), text);
         }

@@ -101,7 +101,12 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
     match spec.entry.name {
         "voxel-grid" if starts(&["grid.clear_media", "grid.deposit"]) => any(&casters),
         "voxel-grid" => any(&[Meshes, Box]),
-        "ray-query" => any(&[Meshes]),
+        "grid-query" if starts(&["grid.casters"]) => any(&casters),
+        "grid-query" if starts(&["grid.pairs", "grid.bounds", "grid.fit"]) => any(&[Meshes, Box]),
+        // Of the lists of either.
+        "grid-query" => any(&casters) || any(&[Meshes]),
+        "ray-query" if starts(&["ray_query.boxes"]) => any(&casters),
+        "ray-query" => any(&casters) || any(&[Meshes]),
         "ism" if starts(&["ism.areas", "ism.scale", "ism.sums", "ism.offsets", "ism.points", "ism.clusters"]) => {
             any(&[Meshes])
         }
@@ -111,6 +116,7 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
         "uncompressed" if starts(&["list."]) => !any(&[Meshes]),
         "psm" if starts(&["psm.clear", "psm.voxelize", "psm.propagate"]) => !any(&[Meshes]),
         _ if starts(&["translucency_map.multiply", "beer_shadow_map.blend"]) => !any(&[Meshes]),
+        "stochastic" if starts(&["stochastic.draw", "stochastic.clear"]) => !any(&[Meshes]),
         _ => true,
     }
 }
