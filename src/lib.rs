@@ -106,7 +106,7 @@
 //! | voxel-grid | particles, strands, meshes | each frame | a grid of voxels that rays go through |
 //! | shadow-map | meshes | each frame | the nearest depth a texel |
 //! | ism | meshes | each frame | a small map of points for each virtual light |
-//! | ray-query | meshes | each frame | nothing: a ray a point |
+//! | ray-query | particles, strands, meshes | each frame | boxes about what casts: rays ask them |
 //! | none | nothing | each frame | nothing: all light, the row that others are held against |
 //! | voxelized | meshes | once | every voxel lit or shadowed, as an octree or a graph |
 //!

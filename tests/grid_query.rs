@@ -5,14 +5,15 @@
 mod support;
 
 use glam::DVec3;
-use gobo::gpu::Context;
+use gobo::gpu::{Context, Requirement};
 use gobo::reference::truth::{Casters, space_points};
 use gobo::reference::twin::grid::Place;
 use gobo::reference::twin::lists::caster_lists;
+use gobo::reference::twin::ray_query::boxed;
 use gobo::scene::{Light, LightKind, Particle, Scene};
-use gobo::technique::{GridQuery, Opened, grid_query};
+use gobo::technique::{GridQuery, Opened, RayQuery, grid_query, ray_query};
 use gobo::world::World;
-use support::{ask, gpu_test, scenes, some};
+use support::{ask, built, gpu_test, gpu_test_needing, scenes, some};
 
 /// Everything that a voxel's list may trip over: spheres that fill the grid and spheres that are points in it, on voxels' corners and
 /// twice at the same place, dense and thin; lights along axes and in the smoke.
@@ -53,7 +54,7 @@ fn cases() -> Vec<Scene> {
     some(cases, 4)
 }
 
-fn built(context: &Context, scene: &Scene, size: u32) -> (World, Opened<GridQuery>) {
+fn opened(context: &Context, scene: &Scene, size: u32) -> (World, Opened<GridQuery>) {
     let world = World::new(context, scene).expect("room for the scene");
     let technique = GridQuery::new(context, &world, &grid_query::Settings { size }).expect("opens");
     let mut opened = Opened::new(context, Box::new(technique), true);
@@ -67,7 +68,7 @@ fn caster_lists_equal_their_twin() {
     gpu_test("caster_lists_equal_their_twin", |context| {
         for scene in cases() {
             for size in some([64, 128], 1) {
-                let (world, mut opened) = built(context, &scene, size);
+                let (world, mut opened) = opened(context, &scene, size);
                 let data = opened.technique.grid().data().expect("read");
                 let place = Place { origin: data.origin, voxel: data.voxel, per_unit: data.per_unit, size: data.size };
                 let (bits, words) = caster_lists(&scene.casters(), &place);
@@ -84,30 +85,52 @@ fn caster_lists_equal_their_twin() {
 
 /// What a ray that grazes a sphere loses to rounding: the square of a chord is off by some roundings of the scene's size, 1e-6 of it. And
 /// where it grazes a strand, it is in its way or it is not.
+fn holds(context: &Context, scene: &Scene, text: &str) {
+    let truth = Casters::new(scene);
+    let technique = built(context, scene, text);
+    for light in 0..scene.lights.len() {
+        let what = format!("{} {text}, light {light}", scene.name);
+        let points = space_points(scene, light, 2000);
+        let answers = ask(context, technique.as_ref(), light, &points);
+        let [mut sum, mut off] = [0.0, 0];
+        for (point, answer) in points.iter().zip(answers) {
+            let expected = truth.visibility(light, DVec3::from(point.map(f64::from)));
+            let error = (f64::from(answer) - expected).abs();
+            sum += error.min(1e-3);
+            off += usize::from(error > 1e-4);
+        }
+        let mean = sum / points.len() as f64;
+        println!("{what}: {mean:.1e}, {off} off");
+        assert!(off * 200 <= points.len(), "{what}: {off} of {} are off", points.len());
+        assert!(mean < 1e-5, "{what}: {mean:e}");
+    }
+}
+
 #[test]
 fn answers_are_the_truth() {
     gpu_test("answers_are_the_truth", |context| {
         for scene in cases() {
-            let truth = Casters::new(&scene);
             for size in some([64, 256], 1) {
-                let (_, opened) = built(context, &scene, size);
-                for light in 0..scene.lights.len() {
-                    let what = format!("{}, size {size}, light {light}", scene.name);
-                    let points = space_points(&scene, light, 2000);
-                    let answers = ask(context, opened.technique.as_ref(), light, &points);
-                    let [mut sum, mut off] = [0.0, 0];
-                    for (point, answer) in points.iter().zip(answers) {
-                        let expected = truth.visibility(light, DVec3::from(point.map(f64::from)));
-                        let error = (f64::from(answer) - expected).abs();
-                        sum += error.min(1e-3);
-                        off += usize::from(error > 1e-4);
-                    }
-                    let mean = sum / points.len() as f64;
-                    assert!(off * 200 <= points.len(), "{what}: {off} of {} are off", points.len());
-                    assert!(mean < 1e-5, "{what}: {mean:e}");
-                    println!("{what}: {mean:.1e}, {off} off");
-                }
+                holds(context, &scene, &format!("grid-query:size={size}"));
             }
+        }
+    });
+}
+
+/// Rays ask boxes about the casters, which lose none of them.
+#[test]
+fn rays_meet_casters_too() {
+    gpu_test_needing("rays_meet_casters_too", &[Requirement::RayQuery], |context| {
+        for scene in cases() {
+            let world = World::new(context, &scene).expect("room for the scene");
+            let technique = RayQuery::new(context, &world, &ray_query::Settings).expect("opens");
+            let mut opened = Opened::new(context, Box::new(technique), true);
+            opened.build(&world).expect("built");
+            for (caster, found) in scene.casters().iter().zip(opened.technique.boxes().expect("read")) {
+                let expected = boxed(caster);
+                assert_eq!(expected, Some(found).filter(|[low, _]| !low[0].is_nan()), "{}: {caster:?}", scene.name);
+            }
+            holds(context, &scene, "ray-query");
         }
     });
 }

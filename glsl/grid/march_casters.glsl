@@ -6,29 +6,12 @@
 #define GRID_MARCH_CASTERS_GLSL
 #include "grid/lists/place.glsl"
 #include "grid/walk.glsl"
-#include "world/caster.glsl"
+#include "world/cast_depth.glsl"
 
 uvec2 cast_bits(uint level, uvec3 word) {
     uint side = grid_side(GRID_SIZE, level);
     uint at = 2u * (grid_level_at(GRID_SIZE, level) + (word.z * side + word.y) * side + word.x);
     return uvec2(visibility_cast_bits[at], visibility_cast_bits[at + 1u]);
-}
-
-// Of what begins between two places along the ray.
-float cast_depth(Ray ray, float ray_length, Caster caster, vec2 between) {
-    vec3 z;
-    if (!caster_overlap(ray, caster, z)) {
-        return 0.0;
-    }
-    float entry = max(z.x, 0.0), leave = min(z.y, 1.0);
-    if (!(entry <= leave && entry >= between.x && entry < between.y)) {
-        return 0.0;
-    }
-    if (caster_is_strand(caster)) {
-        return min(caster.density, MAX_OPTICAL_DEPTH);
-    }
-    float inside = entry == z.x && leave == z.y ? z.z : leave - entry;
-    return min(caster.density * inside * ray_length, MAX_OPTICAL_DEPTH);
 }
 
 // `from` and `way` are voxels; the ray is the same way in world units. Both end at 1.
@@ -73,7 +56,8 @@ float march_casters(vec3 from, vec3 way, Ray ray) {
             uint list = first + used_before(voxels, grid_bit(0u, at)), behind = visibility_cast_lists[list + 1u];
             vec2 between = vec2(begin, last ? FARTHEST : nearest);
             for (uint i = visibility_cast_lists[list]; i < behind; ++i) {
-                sum += cast_depth(ray, ray_length, visibility_casters[visibility_cast_lists[i]], between);
+                float entry, taken = cast_depth(ray, ray_length, visibility_casters[visibility_cast_lists[i]], 1.0, entry);
+                sum += entry >= between.x && entry < between.y ? taken : 0.0;
             }
         }
         if (last || sum >= MAX_OPTICAL_DEPTH) {

@@ -137,7 +137,7 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
     }
     for spec in &mut specs {
         match spec.entry.name {
-            "ism" | "voxel-grid" => {}
+            "ism" | "voxel-grid" | "grid-query" => {}
             "voxelized" => spec.set(Name::SIZE, "64"),
             _ => spec.set(Name::SIZE, "28"),
         }

@@ -25,6 +25,7 @@ pub mod opaque;
 pub mod order;
 pub mod packed_normal;
 pub mod psm;
+pub mod ray_query;
 pub mod receiver;
 pub mod reservoir;
 pub mod segment;
