@@ -92,7 +92,7 @@ fn holds(context: &Context, scene: &Scene, text: &str) {
         let what = format!("{} {text}, light {light}", scene.name);
         let points = space_points(scene, light, 2000);
         let answers = ask(context, technique.as_ref(), light, &points);
-        let [mut sum, mut off] = [0.0, 0];
+        let (mut sum, mut off) = (0.0, 0);
         for (point, answer) in points.iter().zip(answers) {
             let expected = truth.visibility(light, DVec3::from(point.map(f64::from)));
             let error = (f64::from(answer) - expected).abs();

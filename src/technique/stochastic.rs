@@ -101,7 +101,9 @@ fn promises(spec: &Spec, _path: &str) -> Promises {
     let even = settings.sampling == Sampling::Stratified;
     // One sample, of those that stand for quantiles, ends too early or too late at most.
     let one = even.then(|| 1.0 / f64::from(settings.samples) + 1e-3);
-    Promises { tail: one, mean: one, step: None, ..Promises::OF_DEPTH }
+    // Plain samples are drawn by the casters' numbers.
+    let order = (settings.sampling != Sampling::Plain).then_some(0.0);
+    Promises { tail: one, mean: one, order, step: None, ..Promises::OF_DEPTH }
 }
 
 enum Way {
