@@ -102,7 +102,7 @@ fn holds(context: &Context, scene: &Scene, text: &str) {
         let mean = sum / points.len() as f64;
         println!("{what}: {mean:.1e}, {off} off");
         assert!(off * 200 <= points.len(), "{what}: {off} of {} are off", points.len());
-        assert!(mean < 1e-5, "{what}: {mean:e}");
+        assert!(mean < 1e-6, "{what}: {mean:e}");
     }
 }
 

@@ -55,23 +55,19 @@ fn samples(context: &Context, scene: &Scene, text: &str) -> (Vec<u32>, Vec<View>
     (all, views)
 }
 
-/// Calls `check` with each texel of each map that no caster grazes: the map, its view, the texel, the casters of its tile
+/// Calls `check` with each texel of each map that no caster grazes: the map's view, the texel, the casters of its tile
 /// with their numbers, and its place among all texels. It says whether it could tell.
-fn each_texel(
-    scene: &Scene,
-    views: &[View],
-    mut check: impl FnMut(u32, &View, [u32; 2], &[(u32, Caster)], usize) -> bool,
-) {
+fn each_texel(scene: &Scene, views: &[View], mut check: impl FnMut(&View, [u32; 2], &[(u32, Caster)], usize) -> bool) {
     let casters: Vec<_> = (0..).zip(scene.casters()).collect();
     let (mut place, mut checked) = (0, 0);
-    for (map, view) in (0..).zip(views) {
+    for view in views {
         let twins = Twins::new(scene, *view);
         for texel in 0..view.texels() as u32 {
             let at = [texel % view.width, texel / view.width];
             if twins.grazed(texel) == 0 {
                 let tile = at.map(|t| t / TILE_TEXELS);
                 let near: Vec<_> = casters.iter().filter(|(_, c)| tile_key(view, c, tile).is_some()).copied().collect();
-                checked += usize::from(check(map, view, at, &near, place));
+                checked += usize::from(check(view, at, &near, place));
             }
             place += 1;
         }
@@ -94,8 +90,8 @@ fn draws_equal_their_twin() {
                     let text = format!("stochastic:path={path},sampling={sampling},samples={count},size={size}");
                     let (samples, views) = samples(context, &scene, &text);
                     let mut ends = 0;
-                    each_texel(&scene, &views, |map, view, at, near, place| {
-                        let twin = draw(view, map, at, near, count, sampling == "hash");
+                    each_texel(&scene, &views, |view, at, near, place| {
+                        let twin = draw(view, at, near, count, sampling == "hash");
                         let found = &samples[place * count as usize..][..count as usize];
                         let same = found.iter().zip(&twin.samples).all(|(a, b)| is_near(*a, *b, ARITHMETIC));
                         assert!(same || twin.close, "{} {text} {at:?}: {found:?}, not {:?}", scene.name, twin.samples);
@@ -124,14 +120,14 @@ fn quantiles_equal_their_twin() {
                 let what = format!("{} {text}", scene.name);
                 let (samples, views) = samples(context, &scene, &text);
                 let mut ends = 0;
-                each_texel(&scene, &views, |map, view, at, near, place| {
+                each_texel(&scene, &views, |view, at, near, place| {
                     let casters: Vec<_> = near.iter().map(|(_, c)| *c).collect();
                     let units = Units::new(view, at, &casters, bound(&casters, DARK));
                     let [low, high] = units.range().unwrap_or_default();
                     let step = (high - low) / (1u32 << HALVINGS) as f32 + ARITHMETIC;
                     let found = &samples[place * count as usize..][..count as usize];
                     for (i, end) in (0..).zip(found) {
-                        let wanted = units.wanted(map, at, i, count);
+                        let wanted = units.wanted(at, i, count);
                         let slack = units.rounding() + wanted / 50_000;
                         if *end == NO_END {
                             assert!(units.all <= wanted + slack, "{what} {at:?} {i}: it never ends");
@@ -142,7 +138,7 @@ fn quantiles_equal_their_twin() {
                         assert!(lies, "{what} {at:?} {i}: {before} to {after}, not {wanted}");
                         ends += 1;
                     }
-                    quantiles(&units, map, at, count).iter().zip(found).all(|(a, b)| is_near(*a, *b, step))
+                    quantiles(&units, at, count).iter().zip(found).all(|(a, b)| is_near(*a, *b, step))
                 });
                 assert!(ends > 100, "{what}: {ends} samples end");
             }

@@ -30,6 +30,30 @@ impl ListTotals {
     }
 }
 
+/// What is listed, and what its passes are called: that which clears, notes, numbers, fills, finds starts, ranks and sorts.
+struct Listed {
+    what: &'static str,
+    passes: [&'static str; 7],
+}
+
+const TRIANGLES: Listed = Listed {
+    what: "triangles",
+    passes: ["grid.clear_lists", "grid.pairs", "grid.number", "grid.fill", "grid.starts", "grid.rank", "grid.sort"],
+};
+
+const CASTERS: Listed = Listed {
+    what: "casters",
+    passes: [
+        "grid.casters.clear",
+        "grid.casters",
+        "grid.casters.number",
+        "grid.casters.fill",
+        "grid.casters.starts",
+        "grid.casters.rank",
+        "grid.casters.sort",
+    ],
+};
+
 /// The lists and the passes that make them. Pairs and lists grow to what there is of them.
 pub(super) struct Lists {
     context: Context,
@@ -45,7 +69,7 @@ pub(super) struct Lists {
     /// After the last build.
     pub(super) last: ListTotals,
     set: Bindings,
-    what: &'static str,
+    listed: &'static Listed,
     note: [Kernel<GridPush>; 3],
     number: [Kernel<GridPush>; 2],
     fill: [Kernel<GridPush>; 2],
@@ -73,7 +97,7 @@ impl Lists {
     pub(super) fn new(context: &Context, world: &World, size: u32, grid: &Bindings) -> Result<Self> {
         let first = u64::from(world.triangle_capacity().max(SCANNED));
         let note = [&shaders::PAIRS_STEP_0, &shaders::PAIRS_STEP_1, &shaders::PAIRS_STEP_2];
-        Self::noted(context, size, (grid, &[]), first, ("triangles", note))
+        Self::noted(context, size, (grid, &[]), first, (&TRIANGLES, note))
     }
 
     /// Of what the three shaders of `note` find; `more`: their sets behind the grid's and the lists'. Room for `first` pairs at first.
@@ -82,7 +106,7 @@ impl Lists {
         size: u32,
         (grid, more): (&Bindings, &[&Bindings]),
         first: u64,
-        (what, note): (&'static str, [&Shader; 3]),
+        (listed, note): (&'static Listed, [&Shader; 3]),
     ) -> Result<Self> {
         let bricks = side(size, 0).pow(3);
         let [pairs, words, sums, unsorted] = room(context, bricks, first, u64::from(bricks) + 1 + 2 * first)?;
@@ -103,7 +127,7 @@ impl Lists {
             unsorted,
             counted: ReadBack::new(context, "grid.list_counted", bytes)?,
             last: ListTotals::default(),
-            what,
+            listed,
             note: [noter(note[0])?, noter(note[1])?, noter(note[2])?],
             number: [kernel(&shaders::NUMBER_STEP_0)?, kernel(&shaders::NUMBER_STEP_1)?],
             fill: [kernel(&shaders::FILL_STEP_0)?, kernel(&shaders::FILL_STEP_1)?],
@@ -116,11 +140,12 @@ impl Lists {
 
     /// Occupies the voxels of an empty grid that stands where it should, and lists the triangles of each.
     pub(super) fn record(&self, commands: &mut Commands, world: &World) {
-        self.list(commands, world, "grid.pairs", world.triangle_count());
+        self.list(commands, world, world.triangle_count());
     }
 
-    /// Lists what the pass of that name notes, of which there are so many.
-    fn list(&self, commands: &mut Commands, world: &World, noting: &'static str, count: u32) {
+    /// Lists what there is, of which there are so many.
+    fn list(&self, commands: &mut Commands, world: &World, count: u32) {
+        let [clearing, noting, numbering, filling, starting, ranking, sorting] = self.listed.passes;
         let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
         let pairs_room = (self.pairs.bytes() / 8) as u32;
         let push = GridPush { triangle_count, caster_count, pairs_room, ..GridPush::zeroed() };
@@ -130,7 +155,7 @@ impl Lists {
         };
         commands.read_back(&self.totals, &self.counted);
         let bricks = 4 * u64::from(self.bricks);
-        commands.pass("grid.clear_lists", |pass| {
+        commands.pass(clearing, |pass| {
             pass.fill(&self.totals, 0);
             pass.fill_part(&self.words, bricks, self.words.bytes() - bricks, 0);
         });
@@ -140,17 +165,17 @@ impl Lists {
             pass.dispatch(&self.note[2], &push, [LARGE_GROUPS, 1, 1]);
         });
         for number in &self.number {
-            run(commands, "grid.number", number, self.bricks.into(), SCANNED);
+            run(commands, numbering, number, self.bricks.into(), SCANNED);
         }
         // As many voxels are used at most as there are pairs.
         let pairs = self.pairs.bytes() / 8;
-        run(commands, "grid.fill", &self.fill[0], pairs, THREADS);
+        run(commands, filling, &self.fill[0], pairs, THREADS);
         for starts in &self.starts {
-            run(commands, "grid.starts", starts, pairs, SCANNED);
+            run(commands, starting, starts, pairs, SCANNED);
         }
-        run(commands, "grid.fill", &self.fill[1], pairs, THREADS);
-        run(commands, "grid.rank", &self.rank, pairs, THREADS);
-        run(commands, "grid.sort", &self.sort, pairs, THREADS);
+        run(commands, filling, &self.fill[1], pairs, THREADS);
+        run(commands, ranking, &self.rank, pairs, THREADS);
+        run(commands, sorting, &self.sort, pairs, THREADS);
     }
 
     /// Looks at what there was in frame `frame`, which is over. Where it did not fit, makes room, and says so.
@@ -163,7 +188,7 @@ impl Lists {
         if totals.overflowed != 0 {
             return Err(Error::Gpu {
                 operation: "list",
-                name: format!("the {} of each voxel", self.what),
+                name: format!("the {} of each voxel", self.listed.what),
                 cause: "they are more than 4,294,967,295".into(),
                 way_out: WayOut::Less(&[Less::Map, Less::Casters]),
             });
@@ -231,7 +256,7 @@ impl CastLists {
         let casters = set::GridCastLists { casters: &world.casters }.bind(context, "grid.cast_lists")?;
         let first = u64::from(capacity.max(SCANNED)) * u64::from(Self::FIRST);
         let note = [&shaders::CASTERS_STEP_0, &shaders::CASTERS_STEP_1, &shaders::CASTERS_STEP_2];
-        let lists = Lists::noted(context, size, (&set, &[&casters]), first, ("casters", note))?;
+        let lists = Lists::noted(context, size, (&set, &[&casters]), first, (&CASTERS, note))?;
         let clear = Kernel::compute(context, &grid::CLEAR, &[&set], &Constants::new())?;
         Ok(Self { size, bits, large, lists, clear })
     }
@@ -240,12 +265,13 @@ impl CastLists {
     pub(super) fn record(&self, commands: &mut Commands, world: &World) {
         let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
         let top = 8 * u64::from(side(self.size, 2).pow(3));
-        commands.pass("grid.clear", |pass| pass.dispatch(&self.clear, &GridPush::zeroed(), [x, y, 1]));
-        commands.pass("grid.clear", |pass| {
+        let [clearing, ..] = self.lists.listed.passes;
+        commands.pass(clearing, |pass| pass.dispatch(&self.clear, &GridPush::zeroed(), [x, y, 1]));
+        commands.pass(clearing, |pass| {
             pass.fill_part(&self.large, 0, LISTS_BYTES, 0);
             pass.fill_part(&self.bits, self.bits.bytes() - top, top, 0);
         });
-        self.lists.list(commands, world, "grid.casters", world.caster_count());
+        self.lists.list(commands, world, world.caster_count());
     }
 
     /// Of all that a look-up needs.

@@ -328,14 +328,14 @@ impl Grid {
         if let Voxelize::Listed(lists) = &mut self.voxelize {
             grew |= lists.settle(frame)?;
         }
+        if let Some(cast) = &mut self.cast {
+            grew |= cast.lists.settle(frame)?;
+        }
         if grew {
             self.voxelized.forget();
         }
-        if let Some(cast) = &mut self.cast
-            && cast.lists.settle(frame)?
-        {
+        if grew && self.cast.is_some() {
             self.deposited.forget();
-            grew = true;
         }
         Ok(grew)
     }

@@ -102,9 +102,7 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
         "voxel-grid" if starts(&["grid.clear_media", "grid.deposit"]) => any(&casters),
         "voxel-grid" => any(&[Meshes, Box]),
         "grid-query" if starts(&["grid.casters"]) => any(&casters),
-        "grid-query" if starts(&["grid.pairs", "grid.bounds", "grid.fit"]) => any(&[Meshes, Box]),
-        // Of the lists of either.
-        "grid-query" => any(&casters) || any(&[Meshes]),
+        "grid-query" => any(&[Meshes, Box]),
         "ray-query" if starts(&["ray_query.boxes"]) => any(&casters),
         "ray-query" => any(&casters) || any(&[Meshes]),
         "ism" if starts(&["ism.areas", "ism.scale", "ism.sums", "ism.offsets", "ism.points", "ism.clusters"]) => {

@@ -16,6 +16,6 @@ void main() {
     float optical_depth;
     if (splat_segment(view, depth, optical_depth)) {
         uvec2 texel = splat_texel(view);
-        draw_caster(map, texel, number, first_sample(view, map, texel), depth, optical_depth);
+        draw_caster(texel, number, first_sample(view, map, texel), depth, optical_depth);
     }
 }

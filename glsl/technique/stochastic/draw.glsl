@@ -26,8 +26,9 @@ float stochastic_share(uint bits) {
     return share;
 }
 
-// What a texel of a map draws by; `number` of a caster what is drawn of it there.
-uint texel_key(uint map, uvec2 texel) { return stochastic_hash(stochastic_hash(map << 16 ^ texel.y) ^ texel.x); }
+// What a texel draws by, the same in each map, so that a light has the same noise whichever others there are; `number` of a caster what is
+// drawn of it there.
+uint texel_key(uvec2 texel) { return stochastic_hash(stochastic_hash(texel.y) ^ texel.x); }
 uint caster_key(uint of_texel, uint number) { return stochastic_hash(of_texel ^ stochastic_hash(number)); }
 
 // Interleaved gradient noise in whole numbers: fract(52.9829189 · fract(0.06711056 x + 0.00583715 y)).
@@ -67,11 +68,11 @@ void hash_alpha(float noise, uint first, vec2 depth, float optical_depth) {
     }
 }
 
-void draw_caster(uint map, uvec2 texel, uint number, uint first, vec2 depth, float optical_depth) {
+void draw_caster(uvec2 texel, uint number, uint first, vec2 depth, float optical_depth) {
     if (SAMPLING == SAMPLING_HASH) {
         hash_alpha(gradient_noise(texel), first, depth, optical_depth);
     } else {
-        fly(caster_key(texel_key(map, texel), number), first, depth, optical_depth);
+        fly(caster_key(texel_key(texel), number), first, depth, optical_depth);
     }
 }
 #endif

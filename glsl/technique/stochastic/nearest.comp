@@ -33,7 +33,7 @@ void main() {
             float optical_depth;
             if (view_segment(view, ray, ray_length, batch_caster(i), MAX_OPTICAL_DEPTH, z, optical_depth) && inside) {
                 vec2 depth = vec2(view_depth(view, z.x), view_depth(view, z.y));
-                draw_caster(map, texel, entries[part.first + begin + i].y, first, depth, optical_depth);
+                draw_caster(texel, entries[part.first + begin + i].y, first, depth, optical_depth);
             }
         }
     }

@@ -47,7 +47,7 @@ void main() {
         }
     }
     uint first = first_sample(view, map, texel);
-    float offset = stochastic_share(texel_key(map, texel));
+    float offset = stochastic_share(texel_key(texel));
     for (uint of = 0u; of < SAMPLES; of += AT_ONCE) {
         uvec4 wanted[AT_ONCE / 4u];
         vec4 at[AT_ONCE / 4u];

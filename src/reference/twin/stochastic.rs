@@ -25,8 +25,8 @@ fn share(bits: u32) -> f32 {
 }
 
 /// Twin: texel_key.
-pub fn texel_key(map: u32, [x, y]: [u32; 2]) -> u32 {
-    hashed(hashed((map << 16) ^ y) ^ x)
+pub fn texel_key([x, y]: [u32; 2]) -> u32 {
+    hashed(hashed(y) ^ x)
 }
 
 /// Twin: gradient_noise.
@@ -86,14 +86,14 @@ impl Drawn {
 }
 
 /// So many samples of a texel, of casters with their numbers; `hash`: by the texel's noise. Twins: nearest.comp, draw.frag.
-pub fn draw(view: &View, map: u32, texel: [u32; 2], casters: &[(u32, Caster)], count: u32, hash: bool) -> Drawn {
+pub fn draw(view: &View, texel: [u32; 2], casters: &[(u32, Caster)], count: u32, hash: bool) -> Drawn {
     let mut drawn = Drawn { samples: vec![NO_END; count as usize], close: false };
     for (number, caster) in casters {
         let Some(segment) = texel_segment(view, texel, caster) else { continue };
         if hash {
             drawn.hash_alpha(gradient_noise(texel), &segment);
         } else {
-            drawn.fly(hashed(texel_key(map, texel) ^ hashed(*number)), &segment);
+            drawn.fly(hashed(texel_key(texel) ^ hashed(*number)), &segment);
         }
     }
     drawn
@@ -144,17 +144,17 @@ impl Units {
     }
 
     /// What sample `i` of so many is to have lost where it ends.
-    pub fn wanted(&self, map: u32, texel: [u32; 2], i: u32, count: u32) -> u32 {
-        let lost = ((i as f32 + share(texel_key(map, texel))) / count as f32).min(0.999_999_9);
+    pub fn wanted(&self, texel: [u32; 2], i: u32, count: u32) -> u32 {
+        let lost = ((i as f32 + share(texel_key(texel))) / count as f32).min(0.999_999_9);
         (-(1.0 - lost).ln() * self.scale) as u32
     }
 }
 
 /// So many samples of a texel, even quantiles of what its casters leave. Twin: quantiles.comp.
-pub fn quantiles(units: &Units, map: u32, texel: [u32; 2], count: u32) -> Vec<u32> {
+pub fn quantiles(units: &Units, texel: [u32; 2], count: u32) -> Vec<u32> {
     let [low, high] = units.range().unwrap_or_default();
     let of = |i| {
-        let wanted = units.wanted(map, texel, i, count);
+        let wanted = units.wanted(texel, i, count);
         let (mut at, mut wide) = (low, high - low);
         for _ in 0..HALVINGS {
             wide *= 0.5;
@@ -208,7 +208,7 @@ mod tests {
             let errors: Vec<f64> = (0..TEXELS)
                 .map(|t| {
                     let casters: Vec<_> = numbered.iter().map(|(i, c)| (i + 100 * t, *c)).collect();
-                    f64::from(transmittance(&draw(&view, 0, [0, 0], &casters, count, false).samples, depth)) - truth
+                    f64::from(transmittance(&draw(&view, [0, 0], &casters, count, false).samples, depth)) - truth
                 })
                 .collect();
             let (n, variance) = (f64::from(TEXELS), truth * (1.0 - truth) / f64::from(count));
@@ -232,7 +232,7 @@ mod tests {
             let truth = left(&view, &casters, depth);
             let units = Units::new(&view, [0, 0], &casters, sums::bound(&casters, DARK));
             let of = |t: u32| {
-                let samples = quantiles(&units, 0, [t, 0], count);
+                let samples = quantiles(&units, [t, 0], count);
                 f64::from(transmittance(&samples, depth)) - truth
             };
             let errors: Vec<f64> = (0..TEXELS).map(of).collect();
@@ -257,10 +257,10 @@ mod tests {
             let (view, casters) = along_the_axis(&all);
             let numbered: Vec<_> = (0..).zip(casters.iter().copied()).collect();
             let backwards: Vec<_> = numbered.iter().rev().copied().collect();
-            let drawn = draw(&view, 0, [0, 0], &numbered, 16, hash).samples;
-            prop_assert_eq!(&drawn, &draw(&view, 0, [0, 0], &backwards, 16, hash).samples);
+            let drawn = draw(&view, [0, 0], &numbered, 16, hash).samples;
+            prop_assert_eq!(&drawn, &draw(&view, [0, 0], &backwards, 16, hash).samples);
             let units = Units::new(&view, [0, 0], &casters, sums::bound(&casters, DARK));
-            for samples in [drawn, quantiles(&units, 0, [0, 0], 16)] {
+            for samples in [drawn, quantiles(&units, [0, 0], 16)] {
                 prop_assert_eq!(transmittance(&samples, -1e-3), 1.0);
                 let curve: Vec<f32> = (0..=64).map(|i| transmittance(&samples, i as f32 / 64.0)).collect();
                 prop_assert!(curve.windows(2).all(|w| w[1] <= w[0]), "{curve:?}");
