@@ -175,7 +175,7 @@ impl Stochastic {
         // What is hidden behind meshes is not looked at by tiles; what is drawn is drawn behind them too.
         let of_meshes = if matches!(way, Way::Binned { .. }) { Maps::OPAQUE } else { Maps::VOLUME };
         let drawn = Made::of(Maps::VOLUME.and(of_meshes));
-        let reason = if path.is_some() { "asked for" } else { "auto: no path is quicker" };
+        let reason = if path.is_some() { "asked for" } else { "auto: needs nothing that is optional" };
         Ok(Self { maps, samples, drawn, way, label, reason, look_up, constants })
     }
 
