@@ -31,7 +31,7 @@ use crate::gpu::{
 use crate::maps::Map;
 use crate::shaders::constant::{MEDIA, STRANDS};
 use crate::shaders::{folder, ray_query as shaders, set};
-use crate::world::{Parts, TriangleData, World};
+use crate::world::{Made, Parts, TriangleData, World};
 
 /// There is nothing to set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -88,6 +88,7 @@ struct Cast {
     /// Over the boxes.
     bottom: AccelerationStructure,
     top: AccelerationStructure,
+    built: Made,
 }
 
 impl Cast {
@@ -98,13 +99,15 @@ impl Cast {
         let find = Kernel::compute(context, &shaders::BOXES, &[&set], &Constants::new())?;
         let bottom = AccelerationStructure::boxes(context, "ray_query.bottom", &boxes, count)?;
         let top = AccelerationStructure::top(context, "ray_query.top", &bottom)?;
-        Ok(Self { boxes, count, find, bottom, top })
+        Ok(Self { boxes, count, find, bottom, top, built: Made::of(Parts::CASTERS) })
     }
 
     fn boxes(&self, commands: &mut Commands, world: &World) {
         let [x, y] = groups(u64::from(self.count.div_ceil(THREADS)));
         let push = BoxesPush { caster_count: world.caster_count(), box_count: self.count };
         commands.pass("ray_query.boxes", |pass| pass.dispatch(&self.find, &push, [x, y, 1]));
+        commands.pass("ray_query.boxes.bottom", |pass| pass.build(&self.bottom));
+        commands.pass("ray_query.boxes.top", |pass| pass.build(&self.top));
     }
 }
 
@@ -120,6 +123,7 @@ pub struct RayQuery {
     extent: Buffer,
     /// Where the world may have smoke or hair.
     cast: Option<Cast>,
+    built: Made,
     look_up: Bindings,
     constants: Constants,
 }
@@ -151,7 +155,8 @@ impl RayQuery {
         };
         let look_up = look_up.bind(context, "ray_query.look_up")?;
         let constants = Constants::new().set(MEDIA, cast.is_some()).set(STRANDS, world.has_strands());
-        Ok(Self { indices, bottom, top, extent, cast, look_up, constants })
+        let built = Made::of(Parts::MESHES);
+        Ok(Self { indices, bottom, top, extent, cast, built, look_up, constants })
     }
 
     /// The boxes about all casters, low and high corner, after a build; what casts nothing begins at no number.
@@ -163,17 +168,13 @@ impl RayQuery {
     }
 
     fn bottom(&self, commands: &mut Commands) {
-        commands.pass("ray_query.bottom", |pass| {
-            pass.build(&self.bottom);
-            self.cast.iter().for_each(|cast| pass.build(&cast.bottom));
-        });
+        commands.pass("ray_query.bottom", |pass| pass.build(&self.bottom));
     }
 
     fn top(&self, commands: &mut Commands, world: &World) -> Result<()> {
         let extent = extent(world)?;
         commands.pass("ray_query.top", |pass| {
             pass.build(&self.top);
-            self.cast.iter().for_each(|cast| pass.build(&cast.top));
             pass.update(&self.extent, &[extent]);
         });
         Ok(())
@@ -196,10 +197,22 @@ impl Technique for RayQuery {
         Parts::MESHES.and(Parts::CASTERS)
     }
 
+    fn forget(&mut self) {
+        self.built.forget();
+        self.cast.iter_mut().for_each(|cast| cast.built.forget());
+    }
+
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        self.cast.iter().for_each(|cast| cast.boxes(commands, world));
-        self.bottom(commands);
-        self.top(commands, world)
+        if let Some(cast) = &mut self.cast
+            && cast.built.make(world)
+        {
+            cast.boxes(commands, world);
+        }
+        if self.built.make(world) {
+            self.bottom(commands);
+            self.top(commands, world)?;
+        }
+        Ok(())
     }
 
     fn answer(&self) -> Answer<'_> {

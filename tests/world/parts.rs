@@ -104,7 +104,7 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
         "grid-query" if starts(&["grid.casters"]) => any(&casters),
         "grid-query" => any(&[Meshes, Box]),
         "ray-query" if starts(&["ray_query.boxes"]) => any(&casters),
-        "ray-query" => any(&casters) || any(&[Meshes]),
+        "ray-query" => any(&[Meshes]),
         "ism" if starts(&["ism.areas", "ism.scale", "ism.sums", "ism.offsets", "ism.points", "ism.clusters"]) => {
             any(&[Meshes])
         }
