@@ -10,9 +10,9 @@ use gobo::gpu::Context;
 use gobo::maps::{FilterKind, OpaqueWay};
 use gobo::scene::Scene;
 use gobo::technique::{
-    self, Avsm, BeerShadowMap, Layers, Opened, Psm, RayQuery, ShadowMap, Technique, TranslucencyMap, Uncompressed,
-    Unshadowed, VoxelGrid, Voxelized, avsm, beer_shadow_map, layers, none, psm, ray_query, shadow_map,
-    translucency_map, uncompressed, voxel_grid, voxelized,
+    self, Avsm, BeerShadowMap, GridQuery, Layers, Opened, Psm, RayQuery, ShadowMap, Stochastic, Technique,
+    TranslucencyMap, Uncompressed, Unshadowed, VoxelGrid, Voxelized, avsm, beer_shadow_map, grid_query, layers, none,
+    psm, ray_query, shadow_map, stochastic, translucency_map, uncompressed, voxel_grid, voxelized,
 };
 use gobo::world::World;
 use support::{gpu_test, scenes, spec};
@@ -72,6 +72,14 @@ const SMOKE: &[(&str, Open)] = &[
     ("uncompressed:size=20,radius=1", |context, world| {
         let settings = uncompressed::Settings { size: 20, radius: 1, ..Default::default() };
         Ok(Box::new(Uncompressed::new(context, world, &settings)?))
+    }),
+    ("stochastic:size=20,samples=4,sampling=stratified", |context, world| {
+        let sampling = stochastic::Sampling::Stratified;
+        let settings = stochastic::Settings { size: 20, samples: 4, sampling, ..Default::default() };
+        Ok(Box::new(Stochastic::new(context, world, &settings)?))
+    }),
+    ("grid-query:size=128", |context, world| {
+        Ok(Box::new(GridQuery::new(context, world, &grid_query::Settings { size: 128 })?))
     }),
     ("voxel-grid:size=64,march=cone,aperture=4", |context, world| {
         let march = voxel_grid::March::Cone;

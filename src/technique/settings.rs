@@ -368,10 +368,12 @@ mod tests {
         each!(
             avsm,
             beer_shadow_map,
+            grid_query,
             ism,
             layers,
             psm,
             shadow_map,
+            stochastic,
             translucency_map,
             uncompressed,
             voxel_grid,

@@ -130,6 +130,8 @@ fn smoke_is_answered_alike() {
             "layers:layers=8",
             "layers:range=front,storage=r16",
             "uncompressed:size=64",
+            "stochastic:samples=4",
+            "grid-query",
         ] {
             answers_alike(context, &scenes::random(), text);
         }
