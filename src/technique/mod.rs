@@ -6,6 +6,7 @@
 // The registry: a line a technique. All of them are in REGISTRY.
 pub mod avsm;
 pub mod beer_shadow_map;
+pub mod deep_shadow_map;
 pub mod ism;
 pub mod none;
 pub mod psm;
@@ -29,6 +30,7 @@ mod texel_map;
 pub use avsm::{Avsm, NodeData};
 pub use beer_shadow_map::BeerShadowMap;
 pub use build::{Built, Opened, open};
+pub use deep_shadow_map::DeepShadowMap;
 pub use ism::{
     Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, Ism, PointData, PointsData,
     SUBSETS as ISM_SUBSETS, VIRTUAL_LIGHTS, Way as IsmWay,

@@ -1,0 +1,161 @@
+#version 460
+// Goes along each texel's curve, in the order of its events, and leaves as few nodes as stay within the error. A workgroup has a tile.
+// Inputs: heads, events, counters. Twin: reference::twin::deep_shadow_map.
+// Invariants: optical depth is added up in whole numbers, so that nothing is left of a slope that has ended, and casters may come in any
+// order; a texel without casters has no nodes.
+
+// WRITE 0: counts. Outputs: starts, within the tile; tile_starts, nodes of each tile. WRITE 1: writes. Input: tile_starts, from scan.
+// Outputs: nodes; starts, from the first tile on.
+// variants: WRITE 0 1
+#include "technique/deep_shadow_map/maps.glsl"
+#include "technique/deep_shadow_map/node.glsl"
+#include "technique/deep_shadow_map/wide.glsl"
+#include "maps/rounds.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+// set 1: list
+layout(set = 1, binding = 0, r32ui) uniform readonly uimage2D heads;
+layout(set = 1, binding = 2, scalar) buffer Counters { uint counters[]; };
+// set 2: deep_shadow_map
+layout(set = 2, binding = 0, scalar) readonly buffer Events { Segment events[]; };
+layout(set = 2, binding = 1, scalar) writeonly buffer Nodes { Node nodes[]; };
+layout(set = 2, binding = 2, scalar) buffer Starts { uint starts[]; };
+layout(set = 2, binding = 3, scalar) buffer TileStarts { uint tile_starts[]; };
+layout(set = 2, binding = 4, scalar) buffer State { DeepState state; };
+
+// Of the texel's nodes.
+uint first;
+
+void store_node(uint i, Node node) {
+#if WRITE
+    if (first + i < node_room) {
+        nodes[first + i] = node;
+    }
+#endif
+}
+
+#include "technique/deep_shadow_map/curve.glsl"
+
+// Steps of depth in the light's range: as fine as floats below 1.
+const float DEPTH_STEPS = 16777216.0;
+// Bits behind the point of an optical depth in whole numbers; fewer for more events than a power of two, so that no sum of
+// MAX_OPTICAL_DEPTH each passes 64 bits.
+const int SUM_BITS = 40;
+const int EVENT_BITS = 16;
+
+uint depth_steps(float depth) { return uint(clamp(depth, 0.0, 1.0) * DEPTH_STEPS); }
+
+float power_of_two(int exponent) { return uintBitsToFloat(uint(127 + exponent) << 23); }
+
+void sweep(uint index, uint count, float error) {
+    int bits = SUM_BITS - max(findMSB(count) + 1 - EVENT_BITS, 0);
+    float scale = power_of_two(bits), unit = power_of_two(-bits), dark = dark_from(error);
+    uvec2 value = uvec2(0u), rate = uvec2(0u);
+    float after = 0.0;
+    uint at = depth_steps(events[index].entry);
+    curve_point(Node(float(at) / DEPTH_STEPS, 0.0), false);
+    while (index != NO_SEGMENT) {
+        Segment event = events[index];
+        index = event.next;
+        uint here = depth_steps(event.entry);
+        if (here > at) {
+            float depth = float(at) / DEPTH_STEPS, end = float(here) / DEPTH_STEPS, before = wide_float(value) * unit;
+            if (before != after) {
+                curve_point(Node(depth, before), false);
+            }
+            if (before >= DARK) {
+                break;
+            }
+            value = wide_plus(value, wide_times(rate, here - at));
+            after = wide_float(value) * unit;
+            // What is darker than `dark` needs no windows on its way.
+            float top = max(min(after, dark), before);
+            float pieces = max(ceil((top - before) / RISE), 1.0);
+            float along = (end - depth) * ((top - before) / max(after - before, 1e-30)) / pieces;
+            uint on_the_way = uint(after > dark && top > before ? pieces : pieces - 1.0);
+            for (uint i = 1u; i <= on_the_way; ++i) {
+                curve_point(Node(depth + float(i) * along, before + float(i) * ((top - before) / pieces)), false);
+            }
+            curve_point(Node(end, after), false);
+            at = here;
+        }
+        uint other = depth_steps(event.exit);
+        float takes = event.optical_depth * scale;
+        if (other > here) {
+            rate = wide_plus(rate, wide_of(takes / float(other - here)));
+        } else if (other < here) {
+            // What was rounded on the way is made up for.
+            uint extent = here - other;
+            uvec2 its = wide_of(takes / float(extent));
+            rate = wide_minus(rate, its);
+            value = wide_plus(value, wide_minus(wide_of(takes), wide_times(its, extent)));
+        } else if (event.exit >= event.entry) {
+            value = wide_plus(value, wide_of(takes));
+        }
+    }
+    curve_point(Node(float(at) / DEPTH_STEPS, wide_float(value) * unit), true);
+}
+
+#if WRITE
+shared uint covered;
+#else
+shared uint prefix[64];
+#endif
+
+void main() {
+    uvec2 size = map_size(), texel = gl_GlobalInvocationID.xy;
+    uint t = gl_LocalInvocationIndex, tile = group_tile(), place = tile * 64u + t;
+    uint index = NO_SEGMENT, events_of_texel = 0u;
+    if (all(lessThan(texel, size))) {
+        // The maps of the group stand one above the other.
+        index = imageLoad(heads, ivec2(texel + uvec2(0u, gl_WorkGroupID.z * size.y))).r;
+    }
+    float error = NODE_ERROR > 0.0 ? NODE_ERROR : state.error;
+    curve_begin(error);
+    first = 0u;
+#if WRITE
+    if (t == 0u) {
+        covered = 0u;
+    }
+    first = tile_starts[tile] + starts[place];
+    barrier();
+#endif
+    if (index != NO_SEGMENT) {
+        for (uint i = index; i != NO_SEGMENT; i = events[i].next) {
+            ++events_of_texel;
+        }
+        sweep(index, events_of_texel, error);
+    }
+    uint count = curve_finish();
+    if (rounds_ran_out(count)) {
+        counters[CUT_SHORT] = 1u;
+    }
+#if WRITE
+    starts[place] = min(first, node_room);
+    uvec2 tiles = map_tiles();
+    if (t == 63u && tile + 1u == (first_map + map_count) * tiles.x * tiles.y) {
+        starts[place + 1u] = min(first + count, node_room);
+    }
+    if (count > 0u) {
+        atomicAdd(covered, 1u);
+    }
+    barrier();
+    if (t == 0u && covered > 0u) {
+        atomicAdd(state.covered, covered);
+    }
+#else
+    prefix[t] = count;
+    barrier();
+    for (uint by = 1u; by < 64u; by *= 2u) {
+        uint more = t >= by ? prefix[t - by] : 0u;
+        barrier();
+        prefix[t] += more;
+        barrier();
+    }
+    starts[place] = prefix[t] - count;
+    if (t == 63u) {
+        tile_starts[tile] = prefix[t];
+    }
+#endif
+}
