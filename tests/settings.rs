@@ -10,9 +10,9 @@ use gobo::gpu::Context;
 use gobo::maps::{FilterKind, OpaqueWay};
 use gobo::scene::Scene;
 use gobo::technique::{
-    self, Avsm, BeerShadowMap, Opened, Psm, RayQuery, ShadowMap, Technique, TranslucencyMap, Uncompressed, Unshadowed,
-    VoxelGrid, Voxelized, avsm, beer_shadow_map, none, psm, ray_query, shadow_map, translucency_map, uncompressed,
-    voxel_grid, voxelized,
+    self, Avsm, BeerShadowMap, DeepShadowMap, Opened, Psm, RayQuery, ShadowMap, Technique, TranslucencyMap,
+    Uncompressed, Unshadowed, VoxelGrid, Voxelized, avsm, beer_shadow_map, deep_shadow_map, none, psm, ray_query,
+    shadow_map, translucency_map, uncompressed, voxel_grid, voxelized,
 };
 use gobo::world::World;
 use support::{gpu_test, scenes, spec};
@@ -63,6 +63,11 @@ const SMOKE: &[(&str, Open)] = &[
         let settings =
             translucency_map::Settings { size: 20, storage: translucency_map::Storage::R16f, ..Default::default() };
         Ok(Box::new(TranslucencyMap::new(context, world, &settings)?))
+    }),
+    ("deep-shadow-map:size=20,error=250,path=binned", |context, world| {
+        let path = Some(deep_shadow_map::Way::Binned);
+        let settings = deep_shadow_map::Settings { size: 20, error: 250, path, ..Default::default() };
+        Ok(Box::new(DeepShadowMap::new(context, world, &settings)?))
     }),
     ("uncompressed:size=20,radius=1", |context, world| {
         let settings = uncompressed::Settings { size: 20, radius: 1, ..Default::default() };

@@ -128,6 +128,7 @@ fn smoke_is_answered_alike() {
             "beer-shadow-map",
             "translucency-map",
             "uncompressed:size=64",
+            "deep-shadow-map:size=64",
         ] {
             answers_alike(context, &scenes::random(), text);
         }

@@ -19,7 +19,7 @@ layout(set = 1, binding = 0, r32ui) uniform readonly uimage2D heads;
 layout(set = 1, binding = 2, scalar) buffer Counters { uint counters[]; };
 // set 2: deep_shadow_map
 layout(set = 2, binding = 0, scalar) readonly buffer Events { Segment events[]; };
-layout(set = 2, binding = 1, scalar) writeonly buffer Nodes { Node nodes[]; };
+layout(set = 2, binding = 1, scalar) writeonly buffer Nodes { uint nodes[]; };
 layout(set = 2, binding = 2, scalar) buffer Starts { uint starts[]; };
 layout(set = 2, binding = 3, scalar) buffer TileStarts { uint tile_starts[]; };
 layout(set = 2, binding = 4, scalar) buffer State { DeepState state; };
@@ -27,15 +27,37 @@ layout(set = 2, binding = 4, scalar) buffer State { DeepState state; };
 // Of the texel's nodes.
 uint first;
 
-void store_node(uint i, Node node) {
+// Those that are final, and the last of them.
+uint kept;
+Node last_kept;
+
+void keep_node(Node node) {
 #if WRITE
-    if (first + i < node_room) {
-        nodes[first + i] = node;
+    uint place = (first + kept) * node_words();
+    if (first + kept < node_room && PACKED) {
+        nodes[place] = pack_node(node);
+    } else if (first + kept < node_room) {
+        nodes[place] = floatBitsToUint(node.depth);
+        nodes[place + 1u] = floatBitsToUint(node.value);
     }
 #endif
+    last_kept = node;
+    ++kept;
 }
 
-#include "technique/deep_shadow_map/curve.glsl"
+#include "technique/deep_shadow_map/area.glsl"
+#include "technique/deep_shadow_map/bound.glsl"
+
+// False: nodes go where lines stay within the error. True: where the area under the curve changes by no more than 4 times its square.
+CONSTANT(bool, BY_AREA, false)
+
+void curve_point(Node point, bool is_last) {
+    if (BY_AREA) {
+        window_point(point);
+    } else {
+        line_point(point, is_last);
+    }
+}
 
 // Steps of depth in the light's range: as fine as floats below 1.
 const float DEPTH_STEPS = 16777216.0;
@@ -48,9 +70,10 @@ uint depth_steps(float depth) { return uint(clamp(depth, 0.0, 1.0) * DEPTH_STEPS
 
 float power_of_two(int exponent) { return uintBitsToFloat(uint(127 + exponent) << 23); }
 
-void sweep(uint index, uint count, float error) {
+// Rises have points on their way as far as `dark`.
+void sweep(uint index, uint count, float dark) {
     int bits = SUM_BITS - max(findMSB(count) + 1 - EVENT_BITS, 0);
-    float scale = power_of_two(bits), unit = power_of_two(-bits), dark = dark_from(error);
+    float scale = power_of_two(bits), unit = power_of_two(-bits);
     uvec2 value = uvec2(0u), rate = uvec2(0u);
     float after = 0.0;
     uint at = depth_steps(events[index].entry);
@@ -69,7 +92,6 @@ void sweep(uint index, uint count, float error) {
             }
             value = wide_plus(value, wide_times(rate, here - at));
             after = wide_float(value) * unit;
-            // What is darker than `dark` needs no windows on its way.
             float top = max(min(after, dark), before);
             float pieces = max(ceil((top - before) / RISE), 1.0);
             float along = (end - depth) * ((top - before) / max(after - before, 1e-30)) / pieces;
@@ -112,8 +134,8 @@ void main() {
         index = imageLoad(heads, ivec2(texel + uvec2(0u, gl_WorkGroupID.z * size.y))).r;
     }
     float error = NODE_ERROR > 0.0 ? NODE_ERROR : state.error;
-    curve_begin(error);
-    first = 0u;
+    first = kept = 0u;
+    last_kept = Node(-1.0, 0.0);
 #if WRITE
     if (t == 0u) {
         covered = 0u;
@@ -122,12 +144,23 @@ void main() {
     barrier();
 #endif
     if (index != NO_SEGMENT) {
+        // No line goes farther than the last node, so that none falls to it.
+        float total = 0.0;
         for (uint i = index; i != NO_SEGMENT; i = events[i].next) {
+            total += events[i].exit >= events[i].entry ? events[i].optical_depth : 0.0;
             ++events_of_texel;
         }
-        sweep(index, events_of_texel, error);
+        if (BY_AREA) {
+            window_begin(4.0 * error * error);
+            sweep(index, events_of_texel, 0.0);
+            window_finish();
+        } else {
+            line_begin(error, total);
+            sweep(index, events_of_texel, dark_from(error));
+            line_finish();
+        }
     }
-    uint count = curve_finish();
+    uint count = kept;
     if (rounds_ran_out(count)) {
         counters[CUT_SHORT] = 1u;
     }

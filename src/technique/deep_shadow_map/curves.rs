@@ -1,11 +1,11 @@
 //! Where the nodes of all texels stand, and the passes that make them of the lists.
 
 use super::lists::Lists;
-use super::settings::Settings;
+use super::settings::{Removal, Settings};
 use super::{DeepPush, DeepState};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, ReadBack};
 use crate::maps::{Maps, TILE_TEXELS};
-use crate::shaders::constant::NODE_ERROR;
+use crate::shaders::constant::{BY_AREA, NODE_ERROR, PACKED};
 use crate::shaders::deep_shadow_map as shaders;
 use crate::shaders::set;
 use crate::technique::NodeData;
@@ -18,13 +18,17 @@ const ROUNDS: u32 = 14;
 /// Nodes a texel that the buffer starts with. It grows to what a scene demands.
 const FIRST_NODES: u64 = 1;
 
-const NODE_BYTES: u64 = size_of::<NodeData>() as u64;
+/// Twins: VALUE_BITS, VALUE_CODES and LAST_DEPTH in glsl/technique/deep_shadow_map/node.glsl.
+const VALUE_BITS: u32 = 14;
+const VALUE_CODES: u32 = 1 << VALUE_BITS;
+const LAST_DEPTH: f32 = 262_143.0;
 
 /// The nodes, where each texel's begin, and the passes.
 pub struct Curves {
     context: Context,
-    /// [`NodeData`].
+    /// [`NodeData`], or a word each.
     pub nodes: Buffer,
+    node_bytes: u64,
     /// A word a texel of each tile, and one more.
     pub starts: Buffer,
     tile_starts: Buffer,
@@ -42,8 +46,8 @@ pub struct Curves {
     choose: Kernel<DeepPush>,
 }
 
-fn node_buffer(context: &Context, count: u64) -> Result<Buffer> {
-    Buffer::new(context, "deep_shadow_map.nodes", count * NODE_BYTES, Memory::Device)
+fn node_buffer(context: &Context, bytes: u64) -> Result<Buffer> {
+    Buffer::new(context, "deep_shadow_map.nodes", bytes, Memory::Device)
 }
 
 impl Curves {
@@ -52,12 +56,13 @@ impl Curves {
         let tiles = maps.tiles();
         let tile_count = u64::from(tiles[0]) * u64::from(tiles[1]) * u64::from(maps.count());
         let starts = buffer("deep_shadow_map.starts", 4 * (tile_count * u64::from(TILE_TEXELS * TILE_TEXELS) + 1))?;
+        let node_bytes = if settings.is_packed() { 4 } else { size_of::<NodeData>() as u64 };
         let room = match settings.bytes.map(u64::from) {
             None => tile_count * u64::from(TILE_TEXELS * TILE_TEXELS) * FIRST_NODES,
-            Some(bytes) if bytes >= starts.bytes() + NODE_BYTES => (bytes - starts.bytes()) / NODE_BYTES,
-            Some(_) => return Err(too_few(starts.bytes() + NODE_BYTES)),
+            Some(bytes) if bytes >= starts.bytes() + node_bytes => (bytes - starts.bytes()) / node_bytes,
+            Some(_) => return Err(too_few(starts.bytes() + node_bytes)),
         };
-        let nodes = node_buffer(context, room)?;
+        let nodes = node_buffer(context, room * node_bytes)?;
         let tile_starts = buffer("deep_shadow_map.tile_starts", 4 * tile_count)?;
         let state = Buffer::zeroed(context, "deep_shadow_map.state", size_of::<DeepState>() as u64)?;
         let set = set::DeepShadowMap {
@@ -69,7 +74,10 @@ impl Curves {
         };
         let set = set.bind(context, "deep_shadow_map")?;
         let error = if settings.bytes.is_some() { 0.0 } else { settings.error() };
-        let constants = Constants::new().set(NODE_ERROR, error);
+        let constants = Constants::new()
+            .set(NODE_ERROR, error)
+            .set(BY_AREA, settings.removal() == Removal::Area)
+            .set(PACKED, settings.is_packed());
         let of_lists = [maps.scene(), lists.list.set(), &set];
         let of_tiles = [maps.scene(), &set];
         let kernel = |shader, sets: &[&Bindings]| Kernel::compute(context, shader, sets, &constants);
@@ -81,6 +89,7 @@ impl Curves {
             choose: kernel(&shaders::CHOOSE, &of_tiles)?,
             context: context.clone(),
             nodes,
+            node_bytes,
             starts,
             tile_starts,
             stated: ReadBack::new(context, "deep_shadow_map.stated", state.bytes())?,
@@ -94,7 +103,7 @@ impl Curves {
 
     /// Nodes that there is room for.
     pub fn room(&self) -> u32 {
-        (self.nodes.bytes() / NODE_BYTES).min(u32::MAX.into()) as u32
+        (self.nodes.bytes() / self.node_bytes).min(u32::MAX.into()) as u32
     }
 
     /// The nodes of a group of maps, of their lists.
@@ -149,10 +158,10 @@ impl Curves {
             return Ok(false);
         }
         if self.has_budget {
-            return Err(too_few(self.starts.bytes() + wanted * NODE_BYTES));
+            return Err(too_few(self.starts.bytes() + wanted * self.node_bytes));
         }
         // A sixteenth more, so that a scene in motion does not grow every frame.
-        self.nodes = node_buffer(&self.context, wanted + wanted / 16)?;
+        self.nodes = node_buffer(&self.context, (wanted + wanted / 16) * self.node_bytes)?;
         self.set.replace(set::DeepShadowMap::NODES, &self.nodes)?;
         self.stated.forget();
         Ok(true)
@@ -172,7 +181,7 @@ impl Curves {
         let mut counters = BTreeMap::from([
             ("nodes".to_owned(), nodes.into()),
             ("covered_texels".to_owned(), covered.into()),
-            ("bytes_used".to_owned(), self.starts.bytes() + u64::from(nodes) * NODE_BYTES),
+            ("bytes_used".to_owned(), self.starts.bytes() + u64::from(nodes) * self.node_bytes),
         ]);
         if self.has_budget {
             counters.insert("error_millionths".into(), (f64::from(error) * 1e6).round() as u64);
@@ -186,8 +195,21 @@ impl Curves {
         let place = (tile * TILE_TEXELS + y % TILE_TEXELS) * TILE_TEXELS + x % TILE_TEXELS;
         let ends: Vec<u32> = self.starts.read_from(place as usize, 2)?;
         let [first, end] = ends[..] else { return Ok(Vec::new()) };
-        if first == end { Ok(Vec::new()) } else { self.nodes.read_from(first as usize, (end - first) as usize) }
+        let (first, count) = (first as usize, (end - first) as usize);
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        if self.node_bytes > 4 {
+            return self.nodes.read_from(first, count);
+        }
+        Ok(self.nodes.read_from(first, count)?.into_iter().map(unpack).collect())
     }
+}
+
+/// Twin: unpack_depth and unpack_value in glsl/technique/deep_shadow_map/node.glsl.
+fn unpack(word: u32) -> NodeData {
+    let value = word & (VALUE_CODES - 1);
+    NodeData { depth: (word >> VALUE_BITS) as f32 / LAST_DEPTH, value: value as f32 / (VALUE_CODES - value) as f32 }
 }
 
 /// Where a budget has no room.

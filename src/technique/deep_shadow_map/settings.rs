@@ -14,6 +14,26 @@ words! {
     }
 }
 
+words! {
+    /// Which nodes a curve does without.
+    pub enum Removal {
+        /// Those that it stays within the error without.
+        Bound = "bound",
+        /// Those that change the area under it by little.
+        Area = "area",
+    }
+}
+
+words! {
+    /// How nodes are stored.
+    pub enum Storage {
+        /// 8 bytes a node.
+        Full = "full",
+        /// 4 bytes a node.
+        Packed = "packed",
+    }
+}
+
 settings! {
     /// What there is to set.
     #[derive(Copy)]
@@ -24,6 +44,13 @@ settings! {
         /// Bytes that the curves of all maps may take, 1 or more; the least error is found that fits. None: `error` decides.
         bytes: Option<u32> = Setting::auto_number(
             1, u32::MAX, "bytes that the curves of all maps may take: the least error is found that fits; auto: error= decides");
+        /// Which nodes a curve does without: those that it stays within the error without, or, as AVSM has it, those whose going changes the
+        /// area under it by no more than four times the error's square, of which fewer bring the same mean error. None: the second where
+        /// `bytes` is given.
+        removal: Option<Removal> = Setting::auto(
+            "nodes go that a curve stays within error= without, or that change its area by 4 error²; auto: bound, with bytes= area");
+        /// How nodes are stored.
+        storage: Storage = Setting::word("full", "full: 8 bytes a node; packed: 4");
         /// How the lists of segments are made; none: tile by tile, or drawn on software devices.
         path: Option<Way> = Setting::auto(
             "lists of segments are drawn, or made tile by tile; auto: binned, on software devices two-pass");
@@ -46,6 +73,17 @@ impl Settings {
     /// How look-ups average.
     pub(super) fn filter(&self) -> Filter {
         Filter { kind: self.filter, radius: self.radius }
+    }
+
+    /// Which nodes go.
+    pub(super) fn removal(&self) -> Removal {
+        let usual = if self.bytes.is_some() { Removal::Area } else { Removal::Bound };
+        self.removal.unwrap_or(usual)
+    }
+
+    /// Nodes are stored in codes.
+    pub(super) fn is_packed(&self) -> bool {
+        self.storage == Storage::Packed
     }
 
     /// By how much of the light a curve may be off.

@@ -1,11 +1,11 @@
 // The fewest nodes that stay within an error of a texel's curve, greedily: a line goes on from a node for as long as some slope is in
 // the windows of all points that it passes. A window is what optical depths let through as much as the curve's, within the
 // error. Source: Lokovic and Veach 2000; windows in optical depth, and those on the way of long rises, are ours.
-// Needs, declared before: store_node(uint, Node), of a node that is final. Twin: reference::twin::deep_shadow_map.
+// Needs, declared before: keep_node(Node), of a node that is final, and last_kept. Twin: reference::twin::deep_shadow_map::bound.
 // Invariants: transmittance is within the error of the curve's at every depth, between points as at them; depths never fall, nor do
 // optical depths; behind the last node it is within TAIL of the product of all.
-#ifndef TECHNIQUE_DEEP_SHADOW_MAP_CURVE_GLSL
-#define TECHNIQUE_DEEP_SHADOW_MAP_CURVE_GLSL
+#ifndef TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
+#define TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #include "technique/deep_shadow_map/node.glsl"
 
 // A line is within windows at two points of a straight rise, and windows are bent: a longer rise has some on its way, and the error
@@ -16,23 +16,22 @@ const float BETWEEN = 1.0 / 64.0;
 const float TAIL = 1e-4;
 const float ANY_SLOPE = 3e38;
 
-// Nodes that are final, and the last of them.
-uint stored;
-Node last_stored;
 // The node that the line begins at, none before the first point, the slopes that it may have, and the last point.
 bool has_start;
 Node line_start;
 vec2 line_slopes;
 Node line_end;
 float curve_error;
+// Optical depth of all of the curve.
+float curve_total;
 
 // Where all is so dark that lines err by nothing.
 float dark_from(float error) { return 5.0 - log(2.0 * error); }
 
-void curve_begin(float error) {
+// A curve of that optical depth in all.
+void line_begin(float error, float total) {
     curve_error = error * (1.0 - BETWEEN);
-    stored = 0u;
-    last_stored = Node(-1.0, 0.0);
+    curve_total = total;
     has_start = false;
 }
 
@@ -46,12 +45,6 @@ vec2 window(float value, float error) {
     return vec2(max(low, 0.0), high);
 }
 
-void keep_start() {
-    store_node(stored, line_start);
-    last_stored = line_start;
-    ++stored;
-}
-
 void start_line(Node node) {
     line_start = line_end = node;
     line_slopes = vec2(0.0, ANY_SLOPE);
@@ -63,22 +56,23 @@ void end_line() {
     if (along > 0.0) {
         vec2 reach = line_start.value + line_slopes * along;
         Node node = Node(line_end.depth, clamp(line_end.value, reach.x, reach.y));
-        keep_start();
+        keep_node(line_start);
         start_line(node);
     }
 }
 
 // A step at the depth of the last node. The first has nothing in front of it, and of several the last counts.
 void add_step(Node point) {
-    if (stored > 0u && last_stored.depth < point.depth) {
-        keep_start();
+    if (kept > 0u && last_kept.depth < point.depth) {
+        keep_node(line_start);
     }
-    start_line(Node(point.depth, max(point.value, last_stored.value)));
+    start_line(Node(point.depth, max(point.value, last_kept.value)));
 }
 
 // The curve's next point; two at one depth are a step.
-void curve_point(Node point, bool is_last) {
+void line_point(Node point, bool is_last) {
     vec2 its = window(point.value, is_last ? min(curve_error, TAIL) : curve_error);
+    its.y = min(its.y, max(curve_total, point.value));
     if (!has_start) {
         has_start = true;
         start_line(point);
@@ -109,11 +103,9 @@ void curve_point(Node point, bool is_last) {
     }
 }
 
-// The number of nodes.
-uint curve_finish() {
+void line_finish() {
     if (has_start) {
-        keep_start();
+        keep_node(line_start);
     }
-    return stored;
 }
 #endif
