@@ -323,7 +323,11 @@ fn budgets_are_kept() {
                 assert!(counters["bytes_used"] <= bytes, "{path}, {bytes}: {counters:?}");
                 // A hundredth less error would not fit.
                 let less = ((error * 0.97 * 1e4).floor() as u32).max(1);
-                let plain = built(context, &scene, &format!("deep-shadow-map:size={size},path={path},error={less}"));
+                let plain = built(
+                    context,
+                    &scene,
+                    &format!("deep-shadow-map:size={size},path={path},removal=area,error={less}"),
+                );
                 let wanted = facts(plain.as_ref()).counters["bytes_used"];
                 assert!(less < 20 || wanted > bytes, "{path}, {bytes}: {error} was found, {less} takes {wanted}");
                 errors.push(error);
@@ -359,7 +363,7 @@ fn packed_nodes_are_the_same_rounded() {
                 }
             }
             println!("{}: {all} nodes, off by {most:?}", scene.name);
-            assert!(most[0] <= 0.51 / 262_143.0 && most[1] <= 0.51 * 2.0 / 1f64.exp() / 16384.0 * 1.1, "{most:?}");
+            assert!(most[0] <= 0.51 / 262_143.0 && most[1] <= 1.01 * 2.0 / 1f64.exp() / 16384.0, "{most:?}");
             let [a, b] = [full, packed].map(|t| facts(t.as_ref()).counters["bytes_used"]);
             assert_eq!(a - b, 4 * all, "{}", scene.name);
         }

@@ -22,7 +22,7 @@ Node line_start;
 vec2 line_slopes;
 Node line_end;
 float curve_error;
-// Optical depth of all of the curve.
+// Optical depth of all of the curve: no line goes farther than the last node, so that none falls to it.
 float curve_total;
 
 // Where all is so dark that lines err by nothing.

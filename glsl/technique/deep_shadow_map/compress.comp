@@ -61,19 +61,18 @@ void curve_point(Node point, bool is_last) {
 
 // Steps of depth in the light's range: as fine as floats below 1.
 const float DEPTH_STEPS = 16777216.0;
-// Bits behind the point of an optical depth in whole numbers; fewer for more events than a power of two, so that no sum of
-// MAX_OPTICAL_DEPTH each passes 64 bits.
-const int SUM_BITS = 40;
-const int EVENT_BITS = 16;
+// Bits of a texel's optical depth in whole numbers, of 64: two are room for rounding.
+const int SUM_BITS = 62;
 
 uint depth_steps(float depth) { return uint(clamp(depth, 0.0, 1.0) * DEPTH_STEPS); }
 
 float power_of_two(int exponent) { return uintBitsToFloat(uint(127 + exponent) << 23); }
 
-// Rises have points on their way as far as `dark`.
-void sweep(uint index, uint count, float dark) {
-    int bits = SUM_BITS - max(findMSB(count) + 1 - EVENT_BITS, 0);
-    float scale = power_of_two(bits), unit = power_of_two(-bits);
+// A curve of that optical depth in all. Rises have points on their way as far as `dark`.
+void sweep(uint index, float total, float dark) {
+    // Of all of it, at least 1.
+    int whole_bits = int(floatBitsToUint(max(total, 1.0)) >> 23) - 127 + 2;
+    float scale = power_of_two(SUM_BITS - whole_bits), unit = power_of_two(whole_bits - SUM_BITS);
     uvec2 value = uvec2(0u), rate = uvec2(0u);
     float after = 0.0;
     uint at = depth_steps(events[index].entry);
@@ -128,7 +127,7 @@ shared uint prefix[64];
 void main() {
     uvec2 size = map_size(), texel = gl_GlobalInvocationID.xy;
     uint t = gl_LocalInvocationIndex, tile = group_tile(), place = tile * 64u + t;
-    uint index = NO_SEGMENT, events_of_texel = 0u;
+    uint index = NO_SEGMENT;
     if (all(lessThan(texel, size))) {
         // The maps of the group stand one above the other.
         index = imageLoad(heads, ivec2(texel + uvec2(0u, gl_WorkGroupID.z * size.y))).r;
@@ -144,19 +143,18 @@ void main() {
     barrier();
 #endif
     if (index != NO_SEGMENT) {
-        // No line goes farther than the last node, so that none falls to it.
+        // In the order of depth, so that it depends on the casters alone; each is counted where it begins.
         float total = 0.0;
         for (uint i = index; i != NO_SEGMENT; i = events[i].next) {
             total += events[i].exit >= events[i].entry ? events[i].optical_depth : 0.0;
-            ++events_of_texel;
         }
         if (BY_AREA) {
             window_begin(4.0 * error * error);
-            sweep(index, events_of_texel, 0.0);
+            sweep(index, total, 0.0);
             window_finish();
         } else {
             line_begin(error, total);
-            sweep(index, events_of_texel, dark_from(error));
+            sweep(index, total, dark_from(error));
             line_finish();
         }
     }

@@ -12,11 +12,8 @@ use super::sums::DARK;
 /// Steps of depth in the light's range. Twin: DEPTH_STEPS.
 const DEPTH_STEPS: f32 = 16_777_216.0;
 
-/// Bits behind the point of an optical depth in whole numbers, at most. Twin: SUM_BITS.
-const SUM_BITS: u32 = 40;
-
-/// Events that sums have room for with so many bits, as a power of two. Twin: EVENT_BITS.
-const EVENT_BITS: u32 = 16;
+/// Bits of a texel's optical depth in whole numbers, of 64: two are room for rounding. Twin: SUM_BITS.
+const SUM_BITS: i32 = 62;
 
 /// Where each segment begins and where it ends, in the order of depth. An event has the depth where it happens, that of the other
 /// end, and what the segment takes. Twin: events.comp.
@@ -52,8 +49,7 @@ pub fn nodes(segments: &[Segment], removal: Removal, error: f32) -> Vec<(f32, f3
     let events = events(segments);
     match removal {
         Removal::Bound => {
-            let mut lines =
-                Lines::new(error, events.iter().filter(|e| e.exit >= e.entry).map(|e| e.optical_depth).sum());
+            let mut lines = Lines::new(error, total(&events));
             sweep(&events, |depth, value, is_last| lines.point(depth, value, is_last), dark_from(error));
             lines.nodes()
         }
@@ -76,6 +72,11 @@ pub fn transmittance(nodes: &[(f32, f32)], depth: f32) -> f32 {
     (-(near.1 * (1.0 - along) + far.1 * along)).exp()
 }
 
+/// Optical depth of all segments; each is counted where it begins.
+fn total(events: &[Segment]) -> f32 {
+    events.iter().filter(|e| e.exit >= e.entry).map(|e| e.optical_depth).sum()
+}
+
 fn steps(depth: f32) -> u32 {
     (depth.clamp(0.0, 1.0) * DEPTH_STEPS) as u32
 }
@@ -87,8 +88,9 @@ fn sweep(events: &[Segment], mut point: impl FnMut(f32, f32, bool), dark: f32) {
     if events.is_empty() {
         return;
     }
-    let bits = SUM_BITS - (events.len().ilog2() + 1).saturating_sub(EVENT_BITS);
-    let (scale, unit) = ((bits as f32).exp2(), (-(bits as f32)).exp2());
+    // Of all of it, at least 1.
+    let whole_bits = (total(events).max(1.0).to_bits() >> 23) as i32 - 127 + 2;
+    let (scale, unit) = (2f32.powi(SUM_BITS - whole_bits), 2f32.powi(whole_bits - SUM_BITS));
     let optical_depth = |sum: u64| ((sum >> 32) as f32 * 4_294_967_296.0 + (sum & 0xFFFF_FFFF) as f32) * unit;
     let (mut value, mut rate, mut at, mut after) = (0u64, 0u64, steps(events[0].entry), 0.0);
     point(at as f32 / DEPTH_STEPS, 0.0, false);
