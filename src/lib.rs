@@ -97,6 +97,7 @@
 //! | Technique | Casts from | Built | What it keeps |
 //! |---|---|---|---|
 //! | avsm | particles, strands, meshes | each frame | a compressed curve of transmittance a texel |
+//! | deep-shadow-map | particles, strands, meshes | each frame | as many nodes of a texel's curve as its error needs |
 //! | psm | particles, strands, meshes | each frame | what is left of the light behind each slice of a volume |
 //! | layers | particles, strands, meshes | each frame | optical depth up to the ends of a texel's layers |
 //! | beer-shadow-map | particles, strands, meshes | each frame | front, mean extinction and greatest optical depth a texel |

@@ -101,7 +101,8 @@ fn footprint_error(answers: &[f32], texels: f64, means: &[[f64; 2]]) -> Option<F
 mod tests {
     use super::*;
     use crate::measure::{Extent, Wanted};
-    use crate::scene::{LightKind, Strand, on_the_axis};
+    use crate::scene::tests::on_the_axis;
+    use crate::scene::{LightKind, Strand};
 
     /// Means that miss the truth to both sides say no error of an answer that is it.
     #[test]

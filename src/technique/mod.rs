@@ -6,6 +6,7 @@
 // The registry: a line a technique. All of them are in REGISTRY.
 pub mod avsm;
 pub mod beer_shadow_map;
+pub mod deep_shadow_map;
 pub mod grid_query;
 pub mod ism;
 pub mod layers;
@@ -32,6 +33,7 @@ mod texel_map;
 pub use avsm::{Avsm, NodeData};
 pub use beer_shadow_map::BeerShadowMap;
 pub use build::{Built, Opened, open};
+pub use deep_shadow_map::DeepShadowMap;
 pub use grid_query::GridQuery;
 pub use ism::{
     Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, Ism, PointData, PointsData,

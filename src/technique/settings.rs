@@ -368,6 +368,7 @@ mod tests {
         each!(
             avsm,
             beer_shadow_map,
+            deep_shadow_map,
             grid_query,
             ism,
             layers,

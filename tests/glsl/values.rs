@@ -132,6 +132,7 @@ fn smoke_is_answered_alike() {
             "uncompressed:size=64",
             "stochastic:samples=4",
             "grid-query",
+            "deep-shadow-map:size=64",
         ] {
             answers_alike(context, &scenes::random(), text);
         }

@@ -7,6 +7,7 @@ pub mod beer_shadow_map;
 pub mod bins;
 pub mod compact;
 pub mod cone;
+pub mod deep_shadow_map;
 pub mod detail;
 pub mod exact;
 pub mod filter;
