@@ -4,7 +4,7 @@
 // Invariant: nodes of the error that is left were counted, or it is the greatest.
 #include "technique/deep_shadow_map/maps.glsl"
 
-const uint SCAN_THREADS = 256u;
+const uint SCAN_THREADS = 128u;
 layout(local_size_x = SCAN_THREADS) in;
 
 // set 1: deep_shadow_map

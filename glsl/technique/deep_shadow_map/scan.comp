@@ -3,7 +3,7 @@
 // In and out: tile_starts, nodes of each tile before; state.
 #include "technique/deep_shadow_map/maps.glsl"
 
-const uint SCAN_THREADS = 256u;
+const uint SCAN_THREADS = 128u;
 layout(local_size_x = SCAN_THREADS) in;
 
 // set 1: deep_shadow_map

@@ -97,12 +97,17 @@ push_struct! {
 /// What is known of all maps' nodes. Twin: DeepState in glsl/technique/deep_shadow_map/maps.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-struct DeepState {
-    nodes: u32,
-    covered: u32,
-    error: f32,
-    low: f32,
-    high: f32,
+pub struct DeepState {
+    /// Nodes of the groups of maps so far.
+    pub nodes: u32,
+    /// Texels that have some.
+    pub covered: u32,
+    /// The error that is tried, or that was found.
+    pub error: f32,
+    /// The greatest error that is known to be too small.
+    pub low: f32,
+    /// The least whose nodes are known to have room.
+    pub high: f32,
 }
 
 /// The technique, opened for one world.
