@@ -114,6 +114,7 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
         "uncompressed" if starts(&["list."]) => !any(&[Meshes]),
         "psm" if starts(&["psm.clear", "psm.voxelize", "psm.propagate"]) => !any(&[Meshes]),
         _ if starts(&["translucency_map.multiply", "beer_shadow_map.blend"]) => !any(&[Meshes]),
+        "layers" if starts(&["sums.clear", "sums.ends", "layers.raster", "layers.pack"]) => !any(&[Meshes]),
         "stochastic" if starts(&["stochastic.draw", "stochastic.clear"]) => !any(&[Meshes]),
         _ => true,
     }
