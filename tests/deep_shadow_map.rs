@@ -315,7 +315,9 @@ fn budgets_are_kept() {
             let of =
                 |bytes: u64| built(context, &scene, &format!("deep-shadow-map:size={size},path={path},bytes={bytes}"));
             let mut errors = Vec::new();
-            for bytes in [60_000, 90_000, 150_000] {
+            let mut budgets = some([60_000, 150_000, 90_000], 2);
+            budgets.sort();
+            for bytes in budgets {
                 let technique = of(bytes);
                 let counters = facts(technique.as_ref()).counters;
                 println!("{path}, {bytes}: {counters:?}");
@@ -332,9 +334,9 @@ fn budgets_are_kept() {
                 assert!(less < 20 || wanted > bytes, "{path}, {bytes}: {error} was found, {less} takes {wanted}");
                 errors.push(error);
             }
-            assert!(errors[0] > errors[1] && errors[1] > errors[2], "{path}: {errors:?}");
+            assert!(errors.len() > 1 && errors.windows(2).all(|pair| pair[0] > pair[1]), "{path}: {errors:?}");
             let world = World::new(context, &scene).expect("room");
-            for bytes in [100, 60_000 / 3] {
+            for bytes in some([60_000 / 3, 100], 1) {
                 let text = format!("deep-shadow-map:size={size},path={path},bytes={bytes}");
                 let refused =
                     open(context, &world, &spec(&text)).and_then(|mut opened| opened.build(&world).map(|_| ()));
