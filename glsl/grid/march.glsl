@@ -96,14 +96,14 @@ bool march_exact(vec3 from, vec3 way) {
     return false;
 }
 
-// Even steps: what lies between two of them is not seen.
+// Where the way begins, for a face that looks away is dark by its own voxel, and even steps: what lies between two of them is not seen.
 bool march_steps(vec3 from, vec3 way, uint steps, float offset) {
     vec2 range = grid_clip(from, way, GRID_SIZE);
-    for (uint i = 0u; i < steps && range.x <= range.y; ++i) {
+    for (uint i = 0u; i <= steps && range.x <= range.y; ++i) {
 #ifdef LOOK_UP_STEPS
         ++look_up_steps;
 #endif
-        float at = mix(range.x, range.y, (float(i) + offset) / float(steps));
+        float at = i == 0u ? range.x : mix(range.x, range.y, (float(i - 1u) + offset) / float(steps));
         ivec3 voxel = clamp(ivec3(floor(from + way * at)), ivec3(0), ivec3(int(GRID_SIZE) - 1));
         if (grid_has_voxel(uvec3(voxel))) {
             return true;

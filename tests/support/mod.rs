@@ -22,6 +22,7 @@ use gobo::world::World;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 /// Whether everything is asked for: GOBO_TEST_ALL is set and not empty. Without it the costly tests take a part of their
 /// cases, so that the loop of edit and test stays short.
@@ -51,10 +52,17 @@ pub fn gpu_test(name: &str, body: impl FnOnce(&Context)) {
 
 /// As [`gpu_test`], but skipped, and logged as skipped, where the device lacks one of `requirements`.
 pub fn gpu_test_needing(name: &str, requirements: &[Requirement], body: impl FnOnce(&Context)) {
-    let messages = Messages::default();
-    let context = open(&messages);
+    let (context, messages) = KEPT.lock().expect("unharmed").pop().unwrap_or_else(|| {
+        let messages = Messages::default();
+        (open(&messages), messages)
+    });
+    let before = held(&context);
     if let Some(missing) = requirements.iter().find_map(|r| context.features().lacks(*r)) {
-        return skipped(name, &format!("needs {missing}"));
+        skipped(name, &format!("needs {missing}"));
+        if keeps_devices() {
+            KEPT.lock().expect("unharmed").push((context, messages));
+        }
+        return;
     }
     let device = format!("{}, {}", context.features().name, context.features().driver);
     let outcome = catch_unwind(AssertUnwindSafe(|| body(&context)));
@@ -64,6 +72,11 @@ pub fn gpu_test_needing(name: &str, requirements: &[Requirement], body: impl FnO
         None => log("exercised", name, &device),
     }
     let refused = refusal.is_some();
+    if keeps_devices() && outcome.is_ok() && !context.is_lost() && held(&context) == before && messages.all().is_empty()
+    {
+        context.time_passes(true);
+        return KEPT.lock().expect("unharmed").push((context, messages));
+    }
     // Destruction is watched too: what the body made is gone, and leaks are reported as the device closes.
     drop(context);
     let said = messages.all();
@@ -74,6 +87,25 @@ pub fn gpu_test_needing(name: &str, requirements: &[Requirement], body: impl FnO
         resume_unwind(panic);
     }
     assert!(said.is_empty(), "{name}: {} messages:\n{}", said.len(), said.join("\n"));
+}
+
+/// Devices that are open and that no test uses, where [`keeps_devices`].
+static KEPT: Mutex<Vec<(Context, Messages)>> = Mutex::new(Vec::new());
+
+/// Whether a test leaves its device to the next one of its program: GOBO_TEST_KEEP is set. A driver that compiles on the processor then makes
+/// each pipeline once a thread and not once a test. A device is kept only where nobody said anything about it and what it holds is what
+/// it held before; any other is closed, which is watched. Objects without memory that leak are found by runs without it.
+fn keeps_devices() -> bool {
+    std::env::var_os("GOBO_TEST_KEEP").is_some()
+}
+
+/// Bytes of the device's memory that are held when all that was recorded is over, where somebody asks.
+fn held(context: &Context) -> u64 {
+    if !keeps_devices() || context.is_lost() {
+        return 0;
+    }
+    ran(context, |_| {});
+    context.allocated_bytes()
 }
 
 /// Why a test ends where a lowered device refuses what it asks for.

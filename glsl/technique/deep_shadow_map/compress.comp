@@ -4,9 +4,9 @@
 // Invariants: optical depth is added up in whole numbers, so that nothing is left of a slope that has ended, and casters may come in any
 // order; a texel without casters has no nodes.
 
-// WRITE 0: counts. Outputs: starts, within the tile; tile_starts, nodes of each tile. WRITE 1: writes. Input: tile_starts, from scan.
-// Outputs: nodes; starts, from the first tile on.
-// variants: WRITE 0 1
+// First it counts. Outputs: starts, within the tile; tile_starts, nodes of each tile. Then, told so by what is pushed, it writes. Input:
+// tile_starts, from scan. Outputs: nodes; starts, from the first tile on. One pipeline does both: drivers that compile on the processor
+// take long for it.
 #include "technique/deep_shadow_map/maps.glsl"
 #include "technique/deep_shadow_map/node.glsl"
 #include "technique/deep_shadow_map/wide.glsl"
@@ -32,15 +32,15 @@ uint kept;
 Node last_kept;
 
 void keep_node(Node node) {
-#if WRITE
-    uint place = (first + kept) * node_words();
-    if (first + kept < node_room && PACKED) {
-        nodes[place] = pack_node(node);
-    } else if (first + kept < node_room) {
-        nodes[place] = floatBitsToUint(node.depth);
-        nodes[place + 1u] = floatBitsToUint(node.value);
+    if (is_written > 0u && first + kept < node_room) {
+        uint place = (first + kept) * stored_words;
+        if (stored_words == 1u) {
+            nodes[place] = pack_node(node);
+        } else {
+            nodes[place] = floatBitsToUint(node.depth);
+            nodes[place + 1u] = floatBitsToUint(node.value);
+        }
     }
-#endif
     last_kept = node;
     ++kept;
 }
@@ -68,39 +68,56 @@ uint depth_steps(float depth) { return uint(clamp(depth, 0.0, 1.0) * DEPTH_STEPS
 
 float power_of_two(int exponent) { return uintBitsToFloat(uint(127 + exponent) << 23); }
 
-// A curve of that optical depth in all. Rises have points on their way as far as `dark`.
+// A curve of that optical depth in all. Rises have points on their way as far as `dark`. There is one place that gives a point on: what takes
+// it is large, and drivers copy it to each place that calls it.
 void sweep(uint index, float total, float dark) {
     // Whole bits of the optical depth in all, at least those of 1.
     int whole_bits = int(floatBitsToUint(max(total, 1.0)) >> 23) - 127 + 2;
     float scale = power_of_two(SUM_BITS - whole_bits), unit = power_of_two(whole_bits - SUM_BITS);
     uvec2 value = uvec2(0u), rate = uvec2(0u);
-    float after = 0.0;
     uint at = depth_steps(events[index].entry);
-    curve_point(Node(float(at) / DEPTH_STEPS, 0.0), false);
-    while (index != NO_SEGMENT) {
+    // Points 0, at `depth`, to `last`: those between are on the way to the last, at `end`. The first round has the curve's first point.
+    float depth = float(at) / DEPTH_STEPS, end = depth, before = 0.0, after = 0.0, along = 0.0, rise = 0.0;
+    uint from = 0u, last = 0u;
+    bool is_over = false, is_last = false;
+    for (;;) {
+        for (uint i = from; i <= last; ++i) {
+            bool is_end = i == last && last > 0u;
+            curve_point(Node(is_end ? end : depth + float(i) * along, is_end ? after : before + float(i) * rise), is_last);
+        }
+        if (is_last) {
+            break;
+        }
+        from = 1u;
+        last = 0u;
+        if (is_over || index == NO_SEGMENT) {
+            from = 0u;
+            depth = float(at) / DEPTH_STEPS;
+            before = wide_float(value) * unit;
+            is_last = true;
+            continue;
+        }
         Segment event = events[index];
-        index = event.next;
         uint here = depth_steps(event.entry);
         if (here > at) {
-            float depth = float(at) / DEPTH_STEPS, end = float(here) / DEPTH_STEPS, before = wide_float(value) * unit;
-            if (before != after) {
-                curve_point(Node(depth, before), false);
-            }
-            if (before >= DARK) {
-                break;
+            depth = float(at) / DEPTH_STEPS;
+            end = float(here) / DEPTH_STEPS;
+            before = wide_float(value) * unit;
+            from = before != after ? 0u : 1u;
+            is_over = before >= DARK;
+            if (is_over) {
+                continue;
             }
             value = wide_plus(value, wide_times(rate, here - at));
             after = wide_float(value) * unit;
             float top = max(min(after, dark), before);
             float pieces = max(ceil((top - before) / RISE), 1.0);
-            float along = (end - depth) * ((top - before) / max(after - before, 1e-30)) / pieces;
-            uint on_the_way = uint(after > dark && top > before ? pieces : pieces - 1.0);
-            for (uint i = 1u; i <= on_the_way; ++i) {
-                curve_point(Node(depth + float(i) * along, before + float(i) * ((top - before) / pieces)), false);
-            }
-            curve_point(Node(end, after), false);
+            along = (end - depth) * ((top - before) / max(after - before, 1e-30)) / pieces;
+            rise = (top - before) / pieces;
+            last = uint(after > dark && top > before ? pieces : pieces - 1.0) + 1u;
             at = here;
         }
+        index = event.next;
         uint other = depth_steps(event.exit);
         float takes = event.optical_depth * scale;
         if (other > here) {
@@ -115,14 +132,11 @@ void sweep(uint index, float total, float dark) {
             value = wide_plus(value, wide_of(takes));
         }
     }
-    curve_point(Node(float(at) / DEPTH_STEPS, wide_float(value) * unit), true);
 }
 
-#if WRITE
+// Texels of the tile that have nodes.
 shared uint covered;
-#else
 shared uint prefix[64];
-#endif
 
 void main() {
     uvec2 size = map_size(), texel = gl_GlobalInvocationID.xy;
@@ -132,16 +146,14 @@ void main() {
         // The maps of the group stand one above the other.
         index = imageLoad(heads, ivec2(texel + uvec2(0u, gl_WorkGroupID.z * size.y))).r;
     }
-    float error = NODE_ERROR > 0.0 ? NODE_ERROR : state.error;
-    first = kept = 0u;
+    float error = node_error > 0.0 ? node_error : state.error;
+    kept = 0u;
     last_kept = Node(-1.0, 0.0);
-#if WRITE
     if (t == 0u) {
         covered = 0u;
     }
-    first = tile_starts[tile] + starts[place];
+    first = is_written > 0u ? tile_starts[tile] + starts[place] : 0u;
     barrier();
-#endif
     if (index != NO_SEGMENT) {
         // In the order of depth, so that it depends on the casters alone; each is counted where it begins.
         float total = 0.0;
@@ -162,22 +174,22 @@ void main() {
     if (rounds_ran_out(count)) {
         counters[CUT_SHORT] = 1u;
     }
-#if WRITE
-    starts[place] = min(first, node_room);
-    uvec2 tiles = map_tiles();
-    if (t == 63u && tile + 1u == (first_map + map_count) * tiles.x * tiles.y) {
-        starts[place + 1u] = min(first + count, node_room);
-    }
     if (count > 0u) {
         atomicAdd(covered, 1u);
     }
-    barrier();
-    if (t == 0u && covered > 0u) {
-        atomicAdd(state.covered, covered);
-    }
-#else
     prefix[t] = count;
     barrier();
+    if (is_written > 0u) {
+        starts[place] = min(first, node_room);
+        uvec2 tiles = map_tiles();
+        if (t == 63u && tile + 1u == (first_map + map_count) * tiles.x * tiles.y) {
+            starts[place + 1u] = min(first + count, node_room);
+        }
+        if (t == 0u && covered > 0u) {
+            atomicAdd(state.covered, covered);
+        }
+        return;
+    }
     for (uint by = 1u; by < 64u; by *= 2u) {
         uint more = t >= by ? prefix[t - by] : 0u;
         barrier();
@@ -188,5 +200,4 @@ void main() {
     if (t == 63u) {
         tile_starts[tile] = prefix[t];
     }
-#endif
 }

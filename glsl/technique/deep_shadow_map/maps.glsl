@@ -11,6 +11,9 @@ layout(push_constant, scalar) uniform DeepPush {
     uint segment_room;   // segments that the lists have room for
     uint node_room;      // nodes that there is room for
     uint round;          // of the search for an error
+    float node_error;    // the error that nodes stay within; 0: that which the search has found
+    uint stored_words;   // of a node
+    uint is_written;     // 1: nodes are written, 0: counted
 };
 
 // What is known of all maps' nodes.
@@ -21,9 +24,6 @@ struct DeepState {
     float low;     // errors that are too small, and that are not
     float high;
 };
-
-// The error that nodes stay within. 0: that which the search has found.
-CONSTANT(float, NODE_ERROR, 0.01)
 
 // Tiles of 8×8 texels across and down a map.
 uvec2 map_tiles() { return (map_size() + 7u) / 8u; }

@@ -235,7 +235,7 @@ impl Bits {
     /// Twin: march_steps.
     pub fn march_steps(&self, from: [f32; 3], way: [f32; 3], steps: u32, offset: f32) -> bool {
         let Some(range) = self.clipped(from, way) else { return false };
-        let mut steps = (0..steps).map(|i| self.stepped(from, way, range, (i as f32 + offset) / steps as f32));
-        steps.any(|voxel| self.has(0, voxel))
+        let mut shares = std::iter::once(0.0).chain((0..steps).map(|i| (i as f32 + offset) / steps as f32));
+        shares.any(|share| self.has(0, self.stepped(from, way, range, share)))
     }
 }

@@ -5,7 +5,7 @@ use super::settings::{Removal, Settings};
 use super::{DeepPush, DeepState};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, ReadBack};
 use crate::maps::{Maps, TILE_TEXELS};
-use crate::shaders::constant::{BY_AREA, NODE_ERROR, PACKED};
+use crate::shaders::constant::BY_AREA;
 use crate::shaders::deep_shadow_map as shaders;
 use crate::shaders::set;
 use crate::technique::NodeData;
@@ -40,8 +40,7 @@ pub struct Curves {
     tiles: [u32; 2],
     set: Bindings,
     events: Kernel<DeepPush>,
-    count: Kernel<DeepPush>,
-    write: Kernel<DeepPush>,
+    compress: Kernel<DeepPush>,
     scan: Kernel<DeepPush>,
     choose: Kernel<DeepPush>,
 }
@@ -73,18 +72,13 @@ impl Curves {
             state: &state,
         };
         let set = set.bind(context, "deep_shadow_map")?;
-        let error = if settings.bytes.is_some() { 0.0 } else { settings.error() };
-        let constants = Constants::new()
-            .set(NODE_ERROR, error)
-            .set(BY_AREA, settings.removal() == Removal::Area)
-            .set(PACKED, settings.is_packed());
+        let constants = Constants::new().set(BY_AREA, settings.removal() == Removal::Area);
         let of_lists = [maps.scene(), lists.list.set(), &set];
         let of_tiles = [maps.scene(), &set];
         let kernel = |shader, sets: &[&Bindings]| Kernel::compute(context, shader, sets, &constants);
         Ok(Self {
             events: kernel(&shaders::EVENTS, &of_lists)?,
-            count: kernel(&shaders::COMPRESS_WRITE_0, &of_lists)?,
-            write: kernel(&shaders::COMPRESS_WRITE_1, &of_lists)?,
+            compress: kernel(&shaders::COMPRESS, &of_lists)?,
             scan: kernel(&shaders::SCAN, &of_tiles)?,
             choose: kernel(&shaders::CHOOSE, &of_tiles)?,
             context: context.clone(),
@@ -106,6 +100,10 @@ impl Curves {
         (self.nodes.bytes() / self.node_bytes).min(u32::MAX.into()) as u32
     }
 
+    pub fn node_words(&self) -> u32 {
+        (self.node_bytes / 4) as u32
+    }
+
     /// The nodes of a group of maps, of their lists.
     pub fn record(&self, commands: &mut Commands, maps: &Maps, push: &DeepPush) {
         let [x, y] = maps.tiles();
@@ -116,11 +114,12 @@ impl Curves {
         }
         self.count(commands, all, push);
         commands.pass("deep_shadow_map.scan", |pass| pass.dispatch(&self.scan, push, [1; 3]));
-        commands.pass("deep_shadow_map.write", |pass| pass.dispatch(&self.write, push, all));
+        let push = DeepPush { is_written: 1, ..*push };
+        commands.pass("deep_shadow_map.write", |pass| pass.dispatch(&self.compress, &push, all));
     }
 
     fn count(&self, commands: &mut Commands, all: [u32; 3], push: &DeepPush) {
-        commands.pass("deep_shadow_map.count", |pass| pass.dispatch(&self.count, push, all));
+        commands.pass("deep_shadow_map.count", |pass| pass.dispatch(&self.compress, push, all));
     }
 
     /// Finds the least error whose nodes fit.

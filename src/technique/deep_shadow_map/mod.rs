@@ -91,6 +91,12 @@ push_struct! {
         node_room: u32,
         /// Round of the search for an error.
         round: u32,
+        /// The error that nodes stay within, or 0 where the search finds it.
+        node_error: f32,
+        /// Words of a node.
+        stored_words: u32,
+        /// 1 where nodes are written, 0 where they are counted.
+        is_written: u32,
     }
 }
 
@@ -115,6 +121,7 @@ pub struct DeepShadowMap {
     maps: Maps,
     lists: Lists,
     curves: Curves,
+    node_error: f32,
     look_up: Bindings,
     constants: Constants,
     way: Way,
@@ -139,7 +146,8 @@ impl DeepShadowMap {
         let more = set::DeepShadowMapLookUp { nodes: &curves.nodes, starts: &curves.starts };
         let look_up = maps.look_up(context, "deep_shadow_map.look_up", &more.resources())?;
         let constants = settings.filter().constants(Constants::new().set(PACKED, settings.is_packed()));
-        Ok(Self { maps, lists, curves, look_up, constants, way, reason })
+        let node_error = if settings.bytes.is_some() { 0.0 } else { settings.error() };
+        Ok(Self { maps, lists, curves, node_error, look_up, constants, way, reason })
     }
 }
 
@@ -175,6 +183,9 @@ impl Technique for DeepShadowMap {
                 segment_room: self.lists.list.capacity(),
                 node_room: self.curves.room(),
                 round: 0,
+                node_error: self.node_error,
+                stored_words: self.curves.node_words(),
+                is_written: 0,
             };
             self.lists.capture(commands, of, &push);
             self.curves.record(commands, &self.maps, &push);
