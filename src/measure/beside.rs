@@ -1,6 +1,6 @@
 //! Results of several devices, drivers or editions side by side: a column each, a line for each scene and spec.
 
-use super::change::{ERRORS, error_verdict, is_same, time_verdict};
+use super::change::{ERRORS, FEWEST_SAMPLES, error_verdict, is_same, time_verdict};
 use super::{Results, Row, Status, Timing, Verdict};
 use crate::consume::keys;
 use crate::technique::REGISTRY;
@@ -57,6 +57,8 @@ pub struct Disagreement {
     pub values: Vec<Option<f64>>,
     /// The largest over the smallest, less 1; infinite where the smallest is 0.
     pub share: f64,
+    /// The one column without which they agree, where there is one and it is not a matter of taste.
+    pub odd: Option<usize>,
 }
 
 /// How far errors of the same casters agree.
@@ -214,15 +216,15 @@ impl Beside {
                 if values.iter().flatten().count() < 2 {
                     continue;
                 }
-                let least = values.iter().flatten().copied().fold(f64::INFINITY, f64::min);
-                let most = values.iter().flatten().copied().fold(0.0, f64::max);
+                let (least, most) = range(&values);
                 agreement.compared += 1;
                 let share = if most > least { most / least - 1.0 } else { 0.0 };
-                if error_verdict(least, most, ROUNDING) == Verdict::Same {
+                if agree(&values) {
                     // What is next to nothing may well be twice that.
                     agreement.largest = agreement.largest.max(share.min(ROUNDING));
                 } else {
-                    agreement.disagreements.push(Disagreement { line: place, name, values, share });
+                    let odd = odd(&values);
+                    agreement.disagreements.push(Disagreement { line: place, name, values, share, odd });
                 }
             }
         }
@@ -238,6 +240,27 @@ impl Line {
     }
 }
 
+fn range(values: &[Option<f64>]) -> (f64, f64) {
+    let values = || values.iter().flatten().copied();
+    (values().fold(f64::INFINITY, f64::min), values().fold(0.0, f64::max))
+}
+
+/// Whether errors are the same, to rounding.
+fn agree(values: &[Option<f64>]) -> bool {
+    let (least, most) = range(values);
+    error_verdict(least, most, ROUNDING) == Verdict::Same
+}
+
+/// The column without which the others agree, of three or more.
+fn odd(values: &[Option<f64>]) -> Option<usize> {
+    let without = |column: usize| {
+        let mut others = values.to_vec();
+        others[column] = None;
+        others.iter().flatten().count() > 1 && agree(&others)
+    };
+    (0..values.len()).find(|&column| values[column].is_some() && without(column))
+}
+
 /// The conditions that choose the points of an error.
 fn points_of(error: &str) -> &'static [&'static str] {
     match error {
@@ -248,11 +271,13 @@ fn points_of(error: &str) -> &'static [&'static str] {
     }
 }
 
-/// How many times as long the first takes as the second.
+/// How many times as long the first takes as the second. What was not steady, or has few samples, has to be far off.
 pub(super) fn ratio(rows: [&Row; 2], of: impl Fn(&Row) -> Option<Timing>) -> Option<(f64, Verdict)> {
     let [time, other] = [of(rows[0])?, of(rows[1])?];
     let steady = rows.iter().all(|row| row.steadiness.is_none_or(|s| s.warnings().is_empty()));
-    (other.median > 0.0).then(|| (time.median / other.median, time_verdict(other, time, 0.0, steady)))
+    let enough = [time, other].iter().all(|time| time.samples >= FEWEST_SAMPLES);
+    let [time, other] = [time, other].map(|time| Timing { samples: time.samples.max(FEWEST_SAMPLES), ..time });
+    (other.median > 0.0).then(|| (time.median / other.median, time_verdict(other, time, 0.0, steady && enough)))
 }
 
 /// Build and picture. They are timed apart: the band's ends are sums of theirs, which is no narrower than the band of the sums.
@@ -332,27 +357,33 @@ fn lines(columns: &[Column]) -> Vec<Line> {
 
 /// The device where that tells them apart, else the driver, else the file too.
 fn name(columns: &mut [Column]) {
-    // What stands in brackets are versions of what they are made of.
-    let short = |text: &str| text.split(" (").next().unwrap_or_default().trim().to_owned();
+    // What stands in brackets are versions of what they are made of, behind a dash that of a distribution's package.
+    let whole = |text: &str| text.split(" (").next().unwrap_or_default().trim().to_owned();
+    let short = |text: &str| {
+        let words = whole(text);
+        let version =
+            |word: &str| word.starts_with(|c: char| c.is_ascii_digit()).then(|| word.find(['-', '~', '+'])).flatten();
+        words.split(' ').map(|word| &word[..version(word).unwrap_or(word.len())]).collect::<Vec<_>>().join(" ")
+    };
     let file = |column: &Column| {
         let parts: Vec<&str> = column.files[0].rsplit(['/', '\\']).take(2).collect();
         parts.into_iter().rev().collect::<Vec<_>>().join("/")
     };
-    let devices: Vec<String> = columns.iter().map(|column| short(&column.results.device.name)).collect();
-    let drivers: Vec<String> = columns
-        .iter()
-        .zip(&devices)
-        .map(|(column, device)| {
-            let driver = short(&column.results.device.driver);
+    let devices: Vec<String> = columns.iter().map(|column| whole(&column.results.device.name)).collect();
+    let with_driver = |text: &dyn Fn(&str) -> String| -> Vec<String> {
+        let named = columns.iter().zip(&devices).map(|(column, device)| {
+            let driver = text(&column.results.device.driver);
             if driver.starts_with(device.as_str()) { driver } else { format!("{device}, {driver}") }
-        })
-        .collect();
-    let alone = |names: &[String], name: &String| names.iter().filter(|other| *other == name).count() == 1;
-    for (column, (device, driver)) in columns.iter_mut().zip(devices.iter().zip(&drivers)) {
-        column.name = match () {
-            () if alone(&devices, device) => device.clone(),
-            () if alone(&drivers, driver) => driver.clone(),
-            () => format!("{driver} ({})", file(column)),
-        };
+        });
+        named.collect()
+    };
+    let drivers = with_driver(&short);
+    let packages = with_driver(&whole);
+    let names: Vec<[String; 3]> =
+        devices.iter().zip(drivers).zip(packages).map(|((a, b), c)| [a.clone(), b, c]).collect();
+    let alone = |kind: usize, name: &str| names.iter().filter(|other| other[kind] == name).count() == 1;
+    for (column, of) in columns.iter_mut().zip(&names) {
+        let name = (0..of.len()).find(|&kind| alone(kind, &of[kind])).map(|kind| of[kind].clone());
+        column.name = name.unwrap_or_else(|| format!("{} ({})", of[1], file(column)));
     }
 }

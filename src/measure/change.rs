@@ -3,7 +3,7 @@
 use super::{Results, Row, Status, Timing};
 
 /// Samples below which a timing says nothing about its noise.
-const FEWEST_SAMPLES: usize = 5;
+pub(super) const FEWEST_SAMPLES: usize = 5;
 
 /// Rows that were not steady may differ by this factor for nothing: others used the machine, or the clock was another.
 const UNSTEADY: f64 = 2.0;

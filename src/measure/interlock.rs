@@ -16,7 +16,8 @@ pub struct Built {
 }
 
 impl Beside {
-    /// Every scene and spec that some row builds by interlock, in the order of the lines; of each all columns that have a path of it.
+    /// Every scene and spec that rows of two columns build by interlock, or are refused it; where there is none, those of one. In the
+    /// order of the lines, of each all columns that have two paths of it.
     pub fn built(&self) -> Vec<Vec<Built>> {
         let path = |line: &Line| self.any(line).variant.get("path").map_or("", String::as_str);
         let is_other = |a: &Line, b: &Line| {
@@ -28,8 +29,10 @@ impl Beside {
             };
             key(a) != key(b)
         };
-        let interlock = self.lines.iter().filter(|line| path(line) == PATHS[0]);
-        let all = interlock.map(|first| {
+        let interlock = || self.lines.iter().filter(|line| path(line) == PATHS[0]);
+        let columns = |line: &Line| line.rows.iter().flatten().count();
+        let least = if interlock().any(|line| columns(line) > 1) { 2 } else { 1 };
+        let all = interlock().filter(|line| columns(line) >= least).map(|first| {
             let of = |name: &str| self.lines.iter().position(|line| path(line) == name && !is_other(first, line));
             let lines = PATHS.map(of);
             let on = |column: usize| Built {

@@ -3,7 +3,7 @@
 use super::Names;
 use crate::measure::{Agreement, BUILD_PATHS, Beside, Built, Status, Times, Verdict};
 use crate::report::answer::{answer, measure};
-use crate::report::wording::{one_line, outcome, significant};
+use crate::report::wording::{one_line, outcome, significant, status_word};
 
 /// The sentence that answers.
 pub fn devices_answer(beside: &Beside) -> String {
@@ -112,11 +112,18 @@ fn errors(beside: &Beside, agreement: &Agreement) -> String {
     match (agreement.compared, wrong) {
         (0, _) => "no error is in two of them".into(),
         (all, 0) => format!("their errors agree to rounding, all {all} that two or more have"),
-        (all, _) => format!(
-            "{wrong} of {all} errors that two or more have differ by more than rounding, on {}, the most {}",
-            listed(&scenes),
-            share(agreement.disagreements[0].share)
-        ),
+        (all, _) => {
+            let most = share(agreement.disagreements[0].share);
+            let odd: Vec<usize> = agreement.disagreements.iter().filter_map(|found| found.odd).collect();
+            let who = match odd.first() {
+                Some(&first) if odd.iter().all(|column| *column == first) && odd.len() * 2 > wrong => {
+                    format!(" between {} and the others", beside.columns[first].name)
+                }
+                _ => String::new(),
+            };
+            let scenes = listed(&scenes);
+            format!("{wrong} of {all} errors differ by more than rounding{who}, on {scenes}, by {most} at most")
+        }
     }
 }
 
@@ -171,29 +178,40 @@ fn best_on(beside: &Beside, names: &Names, scene: &str) -> Option<String> {
     }
     let on = |(line, devices): &(usize, Vec<String>)| {
         let devices = if devices.len() == columns.len() && devices.len() > 1 {
-            format!("all {} devices that have it", devices.len())
+            format!("all {}", devices.len())
         } else {
             listed(devices)
         };
         format!("{} on {devices}", names.with_path(*line))
     };
     let parts: Vec<String> = groups.iter().map(on).collect();
+    let all = common.len();
     Some(one_line(&format!(
-        "On {scene}, of the {} techniques that all of them have measured, the best balanced is {} (smallest product of \
-         frame time and {by})",
-        common.len(),
+        "On {scene} the best balanced by frame time and {by}, of {all} specs that all have, is {}",
         listed(&parts)
     )))
 }
 
-/// What interlock buys on each device, in a sentence.
-pub(super) fn interlock(beside: &Beside, all: &[Vec<Built>]) -> Vec<String> {
+/// What interlock buys on a device.
+pub(super) struct Bought {
+    /// In few words, which several devices may have in common.
+    short: String,
+    device: String,
+    /// With numbers.
+    pub(super) long: String,
+}
+
+/// On each device that has rows of it.
+pub(super) fn interlock(beside: &Beside, all: &[Vec<Built>]) -> Vec<Bought> {
     let of = |column: usize| {
         let built: Vec<&Built> = all.iter().flatten().filter(|built| built.column == column).collect();
-        let name = &beside.columns[column].name;
+        let device = beside.columns[column].name.clone();
+        let bought =
+            |short: String, long: String| Some(Bought { short, long: one_line(&long), device: device.clone() });
         let first = built.iter().find_map(|built| beside.built_row(built, 0));
         if let Some(refused) = first.filter(|row| row.status != Status::Ok) {
-            return Some(format!("{name}: {}", outcome(refused)));
+            let short = status_word(refused.status).to_owned();
+            return bought(short, format!("{device}: {}", outcome(refused)));
         }
         let over = |path: usize| {
             let found: Vec<_> = built.iter().filter_map(|built| beside.over_interlock(built, path)).collect();
@@ -203,21 +221,32 @@ pub(super) fn interlock(beside: &Beside, all: &[Vec<Built>]) -> Vec<String> {
             Some((BUILD_PATHS[path], ratio, count, same))
         };
         let found: Vec<_> = (1..BUILD_PATHS.len()).filter_map(over).collect();
-        let (quickest, ratio, ..) = *found.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let parts: Vec<String> = found
-            .iter()
-            .map(|(path, ratio, count, same)| {
-                let same = if *same > 0 { format!(", {same} of {count} no difference") } else { String::new() };
-                format!("{path} ×{}{same}", significant(*ratio))
-            })
-            .collect();
-        let verdict = match ratio {
-            r if r < 0.95 => format!("interlock buys nothing, {quickest} is faster"),
-            r if r < 1.05 => format!("interlock buys no more than {quickest} does"),
-            _ => format!("interlock is the fastest path, by ×{} over {quickest}", significant(ratio)),
+        let (quickest, ratio, count, same) = *found.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let part = |(path, ratio, count, same): &(&str, f64, usize, usize)| {
+            let same =
+                if *same > 0 { format!(" (no difference in {same} of {})", rows(*count)) } else { String::new() };
+            format!("{path} takes ×{}{same}", significant(*ratio))
         };
-        let count = found.iter().map(|(_, _, count, _)| *count).max().unwrap_or(0);
-        Some(format!("{name}: {verdict}; of its build time {} (median of {})", listed(&parts), rows(count)))
+        let parts: Vec<String> = found.iter().map(part).collect();
+        let short = match ratio {
+            _ if same == count => format!("no more than {quickest}"),
+            r if r < 1.0 => format!("nothing, {quickest} is faster"),
+            _ => format!("×{} over {quickest}, the next", significant(ratio)),
+        };
+        bought(short.clone(), format!("{device}: {short}; of interlock's build time {}", listed(&parts)))
     };
-    (0..beside.columns.len()).filter_map(of).map(|text| one_line(&text)).collect()
+    (0..beside.columns.len()).filter_map(of).collect()
+}
+
+/// In a line, devices together of which the same is to be said.
+pub(super) fn interlock_short(all: &[Bought]) -> Option<String> {
+    let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
+    for Bought { short, device, .. } in all {
+        match groups.iter_mut().find(|(known, _)| known == short) {
+            Some((_, devices)) => devices.push(device.clone()),
+            None => groups.push((short, vec![device.clone()])),
+        }
+    }
+    let parts: Vec<_> = groups.iter().map(|(short, devices)| format!("{short} on {}", listed(devices))).collect();
+    (!parts.is_empty()).then(|| format!("Interlock buys {}", parts.join("; ")).replace("buys refused", "is refused"))
 }

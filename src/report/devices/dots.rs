@@ -14,6 +14,8 @@ const BEHIND: f64 = 72.0;
 /// HTML; empty where no line has a time.
 pub(super) fn dots(beside: &Beside, names: &Names, lines: &[usize]) -> String {
     let count = beside.columns.len();
+    let has = |column: &usize| lines.iter().any(|&line| beside.row(&beside.lines[line], *column).is_some());
+    let columns: Vec<usize> = (0..count).filter(has).collect();
     let time = |line: usize, column: usize| {
         let row = beside.row(&beside.lines[line], column)?;
         beside.time(row).filter(|time| time.median > 0.0 && time.p05 > 0.0)
@@ -33,7 +35,7 @@ pub(super) fn dots(beside: &Beside, names: &Names, lines: &[usize]) -> String {
         for (tick, _) in ticks((low, high)).into_iter().filter(|(_, labelled)| *labelled) {
             write!(html, r#"<i style="left:{:.2}%"></i>"#, along(tick)).ok();
         }
-        for column in 0..count {
+        for &column in &columns {
             let Some(time) = time(line, column) else {
                 html += r#"<div class="lane"></div>"#;
                 continue;
@@ -41,10 +43,10 @@ pub(super) fn dots(beside: &Beside, names: &Names, lines: &[usize]) -> String {
             let [at, from, to] = [time.median, time.p05, time.p95].map(|ns| along(ns / 1e6));
             let text = significant(time.median / 1e6);
             let title = escaped(&one_line(&format!("{}: {text} ms, {name}", beside.columns[column].name)));
-            let side = if at > BEHIND { "before" } else { "after" };
+            let (side, beyond) = if at > BEHIND { ("before", at.min(from)) } else { ("after", at.max(to)) };
             write!(
                 html,
-                r#"<div class="lane" title="{title}"><b style="left:{from:.2}%;width:{:.2}%"></b><svg class="mark" style="left:{at:.2}%" data-column="{column}" data-ms="{}" width="14" height="14" viewBox="-8 -8 16 16" aria-hidden="true"><path class="t{column}" d="{}"/></svg><span class="{side}" style="left:{at:.2}%">{text}</span></div>"#,
+                r#"<div class="lane" title="{title}"><b style="left:{from:.2}%;width:{:.2}%"></b><svg class="mark" style="left:{at:.2}%" data-column="{column}" data-ms="{}" width="14" height="14" viewBox="-8 -8 16 16" aria-hidden="true"><path class="t{column}" d="{}"/></svg><span class="{side}" style="left:{beyond:.2}%">{text}</span></div>"#,
                 to - from,
                 time.median / 1e6,
                 shape(column)

@@ -132,6 +132,8 @@ struct Page {
     colours: Vec<String>,
     scenes: Vec<PageScene>,
     shared: Option<String>,
+    /// What interlock buys, in a line, and with numbers.
+    interlock_short: Option<String>,
     interlock: Vec<String>,
     paths: [&'static str; BUILD_PATHS.len()],
     built: Vec<PageBuilt>,
@@ -265,6 +267,7 @@ pub fn devices_page(beside: &Beside) -> Result<String> {
     let names = Names::of(beside);
     let agreement = beside.agreement();
     let built = beside.built();
+    let bought = answer::interlock(beside, &built);
     let colours = named(beside.columns.len());
     let columns = beside.columns.iter().enumerate().map(|(place, column)| {
         let results = &column.results;
@@ -302,7 +305,8 @@ pub fn devices_page(beside: &Beside) -> Result<String> {
         colours: Vec::new(),
         scenes: scenes(beside, &names),
         shared: names.specs.shared_line(),
-        interlock: answer::interlock(beside, &built),
+        interlock_short: answer::interlock_short(&bought),
+        interlock: bought.into_iter().map(|bought| bought.long).collect(),
         paths: BUILD_PATHS,
         built: built
             .iter()

@@ -55,8 +55,8 @@ pub fn devices_markdown(beside: &Beside) -> String {
     let built = beside.built();
     if !built.is_empty() {
         text += "\n**What interlock buys**: milliseconds of a build, and how many times as long as by interlock.\n\n";
-        for sentence in answer::interlock(beside, &built) {
-            text += &format!("- {sentence}\n");
+        for bought in answer::interlock(beside, &built) {
+            text += &format!("- {}\n", bought.long);
         }
         text += "\n";
         text += &header(["build", "device"].into_iter().chain(BUILD_PATHS).map(str::to_owned).collect());
