@@ -55,9 +55,11 @@ pub struct Disagreement {
     pub name: &'static str,
     /// Of each column that has it, and whose points are the same.
     pub values: Vec<Option<f64>>,
-    /// The largest over the smallest, less 1; infinite where the smallest is 0.
+    /// The largest less the smallest.
+    pub apart: f64,
+    /// The same as a share of the smallest; infinite where that is 0.
     pub share: f64,
-    /// The one column without which they agree, where there is one and it is not a matter of taste.
+    /// The column without which the others agree, where there are others.
     pub odd: Option<usize>,
 }
 
@@ -68,7 +70,7 @@ pub struct Agreement {
     pub compared: usize,
     /// The largest share by which those differ that agree.
     pub largest: f64,
-    /// Those that do not, the farthest apart first.
+    /// Those that do not, the farthest apart first: in the units of the error, which all are parts of visibility or of FLIP.
     pub disagreements: Vec<Disagreement>,
 }
 
@@ -224,11 +226,18 @@ impl Beside {
                     agreement.largest = agreement.largest.max(share.min(ROUNDING));
                 } else {
                     let odd = odd(&values);
-                    agreement.disagreements.push(Disagreement { line: place, name, values, share, odd });
+                    agreement.disagreements.push(Disagreement {
+                        line: place,
+                        name,
+                        values,
+                        apart: most - least,
+                        share,
+                        odd,
+                    });
                 }
             }
         }
-        agreement.disagreements.sort_by(|a, b| b.share.total_cmp(&a.share));
+        agreement.disagreements.sort_by(|a, b| b.apart.total_cmp(&a.apart));
         agreement
     }
 }

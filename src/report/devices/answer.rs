@@ -98,33 +98,23 @@ pub(super) fn listed(parts: &[String]) -> String {
 }
 
 fn errors(beside: &Beside, agreement: &Agreement) -> String {
-    let wrong = agreement.disagreements.len();
-    let scenes: Vec<String> = {
-        let mut all: Vec<String> = Vec::new();
-        for found in &agreement.disagreements {
-            let scene = &beside.any(&beside.lines[found.line]).scene;
-            if !all.contains(scene) {
-                all.push(scene.clone());
-            }
-        }
-        all
+    let (all, wrong) = (agreement.compared, agreement.disagreements.len());
+    let Some(worst) = agreement.disagreements.first() else {
+        return match all {
+            0 => "no error is in two of them".into(),
+            _ => format!("all {all} errors that two or more have agree to rounding"),
+        };
     };
-    match (agreement.compared, wrong) {
-        (0, _) => "no error is in two of them".into(),
-        (all, 0) => format!("their errors agree to rounding, all {all} that two or more have"),
-        (all, _) => {
-            let most = share(agreement.disagreements[0].share);
-            let odd: Vec<usize> = agreement.disagreements.iter().filter_map(|found| found.odd).collect();
-            let who = match odd.first() {
-                Some(&first) if odd.iter().all(|column| *column == first) && odd.len() * 2 > wrong => {
-                    format!(" between {} and the others", beside.columns[first].name)
-                }
-                _ => String::new(),
-            };
-            let scenes = listed(&scenes);
-            format!("{wrong} of {all} errors differ by more than rounding{who}, on {scenes}, by {most} at most")
-        }
-    }
+    let apart = |column: usize| agreement.disagreements.iter().filter(|found| found.odd == Some(column)).count();
+    let who: Vec<String> = (0..beside.columns.len())
+        .filter(|&column| apart(column) > 0)
+        .map(|column| format!("{} alone in {}", beside.columns[column].name, apart(column)))
+        .collect();
+    let who = if who.is_empty() { String::new() } else { format!(" ({})", listed(&who)) };
+    format!(
+        "{wrong} of {all} errors that two or more have differ by more than rounding{who}, by {} at most",
+        significant(worst.apart)
+    )
 }
 
 /// `12 %`, or how many times as much where that says more.
@@ -194,8 +184,8 @@ fn best_on(beside: &Beside, names: &Names, scene: &str) -> Option<String> {
 
 /// What interlock buys on a device.
 pub(super) struct Bought {
-    /// In few words, which several devices may have in common.
-    short: String,
+    /// In few words, which several devices may have in common: before their names and behind.
+    short: (String, String),
     device: String,
     /// With numbers.
     pub(super) long: String,
@@ -211,7 +201,7 @@ pub(super) fn interlock(beside: &Beside, all: &[Vec<Built>]) -> Vec<Bought> {
         let first = built.iter().find_map(|built| beside.built_row(built, 0));
         if let Some(refused) = first.filter(|row| row.status != Status::Ok) {
             let short = status_word(refused.status).to_owned();
-            return bought(short, format!("{device}: {}", outcome(refused)));
+            return bought((short, String::new()), format!("{device}: {}", outcome(refused)));
         }
         let over = |path: usize| {
             let found: Vec<_> = built.iter().filter_map(|built| beside.over_interlock(built, path)).collect();
@@ -229,24 +219,28 @@ pub(super) fn interlock(beside: &Beside, all: &[Vec<Built>]) -> Vec<Bought> {
         };
         let parts: Vec<String> = found.iter().map(part).collect();
         let short = match ratio {
-            _ if same == count => format!("no more than {quickest}"),
-            r if r < 1.0 => format!("nothing, {quickest} is faster"),
-            _ => format!("×{} over {quickest}, the next", significant(ratio)),
+            _ if same == count => (format!("no more than {quickest}"), String::new()),
+            r if r < 1.0 => ("nothing".into(), format!(", where {quickest} is faster")),
+            _ => (format!("×{} over {quickest}, the next,", significant(ratio)), String::new()),
         };
-        bought(short.clone(), format!("{device}: {short}; of interlock's build time {}", listed(&parts)))
+        let long = format!("{device}: {}{}; of interlock's build time {}", short.0, short.1, listed(&parts));
+        bought(short, long)
     };
     (0..beside.columns.len()).filter_map(of).collect()
 }
 
 /// In a line, devices together of which the same is to be said.
 pub(super) fn interlock_short(all: &[Bought]) -> Option<String> {
-    let mut groups: Vec<(&str, Vec<String>)> = Vec::new();
+    let mut groups: Vec<(&(String, String), Vec<String>)> = Vec::new();
     for Bought { short, device, .. } in all {
-        match groups.iter_mut().find(|(known, _)| known == short) {
+        match groups.iter_mut().find(|(known, _)| *known == short) {
             Some((_, devices)) => devices.push(device.clone()),
             None => groups.push((short, vec![device.clone()])),
         }
     }
-    let parts: Vec<_> = groups.iter().map(|(short, devices)| format!("{short} on {}", listed(devices))).collect();
-    (!parts.is_empty()).then(|| format!("Interlock buys {}", parts.join("; ")).replace("buys refused", "is refused"))
+    let part = |((before, behind), devices): &(&(String, String), Vec<String>)| {
+        format!("{before} on {}{behind}", listed(devices))
+    };
+    let parts: Vec<_> = groups.iter().map(part).collect();
+    (!parts.is_empty()).then(|| format!("What interlock buys: {}", parts.join("; ")))
 }

@@ -201,6 +201,7 @@ struct PageDisagreement {
     spec: Vec<String>,
     error: &'static str,
     values: Vec<String>,
+    apart: String,
     share: String,
 }
 
@@ -335,6 +336,7 @@ pub fn devices_page(beside: &Beside) -> Result<String> {
                 spec: parts(&names.with_path(found.line)),
                 error: found.name,
                 values: found.values.iter().map(|value| value.map_or(NOTHING.into(), significant)).collect(),
+                apart: significant(found.apart),
                 share: answer::share(found.share),
             })
             .collect(),

@@ -75,13 +75,14 @@ pub fn devices_markdown(beside: &Beside) -> String {
     if !agreement.disagreements.is_empty() {
         text += "\n**Errors that differ by more than rounding**\n\n";
         let naming = ["scene", "technique", "error"].map(str::to_owned);
-        text += &header(naming.into_iter().chain(columns()).chain(["apart".to_owned()]).collect());
+        text += &header(naming.into_iter().chain(columns()).chain(["apart", "share"].map(str::to_owned)).collect());
         for found in &agreement.disagreements {
             let line = &beside.lines[found.line];
             let naming =
                 [beside.any(line).scene.clone(), format!("`{}`", names.with_path(found.line)), found.name.to_owned()];
             let values = found.values.iter().map(|value| value.map_or(NOTHING.into(), significant));
-            text += &row(naming.into_iter().chain(values).chain([answer::share(found.share)]));
+            text +=
+                &row(naming.into_iter().chain(values).chain([significant(found.apart), answer::share(found.share)]));
         }
     }
     text
