@@ -99,7 +99,8 @@ fn commands_run() {
     // What is read there, and nothing that is written.
     for device in ["nvidia-h200", "lavapipe-22.3", "lavapipe-26.1", "swiftshader"] {
         std::fs::create_dir_all(folder.path().join("results")).expect("a folder");
-        std::os::unix::fs::symlink(root.join("results").join(device), folder.path().join("results").join(device)).expect("a link");
+        std::os::unix::fs::symlink(root.join("results").join(device), folder.path().join("results").join(device))
+            .expect("a link");
     }
     let total = all.len();
     let chosen: Vec<&Found> =

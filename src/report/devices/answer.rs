@@ -196,8 +196,9 @@ pub(super) fn interlock(beside: &Beside, all: &[Vec<Built>]) -> Vec<Bought> {
     let of = |column: usize| {
         let built: Vec<&Built> = all.iter().flatten().filter(|built| built.column == column).collect();
         let device = beside.columns[column].name.clone();
-        let bought =
-            |short: String, long: String| Some(Bought { short, long: one_line(&long), device: device.clone() });
+        let bought = |short: (String, String), long: String| {
+            Some(Bought { short, long: one_line(&long), device: device.clone() })
+        };
         let first = built.iter().find_map(|built| beside.built_row(built, 0));
         if let Some(refused) = first.filter(|row| row.status != Status::Ok) {
             let short = status_word(refused.status).to_owned();
