@@ -68,8 +68,6 @@ pub struct Disagreement {
 pub struct Agreement {
     /// Errors that two columns or more have.
     pub compared: usize,
-    /// The largest share by which those differ that agree.
-    pub largest: f64,
     /// Those that do not, the farthest apart first: in the units of the error, which all are parts of visibility or of FLIP.
     pub disagreements: Vec<Disagreement>,
 }
@@ -221,10 +219,7 @@ impl Beside {
                 let (least, most) = range(&values);
                 agreement.compared += 1;
                 let share = if most > least { most / least - 1.0 } else { 0.0 };
-                if agree(&values) {
-                    // What is next to nothing may well be twice that.
-                    agreement.largest = agreement.largest.max(share.min(ROUNDING));
-                } else {
+                if !agree(&values) {
                     let odd = odd(&values);
                     agreement.disagreements.push(Disagreement {
                         line: place,

@@ -3,7 +3,7 @@
 use crate::errors::fails;
 use crate::page::findings;
 use crate::support::log;
-use crate::{folder, ok, text};
+use crate::{folder, gobo, ok, text};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -129,6 +129,30 @@ fn figures_are_those_of_the_files() {
         page.contains("refused: needs fragmentShaderPixelInterlock")
             && page.contains("<code>fragment_shader_pixel_interlock</code>")
     );
+}
+
+/// results/report is what its command makes, which stands in docs/guide/compare-devices.md.
+#[test]
+fn the_committed_report_is_of_the_committed_rows() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let guide =
+        std::fs::read_to_string(root.join("docs/guide/compare-devices.md")).expect("the guide").replace("\\\n", " ");
+    let command = guide
+        .lines()
+        .map(str::trim)
+        .find(|line| line.starts_with("gobo report") && line.ends_with("-o results/report"));
+    let out = folder();
+    let words = command.expect("the command").split_whitespace().map(|word| match word {
+        "results/report" => text(out.path()),
+        word => word,
+    });
+    let output = gobo().args(words.skip(1)).current_dir(root).output().expect("the program starts");
+    assert!(output.status.success(), "{output:?}");
+    for name in ["devices.md", "devices.csv", "devices.html"] {
+        let [made, committed] = [out.path(), &root.join("results/report")]
+            .map(|folder| std::fs::read_to_string(folder.join(name)).expect(name));
+        assert!(made == committed, "{name} is another by now: {}", command.unwrap_or_default());
+    }
 }
 
 /// Bands that overlap are no difference, bands apart are one; another error is found, and whose it is.

@@ -138,7 +138,6 @@ struct Page {
     paths: [&'static str; BUILD_PATHS.len()],
     built: Vec<PageBuilt>,
     compared: usize,
-    largest: String,
     rounding: String,
     disagreements: Vec<PageDisagreement>,
     conditions: Vec<(String, Vec<String>)>,
@@ -326,7 +325,6 @@ pub fn devices_page(beside: &Beside) -> Result<String> {
             })
             .collect(),
         compared: agreement.compared,
-        largest: percent(agreement.largest),
         rounding: percent(ROUNDING),
         disagreements: agreement
             .disagreements
