@@ -15,6 +15,8 @@ mod devices;
 mod errors;
 #[path = "program/faults.rs"]
 mod faults;
+#[path = "program/footprints.rs"]
+mod footprints;
 #[path = "program/glsl.rs"]
 mod glsl;
 #[path = "program/help.rs"]
