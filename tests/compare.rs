@@ -9,6 +9,8 @@ mod support;
 mod bake;
 #[path = "program/baseline.rs"]
 mod baseline;
+#[path = "program/devices.rs"]
+mod devices;
 #[path = "program/errors.rs"]
 mod errors;
 #[path = "program/faults.rs"]

@@ -15,6 +15,7 @@ mod place;
 mod progress;
 mod recommend;
 mod render;
+mod report;
 mod resume;
 mod sequence;
 mod shell;
@@ -58,6 +59,8 @@ enum Command {
     Compare(compare::Arguments),
     /// Say which technique is best for a scene on this device, within limits of time, error and memory
     Recommend(recommend::Arguments),
+    /// Put results of several devices, drivers or editions side by side: which is fastest, whether their errors agree
+    Report(report::Arguments),
     /// Draw a scene, lit by one technique or by the reference
     #[command(after_long_help = help::techniques())]
     Render(render::Arguments),
@@ -335,6 +338,7 @@ pub fn main() -> ExitCode {
     let result = match cli.command {
         Command::Compare(arguments) => compare::run(&arguments.little()),
         Command::Recommend(arguments) => recommend::run(&arguments.little()),
+        Command::Report(arguments) => report::run(&arguments),
         Command::Render(arguments) => render::run(&arguments.little()),
         Command::Slice(arguments) => slice::run(&arguments.little()),
         Command::Curve(arguments) => curve::run(&arguments),

@@ -3,7 +3,7 @@
 use super::{Results, Row, Status, Timing};
 
 /// Samples below which a timing says nothing about its noise.
-const FEWEST_SAMPLES: usize = 5;
+pub(super) const FEWEST_SAMPLES: usize = 5;
 
 /// Rows that were not steady may differ by this factor for nothing: others used the machine, or the clock was another.
 const UNSTEADY: f64 = 2.0;
@@ -123,12 +123,12 @@ impl Change<'_> {
 }
 
 /// A figure's name, and how a row says it.
-type Named<T> = (&'static str, fn(&Row) -> Option<T>);
+pub(super) type Named<T> = (&'static str, fn(&Row) -> Option<T>);
 
 const TIMES: [Named<Timing>; 3] =
     [("build", |row| row.build_ns), ("look-up", |row| row.lookup_ns_per_million), ("draw", |row| row.draw_ns)];
 
-const ERRORS: [Named<f64>; 4] = [
+pub(super) const ERRORS: [Named<f64>; 4] = [
     ("map error", |row| Some(row.error.as_ref()?.map?.mean_abs)),
     ("space error", |row| Some(row.error.as_ref()?.space?.mean_abs)),
     ("surface error", |row| Some(row.error.as_ref()?.surface?.mean_abs)),
@@ -156,7 +156,7 @@ pub fn change_of<'a>(before: &'a Results, now: &'a Row, margins: Margins) -> Opt
     before.rows.iter().find(|old| is_same(old, now)).map(|old| change(old, now, margins))
 }
 
-fn is_same(before: &Row, now: &Row) -> bool {
+pub(super) fn is_same(before: &Row, now: &Row) -> bool {
     let agree = |(key, value): (&String, &String)| now.variant.get(key).is_none_or(|other| other == value);
     before.scene == now.scene && before.technique == now.technique && before.variant.iter().all(agree)
 }
@@ -183,7 +183,7 @@ fn change<'a>(before: &'a Row, now: &'a Row, margins: Margins) -> Change<'a> {
 }
 
 /// Two bands from the 5th to the 95th percentile that overlap are noise; apart, the medians say by how much.
-fn time_verdict(before: Timing, now: Timing, margin: f64, steady: bool) -> Verdict {
+pub(super) fn time_verdict(before: Timing, now: Timing, margin: f64, steady: bool) -> Verdict {
     if before.samples.min(now.samples) < FEWEST_SAMPLES {
         return Verdict::Unknown;
     }
@@ -202,7 +202,7 @@ fn time_verdict(before: Timing, now: Timing, margin: f64, steady: bool) -> Verdi
     }
 }
 
-fn error_verdict(before: f64, now: f64, margin: f64) -> Verdict {
+pub(super) fn error_verdict(before: f64, now: f64, margin: f64) -> Verdict {
     if now > before * (1.0 + margin) + ROUNDING {
         Verdict::Worse
     } else if before > now * (1.0 + margin) + ROUNDING {

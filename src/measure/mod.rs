@@ -1,5 +1,6 @@
 //! Asks techniques, times them and compares their answers with the truth.
 
+mod beside;
 mod caster_error;
 mod change;
 mod compare;
@@ -8,6 +9,7 @@ mod error_metrics;
 mod flicker;
 mod footprint;
 mod frames;
+mod interlock;
 mod light_ray;
 mod passes;
 mod picture_error;
@@ -20,6 +22,7 @@ mod timing;
 mod truth;
 mod turning;
 
+pub use beside::{Agreement, Beside, Column, Disagreement, Line, ROUNDING, Times};
 pub use caster_error::{CLASSES as CASTER_CLASSES, CasterClass, CasterError};
 pub use change::{Change, Figure, Margins, Verdict, change_of, changes};
 pub use compare::{Case, Drawn, Effort, LOOKUPS, with_case};
@@ -27,6 +30,7 @@ pub use copy::copy_bytes_per_second;
 pub use error_metrics::{Answers, PartError, PointError, point_error};
 pub use footprint::{FOOTPRINTS, FootprintError};
 pub use frames::{Frames, Traced};
+pub use interlock::{Built, PATHS as BUILD_PATHS};
 pub use light_ray::{LightRay, RayLine, RayPoints};
 pub use picture_error::{difference_srgb8, picture_error, picture_flicker};
 pub use rank::spearman;

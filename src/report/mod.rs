@@ -13,6 +13,7 @@
 //! | [`page`](fn@page) | `report.html`: the above, the pictures and the definitions in one file without network |
 //! | [`write_whole`], [`write_png`] | any other file, as whole |
 //! | [`stress_table`], [`stress_csv`], [`stress_page`] | the same of `gobo stress`: the terminal, `stress.csv`, `stress.html` |
+//! | [`devices_page`], [`devices_markdown`], [`devices_csv`] | `devices.html`, `.md`, `.csv`, of `gobo report`: devices side by side |
 //! | [`soak_page`] | `soak.html`, of `gobo stress --soak` |
 //!
 //! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the
@@ -26,6 +27,7 @@ mod choice;
 mod colours;
 mod columns;
 mod curve;
+mod devices;
 mod footprints;
 mod notes;
 mod page;
@@ -46,6 +48,7 @@ mod wording;
 pub use casters::casters;
 pub use changes::{Fails, bencher, changes_table, junit};
 pub use curve::curve;
+pub use devices::{devices_answer, devices_csv, devices_markdown, devices_page};
 pub use footprints::footprints;
 pub use page::page;
 pub use pareto::pareto_front;

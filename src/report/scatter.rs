@@ -270,7 +270,7 @@ fn tick(value: f64) -> String {
     if (0.9e-4..0.9e6).contains(&value) { format!("{value}") } else { format!("{value:e}") }
 }
 
-fn escaped(text: &str) -> String {
+pub(super) fn escaped(text: &str) -> String {
     let mut safe = String::new();
     for character in text.chars() {
         match character {

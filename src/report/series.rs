@@ -149,7 +149,7 @@ fn limits(rows: &[(&Row, (f64, f64))], axes: &Axes) -> Vec<Limit> {
 }
 
 /// At least a factor of four, and a twelfth of its length free at both ends.
-fn range_with_air(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
+pub(super) fn range_with_air(values: impl Iterator<Item = f64> + Clone) -> Option<(f64, f64)> {
     let low = values.clone().reduce(f64::min)?.log10();
     let high = values.reduce(f64::max)?.log10();
     let air = ((high - low) / 12.0).max(0.08);

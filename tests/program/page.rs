@@ -34,11 +34,11 @@ fn chromium(arguments: &[&str]) -> std::process::Output {
     panic!("no Chromium to open the page in: run ./setup.sh, which installs it");
 }
 
-/// What it found at each width, in that order.
-fn findings(page: &Path, dark: bool) -> Vec<Value> {
+/// What a script found at each width, in that order.
+pub fn findings(page: &Path, script: &str, dark: bool) -> Vec<Value> {
     let dir = folder();
     let html = std::fs::read_to_string(page).expect("a page");
-    let tries = format!("<script>{}</script></body>", include_str!("page.js"));
+    let tries = format!("<script>{script}</script></body>");
     let html = html.replacen("<head>", &format!("<head>{HEARS}"), 1).replacen("</body>", &tries, 1);
     std::fs::write(dir.path().join("page.html"), html).expect("written");
     let frames =
@@ -119,7 +119,7 @@ fn a_reader_sees_the_answer_first() {
         numbers
     };
     for dark in [false, true] {
-        for found in findings(&out.path().join("report.html"), dark) {
+        for found in findings(&out.path().join("report.html"), include_str!("page.js"), dark) {
             let number = |key: &str| found[key].as_f64().unwrap_or_else(|| panic!("no {key}: {found}"));
             assert!(found["failed"].is_null() && found["errors"] == serde_json::json!([]), "{found}");
             assert_eq!(found["resources"], serde_json::json!([]), "no network");

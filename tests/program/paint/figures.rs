@@ -51,7 +51,8 @@ const FIGURES: [Figure; 20] = [
 
 /// Those that no one command of a page makes: put together from pictures of several, made by examples/embed, or by a command that
 /// differs from another figure's by a word.
-const PUT_TOGETHER: [&str; 7] = [
+const PUT_TOGETHER: [&str; 8] = [
+    "devices.png",
     "embed.png",
     "indirect-cornell.png",
     "indirect-courtyard.png",

@@ -1,0 +1,57 @@
+//! What fragment shader interlock buys: the paths that build the same representation, on each device.
+
+use super::beside::ratio;
+use super::{Beside, Line, Row, Status, Verdict};
+
+/// With interlock, and what does without: two passes, the order of rasterization, bins.
+pub const PATHS: [&str; 4] = ["interlock", "two-pass", "raster-order", "binned"];
+
+/// One scene and spec on one device, built by every path.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Built {
+    /// The column.
+    pub column: usize,
+    /// Places of the lines, as [`PATHS`].
+    pub lines: [Option<usize>; PATHS.len()],
+}
+
+impl Beside {
+    /// Every scene and spec that rows of two columns build by interlock, or are refused it; where there is none, those of one. In the
+    /// order of the lines, of each all columns that have two paths of it.
+    pub fn built(&self) -> Vec<Vec<Built>> {
+        let path = |line: &Line| self.any(line).variant.get("path").map_or("", String::as_str);
+        let is_other = |a: &Line, b: &Line| {
+            let key = |line: &Line| {
+                let row = self.any(line);
+                let mut variant = row.variant.clone();
+                variant.remove("path");
+                (row.scene.clone(), row.technique.clone(), variant)
+            };
+            key(a) != key(b)
+        };
+        let interlock = || self.lines.iter().filter(|line| path(line) == PATHS[0]);
+        let columns = |line: &Line| line.rows.iter().flatten().count();
+        let least = if interlock().any(|line| columns(line) > 1) { 2 } else { 1 };
+        let all = interlock().filter(|line| columns(line) >= least).map(|first| {
+            let of = |name: &str| self.lines.iter().position(|line| path(line) == name && !is_other(first, line));
+            let lines = PATHS.map(of);
+            let on = |column: usize| Built {
+                column,
+                lines: lines.map(|line| line.filter(|&line| self.row(&self.lines[line], column).is_some())),
+            };
+            (0..self.columns.len()).map(on).filter(|built| built.lines.iter().flatten().count() > 1).collect::<Vec<_>>()
+        });
+        all.filter(|built| !built.is_empty()).collect()
+    }
+
+    /// The row of a path.
+    pub fn built_row(&self, built: &Built, path: usize) -> Option<&Row> {
+        self.row(&self.lines[built.lines[path]?], built.column)
+    }
+
+    /// How many times as long a path builds as interlock does.
+    pub fn over_interlock(&self, built: &Built, path: usize) -> Option<(f64, Verdict)> {
+        let rows = [self.built_row(built, path)?, self.built_row(built, 0)?];
+        (rows.iter().all(|row| row.status == Status::Ok)).then(|| ratio(rows, |row| row.build_ns)).flatten()
+    }
+}

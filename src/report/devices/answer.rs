@@ -1,0 +1,247 @@
+//! What stands above all else: which device is fastest and by how much, which technique is best there, what interlock buys.
+
+use super::Names;
+use crate::measure::{Agreement, BUILD_PATHS, Beside, Built, Status, Times, Verdict};
+use crate::report::answer::{answer, measure};
+use crate::report::wording::{one_line, outcome, significant, status_word};
+
+/// The sentence that answers.
+pub fn devices_answer(beside: &Beside) -> String {
+    one_line(&format!("{}; {}.", fastest(beside), errors(beside, &beside.agreement())))
+}
+
+/// What a frame takes, or a build.
+pub(super) fn what(beside: &Beside) -> &'static str {
+    match beside.times {
+        Times::Frame => "frame",
+        Times::Build => "build",
+    }
+}
+
+fn rows(count: usize) -> String {
+    if count == 1 { "1 row".into() } else { format!("{count} rows") }
+}
+
+/// Two devices over all rows that both have.
+struct Pair {
+    rows: usize,
+    /// How many times as long the one takes as the other, in the middle.
+    median: f64,
+    /// How many rows cannot be told from noise.
+    same: usize,
+}
+
+fn pair(beside: &Beside, of: usize, to: usize) -> Option<Pair> {
+    let all: Vec<_> = beside.lines.iter().filter_map(|line| beside.ratio(line, of, to)).collect();
+    let same = all.iter().filter(|(_, verdict)| matches!(verdict, Verdict::Same | Verdict::Unknown)).count();
+    Some(Pair { rows: all.len(), median: median(all.into_iter().map(|(ratio, _)| ratio).collect())?, same })
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let middle = values.len() / 2;
+    let low = values.get(middle.checked_sub(usize::from(values.len().is_multiple_of(2)))?)?;
+    Some((low * values.get(middle)?).sqrt())
+}
+
+fn fastest(beside: &Beside) -> String {
+    let count = beside.columns.len();
+    if count == 1 {
+        let column = &beside.columns[0];
+        return format!("All {} are of one device, {}", rows(column.results.rows.len()), column.name);
+    }
+    let pairs = |of: usize| -> Vec<(usize, Pair)> {
+        (0..count).filter(|&to| to != of).filter_map(|to| Some((to, pair(beside, to, of)?))).collect()
+    };
+    // Who takes least of what the others take.
+    let score = |of: usize| {
+        let pairs = pairs(of);
+        let sum: f64 = pairs.iter().map(|(_, pair)| pair.median.ln()).sum();
+        (!pairs.is_empty()).then(|| sum / pairs.len() as f64)
+    };
+    let scores = (0..count).filter_map(|of| Some((of, score(of)?)));
+    let Some((best, _)) = scores.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0))) else {
+        return "No two devices have a time of the same rows".into();
+    };
+    let others = pairs(best);
+    let what = what(beside);
+    if others.iter().all(|(_, pair)| pair.same == pair.rows) {
+        let least = others.iter().map(|(_, pair)| pair.rows).min().unwrap_or(0);
+        return format!("No difference in time: noise bands overlap in all {} that each two have", rows(least));
+    }
+    let parts = others.iter().enumerate().map(|(place, (other, pair))| {
+        let name = &beside.columns[*other].name;
+        let all = match (place, pair.rows) {
+            (_, 1) => "1 row".to_owned(),
+            (0, rows) => format!("median of the {rows} rows that both have"),
+            (_, rows) => format!("{rows} rows"),
+        };
+        match pair.same {
+            same if same == pair.rows => format!("no longer on {name} ({all})"),
+            0 => format!("{} times as long on {name} ({all})", significant(pair.median)),
+            same => {
+                format!("{} times as long on {name} ({all}, {same} of them no difference)", significant(pair.median))
+            }
+        }
+    });
+    let parts: Vec<_> = parts.collect();
+    format!("{} is the fastest: a {what} takes {}", beside.columns[best].name, listed(&parts))
+}
+
+/// `a, b and c`.
+pub(super) fn listed(parts: &[String]) -> String {
+    match parts {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+fn errors(beside: &Beside, agreement: &Agreement) -> String {
+    let (all, wrong) = (agreement.compared, agreement.disagreements.len());
+    let Some(worst) = agreement.disagreements.first() else {
+        return match all {
+            0 => "no error is in two of them".into(),
+            _ => format!("all {all} errors that two or more have agree to rounding"),
+        };
+    };
+    let apart = |column: usize| agreement.disagreements.iter().filter(|found| found.odd == Some(column)).count();
+    let who: Vec<String> = (0..beside.columns.len())
+        .filter(|&column| apart(column) > 0)
+        .map(|column| format!("{} alone in {}", beside.columns[column].name, apart(column)))
+        .collect();
+    let who = if who.is_empty() { String::new() } else { format!(" ({})", listed(&who)) };
+    format!(
+        "{wrong} of {all} errors that two or more have differ by more than rounding{who}, by {} at most",
+        significant(worst.apart)
+    )
+}
+
+/// `12 %`, or how many times as much where that says more.
+pub(super) fn share(share: f64) -> String {
+    match share {
+        s if !s.is_finite() => "from 0".into(),
+        s if s >= 10.0 => format!("{} times", significant(s + 1.0)),
+        s => format!("{} %", significant(100.0 * s)),
+    }
+}
+
+/// For each scene, which technique is best balanced on each device, of the rows that all devices with that scene have.
+pub(super) fn best(beside: &Beside, names: &Names) -> Vec<String> {
+    let mut scenes: Vec<&str> = Vec::new();
+    for line in &beside.lines {
+        let scene = beside.any(line).scene.as_str();
+        if !scenes.contains(&scene) {
+            scenes.push(scene);
+        }
+    }
+    scenes.into_iter().filter_map(|scene| best_on(beside, names, scene)).collect()
+}
+
+fn best_on(beside: &Beside, names: &Names, scene: &str) -> Option<String> {
+    let of_scene: Vec<usize> =
+        (0..beside.lines.len()).filter(|&line| beside.any(&beside.lines[line]).scene == scene).collect();
+    let measured = |column: usize, line: usize| {
+        beside.row(&beside.lines[line], column).filter(|row| row.status == Status::Ok && row.frame_ns.is_some())
+    };
+    let columns: Vec<usize> = (0..beside.columns.len())
+        .filter(|&column| of_scene.iter().any(|&line| measured(column, line).is_some()))
+        .collect();
+    let common: Vec<usize> =
+        of_scene.into_iter().filter(|&line| columns.iter().all(|&column| measured(column, line).is_some())).collect();
+    if columns.len() < beside.columns.len().min(2) || common.len() < 2 {
+        return None;
+    }
+    // Technique → devices.
+    let mut groups: Vec<(usize, Vec<String>)> = Vec::new();
+    let mut by = "";
+    for &column in &columns {
+        let rows: Vec<_> = common.iter().filter_map(|&line| Some((line, measured(column, line)?))).collect();
+        let measure = measure(&rows);
+        by = measure.name;
+        let best = answer(&rows, &measure)?.best;
+        let name = beside.columns[column].name.clone();
+        match groups.iter_mut().find(|(line, _)| *line == best) {
+            Some((_, devices)) => devices.push(name),
+            None => groups.push((best, vec![name])),
+        }
+    }
+    let on = |(line, devices): &(usize, Vec<String>)| {
+        let devices = if devices.len() == columns.len() && devices.len() > 1 {
+            format!("all {}", devices.len())
+        } else {
+            listed(devices)
+        };
+        format!("{} on {devices}", names.with_path(*line))
+    };
+    let parts: Vec<String> = groups.iter().map(on).collect();
+    let all = common.len();
+    Some(one_line(&format!(
+        "On {scene} the best balanced by frame time and {by}, of {all} specs that all have, is {}",
+        listed(&parts)
+    )))
+}
+
+/// What interlock buys on a device.
+pub(super) struct Bought {
+    /// In few words, which several devices may have in common: before their names and behind.
+    short: (String, String),
+    device: String,
+    /// With numbers.
+    pub(super) long: String,
+}
+
+/// On each device that has rows of it.
+pub(super) fn interlock(beside: &Beside, all: &[Vec<Built>]) -> Vec<Bought> {
+    let of = |column: usize| {
+        let built: Vec<&Built> = all.iter().flatten().filter(|built| built.column == column).collect();
+        let device = beside.columns[column].name.clone();
+        let bought = |short: (String, String), long: String| {
+            Some(Bought { short, long: one_line(&long), device: device.clone() })
+        };
+        let first = built.iter().find_map(|built| beside.built_row(built, 0));
+        if let Some(refused) = first.filter(|row| row.status != Status::Ok) {
+            let short = status_word(refused.status).to_owned();
+            return bought((short, String::new()), format!("{device}: {}", outcome(refused)));
+        }
+        let over = |path: usize| {
+            let found: Vec<_> = built.iter().filter_map(|built| beside.over_interlock(built, path)).collect();
+            let same = found.iter().filter(|(_, verdict)| *verdict == Verdict::Same).count();
+            let count = found.len();
+            let ratio = median(found.into_iter().map(|(ratio, _)| ratio).collect())?;
+            Some((BUILD_PATHS[path], ratio, count, same))
+        };
+        let found: Vec<_> = (1..BUILD_PATHS.len()).filter_map(over).collect();
+        let (quickest, ratio, count, same) = *found.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let part = |(path, ratio, count, same): &(&str, f64, usize, usize)| {
+            let same =
+                if *same > 0 { format!(" (no difference in {same} of {})", rows(*count)) } else { String::new() };
+            format!("{path} takes ×{}{same}", significant(*ratio))
+        };
+        let parts: Vec<String> = found.iter().map(part).collect();
+        let short = match ratio {
+            _ if same == count => (format!("no more than {quickest}"), String::new()),
+            r if r < 1.0 => ("nothing".into(), format!(", where {quickest} is faster")),
+            _ => (format!("×{} over {quickest}, the next,", significant(ratio)), String::new()),
+        };
+        let long = format!("{device}: {}{}; of interlock's build time {}", short.0, short.1, listed(&parts));
+        bought(short, long)
+    };
+    (0..beside.columns.len()).filter_map(of).collect()
+}
+
+/// In a line, devices together of which the same is to be said.
+pub(super) fn interlock_short(all: &[Bought]) -> Option<String> {
+    let mut groups: Vec<(&(String, String), Vec<String>)> = Vec::new();
+    for Bought { short, device, .. } in all {
+        match groups.iter_mut().find(|(known, _)| *known == short) {
+            Some((_, devices)) => devices.push(device.clone()),
+            None => groups.push((short, vec![device.clone()])),
+        }
+    }
+    let part = |((before, behind), devices): &(&(String, String), Vec<String>)| {
+        format!("{before} on {}{behind}", listed(devices))
+    };
+    let parts: Vec<_> = groups.iter().map(part).collect();
+    (!parts.is_empty()).then(|| format!("What interlock buys: {}", parts.join("; ")))
+}

@@ -1,0 +1,161 @@
+//! Devices side by side, as Markdown to paste and as CSV to work with.
+
+use super::{Names, answer, cell, interlock_cell};
+use crate::measure::{BUILD_PATHS, Beside, Timing, Verdict};
+use crate::report::wording::{NOTHING, one_line, significant, status_word};
+use crate::{Error, Result};
+
+/// One word for what a ratio says.
+pub(super) fn verdict_word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Same => "no difference",
+        Verdict::Better => "faster",
+        Verdict::Worse => "slower",
+        Verdict::Unknown => "too unsteady to tell",
+    }
+}
+
+fn row(cells: impl IntoIterator<Item = String>) -> String {
+    let safe = |cell: String| one_line(&cell).replace('|', "\\|");
+    format!("| {} |\n", cells.into_iter().map(safe).collect::<Vec<_>>().join(" | "))
+}
+
+fn header(cells: Vec<String>) -> String {
+    let rule = cells.iter().map(|_| "---".to_owned()).collect::<Vec<_>>();
+    row(cells) + &row(rule)
+}
+
+/// The sentences, then a table a scene, of what two devices or more have; what interlock buys; errors that differ.
+pub fn devices_markdown(beside: &Beside) -> String {
+    let names = Names::of(beside);
+    let mut text = format!("{}\n", answer::devices_answer(beside));
+    for sentence in answer::best(beside, &names) {
+        text += &format!("\n{sentence}.\n");
+    }
+    let what = answer::what(beside);
+    let columns = || beside.columns.iter().map(|column| column.name.clone());
+    text += &format!(
+        "\nMilliseconds of a {what} [5th–95th percentile], and how many times as long as in the first column.\n"
+    );
+    let mut scene = String::new();
+    for place in beside.shared() {
+        let line = &beside.lines[place];
+        let is = &beside.any(line).scene;
+        if *is != scene {
+            scene.clone_from(is);
+            text += &format!("\n**{}**\n\n", one_line(is));
+            text += &header(["technique".to_owned()].into_iter().chain(columns()).collect());
+        }
+        let cells = (0..beside.columns.len()).map(|column| {
+            let cell = cell(beside, line, column);
+            [cell.text, cell.band, cell.ratio].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+        });
+        text += &row([format!("`{}`", names.with_path(place))].into_iter().chain(cells));
+    }
+    let built = beside.built();
+    if !built.is_empty() {
+        text += "\n**What interlock buys**: milliseconds of a build, and how many times as long as by interlock.\n\n";
+        for bought in answer::interlock(beside, &built) {
+            text += &format!("- {}\n", bought.long);
+        }
+        text += "\n";
+        text += &header(["build", "device"].into_iter().chain(BUILD_PATHS).map(str::to_owned).collect());
+        for of in built.iter().flatten() {
+            let first = of.lines.iter().flatten().next().copied().unwrap_or(0);
+            let scene = &beside.any(&beside.lines[first]).scene;
+            let cells = (0..BUILD_PATHS.len()).map(|path| {
+                let cell = interlock_cell(beside, of, path);
+                format!("{} {}", cell.text, cell.ratio)
+            });
+            let naming = [format!("{scene} `{}`", names.compact(first)), beside.columns[of.column].name.clone()];
+            text += &row(naming.into_iter().chain(cells));
+        }
+    }
+    let agreement = beside.agreement();
+    if !agreement.disagreements.is_empty() {
+        text += "\n**Errors that differ by more than rounding**\n\n";
+        let naming = ["scene", "technique", "error"].map(str::to_owned);
+        text += &header(naming.into_iter().chain(columns()).chain(["apart", "share"].map(str::to_owned)).collect());
+        for found in &agreement.disagreements {
+            let line = &beside.lines[found.line];
+            let naming =
+                [beside.any(line).scene.clone(), format!("`{}`", names.with_path(found.line)), found.name.to_owned()];
+            let values = found.values.iter().map(|value| value.map_or(NOTHING.into(), significant));
+            text +=
+                &row(naming.into_iter().chain(values).chain([significant(found.apart), answer::share(found.share)]));
+        }
+    }
+    text
+}
+
+/// A line for each row of each device. Numbers in full precision; what is missing is an empty field.
+///
+/// # Errors
+/// [`Error::Output`] where memory runs out.
+pub fn devices_csv(beside: &Beside) -> Result<String> {
+    let fail = |cause: &dyn std::fmt::Display| Error::output("devices.csv".as_ref(), cause);
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let columns = [
+        "scene",
+        "technique",
+        "variant",
+        "path",
+        "device",
+        "driver",
+        "files",
+        "status",
+        "reason",
+        "compared",
+        "median_ns",
+        "p05_ns",
+        "p95_ns",
+        "samples",
+        "ratio_to_first",
+        "verdict",
+        "build_median_ns",
+        "build_p05_ns",
+        "build_p95_ns",
+        "lookup_median_ns_per_million",
+        "draw_median_ns",
+        "frame_ns",
+        "bytes_resident",
+        "map_mean_abs",
+        "space_mean_abs",
+        "surface_mean_abs",
+        "image_flip_mean",
+        "differs",
+    ];
+    writer.write_record(columns).map_err(|cause| fail(&cause))?;
+    let agreement = beside.agreement();
+    let number = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
+    for (place, line) in beside.lines.iter().enumerate() {
+        for (index, column) in beside.columns.iter().enumerate() {
+            let Some(row) = beside.row(line, index) else { continue };
+            let time = beside.time(row);
+            let of = |timing: Option<Timing>| {
+                [timing.map(|t| t.median), timing.map(|t| t.p05), timing.map(|t| t.p95)].map(number)
+            };
+            let ratio = beside.ratio(line, index, 0).filter(|_| index > 0);
+            let mut fields = vec![row.scene.clone(), row.technique.clone(), row.spec(), row.path.clone()];
+            fields.extend([column.results.device.name.clone(), column.results.device.driver.clone()]);
+            fields.extend([column.files.join(" "), status_word(row.status).into(), one_line(&row.reason)]);
+            fields.push(answer::what(beside).into());
+            fields.extend(of(time));
+            fields.push(time.map(|t| t.samples.to_string()).unwrap_or_default());
+            fields.push(number(ratio.map(|(ratio, _)| ratio)));
+            fields.push(ratio.map(|(_, verdict)| verdict_word(verdict).to_owned()).unwrap_or_default());
+            fields.extend(of(row.build_ns));
+            fields.extend([row.lookup_ns_per_million, row.draw_ns].map(|timing| number(timing.map(|t| t.median))));
+            fields.extend([number(row.frame_ns), row.bytes_resident.map(|b| b.to_string()).unwrap_or_default()]);
+            let error = row.error.as_ref();
+            let points = [error.and_then(|e| e.map), error.and_then(|e| e.space), error.and_then(|e| e.surface)];
+            fields.extend(points.map(|points| number(points.map(|p| p.mean_abs))));
+            fields.push(number(error.and_then(|e| e.image).map(|image| image.flip_mean)));
+            let differs = agreement.disagreements.iter().filter(|d| d.line == place && d.values[index].is_some());
+            fields.push(differs.map(|d| d.name).collect::<Vec<_>>().join(", "));
+            writer.write_record(fields).map_err(|cause| fail(&cause))?;
+        }
+    }
+    let bytes = writer.into_inner().map_err(|failed| fail(failed.error()))?;
+    String::from_utf8(bytes).map_err(|cause| fail(&cause))
+}

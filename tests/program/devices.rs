@@ -1,0 +1,346 @@
+//! `report`: devices side by side. What it says is what stands in the JSON, worked out again from there.
+
+use crate::errors::fails;
+use crate::page::findings;
+use crate::support::log;
+use crate::{folder, gobo, ok, text};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A row as another program would write it: milliseconds of a build and of a picture, half a band of both, a space error.
+fn row(nodes: &str, path: &str, build: f64, draw: f64, half: f64, error: f64) -> Value {
+    let timing =
+        |ms: f64| json!({ "median": ms * 1e6, "p05": (ms - half) * 1e6, "p95": (ms + half) * 1e6, "samples": 30 });
+    let space = gobo::measure::PointError { mean_abs: error, ..Default::default() };
+    json!({
+        "scene": "s", "technique": "avsm", "variant": { "nodes": nodes, "path": path }, "path": path, "status": "ok", "reason": "",
+        "build_ns": timing(build), "draw_ns": timing(draw), "frame_ns": (build + draw) * 1e6, "passes": [], "counters": {},
+        "error": { "space": space },
+    })
+}
+
+fn refused(nodes: &str, path: &str) -> Value {
+    let mut row = row(nodes, path, 1.0, 1.0, 0.0, 0.0);
+    for key in ["build_ns", "draw_ns", "frame_ns", "error"] {
+        row[key] = Value::Null;
+    }
+    (row["status"], row["reason"]) = ("refused".into(), "needs fragmentShaderPixelInterlock".into());
+    row
+}
+
+fn results(device: &str, rows: &[Value]) -> Value {
+    let features = json!({ "geometry_shader": device == "a", "subgroup_size": 32 });
+    json!({
+        "schema": 3, "gobo": "0.1.0", "command": "gobo compare s", "rows": rows,
+        "conditions": { "--frames": "30", "--picture": "640x360", "--truth": "full", "--quick": "false", "scene s": "12345678" },
+        "device": { "name": device, "driver": format!("{device}-driver 1"), "api": "1.3", "type": "cpu", "features": features },
+    })
+}
+
+fn write(folder: &Path, name: &str, results: &Value) -> String {
+    let path = folder.join(name);
+    std::fs::write(&path, results.to_string()).expect("written");
+    text(&path).to_owned()
+}
+
+/// The lines of a CSV, each by its columns' names.
+fn csv(path: &Path) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(path).expect("devices.csv");
+    reader.deserialize().map(|line| line.expect("a line")).collect()
+}
+
+/// Runs it: the sentence, the folder.
+fn report(out: &Path, files: &[&str]) -> String {
+    let mut arguments = vec!["report"];
+    arguments.extend(files);
+    arguments.extend(["-o", text(out)]);
+    ok(&arguments).lines().next().expect("a sentence").to_owned()
+}
+
+fn read(path: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(path).expect("a file")).expect("JSON")
+}
+
+/// The committed results of four drivers: every figure again from their files.
+#[test]
+fn figures_are_those_of_the_files() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
+    let devices = ["lavapipe-22.3", "swiftshader"];
+    let mut files = vec![root.join("nvidia-h200/results.json")];
+    files.extend(
+        devices.iter().flat_map(|device| {
+            ["devices", "devices-meshes"].map(|name| root.join(device).join(format!("{name}.json")))
+        }),
+    );
+    let out = folder();
+    report(out.path(), &files.iter().map(|path| text(path)).collect::<Vec<_>>());
+    let mut rows: BTreeMap<(String, String, String), Value> = BTreeMap::new();
+    for path in &files {
+        let all = read(path);
+        for row in all["rows"].as_array().expect("rows") {
+            let variant = row["variant"].as_object().expect("keys").iter();
+            let keys: Vec<_> = variant.map(|(key, value)| format!("{key}={}", value.as_str().expect("text"))).collect();
+            let spec = format!("{}:{}", row["technique"].as_str().expect("text"), keys.join(","));
+            let key = (
+                all["device"]["driver"].as_str().expect("text").to_owned(),
+                row["scene"].as_str().expect("text").to_owned(),
+                spec,
+            );
+            assert!(rows.insert(key, row.clone()).is_none());
+        }
+    }
+    let lines = csv(&out.path().join("devices.csv"));
+    assert_eq!(lines.len(), rows.len(), "a line a row");
+    let (mut ratios, mut frames) = (0, BTreeMap::new());
+    for line in &lines {
+        let row = &rows[&(line["driver"].clone(), line["scene"].clone(), line["variant"].clone())];
+        let is = |column: &str, value: &Value| {
+            assert_eq!(line[column].parse::<f64>().ok(), value.as_f64(), "{column} of {line:?}");
+        };
+        assert_eq!(line["status"], row["status"].as_str().expect("text"));
+        is("median_ns", &row["frame_ns"]);
+        is("build_median_ns", &row["build_ns"]["median"]);
+        is("space_mean_abs", &row["error"]["space"]["mean_abs"]);
+        is("image_flip_mean", &row["error"]["image"]["flip_mean"]);
+        if line["status"] == "ok" {
+            let ends = ["p05", "p95"].map(|end| {
+                row["build_ns"][end].as_f64().expect("timed") + row["draw_ns"][end].as_f64().expect("timed")
+            });
+            assert_eq!([&line["p05_ns"], &line["p95_ns"]].map(|end| end.parse::<f64>().expect("a number")), ends);
+        }
+        let frame = line["median_ns"].parse::<f64>();
+        match line["device"].as_str() {
+            "NVIDIA H200" => {
+                frames.insert((line["scene"].clone(), line["variant"].clone()), frame.expect("timed"));
+            }
+            _ if !line["ratio_to_first"].is_empty() => {
+                let first: f64 = frames[&(line["scene"].clone(), line["variant"].clone())];
+                let ratio: f64 = line["ratio_to_first"].parse().expect("a number");
+                assert!((ratio / (frame.expect("timed") / first) - 1.0).abs() < 1e-12, "{line:?}");
+                ratios += 1;
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(ratios, 2 * 10, "five specs on two scenes, on two devices");
+    let page = std::fs::read_to_string(out.path().join("devices.html")).expect("a page");
+    assert!(
+        page.contains("refused: needs fragmentShaderPixelInterlock")
+            && page.contains("<code>fragment_shader_pixel_interlock</code>")
+    );
+}
+
+/// results/report is what its command makes, which stands in docs/guide/compare-devices.md.
+#[test]
+fn the_committed_report_is_of_the_committed_rows() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let guide =
+        std::fs::read_to_string(root.join("docs/guide/compare-devices.md")).expect("the guide").replace("\\\n", " ");
+    let command = guide
+        .lines()
+        .map(str::trim)
+        .find(|line| line.starts_with("gobo report") && line.ends_with("-o results/report"));
+    let out = folder();
+    let words = command.expect("the command").split_whitespace().map(|word| match word {
+        "results/report" => text(out.path()),
+        word => word,
+    });
+    let output = gobo().args(words.skip(1)).current_dir(root).output().expect("the program starts");
+    assert!(output.status.success(), "{output:?}");
+    for name in ["devices.md", "devices.csv", "devices.html"] {
+        let [made, committed] = [out.path(), &root.join("results/report")]
+            .map(|folder| std::fs::read_to_string(folder.join(name)).expect(name));
+        assert!(made == committed, "{name} is another by now: {}", command.unwrap_or_default());
+    }
+}
+
+/// Bands that overlap are no difference, bands apart are one; another error is found, and whose it is.
+#[test]
+fn what_differs_is_said_and_what_does_not_is_not() {
+    let (files, out) = (folder(), folder());
+    let rows = |build: f64, error: f64| {
+        [
+            row("4", "binned", 1.0, 1.0, 0.1, 0.01),
+            row("8", "binned", build, 1.0, 0.1, error),
+            row("16", "binned", 4.0, 1.0, 0.1, 0.001),
+        ]
+    };
+    let a = write(files.path(), "a.json", &results("a", &rows(2.0, 0.005)));
+    // The bands of a frame are twice as wide as these.
+    let b = write(files.path(), "b.json", &results("b", &rows(2.3, 0.005 * 1.0005)));
+    let same = report(out.path(), &[&a, &b]);
+    assert_eq!(
+        same,
+        "No difference in time: noise bands overlap in all 3 rows that each two have; all 3 errors that two or more have agree to rounding."
+    );
+    let markdown = || std::fs::read_to_string(out.path().join("devices.md")).expect("a table");
+    assert!(
+        markdown()
+            .contains("| `avsm:nodes=8,path=binned` | 3.00 [2.80–3.20] | 3.30 [3.10–3.50] ×1.10, no difference |"),
+        "{}",
+        markdown()
+    );
+    let c = write(files.path(), "c.json", &results("c", &rows(3.0, 0.006)));
+    let said = report(out.path(), &[&a, &b, &c]);
+    assert!(
+        said.contains(
+            "1 of 3 errors that two or more have differ by more than rounding (c alone in 1), by 0.00100 at most"
+        ),
+        "{said}"
+    );
+    assert!(
+        markdown().contains(
+            "| s | `avsm:nodes=8,path=binned` | space error | 0.00500 | 0.00500 | 0.00600 | 0.00100 | 20.0 % |"
+        ),
+        "{}",
+        markdown()
+    );
+    for line in csv(&out.path().join("devices.csv")) {
+        let of_c = line["device"] == "c" && line["variant"].contains("nodes=8");
+        let (verdict, differs) = (line["verdict"].as_str(), line["differs"].as_str());
+        assert_eq!((verdict == "slower", verdict.is_empty()), (of_c, line["device"] == "a"), "{line:?}");
+        assert_eq!(differs, if line["variant"].contains("nodes=8") { "space error" } else { "" }, "{line:?}");
+    }
+    // Where the scene is another, or the points are, nothing is held against anything.
+    let mut other = results("c", &rows(3.0, 0.006));
+    other["conditions"]["scene s"] = "87654321".into();
+    let other = write(files.path(), "other.json", &other);
+    assert_eq!(
+        report(out.path(), &[&a, &other]),
+        "No two devices have a time of the same rows; no error is in two of them."
+    );
+    let page = std::fs::read_to_string(out.path().join("devices.html")).expect("a page");
+    assert!(page.contains("its fingerprint is 87654321, and 12345678 on a"));
+    let mut quick = results("c", &rows(3.0, 0.006));
+    quick["conditions"]["--quick"] = "true".into();
+    let quick = write(files.path(), "quick.json", &quick);
+    assert!(report(out.path(), &[&a, &quick]).ends_with("; no error is in two of them."));
+}
+
+#[test]
+fn interlock_is_held_against_what_does_without() {
+    let (files, out) = (folder(), folder());
+    let rows = |interlock: Value| {
+        [
+            interlock,
+            row("8", "two-pass", 6.0, 1.0, 0.1, 0.01),
+            row("8", "raster-order", 3.0, 1.0, 0.1, 0.01),
+            row("8", "binned", 4.5, 1.0, 0.1, 0.01),
+        ]
+    };
+    let a = write(files.path(), "a.json", &results("a", &rows(row("8", "interlock", 2.0, 1.0, 0.1, 0.01))));
+    let b = write(files.path(), "b.json", &results("b", &rows(row("8", "interlock", 9.0, 1.0, 0.1, 0.01))));
+    let c = write(files.path(), "c.json", &results("c", &rows(refused("8", "interlock"))));
+    report(out.path(), &[&a, &b, &c]);
+    let page = std::fs::read_to_string(out.path().join("devices.html")).expect("a page");
+    let short = "What interlock buys: ×1.50 over raster-order, the next, on a; nothing on b, where raster-order is faster; refused on c.";
+    assert!(page.contains(short), "{page}");
+    let markdown = std::fs::read_to_string(out.path().join("devices.md")).expect("a table");
+    let line = |device: &str| {
+        markdown
+            .lines()
+            .find(|line| line.starts_with(&format!("| s `avsm` | {device} |")))
+            .unwrap_or_else(|| panic!("{markdown}"))
+    };
+    assert!(line("a").ends_with("| 2.00 | 6.00 ×3.00 | 3.00 ×1.50 | 4.50 ×2.25 |"), "{markdown}");
+    assert!(line("b").ends_with("| 9.00 | 6.00 ×0.667 | 3.00 ×0.333 | 4.50 ×0.500 |"), "{markdown}");
+    assert!(line("c").contains("| refused: needs fragmentShaderPixelInterlock | 6.00 |"), "{markdown}");
+}
+
+/// Parts of one run are one column; older files are read, and editions of one device told apart by their files.
+#[test]
+fn parts_are_one_and_editions_two() {
+    let (files, out) = (folder(), folder());
+    let all = ["4", "8", "16"].map(|nodes| row(nodes, "binned", 1.0, 1.0, 0.1, 0.01));
+    let whole = write(files.path(), "whole.json", &results("b", &all));
+    let one = write(files.path(), "one.json", &results("a", &all[..1]));
+    let two = write(files.path(), "two.json", &results("a", &all[1..]));
+    report(out.path(), &[&whole, &one, &two]);
+    let lines = csv(&out.path().join("devices.csv"));
+    let of_a: Vec<_> = lines.iter().filter(|line| line["device"] == "a").map(|line| line["files"].as_str()).collect();
+    assert_eq!(of_a, vec![format!("{one} {two}"); 3]);
+    // A row twice is another measuring.
+    let again = write(files.path(), "again.json", &results("a", &all[..2]));
+    let said = report(out.path(), &[&one, &again]);
+    assert!(said.contains("in all 1 row that"), "{said}");
+    let markdown = std::fs::read_to_string(out.path().join("devices.md")).expect("a table");
+    assert!(markdown.contains("/one.json)") && markdown.contains("/again.json)"), "{markdown}");
+    assert_eq!(report(out.path(), &[&one, &two]), "All 3 rows are of one device, a; no error is in two of them.");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let [old, new] = ["tests/report/schema-1.json", "results/nvidia-h200/results.json"].map(|path| root.join(path));
+    report(out.path(), &[text(&old), text(&new)]);
+    assert!(
+        csv(&out.path().join("devices.csv"))
+            .iter()
+            .any(|line| line["files"].ends_with("schema-1.json") && line["compared"] == "build")
+    );
+}
+
+#[test]
+fn what_cannot_be_held_against_anything_is_one_line() {
+    let files = folder();
+    let here = |name: &str, value: &Value| write(files.path(), name, value);
+    let a = here("a.json", &results("a", &[row("4", "binned", 1.0, 1.0, 0.1, 0.01)]));
+    let b = here("b.json", &results("b", &[row("8", "binned", 1.0, 1.0, 0.1, 0.01)]));
+    let copy = here("copy.json", &read(Path::new(&a)));
+    let mut later = results("b", &[]);
+    later["schema"] = 99.into();
+    let later = here("later.json", &later);
+    let no_json = files.path().join("no.json");
+    std::fs::write(&no_json, "gobo").expect("written");
+    let out: PathBuf = files.path().join("out");
+    for (second, words) in [
+        (a.as_str(), &[a.as_str(), "named twice"][..]),
+        (&copy, &[copy.as_str(), "the same as", &a]),
+        (&b, &[b.as_str(), "no row of it is in", "nodes=4", "nodes=8", "measure the same"]),
+        (&later, &[later.as_str(), "schema 99"]),
+        (text(&no_json), &["no.json", "no whole results.json"]),
+        ("/nowhere/results.json", &["/nowhere/results.json"]),
+    ] {
+        fails(&["report", &a, second, "-o", text(&out)], words);
+        assert!(!out.exists(), "nothing is written");
+    }
+}
+
+/// The page in Chromium, at three widths, in both themes: nothing on the console, no network, marks where their times are.
+#[test]
+fn the_page_holds_in_a_browser() {
+    log("exercised", "the_page_holds_in_a_browser", "Chromium");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
+    let files = ["nvidia-h200/results.json", "lavapipe-22.3/devices.json", "swiftshader/devices.json"]
+        .map(|path| root.join(path));
+    let out = folder();
+    report(out.path(), &files.each_ref().map(|path| text(path)));
+    let times: Vec<f64> =
+        csv(&out.path().join("devices.csv")).iter().filter_map(|line| line["median_ns"].parse().ok()).collect();
+    for dark in [false, true] {
+        for found in findings(&out.path().join("devices.html"), include_str!("devices.js"), dark) {
+            let number = |key: &str| found[key].as_f64().unwrap_or_else(|| panic!("no {key}: {found}"));
+            assert!(
+                found["failed"].is_null() && found["errors"] == json!([]) && found["resources"] == json!([]),
+                "{found}"
+            );
+            let themes = ["rgb(255, 255, 255)", "rgb(20, 23, 26)"];
+            let is = [&found["background"], &found["toggled"]];
+            assert_eq!(is, if dark { [themes[1], themes[0]] } else { themes }, "{found}");
+            assert!(number("overflow") <= 0.0 && number("letters") >= 13.0, "{found}");
+            assert!(number("outside") == 0.0 && number("overlaps") == 0.0 && number("moved").abs() < 1.0, "{found}");
+            let marks: Vec<[f64; 4]> = serde_json::from_value(found["marks"].clone()).expect("marks");
+            assert_eq!(marks.len(), 2 * (6 + 2 * 8), "six rows of the H200, eight of the others, on two scenes");
+            // Each says its time, and all of a scene are on one logarithmic axis.
+            for scene in marks.chunks(marks.len() / 2) {
+                let [first, last] = [0, scene.len() - 1].map(|place| scene[place]);
+                for [_, ms, at, said] in scene {
+                    assert!(
+                        (said / ms - 1.0).abs() < 6e-3 && times.iter().any(|ns| (ns / 1e6 / ms - 1.0).abs() < 1e-9),
+                        "{found}"
+                    );
+                    let along =
+                        |of: [f64; 4]| (ms / of[1]).ln() / (last[1] / first[1]).ln() * (last[2] - first[2]) + of[2];
+                    assert!((along(first) - at).abs() < 0.004, "{ms} ms is at {at}: {found}");
+                }
+            }
+        }
+    }
+}
