@@ -29,6 +29,8 @@ mod pictures;
 mod recommend;
 #[path = "program/resume.rs"]
 mod resume;
+#[path = "program/shards.rs"]
+mod shards;
 #[path = "program/trace.rs"]
 mod trace;
 

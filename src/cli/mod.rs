@@ -8,6 +8,7 @@ mod devices;
 mod glsl;
 mod help;
 mod hooks;
+mod join;
 mod little;
 mod map;
 mod particles;
@@ -56,6 +57,8 @@ enum Command {
     /// Measure techniques on scenes: time, memory and error against the f64 reference, as table, JSON, CSV and a page
     #[command(after_long_help = help::techniques())]
     Compare(compare::Arguments),
+    /// Put the shards of one comparison together, as if one run had measured all rows
+    Join(join::Arguments),
     /// Say which technique is best for a scene on this device, within limits of time, error and memory
     Recommend(recommend::Arguments),
     /// Draw a scene, lit by one technique or by the reference
@@ -334,6 +337,7 @@ pub fn main() -> ExitCode {
     }
     let result = match cli.command {
         Command::Compare(arguments) => compare::run(&arguments.little()),
+        Command::Join(arguments) => join::run(&arguments),
         Command::Recommend(arguments) => recommend::run(&arguments.little()),
         Command::Render(arguments) => render::run(&arguments.little()),
         Command::Slice(arguments) => slice::run(&arguments.little()),
