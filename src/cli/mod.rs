@@ -23,6 +23,7 @@ mod slice;
 mod soak;
 mod steps;
 mod stress;
+mod submit;
 
 #[doc(hidden)]
 pub use hooks::test_hooks;
@@ -79,6 +80,8 @@ enum Command {
     /// Sweep what breaks shadow techniques, one number of a scene at a time, and say how far each holds
     #[command(after_long_help = stress::help())]
     Stress(stress::Arguments),
+    /// Measure the standard run, small rows of every technique, and write one file to share: nothing is sent
+    Submit(submit::Arguments),
     /// Hand out the look-up of techniques for shaders of other programs: one GLSL file each, which says all that it is given
     Glsl(glsl::Arguments),
     /// List Vulkan devices and, for each path of each technique, yes or the missing feature
@@ -345,6 +348,7 @@ pub fn main() -> ExitCode {
         Command::Map(arguments) => map::run(&arguments),
         Command::Bake(arguments) => bake::run(&arguments),
         Command::Stress(arguments) => stress::run(&arguments.little()),
+        Command::Submit(arguments) => submit::run(&arguments),
         Command::Glsl(arguments) => glsl::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments),
