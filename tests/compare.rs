@@ -31,6 +31,8 @@ mod recommend;
 mod resume;
 #[path = "program/shards.rs"]
 mod shards;
+#[path = "program/submit.rs"]
+mod submit;
 #[path = "program/trace.rs"]
 mod trace;
 

@@ -10,9 +10,10 @@ use gobo::gpu::Context;
 use gobo::maps::{FilterKind, OpaqueWay};
 use gobo::scene::Scene;
 use gobo::technique::{
-    self, Avsm, BeerShadowMap, Opened, Psm, RayQuery, ShadowMap, Technique, TranslucencyMap, Uncompressed, Unshadowed,
-    VoxelGrid, Voxelized, avsm, beer_shadow_map, none, psm, ray_query, shadow_map, translucency_map, uncompressed,
-    voxel_grid, voxelized,
+    self, Avsm, BeerShadowMap, DeepShadowMap, GridQuery, Layers, Opened, Psm, RayQuery, ShadowMap, Stochastic,
+    Technique, TranslucencyMap, Uncompressed, Unshadowed, VoxelGrid, Voxelized, avsm, beer_shadow_map, deep_shadow_map,
+    grid_query, layers, none, psm, ray_query, shadow_map, stochastic, translucency_map, uncompressed, voxel_grid,
+    voxelized,
 };
 use gobo::world::World;
 use support::{gpu_test, scenes, spec};
@@ -64,9 +65,27 @@ const SMOKE: &[(&str, Open)] = &[
             translucency_map::Settings { size: 20, storage: translucency_map::Storage::R16f, ..Default::default() };
         Ok(Box::new(TranslucencyMap::new(context, world, &settings)?))
     }),
+    ("layers:size=20,layers=8,range=front,storage=r16f", |context, world| {
+        let (range, storage) = (layers::Range::Front, layers::Storage::F16);
+        let settings = layers::Settings { size: 20, layers: 8, range, storage, ..Default::default() };
+        Ok(Box::new(Layers::new(context, world, &settings)?))
+    }),
+    ("deep-shadow-map:size=20,error=250,path=binned", |context, world| {
+        let path = Some(deep_shadow_map::Way::Binned);
+        let settings = deep_shadow_map::Settings { size: 20, error: 250, path, ..Default::default() };
+        Ok(Box::new(DeepShadowMap::new(context, world, &settings)?))
+    }),
     ("uncompressed:size=20,radius=1", |context, world| {
         let settings = uncompressed::Settings { size: 20, radius: 1, ..Default::default() };
         Ok(Box::new(Uncompressed::new(context, world, &settings)?))
+    }),
+    ("stochastic:size=20,samples=4,sampling=stratified", |context, world| {
+        let sampling = stochastic::Sampling::Stratified;
+        let settings = stochastic::Settings { size: 20, samples: 4, sampling, ..Default::default() };
+        Ok(Box::new(Stochastic::new(context, world, &settings)?))
+    }),
+    ("grid-query:size=128", |context, world| {
+        Ok(Box::new(GridQuery::new(context, world, &grid_query::Settings { size: 128 })?))
     }),
     ("voxel-grid:size=64,march=cone,aperture=4", |context, world| {
         let march = voxel_grid::March::Cone;

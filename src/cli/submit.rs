@@ -104,14 +104,14 @@ fn check(arguments: &Arguments) -> Result<ExitCode> {
     let files: Vec<(&Path, Submission)> =
         arguments.check.iter().map(|path| Ok((path.as_path(), Submission::read(path)?))).collect::<Result<_>>()?;
     let context = arguments.device.open()?;
+    let all: Vec<&Submission> = files.iter().map(|(_, submission)| submission).collect();
+    let found = standard::again(&context, &all, little::is_asked().then_some(FEW))?;
     let mut all_count = true;
-    for (path, submission) in files {
-        let mut marks = submission.marks()?;
-        let (agree, against) = standard::again(&context, &submission, little::is_asked().then_some(FEW))?;
-        marks.extend(against);
+    for ((path, submission), again) in files.iter().zip(found) {
+        let marks = [submission.marks()?, again.against].concat();
         all_count &= marks.is_empty();
         let device = &submission.results.device.name;
-        say(format!("{}: {device}: {agree} rows agree with this device", path.display()))?;
+        say(format!("{}: {device}: {} rows agree with this device", path.display(), again.agree))?;
         match marks.is_empty() {
             true => say("  it counts")?,
             false => marks.iter().try_for_each(|mark| say(format!("  marked: {mark}")))?,

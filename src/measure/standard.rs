@@ -1,6 +1,6 @@
 //! The standard run: the same rows on every machine, small ones, of every technique. `gobo submit` measures them.
 
-use super::{Case, Effort, Extent, PointError, Row, Status, Submission, with_case};
+use super::{Effort, Extent, PointError, Row, Status, Submission, with_case};
 use crate::Result;
 use crate::consume::{parse, runs};
 use crate::gpu::Context;
@@ -16,7 +16,7 @@ pub const TIME_S: f64 = 20.0;
 
 /// How much is measured of each row.
 pub const EFFORT: Effort =
-    Effort { frames: 30, warm_up: 5, space_points: 8192, picture: [160, 90], turning: false, truth: Extent::Sample };
+    Effort { frames: 15, warm_up: 2, space_points: 8192, picture: [160, 90], turning: false, truth: Extent::Sample };
 
 /// The mean error of a row on two devices differs by less than this share of it,
 const SHARE: f64 = 0.02;
@@ -32,32 +32,35 @@ pub fn scenes() -> Result<Vec<Scene>> {
     SCENES.iter().map(|name| Scene::load(name, TIME_S)).collect()
 }
 
-/// The rows of a scene: of each technique that casts from something in it what `compare` has, else what `stress` has, as small as on a
-/// software device; of hair one of each. So a technique that is new in the registry has rows here.
+/// The rows of a scene, as small as on a software device: of smoke what `compare` has of each technique, else what `stress` has, and of
+/// hair one of these; of meshes what `stress` has, and of what casts from meshes alone what is usual. So a technique that is new in the
+/// registry has rows here.
 ///
 /// # Errors
 /// [`crate::Error::Input`] where an entry names what is no setting.
 pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
-    let (compare, smoke, meshes) = (
-        runs(|runs| runs.compare, true)?,
-        runs(|runs| runs.stress_smoke, true)?,
-        runs(|runs| runs.stress_meshes, true)?,
-    );
     let only_meshes = scene.has_only_meshes();
-    let lists = if only_meshes { [&meshes, &compare] } else { [&compare, &smoke] };
+    let of_meshes = runs(|runs| runs.stress_meshes, true)?;
+    let (compare, of_smoke) = (runs(|runs| runs.compare, true)?, runs(|runs| runs.stress_smoke, true)?);
+    let lists = if only_meshes { [&of_meshes, &Vec::new()] } else { [&compare, &of_smoke] };
     let mut all = Vec::new();
     for entry in REGISTRY {
-        let sees = if only_meshes { entry.casts.meshes } else { entry.casts.particles || entry.casts.strands };
-        if !sees && entry.casts != Casts::NONE {
-            continue;
-        }
-        let of = |list: &&Vec<Spec>| list.iter().filter(|s| s.entry.name == entry.name).cloned().collect::<Vec<_>>();
-        let found = lists.iter().map(of).find(|found| !found.is_empty());
-        let mut found = found.map_or_else(|| parse(entry.name), Ok)?;
+        let of_list = |list: &&Vec<Spec>| {
+            let specs: Vec<Spec> = list.iter().filter(|spec| spec.entry.name == entry.name).cloned().collect();
+            (!specs.is_empty()).then_some(specs)
+        };
+        // The opaque maps of what also sees smoke are the same, and one stands for them.
+        let is_usual = if only_meshes { !entry.casts.particles && !entry.casts.strands } else { entry.casts.particles };
+        let sees = entry.casts == Casts::NONE || entry.casts.are_in(scene.kinds());
+        let mut specs = match lists.iter().find_map(of_list) {
+            Some(specs) if sees => specs,
+            None if sees && is_usual => parse(entry.name)?,
+            _ => continue,
+        };
         if !scene.strands.is_empty() {
-            found.truncate(1);
+            specs.truncate(1);
         }
-        all.append(&mut found);
+        all.append(&mut specs);
     }
     Ok(all)
 }
@@ -79,57 +82,70 @@ pub fn conditions(scenes: &[Scene]) -> BTreeMap<String, String> {
     all
 }
 
-/// Measures the errors of rows of a submission again, on this device: what speaks against them, a line a row that differs or is no row any
-/// more, and how many agree. What either device refuses is neither. `few` says how many rows of a scene at most, and of which scenes.
+/// What came of measuring the errors of a submission again.
+#[derive(Clone, Debug, Default)]
+pub struct Again {
+    /// Rows with the same errors, to rounding.
+    pub agree: usize,
+    /// Of the others a line each: what differs, or that it is no row any more.
+    pub against: Vec<String>,
+}
+
+/// Measures the errors of submissions again, on this device. What either device refuses neither agrees nor differs. `few` says how many rows of
+/// a scene at most, and of which scenes.
 ///
 /// # Errors
 /// Those of [`with_case`].
-pub fn again(
-    context: &Context,
-    submission: &Submission,
-    few: Option<(usize, &[&str])>,
-) -> Result<(usize, Vec<String>)> {
-    let (mut agree, mut against) = (0, Vec::new());
+pub fn again(context: &Context, all: &[&Submission], few: Option<(usize, &[&str])>) -> Result<Vec<Again>> {
+    let mut found = vec![Again::default(); all.len()];
     for scene in scenes()?.iter().filter(|scene| few.is_none_or(|(_, names)| names.contains(&scene.name.as_str()))) {
-        let rows = submission.results.rows.iter().filter(|row| row.scene == scene.name && row.status == Status::Ok);
-        let mut rows: Vec<&Row> = rows.collect();
-        if let Some((most, _)) = few {
-            let host_ns = |row: &Row| row.host_ns.map_or(f64::INFINITY, |time| time.median);
-            rows.sort_by(|a, b| host_ns(a).total_cmp(&host_ns(b)));
-            rows.truncate(most);
-        }
         with_case(context, std::slice::from_ref(scene), EFFORT, |case| {
             case.repeat([1, 0]);
-            for row in rows {
-                match differs(case, row) {
-                    Ok(None) => {}
-                    Ok(Some(None)) => agree += 1,
-                    Ok(Some(Some(how))) => against.push(format!("{} on {}: {how}", row.spec(), row.scene)),
-                    Err(error) => against.push(format!("{} on {}: no row any more: {error}", row.spec(), row.scene)),
+            // Files have rows in common.
+            let mut known: BTreeMap<String, Row> = BTreeMap::new();
+            for (submission, found) in all.iter().zip(&mut found) {
+                let rows =
+                    submission.results.rows.iter().filter(|row| row.scene == scene.name && row.status == Status::Ok);
+                let rows: Vec<&Row> = rows.collect();
+                let step = few.map_or(1, |(most, _)| rows.len().div_ceil(most).max(1));
+                for row in rows.into_iter().step_by(step) {
+                    let how = match spec_of(row) {
+                        Ok(spec) => {
+                            differs(row, known.entry(spec.to_string()).or_insert_with(|| case.measure(&spec).0))
+                        }
+                        Err(error) => Some(Some(format!("no row any more: {error}"))),
+                    };
+                    match how {
+                        None => {}
+                        Some(None) => found.agree += 1,
+                        Some(Some(how)) => found.against.push(format!("{} on {}: {how}", row.spec(), row.scene)),
+                    }
                 }
             }
             Ok(())
         })?;
     }
-    Ok((agree, against))
+    Ok(found)
 }
 
-/// How a row's errors differ from those of now, if they do; nothing where the device refuses it.
-fn differs(case: &mut Case, row: &Row) -> Result<Option<Option<String>>> {
-    // What a technique found for itself is no key of it.
+/// The spec of a row. What the technique found by itself is no key of it.
+fn spec_of(row: &Row) -> Result<Spec> {
     let usual = parse(&row.technique)?;
-    let known = |key: &&String| usual[0].keys().any(|known| known.name == key.as_str());
+    let is_key = |name: &str| usual[0].keys().any(|key| key.name == name);
     let keys: Vec<String> = row
         .variant
         .iter()
-        .filter(|(key, value)| known(key) && !value.is_empty())
-        .map(|(k, v)| format!("{k}={v}"))
+        .filter(|(key, value)| is_key(key) && !value.is_empty())
+        .map(|(key, value)| format!("{key}={value}"))
         .collect();
-    let specs = parse(&format!("{}:{}", row.technique, keys.join(",")))?;
-    let (now, _) = case.measure(&specs[0]);
+    Ok(parse(&format!("{}:{}", row.technique, keys.join(",")))?.remove(0))
+}
+
+/// How a row's errors differ from those of now, if they do; nothing where the device refuses it.
+fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
     match now.status {
-        Status::Refused => return Ok(None),
-        Status::Failed => return Ok(Some(Some(now.reason))),
+        Status::Refused => return None,
+        Status::Failed => return Some(Some(now.reason.clone())),
         Status::Ok => {}
     }
     let kinds: [(&str, fn(&Row) -> Option<PointError>); 3] = [
@@ -137,15 +153,14 @@ fn differs(case: &mut Case, row: &Row) -> Result<Option<Option<String>>> {
         ("space", |row| row.error.as_ref()?.space),
         ("surface", |row| row.error.as_ref()?.surface),
     ];
-    let how = kinds.iter().find_map(|(name, of)| match (of(row), of(&now)) {
+    Some(kinds.iter().find_map(|(name, of)| match (of(row), of(now)) {
         (Some(then), Some(now)) => {
             let (then, now) = (then.mean_abs, now.mean_abs);
             let agree = (then - now).abs() <= (SHARE * then.max(now)).max(ROUNDING);
             (!agree).then(|| format!("mean {name} error {then:e}, and here {now:e}"))
         }
         (then, now) => (then.is_some() != now.is_some()).then(|| format!("{name} error on one of two devices alone")),
-    });
-    Ok(Some(how))
+    }))
 }
 
 #[cfg(test)]

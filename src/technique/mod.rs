@@ -6,11 +6,15 @@
 // The registry: a line a technique. All of them are in REGISTRY.
 pub mod avsm;
 pub mod beer_shadow_map;
+pub mod deep_shadow_map;
+pub mod grid_query;
 pub mod ism;
+pub mod layers;
 pub mod none;
 pub mod psm;
 pub mod ray_query;
 pub mod shadow_map;
+pub mod stochastic;
 pub mod translucency_map;
 pub mod uncompressed;
 pub mod voxel_grid;
@@ -29,11 +33,14 @@ mod texel_map;
 pub use avsm::{Avsm, NodeData};
 pub use beer_shadow_map::BeerShadowMap;
 pub use build::{Built, Opened, open};
+pub use deep_shadow_map::{DeepShadowMap, DeepState};
+pub use grid_query::GridQuery;
 pub use ism::{
     Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, Ism, PointData, PointsData,
     SUBSETS as ISM_SUBSETS, VIRTUAL_LIGHTS, Way as IsmWay,
 };
 pub use keys::{Key, Name, Values};
+pub use layers::Layers;
 pub use none::Unshadowed;
 pub use promises::Promises;
 pub use psm::Psm;
@@ -42,6 +49,7 @@ pub use requirements::{PathRequirements, requirements};
 pub use runs::Runs;
 pub use shadow_map::ShadowMap;
 pub use spec::{Spec, parse};
+pub use stochastic::Stochastic;
 pub use texel_map::TexelMap;
 pub use translucency_map::TranslucencyMap;
 pub use uncompressed::Uncompressed;

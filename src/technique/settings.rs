@@ -365,7 +365,21 @@ mod tests {
                 seen.push(all::$module::ENTRY.name);
             )* };
         }
-        each!(avsm, beer_shadow_map, ism, psm, shadow_map, translucency_map, uncompressed, voxel_grid, voxelized);
+        each!(
+            avsm,
+            beer_shadow_map,
+            deep_shadow_map,
+            grid_query,
+            ism,
+            layers,
+            psm,
+            shadow_map,
+            stochastic,
+            translucency_map,
+            uncompressed,
+            voxel_grid,
+            voxelized
+        );
         goes_both_ways::<ShadingSettings>(&all::avsm::ENTRY, crate::consume::KEYS);
         for entry in REGISTRY {
             assert!(seen.contains(&entry.name), "{} is not among these", entry.name);

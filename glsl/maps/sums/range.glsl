@@ -1,0 +1,31 @@
+// Where on a texel's ray its sums are: at places from 0 to 1 of a range of depths. Twin: reference::twin::texel_sums.
+#ifndef MAPS_SUMS_RANGE_GLSL
+#define MAPS_SUMS_RANGE_GLSL
+#include "world/view.glsl"
+
+CONSTANT(uint, SUM_RANGE, 2u)  // which: 0 all of the map's depths, 1 those from the texel's front on, 2 those from its front to its back
+
+const uint RANGE_SCENE = 0u;
+const uint RANGE_FRONT = 1u;
+const uint RANGE_TEXEL = 2u;
+
+// Words of a texel in which its range is kept: the front, and the back.
+uint range_words() { return SUM_RANGE; }
+
+// The range of a texel whose casters begin and end at these depths; from FARTHEST to -FARTHEST where it has none.
+vec2 range_of(vec2 ends) {
+    bool empty = ends.x > ends.y;
+    return vec2(empty || SUM_RANGE == RANGE_SCENE ? 0.0 : ends.x,
+                SUM_RANGE != RANGE_TEXEL ? 1.0 : empty ? 0.0 : ends.y);
+}
+
+// The range of a texel whose ends were drawn (maps/sums/ends.frag): words of which the greatest is kept, 0 where nothing is.
+vec2 range_of_words(uvec2 words) {
+    return range_of(words.x == 0u ? vec2(FARTHEST, -FARTHEST) : uintBitsToFloat(uvec2(~words.x, words.y)));
+}
+
+// A depth's place in the range. Compared first, so that of a range of no extent all is behind and not 0/0.
+float range_place(vec2 range, float depth) {
+    return depth >= range.y ? 1.0 : depth <= range.x ? 0.0 : min((depth - range.x) / (range.y - range.x), 1.0);
+}
+#endif
