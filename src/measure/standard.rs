@@ -15,8 +15,15 @@ pub const SCENES: [&str; 4] = ["plume_8k", "hair", "cornell", "houses"];
 pub const TIME_S: f64 = 20.0;
 
 /// How much is measured of each row.
-pub const EFFORT: Effort =
-    Effort { frames: 15, warm_up: 2, space_points: 8192, picture: [160, 90], turning: false, truth: Extent::Sample };
+pub const EFFORT: Effort = Effort {
+    frames: 15,
+    warm_up: 2,
+    space_points: 8192,
+    picture: [160, 90],
+    turning: false,
+    footprints: false,
+    truth: Extent::Sample,
+};
 
 /// The mean error of a row on two devices differs by less than this share of it,
 const SHARE: f64 = 0.02;
