@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let context = arguments.device.open()?;
     let submission = measured(arguments, &context)?;
     let json =
-        serde_json::to_string_pretty(&submission).map_err(|cause| crate::Error::output(&arguments.out, cause))?;
+        serde_json::to_string(&submission).map_err(|cause| crate::Error::output(&arguments.out, cause))?;
     write_whole(&arguments.out, (json + "\n").as_bytes())?;
     say(submission_table(&submission))?;
     let marks = submission.marks()?;
