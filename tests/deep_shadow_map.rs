@@ -31,7 +31,7 @@ const ROUNDING: f64 = 2e-5;
 /// Depths in whole numbers are so fine.
 const STEP: f64 = 1.0 / 16_777_216.0;
 
-/// Of all segments, at a depth.
+/// Optical depth of all segments up to a depth.
 fn truth(segments: &[Segment], depth: f64) -> f64 {
     let taken = |s: &Segment| {
         let [entry, exit] = [s.entry, s.exit].map(f64::from);

@@ -15,9 +15,9 @@ const SCANNED: u32 = 1024;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct ListTotals {
-    /// Of a triangle or a caster and a voxel that it meets.
+    /// Pairs of a triangle or a caster and a voxel that it meets.
     pub pairs: u32,
-    /// That any of them meets.
+    /// Voxels that any of them meets.
     pub voxels: u32,
     /// 1: more pairs than 32 bits count.
     pub overflowed: u32,
@@ -90,7 +90,7 @@ fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffe
 }
 
 impl Lists {
-    /// Of the triangles, in a grid whose own buffers are `grid`.
+    /// Lists of the triangles, in a grid whose own buffers are `grid`.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
@@ -100,7 +100,8 @@ impl Lists {
         Self::noted(context, size, (grid, &[]), first, (&TRIANGLES, note))
     }
 
-    /// Of what the three shaders of `note` find; `more`: their sets behind the grid's and the lists'. Room for `first` pairs at first.
+    /// Lists of what the three shaders of `note` find; `more`: their sets behind the grid's and the lists'. There is room for `first`
+    /// pairs at first.
     fn noted(
         context: &Context,
         size: u32,
@@ -222,7 +223,7 @@ impl Lists {
         self.words.read(self.last.words(self.bricks) as usize)
     }
 
-    /// Of all that only a build needs.
+    /// What only a build needs.
     pub(super) fn transient_bytes(&self) -> u64 {
         self.pairs.bytes() + self.sums.bytes() + self.totals.bytes() + self.unsorted.bytes()
     }
@@ -274,7 +275,7 @@ impl CastLists {
         self.lists.list(commands, world, world.caster_count());
     }
 
-    /// Of all that a look-up needs.
+    /// What a look-up needs.
     pub(super) fn resident_bytes(&self) -> u64 {
         self.bits.bytes() + self.lists.words.bytes()
     }

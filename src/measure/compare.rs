@@ -410,7 +410,7 @@ impl Case<'_> {
         Ok(answers)
     }
 
-    /// Of each size of areas.
+    /// Errors against each size of areas.
     fn ask_footprints(&self, technique: &dyn Technique) -> Result<Vec<FootprintError>> {
         let areas = self.footprints.get_or_init(|| footprints(&self.truths[0], &self.frames.states[0]));
         Ok(footprint_errors(&self.ask(technique, &areas.points)?, areas))

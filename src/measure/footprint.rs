@@ -38,7 +38,7 @@ pub struct FootprintError {
 
 /// What areas about some points see.
 pub(crate) struct Footprints {
-    /// Of each light.
+    /// One list per light.
     pub points: Vec<Points>,
     /// For each size, of each point of all lights two means that share no ray.
     means: [Vec<[f64; 2]>; FOOTPRINTS.len()],
@@ -79,7 +79,7 @@ fn mean(casters: &Casters, light: usize, centre: DVec3, sides: [DVec3; 2], seed:
     sum / f64::from(STRATA * STRATA)
 }
 
-/// Of answers at the points of all lights, for each size; none without points.
+/// Errors of answers at the points of all lights, one per size; none without points.
 pub(crate) fn footprint_errors(answers: &[f32], footprints: &Footprints) -> Vec<FootprintError> {
     let of = |(texels, means): (f64, &Vec<[f64; 2]>)| footprint_error(answers, texels, means);
     FOOTPRINTS.into_iter().zip(&footprints.means).filter_map(of).collect()

@@ -1,10 +1,9 @@
 //! Errors against what areas see, for the terminal.
 
 use crate::measure::{FOOTPRINTS, FootprintError, Results, Row};
+use crate::report::casters::lines;
 use crate::report::pareto::scenes;
 use crate::report::wording::{Specs, one_line, significant};
-use comfy_table::presets;
-use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
 
 /// A scene's rows one a line, a column for each size. Empty where there are no points.
 pub fn footprints(results: &Results) -> String {
@@ -24,21 +23,9 @@ pub fn footprints(results: &Results) -> String {
 }
 
 fn table(scene: &str, rows: &[&Row], specs: &Specs) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
     let heading = |texels: f64| if texels < 1.0 { format!("1/{}", 1.0 / texels) } else { texels.to_string() };
-    table.set_header([scene.to_owned(), "path".into()].into_iter().chain(FOOTPRINTS.map(heading)));
-    for row in rows {
-        let naming = [format!("  {}", specs.compact(row)), one_line(&row.path)].map(Cell::new);
-        table.add_row(naming.into_iter().chain(row.footprints.iter().map(|error| Cell::new(cell(error)))));
-    }
-    for (place, column) in table.column_iter_mut().enumerate() {
-        column.set_padding((0, 2));
-        if place >= 2 {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-    }
-    table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
+    let rows = rows.iter().map(|row| (*row, row.footprints.iter().map(cell).collect()));
+    lines(scene, FOOTPRINTS.map(heading).into(), rows.collect(), specs)
 }
 
 /// `0.0123`, or `< 0.004`.

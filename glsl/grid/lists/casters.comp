@@ -67,7 +67,7 @@ ivec3 voxel_of(Cast c, uint v) {
     return c.first + ivec3(int(v) % c.box.x, int(v) / c.box.x % c.box.y, int(v) / (c.box.x * c.box.y));
 }
 
-// Of a listed caster, 64 voxels at once, from `first` on.
+// The voxels of a listed caster, 64 at once, from `first` on.
 void boxes(uint i, uint first, uint step) {
     Cast c = cast_of(casters[i]);
     uint count = uint(c.box.x * c.box.y * c.box.z);

@@ -15,7 +15,7 @@
 // Nodes that may still go.
 const int WINDOW = 16;
 
-// The first is the last of those that are kept, where there are any. Of each its transmittance, and the area under the curve from it to
+// The first is the last of those that are kept, where there are any. Beside each stand its transmittance and the area under the curve from it to
 // the next.
 Node window_nodes[WINDOW + 1];
 float window_through[WINDOW + 1];

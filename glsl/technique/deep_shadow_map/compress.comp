@@ -24,7 +24,7 @@ layout(set = 2, binding = 2, scalar) buffer Starts { uint starts[]; };
 layout(set = 2, binding = 3, scalar) buffer TileStarts { uint tile_starts[]; };
 layout(set = 2, binding = 4, scalar) buffer State { DeepState state; };
 
-// Of the texel's nodes.
+// Where the texel's nodes begin.
 uint first;
 
 // Those that are final, and the last of them.
@@ -70,7 +70,7 @@ float power_of_two(int exponent) { return uintBitsToFloat(uint(127 + exponent) <
 
 // A curve of that optical depth in all. Rises have points on their way as far as `dark`.
 void sweep(uint index, float total, float dark) {
-    // Of all of it, at least 1.
+    // Whole bits of the optical depth in all, at least those of 1.
     int whole_bits = int(floatBitsToUint(max(total, 1.0)) >> 23) - 127 + 2;
     float scale = power_of_two(SUM_BITS - whole_bits), unit = power_of_two(whole_bits - SUM_BITS);
     uvec2 value = uvec2(0u), rate = uvec2(0u);

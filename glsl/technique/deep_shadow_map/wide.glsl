@@ -15,7 +15,7 @@ uvec2 wide_times(uvec2 a, uint b) {
     return uvec2(low, a.y * b + high);
 }
 
-// Of a number from 0 to below 2^63, rounded down.
+// A number from 0 to below 2^63, rounded down.
 uvec2 wide_of(float number) {
     uint high = uint(number * (1.0 / 4294967296.0));
     return uvec2(uint(number - float(high) * 4294967296.0), high);

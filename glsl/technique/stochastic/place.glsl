@@ -3,10 +3,10 @@
 #define TECHNIQUE_STOCHASTIC_PLACE_GLSL
 #include "world/view.glsl"
 
-// Of each texel.
+// Samples per texel.
 CONSTANT(uint, SAMPLES, 16u)
 
-// Of a sample that ends nowhere: after all depths.
+// The depth of a sample that ends nowhere: behind all others.
 const uint NO_END = 0xFFFFFFFFu;
 
 uint first_sample(View view, uint map, uvec2 texel) {

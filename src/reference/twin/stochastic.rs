@@ -4,7 +4,7 @@ use super::segment::{Segment, texel_segment};
 use super::sums::{DARK, scale};
 use crate::scene::{Caster, View};
 
-/// Of a sample that ends nowhere. Twin: NO_END.
+/// The depth of a sample that ends nowhere. Twin: NO_END.
 pub const NO_END: u32 = u32::MAX;
 
 /// How often depths are halved. Twin: HALVINGS.
@@ -103,12 +103,12 @@ pub fn draw(view: &View, texel: [u32; 2], casters: &[(u32, Caster)], count: u32,
 pub struct Units {
     segments: Vec<Segment>,
     scale: f32,
-    /// Of all of them.
+    /// Units of all segments.
     pub all: u32,
 }
 
 impl Units {
-    /// Of casters; `bound` is [`super::sums::bound`] of the casters of the texel's tile.
+    /// The units of casters; `bound` is [`super::sums::bound`] of the casters of the texel's tile.
     pub fn new(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> Self {
         let cut = |s: Segment| {
             let left = (DARK / s.optical_depth).min(1.0);

@@ -21,7 +21,7 @@ pub struct Lists {
     /// [`SegmentData`], two where a segment stands in `list`.
     pub events: Buffer,
     bins: Option<Bins>,
-    /// Of tiles; none where casters are drawn.
+    /// Makes lists from tiles; none where casters are drawn.
     capture: Option<Kernel<DeepPush>>,
 }
 

@@ -79,9 +79,9 @@ fn promises(spec: &Spec) -> Promises {
 push_struct! {
     /// Twin: DeepPush in glsl/technique/deep_shadow_map/maps.glsl.
     struct DeepPush {
-        /// Of those whose lists stand at the same time.
+        /// The first of the maps whose lists stand at the same time.
         first_map: u32,
-        /// Of them.
+        /// How many these are.
         map_count: u32,
         /// Which of the groups of such maps.
         group: u32,
@@ -89,7 +89,7 @@ push_struct! {
         segment_room: u32,
         /// Nodes that there is room for.
         node_room: u32,
-        /// Of the search for an error.
+        /// Round of the search for an error.
         round: u32,
     }
 }

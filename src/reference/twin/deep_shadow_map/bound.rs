@@ -31,7 +31,7 @@ fn window(value: f32, error: f32) -> [f32; 2] {
 /// Nodes as they come.
 pub struct Lines {
     error: f32,
-    /// Of all events.
+    /// Optical depth of the whole curve.
     total: f32,
     all: Vec<(f32, f32)>,
     /// From the last node on: the least and the greatest slope of a line that is in all windows.
@@ -41,7 +41,7 @@ pub struct Lines {
 }
 
 impl Lines {
-    /// Of a curve of that optical depth in all.
+    /// No nodes yet, of a curve that comes to `total` in all.
     pub fn new(error: f32, total: f32) -> Self {
         Self { error: error * (1.0 - BETWEEN), total, all: Vec::new(), slopes: [0.0, f32::MAX], end: (0.0, 0.0) }
     }
