@@ -11,6 +11,9 @@ use std::path::Path;
 /// The version of the format that is written.
 pub const SUBMISSION: u32 = 1;
 
+/// Of the rows in the first submissions.
+const FIRST_SCHEMA: u32 = 3;
+
 /// The file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Submission {
@@ -78,9 +81,11 @@ impl Submission {
         let json = std::fs::read(path).map_err(|cause| input(cause.to_string()))?;
         let read: Self =
             serde_json::from_slice(&json).map_err(|cause| input(format!("no whole submission: {cause}")))?;
-        if read.submission != SUBMISSION || read.results.schema != super::SCHEMA {
+        // Rows of all schemas since the first submission are read as they are: what is new in one is absent in those before.
+        let (first, last) = (FIRST_SCHEMA, super::SCHEMA);
+        if read.submission != SUBMISSION || !(first..=last).contains(&read.results.schema) {
             let cause = format!("format {} with rows of schema {}", read.submission, read.results.schema);
-            return Err(input(format!("{cause}, and this gobo reads {SUBMISSION} with {}", super::SCHEMA)));
+            return Err(input(format!("{cause}, and this gobo reads {SUBMISSION} with {first} to {last}")));
         }
         Ok(read)
     }
