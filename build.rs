@@ -8,6 +8,8 @@
 //! - The look-up of each technique is written as one file for other programs too: build/flat.rs.
 //! - `// set 1: bins` names a descriptor set: see build/sets.rs.
 
+#[path = "build/commit.rs"]
+mod commit;
 #[path = "build/flat.rs"]
 mod flat;
 #[path = "build/head.rs"]
@@ -22,6 +24,7 @@ mod units;
 use shaderc::{CompileOptions, Compiler, EnvVersion, OptimizationLevel, ResolvedInclude, ShaderKind, TargetEnv};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::{env, fs, thread};
 
@@ -51,10 +54,16 @@ struct Job {
 }
 
 fn build() -> Result<(), String> {
-    // The folder stands for all files in it, so that included files are tracked too.
-    println!("cargo:rerun-if-changed=glsl");
+    // A folder stands for all files in it, so that included files are tracked too.
+    commit::SOURCES.iter().for_each(|source| println!("cargo:rerun-if-changed={source}"));
+    commit::tell();
     let mut sources = Sources::new();
     collect(Path::new("glsl"), &mut sources)?;
+    let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
+    let (stamp, is) = (out.join("stamp"), stamp(&sources)?);
+    if fs::read_to_string(&stamp).is_ok_and(|was| was == is) {
+        return Ok(());
+    }
     let techniques: Vec<_> =
         sources.keys().filter_map(|f| f.strip_suffix(LOOK_UP)?.strip_suffix('/')).map(str::to_owned).collect();
     let constants = constants(&sources)?;
@@ -64,10 +73,19 @@ fn build() -> Result<(), String> {
         .flat_map(|(f, s, k)| jobs(f, s, k, &techniques))
         .collect();
     let spirv = compile_all(&sources, &jobs, &constants)?;
-    let out = PathBuf::from(env::var("OUT_DIR").map_err(|e| e.to_string())?);
     let table = table(&out, &sources, &techniques, &constants, &jobs, &spirv)? + &sets::module(&sources)?;
     write(&out.join("shaders.rs"), table.as_bytes())?;
-    write(&out.join("glsl.rs"), flat_files(&out, &sources, &techniques)?.as_bytes())
+    write(&out.join("glsl.rs"), flat_files(&out, &sources, &techniques)?.as_bytes())?;
+    write(&stamp, is.as_bytes())
+}
+
+/// What is different where shaders have to be compiled again: their texts, or this program.
+fn stamp(sources: &Sources) -> Result<String, String> {
+    let mut hasher = DefaultHasher::new();
+    sources.hash(&mut hasher);
+    let this = env::current_exe().and_then(fs::metadata).map_err(|e| e.to_string())?;
+    (this.len(), this.modified().map_err(|e| e.to_string())?).hash(&mut hasher);
+    Ok(hasher.finish().to_string())
 }
 
 /// What src/glsl.rs includes: the technique's files, in the order of the folders' places.

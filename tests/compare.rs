@@ -33,6 +33,10 @@ mod pictures;
 mod recommend;
 #[path = "program/resume.rs"]
 mod resume;
+#[path = "program/shards.rs"]
+mod shards;
+#[path = "program/submit.rs"]
+mod submit;
 #[path = "program/trace.rs"]
 mod trace;
 

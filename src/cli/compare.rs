@@ -8,10 +8,10 @@ use super::{
     load, say,
 };
 use crate::consume::runs;
-use crate::gpu::{Context, Features};
+use crate::gpu::Features;
 use crate::measure::{
-    Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Status, Traced, copy_bytes_per_second,
-    difference_srgb8, with_case,
+    Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Shard, Status, Traced,
+    copy_bytes_per_second, difference_srgb8, with_case,
 };
 use crate::report::{Store, casters, footprints, page, passes, plots, table, trace, write_whole};
 use crate::scene::{Motion, Picture, Scene};
@@ -43,6 +43,9 @@ pub struct Arguments {
     /// missing
     #[arg(long)]
     resume: bool,
+    /// Measure the I-th of N shards of the rows, in a folder of its own: gobo join puts all together
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<[usize; 2]>,
     /// Timed frames a row; with --moving, how many frames the world moves through
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
@@ -115,6 +118,11 @@ fn size(text: &str) -> std::result::Result<[u32; 2], String> {
     let side = |text: &str| text.parse().ok().filter(|side| (1..=16384).contains(side));
     let sides = text.split_once('x').and_then(|(width, height)| side(width).zip(side(height)));
     sides.map(|(width, height)| [width, height]).ok_or_else(|| "give 1280x720, say: 1 to 16384 a side".into())
+}
+
+fn shard(text: &str) -> std::result::Result<[usize; 2], String> {
+    let numbers = text.split_once('/').and_then(|(i, n)| Some([i.parse().ok()?, n.parse().ok()?]));
+    numbers.filter(|[i, n]| (1..=*n).contains(i)).ok_or_else(|| "give 1/4, say: the first of four".into())
 }
 
 fn degrees(text: &str) -> std::result::Result<f64, String> {
@@ -214,6 +222,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         gobo: env!("CARGO_PKG_VERSION").into(),
         command: command_line(),
         conditions: conditions(arguments, &effort),
+        shard: None,
         device: DeviceFacts::of(context.features()),
         rows: Vec::new(),
     };
@@ -227,14 +236,28 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         specs.iter().map(move |spec| (name, spec))
     });
     let asked: Vec<(&str, &Spec)> = asked.collect();
-    let mut rows = if arguments.resume { kept(store.dir(), &results, &asked)? } else { vec![None; asked.len()] };
+    if let Some([number, of]) = arguments.shard {
+        let list: Vec<_> = asked.iter().map(|(scene, spec)| (*scene, spec.to_string())).collect();
+        results.shard = Some(Shard::of_list(number, of, &list));
+    }
+    let shard = results.shard.clone();
+    let is_mine = |place: usize| shard.as_ref().is_none_or(|shard| shard.has(place));
+    let mine: Vec<usize> = (0..asked.len()).filter(|place| is_mine(*place)).collect();
+    let mut rows = vec![None; asked.len()];
+    if arguments.resume {
+        let asked: Vec<_> = mine.iter().map(|place| asked[*place]).collect();
+        let kept = kept(store.dir(), &results, &asked)?;
+        mine.iter().zip(kept).for_each(|(place, row)| rows[*place] = row);
+    }
+    let is_left = |rows: &[Option<Row>], place: usize| rows[place].is_none() && is_mine(place);
+    let left = |rows: &[Option<Row>]| mine.iter().filter(|place| rows[**place].is_none()).count();
     if arguments.passes {
         results.device.copy_bytes_per_second = copy_bytes_per_second(&context)?;
     }
-    let progress = Progress::new(rows.iter().filter(|row| row.is_none()).count());
+    let progress = Progress::new(left(&rows));
     let mut traced = Vec::new();
     let mut writer = Writer { store: &store, failed: None };
-    if rows.iter().any(Option::is_some) {
+    if left(&rows) < mine.len() || mine.is_empty() {
         results.rows = rows.iter().flatten().cloned().collect();
         writer.write(|store| store.write(&results));
     }
@@ -244,13 +267,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     for (i, ((states, times_s), specs)) in scenes.iter().zip(&specs).enumerate() {
         let of_scene = first..first + specs.len();
         first = of_scene.end;
-        if rows[of_scene.clone()].iter().all(Option::is_some) || context.is_lost() {
+        if !of_scene.clone().any(|place| is_left(&rows, place)) || context.is_lost() {
             continue;
         }
         let bounce = bounced.get(i).zip(arguments.bounce).map(|(scene, samples)| Traced { scene, samples });
         let measured = with_case(&context, Frames { states, times_s, bounce }, effort, |case| {
             for (place, (spec, row_place)) in specs.iter().zip(of_scene).enumerate() {
-                if rows[row_place].is_some() || context.is_lost() {
+                if !is_left(&rows, row_place) || context.is_lost() {
                     continue;
                 }
                 progress.begins(&states[0].name, spec);
@@ -295,13 +318,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let holds = baseline.finish(&results)?;
     say(arguments.out.join("report.html").display())?;
     check_messages()?;
-    let code = exit_code(&context, &results);
-    let missing = rows.iter().filter(|row| row.is_none()).count();
+    let code = exit_code(&results);
+    let missing = left(&rows);
     if context.is_lost() {
         return Err(Error::Gpu {
             operation: "go on with",
             name: context.features().name.clone(),
-            cause: format!("the device is lost, and {missing} of {} rows are not measured", rows.len()),
+            cause: format!("the device is lost, and {missing} of {} rows are not measured", mine.len()),
             way_out:
                 "repeat the command with --resume; if it is lost again, leave the last row out, or update the driver"
                     .into(),
@@ -417,10 +440,10 @@ pub(super) fn default_specs(scene: &Scene, features: &Features, many_lights: boo
 }
 
 /// Success where every row is ok or refused.
-fn exit_code(context: &Context, results: &Results) -> ExitCode {
+pub(super) fn exit_code(results: &Results) -> ExitCode {
     let failed: Vec<_> = results.rows.iter().filter(|r| r.status == Status::Failed).collect();
     for row in &failed {
-        complain(format!("gobo: {} on {} ({}): {}", row.spec(), row.scene, context.features().name, row.reason));
+        complain(format!("gobo: {} on {} ({}): {}", row.spec(), row.scene, results.device.name, row.reason));
     }
     if failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
@@ -443,7 +466,7 @@ fn name_apart(scenes: &mut [(Vec<Scene>, Vec<f64>)]) {
 }
 
 /// SCENE-NN-TECHNIQUE.png
-fn picture_name(row: &Row, number: usize, suffix: &str) -> String {
+pub(super) fn picture_name(row: &Row, number: usize, suffix: &str) -> String {
     format!("{}-{number:02}-{}{suffix}.png", row.scene, row.technique)
 }
 

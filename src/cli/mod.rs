@@ -8,6 +8,7 @@ mod devices;
 mod glsl;
 mod help;
 mod hooks;
+mod join;
 mod little;
 mod map;
 mod particles;
@@ -23,6 +24,7 @@ mod slice;
 mod soak;
 mod steps;
 mod stress;
+mod submit;
 
 #[doc(hidden)]
 pub use hooks::test_hooks;
@@ -57,6 +59,8 @@ enum Command {
     /// Measure techniques on scenes: time, memory and error against the f64 reference, as table, JSON, CSV and a page
     #[command(after_long_help = help::techniques())]
     Compare(compare::Arguments),
+    /// Put the shards of one comparison together, as if one run had measured all rows
+    Join(join::Arguments),
     /// Say which technique is best for a scene on this device, within limits of time, error and memory
     Recommend(recommend::Arguments),
     /// Put results of several devices, drivers or editions side by side: which is fastest, whether their errors agree
@@ -79,6 +83,8 @@ enum Command {
     /// Sweep what breaks shadow techniques, one number of a scene at a time, and say how far each holds
     #[command(after_long_help = stress::help())]
     Stress(stress::Arguments),
+    /// Measure the standard run, small rows of every technique, and write one file to share: nothing is sent
+    Submit(submit::Arguments),
     /// Hand out the look-up of techniques for shaders of other programs: one GLSL file each, which says all that it is given
     Glsl(glsl::Arguments),
     /// List Vulkan devices and, for each path of each technique, yes or the missing feature
@@ -337,6 +343,7 @@ pub fn main() -> ExitCode {
     }
     let result = match cli.command {
         Command::Compare(arguments) => compare::run(&arguments.little()),
+        Command::Join(arguments) => join::run(&arguments),
         Command::Recommend(arguments) => recommend::run(&arguments.little()),
         Command::Report(arguments) => report::run(&arguments),
         Command::Render(arguments) => render::run(&arguments.little()),
@@ -345,6 +352,7 @@ pub fn main() -> ExitCode {
         Command::Map(arguments) => map::run(&arguments),
         Command::Bake(arguments) => bake::run(&arguments),
         Command::Stress(arguments) => stress::run(&arguments.little()),
+        Command::Submit(arguments) => submit::run(&arguments),
         Command::Glsl(arguments) => glsl::run(&arguments),
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Completions(arguments) => shell::completions(&arguments),

@@ -142,6 +142,7 @@ fn measured(arguments: &Arguments, name: &str) -> Result<Results> {
         gobo: env!("CARGO_PKG_VERSION").into(),
         command: command_line(),
         conditions: conditions.map(|(name, value)| (name.to_owned(), value)).into(),
+        shard: None,
         device: DeviceFacts::of(context.features()),
         rows: Vec::new(),
     };

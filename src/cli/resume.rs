@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::hash::Hasher;
 use std::path::Path;
 
-/// Of each row that is asked for (its scene's name and spec), what `folder` has of a run under the conditions of `now`. What
+/// Of each row that is asked for (its scene's name and spec; of a shard its own), what `folder` has of a run under the conditions of `now`. What
 /// has failed, or lacks one of its pictures, is measured again. A folder without results has none.
 ///
 /// # Errors
@@ -55,6 +55,8 @@ fn difference(before: &Results, now: &Results) -> Option<(String, String, String
         let mut all: BTreeMap<_, _> = named.map(|(name, value)| (name.to_owned(), value.clone())).into();
         all.extend(device.features.iter().map(|(name, value)| (name.clone(), value.to_string())));
         all.extend(results.conditions.clone());
+        let shard = results.shard.as_ref().map_or("none".into(), |shard| format!("{}/{}", shard.number, shard.of));
+        all.insert("--shard".into(), shard);
         all
     };
     let before = of(before);
@@ -95,7 +97,7 @@ fn is_of(row: &Row, spec: &Spec) -> bool {
 }
 
 /// The files that a row's pictures are, the truth's among them.
-fn pictures(row: &Row) -> Vec<String> {
+pub fn pictures(row: &Row) -> Vec<String> {
     let mut names: Vec<String> = [&row.picture, &row.difference].into_iter().flatten().cloned().collect();
     let bounced = row.error.as_ref().and_then(|error| error.image).is_some_and(|image| image.bounce_rmse.is_some());
     names.extend(row.difference.is_some().then(|| format!("{}-reference.png", row.scene)));

@@ -6,7 +6,8 @@ use super::instance::{choose, create_device, open_instance, physical_devices};
 use super::pending::Pending;
 use super::pipelines::Pipelines;
 use super::recorder::Recorders;
-use super::{Enabled, Features, Messages};
+use super::tools::tools;
+use super::{Enabled, Features, Messages, Tool};
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
@@ -70,6 +71,8 @@ pub(super) struct Shared {
     lost: AtomicBool,
     /// Each pass of a submission is timed, not only all of them together.
     pub(super) times_passes: AtomicBool,
+    /// What stands before the driver, as far as a device that was opened here says.
+    tools: Vec<Tool>,
     pub(super) queue_family: u32,
     pub(super) frames_in_flight: u32,
     /// Submissions that were begun.
@@ -136,6 +139,7 @@ impl Context {
         let all = physical_devices(&owner.instance)?;
         let (physical_device, family, features) = choose(all, options.device.as_deref())?;
         let queue_family = above_floor(&features, family)?;
+        let tools = tools(&owner.instance, physical_device);
         let device = create_device(&owner.instance, physical_device, queue_family, &features)?;
         let instance = owner.instance.clone();
         let open = Open {
@@ -154,6 +158,7 @@ impl Context {
         // SAFETY: the family has one queue, asked for above.
         let handle = unsafe { shared.device.get_device_queue(queue_family, 0) };
         let recorders = Recorders::new(&shared.device, queue_family)?;
+        shared.tools = tools;
         shared.queue = Some(Queue { handle, recorders });
         Ok(Self(Arc::new(shared)))
     }
@@ -194,6 +199,11 @@ impl Context {
     /// What the device can do and was opened with.
     pub fn features(&self) -> &Features {
         self.0.device.features()
+    }
+
+    /// Layers and tools that are active on it and say so; none are known of an adopted device.
+    pub fn tools(&self) -> &[Tool] {
+        &self.0.tools
     }
 
     /// The messages of the validation layer, and of what was never freed.
@@ -326,6 +336,7 @@ impl Shared {
         });
         Ok(Self {
             queue: None,
+            tools: Vec::new(),
             pending: Pending::default(),
             frames: Frames::new(open.frames_in_flight),
             device,

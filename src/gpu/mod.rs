@@ -31,6 +31,7 @@ mod spirv;
 mod submit;
 mod testing;
 mod times;
+mod tools;
 mod validation;
 
 pub use acceleration::{AccelerationStructure, BOX_BYTES};
@@ -55,6 +56,7 @@ pub use spirv::{Shader, Spirv};
 #[doc(hidden)]
 pub use testing::Testing;
 pub use times::PassTime;
+pub use tools::Tool;
 pub use validation::{ALLOWED, Allowed, Messages, is_gpu_assisted};
 
 /// Image formats, as Vulkan names them.

@@ -3,7 +3,7 @@
 //! and are missing in older files; [`Results::read`] takes files of versions 1 and 2 too.
 
 use crate::gpu::Features;
-use crate::measure::{CasterError, FootprintError, PointError, Steadiness, Timing};
+use crate::measure::{CasterError, FootprintError, PointError, Shard, Steadiness, Timing};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -25,6 +25,9 @@ pub struct Results {
     /// in version 2.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub conditions: BTreeMap<String, String>,
+    /// Which part of the run's rows this is. Absent where it is all. New in version 3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<Shard>,
     /// What it ran on.
     pub device: DeviceFacts,
     /// One a scene and variant, in the order they were measured.

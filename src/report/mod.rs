@@ -14,6 +14,7 @@
 //! | [`write_whole`], [`write_png`] | any other file, as whole |
 //! | [`stress_table`], [`stress_csv`], [`stress_page`] | the same of `gobo stress`: the terminal, `stress.csv`, `stress.html` |
 //! | [`devices_page`], [`devices_markdown`], [`devices_csv`] | `devices.html`, `.md`, `.csv`, of `gobo report`: devices side by side |
+//! | [`submission_table`] | the terminal, of `gobo submit`: Markdown |
 //! | [`soak_page`] | `soak.html`, of `gobo stress --soak` |
 //!
 //! [`pareto_front`] says which rows no other row beats in both time and error. The columns that the table and the
@@ -40,6 +41,7 @@ mod series;
 mod soak;
 mod store;
 mod stress;
+mod submission;
 mod table;
 mod trace;
 mod whole;
@@ -58,6 +60,7 @@ pub use recommend::{Limits, best_and_extremes, is_hopeless, recommend};
 pub use soak::soak_page;
 pub use store::Store;
 pub use stress::{stress_csv, stress_device, stress_page, stress_table};
+pub use submission::submission_table;
 pub use table::table;
 pub use trace::trace;
 pub use whole::{remove_unfinished, write_png, write_whole};

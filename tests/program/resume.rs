@@ -29,7 +29,8 @@ pub fn unfinished(folder: &Path) -> Vec<String> {
     names.filter(|name| name.starts_with('.')).collect()
 }
 
-fn untimed(results: &Results) -> Vec<Row> {
+/// All rows as [`rows_and_times_apart`] leaves them.
+pub fn untimed(results: &Results) -> Vec<Row> {
     results.rows.iter().map(|row| rows_and_times_apart(row).0).collect()
 }
 
@@ -90,7 +91,7 @@ fn whole_folder(results: &Results) -> String {
 }
 
 /// Ends it by a signal; whether it had ended by itself.
-fn end(child: &mut Child, signal: &str) -> bool {
+pub fn end(child: &mut Child, signal: &str) -> bool {
     let id = child.id().to_string();
     let sent = Command::new("kill").args(["-s", signal, &id]).stderr(Stdio::null()).status().expect("kill is there");
     let start = Instant::now();

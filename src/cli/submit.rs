@@ -1,0 +1,121 @@
+//! `gobo submit`: the standard run as one file, and what speaks against such files.
+
+use super::progress::Progress;
+use super::{DeviceArguments, MESSAGES, complain, little, say};
+use crate::Result;
+use crate::gpu::Context;
+use crate::measure::{DeviceFacts, Results, SCHEMA, SUBMISSION, Submission, answers_hash, noise, standard, with_case};
+use crate::report::{submission_table, write_whole};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Variables by which the loader takes layers that no program asked for.
+const LAYERS: [&str; 2] = ["VK_INSTANCE_LAYERS", "VK_LOADER_LAYERS_ENABLE"];
+
+/// Rows of a scene that a test measures again, and of which scenes: it has no time for all.
+const FEW: (usize, &[&str]) = (4, &["plume_8k", "cornell"]);
+
+#[derive(Args)]
+pub struct Arguments {
+    /// The file to write
+    #[arg(short, long, default_value = "gobo-submission.json", value_name = "FILE")]
+    out: PathBuf,
+    /// Measure the errors in such files again on this device, and say what speaks against counting them
+    #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "out")]
+    check: Vec<PathBuf>,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    if !arguments.check.is_empty() {
+        return check(arguments);
+    }
+    let context = arguments.device.open()?;
+    let submission = measured(arguments, &context)?;
+    let json =
+        serde_json::to_string(&submission).map_err(|cause| crate::Error::output(&arguments.out, cause))?;
+    write_whole(&arguments.out, (json + "\n").as_bytes())?;
+    say(submission_table(&submission))?;
+    let marks = submission.marks()?;
+    marks.iter().for_each(|mark| complain(format!("gobo: it will be listed and not counted: {mark}")));
+    say(format!(
+        "{}: to share it, add the file to results/community/ of Gobo's repository in a pull request, with this table as its text. \
+         Nothing was sent.",
+        arguments.out.display()
+    ))?;
+    Ok(if submission.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
+    let start = Instant::now();
+    let mut scenes = standard::scenes()?;
+    let conditions = standard::conditions(&scenes);
+    little::first(&mut scenes, 1);
+    let specs = scenes.iter().map(|scene| Ok(little::specs(standard::specs(scene)?))).collect::<Result<Vec<_>>>()?;
+    let progress = Progress::new(specs.iter().map(Vec::len).sum());
+    let mut rows = Vec::new();
+    for (scene, specs) in scenes.iter().zip(&specs) {
+        with_case(context, std::slice::from_ref(scene), standard::EFFORT, |case| {
+            if little::is_asked() {
+                case.repeat([2, 0]);
+            }
+            for spec in specs {
+                progress.begins(&scene.name, spec);
+                let (row, _) = case.measure(spec);
+                progress.ends(&row, spec);
+                rows.push(row);
+            }
+            Ok(())
+        })?;
+    }
+    progress.finish();
+    let named = LAYERS.iter().filter_map(|name| std::env::var(name).ok());
+    Ok(Submission {
+        submission: SUBMISSION,
+        commit: env!("GOBO_COMMIT").into(),
+        changed: env!("GOBO_CHANGED") != "false",
+        seconds: start.elapsed().as_secs_f64(),
+        layers: context.tools().to_vec(),
+        environment: named
+            .flat_map(|list| list.split([':', ',', ';']).map(str::to_owned).collect::<Vec<_>>())
+            .collect(),
+        validation: arguments.device.validation,
+        failed: MESSAGES.all().iter().map(|message| message.replace('\n', " ")).collect(),
+        noise: noise(&rows),
+        answers: rows.iter().map(answers_hash).collect(),
+        results: Results {
+            schema: SCHEMA,
+            gobo: env!("CARGO_PKG_VERSION").into(),
+            // Where the file lies is nobody's business.
+            command: "gobo submit".into(),
+            conditions,
+            shard: None,
+            device: DeviceFacts::of(context.features()),
+            rows,
+        },
+    })
+}
+
+/// Says of each file whether it counts. Fails where one does not.
+fn check(arguments: &Arguments) -> Result<ExitCode> {
+    let files: Vec<(&Path, Submission)> =
+        arguments.check.iter().map(|path| Ok((path.as_path(), Submission::read(path)?))).collect::<Result<_>>()?;
+    let context = arguments.device.open()?;
+    let all: Vec<&Submission> = files.iter().map(|(_, submission)| submission).collect();
+    let found = standard::again(&context, &all, little::is_asked().then_some(FEW))?;
+    let mut all_count = true;
+    for ((path, submission), again) in files.iter().zip(found) {
+        let marks = [submission.marks()?, again.against].concat();
+        all_count &= marks.is_empty();
+        let device = &submission.results.device.name;
+        say(format!("{}: {device}: {} rows agree with this device", path.display(), again.agree))?;
+        match marks.is_empty() {
+            true => say("  it counts")?,
+            false => marks.iter().try_for_each(|mark| say(format!("  marked: {mark}")))?,
+        }
+    }
+    Ok(if all_count { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}

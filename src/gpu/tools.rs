@@ -1,0 +1,40 @@
+//! What stands between a program and its driver: layers and tools that say so.
+
+use super::testing::testing;
+use ash::vk;
+
+/// A layer or a tool that is active on a device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "program", derive(serde::Serialize, serde::Deserialize))]
+pub struct Tool {
+    /// What it calls itself.
+    pub name: String,
+    /// Its version, in its own words.
+    pub version: String,
+    /// Whether the device's features, properties or limits may be others through it.
+    pub changes_features: bool,
+}
+
+/// Those that tell the driver's interface, and what tests do to the device. None where the device cannot be asked.
+pub(super) fn tools(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Vec<Tool> {
+    // SAFETY: `physical` comes from this instance, and is of Vulkan 1.3.
+    let count = unsafe { instance.get_physical_device_tool_properties_len(physical) }.unwrap_or(0);
+    let mut told = vec![vk::PhysicalDeviceToolProperties::default(); count];
+    // SAFETY: as above; there is room for as many as it said.
+    if unsafe { instance.get_physical_device_tool_properties(physical, &mut told) }.is_err() {
+        told.clear();
+    }
+    let text = |name: Result<&std::ffi::CStr, _>| name.map_or_else(|_| String::new(), |n| n.to_string_lossy().into());
+    let mut all: Vec<Tool> = told
+        .iter()
+        .map(|tool| Tool {
+            name: text(tool.name_as_c_str()),
+            version: text(tool.version_as_c_str()),
+            changes_features: tool.purposes.contains(vk::ToolPurposeFlags::MODIFYING_FEATURES),
+        })
+        .collect();
+    if testing().lowest_limits || testing().no_features {
+        all.push(Tool { name: "tests of Gobo".into(), version: String::new(), changes_features: true });
+    }
+    all
+}

@@ -1,0 +1,190 @@
+//! The standard run: the same rows on every machine, small ones, of every technique. `gobo submit` measures them.
+
+use super::{Effort, Extent, PointError, Row, Status, Submission, with_case};
+use crate::Result;
+use crate::consume::{parse, runs};
+use crate::gpu::Context;
+use crate::scene::Scene;
+use crate::technique::{Casts, REGISTRY, Spec};
+use std::collections::BTreeMap;
+
+/// Smoke, hair, and meshes in a room and in the open.
+pub const SCENES: [&str; 4] = ["plume_8k", "hair", "cornell", "houses"];
+
+/// Seconds for which what moves has been running.
+pub const TIME_S: f64 = 20.0;
+
+/// How much is measured of each row.
+pub const EFFORT: Effort = Effort {
+    frames: 15,
+    warm_up: 2,
+    space_points: 8192,
+    picture: [160, 90],
+    turning: false,
+    footprints: false,
+    truth: Extent::Sample,
+};
+
+/// The mean error of a row on two devices differs by less than this share of it,
+const SHARE: f64 = 0.02;
+
+/// or than this: devices round, and cover the edges of triangles, each in its own way.
+const ROUNDING: f64 = 2e-5;
+
+/// The scenes.
+///
+/// # Errors
+/// None but those of a scene that is not built in.
+pub fn scenes() -> Result<Vec<Scene>> {
+    SCENES.iter().map(|name| Scene::load(name, TIME_S)).collect()
+}
+
+/// The rows of a scene, as small as on a software device: of smoke what `compare` has of each technique, else what `stress` has, and of
+/// hair one of these; of meshes what `stress` has, and of what casts from meshes alone what is usual. So a technique that is new in the
+/// registry has rows here.
+///
+/// # Errors
+/// [`crate::Error::Input`] where an entry names what is no setting.
+pub fn specs(scene: &Scene) -> Result<Vec<Spec>> {
+    let only_meshes = scene.has_only_meshes();
+    let of_meshes = runs(|runs| runs.stress_meshes, true)?;
+    let (compare, of_smoke) = (runs(|runs| runs.compare, true)?, runs(|runs| runs.stress_smoke, true)?);
+    let lists = if only_meshes { [&of_meshes, &Vec::new()] } else { [&compare, &of_smoke] };
+    let mut all = Vec::new();
+    for entry in REGISTRY {
+        let of_list = |list: &&Vec<Spec>| {
+            let specs: Vec<Spec> = list.iter().filter(|spec| spec.entry.name == entry.name).cloned().collect();
+            (!specs.is_empty()).then_some(specs)
+        };
+        // The opaque maps of what also sees smoke are the same, and one stands for them.
+        let is_usual = if only_meshes { !entry.casts.particles && !entry.casts.strands } else { entry.casts.particles };
+        let sees = entry.casts == Casts::NONE || entry.casts.are_in(scene.kinds());
+        let mut specs = match lists.iter().find_map(of_list) {
+            Some(specs) if sees => specs,
+            None if sees && is_usual => parse(entry.name)?,
+            _ => continue,
+        };
+        if !scene.strands.is_empty() {
+            specs.truncate(1);
+        }
+        all.append(&mut specs);
+    }
+    Ok(all)
+}
+
+/// What figures depend on that neither the specs nor the device say.
+pub fn conditions(scenes: &[Scene]) -> BTreeMap<String, String> {
+    let [width, height] = EFFORT.picture;
+    let mut all: BTreeMap<String, String> = [
+        ("--frames", EFFORT.frames.to_string()),
+        ("errors", "over all points".into()),
+        ("points", EFFORT.space_points.to_string()),
+        ("--picture", format!("{width}x{height}")),
+        ("--truth", "sample".into()),
+        ("--time", TIME_S.to_string()),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .into();
+    all.extend(scenes.iter().map(|scene| (format!("scene {}", scene.name), format!("{:08x}", scene.fingerprint()))));
+    all
+}
+
+/// What came of measuring the errors of a submission again.
+#[derive(Clone, Debug, Default)]
+pub struct Again {
+    /// Rows with the same errors, to rounding.
+    pub agree: usize,
+    /// Of the others a line each: what differs, or that it is no row any more.
+    pub against: Vec<String>,
+}
+
+/// Measures the errors of submissions again, on this device. What either device refuses neither agrees nor differs. `few` says how many rows of
+/// a scene at most, and of which scenes.
+///
+/// # Errors
+/// Those of [`with_case`].
+pub fn again(context: &Context, all: &[&Submission], few: Option<(usize, &[&str])>) -> Result<Vec<Again>> {
+    let mut found = vec![Again::default(); all.len()];
+    for scene in scenes()?.iter().filter(|scene| few.is_none_or(|(_, names)| names.contains(&scene.name.as_str()))) {
+        with_case(context, std::slice::from_ref(scene), EFFORT, |case| {
+            case.repeat([1, 0]);
+            // Files have rows in common.
+            let mut known: BTreeMap<String, Row> = BTreeMap::new();
+            for (submission, found) in all.iter().zip(&mut found) {
+                let rows =
+                    submission.results.rows.iter().filter(|row| row.scene == scene.name && row.status == Status::Ok);
+                let rows: Vec<&Row> = rows.collect();
+                let step = few.map_or(1, |(most, _)| rows.len().div_ceil(most).max(1));
+                for row in rows.into_iter().step_by(step) {
+                    let how = match spec_of(row) {
+                        Ok(spec) => {
+                            differs(row, known.entry(spec.to_string()).or_insert_with(|| case.measure(&spec).0))
+                        }
+                        Err(error) => Some(Some(format!("no row any more: {error}"))),
+                    };
+                    match how {
+                        None => {}
+                        Some(None) => found.agree += 1,
+                        Some(Some(how)) => found.against.push(format!("{} on {}: {how}", row.spec(), row.scene)),
+                    }
+                }
+            }
+            Ok(())
+        })?;
+    }
+    Ok(found)
+}
+
+/// The spec of a row. What the technique found by itself is no key of it.
+fn spec_of(row: &Row) -> Result<Spec> {
+    let usual = parse(&row.technique)?;
+    let is_key = |name: &str| usual[0].keys().any(|key| key.name == name);
+    let keys: Vec<String> = row
+        .variant
+        .iter()
+        .filter(|(key, value)| is_key(key) && !value.is_empty())
+        .map(|(key, value)| format!("{key}={value}"))
+        .collect();
+    Ok(parse(&format!("{}:{}", row.technique, keys.join(",")))?.remove(0))
+}
+
+/// How a row's errors differ from those of now, if they do; nothing where the device refuses it.
+fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
+    match now.status {
+        Status::Refused => return None,
+        Status::Failed => return Some(Some(now.reason.clone())),
+        Status::Ok => {}
+    }
+    let kinds: [(&str, fn(&Row) -> Option<PointError>); 3] = [
+        ("map", |row| row.error.as_ref()?.map),
+        ("space", |row| row.error.as_ref()?.space),
+        ("surface", |row| row.error.as_ref()?.surface),
+    ];
+    Some(kinds.iter().find_map(|(name, of)| match (of(row), of(now)) {
+        (Some(then), Some(now)) => {
+            let (then, now) = (then.mean_abs, now.mean_abs);
+            let agree = (then - now).abs() <= (SHARE * then.max(now)).max(ROUNDING);
+            (!agree).then(|| format!("mean {name} error {then:e}, and here {now:e}"))
+        }
+        (then, now) => (then.is_some() != now.is_some()).then(|| format!("{name} error on one of two devices alone")),
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    /// Nobody is left out, nobody is asked what it casts nothing from, and no row is there twice.
+    #[test]
+    fn every_technique_has_rows() {
+        let mut named = BTreeSet::new();
+        for scene in scenes().expect("built in") {
+            let specs = specs(&scene).expect("known");
+            let distinct: BTreeSet<_> = specs.iter().map(ToString::to_string).collect();
+            assert!(distinct.len() == specs.len() && specs.len() > 5, "{}: {specs:?}", scene.name);
+            named.extend(specs.iter().map(|spec| spec.entry.name));
+        }
+        assert_eq!(named, REGISTRY.iter().map(|entry| entry.name).collect());
+    }
+}

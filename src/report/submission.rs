@@ -1,0 +1,48 @@
+//! `gobo submit`: a table in Markdown, for the text of a pull request.
+
+use super::wording::{
+    NOTHING, Specs, bytes, milliseconds, one_line, outcome, path, percent, significant, spread_milliseconds,
+};
+use crate::measure::{Row, Status, Submission};
+
+/// What was measured on what, and a line a row.
+pub fn submission_table(submission: &Submission) -> String {
+    let results = &submission.results;
+    let device = &results.device;
+    let changed = if submission.changed { ", changed" } else { "" };
+    let mut text = format!(
+        "**{}** ({}), {}, Vulkan {}; Gobo {}, commit {}{changed}; {:.0} s",
+        device.name, device.kind, device.driver, device.api, results.gobo, submission.commit, submission.seconds
+    );
+    if let Some(noise) = submission.noise {
+        text += &format!("; times vary by {} (median over the rows)", percent(noise));
+    }
+    let layers: Vec<&str> = submission.layers.iter().map(|tool| tool.name.as_str()).collect();
+    if !layers.is_empty() {
+        text += &format!("; layers: {}", layers.join(", "));
+    }
+    let mut text = one_line(&text);
+    text += "\n\n| scene | technique | path | build, ms | look-up, ms/M | draw, ms | error | resident |\n|---|---|---|---|---|---|---|---|\n";
+    let specs = Specs::of(&results.rows);
+    for row in &results.rows {
+        let spec = specs.compact(row).replace('|', "\\|");
+        text += &format!("| {} | {spec} | {} | {} |\n", row.scene, path(row), cells(row).join(" | "));
+    }
+    text
+}
+
+fn cells(row: &Row) -> [String; 5] {
+    if row.status != Status::Ok {
+        return [one_line(&outcome(row)), String::new(), String::new(), String::new(), String::new()];
+    }
+    let median = |ns: Option<f64>| ns.map_or(NOTHING.into(), milliseconds);
+    let build = row.build_ns.map(|time| format!("{} {}", milliseconds(time.median), spread_milliseconds(&time)));
+    let error = row.error.as_ref().and_then(|error| error.surface.or(error.space));
+    [
+        build.unwrap_or(NOTHING.into()),
+        median(row.lookup_ns_per_million.map(|time| time.median)),
+        median(row.draw_ns.map(|time| time.median)),
+        error.map_or(NOTHING.into(), |points| significant(points.mean_abs)),
+        row.bytes_resident.map_or(NOTHING.into(), bytes),
+    ]
+}
