@@ -123,6 +123,7 @@ impl Avsm {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let plan = Plan::new(context, world, *settings)?;
+        let even = settings.storage.unwrap_or(Storage::Full);
         let settings = plan.settings;
         let maps = Maps::new(context, world, settings.base_size(), OpaqueMaps::shared(settings.opaque))?;
         let bins = if settings.skip || plan.way == Way::Binned {
@@ -133,7 +134,7 @@ impl Avsm {
                 reach: settings.filter().reach(),
                 parts: [parts, if settings.skip { 0 } else { parts }],
                 area: settings.is_of_areas(),
-                blocks: curves::blocks(&maps, &settings)?,
+                blocks: curves::blocks(&maps, &settings, even)?,
             };
             Some(Bins::new(context, world, &maps, what)?)
         } else {

@@ -86,6 +86,7 @@ impl Cells {
 
 /// What is decided before anything is made.
 pub struct Plan {
+    /// What was asked for, and how nodes are stored.
     pub settings: Settings,
     pub way: Way,
     /// For resolve=cells, asked for or chosen.
@@ -102,7 +103,8 @@ pub struct Plan {
 impl Plan {
     /// # Errors
     /// [`Error::Refused`] where the device lacks what the path needs, or the path what the settings ask of it.
-    pub fn new(context: &Context, world: &World, settings: Settings) -> Result<Self> {
+    pub fn new(context: &Context, world: &World, asked: Settings) -> Result<Self> {
+        let settings = Settings { storage: Some(asked.storage(world.has_strands())), ..asked };
         let (way, mut reason) = choose(context, world, &settings);
         ENTRY.require(context, way.name())?;
         let resolve = settings.resolve.unwrap_or(match way {
@@ -136,19 +138,19 @@ impl Plan {
             reason =
                 format!("{reason}; resolve={}: {}", word_of(resolve), if cells { "no hair" } else { "hair is steps" });
         }
-        let asked = settings.fit == Some(Fit::Refined);
+        let asks_fit = settings.fit == Some(Fit::Refined);
         let whole = resolve == Resolve::Whole && way == Way::TwoPass;
-        if asked && !(settings.is_exponential() && (cells || whole)) {
+        if asks_fit && !(settings.is_exponential() && (cells || whole)) {
             let ways = "resolve=cells, or path=two-pass,resolve=whole";
             return refused(format!("{ways}, and curve=exponential: fit=refined is of a whole curve of optical depth"));
         }
         let has = context.features().max_compute_shared_memory_bytes;
-        if asked && whole && has < FIT_SHARED_BYTES {
+        if asks_fit && whole && has < FIT_SHARED_BYTES {
             return refused(format!(
                 "maxComputeSharedMemorySize of at least {FIT_SHARED_BYTES} (this device has {has}) for fit=refined"
             ));
         }
-        let refined = asked || (cells && settings.is_exponential() && settings.fit.is_none());
+        let refined = asks_fit || (cells && settings.is_exponential() && settings.fit.is_none());
         let turns = if refined { FIT_TURNS } else { 0 };
         let more_nodes = match (resolve, way) {
             (Resolve::Whole, _) => WHOLE_NODES,
