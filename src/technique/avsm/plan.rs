@@ -5,8 +5,8 @@ use super::settings::{Batch, Fit, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Features, Requirement};
 use crate::maps::{BLOCK_TEXELS, Entries, FilterKind, MANY_CASTERS};
 use crate::shaders::constant::{
-    AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED, TURNS, WORK,
-    WORKGROUP,
+    AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GROUPS, LEVELS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED,
+    TURNS, WORK, WORKGROUP,
 };
 use crate::technique::keys::word_of;
 use crate::world::World;
@@ -21,6 +21,9 @@ const BINNED_NODES: u32 = 4;
 
 /// WORK − NODES of curves from cells: ends of cells come in order and few, so that little is gained by more.
 const CELLS_NODES: u32 = 2;
+
+/// WORK − NODES of levels of detail.
+const LEVEL_NODES: u32 = 4;
 
 /// Threads a texel of glsl/technique/avsm/cells.comp where there are very many casters: tiles have very different numbers of them, and the
 /// fullest is waited for.
@@ -131,6 +134,9 @@ impl Plan {
         if settings.is_adaptive() && settings.filter != FilterKind::Bilinear {
             return refused("filter=bilinear: with detail=adaptive texels differ in size".into());
         }
+        if settings.is_adaptive() && settings.levels > 1 {
+            return refused("detail=even: levels= are of maps whose texels are alike".into());
+        }
         if settings.is_of_areas() && way != Way::Binned {
             return refused("path=binned: texel=area builds tiles".into());
         }
@@ -194,11 +200,17 @@ impl Plan {
             .set(TIGHT, settings.is_tight())
             .set(DETAIL, settings.is_adaptive())
             .set(AREA, settings.is_of_areas())
+            .set(LEVELS, settings.levels)
             .set(GROUPS, groups)
             .set(WORKGROUP, groups)
             .set(STRANDS, world.has_strands());
         let constants = settings.filter().constants(constants);
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
+    }
+
+    /// Of the pass that makes levels of detail.
+    pub fn of_levels(&self) -> Constants {
+        self.constants.clone().set(WORK, self.settings.nodes + LEVEL_NODES)
     }
 
     /// What of each tile's casters the path wants.

@@ -2,7 +2,7 @@
 
 use crate::maps::{DrawingOrder, Filter, FilterKind, OpaqueWay};
 use crate::technique::keys::{word_of, words};
-use crate::technique::settings::{FILTER, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use crate::technique::settings::{FILTER, LEVELS, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
 
 words! {
     /// How curves are built.
@@ -126,6 +126,9 @@ settings! {
         /// What a texel stands for; its area with binned tiles alone.
         texel: Stands = Setting::word(
             "centre", "what a texel stands for: the ray through its centre, or the mean of all that it covers (binned)");
+        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels a side: for what is asked for by more than a
+        /// point. Not with adaptive detail.
+        levels: u32 = LEVELS;
         /// The order of insertion; as drawn, it is not for binned tiles.
         order: Order =
             Setting::word("sorted", "insert by depth (single-pass paths: casters drawn by depth) or as drawn");
