@@ -6,7 +6,7 @@ use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Kernel, Shader, push_struct};
 
 push_struct! {
-    /// Twin: LevelPush in glsl/technique/avsm/levels.comp.
+    /// Twin: LevelPush in glsl/technique/avsm/levels.comp and glsl/technique/layers/levels.comp.
     struct LevelPush { level: u32 }
 }
 
@@ -23,6 +23,7 @@ pub fn level_texels(maps: &Maps, level: u32) -> u64 {
 
 /// The pass that makes them, one level after the other.
 pub struct Levels {
+    label: &'static str,
     kernel: Kernel<LevelPush>,
     /// Workgroups of each.
     groups: Vec<[u32; 3]>,
@@ -35,6 +36,7 @@ impl Levels {
     /// [`crate::Error::Gpu`] where the driver rejects the shader.
     pub fn new(
         context: &Context,
+        label: &'static str,
         maps: &Maps,
         count: u32,
         shader: &Shader,
@@ -49,13 +51,13 @@ impl Levels {
             [x, y, maps.count()]
         };
         let kernel = Kernel::compute(context, shader, sets, constants)?;
-        Ok(Some(Self { kernel, groups: (1..count).map(group).collect() }))
+        Ok(Some(Self { label, kernel, groups: (1..count).map(group).collect() }))
     }
 
     /// Makes all of them of the map.
-    pub fn record(&self, commands: &mut Commands, label: &str) {
+    pub fn record(&self, commands: &mut Commands) {
         for (level, groups) in (1..).zip(&self.groups) {
-            commands.pass(label, |pass| pass.dispatch(&self.kernel, &LevelPush { level }, *groups));
+            commands.pass(self.label, |pass| pass.dispatch(&self.kernel, &LevelPush { level }, *groups));
         }
     }
 }

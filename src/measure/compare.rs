@@ -410,16 +410,12 @@ impl Case<'_> {
         Ok(answers)
     }
 
-    /// Errors against each size of areas.
+    /// Errors against each size of areas, each asked for as that.
     fn ask_footprints(&self, technique: &dyn Technique) -> Result<Vec<FootprintError>> {
         let areas = self.footprints.get_or_init(|| footprints(&self.truths[0], &self.frames.states[0]));
         let asked: Vec<_> =
             areas.points.iter().map(|p| Asked { light: p.light, points: &p.positions, normals: &[] }).collect();
-        let scale: f32 = std::env::var("GOBO_FP_SCALE").ok().and_then(|s| s.parse().ok()).unwrap_or(1.0);
-        let of = |sides: &Vec<f32>| {
-            Query::of_areas(self.context, &asked, &sides.iter().map(|s| s * scale).collect::<Vec<_>>())?
-                .ask(&technique.answer())
-        };
+        let of = |sides: &Vec<f32>| Query::of_areas(self.context, &asked, sides)?.ask(&technique.answer());
         let answers: Vec<_> = areas.sides.iter().map(of).collect::<Result<_>>()?;
         Ok(footprint_errors(&answers, areas))
     }

@@ -150,7 +150,8 @@ impl Avsm {
             (Way::TwoPass | Way::Binned, _) => Build::TwoPass(TwoPass::new(&site)?),
         };
         let sets = [maps.scene(), &curves.set];
-        let levels = Levels::new(context, &maps, settings.levels, &avsm::LEVELS, &sets, &plan.of_levels())?;
+        let levels =
+            Levels::new(context, "avsm.levels", &maps, settings.levels, &avsm::LEVELS, &sets, &plan.of_levels())?;
         let more = set::AvsmLookUp { nodes: &curves.nodes, tiles: &curves.tiles };
         let look_up = maps.look_up(context, "avsm.look_up", &more.resources())?;
         Ok(Self { maps, bins, curves, build, levels, look_up, plan })
@@ -196,7 +197,7 @@ impl Technique for Avsm {
             (Build::Binned(_), None) => {}
         }
         if let Some(levels) = &self.levels {
-            levels.record(commands, "avsm.levels");
+            levels.record(commands);
         }
         Ok(())
     }

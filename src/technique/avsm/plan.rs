@@ -22,9 +22,6 @@ const BINNED_NODES: u32 = 4;
 /// WORK − NODES of curves from cells: ends of cells come in order and few, so that little is gained by more.
 const CELLS_NODES: u32 = 2;
 
-/// WORK − NODES of levels of detail.
-const LEVEL_NODES: u32 = 4;
-
 /// Threads a texel of glsl/technique/avsm/cells.comp where there are very many casters: tiles have very different numbers of them, and the
 /// fullest is waited for.
 const MANY_GROUPS: u32 = 16;
@@ -208,9 +205,9 @@ impl Plan {
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
     }
 
-    /// Of the pass that makes levels of detail.
+    /// Of the pass that makes levels of detail, whose curves have no nodes to spare: removals are the most of what it takes.
     pub fn of_levels(&self) -> Constants {
-        self.constants.clone().set(WORK, self.settings.nodes + LEVEL_NODES)
+        self.constants.clone().set(WORK, self.settings.nodes)
     }
 
     /// What of each tile's casters the path wants.

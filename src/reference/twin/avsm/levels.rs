@@ -4,9 +4,6 @@ use super::curve::{Build, Curve};
 use super::node::Interpolation;
 use crate::reference::twin::sums::DARK;
 
-/// WORK − NODES. Twin: LEVEL_NODES in technique::avsm.
-pub const LEVEL_NODES: usize = 4;
-
 /// Of light that is gone: what its optical depth is taken for.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
@@ -40,7 +37,7 @@ impl Below<'_> {
 /// The mean of four curves, compressed; `build` is that of the map.
 pub fn merged(below: [&[(f32, f32)]; 4], build: Build) -> Curve {
     let mut below = below.map(|nodes| Below { nodes, passed: 0 });
-    let mut curve = Curve::new(Build { work: build.nodes + LEVEL_NODES, turns: 0, ..build });
+    let mut curve = Curve::new(Build { work: build.nodes, turns: 0, ..build });
     let unshadowed = if build.interpolation == Interpolation::Linear { 1.0 } else { 0.0 };
     let mean = |below: &[Below; 4], depth: f32| {
         let mean = below.iter().fold(0.0, |sum, one| sum + 0.25 * one.transmittance(depth, build.interpolation));
