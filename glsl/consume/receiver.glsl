@@ -20,7 +20,7 @@ void light_footprint(float side) {
 
 // How wide a pixel is at a distance along the camera's axis.
 float pixel_side(View camera, float z) {
-    return (camera.projection == VIEW_PARALLEL ? 2.0 : 2.0 * z) / (float(camera.height) * camera.scale_y);
+    return (camera.projection == VIEW_PARALLEL ? 2.0 : 2.0 * z) / abs(float(camera.height) * camera.scale_y);
 }
 
 // Whether a surface is in its own shadow, however coarse a technique is: the outside of something closed looks away from a light that
