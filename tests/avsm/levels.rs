@@ -5,13 +5,14 @@ use crate::support::{ask, built_avsm, gpu_test, nodes_of, scenes, spec};
 use crate::twin::{DEPTHS, build, depth, look_up};
 use crate::{AMBIGUOUS_TOLERANCE, TOLERANCE};
 use glam::DVec3;
-use gobo::consume::{Asked, Query};
+use gobo::consume::{Asked, Lighting, Query, Renderer, Shading};
 use gobo::gpu::Context;
 use gobo::maps::level_size;
 use gobo::reference::truth::Casters;
 use gobo::reference::twin::avsm::levels::merged;
-use gobo::scene::{FARTHEST, Projection, Scene, View};
+use gobo::scene::{Camera, FARTHEST, Projection, Scene, Strand, View};
 use gobo::technique::{Avsm, NodeData, Technique};
+use gobo::world::World;
 
 /// Of a removal that is as cheap as another, which rounding may turn.
 const AMBIGUOUS: f32 = 1e-3;
@@ -202,6 +203,43 @@ fn squares_see_means() {
                 [rms(ask(context, &*avsm, 0, &points)), rms(asked(context, &avsm, &points, &sides))];
             println!("{texels} texels: {by_squares:.4} instead of {by_points:.4}");
             assert!(by_squares < 0.6 * by_points, "{texels} texels: {by_squares}, {by_points} by points");
+        }
+    });
+}
+
+/// Pixels of a floor under a lattice of strands, which are thinner than a pixel: each asks by its width, and sees the mean.
+#[test]
+fn pixels_see_means() {
+    gpu_test("pixels_see_means", |context| {
+        let mut scene = scenes::directional("lattice", [0.3, 0.2, -1.0], Vec::new());
+        scene.meshes.push(scenes::level(0.0, 4.0, [0.0; 2]));
+        // Above what the camera sees.
+        let strand = |i: i32| {
+            let x = 0.06 * i as f32;
+            Strand { start: [x, -6.0, 4.0], end: [x, 6.0, 4.0], radius: 0.015, opacity: 1.0 }
+        };
+        scene.strands = (-100..100).map(strand).collect();
+        scene.camera =
+            Camera { position: DVec3::new(0.0, -6.0, 1.5), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 20.0 };
+        let size = [32, 18];
+        let camera = View::camera(&scene.camera, &scene, size);
+        let world = World::new(context, &scene).expect("room");
+        let renderer = Renderer::new(context, &world, &camera).expect("a renderer");
+        for shading in [Shading::Forward, Shading::Deferred] {
+            let [points, pixels] = [1, 8].map(|levels| {
+                let text = format!("avsm:path=binned,size=512,levels={levels}");
+                let avsm = built_avsm(context, &scene, &text);
+                renderer.picture(&avsm.answer(), shading, Lighting::Fragment).expect("drawn").pixels
+            });
+            assert!(points != pixels, "{shading:?}: pixels give no width");
+            // Neighbours of a row see the same lattice: what is left between them is what points hit by chance.
+            let unrest = |pixels: &[[f32; 3]]| {
+                let of = |row: &[[f32; 3]]| row.windows(2).map(|pair| (pair[0][1] - pair[1][1]).abs()).sum::<f32>();
+                pixels.chunks_exact(size[0] as usize).map(of).sum::<f32>()
+            };
+            let [points, pixels] = [unrest(&points), unrest(&pixels)];
+            println!("{shading:?}: {pixels} of {points}");
+            assert!(pixels < 0.7 * points, "{shading:?}: {pixels} of {points}");
         }
     });
 }
