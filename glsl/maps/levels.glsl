@@ -13,15 +13,12 @@ CONSTANT(uint, LEVELS, 1u)  // levels of detail, the map itself among them
 // How wide it is what light is asked for, as a pixel is, across the light, world units; 0: a point.
 float look_up_footprint = 0.0;
 
-// Texels before those of the level that is looked up.
-uint look_up_first = 0u;
-
 // A look-up weighs the texels about a place, so that it sees more than one: so many levels less.
 const float LEVEL_BIAS = -0.5;
 
 // Place of a texel of the look-up among those of all maps and levels.
 uint texel_place(LookUp l, ivec2 texel) {
-    return look_up_first + (l.map * l.view.height + uint(texel.y)) * l.view.width + uint(texel.x);
+    return l.first + (l.map * l.view.height + uint(texel.y)) * l.view.width + uint(texel.x);
 }
 
 // The level whose texels are as wide as the footprint, where the point is.
@@ -36,7 +33,7 @@ float footprint_level(LookUp l) {
 LookUp in_level(LookUp l, uint level) {
     uvec2 size = uvec2(l.view.width, l.view.height), its = level_size(size, level);
     bool inside = all(greaterThanEqual(l.at, vec2(0.0))) && all(lessThanEqual(l.at, vec2(size)));
-    look_up_first = level_first(size, look_up_maps.length(), level);
+    l.first = level_first(size, look_up_maps.length(), level);
     l.at *= exp2(-float(level));
     if (level > 0u && inside && l.view.projection == VIEW_PERSPECTIVE) {
         // A face of a cube ends here, and what casts does not; wider texels have no room about it.
@@ -59,7 +56,6 @@ float leveled_transmittance(LookUp l) {
             transmittance += weight * filtered_transmittance(in_level(l, uint(level) + i));
         }
     }
-    look_up_first = 0u;
     return transmittance;
 }
 #endif

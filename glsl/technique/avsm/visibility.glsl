@@ -50,7 +50,7 @@ float curve_transmittance_at(uint place, float depth) {
 
 float texel_transmittance(LookUp l, ivec2 texel) {
     // All of a coarser level is written.
-    bool empty = look_up_first == 0u && texel_empty(l, texel);
+    bool empty = l.first == 0u && texel_empty(l, texel);
     return empty ? 1.0 : curve_transmittance_at(texel_place(l, texel), l.depth);
 }
 
