@@ -21,7 +21,7 @@ pub struct Which<'a> {
     pub spec: &'a str,
 }
 
-/// A default that had a word, and is `auto` now.
+/// A default that had a word, and is `auto` now; with detail=even they are the same.
 const WAS: (&str, &str, &str) = ("avsm", "storage", "full");
 
 impl Rows {
@@ -70,7 +70,9 @@ impl Rows {
             let (name, keys) = variant.split_once(':').unwrap_or((variant, ""));
             let keys = keys.split(',').filter_map(|pair| pair.split_once('='));
             let same = |(key, value): (&str, &str)| {
-                let was = (name, key, value) == WAS && wanted_keys.get(key).is_some_and(|wanted| wanted == AUTO);
+                let was = variant.contains("detail=even")
+                    && (name, key, value) == WAS
+                    && wanted_keys.get(key).is_some_and(|wanted| wanted == AUTO);
                 was || wanted_keys.get(key).is_none_or(|wanted| wanted == value)
             };
             row.get("scene").is_some_and(|name| name == scene) && name == wanted.entry.name && keys.clone().all(same)
