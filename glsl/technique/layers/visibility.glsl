@@ -4,7 +4,7 @@
 //   binding 3  texels as technique/layers/layers.glsl states them, map after map, rows of texels; then those of
 //              coarser levels, as maps/level_place.glsl says
 // Specialization constants PLANES, SUM_RANGE, SUM_STORAGE and LEVELS as the texels were made.
-// flat: bindings 96, constants 192: PLANES SUM_RANGE SUM_STORAGE FILTER FILTER_RADIUS LEVELS
+// flat: bindings 96, constants 192: PLANES SUM_RANGE SUM_STORAGE FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #define MAP_TRANSMITTANCE leveled_transmittance
 #include "technique/layers/layers.glsl"
 #include "maps/levels.glsl"
