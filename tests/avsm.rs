@@ -11,6 +11,8 @@ mod ahead;
 mod detail;
 #[path = "avsm/lanes.rs"]
 mod lanes;
+#[path = "avsm/levels.rs"]
+mod levels;
 #[path = "avsm/list.rs"]
 mod list;
 #[path = "avsm/packed.rs"]

@@ -173,7 +173,7 @@ fn built(
             let settings: avsm::Settings = spec.settings();
             let mut avsm = Opened::new(context, Box::new(Avsm::new(context, world, &settings)?), skip);
             let pairs = match settings.nodes {
-                nodes if settings.storage == avsm::Storage::Packed => 1 + nodes / 2,
+                nodes if settings.storage == Some(avsm::Storage::Packed) => 1 + nodes / 2,
                 nodes => nodes,
             };
             let size = settings.size;

@@ -33,7 +33,7 @@ const SMOKE: &[(&str, Open)] = &[
             curve: avsm::Interpolated::Transmittance,
             path: Some(avsm::Way::TwoPass),
             size: 24,
-            storage: avsm::Storage::Packed,
+            storage: Some(avsm::Storage::Packed),
             filter: FilterKind::Box,
             radius: 3,
             ..Default::default()

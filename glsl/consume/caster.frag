@@ -5,6 +5,7 @@
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/caster_seen.glsl"
 #include "visibility.glsl"
+#include "consume/receiver.glsl"
 #include "consume/distances_set.glsl"
 #include "consume/picture_set.glsl"
 
@@ -26,5 +27,6 @@ void main() {
         discard;
     }
     vec3 position = ray.origin + 0.5 * (z.x + z.y) * ray.direction;
+    light_footprint(pixel_side(camera, 0.5 * (z.x + z.y)));
     color = caster_color(ray, caster, z, caster_light(caster, position));
 }

@@ -25,10 +25,12 @@ void main() {
         discard;  // the sky stays
     }
     Ray ray = surface_ray(camera, gl_FragCoord.xy);
-    vec3 position = surface_position(ray, texelFetch(distances, pixel, 0).r);
+    float z = texelFetch(distances, pixel, 0).r;
+    vec3 position = surface_position(ray, z);
     vec4 normal_and_closed = texelFetch(normals, pixel, 0);
     vec3 normal = normal_and_closed.xyz;
     bool closed = normal_and_closed.w != 0.0;
+    light_footprint(pixel_side(camera, z));
     vec3 light = ambient();
     for (uint i = 0u; i < lights.length(); ++i) {
         light += surface_light(i, position, normal, closed);

@@ -24,6 +24,7 @@ void main() {
     z = surface_z(ray, Surface(corner, normal, z_range));
     vec3 position = surface_position(ray, z);
     bool closed = is_closed != 0u;
+    light_footprint(pixel_side(camera, z));
     vec3 light = ambient();
     for (uint i = 0u; i < lights.length(); ++i) {
         light += surface_light(i, position, normal, closed);

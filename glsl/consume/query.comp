@@ -1,5 +1,5 @@
 #version 460
-// Answers the one question for a part of a list of points. Inputs: points, a light, the technique. Output: one number a point.
+// Answers the one question for a part of a list of points, or of squares about them. Inputs: points, a light, the technique. Output: one number a point.
 #include "world/view.glsl"
 #include "visibility.glsl"
 #include "consume/receiver.glsl"
@@ -10,12 +10,14 @@ layout(local_size_x = 64) in;
 layout(set = 0, binding = 0, scalar) readonly buffer Points { vec3 points[]; };
 layout(set = 0, binding = 1, scalar) writeonly buffer Answers { float answers[]; };
 layout(set = 0, binding = 2, scalar) readonly buffer Normals { vec3 all_normals[]; };
+layout(set = 0, binding = 3, scalar) readonly buffer Sides { float sides[]; };
 
 layout(push_constant, scalar) uniform QueryPush {
     uint light;
     uint first;
     uint count;
     uint normals;
+    uint areas;
 };
 
 void main() {
@@ -23,6 +25,9 @@ void main() {
     if (index < count) {
         index += first;
         vec3 position = points[index];
+        if (areas > 0u) {
+            light_footprint(sides[index]);
+        }
         // A normal of 0: the surface looks away.
         bool away = false;
         if (normals > 0u) {

@@ -11,6 +11,18 @@
 vec3 light_receiver(uint light, vec3 position, vec3 normal) { return position; }
 #endif
 
+// Who asks next is so wide across the light, world units: techniques with levels of detail see as much of their maps.
+void light_footprint(float side) {
+#ifdef TECHNIQUE_FOOTPRINTS
+    look_up_footprint = side;
+#endif
+}
+
+// How wide a pixel is at a distance along the camera's axis.
+float pixel_side(View camera, float z) {
+    return (camera.projection == VIEW_PARALLEL ? 2.0 : 2.0 * z) / abs(float(camera.height) * camera.scale_y);
+}
+
 // Whether a surface is in its own shadow, however coarse a technique is: the outside of something closed looks away from a light that
 // is infinitely far away. (A light with a place may stand inside.) Twin: reference::truth::SurfacePoint::looks_away.
 bool looks_away(Light light, vec3 normal, bool closed) {

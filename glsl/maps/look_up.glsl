@@ -16,6 +16,7 @@ struct LookUp {
     float depth;     // in the light's range
     bool in_front;   // of all casters: there is nothing to lose light to
     float opaque;    // what the meshes leave
+    uint first;      // texels before those of the level of detail that is looked up
 };
 
 LookUp look_up(uint light, vec3 position, vec3 normal) {
@@ -28,6 +29,7 @@ LookUp look_up(uint light, vec3 position, vec3 normal) {
     l.at = at.xy;
     l.in_front = !(at.z > l.view.near);
     l.depth = view_depth(l.view, at.z);
+    l.first = 0u;
     return l;
 }
 

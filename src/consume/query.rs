@@ -15,6 +15,8 @@ push_struct! {
         count: u32,
         /// How many of the points have a normal: all or none.
         normals: u32,
+        /// How many have a width: all or none.
+        areas: u32,
     }
 }
 
@@ -56,6 +58,15 @@ impl Query {
     /// # Errors
     /// As [`Query::new`].
     pub fn of_lights(context: &Context, asked: &[Asked]) -> Result<Self> {
+        Self::of_areas(context, asked, &[])
+    }
+
+    /// The same of squares about the points, across the light, so wide each, world units: techniques with levels of detail say
+    /// how much of the light reaches these in the mean.
+    ///
+    /// # Errors
+    /// As [`Query::new`].
+    pub fn of_areas(context: &Context, asked: &[Asked], sides: &[f32]) -> Result<Self> {
         let points: Vec<_> = asked.iter().flat_map(|part| part.points).copied().collect();
         let mut normals: Vec<_> = asked.iter().flat_map(|part| part.normals).copied().collect();
         if normals.len() != points.len() {
@@ -66,11 +77,13 @@ impl Query {
             points: &Buffer::with_data(context, "query.points", &points)?,
             answers: &answers,
             all_normals: &Buffer::with_data(context, "query.normals", &normals)?,
+            sides: &Buffer::with_data(context, "query.sides", sides)?,
         };
         let bindings = set.bind(context, "query")?;
+        let areas = if sides.len() == points.len() { sides.len() as u32 } else { 0 };
         let (mut first, normals) = (0, normals.len() as u32);
         let part = |part: &Asked| {
-            let push = QueryPush { light: part.light as u32, first, count: part.points.len() as u32, normals };
+            let push = QueryPush { light: part.light as u32, first, count: part.points.len() as u32, normals, areas };
             first += push.count;
             push
         };

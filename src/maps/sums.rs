@@ -2,11 +2,11 @@
 //! glsl/maps/sums/.
 
 use super::texels::TexelPasses;
-use super::{Bins, DrawingOrder, Entries, Maps, Splat, SplatPush, TexelWay, Use, stacked};
+use super::{Bins, DrawingOrder, Entries, Levels, Maps, Splat, SplatPush, TexelWay, Use, level_texels, stacked};
 use crate::gpu::{
     Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, Resource, Shader, Target,
 };
-use crate::shaders::constant::SUM_RANGE;
+use crate::shaders::constant::{LEVELS, SUM_RANGE};
 use crate::shaders::{self, set};
 use crate::world::World;
 use crate::{Error, Result};
@@ -35,6 +35,8 @@ pub struct Sums {
     /// What look-ups fetch.
     pub words: Buffer,
     way: Way,
+    /// What makes coarser levels behind them, of which the constants say how many there are.
+    pub levels: Option<Levels>,
 }
 
 enum Way {
@@ -69,7 +71,10 @@ impl Sums {
         constants: &Constants,
     ) -> Result<Self> {
         let label = kernels.labels[0];
-        let words = Buffer::new(context, label, 4 * u64::from(kernels.words) * maps.texels(), Memory::Device)?;
+        let levels = constants.word(LEVELS.id()).unwrap_or(1);
+        let coarser: u64 = (1..levels).map(|level| level_texels(maps, level)).sum();
+        let bytes = 4 * u64::from(kernels.words) * (maps.texels() + coarser);
+        let words = Buffer::new(context, label, bytes, Memory::Device)?;
         let way = match way {
             TexelWay::Raster => Way::Raster(Raster::new(context, world, maps, &words, kernels, constants)?),
             TexelWay::Binned => {
@@ -81,7 +86,7 @@ impl Sums {
                 Way::Binned { bins, kernel, label }
             }
         };
-        Ok(Self { words, way })
+        Ok(Self { words, way, levels: None })
     }
 }
 
@@ -168,6 +173,9 @@ impl TexelPasses for Sums {
                 bins.record(commands, world);
                 commands.pass(label, |pass| bins.per_part(pass, kernel, &()));
             }
+        }
+        if let Some(levels) = &self.levels {
+            levels.record(commands);
         }
         Ok(())
     }

@@ -410,10 +410,14 @@ impl Case<'_> {
         Ok(answers)
     }
 
-    /// Errors against each size of areas.
+    /// Errors against each size of areas, each asked for as that.
     fn ask_footprints(&self, technique: &dyn Technique) -> Result<Vec<FootprintError>> {
         let areas = self.footprints.get_or_init(|| footprints(&self.truths[0], &self.frames.states[0]));
-        Ok(footprint_errors(&self.ask(technique, &areas.points)?, areas))
+        let asked: Vec<_> =
+            areas.points.iter().map(|p| Asked { light: p.light, points: &p.positions, normals: &[] }).collect();
+        let of = |sides: &Vec<f32>| Query::of_areas(self.context, &asked, sides)?.ask(&technique.answer());
+        let answers: Vec<_> = areas.sides.iter().map(of).collect::<Result<_>>()?;
+        Ok(footprint_errors(&answers, areas))
     }
 
     /// Visibility of all lights at their points, asked about a million at a time.

@@ -42,6 +42,8 @@ pub(crate) struct Footprints {
     pub points: Vec<Points>,
     /// For each size, of each point of all lights two means that share no ray.
     means: [Vec<[f64; 2]>; FOOTPRINTS.len()],
+    /// For each size, how wide the square about each point is, world units.
+    pub sides: [Vec<f32>; FOOTPRINTS.len()],
 }
 
 /// About some of the points in space.
@@ -55,16 +57,26 @@ pub(crate) fn footprints(truth: &Truth, scene: &Scene) -> Footprints {
     };
     let points: Vec<Points> = truth.space().iter().map(some).collect();
     let places: Vec<_> = points.iter().flat_map(|p| p.positions.iter().map(|at| (p.light, *at))).collect();
+    let square = |texels: f64, light: usize, position: [f32; 3]| {
+        let view = &views[scene.first_map(light) + scene.lights[light].map_at(position)];
+        view.texel_at(DVec3::from(position.map(f64::from))).map(|side| texels * side)
+    };
+    let sides = |texels: f64| {
+        let of = |(light, position): &(usize, [f32; 3])| {
+            let [a, b] = square(texels, *light, *position).map(DVec3::length);
+            (a * b).sqrt() as f32
+        };
+        places.iter().map(of).collect()
+    };
     let means = |texels: f64| {
         let of = |(i, (light, position)): (usize, &(usize, [f32; 3]))| {
-            let view = &views[scene.first_map(*light) + scene.lights[*light].map_at(*position)];
             let centre = DVec3::from(position.map(f64::from));
-            let square = view.texel_at(centre).map(|side| texels * side);
+            let square = square(texels, *light, *position);
             [0, 1].map(|half| mean(casters, *light, centre, square, 2 * i as u64 + half))
         };
         places.par_iter().enumerate().map(of).collect()
     };
-    Footprints { means: FOOTPRINTS.map(means), points }
+    Footprints { means: FOOTPRINTS.map(means), sides: FOOTPRINTS.map(sides), points }
 }
 
 /// The mean over a square about `centre` that has these sides.
@@ -79,10 +91,10 @@ fn mean(casters: &Casters, light: usize, centre: DVec3, sides: [DVec3; 2], seed:
     sum / f64::from(STRATA * STRATA)
 }
 
-/// Errors of answers at the points of all lights, one per size; none without points.
-pub(crate) fn footprint_errors(answers: &[f32], footprints: &Footprints) -> Vec<FootprintError> {
-    let of = |(texels, means): (f64, &Vec<[f64; 2]>)| footprint_error(answers, texels, means);
-    FOOTPRINTS.into_iter().zip(&footprints.means).filter_map(of).collect()
+/// Errors of what is answered for squares of each size at the points of all lights; none without points.
+pub(crate) fn footprint_errors(answers: &[Vec<f32>], footprints: &Footprints) -> Vec<FootprintError> {
+    let of = |(i, texels): (usize, f64)| footprint_error(answers.get(i)?, texels, &footprints.means[i]);
+    FOOTPRINTS.into_iter().enumerate().filter_map(of).collect()
 }
 
 fn footprint_error(answers: &[f32], texels: f64, means: &[[f64; 2]]) -> Option<FootprintError> {

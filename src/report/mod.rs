@@ -9,7 +9,7 @@
 //! | [`recommend`](fn@recommend) | the terminal: which technique for a scene |
 //! | [`changes_table`] | the terminal, where there is a baseline |
 //! | [`junit`], [`bencher`] | files for CI, where they are asked for |
-//! | [`plots`](fn@plots) | `time-vs-error.svg`, `frame-vs-error.svg` |
+//! | [`plots`](fn@plots) | `time-vs-error.svg`, `frame-vs-error.svg`, and `footprints.svg` where they are asked for |
 //! | [`page`](fn@page) | `report.html`: the above, the pictures and the definitions in one file without network |
 //! | [`write_whole`], [`write_png`] | any other file, as whole |
 //! | [`stress_table`], [`stress_csv`], [`stress_page`] | the same of `gobo stress`: the terminal, `stress.csv`, `stress.html` |
@@ -29,6 +29,7 @@ mod colours;
 mod columns;
 mod curve;
 mod devices;
+mod footprint_plot;
 mod footprints;
 mod notes;
 mod page;

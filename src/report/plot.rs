@@ -3,6 +3,7 @@
 use crate::measure::Results;
 use crate::report::axes::{AXES, Axes};
 use crate::report::colours::COLOURS;
+use crate::report::footprint_plot::footprint_plot;
 use crate::report::series::{Panel, Point, panels, ticks};
 use crate::report::wording::{one_line, shortened};
 use plotters::coord::Shift;
@@ -39,9 +40,10 @@ const SHAPES: usize = 5;
 
 /// File names and log-log SVGs, of those plots for which a row has time and error: `time-vs-error.svg`, the build
 /// against the map error, and `frame-vs-error.svg`, a frame against the error in space. One panel a scene, its Pareto
-/// front marked. An error that a logarithmic axis cannot show stands on a line that says so.
+/// front marked; and `footprints.svg`, where squares were asked about. An error that a logarithmic axis cannot show stands on a line that says so.
 pub fn plots(results: &Results) -> Vec<(&'static str, String)> {
-    AXES.iter().filter_map(|axes| Some((axes.file, plot(results, axes)?))).collect()
+    let footprints = footprint_plot(results).map(|svg| ("footprints.svg", svg));
+    AXES.iter().filter_map(|axes| Some((axes.file, plot(results, axes)?))).chain(footprints).collect()
 }
 
 fn plot(results: &Results, axes: &Axes) -> Option<String> {

@@ -271,7 +271,7 @@ mod tests {
     fn what_only_one_technique_has_is_no_label() {
         let (names, shared) = labels(&["avsm:nodes=4", "avsm:nodes=8", "psm", "translucency-map:size=64"]);
         assert_eq!(names, ["avsm:nodes=4", "avsm:nodes=8", "psm", "translucency-map:size=64"]);
-        for words in ["storage=rgba8 (psm)", "storage=full (avsm)", "size=256 (avsm, psm)", "skip=on"] {
+        for words in ["storage=rgba8 (psm)", "storage=auto (avsm)", "size=256 (avsm, psm)", "skip=on"] {
             assert!(shared.contains(words), "{words} is not in {shared}");
         }
         assert!(!shared.contains("size=64") && !shared.contains("nodes=") && !shared.contains("skip=on ("), "{shared}");

@@ -22,14 +22,14 @@
 //! ```
 
 use super::keys::{Name, words};
-use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use super::settings::{FILTER, Keyed, LEVELS, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
 use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
 use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
 use crate::Result;
 use crate::gpu::{Constants, Context, Requirement};
-use crate::maps::{Filter, FilterKind, OpaqueWay, SumKernels, Sums, TexelWay};
-use crate::shaders::constant::{PLANES, SUM_RANGE, SUM_STORAGE};
-use crate::shaders::{folder, layers as shaders};
+use crate::maps::{Filter, FilterKind, Levels, OpaqueWay, SumKernels, Sums, TexelWay};
+use crate::shaders::constant::{self, PLANES, SUM_RANGE, SUM_STORAGE};
+use crate::shaders::{folder, layers as shaders, set};
 use crate::world::World;
 
 words! {
@@ -74,6 +74,9 @@ settings! {
         size: u32 = SIZE;
         /// What an optical depth is kept in.
         storage: Storage = Setting::word("r32f", "4 bytes an optical depth, half floats, or fixed point up to 16 in 16 bits");
+        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels a side: for what is asked for by more than a
+        /// point.
+        levels: u32 = LEVELS;
         /// How a look-up weighs the texels about a point.
         filter: FilterKind = FILTER;
         /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
@@ -102,7 +105,7 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &[
             "size=32,path=binned|raster",
             "size=32,path=binned,range=scene|front,storage=r16f",
-            "size=32,layers=4,storage=r16",
+            "size=32,layers=4,storage=r16,levels=3",
         ],
         ..Runs::NONE
     },
@@ -134,9 +137,12 @@ impl Layers {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { path, layers, range, size, storage, filter: kind, radius, opaque, skip } = *settings;
-        let constants =
-            Constants::new().set(PLANES, layers).set(SUM_RANGE, range as u32).set(SUM_STORAGE, storage as u32);
+        let Settings { path, layers, range, size, storage, levels, filter: kind, radius, opaque, skip } = *settings;
+        let constants = Constants::new()
+            .set(PLANES, layers)
+            .set(SUM_RANGE, range as u32)
+            .set(SUM_STORAGE, storage as u32)
+            .set(constant::LEVELS, levels);
         let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
         let kernels = SumKernels {
             labels: ["layers.binned", "layers.raster", "layers.pack"],
@@ -152,7 +158,12 @@ impl Layers {
             pack: &shaders::PACK,
         };
         Self::open(context, world, &ENTRY, (settings, common), folder::LAYERS, |maps, way, skip, constants| {
-            Sums::new(context, world, maps, way, skip, &kernels, constants)
+            let mut sums = Sums::new(context, world, maps, way, skip, &kernels, constants)?;
+            let below = set::LayersBelow { below_words: &sums.words }.bind(context, "layers.below")?;
+            let storage = set::MapsSums { sum_words: &sums.words }.bind(context, "layers.levels")?;
+            let sets = [maps.scene(), &below, &storage];
+            sums.levels = Levels::new(context, "layers.levels", maps, levels, &shaders::LEVELS, &sets, constants)?;
+            Ok(sums)
         })
     }
 }

@@ -250,6 +250,14 @@ pub use crate::__settings as settings;
 /// `size` of every technique with maps of any size.
 pub const SIZE: Setting<u32> = Setting::number("256", 1, 16384, "texels a side of a light's map");
 
+/// `levels`: levels of detail.
+pub const LEVELS: Setting<u32> = Setting::number(
+    "1",
+    1,
+    12,
+    "levels of detail, the map itself among them, for pixels that are wider than its texels",
+);
+
 /// `filter`: how a look-up averages texels.
 pub const FILTER: Setting<FilterKind> =
     Setting::word("bilinear", "how a look-up weighs texels: the nearest four, or all within a radius");

@@ -6,6 +6,7 @@ use crate::twin::{DEPTH_ROUNDING, DEPTHS, Order, Twins, beyond, build, check_inv
 use crate::{AMBIGUOUS_TOLERANCE, FITTED_ELSEWHERE, TOLERANCE};
 use gobo::gpu::Context;
 use gobo::maps::Survey;
+use gobo::reference::truth::Casters;
 use gobo::reference::twin::avsm::pack::tight_value;
 use gobo::reference::twin::detail::{SLOTS, Tile, choose, finer, survey};
 use gobo::scene::{Projection, Scene, View};
@@ -116,7 +117,8 @@ fn surveyed(what: &str, scene: &Scene, built: &Built) {
 
 fn compare(context: &Context, scene: &Scene, settings: &str, order: Order) {
     let (size, bytes) = if scene.name == "inside" { (32, 786_432) } else { (48, 500_000) };
-    let text = format!("avsm:path=binned,detail=adaptive,size={size},bytes={bytes},{settings}");
+    let storage = if settings.contains("storage=") { "" } else { ",storage=full" };
+    let text = format!("avsm:path=binned,detail=adaptive,size={size},bytes={bytes},{settings}{storage}");
     let built = Built::new(context, scene, &text);
     let build = build(&spec(&text));
     let blocks = built.avsm.facts().expect("facts").counters["blocks"] as usize;
@@ -334,6 +336,30 @@ fn adaptive_maps_have_no_order() {
                 // Past the map's edge nothing is written; here it ends where a block does.
                 assert!(a == b, "{}, {text}: other curves", scene.name);
             }
+        }
+    });
+}
+
+/// Alone, with no other key, it has clearly less error than the even map, in no more bytes.
+#[test]
+fn alone_it_has_less_error() {
+    gpu_test("alone_it_has_less_error", |context| {
+        for scene in [scenes::random(), scenes::locks()] {
+            let casters = Casters::new(&scene);
+            let of = |text: &str| {
+                let avsm = built_avsm(context, &scene, text);
+                let points = points(&avsm.maps()[0].volume);
+                let answers = ask(context, &*avsm, 0, &points);
+                let off = points.iter().zip(answers).map(|(point, answer)| {
+                    (f64::from(answer) - casters.visibility(0, glam::DVec3::from(point.map(f64::from)))).abs()
+                });
+                let facts = avsm.facts().expect("facts");
+                (off.sum::<f64>() / points.len() as f64, facts.bytes_resident - avsm.opaque_image().bytes())
+            };
+            let (even, bytes) = of("avsm:path=binned,size=64");
+            let (error, its_bytes) = of("avsm:detail=adaptive,size=64");
+            println!("{}: {error:.5} of {even:.5}, {its_bytes} of {bytes} bytes", scene.name);
+            assert!(error < 0.85 * even && its_bytes <= bytes, "{}: {error} of {even}", scene.name);
         }
     });
 }

@@ -2,6 +2,7 @@
 //! follow from these.
 
 use gobo::consume::parse;
+use gobo::technique::settings::AUTO;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -19,6 +20,9 @@ pub struct Which<'a> {
     /// As a user gives it: what it leaves out has its default.
     pub spec: &'a str,
 }
+
+/// A default that had a word, and is `auto` now; with detail=even they are the same.
+const WAS: (&str, &str, &str) = ("avsm", "storage", "full");
 
 impl Rows {
     /// `nvidia-h200/psm` is results/nvidia-h200/psm.csv.
@@ -60,12 +64,17 @@ impl Rows {
             return Err(format!("{spec} is a sweep"));
         };
         let wanted_keys = wanted.variant();
-        // Keys that are newer than the row had their default.
+        // Keys that are newer than the row had their default, and so had those of which it has been renamed.
         let is_it = |row: &&BTreeMap<String, String>| {
             let variant = row.get("variant").map_or("", String::as_str);
             let (name, keys) = variant.split_once(':').unwrap_or((variant, ""));
             let keys = keys.split(',').filter_map(|pair| pair.split_once('='));
-            let same = |(key, value): (&str, &str)| wanted_keys.get(key).is_none_or(|wanted| wanted == value);
+            let same = |(key, value): (&str, &str)| {
+                let was = variant.contains("detail=even")
+                    && (name, key, value) == WAS
+                    && wanted_keys.get(key).is_some_and(|wanted| wanted == AUTO);
+                was || wanted_keys.get(key).is_none_or(|wanted| wanted == value)
+            };
             row.get("scene").is_some_and(|name| name == scene) && name == wanted.entry.name && keys.clone().all(same)
         };
         let mut found = self.rows.iter().filter(is_it);

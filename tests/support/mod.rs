@@ -283,7 +283,7 @@ pub fn built_avsm(context: &Context, scene: &Scene, text: &str) -> Box<Avsm> {
 pub fn nodes_of(avsm: &Avsm, text: &str, texels: usize) -> Vec<NodeData> {
     let settings: avsm::Settings = spec(text).settings();
     let count = settings.nodes as usize;
-    if settings.storage == avsm::Storage::Full {
+    if matches!(settings.storage, None | Some(avsm::Storage::Full)) {
         return avsm.curves().read(texels * count).expect("the nodes");
     }
     let interpolation = match settings.curve {

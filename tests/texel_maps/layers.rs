@@ -6,6 +6,7 @@ use crate::support::{self, gpu_test_needing, scenes, some, spec};
 use gobo::consume::Query;
 use gobo::gpu::{Context, Requirement};
 use gobo::maps::TexelWay::{self, Binned, Raster};
+use gobo::maps::level_size;
 use gobo::measure::point_error;
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::reference::twin::layers::Texel;
@@ -117,6 +118,63 @@ fn layers_equal_their_twins() {
                 equal_their_twins::<4>(context, &scene, &of(4, layers::Range::Front, Storage::F16));
                 equal_their_twins::<32>(context, &scene, &of(32, layers::Range::Scene, Storage::F16));
             }
+        }
+    });
+}
+
+/// Each texel of a level of detail is the twin's of the device's four below it, and lets through as much as they do in the mean.
+fn levels_equal_their_twins<const N: usize>(context: &Context, scene: &Scene, settings: &Settings) {
+    let (words, views) = words(context, scene, settings);
+    let (each, of) = (settings.words() as usize, range(settings));
+    let size = |level| level_size([views[0].width, views[0].height], level);
+    let texels = |level| size(level).iter().product::<u32>() as usize * views.len();
+    let (mut first, mut covered) = (0, 0);
+    for level in 1..settings.levels {
+        let ([w, h], [width, height]) = (size(level - 1), size(level));
+        let next = first + texels(level - 1);
+        let at = |place: usize| stored::<N>(&words[place * each..][..each], settings);
+        for i in 0..texels(level) {
+            let [map, y, x] = [i as u32 / (width * height), i as u32 / width % height, i as u32 % width];
+            let below = [0, 1, 2, 3].map(|i| {
+                let [x, y] = [2 * x + i % 2, 2 * y + i / 2];
+                (x < w && y < h).then(|| at(first + ((map * h + y) * w + x) as usize))
+            });
+            let (found, twin) = (at(next + i), Texel::merged(of, below));
+            let what = format!("{} {settings:?}, level {level}, map {map}, texel {x}, {y}", scene.name);
+            let mean = below.iter().map(|t| t.as_ref().map_or(1.0, |t| t.transmittance(1.0))).sum::<f32>() / 4.0;
+            let tolerance = step(settings.storage) + 1e-5;
+            assert!((found.transmittance(1.0) - mean).abs() <= tolerance, "{what}: {found:?}, {mean} of all light");
+            for i in 0..DEPTHS {
+                let depth = i as f32 / (DEPTHS - 1) as f32;
+                let [far, near] = [DEPTH_ROUNDING, -DEPTH_ROUNDING].map(|off| twin.transmittance(depth + off));
+                let found = found.transmittance(depth);
+                let expected = far - tolerance..=near + tolerance;
+                assert!(expected.contains(&found), "{what} {depth}: {found}, not {far} to {near}\n{twin:?}");
+            }
+            covered += u32::from(mean < 0.99);
+        }
+        first = next;
+    }
+    assert!(covered > 20, "{} {settings:?}: {covered} texels are covered", scene.name);
+}
+
+#[test]
+fn levels_of_layers_equal_their_twins() {
+    gpu_test_needing("levels_of_layers_equal_their_twins", &NEEDS, |context| {
+        let path = Some(Binned);
+        for (scene, size) in some(cases(), 2) {
+            let of = |layers, range, storage| Settings {
+                path,
+                layers,
+                range,
+                storage,
+                size,
+                levels: 3,
+                ..Default::default()
+            };
+            levels_equal_their_twins::<8>(context, &scene, &of(8, layers::Range::Texel, Storage::F32));
+            levels_equal_their_twins::<4>(context, &scene, &of(4, layers::Range::Front, Storage::F16));
+            levels_equal_their_twins::<8>(context, &scene, &of(8, layers::Range::Scene, Storage::Fixed));
         }
     });
 }

@@ -1,18 +1,23 @@
 // AVSM look-up: how much of light `light` reaches `position`, 0 to 1. Source: Fife and Strugar 2013, Sampling from the AVSM data structure.
 // Bindings 0 to 2: maps/look_up_set.glsl. Then
-//   binding 3  curves, map-major, then texel rows, then a texel's curve as technique/avsm/node.glsl states it
+//   binding 3  curves, map-major, then texel rows, then a texel's curve as technique/avsm/node.glsl states it; then those of
+//              coarser levels, as maps/level_place.glsl says
 //   binding 4  casters in each tile of 8×8 texels, map-major, tile rows (any buffer where TILED is false); where DETAIL is true,
 //              maps/detail/blocks.glsl's words of each tile's blocks, and the curves are block-major
-// Specialization constants NODES, EXPONENTIAL, TILED, PACKED, TIGHT and DETAIL as the curves were built.
-// flat: bindings 0, constants 0: NODES EXPONENTIAL PACKED TIGHT TILED DETAIL FILTER FILTER_RADIUS
+// Specialization constants NODES, EXPONENTIAL, TILED, PACKED, TIGHT, DETAIL and LEVELS as the curves were built.
+// flat: bindings 0, constants 0: NODES EXPONENTIAL PACKED TIGHT TILED DETAIL FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #define MAP_TRANSMITTANCE avsm_transmittance
 #include "technique/avsm/pack.glsl"
 #include "technique/avsm/tiled.glsl"
 #include "maps/detail/blocks.glsl"
-#include "maps/look_up.glsl"
+#include "maps/levels.glsl"
 
 layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityNodes { uvec2 visibility_nodes[]; };
 layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityTiles { uint visibility_tiles[]; };
+
+uvec2 curve_pair(uint i) { return visibility_nodes[i]; }
+
+#include "technique/avsm/read.glsl"
 
 // Curves of tiles that were skipped were never written and are not read.
 bool texel_empty(LookUp l, ivec2 texel) {
@@ -21,24 +26,10 @@ bool texel_empty(LookUp l, ivec2 texel) {
     return TILED && tile_skipped(visibility_tiles[(l.map * tiles.y + tile.y) * tiles.x + tile.x]);
 }
 
-// Node i of the curve at `at`; `range` is that of a packed curve.
-Node texel_node(uint at, uint i, vec2 range) {
-    if (TIGHT) {
-        uvec2 words = visibility_nodes[at + i / 4u];
-        return unpack_node(((i & 2u) == 0u ? words.x : words.y) >> (i % 2u * 16u) & 0xFFFFu, vec2(0.0, 1.0));
-    }
-    if (PACKED) {
-        uvec2 words = visibility_nodes[at + 1u + i / 2u];
-        return unpack_node(i % 2u == 0u ? words.x : words.y, range);
-    }
-    uvec2 bits = visibility_nodes[at + i];
-    return Node(uintBitsToFloat(bits.x), uintBitsToFloat(bits.y));
-}
-
 // Of the curve of texel `place`: a coarse search over every fourth node, then four compares.
 float curve_transmittance_at(uint place, float depth) {
     uint at = place * curve_pairs();
-    vec2 range = PACKED && !TIGHT ? uintBitsToFloat(visibility_nodes[at]) : vec2(0.0);
+    vec2 range = curve_range(at);
     uint group = 0u;
     for (uint i = 4u; i < NODES; i += 4u) {
         group = texel_node(at, i, range).depth <= depth ? i : group;
@@ -58,8 +49,9 @@ float curve_transmittance_at(uint place, float depth) {
 }
 
 float texel_transmittance(LookUp l, ivec2 texel) {
-    uint place = (l.map * l.view.height + uint(texel.y)) * l.view.width + uint(texel.x);
-    return texel_empty(l, texel) ? 1.0 : curve_transmittance_at(place, l.depth);
+    // All of a coarser level is written.
+    bool empty = l.first == 0u && texel_empty(l, texel);
+    return empty ? 1.0 : curve_transmittance_at(texel_place(l, texel), l.depth);
 }
 
 // The mean of the four texels about the point, as fine as its tile is; of another tile the texel is taken in which such a
@@ -89,4 +81,4 @@ float detailed_transmittance(LookUp l) {
     return transmittance;
 }
 
-float avsm_transmittance(LookUp l) { return DETAIL ? detailed_transmittance(l) : filtered_transmittance(l); }
+float avsm_transmittance(LookUp l) { return DETAIL ? detailed_transmittance(l) : leveled_transmittance(l); }

@@ -42,6 +42,28 @@ impl<const N: usize> Texel<N> {
         Self { of, range, optical_depths }
     }
 
+    /// The mean of four, of which those that nothing casts in say nothing. Twin: levels.comp.
+    pub fn merged(of: Range, below: [Option<Self>; 4]) -> Self {
+        let casts = below.iter().flatten().filter(|texel| texel.optical_depths[N - 1] > 0.0);
+        let front = casts.clone().map(|texel| texel.range[0]).fold(f32::INFINITY, f32::min);
+        let back = casts.map(|texel| texel.range[1]).fold(f32::NEG_INFINITY, f32::max);
+        let is_empty = front > back;
+        let range = match of {
+            Range::Scene => [0.0, 1.0],
+            Range::Front => [if is_empty { 0.0 } else { front }, 1.0],
+            Range::Texel if is_empty => [0.0, 0.0],
+            Range::Texel => [front, back],
+        };
+        let mean = |k: usize| {
+            let along = end(of, N, k + 1);
+            let depth = range[0] * (1.0 - along) + range[1] * along;
+            let one = |texel: &Option<Self>| texel.as_ref().map_or(1.0, |texel| texel.transmittance(depth));
+            let mean = below.iter().fold(0.0, |sum, texel| sum + 0.25 * one(texel));
+            if mean < 1.0 { -mean.max(1e-35).ln() } else { 0.0 }
+        };
+        Self { of, range, optical_depths: std::array::from_fn(mean) }
+    }
+
     /// As its storage keeps it.
     pub fn kept(self, storage: impl Fn(f32) -> f32) -> Self {
         Self { optical_depths: self.optical_depths.map(storage), ..self }

@@ -1,8 +1,10 @@
 //! Where the curves of all texels of all maps stand, and what they say.
 
-use super::settings::Settings;
+use super::settings::{Settings, Storage};
 use crate::gpu::{Bindings, Buffer, Context, Memory};
-use crate::maps::{BLOCK_TEXELS, Bins, FilterKind, MOST_BLOCKS, Maps, SLOTS, TILE_TEXELS, table_bytes, tile_count};
+use crate::maps::{
+    BLOCK_TEXELS, Bins, FilterKind, MOST_BLOCKS, Maps, SLOTS, TILE_TEXELS, level_texels, table_bytes, tile_count,
+};
 use crate::scene::FARTHEST;
 use crate::shaders::set;
 use crate::{Error, Result};
@@ -41,7 +43,8 @@ impl Curves {
     pub fn new(context: &Context, maps: &Maps, bins: Option<&Bins>, settings: Settings) -> Result<Self> {
         let detail = bins.and_then(Bins::detail);
         let texels = detail.map_or(maps.texels(), |d| u64::from(d.block_count()) * u64::from(BLOCK_TEXELS));
-        let bytes = texels * pairs(&settings) as u64 * size_of::<NodeData>() as u64;
+        let coarser: u64 = (1..settings.levels).map(|level| level_texels(maps, level)).sum();
+        let bytes = (texels + coarser) * pairs(&settings) as u64 * size_of::<NodeData>() as u64;
         let nodes = Buffer::new(context, "avsm.nodes", bytes, Memory::Device)?;
         let tiles = match (detail, bins) {
             (Some(detail), _) => detail.slots().clone(),
@@ -125,18 +128,20 @@ impl Curves {
     }
 }
 
-/// How many blocks there may be with detail=adaptive; none is counted without.
+/// How many blocks there may be with detail=adaptive; none is counted without. `even`: how nodes would be stored with detail=even, whose
+/// bytes are meant where none are given.
 ///
 /// # Errors
 /// [`Error::Refused`] where there is no room for a block of each tile.
-pub fn blocks(maps: &Maps, settings: &Settings) -> Result<Option<u32>> {
+pub fn blocks(maps: &Maps, settings: &Settings, even: Storage) -> Result<Option<u32>> {
     if !settings.is_adaptive() {
         return Ok(None);
     }
-    let texel = pairs(settings) as u64 * size_of::<NodeData>() as u64;
-    let block = u64::from(BLOCK_TEXELS) * texel;
+    let texel =
+        |storage: Option<Storage>| pairs(&Settings { storage, ..*settings }) as u64 * size_of::<NodeData>() as u64;
+    let block = u64::from(BLOCK_TEXELS) * texel(settings.storage);
     let least = tile_count(maps) * block + table_bytes(maps);
-    let even = u64::from(settings.size).pow(2) * u64::from(maps.count()) * texel;
+    let even = u64::from(settings.size).pow(2) * u64::from(maps.count()) * texel(Some(even));
     let bytes = settings.bytes.map_or(even.max(least), u64::from);
     if bytes < least {
         let needs = format!("at least {least} bytes, for the coarsest texels of these maps, or a smaller size");

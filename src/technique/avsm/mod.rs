@@ -48,9 +48,8 @@ use super::settings::Keyed;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Context, Image, Kernel, Requirement, push_struct};
-use crate::maps::{Bins, Map, Maps, OpaqueMaps, Use};
-use crate::shaders::folder;
-use crate::shaders::set;
+use crate::maps::{Bins, Levels, Map, Maps, OpaqueMaps, Use};
+use crate::shaders::{avsm, folder, set};
 use crate::world::{Parts, World};
 use std::ops::Range;
 
@@ -109,6 +108,7 @@ pub struct Avsm {
     bins: Option<Bins>,
     curves: Curves,
     build: Build,
+    levels: Option<Levels>,
     look_up: Bindings,
     plan: Plan,
 }
@@ -123,6 +123,7 @@ impl Avsm {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let plan = Plan::new(context, world, *settings)?;
+        let even = settings.storage.unwrap_or(Storage::Full);
         let settings = plan.settings;
         let maps = Maps::new(context, world, settings.base_size(), OpaqueMaps::shared(settings.opaque))?;
         let bins = if settings.skip || plan.way == Way::Binned {
@@ -133,7 +134,7 @@ impl Avsm {
                 reach: settings.filter().reach(),
                 parts: [parts, if settings.skip { 0 } else { parts }],
                 area: settings.is_of_areas(),
-                blocks: curves::blocks(&maps, &settings)?,
+                blocks: curves::blocks(&maps, &settings, even)?,
             };
             Some(Bins::new(context, world, &maps, what)?)
         } else {
@@ -148,9 +149,12 @@ impl Avsm {
             // Binned never is without bins.
             (Way::TwoPass | Way::Binned, _) => Build::TwoPass(TwoPass::new(&site)?),
         };
+        let sets = [maps.scene(), &curves.set];
+        let levels =
+            Levels::new(context, "avsm.levels", &maps, settings.levels, &avsm::LEVELS, &sets, &plan.of_levels())?;
         let more = set::AvsmLookUp { nodes: &curves.nodes, tiles: &curves.tiles };
         let look_up = maps.look_up(context, "avsm.look_up", &more.resources())?;
-        Ok(Self { maps, bins, curves, build, look_up, plan })
+        Ok(Self { maps, bins, curves, build, levels, look_up, plan })
     }
 
     /// Map after map, texel rows, then the curve of a texel, as glsl/technique/avsm/node.glsl states it: [`NodeData`] in order of
@@ -186,15 +190,16 @@ impl Technique for Avsm {
         }
         let (maps, bins) = (&self.maps, self.bins.as_ref());
         match (&mut self.build, bins) {
-            (Build::TwoPass(path), bins) => path.record(commands, world, maps, bins),
-            (Build::Interlock(path), bins) => path.record(commands, world, maps, bins),
-            (Build::RasterOrder(path), bins) => path.record(commands, world, maps, bins),
-            (Build::Binned(path), Some(bins)) => {
-                path.record(commands, bins);
-                Ok(())
-            }
-            (Build::Binned(_), None) => Ok(()),
+            (Build::TwoPass(path), bins) => path.record(commands, world, maps, bins)?,
+            (Build::Interlock(path), bins) => path.record(commands, world, maps, bins)?,
+            (Build::RasterOrder(path), bins) => path.record(commands, world, maps, bins)?,
+            (Build::Binned(path), Some(bins)) => path.record(commands, bins),
+            (Build::Binned(_), None) => {}
         }
+        if let Some(levels) = &self.levels {
+            levels.record(commands);
+        }
+        Ok(())
     }
 
     fn settle(&mut self, frame: u64) -> Result<Settled> {

@@ -5,8 +5,8 @@ use super::settings::{Batch, Fit, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Features, Requirement};
 use crate::maps::{BLOCK_TEXELS, Entries, FilterKind, MANY_CASTERS};
 use crate::shaders::constant::{
-    AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GROUPS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED, TURNS, WORK,
-    WORKGROUP,
+    AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GROUPS, LEVELS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED,
+    TURNS, WORK, WORKGROUP,
 };
 use crate::technique::keys::word_of;
 use crate::world::World;
@@ -86,6 +86,7 @@ impl Cells {
 
 /// What is decided before anything is made.
 pub struct Plan {
+    /// What was asked for, and how nodes are stored.
     pub settings: Settings,
     pub way: Way,
     /// For resolve=cells, asked for or chosen.
@@ -102,7 +103,8 @@ pub struct Plan {
 impl Plan {
     /// # Errors
     /// [`Error::Refused`] where the device lacks what the path needs, or the path what the settings ask of it.
-    pub fn new(context: &Context, world: &World, settings: Settings) -> Result<Self> {
+    pub fn new(context: &Context, world: &World, asked: Settings) -> Result<Self> {
+        let settings = Settings { storage: Some(asked.storage(world.has_strands())), ..asked };
         let (way, mut reason) = choose(context, world, &settings);
         ENTRY.require(context, way.name())?;
         let resolve = settings.resolve.unwrap_or(match way {
@@ -129,6 +131,9 @@ impl Plan {
         if settings.is_adaptive() && settings.filter != FilterKind::Bilinear {
             return refused("filter=bilinear: with detail=adaptive texels differ in size".into());
         }
+        if settings.is_adaptive() && settings.levels > 1 {
+            return refused("detail=even: levels= are of maps whose texels are alike".into());
+        }
         if settings.is_of_areas() && way != Way::Binned {
             return refused("path=binned: texel=area builds tiles".into());
         }
@@ -136,19 +141,19 @@ impl Plan {
             reason =
                 format!("{reason}; resolve={}: {}", word_of(resolve), if cells { "no hair" } else { "hair is steps" });
         }
-        let asked = settings.fit == Some(Fit::Refined);
+        let asks_fit = settings.fit == Some(Fit::Refined);
         let whole = resolve == Resolve::Whole && way == Way::TwoPass;
-        if asked && !(settings.is_exponential() && (cells || whole)) {
+        if asks_fit && !(settings.is_exponential() && (cells || whole)) {
             let ways = "resolve=cells, or path=two-pass,resolve=whole";
             return refused(format!("{ways}, and curve=exponential: fit=refined is of a whole curve of optical depth"));
         }
         let has = context.features().max_compute_shared_memory_bytes;
-        if asked && whole && has < FIT_SHARED_BYTES {
+        if asks_fit && whole && has < FIT_SHARED_BYTES {
             return refused(format!(
                 "maxComputeSharedMemorySize of at least {FIT_SHARED_BYTES} (this device has {has}) for fit=refined"
             ));
         }
-        let refined = asked || (cells && settings.is_exponential() && settings.fit.is_none());
+        let refined = asks_fit || (cells && settings.is_exponential() && settings.fit.is_none());
         let turns = if refined { FIT_TURNS } else { 0 };
         let more_nodes = match (resolve, way) {
             (Resolve::Whole, _) => WHOLE_NODES,
@@ -192,11 +197,17 @@ impl Plan {
             .set(TIGHT, settings.is_tight())
             .set(DETAIL, settings.is_adaptive())
             .set(AREA, settings.is_of_areas())
+            .set(LEVELS, settings.levels)
             .set(GROUPS, groups)
             .set(WORKGROUP, groups)
             .set(STRANDS, world.has_strands());
         let constants = settings.filter().constants(constants);
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
+    }
+
+    /// Of the pass that makes levels of detail, whose curves have no nodes to spare: removals are the most of what it takes.
+    pub fn of_levels(&self) -> Constants {
+        self.constants.clone().set(WORK, self.settings.nodes)
     }
 
     /// What of each tile's casters the path wants.

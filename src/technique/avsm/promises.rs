@@ -40,6 +40,7 @@ pub const RUNS: Runs = Runs {
         "size=32,path=two-pass,resolve=whole",
         "size=32,path=binned,resolve=streaming|whole|cells",
         "size=32,path=two-pass,curve=linear",
+        "size=32,path=binned,levels=3",
     ],
     ..Runs::NONE
 };

@@ -2,7 +2,7 @@
 
 use crate::maps::{DrawingOrder, Filter, FilterKind, OpaqueWay};
 use crate::technique::keys::{word_of, words};
-use crate::technique::settings::{FILTER, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use crate::technique::settings::{FILTER, LEVELS, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
 
 words! {
     /// How curves are built.
@@ -126,6 +126,9 @@ settings! {
         /// What a texel stands for; its area with binned tiles alone.
         texel: Stands = Setting::word(
             "centre", "what a texel stands for: the ray through its centre, or the mean of all that it covers (binned)");
+        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels a side: for what is asked for by more than a
+        /// point. Not with adaptive detail.
+        levels: u32 = LEVELS;
         /// The order of insertion; as drawn, it is not for binned tiles.
         order: Order =
             Setting::word("sorted", "insert by depth (single-pass paths: casters drawn by depth) or as drawn");
@@ -141,8 +144,10 @@ settings! {
         /// Segments of all texels that the list of two passes holds, 1 to 2^28; what comes later is lost. None: it grows.
         capacity: Option<u32> =
             Setting::auto_number(1, 1 << 28, "segments that the list holds (two-pass); auto grows to the demand");
-        /// How nodes are stored.
-        storage: Storage = Setting::word("full", "full: 8 bytes a node; packed: 4, and 8 a texel; tight: 2");
+        /// How nodes are stored; none: in full, and where `detail` is adaptive as is worth most texels: tight where there is hair, else
+        /// packed.
+        storage: Option<Storage> = Setting::auto(
+            "full: 8 bytes a node; packed: 4, and 8 a texel; tight: 2; auto: full, or with detail=adaptive tight (hair) or packed");
         /// Where a tile's casters stand while all texels look at them; none: in lanes for hair and on software devices.
         batch: Option<Batch> = Setting::auto(
             "binned: casters stand in shared memory or in the lanes of subgroups; auto: lanes for hair and on software devices");
@@ -180,14 +185,23 @@ impl Settings {
         self.order == Order::Sorted
     }
 
+    /// How nodes are stored, where there is hair or none.
+    pub(super) fn storage(&self, has_strands: bool) -> Storage {
+        self.storage.unwrap_or(match (self.is_adaptive(), has_strands) {
+            (false, _) => Storage::Full,
+            (true, false) => Storage::Packed,
+            (true, true) => Storage::Tight,
+        })
+    }
+
     /// Nodes are stored in codes.
     pub(super) fn is_packed(&self) -> bool {
-        self.storage != Storage::Full
+        self.storage.is_some_and(|storage| storage != Storage::Full)
     }
 
     /// In the shortest.
     pub(super) fn is_tight(&self) -> bool {
-        self.storage == Storage::Tight
+        self.storage == Some(Storage::Tight)
     }
 
     /// How look-ups average.

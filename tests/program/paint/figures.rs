@@ -51,9 +51,10 @@ const FIGURES: [Figure; 20] = [
 
 /// Those that no one command of a page makes: put together from pictures of several, made by examples/embed, or by a command that
 /// differs from another figure's by a word.
-const PUT_TOGETHER: [&str; 8] = [
+const PUT_TOGETHER: [&str; 9] = [
     "devices.png",
     "embed.png",
+    "hair-levels.png",
     "indirect-cornell.png",
     "indirect-courtyard.png",
     "many-lights.png",

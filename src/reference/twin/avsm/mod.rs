@@ -4,5 +4,6 @@
 pub mod cells;
 pub mod curve;
 mod fit;
+pub mod levels;
 pub mod node;
 pub mod pack;

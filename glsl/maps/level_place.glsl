@@ -1,0 +1,18 @@
+// Where the texels of levels of detail stand: those of all maps of level 0, then those of level 1, half as many a side, rounded up,
+// and so on. Twin: maps::levels.
+#ifndef MAPS_LEVEL_PLACE_GLSL
+#define MAPS_LEVEL_PLACE_GLSL
+
+// Texels a side of a level of a map of so many.
+uvec2 level_size(uvec2 size, uint level) { return (size + (1u << level) - 1u) >> level; }
+
+// Texels of all of so many maps before those of a level.
+uint level_first(uvec2 size, uint maps, uint level) {
+    uint first = 0u;
+    for (uint i = 0u; i < level; ++i) {
+        uvec2 its = level_size(size, i);
+        first += its.x * its.y * maps;
+    }
+    return first;
+}
+#endif

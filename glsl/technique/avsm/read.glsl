@@ -1,0 +1,22 @@
+// Reads a stored curve. Needs, declared before: uvec2 curve_pair(uint i), pair i of all.
+#ifndef TECHNIQUE_AVSM_READ_GLSL
+#define TECHNIQUE_AVSM_READ_GLSL
+#include "technique/avsm/pack.glsl"
+
+// The range of the curve at pair `at`, where it has one.
+vec2 curve_range(uint at) { return PACKED && !TIGHT ? uintBitsToFloat(curve_pair(at)) : vec2(0.0); }
+
+// Node i of the curve at pair `at`; `range` is that of a packed curve.
+Node texel_node(uint at, uint i, vec2 range) {
+    if (TIGHT) {
+        uvec2 words = curve_pair(at + i / 4u);
+        return unpack_node(((i & 2u) == 0u ? words.x : words.y) >> (i % 2u * 16u) & 0xFFFFu, vec2(0.0, 1.0));
+    }
+    if (PACKED) {
+        uvec2 words = curve_pair(at + 1u + i / 2u);
+        return unpack_node(i % 2u == 0u ? words.x : words.y, range);
+    }
+    uvec2 bits = curve_pair(at + i);
+    return Node(uintBitsToFloat(bits.x), uintBitsToFloat(bits.y));
+}
+#endif
