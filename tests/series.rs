@@ -59,13 +59,13 @@ fn figures(name: &str, size: u32) {
     };
     let share = |z: f32, [f, b]: [f32; 2]| if b > f { ((z - f) / (b - f)).clamp(0.0, 1.0) } else { 0.0 };
     for whole in [false, true] {
-        for k in [7usize, 15, 31] {
-            for margin in [0.0f32, 0.01, 0.02, 0.04] {
+        for k in [7u32, 15, 31] {
+            for margin in [0.0f32, 0.01, 0.02] {
                 let inside = move |z: f32| margin + (1.0 - 2.0 * margin) * z;
                 mean(&format!("fourier {k} whole={whole} margin {margin}"), &|s| {
                     let r = range(s, whole);
-                    let mut sums = vec![0.0; k];
-                    s.iter().for_each(|s| fourier::sums([inside(share(s.entry, r)), inside(share(s.exit, r))], s.optical_depth, k, |i, v| sums[i] += v));
+                    let mut sums = vec![0.0; k as usize];
+                    s.iter().for_each(|s| fourier::parts([inside(share(s.entry, r)), inside(share(s.exit, r))], s.optical_depth, k).iter().zip(&mut sums).for_each(|(v, s)| *s += v));
                     Box::new(move |z| if z >= r[1] { sums[0] } else if z <= r[0] { 0.0 } else { fourier::optical_depth(&sums, inside(share(z, r))) })
                 });
             }
@@ -73,20 +73,18 @@ fn figures(name: &str, size: u32) {
         for rank in [2usize, 3, 4] {
             mean(&format!("wavelet {rank} whole={whole}"), &|s| {
                 let r = range(s, whole);
-                let mut sums = vec![0.0; 2 << rank];
-                s.iter().for_each(|s| wavelet::sums([share(s.entry, r), share(s.exit, r)], s.optical_depth, rank, |i, v| sums[i] += v));
-                let total = s.iter().map(|s| s.optical_depth).sum();
-                let means = wavelet::unfold(&sums);
-                Box::new(move |z| if z >= r[1] { total } else if z <= r[0] { 0.0 } else { wavelet::optical_depth(&means, total, share(z, r)) })
+                let mut sums = vec![0.0; (2 << rank) + 1];
+                s.iter().for_each(|s| wavelet::parts([share(s.entry, r), share(s.exit, r)], s.optical_depth, 2 << rank).iter().zip(&mut sums).for_each(|(v, s)| *s += v));
+                Box::new(move |z| if z >= r[1] { *sums.last().unwrap() } else if z <= r[0] { 0.0 } else { wavelet::optical_depth(&sums, share(z, r)) })
             });
         }
         for basis in [Basis::Power, Basis::Trigonometric] {
-            for m in [4usize, 6, 8] {
-                for (beta, over) in [(0.0f32, 0.5f32), (1e-6, 0.5), (1e-5, 0.5), (1e-4, 0.5), (1e-3, 0.5), (1e-5, 0.25), (1e-5, 0.0), (1e-5, 0.4), (1e-5, 0.6)] {
+            for m in [4u32, 6, 8] {
+                for (beta, over) in [(1e-5f32, 0.3), (1e-5, 0.35), (1e-5, 0.4), (1e-5, 0.45), (1e-5, 0.5), (3e-4, 0.4)] {
                     mean(&format!("moments {basis:?} {m} whole={whole} bias {beta} over {over}"), &|s| {
                         let r = range(s, whole);
-                        let mut sums = vec![0.0; m + 1];
-                        s.iter().for_each(|s| moments::sums([share(s.entry, r), share(s.exit, r)], s.optical_depth, (basis, m), |i, v| sums[i] += v));
+                        let mut sums = vec![0.0; m as usize + 1];
+                        s.iter().for_each(|s| moments::parts([share(s.entry, r), share(s.exit, r)], s.optical_depth, basis, m).iter().zip(&mut sums).for_each(|(v, s)| *s += v));
                         let total = sums[0];
                         let mut means: Vec<f32> = sums.iter().map(|b| (1.0 - beta) * b / total).collect();
                         means[0] = 1.0;
@@ -99,10 +97,12 @@ fn figures(name: &str, size: u32) {
 }
 
 fn support_scene(name: &str) -> gobo::scene::Scene {
+    println!("{name}");
     gobo::scene::Scene::load(name, if name == "hair" { 20.0 } else { 1.0 }).expect("built in")
 }
 
 #[test]
 fn prototype() {
-    figures("plume_8k", 128);
+    let scene = std::env::var("SCENE").unwrap_or("plume_8k".into());
+    figures(&scene, 64);
 }

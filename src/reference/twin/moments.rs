@@ -20,15 +20,10 @@ const LEAST_PIVOT: f32 = 1e-7;
 /// Rounds of [`largest_root`]. Twin: ROUNDS.
 const ROUNDS: usize = 5;
 
-/// Calls `add` with what a segment adds to each of the sums, 1 + `moments`: its optical depth, then that times the mean of each
-/// function. Places are shares of the range. Twin: technique_sums.
-pub fn sums(
-    [entry, exit]: [f32; 2],
-    optical_depth: f32,
-    (basis, moments): (Basis, usize),
-    mut add: impl FnMut(usize, f32),
-) {
-    add(0, optical_depth);
+/// What a segment adds to each of the sums, 1 + `moments`: its optical depth, then that times the mean of each function. Places are
+/// shares of the range. Twin: segment_parts.
+pub fn parts([entry, exit]: [f32; 2], optical_depth: f32, basis: Basis, moments: u32) -> Vec<f32> {
+    let mut parts = vec![optical_depth];
     match basis {
         Basis::Power => {
             let (p, q) = (2.0 * entry - 1.0, 2.0 * exit - 1.0);
@@ -39,16 +34,20 @@ pub fn sums(
                 let slope_after = 2.0 * (q * slope + now) - slope_before;
                 let order = k as f32;
                 let mean = slope_after / (order + 1.0) - if k > 1 { slope_before / (order - 1.0) } else { 0.0 };
-                add(k, optical_depth * 0.5 * mean);
+                parts.push(optical_depth * 0.5 * mean);
                 (before, now) = (now, 2.0 * p * now - before);
                 (slope_before, slope) = (slope, slope_after);
             }
         }
-        Basis::Trigonometric => harmonics(ARC * entry, ARC * exit, moments / 2, |k, mean| {
-            add(2 * k - 1, optical_depth * mean[0]);
-            add(2 * k, optical_depth * mean[1]);
+        Basis::Trigonometric => harmonics(arc() * entry, arc() * exit, moments / 2, |mean| {
+            parts.extend(mean.map(|mean| optical_depth * mean));
         }),
     }
+    parts
+}
+
+fn arc() -> f32 {
+    std::env::var("ARC").map_or(ARC, |a| a.parse().unwrap())
 }
 
 /// Square matrices and vectors of up to 5.
@@ -270,7 +269,7 @@ pub fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
     let lower = problem.factor();
     let place = match basis {
         Basis::Power => [2.0 * at - 1.0, 1.0],
-        Basis::Trigonometric => cis(0.5 * ARC * at),
+        Basis::Trigonometric => cis(0.5 * arc() * at),
     };
     let solved = problem.solve(&lower, problem.functions(place));
     let square: f32 = solved[..=n].iter().map(|y| y * y).sum();
@@ -298,7 +297,7 @@ pub fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
                 let there = turned(place, [u / length, 1.0 / length]);
                 // From the place on, in circles. Between the range's end and its beginning it is both.
                 let turns = 1.0f32.atan2(*u) / std::f32::consts::PI;
-                let is_before = ((turns + ARC * at - ARC) / (1.0 - ARC)).clamp(0.0, 1.0);
+                let is_before = ((turns + arc() * at - arc()) / (1.0 - arc())).clamp(0.0, 1.0);
                 (problem.weight(&lower, there), is_before)
             }
         };

@@ -1,25 +1,18 @@
-//! CPU twin of glsl/technique/wavelet/: the optical depth of a ray in Haar wavelets, in f32.
+//! CPU twin of glsl/technique/wavelet/: the optical depth of a ray in Haar wavelets, as the means that these make, in f32.
 
-/// Calls `add` with what a segment adds to the 2^(rank + 1) sums of a tree: the mean of the optical depth over all of the range, then
-/// node after node, level after level, by how much the mean over its second half is more than that over its first. Places are shares of
-/// the range. A node that the segment does not reach is not called. Twin: technique_sums.
-pub fn sums([entry, exit]: [f32; 2], optical_depth: f32, rank: usize, mut add: impl FnMut(usize, f32)) {
-    let mean = |low: f32, high: f32| optical_depth * mean_share(entry, exit, low, high);
-    add(0, mean(0.0, 1.0));
-    for level in 0..=rank {
-        let count = 1usize << level;
-        let side = 1.0 / count as f32;
-        let node = |place: f32| ((place / side) as usize).min(count - 1);
-        for n in node(entry)..=node(exit) {
-            let low = n as f32 * side;
-            let middle = low + 0.5 * side;
-            add(count + n, mean(middle, low + side) - mean(low, middle));
-        }
-    }
+/// What a segment adds to the sums of `means` intervals of the range: the mean of its optical depth up to each place, then all of
+/// it. Places are shares of the range. Twin: segment_parts.
+pub fn parts(place: [f32; 2], optical_depth: f32, means: u32) -> Vec<f32> {
+    let side = 1.0 / means as f32;
+    let interval = |i| {
+        let low = i as f32 * side;
+        optical_depth * mean_share(place, low, low + side)
+    };
+    (0..means).map(interval).chain([optical_depth]).collect()
 }
 
-/// The mean over [low, high] of the share of a segment that lies before a place. Twin: mean_share.
-fn mean_share(entry: f32, exit: f32, low: f32, high: f32) -> f32 {
+/// The mean from `low` to `high` of the share of a segment that lies before a place. Twin: mean_share.
+fn mean_share([entry, exit]: [f32; 2], low: f32, high: f32) -> f32 {
     let (from, to) = (entry.clamp(low, high), exit.clamp(low, high));
     // Behind the exit all of it; along it the mean of where it begins and ends.
     let length = (exit - entry).max(LEAST_LENGTH);
@@ -30,34 +23,47 @@ fn mean_share(entry: f32, exit: f32, low: f32, high: f32) -> f32 {
 /// What is shorter is a step. Twin: LEAST_LENGTH.
 const LEAST_LENGTH: f32 = 1e-20;
 
-/// The means of the optical depth over the intervals, from the sums of the tree. Twin: unfolded.
-pub fn unfold(sums: &[f32]) -> Vec<f32> {
-    let mut means = vec![sums[0]];
-    while means.len() < sums.len() {
-        let nodes = &sums[means.len()..2 * means.len()];
-        means = means.iter().zip(nodes).flat_map(|(mean, more)| [mean - 0.5 * more, mean + 0.5 * more]).collect();
+/// The optical depth to a share of the range: means stand in the middles of their intervals, none at the range's beginning and all at its
+/// end, and between them it is linear. Twin: texel_transmittance.
+pub fn optical_depth(sums: &[f32], place: f32) -> f32 {
+    let means = sums.len() - 1;
+    if place <= 0.0 || place >= 1.0 {
+        return if place <= 0.0 { 0.0 } else { sums[means] };
     }
-    means
+    let middle = place * means as f32 - 0.5;
+    let (next, along) = ((middle.floor() + 1.0) as usize, middle - middle.floor());
+    // Half an interval to either end.
+    let along = match next {
+        0 => 2.0 * along - 1.0,
+        _ if next == means => 2.0 * along,
+        _ => along,
+    };
+    let low = if next == 0 { 0.0 } else { sums[next - 1] };
+    low + (sums[next] - low) * along
 }
 
-/// The optical depth to a share of the range, 0 to 1: means stand in the middles of their intervals, 0 at the range's beginning and
-/// `total` at its end, and between them it is linear. Twin: wavelet_optical_depth.
-pub fn optical_depth(means: &[f32], total: f32, share: f32) -> f32 {
-    let at = share * means.len() as f32 - 0.5;
-    let below = at.floor();
-    let value = |i: i32| match i {
-        i if i < 0 => 0.0,
-        i => means.get(i as usize).copied().unwrap_or(total),
-    };
-    let (low, high) = (value(below as i32), value(below as i32 + 1));
-    // Half an interval to either end.
-    let part = at - below;
-    let part = if below < 0.0 {
-        2.0 * part - 1.0
-    } else if below as usize + 1 == means.len() {
-        2.0 * part
-    } else {
-        part
-    };
-    low + (high - low) * part.clamp(0.0, 1.0)
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Against the integral of the curve in f64, cut fine.
+        #[test]
+        fn means_are_means(entry in 0.0..1.0f32, length in prop_oneof![0.0..1.0f32, Just(0.0)], rank in 2u32..5) {
+            let exit = (entry + length).min(1.0);
+            let means = 2 << rank;
+            let share = |z: f64| if z >= f64::from(exit) { 1.0 } else { ((z - f64::from(entry)) / f64::from(exit - entry)).max(0.0) };
+            let found = parts([entry, exit], 3.0, means);
+            let cuts = 4096 / means;
+            for i in 0..means {
+                let at = |j: u32| (f64::from(i * cuts + j) + 0.5) / 4096.0;
+                let exact = 3.0 * (0..cuts).map(|j| share(at(j))).sum::<f64>() / f64::from(cuts);
+                let off = f64::from(found[i as usize]) - exact;
+                // A step lies anywhere in its cut.
+                prop_assert!(off.abs() < 3.0 / f64::from(cuts) + 1e-5, "{i}: {off}");
+            }
+            prop_assert_eq!(found[means as usize], 3.0);
+        }
+    }
 }

@@ -1,0 +1,11 @@
+#version 460
+// The optical depth of each texel's casters as a Fourier series over its range. Source: Jansen and Bavoil 2010, Fourier Opacity Mapping;
+// from tiles, in whole numbers, with exact segments and between each texel's own ends: ours. Inputs: maps, casters, parts, entries.
+// Output: words. Twin: reference::twin::fourier.
+// Invariant: as maps/sums/binned.glsl.
+#include "technique/fourier/parts.glsl"
+#include "maps/sums/store.glsl"
+
+void store_sums(uint texel, vec2 range, float sums[SUMS]) { store_halves(texel, range, sums); }
+
+#include "maps/sums/binned.glsl"
