@@ -14,6 +14,7 @@ mod opaque;
 mod opaque_compute;
 mod order;
 mod splat;
+mod sums;
 mod texels;
 
 pub use bins::compact::Compact;
@@ -29,7 +30,8 @@ pub use opaque::{OPAQUE_SIZE, OpaqueMaps, OpaqueWay, opaque_corner};
 pub use opaque_compute::{OpaqueItem, OpaqueTotals};
 pub use order::{ItemData, Order};
 pub use splat::{DrawingOrder, Splat, SplatPush};
-pub use texels::{TexelKernels, TexelWay, Texels};
+pub use sums::{SumKernels, Sums};
+pub use texels::{TexelKernels, TexelPasses, TexelWay, Texels};
 
 use self::fit::Fit;
 use self::opaque::Opaque;

@@ -2,7 +2,7 @@
 
 use super::{Bins, DrawingOrder, Entries, Maps, Splat, SplatPush, Use, stacked};
 use crate::Result;
-use crate::gpu::{Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Shader, Target};
+use crate::gpu::{Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Shader, Target};
 use crate::shaders::set;
 use crate::world::World;
 
@@ -29,6 +29,30 @@ pub struct TexelKernels<'a> {
     pub empty: [f32; 4],
     /// Writes a tile's texels: maps/bins/part.glsl, the image as set 2.
     pub binned: &'a Shader,
+}
+
+/// What makes the texels of all maps, in one way or another, and keeps them.
+pub trait TexelPasses {
+    /// Makes them for the world as it is now.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps) -> Result<()>;
+
+    /// Whether the bins had to grow after frame `frame`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where there is no room for them.
+    fn settle(&mut self, frame: u64) -> Result<bool>;
+
+    /// The bins, where they are made from them.
+    fn bins(&self) -> Option<&Bins>;
+
+    /// What look-ups fetch, at binding 3.
+    fn kept(&self) -> Resource;
+
+    /// Bytes of that, and those needed only while building, without the bins'.
+    fn bytes(&self) -> [u64; 2];
 }
 
 /// The image, the maps one above the other, and the way to it.
@@ -84,12 +108,10 @@ impl Texels {
         };
         Ok(Self { image, way })
     }
+}
 
-    /// Makes them for the world as it is now.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
-    pub fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps) -> Result<()> {
+impl TexelPasses for Texels {
+    fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps) -> Result<()> {
         match &mut self.way {
             Way::Raster { splat, draw: kernel, empty, label } => {
                 splat.record(commands, world, maps, None);
@@ -108,16 +130,19 @@ impl Texels {
         Ok(())
     }
 
-    /// Whether the bins had to grow after frame `frame`.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`] where there is no room for them.
-    pub fn settle(&mut self, frame: u64) -> Result<bool> {
+    fn settle(&mut self, frame: u64) -> Result<bool> {
         if let Way::Binned { bins, .. } = &mut self.way { bins.settle(frame) } else { Ok(false) }
     }
 
-    /// The bins, where it is made from them.
-    pub fn bins(&self) -> Option<&Bins> {
+    fn bins(&self) -> Option<&Bins> {
         if let Way::Binned { bins, .. } = &self.way { Some(bins) } else { None }
+    }
+
+    fn kept(&self) -> Resource {
+        Resource::Texture(self.image.clone())
+    }
+
+    fn bytes(&self) -> [u64; 2] {
+        [self.image.bytes(), 0]
     }
 }

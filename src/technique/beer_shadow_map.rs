@@ -26,8 +26,8 @@ use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, settings};
 use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
 use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
 use crate::Result;
-use crate::gpu::{Blend, Context, Format};
-use crate::maps::{Filter, FilterKind, OpaqueWay, TexelKernels, TexelWay};
+use crate::gpu::{Blend, Constants, Context, Format};
+use crate::maps::{Filter, FilterKind, OpaqueWay, TexelKernels, TexelWay, Texels};
 use crate::shaders::{beer_shadow_map as shaders, folder};
 use crate::world::World;
 
@@ -83,7 +83,8 @@ impl BeerShadowMap {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { path, size, filter: kind, radius, opaque, skip } = *settings;
-        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip };
+        let constants = Constants::new();
+        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
         let kernels = TexelKernels {
             labels: ["beer_shadow_map.blend", "beer_shadow_map.collect"],
             format: Format::R16G16B16A16_SFLOAT,
@@ -92,6 +93,8 @@ impl BeerShadowMap {
             empty: [0.0; 4],
             binned: &shaders::COLLECT,
         };
-        Self::open(context, world, &ENTRY, (settings, common), folder::BEER_SHADOW_MAP, &kernels)
+        Self::open(context, world, &ENTRY, (settings, common), folder::BEER_SHADOW_MAP, |maps, way, skip, constants| {
+            Texels::new(context, world, maps, way, skip, &kernels, constants)
+        })
     }
 }

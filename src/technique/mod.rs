@@ -7,6 +7,7 @@
 pub mod avsm;
 pub mod beer_shadow_map;
 pub mod ism;
+pub mod layers;
 pub mod none;
 pub mod psm;
 pub mod ray_query;
@@ -34,6 +35,7 @@ pub use ism::{
     SUBSETS as ISM_SUBSETS, VIRTUAL_LIGHTS, Way as IsmWay,
 };
 pub use keys::{Key, Name, Values};
+pub use layers::Layers;
 pub use none::Unshadowed;
 pub use promises::Promises;
 pub use psm::Psm;

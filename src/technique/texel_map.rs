@@ -1,12 +1,12 @@
 //! What all techniques are that keep one texel a ray, which blending makes, or one workgroup a tile: they differ in their
-//! shaders alone.
+//! shaders and what a texel is kept in alone.
 
 use super::keys::word;
 use super::settings::Setting;
 use super::{Answer, Entry, Facts, Settled, Technique};
 use crate::Result;
-use crate::gpu::{Bindings, Commands, Constants, Context, Resource};
-use crate::maps::{Filter, Map, Maps, OpaqueMaps, OpaqueWay, TexelKernels, TexelWay, Texels};
+use crate::gpu::{Bindings, Commands, Constants, Context};
+use crate::maps::{Filter, Map, Maps, OpaqueMaps, OpaqueWay, TexelPasses, TexelWay, Texels};
 use crate::shaders::Folder;
 use crate::shaders::constant::STRANDS;
 use crate::world::{Made, Parts, World};
@@ -29,14 +29,16 @@ pub struct Common {
     pub filter: Filter,
     pub opaque: Option<OpaqueWay>,
     pub skip: bool,
+    /// What its shaders are made with, besides the filter.
+    pub constants: Constants,
 }
 
-/// A technique of one texel a ray, opened for one world with settings `S`.
-pub struct TexelMap<S> {
+/// A technique of one texel a ray, opened for one world with settings `S`; `P` makes and keeps the texels.
+pub struct TexelMap<S, P = Texels> {
     /// What it was opened with.
     pub settings: S,
     /// What look-ups fetch.
-    pub texels: Texels,
+    pub texels: P,
     written: Made,
     maps: Maps,
     look_up: Bindings,
@@ -46,9 +48,9 @@ pub struct TexelMap<S> {
     reason: String,
 }
 
-impl<S: Clone> TexelMap<S> {
-    /// Opens the technique of `entry`; `kernels` are its shaders, glsl/`folder`/visibility.glsl its look-up, with the image
-    /// at binding 3.
+impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
+    /// Opens the technique of `entry`; `make` makes its passes, of the maps, the way, whether casters are skipped and how far look-ups
+    /// reach, and the constants; glsl/`folder`/visibility.glsl is its look-up, with what they keep at binding 3.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
@@ -58,9 +60,9 @@ impl<S: Clone> TexelMap<S> {
         entry: &Entry,
         (settings, common): (&S, Common),
         folder: Folder,
-        kernels: &TexelKernels,
+        make: impl FnOnce(&Maps, TexelWay, (bool, u32), &Constants) -> Result<P>,
     ) -> Result<Self> {
-        let Common { path, size, filter, opaque, skip } = common;
+        let Common { path, size, filter, opaque, skip, constants } = common;
         filter.check(world, size)?;
         let binned = entry.require(context, BINNED);
         let (way, reason) = match (path, &binned) {
@@ -72,10 +74,9 @@ impl<S: Clone> TexelMap<S> {
             binned?;
         }
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
-        let constants = filter.constants(Constants::new()).set(STRANDS, world.has_strands());
-        let skip = (skip, filter.reach());
-        let texels = Texels::new(context, world, &maps, way, skip, kernels, &constants)?;
-        let look_up = maps.look_up(context, folder.name, &[Resource::Texture(texels.image.clone())])?;
+        let constants = filter.constants(constants).set(STRANDS, world.has_strands());
+        let texels = make(&maps, way, (skip, filter.reach()), &constants)?;
+        let look_up = maps.look_up(context, folder.name, &[texels.kept()])?;
         // What is hidden behind meshes is not written; what is drawn is drawn behind them too.
         let of_meshes = if way == TexelWay::Binned { Maps::OPAQUE } else { Maps::VOLUME };
         let written = Made::of(Maps::VOLUME.and(of_meshes));
@@ -83,7 +84,7 @@ impl<S: Clone> TexelMap<S> {
     }
 }
 
-impl<S> Technique for TexelMap<S> {
+impl<S, P: TexelPasses> Technique for TexelMap<S, P> {
     fn made_of(&self) -> Parts {
         Maps::VOLUME.and(Maps::OPAQUE)
     }
@@ -117,11 +118,13 @@ impl<S> Technique for TexelMap<S> {
 
     fn facts(&self) -> Result<Facts> {
         let bins = self.texels.bins();
+        let [resident, transient] = self.texels.bytes();
         Ok(Facts {
             path: if self.way == TexelWay::Raster { RASTER } else { BINNED },
             reason: self.reason.clone(),
-            bytes_resident: self.texels.image.bytes() + self.maps.opaque_image().bytes(),
-            bytes_transient: bins.map_or(0, |b| b.counts.bytes() + b.bytes_transient())
+            bytes_resident: resident + self.maps.opaque_image().bytes(),
+            bytes_transient: transient
+                + bins.map_or(0, |b| b.counts.bytes() + b.bytes_transient())
                 + self.maps.opaque_bytes_transient(),
             counters: bins.map_or(Ok(Default::default()), |b| b.counters())?,
             ..Facts::default()

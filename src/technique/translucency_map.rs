@@ -28,8 +28,8 @@ use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settin
 use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
 use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
 use crate::Result;
-use crate::gpu::{Blend, Context, Format, Requirement};
-use crate::maps::{Filter, FilterKind, OpaqueWay, TexelKernels, TexelWay};
+use crate::gpu::{Blend, Constants, Context, Format, Requirement};
+use crate::maps::{Filter, FilterKind, OpaqueWay, TexelKernels, TexelWay, Texels};
 use crate::shaders::{folder, translucency_map as shaders};
 use crate::world::World;
 
@@ -102,7 +102,8 @@ impl TranslucencyMap {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { path, size, storage, filter: kind, radius, opaque, skip } = *settings;
-        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip };
+        let constants = Constants::new();
+        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
         let (format, binned) = match storage {
             Storage::R16f => (Format::R16_SFLOAT, &shaders::SUM_BITS_16),
             Storage::R8 => (Format::R8_UNORM, &shaders::SUM_BITS_8),
@@ -115,6 +116,8 @@ impl TranslucencyMap {
             empty: [1.0; 4],
             binned,
         };
-        Self::open(context, world, &ENTRY, (settings, common), folder::TRANSLUCENCY_MAP, &kernels)
+        Self::open(context, world, &ENTRY, (settings, common), folder::TRANSLUCENCY_MAP, |maps, way, skip, constants| {
+            Texels::new(context, world, maps, way, skip, &kernels, constants)
+        })
     }
 }

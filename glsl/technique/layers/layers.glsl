@@ -1,0 +1,34 @@
+// What a texel keeps: its range (maps/sums/range.glsl), then PLANES optical depths, each from the light to the end of a layer; the
+// last layer ends with the range, and what is behind gets its sum. Twin: reference::twin::layers.
+#ifndef TECHNIQUE_LAYERS_LAYERS_GLSL
+#define TECHNIQUE_LAYERS_LAYERS_GLSL
+#include "maps/sums/range.glsl"
+
+CONSTANT(uint, PLANES, 16u)      // optical depths of a texel
+CONSTANT(uint, SUM_STORAGE, 0u)  // what they are kept in: 0 32 bits, 1 a half float, 2 16 bits in units of DEEPEST / 65535
+
+const uint STORAGE_F32 = 0u;
+const uint STORAGE_F16 = 1u;
+const uint STORAGE_FIXED = 2u;
+
+// Of what is farther nothing is left. Twins: DARK, and the greatest half float.
+const float DEEPEST = 16.0;
+const float GREATEST_HALF = 65504.0;
+
+// Words of a texel.
+uint texel_words() { return range_words() + (SUM_STORAGE == STORAGE_F32 ? PLANES : PLANES / 2u); }
+
+// Where layer k ends, k = 0 being no layer but the range's beginning. From the front on each is deeper than the one before by as
+// much as the first is.
+float layer_end(uint k) {
+    float of = float(PLANES);
+    return SUM_RANGE == RANGE_FRONT ? float(k * (k + 1u)) / (of * (of + 1.0)) : float(k) / of;
+}
+
+// The layer in which a place is, 0 being the first; one off is no matter, since ends are clamped.
+uint layer_at(float place) {
+    float of = float(PLANES);
+    float layer = SUM_RANGE == RANGE_FRONT ? 0.5 * (sqrt(1.0 + 4.0 * place * of * (of + 1.0)) - 1.0) : place * of;
+    return min(uint(layer), PLANES - 1u);
+}
+#endif

@@ -1,0 +1,135 @@
+//! Optical depth in layers: sums up to so many depths of a texel's ray, linear between them. Sources: Kim and Neumann 2001, Opacity
+//! Shadow Maps; Yuksel and Keyser 2008, Deep Opacity Maps; between each texel's own ends: ours.
+//!
+//! Sums have no order: no list, no sort, and the same bytes whatever order casters come in.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, smoke};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &smoke())?;
+//! let mut layers = open(context, &world, &parse("layers:size=64", &[])?[0])?;
+//! layers.build(&world)?;
+//! // Above the smoke and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&layers.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above > 0.99 && (below - (-2f32).exp()).abs() < 0.02);
+//! # Ok(()) });
+//! ```
+
+use super::keys::{Name, words};
+use super::promises::ROUNDING;
+use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use super::texel_map::{BINNED, Common, TexelMap};
+use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
+use crate::Result;
+use crate::gpu::{Constants, Context};
+use crate::maps::{Filter, FilterKind, OpaqueWay, SumKernels, Sums};
+use crate::shaders::constant::{PLANES, SUM_RANGE, SUM_STORAGE};
+use crate::shaders::{folder, layers as shaders};
+use crate::world::World;
+
+words! {
+    /// Between which depths a texel's layers lie. Twins: RANGE_SCENE and so on.
+    pub enum Range {
+        /// All of the map's: opacity shadow maps.
+        Scene = "scene",
+        /// From the texel's front on, each layer deeper than the one before: deep opacity maps.
+        Front = "front",
+        /// From the texel's front to its back.
+        Texel = "texel",
+    }
+}
+
+words! {
+    /// What an optical depth is kept in. Twins: STORAGE_F32 and so on.
+    pub enum Storage {
+        /// 32 bits.
+        F32 = "r32f",
+        /// A half float.
+        F16 = "r16f",
+        /// 16 bits of fixed point.
+        Fixed = "r16",
+    }
+}
+
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// Layers of a texel: 4, 8, 16 or 32.
+        layers: u32 = Setting::one_of("16", &["4", "8", "16", "32"], "layers of a texel, in whose ends optical depths are kept");
+        /// Between which depths they lie.
+        range: Range = Setting::word(
+            "texel",
+            "layers of all of the map's depths (opacity shadow maps), from a texel's front on (deep opacity maps), or from its front to its back",
+        );
+        /// Texels a side of a light's map, 1 to 16,384.
+        size: u32 = SIZE;
+        /// What an optical depth is kept in.
+        storage: Storage = Setting::word("r32f", "4 bytes an optical depth, half floats, or fixed point up to 16 in 16 bits");
+        /// How a look-up weighs the texels about a point.
+        filter: FilterKind = FILTER;
+        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+        radius: u32 = RADIUS;
+        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
+    }
+    every {
+        /// Casters and tiles that no look-up misses are left out.
+        skip: bool = SKIP;
+    }
+}
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "layers",
+    about: "optical depth up to the ends of a ray's layers, linear between (opacity shadow maps 2001, deep opacity maps 2008)",
+    casts: Casts::ALL,
+    lifetime: Lifetime::Frame,
+    keys: Settings::KEYS,
+    paths: &[Path { name: BINNED, requires: &[] }],
+    promises: |_, _| PROMISES,
+    runs: Runs {
+        compare: &["layers=16"],
+        on_cpu: &[(Name::SIZE, "64")],
+        stress_smoke: &["size=32,range=scene|front|texel"],
+        ..Runs::NONE
+    },
+    open: |context, world, spec| Ok(Box::new(Layers::new(context, world, &spec.settings())?)),
+};
+
+/// Sums of whole numbers have no order, and the last has all.
+const PROMISES: Promises = Promises { tail: Some(1e-3), order: Some(ROUNDING), ..Promises::OF_DEPTH };
+
+/// The technique, opened for one world.
+pub type Layers = TexelMap<Settings, Sums>;
+
+impl Settings {
+    /// Words of a texel. Twin: texel_words.
+    pub fn words(&self) -> u32 {
+        self.range as u32 + if self.storage == Storage::F32 { self.layers } else { self.layers / 2 }
+    }
+}
+
+impl Layers {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        settings.check()?;
+        let Settings { layers, range, size, storage, filter: kind, radius, opaque, skip } = *settings;
+        let constants = Constants::new().set(PLANES, layers).set(SUM_RANGE, range as u32).set(SUM_STORAGE, storage as u32);
+        let common = Common { path: None, size, filter: Filter { kind, radius }, opaque, skip, constants };
+        let kernels = SumKernels { label: "layers.binned", words: settings.words(), binned: &shaders::BINNED };
+        Self::open(context, world, &ENTRY, (settings, common), folder::LAYERS, |maps, way, skip, constants| {
+            Sums::new(context, world, maps, way, skip, &kernels, constants)
+        })
+    }
+}
