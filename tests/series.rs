@@ -19,7 +19,8 @@ fn figures(name: &str, size: u32) {
         let view = views[truth.map];
         for (i, texel) in truth.texels.iter().enumerate() {
             let at = [texel % view.width, texel / view.width];
-            let segments: Vec<_> = all.iter().filter_map(|c| texel_segment(&view, at, c)).filter(|s| s.optical_depth > 0.0).collect();
+            let segments: Vec<_> =
+                all.iter().filter_map(|c| texel_segment(&view, at, c)).filter(|s| s.optical_depth > 0.0).collect();
             let n = MAP_DEPTHS as usize;
             let points: Vec<_> = (i * n..(i + 1) * n)
                 .map(|j| {
@@ -48,7 +49,11 @@ fn figures(name: &str, size: u32) {
                 count += 1;
             }
         }
-        println!("{what}: mean {:.5} bias {:.5} max {most:.3} rise {rise:.1e}", sum / f64::from(count), bias / f64::from(count));
+        println!(
+            "{what}: mean {:.5} bias {:.5} max {most:.3} rise {rise:.1e}",
+            sum / f64::from(count),
+            bias / f64::from(count)
+        );
     };
     let range = |s: &[Segment], whole: bool| {
         if whole {
@@ -65,8 +70,21 @@ fn figures(name: &str, size: u32) {
                 mean(&format!("fourier {k} whole={whole} margin {margin}"), &|s| {
                     let r = range(s, whole);
                     let mut sums = vec![0.0; k as usize];
-                    s.iter().for_each(|s| fourier::parts([inside(share(s.entry, r)), inside(share(s.exit, r))], s.optical_depth, k).iter().zip(&mut sums).for_each(|(v, s)| *s += v));
-                    Box::new(move |z| if z >= r[1] { sums[0] } else if z <= r[0] { 0.0 } else { fourier::optical_depth(&sums, inside(share(z, r))) })
+                    s.iter().for_each(|s| {
+                        fourier::parts([inside(share(s.entry, r)), inside(share(s.exit, r))], s.optical_depth, k)
+                            .iter()
+                            .zip(&mut sums)
+                            .for_each(|(v, s)| *s += v)
+                    });
+                    Box::new(move |z| {
+                        if z >= r[1] {
+                            sums[0]
+                        } else if z <= r[0] {
+                            0.0
+                        } else {
+                            fourier::optical_depth(&sums, inside(share(z, r)))
+                        }
+                    })
                 });
             }
         }
@@ -74,21 +92,48 @@ fn figures(name: &str, size: u32) {
             mean(&format!("wavelet {rank} whole={whole}"), &|s| {
                 let r = range(s, whole);
                 let mut sums = vec![0.0; (2 << rank) + 1];
-                s.iter().for_each(|s| wavelet::parts([share(s.entry, r), share(s.exit, r)], s.optical_depth, 2 << rank).iter().zip(&mut sums).for_each(|(v, s)| *s += v));
-                Box::new(move |z| if z >= r[1] { *sums.last().unwrap() } else if z <= r[0] { 0.0 } else { wavelet::optical_depth(&sums, share(z, r)) })
+                s.iter().for_each(|s| {
+                    wavelet::parts([share(s.entry, r), share(s.exit, r)], s.optical_depth, 2 << rank)
+                        .iter()
+                        .zip(&mut sums)
+                        .for_each(|(v, s)| *s += v)
+                });
+                Box::new(move |z| {
+                    if z >= r[1] {
+                        *sums.last().unwrap()
+                    } else if z <= r[0] {
+                        0.0
+                    } else {
+                        wavelet::optical_depth(&sums, share(z, r))
+                    }
+                })
             });
         }
         for basis in [Basis::Power, Basis::Trigonometric] {
             for m in [4u32, 6, 8] {
-                for (beta, over) in [(1e-5f32, 0.3), (1e-5, 0.35), (1e-5, 0.4), (1e-5, 0.45), (1e-5, 0.5), (3e-4, 0.4)] {
+                for (beta, over) in [(1e-5f32, 0.3), (1e-5, 0.35), (1e-5, 0.4), (1e-5, 0.45), (1e-5, 0.5), (3e-4, 0.4)]
+                {
                     mean(&format!("moments {basis:?} {m} whole={whole} bias {beta} over {over}"), &|s| {
                         let r = range(s, whole);
                         let mut sums = vec![0.0; m as usize + 1];
-                        s.iter().for_each(|s| moments::parts([share(s.entry, r), share(s.exit, r)], s.optical_depth, basis, m).iter().zip(&mut sums).for_each(|(v, s)| *s += v));
+                        s.iter().for_each(|s| {
+                            moments::parts([share(s.entry, r), share(s.exit, r)], s.optical_depth, basis, m)
+                                .iter()
+                                .zip(&mut sums)
+                                .for_each(|(v, s)| *s += v)
+                        });
                         let total = sums[0];
                         let mut means: Vec<f32> = sums.iter().map(|b| (1.0 - beta) * b / total).collect();
                         means[0] = 1.0;
-                        Box::new(move |z| if z >= r[1] { total } else if z <= r[0] { 0.0 } else { total * moments::share(&means, basis, over, share(z, r)) })
+                        Box::new(move |z| {
+                            if z >= r[1] {
+                                total
+                            } else if z <= r[0] {
+                                0.0
+                            } else {
+                                total * moments::share(&means, basis, over, share(z, r))
+                            }
+                        })
                     });
                 }
             }

@@ -125,7 +125,8 @@ impl Layers {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { layers, range, size, storage, filter: kind, radius, opaque, skip } = *settings;
-        let constants = Constants::new().set(PLANES, layers).set(SUM_RANGE, range as u32).set(SUM_STORAGE, storage as u32);
+        let constants =
+            Constants::new().set(PLANES, layers).set(SUM_RANGE, range as u32).set(SUM_STORAGE, storage as u32);
         let common = Common { path: None, size, filter: Filter { kind, radius }, opaque, skip, constants };
         let kernels = SumKernels { label: "layers.binned", words: settings.words(), binned: &shaders::BINNED };
         Self::open(context, world, &ENTRY, (settings, common), folder::LAYERS, |maps, way, skip, constants| {

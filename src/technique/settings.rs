@@ -365,7 +365,21 @@ mod tests {
                 seen.push(all::$module::ENTRY.name);
             )* };
         }
-        each!(avsm, beer_shadow_map, ism, layers, psm, shadow_map, translucency_map, uncompressed, voxel_grid, voxelized);
+        each!(
+            avsm,
+            beer_shadow_map,
+            fourier,
+            ism,
+            layers,
+            moments,
+            psm,
+            shadow_map,
+            translucency_map,
+            uncompressed,
+            voxel_grid,
+            voxelized,
+            wavelet
+        );
         goes_both_ways::<ShadingSettings>(&all::avsm::ENTRY, crate::consume::KEYS);
         for entry in REGISTRY {
             assert!(seen.contains(&entry.name), "{} is not among these", entry.name);

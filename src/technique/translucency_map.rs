@@ -116,8 +116,13 @@ impl TranslucencyMap {
             empty: [1.0; 4],
             binned,
         };
-        Self::open(context, world, &ENTRY, (settings, common), folder::TRANSLUCENCY_MAP, |maps, way, skip, constants| {
-            Texels::new(context, world, maps, way, skip, &kernels, constants)
-        })
+        Self::open(
+            context,
+            world,
+            &ENTRY,
+            (settings, common),
+            folder::TRANSLUCENCY_MAP,
+            |maps, way, skip, constants| Texels::new(context, world, maps, way, skip, &kernels, constants),
+        )
     }
 }

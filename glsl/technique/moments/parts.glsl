@@ -8,7 +8,7 @@
 CONSTANT(uint, MOMENTS, 4u)            // sums of a texel besides its optical depth
 CONSTANT(bool, TRIGONOMETRIC, false)  // of cosines and sines, half as many of each; else of Chebyshev polynomials, which say what powers do
 
-#define SUMS (MOMENTS + 1u)
+const uint SUMS = MOMENTS + 1u;
 
 // The share of the circle that the range takes, so that its ends are apart on it.
 const float ARC = 0.95;

@@ -14,7 +14,8 @@ const uint DEGREE = MOMENTS / 2u;
 // The least pivot that is divided by.
 const float LEAST_PIVOT = 1e-7;
 
-#define MOST (MOST_ROOTS + 1u)
+const uint MOST = MOST_ROOTS + 1u;
+const uint MOST_MEANS = 2u * MOST_ROOTS + 1u;
 
 // Of function i of half the order on the circle: twice its order, and whether it is a sine.
 uvec2 half_function(uint i) {
@@ -48,7 +49,7 @@ void half_functions(vec2 place, out float all[MOST]) {
 }
 
 // The mean of cos and sin of k on the circle.
-vec2 circle_mean(float means[SUMS], uint k) {
+vec2 circle_mean(float means[MOST_MEANS], uint k) {
     if (k == 0u) {
         return vec2(1.0, 0.0);
     }
@@ -56,7 +57,7 @@ vec2 circle_mean(float means[SUMS], uint k) {
 }
 
 // The mean of the product of two functions of half the order.
-float product_mean(float means[SUMS], uint i, uint j) {
+float product_mean(float means[MOST_MEANS], uint i, uint j) {
     if (!TRIGONOMETRIC) {
         return 0.5 * (means[i + j] + means[i > j ? i - j : j - i]);
     }
@@ -135,7 +136,7 @@ void around(float c[MOST], vec2 place, float scale, out float all[MOST_ROOTS]) {
 }
 
 // The share before a place of the range, 0 to 1. `means`: of the functions, the first 1.
-float moments_share(float means[SUMS], float place) {
+float moments_share(float means[MOST_MEANS], float place) {
     float lower[MOST * MOST], c[MOST], around_it[MOST_ROOTS], roots[MOST_ROOTS];
     for (uint i = 0u; i <= DEGREE; ++i) {
         for (uint j = 0u; j <= i; ++j) {

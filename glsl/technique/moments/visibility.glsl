@@ -18,7 +18,7 @@ float texel_transmittance(LookUp l, ivec2 texel) {
     if (place <= 0.0 || place >= 1.0 || !(total > 0.0)) {
         return place <= 0.0 ? 1.0 : exp(-total);
     }
-    float means[SUMS];
+    float means[MOST_MEANS];
     means[0] = 1.0;
     for (uint k = 1u; k < SUMS; k += 2u) {
         vec2 two = SUM_STORAGE == STORAGE_F32 ? vec2(visibility_word(at + k), visibility_word(at + k + 1u)) / total

@@ -5,7 +5,7 @@
 
 CONSTANT(uint, MEANS, 16u)  // intervals of a texel's range
 
-#define SUMS (MEANS + 1u)
+const uint SUMS = MEANS + 1u;
 
 // What is shorter is a step.
 const float LEAST_LENGTH = 1e-20;
