@@ -22,18 +22,18 @@ pub fn turned(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
     [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }
 
-/// Calls `add` with the mean of [`cis`] of so many times what lies from `entry` to `exit`, 1 to `count` times. Twins: first_harmonic and
-/// on.
-pub fn harmonics(entry: f32, exit: f32, count: u32, mut add: impl FnMut([f32; 2])) {
+/// The means of [`cis`] of once, twice and so on what lies from `entry` to `exit`. Twins: first_harmonic and on.
+pub fn harmonics(entry: f32, exit: f32) -> impl Iterator<Item = [f32; 2]> {
     let length = exit - entry;
     let (once, half) = (cis(0.5 * (entry + exit)), cis(0.5 * length));
     let (mut at, mut chord) = (once, half);
-    for k in 1..=count {
-        // What the mean over a chord leaves of the value in its middle: sin(π k length) / (π k length).
-        let share = if length > LEAST_LENGTH { chord[1] / (PI * k as f32 * length) } else { 1.0 };
-        add(at.map(|part| part * share));
+    (1..).map(move |order| {
+        // What the mean over a chord leaves of the value in its middle: sin(π order length) / (π order length).
+        let share = if length > LEAST_LENGTH { chord[1] / (PI * order as f32 * length) } else { 1.0 };
+        let mean = at.map(|part| part * share);
         (at, chord) = (turned(at, once), turned(chord, half));
-    }
+        mean
+    })
 }
 
 /// What is shorter is a step. Twin: LEAST_LENGTH.
@@ -56,16 +56,15 @@ mod tests {
         #[test]
         fn segments_are_integrated(entry in 0.0..1.0f32, length in prop_oneof![0.0..1.0f32, 0.0..1e-5f32, Just(0.0)]) {
             let exit = (entry + length).min(1.0);
-            let (mut worst, mut k) = (0f64, 0);
-            harmonics(entry, exit, 15, |mean| {
-                k += 1;
+            let mut worst = 0f64;
+            for (k, mean) in (1..=15).zip(harmonics(entry, exit)) {
                 let at = |z: f32| (std::f64::consts::TAU * f64::from(k) * f64::from(z)).sin_cos();
                 let around = std::f64::consts::TAU * f64::from(k) * f64::from(exit - entry);
                 let ((s0, c0), (s1, c1)) = (at(entry), at(exit));
                 let exact = if around > 1e-3 { [(s1 - s0) / around, (c0 - c1) / around] } else { [c0, s0] };
                 let off = mean.into_iter().zip(exact).map(|(m, e)| (f64::from(m) - e).abs()).fold(0.0, f64::max);
                 worst = worst.max(off - if around > 1e-3 { 0.0 } else { around });
-            });
+            }
             prop_assert!(worst < 1e-5, "{worst}");
         }
     }

@@ -1,6 +1,7 @@
 //! CPU twin of glsl/technique/moments/: what moments of a ray's optical depth say of it, in f32.
 
 use super::harmonics::{cis, harmonics, turned};
+use super::roots::real_roots;
 
 /// Which functions are summed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,40 +15,42 @@ pub enum Basis {
 /// The share of the circle that the range takes, so that its ends are apart on it. Twin: ZONE.
 const ARC: f32 = 0.95;
 
+/// By how much moments in 32 bits are drawn to those of an even distribution. Twin: BIAS.
+pub const BIAS_32: f32 = 1e-5;
+
+/// The same in 16 bits.
+pub const BIAS_16: f32 = 3e-4;
+
 /// The least pivot that is divided by. Twin: LEAST_PIVOT.
 const LEAST_PIVOT: f32 = 1e-7;
 
-/// Rounds of [`largest_root`]. Twin: ROUNDS.
-const ROUNDS: usize = 5;
-
-/// What a segment adds to each of the sums, 1 + `moments`: its optical depth, then that times the mean of each function. Places are
-/// shares of the range. Twin: segment_parts.
-pub fn parts([entry, exit]: [f32; 2], optical_depth: f32, basis: Basis, moments: u32) -> Vec<f32> {
-    let mut parts = vec![optical_depth];
+/// What a segment between two places of the range adds to each sum: its optical depth, then that times the mean of each function. Twin:
+/// segment_parts.
+pub fn parts<const N: usize>(basis: Basis, [entry, exit]: [f32; 2], optical_depth: f32) -> [f32; N] {
+    let mut parts = [optical_depth; N];
     match basis {
         Basis::Power => {
             let (p, q) = (2.0 * entry - 1.0, 2.0 * exit - 1.0);
             // Polynomials at p, and their divided differences from p to q.
             let (mut before, mut now) = (1.0, p);
             let (mut slope_before, mut slope) = (0.0, 1.0);
-            for k in 1..=moments {
+            for (k, part) in (1..).zip(&mut parts[1..]) {
                 let slope_after = 2.0 * (q * slope + now) - slope_before;
                 let order = k as f32;
                 let mean = slope_after / (order + 1.0) - if k > 1 { slope_before / (order - 1.0) } else { 0.0 };
-                parts.push(optical_depth * 0.5 * mean);
+                *part = optical_depth * 0.5 * mean;
                 (before, now) = (now, 2.0 * p * now - before);
                 (slope_before, slope) = (slope, slope_after);
             }
         }
-        Basis::Trigonometric => harmonics(arc() * entry, arc() * exit, moments / 2, |mean| {
-            parts.extend(mean.map(|mean| optical_depth * mean));
-        }),
+        Basis::Trigonometric => {
+            let pairs = parts[1..].as_chunks_mut::<2>().0;
+            for (pair, mean) in pairs.iter_mut().zip(harmonics(ARC * entry, ARC * exit)) {
+                *pair = mean.map(|mean| optical_depth * mean);
+            }
+        }
     }
     parts
-}
-
-fn arc() -> f32 {
-    std::env::var("ARC").map_or(ARC, |a| a.parse().unwrap())
 }
 
 /// Square matrices and vectors of up to 5.
@@ -214,65 +217,40 @@ impl Problem<'_> {
     }
 }
 
-/// The largest root of a polynomial u^n + all\[0\] u^(n−1) + … whose roots are all real: Laguerre's method from above, which never
-/// passes it. Twin: largest_root.
-fn largest_root(all: &Vector, n: usize) -> f32 {
-    let order = n as f32;
-    let mean = -all[0] / order;
-    let spread = (all[0] * all[0] - 2.0 * order / (order - 1.0) * all[1]).max(0.0).sqrt();
-    let mut u = mean + (order - 1.0) / order * spread;
-    for _ in 0..ROUNDS {
-        u -= step(all, n, u);
+/// The optical depth to a place of the range, of sums as they are; `bias` draws the moments to those of an even distribution. Twin:
+/// texel_transmittance.
+pub fn optical_depth(sums: &[f32], basis: Basis, overestimation: f32, bias: f32, place: f32) -> f32 {
+    let total = sums[0];
+    if place <= 0.0 || place >= 1.0 || total <= 0.0 {
+        return if place <= 0.0 { 0.0 } else { total };
     }
-    u
+    let mut means: Vec<_> = sums.iter().map(|sum| (1.0 - bias) * (sum / total)).collect();
+    means[0] = 1.0;
+    total * share(&means, basis, overestimation, place)
 }
 
-/// How far Laguerre's step from above goes. Twin: laguerre_step.
-fn step(all: &Vector, n: usize, u: f32) -> f32 {
-    let (order, mut value, mut slope, mut bend) = (n as f32, 1.0, 0.0, 0.0);
-    for factor in &all[..n] {
-        bend = bend * u + slope;
-        slope = slope * u + value;
-        value = value * u + factor;
+/// The sums as 16 bits each keep them, the first as it is. Twin: store_sums.
+pub fn kept<const N: usize>(mut sums: [f32; N]) -> [f32; N] {
+    let total = sums[0];
+    for sum in &mut sums[1..] {
+        let mean = if total > 0.0 { *sum / total } else { 0.0 };
+        *sum = total * (mean.clamp(-1.0, 1.0) * 32767.0).round() / 32767.0;
     }
-    let under = (order - 1.0) * ((order - 1.0) * slope * slope - 2.0 * order * value * bend);
-    let over = slope + under.max(0.0).sqrt();
-    if over > 0.0 { order * value / over } else { 0.0 }
+    sums
 }
 
-/// All real roots of u^n + …, the largest first. Twin: real_roots.
-fn real_roots(mut all: Vector, n: usize) -> Vector {
-    let mut roots = [0.0; 5];
-    for (i, degree) in (3..=n).rev().enumerate() {
-        let root = largest_root(&all, degree);
-        roots[i] = root;
-        // Divided by what has that root.
-        let mut carried = 1.0;
-        for factor in &mut all[..degree] {
-            carried = carried * root + *factor;
-            *factor = carried;
-        }
-    }
-    let half = -0.5 * all[0];
-    let spread = (half * half - all[1]).max(0.0).sqrt();
-    let far = if half < 0.0 { half - spread } else { half + spread };
-    let near = if far != 0.0 { all[1] / far } else { 0.0 };
-    (roots[n - 2], roots[n - 1]) = (far.max(near), far.min(near));
-    roots
-}
-
-/// The share of the optical depth that lies before a share of the range, 0 to 1: `overestimation` of what the sharpest bound
-/// gives the place itself, all of what it puts before it. `means` are the sums over the first. Twin: moments_share.
-pub fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
+/// The share of the optical depth that lies before a place of the range: `overestimation` of what the sharpest bound gives the place
+/// itself, all of what it puts before it. `means` are the sums over the first. Twin: moments_share.
+fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
     let problem = Problem { basis, means, degree: (means.len() - 1) / 2 };
     let n = problem.degree;
     let lower = problem.factor();
     let place = match basis {
         Basis::Power => [2.0 * at - 1.0, 1.0],
-        Basis::Trigonometric => cis(0.5 * arc() * at),
+        Basis::Trigonometric => cis(0.5 * ARC * at),
     };
     let solved = problem.solve(&lower, problem.functions(place));
-    let square: f32 = solved[..=n].iter().map(|y| y * y).sum();
+    let square = solved[..=n].iter().map(|y| y * y).sum::<f32>().max(LEAST_PIVOT);
     // The transposed factor's inverse.
     let mut c = solved;
     for i in (0..=n).rev() {
@@ -297,7 +275,7 @@ pub fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
                 let there = turned(place, [u / length, 1.0 / length]);
                 // From the place on, in circles. Between the range's end and its beginning it is both.
                 let turns = 1.0f32.atan2(*u) / std::f32::consts::PI;
-                let is_before = ((turns + arc() * at - arc()) / (1.0 - arc())).clamp(0.0, 1.0);
+                let is_before = ((turns + ARC * at - ARC) / (1.0 - ARC)).clamp(0.0, 1.0);
                 (problem.weight(&lower, there), is_before)
             }
         };
@@ -305,4 +283,84 @@ pub fn share(means: &[f32], basis: Basis, overestimation: f32, at: f32) -> f32 {
         before += weight * is_before;
     }
     before / all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sum_checks::{casters, invariants, slab_error};
+    use super::*;
+    use proptest::prelude::*;
+
+    const BASES: [Basis; 2] = [Basis::Power, Basis::Trigonometric];
+
+    /// Moments against integrals in f64, cut fine.
+    #[test]
+    fn parts_are_integrals() {
+        for (entry, exit) in [(0.0f32, 1.0f32), (0.1, 0.15), (0.5, 0.5), (0.93, 0.9301), (0.999, 1.0)] {
+            for basis in BASES {
+                let found: [f32; 9] = parts(basis, [entry, exit], 3.0);
+                for (k, found) in found.into_iter().enumerate() {
+                    let function = |z: f64| match basis {
+                        Basis::Power => (k as f64 * (2.0 * z - 1.0).clamp(-1.0, 1.0).acos()).cos(),
+                        Basis::Trigonometric => {
+                            let angle = std::f64::consts::TAU * f64::from(ARC) * z * k.div_ceil(2) as f64;
+                            if k > 0 && k % 2 == 0 { angle.sin() } else { angle.cos() }
+                        }
+                    };
+                    let cut = |i: u32| f64::from(entry) + f64::from(exit - entry) * (f64::from(i) + 0.5) / 2000.0;
+                    let exact = 3.0 * (0..2000).map(|i| function(cut(i))).sum::<f64>() / 2000.0;
+                    assert!((f64::from(found) - exact).abs() < 2e-5, "{basis:?} {k} {entry} {exit}: {found}, not {exact}");
+                }
+            }
+        }
+    }
+
+    /// Few places are what their moments say: bounds leave nothing between them but where a place is.
+    #[test]
+    fn few_places_are_found() {
+        let places = [(0.2f32, 1.0f32), (0.7, 0.5)];
+        for basis in BASES {
+            let mut sums = [0.0; 7];
+            for (place, optical_depth) in places {
+                let of: [f32; 7] = parts(basis, [place, place], optical_depth);
+                sums.iter_mut().zip(of).for_each(|(sum, part)| *sum += part);
+            }
+            for at in [0.05f32, 0.12, 0.3, 0.45, 0.6, 0.8, 0.95] {
+                let exact: f32 = places.iter().filter(|(place, _)| *place < at).map(|(_, t)| t).sum();
+                for overestimation in [0.0, 1.0] {
+                    let found = optical_depth(&sums, basis, overestimation, 1e-5, at);
+                    assert!((found - exact).abs() < 0.03, "{basis:?} {at} {overestimation}: {found}, not {exact}");
+                }
+            }
+        }
+    }
+
+    /// A slab lies between the bounds, and more moments bring them together.
+    #[test]
+    fn a_slab() {
+        let of = |overestimation| {
+            let depth = move |sums: &[f32], at| optical_depth(sums, Basis::Power, overestimation, 1e-5, at);
+            [
+                slab_error([0.3, 0.7], |place, t| parts::<5>(Basis::Power, place, t), |sums, at| depth(sums, at)),
+                slab_error([0.3, 0.7], |place, t| parts::<9>(Basis::Power, place, t), |sums, at| depth(sums, at)),
+            ]
+        };
+        let (middle, least) = (of(0.5), of(0.0));
+        assert!(middle[0] < 0.01 && middle[1] < middle[0] && least[1] < least[0], "{middle:?}, {least:?}");
+        assert!(least[0] > 4.0 * middle[0], "what ships is too light: {middle:?}, {least:?}");
+    }
+
+    proptest! {
+        /// Bounds of powers never rise; on the circle light may wrap.
+        #[test]
+        fn stay_within_bounds(all in casters(), overestimation in prop_oneof![Just(0.0f32), Just(0.4), Just(1.0)]) {
+            for (basis, rise) in [(Basis::Power, 1e-4), (Basis::Trigonometric, 1.0)] {
+                let depth = |bias: f32| move |sums: &[f32], at| optical_depth(sums, basis, overestimation, bias, at);
+                invariants::<5>(&all, |place, t| parts(basis, place, t), |sums| sums, |s, at| depth(BIAS_32)(s, at), rise)?;
+                invariants::<7>(&all, |place, t| parts(basis, place, t), |sums| sums, |s, at| depth(BIAS_32)(s, at), rise)?;
+                invariants::<9>(&all, |place, t| parts(basis, place, t), |sums| sums, |s, at| depth(BIAS_32)(s, at), rise)?;
+                invariants::<9>(&all, |place, t| parts(basis, place, t), kept, |s, at| depth(BIAS_16)(s, at), rise)?;
+            }
+        }
+    }
 }

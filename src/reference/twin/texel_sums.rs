@@ -1,0 +1,70 @@
+//! CPU twin of glsl/maps/sums/: sums over the casters on a texel's ray, in f32 and whole numbers.
+
+use super::segment::{Segment, texel_segment};
+use super::sums::{DARK, scale};
+use crate::scene::{Caster, View};
+
+/// The depths that sums are of. Twins: RANGE_SCENE and so on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Range {
+    /// All of the map's.
+    Scene,
+    /// As many from the texel's front on.
+    Front,
+    /// From its front to its back.
+    Texel,
+}
+
+impl Range {
+    /// Where it begins and ends for a texel of these segments. Twin: range_of.
+    pub fn of(self, segments: &[Segment]) -> [f32; 2] {
+        let front = segments.iter().map(|s| s.entry).fold(f32::INFINITY, f32::min);
+        let back = segments.iter().map(|s| s.exit).fold(-f32::INFINITY, f32::max);
+        match self {
+            Self::Texel if segments.is_empty() => [0.0; 2],
+            _ if self == Self::Scene || segments.is_empty() => [0.0, 1.0],
+            Self::Texel => [front, back],
+            _ => [front, front + 1.0],
+        }
+    }
+}
+
+/// A depth's place in a range. Twin: range_place.
+pub fn place([begin, end]: [f32; 2], depth: f32) -> f32 {
+    if depth >= end {
+        1.0
+    } else if depth <= begin {
+        0.0
+    } else {
+        ((depth - begin) / (end - begin)).min(1.0)
+    }
+}
+
+/// The segments of a texel that take light, each cut off where an optical depth of `dark` is reached. Twin: view_segment.
+pub fn segments(view: &View, texel: [u32; 2], casters: &[Caster], dark: f32) -> Vec<Segment> {
+    let all = casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0);
+    all.map(|s| {
+        let share = (dark / s.optical_depth).min(1.0);
+        Segment { exit: s.entry + (s.exit - s.entry) * share, optical_depth: s.optical_depth.min(dark), ..s }
+    })
+    .collect()
+}
+
+/// The range of a texel and its sums. `parts` is what a segment between two places adds to each, the technique's segment_parts;
+/// `bound` is [`super::sums::bound`] of the casters of the texel's tile. Twin: binned.glsl.
+pub fn binned<const N: usize>(
+    (view, texel, casters, bound): (&View, [u32; 2], &[Caster], u64),
+    range: Range,
+    parts: impl Fn([f32; 2], f32) -> [f32; N],
+) -> ([f32; 2], [f32; N]) {
+    let segments = segments(view, texel, casters, DARK);
+    let (range, scale) = (range.of(&segments), scale(bound));
+    let mut units = [0i32; N];
+    for segment in &segments {
+        let all = parts([segment.entry, segment.exit].map(|depth| place(range, depth)), segment.optical_depth);
+        for (sum, part) in units.iter_mut().zip(all) {
+            *sum += (part * scale + 0.5).floor() as i32;
+        }
+    }
+    (range, units.map(|sum| sum as f32 / scale))
+}
