@@ -380,8 +380,6 @@ mod tests {
             voxelized,
             wavelet
         );
-||||||| 231999b1
-        each!(avsm, beer_shadow_map, ism, layers, psm, shadow_map, translucency_map, uncompressed, voxel_grid, voxelized);
         goes_both_ways::<ShadingSettings>(&all::avsm::ENTRY, crate::consume::KEYS);
         for entry in REGISTRY {
             assert!(seen.contains(&entry.name), "{} is not among these", entry.name);

@@ -309,7 +309,10 @@ mod tests {
                     };
                     let cut = |i: u32| f64::from(entry) + f64::from(exit - entry) * (f64::from(i) + 0.5) / 2000.0;
                     let exact = 3.0 * (0..2000).map(|i| function(cut(i))).sum::<f64>() / 2000.0;
-                    assert!((f64::from(found) - exact).abs() < 2e-5, "{basis:?} {k} {entry} {exit}: {found}, not {exact}");
+                    assert!(
+                        (f64::from(found) - exact).abs() < 2e-5,
+                        "{basis:?} {k} {entry} {exit}: {found}, not {exact}"
+                    );
                 }
             }
         }
