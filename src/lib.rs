@@ -98,6 +98,7 @@
 //! |---|---|---|---|
 //! | avsm | particles, strands, meshes | each frame | a compressed curve of transmittance a texel |
 //! | psm | particles, strands, meshes | each frame | what is left of the light behind each slice of a volume |
+//! | layers | particles, strands, meshes | each frame | optical depth up to the ends of a texel's layers |
 //! | beer-shadow-map | particles, strands, meshes | each frame | front, mean extinction and greatest optical depth a texel |
 //! | translucency-map | particles, strands, meshes | each frame | one product of transmittances a texel |
 //! | uncompressed | particles, strands, meshes | each frame | all segments of each texel: the yardstick |

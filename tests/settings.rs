@@ -10,9 +10,9 @@ use gobo::gpu::Context;
 use gobo::maps::{FilterKind, OpaqueWay};
 use gobo::scene::Scene;
 use gobo::technique::{
-    self, Avsm, BeerShadowMap, Opened, Psm, RayQuery, ShadowMap, Technique, TranslucencyMap, Uncompressed, Unshadowed,
-    VoxelGrid, Voxelized, avsm, beer_shadow_map, none, psm, ray_query, shadow_map, translucency_map, uncompressed,
-    voxel_grid, voxelized,
+    self, Avsm, BeerShadowMap, Layers, Opened, Psm, RayQuery, ShadowMap, Technique, TranslucencyMap, Uncompressed,
+    Unshadowed, VoxelGrid, Voxelized, avsm, beer_shadow_map, layers, none, psm, ray_query, shadow_map,
+    translucency_map, uncompressed, voxel_grid, voxelized,
 };
 use gobo::world::World;
 use support::{gpu_test, scenes, spec};
@@ -63,6 +63,11 @@ const SMOKE: &[(&str, Open)] = &[
         let settings =
             translucency_map::Settings { size: 20, storage: translucency_map::Storage::R16f, ..Default::default() };
         Ok(Box::new(TranslucencyMap::new(context, world, &settings)?))
+    }),
+    ("layers:size=20,layers=8,range=front,storage=r16f", |context, world| {
+        let (range, storage) = (layers::Range::Front, layers::Storage::F16);
+        let settings = layers::Settings { size: 20, layers: 8, range, storage, ..Default::default() };
+        Ok(Box::new(Layers::new(context, world, &settings)?))
     }),
     ("uncompressed:size=20,radius=1", |context, world| {
         let settings = uncompressed::Settings { size: 20, radius: 1, ..Default::default() };

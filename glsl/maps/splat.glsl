@@ -21,14 +21,19 @@ layout(location = 1) flat in vec4 rest;
 // Of the map.
 uvec2 splat_texel(View view) { return uvec2(gl_FragCoord.xy) - uvec2(0u, slot * view.height); }
 
-// The segment of the caster in the texel, as depths in the light's range. False where there is none.
-bool splat_segment(View view, out vec2 depth, out float optical_depth) {
+// The segment of the caster in the texel, cut off where an optical depth of `dark` is reached, as depths in the light's range. False
+// where there is none.
+bool splat_part(View view, float dark, out vec2 depth, out float optical_depth) {
     Caster caster = Caster(ball.xyz, ball.w, STRANDS ? rest.xyz : vec3(0.0), rest.w);
     Ray ray = view_texel_ray(view, splat_texel(view));
     vec2 z;
-    bool hit = view_segment(view, ray, length(ray.direction), caster, MAX_OPTICAL_DEPTH, z, optical_depth);
+    bool hit = view_segment(view, ray, length(ray.direction), caster, dark, z, optical_depth);
     depth = vec2(view_depth(view, z.x), view_depth(view, z.y));
     return hit;
+}
+
+bool splat_segment(View view, out vec2 depth, out float optical_depth) {
+    return splat_part(view, MAX_OPTICAL_DEPTH, depth, optical_depth);
 }
 #endif
 #endif

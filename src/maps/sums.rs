@@ -2,29 +2,55 @@
 //! glsl/maps/sums/.
 
 use super::texels::TexelPasses;
-use super::{Bins, Entries, Maps, TexelWay, Use};
-use crate::Result;
-use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory, Resource, Shader};
-use crate::shaders::set;
+use super::{Bins, DrawingOrder, Entries, Maps, Splat, SplatPush, TexelWay, Use, stacked};
+use crate::gpu::{
+    Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, Resource, Shader, Target,
+};
+use crate::shaders::constant::SUM_RANGE;
+use crate::shaders::{self, set};
 use crate::world::World;
+use crate::{Error, Result};
 
-/// What makes them. The constants that it is made with say what SUM_RANGE is.
+/// Most targets that sums are drawn to, of four sums each. Twin: drawn_7 in glsl/maps/sums/pack.glsl.
+const MOST_TARGETS: u32 = 8;
+
+/// What makes them. The constants that they are made with say what SUM_RANGE is.
 pub struct SumKernels<'a> {
-    /// Label of the binned pass.
-    pub label: &'static str,
+    /// Labels of the binned pass, of the one that draws, and of the one that keeps what was drawn.
+    pub labels: [&'static str; 3],
+    /// Sums of a texel, at most 32.
+    pub sums: u32,
     /// Words of a texel, as the technique packs its sums.
     pub words: u32,
     /// Writes a tile's texels: maps/sums/binned.glsl.
     pub binned: &'a Shader,
+    /// Draws a caster, maps/sums/raster.glsl: to 1, 2, 4 or 8 targets.
+    pub raster: [&'a Shader; 4],
+    /// Keeps what was drawn: maps/sums/pack.glsl.
+    pub pack: &'a Shader,
 }
 
 /// The texels' words, map after map, and the way to them.
 pub struct Sums {
     /// What look-ups fetch.
     pub words: Buffer,
-    bins: Bins,
-    kernel: Kernel,
-    label: &'static str,
+    way: Way,
+}
+
+enum Way {
+    Binned { bins: Bins, kernel: Kernel, label: &'static str },
+    Raster(Raster),
+}
+
+/// Casters drawn twice: for each texel's ends, where its range hangs on them, and for its sums.
+struct Raster {
+    labels: [&'static str; 2],
+    splat: Splat,
+    ends: Buffer,
+    draw_ends: Option<Kernel<SplatPush>>,
+    targets: Vec<Image>,
+    draw: Kernel<SplatPush>,
+    pack: Kernel,
 }
 
 impl Sums {
@@ -32,39 +58,126 @@ impl Sums {
     /// which look-ups read it.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`Error::Gpu`] where memory runs out, [`Error::Refused`] where the device draws to too few targets.
     pub fn new(
         context: &Context,
         world: &World,
         maps: &Maps,
-        _way: TexelWay,
+        way: TexelWay,
         (skip, reach): (bool, u32),
         kernels: &SumKernels,
         constants: &Constants,
     ) -> Result<Self> {
-        let label = kernels.label;
+        let label = kernels.labels[0];
         let words = Buffer::new(context, label, 4 * u64::from(kernels.words) * maps.texels(), Memory::Device)?;
-        let what = Use { entries: Entries::Summed, skip, reach, parts: [1, 1], area: false, blocks: None };
-        let bins = Bins::new(context, world, maps, what)?;
-        let storage = set::MapsSums { sum_words: &words }.bind(context, label)?;
-        let kernel = Kernel::compute(context, kernels.binned, &[maps.scene(), bins.set(), &storage], constants)?;
-        Ok(Self { words, bins, kernel, label })
+        let way = match way {
+            TexelWay::Raster => Way::Raster(Raster::new(context, world, maps, &words, kernels, constants)?),
+            TexelWay::Binned => {
+                let what = Use { entries: Entries::Summed, skip, reach, parts: [1, 1], area: false, blocks: None };
+                let bins = Bins::new(context, world, maps, what)?;
+                let storage = set::MapsSums { sum_words: &words }.bind(context, label)?;
+                let sets = [maps.scene(), bins.set(), &storage];
+                let kernel = Kernel::compute(context, kernels.binned, &sets, constants)?;
+                Way::Binned { bins, kernel, label }
+            }
+        };
+        Ok(Self { words, way })
+    }
+}
+
+impl Raster {
+    fn new(
+        context: &Context,
+        world: &World,
+        maps: &Maps,
+        words: &Buffer,
+        kernels: &SumKernels,
+        constants: &Constants,
+    ) -> Result<Self> {
+        let [_, label, packs] = kernels.labels;
+        let count = kernels.sums.div_ceil(4).next_power_of_two().min(MOST_TARGETS);
+        let has = context.features().max_color_attachments;
+        if has < count {
+            return Err(Error::Refused {
+                needs: format!("maxColorAttachments of at least {count} (this device has {has})"),
+            });
+        }
+        // What is drawn in halves rounds at each caster.
+        let float32 = context.features().float32_blend;
+        let format = if float32 { Format::R32G32B32A32_SFLOAT } else { Format::R16G16B16A16_SFLOAT };
+        let size = stacked(context, label, maps.size(), maps.count())?;
+        let targets: Vec<_> =
+            (0..count).map(|_| Image::new(context, label, format, size, ImageUse::Color)).collect::<Result<_>>()?;
+        // Where the range is the map's, nobody reads the ends.
+        let has_ends = constants.word(SUM_RANGE.id()) != Some(0);
+        let ends = Buffer::new(context, "sums.ends", if has_ends { 8 * maps.texels() } else { 4 }, Memory::Device)?;
+        let splat = Splat::new(context, world, maps, DrawingOrder::Index, None)?;
+        let set = set::MapsEnds { ends: &ends }.bind(context, "sums.ends")?;
+        let drawn = |fragment: &Shader, colors: &[(Format, Blend)]| {
+            splat.kernel(context, maps, fragment, colors, &[&set], constants)
+        };
+        let draw_ends = has_ends.then(|| drawn(&shaders::sums::ENDS_FRAG, &[])).transpose()?;
+        let draw = drawn(kernels.raster[count.ilog2() as usize], &vec![(format, Blend::Add); count as usize])?;
+        let target = |i: usize| &targets[i % targets.len()];
+        let read = set::MapsDrawnSums {
+            ends: &ends,
+            drawn_0: target(0),
+            drawn_1: target(1),
+            drawn_2: target(2),
+            drawn_3: target(3),
+            drawn_4: target(4),
+            drawn_5: target(5),
+            drawn_6: target(6),
+            drawn_7: target(7),
+        };
+        let read = read.bind(context, packs)?;
+        let storage = set::MapsSums { sum_words: words }.bind(context, packs)?;
+        let pack = Kernel::compute(context, kernels.pack, &[maps.scene(), &read, &storage], constants)?;
+        Ok(Self { labels: [label, packs], splat, ends, draw_ends, targets, draw, pack })
+    }
+
+    fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps) {
+        let size = self.targets.first().map_or([1, 1], Image::size);
+        let all = 0..maps.count();
+        self.splat.record(commands, world, maps, None);
+        if let Some(kernel) = &self.draw_ends {
+            commands.pass("sums.clear", |pass| pass.fill(&self.ends, 0));
+            commands.pass("sums.ends", |pass| {
+                pass.render(size, &[], None, |draw| self.splat.draw(draw, kernel, all.clone(), 0, 0));
+            });
+        }
+        let [label, packs] = self.labels;
+        commands.pass(label, |pass| {
+            let targets: Vec<_> = self.targets.iter().map(|image| Target { image, clear: Some([0.0; 4]) }).collect();
+            pass.render(size, &targets, None, |draw| self.splat.draw(draw, &self.draw, all, 0, 0));
+        });
+        let [x, y] = maps.tiles();
+        commands.pass(packs, |pass| pass.dispatch(&self.pack, &(), [x, y, maps.count()]));
+    }
+
+    fn bytes(&self) -> u64 {
+        self.splat.bytes() + self.ends.bytes() + self.targets.iter().map(Image::bytes).sum::<u64>()
     }
 }
 
 impl TexelPasses for Sums {
-    fn record(&mut self, commands: &mut Commands, world: &World, _maps: &Maps) -> Result<()> {
-        self.bins.record(commands, world);
-        commands.pass(self.label, |pass| self.bins.per_part(pass, &self.kernel, &()));
+    fn record(&mut self, commands: &mut Commands, world: &World, maps: &Maps) -> Result<()> {
+        match &mut self.way {
+            Way::Raster(raster) => raster.record(commands, world, maps),
+            Way::Binned { bins, kernel, label } => {
+                bins.record(commands, world);
+                commands.pass(label, |pass| bins.per_part(pass, kernel, &()));
+            }
+        }
         Ok(())
     }
 
     fn settle(&mut self, frame: u64) -> Result<bool> {
-        self.bins.settle(frame)
+        if let Way::Binned { bins, .. } = &mut self.way { bins.settle(frame) } else { Ok(false) }
     }
 
     fn bins(&self) -> Option<&Bins> {
-        Some(&self.bins)
+        if let Way::Binned { bins, .. } = &self.way { Some(bins) } else { None }
     }
 
     fn kept(&self) -> Resource {
@@ -72,6 +185,6 @@ impl TexelPasses for Sums {
     }
 
     fn bytes(&self) -> [u64; 2] {
-        [self.words.bytes(), 0]
+        [self.words.bytes(), if let Way::Raster(raster) = &self.way { raster.bytes() } else { 0 }]
     }
 }

@@ -24,11 +24,11 @@
 use super::keys::{Name, words};
 use super::promises::ROUNDING;
 use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
-use super::texel_map::{BINNED, Common, TexelMap};
+use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
 use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
 use crate::Result;
-use crate::gpu::{Constants, Context};
-use crate::maps::{Filter, FilterKind, OpaqueWay, SumKernels, Sums};
+use crate::gpu::{Constants, Context, Requirement};
+use crate::maps::{Filter, FilterKind, OpaqueWay, SumKernels, Sums, TexelWay};
 use crate::shaders::constant::{PLANES, SUM_RANGE, SUM_STORAGE};
 use crate::shaders::{folder, layers as shaders};
 use crate::world::World;
@@ -61,6 +61,9 @@ settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
+        /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where the device
+        /// can.
+        path: Option<TexelWay> = PATH;
         /// Layers of a texel: 4, 8, 16 or 32.
         layers: u32 = Setting::one_of("16", &["4", "8", "16", "32"], "layers of a texel, in whose ends optical depths are kept");
         /// Between which depths they lie.
@@ -92,19 +95,27 @@ pub const ENTRY: Entry = Entry {
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
-    paths: &[Path { name: BINNED, requires: &[] }],
-    promises: |_, _| PROMISES,
+    paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
+    promises: |spec, path| promises(&spec.settings(), path),
     runs: Runs {
         compare: &["layers=16"],
         on_cpu: &[(Name::SIZE, "64")],
-        stress_smoke: &["size=32,range=scene|front|texel"],
+        stress_smoke: &[
+            "size=32,path=binned|raster",
+            "size=32,path=binned,range=scene|front,storage=r16f",
+            "size=32,layers=4,storage=r16",
+        ],
         ..Runs::NONE
     },
     open: |context, world, spec| Ok(Box::new(Layers::new(context, world, &spec.settings())?)),
 };
 
-/// Sums of whole numbers have no order, and the last has all.
-const PROMISES: Promises = Promises { tail: Some(1e-3), order: Some(ROUNDING), ..Promises::OF_DEPTH };
+/// The last sum has all, as its storage rounds it. Sums of whole numbers have no order; what is drawn rounds at each caster.
+fn promises(settings: &Settings, path: &str) -> Promises {
+    let tail = if settings.storage == Storage::F32 && path == BINNED { ROUNDING } else { 1e-3 };
+    let order = if path == BINNED { 0.0 } else { 1e-3 };
+    Promises { tail: Some(tail), order: Some(order), ..Promises::OF_DEPTH }
+}
 
 /// The technique, opened for one world.
 pub type Layers = TexelMap<Settings, Sums>;
@@ -124,11 +135,23 @@ impl Layers {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { layers, range, size, storage, filter: kind, radius, opaque, skip } = *settings;
+        let Settings { path, layers, range, size, storage, filter: kind, radius, opaque, skip } = *settings;
         let constants =
             Constants::new().set(PLANES, layers).set(SUM_RANGE, range as u32).set(SUM_STORAGE, storage as u32);
-        let common = Common { path: None, size, filter: Filter { kind, radius }, opaque, skip, constants };
-        let kernels = SumKernels { label: "layers.binned", words: settings.words(), binned: &shaders::BINNED };
+        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
+        let kernels = SumKernels {
+            labels: ["layers.binned", "layers.raster", "layers.pack"],
+            sums: layers,
+            words: settings.words(),
+            binned: &shaders::BINNED,
+            raster: [
+                &shaders::RASTER_FRAG_TARGETS_1,
+                &shaders::RASTER_FRAG_TARGETS_2,
+                &shaders::RASTER_FRAG_TARGETS_4,
+                &shaders::RASTER_FRAG_TARGETS_8,
+            ],
+            pack: &shaders::PACK,
+        };
         Self::open(context, world, &ENTRY, (settings, common), folder::LAYERS, |maps, way, skip, constants| {
             Sums::new(context, world, maps, way, skip, &kernels, constants)
         })

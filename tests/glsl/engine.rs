@@ -44,7 +44,7 @@ pub fn is_glsl(word: &str) -> bool {
         layout set binding scalar std430 r32ui constant_id readonly buffer uniform \
         abs all any bitCount clamp cross distance dot equal exp floor floatBitsToUint greaterThan greaterThanEqual \
         imageLoad inversesqrt length lessThan lessThanEqual max min mix normalize notEqual round sqrt texelFetch \
-        textureGather textureLod textureSize uintBitsToFloat sign step \
+        textureGather textureLod textureSize uintBitsToFloat unpackHalf2x16 unpackUnorm2x16 sign step \
         rayQueryInitializeEXT rayQueryProceedEXT rayQueryGetIntersectionPrimitiveIndexEXT rayQueryConfirmIntersectionEXT \
         rayQueryGetIntersectionTypeEXT gl_RayFlagsTerminateOnFirstHitEXT gl_RayFlagsNoOpaqueEXT \
         gl_RayQueryCommittedIntersectionNoneEXT";

@@ -127,6 +127,8 @@ fn smoke_is_answered_alike() {
             "psm:slices=64,filter=box",
             "beer-shadow-map",
             "translucency-map",
+            "layers:layers=8",
+            "layers:range=front,storage=r16",
             "uncompressed:size=64",
         ] {
             answers_alike(context, &scenes::random(), text);

@@ -3,7 +3,7 @@
 #define MAPS_SUMS_RANGE_GLSL
 #include "world/view.glsl"
 
-CONSTANT(uint, SUM_RANGE, 2u)  // which: 0 all of the map's depths, 1 as many from the texel's front on, 2 from its front to its back
+CONSTANT(uint, SUM_RANGE, 2u)  // which: 0 all of the map's depths, 1 those from the texel's front on, 2 those from its front to its back
 
 const uint RANGE_SCENE = 0u;
 const uint RANGE_FRONT = 1u;
@@ -14,12 +14,14 @@ uint range_words() { return SUM_RANGE; }
 
 // The range of a texel whose casters begin and end at these depths; from FARTHEST to -FARTHEST where it has none.
 vec2 range_of(vec2 ends) {
-    if (ends.x > ends.y) {
-        return vec2(0.0, SUM_RANGE == RANGE_TEXEL ? 0.0 : 1.0);
-    }
-    return SUM_RANGE == RANGE_SCENE   ? vec2(0.0, 1.0)
-           : SUM_RANGE == RANGE_FRONT ? vec2(ends.x, ends.x + 1.0)
-                                      : ends;
+    bool empty = ends.x > ends.y;
+    return vec2(empty || SUM_RANGE == RANGE_SCENE ? 0.0 : ends.x,
+                SUM_RANGE != RANGE_TEXEL ? 1.0 : empty ? 0.0 : ends.y);
+}
+
+// The range of a texel whose ends were drawn (maps/sums/ends.frag): words of which the greatest is kept, 0 where nothing is.
+vec2 range_of_words(uvec2 words) {
+    return range_of(words.x == 0u ? vec2(FARTHEST, -FARTHEST) : uintBitsToFloat(uvec2(~words.x, words.y)));
 }
 
 // A depth's place in the range. Compared first, so that of a range of no extent all is behind and not 0/0.

@@ -1,20 +1,8 @@
-// What a segment adds to a texel's layers, and how they are kept. Twin: reference::twin::layers.
+// How a texel's layers are kept. Twin: reference::twin::layers.
 #ifndef TECHNIQUE_LAYERS_STORE_GLSL
 #define TECHNIQUE_LAYERS_STORE_GLSL
 #include "maps/sums/set.glsl"
-#include "technique/layers/layers.glsl"
-
-#define SUMS PLANES
-
-// Each layer's sum has all that lies before its end.
-void segment_parts(vec2 place, float optical_depth, out float parts[SUMS]) {
-    // A segment of no length is a step, and its own place lies behind it.
-    float steepness = place.y > place.x ? 1.0 / (place.y - place.x) : 0.0;
-    for (uint k = 0u; k < SUMS; ++k) {
-        float end = layer_end(k + 1u);
-        parts[k] = end >= place.y ? optical_depth : optical_depth * clamp((end - place.x) * steepness, 0.0, 1.0);
-    }
-}
+#include "technique/layers/parts.glsl"
 
 void store_sums(uint texel, vec2 range, float sums[SUMS]) {
     uint at = texel * texel_words();

@@ -27,7 +27,7 @@ float texel_transmittance(LookUp l, ivec2 texel) {
     vec2 range = vec2(0.0, 1.0);
     if (SUM_RANGE != RANGE_SCENE) {
         range.x = uintBitsToFloat(visibility_words[at]);
-        range.y = SUM_RANGE == RANGE_FRONT ? range.x + 1.0 : uintBitsToFloat(visibility_words[at + 1u]);
+        range.y = SUM_RANGE == RANGE_FRONT ? 1.0 : uintBitsToFloat(visibility_words[at + 1u]);
     }
     at += range_words();
     float place = range_place(range, l.depth);

@@ -36,6 +36,12 @@ impl<const N: usize> Texel<N> {
         Self { of, range, optical_depths }
     }
 
+    /// As drawn. Twin: raster.frag.
+    pub fn drawn(of: Range, texel: (&View, [u32; 2], &[Caster])) -> Self {
+        let (range, optical_depths) = texel_sums::drawn(texel, of, |places, taken| parts(of, places, taken));
+        Self { of, range, optical_depths }
+    }
+
     /// As its storage keeps it.
     pub fn kept(self, storage: impl Fn(f32) -> f32) -> Self {
         Self { optical_depths: self.optical_depths.map(storage), ..self }

@@ -9,9 +9,9 @@ use crate::scene::{Caster, View};
 pub enum Range {
     /// All of the map's.
     Scene,
-    /// As many from the texel's front on.
+    /// Those from the texel's front on.
     Front,
-    /// From its front to its back.
+    /// Those from its front to its back.
     Texel,
 }
 
@@ -20,12 +20,16 @@ impl Range {
     pub fn of(self, segments: &[Segment]) -> [f32; 2] {
         let front = segments.iter().map(|s| s.entry).fold(f32::INFINITY, f32::min);
         let back = segments.iter().map(|s| s.exit).fold(-f32::INFINITY, f32::max);
-        match self {
-            Self::Texel if segments.is_empty() => [0.0; 2],
-            _ if self == Self::Scene || segments.is_empty() => [0.0, 1.0],
-            Self::Texel => [front, back],
-            _ => [front, front + 1.0],
-        }
+        let empty = segments.is_empty();
+        let begin = if empty || self == Self::Scene { 0.0 } else { front };
+        let end = if self != Self::Texel {
+            1.0
+        } else if empty {
+            0.0
+        } else {
+            back
+        };
+        [begin, end]
     }
 }
 
@@ -67,4 +71,21 @@ pub fn binned<const N: usize>(
         }
     }
     (range, units.map(|sum| sum as f32 / scale))
+}
+
+/// The same as drawn: sums round at each caster. Twin: ends.frag and raster.glsl, and what is blended from it in 32 bits.
+pub fn drawn<const N: usize>(
+    (view, texel, casters): (&View, [u32; 2], &[Caster]),
+    range: Range,
+    parts: impl Fn([f32; 2], f32) -> [f32; N],
+) -> ([f32; 2], [f32; N]) {
+    let segments = segments(view, texel, casters, DARK);
+    let (range, mut sums) = (range.of(&segments), [0.0; N]);
+    for segment in &segments {
+        let all = parts([segment.entry, segment.exit].map(|depth| place(range, depth)), segment.optical_depth);
+        for (sum, part) in sums.iter_mut().zip(all) {
+            *sum += part;
+        }
+    }
+    (range, sums)
 }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 struct Figure(&'static str, &'static str, &'static str, u32);
 
 /// The quick ones first.
-const FIGURES: [Figure; 18] = [
+const FIGURES: [Figure; 19] = [
     Figure("curve.svg", "docs/avsm.md", "gobo curve plume_8k", 0),
     Figure("three-emitters-slice.png", "docs/results.md", "gobo slice three-emitters", 0),
     Figure("ism-map.png", "docs/ism.md", "gobo map cornell --vpls 256 --light 100 --technique ism:fill=off", 0),
@@ -31,6 +31,7 @@ const FIGURES: [Figure; 18] = [
         "gobo render three-emitters --technique beer-shadow-map",
         0,
     ),
+    Figure("three-emitters-layers.png", "docs/layers.md", "gobo render three-emitters --technique layers", 0),
     Figure("three-emitters.png", "README.md", "gobo render three-emitters", 0),
     Figure("hair.png", "docs/avsm.md", "gobo render hair", 0),
     Figure("lantern.png", "docs/lights-and-filters.md", "gobo render lantern", 0),

@@ -1,0 +1,22 @@
+#version 460
+// Where on each texel's ray its casters begin and end. Source: ours. Inputs: maps, casters. Output: ends. Twin:
+// reference::twin::texel_sums.
+// Invariant: ends are extremes, whatever order casters come in. Depths are not negative, and compare as their bits do.
+#define SPLAT_FRAGMENT
+#include "maps/splat.glsl"
+
+// set 2: maps_ends
+// Of each texel the bits of its front, turned round, and those of its back.
+layout(set = 2, binding = 0, scalar) buffer Ends { uint ends[]; };
+
+void main() {
+    View view = maps[map].volume;
+    vec2 depth;
+    float optical_depth;
+    if (splat_part(view, DARK, depth, optical_depth) && optical_depth > 0.0) {
+        uvec2 at = uvec2(gl_FragCoord.xy);
+        uint texel = at.y * view.width + at.x;
+        atomicMax(ends[2u * texel], ~floatBitsToUint(depth.x));
+        atomicMax(ends[2u * texel + 1u], floatBitsToUint(depth.y));
+    }
+}
