@@ -10,9 +10,9 @@ use gobo::gpu::Context;
 use gobo::maps::{FilterKind, OpaqueWay};
 use gobo::scene::Scene;
 use gobo::technique::{
-    self, Avsm, BeerShadowMap, Layers, Opened, Psm, RayQuery, ShadowMap, Technique, TranslucencyMap, Uncompressed,
-    Unshadowed, VoxelGrid, Voxelized, avsm, beer_shadow_map, layers, none, psm, ray_query, shadow_map,
-    translucency_map, uncompressed, voxel_grid, voxelized,
+    self, Avsm, BeerShadowMap, Fourier, Layers, Moments, Opened, Psm, RayQuery, ShadowMap, Technique, TranslucencyMap,
+    Uncompressed, Unshadowed, VoxelGrid, Voxelized, Wavelet, avsm, beer_shadow_map, fourier, layers, moments, none,
+    psm, ray_query, shadow_map, translucency_map, uncompressed, voxel_grid, voxelized, wavelet,
 };
 use gobo::world::World;
 use support::{gpu_test, scenes, spec};
@@ -68,6 +68,27 @@ const SMOKE: &[(&str, Open)] = &[
         let (range, storage) = (layers::Range::Front, layers::Storage::F16);
         let settings = layers::Settings { size: 20, layers: 8, range, storage, ..Default::default() };
         Ok(Box::new(Layers::new(context, world, &settings)?))
+    }),
+    ("fourier:size=20,coefficients=7,range=scene", |context, world| {
+        let range = technique::sums::Range::Scene;
+        Ok(Box::new(Fourier::new(
+            context,
+            world,
+            &fourier::Settings { size: 20, coefficients: 7, range, ..Default::default() },
+        )?))
+    }),
+    ("moments:size=20,moments=8,basis=trigonometric,overestimation=25", |context, world| {
+        let basis = moments::Basis::Trigonometric;
+        let settings = moments::Settings { size: 20, moments: 8, basis, overestimation: 25, ..Default::default() };
+        Ok(Box::new(Moments::new(context, world, &settings)?))
+    }),
+    ("wavelet:size=20,rank=2,storage=r16f", |context, world| {
+        let storage = technique::sums::Storage::F16;
+        Ok(Box::new(Wavelet::new(
+            context,
+            world,
+            &wavelet::Settings { size: 20, rank: 2, storage, ..Default::default() },
+        )?))
     }),
     ("uncompressed:size=20,radius=1", |context, world| {
         let settings = uncompressed::Settings { size: 20, radius: 1, ..Default::default() };

@@ -26,11 +26,11 @@ use super::keys::Name;
 use super::promises::ROUNDING;
 use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
 use super::sums::{RANGE, Range, STORAGE, Storage};
-use super::texel_map::{BINNED, Common, TexelMap};
+use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
 use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
 use crate::Result;
-use crate::gpu::{Constants, Context};
-use crate::maps::{Filter, FilterKind, OpaqueWay, SumKernels, Sums};
+use crate::gpu::{Constants, Context, Requirement};
+use crate::maps::{Filter, FilterKind, OpaqueWay, SumKernels, Sums, TexelWay};
 use crate::shaders::constant::{COEFFICIENTS, SUM_RANGE, SUM_STORAGE};
 use crate::shaders::{folder, fourier as shaders};
 use crate::world::World;
@@ -39,6 +39,9 @@ settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
+        /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where the device
+        /// can.
+        path: Option<TexelWay> = PATH;
         /// Numbers of a texel's series: 7, 15 or 31.
         coefficients: u32 = Setting::one_of("15", &["7", "15", "31"], "numbers of a texel's series, one and two a harmonic");
         /// The depths that they are of.
@@ -67,19 +70,23 @@ pub const ENTRY: Entry = Entry {
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
-    paths: &[Path { name: BINNED, requires: &[] }],
-    promises: |_, _| PROMISES,
+    paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
+    promises: |spec, path| promises(&spec.settings(), path),
     runs: Runs {
         compare: &["coefficients=7|15"],
         on_cpu: &[(Name::SIZE, "64")],
-        stress_smoke: &["size=32,range=scene|texel"],
+        stress_smoke: &["size=32,path=binned|raster", "size=32,path=binned,range=scene,storage=r16f"],
         ..Runs::NONE
     },
     open: |context, world, spec| Ok(Box::new(Fourier::new(context, world, &spec.settings())?)),
 };
 
-/// Sums of whole numbers have no order, and the first has all. A series rings: light may rise along a ray, as far as the terms say.
-const PROMISES: Promises = Promises { tail: Some(1e-3), order: Some(ROUNDING), rise: None, ..Promises::OF_DEPTH };
+/// One sum has all, as its storage rounds it. Sums of whole numbers have no order; what is drawn rounds at each caster. A series rings: light may rise along a ray, as far as its terms say.
+fn promises(settings: &Settings, path: &str) -> Promises {
+    let tail = if settings.storage == Storage::F32 { ROUNDING } else { 1e-3 };
+    let order = if path == BINNED { 0.0 } else { 1e-3 };
+    Promises { tail: Some(tail), order: Some(order), rise: None, ..Promises::OF_DEPTH }
+}
 
 /// The technique, opened for one world.
 pub type Fourier = TexelMap<Settings, Sums>;
@@ -99,13 +106,25 @@ impl Fourier {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { coefficients, range, size, storage, filter: kind, radius, opaque, skip } = *settings;
+        let Settings { path, coefficients, range, size, storage, filter: kind, radius, opaque, skip } = *settings;
         let constants = Constants::new()
             .set(COEFFICIENTS, coefficients)
             .set(SUM_RANGE, range.constant())
             .set(SUM_STORAGE, storage as u32);
-        let common = Common { path: None, size, filter: Filter { kind, radius }, opaque, skip, constants };
-        let kernels = SumKernels { label: "fourier.binned", words: settings.words(), binned: &shaders::BINNED };
+        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
+        let kernels = SumKernels {
+            labels: ["fourier.binned", "fourier.raster", "fourier.pack"],
+            sums: coefficients,
+            words: settings.words(),
+            binned: &shaders::BINNED,
+            raster: [
+                &shaders::RASTER_FRAG_TARGETS_1,
+                &shaders::RASTER_FRAG_TARGETS_2,
+                &shaders::RASTER_FRAG_TARGETS_4,
+                &shaders::RASTER_FRAG_TARGETS_8,
+            ],
+            pack: &shaders::PACK,
+        };
         Self::open(context, world, &ENTRY, (settings, common), folder::FOURIER, |maps, way, skip, constants| {
             Sums::new(context, world, maps, way, skip, &kernels, constants)
         })

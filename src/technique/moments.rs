@@ -26,11 +26,11 @@ use super::keys::{Name, words};
 use super::promises::ROUNDING;
 use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
 use super::sums::{RANGE, Range};
-use super::texel_map::{BINNED, Common, TexelMap};
-use super::{Casts, Entry, Lifetime, Path, Promises, Runs, Spec};
+use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
+use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
 use crate::Result;
-use crate::gpu::{Constants, Context};
-use crate::maps::{Filter, FilterKind, OpaqueWay, SumKernels, Sums};
+use crate::gpu::{Constants, Context, Requirement};
+use crate::maps::{Filter, FilterKind, OpaqueWay, SumKernels, Sums, TexelWay};
 use crate::shaders::constant::{MOMENTS, OVERESTIMATION, SUM_RANGE, SUM_STORAGE, TRIGONOMETRIC};
 use crate::shaders::{folder, moments as shaders};
 use crate::world::World;
@@ -59,6 +59,9 @@ settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
+        /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where the device
+        /// can.
+        path: Option<TexelWay> = PATH;
         /// Numbers besides the optical depth: 4, 6 or 8; of cosines and sines 2, 3 or 4 each.
         moments: u32 = Setting::one_of("6", &["4", "6", "8"], "numbers besides the optical depth; of cosines and sines half as many each");
         /// What is summed.
@@ -92,22 +95,28 @@ pub const ENTRY: Entry = Entry {
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
-    paths: &[Path { name: BINNED, requires: &[] }],
-    promises: |spec, _| promises(spec),
+    paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
+    promises: |spec, path| promises(&spec.settings(), path),
     runs: Runs {
         compare: &["moments=4|6|8", "basis=trigonometric"],
         on_cpu: &[(Name::SIZE, "64")],
-        stress_smoke: &["size=32,basis=power|trigonometric,range=scene|texel"],
+        stress_smoke: &[
+            "size=32,path=binned|raster",
+            "size=32,path=binned,moments=8,range=scene|texel",
+            "size=32,path=binned,moments=4,storage=r16",
+            "size=32,path=binned,basis=trigonometric",
+        ],
         ..Runs::NONE
     },
     open: |context, world, spec| Ok(Box::new(Moments::new(context, world, &spec.settings())?)),
 };
 
-/// Sums of whole numbers have no order, and the first has all. Bounds of powers do not rise; on the circle, light may wrap from the
-/// range's end to its beginning.
-fn promises(spec: &Spec) -> Promises {
-    let rise = Some(ROUNDING).filter(|_| spec.settings::<Settings>().basis == Basis::Power);
-    Promises { tail: Some(1e-3), order: Some(ROUNDING), rise, ..Promises::OF_DEPTH }
+/// The first sum has all. Sums of whole numbers have no order; what is drawn rounds at each caster, and bounds make more of that. Bounds of
+/// powers do not rise; on the circle, light may wrap from the range's end to its beginning.
+fn promises(settings: &Settings, path: &str) -> Promises {
+    let order = Some(0.0).filter(|_| path == BINNED);
+    let rise = Some(ROUNDING).filter(|_| settings.basis == Basis::Power && path == BINNED);
+    Promises { tail: Some(ROUNDING), order, rise, ..Promises::OF_DEPTH }
 }
 
 /// The technique, opened for one world.
@@ -128,7 +137,7 @@ impl Moments {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { moments, basis, overestimation, range, size, storage, filter: kind, radius, opaque, skip } =
+        let Settings { path, moments, basis, overestimation, range, size, storage, filter: kind, radius, opaque, skip } =
             *settings;
         let constants = Constants::new()
             .set(MOMENTS, moments)
@@ -136,8 +145,20 @@ impl Moments {
             .set(OVERESTIMATION, overestimation as f32 / 100.0)
             .set(SUM_RANGE, range.constant())
             .set(SUM_STORAGE, storage as u32);
-        let common = Common { path: None, size, filter: Filter { kind, radius }, opaque, skip, constants };
-        let kernels = SumKernels { label: "moments.binned", words: settings.words(), binned: &shaders::BINNED };
+        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
+        let kernels = SumKernels {
+            labels: ["moments.binned", "moments.raster", "moments.pack"],
+            sums: moments + 1,
+            words: settings.words(),
+            binned: &shaders::BINNED,
+            raster: [
+                &shaders::RASTER_FRAG_TARGETS_1,
+                &shaders::RASTER_FRAG_TARGETS_2,
+                &shaders::RASTER_FRAG_TARGETS_4,
+                &shaders::RASTER_FRAG_TARGETS_8,
+            ],
+            pack: &shaders::PACK,
+        };
         Self::open(context, world, &ENTRY, (settings, common), folder::MOMENTS, |maps, way, skip, constants| {
             Sums::new(context, world, maps, way, skip, &kernels, constants)
         })

@@ -26,19 +26,22 @@ use super::keys::Name;
 use super::promises::ROUNDING;
 use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
 use super::sums::{RANGE, Range, STORAGE, Storage};
-use super::texel_map::{BINNED, Common, TexelMap};
+use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
 use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
-use crate::Result;
-use crate::gpu::{Constants, Context};
-use crate::maps::{Filter, FilterKind, OpaqueWay, SumKernels, Sums};
+use crate::gpu::{Constants, Context, Requirement};
+use crate::maps::{Filter, FilterKind, OpaqueWay, SumKernels, Sums, TexelWay};
 use crate::shaders::constant::{MEANS, SUM_RANGE, SUM_STORAGE};
 use crate::shaders::{folder, wavelet as shaders};
 use crate::world::World;
+use crate::{Error, Result};
 
 settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
+        /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where the device
+        /// can.
+        path: Option<TexelWay> = PATH;
         /// Of the wavelets: 2, 3 or 4.
         rank: u32 = Setting::one_of("3", &["2", "3", "4"], "of the wavelets: 2 to the rank + 1 numbers a texel");
         /// The depths that they are of.
@@ -60,6 +63,9 @@ settings! {
     }
 }
 
+/// The highest rank whose sums fit into the targets of a render.
+const MOST_DRAWN: u32 = 3;
+
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "wavelet",
@@ -67,19 +73,23 @@ pub const ENTRY: Entry = Entry {
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
-    paths: &[Path { name: BINNED, requires: &[] }],
-    promises: |_, _| PROMISES,
+    paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
+    promises: |spec, path| promises(&spec.settings(), path),
     runs: Runs {
         compare: &["rank=3"],
         on_cpu: &[(Name::SIZE, "64")],
-        stress_smoke: &["size=32,range=scene|texel"],
+        stress_smoke: &["size=32,path=binned|raster", "size=32,path=binned,range=scene,storage=r16f"],
         ..Runs::NONE
     },
     open: |context, world, spec| Ok(Box::new(Wavelet::new(context, world, &spec.settings())?)),
 };
 
-/// Sums of whole numbers have no order, and the last has all.
-const PROMISES: Promises = Promises { tail: Some(1e-3), order: Some(ROUNDING), ..Promises::OF_DEPTH };
+/// One sum has all, as its storage rounds it. Sums of whole numbers have no order; what is drawn rounds at each caster.
+fn promises(settings: &Settings, path: &str) -> Promises {
+    let tail = if settings.storage == Storage::F32 { ROUNDING } else { 1e-3 };
+    let order = if path == BINNED { 0.0 } else { 1e-3 };
+    Promises { tail: Some(tail), order: Some(order), ..Promises::OF_DEPTH }
+}
 
 /// The technique, opened for one world.
 pub type Wavelet = TexelMap<Settings, Sums>;
@@ -100,17 +110,34 @@ impl Wavelet {
     /// Opens it.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
-    /// [`crate::Error::Gpu`] where memory runs out.
+    /// [`Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`Error::Refused`] where a rank is not drawn, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { range, size, storage, filter: kind, radius, opaque, skip, .. } = *settings;
+        let Settings { path, range, size, storage, filter: kind, radius, opaque, skip, .. } = *settings;
         let constants = Constants::new()
             .set(MEANS, settings.means())
             .set(SUM_RANGE, range.constant())
             .set(SUM_STORAGE, storage as u32);
-        let common = Common { path: None, size, filter: Filter { kind, radius }, opaque, skip, constants };
-        let kernels = SumKernels { label: "wavelet.binned", words: settings.words(), binned: &shaders::BINNED };
+        if path == Some(TexelWay::Raster) && settings.rank > MOST_DRAWN {
+            let needs =
+                format!("a rank of at most {MOST_DRAWN} with path=raster, which draws to eight targets of four sums");
+            return Err(Error::Refused { needs });
+        }
+        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
+        let kernels = SumKernels {
+            labels: ["wavelet.binned", "wavelet.raster", "wavelet.pack"],
+            sums: settings.means() + 1,
+            words: settings.words(),
+            binned: &shaders::BINNED,
+            raster: [
+                &shaders::RASTER_FRAG_TARGETS_1,
+                &shaders::RASTER_FRAG_TARGETS_2,
+                &shaders::RASTER_FRAG_TARGETS_4,
+                &shaders::RASTER_FRAG_TARGETS_8,
+            ],
+            pack: &shaders::PACK,
+        };
         Self::open(context, world, &ENTRY, (settings, common), folder::WAVELET, |maps, way, skip, constants| {
             Sums::new(context, world, maps, way, skip, &kernels, constants)
         })

@@ -129,6 +129,11 @@ fn smoke_is_answered_alike() {
             "translucency-map",
             "layers:layers=8",
             "layers:range=front,storage=r16",
+            "fourier:coefficients=7",
+            "fourier:storage=r16f",
+            "wavelet:range=scene",
+            "moments:moments=8",
+            "moments:basis=trigonometric,storage=r16",
             "uncompressed:size=64",
         ] {
             answers_alike(context, &scenes::random(), text);

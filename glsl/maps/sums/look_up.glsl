@@ -18,7 +18,7 @@ float texel_place(LookUp l, uint at) {
     vec2 range = vec2(0.0, 1.0);
     if (SUM_RANGE != RANGE_SCENE) {
         range.x = uintBitsToFloat(visibility_words[at - range_words()]);
-        range.y = SUM_RANGE == RANGE_FRONT ? range.x + 1.0 : uintBitsToFloat(visibility_words[at - 1u]);
+        range.y = SUM_RANGE == RANGE_FRONT ? 1.0 : uintBitsToFloat(visibility_words[at - 1u]);
     }
     return range_place(range, l.depth);
 }

@@ -4,8 +4,5 @@
 // Output: words. Twin: reference::twin::fourier.
 // Invariant: as maps/sums/binned.glsl.
 #include "technique/fourier/parts.glsl"
-#include "maps/sums/store.glsl"
-
-void store_sums(uint texel, vec2 range, float sums[SUMS]) { store_halves(texel, range, sums); }
-
+#include "maps/sums/store_halves.glsl"
 #include "maps/sums/binned.glsl"

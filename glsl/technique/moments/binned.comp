@@ -3,21 +3,5 @@
 // Order-Independent Transparency; from tiles, in whole numbers, with exact segments, between each texel's own ends, and powers as
 // Chebyshev polynomials: ours. Inputs: maps, casters, parts, entries. Output: words. Twin: reference::twin::moments.
 // Invariant: as maps/sums/binned.glsl.
-#include "technique/moments/parts.glsl"
-#include "maps/sums/store.glsl"
-
-void store_sums(uint texel, vec2 range, float sums[SUMS]) {
-    uint at = store_range(texel, moment_words(), range);
-    sum_words[at] = floatBitsToUint(sums[0]);
-    for (uint k = 1u; k < SUMS; k += 2u) {
-        vec2 two = vec2(sums[k], sums[k + 1u]);
-        if (SUM_STORAGE == STORAGE_F32) {
-            sum_words[at + k] = floatBitsToUint(two.x);
-            sum_words[at + k + 1u] = floatBitsToUint(two.y);
-        } else {
-            sum_words[at + (k + 1u) / 2u] = packSnorm2x16(sums[0] > 0.0 ? two / sums[0] : vec2(0.0));
-        }
-    }
-}
-
+#include "technique/moments/store.glsl"
 #include "maps/sums/binned.glsl"

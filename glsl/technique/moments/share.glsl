@@ -12,7 +12,10 @@ CONSTANT(float, OVERESTIMATION, 0.4)  // of what the upper bound has more than t
 const uint DEGREE = MOMENTS / 2u;
 
 // The least pivot that is divided by.
-const float LEAST_PIVOT = 1e-7;
+const float LEAST_PIVOT = 1e-5;
+
+// Two places whose directions differ by less, squared, are one.
+const float SAME = 1e-6;
 
 const uint MOST = MOST_ROOTS + 1u;
 const uint MOST_MEANS = 2u * MOST_ROOTS + 1u;
@@ -87,7 +90,7 @@ float square_of(float all[MOST]) {
     for (uint i = 0u; i <= DEGREE; ++i) {
         square += all[i] * all[i];
     }
-    return max(square, LEAST_PIVOT);
+    return square;
 }
 
 // a cos + b sin about a place, whose cos and sin are given.
@@ -150,7 +153,14 @@ float moments_share(float means[MOST_MEANS], float place) {
     vec2 here = TRIGONOMETRIC ? cis(0.5 * ARC * place) : vec2(2.0 * place - 1.0, 1.0);
     half_functions(here, c);
     solve(lower, c);
-    float own = 1.0 / square_of(c);
+    // Places of the distribution are at right angles to one another; where rounding makes two of one, they share what they weigh. Of each
+    // its direction, and what is 1 along it.
+    float directions[MOST * MOST], ones[MOST];
+    float own = 1.0 / max(square_of(c), LEAST_PIVOT);
+    for (uint k = 0u; k <= DEGREE; ++k) {
+        directions[k] = c[k] * sqrt(own);
+    }
+    ones[0] = sqrt(own);
     // The transposed triangle's inverse.
     for (uint down = 0u; down <= DEGREE; ++down) {
         uint i = DEGREE - down;
@@ -163,22 +173,40 @@ float moments_share(float means[MOST_MEANS], float place) {
     real_roots(around_it, DEGREE, roots);
     float before = OVERESTIMATION * own, all = own;
     for (uint i = 0u; i < DEGREE; ++i) {
-        float u = roots[i], weight, is_before, there[MOST];
+        float u = roots[i], one = 1.0, is_before, there[MOST];
         if (TRIGONOMETRIC) {
             half_functions(turned(here, vec2(u, 1.0) / sqrt(u * u + 1.0)), there);
-            solve(lower, there);
-            weight = 1.0 / square_of(there);
             // From the place on, in circles. Between the range's end and its beginning it is both.
             float turns = atan(1.0, u) / PI;
             is_before = clamp((turns + ARC * place - ARC) / (1.0 - ARC), 0.0, 1.0);
         } else {
             float long_ = max(abs(u), 1.0), y = u / long_;
             half_functions(vec2((here.x * u + 1.0) / long_, y), there);
-            solve(lower, there);
-            float high = y * y;
-            weight = (DEGREE == 2u ? high * high : DEGREE == 3u ? high * high * high : high * high * high * high) / square_of(there);
+            for (uint k = 0u; k < DEGREE; ++k) {
+                one *= y;
+            }
             is_before = u < 0.0 ? 1.0 : 0.0;
         }
+        solve(lower, there);
+        float least = SAME * square_of(there);
+        for (uint j = 0u; j <= i; ++j) {
+            float along = 0.0;
+            for (uint k = 0u; k <= DEGREE; ++k) {
+                along += there[k] * directions[j * MOST + k];
+            }
+            for (uint k = 0u; k <= DEGREE; ++k) {
+                there[k] -= along * directions[j * MOST + k];
+            }
+            one -= along * ones[j];
+        }
+        float square = square_of(there);
+        bool is_new = square > least;
+        float scale = is_new ? 1.0 / sqrt(square) : 0.0;
+        for (uint k = 0u; k <= DEGREE; ++k) {
+            directions[(i + 1u) * MOST + k] = there[k] * scale;
+        }
+        ones[i + 1u] = one * scale;
+        float weight = ones[i + 1u] * ones[i + 1u];
         all += weight;
         before += weight * is_before;
     }

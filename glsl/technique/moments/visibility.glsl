@@ -10,13 +10,19 @@
 #include "maps/sums/look_up.glsl"
 
 // By how much the moments are drawn to those of an even distribution, so that rounding leaves them moments of something.
-const float BIAS = SUM_STORAGE == STORAGE_F32 ? 1e-5 : 3e-4;
+const float BIAS = MOMENTS == 8u || SUM_STORAGE != STORAGE_F32 ? 3e-4 : 3e-5;
+
+// What takes less light is spread evenly: its moments are mostly rounding.
+const float THIN = 2e-3;
 
 float texel_transmittance(LookUp l, ivec2 texel) {
     uint at = texel_words_at(l, texel, moment_words());
     float place = texel_place(l, at), total = visibility_word(at);
-    if (place <= 0.0 || place >= 1.0 || !(total > 0.0)) {
+    if (place <= 0.0 || place >= 1.0 ) {
         return place <= 0.0 ? 1.0 : exp(-total);
+    }
+    if (total < THIN) {
+        return exp(-total * place);
     }
     float means[MOST_MEANS];
     means[0] = 1.0;

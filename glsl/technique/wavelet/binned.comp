@@ -4,8 +4,5 @@
 // maps, casters, parts, entries. Output: words. Twin: reference::twin::wavelet.
 // Invariant: as maps/sums/binned.glsl.
 #include "technique/wavelet/parts.glsl"
-#include "maps/sums/store.glsl"
-
-void store_sums(uint texel, vec2 range, float sums[SUMS]) { store_halves(texel, range, sums); }
-
+#include "maps/sums/store_halves.glsl"
 #include "maps/sums/binned.glsl"

@@ -216,14 +216,14 @@ impl Problem<'_> {
 /// texel_transmittance.
 pub fn optical_depth(sums: &[f32], basis: Basis, overestimation: f32, bias: f32, place: f32) -> f32 {
     let total = sums[0];
-    if place <= 0.0 || place >= 1.0 || total <= 0.0 {
+    if place <= 0.0 || place >= 1.0 {
         return if place <= 0.0 { 0.0 } else { total };
     }
-    let mut means: Vec<_> = sums.iter().map(|sum| (1.0 - bias) * (sum / total)).collect();
-    means[0] = 1.0;
     if total < THIN {
         return total * place;
     }
+    let mut means: Vec<_> = sums.iter().map(|sum| (1.0 - bias) * (sum / total)).collect();
+    means[0] = 1.0;
     total * share(&means, basis, overestimation, place)
 }
 
