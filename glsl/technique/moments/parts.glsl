@@ -11,7 +11,7 @@ CONSTANT(bool, TRIGONOMETRIC, false)  // of cosines and sines, half as many of e
 const uint SUMS = MOMENTS + 1u;
 
 // The share of the circle that the range takes, so that its ends are apart on it.
-const float ARC = 0.95;
+const float ARC = 0.65;
 
 // Words of a texel: the optical depth, and the others as they are or as means, two to a word.
 uint moment_words() { return 1u + (SUM_STORAGE == STORAGE_F32 ? MOMENTS : MOMENTS / 2u); }

@@ -13,7 +13,7 @@ pub enum Basis {
 }
 
 /// The share of the circle that the range takes, so that its ends are apart on it. Twin: ZONE.
-const ARC: f32 = 0.95;
+const ARC: f32 = 0.65;
 
 /// Two places whose directions differ by less, squared, are one. Twin: SAME.
 const SAME: f32 = 1e-6;

@@ -53,7 +53,7 @@ mod tests {
         assert!(slab_error([0.3, 0.7], parts::<9>, |sums, at| optical_depth(sums, at)) < 1e-6);
         let few = slab_error([0.0, 1.0], parts::<9>, |sums, at| optical_depth(sums, at));
         let many = slab_error([0.0, 1.0], parts::<33>, |sums, at| optical_depth(sums, at));
-        assert!(few < 0.01 && many < few / 6.0, "{few}, {many}");
+        assert!(many < few / 10.0, "a sixteenth where the error is of the second order: {few}, {many}");
     }
 
     proptest! {
