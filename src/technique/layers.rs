@@ -22,7 +22,6 @@
 //! ```
 
 use super::keys::{Name, words};
-use super::promises::ROUNDING;
 use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
 use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
 use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
@@ -96,7 +95,7 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
-    promises: |spec, path| promises(&spec.settings(), path),
+    promises: |_, path| promises(path),
     runs: Runs {
         compare: &["layers=16"],
         on_cpu: &[(Name::SIZE, "64")],
@@ -110,11 +109,11 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Layers::new(context, world, &spec.settings())?)),
 };
 
-/// The last sum has all, as its storage rounds it. Sums of whole numbers have no order; what is drawn rounds at each caster.
-fn promises(settings: &Settings, path: &str) -> Promises {
-    let tail = if settings.storage == Storage::F32 && path == BINNED { ROUNDING } else { 1e-3 };
+/// The last sum has all, as its storage rounds it, or whole numbers do where thousands of casters are on a ray. Those have no order;
+/// what is drawn rounds at each caster.
+fn promises(path: &str) -> Promises {
     let order = if path == BINNED { 0.0 } else { 1e-3 };
-    Promises { tail: Some(tail), order: Some(order), ..Promises::OF_DEPTH }
+    Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }
 }
 
 /// The technique, opened for one world.
