@@ -23,7 +23,6 @@
 //! ```
 
 use super::keys::Name;
-use super::promises::ROUNDING;
 use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
 use super::sums::{RANGE, Range, STORAGE, Storage};
 use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
@@ -71,7 +70,7 @@ pub const ENTRY: Entry = Entry {
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
-    promises: |spec, path| promises(&spec.settings(), path),
+    promises: |_, path| promises(path),
     runs: Runs {
         compare: &["coefficients=7|15"],
         on_cpu: &[(Name::SIZE, "64")],
@@ -81,11 +80,12 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Fourier::new(context, world, &spec.settings())?)),
 };
 
-/// One sum has all, as its storage rounds it. Sums of whole numbers have no order; what is drawn rounds at each caster. A series rings: light may rise along a ray, as far as its terms say.
-fn promises(settings: &Settings, path: &str) -> Promises {
-    let tail = if settings.storage == Storage::F32 { ROUNDING } else { 1e-3 };
+/// One sum has all, as its storage rounds it, or whole numbers do where thousands of casters are on a ray. Those have no order; what is
+/// drawn rounds at each caster. A series rings: light may rise along a ray, as far as
+/// its terms say.
+fn promises(path: &str) -> Promises {
     let order = if path == BINNED { 0.0 } else { 1e-3 };
-    Promises { tail: Some(tail), order: Some(order), rise: None, ..Promises::OF_DEPTH }
+    Promises { tail: Some(1e-3), order: Some(order), rise: None, ..Promises::OF_DEPTH }
 }
 
 /// The technique, opened for one world.

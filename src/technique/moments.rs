@@ -116,7 +116,7 @@ pub const ENTRY: Entry = Entry {
 fn promises(settings: &Settings, path: &str) -> Promises {
     let order = Some(0.0).filter(|_| path == BINNED);
     let rise = Some(ROUNDING).filter(|_| settings.basis == Basis::Power && path == BINNED);
-    Promises { tail: Some(ROUNDING), order, rise, ..Promises::OF_DEPTH }
+    Promises { tail: Some(1e-3), order, rise, ..Promises::OF_DEPTH }
 }
 
 /// The technique, opened for one world.
