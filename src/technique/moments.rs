@@ -68,7 +68,7 @@ settings! {
         basis: Basis = Setting::word("power", "of powers of the place, or of its cosines and sines");
         /// Hundredths of the way from the lighter bound to the darker.
         overestimation: u32 =
-            Setting::number("40", 0, 100, "hundredths of the way from the lighter to the darker of the sharpest bounds");
+            Setting::number("45", 0, 100, "hundredths of the way from the lighter to the darker of the sharpest bounds");
         /// The depths that they are of.
         range: Range = RANGE;
         /// Texels a side of a light's map, 1 to 16,384.

@@ -6,7 +6,7 @@
 #include "technique/moments/parts.glsl"
 #include "technique/moments/roots.glsl"
 
-CONSTANT(float, OVERESTIMATION, 0.4)  // of what the upper bound has more than the lower, how much is taken
+CONSTANT(float, OVERESTIMATION, 0.45)  // of what the upper bound has more than the lower, how much is taken
 
 // How many roots.
 const uint DEGREE = MOMENTS / 2u;
