@@ -2,13 +2,14 @@
 # Makes the CSVs of a folder here anew: `results/measure.sh FOLDER gpu|lavapipe|swiftshader [NAME…]`; without names all
 # of that kind, in the order of commands.txt beside this script, which has the list. What is measured is what the default
 # device is; GOBO is the program, by default `cargo run --release --`. Nothing else is needed but this folder: all scenes
-# are built in.
+# are built in, but for those in $FILES, which commands.txt names.
 #
 # Writes FOLDER/NAME.csv, and what commands.txt keeps beside it; FOLDER/NAME.log has what was printed where it failed.
 # Says the seconds of each, goes on after a failure, and ends with one if there was any. GOBO=echo prints
 # the commands.
 set -u
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+export FILES=${FILES:-$here/files}
 folder=${1:-} kind=${2:-}
 case $kind in
 gpu | lavapipe | swiftshader) ;;

@@ -13,6 +13,8 @@ mod baseline;
 mod errors;
 #[path = "program/faults.rs"]
 mod faults;
+#[path = "program/footprints.rs"]
+mod footprints;
 #[path = "program/glsl.rs"]
 mod glsl;
 #[path = "program/help.rs"]

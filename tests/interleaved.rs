@@ -280,6 +280,7 @@ fn a_picture_is_compared_with_one_bounce() {
             warm_up: 0,
             space_points: 64,
             picture: [48, 32],
+            footprints: false,
             turning: false,
             truth: Extent::Sample,
         };

@@ -10,9 +10,7 @@ use gobo::gpu::Context;
 use gobo::maps::{FilterKind, OpaqueWay};
 use gobo::scene::Scene;
 use gobo::technique::{
-    self, Avsm, BeerShadowMap, Fourier, Layers, Moments, Opened, Psm, RayQuery, ShadowMap, Technique, TranslucencyMap,
-    Uncompressed, Unshadowed, VoxelGrid, Voxelized, Wavelet, avsm, beer_shadow_map, fourier, layers, moments, none,
-    psm, ray_query, shadow_map, translucency_map, uncompressed, voxel_grid, voxelized, wavelet,
+    self, Avsm, BeerShadowMap, DeepShadowMap, Fourier, GridQuery, Layers, Moments, Opened, Psm, RayQuery, ShadowMap, Stochastic, Technique, TranslucencyMap, Uncompressed, Unshadowed, VoxelGrid, Voxelized, Wavelet, avsm, beer_shadow_map, deep_shadow_map, fourier, grid_query, layers, moments, none, psm, ray_query, shadow_map, stochastic, translucency_map, uncompressed, voxel_grid, voxelized, wavelet,
 };
 use gobo::world::World;
 use support::{gpu_test, scenes, spec};
@@ -69,6 +67,11 @@ const SMOKE: &[(&str, Open)] = &[
         let settings = layers::Settings { size: 20, layers: 8, range, storage, ..Default::default() };
         Ok(Box::new(Layers::new(context, world, &settings)?))
     }),
+    ("deep-shadow-map:size=20,error=250,path=binned", |context, world| {
+        let path = Some(deep_shadow_map::Way::Binned);
+        let settings = deep_shadow_map::Settings { size: 20, error: 250, path, ..Default::default() };
+        Ok(Box::new(DeepShadowMap::new(context, world, &settings)?))
+    }),
     ("fourier:size=20,coefficients=7,range=scene", |context, world| {
         let range = technique::sums::Range::Scene;
         Ok(Box::new(Fourier::new(
@@ -93,6 +96,14 @@ const SMOKE: &[(&str, Open)] = &[
     ("uncompressed:size=20,radius=1", |context, world| {
         let settings = uncompressed::Settings { size: 20, radius: 1, ..Default::default() };
         Ok(Box::new(Uncompressed::new(context, world, &settings)?))
+    }),
+    ("stochastic:size=20,samples=4,sampling=stratified", |context, world| {
+        let sampling = stochastic::Sampling::Stratified;
+        let settings = stochastic::Settings { size: 20, samples: 4, sampling, ..Default::default() };
+        Ok(Box::new(Stochastic::new(context, world, &settings)?))
+    }),
+    ("grid-query:size=128", |context, world| {
+        Ok(Box::new(GridQuery::new(context, world, &grid_query::Settings { size: 128 })?))
     }),
     ("voxel-grid:size=64,march=cone,aperture=4", |context, world| {
         let march = voxel_grid::March::Cone;

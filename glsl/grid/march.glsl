@@ -5,30 +5,15 @@
 // reference::twin::media::Media, march_exact and march_steps; of masks reference::twin::masks::Masks.
 #ifndef GRID_MARCH_GLSL
 #define GRID_MARCH_GLSL
-#include "grid/grid.glsl"
 #include "grid/masks.glsl"
 #include "grid/media.glsl"
+#include "grid/walk.glsl"
 
 // What is met: a voxel has so many cells a side, two to the power of this.
 const uint CELL_SHIFT = CELL == CELL_MASK ? MASK_SHIFT : 0u;
 
 // An optical depth behind which nothing is left.
 const float MEDIA_DARK = 80.0;
-
-// The 64 bits of a level's word.
-uvec2 grid_bits(uint level, uvec3 word) {
-    uint side = grid_side(GRID_SIZE, level);
-    uint at = 2u * (grid_level_at(GRID_SIZE, level) + (word.z * side + word.y) * side + word.x);
-    return uvec2(visibility_bits[at], visibility_bits[at + 1u]);
-}
-
-bool grid_is_empty(uvec2 bits) { return (bits.x | bits.y) == 0u; }
-
-// The bit of a voxel, a brick or a block; its place in the word is that of its last two bits along each axis.
-bool grid_has(uvec2 bits, uvec3 voxel) {
-    uint bit = grid_bit(0u, voxel);
-    return ((bit < 32u ? bits.x : bits.y) >> (bit & 31u) & 1u) == 1u;
-}
 
 // The cells of an occupied voxel; `brick` has its bits.
 uvec2 grid_mask(uvec3 voxel, uvec2 brick) {
@@ -43,21 +28,6 @@ bool grid_has_voxel(uvec3 voxel) {
     return (visibility_bits[2u * grid_word(GRID_SIZE, 0u, voxel) + (bit >> 5)] >> (bit & 31u) & 1u) == 1u;
 }
 
-// Whether the 2 × 2 × 2 voxels of a brick are empty that a voxel is one of.
-bool grid_octant_is_empty(uvec2 bits, uvec3 voxel) {
-    uvec3 corner = voxel & 2u;
-    return ((corner.z == 0u ? bits.x : bits.y) & (0x00330033u << (corner.x + 4u * corner.y))) == 0u;
-}
-
-// Where a way from `from` along `way` enters a grid of so many voxels a side and leaves it, in lengths of `way`, at most from 0 to 1;
-// the first number is the greater one where it passes by.
-vec2 grid_clip(vec3 from, vec3 way, uint size) {
-    vec3 inverse = 1.0 / mix(way, vec3(1e-20), equal(way, vec3(0.0)));
-    vec3 low = -from * inverse, high = (vec3(size) - from) * inverse;
-    vec3 near = min(low, high), far = max(low, high);
-    return vec2(max(0.0, max(near.x, max(near.y, near.z))), min(1.0, min(far.x, min(far.y, far.z))));
-}
-
 uvec2 media_bits(uint level, uvec3 word) {
     uint side = grid_side(GRID_SIZE, level);
     uint at = 2u * (grid_level_at(GRID_SIZE, level) + (word.z * side + word.y) * side + word.x);
@@ -68,44 +38,6 @@ uvec2 media_bits(uint level, uvec3 word) {
 float media_of(uvec3 voxel, uvec2 full) {
     float sum = float(visibility_media[media_at(GRID_SIZE, voxel)]) * (1.0 / MEDIA_UNITS);
     return grid_has(full, voxel) ? MEDIA_FULL : sum;
-}
-
-// A way that goes on from voxel to voxel. It is seen from where all of its direction is positive, so that only far sides are asked
-// for.
-struct March {
-    vec3 from;
-    vec3 way;
-    vec3 inverse;  // of `way`
-    uint size;     // voxels a side, or cells
-    uvec3 mirror;  // what a voxel's place is turned back by
-    vec2 range;    // within the grid, lengths of `way`
-};
-
-// False: the way passes by.
-bool march_begin(vec3 from, vec3 way, uint size, out March march, out ivec3 voxel) {
-    march.range = grid_clip(from, way, size);
-    bvec3 turned = lessThan(way, vec3(0.0));
-    march.size = size;
-    march.mirror = uvec3(mix(ivec3(0), ivec3(size - 1u), turned));
-    march.from = mix(from, vec3(size) - from, turned);
-    march.way = abs(way);
-    march.inverse = 1.0 / max(march.way, vec3(1e-20));
-    voxel = clamp(ivec3(march.from + march.way * march.range.x), ivec3(0), ivec3(size - 1u));
-    return !(march.range.x > march.range.y);
-}
-
-// Where the way reaches the far sides of a voxel, or of the 2^shift voxels a side about it that are empty.
-vec3 march_planes(March march, ivec3 voxel, uint shift) {
-    ivec3 high = ((voxel >> int(shift)) << int(shift)) + (1 << int(shift));
-    return (vec3(high) - march.from) * march.inverse;
-}
-
-// The voxel that it enters there, at the nearest of them; false: that is out of the grid.
-bool march_on(March march, vec3 planes, float nearest, uint shift, inout ivec3 voxel) {
-    ivec3 low = (voxel >> int(shift)) << int(shift), high = low + (1 << int(shift));
-    ivec3 next = clamp(ivec3(march.from + march.way * nearest), low, high - 1);
-    voxel = mix(next, high, lessThanEqual(planes, vec3(nearest)));
-    return !any(greaterThan(voxel, ivec3(march.size - 1u)));
 }
 
 // Every voxel on the way, and no other: from each the way goes on into the one that it enters next, or out of all that is empty

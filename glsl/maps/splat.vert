@@ -1,6 +1,6 @@
 #version 460
 // Draws casters as quads over a map, in the order of `order` from `order_first` on. Six vertices a caster.
-// Inputs: maps, casters, order. Outputs: position, the caster in the view's axes. Source: Fife and Strugar 2013, Sample particle
+// Inputs: maps, casters, order. Outputs: position, the caster in the view's axes, its number. Source: Fife and Strugar 2013, Sample particle
 // system.
 #include "maps/splat.glsl"
 
@@ -9,10 +9,12 @@ layout(set = 1, binding = 0, scalar) readonly buffer Order { uint order[]; };
 
 layout(location = 0) flat out vec4 ball;
 layout(location = 1) flat out vec4 rest;
+layout(location = 2) flat out uint number;  // of the caster
 
 void main() {
     View view = maps[map].volume;
-    Caster caster = casters[order[order_first + gl_VertexIndex / 6]];
+    number = order[order_first + gl_VertexIndex / 6];
+    Caster caster = casters[number];
     gl_Position = caster_corner(view, caster, gl_VertexIndex % 6);
     // Once a vertex what each fragment would do.
     caster = view_caster(view, caster);

@@ -13,7 +13,7 @@ use crate::measure::{
     Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Status, Traced, copy_bytes_per_second,
     difference_srgb8, with_case,
 };
-use crate::report::{Store, casters, page, passes, plots, table, trace, write_whole};
+use crate::report::{Store, casters, footprints, page, passes, plots, table, trace, write_whole};
 use crate::scene::{Motion, Picture, Scene};
 use crate::technique::{Name, Spec};
 use crate::{Error, Result};
@@ -61,6 +61,10 @@ pub struct Arguments {
     /// Print errors on surfaces in the shadow of meshes too, by how far these are from the light and from the surface
     #[arg(long, conflicts_with = "no_truth")]
     casters: bool,
+    /// Print errors against the mean of the truth over squares too, of 1/4 to 16 texels of a 256² map: what a pixel sees of
+    /// hair that is thinner than it
+    #[arg(long, conflicts_with = "no_truth")]
+    footprints: bool,
     /// Size of the pictures, pixels, up to 16384 a side [default: 640x360, or 320x180 of a quick look]
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = size)]
     picture: Option<[u32; 2]>,
@@ -124,14 +128,14 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
         (false, TruthArgument::Sample) => Extent::Sample,
         (false, TruthArgument::Full) => Extent::Full,
     };
-    let turning = arguments.turn.is_some();
+    let (turning, footprints) = (arguments.turn.is_some(), arguments.footprints);
     if arguments.quick {
         let picture = arguments.picture.unwrap_or(SMALL_PICTURE);
-        return Effort { frames: frames.min(8), warm_up: 2, space_points: 8192, picture, turning, truth };
+        return Effort { frames: frames.min(8), warm_up: 2, space_points: 8192, picture, turning, footprints, truth };
     }
     let small = arguments.techniques.is_empty() && features.is_software();
     let picture = arguments.picture.unwrap_or(if small { SMALL_PICTURE } else { [640, 360] });
-    Effort { frames, warm_up: 5, space_points: 65536, picture, turning, truth }
+    Effort { frames, warm_up: 5, space_points: 65536, picture, turning, footprints, truth }
 }
 
 /// What a scene is in each frame, and the times of these. Where nobody asks for the truth of what the device simulates, the host
@@ -320,6 +324,9 @@ fn print(arguments: &Arguments, results: &Results) -> Result<()> {
     if arguments.casters {
         say(casters(results))?;
     }
+    if arguments.footprints {
+        say(footprints(results))?;
+    }
     Ok(())
 }
 
@@ -347,8 +354,11 @@ fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String
         ("--bounce", given(arguments.bounce.map(|samples| samples.to_string()))),
         ("--validation", arguments.device.validation.to_string()),
     ]
+    .into_iter()
+    // Files from before this was there do not say it.
+    .chain(effort.footprints.then(|| ("--footprints", "true".into())))
     .map(|(name, value)| (name.to_owned(), value))
-    .into()
+    .collect()
 }
 
 /// Writes what it can: after the first failure nothing more, so that the measuring goes on and its table is printed.

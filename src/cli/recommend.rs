@@ -164,7 +164,15 @@ fn effort(features: &Features) -> Effort {
         _ => [640, 360],
     };
     let space_points = if little::is_asked() { 8192 } else { 65536 };
-    Effort { frames: FINE[0], warm_up: FINE[1], space_points, picture, turning: false, truth: Extent::Sample }
+    Effort {
+        frames: FINE[0],
+        warm_up: FINE[1],
+        space_points,
+        picture,
+        turning: false,
+        footprints: false,
+        truth: Extent::Sample,
+    }
 }
 
 /// What sees all that casts shadows in the scene, and no shadow: `specs`, what `compare` has, and of each technique that it leaves out one

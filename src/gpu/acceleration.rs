@@ -1,4 +1,4 @@
-//! Acceleration structures: triangles that rays are asked about.
+//! Acceleration structures: triangles and boxes that rays are asked about.
 
 use super::commands::Kept;
 use super::device::Device;
@@ -10,7 +10,10 @@ use std::sync::Arc;
 /// Scratch memory begins at a multiple of it: no device may ask for more (minAccelerationStructureScratchOffsetAlignment).
 const SCRATCH_ALIGNMENT: u64 = 256;
 
-/// A structure over triangles, or over an instance of one. Clones share it; the last one frees it.
+/// Bytes of a box: its low and its high corner.
+pub const BOX_BYTES: u64 = 24;
+
+/// A structure over triangles or boxes, or over an instance of one. Clones share it; the last one frees it.
 #[derive(Clone)]
 pub struct AccelerationStructure(Arc<Inner>);
 
@@ -25,6 +28,7 @@ struct Inner {
 /// What it is built from.
 enum Over {
     Triangles { corners: Buffer, indices: Buffer, count: u32 },
+    Boxes { boxes: Buffer, count: u32 },
     Instance { instance: Buffer, bottom: AccelerationStructure },
 }
 
@@ -40,15 +44,15 @@ impl Drop for Inner {
 impl Over {
     fn level(&self) -> vk::AccelerationStructureTypeKHR {
         match self {
-            Self::Triangles { .. } => vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
+            Self::Triangles { .. } | Self::Boxes { .. } => vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL,
             Self::Instance { .. } => vk::AccelerationStructureTypeKHR::TOP_LEVEL,
         }
     }
 
-    /// Triangles, or instances.
+    /// Triangles, boxes, or instances.
     fn count(&self) -> u32 {
         match self {
-            Self::Triangles { count, .. } => *count,
+            Self::Triangles { count, .. } | Self::Boxes { count, .. } => *count,
             Self::Instance { .. } => 1,
         }
     }
@@ -67,6 +71,13 @@ impl Over {
                     .index_data(at(indices));
                 let geometry = geometry.geometry_type(vk::GeometryTypeKHR::TRIANGLES);
                 geometry.geometry(vk::AccelerationStructureGeometryDataKHR { triangles })
+            }
+            Self::Boxes { boxes, .. } => {
+                let aabbs = vk::AccelerationStructureGeometryAabbsDataKHR::default().data(at(boxes)).stride(BOX_BYTES);
+                // Who adds up what a ray meets is told of each once.
+                let geometry = geometry.flags(vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION);
+                let geometry = geometry.geometry_type(vk::GeometryTypeKHR::AABBS);
+                geometry.geometry(vk::AccelerationStructureGeometryDataKHR { aabbs })
             }
             Self::Instance { instance, .. } => {
                 let instances = vk::AccelerationStructureGeometryInstancesDataKHR::default().data(at(instance));
@@ -97,6 +108,15 @@ impl AccelerationStructure {
     /// [`Error::Refused`] where the device has no ray queries, [`Error::Gpu`] where memory runs out.
     pub fn bottom(context: &Context, name: &str, corners: &Buffer, indices: &Buffer, count: u32) -> Result<Self> {
         Self::new(context, name, Over::Triangles { corners: corners.clone(), indices: indices.clone(), count })
+    }
+
+    /// Over `count` boxes, each a low and a high corner, one behind the other; one that begins at no number is none. They are read at
+    /// each build.
+    ///
+    /// # Errors
+    /// As [`AccelerationStructure::bottom`].
+    pub fn boxes(context: &Context, name: &str, boxes: &Buffer, count: u32) -> Result<Self> {
+        Self::new(context, name, Over::Boxes { boxes: boxes.clone(), count })
     }
 
     /// Over one instance of `bottom`, where it stands.

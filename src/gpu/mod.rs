@@ -33,7 +33,7 @@ mod testing;
 mod times;
 mod validation;
 
-pub use acceleration::AccelerationStructure;
+pub use acceleration::{AccelerationStructure, BOX_BYTES};
 pub use bindings::{Bindings, Border, Resource};
 pub use buffer::{Buffer, Memory};
 pub use commands::{Commands, MAX_UPDATE_BYTES, Pass, Staged, groups};

@@ -1,9 +1,9 @@
-//! The triangles of each voxel: which of them it has to be asked about.
+//! The triangles or the casters of each voxel: which of them it has to be asked about.
 
-use super::{GridPush, LARGE_GROUPS, THREADS, side};
-use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, ReadBack, groups};
-use crate::shaders::lists as shaders;
+use super::{GridPush, LARGE_GROUPS, LISTS_BYTES, THREADS, grid_words, side};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, ReadBack, Shader, groups};
 use crate::shaders::set;
+use crate::shaders::{grid, lists as shaders};
 use crate::world::World;
 use crate::{Error, Less, Result, WayOut};
 use bytemuck::{Pod, Zeroable};
@@ -15,9 +15,9 @@ const SCANNED: u32 = 1024;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct ListTotals {
-    /// Of a triangle and a voxel that it meets.
+    /// Pairs of a triangle or a caster and a voxel that it meets.
     pub pairs: u32,
-    /// That any triangle meets.
+    /// Voxels that any of them meets.
     pub voxels: u32,
     /// 1: more pairs than 32 bits count.
     pub overflowed: u32,
@@ -30,6 +30,30 @@ impl ListTotals {
     }
 }
 
+/// What is listed, and what its passes are called: that which clears, notes, numbers, fills, finds starts, ranks and sorts.
+struct Listed {
+    what: &'static str,
+    passes: [&'static str; 7],
+}
+
+const TRIANGLES: Listed = Listed {
+    what: "triangles",
+    passes: ["grid.clear_lists", "grid.pairs", "grid.number", "grid.fill", "grid.starts", "grid.rank", "grid.sort"],
+};
+
+const CASTERS: Listed = Listed {
+    what: "casters",
+    passes: [
+        "grid.casters.clear",
+        "grid.casters",
+        "grid.casters.number",
+        "grid.casters.fill",
+        "grid.casters.starts",
+        "grid.casters.rank",
+        "grid.casters.sort",
+    ],
+};
+
 /// The lists and the passes that make them. Pairs and lists grow to what there is of them.
 pub(super) struct Lists {
     context: Context,
@@ -39,12 +63,13 @@ pub(super) struct Lists {
     pub(super) words: Buffer,
     sums: Buffer,
     totals: Buffer,
-    /// Lists in the order in which triangles came.
+    /// Lists in the order in which they came.
     unsorted: Buffer,
     counted: ReadBack,
     /// After the last build.
     pub(super) last: ListTotals,
     set: Bindings,
+    listed: &'static Listed,
     note: [Kernel<GridPush>; 3],
     number: [Kernel<GridPush>; 2],
     fill: [Kernel<GridPush>; 2],
@@ -65,18 +90,33 @@ fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffe
 }
 
 impl Lists {
-    /// Of a grid whose own buffers are `grid`.
+    /// Lists of the triangles, in a grid whose own buffers are `grid`.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
     pub(super) fn new(context: &Context, world: &World, size: u32, grid: &Bindings) -> Result<Self> {
-        let bricks = side(size, 0).pow(3);
         let first = u64::from(world.triangle_capacity().max(SCANNED));
+        let note = [&shaders::PAIRS_STEP_0, &shaders::PAIRS_STEP_1, &shaders::PAIRS_STEP_2];
+        Self::noted(context, size, (grid, &[]), first, (&TRIANGLES, note))
+    }
+
+    /// Lists of what the three shaders of `note` find; `more`: their sets behind the grid's and the lists'. There is room for `first`
+    /// pairs at first.
+    fn noted(
+        context: &Context,
+        size: u32,
+        (grid, more): (&Bindings, &[&Bindings]),
+        first: u64,
+        (listed, note): (&'static Listed, [&Shader; 3]),
+    ) -> Result<Self> {
+        let bricks = side(size, 0).pow(3);
         let [pairs, words, sums, unsorted] = room(context, bricks, first, u64::from(bricks) + 1 + 2 * first)?;
         let bytes = size_of::<ListTotals>() as u64;
         let totals = Buffer::new(context, "grid.list_totals", bytes, Memory::Device)?;
         let set = set::GridLists { pairs: &pairs, lists: &words, sums: &sums, totals: &totals, unsorted: &unsorted };
         let set = set.bind(context, "grid.lists")?;
+        let noting: Vec<_> = [grid, &set].into_iter().chain(more.iter().copied()).collect();
+        let noter = |shader| Kernel::compute(context, shader, &noting, &Constants::new());
         let kernel = |shader| Kernel::compute(context, shader, &[grid, &set], &Constants::new());
         Ok(Self {
             context: context.clone(),
@@ -88,7 +128,8 @@ impl Lists {
             unsorted,
             counted: ReadBack::new(context, "grid.list_counted", bytes)?,
             last: ListTotals::default(),
-            note: [kernel(&shaders::PAIRS_STEP_0)?, kernel(&shaders::PAIRS_STEP_1)?, kernel(&shaders::PAIRS_STEP_2)?],
+            listed,
+            note: [noter(note[0])?, noter(note[1])?, noter(note[2])?],
             number: [kernel(&shaders::NUMBER_STEP_0)?, kernel(&shaders::NUMBER_STEP_1)?],
             fill: [kernel(&shaders::FILL_STEP_0)?, kernel(&shaders::FILL_STEP_1)?],
             starts: [kernel(&shaders::STARTS_STEP_0)?, kernel(&shaders::STARTS_STEP_1)?],
@@ -100,36 +141,42 @@ impl Lists {
 
     /// Occupies the voxels of an empty grid that stands where it should, and lists the triangles of each.
     pub(super) fn record(&self, commands: &mut Commands, world: &World) {
-        let triangle_count = world.triangle_count();
+        self.list(commands, world, world.triangle_count());
+    }
+
+    /// Lists what there is, of which there are so many.
+    fn list(&self, commands: &mut Commands, world: &World, count: u32) {
+        let [clearing, noting, numbering, filling, starting, ranking, sorting] = self.listed.passes;
+        let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
         let pairs_room = (self.pairs.bytes() / 8) as u32;
-        let push = GridPush { triangle_count, pairs_room, ..GridPush::zeroed() };
+        let push = GridPush { triangle_count, caster_count, pairs_room, ..GridPush::zeroed() };
         let run = |commands: &mut Commands, name, kernel: &Kernel<GridPush>, threads: u64, each: u32| {
             let [x, y] = groups(threads.div_ceil(u64::from(each)));
             commands.pass(name, |pass| pass.dispatch(kernel, &push, [x, y, 1]));
         };
         commands.read_back(&self.totals, &self.counted);
         let bricks = 4 * u64::from(self.bricks);
-        commands.pass("grid.clear_lists", |pass| {
+        commands.pass(clearing, |pass| {
             pass.fill(&self.totals, 0);
             pass.fill_part(&self.words, bricks, self.words.bytes() - bricks, 0);
         });
-        run(commands, "grid.pairs", &self.note[0], triangle_count.into(), THREADS);
-        commands.pass("grid.pairs", |pass| {
+        run(commands, noting, &self.note[0], count.into(), THREADS);
+        commands.pass(noting, |pass| {
             pass.dispatch(&self.note[1], &push, [LARGE_GROUPS, 1, 1]);
             pass.dispatch(&self.note[2], &push, [LARGE_GROUPS, 1, 1]);
         });
         for number in &self.number {
-            run(commands, "grid.number", number, self.bricks.into(), SCANNED);
+            run(commands, numbering, number, self.bricks.into(), SCANNED);
         }
         // As many voxels are used at most as there are pairs.
         let pairs = self.pairs.bytes() / 8;
-        run(commands, "grid.fill", &self.fill[0], pairs, THREADS);
+        run(commands, filling, &self.fill[0], pairs, THREADS);
         for starts in &self.starts {
-            run(commands, "grid.starts", starts, pairs, SCANNED);
+            run(commands, starting, starts, pairs, SCANNED);
         }
-        run(commands, "grid.fill", &self.fill[1], pairs, THREADS);
-        run(commands, "grid.rank", &self.rank, pairs, THREADS);
-        run(commands, "grid.sort", &self.sort, pairs, THREADS);
+        run(commands, filling, &self.fill[1], pairs, THREADS);
+        run(commands, ranking, &self.rank, pairs, THREADS);
+        run(commands, sorting, &self.sort, pairs, THREADS);
     }
 
     /// Looks at what there was in frame `frame`, which is over. Where it did not fit, makes room, and says so.
@@ -142,7 +189,7 @@ impl Lists {
         if totals.overflowed != 0 {
             return Err(Error::Gpu {
                 operation: "list",
-                name: "the triangles of each voxel".into(),
+                name: format!("the {} of each voxel", self.listed.what),
                 cause: "they are more than 4,294,967,295".into(),
                 way_out: WayOut::Less(&[Less::Map, Less::Casters]),
             });
@@ -176,8 +223,65 @@ impl Lists {
         self.words.read(self.last.words(self.bricks) as usize)
     }
 
-    /// Of all that only a build needs.
+    /// What only a build needs.
     pub(super) fn transient_bytes(&self) -> u64 {
         self.pairs.bytes() + self.sums.bytes() + self.totals.bytes() + self.unsorted.bytes()
+    }
+}
+
+/// Smoke and hair in a grid that lists them: bits of their own, and the casters of each voxel.
+pub(super) struct CastLists {
+    size: u32,
+    /// In the order of the grid's.
+    pub(super) bits: Buffer,
+    large: Buffer,
+    pub(super) lists: Lists,
+    clear: Kernel<GridPush>,
+}
+
+impl CastLists {
+    /// Pairs a caster that there is room for at first.
+    const FIRST: u32 = 8;
+
+    /// In a grid that stands where `data` says.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where memory runs out.
+    pub(super) fn new(context: &Context, world: &World, size: u32, data: &Buffer) -> Result<Self> {
+        let capacity = world.caster_capacity();
+        let bits = Buffer::zeroed(context, "grid.cast_bits", 8 * u64::from(grid_words(size)))?;
+        let listed = LISTS_BYTES + 4 * u64::from(capacity.max(1));
+        let large = Buffer::new(context, "grid.cast_large", listed, Memory::Device)?;
+        let set = set::Grid { grid: data, grid_bits: &bits, triangles: &world.triangles, listed: &large };
+        let set = set.bind(context, "grid.cast_bits")?;
+        let casters = set::GridCastLists { casters: &world.casters }.bind(context, "grid.cast_lists")?;
+        let first = u64::from(capacity.max(SCANNED)) * u64::from(Self::FIRST);
+        let note = [&shaders::CASTERS_STEP_0, &shaders::CASTERS_STEP_1, &shaders::CASTERS_STEP_2];
+        let lists = Lists::noted(context, size, (&set, &[&casters]), first, (&CASTERS, note))?;
+        let clear = Kernel::compute(context, &grid::CLEAR, &[&set], &Constants::new())?;
+        Ok(Self { size, bits, large, lists, clear })
+    }
+
+    /// Lists the casters as they are now in a grid that stands where it should.
+    pub(super) fn record(&self, commands: &mut Commands, world: &World) {
+        let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
+        let top = 8 * u64::from(side(self.size, 2).pow(3));
+        let [clearing, ..] = self.lists.listed.passes;
+        commands.pass(clearing, |pass| pass.dispatch(&self.clear, &GridPush::zeroed(), [x, y, 1]));
+        commands.pass(clearing, |pass| {
+            pass.fill_part(&self.large, 0, LISTS_BYTES, 0);
+            pass.fill_part(&self.bits, self.bits.bytes() - top, top, 0);
+        });
+        self.lists.list(commands, world, world.caster_count());
+    }
+
+    /// What a look-up needs.
+    pub(super) fn resident_bytes(&self) -> u64 {
+        self.bits.bytes() + self.lists.words.bytes()
+    }
+
+    /// Of all that only a build needs.
+    pub(super) fn transient_bytes(&self) -> u64 {
+        self.large.bytes() + self.lists.transient_bytes()
     }
 }

@@ -5,13 +5,15 @@ mod cells;
 mod lists;
 mod masks;
 mod media;
+mod stood;
 mod voxelize;
 
 pub use self::lists::ListTotals;
+pub use self::stood::Stood;
 pub use self::voxelize::Voxelizer;
 
 use self::cells::Cells;
-use self::lists::Lists;
+use self::lists::{CastLists, Lists};
 use self::masks::Masks;
 use self::media::Media;
 use self::voxelize::Voxelize;
@@ -85,6 +87,8 @@ pub struct Grid {
     large: Buffer,
     /// Where the world may have smoke or hair.
     media: Option<Media>,
+    /// Where casters are listed.
+    cast: Option<CastLists>,
     /// For cones.
     cells: Option<Cells>,
     /// Where shadows are finer than voxels.
@@ -116,6 +120,7 @@ struct Plan {
     voxelizer: Voxelizer,
     finer: Finer,
     media: bool,
+    cast: bool,
     stands: Option<GridData>,
 }
 
@@ -144,7 +149,16 @@ impl Grid {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, finer: Finer) -> Result<Self> {
         let media = world.caster_capacity() > 0;
-        Self::planned(context, world, &Plan { size, voxelizer, finer, media, stands: None })
+        Self::planned(context, world, &Plan { size, voxelizer, finer, media, cast: false, stands: None })
+    }
+
+    /// One that lists the triangles and the casters of each voxel.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn listing(context: &Context, world: &World, size: u32) -> Result<Self> {
+        let (voxelizer, finer) = (Voxelizer::Listed, Finer::Nothing);
+        Self::planned(context, world, &Plan { size, voxelizer, finer, media: false, cast: true, stands: None })
     }
 
     /// One of the meshes alone that stands where `place` says; all of them have to be a voxel inside of it.
@@ -153,12 +167,12 @@ impl Grid {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn standing(context: &Context, world: &World, place: GridData) -> Result<Self> {
         let (size, voxelizer) = (place.size, Voxelizer::Compute);
-        let plan = Plan { size, voxelizer, finer: Finer::Nothing, media: false, stands: Some(place) };
+        let plan = Plan { size, voxelizer, finer: Finer::Nothing, media: false, cast: false, stands: Some(place) };
         Self::planned(context, world, &plan)
     }
 
     fn planned(context: &Context, world: &World, plan: &Plan) -> Result<Self> {
-        let Plan { size, voxelizer, finer, media, stands } = *plan;
+        let Plan { size, voxelizer, finer, media, cast, stands } = *plan;
         let data = Buffer::new(context, "grid.data", size_of::<GridData>() as u64, Memory::Device)?;
         // Passes that clear follow what is not 0.
         let bits = Buffer::zeroed(context, "grid.bits", 8 * u64::from(grid_words(size)))?;
@@ -172,10 +186,10 @@ impl Grid {
         let place = if stands.is_some() { Parts::MESHES } else { Parts::BOX };
         Ok(Self {
             size,
-            data,
             bits,
             large,
             media: if media { Some(Media::new(context, world, size, &set)?) } else { None },
+            cast: if cast { Some(CastLists::new(context, world, size, &data)?) } else { None },
             cells: if finer == Finer::Counts { Some(Cells::new(context, size, &set)?) } else { None },
             masks: if finer == Finer::Masks { Some(Masks::new(context, size, voxelizer, &set)?) } else { None },
             bounds: Kernel::compute(context, &shaders::BOUNDS, &[&set, &casters], &constants)?,
@@ -185,6 +199,7 @@ impl Grid {
                 Voxelizer::Listed => Voxelize::Listed(Box::new(Lists::new(context, world, size, &set)?)),
                 voxelizer => Voxelize::new(context, voxelizer, &[&set])?,
             },
+            data,
             stands,
             voxelized: Made::of(Parts::MESHES.and(place)),
             deposited: Made::of(Parts::CASTERS.and(place)),
@@ -199,6 +214,11 @@ impl Grid {
         let cells = cells.or(self.lists().map(|lists| &lists.words)).unwrap_or(bits);
         let masks = self.masks.as_ref().map_or(bits, |masks| &masks.words);
         GridBuffers { data: &self.data, bits, media, media_bits, cells, masks }
+    }
+
+    /// The bits and the lists of casters, in a grid that lists them.
+    pub fn cast_buffers(&self) -> [&Buffer; 2] {
+        self.cast.as_ref().map_or([&self.bits; 2], |cast| [&cast.bits, &cast.lists.words])
     }
 
     fn lists(&self) -> Option<&Lists> {
@@ -216,14 +236,16 @@ impl Grid {
         let cells = self.cells.as_ref().map_or(0, |cells| cells.counts.bytes());
         let lists = self.lists().map_or(0, |lists| lists.words.bytes());
         let masks = self.masks.as_ref().map_or(0, |masks| masks.words.bytes());
-        self.data.bytes() + self.bits.bytes() + media + cells + lists + masks
+        let cast = self.cast.as_ref().map_or(0, CastLists::resident_bytes);
+        self.data.bytes() + self.bits.bytes() + media + cells + lists + masks + cast
     }
 
     /// Of all that only a build needs.
     pub fn transient_bytes(&self) -> u64 {
         let lists = self.lists().map_or(0, Lists::transient_bytes);
         let masks = self.masks.as_ref().map_or(0, Masks::transient_bytes);
-        self.large.bytes() + self.media.as_ref().map_or(0, |media| media.large.bytes()) + lists + masks
+        let cast = self.cast.as_ref().map_or(0, CastLists::transient_bytes);
+        self.large.bytes() + self.media.as_ref().map_or(0, |media| media.large.bytes()) + lists + masks + cast
     }
 
     /// Where it stands, after a build.
@@ -268,6 +290,20 @@ impl Grid {
         self.lists().map_or(Ok(Vec::new()), Lists::read)
     }
 
+    /// The bits of casters, and their lists likewise, after a build; nothing in a grid without any.
+    ///
+    /// # Errors
+    /// As [`Grid::data`].
+    pub fn listed_casters(&self) -> Result<(Vec<u64>, Vec<u32>)> {
+        let Some(cast) = &self.cast else { return Ok(Default::default()) };
+        Ok((cast.bits.read(grid_words(self.size) as usize)?, cast.lists.read()?))
+    }
+
+    /// How many of casters there are, after a build.
+    pub fn cast_totals(&self) -> Option<ListTotals> {
+        self.cast.as_ref().map(|cast| cast.lists.last)
+    }
+
     /// How many there are, after a build.
     pub fn list_totals(&self) -> Option<ListTotals> {
         self.lists().map(|lists| lists.last)
@@ -292,8 +328,14 @@ impl Grid {
         if let Voxelize::Listed(lists) = &mut self.voxelize {
             grew |= lists.settle(frame)?;
         }
+        if let Some(cast) = &mut self.cast {
+            grew |= cast.lists.settle(frame)?;
+        }
         if grew {
             self.voxelized.forget();
+        }
+        if grew && self.cast.is_some() {
+            self.deposited.forget();
         }
         Ok(grew)
     }
@@ -314,11 +356,14 @@ impl Grid {
                 masks.record(commands, world, &self.large);
             }
         }
-        if let Some(media) = &self.media
-            && self.deposited.make(world)
-        {
-            media.clear(commands);
-            media.deposit(commands, world);
+        if (self.media.is_some() || self.cast.is_some()) && self.deposited.make(world) {
+            if let Some(media) = &self.media {
+                media.clear(commands);
+                media.deposit(commands, world);
+            }
+            if let Some(cast) = &self.cast {
+                cast.record(commands, world);
+            }
         }
     }
 

@@ -58,9 +58,11 @@ pub struct List {
     fixed: bool,
     /// What `counters` held after the last build: fragments, stored or not.
     fragments: Vec<u32>,
-    splat: Splat,
+    /// Places in other buffers that each segment has.
+    places: u64,
     set: Bindings,
-    kernel: Kernel<SplatPush>,
+    /// None where the lists are somebody else's to fill.
+    drawn: Option<(Splat, Kernel<SplatPush>)>,
 }
 
 fn segment_buffer(context: &Context, capacity: u32) -> Result<Buffer> {
@@ -69,12 +71,18 @@ fn segment_buffer(context: &Context, capacity: u32) -> Result<Buffer> {
 }
 
 impl List {
-    /// Lists over the maps of the casters that are drawn. `capacity` fixes the number of segments at once; without it the buffer
+    /// Lists over the maps of the casters that are drawn; without `splat` they are empty after a capture. `capacity` fixes the number of segments at once; without it the buffer
     /// grows.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out, or the maps to keep are more than fit into an image.
-    pub fn new(context: &Context, maps: &Maps, splat: Splat, keep: Keep, capacity: Option<u32>) -> Result<Self> {
+    pub fn new(
+        context: &Context,
+        maps: &Maps,
+        splat: Option<Splat>,
+        keep: Keep,
+        capacity: Option<u32>,
+    ) -> Result<Self> {
         let size = maps.size();
         let at_once = if keep == Keep::All { maps.count() } else { maps.stacked_at_once(context) };
         let heads_size = stacked(context, "list.heads", size, at_once)?;
@@ -86,7 +94,9 @@ impl List {
         let counters = Buffer::new(context, "list.counters", counter_bytes, Memory::Device)?;
         let counted = ReadBack::new(context, "list.counted", counter_bytes)?;
         let set = set::List { heads: &heads, segments: &segments, counters: &counters }.bind(context, "list")?;
-        let kernel = splat.kernel(context, maps, &shaders::list::CAPTURE_FRAG, &[], &[&set], &Constants::new())?;
+        let kernel =
+            |splat: &Splat| splat.kernel(context, maps, &shaders::list::CAPTURE_FRAG, &[], &[&set], &Constants::new());
+        let drawn = splat.map(|splat| kernel(&splat).map(|kernel| (splat, kernel))).transpose()?;
         Ok(Self {
             context: context.clone(),
             heads,
@@ -100,10 +110,15 @@ impl List {
             size,
             fixed: capacity.is_some(),
             fragments: Vec::new(),
-            splat,
+            places: 1,
             set,
-            kernel,
+            drawn,
         })
+    }
+
+    /// Grows no farther than a buffer in which each segment has `places` as large as itself.
+    pub fn with_events(self, places: u64) -> Self {
+        Self { places, ..self }
     }
 
     /// The set with heads, segments and counters.
@@ -119,6 +134,11 @@ impl List {
         set.replace(binding, &self.segments)
     }
 
+    /// Segments that there is room for.
+    pub fn capacity(&self) -> u32 {
+        self.capacity
+    }
+
     /// Maps that are captured at once.
     pub fn at_once(&self) -> u32 {
         self.at_once
@@ -127,10 +147,12 @@ impl List {
     /// Makes ready for the captures of a build.
     pub fn begin(&mut self, commands: &mut Commands, world: &World, maps: &Maps, bins: Option<&Bins>) {
         commands.read_back(&self.counters, &self.counted);
-        self.splat.record(commands, world, maps, bins);
+        if let Some((splat, _)) = &mut self.drawn {
+            splat.record(commands, world, maps, bins);
+        }
     }
 
-    /// Empties the lists and captures those of `maps`, group number `group`.
+    /// Empties the lists and captures those of `maps`, group number `group`, if casters are drawn.
     pub fn capture(&self, commands: &mut Commands, maps: Range<u32>, group: u32) {
         commands.pass("list.clear", |pass| {
             pass.clear_image(&self.heads, NO_SEGMENT);
@@ -138,9 +160,10 @@ impl List {
                 pass.fill(&self.counters, 0);
             }
         });
+        let Some((splat, kernel)) = &self.drawn else { return };
         commands.pass("list.capture", |pass| {
             let size = [self.size[0], self.size[1] * maps.len() as u32];
-            pass.render(size, &[], None, |draw| self.splat.draw(draw, &self.kernel, maps, group, self.capacity));
+            pass.render(size, &[], None, |draw| splat.draw(draw, kernel, maps, group, self.capacity));
         });
     }
 
@@ -172,7 +195,7 @@ impl List {
             return Ok(false);
         }
         // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
-        let limit = limit(&self.context);
+        let limit = limit(&self.context) / self.places;
         if u64::from(fragments) > limit && self.at_once > 1 && self.keep == Keep::Some {
             self.at_once = self.at_once.div_ceil(2);
             return Ok(true);
@@ -197,7 +220,10 @@ impl List {
 
     /// Heads, segments, counters and what is drawn.
     pub fn bytes(&self) -> u64 {
-        self.splat.bytes() + self.heads.bytes() + self.segments.bytes() + self.counters.bytes()
+        self.drawn.as_ref().map_or(0, |(splat, _)| splat.bytes())
+            + self.heads.bytes()
+            + self.segments.bytes()
+            + self.counters.bytes()
     }
 }
 

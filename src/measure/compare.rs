@@ -1,6 +1,7 @@
 //! One row of a comparison: build, time, ask, draw, compare with the truth; in a world that stands still or moves.
 
 use super::flicker::Flicker;
+use super::footprint::{FootprintError, Footprints, footprint_errors, footprints};
 use super::frames::Frames;
 use super::passes::{frame_ns, pass_timings};
 use super::picture_error::bounce_error;
@@ -55,6 +56,8 @@ pub struct Effort {
     pub picture: [u32; 2],
     /// Whether the pictures of frames one after the other are held against the truth's.
     pub turning: bool,
+    /// Whether answers are held against what areas see too. Where the world moves, in its first frame.
+    pub footprints: bool,
     /// How much of the truth.
     pub truth: Extent,
 }
@@ -72,6 +75,8 @@ pub struct Case<'a> {
     references: OnceCell<Arc<Vec<Picture>>>,
     /// What virtual lights are to come to, once somebody asks.
     bounce: OnceCell<Bounce>,
+    /// What areas see, once somebody asks.
+    footprints: OnceCell<Footprints>,
     pub(super) clock: Arc<ClockMeter>,
     /// Of each light, for the timing of look-ups.
     pub(super) asked: Vec<Vec<[f32; 3]>>,
@@ -126,6 +131,7 @@ pub fn with_case<'a, R>(
         effort,
         references: OnceCell::new(),
         bounce: OnceCell::new(),
+        footprints: OnceCell::new(),
         clock: Arc::new(ClockMeter::of(context.features())),
         asked,
     };
@@ -300,6 +306,11 @@ impl Case<'_> {
             let (map, space, surface) = (asked.map.error()?, asked.space.error()?, asked.surface.error()?);
             row.error = Some(RowError { map, space, surface, casters: asked.surface.caster_error(), image });
         }
+        if self.effort.footprints {
+            self.show(0)?;
+            opened.build(&self.world)?;
+            row.footprints = self.ask_footprints(opened.technique.as_ref())?;
+        }
         if self.effort.turning && self.effort.truth != Extent::None {
             row.frames = self.turn(&mut opened, shading, lighting)?;
         }
@@ -397,6 +408,12 @@ impl Case<'_> {
             answers.within.extend(truth.boundary(points, resolution).iter());
         }
         Ok(answers)
+    }
+
+    /// Errors against each size of areas.
+    fn ask_footprints(&self, technique: &dyn Technique) -> Result<Vec<FootprintError>> {
+        let areas = self.footprints.get_or_init(|| footprints(&self.truths[0], &self.frames.states[0]));
+        Ok(footprint_errors(&self.ask(technique, &areas.points)?, areas))
     }
 
     /// Visibility of all lights at their points, asked about a million at a time.

@@ -13,7 +13,7 @@ const GPU_WARM_UP: Duration = Duration::from_millis(50);
 const MOST_WARM_UP: Duration = Duration::from_millis(1500);
 
 /// A device whose clock is seen to be low warms up for longer, at most as long: it may have idled while a truth was made.
-const SLOW_WARM_UP: Duration = Duration::from_secs(6);
+pub(super) const SLOW_WARM_UP: Duration = Duration::from_secs(6);
 
 /// How often it is asked then.
 const ASK_AGAIN: Duration = Duration::from_millis(50);

@@ -3,7 +3,7 @@
 //! and are missing in older files; [`Results::read`] takes files of versions 1 and 2 too.
 
 use crate::gpu::Features;
-use crate::measure::{CasterError, PointError, Steadiness, Timing};
+use crate::measure::{CasterError, FootprintError, PointError, Steadiness, Timing};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -148,6 +148,9 @@ pub struct Row {
     /// Of pictures of frames one after the other, the camera going round. Absent where it stands still. New in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<FramesError>,
+    /// Against what areas see, for each size of them. Absent where nobody asks. New in version 3.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub footprints: Vec<FootprintError>,
     /// The picture's file name in the output folder.
     pub picture: Option<String>,
     /// The difference picture's file name in the output folder.

@@ -4,25 +4,26 @@ use super::Timing;
 use super::compare::Case;
 use super::frames::Drawing;
 use super::passes::frame_ns;
-use super::repeats::Repeats;
+use super::repeats::{Repeats, SLOW_WARM_UP};
 use super::steadiness::{Steadiness, Watch};
 use crate::Result;
 use crate::consume::{Asked, Query, Shading};
 use crate::gpu::PassTime;
 use crate::technique::{Lifetime, Opened, Technique};
 use std::cell::Cell;
+use std::time::{Duration, Instant};
 
 /// When to stop timing look-ups, after one sample at least.
-const LOOKUP_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
+const LOOKUP_BUDGET: Duration = Duration::from_secs(1);
 
 /// How often the clock is looked at while builds are timed.
 const LOOKS: usize = 4;
 
 /// Builds that took longer than this in all are not timed once more.
-const AGAIN_BUDGET: std::time::Duration = std::time::Duration::from_secs(5);
+const AGAIN_BUDGET: Duration = Duration::from_secs(5);
 
 /// When to stop timing pictures, after one at least.
-const DRAW_BUDGET: std::time::Duration = std::time::Duration::from_secs(1);
+const DRAW_BUDGET: Duration = Duration::from_secs(1);
 
 /// Builds one after the other.
 #[derive(Default)]
@@ -109,9 +110,11 @@ impl Case<'_> {
         let mut watch = Watch::begin(&meter);
         let mut looked = 0;
         let repeats = Repeats::of(lifetime, software, self.effort.warm_up, count);
+        // A device that has nothing to build, as where only the camera moves, is idle: its clock says nothing then.
+        let works = Cell::new(false);
         let slow = Cell::new(false);
         let is_slow = || {
-            slow.set(meter.is_slow());
+            slow.set(works.get() && meter.is_slow());
             slow.get()
         };
         let builds = repeats.run(is_slow, |frame, is_timed| {
@@ -126,8 +129,9 @@ impl Case<'_> {
                 self.context.time_passes(true);
                 built = again?;
             }
+            works.set(!built.passes.is_empty());
             // Asking takes longer than many builds do: a few times is enough. The clock of a warm-up is nobody's.
-            if is_timed && frame * LOOKS >= looked * count {
+            if is_timed && works.get() && frame * LOOKS >= looked * count {
                 looked += 1;
                 watch.look();
             }
@@ -155,14 +159,19 @@ impl Case<'_> {
         let query = Query::of_lights(self.context, &asked)?;
         let kernel = query.kernel(&technique.answer())?;
         let mut samples = Vec::new();
-        let start = std::time::Instant::now();
-        for frame in 0..1 + self.effort.frames {
+        // Where nothing was built the device has idled until now.
+        let start = Instant::now();
+        query.query(&kernel)?;
+        while start.elapsed() < SLOW_WARM_UP && self.clock.is_slow() {
+            query.query(&kernel)?;
+        }
+        let start = Instant::now();
+        for frame in 0..self.effort.frames {
             // A list on a software device takes seconds a million.
-            if frame > 1 && start.elapsed() > LOOKUP_BUDGET {
+            if frame > 0 && start.elapsed() > LOOKUP_BUDGET {
                 break;
             }
-            let time = query.query(&kernel)?;
-            if let (Some(time), true) = (time, frame > 0) {
+            if let Some(time) = query.query(&kernel)? {
                 samples.push((time.end_ns - time.start_ns) * 1e6 / query.points().max(1) as f64);
             }
         }
@@ -177,7 +186,7 @@ impl Case<'_> {
         draw: impl Fn() -> Result<Vec<PassTime>>,
     ) -> Result<Vec<Vec<PassTime>>> {
         let mut samples = Vec::new();
-        let start = std::time::Instant::now();
+        let start = Instant::now();
         for frame in 0..1 + self.effort.frames {
             if frame >= shading.frames_to_settle() && start.elapsed() > DRAW_BUDGET {
                 break;

@@ -136,7 +136,7 @@ impl<'a> Truth<'a> {
         }
     }
 
-    fn casters(&self) -> &Casters<'a> {
+    pub fn casters(&self) -> &Casters<'a> {
         self.casters.get_or_init(|| Casters::new(self.scene))
     }
 

@@ -4,7 +4,7 @@ use crate::measure::{CASTER_CLASSES, CasterClass, CasterError, Results, Row};
 use crate::report::pareto::scenes;
 use crate::report::wording::{NOTHING, Specs, grouped, one_line, significant};
 use comfy_table::presets;
-use comfy_table::{Cell, CellAlignment, ContentArrangement, Table};
+use comfy_table::{CellAlignment, ContentArrangement, Table};
 
 /// Which end of the way between light and point distances are from.
 pub(super) type End = fn(&CasterError) -> Option<&Vec<CasterClass>>;
@@ -39,12 +39,18 @@ pub fn casters(results: &Results) -> String {
 }
 
 fn table(title: &str, rows: &[(&Row, &Vec<CasterClass>)], specs: &Specs) -> String {
+    let headings = (0..CASTER_CLASSES.len()).map(heading).collect();
+    let rows = rows.iter().map(|(row, classes)| (*row, classes.iter().map(cell).collect()));
+    lines(title, headings, rows.collect(), specs)
+}
+
+/// A row of the results a line, with a cell for each of the headings.
+pub(super) fn lines(title: &str, headings: Vec<String>, rows: Vec<(&Row, Vec<String>)>, specs: &Specs) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
-    table.set_header([title.to_owned(), "path".into()].into_iter().chain((0..CASTER_CLASSES.len()).map(heading)));
-    for (row, classes) in rows {
-        let naming = [format!("  {}", specs.compact(row)), one_line(&row.path)].map(Cell::new);
-        let cells = classes.iter().map(|class| Cell::new(cell(class)).set_alignment(CellAlignment::Right));
+    table.set_header([title.to_owned(), "path".into()].into_iter().chain(headings));
+    for (row, cells) in rows {
+        let naming = [format!("  {}", specs.compact(row)), one_line(&row.path)];
         table.add_row(naming.into_iter().chain(cells));
     }
     for (place, column) in table.column_iter_mut().enumerate() {

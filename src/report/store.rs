@@ -1,6 +1,6 @@
 //! The output folder. Whatever is written there is whole or was not written at all.
 
-use crate::measure::{PassTiming, PointError, Results, Row, Timing};
+use crate::measure::{FOOTPRINTS, PassTiming, PointError, Results, Row, Timing};
 use crate::report::whole::{write_png, write_whole};
 use crate::report::wording::status_word;
 use crate::{Error, Result};
@@ -135,16 +135,24 @@ fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn st
     names.extend(["image_rmse", "image_flip_mean", "image_bounce_rmse", "image_bounce_noise"].map(String::from));
     names.extend(["limit_mean_abs", "standard_error", "flicker_rms"].map(String::from));
     names.extend(["frames_rmse", "frames_flicker_rms"].map(String::from));
+    let asked = results.rows.iter().any(|row| !row.footprints.is_empty());
+    if asked {
+        names.extend(
+            FOOTPRINTS
+                .iter()
+                .flat_map(|texels| ["rms", "noise", "bias"].map(|what| format!("footprint_{texels}_{what}"))),
+        );
+    }
     // A prefix, for a counter may be called like a column.
     names.extend(counters.iter().map(|name| format!("counter_{name}")));
     writer.write_record(&names)?;
     for row in &results.rows {
-        writer.write_record(fields(row, &counters))?;
+        writer.write_record(fields(row, asked, &counters))?;
     }
     Ok(writer.into_inner().map_err(|failed| failed.into_error())?)
 }
 
-fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
+fn fields(row: &Row, footprints: bool, counters: &BTreeSet<&str>) -> Vec<String> {
     let mut fields = vec![
         row.scene.clone(),
         row.technique.clone(),
@@ -184,6 +192,11 @@ fn fields(row: &Row, counters: &BTreeSet<&str>) -> Vec<String> {
     fields.extend([image.and_then(|image| image.bounce_rmse), image.and_then(|image| image.bounce_noise)].map(number));
     fields.extend([row.limit_mean_abs, row.standard_error, row.flicker_rms].map(number));
     fields.extend([row.frames.map(|frames| frames.rmse), row.frames.map(|frames| frames.flicker_rms)].map(number));
+    let sizes = if footprints { &FOOTPRINTS[..] } else { &[] };
+    for texels in sizes {
+        let of = row.footprints.iter().find(|error| error.texels == *texels);
+        fields.extend([of.map(|e| e.rms), of.map(|e| e.noise), of.map(|e| e.bias)].map(number));
+    }
     fields.extend(counters.iter().map(|&name| row.counters.get(name).map(u64::to_string).unwrap_or_default()));
     fields
 }

@@ -69,6 +69,10 @@ pub fn round(context: &Context, seed: u64, mut asking: impl FnMut(&Spec) -> Resu
         let failure = |broken| Failure { seed, technique: spec.short(), broken };
         round.failures.extend(broken.into_iter().map(failure));
     }
+    // What a technique that refused was made of goes with the next submission, as all that is on its way to the device does.
+    if let Err(error) = context.try_submit(|_| Ok(())) {
+        round.failures.push(Failure { seed, technique: String::new(), broken: advised(error).to_string() });
+    }
     (round.host_bytes, round.device_bytes) = (host_bytes(), context.allocated_bytes());
     if round.device_bytes != before {
         let broken = format!("{before} bytes of device memory before the round, {} after it", round.device_bytes);

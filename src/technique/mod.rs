@@ -6,7 +6,9 @@
 // The registry: a line a technique. All of them are in REGISTRY.
 pub mod avsm;
 pub mod beer_shadow_map;
+pub mod deep_shadow_map;
 pub mod fourier;
+pub mod grid_query;
 pub mod ism;
 pub mod layers;
 pub mod moments;
@@ -14,6 +16,7 @@ pub mod none;
 pub mod psm;
 pub mod ray_query;
 pub mod shadow_map;
+pub mod stochastic;
 pub mod translucency_map;
 pub mod uncompressed;
 pub mod voxel_grid;
@@ -34,7 +37,9 @@ mod texel_map;
 pub use avsm::{Avsm, NodeData};
 pub use beer_shadow_map::BeerShadowMap;
 pub use build::{Built, Opened, open};
+pub use deep_shadow_map::{DeepShadowMap, DeepState};
 pub use fourier::Fourier;
+pub use grid_query::GridQuery;
 pub use ism::{
     Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, Ism, PointData, PointsData,
     SUBSETS as ISM_SUBSETS, VIRTUAL_LIGHTS, Way as IsmWay,
@@ -50,6 +55,7 @@ pub use requirements::{PathRequirements, requirements};
 pub use runs::Runs;
 pub use shadow_map::ShadowMap;
 pub use spec::{Spec, parse};
+pub use stochastic::Stochastic;
 pub use texel_map::TexelMap;
 pub use translucency_map::TranslucencyMap;
 pub use uncompressed::Uncompressed;

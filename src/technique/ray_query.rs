@@ -1,6 +1,7 @@
-//! Rays against the meshes themselves: exact, where the device has ray queries. Source: VK_KHR_ray_query.
+//! Rays against the meshes themselves, and against boxes about smoke and hair, of which each that a ray meets is added up: exact, where
+//! the device has ray queries. Source: VK_KHR_ray_query.
 //!
-//! A ray a point: exact, where the device has ray queries.
+//! A ray a point against meshes, one against smoke and hair.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -20,13 +21,17 @@
 //! # Ok(()) });
 //! ```
 
+use super::promises::ROUNDING;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
 use crate::Result;
-use crate::gpu::{AccelerationStructure, Bindings, Buffer, Commands, Constants, Context, Memory, Requirement};
+use crate::gpu::{
+    AccelerationStructure, BOX_BYTES, Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Requirement,
+    groups, push_struct,
+};
 use crate::maps::Map;
-use crate::shaders::folder;
-use crate::shaders::set;
-use crate::world::{Parts, TriangleData, World};
+use crate::shaders::constant::{MEDIA, STRANDS};
+use crate::shaders::{folder, ray_query as shaders, set};
+use crate::world::{Made, Parts, TriangleData, World};
 
 /// There is nothing to set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,17 +40,76 @@ pub struct Settings;
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "ray-query",
-    about: "a ray from the point to the light, against the meshes themselves: exact (VK_KHR_ray_query)",
-    casts: Casts { particles: false, strands: false, meshes: true },
+    about: "rays from the point to the light, against meshes, smoke and hair themselves: exact (VK_KHR_ray_query)",
+    casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: &[],
     paths: &[Path { name: TRACE, requires: &[Requirement::RayQuery] }],
-    promises: |_, _| Promises::OF_OPAQUE,
-    runs: Runs { many_lights: &["shading=tiled"], stress_meshes: &[""], ..Runs::NONE },
+    promises: |_, _| PROMISES,
+    runs: Runs {
+        compare: &[""],
+        many_lights: &["shading=tiled"],
+        stress_smoke: &[""],
+        stress_meshes: &[""],
+        ..Runs::NONE
+    },
     open: |context, world, _| Ok(Box::new(RayQuery::new(context, world, &Settings)?)),
 };
 
 const TRACE: &str = "trace";
+
+/// All but rounding: a ray meets casters in whatever order the device has them.
+const PROMISES: Promises = Promises {
+    mean: Some(1e-4),
+    tail: Some(1e-3),
+    rise: Some(ROUNDING),
+    order: Some(ROUNDING),
+    step: Some(ROUNDING),
+    ..Promises::OF_OPAQUE
+};
+
+/// Threads of a workgroup.
+const THREADS: u32 = 64;
+
+push_struct! {
+    /// Twin: BoxesPush in glsl/technique/ray_query/boxes.comp.
+    struct BoxesPush {
+        caster_count: u32,
+        /// Behind the casters there are boxes of nothing.
+        box_count: u32,
+    }
+}
+
+/// Smoke and hair.
+struct Cast {
+    boxes: Buffer,
+    count: u32,
+    find: Kernel<BoxesPush>,
+    /// Over the boxes.
+    bottom: AccelerationStructure,
+    top: AccelerationStructure,
+    built: Made,
+}
+
+impl Cast {
+    fn new(context: &Context, world: &World) -> Result<Self> {
+        let count = world.caster_capacity();
+        let boxes = Buffer::new(context, "ray_query.boxes", BOX_BYTES * u64::from(count), Memory::Device)?;
+        let set = set::RayQueryBoxes { casters: &world.casters, boxes: &boxes }.bind(context, "ray_query.boxes")?;
+        let find = Kernel::compute(context, &shaders::BOXES, &[&set], &Constants::new())?;
+        let bottom = AccelerationStructure::boxes(context, "ray_query.bottom", &boxes, count)?;
+        let top = AccelerationStructure::top(context, "ray_query.top", &bottom)?;
+        Ok(Self { boxes, count, find, bottom, top, built: Made::of(Parts::CASTERS) })
+    }
+
+    fn boxes(&self, commands: &mut Commands, world: &World) {
+        let [x, y] = groups(u64::from(self.count.div_ceil(THREADS)));
+        let push = BoxesPush { caster_count: world.caster_count(), box_count: self.count };
+        commands.pass("ray_query.boxes", |pass| pass.dispatch(&self.find, &push, [x, y, 1]));
+        commands.pass("ray_query.boxes.bottom", |pass| pass.build(&self.bottom));
+        commands.pass("ray_query.boxes.top", |pass| pass.build(&self.top));
+    }
+}
 
 /// The technique, opened for one world.
 pub struct RayQuery {
@@ -57,6 +121,9 @@ pub struct RayQuery {
     top: AccelerationStructure,
     /// The largest coordinate of the meshes.
     extent: Buffer,
+    /// Where the world may have smoke or hair.
+    cast: Option<Cast>,
+    built: Made,
     look_up: Bindings,
     constants: Constants,
 }
@@ -69,17 +136,35 @@ impl RayQuery {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, _: &Settings) -> Result<Self> {
         ENTRY.require(context, TRACE)?;
-        let count = world.triangle_capacity();
+        // Without any there is a structure to bind nevertheless, which nobody asks.
+        let count = world.triangle_capacity().max(1);
         extent(world)?;
         let all: Vec<u32> = (0..count).flat_map(corners).collect();
         let indices = Buffer::with_data(context, "ray_query.indices", &all)?;
         let bottom = AccelerationStructure::bottom(context, "ray_query.bottom", &world.triangles, &indices, count)?;
         let top = AccelerationStructure::top(context, "ray_query.top", &bottom)?;
         let extent = Buffer::new(context, "ray_query.extent", size_of::<f32>() as u64, Memory::Device)?;
-        let look_up =
-            set::RayQueryLookUp { lights: &world.lights, meshes: &top, triangles: &world.triangles, extent: &extent };
+        let cast = if world.caster_capacity() > 0 { Some(Cast::new(context, world)?) } else { None };
+        let look_up = set::RayQueryLookUp {
+            lights: &world.lights,
+            meshes: &top,
+            triangles: &world.triangles,
+            extent: &extent,
+            boxes: cast.as_ref().map_or(&top, |cast| &cast.top),
+            casters: &world.casters,
+        };
         let look_up = look_up.bind(context, "ray_query.look_up")?;
-        Ok(Self { indices, bottom, top, extent, look_up, constants: Constants::new() })
+        let constants = Constants::new().set(MEDIA, cast.is_some()).set(STRANDS, world.has_strands());
+        let built = Made::of(Parts::MESHES);
+        Ok(Self { indices, bottom, top, extent, cast, built, look_up, constants })
+    }
+
+    /// The boxes about all casters, low and high corner, after a build; what casts nothing begins at no number.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where they cannot be read back.
+    pub fn boxes(&self) -> Result<Vec<[[f32; 3]; 2]>> {
+        self.cast.as_ref().map_or(Ok(Vec::new()), |cast| cast.boxes.read(cast.count as usize))
     }
 
     fn bottom(&self, commands: &mut Commands) {
@@ -109,12 +194,25 @@ fn extent(world: &World) -> Result<f32> {
 
 impl Technique for RayQuery {
     fn made_of(&self) -> Parts {
-        Parts::MESHES
+        Parts::MESHES.and(Parts::CASTERS)
+    }
+
+    fn forget(&mut self) {
+        self.built.forget();
+        self.cast.iter_mut().for_each(|cast| cast.built.forget());
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        self.bottom(commands);
-        self.top(commands, world)
+        if let Some(cast) = &mut self.cast
+            && cast.built.make(world)
+        {
+            cast.boxes(commands, world);
+        }
+        if self.built.make(world) {
+            self.bottom(commands);
+            self.top(commands, world)?;
+        }
+        Ok(())
     }
 
     fn answer(&self) -> Answer<'_> {
@@ -126,11 +224,14 @@ impl Technique for RayQuery {
     }
 
     fn facts(&self) -> Result<Facts> {
+        let of_casters = || self.cast.iter().flat_map(|cast| [&cast.bottom, &cast.top]);
+        let structures = || [&self.bottom, &self.top].into_iter().chain(of_casters());
+        let inputs = self.indices.bytes() + self.cast.as_ref().map_or(0, |cast| cast.boxes.bytes());
         Ok(Facts {
             path: TRACE,
             reason: "the only path".into(),
-            bytes_resident: self.bottom.bytes() + self.top.bytes(),
-            bytes_transient: self.bottom.scratch_bytes() + self.top.scratch_bytes() + self.indices.bytes(),
+            bytes_resident: structures().map(AccelerationStructure::bytes).sum(),
+            bytes_transient: structures().map(AccelerationStructure::scratch_bytes).sum::<u64>() + inputs,
             ..Facts::default()
         })
     }

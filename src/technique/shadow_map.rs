@@ -165,13 +165,13 @@ fn check_faces(world: &World, size: u32, side: u32) -> Result<()> {
 /// Cascades are of directional lights, and in front of a camera.
 fn check_cascades(world: &World, cascades: u32) -> Result<()> {
     let directional = |light: &Light| matches!(light.kind, LightKind::Directional { .. });
-    let cause = match cascades {
+    let needs = match cascades {
         1 => return Ok(()),
-        _ if !world.aim().lights.iter().all(directional) => "are of directional lights alone",
-        _ if world.camera().is_none() => "stand in front of a camera, and there is none",
+        _ if !world.aim().lights.iter().all(directional) => "directional lights alone",
+        _ if world.camera().is_none() => "a camera, in front of which they stand (World::set_camera)",
         _ => return Ok(()),
     };
-    Err(Error::input(format!("cascades={cascades} of {}", world.name()), cause, "use cascades=1"))
+    Err(Error::Refused { needs: format!("{needs} for cascades={cascades}") })
 }
 
 impl Technique for ShadowMap {

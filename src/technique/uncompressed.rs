@@ -79,7 +79,7 @@ impl Uncompressed {
         let filter = settings.filter(world)?;
         let maps = Maps::new(context, world, settings.size, OpaqueMaps::shared(settings.opaque))?;
         let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
-        let list = List::new(context, &maps, splat, Keep::All, None)?;
+        let list = List::new(context, &maps, Some(splat), Keep::All, None)?;
         let more = set::UncompressedLookUp { heads: &list.heads, segments: &list.segments };
         let look_up = maps.look_up(context, "uncompressed.look_up", &more.resources())?;
         let listed = Made::of(Maps::VOLUME);

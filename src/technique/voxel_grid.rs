@@ -25,14 +25,13 @@ use super::keys::{word_of, words};
 use super::settings::{Keyed, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Features, Requirement};
-use crate::grid::{Finer, Grid, GridBuffers, Voxelizer};
+use crate::grid::{Finer, Grid, GridBuffers, Stood, Voxelizer};
 use crate::maps::Map;
 use crate::scene::{Casting, Resolution, View};
 use crate::shaders::set;
 use crate::shaders::{constant, folder};
 use crate::world::{Parts, World};
 use crate::{Error, Result};
-use glam::DVec3;
 
 words! {
     /// How the meshes become voxels.
@@ -264,26 +263,16 @@ impl VoxelGrid {
     }
 }
 
-/// How far from where it is a ray or a side may be taken to be, world units, in a grid of such a side about a box. Twin: grid_rounding in
-/// glsl/grid/march_triangles.glsl.
-fn rounding([low, high]: [DVec3; 2], side: f64) -> f64 {
-    let middle = 0.5 * (low + high);
-    let far = middle.abs().max_element() + 0.5 * side;
-    side / 524_288.0 + far / 2_097_152.0
-}
-
 /// Of a voxel's side: a voxel and a cell are larger to each side by so much. Twin: GRID_SLACK in glsl/grid/overlap.glsl.
 const SLACK: f64 = 1e-4;
 
 /// How finely the grid knows the meshes, one for each map of all lights.
 fn resolution(world: &World, plan: &Plan) -> Vec<Resolution> {
-    let Some([low, high]) = world.known_box().filter(|_| world.aim().has_triangles) else { return Vec::new() };
-    let widest = (high - low).max_element().max(1e-3 * low.abs().max(high.abs()).max_element().max(1.0));
-    // A float's rounding more than the device has.
-    let voxel = widest / f64::from(plan.size - 2) * (1.0 + 1e-5);
+    let Some(stood) = Stood::known(world, plan.size).filter(|_| world.aim().has_triangles) else { return Vec::new() };
+    let voxel = stood.voxel;
     let cell = if plan.masks { voxel * (0.25 + SLACK) } else { voxel };
     let of = |view| match plan.voxelizer {
-        Voxelizer::Listed => Resolution::of_triangles(view, rounding([low, high], voxel * f64::from(plan.size))),
+        Voxelizer::Listed => Resolution::of_triangles(view, stood.rounding()),
         _ => Resolution::of_grid(view, cell, f64::from(plan.bias())),
     };
     View::aimed(&world.aim(), 1, Casting::Opaque).into_iter().map(of).collect()

@@ -21,6 +21,7 @@ fn leaving_shadows_out_costs_what_shadows_take() {
             warm_up: 0,
             space_points: 512,
             picture: [32, 18],
+            footprints: false,
             turning: false,
             truth: Extent::Sample,
         };

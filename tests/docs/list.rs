@@ -55,8 +55,10 @@ fn every_csv_has_its_command() {
             assert!(parse(&pair[1]).is_ok(), "{name}: {}", pair[1]);
         }
     }
-    // Those of millions are made elsewhere.
-    for scene in scenes.iter().filter(|scene| !scene.starts_with("fountain") && !scene.ends_with("-1m")) {
+    // Those of millions are made elsewhere; what stands in $FILES is not all of the repository.
+    let elsewhere =
+        |scene: &str| scene.starts_with("fountain") || scene.ends_with("-1m") || scene.starts_with("$FILES/");
+    for scene in scenes.iter().filter(|scene| !elsewhere(scene)) {
         assert!(Scene::load(scene, 20.0).is_ok(), "{scene}");
     }
 }

@@ -135,6 +135,9 @@ fn smoke_is_answered_alike() {
             "moments:moments=8",
             "moments:basis=trigonometric,storage=r16",
             "uncompressed:size=64",
+            "stochastic:samples=4",
+            "grid-query",
+            "deep-shadow-map:size=64",
         ] {
             answers_alike(context, &scenes::random(), text);
         }

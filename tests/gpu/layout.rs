@@ -14,7 +14,7 @@ use gobo::grid::{GridData, ListTotals};
 use gobo::maps::{BinTotals, Extents, ItemData, Map, OpaqueItem, OpaqueTotals, SegmentData, Survey, TilePart};
 use gobo::scene::{Body, Caster, Jet, Law, View};
 use gobo::shaders::ALL;
-use gobo::technique::{ClusterData, LevelCounts, NodeData, PointData, PointsData, TreeData};
+use gobo::technique::{ClusterData, DeepState, LevelCounts, NodeData, PointData, PointsData, TreeData};
 use gobo::world::{GatherTotals, LightData, TriangleData};
 use spirq::ReflectConfig;
 use spirq::ty::{ScalarType, Type};
@@ -107,6 +107,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Frame", twin!(FrameData, camera, corner, across, down, edge)),
         ("Queue", twin!(QueueData, groups_x, groups_y, groups_z, jobs, demanded, end)),
         ("Grid", twin!(GridData, origin, voxel, per_unit, size, low, high)),
+        ("DeepState", twin!(DeepState, nodes, covered, error, low, high)),
         ("ListTotals", twin!(ListTotals, pairs, voxels, overflowed)),
         ("Body", twin!(Body, place, speed)),
         ("Jet", twin!(Jet, position, width, speed, spread)),

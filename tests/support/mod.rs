@@ -270,8 +270,15 @@ pub fn nodes_of(avsm: &Avsm, text: &str, texels: usize) -> Vec<NodeData> {
 
 /// Rows of these specs for a scene, quickly.
 pub fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
-    let effort =
-        Effort { frames: 1, warm_up: 0, space_points: 6000, picture: [96, 64], turning: false, truth: Extent::Sample };
+    let effort = Effort {
+        frames: 1,
+        warm_up: 0,
+        space_points: 6000,
+        picture: [96, 64],
+        turning: false,
+        footprints: false,
+        truth: Extent::Sample,
+    };
     let mut rows = Vec::new();
     with_case(context, std::slice::from_ref(scene), effort, |case| {
         rows.extend(specs.iter().map(|text| case.measure(&spec(text)).0));

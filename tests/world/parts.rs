@@ -101,6 +101,9 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
     match spec.entry.name {
         "voxel-grid" if starts(&["grid.clear_media", "grid.deposit"]) => any(&casters),
         "voxel-grid" => any(&[Meshes, Box]),
+        "grid-query" if starts(&["grid.casters"]) => any(&casters),
+        "grid-query" => any(&[Meshes, Box]),
+        "ray-query" if starts(&["ray_query.boxes"]) => any(&casters),
         "ray-query" => any(&[Meshes]),
         "ism" if starts(&["ism.areas", "ism.scale", "ism.sums", "ism.offsets", "ism.points", "ism.clusters"]) => {
             any(&[Meshes])
@@ -116,6 +119,8 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
         {
             !any(&[Meshes])
         }
+        "layers" if starts(&["sums.clear", "sums.ends", "layers.raster", "layers.pack"]) => !any(&[Meshes]),
+        "stochastic" if starts(&["stochastic.draw", "stochastic.clear"]) => !any(&[Meshes]),
         _ => true,
     }
 }
@@ -136,7 +141,7 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
     }
     for spec in &mut specs {
         match spec.entry.name {
-            "ism" | "voxel-grid" => {}
+            "ism" | "voxel-grid" | "grid-query" => {}
             "voxelized" => spec.set(Name::SIZE, "64"),
             _ => spec.set(Name::SIZE, "28"),
         }

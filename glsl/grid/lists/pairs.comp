@@ -7,42 +7,11 @@
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/lists/meets.glsl"
-#include "grid/occupy.glsl"
-#define PAIRS_ACCESS
-#include "grid/lists/set.glsl"
+#include "grid/lists/note.glsl"
 
 // Voxels of a box up to which a thread takes a triangle, and columns up to which a workgroup does. Any number gives the same pairs.
 const uint SMALL = 64u;
 const uint COLUMNS = 4096u;
-
-shared uint group_pairs;
-shared uint group_first;
-
-// Where a thread's `count` pairs stand among all. All threads of the workgroup come here.
-uint place_of(uint count) {
-    barrier();
-    if (gl_LocalInvocationIndex == 0u) {
-        group_pairs = 0u;
-    }
-    barrier();
-    uint at = atomicAdd(group_pairs, count);
-    barrier();
-    if (gl_LocalInvocationIndex == 0u && group_pairs > 0u) {
-        group_first = atomicAdd(totals.pairs, group_pairs);
-        if (group_first + group_pairs < group_first) {
-            totals.overflowed = 1u;
-        }
-    }
-    barrier();
-    return group_first + at;
-}
-
-void note(uint at, uint triangle, uvec3 voxel) {
-    occupy(voxel);
-    if (at < pairs.length()) {
-        pairs[at] = uvec2(64u * grid_word(grid.size, 0u, voxel) + grid_bit(0u, voxel), triangle);
-    }
-}
 
 // The columns of a listed triangle, 64 at once, from `first` on.
 void columns(uint i, uint first, uint step) {

@@ -4,6 +4,7 @@
 // Source: ours. Twin: reference::twin::area.
 #ifndef MAPS_BINS_AREA_GLSL
 #define MAPS_BINS_AREA_GLSL
+#extension GL_EXT_control_flow_attributes : require
 #include "maps/bins/texel.glsl"
 #include "maps/bins/view_caster.glsl"
 

@@ -6,7 +6,7 @@
 #include "maps/splat.glsl"
 
 // set 2: maps_ends
-// Of each texel the bits of its front, turned round, and those of its back.
+// Two words per texel: the bits of its front, turned round, and those of its back.
 layout(set = 2, binding = 0, scalar) buffer Ends { uint ends[]; };
 
 void main() {

@@ -1,4 +1,5 @@
-// Ray query look-up: 1 where no mesh stands between `position` and light `light`, else 0. Source: VK_KHR_ray_query.
+// Ray query look-up: how much of light `light` reaches `position`: nothing where a mesh stands between, else what all smoke and hair on the
+// way leave, whose boxes the ray meets in any order. Source: VK_KHR_ray_query.
 // A point comes rounded, and lies on either side of the surface that it is meant to lie on; how far along its ray it meets
 // that surface again has no bound when the ray is nearly in the surface. So a triangle whose plane passes the point as
 // closely as it may have been rounded does not count, at whatever distance the ray meets it: what is flat does not shadow
@@ -8,8 +9,11 @@
 //   binding 1  an instance of all triangles; the index of a primitive is its place in
 //   binding 2  triangles (world/triangle.glsl)
 //   binding 3  the largest coordinate of the meshes, either sign
-// flat: bindings 32, constants 64:
+//   binding 4  an instance of the boxes about all casters, or any where MEDIA is false; the index of a primitive is its place in
+//   binding 5  casters (world/caster.glsl)
+// flat: bindings 32, constants 64: MEDIA STRANDS
 #extension GL_EXT_ray_query : require
+#include "world/cast_depth.glsl"
 #include "world/light.glsl"
 #include "world/triangle.glsl"
 
@@ -21,6 +25,11 @@ layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityLights { L
 layout(set = GOBO_SET, binding = 1) uniform accelerationStructureEXT visibility_meshes;
 layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityTriangles { Triangle visibility_triangles[]; };
 layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityExtent { float visibility_extent; };
+layout(set = GOBO_SET, binding = 4) uniform accelerationStructureEXT visibility_boxes;
+layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCasters { Caster visibility_casters[]; };
+
+// Whether there is smoke or hair.
+CONSTANT(bool, MEDIA, false)
 
 // Of the largest coordinate: some thirty times the rounding of a float, since whoever asks has computed the point.
 const float POINT_ROUNDING = 2e-6;
@@ -29,23 +38,44 @@ bool passes_by(Triangle triangle, vec3 position, float rounding) {
     return abs(dot(triangle_normal(triangle), position - triangle.corners[0])) <= rounding;
 }
 
-float light_visibility(uint light, vec3 position) {
-    Light l = visibility_lights[light];
-    vec3 far = abs(position);
-    float rounding = POINT_ROUNDING * max(visibility_extent, max(far.x, max(far.y, far.z)));
-    float end = l.kind == LIGHT_DIRECTIONAL ? FARTHEST : distance(l.position, position);
-    if (l.has_opaque == 0u || end <= rounding) {
-        return 1.0;
-    }
+bool mesh_between(vec3 position, vec3 direction, float end, float rounding) {
     rayQueryEXT query;
     // Not opaque: each triangle that may be met is looked at here.
     const uint flags = gl_RayFlagsTerminateOnFirstHitEXT | gl_RayFlagsNoOpaqueEXT;
-    rayQueryInitializeEXT(query, visibility_meshes, flags, 0xffu, position, rounding, light_direction(l, position), end);
+    rayQueryInitializeEXT(query, visibility_meshes, flags, 0xffu, position, rounding, direction, end);
     while (rayQueryProceedEXT(query)) {
         int met = rayQueryGetIntersectionPrimitiveIndexEXT(query, false);
         if (!passes_by(visibility_triangles[met], position, rounding)) {
             rayQueryConfirmIntersectionEXT(query);
         }
     }
-    return rayQueryGetIntersectionTypeEXT(query, true) == gl_RayQueryCommittedIntersectionNoneEXT ? 1.0 : 0.0;
+    return rayQueryGetIntersectionTypeEXT(query, true) != gl_RayQueryCommittedIntersectionNoneEXT;
+}
+
+// No box is confirmed, so that the ray goes on to the next.
+float optical_depth_between(vec3 position, vec3 direction, float end) {
+    Ray ray = Ray(position, direction);
+    float ray_length = length(direction), sum = 0.0;
+    rayQueryEXT query;
+    rayQueryInitializeEXT(query, visibility_boxes, gl_RayFlagsNoOpaqueEXT, 0xffu, position, 0.0, direction, end);
+    while (rayQueryProceedEXT(query)) {
+#ifdef LOOK_UP_STEPS
+        ++look_up_steps;
+#endif
+        float entry;
+        int met = rayQueryGetIntersectionPrimitiveIndexEXT(query, false);
+        sum += cast_depth(ray, ray_length, visibility_casters[met], end, entry);
+    }
+    return sum;
+}
+
+float light_visibility(uint light, vec3 position) {
+    Light l = visibility_lights[light];
+    vec3 far = abs(position), direction = light_direction(l, position);
+    float rounding = POINT_ROUNDING * max(visibility_extent, max(far.x, max(far.y, far.z)));
+    float end = l.kind == LIGHT_DIRECTIONAL ? FARTHEST : distance(l.position, position);
+    if (l.has_opaque != 0u && end > rounding && mesh_between(position, direction, end, rounding)) {
+        return 0.0;
+    }
+    return MEDIA ? exp(-optical_depth_between(position, direction, end)) : 1.0;
 }

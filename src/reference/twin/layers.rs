@@ -30,7 +30,7 @@ pub struct Texel<const N: usize> {
 }
 
 impl<const N: usize> Texel<N> {
-    /// Of a tile's casters; `bound` is [`super::sums::bound`] of them. Twin: binned.comp.
+    /// The texel among a tile's casters; `bound` is [`super::sums::bound`] of them. Twin: binned.comp.
     pub fn binned(of: Range, texel: (&View, [u32; 2], &[Caster], u64)) -> Self {
         let (range, optical_depths) = texel_sums::binned(texel, of, |places, taken| parts(of, places, taken));
         Self { of, range, optical_depths }

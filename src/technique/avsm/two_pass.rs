@@ -19,7 +19,7 @@ impl TwoPass {
     pub fn new(site: &Site) -> Result<Self> {
         let Site { context, world, maps, bins, curves, plan } = *site;
         let splat = Splat::new(context, world, maps, DrawingOrder::Index, bins)?;
-        let list = List::new(context, maps, splat, Keep::Some, plan.settings.capacity)?;
+        let list = List::new(context, maps, Some(splat), Keep::Some, plan.settings.capacity)?;
         let sets = [maps.scene(), list.set(), &curves.set];
         let shader = if plan.refined { &shaders::avsm::RESOLVE_REFINE_1 } else { &shaders::avsm::RESOLVE_REFINE_0 };
         let resolve = Kernel::compute(context, shader, &sets, &plan.constants)?;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 struct Figure(&'static str, &'static str, &'static str, u32);
 
 /// The quick ones first.
-const FIGURES: [Figure; 19] = [
+const FIGURES: [Figure; 20] = [
     Figure("curve.svg", "docs/avsm.md", "gobo curve plume_8k", 0),
     Figure("three-emitters-slice.png", "docs/results.md", "gobo slice three-emitters", 0),
     Figure("ism-map.png", "docs/ism.md", "gobo map cornell --vpls 256 --light 100 --technique ism:fill=off", 0),
@@ -32,6 +32,12 @@ const FIGURES: [Figure; 19] = [
         0,
     ),
     Figure("three-emitters-layers.png", "docs/layers.md", "gobo render three-emitters --technique layers", 0),
+    Figure(
+        "plume-stochastic-plain.png",
+        "docs/stochastic.md",
+        "gobo render plume_8k --technique stochastic:samples=16,sampling=plain",
+        0,
+    ),
     Figure("three-emitters.png", "README.md", "gobo render three-emitters", 0),
     Figure("hair.png", "docs/avsm.md", "gobo render hair", 0),
     Figure("lantern.png", "docs/lights-and-filters.md", "gobo render lantern", 0),
@@ -43,9 +49,17 @@ const FIGURES: [Figure; 19] = [
     Figure("fountain.gif", "docs/particles.md", "gobo render fountain:particles=100000 ", 0),
 ];
 
-/// Those that no one command of the program makes: put together from pictures of several, or made by examples/embed.
-const PUT_TOGETHER: [&str; 5] =
-    ["embed.png", "indirect-cornell.png", "indirect-courtyard.png", "many-lights.png", "report.png"];
+/// Those that no one command of a page makes: put together from pictures of several, made by examples/embed, or by a command that
+/// differs from another figure's by a word.
+const PUT_TOGETHER: [&str; 7] = [
+    "embed.png",
+    "indirect-cornell.png",
+    "indirect-courtyard.png",
+    "many-lights.png",
+    "plume-stochastic-hash.png",
+    "plume-stochastic-stratified.png",
+    "report.png",
+];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -1,0 +1,124 @@
+#version 460
+// Every voxel that a caster meets becomes occupied, and is noted beside the caster. One thread a caster; those of larger boxes are listed,
+// and in the variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Source: ours; segments against boxes
+// after Ericson 2005, 5.3.3. Inputs: casters, grid. Outputs: bits of all levels, pairs and how many there are, the lists of
+// large casters. Twin: reference::twin::lists. Invariant: the same pairs in some order; those that have no room are counted.
+// variants: STEP 0 1 2
+layout(local_size_x = 64) in;
+#include "grid/lists/note.glsl"
+#include "world/caster.glsl"
+
+// set 2: grid_cast_lists
+layout(set = 2, binding = 0, scalar) readonly buffer ListsCasters { Caster casters[]; };
+
+// Voxels of a box up to which a thread takes a caster, and up to which a workgroup does. Any number gives the same pairs.
+const uint SMALL = 64u;
+const uint BOXED = 262144u;
+
+// Casters are so much larger to each side, voxels: more than places and ways are moved by rounding.
+const float CAST_SLACK = 1.0 / 512.0;
+
+// A caster in voxels, a sphere or what lies about a segment.
+struct Cast {
+    vec3 place;
+    vec3 axis;
+    float reach;
+    ivec3 first;  // voxel of its box
+    ivec3 box;
+};
+
+Cast cast_of(Caster caster) {
+    Cast c;
+    precise vec3 place = (caster.position - grid.origin) * grid.per_unit;
+    precise vec3 axis = caster.axis * grid.per_unit;
+    precise float reach = caster.radius * grid.per_unit + CAST_SLACK;
+    precise vec3 low = min(place, place + axis) - reach, high = max(place, place + axis) + reach;
+    c.place = place;
+    c.axis = axis;
+    c.reach = reach;
+    c.first = ivec3(clamp(floor(low), vec3(0.0), vec3(grid.size - 1u)));
+    c.box = ivec3(clamp(floor(high), vec3(0.0), vec3(grid.size - 1u))) - c.first + 1;
+    return c;
+}
+
+// A sphere by its distance; what lies about a segment by the segment and a larger voxel, which meets it or comes near.
+bool cast_meets(Cast c, ivec3 voxel) {
+    precise vec3 middle = c.place - (vec3(voxel) + 0.5);
+    if (c.axis == vec3(0.0)) {
+        precise vec3 apart = max(abs(middle) - 0.5, vec3(0.0));
+        precise float square = apart.x * apart.x + apart.y * apart.y + apart.z * apart.z;
+        precise float reach = c.reach * c.reach;
+        return square <= reach;
+    }
+    precise vec3 along = 0.5 * c.axis;
+    precise vec3 from = middle + along;
+    precise float half_side = 0.5 + c.reach;
+    vec3 length = abs(along);
+    precise vec3 sides = half_side + length;
+    if (any(greaterThan(abs(from), sides))) {
+        return false;
+    }
+    precise vec3 across = abs(from.yzx * along.zxy - from.zxy * along.yzx);
+    precise vec3 most = half_side * (length.zxy + length.yzx) + CAST_SLACK * (length.x + length.y + length.z);
+    return all(lessThanEqual(across, most));
+}
+
+ivec3 voxel_of(Cast c, uint v) {
+    return c.first + ivec3(int(v) % c.box.x, int(v) / c.box.x % c.box.y, int(v) / (c.box.x * c.box.y));
+}
+
+// The voxels of a listed caster, 64 at once, from `first` on.
+void boxes(uint i, uint first, uint step) {
+    Cast c = cast_of(casters[i]);
+    uint count = uint(c.box.x * c.box.y * c.box.z);
+    for (uint begin = first; begin < count; begin += step) {
+        uint v = begin + gl_LocalInvocationIndex;
+        bool met = v < count && cast_meets(c, voxel_of(c, v));
+        uint at = place_of(uint(met));
+        if (met) {
+            note(at, i, uvec3(voxel_of(c, v)));
+        }
+    }
+}
+
+void main() {
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x, thread = gl_LocalInvocationIndex;
+    uint groups = gl_NumWorkGroups.x * gl_NumWorkGroups.y;
+    if (STEP == 1) {
+        for (uint l = group; l < listed[LARGE]; l += groups) {
+            boxes(listed[LISTED + l], 0u, 64u);
+        }
+        return;
+    }
+    if (STEP == 2) {
+        for (uint l = 0u; l < listed[HUGE]; ++l) {
+            boxes(listed[LISTED + caster_count - 1u - l], 64u * group, 64u * groups);
+        }
+        return;
+    }
+    uint i = 64u * group + thread, voxels = 0u;
+    uvec2 met = uvec2(0u);
+    Cast c;
+    // Without a radius it casts nothing.
+    if (i < caster_count && casters[i].radius > 0.0) {
+        c = cast_of(casters[i]);
+        voxels = uint(c.box.x * c.box.y * c.box.z);
+        if (voxels > BOXED) {
+            listed[LISTED + caster_count - 1u - atomicAdd(listed[HUGE], 1u)] = i;
+        } else if (voxels > SMALL) {
+            listed[LISTED + atomicAdd(listed[LARGE], 1u)] = i;
+        }
+        for (uint v = 0u; v < voxels && voxels <= SMALL; ++v) {
+            if (cast_meets(c, voxel_of(c, v))) {
+                uint bit = 1u << (v & 31u);
+                met |= v < 32u ? uvec2(bit, 0u) : uvec2(0u, bit);
+            }
+        }
+    }
+    uint at = place_of(uint(bitCount(met.x) + bitCount(met.y)));
+    while (met != uvec2(0u)) {
+        uint v = met.x != 0u ? uint(findLSB(met.x)) : 32u + uint(findLSB(met.y));
+        met = met.x != 0u ? uvec2(met.x & (met.x - 1u), met.y) : uvec2(0u, met.y & (met.y - 1u));
+        note(at++, i, uvec3(voxel_of(c, v)));
+    }
+}

@@ -1,0 +1,37 @@
+// How a pass notes what it lists in which voxels. Workgroups take their places among all pairs at once. Source: ours.
+#ifndef GRID_LISTS_NOTE_GLSL
+#define GRID_LISTS_NOTE_GLSL
+#include "grid/occupy.glsl"
+#define PAIRS_ACCESS
+#include "grid/lists/set.glsl"
+
+shared uint group_pairs;
+shared uint group_first;
+
+// Where a thread's `count` pairs stand among all. All threads of the workgroup come here.
+uint place_of(uint count) {
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) {
+        group_pairs = 0u;
+    }
+    barrier();
+    uint at = atomicAdd(group_pairs, count);
+    barrier();
+    if (gl_LocalInvocationIndex == 0u && group_pairs > 0u) {
+        group_first = atomicAdd(totals.pairs, group_pairs);
+        if (group_first + group_pairs < group_first) {
+            totals.overflowed = 1u;
+        }
+    }
+    barrier();
+    return group_first + at;
+}
+
+// The voxel becomes occupied, and is noted beside the triangle or the caster.
+void note(uint at, uint number, uvec3 voxel) {
+    occupy(voxel);
+    if (at < pairs.length()) {
+        pairs[at] = uvec2(64u * grid_word(grid.size, 0u, voxel) + grid_bit(0u, voxel), number);
+    }
+}
+#endif

@@ -1,0 +1,111 @@
+// The fewest nodes that stay within an error of a texel's curve, greedily: a line goes on from a node for as long as some slope is in
+// the windows of all points that it passes. A window is what optical depths let through as much as the curve's, within the
+// error. Source: Lokovic and Veach 2000; windows in optical depth, and those on the way of long rises, are ours.
+// Needs, declared before: keep_node(Node), of a node that is final, and last_kept. Twin: reference::twin::deep_shadow_map::bound.
+// Invariants: transmittance is within the error of the curve's at every depth, between points as at them; depths never fall, nor do
+// optical depths; behind the last node it is within TAIL of the product of all.
+#ifndef TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
+#define TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
+#include "technique/deep_shadow_map/node.glsl"
+
+// A line is within windows at two points of a straight rise, and windows are bent: a longer rise has some on its way, and the error
+// that is left for what is between two of them is this part of it: the square of RISE over 4.
+const float RISE = 0.25;
+const float BETWEEN = 1.0 / 64.0;
+// How exact the last node is.
+const float TAIL = 1e-4;
+const float ANY_SLOPE = 3e38;
+
+// The node that the line begins at, none before the first point, the slopes that it may have, and the last point.
+bool has_start;
+Node line_start;
+vec2 line_slopes;
+Node line_end;
+float curve_error;
+// Optical depth of all of the curve: no line goes farther than the last node, so that none falls to it.
+float curve_total;
+
+// Where all is so dark that lines err by nothing.
+float dark_from(float error) { return 5.0 - log(2.0 * error); }
+
+// A curve of that optical depth in all.
+void line_begin(float error, float total) {
+    curve_error = error * (1.0 - BETWEEN);
+    curve_total = total;
+    has_start = false;
+}
+
+// The optical depths that are within `error` of this one.
+vec2 window(float value, float error) {
+    float through = exp(-value);
+    float low = -log(min(through + error, 1.0));
+    // Where more than half of the light that is left is error, no more than the line that touches the bound there: it is bent, and
+    // what is below it at two ends must be below it between them.
+    float high = through >= 2.0 * error ? -log(through - error) : 2.0 * value + log(2.0 * error) * 2.0 - log(error);
+    return vec2(max(low, 0.0), high);
+}
+
+void start_line(Node node) {
+    line_start = line_end = node;
+    line_slopes = vec2(0.0, ANY_SLOPE);
+}
+
+// Ends the line at the last point, as near to it as it can.
+void end_line() {
+    float along = line_end.depth - line_start.depth;
+    if (along > 0.0) {
+        vec2 reach = line_start.value + line_slopes * along;
+        Node node = Node(line_end.depth, clamp(line_end.value, reach.x, reach.y));
+        keep_node(line_start);
+        start_line(node);
+    }
+}
+
+// A step at the depth of the last node. The first has nothing in front of it, and of several the last counts.
+void add_step(Node point) {
+    if (kept > 0u && last_kept.depth < point.depth) {
+        keep_node(line_start);
+    }
+    start_line(Node(point.depth, max(point.value, last_kept.value)));
+}
+
+// The curve's next point; two at one depth are a step.
+void line_point(Node point, bool is_last) {
+    vec2 its = window(point.value, is_last ? min(curve_error, TAIL) : curve_error);
+    its.y = min(its.y, max(curve_total, point.value));
+    if (!has_start) {
+        has_start = true;
+        start_line(point);
+        return;
+    }
+    float along = point.depth - line_start.depth;
+    if (along > 0.0) {
+        vec2 slopes = (its - line_start.value) / along;
+        slopes = vec2(max(line_slopes.x, slopes.x), min(line_slopes.y, slopes.y));
+        if (slopes.x > slopes.y) {
+            end_line();
+            along = point.depth - line_start.depth;
+            // From where the line has ended one is in the window.
+            slopes = along > 0.0 ? (its - line_start.value) / along : slopes;
+            slopes.x = max(slopes.x, 0.0);
+        }
+        if (along > 0.0) {
+            line_slopes = slopes;
+            line_end = point;
+            if (is_last) {
+                end_line();
+            }
+            return;
+        }
+    }
+    if (line_start.value < its.x || line_start.value > its.y) {
+        add_step(point);
+    }
+}
+
+void line_finish() {
+    if (has_start) {
+        keep_node(line_start);
+    }
+}
+#endif

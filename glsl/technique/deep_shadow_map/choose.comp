@@ -1,0 +1,46 @@
+#version 460
+// Halves the errors among which the least is whose nodes there is room for. Round 0 begins; the last leaves one that fits.
+// Input: tile_starts, nodes of each tile at the error that was tried. In and out: state.
+// Invariant: nodes of the error that is left were counted, or it is the greatest.
+#include "technique/deep_shadow_map/maps.glsl"
+
+const uint SCAN_THREADS = 128u;
+layout(local_size_x = SCAN_THREADS) in;
+
+// set 1: deep_shadow_map
+layout(set = 1, binding = 3, scalar) readonly buffer TileStarts { uint tile_starts[]; };
+layout(set = 1, binding = 4, scalar) buffer State { DeepState state; };
+
+// Rounds of a search, and the errors that it is among.
+const uint ROUNDS = 14u;
+const float LEAST_ERROR = 1.0 / 16384.0;
+const float MOST_ERROR = 0.5;
+
+shared uint sum;
+
+void main() {
+    uvec2 tiles = map_tiles();
+    uint t = gl_LocalInvocationIndex, count = map_count * tiles.x * tiles.y;
+    if (t == 0u) {
+        sum = 0u;
+    }
+    barrier();
+    uint its = 0u;
+    for (uint i = t; round > 0u && i < count; i += SCAN_THREADS) {
+        its += tile_starts[i];
+    }
+    atomicAdd(sum, its);
+    barrier();
+    if (t > 0u) {
+        return;
+    }
+    if (round == 0u) {
+        state.low = LEAST_ERROR;
+        state.high = MOST_ERROR;
+    } else if (sum <= node_room) {
+        state.high = state.error;
+    } else {
+        state.low = state.error;
+    }
+    state.error = round < ROUNDS ? sqrt(state.low * state.high) : state.high;
+}

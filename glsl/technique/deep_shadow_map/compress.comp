@@ -1,0 +1,192 @@
+#version 460
+// Goes along each texel's curve, in the order of its events, and leaves as few nodes as stay within the error. A workgroup has a tile.
+// Inputs: heads, events, counters. Twin: reference::twin::deep_shadow_map.
+// Invariants: optical depth is added up in whole numbers, so that nothing is left of a slope that has ended, and casters may come in any
+// order; a texel without casters has no nodes.
+
+// WRITE 0: counts. Outputs: starts, within the tile; tile_starts, nodes of each tile. WRITE 1: writes. Input: tile_starts, from scan.
+// Outputs: nodes; starts, from the first tile on.
+// variants: WRITE 0 1
+#include "technique/deep_shadow_map/maps.glsl"
+#include "technique/deep_shadow_map/node.glsl"
+#include "technique/deep_shadow_map/wide.glsl"
+#include "maps/rounds.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+// set 1: list
+layout(set = 1, binding = 0, r32ui) uniform readonly uimage2D heads;
+layout(set = 1, binding = 2, scalar) buffer Counters { uint counters[]; };
+// set 2: deep_shadow_map
+layout(set = 2, binding = 0, scalar) readonly buffer Events { Segment events[]; };
+layout(set = 2, binding = 1, scalar) writeonly buffer Nodes { uint nodes[]; };
+layout(set = 2, binding = 2, scalar) buffer Starts { uint starts[]; };
+layout(set = 2, binding = 3, scalar) buffer TileStarts { uint tile_starts[]; };
+layout(set = 2, binding = 4, scalar) buffer State { DeepState state; };
+
+// Where the texel's nodes begin.
+uint first;
+
+// Those that are final, and the last of them.
+uint kept;
+Node last_kept;
+
+void keep_node(Node node) {
+#if WRITE
+    uint place = (first + kept) * node_words();
+    if (first + kept < node_room && PACKED) {
+        nodes[place] = pack_node(node);
+    } else if (first + kept < node_room) {
+        nodes[place] = floatBitsToUint(node.depth);
+        nodes[place + 1u] = floatBitsToUint(node.value);
+    }
+#endif
+    last_kept = node;
+    ++kept;
+}
+
+#include "technique/deep_shadow_map/area.glsl"
+#include "technique/deep_shadow_map/bound.glsl"
+
+// False: nodes go where lines stay within the error. True: where the area under the curve changes by no more than 4 times its square.
+CONSTANT(bool, BY_AREA, false)
+
+void curve_point(Node point, bool is_last) {
+    if (BY_AREA) {
+        window_point(point);
+    } else {
+        line_point(point, is_last);
+    }
+}
+
+// Steps of depth in the light's range: as fine as floats below 1.
+const float DEPTH_STEPS = 16777216.0;
+// Bits of a texel's optical depth in whole numbers, of 64: two are room for rounding.
+const int SUM_BITS = 62;
+
+uint depth_steps(float depth) { return uint(clamp(depth, 0.0, 1.0) * DEPTH_STEPS); }
+
+float power_of_two(int exponent) { return uintBitsToFloat(uint(127 + exponent) << 23); }
+
+// A curve of that optical depth in all. Rises have points on their way as far as `dark`.
+void sweep(uint index, float total, float dark) {
+    // Whole bits of the optical depth in all, at least those of 1.
+    int whole_bits = int(floatBitsToUint(max(total, 1.0)) >> 23) - 127 + 2;
+    float scale = power_of_two(SUM_BITS - whole_bits), unit = power_of_two(whole_bits - SUM_BITS);
+    uvec2 value = uvec2(0u), rate = uvec2(0u);
+    float after = 0.0;
+    uint at = depth_steps(events[index].entry);
+    curve_point(Node(float(at) / DEPTH_STEPS, 0.0), false);
+    while (index != NO_SEGMENT) {
+        Segment event = events[index];
+        index = event.next;
+        uint here = depth_steps(event.entry);
+        if (here > at) {
+            float depth = float(at) / DEPTH_STEPS, end = float(here) / DEPTH_STEPS, before = wide_float(value) * unit;
+            if (before != after) {
+                curve_point(Node(depth, before), false);
+            }
+            if (before >= DARK) {
+                break;
+            }
+            value = wide_plus(value, wide_times(rate, here - at));
+            after = wide_float(value) * unit;
+            float top = max(min(after, dark), before);
+            float pieces = max(ceil((top - before) / RISE), 1.0);
+            float along = (end - depth) * ((top - before) / max(after - before, 1e-30)) / pieces;
+            uint on_the_way = uint(after > dark && top > before ? pieces : pieces - 1.0);
+            for (uint i = 1u; i <= on_the_way; ++i) {
+                curve_point(Node(depth + float(i) * along, before + float(i) * ((top - before) / pieces)), false);
+            }
+            curve_point(Node(end, after), false);
+            at = here;
+        }
+        uint other = depth_steps(event.exit);
+        float takes = event.optical_depth * scale;
+        if (other > here) {
+            rate = wide_plus(rate, wide_of(takes / float(other - here)));
+        } else if (other < here) {
+            // What was rounded on the way is made up for.
+            uint extent = here - other;
+            uvec2 its = wide_of(takes / float(extent));
+            rate = wide_minus(rate, its);
+            value = wide_plus(value, wide_minus(wide_of(takes), wide_times(its, extent)));
+        } else if (event.exit >= event.entry) {
+            value = wide_plus(value, wide_of(takes));
+        }
+    }
+    curve_point(Node(float(at) / DEPTH_STEPS, wide_float(value) * unit), true);
+}
+
+#if WRITE
+shared uint covered;
+#else
+shared uint prefix[64];
+#endif
+
+void main() {
+    uvec2 size = map_size(), texel = gl_GlobalInvocationID.xy;
+    uint t = gl_LocalInvocationIndex, tile = group_tile(), place = tile * 64u + t;
+    uint index = NO_SEGMENT;
+    if (all(lessThan(texel, size))) {
+        // The maps of the group stand one above the other.
+        index = imageLoad(heads, ivec2(texel + uvec2(0u, gl_WorkGroupID.z * size.y))).r;
+    }
+    float error = NODE_ERROR > 0.0 ? NODE_ERROR : state.error;
+    first = kept = 0u;
+    last_kept = Node(-1.0, 0.0);
+#if WRITE
+    if (t == 0u) {
+        covered = 0u;
+    }
+    first = tile_starts[tile] + starts[place];
+    barrier();
+#endif
+    if (index != NO_SEGMENT) {
+        // In the order of depth, so that it depends on the casters alone; each is counted where it begins.
+        float total = 0.0;
+        for (uint i = index; i != NO_SEGMENT; i = events[i].next) {
+            total += events[i].exit >= events[i].entry ? events[i].optical_depth : 0.0;
+        }
+        if (BY_AREA) {
+            window_begin(4.0 * error * error);
+            sweep(index, total, 0.0);
+            window_finish();
+        } else {
+            line_begin(error, total);
+            sweep(index, total, dark_from(error));
+            line_finish();
+        }
+    }
+    uint count = kept;
+    if (rounds_ran_out(count)) {
+        counters[CUT_SHORT] = 1u;
+    }
+#if WRITE
+    starts[place] = min(first, node_room);
+    uvec2 tiles = map_tiles();
+    if (t == 63u && tile + 1u == (first_map + map_count) * tiles.x * tiles.y) {
+        starts[place + 1u] = min(first + count, node_room);
+    }
+    if (count > 0u) {
+        atomicAdd(covered, 1u);
+    }
+    barrier();
+    if (t == 0u && covered > 0u) {
+        atomicAdd(state.covered, covered);
+    }
+#else
+    prefix[t] = count;
+    barrier();
+    for (uint by = 1u; by < 64u; by *= 2u) {
+        uint more = t >= by ? prefix[t - by] : 0u;
+        barrier();
+        prefix[t] += more;
+        barrier();
+    }
+    starts[place] = prefix[t] - count;
+    if (t == 63u) {
+        tile_starts[tile] = prefix[t];
+    }
+#endif
+}

@@ -1,0 +1,34 @@
+// What a texel's nodes are: by rising depth, one behind the other, those of a tile's 8×8 texels behind each other, tile after
+// tile. Between two nodes optical depth is a straight line, which is exact within a sphere of constant extinction; two at one
+// depth are a step. In front of the first the light is whole, behind the last it stays. Twin: technique::NodeData.
+#ifndef TECHNIQUE_DEEP_SHADOW_MAP_NODE_GLSL
+#define TECHNIQUE_DEEP_SHADOW_MAP_NODE_GLSL
+
+// False: a node is two words, the bits of its numbers. True: it is one.
+CONSTANT(bool, PACKED, false)
+
+struct Node {
+    float depth;  // in the light's range, 0 to 1
+    float value;  // optical depth
+};
+
+uint node_words() { return PACKED ? 1u : 2u; }
+
+// One word: 18 bits of depth, and 14 of the optical depth t as t / (1 + t), of which half a code is at most 2 / e of a code of the
+// light. Both keep the order of nodes. Twin: technique::deep_shadow_map::curves::unpack.
+const uint VALUE_BITS = 14u;
+const float VALUE_CODES = 16384.0;
+const float LAST_DEPTH = 262143.0;
+
+uint pack_node(Node node) {
+    uint value = uint(min(VALUE_CODES * (node.value / (1.0 + node.value)) + 0.5, VALUE_CODES - 1.0));
+    return uint(node.depth * LAST_DEPTH + 0.5) << VALUE_BITS | value;
+}
+
+float unpack_depth(uint word) { return float(word >> VALUE_BITS) / LAST_DEPTH; }
+
+float unpack_value(uint word) {
+    float value = float(word & uint(VALUE_CODES - 1.0));
+    return value / (VALUE_CODES - value);
+}
+#endif

@@ -1,0 +1,62 @@
+// Grid query look-up: what is left of light `light` at `position` of all casters and triangles on the way, each asked for itself: exact, up to
+// rounding. The grid only says which to ask. Source: ours; the way Amanatides and Woo 1987, triangles Woop et al. 2013.
+//
+//   binding 0  lights (world/light.glsl)
+//   binding 1  the grid (grid/grid.glsl)
+//   binding 2  its bits of meshes
+//   binding 3  its lists of triangles (grid/lists/place.glsl)
+//   binding 4  triangles (world/triangle.glsl)
+//   binding 5  its bits of smoke and hair
+//   binding 6  its lists of casters, likewise
+//   binding 7  casters (world/caster.glsl)
+// flat: bindings 168, constants 336: GRID_SIZE STRANDS
+#include "world/caster.glsl"
+#include "world/light.glsl"
+#include "world/triangle.glsl"
+#include "grid/grid.glsl"
+
+#ifndef GOBO_SET
+#define GOBO_SET 1
+#endif
+
+layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityLights { Light visibility_lights[]; };
+layout(set = GOBO_SET, binding = 1, scalar) readonly buffer VisibilityGrid { Grid visibility_grid; };
+layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityBits { uint visibility_bits[]; };
+layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityCells { uint visibility_cells[]; };
+layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityTriangles { Triangle visibility_triangles[]; };
+layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCastBits { uint visibility_cast_bits[]; };
+layout(set = GOBO_SET, binding = 6, scalar) readonly buffer VisibilityCastLists { uint visibility_cast_lists[]; };
+layout(set = GOBO_SET, binding = 7, scalar) readonly buffer VisibilityCasters { Caster visibility_casters[]; };
+
+// Voxels a side.
+CONSTANT(uint, GRID_SIZE, 64u)
+
+#include "grid/march_casters.glsl"
+#include "grid/march_triangles.glsl"
+
+// Where a ray to a light ends. A virtual light stands on a surface, and leaves it by rounding, as far as a cube of it reaches.
+vec3 light_end(Light l) {
+    if (l.kind != LIGHT_VIRTUAL) {
+        return l.position;
+    }
+    float reach = abs(l.direction.x) + abs(l.direction.y) + abs(l.direction.z);
+    return l.position + l.direction * (reach * grid_rounding(visibility_grid));
+}
+
+float light_visibility(uint light, vec3 position) {
+    Light l = visibility_lights[light];
+    vec3 from = (position - visibility_grid.origin) * visibility_grid.per_unit;
+    // What is no number has no voxel.
+    if (!(all(lessThan(abs(from), vec3(1e7))))) {
+        return 1.0;
+    }
+    float size = float(GRID_SIZE);
+    // Out of the grid, whichever way.
+    float far = (2.0 * size + distance(from, vec3(0.5 * size))) * visibility_grid.voxel;
+    vec3 direction = l.kind == LIGHT_DIRECTIONAL ? -l.direction * far : light_end(l) - position;
+    vec3 way = direction * visibility_grid.per_unit;
+    if (march_triangles(from, way, position, direction, 1.0)) {
+        return 0.0;
+    }
+    return exp(-march_casters(from, way, Ray(position, direction)));
+}

@@ -1,0 +1,21 @@
+#version 460
+// Draws where a texel's samples end in a caster; the nearest end stays. Source: Enderton et al. 2010. Inputs: maps, casters.
+// Output: samples. Twin: reference::twin::stochastic::draw.
+// Invariant: a minimum of whole numbers, so the same bytes in any order.
+#define SPLAT_FRAGMENT
+#include "maps/splat.glsl"
+#include "technique/stochastic/draw.glsl"
+
+layout(location = 2) flat in uint number;
+
+void keep_sample(uint place, uint bits) { atomicMin(samples[place], bits); }
+
+void main() {
+    View view = maps[map].volume;
+    vec2 depth;
+    float optical_depth;
+    if (splat_segment(view, depth, optical_depth)) {
+        uvec2 texel = splat_texel(view);
+        draw_caster(texel, number, first_sample(view, map, texel), depth, optical_depth);
+    }
+}

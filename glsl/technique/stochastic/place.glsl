@@ -1,0 +1,15 @@
+// Where samples stand: map after map, rows of texels, those of a texel side by side.
+#ifndef TECHNIQUE_STOCHASTIC_PLACE_GLSL
+#define TECHNIQUE_STOCHASTIC_PLACE_GLSL
+#include "world/view.glsl"
+
+// Samples per texel.
+CONSTANT(uint, SAMPLES, 16u)
+
+// The depth of a sample that ends nowhere: behind all others.
+const uint NO_END = 0xFFFFFFFFu;
+
+uint first_sample(View view, uint map, uvec2 texel) {
+    return ((map * view.height + texel.y) * view.width + texel.x) * SAMPLES;
+}
+#endif

@@ -1,0 +1,23 @@
+// What a caster takes of a ray between its origin and an end. Twin: the truth, in f64.
+#ifndef WORLD_CAST_DEPTH_GLSL
+#define WORLD_CAST_DEPTH_GLSL
+#include "world/caster.glsl"
+
+// The optical depth that it has of the ray from 0 to `end`, in lengths of its direction; a step at either end counts. `entry`: where
+// the way enters it, or 0 where it begins inside.
+float cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
+    vec3 z;
+    entry = 0.0;
+    if (!caster_overlap(ray, caster, z)) {
+        return 0.0;
+    }
+    entry = max(z.x, 0.0);
+    float leave = min(z.y, end);
+    if (!(entry <= leave)) {
+        return 0.0;
+    }
+    // The whole chord is known better than as a difference.
+    float inside = entry == z.x && leave == z.y ? z.z : leave - entry;
+    return min(caster.density * (caster_is_strand(caster) ? 1.0 : inside * ray_length), MAX_OPTICAL_DEPTH);
+}
+#endif

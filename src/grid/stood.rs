@@ -1,0 +1,34 @@
+//! Where a grid stands, as far as the host knows it.
+
+use crate::world::World;
+use glam::DVec3;
+
+/// A grid about all that casts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stood {
+    low: DVec3,
+    high: DVec3,
+    size: u32,
+    /// A voxel's side, world units.
+    pub voxel: f64,
+}
+
+impl Stood {
+    /// Of `size` voxels a side; none where the host knows no box.
+    pub fn known(world: &World, size: u32) -> Option<Self> {
+        let [low, high] = world.known_box()?;
+        let widest = (high - low).max_element().max(1e-3 * low.abs().max(high.abs()).max_element().max(1.0));
+        // A float's rounding more than the device has.
+        let voxel = widest / f64::from(size - 2) * (1.0 + 1e-5);
+        Some(Self { low, high, size, voxel })
+    }
+
+    /// How far from where it is a ray or a side may be taken to be, world units. Twin: grid_rounding in
+    /// glsl/grid/march_triangles.glsl.
+    pub fn rounding(&self) -> f64 {
+        let side = self.voxel * f64::from(self.size);
+        let middle = 0.5 * (self.low + self.high);
+        let far = middle.abs().max_element() + 0.5 * side;
+        side / 524_288.0 + far / 2_097_152.0
+    }
+}

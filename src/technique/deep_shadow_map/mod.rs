@@ -1,0 +1,224 @@
+//! Deep shadow maps: of each texel's curve as few nodes as stay within an error of it. Source: Lokovic and Veach 2000.
+//!
+//! Lists of segments, their ends sorted, a count of nodes, a scan, and the nodes, one texel's behind the other's.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, smoke};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &smoke())?;
+//! let mut deep = open(context, &world, &parse("deep-shadow-map:error=50,size=64", &[])?[0])?;
+//! deep.build(&world)?;
+//! // Above the smoke and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&deep.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above > 0.99 && (below - (-2f32).exp()).abs() < 0.02);
+//! # Ok(()) });
+//! ```
+
+mod curves;
+mod lists;
+mod settings;
+
+pub use settings::{Removal, Settings, Storage, Way};
+
+use self::curves::Curves;
+use self::lists::Lists;
+use super::keys::Name;
+use super::settings::Keyed;
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
+use crate::Result;
+use crate::gpu::{Bindings, Commands, Constants, Context, Requirement, push_struct};
+use crate::maps::{Map, Maps, OpaqueMaps};
+use crate::shaders::constant::PACKED;
+use crate::shaders::folder;
+use crate::shaders::set;
+use crate::world::{Parts, World};
+use bytemuck::{Pod, Zeroable};
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "deep-shadow-map",
+    about: "as many nodes a texel as its curve needs for an error, and no more (Lokovic and Veach 2000)",
+    casts: Casts::ALL,
+    lifetime: Lifetime::Frame,
+    keys: Settings::KEYS,
+    paths: &[
+        Path { name: "two-pass", requires: &[Requirement::FragmentStores] },
+        Path { name: "binned", requires: &[] },
+    ],
+    promises: |spec, _| promises(spec),
+    runs: Runs {
+        compare: &["error=100", "error=100,removal=area"],
+        on_cpu: &[(Name::SIZE, "64")],
+        stress_smoke: &["size=32,path=two-pass|binned,removal=bound|area", "size=32,path=binned,storage=packed"],
+        ..Runs::NONE
+    },
+    open: |context, world, spec| Ok(Box::new(DeepShadowMap::new(context, world, &spec.settings())?)),
+};
+
+/// The error is what a curve may be off by at any depth, and in the mean it is less by area too. Its tail is exact. Sums of whole numbers
+/// have no order. With `bytes=` the error is what fits.
+fn promises(spec: &Spec) -> Promises {
+    let settings: Settings = spec.settings();
+    let error = f64::from(settings.error());
+    Promises {
+        // A depth of 18 bits is rounded by more than small casters far apart are long.
+        mean: Some(error).filter(|_| settings.bytes.is_none() && !settings.is_packed()),
+        tail: Some(1e-3),
+        order: Some(0.0),
+        step: Promises::OF_DEPTH.step.map(|step| step.max(error)),
+        ..Promises::OF_DEPTH
+    }
+}
+
+push_struct! {
+    /// Twin: DeepPush in glsl/technique/deep_shadow_map/maps.glsl.
+    struct DeepPush {
+        /// The first of the maps whose lists stand at the same time.
+        first_map: u32,
+        /// How many these are.
+        map_count: u32,
+        /// Which of the groups of such maps.
+        group: u32,
+        /// Segments that the lists have room for.
+        segment_room: u32,
+        /// Nodes that there is room for.
+        node_room: u32,
+        /// Round of the search for an error.
+        round: u32,
+    }
+}
+
+/// What is known of all maps' nodes. Twin: DeepState in glsl/technique/deep_shadow_map/maps.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct DeepState {
+    /// Nodes of the groups of maps so far.
+    pub nodes: u32,
+    /// Texels that have some.
+    pub covered: u32,
+    /// The error that is tried, or that was found.
+    pub error: f32,
+    /// The greatest error that is known to be too small.
+    pub low: f32,
+    /// The least whose nodes are known to have room.
+    pub high: f32,
+}
+
+/// The technique, opened for one world.
+pub struct DeepShadowMap {
+    maps: Maps,
+    lists: Lists,
+    curves: Curves,
+    look_up: Bindings,
+    constants: Constants,
+    way: Way,
+    reason: String,
+}
+
+impl DeepShadowMap {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Refused`] where the device lacks what the path needs, or `bytes` has no room for a node;
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        settings.check()?;
+        settings.filter().check(world, settings.size)?;
+        let (way, reason) = choose(context, settings);
+        ENTRY.require(context, way.name())?;
+        let maps = Maps::new(context, world, settings.size, OpaqueMaps::shared(settings.opaque))?;
+        let lists = Lists::new(context, world, &maps, settings, way)?;
+        let curves = Curves::new(context, &maps, &lists, settings)?;
+        let more = set::DeepShadowMapLookUp { nodes: &curves.nodes, starts: &curves.starts };
+        let look_up = maps.look_up(context, "deep_shadow_map.look_up", &more.resources())?;
+        let constants = settings.filter().constants(Constants::new().set(PACKED, settings.is_packed()));
+        Ok(Self { maps, lists, curves, look_up, constants, way, reason })
+    }
+}
+
+/// The path and why.
+fn choose(context: &Context, settings: &Settings) -> (Way, String) {
+    let features = context.features();
+    if let Some(asked) = settings.path {
+        return (asked, "asked for".into());
+    }
+    match features.lacks(Requirement::FragmentStores) {
+        None if features.is_software() => (Way::TwoPass, "auto: a software device".into()),
+        _ => (Way::Binned, format!("auto: {} device", features.kind)),
+    }
+}
+
+impl Technique for DeepShadowMap {
+    fn made_of(&self) -> Parts {
+        Maps::VOLUME.and(Maps::OPAQUE)
+    }
+
+    fn forget(&mut self) {
+        self.maps.forget();
+    }
+
+    fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        self.maps.record(commands, world)?;
+        self.lists.begin(commands, world, &self.maps);
+        for (group, of) in (0..).zip(self.maps.groups(self.lists.list.at_once())) {
+            let push = DeepPush {
+                first_map: of.start,
+                map_count: of.len() as u32,
+                group,
+                segment_room: self.lists.list.capacity(),
+                node_room: self.curves.room(),
+                round: 0,
+            };
+            self.lists.capture(commands, of, &push);
+            self.curves.record(commands, &self.maps, &push);
+        }
+        self.curves.end(commands);
+        Ok(())
+    }
+
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        let lists = self.lists.settle(frame)?;
+        if lists {
+            self.curves.bind_events(&self.lists)?;
+        }
+        let curves = self.curves.settle(frame, lists)?;
+        if curves {
+            self.look_up.replace(set::DeepShadowMapLookUp::NODES, &self.curves.nodes)?;
+        }
+        Ok(Settled::of(self.maps.settle(frame, lists || curves)?))
+    }
+
+    fn answer(&self) -> Answer<'_> {
+        Answer { folder: folder::DEEP_SHADOW_MAP, bindings: &self.look_up, constants: &self.constants }
+    }
+
+    fn maps(&self) -> &[Map] {
+        self.maps.all()
+    }
+
+    fn nodes(&self, map: usize, texel: [u32; 2]) -> Result<Vec<(f64, f64)>> {
+        let nodes = self.curves.texel(map, texel)?;
+        let node = |n: super::NodeData| (f64::from(n.depth), (-f64::from(n.value)).exp());
+        Ok(nodes.into_iter().map(node).collect())
+    }
+
+    fn facts(&self) -> Result<Facts> {
+        let mut facts = Facts {
+            path: self.way.name(),
+            reason: self.reason.clone(),
+            bytes_resident: self.curves.bytes() + self.maps.opaque_image().bytes(),
+            bytes_transient: self.lists.bytes() + self.curves.bytes_transient() + self.maps.opaque_bytes_transient(),
+            counters: self.lists.counters()?,
+            ..Facts::default()
+        };
+        facts.counters.extend(self.curves.counters());
+        Ok(facts)
+    }
+}

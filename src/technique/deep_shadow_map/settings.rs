@@ -1,0 +1,100 @@
+//! What there is to set of deep shadow maps.
+
+use crate::maps::{Filter, FilterKind, OpaqueWay};
+use crate::technique::keys::{word_of, words};
+use crate::technique::settings::{FILTER, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+
+words! {
+    /// How the lists of segments are made.
+    pub enum Way {
+        /// Casters are drawn.
+        TwoPass = "two-pass",
+        /// Tile by tile, in compute shaders.
+        Binned = "binned",
+    }
+}
+
+words! {
+    /// Which nodes a curve does without.
+    pub enum Removal {
+        /// Those that it stays within the error without.
+        Bound = "bound",
+        /// Those that change the area under it by little.
+        Area = "area",
+    }
+}
+
+words! {
+    /// How nodes are stored.
+    pub enum Storage {
+        /// 8 bytes a node.
+        Full = "full",
+        /// 4 bytes a node.
+        Packed = "packed",
+    }
+}
+
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// By how many ten-thousandths of the light a curve may be off at any depth, 1 to 5,000; not asked where `bytes` is given.
+        error: u32 = Setting::number(
+            "100", 1, 5000, "ten-thousandths of the light by which a curve may be off at any depth");
+        /// Bytes that the curves of all maps may take, 1 or more; the least error is found that fits. None: `error` decides.
+        bytes: Option<u32> = Setting::auto_number(
+            1, u32::MAX, "bytes that the curves of all maps may take: the least error is found that fits; auto: error= decides");
+        /// Which nodes a curve does without: those that it stays within the error without, or, as AVSM has it, those whose going changes the
+        /// area under it by no more than four times the error's square, of which fewer bring the same mean error. None: the second where
+        /// `bytes` is given.
+        removal: Option<Removal> = Setting::auto(
+            "nodes go that a curve stays within error= without, or that change its area by 4 error²; auto: bound, with bytes= area");
+        /// How nodes are stored.
+        storage: Storage = Setting::word("full", "full: 8 bytes a node; packed: 4");
+        /// How the lists of segments are made; none: tile by tile, or drawn on software devices.
+        path: Option<Way> = Setting::auto(
+            "lists of segments are drawn, or made tile by tile; auto: binned, on software devices two-pass");
+        /// Texels a side of a light's map, 1 to 16,384.
+        size: u32 = SIZE;
+        /// How a look-up weighs the texels about a point.
+        filter: FilterKind = FILTER;
+        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+        radius: u32 = RADIUS;
+        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
+    }
+    every {
+        /// Casters and tiles that no look-up misses are left out.
+        skip: bool = SKIP;
+    }
+}
+
+impl Settings {
+    /// How look-ups average.
+    pub(super) fn filter(&self) -> Filter {
+        Filter { kind: self.filter, radius: self.radius }
+    }
+
+    /// Which nodes go.
+    pub(super) fn removal(&self) -> Removal {
+        let usual = if self.bytes.is_some() { Removal::Area } else { Removal::Bound };
+        self.removal.unwrap_or(usual)
+    }
+
+    /// Nodes are stored in codes.
+    pub(super) fn is_packed(&self) -> bool {
+        self.storage == Storage::Packed
+    }
+
+    /// By how much of the light a curve may be off.
+    pub(super) fn error(&self) -> f32 {
+        self.error as f32 / 1e4
+    }
+}
+
+impl Way {
+    /// Its word in specs.
+    pub(super) fn name(self) -> &'static str {
+        word_of(self)
+    }
+}

@@ -1,0 +1,252 @@
+//! Stochastic shadow maps: a few rays a texel, each of which ends by chance where light would. Sources: Enderton et al. 2010;
+//! Filament's and other engines' hashed alpha.
+//!
+//! Right on average, and noise around it: what is averaged, over texels or over frames, comes to the truth.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, smoke};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &smoke())?;
+//! let mut stochastic = open(context, &world, &parse("stochastic:samples=64,sampling=stratified,size=64", &[])?[0])?;
+//! stochastic.build(&world)?;
+//! // Above the smoke and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&stochastic.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above == 1.0 && (below - (-2f32).exp()).abs() < 1.0 / 64.0);
+//! # Ok(()) });
+//! ```
+
+use super::keys::{Name, words};
+use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use super::texel_map::{BINNED, RASTER};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Requirement};
+use crate::maps::{
+    Bins, DrawingOrder, Entries, Filter, FilterKind, Map, Maps, OpaqueMaps, OpaqueWay, Splat, SplatPush, TexelWay, Use,
+    stacked,
+};
+use crate::shaders::constant::{SAMPLES, SAMPLING, STRANDS};
+use crate::shaders::{folder, set, stochastic as shaders};
+use crate::world::{Made, Parts, World};
+use crate::{Error, Result};
+
+words! {
+    /// How samples are drawn.
+    pub enum Sampling {
+        /// Each by itself: Enderton et al. 2010.
+        Plain = "plain",
+        /// Even quantiles of what is left of the light: as many end before a depth as should, to one.
+        Stratified = "stratified",
+        /// By a noise that all casters of a texel share, as engines do it.
+        Hash = "hash",
+    }
+}
+
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// How it is built: casters drawn, or a workgroup a tile; none: the second.
+        path: Option<TexelWay> = Setting::auto("casters are drawn, or a workgroup takes each tile's; auto: binned");
+        /// Texels a side of a light's map, 1 to 16,384.
+        size: u32 = SIZE;
+        /// Samples of each texel: 1, 4, 8, 16, 32 or 64.
+        samples: u32 = Setting::one_of("16", &["1", "4", "8", "16", "32", "64"], "rays of each texel, 4 bytes each");
+        /// How they are drawn.
+        sampling: Sampling = Setting::word(
+            "plain", "each ray by itself (Enderton 2010); even quantiles, with path=binned; or engines' hashed alpha, which is biased");
+        /// How a look-up weighs the texels about a point.
+        filter: FilterKind = FILTER;
+        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+        radius: u32 = RADIUS;
+        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
+    }
+    every {
+        /// Casters and tiles that no look-up misses are left out.
+        skip: bool = SKIP;
+    }
+}
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "stochastic",
+    about: "a few rays a texel that end by chance where light would: no bias, and noise (Enderton et al. 2010)",
+    casts: Casts::ALL,
+    lifetime: Lifetime::Frame,
+    keys: Settings::KEYS,
+    paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
+    promises,
+    runs: Runs {
+        compare: &[
+            "path=binned,sampling=plain|stratified,samples=4|8|16|64",
+            "path=binned,sampling=hash,samples=1|16,filter=bilinear|gaussian",
+            "path=raster",
+        ],
+        on_cpu: &[(Name::SIZE, "64")],
+        stress_smoke: &["size=32,path=raster|binned", "size=32,path=binned,sampling=stratified"],
+        ..Runs::NONE
+    },
+    open: |context, world, spec| Ok(Box::new(Stochastic::new(context, world, &spec.settings())?)),
+};
+
+/// Samples never end before one another turns; what they come to on average is no promise of one picture.
+fn promises(spec: &Spec, _path: &str) -> Promises {
+    let settings: Settings = spec.settings();
+    let even = settings.sampling == Sampling::Stratified;
+    // One sample, of those that stand for quantiles, ends too early or too late at most.
+    let one = even.then(|| 1.0 / f64::from(settings.samples) + 1e-3);
+    // Plain samples are drawn by the casters' numbers.
+    let order = (settings.sampling != Sampling::Plain).then_some(0.0);
+    Promises { tail: one, mean: one, order, step: None, ..Promises::OF_DEPTH }
+}
+
+enum Way {
+    Raster { splat: Splat, draw: Kernel<SplatPush> },
+    Binned { bins: Bins, kernel: Kernel },
+}
+
+/// The technique, opened for one world.
+pub struct Stochastic {
+    maps: Maps,
+    /// Where samples end, as glsl/technique/stochastic/place.glsl has them.
+    pub samples: Buffer,
+    drawn: Made,
+    way: Way,
+    label: &'static str,
+    reason: &'static str,
+    look_up: Bindings,
+    constants: Constants,
+}
+
+impl Stochastic {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Refused`] where the device lacks what the path needs, or draws are to make quantiles; [`crate::Error::Gpu`]
+    /// where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        settings.check()?;
+        let Settings { path, size, samples: count, sampling, filter: kind, radius, opaque, skip } = *settings;
+        let way = path.unwrap_or(TexelWay::Binned);
+        if way == TexelWay::Raster {
+            ENTRY.require(context, RASTER)?;
+            if sampling == Sampling::Stratified {
+                let needs = "path=binned for sampling=stratified: one draw knows nothing of the others".into();
+                return Err(Error::Refused { needs });
+            }
+        }
+        let filter = Filter { kind, radius };
+        filter.check(world, size)?;
+        let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
+        let bytes = 4 * u64::from(count) * maps.texels();
+        let samples = Buffer::new(context, "stochastic.samples", bytes, Memory::Device)?;
+        let set = set::Stochastic { samples: &samples }.bind(context, "stochastic")?;
+        let drawn_by = if sampling == Sampling::Hash { 1u32 } else { 0 };
+        let constants = filter.constants(Constants::new()).set(SAMPLES, count);
+        let passes = constants.clone().set(SAMPLING, drawn_by).set(STRANDS, world.has_strands());
+        let (label, shader) = match sampling {
+            Sampling::Stratified => ("stochastic.quantiles", &shaders::QUANTILES),
+            Sampling::Plain | Sampling::Hash => ("stochastic.nearest", &shaders::NEAREST),
+        };
+        let (label, way) = match way {
+            TexelWay::Raster => {
+                stacked(context, "stochastic.draw", maps.size(), maps.count())?;
+                let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
+                let draw = splat.kernel(context, &maps, &shaders::DRAW_FRAG, &[], &[&set], &passes)?;
+                ("stochastic.draw", Way::Raster { splat, draw })
+            }
+            TexelWay::Binned => {
+                let reach = filter.reach();
+                let what = Use { entries: Entries::Summed, skip, reach, parts: [1, 1], area: false, blocks: None };
+                let bins = Bins::new(context, world, &maps, what)?;
+                let kernel = Kernel::compute(context, shader, &[maps.scene(), bins.set(), &set], &passes)?;
+                (label, Way::Binned { bins, kernel })
+            }
+        };
+        let more = set::StochasticLookUp { samples: &samples };
+        let look_up = maps.look_up(context, "stochastic.look_up", &more.resources())?;
+        // What is hidden behind meshes is not looked at by tiles; what is drawn is drawn behind them too.
+        let of_meshes = if matches!(way, Way::Binned { .. }) { Maps::OPAQUE } else { Maps::VOLUME };
+        let drawn = Made::of(Maps::VOLUME.and(of_meshes));
+        let reason = if path.is_some() { "asked for" } else { "auto: needs nothing that is optional" };
+        Ok(Self { maps, samples, drawn, way, label, reason, look_up, constants })
+    }
+
+    fn draw(&mut self, commands: &mut Commands, world: &World) {
+        match &mut self.way {
+            Way::Raster { splat, draw } => {
+                splat.record(commands, world, &self.maps, None);
+                commands.pass("stochastic.clear", |pass| pass.fill(&self.samples, u32::MAX));
+                let [width, height] = self.maps.size();
+                let count = self.maps.count();
+                commands.pass(self.label, |pass| {
+                    pass.render([width, height * count], &[], None, |d| splat.draw(d, draw, 0..count, 0, 0));
+                });
+            }
+            Way::Binned { bins, kernel } => {
+                bins.record(commands, world);
+                commands.pass(self.label, |pass| bins.per_part(pass, kernel, &()));
+            }
+        }
+    }
+
+    fn bins(&self) -> Option<&Bins> {
+        if let Way::Binned { bins, .. } = &self.way { Some(bins) } else { None }
+    }
+}
+
+impl Technique for Stochastic {
+    fn made_of(&self) -> Parts {
+        Maps::VOLUME.and(Maps::OPAQUE)
+    }
+
+    fn forget(&mut self) {
+        self.maps.forget();
+        self.drawn.forget();
+    }
+
+    fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        self.maps.record(commands, world)?;
+        if self.drawn.make(world) {
+            self.draw(commands, world);
+        }
+        Ok(())
+    }
+
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        let grew = if let Way::Binned { bins, .. } = &mut self.way { bins.settle(frame)? } else { false };
+        let grew = self.maps.settle(frame, grew)?;
+        if grew {
+            self.drawn.forget();
+        }
+        Ok(Settled::of(grew))
+    }
+
+    fn answer(&self) -> Answer<'_> {
+        Answer { folder: folder::STOCHASTIC, bindings: &self.look_up, constants: &self.constants }
+    }
+
+    fn maps(&self) -> &[Map] {
+        self.maps.all()
+    }
+
+    fn facts(&self) -> Result<Facts> {
+        let bins = self.bins();
+        Ok(Facts {
+            path: if bins.is_some() { BINNED } else { RASTER },
+            reason: self.reason.into(),
+            bytes_resident: self.samples.bytes() + self.maps.opaque_image().bytes(),
+            bytes_transient: bins.map_or(0, |b| b.counts.bytes() + b.bytes_transient())
+                + self.maps.opaque_bytes_transient(),
+            counters: bins.map_or(Ok(Default::default()), Bins::counters)?,
+            ..Facts::default()
+        })
+    }
+}

@@ -1,0 +1,135 @@
+//! Grid queries: the lists of casters against their twin, word for word, and answers against the truth, up to rounding.
+
+#![cfg(feature = "program")]
+
+mod support;
+
+use glam::DVec3;
+use gobo::gpu::{Context, Requirement};
+use gobo::reference::truth::{Casters, space_points};
+use gobo::reference::twin::grid::Place;
+use gobo::reference::twin::lists::caster_lists;
+use gobo::reference::twin::ray_query::boxed;
+use gobo::scene::{Light, LightKind, Particle, Scene};
+use gobo::technique::{GridQuery, Opened, RayQuery, grid_query, ray_query};
+use gobo::world::World;
+use support::{ask, built, gpu_test, gpu_test_needing, scenes, some};
+
+/// Everything that a voxel's list may trip over: spheres that fill the grid and spheres that are points in it, on voxels' corners and
+/// twice at the same place, dense and thin; lights along axes and in the smoke.
+fn adversarial() -> Scene {
+    let at = |position: [f32; 3], radius, extinction| Particle { position, radius, extinction };
+    let mut particles = vec![at([0.0; 3], 1.0, 0.3), at([0.0; 3], 1.0, 0.3), at([0.0; 3], 0.999, 0.1)];
+    for i in 0..5u16 {
+        let x = f32::from(i) * 0.25 - 0.5;
+        particles.push(at([x, x, x], 1.0 / 64.0, 20.0));
+        particles.push(at([x, -x, 0.5], 1e-4, 3000.0));
+        particles.push(at([-x, x, x], 0.25, 2.0));
+    }
+    particles.push(at([0.3, 0.2, -0.8], 0.1, 1e4));
+    let mut scene = scenes::directional("adversarial", [0.0, 0.0, -1.0], particles);
+    let light = |kind| Light { kind, radiance: [1.0; 3], radius: f64::INFINITY };
+    let directions = [[-1.0, 0.0, 0.0], [1.0, 1.0, -1.0], [1e-5, -1e-7, -1.0], [0.3, -0.8, -0.4]];
+    let direction = |d| LightKind::Directional { direction: DVec3::from(d).normalize() };
+    let places = [[0.3, 0.4, 0.2], [0.0, 0.0, 3.0], [-9.0, 4.0, 7.0]].map(DVec3::from);
+    let kinds = directions.map(direction).into_iter().chain(places.map(|position| LightKind::Point { position }));
+    scene.lights.extend(kinds.map(light));
+    scene
+}
+
+fn cases() -> Vec<Scene> {
+    let lamp = scenes::point([0.1, 0.2, 0.4], scenes::random());
+    let cases = [
+        adversarial(),
+        scenes::locks(),
+        scenes::random(),
+        lamp,
+        scenes::four_lights(),
+        scenes::strands(),
+        scenes::opaque(),
+        scenes::nested(),
+        scenes::inside(),
+    ];
+    some(cases, 4)
+}
+
+fn opened(context: &Context, scene: &Scene, size: u32) -> (World, Opened<GridQuery>) {
+    let world = World::new(context, scene).expect("room for the scene");
+    let technique = GridQuery::new(context, &world, &grid_query::Settings { size }).expect("opens");
+    let mut opened = Opened::new(context, Box::new(technique), true);
+    opened.build(&world).expect("built");
+    (world, opened)
+}
+
+/// Bits and lists, word for word, in every build: whichever thread comes first.
+#[test]
+fn caster_lists_equal_their_twin() {
+    gpu_test("caster_lists_equal_their_twin", |context| {
+        for scene in cases() {
+            for size in some([64, 128], 1) {
+                let (world, mut opened) = opened(context, &scene, size);
+                let data = opened.technique.grid().data().expect("read");
+                let place = Place { origin: data.origin, voxel: data.voxel, per_unit: data.per_unit, size: data.size };
+                let (bits, words) = caster_lists(&scene.casters(), &place);
+                for build in 0..2 {
+                    let found = opened.technique.grid().listed_casters().expect("read");
+                    assert!(found.0 == bits.words, "{}, size {size}, build {build}: bits", scene.name);
+                    assert!(found.1 == words, "{}, size {size}: {} words", scene.name, words.len());
+                    opened.rebuild(&world).expect("built");
+                }
+            }
+        }
+    });
+}
+
+/// What a ray that grazes a sphere loses to rounding: the square of a chord is off by some roundings of the scene's size, 1e-6 of it. And
+/// where it grazes a strand, it is in its way or it is not.
+fn holds(context: &Context, scene: &Scene, text: &str) {
+    let truth = Casters::new(scene);
+    let technique = built(context, scene, text);
+    for light in 0..scene.lights.len() {
+        let what = format!("{} {text}, light {light}", scene.name);
+        let points = space_points(scene, light, 2000);
+        let answers = ask(context, technique.as_ref(), light, &points);
+        let (mut sum, mut off) = (0.0, 0);
+        for (point, answer) in points.iter().zip(answers) {
+            let expected = truth.visibility(light, DVec3::from(point.map(f64::from)));
+            let error = (f64::from(answer) - expected).abs();
+            sum += error.min(1e-3);
+            off += usize::from(error > 1e-4);
+        }
+        let mean = sum / points.len() as f64;
+        println!("{what}: {mean:.1e}, {off} off");
+        assert!(off * 200 <= points.len(), "{what}: {off} of {} are off", points.len());
+        assert!(mean < 1e-6, "{what}: {mean:e}");
+    }
+}
+
+#[test]
+fn answers_are_the_truth() {
+    gpu_test("answers_are_the_truth", |context| {
+        for scene in cases() {
+            for size in some([64, 128], 1) {
+                holds(context, &scene, &format!("grid-query:size={size}"));
+            }
+        }
+    });
+}
+
+/// Rays ask boxes about the casters, which lose none of them.
+#[test]
+fn rays_meet_casters_too() {
+    gpu_test_needing("rays_meet_casters_too", &[Requirement::RayQuery], |context| {
+        for scene in cases() {
+            let world = World::new(context, &scene).expect("room for the scene");
+            let technique = RayQuery::new(context, &world, &ray_query::Settings).expect("opens");
+            let mut opened = Opened::new(context, Box::new(technique), true);
+            opened.build(&world).expect("built");
+            for (caster, found) in scene.casters().iter().zip(opened.technique.boxes().expect("read")) {
+                let expected = boxed(caster);
+                assert_eq!(expected, Some(found).filter(|[low, _]| !low[0].is_nan()), "{}: {caster:?}", scene.name);
+            }
+            holds(context, &scene, "ray-query");
+        }
+    });
+}

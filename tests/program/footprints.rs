@@ -1,0 +1,50 @@
+//! `compare --footprints`: what is printed and written is what was measured, and fits the errors of points.
+
+use crate::support::log;
+use crate::{folder, ok, results, runs, text};
+use gobo::measure::{FOOTPRINTS, Status};
+
+#[test]
+fn footprints_are_beside_errors_of_points() {
+    log("exercised", "footprints_are_beside_errors_of_points", &runs("none", "lit").0);
+    let out = folder();
+    let specs = ["--technique", "none", "--technique", "uncompressed:size=64"];
+    let arguments = ["compare", "plume_8k", "--quick", "--frames", "1", "--picture", "32x18", "--footprints"];
+    let printed = ok(&[&arguments[..], &specs, &["--out", text(out.path())]].concat());
+    // A device without stores from fragments refuses lists.
+    let rows = results(out.path()).rows;
+    assert!(rows.len() == 2 && rows[0].status == Status::Ok, "{rows:?}");
+    let csv = std::fs::read_to_string(out.path().join("results.csv")).expect("a CSV");
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let columns = reader.headers().expect("columns").clone();
+    let records: Vec<csv::StringRecord> = reader.records().map(|record| record.expect("a record")).collect();
+    for (row, record) in rows.iter().zip(&records).filter(|(row, _)| row.status == Status::Ok) {
+        let space = row.error.as_ref().and_then(|error| error.space).expect("points in space");
+        assert_eq!(row.footprints.iter().map(|error| error.texels).collect::<Vec<_>>(), FOOTPRINTS);
+        for error in &row.footprints {
+            let what = format!("{}: {error:?}", row.technique);
+            // The mean over places is the same, whatever the squares: of four times as many points where they are points.
+            let bias = space.bias.expect("of each point");
+            assert!((error.bias - bias).abs() < 0.01, "{what}, and {bias} of points");
+            let column = |name: &str| {
+                let name = format!("footprint_{}_{name}", error.texels);
+                let place = columns.iter().position(|column| column == name).unwrap_or_else(|| panic!("no {name}"));
+                record[place].parse::<f64>().expect("a number")
+            };
+            assert_eq!(["rms", "noise", "bias"].map(column), [error.rms, error.noise, error.bias]);
+        }
+        // The smallest squares are all but points.
+        let smallest = row.footprints[0];
+        let rms = space.rms.expect("of each point");
+        assert!((smallest.rms - rms).abs() < 0.05 * rms + smallest.noise, "{}: {smallest:?}, {rms}", row.technique);
+        let header = printed.find("1/4 ").expect("a table of sizes");
+        let line =
+            printed[header..].lines().find(|line| line.trim_start().starts_with(&row.technique)).expect("its row");
+        let numbers: Vec<f64> = line.split_whitespace().rev().take(4).map(|cell| cell.parse().expect(line)).collect();
+        for (number, error) in numbers.iter().rev().zip(&row.footprints) {
+            assert!((number - error.rms).abs() < 0.01 * error.rms, "{line}: {error:?}");
+        }
+    }
+    // No light is lost before anything: squares that are wider see less of the contrast.
+    assert!(rows[0].footprints.windows(2).all(|pair| pair[1].rms < pair[0].rms + pair[1].noise), "{:?}", rows[0]);
+}
