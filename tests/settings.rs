@@ -10,7 +10,10 @@ use gobo::gpu::Context;
 use gobo::maps::{FilterKind, OpaqueWay};
 use gobo::scene::Scene;
 use gobo::technique::{
-    self, Avsm, BeerShadowMap, DeepShadowMap, Fourier, GridQuery, Layers, Moments, Opened, Psm, RayQuery, ShadowMap, Stochastic, Technique, TranslucencyMap, Uncompressed, Unshadowed, VoxelGrid, Voxelized, Wavelet, avsm, beer_shadow_map, deep_shadow_map, fourier, grid_query, layers, moments, none, psm, ray_query, shadow_map, stochastic, translucency_map, uncompressed, voxel_grid, voxelized, wavelet,
+    self, Avsm, BeerShadowMap, DeepShadowMap, Fourier, GridQuery, Layers, Moments, Opened, Psm, RayQuery, ShadowMap,
+    Stochastic, Technique, TranslucencyMap, Uncompressed, Unshadowed, VoxelGrid, Voxelized, Wavelet, avsm,
+    beer_shadow_map, deep_shadow_map, fourier, grid_query, layers, moments, none, psm, ray_query, shadow_map,
+    stochastic, translucency_map, uncompressed, voxel_grid, voxelized, wavelet,
 };
 use gobo::world::World;
 use support::{gpu_test, scenes, spec};

@@ -238,7 +238,8 @@ fn moments_equal_their_twins() {
         Twin { spec, parts: power, optical_depth, steepness, answers }.check(context);
         let optical_depth = |s: &[f32; 9], at| moments::optical_depth(s, Basis::Power, 0.45, bias(8, false), at);
         Twin { spec: "moments:moments=8,range=scene", parts: power, optical_depth, steepness, answers }.check(context);
-        let optical_depth = |s: &[f32; 7], at| moments::optical_depth(s, Basis::Trigonometric, 0.45, bias(6, false), at);
+        let optical_depth =
+            |s: &[f32; 7], at| moments::optical_depth(s, Basis::Trigonometric, 0.45, bias(6, false), at);
         let spec = "moments:moments=6,basis=trigonometric";
         Twin { spec, parts: on_circle, optical_depth, steepness: circles, answers }.check(context);
     });
