@@ -111,12 +111,13 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Moments::new(context, world, &spec.settings())?)),
 };
 
-/// The first sum has all. Sums of whole numbers have no order; what is drawn rounds at each caster, and bounds make more of that. Bounds of
+/// The first sum has all, which is asked for behind a texel's own range; in one of all depths bounds do not know where smoke ends. Sums of whole numbers have no order; what is drawn rounds at each caster, and bounds make more of that. Bounds of
 /// powers do not rise; on the circle, light may wrap from the range's end to its beginning.
 fn promises(settings: &Settings, path: &str) -> Promises {
     let order = Some(0.0).filter(|_| path == BINNED);
     let rise = Some(ROUNDING).filter(|_| settings.basis == Basis::Power && path == BINNED);
-    Promises { tail: Some(1e-3), order, rise, ..Promises::OF_DEPTH }
+    let tail = Some(1e-3).filter(|_| settings.range == Range::Texel);
+    Promises { tail, order, rise, ..Promises::OF_DEPTH }
 }
 
 /// The technique, opened for one world.
