@@ -111,13 +111,18 @@ pub const ENTRY: Entry = Entry {
     open: |context, world, spec| Ok(Box::new(Moments::new(context, world, &spec.settings())?)),
 };
 
-/// The first sum has all, which is asked for behind a texel's own range; in one of all depths bounds do not know where smoke ends. Sums of whole numbers have no order; what is drawn rounds at each caster, and bounds make more of that. Bounds of
-/// powers do not rise; on the circle, light may wrap from the range's end to its beginning.
+/// The first sum has all. Sums of whole numbers have no order; what is drawn rounds at each caster, and bounds make more of that. Between a
+/// texel's own ends bounds of powers do not rise; on the circle, light may wrap from the range's end to its beginning. Over all depths
+/// bounds do not know where smoke ends, and what they round is times all of the optical depth before and behind it.
 fn promises(settings: &Settings, path: &str) -> Promises {
-    let order = Some(0.0).filter(|_| path == BINNED);
-    let rise = Some(ROUNDING).filter(|_| settings.basis == Basis::Power && path == BINNED);
-    let tail = Some(1e-3).filter(|_| settings.range == Range::Texel);
-    Promises { tail, order, rise, ..Promises::OF_DEPTH }
+    let (own, binned) = (settings.range == Range::Texel, path == BINNED);
+    let rise = own && binned && settings.basis == Basis::Power;
+    Promises {
+        tail: Some(1e-3).filter(|_| own),
+        order: Some(0.0).filter(|_| binned),
+        rise: Some(ROUNDING).filter(|_| rise),
+        ..Promises::OF_DEPTH
+    }
 }
 
 /// The technique, opened for one world.
