@@ -100,6 +100,9 @@
 //! | deep-shadow-map | particles, strands, meshes | each frame | as many nodes of a texel's curve as its error needs |
 //! | psm | particles, strands, meshes | each frame | what is left of the light behind each slice of a volume |
 //! | layers | particles, strands, meshes | each frame | optical depth up to the ends of a texel's layers |
+//! | fourier | particles, strands, meshes | each frame | optical depth as a Fourier series a texel |
+//! | moments | particles, strands, meshes | each frame | moments of the optical depth a texel |
+//! | wavelet | particles, strands, meshes | each frame | optical depth in Haar wavelets a texel |
 //! | beer-shadow-map | particles, strands, meshes | each frame | front, mean extinction and greatest optical depth a texel |
 //! | translucency-map | particles, strands, meshes | each frame | one product of transmittances a texel |
 //! | stochastic | particles, strands, meshes | each frame | depths at which a few rays of each texel end by chance |

@@ -10,10 +10,10 @@ use gobo::gpu::Context;
 use gobo::maps::{FilterKind, OpaqueWay};
 use gobo::scene::Scene;
 use gobo::technique::{
-    self, Avsm, BeerShadowMap, DeepShadowMap, GridQuery, Layers, Opened, Psm, RayQuery, ShadowMap, Stochastic,
-    Technique, TranslucencyMap, Uncompressed, Unshadowed, VoxelGrid, Voxelized, avsm, beer_shadow_map, deep_shadow_map,
-    grid_query, layers, none, psm, ray_query, shadow_map, stochastic, translucency_map, uncompressed, voxel_grid,
-    voxelized,
+    self, Avsm, BeerShadowMap, DeepShadowMap, Fourier, GridQuery, Layers, Moments, Opened, Psm, RayQuery, ShadowMap,
+    Stochastic, Technique, TranslucencyMap, Uncompressed, Unshadowed, VoxelGrid, Voxelized, Wavelet, avsm,
+    beer_shadow_map, deep_shadow_map, fourier, grid_query, layers, moments, none, psm, ray_query, shadow_map,
+    stochastic, translucency_map, uncompressed, voxel_grid, voxelized, wavelet,
 };
 use gobo::world::World;
 use support::{gpu_test, scenes, spec};
@@ -74,6 +74,27 @@ const SMOKE: &[(&str, Open)] = &[
         let path = Some(deep_shadow_map::Way::Binned);
         let settings = deep_shadow_map::Settings { size: 20, error: 250, path, ..Default::default() };
         Ok(Box::new(DeepShadowMap::new(context, world, &settings)?))
+    }),
+    ("fourier:size=20,coefficients=7,range=scene", |context, world| {
+        let range = technique::sums::Range::Scene;
+        Ok(Box::new(Fourier::new(
+            context,
+            world,
+            &fourier::Settings { size: 20, coefficients: 7, range, ..Default::default() },
+        )?))
+    }),
+    ("moments:size=20,moments=8,basis=trigonometric,overestimation=25", |context, world| {
+        let basis = moments::Basis::Trigonometric;
+        let settings = moments::Settings { size: 20, moments: 8, basis, overestimation: 25, ..Default::default() };
+        Ok(Box::new(Moments::new(context, world, &settings)?))
+    }),
+    ("wavelet:size=20,rank=2,storage=r16f", |context, world| {
+        let storage = technique::sums::Storage::F16;
+        Ok(Box::new(Wavelet::new(
+            context,
+            world,
+            &wavelet::Settings { size: 20, rank: 2, storage, ..Default::default() },
+        )?))
     }),
     ("uncompressed:size=20,radius=1", |context, world| {
         let settings = uncompressed::Settings { size: 20, radius: 1, ..Default::default() };

@@ -1,4 +1,4 @@
-//! Techniques of one texel a ray, translucency maps, Beer shadow maps and layers: each path against its CPU twin, texel by texel, and
+//! Techniques of one texel a ray, translucency maps, Beer shadow maps and sums: each path against its CPU twin, texel by texel, and
 //! what their few numbers can and cannot say.
 
 #![cfg(feature = "program")]
@@ -7,6 +7,9 @@ mod support;
 
 #[path = "texel_maps/layers.rs"]
 mod layers;
+
+#[path = "texel_maps/series.rs"]
+mod series;
 
 #[allow(dead_code)]
 #[path = "avsm/twin.rs"]
@@ -184,7 +187,7 @@ fn beer_shadow_maps_equal_their_twins() {
     });
 }
 
-const SPECS: [&str; 9] = [
+const SPECS: [&str; 13] = [
     "translucency-map:path=raster",
     "translucency-map:path=binned",
     "translucency-map:path=binned,storage=r16f",
@@ -194,10 +197,14 @@ const SPECS: [&str; 9] = [
     "layers:path=raster",
     "layers:path=binned,layers=4,storage=r16",
     "layers:path=binned,layers=8,storage=r16f",
+    "fourier:path=raster,coefficients=7",
+    "fourier:path=binned,storage=r16f",
+    "wavelet:path=raster",
+    "wavelet:path=binned,rank=2,storage=r16f",
 ];
 
 /// One sphere: behind it both have its transmittance and in front of the light's range all of the light. Inside it the Beer
-/// shadow map and layers between a texel's ends are exact, and the translucency map has the whole shadow already: it does not know where the sphere is.
+/// shadow map and sums between a texel's ends are exact, and the translucency map has the whole shadow already: it does not know where the sphere is.
 #[test]
 fn one_sphere_has_a_closed_form() {
     gpu_test_needing("one_sphere_has_a_closed_form", &[Requirement::ExtendedFormats], |context| {

@@ -7,9 +7,11 @@
 pub mod avsm;
 pub mod beer_shadow_map;
 pub mod deep_shadow_map;
+pub mod fourier;
 pub mod grid_query;
 pub mod ism;
 pub mod layers;
+pub mod moments;
 pub mod none;
 pub mod psm;
 pub mod ray_query;
@@ -19,6 +21,7 @@ pub mod translucency_map;
 pub mod uncompressed;
 pub mod voxel_grid;
 pub mod voxelized;
+pub mod wavelet;
 
 // What they share.
 mod build;
@@ -28,12 +31,14 @@ mod requirements;
 pub mod runs;
 pub mod settings;
 mod spec;
+pub mod sums;
 mod texel_map;
 
 pub use avsm::{Avsm, NodeData};
 pub use beer_shadow_map::BeerShadowMap;
 pub use build::{Built, Opened, open};
 pub use deep_shadow_map::{DeepShadowMap, DeepState};
+pub use fourier::Fourier;
 pub use grid_query::GridQuery;
 pub use ism::{
     Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, Ism, PointData, PointsData,
@@ -41,6 +46,7 @@ pub use ism::{
 };
 pub use keys::{Key, Name, Values};
 pub use layers::Layers;
+pub use moments::Moments;
 pub use none::Unshadowed;
 pub use promises::Promises;
 pub use psm::Psm;
@@ -55,6 +61,7 @@ pub use translucency_map::TranslucencyMap;
 pub use uncompressed::Uncompressed;
 pub use voxel_grid::{March, VoxelGrid};
 pub use voxelized::{Baked as VoxelizedBake, Coverage, Free, LevelCounts, Structure, TreeData, Voxelized};
+pub use wavelet::Wavelet;
 
 use crate::gpu::{Bindings, Commands, Constants, Context, Requirement};
 use crate::maps::{Map, OpaqueMaps};

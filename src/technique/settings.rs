@@ -377,16 +377,19 @@ mod tests {
             avsm,
             beer_shadow_map,
             deep_shadow_map,
+            fourier,
             grid_query,
             ism,
             layers,
+            moments,
             psm,
             shadow_map,
             stochastic,
             translucency_map,
             uncompressed,
             voxel_grid,
-            voxelized
+            voxelized,
+            wavelet
         );
         goes_both_ways::<ShadingSettings>(&all::avsm::ENTRY, crate::consume::KEYS);
         for entry in REGISTRY {

@@ -114,6 +114,11 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
         "uncompressed" if starts(&["list."]) => !any(&[Meshes]),
         "psm" if starts(&["psm.clear", "psm.voxelize", "psm.propagate"]) => !any(&[Meshes]),
         _ if starts(&["translucency_map.multiply", "beer_shadow_map.blend"]) => !any(&[Meshes]),
+        "fourier" | "moments" | "wavelet"
+            if starts(&["sums.clear", "sums.ends"]) || [".raster", ".pack"].iter().any(|end| pass.ends_with(end)) =>
+        {
+            !any(&[Meshes])
+        }
         "layers" if starts(&["sums.clear", "sums.ends", "layers.raster", "layers.pack"]) => !any(&[Meshes]),
         "stochastic" if starts(&["stochastic.draw", "stochastic.clear"]) => !any(&[Meshes]),
         _ => true,

@@ -7,6 +7,7 @@ pub(super) mod courtyard_shapes;
 pub(super) mod cube;
 pub(super) mod embedded;
 pub(super) mod emitters;
+pub(super) mod failures;
 pub(super) mod fountain;
 pub(super) mod hair;
 pub(super) mod houses;

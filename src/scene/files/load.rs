@@ -3,13 +3,14 @@
 use crate::error::did_you_mean;
 use crate::scene::{
     DATA_ENDINGS, Motion, Scene, built_in, built_in::cornell, built_in::courtyard, built_in::courtyard_lights,
-    built_in::cube, built_in::embedded, built_in::emitters, built_in::fountain, built_in::hair, built_in::houses,
-    built_in::lantern, built_in::plume, built_in::sparse, built_in::town, files::data_file, files::file, files::input,
+    built_in::cube, built_in::embedded, built_in::emitters, built_in::failures, built_in::fountain, built_in::hair,
+    built_in::houses, built_in::lantern, built_in::plume, built_in::sparse, built_in::town, files::data_file,
+    files::file, files::input,
 };
 use crate::{Error, Result};
 
 /// Names that [`Scene::load`] knows without a file.
-pub const BUILT_IN: [&str; 17] = [
+pub const BUILT_IN: [&str; 18] = [
     "three-emitters",
     "plume_8k",
     "plume_64k",
@@ -27,6 +28,7 @@ pub const BUILT_IN: [&str; 17] = [
     "courtyard",
     "cornell",
     "fountain",
+    "failures",
 ];
 
 /// What [`Scene::load`] takes, in words.
@@ -61,6 +63,7 @@ impl Scene {
             "shafts" => Ok(houses::shafts()),
             "town" => Ok(town::town()),
             "cornell" => Ok(cornell::cornell()),
+            "failures" => Ok(failures::failures()),
             "lantern" => lantern::lantern(time_s),
             "courtyard" => courtyard::courtyard(&built_in.title, built_in.number("lights"), time_s),
             "fountain" => fountain::fountain(&built_in.title, built_in.number("particles"), time_s),

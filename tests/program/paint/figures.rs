@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 struct Figure(&'static str, &'static str, &'static str, u32);
 
 /// The quick ones first.
-const FIGURES: [Figure; 20] = [
+const FIGURES: [Figure; 32] = [
     Figure("curve.svg", "docs/avsm.md", "gobo curve plume_8k", 0),
     Figure("three-emitters-slice.png", "docs/results.md", "gobo slice three-emitters", 0),
     Figure("ism-map.png", "docs/ism.md", "gobo map cornell --vpls 256 --light 100 --technique ism:fill=off", 0),
@@ -47,6 +47,18 @@ const FIGURES: [Figure; 20] = [
     Figure("fountain-density.png", "docs/particles.md", "gobo render fountain:particles=300000", 0),
     Figure("fountain-speed.png", "docs/particles.md", "gobo render fountain:particles=1000000", 0),
     Figure("fountain.gif", "docs/particles.md", "gobo render fountain:particles=100000 ", 0),
+    Figure("failures-none.png", "docs/failures.md", "gobo render failures --technique none", 0),
+    Figure("failures-translucency-map.png", "docs/failures.md", "gobo render failures --technique translucency-map", 0),
+    Figure("failures-beer.png", "docs/failures.md", "gobo render failures --technique beer-shadow-map", 0),
+    Figure("failures-layers.png", "docs/failures.md", "gobo render failures --technique layers", 0),
+    Figure("failures-wavelet.png", "docs/failures.md", "gobo render failures --technique wavelet", 0),
+    Figure("failures-fourier.png", "docs/failures.md", "gobo render failures --technique fourier", 0),
+    Figure("failures-moments.png", "docs/failures.md", "gobo render failures --technique moments", 0),
+    Figure("failures-stochastic.png", "docs/failures.md", "gobo render failures --technique stochastic:samples", 0),
+    Figure("failures-hash.png", "docs/failures.md", "gobo render failures --technique stochastic:sampling", 0),
+    Figure("failures-psm.png", "docs/failures.md", "gobo render failures --technique psm", 0),
+    Figure("failures-avsm.png", "docs/failures.md", "gobo render failures --technique avsm", 0),
+    Figure("failures-reference.png", "docs/failures.md", "gobo render failures --technique reference", 0),
 ];
 
 /// Those that no one command of a page makes: put together from pictures of several, made by examples/embed, or by a command that

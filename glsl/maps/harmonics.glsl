@@ -1,0 +1,50 @@
+// Circles, and what segments of a ray are in them. Sines by products and sums: what a device's own round to is its own. Twin:
+// reference::twin::harmonics.
+#ifndef MAPS_HARMONICS_GLSL
+#define MAPS_HARMONICS_GLSL
+
+const float PI = 3.14159265;
+
+// What is shorter is a step.
+const float LEAST_LENGTH = 1e-20;
+
+// cos and sin of so many full circles.
+vec2 cis(float turns) {
+    float quarters = floor(4.0 * turns + 0.5);
+    float angle = 2.0 * PI * (turns - 0.25 * quarters);
+    float square = angle * angle;
+    float sine = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0))));
+    float cosine = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0)));
+    int quarter = int(quarters) & 3;
+    vec2 at = (quarter & 1) == 0 ? vec2(cosine, sine) : vec2(-sine, cosine);
+    return quarter < 2 ? at : -at;
+}
+
+// Product of complex numbers.
+vec2 turned(vec2 a, vec2 b) { return vec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x); }
+
+// A harmonic of a segment, the first to begin with.
+struct Harmonic {
+    vec2 once;   // cis of the segment's middle
+    vec2 half_;  // cis of half its length
+    vec2 at;     // both, times the harmonic's order
+    vec2 chord;
+    float length_;
+    float order;
+};
+
+Harmonic first_harmonic(vec2 place) {
+    float length_ = place.y - place.x;
+    vec2 once = cis(0.5 * (place.x + place.y)), half_ = cis(0.5 * length_);
+    return Harmonic(once, half_, once, half_, length_, 1.0);
+}
+
+Harmonic next_harmonic(Harmonic h) {
+    return Harmonic(h.once, h.half_, turned(h.at, h.once), turned(h.chord, h.half_), h.length_, h.order + 1.0);
+}
+
+// The mean of cis over the segment, of order times the place: a chord leaves sin(π order length) / (π order length) of its middle's.
+vec2 harmonic_mean(Harmonic h) {
+    return h.at * (h.length_ > LEAST_LENGTH ? h.chord.y / (PI * h.order * h.length_) : 1.0);
+}
+#endif

@@ -1,0 +1,21 @@
+// What a segment adds to a texel's sums: its optical depth, then that times the mean cosine and the mean sine of each harmonic of the
+// range, exact along the segment. Twin: reference::twin::fourier.
+#ifndef TECHNIQUE_FOURIER_PARTS_GLSL
+#define TECHNIQUE_FOURIER_PARTS_GLSL
+#include "maps/harmonics.glsl"
+
+CONSTANT(uint, COEFFICIENTS, 7u)  // sums of a texel: one, and two a harmonic
+
+#define SUMS COEFFICIENTS
+
+void segment_parts(vec2 place, float optical_depth, out float parts[SUMS]) {
+    parts[0] = optical_depth;
+    Harmonic h = first_harmonic(place);
+    for (uint k = 1u; k < SUMS; k += 2u) {
+        vec2 mean = optical_depth * harmonic_mean(h);
+        parts[k] = mean.x;
+        parts[k + 1u] = mean.y;
+        h = next_harmonic(h);
+    }
+}
+#endif

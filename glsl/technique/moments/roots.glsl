@@ -1,0 +1,68 @@
+// Roots of polynomials that have real ones only. Twin: reference::twin::roots.
+#ifndef TECHNIQUE_MOMENTS_ROOTS_GLSL
+#define TECHNIQUE_MOMENTS_ROOTS_GLSL
+
+// The most that a polynomial has.
+const uint MOST_ROOTS = 4u;
+
+// Laguerre's steps to a root.
+const uint ROUNDS = 5u;
+
+// What is nearer to 0 is taken for it.
+const float LEAST_ROOT = 1e-6;
+
+// The largest root of u^n + all[0] u^(n-1) + … where none is farther from 0 than 1: Laguerre's method from above, which never passes it.
+float largest_root(float all[MOST_ROOTS], uint n) {
+    float order = float(n);
+    float spread = sqrt(max(all[0] * all[0] - 2.0 * order / (order - 1.0) * all[1], 0.0));
+    float u = -all[0] / order + (order - 1.0) / order * spread;
+    for (uint i = 0u; i < ROUNDS; ++i) {
+        float value = 1.0, slope = 0.0, bend = 0.0;
+        for (uint k = 0u; k < n; ++k) {
+            bend = bend * u + slope;
+            slope = slope * u + value;
+            value = value * u + all[k];
+        }
+        float under = (order - 1.0) * ((order - 1.0) * slope * slope - 2.0 * order * value * bend);
+        float over = slope + sqrt(max(under, 0.0));
+        u -= over > 0.0 ? order * value / over : 0.0;
+    }
+    return u;
+}
+
+// All roots of u^n + …, those far from 0 first, so that what is left of the polynomial is right near 0; n is at least 2.
+void real_roots(float all[MOST_ROOTS], uint n, out float roots[MOST_ROOTS]) {
+    for (uint i = 0u; i < MOST_ROOTS; ++i) {
+        roots[i] = 0.0;
+    }
+    for (uint degree = n; degree > 2u; --degree) {
+        // The sum of squares bounds all roots; mirrored so that a root that is farthest by far is the largest.
+        float square = all[0] * all[0];
+        float bound = sqrt(max(square - 2.0 * all[1], square / float(degree)));
+        if (bound < LEAST_ROOT) {
+            break;
+        }
+        float unit = all[0] > 0.0 ? -bound : bound, power = 1.0;
+        for (uint k = 0u; k < degree; ++k) {
+            power /= unit;
+            all[k] *= power;
+        }
+        float root = largest_root(all, degree), carried = 0.0;
+        roots[n - degree] = unit * root;
+        // Divided by what has that root, from the end.
+        for (uint k = degree - 1u; k > 0u; --k) {
+            carried = root > 0.0 ? (carried - all[k]) / root : 0.0;
+            all[k] = carried;
+        }
+        power = 1.0;
+        for (uint k = 1u; k < degree; ++k) {
+            power *= unit;
+            all[k - 1u] = all[k] * power;
+        }
+    }
+    float middle = -0.5 * all[0], spread = sqrt(max(middle * middle - all[1], 0.0));
+    float far = middle < 0.0 ? middle - spread : middle + spread;
+    roots[n - 2u] = far;
+    roots[n - 1u] = abs(far) > LEAST_ROOT ? all[1] / far : 0.0;
+}
+#endif

@@ -1,0 +1,30 @@
+// What a segment adds to a texel's sums: the means over MEANS even intervals of the range of the optical depth up to each place, which
+// is what Haar wavelets of rank R carry where there are 2^(R + 1) of them; then all of it. Twin: reference::twin::wavelet.
+#ifndef TECHNIQUE_WAVELET_PARTS_GLSL
+#define TECHNIQUE_WAVELET_PARTS_GLSL
+
+CONSTANT(uint, MEANS, 16u)  // intervals of a texel's range
+
+const uint SUMS = MEANS + 1u;
+
+// What is shorter is a step.
+const float LEAST_LENGTH = 1e-20;
+
+// The mean from `low` to `high` of the share of a segment that lies before a place.
+float mean_share(vec2 place, float low, float high) {
+    float from = clamp(place.x, low, high), to = clamp(place.y, low, high);
+    // Behind the exit all of it; along it the mean of where it begins and ends.
+    float length_ = max(place.y - place.x, LEAST_LENGTH);
+    float along = (to - from) * min(0.5 * ((from - place.x) + (to - place.x)) / length_, 1.0);
+    return (along + (high - to)) / (high - low);
+}
+
+void segment_parts(vec2 place, float optical_depth, out float parts[SUMS]) {
+    float side = 1.0 / float(MEANS);
+    for (uint i = 0u; i < MEANS; ++i) {
+        float low = float(i) * side;
+        parts[i] = optical_depth * mean_share(place, low, low + side);
+    }
+    parts[MEANS] = optical_depth;
+}
+#endif

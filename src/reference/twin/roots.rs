@@ -1,0 +1,102 @@
+//! CPU twin of glsl/technique/moments/roots.glsl: roots of polynomials that have real ones only, in f32.
+
+/// Laguerre's steps to a root. Twin: ROUNDS.
+const ROUNDS: usize = 5;
+
+/// What is nearer to 0 is taken for it. Twin: LEAST_ROOT.
+const LEAST_ROOT: f32 = 1e-6;
+
+/// Factors of u^(n−1) and on, of which there are up to 4.
+pub type Factors = [f32; 4];
+
+/// The largest root of u^n + all\[0\] u^(n−1) + … where none is farther from 0 than 1: Laguerre's method from above, which never
+/// passes it. Twin: largest_root.
+fn largest_root(all: &[f32]) -> f32 {
+    let order = all.len() as f32;
+    let spread = (all[0] * all[0] - 2.0 * order / (order - 1.0) * all[1]).max(0.0).sqrt();
+    let mut u = -all[0] / order + (order - 1.0) / order * spread;
+    for _ in 0..ROUNDS {
+        let (mut value, mut slope, mut bend) = (1.0, 0.0, 0.0);
+        for factor in all {
+            bend = bend * u + slope;
+            slope = slope * u + value;
+            value = value * u + factor;
+        }
+        let under = (order - 1.0) * ((order - 1.0) * slope * slope - 2.0 * order * value * bend);
+        let over = slope + under.max(0.0).sqrt();
+        u -= if over > 0.0 { order * value / over } else { 0.0 };
+    }
+    u
+}
+
+/// All roots of u^n + …, those far from 0 first, so that what is left of the polynomial is right near 0; n is at least 2. Twin:
+/// real_roots.
+pub fn real_roots(mut all: Factors, n: usize) -> Factors {
+    let mut roots = [0.0; 4];
+    for degree in (3..=n).rev() {
+        // The sum of squares bounds all roots; mirrored so that a root that is farthest by far is the largest.
+        let square = all[0] * all[0];
+        let bound = (square - 2.0 * all[1]).max(square / degree as f32).sqrt();
+        if bound < LEAST_ROOT {
+            break;
+        }
+        let unit = if all[0] > 0.0 { -bound } else { bound };
+        let mut power = 1.0;
+        for factor in &mut all[..degree] {
+            power /= unit;
+            *factor *= power;
+        }
+        let root = largest_root(&all[..degree]);
+        roots[n - degree] = unit * root;
+        // Divided by what has that root, from the end.
+        let mut carried = 0.0;
+        for k in (1..degree).rev() {
+            carried = if root > 0.0 { (carried - all[k]) / root } else { 0.0 };
+            all[k] = carried;
+        }
+        power = 1.0;
+        for k in 1..degree {
+            power *= unit;
+            all[k - 1] = all[k] * power;
+        }
+    }
+    let half = -0.5 * all[0];
+    let spread = (half * half - all[1]).max(0.0).sqrt();
+    let far = if half < 0.0 { half - spread } else { half + spread };
+    let near = if far.abs() > LEAST_ROOT { all[1] / far } else { 0.0 };
+    (roots[n - 2], roots[n - 1]) = (far, near);
+    roots
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Of polynomials made from roots that are up to a thousand times as far from 0 as one another.
+        #[test]
+        fn roots_are_found(mut roots in prop::collection::vec((-1.0..1.0f64, 0.0..3.0f64), 2..5)) {
+            let mut roots: Vec<_> = roots.drain(..).map(|(unit, power)| unit * 10f64.powf(power)).collect();
+            roots.sort_by(|a, b| b.total_cmp(a));
+            let mut all = vec![1.0];
+            for root in &roots {
+                all.push(0.0);
+                for i in (1..all.len()).rev() {
+                    all[i] -= root * all[i - 1];
+                }
+            }
+            let n = roots.len();
+            let mut factors = [0.0; 4];
+            factors.iter_mut().zip(&all[1..]).for_each(|(factor, exact)| *factor = *exact as f32);
+            let found = real_roots(factors, n);
+            // What the rounded factors' roots may be off: roots that lie close are moved by the root of a rounding.
+            let most = roots.iter().fold(1f64, |most, root| most.max(root.abs()));
+            for found in &found[..n] {
+                let value = |u: f64| all.iter().fold(0.0, |value, factor| value * u + factor);
+                let size = all.iter().fold(0.0, |size, factor| size * f64::from(*found).abs() + factor.abs());
+                prop_assert!(value(f64::from(*found)).abs() < 1e-4 * size.max(most.powi(n as i32) * 1e-6), "{found:?} of {roots:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! The built-in scene `failures`: in five rows before a wall what techniques are known to fail at. The light comes from the left and
+//! grazes the wall, on which each row so draws its transmittance. Smoke goes on behind the wall; with `skip=off` techniques keep that too.
+//!
+//! Only operations whose result IEEE 754 fixes are used: the same bytes on every machine.
+
+use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene, Strand};
+use glam::DVec3;
+use rand::Rng;
+use rand_pcg::Pcg32;
+
+/// From a row's bottom to the next one's, and how much of it is filled.
+const ROW_WORLD: [f64; 2] = [0.85, 0.6];
+
+/// The lowest row's bottom.
+const BOTTOM_WORLD: f64 = 0.35;
+
+/// Where the wall stands, and how far all goes on behind it: a ray to a place on the wall has casters before the place and behind it.
+const WALL_WORLD: f64 = 2.2;
+const DEEP_WORLD: f64 = 4.8;
+
+/// A sphere's radius by how far it is to the next: overlapping so far, they are an even medium.
+const OVERLAP: f64 = 1.2;
+
+/// A sphere's volume by the cube of its radius.
+const BALL: f64 = 4.0 / 3.0 * std::f64::consts::PI;
+
+/// Hairs of the lowest row, half the width of one, and what it takes.
+const HAIRS: usize = 1300;
+const HAIR_RADIUS_WORLD: f32 = 0.008;
+const HAIR_OPACITY: f32 = 0.3;
+
+/// State and stream of the random numbers.
+const SEED: [u64; 2] = [0xfa11, 1];
+
+struct Random(Pcg32);
+
+impl Random {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * f64::from(self.0.next_u32()) / f64::from(u32::MAX)
+    }
+}
+
+/// Bottom and top of row `from_below`.
+fn row(from_below: u32) -> [f64; 2] {
+    let low = BOTTOM_WORLD + f64::from(from_below) * ROW_WORLD[0];
+    [low, low + ROW_WORLD[1]]
+}
+
+/// From the top: a slab of even smoke; two walls of it with a gap between them; a thin sheet; a lone wall in fog; fine hair. Under a
+/// directional light. The same bytes on every call and machine.
+pub(in crate::scene) fn failures() -> Scene {
+    let mut random = Random(Pcg32::new(SEED[0], SEED[1]));
+    // Row, from where on and how far along x, how far apart its spheres are, and the optical depth straight through.
+    let particles = [
+        (4, [2.0, 3.0], 0.12, 3.0),
+        (3, [0.8, 0.4], 0.1, 0.7),
+        (3, [5.0, 0.4], 0.1, 0.7),
+        (2, [3.37, 0.06], 0.06, 0.9),
+        (1, [0.2, 6.6], 0.24, 0.9),
+        (1, [3.8, 0.1], 0.07, 0.8),
+    ]
+    .into_iter()
+    .flat_map(|(from_below, along, apart, optical_depth)| {
+        smoke(&mut random, row(from_below), along, apart, optical_depth)
+    })
+    .collect();
+    let mut hair = || {
+        let [x, y] = [random.between(0.5, 6.5), random.between(0.0, DEEP_WORLD)];
+        let [start, end] = row(0).map(|z| [x as f32, y as f32, z as f32]);
+        Strand { start, radius: HAIR_RADIUS_WORLD, end, opacity: HAIR_OPACITY }
+    };
+    Scene {
+        name: "failures".into(),
+        particles,
+        strands: (0..HAIRS).map(|_| hair()).collect(),
+        meshes: vec![wall()],
+        motion: Motion::Still,
+        lights: vec![Light {
+            kind: LightKind::Directional { direction: DVec3::new(0.94, 0.342, 0.0).normalize() },
+            radiance: [1.3; 3],
+            radius: f64::INFINITY,
+        }],
+        camera: Camera {
+            position: DVec3::new(3.5, -9.5, 2.35),
+            target: DVec3::new(3.5, WALL_WORLD, 2.35),
+            up: DVec3::Z,
+            fov_y_degrees: 25.0,
+        },
+    }
+}
+
+/// Spheres in a row, from `along[0]` on `along[1]` far, each near its place in a grid.
+fn smoke(random: &mut Random, [low, high]: [f64; 2], along: [f64; 2], apart: f64, optical_depth: f64) -> Vec<Particle> {
+    let (corner, sides) = (DVec3::new(along[0], 0.0, low), DVec3::new(along[1], DEEP_WORLD, high - low));
+    let [nx, ny, nz] = (sides / apart).round().max(DVec3::ONE).to_array().map(|count| count as u32);
+    let cell = sides / DVec3::new(f64::from(nx), f64::from(ny), f64::from(nz));
+    let radius = OVERLAP * apart;
+    let volume = BALL * radius * radius * radius;
+    // Cells have their spheres' volumes in the mean, at all of the row.
+    let extinction = optical_depth / along[1] * (cell.x * cell.y * cell.z) / volume;
+    let mut particles = Vec::new();
+    for (i, j, k) in (0..nx).flat_map(|i| (0..ny).flat_map(move |j| (0..nz).map(move |k| (i, j, k)))) {
+        // What is one sphere thin stays so.
+        let moved = [nx, ny, nz].map(|count| if count > 1 { random.between(0.2, 0.8) } else { 0.5 });
+        let place = DVec3::new(f64::from(i), f64::from(j), f64::from(k)) + DVec3::from(moved);
+        let position = (corner + cell * place).as_vec3().into();
+        particles.push(Particle { position, radius: radius as f32, extinction: extinction as f32 });
+    }
+    particles
+}
+
+/// Open, as wide and high as the rows and a bit more.
+fn wall() -> Mesh {
+    let corner = |x: f32, z: f32| [x, WALL_WORLD as f32, z];
+    Mesh {
+        name: "wall".into(),
+        positions: vec![corner(-0.3, 0.0), corner(7.3, 0.0), corner(7.3, 4.7), corner(-0.3, 4.7)],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        albedo: [0.8; 3],
+        solid: false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::truth::Casters;
+
+    /// Straight through each row, in the mean over its middle, is what was asked for.
+    #[test]
+    fn rows_are_as_dark_as_they_say() {
+        const RAYS: u32 = 400;
+        let mut scene = failures();
+        scene.lights[0].kind = LightKind::Directional { direction: DVec3::X };
+        let casters = Casters::new(&scene);
+        let hairs =
+            2.0 * f64::from(HAIR_RADIUS_WORLD) * HAIRS as f64 / DEEP_WORLD * -(1.0 - f64::from(HAIR_OPACITY)).ln();
+        for (from_below, optical_depth) in [(4, 3.0), (3, 1.4), (2, 0.9), (1, 1.7), (0, hairs)] {
+            let middle = (row(from_below)[0] + row(from_below)[1]) / 2.0;
+            let behind = |i: u32| {
+                let [y, z] = [0.2 + 1.8 * (f64::from(i) + 0.5) / f64::from(RAYS), f64::from(i % 7) / 30.0 - 0.1];
+                DVec3::new(9.0, y, middle + z)
+            };
+            let sum: f64 = (0..RAYS).map(|i| casters.optical_depth(0, behind(i))).sum();
+            let mean = sum / f64::from(RAYS);
+            assert!((mean - optical_depth).abs() < 0.2 * optical_depth, "{from_below}: {mean}, not {optical_depth}");
+        }
+    }
+}

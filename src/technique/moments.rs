@@ -1,0 +1,172 @@
+//! Moments of the optical depth of a texel's ray, which bound how much of it lies before a place. Source: Münstermann, Krumpen, Klein and
+//! Peters 2018, Moment-Based Order-Independent Transparency.
+//!
+//! Sums have no order: no list, no sort, and the same bytes whatever order casters come in. Answers lie between the sharpest bounds,
+//! `overestimation` of the way from the lighter to the darker; they are exact before and behind all smoke.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, smoke};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &smoke())?;
+//! let mut moments = open(context, &world, &parse("moments:size=64", &[])?[0])?;
+//! moments.build(&world)?;
+//! // Above the smoke and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&moments.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above > 0.99 && (below - (-2f32).exp()).abs() < 0.02);
+//! # Ok(()) });
+//! ```
+
+use super::keys::{Name, words};
+use super::promises::ROUNDING;
+use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use super::sums::{RANGE, Range};
+use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
+use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
+use crate::Result;
+use crate::gpu::{Constants, Context, Requirement};
+use crate::maps::{Filter, FilterKind, OpaqueWay, SumKernels, Sums, TexelWay};
+use crate::shaders::constant::{MOMENTS, OVERESTIMATION, SUM_RANGE, SUM_STORAGE, TRIGONOMETRIC};
+use crate::shaders::{folder, moments as shaders};
+use crate::world::World;
+
+words! {
+    /// What is summed.
+    pub enum Basis {
+        /// Powers of the place, as Chebyshev polynomials: they say the same, and round better.
+        Power = "power",
+        /// Cosines and sines, half as many of each.
+        Trigonometric = "trigonometric",
+    }
+}
+
+words! {
+    /// What a moment is kept in. Twins: STORAGE_F32 and so on.
+    pub enum Storage {
+        /// 32 bits.
+        F32 = "r32f",
+        /// 16 bits of fixed point, over the optical depth, which has 32.
+        Fixed = "r16",
+    }
+}
+
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where the device
+        /// can.
+        path: Option<TexelWay> = PATH;
+        /// Numbers besides the optical depth: 4, 6 or 8; of cosines and sines 2, 3 or 4 each.
+        moments: u32 = Setting::one_of("6", &["4", "6", "8"], "numbers besides the optical depth; of cosines and sines half as many each");
+        /// What is summed.
+        basis: Basis = Setting::word("power", "of powers of the place, or of its cosines and sines");
+        /// Hundredths of the way from the lighter bound to the darker.
+        overestimation: u32 =
+            Setting::number("45", 0, 100, "hundredths of the way from the lighter to the darker of the sharpest bounds");
+        /// The depths that they are of.
+        range: Range = RANGE;
+        /// Texels a side of a light's map, 1 to 16,384.
+        size: u32 = SIZE;
+        /// What a moment is kept in.
+        storage: Storage = Setting::word("r32f", "4 bytes a moment, or 16 bits of fixed point over the optical depth");
+        /// How a look-up weighs the texels about a point.
+        filter: FilterKind = FILTER;
+        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+        radius: u32 = RADIUS;
+        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
+    }
+    every {
+        /// Casters and tiles that no look-up misses are left out.
+        skip: bool = SKIP;
+    }
+}
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "moments",
+    about: "moments of a ray's optical depth (Münstermann, Krumpen, Klein and Peters 2018)",
+    casts: Casts::ALL,
+    lifetime: Lifetime::Frame,
+    keys: Settings::KEYS,
+    paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
+    promises: |spec, path| promises(&spec.settings(), path),
+    runs: Runs {
+        compare: &["moments=4|6|8", "basis=trigonometric"],
+        on_cpu: &[(Name::SIZE, "64")],
+        stress_smoke: &[
+            "size=32,path=binned|raster",
+            "size=32,path=binned,moments=8,range=scene|texel",
+            "size=32,path=binned,moments=4,storage=r16",
+            "size=32,path=binned,basis=trigonometric",
+        ],
+        ..Runs::NONE
+    },
+    open: |context, world, spec| Ok(Box::new(Moments::new(context, world, &spec.settings())?)),
+};
+
+/// The first sum has all. Sums of whole numbers have no order; what is drawn rounds at each caster, and bounds make more of that. Between a
+/// texel's own ends bounds of powers do not rise; on the circle, light may wrap from the range's end to its beginning. Over all depths
+/// bounds do not know where smoke ends, and what they round is times all of the optical depth before and behind it.
+fn promises(settings: &Settings, path: &str) -> Promises {
+    let (own, binned) = (settings.range == Range::Texel, path == BINNED);
+    let rise = own && binned && settings.basis == Basis::Power;
+    Promises {
+        tail: Some(1e-3).filter(|_| own),
+        order: Some(0.0).filter(|_| binned),
+        rise: Some(ROUNDING).filter(|_| rise),
+        ..Promises::OF_DEPTH
+    }
+}
+
+/// The technique, opened for one world.
+pub type Moments = TexelMap<Settings, Sums>;
+
+impl Settings {
+    /// Words of a texel.
+    pub fn words(&self) -> u32 {
+        self.range.constant() + 1 + if self.storage == Storage::F32 { self.moments } else { self.moments / 2 }
+    }
+}
+
+impl Moments {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        settings.check()?;
+        let Settings { path, moments, basis, overestimation, range, size, storage, filter: kind, radius, opaque, skip } =
+            *settings;
+        let constants = Constants::new()
+            .set(MOMENTS, moments)
+            .set(TRIGONOMETRIC, basis == Basis::Trigonometric)
+            .set(OVERESTIMATION, overestimation as f32 / 100.0)
+            .set(SUM_RANGE, range.constant())
+            .set(SUM_STORAGE, storage as u32);
+        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
+        let kernels = SumKernels {
+            labels: ["moments.binned", "moments.raster", "moments.pack"],
+            sums: moments + 1,
+            words: settings.words(),
+            binned: &shaders::BINNED,
+            raster: [
+                &shaders::RASTER_FRAG_TARGETS_1,
+                &shaders::RASTER_FRAG_TARGETS_2,
+                &shaders::RASTER_FRAG_TARGETS_4,
+                &shaders::RASTER_FRAG_TARGETS_8,
+            ],
+            pack: &shaders::PACK,
+        };
+        Self::open(context, world, &ENTRY, (settings, common), folder::MOMENTS, |maps, way, skip, constants| {
+            Sums::new(context, world, maps, way, skip, &kernels, constants)
+        })
+    }
+}
