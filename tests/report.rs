@@ -68,6 +68,7 @@ fn results(rows: Vec<Row>) -> Results {
         gobo: "0.1.0".into(),
         conditions: Default::default(),
         command: "gobo compare".into(),
+        shard: None,
         device: DeviceFacts { name: "llvmpipe".into(), driver: "Mesa".into(), ..DeviceFacts::default() },
         rows,
     }
