@@ -70,6 +70,8 @@ pub(super) struct Shared {
     lost: AtomicBool,
     /// Each pass of a submission is timed, not only all of them together.
     pub(super) times_passes: AtomicBool,
+    /// Each pass of a submission is asked what it did.
+    pub(super) counts_passes: AtomicBool,
     pub(super) queue_family: u32,
     pub(super) frames_in_flight: u32,
     /// Submissions that were begun.
@@ -223,6 +225,12 @@ impl Context {
         self.0.times_passes.store(each, Ordering::Relaxed);
     }
 
+    /// Whether each pass of what is submitted from now on says what it did ([`super::PassTime::counts`]), where the device can
+    /// tell ([`Features::pipeline_statistics_query`]) and passes are timed one by one. At first none does: counting takes time.
+    pub fn count_passes(&self, each: bool) {
+        self.0.counts_passes.store(each, Ordering::Relaxed);
+    }
+
     /// Whether the device is lost: everything that is submitted fails from then on.
     pub fn is_lost(&self) -> bool {
         self.0.lost.load(Ordering::Relaxed)
@@ -297,6 +305,7 @@ impl Shared {
         let Open { instance, handle, features, .. } = open;
         let labels = open.labels.then(|| ext::debug_utils::Device::new(instance, &handle));
         let acceleration = features.ray_query.then(|| khr::acceleration_structure::Device::new(instance, &handle));
+        let clock = super::calibration::clock(&open.entry, instance, open.physical_device, &handle, &features);
         let allocator = match open.allocator {
             Some(theirs) => Memory::Theirs(theirs),
             None => {
@@ -318,6 +327,7 @@ impl Shared {
             pipelines: Pipelines::default(),
             labels,
             acceleration,
+            clock,
             features,
             messages: open.messages,
             handle,
@@ -331,6 +341,7 @@ impl Shared {
             device,
             lost: AtomicBool::new(false),
             times_passes: AtomicBool::new(true),
+            counts_passes: AtomicBool::new(false),
             queue_family: open.queue_family,
             frames_in_flight: open.frames_in_flight,
             begun: AtomicU64::new(0),

@@ -84,6 +84,10 @@ pub struct Features {
     pub fragment_stores_and_atomics: bool,
     /// Blending into VK_FORMAT_R32G32B32A32_SFLOAT.
     pub float32_blend: bool,
+    /// VK_EXT_calibrated_timestamps: the device's clock can be read beside the host's.
+    pub calibrated_timestamps: bool,
+    /// pipelineStatisticsQuery: a pass can be asked how many vertices, fragments and threads it had.
+    pub pipeline_statistics_query: bool,
     /// Threads a subgroup.
     pub subgroup_size: u32,
     /// Subgroup arithmetic in compute shaders.
@@ -375,6 +379,8 @@ impl Features {
             storage_image_extended_formats: core.shader_storage_image_extended_formats != 0,
             fragment_stores_and_atomics: core.fragment_stores_and_atomics != 0,
             float32_blend: format.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND),
+            calibrated_timestamps: has(ext::calibrated_timestamps::NAME),
+            pipeline_statistics_query: core.pipeline_statistics_query != 0,
             subgroup_size: subgroup.subgroup_size,
             subgroup_arithmetic: in_subgroups(vk::SubgroupFeatureFlags::ARITHMETIC),
             subgroup_ballot: in_subgroups(vk::SubgroupFeatureFlags::BALLOT),
