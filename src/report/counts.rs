@@ -18,6 +18,9 @@ pub fn counts(results: &Results) -> String {
             text += &table(&one_line(scene), &rows, &specs);
         }
     }
+    if let (false, Some(width)) = (text.is_empty(), results.device.features.get("subgroup_size")) {
+        text += &format!("threads run in subgroups of {width}\n");
+    }
     text
 }
 
