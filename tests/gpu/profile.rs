@@ -62,8 +62,10 @@ fn passes_count_what_they_were_asked_for() {
         let draw = counted[2].expect("asked");
         let pixels = u64::from(SIZE[0] * SIZE[1]);
         assert_eq!([draw.vertices, draw.primitives, draw.threads], [3, 1, 0]);
-        // A GPU may count the lanes that help at a triangle's edge, of which there are none within.
-        assert_eq!(draw.fragments, pixels, "a fragment a pixel");
+        // lavapipe cuts the triangle at the picture's edges into two, and counts whole blocks of 4 × 4 pixels of each: those on the
+        // diagonal between them twice, of which there are no more than columns and rows of blocks.
+        let twice = u64::from(4 * (SIZE[0] + SIZE[1]));
+        assert!((pixels..=pixels + twice).contains(&draw.fragments), "a fragment a pixel: {}", draw.fragments);
     });
 }
 
@@ -72,9 +74,9 @@ fn passes_count_what_they_were_asked_for() {
 fn the_device_is_on_the_hosts_clock() {
     const TEST: &str = "the_device_is_on_the_hosts_clock";
     gpu_test(TEST, |context| {
+        let start = Instant::now();
         let Some(first) = context.calibrate() else { return skipped(TEST, "no VK_EXT_calibrated_timestamps") };
         let buffer = Buffer::new(context, "filled", 1 << 16, Memory::Device).expect("64 KiB");
-        let start = Instant::now();
         let mut last = f64::NEG_INFINITY;
         for _ in 0..3 {
             let before = start.elapsed().as_nanos() as f64;

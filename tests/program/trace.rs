@@ -26,7 +26,7 @@ fn span(event: &Value) -> [f64; 2] {
 
 /// Read by Perfetto's own trace processor, where it is installed.
 fn opens_in_perfetto(trace: &Path, out: &Path) {
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/perfetto.py");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/open_trace.py");
     let arguments = [script.as_path(), trace, &out.join("results.json")];
     let Ok(output) = Command::new("python3").args(arguments).output() else {
         return skipped("opens_in_perfetto", "python3 is not installed");

