@@ -143,10 +143,11 @@ fn a_scene_is_measured() {
     let first = out.path().join("first-look");
     let looked = results(&first).rows;
     // The first look comes last: where its row is another by now, so is the choice, and what is there is not asked for.
-    for (folder, before) in [(out.path(), &rows), (&first, &looked)] {
+    for (folder, before, lost) in [(out.path(), &rows, 0), (out.path(), &rows, 1), (&first, &looked, 1)] {
+        let stays = before.len() - lost;
         let path = folder.join("results.json");
         let mut json: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).expect("rows")).expect("JSON");
-        json["rows"].as_array_mut().expect("rows").pop();
+        json["rows"].as_array_mut().expect("rows").truncate(stays);
         std::fs::write(&path, json.to_string()).expect("written");
         let resumed = crate::gobo()
             .args(["recommend", text(&scene), "--out", text(out.path()), "--resume"])
@@ -157,7 +158,7 @@ fn a_scene_is_measured() {
         assert!(resumed.status.success() || (folder == first && error.contains("not asked for")), "{error}");
         let now = results(folder).rows;
         assert_eq!(now.len(), before.len());
-        assert_eq!(now[..now.len() - 1], before[..before.len() - 1]);
+        assert_eq!(now[..stays], before[..stays]);
     }
 }
 
