@@ -16,6 +16,11 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+/// Timed frames and those before them: of a first look, of what is left after it, and of all, as `compare` has them.
+const COARSE: [usize; 2] = [3, 1];
+const FINE: [usize; 2] = [10, 3];
+const THOROUGH: [usize; 2] = [30, 5];
+
 #[derive(Args)]
 pub struct Arguments {
     /// Scene file, data file or built-in scene
@@ -127,13 +132,13 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     let picture = picture(context.features());
     if arguments.thorough {
         let near: Vec<Spec> = specs.iter().flat_map(neighbours).collect();
-        return sweep.measure(&with(specs, near), fine(picture), arguments.out.as_deref());
+        return sweep.measure(&with(specs, near), effort(picture, THOROUGH), arguments.out.as_deref());
     }
     // Rows of the first look are kept too, so that a run that was ended goes on with the same choice.
     let first = arguments.out.as_ref().map(|out| out.join("first-look"));
     let rows = sweep.measure(&specs, coarse(picture), first.as_deref())?.rows;
     let left = promising(&specs, &rows, limits);
-    sweep.measure(&left, fine(picture), arguments.out.as_deref())
+    sweep.measure(&left, effort(picture, FINE), arguments.out.as_deref())
 }
 
 fn picture(features: &Features) -> [u32; 2] {
@@ -144,9 +149,9 @@ fn picture(features: &Features) -> [u32; 2] {
     }
 }
 
-/// As of `compare`.
-fn fine(picture: [u32; 2]) -> Effort {
-    let [frames, warm_up] = if little::is_asked() { [1, 0] } else { [30, 5] };
+/// At the points and with the picture of `compare`.
+fn effort(picture: [u32; 2], repeats: [usize; 2]) -> Effort {
+    let [frames, warm_up] = if little::is_asked() { [1, 0] } else { repeats };
     let space_points = if little::is_asked() { 8192 } else { 65536 };
     let truth = Extent::Sample;
     Effort { frames, warm_up, space_points, picture, turning: false, footprints: false, counts: false, truth }
@@ -154,8 +159,7 @@ fn fine(picture: [u32; 2]) -> Effort {
 
 /// Of a first look.
 fn coarse(picture: [u32; 2]) -> Effort {
-    let [frames, warm_up] = if little::is_asked() { [1, 0] } else { [3, 1] };
-    Effort { frames, warm_up, space_points: 4096, truth: Extent::Glance, ..fine(picture) }
+    Effort { space_points: 4096, truth: Extent::Glance, ..effort(picture, COARSE) }
 }
 
 /// Measures specs of a scene.

@@ -1,7 +1,8 @@
 //! Passes over time, as Chrome's trace events, which Perfetto opens too: the *Trace Event Format*, complete events ("X") alone, in
 //! microseconds.
 
-use crate::measure::{DeviceFacts, Ran, Row, TimedBuilds};
+use crate::gpu::PassTime;
+use crate::measure::{DeviceFacts, Ran, Row, TimedBuilds, frame_ns};
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -39,7 +40,7 @@ pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
                 let spans = spans(timed, ran, first, start);
                 let begin = spans.iter().map(|span| span[0]).reduce(f64::min);
                 let end = spans.iter().map(|span| span[1]).reduce(f64::max);
-                if let (Some(begin), Some(end), Some(ns)) = (begin, end, crate::measure::frame_ns(&ran.passes)) {
+                if let (Some(begin), Some(end), Some(ns)) = (begin, end, frame_ns(&ran.passes)) {
                     slice(DEVICE, &row.technique, [begin, end + ROUNDED], arguments(ns));
                 }
                 for (pass, span) in ran.passes.iter().zip(spans) {
@@ -61,7 +62,7 @@ pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
 /// the host's, as if the device had begun with the build, at `start`.
 fn spans(timed: &TimedBuilds, ran: &Ran, first: Option<Instant>, start: f64) -> Vec<[f64; 2]> {
     let clock = timed.clock.zip(first);
-    let span = |pass: &crate::gpu::PassTime| {
+    let span = |pass: &PassTime| {
         let begin = clock.map_or(start + pass.start_ns, |(clock, first)| clock.ns_since(first, pass.began));
         [begin, begin + pass.end_ns - pass.start_ns]
     };
