@@ -106,16 +106,17 @@ fn write_scene(folder: &Path, name: &str, rows: &[String]) -> PathBuf {
     path
 }
 
-/// What `gobo devices --json` says of the default device, and whether the path runs there.
-fn runs(technique: &str, path: &str) -> (String, bool) {
+/// What `gobo devices --json` says of the default device.
+fn device() -> serde_json::Value {
     let devices: serde_json::Value = serde_json::from_str(&ok(&["devices", "--json"])).expect("JSON");
     let rank = |kind: &str| ["discrete", "integrated", "virtual", "cpu"].iter().position(|k| *k == kind).unwrap_or(4);
-    let device = devices
-        .as_array()
-        .expect("a list")
-        .iter()
-        .min_by_key(|d| rank(d["facts"]["type"].as_str().expect("a type")))
-        .expect("a device");
+    let list = devices.as_array().expect("a list").iter();
+    list.min_by_key(|d| rank(d["facts"]["type"].as_str().expect("a type"))).expect("a device").clone()
+}
+
+/// The default device, and whether the path runs there.
+fn runs(technique: &str, path: &str) -> (String, bool) {
+    let device = device();
     let paths = device["paths"].as_array().expect("paths");
     let found = paths.iter().find(|p| p["technique"] == technique && p["path"] == path).expect("a known path");
     let runs = found["runs"].as_bool().expect("yes or no");

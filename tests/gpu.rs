@@ -14,6 +14,9 @@ mod record;
 #[path = "gpu/layout.rs"]
 mod layout;
 
+#[path = "gpu/profile.rs"]
+mod profile;
+
 use gobo::Error;
 use gobo::gpu::{
     Bindings, Buffer, Constants, Format, Image, ImageUse, Kernel, Memory, Messages, ReadBack, Resource,

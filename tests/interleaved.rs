@@ -281,6 +281,7 @@ fn a_picture_is_compared_with_one_bounce() {
             space_points: 64,
             picture: [48, 32],
             footprints: false,
+            counts: false,
             turning: false,
             truth: Extent::Sample,
         };

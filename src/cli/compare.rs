@@ -13,7 +13,7 @@ use crate::measure::{
     Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Shard, Status, Traced,
     copy_bytes_per_second, difference_srgb8, with_case,
 };
-use crate::report::{Store, casters, footprints, page, passes, plots, table, trace, write_whole};
+use crate::report::{Store, casters, counts, footprints, page, passes, plots, table, trace, write_whole};
 use crate::scene::{Motion, Picture, Scene};
 use crate::technique::{Name, Spec};
 use crate::{Error, Result};
@@ -58,6 +58,10 @@ pub struct Arguments {
     /// Print the time of each pass of a build too, and the whole over that of copying as many bytes as it leaves behind
     #[arg(long)]
     passes: bool,
+    /// Print what each pass did too, of one more build and picture: vertices and primitives that it took, fragments and threads
+    /// that it ran
+    #[arg(long)]
+    pipeline_statistics: bool,
     /// Write all timed builds, pass by pass, as trace events, which Perfetto and Chrome open
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
@@ -136,14 +140,23 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
         (false, TruthArgument::Sample) => Extent::Sample,
         (false, TruthArgument::Full) => Extent::Full,
     };
-    let (turning, footprints) = (arguments.turn.is_some(), arguments.footprints);
+    let (turning, footprints, counts) = (arguments.turn.is_some(), arguments.footprints, arguments.pipeline_statistics);
     if arguments.quick {
         let picture = arguments.picture.unwrap_or(SMALL_PICTURE);
-        return Effort { frames: frames.min(8), warm_up: 2, space_points: 8192, picture, turning, footprints, truth };
+        return Effort {
+            frames: frames.min(8),
+            warm_up: 2,
+            space_points: 8192,
+            picture,
+            turning,
+            footprints,
+            counts,
+            truth,
+        };
     }
     let small = arguments.techniques.is_empty() && features.is_software();
     let picture = arguments.picture.unwrap_or(if small { SMALL_PICTURE } else { [640, 360] });
-    Effort { frames, warm_up: 5, space_points: 65536, picture, turning, footprints, truth }
+    Effort { frames, warm_up: 5, space_points: 65536, picture, turning, footprints, counts, truth }
 }
 
 /// What a scene is in each frame, and the times of these. Where nobody asks for the truth of what the device simulates, the host
@@ -215,6 +228,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         Ok(specs)
     };
     let specs = scenes.iter().map(of_scene).collect::<Result<Vec<_>>>()?;
+    if arguments.pipeline_statistics && !context.features().pipeline_statistics_query {
+        return Err(Error::Refused { needs: "pipelineStatisticsQuery, for --pipeline-statistics".into() });
+    }
     let store = Store::open(&arguments.out)?;
     let effort = effort(arguments, context.features());
     let mut results = Results {
@@ -344,6 +360,9 @@ fn print(arguments: &Arguments, results: &Results) -> Result<()> {
     if arguments.passes {
         say(passes(results))?;
     }
+    if arguments.pipeline_statistics {
+        say(counts(results))?;
+    }
     if arguments.casters {
         say(casters(results))?;
     }
@@ -357,6 +376,7 @@ fn print(arguments: &Arguments, results: &Results) -> Result<()> {
 fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String> {
     let truth = match effort.truth {
         Extent::None => "none",
+        Extent::Glance => "glance",
         Extent::Sample => "sample",
         Extent::Full => "full",
     };
@@ -380,6 +400,7 @@ fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String
     .into_iter()
     // Files from before this was there do not say it.
     .chain(effort.footprints.then(|| ("--footprints", "true".into())))
+    .chain(effort.counts.then(|| ("--pipeline-statistics", "true".into())))
     .map(|(name, value)| (name.to_owned(), value))
     .collect()
 }

@@ -2,23 +2,24 @@
 
 use super::compare::{SMALL_PICTURE, default_specs, has_many_lights};
 use super::progress::Progress;
-use super::resume::SCENE;
+use super::resume::{SCENE, kept};
 use super::{DeviceArguments, LoadArguments, command_line, complain, little, load, say};
 use crate::consume::{parse, runs};
 use crate::gpu::{Context, Features};
-use crate::measure::{Case, DeviceFacts, Effort, Extent, Results, Row, SCHEMA, with_case};
+use crate::measure::{DeviceFacts, Effort, Extent, Results, Row, SCHEMA, with_case};
 use crate::report::{Limits, Store, best_and_extremes, is_hopeless, recommend};
 use crate::scene::Scene;
 use crate::technique::{Casts, Lifetime, Name, REGISTRY, Spec};
 use crate::{Error, Result};
 use clap::Args;
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Timed frames and those before them of a first look, and of what is left after it.
+/// Timed frames and those before them: of a first look, of what is left after it, and of all, as `compare` has them.
 const COARSE: [usize; 2] = [3, 1];
-const FINE: [usize; 2] = [30, 5];
+const FINE: [usize; 2] = [10, 3];
+const THOROUGH: [usize; 2] = [30, 5];
 
 #[derive(Args)]
 pub struct Arguments {
@@ -26,7 +27,7 @@ pub struct Arguments {
     #[arg(value_name = "SCENE", required_unless_present = "from")]
     scene: Option<String>,
     /// Answer from rows that gobo compare has measured, without a device
-    #[arg(long, value_name = "RESULTS.JSON", conflicts_with_all = ["scene", "many_lights", "out", "lights", "device"])]
+    #[arg(long, value_name = "RESULTS.JSON", conflicts_with_all = ["scene", "many_lights", "out", "resume", "thorough", "lights", "device"])]
     from: Option<PathBuf>,
     /// The most milliseconds of a frame: build and picture
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
@@ -43,9 +44,15 @@ pub struct Arguments {
     /// Measure what is for many lights, however few the scene has
     #[arg(long)]
     many_lights: bool,
-    /// Folder for the measured rows: results.json and results.csv
+    /// Folder for the measured rows: results.json and results.csv, and those of the first look in a folder of their own
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Go on where an earlier run of the same command ended: keep the rows in the folder
+    #[arg(long, requires = "out")]
+    resume: bool,
+    /// Measure all that would be looked at properly, in half and twice the size too: takes many times as long
+    #[arg(long)]
+    thorough: bool,
     #[command(flatten)]
     load: LoadArguments,
     #[command(flatten)]
@@ -94,7 +101,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let limits = arguments.limits()?;
     let (results, name) = match (&arguments.from, &arguments.scene) {
         (Some(path), _) => (Results::read(path)?, path.display().to_string()),
-        (None, Some(scene)) => (measured(arguments, scene)?, scene.clone()),
+        (None, Some(scene)) => (measured(arguments, &limits, scene)?, scene.clone()),
         (None, None) => return Err(Error::input("recommend", "no scene", "name one, or give --from")),
     };
     let answers = recommend(&results, &limits);
@@ -115,64 +122,117 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// All that the device and the scene let run, a few times each; what may be an answer by then, properly.
-fn measured(arguments: &Arguments, name: &str) -> Result<Results> {
+/// All that the device and the scene let run, a few times each and at few points; what may be an answer by then, properly.
+fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Results> {
     let scene = load(name, &arguments.load)?;
     let context = arguments.device.open()?;
-    if context.features().timestamp_valid_bits == 0 {
-        return Err(Error::Refused {
-            needs: "timestamps, and the device has none: there is no time to choose by".into(),
-        });
-    }
-    let store = arguments.out.as_deref().map(Store::open).transpose()?;
     let usual = default_specs(&scene, context.features(), arguments.many_lights)?;
     let specs = little::specs(candidates(&scene, usual, context.features().is_software(), arguments.many_lights)?);
-    let effort = effort(context.features());
-    let [coarse, fine] = if little::is_asked() { [[1, 0]; 2] } else { [COARSE, FINE] };
-    let conditions = [
-        ("--frames", fine[0].to_string()),
-        ("errors", "over all points".into()),
-        ("--picture", effort.picture.map(|side| side.to_string()).join("x")),
-        ("--truth", "sample".into()),
-        ("--time", arguments.load.time.to_string()),
-        (&format!("{SCENE}{}", scene.name), format!("{:08x}", scene.fingerprint())),
-    ];
-    let mut results = Results {
-        schema: SCHEMA,
-        gobo: env!("CARGO_PKG_VERSION").into(),
-        command: command_line(),
-        conditions: conditions.map(|(name, value)| (name.to_owned(), value)).into(),
-        shard: None,
-        device: DeviceFacts::of(context.features()),
-        rows: Vec::new(),
-    };
-    with_case(&context, std::slice::from_ref(&scene), effort, |case| {
-        case.repeat(coarse);
-        measure(&context, case, &specs, &mut results, None)?;
-        let left = promising(&specs, &results.rows);
-        case.repeat(fine);
-        results.rows.clear();
-        measure(&context, case, &left, &mut results, store.as_ref())
-    })?;
-    Ok(results)
+    let sweep = Sweep { arguments, scene: &scene, context: &context };
+    let picture = picture(context.features());
+    if arguments.thorough {
+        let near: Vec<Spec> = specs.iter().flat_map(neighbours).collect();
+        return sweep.measure(&with(specs, near), effort(picture, THOROUGH), arguments.out.as_deref());
+    }
+    // Rows of the first look are kept too, so that a run that was ended goes on with the same choice.
+    let first = arguments.out.as_ref().map(|out| out.join("first-look"));
+    let rows = sweep.measure(&specs, coarse(picture), first.as_deref())?.rows;
+    let left = promising(&specs, &rows, limits);
+    sweep.measure(&left, effort(picture, FINE), arguments.out.as_deref())
 }
 
-/// As of `compare`.
-fn effort(features: &Features) -> Effort {
-    let picture = match (little::is_asked(), features.is_software()) {
+fn picture(features: &Features) -> [u32; 2] {
+    match (little::is_asked(), features.is_software()) {
         (true, _) => [32, 18],
         (_, true) => SMALL_PICTURE,
         _ => [640, 360],
-    };
+    }
+}
+
+/// At the points and with the picture of `compare`.
+fn effort(picture: [u32; 2], repeats: [usize; 2]) -> Effort {
+    let [frames, warm_up] = if little::is_asked() { [1, 0] } else { repeats };
     let space_points = if little::is_asked() { 8192 } else { 65536 };
-    Effort {
-        frames: FINE[0],
-        warm_up: FINE[1],
-        space_points,
-        picture,
-        turning: false,
-        footprints: false,
-        truth: Extent::Sample,
+    let truth = Extent::Sample;
+    Effort { frames, warm_up, space_points, picture, turning: false, footprints: false, counts: false, truth }
+}
+
+/// Of a first look.
+fn coarse(picture: [u32; 2]) -> Effort {
+    Effort { space_points: 4096, truth: Extent::Glance, ..effort(picture, COARSE) }
+}
+
+/// Measures specs of a scene.
+struct Sweep<'a> {
+    arguments: &'a Arguments,
+    scene: &'a Scene,
+    context: &'a Context,
+}
+
+impl Sweep<'_> {
+    /// A row a spec. They are kept in `folder` as soon as they are measured; with `--resume` those that are there stand.
+    fn measure(&self, specs: &[Spec], effort: Effort, folder: Option<&Path>) -> Result<Results> {
+        let mut results = self.none(&effort);
+        let store = folder.map(Store::open).transpose()?;
+        let asked: Vec<(&str, &Spec)> = specs.iter().map(|spec| (self.scene.name.as_str(), spec)).collect();
+        let mut rows = match &store {
+            Some(store) if self.arguments.resume => kept(store.dir(), &results, &asked)?,
+            _ => vec![None; specs.len()],
+        };
+        let left = rows.iter().filter(|row| row.is_none()).count();
+        if left > 0 {
+            let progress = Progress::new(left);
+            with_case(self.context, std::slice::from_ref(self.scene), effort, |case| {
+                for (place, spec) in specs.iter().enumerate() {
+                    if rows[place].is_some() {
+                        continue;
+                    }
+                    progress.begins(case.scene_name(), spec);
+                    let (row, _) = case.measure(spec);
+                    progress.ends(&row, spec);
+                    if self.context.is_lost() {
+                        return Err(lost(&row));
+                    }
+                    rows[place] = Some(row);
+                    results.rows = rows.iter().flatten().cloned().collect();
+                    store.as_ref().map_or(Ok(()), |store| store.write(&results))?;
+                }
+                Ok(())
+            })?;
+            progress.finish();
+        }
+        results.rows = rows.into_iter().flatten().collect();
+        Ok(results)
+    }
+
+    /// Without a row.
+    fn none(&self, effort: &Effort) -> Results {
+        let conditions = [
+            ("--frames", effort.frames.to_string()),
+            ("errors", "over all points".into()),
+            ("--picture", effort.picture.map(|side| side.to_string()).join("x")),
+            ("--truth", if effort.truth == Extent::Glance { "glance" } else { "sample" }.into()),
+            ("--time", self.arguments.load.time.to_string()),
+            (&format!("{SCENE}{}", self.scene.name), format!("{:08x}", self.scene.fingerprint())),
+        ];
+        Results {
+            schema: SCHEMA,
+            gobo: env!("CARGO_PKG_VERSION").into(),
+            command: command_line(),
+            conditions: conditions.map(|(name, value)| (name.to_owned(), value)).into(),
+            shard: None,
+            device: DeviceFacts::of(self.context.features()),
+            rows: Vec::new(),
+        }
+    }
+}
+
+fn lost(row: &Row) -> Error {
+    Error::Gpu {
+        operation: "measure",
+        name: row.spec(),
+        cause: row.reason.clone(),
+        way_out: "the device is lost: repeat the command with --resume, which keeps what is in --out".into(),
     }
 }
 
@@ -220,45 +280,23 @@ fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bo
     Ok(specs)
 }
 
-/// A row a spec, each in the store as soon as it is measured.
-fn measure(
-    context: &Context,
-    case: &mut Case,
-    specs: &[Spec],
-    results: &mut Results,
-    store: Option<&Store>,
-) -> Result<()> {
-    let progress = Progress::new(specs.len());
-    for spec in specs {
-        progress.begins(case.scene_name(), spec);
-        let (row, _) = case.measure(spec);
-        progress.ends(&row, spec);
-        if context.is_lost() {
-            return Err(Error::Gpu {
-                operation: "measure",
-                name: row.spec(),
-                cause: row.reason,
-                way_out: "the device is lost: measure with gobo compare, which goes on with --resume".into(),
-            });
-        }
-        results.rows.push(row);
-        store.map_or(Ok(()), |store| store.write(results))?;
-    }
-    progress.finish();
-    Ok(())
+/// What is not hopeless, and in half and twice the size what is an answer by now.
+fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
+    let found = best_and_extremes(rows);
+    let stays = |place: usize| found.contains(&place) || !is_hopeless(&rows[place], rows, limits);
+    let left = (0..rows.len()).filter(|place| stays(*place)).map(|place| specs[place].clone()).collect();
+    let is_new = |near: &Spec| specs.iter().all(|spec| spec.to_string() != near.to_string());
+    with(left, found.iter().flat_map(|place| neighbours(&specs[*place])).filter(is_new))
 }
 
-/// What is not hopeless, and in half and twice the size what is an answer by now.
-fn promising(specs: &[Spec], rows: &[Row]) -> Vec<Spec> {
-    let mut left: Vec<Spec> =
-        specs.iter().zip(rows).filter(|(_, row)| !is_hopeless(row, rows)).map(|(spec, _)| spec.clone()).collect();
-    let found = best_and_extremes(rows).into_iter().map(|place| &specs[place]);
-    for near in found.filter(|_| !little::is_asked()).flat_map(neighbours) {
-        if left.iter().chain(specs).all(|spec| spec.to_string() != near.to_string()) {
-            left.push(near);
+/// Those, and behind them what of `more` is not among them; not where little is wanted.
+fn with(mut specs: Vec<Spec>, more: impl IntoIterator<Item = Spec>) -> Vec<Spec> {
+    for near in more.into_iter().filter(|_| !little::is_asked()) {
+        if specs.iter().all(|spec| spec.to_string() != near.to_string()) {
+            specs.push(near);
         }
     }
-    left
+    specs
 }
 
 /// Half and twice its size, where it has one.

@@ -1,4 +1,4 @@
-//! `compare --resume`: rows that an earlier run has measured are kept.
+//! `compare --resume`, `recommend --resume`: rows that an earlier run has measured are kept.
 
 use crate::gpu::Mapped;
 use crate::measure::{Results, Row, Status};

@@ -37,6 +37,8 @@ pub struct Commands<'a> {
     whose: Whose,
     frame: u64,
     queries: vk::QueryPool,
+    /// Of what passes do; null where nobody asks.
+    pub(super) counts: vk::QueryPool,
     passes: u32,
     /// Of passes that are timed, a line each.
     names: String,
@@ -79,7 +81,8 @@ impl<'a> Commands<'a> {
     ) -> Self {
         let times_passes = context.shared().times_passes.load(Ordering::Relaxed);
         let (names, read_backs) = (String::with_capacity(NAMES_BYTES), Vec::new());
-        Self { context, buffer, whose, frame, queries, passes: 0, names, times_passes, used, read_backs }
+        let counts = vk::QueryPool::null();
+        Self { context, buffer, whose, frame, queries, counts, passes: 0, names, times_passes, used, read_backs }
     }
 
     /// The frame that is recorded: what was given to [`Commands::on`], or the number of the submission.
@@ -103,7 +106,9 @@ impl<'a> Commands<'a> {
         }
         let label = self.begin_label(name);
         self.settle();
+        self.begin_counts(index);
         record(&mut Pass { commands: self });
+        self.end_counts(index);
         self.settle();
         if self.times_passes {
             self.timestamp(2 * index + 1);

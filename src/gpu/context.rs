@@ -73,6 +73,8 @@ pub(super) struct Shared {
     pub(super) times_passes: AtomicBool,
     /// What stands before the driver, as far as a device that was opened here says.
     tools: Vec<Tool>,
+    /// Each pass of a submission is asked what it did.
+    pub(super) counts_passes: AtomicBool,
     pub(super) queue_family: u32,
     pub(super) frames_in_flight: u32,
     /// Submissions that were begun.
@@ -233,6 +235,12 @@ impl Context {
         self.0.times_passes.store(each, Ordering::Relaxed);
     }
 
+    /// Whether each pass of what is submitted from now on says what it did ([`super::PassTime::counts`]), where the device can
+    /// tell ([`Features::pipeline_statistics_query`]) and passes are timed one by one. At first none does: counting takes time.
+    pub fn count_passes(&self, each: bool) {
+        self.0.counts_passes.store(each, Ordering::Relaxed);
+    }
+
     /// Whether the device is lost: everything that is submitted fails from then on.
     pub fn is_lost(&self) -> bool {
         self.0.lost.load(Ordering::Relaxed)
@@ -307,6 +315,7 @@ impl Shared {
         let Open { instance, handle, features, .. } = open;
         let labels = open.labels.then(|| ext::debug_utils::Device::new(instance, &handle));
         let acceleration = features.ray_query.then(|| khr::acceleration_structure::Device::new(instance, &handle));
+        let clock = super::calibration::clock(&open.entry, instance, open.physical_device, &handle, &features);
         let allocator = match open.allocator {
             Some(theirs) => Memory::Theirs(theirs),
             None => {
@@ -328,6 +337,7 @@ impl Shared {
             pipelines: Pipelines::default(),
             labels,
             acceleration,
+            clock,
             features,
             messages: open.messages,
             handle,
@@ -342,6 +352,7 @@ impl Shared {
             device,
             lost: AtomicBool::new(false),
             times_passes: AtomicBool::new(true),
+            counts_passes: AtomicBool::new(false),
             queue_family: open.queue_family,
             frames_in_flight: open.frames_in_flight,
             begun: AtomicU64::new(0),

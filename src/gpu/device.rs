@@ -27,6 +27,8 @@ pub(super) struct Parts {
     pub labels: Option<ext::debug_utils::Device>,
     /// Where the device has ray queries.
     pub acceleration: Option<khr::acceleration_structure::Device>,
+    /// Where the device's clock can be read.
+    pub clock: Option<ext::calibrated_timestamps::Device>,
     pub features: Features,
     pub messages: Messages,
     pub handle: Handle,
@@ -126,6 +128,11 @@ impl Device {
     /// The functions of acceleration structures.
     pub(super) fn acceleration(&self) -> Option<&khr::acceleration_structure::Device> {
         self.0.acceleration.as_ref()
+    }
+
+    /// The function that reads its clock.
+    pub(super) fn clock(&self) -> Option<&ext::calibrated_timestamps::Device> {
+        self.0.clock.as_ref()
     }
 
     /// Bytes of memory that are held by what was made here.

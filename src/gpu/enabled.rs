@@ -40,6 +40,10 @@ pub struct Enabled {
     pub fragment_stores_and_atomics: bool,
     /// subgroupSizeControl and computeFullSubgroups of Vulkan 1.3.
     pub compute_full_subgroups: bool,
+    /// VK_EXT_calibrated_timestamps.
+    pub calibrated_timestamps: bool,
+    /// pipelineStatisticsQuery.
+    pub pipeline_statistics_query: bool,
     /// VK_EXT_debug_utils of the instance: passes are labelled and objects are named.
     pub debug_utils: bool,
     /// Passes are timed, where the queue has timestamps. Nothing has to be switched on for it.
@@ -67,6 +71,8 @@ impl Enabled {
         storage_image_extended_formats: false,
         fragment_stores_and_atomics: false,
         compute_full_subgroups: false,
+        calibrated_timestamps: false,
+        pipeline_statistics_query: false,
         debug_utils: false,
         timestamps: false,
     };
@@ -86,6 +92,8 @@ impl Enabled {
             storage_image_extended_formats: features.storage_image_extended_formats,
             fragment_stores_and_atomics: features.fragment_stores_and_atomics,
             compute_full_subgroups: features.compute_full_subgroups,
+            calibrated_timestamps: features.calibrated_timestamps,
+            pipeline_statistics_query: features.pipeline_statistics_query,
             timestamps: true,
             ..Self::FLOOR
         }
@@ -111,6 +119,8 @@ impl Enabled {
             storage_image_extended_formats: self.storage_image_extended_formats | other.storage_image_extended_formats,
             fragment_stores_and_atomics: self.fragment_stores_and_atomics | other.fragment_stores_and_atomics,
             compute_full_subgroups: self.compute_full_subgroups | other.compute_full_subgroups,
+            calibrated_timestamps: self.calibrated_timestamps | other.calibrated_timestamps,
+            pipeline_statistics_query: self.pipeline_statistics_query | other.pipeline_statistics_query,
             debug_utils: self.debug_utils | other.debug_utils,
             timestamps: self.timestamps | other.timestamps,
         }
@@ -123,6 +133,7 @@ impl Enabled {
             (self.fragment_shader_pixel_interlock, ext::fragment_shader_interlock::NAME),
             (self.rasterization_order_color_attachment_access, ext::rasterization_order_attachment_access::NAME),
             (self.conservative_rasterization, ext::conservative_rasterization::NAME),
+            (self.calibrated_timestamps, ext::calibrated_timestamps::NAME),
         ] {
             if wanted {
                 names.push(name);
@@ -145,7 +156,8 @@ impl Enabled {
                 .fill_mode_non_solid(self.fill_mode_non_solid)
                 .multi_viewport(self.multi_viewport)
                 .shader_storage_image_extended_formats(self.storage_image_extended_formats)
-                .fragment_stores_and_atomics(self.fragment_stores_and_atomics),
+                .fragment_stores_and_atomics(self.fragment_stores_and_atomics)
+                .pipeline_statistics_query(self.pipeline_statistics_query),
             vulkan12: vk::PhysicalDeviceVulkan12Features::default()
                 .scalar_block_layout(self.scalar_block_layout)
                 .buffer_device_address(self.ray_query)
@@ -273,6 +285,8 @@ impl Features {
                 && enabled.storage_image_extended_formats,
             fragment_stores_and_atomics: self.fragment_stores_and_atomics && enabled.fragment_stores_and_atomics,
             compute_full_subgroups: self.compute_full_subgroups && enabled.compute_full_subgroups,
+            calibrated_timestamps: self.calibrated_timestamps && enabled.calibrated_timestamps,
+            pipeline_statistics_query: self.pipeline_statistics_query && enabled.pipeline_statistics_query,
             timestamp_valid_bits: if enabled.timestamps { self.timestamp_valid_bits } else { 0 },
             ..self
         }

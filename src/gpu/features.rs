@@ -84,6 +84,10 @@ pub struct Features {
     pub fragment_stores_and_atomics: bool,
     /// Blending into VK_FORMAT_R32G32B32A32_SFLOAT.
     pub float32_blend: bool,
+    /// VK_EXT_calibrated_timestamps: the device's clock can be read beside the host's.
+    pub calibrated_timestamps: bool,
+    /// pipelineStatisticsQuery, but of lavapipe before 26, which dies of it (docs/drivers.md): a pass can be asked how many vertices, fragments and threads it had.
+    pub pipeline_statistics_query: bool,
     /// Threads a subgroup.
     pub subgroup_size: u32,
     /// Subgroup arithmetic in compute shaders.
@@ -342,10 +346,10 @@ impl Features {
         let text = |t: std::result::Result<&std::ffi::CStr, _>| {
             t.map(|c| c.to_string_lossy().into_owned()).unwrap_or_default()
         };
+        let driver_text = format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str()));
         Self {
             name: text(properties.device_name_as_c_str()),
             uuid: ids.device_uuid,
-            driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
             api: format!(
                 "{}.{}.{}",
                 vk::api_version_major(properties.api_version),
@@ -375,6 +379,8 @@ impl Features {
             storage_image_extended_formats: core.shader_storage_image_extended_formats != 0,
             fragment_stores_and_atomics: core.fragment_stores_and_atomics != 0,
             float32_blend: format.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND),
+            calibrated_timestamps: has(ext::calibrated_timestamps::NAME),
+            pipeline_statistics_query: core.pipeline_statistics_query != 0 && !dies_of_statistics(&driver_text),
             subgroup_size: subgroup.subgroup_size,
             subgroup_arithmetic: in_subgroups(vk::SubgroupFeatureFlags::ARITHMETIC),
             subgroup_ballot: in_subgroups(vk::SubgroupFeatureFlags::BALLOT),
@@ -402,9 +408,30 @@ impl Features {
                 .max_compute_work_group_invocations
                 .min(limits.max_compute_work_group_size[0]),
             sub_pixel_precision_bits: limits.sub_pixel_precision_bits,
+            driver: driver_text,
             timestamp_period_ns: limits.timestamp_period,
             timestamp_valid_bits: queue_family.map_or(0, |f| families[f as usize].timestamp_valid_bits),
         }
         .lowered_for_tests()
+    }
+}
+
+/// Whether it is a lavapipe older than 26: 22.3 dies where statistics begin behind push constants, without a pipeline of each kind, and 26.1
+/// does not; what is between was not tried.
+fn dies_of_statistics(driver: &str) -> bool {
+    let version = driver.strip_prefix("llvmpipe Mesa ").and_then(|text| text.split('.').next()?.parse::<u32>().ok());
+    version.is_some_and(|major| major < 26)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::dies_of_statistics;
+
+    #[test]
+    fn an_old_lavapipe_is_known_by_its_driver() {
+        assert!(dies_of_statistics("llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"));
+        for driver in ["llvmpipe Mesa 26.1.0-1 (LLVM 19.1.7)", "llvmpipe", "NVIDIA 580.159.04", "radv Mesa 22.3.6"] {
+            assert!(!dies_of_statistics(driver), "{driver}");
+        }
     }
 }

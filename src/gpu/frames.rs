@@ -34,7 +34,7 @@ impl Frame {
     /// The times of its passes; none where it is not over.
     fn times(&self) -> Vec<PassTime> {
         let read = |(queries, names): &(Queries, String)| {
-            queries.read(names, vk::QueryResultFlags::empty()).unwrap_or_default()
+            queries.read(names, vk::QueryPool::null(), vk::QueryResultFlags::empty()).unwrap_or_default()
         };
         self.timed.iter().flat_map(read).collect()
     }

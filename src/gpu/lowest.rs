@@ -51,6 +51,8 @@ impl Features {
             storage_image_extended_formats: false,
             fragment_stores_and_atomics: false,
             float32_blend: false,
+            calibrated_timestamps: false,
+            pipeline_statistics_query: false,
             subgroup_arithmetic: false,
             subgroup_ballot: false,
             compute_full_subgroups: false,

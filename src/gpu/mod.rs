@@ -6,9 +6,11 @@
 mod acceleration;
 mod bindings;
 mod buffer;
+mod calibration;
 mod commands;
 mod constants;
 mod context;
+mod counts;
 mod device;
 mod draw;
 mod enabled;
@@ -37,9 +39,11 @@ mod validation;
 pub use acceleration::{AccelerationStructure, BOX_BYTES};
 pub use bindings::{Bindings, Border, Resource};
 pub use buffer::{Buffer, Memory};
+pub use calibration::Calibration;
 pub use commands::{Commands, MAX_UPDATE_BYTES, Pass, Staged, groups};
 pub use constants::{Constant, ConstantValue, Constants};
 pub use context::{Adopt, Calls, Context, Options, devices};
+pub use counts::PassCounts;
 pub use draw::Draw;
 pub use enabled::{Enabled, EnabledStructures, Limit};
 #[doc(hidden)]

@@ -47,6 +47,10 @@ impl Context {
         let frame = self.shared().begun.fetch_add(1, Ordering::Relaxed);
         let mut commands =
             Commands::new(self, recorder.buffer, (Whose::Own, frame), recorder.queries.handle, Vec::new());
+        if self.shared().counts_passes.load(Ordering::Relaxed) && self.shared().times_passes.load(Ordering::Relaxed) {
+            commands.counts = recorder.queries.counts(recorder.buffer).map_err(fail)?;
+        }
+        let counts = commands.counts;
         record(&mut commands)?;
         let recorded = commands.finish();
         let ran = self.run(&queue.recorders, queue.handle, recorder);
@@ -60,7 +64,7 @@ impl Context {
                 way_out: "report this as a bug".into(),
             });
         }
-        recorder.queries.read(&recorded.names, vk::QueryResultFlags::WAIT).map_err(fail)
+        recorder.queries.read(&recorded.names, counts, vk::QueryResultFlags::WAIT).map_err(fail)
     }
 
     /// One submission after the other, so that they are not in each other's time.

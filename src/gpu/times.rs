@@ -1,8 +1,9 @@
 //! When passes ran: two timestamps each.
 
-use super::{Features, device::Device, fault};
+use super::{Features, PassCounts, counts, device::Device, fault};
 use ash::prelude::VkResult;
 use ash::vk;
+use std::sync::OnceLock;
 
 /// Passes in one submission that are timed, at most: two timestamps each.
 pub(super) const MAX_PASSES: u32 = 512;
@@ -19,24 +20,34 @@ pub struct PassTime {
     pub start_ns: f64,
     /// Likewise.
     pub end_ns: f64,
+    /// What the device's clock showed when it began, ticks ([`super::Calibration`]).
+    pub began: u64,
+    /// What it did, where somebody has asked ([`super::Context::count_passes`]).
+    pub counts: Option<PassCounts>,
 }
 
 /// The timestamps of a recording; a null handle where the queue has none.
 pub(super) struct Queries {
     device: Device,
     pub handle: vk::QueryPool,
+    /// What counts passes, once somebody has asked.
+    counts: OnceLock<vk::QueryPool>,
 }
 
 impl Drop for Queries {
     fn drop(&mut self) {
-        // SAFETY: whoever recorded with it knows that it is over; a null handle is ignored.
-        unsafe { self.device.destroy_query_pool(self.handle, None) };
+        let counts = self.counts.get().copied().unwrap_or_default();
+        // SAFETY: whoever recorded with them knows that it is over; null handles are ignored.
+        unsafe {
+            self.device.destroy_query_pool(self.handle, None);
+            self.device.destroy_query_pool(counts, None);
+        }
     }
 }
 
 impl Queries {
     pub fn new(device: &Device) -> VkResult<Self> {
-        let mut queries = Self { device: device.clone(), handle: vk::QueryPool::null() };
+        let mut queries = Self { device: device.clone(), handle: vk::QueryPool::null(), counts: OnceLock::new() };
         if device.features().timestamp_valid_bits > 0 {
             let info =
                 vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2 * MAX_PASSES);
@@ -53,8 +64,26 @@ impl Queries {
         }
     }
 
-    /// The times of passes that are over, whose names are lines.
-    pub fn read(&self, names: &str, flags: vk::QueryResultFlags) -> VkResult<Vec<PassTime>> {
+    /// What counts passes, reset in a command buffer; null on a device that cannot.
+    pub fn counts(&self, buffer: vk::CommandBuffer) -> VkResult<vk::QueryPool> {
+        if !self.device.features().pipeline_statistics_query || self.handle == vk::QueryPool::null() {
+            return Ok(vk::QueryPool::null());
+        }
+        let pool = match self.counts.get() {
+            Some(pool) => *pool,
+            // Nobody else has it while something is recorded with it.
+            None => {
+                let pool = counts::pool(&self.device)?;
+                *self.counts.get_or_init(|| pool)
+            }
+        };
+        // SAFETY: the command buffer is being recorded, outside a render; nothing that runs uses the pool.
+        unsafe { self.device.cmd_reset_query_pool(buffer, pool, 0, MAX_PASSES) };
+        Ok(pool)
+    }
+
+    /// The times of passes that are over, whose names are lines; with `counts`, what they did too.
+    pub fn read(&self, names: &str, counts: vk::QueryPool, flags: vk::QueryResultFlags) -> VkResult<Vec<PassTime>> {
         let names: Vec<_> = names.lines().take(MAX_PASSES as usize).collect();
         if names.is_empty() || self.handle == vk::QueryPool::null() {
             return Ok(Vec::new());
@@ -63,7 +92,12 @@ impl Queries {
         let flags = vk::QueryResultFlags::TYPE_64 | flags;
         // SAFETY: all of these queries were recorded.
         unsafe { self.device.get_query_pool_results(self.handle, 0, &mut ticks, flags) }?;
-        Ok(times(self.device.features(), &names, &ticks))
+        let mut times = times(self.device.features(), &names, &ticks);
+        if counts != vk::QueryPool::null() {
+            let counts = counts::read(&self.device, counts, names.len())?;
+            times.iter_mut().zip(counts).for_each(|(time, counts)| time.counts = Some(counts));
+        }
+        Ok(times)
     }
 }
 
@@ -73,6 +107,12 @@ fn times(features: &Features, names: &[&str], ticks: &[u64]) -> Vec<PassTime> {
     let first = ticks.first().copied().unwrap_or_default();
     // Differences modulo the valid bits: a counter may wrap within a submission.
     let ns = |tick: u64| (tick.wrapping_sub(first) & mask) as f64 * f64::from(features.timestamp_period_ns);
-    let time = |(name, t): (&&str, &[u64])| PassTime { name: (*name).into(), start_ns: ns(t[0]), end_ns: ns(t[1]) };
+    let time = |(name, t): (&&str, &[u64])| PassTime {
+        name: (*name).into(),
+        start_ns: ns(t[0]),
+        end_ns: ns(t[1]),
+        began: t[0],
+        counts: None,
+    };
     names.iter().zip(ticks.chunks_exact(2)).map(time).collect()
 }

@@ -3,20 +3,20 @@
 use super::flicker::Flicker;
 use super::footprint::{FootprintError, Footprints, footprint_errors, footprints};
 use super::frames::Frames;
-use super::passes::{frame_ns, pass_timings};
+use super::passes::{frame_ns, pass_counts, pass_timings};
 use super::picture_error::bounce_error;
 use super::steadiness::ClockMeter;
-use super::timed::BuildTimes;
+use super::timed::TimedBuilds;
 use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
 use super::turning::references;
-use super::{Answers, Extent, Row, RowError, Status, Timing, picture_error};
+use super::{Answers, Extent, PassCount, Row, RowError, Status, Timing, picture_error};
 use crate::advice::advised;
 use crate::consume::{Asked, Lighting, Query, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
 use crate::reference::truth::{Bounce, Casters, MAP_DEPTHS, bounce, bounds, points_outside, points_within};
 use crate::scene::{Picture, Resolution, View};
 use crate::simulate::Simulation;
-use crate::technique::{self, Name, Opened, Spec, Technique};
+use crate::technique::{self, Lifetime, Name, Opened, Spec, Technique};
 use crate::world::World;
 use crate::{Error, Result};
 use glam::DVec3;
@@ -58,6 +58,8 @@ pub struct Effort {
     pub turning: bool,
     /// Whether answers are held against what areas see too. Where the world moves, in its first frame.
     pub footprints: bool,
+    /// Whether passes are asked what they did, in one more build and picture. Where the world moves, in its last frame.
+    pub counts: bool,
     /// How much of the truth.
     pub truth: Extent,
 }
@@ -169,7 +171,7 @@ fn prepare(truths: &[Truth], stop: &AtomicBool) {
         if moments.contains(&frame) && !stopped() {
             truth.surface();
         }
-        if moments.last() == Some(&frame) && !stopped() {
+        if moments.last() == Some(&frame) && truth.has_picture() && !stopped() {
             truth.picture();
         }
     }
@@ -193,7 +195,7 @@ struct Moments {
 impl Case<'_> {
     /// The picture lit by the truth, if there is one by now.
     pub fn reference(&self) -> Option<&Picture> {
-        let last = self.truths.last().filter(|_| self.effort.truth != Extent::None)?;
+        let last = self.truths.last().filter(|truth| self.effort.truth != Extent::None && truth.has_picture())?;
         last.picture().map(|lit| &lit.picture)
     }
 
@@ -205,11 +207,6 @@ impl Case<'_> {
     /// The scene's name.
     pub fn scene_name(&self) -> &str {
         &self.frames.states[0].name
-    }
-
-    /// Times so many builds of each row from now on, after so many that it does not time. Errors stay at the same points.
-    pub fn repeat(&mut self, [frames, warm_up]: [usize; 2]) {
-        (self.effort.frames, self.effort.warm_up) = (frames, warm_up);
     }
 
     /// Measures one variant. A missing feature or a failure is a row too. The picture is there if it was drawn, and behind it
@@ -242,11 +239,13 @@ impl Case<'_> {
         let first = opened.build(&self.world)?;
         (row.first_ns, row.first_host_ns) = (first.device_ns, Some(first.host_ns));
         let timed = self.time_builds(&mut opened, spec.entry.lifetime, shading)?;
-        let builds = timed.builds();
-        row.steadiness = Some(timed.steadiness);
-        row.host_ns = Timing::of(&timed.host_ns);
+        row.host_ns = Timing::of(&timed.host_ns());
         row.build_ns = Timing::of(&self.device_ns(&timed, spec.entry.lifetime));
-        row.passes = [&timed.moves, &timed.frames].into_iter().flat_map(|passes| pass_timings(passes)).collect();
+        row.passes = [&timed.moves, &timed.passes()].into_iter().flat_map(|passes| pass_timings(passes)).collect();
+        row.steadiness = Some(timed.steadiness);
+        if self.effort.counts {
+            row.counts = self.counted(|| Ok(opened.rebuild(&self.world)?.passes))?;
+        }
         let facts = opened.technique.facts()?;
         row.path = facts.path.into();
         row.reason = facts.reason;
@@ -256,7 +255,10 @@ impl Case<'_> {
         row.variant.extend(facts.found);
         row.counters = facts.counters;
         row.counters.insert("passes_if_unchanged".into(), opened.build(&self.world)?.passes.len() as u64);
-        row.lookup_ns_per_million = self.time_lookups(opened.technique.as_ref())?;
+        let glance = self.effort.truth == Extent::Glance;
+        if !glance {
+            row.lookup_ns_per_million = self.time_lookups(opened.technique.as_ref())?;
+        }
 
         let mut asked = Moments::default();
         if self.effort.truth != Extent::None {
@@ -278,9 +280,15 @@ impl Case<'_> {
         }
         row.draw_ns = Timing::of(&drawn.iter().filter_map(|f| frame_ns(f)).collect::<Vec<_>>());
         row.draw_passes = pass_timings(&drawn);
+        if self.effort.counts {
+            row.counts.extend(self.counted(|| renderer.draw(&kernels))?);
+        }
         row.counters.extend(renderer.tiles_bytes().map(|bytes| ("tiles_bytes".into(), bytes)));
         row.counters.extend(renderer.estimates_bytes(&kernels).map(|bytes| ("estimates_bytes".into(), bytes)));
-        row.frame_ns = row.build_ns.zip(row.draw_ns).map(|(build, draw)| build.median + draw.median);
+        // What is baked once is no part of a frame in which nothing moved.
+        let bakes = spec.entry.lifetime == Lifetime::Baked && self.frames.count() == 1;
+        let build = if bakes { Some(0.0) } else { row.build_ns.map(|build| build.median) };
+        row.frame_ns = build.zip(row.draw_ns).map(|(build, draw)| build + draw.median);
         let picture = match shading {
             // Each frame is another: as many from the first on as it takes, however many were timed.
             Shading::Reservoir => renderer.picture(&opened.technique.answer(), shading, lighting)?,
@@ -289,7 +297,7 @@ impl Case<'_> {
         let mut beside_truth = None;
         if self.effort.truth != Extent::None {
             let mut image = None;
-            if let Some(lit) = self.truths.last().and_then(Truth::picture) {
+            if let Some(lit) = self.truths.last().filter(|truth| truth.has_picture()).and_then(Truth::picture) {
                 let drawn = if lit.camera == camera {
                     picture.clone()
                 } else {
@@ -314,7 +322,15 @@ impl Case<'_> {
         if self.effort.turning && self.effort.truth != Extent::None {
             row.frames = self.turn(&mut opened, shading, lighting)?;
         }
-        Ok(Drawn { picture, beside_truth, builds })
+        Ok(Drawn { picture, beside_truth, builds: timed.built })
+    }
+
+    /// What passes did, by name, in what `run` submits.
+    fn counted(&self, run: impl FnOnce() -> Result<Vec<PassTime>>) -> Result<Vec<PassCount>> {
+        self.context.count_passes(true);
+        let passes = run();
+        self.context.count_passes(false);
+        Ok(pass_counts(&passes?))
     }
 
     /// The truth of the pictures of frames one after the other.
@@ -372,7 +388,8 @@ impl Case<'_> {
             }
             let technique = opened.technique.as_ref();
             let truth = &self.truths[frame];
-            let resolution = technique.resolution();
+            let glance = self.effort.truth == Extent::Glance;
+            let resolution = if glance { Vec::new() } else { technique.resolution() };
             if moves {
                 let watched = self.ask_all(technique, truth, truth.watched(), &resolution)?;
                 flicker.frame(watched, truth.watched(), &self.frames.states[frame]);
@@ -384,7 +401,7 @@ impl Case<'_> {
             asked.surface.extend(self.ask_all(technique, truth, truth.surface(), &resolution)?);
             // What has no maps has no map error.
             let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
-            if !views.is_empty() {
+            if !views.is_empty() && !glance {
                 let maps = truth.maps(views);
                 asked.map.extend(self.ask_all(technique, truth, &maps.maps, &resolution)?);
                 asked.maps.push(maps);
@@ -458,7 +475,7 @@ pub struct Drawn {
     /// To be compared with [`Case::reference`].
     pub beside_truth: Option<Picture>,
     /// The builds that were timed before.
-    pub builds: Vec<BuildTimes>,
+    pub builds: TimedBuilds,
 }
 
 #[cfg(test)]

@@ -35,13 +35,16 @@ pub use footprint::{FOOTPRINTS, FootprintError};
 pub use frames::{Frames, Traced};
 pub use interlock::{Built, PATHS as BUILD_PATHS};
 pub use light_ray::{LightRay, RayLine, RayPoints};
+pub(crate) use passes::frame_ns;
 pub use picture_error::{difference_srgb8, picture_error, picture_flicker};
 pub use rank::spearman;
-pub use results::{DeviceFacts, FramesError, ImageError, PassTiming, Results, Row, RowError, SCHEMA, Status};
+pub use results::{
+    DeviceFacts, FramesError, ImageError, PassCount, PassTiming, Results, Row, RowError, SCHEMA, Status,
+};
 pub use shards::{Shard, join};
 pub use steadiness::Steadiness;
 pub use submission::{SUBMISSION, Submission, answers_hash, noise};
-pub use timed::BuildTimes;
+pub use timed::{BuildTimes, Ran, TimedBuilds};
 pub use timing::Timing;
 pub use truth::Extent;
 pub(crate) use truth::{Cached, Points, Truth, Wanted};

@@ -1,6 +1,6 @@
 //! Times of passes over the frames of a run.
 
-use super::results::PassTiming;
+use super::results::{PassCount, PassTiming};
 use super::timing::Timing;
 use crate::gpu::PassTime;
 
@@ -27,13 +27,31 @@ pub fn pass_timings(frames: &[Vec<PassTime>]) -> Vec<PassTiming> {
     names.into_iter().filter_map(timing).collect()
 }
 
+/// What passes did, one a name, in the order in which they first ran; none of those that were not asked.
+pub fn pass_counts(passes: &[PassTime]) -> Vec<PassCount> {
+    let mut all: Vec<PassCount> = Vec::new();
+    for (name, counts) in passes.iter().filter_map(|pass| Some((&pass.name, pass.counts?))) {
+        match all.iter_mut().find(|known| known.name == *name) {
+            Some(known) => (known.runs, known.counts) = (known.runs + 1, known.counts.plus(counts)),
+            None => all.push(PassCount { name: name.clone(), runs: 1, counts }),
+        }
+    }
+    all
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn passes_of_one_name_are_summed() {
-        let pass = |name: &str, start_ns: f64, end_ns: f64| PassTime { name: name.into(), start_ns, end_ns };
+        let pass = |name: &str, start_ns: f64, end_ns: f64| PassTime {
+            name: name.into(),
+            start_ns,
+            end_ns,
+            began: 0,
+            counts: None,
+        };
         let frame = |by: f64| {
             vec![pass("a", 0.0, by), pass("b", 10.0, 12.0), pass("a", 20.0, 21.0), pass("b", 30.0, 30.0 + by)]
         };

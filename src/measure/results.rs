@@ -2,7 +2,7 @@
 //! them; before, they were over the rest alone. What a row does not have is absent, never zero. Fields may be added to a version,
 //! and are missing in older files; [`Results::read`] takes files of versions 1 and 2 too.
 
-use crate::gpu::Features;
+use crate::gpu::{Features, PassCounts};
 use crate::measure::{CasterError, FootprintError, PointError, Shard, Steadiness, Timing};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -118,7 +118,8 @@ pub struct Row {
     /// The picture, drawn and lit once, device time: meshes and casters, however they are shaded. In files of schemas 1 and 2
     /// without the meshes where `shading=forward`. On slow devices of one sample, which is not warmed up.
     pub draw_ns: Option<Timing>,
-    /// A build and `draw_ns`: what a frame takes whose light has moved. New in version 2.
+    /// A build and `draw_ns`: what a frame takes whose light has moved; of what is baked, where nothing moves, `draw_ns` alone (before, the
+    /// bake too). New in version 2.
     #[serde(default)]
     pub frame_ns: Option<f64>,
     /// The passes of a build, in order; and what is no part of it: before them `world.move` where the world moves, or
@@ -127,6 +128,9 @@ pub struct Row {
     /// The passes of drawing the picture, in order. New in version 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub draw_passes: Vec<PassTiming>,
+    /// What the passes of a build did, and behind them those of drawing the picture. Absent where nobody asks. New in version 3.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub counts: Vec<PassCount>,
     /// Bytes that the look-up needs. Absent where nothing was built.
     pub bytes_resident: Option<u64>,
     /// Bytes needed only while building. Absent where nothing was built.
@@ -171,6 +175,18 @@ pub struct PassTiming {
     pub p05_ns: f64,
     /// Nanoseconds.
     pub p95_ns: f64,
+}
+
+/// What all passes of one name did in a build, or in drawing a picture.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PassCount {
+    /// The passes' label.
+    pub name: String,
+    /// How many.
+    pub runs: u64,
+    /// Of all of them.
+    #[serde(flatten)]
+    pub counts: PassCounts,
 }
 
 /// Errors of one row.

@@ -22,6 +22,7 @@ pub const EFFORT: Effort = Effort {
     picture: [160, 90],
     turning: false,
     footprints: false,
+    counts: false,
     truth: Extent::Sample,
 };
 

@@ -8,8 +8,8 @@ use super::repeats::{Repeats, SLOW_WARM_UP};
 use super::steadiness::{Steadiness, Watch};
 use crate::Result;
 use crate::consume::{Asked, Query, Shading};
-use crate::gpu::PassTime;
-use crate::technique::{Lifetime, Opened, Technique};
+use crate::gpu::{Calibration, PassTime};
+use crate::technique::{Built, Lifetime, Opened, Technique};
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
@@ -30,40 +30,67 @@ const DRAW_BUDGET: Duration = Duration::from_secs(1);
 pub(super) struct Timed {
     /// How far their times may be trusted.
     pub(super) steadiness: Steadiness,
-    /// The passes of each.
-    pub(super) frames: Vec<Vec<PassTime>>,
-    /// Each once more with all its passes timed as one, without what the timestamps in between take; the same as `frames` where
-    /// the world moves, of a bake, and on a software device.
-    pub(super) wholes: Vec<Vec<PassTime>>,
+    /// Each of them, and both clocks by the end.
+    pub(super) built: TimedBuilds,
     /// The passes that moved the world before it, where it moves.
     pub(super) moves: Vec<Vec<PassTime>>,
     /// Those that drew it behind, where it is simulated.
     pub(super) draws: Vec<Vec<PassTime>>,
-    /// The host's time for each.
-    pub(super) host_ns: Vec<f64>,
+}
+
+/// The timed builds of a row.
+#[derive(Clone, Debug, Default)]
+pub struct TimedBuilds {
+    /// In the order in which they ran.
+    pub builds: Vec<BuildTimes>,
+    /// The device's clock by the host's, read behind the last of them; none where it cannot be read.
+    pub clock: Option<Calibration>,
 }
 
 /// One timed build.
 #[derive(Clone, Debug)]
 pub struct BuildTimes {
+    /// With each pass timed.
+    pub each: Ran,
+    /// The same build once more, with all passes timed as one, without what the timestamps in between take. None where the world
+    /// moves, of a bake, and on a software device.
+    pub whole: Option<Ran>,
+}
+
+/// A build that ran.
+#[derive(Clone, Debug)]
+pub struct Ran {
+    /// When the host began to record it.
+    pub began: Instant,
     /// The host's time for it: recording, submitting, waiting, settling.
     pub host_ns: f64,
-    /// Its passes, each timed.
+    /// Its passes, or all of them as one.
     pub passes: Vec<PassTime>,
-    /// The device's time for it; on a GPU it is built once more for this, with all its passes timed as one. Absent without timestamps.
-    pub whole_ns: Option<f64>,
+}
+
+impl Ran {
+    fn of(build: impl FnOnce() -> Result<Built>) -> Result<Self> {
+        let began = Instant::now();
+        build().map(|Built { host_ns, passes, .. }| Self { began, host_ns, passes })
+    }
+}
+
+impl BuildTimes {
+    /// What the row's times are of.
+    pub fn counted(&self) -> &Ran {
+        self.whole.as_ref().unwrap_or(&self.each)
+    }
 }
 
 impl Timed {
-    /// One by one.
-    pub(super) fn builds(&self) -> Vec<BuildTimes> {
-        let all = self.host_ns.iter().zip(&self.frames).zip(&self.wholes);
-        let build = |((host_ns, passes), whole): ((&f64, &Vec<PassTime>), &Vec<PassTime>)| BuildTimes {
-            host_ns: *host_ns,
-            passes: passes.clone(),
-            whole_ns: frame_ns(whole),
-        };
-        all.map(build).collect()
+    /// The host's time for each.
+    pub(super) fn host_ns(&self) -> Vec<f64> {
+        self.built.builds.iter().map(|build| build.counted().host_ns).collect()
+    }
+
+    /// The passes of each, each timed.
+    pub(super) fn passes(&self) -> Vec<Vec<PassTime>> {
+        self.built.builds.iter().map(|build| build.each.passes.clone()).collect()
     }
 }
 
@@ -77,7 +104,7 @@ impl Case<'_> {
     ) -> Result<Timed> {
         let first = self.time_builds_once(technique, lifetime, shading)?;
         // What takes long has few samples, and would take as long again. A software device's times are for ratios.
-        let long = first.host_ns.iter().sum::<f64>() > AGAIN_BUDGET.as_nanos() as f64;
+        let long = first.host_ns().iter().sum::<f64>() > AGAIN_BUDGET.as_nanos() as f64;
         if first.steadiness.warnings().is_empty() || long || self.context.features().is_software() {
             return Ok(first);
         }
@@ -93,7 +120,7 @@ impl Case<'_> {
         let is_built = self.frames.count() > 1 || lifetime == Lifetime::Frame;
         let has_times = is_built && self.context.features().timestamp_valid_bits > 0;
         let of = |passes: &Vec<PassTime>| frame_ns(passes).or((has_times && passes.is_empty()).then_some(0.0));
-        timed.wholes.iter().filter_map(of).collect()
+        timed.built.builds.iter().map(|build| &build.counted().passes).filter_map(of).collect()
     }
 
     fn time_builds_once(&mut self, technique: &mut Opened, lifetime: Lifetime, shading: Shading) -> Result<Timed> {
@@ -121,35 +148,34 @@ impl Case<'_> {
             let moved = self.show(frame % self.frames.count())?;
             // In a frame to which something moved, what follows from that; in one like the last, all of it.
             let more = self.frames.count() > 1;
-            let mut built = if more { technique.build(&self.world)? } else { technique.rebuild(&self.world)? };
-            let passes = built.passes.clone();
+            let each = Ran::of(|| if more { technique.build(&self.world) } else { technique.rebuild(&self.world) })?;
+            let mut whole = None;
             if twice {
                 self.context.time_passes(false);
-                let again = technique.rebuild(&self.world);
+                let again = Ran::of(|| technique.rebuild(&self.world));
                 self.context.time_passes(true);
-                built = again?;
+                whole = Some(again?);
             }
-            works.set(!built.passes.is_empty());
+            works.set(!each.passes.is_empty());
             // Asking takes longer than many builds do: a few times is enough. The clock of a warm-up is nobody's.
             if is_timed && works.get() && frame * LOOKS >= looked * count {
                 looked += 1;
                 watch.look();
             }
-            Ok((moved, passes, built, drawing.as_ref().map(Drawing::draw).transpose()?))
+            Ok((moved, BuildTimes { each, whole }, drawing.as_ref().map(Drawing::draw).transpose()?))
         })?;
         if slow.get() {
             meter.give_up();
         }
         let mut timed = Timed::default();
-        for (moved, passes, built, drawn) in builds {
+        timed.built.clock = self.context.calibrate();
+        for (moved, build, drawn) in builds {
             timed.moves.extend((!moved.is_empty()).then_some(moved));
-            timed.frames.push(passes);
-            timed.wholes.push(built.passes);
+            timed.built.builds.push(build);
             timed.draws.extend(drawn);
-            timed.host_ns.push(built.host_ns);
         }
-        let device = self.device_ns(&timed, lifetime);
-        timed.steadiness = watch.end(Timing::of(if device.is_empty() { &timed.host_ns } else { &device }));
+        let (device, host) = (self.device_ns(&timed, lifetime), timed.host_ns());
+        timed.steadiness = watch.end(Timing::of(if device.is_empty() { &host } else { &device }));
         Ok(timed)
     }
 

@@ -15,6 +15,8 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 pub enum Extent {
     /// None: times alone.
     None,
+    /// At points in space and on surfaces, for a first look: no maps, no picture, nothing of what a technique resolves, and no timed look-ups.
+    Glance,
     /// A fixed sample of covered texels.
     Sample,
     /// All covered texels.
@@ -202,6 +204,11 @@ impl<'a> Truth<'a> {
             (tries <= 4.0 * most).then(|| LitPicture { picture: picture(self.casters(), self.scene, &camera), camera })
         });
         made.as_ref()
+    }
+
+    /// Whether a picture is wanted.
+    pub fn has_picture(&self) -> bool {
+        self.wanted.extent != Extent::Glance
     }
 
     /// In maps of these views, which many variants share.

@@ -11,15 +11,30 @@ pub(super) struct Measure {
     /// In a sentence.
     pub(super) name: &'static str,
     pub(super) of: fn(&Row) -> Option<f64>,
+    /// What it is weighed against.
+    pub(super) time: Time,
 }
+
+/// A time that rows are held against each other by, nanoseconds.
+#[derive(Clone, Copy)]
+pub(super) struct Time {
+    /// Behind a number of milliseconds.
+    pub(super) unit: &'static str,
+    pub(super) of: fn(&Row) -> Option<f64>,
+}
+
+const FRAME: Time = Time { unit: "ms a frame", of: |row| row.frame_ns };
+/// Of a device without timestamps.
+const HOST: Time = Time { unit: "ms a build by the host's clock", of: |row| Some(row.host_ns?.median) };
 
 /// Errors over all points of a kind; what a user looks at first stands first.
 const ERRORS: [Measure; 3] = [
-    Measure { name: "surface error", of: |row| Some(row.error.as_ref()?.surface?.mean_abs) },
-    Measure { name: "error in space", of: |row| Some(row.error.as_ref()?.space?.mean_abs) },
-    Measure { name: "map error", of: |row| Some(row.error.as_ref()?.map?.mean_abs) },
+    Measure { name: "surface error", of: |row| Some(row.error.as_ref()?.surface?.mean_abs), time: FRAME },
+    Measure { name: "error in space", of: |row| Some(row.error.as_ref()?.space?.mean_abs), time: FRAME },
+    Measure { name: "map error", of: |row| Some(row.error.as_ref()?.map?.mean_abs), time: FRAME },
 ];
-pub(super) const FLIP: Measure = Measure { name: "FLIP", of: |row| Some(row.error.as_ref()?.image?.flip_mean) };
+pub(super) const FLIP: Measure =
+    Measure { name: "FLIP", of: |row| Some(row.error.as_ref()?.image?.flip_mean), time: FRAME };
 
 /// Rows of a scene by their index in the results.
 pub(super) struct Answer {
@@ -32,14 +47,26 @@ pub(super) struct Answer {
 
 /// What most rows have; of those that as many have, the first. FLIP where no row has errors of points.
 pub(super) fn measure(rows: &[(usize, &Row)]) -> Measure {
-    let count = |measure: &Measure| rows.iter().filter(|(_, row)| point(row, measure).is_some()).count();
-    let most = ERRORS.iter().map(count).max().unwrap_or(0);
-    ERRORS.into_iter().find(|measure| most > 0 && count(measure) == most).unwrap_or(FLIP)
+    measure_by(rows, FRAME)
 }
 
-/// Milliseconds of a frame and the error, of a row that was measured and has both.
+/// The same by the host's time of a build where no row has that of a frame.
+pub(super) fn measure_of_any(rows: &[(usize, &Row)]) -> Measure {
+    let has_frames = rows.iter().any(|(_, row)| row.status == Status::Ok && row.frame_ns.is_some());
+    measure_by(rows, if has_frames { FRAME } else { HOST })
+}
+
+fn measure_by(rows: &[(usize, &Row)], time: Time) -> Measure {
+    let with_time = |measure: Measure| Measure { time, ..measure };
+    let count = |measure: &Measure| rows.iter().filter(|(_, row)| point(row, measure).is_some()).count();
+    let errors = ERRORS.map(with_time);
+    let most = errors.iter().map(count).max().unwrap_or(0);
+    errors.into_iter().find(|measure| most > 0 && count(measure) == most).unwrap_or(with_time(FLIP))
+}
+
+/// Milliseconds and the error, of a row that was measured and has both.
 pub(super) fn point(row: &Row, measure: &Measure) -> Option<(f64, f64)> {
-    let point = (row.frame_ns? / 1e6, (measure.of)(row)?);
+    let point = ((measure.time.of)(row)? / 1e6, (measure.of)(row)?);
     (row.status == Status::Ok && point.0.is_finite() && point.1.is_finite()).then_some(point)
 }
 

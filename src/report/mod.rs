@@ -5,7 +5,7 @@
 //! | [`Store::write`] | `results.json` and `results.csv`, after every row, atomically |
 //! | [`table`](fn@table) | the terminal |
 //! | [`passes`](fn@passes) | the terminal, where it is asked for |
-//! | [`casters`](fn@casters), [`footprints`](fn@footprints) | the terminal, where they are asked for |
+//! | [`counts`](fn@counts), [`casters`](fn@casters), [`footprints`](fn@footprints) | the terminal, where they are asked for |
 //! | [`recommend`](fn@recommend) | the terminal: which technique for a scene |
 //! | [`changes_table`] | the terminal, where there is a baseline |
 //! | [`junit`], [`bencher`] | files for CI, where they are asked for |
@@ -27,6 +27,7 @@ mod changes;
 mod choice;
 mod colours;
 mod columns;
+mod counts;
 mod curve;
 mod devices;
 mod footprint_plot;
@@ -50,6 +51,7 @@ mod wording;
 
 pub use casters::casters;
 pub use changes::{Fails, bencher, changes_table, junit};
+pub use counts::counts;
 pub use curve::curve;
 pub use devices::{devices_answer, devices_csv, devices_markdown, devices_page};
 pub use footprints::footprints;

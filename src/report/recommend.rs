@@ -2,7 +2,7 @@
 
 use crate::consume::parse;
 use crate::measure::{Results, Row};
-use crate::report::answer::{CLOSE_ENOUGH, FLIP, Measure, answer, measure, point};
+use crate::report::answer::{CLOSE_ENOUGH, FLIP, Measure, answer, measure_of_any, point};
 use crate::report::pareto::scenes;
 use crate::report::wording::{NOTHING, bytes, one_line, significant};
 
@@ -30,11 +30,20 @@ struct Broken {
 }
 
 impl Limits {
+    /// What errors are looked at: FLIP where it alone is limited.
+    fn measure(&self, rows: &[(usize, &Row)]) -> Measure {
+        let measure = measure_of_any(rows);
+        match self.flip.is_some() && self.error.is_none() {
+            true => Measure { time: measure.time, ..FLIP },
+            false => measure,
+        }
+    }
+
     fn broken(&self, row: &Row, measure: &Measure) -> Vec<Broken> {
-        let ms = row.frame_ns.map(|ns| ns / 1e6);
+        let ms = (measure.time.of)(row).map(|ns| ns / 1e6);
         let size = |count: f64| bytes(count as u64);
         let all: [Limited; 4] = [
-            ("time of a frame", ms, self.ms, &|ms| format!("{} ms", significant(ms))),
+            ("time", ms, self.ms, &|ms| format!("{} {}", significant(ms), measure.time.unit)),
             (measure.name, (measure.of)(row), self.error, &significant),
             (FLIP.name, (FLIP.of)(row), self.flip, &significant),
             ("memory", row.bytes_resident.map(|b| b as f64), self.bytes.map(|b| b as f64), &size),
@@ -62,7 +71,7 @@ pub fn recommend(results: &Results, limits: &Limits) -> Vec<Result<String, Strin
 
 fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<String, String> {
     let rows: Vec<(usize, &Row)> = results.rows.iter().enumerate().filter(|(_, row)| row.scene == scene).collect();
-    let measure = measure(&rows);
+    let measure = limits.measure(&rows);
     let name = one_line(&format!("{scene} on {}", results.device.name));
     let within: Vec<_> = rows
         .iter()
@@ -83,9 +92,10 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<String, S
     let at = |index: usize| point(row(index), &measure).unwrap_or_default();
     let (time, error) = at(found.best);
     let mut text = format!(
-        "{name}: {} is best balanced: {} ms a frame, {} {}.\n",
+        "{name}: {} is best balanced: {} {}, {} {}.\n",
         to_paste(row(found.best)),
         significant(time),
+        measure.time.unit,
         measure.name,
         significant(error)
     );
@@ -101,14 +111,15 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<String, S
         }
         None => "Nothing within the limits is closer by a tenth or more.\n".into(),
     };
+    let beside = if measure.name == FLIP.name { measure_of_any(&rows) } else { FLIP };
     let three = [("fastest", Some(found.fastest)), ("closest", Some(found.closest)), ("smallest", found.smallest)];
-    let head = ["", "ms a frame", measure.name, "FLIP", "memory", "spec"].map(str::to_owned);
-    let flip = |row: &Row| (FLIP.of)(row).map_or_else(|| NOTHING.into(), significant);
+    let head = ["", measure.time.unit, measure.name, beside.name, "memory", "spec"].map(str::to_owned);
+    let second = |row: &Row| (beside.of)(row).map_or_else(|| NOTHING.into(), significant);
     let line = |(what, index): (&str, Option<usize>)| {
         let index = index?;
         let (time, error) = at(index);
         let memory = row(index).bytes_resident.map_or_else(|| NOTHING.into(), bytes);
-        let figures = [what.into(), significant(time), significant(error), flip(row(index)), memory];
+        let figures = [what.into(), significant(time), significant(error), second(row(index)), memory];
         let [a, b, c, d, e] = figures;
         Some([a, b, c, d, e, to_paste(row(index))])
     };
@@ -116,27 +127,30 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<String, S
     Ok(text + &aligned(&lines))
 }
 
-/// The places of the row whose product of time and error is least, of the quickest and of the closest; none where nothing was
-/// measured.
+/// The places of the row whose product of time and error is least, of the quickest, of the closest and of the smallest; none where
+/// nothing was measured.
 pub fn best_and_extremes(rows: &[Row]) -> Vec<usize> {
     let rows: Vec<(usize, &Row)> = rows.iter().enumerate().collect();
-    answer(&rows, &measure(&rows)).map_or_else(Vec::new, |found| vec![found.best, found.fastest, found.closest])
+    let found = answer(&rows, &measure_of_any(&rows));
+    found.map_or_else(Vec::new, |found| {
+        [found.best, found.fastest, found.closest].into_iter().chain(found.smallest).collect()
+    })
 }
 
-/// Whether it has failed, or another row takes less than half of its time with less than half of its error, and no more in
-/// FLIP and bytes. No shadow is what others are held against, and never hopeless.
-pub fn is_hopeless(row: &Row, rows: &[Row]) -> bool {
-    let measure = measure(&rows.iter().enumerate().collect::<Vec<_>>());
+/// Whether it has failed, or another row takes less than two thirds of its time with less than two thirds of its error, and no more in
+/// what is limited of FLIP and bytes. No shadow is what others are held against, and never hopeless.
+pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
+    let measure = measure_of_any(&rows.iter().enumerate().collect::<Vec<_>>());
     if row.technique == "none" {
         return false;
     }
     let Some((time, error)) = point(row, &measure) else { return true };
-    let no_more = |a: Option<f64>, b: Option<f64>| a.zip(b).is_none_or(|(a, b)| a <= b);
+    let no_more = |limited: bool, a: Option<f64>, b: Option<f64>| !limited || a.zip(b).is_none_or(|(a, b)| a <= b);
     let bytes = |row: &Row| row.bytes_resident.map(|bytes| bytes as f64);
     rows.iter().filter(|other| other.technique != "none").any(|other| {
-        point(other, &measure).is_some_and(|(t, e)| 2.0 * t < time && 2.0 * e < error)
-            && no_more((FLIP.of)(other), (FLIP.of)(row))
-            && no_more(bytes(other), bytes(row))
+        point(other, &measure).is_some_and(|(t, e)| 1.5 * t < time && 1.5 * e < error)
+            && no_more(limits.flip.is_some(), (FLIP.of)(other), (FLIP.of)(row))
+            && no_more(limits.bytes.is_some(), bytes(other), bytes(row))
     })
 }
 
@@ -236,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_beaten_twice_over_is_hopeless() {
+    fn what_is_beaten_by_far_is_hopeless() {
         let of = |technique: &str, ms: f64, error: f64, bytes: u64| {
             let surface = Some(PointError { mean_abs: error, ..PointError::default() });
             let error = Some(RowError { map: None, space: None, surface, casters: None, image: None });
@@ -247,15 +261,17 @@ mod tests {
         let rows = [
             of("none", 1.0, 0.9, 0),
             of("psm", 2.0, 0.1, 10),
-            of("avsm", 4.1, 0.21, 10),
-            of("avsm", 4.1, 0.21, 9),
-            of("avsm", 4.0, 0.21, 10),
-            of("avsm", 4.1, 0.2, 10),
+            of("avsm", 3.1, 0.16, 10),
+            of("avsm", 3.1, 0.16, 9),
+            of("avsm", 3.0, 0.16, 10),
+            of("avsm", 3.1, 0.15, 10),
             failed,
         ];
-        let hopeless: Vec<bool> = rows.iter().map(|row| is_hopeless(row, &rows)).collect();
-        assert_eq!(hopeless, [false, false, true, false, false, false, true]);
-        assert_eq!(best_and_extremes(&rows), [1, 1, 1]);
+        let hopeless = |limits: Limits| rows.iter().map(|row| is_hopeless(row, &rows, &limits)).collect::<Vec<bool>>();
+        assert_eq!(hopeless(Limits::default()), [false, false, true, true, false, false, true]);
+        let small = Limits { bytes: Some(9), ..Limits::default() };
+        assert_eq!(hopeless(small), [false, false, true, false, false, false, true]);
+        assert_eq!(best_and_extremes(&rows), [1, 1, 1, 3]);
     }
 
     /// Held against the definition, row by row: what is named is within the limits, and nothing there is better.
@@ -279,8 +295,9 @@ mod tests {
             let said = recommend(&results, &limits).remove(0);
             // Without surface errors FLIP stands for them.
             let measured = |row: &Row| row.status == Status::Ok && row.frame_ns.is_some();
-            let is_surface =
-                rows.iter().any(|row| measured(row) && row.error.as_ref().is_some_and(|e| e.surface.is_some()));
+            let by_flip = limits.flip.is_some() && limits.error.is_none();
+            let is_surface = !by_flip
+                && rows.iter().any(|row| measured(row) && row.error.as_ref().is_some_and(|e| e.surface.is_some()));
             let flip = |row: &Row| row.error.as_ref().and_then(|e| Some(e.image?.flip_mean));
             let error = |row: &Row| match is_surface {
                 true => row.error.as_ref().and_then(|e| Some(e.surface?.mean_abs)),

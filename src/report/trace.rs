@@ -1,46 +1,70 @@
 //! Passes over time, as Chrome's trace events, which Perfetto opens too: the *Trace Event Format*, complete events ("X") alone, in
 //! microseconds.
 
-use crate::measure::{BuildTimes, DeviceFacts, Row};
+use crate::gpu::PassTime;
+use crate::measure::{DeviceFacts, Ran, Row, TimedBuilds, frame_ns};
 use serde_json::{Value, json};
+use std::time::Instant;
 
 const DEVICE: u32 = 1;
 const HOST: u32 = 2;
 
-/// Between two builds, so that they are told apart, nanoseconds.
-const GAP: f64 = 1000.0;
+/// What a build's slice is longer by, nanoseconds: a reader that rounds still has the last pass within.
+const ROUNDED: f64 = 4.0;
 
-/// The timed builds of rows: a track of the device's clock, where a build is a slice and its passes lie within, and a track of the
-/// host's, where it is from the beginning of recording to the end of settling.
-pub fn trace(device: &DeviceFacts, rows: &[(Row, Vec<BuildTimes>)]) -> String {
-    let named = |process: u32, name: &str| json!({"ph": "M", "pid": process, "tid": 1, "name": "process_name", "args": {"name": name}});
+/// The timed builds of rows: a track of the host's, where a build is from the beginning of recording to the end of settling, and
+/// one of the device's, where a build is a slice and its passes lie within. Both are on the host's clock, from the first build on.
+pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
+    let named = |process: u32, name: &str| json!({"ph": "M", "pid": process, "tid": process, "name": "process_name", "args": {"name": name}});
     let mut events = vec![named(DEVICE, &format!("device: {}", device.name)), named(HOST, "host")];
-    let mut now = 0.0;
-    let mut slice = |process: u32, name: &str, start: f64, duration: f64, arguments: Value| {
-        let (start, duration) = (start / 1e3, duration / 1e3);
+    let mut slice = |process: u32, name: &str, [start, end]: [f64; 2], arguments: Value| {
+        let (start, duration) = (start / 1e3, (end - start) / 1e3);
         events.push(
-            json!({"ph": "X", "pid": process, "tid": 1, "name": name, "ts": start, "dur": duration, "args": arguments}),
+            json!({"ph": "X", "pid": process, "tid": process, "name": name, "ts": start, "dur": duration, "args": arguments}),
         );
     };
-    for (row, builds) in rows {
-        for (frame, build) in builds.iter().enumerate() {
-            let whole =
-                json!({"scene": row.scene, "spec": row.spec(), "frame": frame, "untimed_passes_ns": build.whole_ns});
-            slice(HOST, "build", now, build.host_ns, whole.clone());
-            let end = build.passes.iter().map(|pass| pass.end_ns).fold(0.0, f64::max);
-            if let (Some(first), Some(last)) = (build.passes.first(), build.passes.last()) {
-                slice(DEVICE, &row.technique, now + first.start_ns, last.end_ns - first.start_ns, whole);
+    let first = rows.iter().flat_map(|(_, timed)| &timed.builds).map(|build| build.each.began).min();
+    for (row, timed) in rows {
+        for (frame, build) in timed.builds.iter().enumerate() {
+            for (ran, passes) in
+                std::iter::once((&build.each, "each")).chain(build.whole.iter().map(|w| (w, "together")))
+            {
+                let start = first.map_or(0.0, |first| ran.began.duration_since(first).as_nanos() as f64);
+                let counted = std::ptr::eq(ran, build.counted());
+                let arguments = |ns: f64| {
+                    json!({
+                        "scene": row.scene, "spec": row.spec(), "frame": frame, "passes_timed": passes, "counted": counted, "ns": ns,
+                    })
+                };
+                slice(HOST, "build", [start, start + ran.host_ns], arguments(ran.host_ns));
+                let spans = spans(timed, ran, first, start);
+                let begin = spans.iter().map(|span| span[0]).reduce(f64::min);
+                let end = spans.iter().map(|span| span[1]).reduce(f64::max);
+                if let (Some(begin), Some(end), Some(ns)) = (begin, end, frame_ns(&ran.passes)) {
+                    slice(DEVICE, &row.technique, [begin, end + ROUNDED], arguments(ns));
+                }
+                for (pass, span) in ran.passes.iter().zip(spans) {
+                    slice(DEVICE, &pass.name, span, json!({}));
+                }
             }
-            for pass in &build.passes {
-                slice(DEVICE, &pass.name, now + pass.start_ns, pass.end_ns - pass.start_ns, json!({}));
-            }
-            now += build.host_ns.max(end) + GAP;
         }
     }
-    let other = json!({
-        "device": device.name,
-        "driver": device.driver,
-        "clocks": "not calibrated: the device's track begins each build where the host's does",
-    });
+    let clocks: Vec<_> = rows.iter().filter_map(|(_, timed)| timed.clock).map(|clock| clock.deviation_ns).collect();
+    let clocks = match clocks.into_iter().reduce(f64::max) {
+        Some(deviation) => format!("calibrated by VK_EXT_calibrated_timestamps, to {deviation} ns"),
+        None => "not calibrated: the device begins each build when the host does".into(),
+    };
+    let other = json!({"device": device.name, "driver": device.driver, "clocks": clocks});
     json!({"displayTimeUnit": "ms", "otherData": other, "traceEvents": events}).to_string()
+}
+
+/// From when to when the passes of a build ran, nanoseconds since the first build of all began. Where the device's clock is not known by
+/// the host's, as if the device had begun with the build, at `start`.
+fn spans(timed: &TimedBuilds, ran: &Ran, first: Option<Instant>, start: f64) -> Vec<[f64; 2]> {
+    let clock = timed.clock.zip(first);
+    let span = |pass: &PassTime| {
+        let begin = clock.map_or(start + pass.start_ns, |(clock, first)| clock.ns_since(first, pass.began));
+        [begin, begin + pass.end_ns - pass.start_ns]
+    };
+    ran.passes.iter().map(span).collect()
 }

@@ -22,6 +22,7 @@ fn leaving_shadows_out_costs_what_shadows_take() {
             space_points: 512,
             picture: [32, 18],
             footprints: false,
+            counts: false,
             turning: false,
             truth: Extent::Sample,
         };

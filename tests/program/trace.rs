@@ -1,14 +1,41 @@
-//! `compare --trace`: the events of a row are its figures.
+//! `compare --trace`: the events of a row are its figures. `--pipeline-statistics`: what passes did.
 
-use crate::support::log;
-use crate::{folder, ok, results, runs, small_scene, text};
+use crate::errors::fails;
+use crate::support::{log, skipped};
+use crate::{device, folder, ok, results, runs, small_scene, text};
 use serde_json::Value;
+use std::path::Path;
+use std::process::Command;
 
 /// Medians of a few numbers, by sorting.
 fn median(mut numbers: Vec<f64>) -> f64 {
     numbers.sort_unstable_by(f64::total_cmp);
     let middle = numbers.len() / 2;
     if numbers.len() % 2 == 1 { numbers[middle] } else { 0.5 * (numbers[middle - 1] + numbers[middle]) }
+}
+
+fn number(event: &Value, name: &str) -> f64 {
+    event[name].as_f64().unwrap_or_else(|| panic!("{name} of {event}"))
+}
+
+/// From when to when, nanoseconds.
+fn span(event: &Value) -> [f64; 2] {
+    let start = 1e3 * number(event, "ts");
+    [start, start + 1e3 * number(event, "dur")]
+}
+
+/// Read by Perfetto's own trace processor, where it is installed.
+fn opens_in_perfetto(trace: &Path, out: &Path) {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/open_trace.py");
+    let arguments = [script.as_path(), trace, &out.join("results.json")];
+    let Ok(output) = Command::new("python3").args(arguments).output() else {
+        return skipped("opens_in_perfetto", "python3 is not installed");
+    };
+    match output.status.code() {
+        Some(0) => {}
+        Some(3) => skipped("opens_in_perfetto", String::from_utf8_lossy(&output.stdout).trim()),
+        _ => panic!("{}", String::from_utf8_lossy(&output.stderr)),
+    }
 }
 
 #[test]
@@ -20,32 +47,102 @@ fn a_trace_is_of_the_builds_that_were_timed() {
     let arguments =
         ["compare", text(&scene), "--quick", "--frames", "5", "--picture", "16x16", "--out", text(out.path())];
     ok(&[&arguments[..], &specs, &["--trace", text(&path)]].concat());
+    opens_in_perfetto(&path, out.path());
     let trace: Value = serde_json::from_slice(&std::fs::read(&path).expect("a trace")).expect("JSON");
     let events = trace["traceEvents"].as_array().expect("events");
-    let number = |event: &Value, name: &str| event[name].as_f64().expect("microseconds");
     let slices = |pid: u64| events.iter().filter(move |e| e["ph"] == "X" && e["pid"] == pid);
+    let clocks = trace["otherData"]["clocks"].as_str().expect("words");
+    // Otherwise each build of the device begins with the host's.
+    let off_ns = match clocks.strip_prefix("calibrated by VK_EXT_calibrated_timestamps, to ") {
+        Some(words) => words.strip_suffix(" ns").and_then(|ns| ns.parse::<f64>().ok()).expect("nanoseconds"),
+        None => 0.0,
+    };
+    let facts = device()["facts"].clone();
+    let tick_ns = number(&facts, "timestamp_period_ns");
+    let can = facts["calibrated_timestamps"] == true && facts["timestamp_valid_bits"] != 0;
+    assert_eq!(off_ns > 0.0, can, "{clocks}");
+    let mut last = 0.0;
     for row in results(out.path()).rows {
         let of_row = |event: &&Value| event["args"]["spec"] == row.spec().as_str();
-        let host: Vec<f64> = slices(2).filter(of_row).map(|e| 1e3 * number(e, "dur")).collect();
+        let counts = |event: &&Value| event["args"]["counted"] == true;
+        let host: Vec<f64> = slices(2).filter(of_row).filter(counts).map(|e| 1e3 * number(e, "dur")).collect();
         assert_eq!(host.len(), 5, "{}", row.spec());
         let wanted = row.host_ns.expect("timed").median;
         assert!((median(host) - wanted).abs() < 1e-6 * wanted);
+        // One after the other.
+        for slice in slices(2).filter(of_row) {
+            assert!(span(slice)[0] >= last, "{slice}");
+            last = span(slice)[1] - 1.0;
+        }
         let Some(build_ns) = row.build_ns else { continue };
         let builds: Vec<&Value> = slices(1).filter(of_row).collect();
-        let whole = |e: &&Value| e["args"]["untimed_passes_ns"].as_f64().expect("timed");
-        assert!((median(builds.iter().map(whole).collect()) - build_ns.median).abs() < 1e-6 * build_ns.median);
+        let counted = builds.iter().filter(|build| counts(build)).map(|build| number(&build["args"], "ns"));
+        assert!((median(counted.collect()) - build_ns.median).abs() < 1e-6 * build_ns.median);
+        // The device builds what the host has recorded, while that waits.
+        for (host, device) in slices(2).filter(of_row).zip(&builds) {
+            let (host, device) = (span(host), span(device));
+            let off = off_ns + 1e-6 * host[1] + tick_ns;
+            assert!(host[0] - off <= device[0] && device[1] <= host[1] + off, "{device:?} in {host:?}, {clocks}");
+        }
         // A pass lies within its build, and all of one name are what its row says.
         let within = |build: &Value, pass: &Value| {
-            let (start, end) = (number(build, "ts"), number(build, "ts") + number(build, "dur"));
-            number(pass, "ts") >= start - 1e-3 && number(pass, "ts") + number(pass, "dur") <= end + 1e-3
+            let (build, pass) = (span(build), span(pass));
+            pass[0] >= build[0] - 1.0 && pass[1] <= build[1] + 1.0
         };
+        let each: Vec<&&Value> = builds.iter().filter(|build| build["args"]["passes_timed"] == "each").collect();
         for pass in &row.passes {
             let named: Vec<&Value> = slices(1).filter(|e| e["name"] == pass.name.as_str()).collect();
-            let sums = builds.iter().map(|build| {
+            let sums = each.iter().map(|build| {
                 named.iter().filter(|pass| within(build, pass)).map(|pass| 1e3 * number(pass, "dur")).sum::<f64>()
             });
             let sum = median(sums.collect());
             assert!((sum - pass.median_ns).abs() < 1.0 + 1e-6 * pass.median_ns, "{}: {sum}", pass.name);
         }
+        // Passes and what lies between them come to the build: the device waits between passes and does nothing else.
+        for build in each {
+            let inner = slices(1).filter(|e| !of_row(e) && e["args"]["spec"].is_null() && within(build, e));
+            let inner: Vec<[f64; 2]> = inner.map(span).collect();
+            let all: f64 = inner.iter().map(|[start, end]| end - start).sum();
+            let between: f64 = inner.windows(2).map(|two| two[1][0] - two[0][1]).sum();
+            assert!(inner.windows(2).all(|two| two[1][0] - two[0][1] >= -1.0), "{inner:?}");
+            let whole = span(build)[1] - span(build)[0];
+            assert!((all + between - whole).abs() < 6.0 + 1e-6 * whole, "{all} + {between} of {whole}");
+        }
     }
+}
+
+#[test]
+fn passes_say_what_they_did() {
+    const TEST: &str = "passes_say_what_they_did";
+    let (scenes, out) = (folder(), folder());
+    let scene = small_scene(scenes.path());
+    let specs = ["--technique", "beer-shadow-map:size=16", "--no-truth", "--pipeline-statistics"];
+    let arguments =
+        ["compare", text(&scene), "--quick", "--frames", "2", "--picture", "32x16", "--out", text(out.path())];
+    let all = [&arguments[..], &specs].concat();
+    if device()["facts"]["pipeline_statistics_query"] == false {
+        fails(&all, &["pipelineStatisticsQuery", "--pipeline-statistics"]);
+        return skipped(TEST, "no pipelineStatisticsQuery");
+    }
+    let said = ok(&all);
+    let row = results(out.path()).rows.remove(0);
+    // All passes that were timed, and no other.
+    let mut timed: Vec<&str> = row.passes.iter().chain(&row.draw_passes).map(|pass| pass.name.as_str()).collect();
+    let mut counted: Vec<&str> = row.counts.iter().map(|pass| pass.name.as_str()).collect();
+    timed.sort_unstable();
+    counted.sort_unstable();
+    assert_eq!(counted, timed);
+    for pass in &row.counts {
+        let line = said.lines().rfind(|line| line.split_whitespace().next() == Some(&pass.name)).expect("a line");
+        let counts = pass.counts;
+        let numbers = [pass.runs, counts.vertices, counts.primitives, counts.fragments, counts.threads];
+        let words: Vec<String> = line.split_whitespace().skip(1).map(str::to_owned).collect();
+        assert_eq!(words, numbers.map(|number| number.to_string()), "{line}");
+    }
+    assert!(row.counts.iter().any(|pass| pass.counts.threads > 0), "{:?}", row.counts);
+    assert!(
+        row.counts.iter().any(|pass| pass.counts.vertices >= 3 * pass.counts.primitives.max(1)),
+        "{:?}",
+        row.counts
+    );
 }

@@ -309,6 +309,7 @@ pub fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
         picture: [96, 64],
         turning: false,
         footprints: false,
+        counts: false,
         truth: Extent::Sample,
     };
     let mut rows = Vec::new();

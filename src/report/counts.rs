@@ -1,0 +1,48 @@
+//! What passes did, for the terminal.
+
+use crate::measure::{PassCount, Results, Row};
+use crate::report::pareto::scenes;
+use crate::report::wording::{Specs, one_line};
+use comfy_table::presets;
+use comfy_table::{CellAlignment, ContentArrangement, Table};
+
+/// A table for each scene: a row's passes one a line, those of a build first, then those of its picture. Empty where nobody has
+/// asked.
+pub fn counts(results: &Results) -> String {
+    let specs = Specs::of(&results.rows);
+    let mut text = String::new();
+    for scene in scenes(results) {
+        let counted = |row: &&Row| row.scene == scene && !row.counts.is_empty();
+        let rows: Vec<&Row> = results.rows.iter().filter(counted).collect();
+        if !rows.is_empty() {
+            text += &table(&one_line(scene), &rows, &specs);
+        }
+    }
+    if let (false, Some(width)) = (text.is_empty(), results.device.features.get("subgroup_size")) {
+        text += &format!("threads run in subgroups of {width}\n");
+    }
+    text
+}
+
+fn table(scene: &str, rows: &[&Row], specs: &Specs) -> String {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
+    let title = format!("{scene}: passes, how many of each");
+    table.set_header([&title, "passes", "vertices", "primitives", "fragments", "threads"]);
+    for row in rows {
+        table.add_row([format!("  {} {}", specs.compact(row), one_line(&row.path)).trim_end().to_owned()]);
+        for PassCount { name, runs, counts } in &row.counts {
+            let numbers = [*runs, counts.vertices, counts.primitives, counts.fragments, counts.threads];
+            table.add_row(
+                std::iter::once(format!("    {}", one_line(name))).chain(numbers.map(|number| number.to_string())),
+            );
+        }
+    }
+    for (place, column) in table.column_iter_mut().enumerate() {
+        column.set_padding((0, 2));
+        if place > 0 {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
+}
