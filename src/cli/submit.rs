@@ -2,10 +2,10 @@
 
 use super::progress::Progress;
 use super::{DeviceArguments, MESSAGES, complain, little, say, say_json};
-use crate::Result;
 use crate::gpu::Context;
 use crate::measure::{DeviceFacts, Results, SCHEMA, SUBMISSION, Submission, answers_hash, noise, standard, with_case};
 use crate::report::{submission_table, write_whole};
+use crate::{Error, Result};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -36,9 +36,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if !arguments.check.is_empty() {
         return check(arguments);
     }
+    is_writable(&arguments.out)?;
     let context = arguments.device.open()?;
     let submission = measured(arguments, &context)?;
-    let json = serde_json::to_string(&submission).map_err(|cause| crate::Error::output(&arguments.out, cause))?;
+    let json = serde_json::to_string(&submission).map_err(|cause| Error::output(&arguments.out, cause))?;
     write_whole(&arguments.out, (json + "\n").as_bytes())?;
     match arguments.json {
         true => say_json(&submission)?,
@@ -54,6 +55,15 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         ))?;
     }
     Ok(if submission.failed.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Before minutes of measuring.
+fn is_writable(out: &Path) -> Result<()> {
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if folder.is_some_and(|folder| !folder.is_dir()) {
+        return Err(Error::output(out, "its folder is not there"));
+    }
+    if out.is_dir() { Err(Error::output(out, "it is a folder")) } else { Ok(()) }
 }
 
 fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {

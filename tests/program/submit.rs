@@ -122,7 +122,9 @@ fn what_is_marked() {
     fails(&["submit", "--check", text(&path)], &["forged.json", "no whole submission"]);
     write(&serde_json::to_string(&Submission { submission: 9, ..good.clone() }).expect("JSON"));
     fails(&["submit", "--check", text(&path)], &["forged.json", "format 9", "gobo submit"]);
-    fails(&["submit", "-o", text(&folder.path().join("none/f.json"))], &["none/f.json"]);
+    // Nothing is measured for nothing.
+    fails(&["submit", "-o", text(&folder.path().join("none/f.json"))], &["none/f.json", "its folder is not there"]);
+    fails(&["submit", "-o", text(folder.path())], &["it is a folder"]);
     assert_eq!(run(&["submit", "--check", text(&path), "-o", "x"]).status.code(), Some(2));
     assert!(ok(&["help", "submit"]).contains("--check"));
 }
