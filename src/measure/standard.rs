@@ -150,6 +150,9 @@ fn spec_of(row: &Row) -> Result<Spec> {
     Ok(parse(&format!("{}:{}", row.technique, keys.join(",")))?.remove(0))
 }
 
+/// A kind of points by its name, and a row's errors at them.
+type Kind = (&'static str, fn(&Row) -> Option<PointError>);
+
 /// How a row's errors differ from those of now, if they do; nothing where the device refuses it.
 fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
     match now.status {
@@ -157,7 +160,7 @@ fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
         Status::Failed => return Some(Some(now.reason.clone())),
         Status::Ok => {}
     }
-    let kinds: [(&str, fn(&Row) -> Option<PointError>); 3] = [
+    let kinds: [Kind; 3] = [
         ("map", |row| row.error.as_ref()?.map),
         ("space", |row| row.error.as_ref()?.space),
         ("surface", |row| row.error.as_ref()?.surface),
