@@ -21,6 +21,8 @@ mod footprints;
 mod glsl;
 #[path = "program/help.rs"]
 mod help;
+#[path = "program/json.rs"]
+mod json;
 #[path = "program/moving.rs"]
 mod moving;
 #[path = "program/page.rs"]

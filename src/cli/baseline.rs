@@ -1,10 +1,11 @@
 //! `compare --baseline`: what has changed since an earlier run, and whether that fails this one.
 
-use super::{complain, say};
+use super::{complain, say, say_json};
 use crate::measure::{Change, Margins, Results, Row, change_of, changes};
-use crate::report::{Fails, bencher, changes_table, junit, write_whole};
+use crate::report::{Fails, bencher, changes_json, changes_table, junit, write_whole};
 use crate::{Error, Result};
 use clap::Args;
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// What a run is held against, and what other tools are told of it.
@@ -31,6 +32,15 @@ fn share(text: &str) -> std::result::Result<f64, String> {
     let number = text.trim().strip_suffix('%').unwrap_or(text).trim().parse::<f64>().ok();
     let share = number.map(|n| n / 100.0).filter(|share| share.is_finite() && *share >= 0.0);
     share.ok_or_else(|| "give percent: 5%, say".into())
+}
+
+/// What is printed as JSON: the results, and what has changed.
+#[derive(Serialize)]
+struct Document<'a> {
+    #[serde(flatten)]
+    results: &'a Results,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    changes: Option<serde_json::Value>,
 }
 
 /// What a run is held against.
@@ -86,11 +96,11 @@ impl Baseline<'_> {
         change.is_some_and(|change| change.is_slower())
     }
 
-    /// Prints what has changed and writes what other tools want. False where the run fails by it.
+    /// Prints what has changed, or with `json` all results and that, and writes what other tools want. False where the run fails by it.
     ///
     /// # Errors
     /// [`Error::Output`] where a file cannot be written.
-    pub fn finish(&self, now: &Results) -> Result<bool> {
+    pub fn finish(&self, now: &Results, json: bool) -> Result<bool> {
         let none = Results::default();
         let mut all: Vec<Change> = match &self.before {
             Some(before) => changes(before, now, self.margins),
@@ -106,10 +116,16 @@ impl Baseline<'_> {
         if let Some(path) = &self.arguments.bencher {
             write_whole(path, bencher(now)?.as_bytes())?;
         }
-        if self.before.as_ref().unwrap_or(&none).rows.is_empty() {
+        let is_held = !self.before.as_ref().unwrap_or(&none).rows.is_empty();
+        if json {
+            say_json(&Document { results: now, changes: is_held.then(|| changes_json(&all)) })?;
+        }
+        if !is_held {
             return Ok(true);
         }
-        say(format!("\n{}", changes_table(&all, now)))?;
+        if !json {
+            say(format!("\n{}", changes_table(&all, now)))?;
+        }
         let failed: Vec<_> = all.iter().filter_map(|change| Some((change, self.fails.why(change)?))).collect();
         for (change, why) in &failed {
             let row = change.row();

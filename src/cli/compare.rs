@@ -96,6 +96,9 @@ pub struct Arguments {
     bounce: Option<u32>,
     #[command(flatten)]
     baseline: BaselineArguments,
+    /// Print JSON in place of tables: the same figures, not rounded
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     device: DeviceArguments,
 }
@@ -319,7 +322,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if results.rows.is_empty() && ended.is_err() {
         return ended.map(|()| ExitCode::FAILURE);
     }
-    let printed = print(arguments, &results);
+    let printed = if arguments.json { Ok(()) } else { print(arguments, &results) };
     for (file, svg) in plots(&results) {
         writer.write(|store| store.write_text(file, &svg));
     }
@@ -331,8 +334,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         write_whole(path, trace(&results.device, &traced).as_bytes())?;
     }
     printed?;
-    let holds = baseline.finish(&results)?;
-    say(arguments.out.join("report.html").display())?;
+    let holds = baseline.finish(&results, arguments.json)?;
+    if !arguments.json {
+        say(arguments.out.join("report.html").display())?;
+    }
     check_messages()?;
     let code = exit_code(&results);
     let missing = left(&rows);

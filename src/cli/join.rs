@@ -2,7 +2,7 @@
 
 use super::compare::{exit_code, picture_name};
 use super::resume::pictures;
-use super::say;
+use super::{say, say_json};
 use crate::measure::{Results, Row, join};
 use crate::report::{Store, page, plots, table};
 use crate::{Error, Result};
@@ -19,6 +19,9 @@ pub struct Arguments {
     /// Folder for results.json, results.csv, pictures, plots and report.html of all rows
     #[arg(short, long, default_value = "gobo-report", value_name = "DIR")]
     out: PathBuf,
+    /// Print JSON in place of tables: the same figures, not rounded
+    #[arg(long)]
+    json: bool,
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
@@ -46,8 +49,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         store.write_text(file, &svg)?;
     }
     store.write_text("report.html", &page(&all, store.dir())?)?;
-    say(table(&all))?;
-    say(arguments.out.join("report.html").display())?;
+    if arguments.json {
+        say_json(&all)?;
+    } else {
+        say(table(&all))?;
+        say(arguments.out.join("report.html").display())?;
+    }
     Ok(exit_code(&all))
 }
 

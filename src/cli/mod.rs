@@ -321,6 +321,11 @@ fn say(line: impl Display) -> Result<()> {
     })
 }
 
+/// Prints a document of JSON, in place of tables.
+fn say_json(document: &impl serde::Serialize) -> Result<()> {
+    say(serde_json::to_string_pretty(document).map_err(|cause| Error::output("stdout".as_ref(), cause))?)
+}
+
 /// A line on standard error; where there is no room for it, nothing helps.
 fn complain(line: impl Display) {
     let _ = writeln!(std::io::stderr(), "{line}");

@@ -3,7 +3,7 @@
 use super::compare::{SMALL_PICTURE, default_specs, has_many_lights};
 use super::progress::Progress;
 use super::resume::{SCENE, kept};
-use super::{DeviceArguments, LoadArguments, command_line, complain, little, load, say};
+use super::{DeviceArguments, LoadArguments, command_line, complain, little, load, say, say_json};
 use crate::consume::{parse, runs};
 use crate::gpu::{Context, Features};
 use crate::measure::{DeviceFacts, Effort, Extent, Results, Row, SCHEMA, with_case};
@@ -53,6 +53,9 @@ pub struct Arguments {
     /// Measure all that would be looked at properly, in half and twice the size too: takes many times as long
     #[arg(long)]
     thorough: bool,
+    /// Print JSON in place of tables: the same figures, not rounded
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     load: LoadArguments,
     #[command(flatten)]
@@ -108,11 +111,15 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if answers.is_empty() {
         return Err(Error::input(name, "nothing is measured in it", "measure with gobo compare"));
     }
+    if arguments.json {
+        say_json(&answers.iter().filter_map(|answer| answer.as_ref().ok()).collect::<Vec<_>>())?;
+    }
     let mut code = ExitCode::SUCCESS;
     for (place, answer) in answers.into_iter().enumerate() {
         match answer {
-            Ok(text) if place > 0 => say(format!("\n{text}"))?,
-            Ok(text) => say(text)?,
+            Ok(_) if arguments.json => {}
+            Ok(answer) if place > 0 => say(format!("\n{}", answer.text))?,
+            Ok(answer) => say(answer.text)?,
             Err(why) => {
                 complain(format!("gobo: {why}"));
                 code = ExitCode::FAILURE;

@@ -1,5 +1,6 @@
 //! `gobo stress --soak MINUTES`
 
+use super::{say, say_json};
 use crate::report::{Store, one_line, soak_page};
 use crate::stress::{Failure, Life, SCHEMA, Soaked, Worker, is_flat};
 use crate::{Error, Result};
@@ -12,8 +13,9 @@ const ROUNDS: u64 = 25;
 /// How often it is said how far it is, and what there is so far is written.
 const NEWS: Duration = Duration::from_secs(60);
 
-/// Rounds for so many minutes, at least one, the first of which has the seed `seed`, the next the next.
-pub fn run(worker: &mut Worker, store: &Store, minutes: f64, seed: u64) -> Result<ExitCode> {
+/// Rounds for so many minutes, at least one, the first of which has the seed `seed`, the next the next. What came of it is printed, as JSON with
+/// `json`.
+pub fn run(worker: &mut Worker, store: &Store, minutes: f64, seed: u64, json: bool) -> Result<ExitCode> {
     let mut soaked = Soaked {
         schema: SCHEMA,
         gobo: env!("CARGO_PKG_VERSION").into(),
@@ -53,7 +55,10 @@ pub fn run(worker: &mut Worker, store: &Store, minutes: f64, seed: u64) -> Resul
     soaked.is_flat = is_flat(&soaked.lives);
     write(store, &soaked)?;
     store.write_text("soak.html", &soak_page(&soaked)?)?;
-    println!("{}\n{}", sum(&soaked), store.dir().join("soak.html").display());
+    match json {
+        true => say_json(&soaked)?,
+        false => say(format!("{}\n{}", sum(&soaked), store.dir().join("soak.html").display()))?,
+    }
     Ok(if soaked.is_flat == Some(false) || !soaked.failures.is_empty() { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 

@@ -1,6 +1,6 @@
 //! `gobo stress`
 
-use super::{DeviceArguments, little};
+use super::{DeviceArguments, little, say, say_json};
 use crate::consume::runs;
 use crate::report::{Store, one_line, stress_csv, stress_device, stress_page, stress_table};
 use crate::stress::{Case, Outcome, Results, SCHEMA, Stressed, Sweep, Worker, cases, serve, verdicts};
@@ -33,6 +33,9 @@ pub struct Arguments {
     /// What the first round of a soak follows from; the next has the next [default: 0]
     #[arg(long, value_name = "N", requires = "soak")]
     seed: Option<u32>,
+    /// Print JSON in place of tables: the same figures, not rounded
+    #[arg(long)]
+    json: bool,
     /// Answer another process: what stress starts for itself
     #[arg(long, hide = true)]
     worker: bool,
@@ -95,7 +98,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let store = Store::open(&arguments.out)?;
     let mut worker = Worker::start(own_command(arguments)?, Duration::from_secs_f64(arguments.limit))?;
     if let Some(minutes) = arguments.soak {
-        return super::soak::run(&mut worker, &store, minutes, arguments.seed.unwrap_or(0).into());
+        return super::soak::run(&mut worker, &store, minutes, arguments.seed.unwrap_or(0).into(), arguments.json);
     }
     let (device, is_software) = worker.device.clone();
     let mut results = Results {
@@ -106,15 +109,22 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         limit_s: arguments.limit,
         ..Results::default()
     };
-    println!("{}", stress_device(&results));
+    if !arguments.json {
+        say(stress_device(&results))?;
+    }
     for sweep in &sweeps {
         ask_all(&mut worker, sweep, is_software, [&of_smoke, &of_meshes], &mut results.rows)?;
         results.verdicts = verdicts(&results.rows);
         write(&store, &results)?;
-        println!("{}", stress_table(&results, &sweep.name));
+        if !arguments.json {
+            say(stress_table(&results, &sweep.name))?;
+        }
     }
     store.write_text("stress.html", &stress_page(&results)?)?;
-    println!("{}", arguments.out.join("stress.html").display());
+    match arguments.json {
+        true => say_json(&results)?,
+        false => say(arguments.out.join("stress.html").display())?,
+    }
     let broken = results.verdicts.iter().any(|verdict| !verdict.invariants.is_empty());
     Ok(if broken { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }

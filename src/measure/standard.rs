@@ -6,7 +6,7 @@ use crate::consume::{parse, runs};
 use crate::gpu::Context;
 use crate::scene::Scene;
 use crate::technique::{Casts, REGISTRY, Spec};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Smoke, hair, and meshes in a room and in the open.
 pub const SCENES: [&str; 4] = ["plume_8k", "hair", "cornell", "houses"];
@@ -114,7 +114,9 @@ pub fn again(context: &Context, all: &[&Submission], few: Option<(usize, &[&str]
             for (submission, found) in all.iter().zip(&mut found) {
                 let rows =
                     submission.results.rows.iter().filter(|row| row.scene == scene.name && row.status == Status::Ok);
-                let rows: Vec<&Row> = rows.collect();
+                // Few are of different techniques, and the same ones of files that have as many.
+                let mut named = BTreeSet::new();
+                let rows: Vec<&Row> = rows.filter(|row| few.is_none() || named.insert(&row.technique)).collect();
                 let step = few.map_or(1, |(most, _)| rows.len().div_ceil(most).max(1));
                 for row in rows.into_iter().step_by(step) {
                     let how = match spec_of(row) {
@@ -149,6 +151,9 @@ fn spec_of(row: &Row) -> Result<Spec> {
     Ok(parse(&format!("{}:{}", row.technique, keys.join(",")))?.remove(0))
 }
 
+/// A kind of points by its name, and a row's errors at them.
+type Kind = (&'static str, fn(&Row) -> Option<PointError>);
+
 /// How a row's errors differ from those of now, if they do; nothing where the device refuses it.
 fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
     match now.status {
@@ -156,7 +161,7 @@ fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
         Status::Failed => return Some(Some(now.reason.clone())),
         Status::Ok => {}
     }
-    let kinds: [(&str, fn(&Row) -> Option<PointError>); 3] = [
+    let kinds: [Kind; 3] = [
         ("map", |row| row.error.as_ref()?.map),
         ("space", |row| row.error.as_ref()?.space),
         ("surface", |row| row.error.as_ref()?.surface),
@@ -174,7 +179,6 @@ fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::BTreeSet;
 
     /// Nobody is left out, nobody is asked what it casts nothing from, and no row is there twice.
     #[test]

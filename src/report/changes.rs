@@ -8,6 +8,7 @@ use comfy_table::{ContentArrangement, Table};
 use minijinja::value::Serde;
 use minijinja::{Environment, Value, context};
 use serde::Serialize;
+use serde_json::json;
 use std::collections::BTreeMap;
 
 /// Which changes fail a run.
@@ -66,6 +67,30 @@ pub fn changes_table(changes: &[Change], now: &Results) -> String {
         }
     }
     table.lines().map(|line| line.trim_end().to_owned() + "\n").collect()
+}
+
+/// The same for programs: times are nanoseconds, and `share` is by how much more of what it was a figure is now.
+pub fn changes_json(changes: &[Change]) -> serde_json::Value {
+    let of_figure = |figure: &Figure| {
+        let [.., verdict] = cells(figure);
+        let (share, verdict) = (figure.share(), verdict.to_lowercase());
+        json!({ "what": figure.name, "before": figure.before, "now": figure.now, "share": share, "verdict": verdict })
+    };
+    let of_row = |change: &Change| {
+        let row = change.row();
+        let (verdict, before, figures) = match change {
+            Change::Both { figures, .. } => (None, None, figures.iter().map(of_figure).collect::<Vec<_>>()),
+            Change::Status { before, .. } => (Some("otherwise"), Some(outcome(before)), Vec::new()),
+            Change::New(_) => (Some("new"), None, Vec::new()),
+            Change::Gone(_) => (Some("gone"), None, Vec::new()),
+        };
+        let now = (!matches!(change, Change::Gone(_))).then(|| outcome(row));
+        json!({
+            "scene": row.scene, "spec": row.spec(), "path": row.path,
+            "before": before, "now": now, "verdict": verdict, "figures": figures,
+        })
+    };
+    changes.iter().map(of_row).collect()
 }
 
 fn cells(figure: &Figure) -> [String; 4] {

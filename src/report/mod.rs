@@ -7,7 +7,7 @@
 //! | [`passes`](fn@passes) | the terminal, where it is asked for |
 //! | [`counts`](fn@counts), [`casters`](fn@casters), [`footprints`](fn@footprints) | the terminal, where they are asked for |
 //! | [`recommend`](fn@recommend) | the terminal: which technique for a scene |
-//! | [`changes_table`] | the terminal, where there is a baseline |
+//! | [`changes_table`], [`changes_json`] | the terminal, where there is a baseline |
 //! | [`junit`], [`bencher`] | files for CI, where they are asked for |
 //! | [`plots`](fn@plots) | `time-vs-error.svg`, `frame-vs-error.svg`, and `footprints.svg` where they are asked for |
 //! | [`page`](fn@page) | `report.html`: the above, the pictures and the definitions in one file without network |
@@ -50,7 +50,7 @@ mod whole;
 mod wording;
 
 pub use casters::casters;
-pub use changes::{Fails, bencher, changes_table, junit};
+pub use changes::{Fails, bencher, changes_json, changes_table, junit};
 pub use counts::counts;
 pub use curve::curve;
 pub use devices::{devices_answer, devices_csv, devices_markdown, devices_page};
@@ -59,7 +59,7 @@ pub use page::page;
 pub use pareto::pareto_front;
 pub use passes::passes;
 pub use plot::plots;
-pub use recommend::{Limits, best_and_extremes, is_hopeless, recommend};
+pub use recommend::{Limits, Recommendation, best_and_extremes, is_hopeless, recommend};
 pub use soak::soak_page;
 pub use store::Store;
 pub use stress::{stress_csv, stress_device, stress_page, stress_table};

@@ -5,6 +5,7 @@ use crate::measure::{Results, Row};
 use crate::report::answer::{CLOSE_ENOUGH, FLIP, Measure, answer, measure_of_any, point};
 use crate::report::pareto::scenes;
 use crate::report::wording::{NOTHING, bytes, one_line, significant};
+use serde::Serialize;
 
 /// What an answer may take and may be wrong by; what is absent is not limited.
 #[derive(Clone, Copy, Debug, Default)]
@@ -64,12 +65,39 @@ impl Limits {
     }
 }
 
-/// For each scene, in the order in which they were measured, an answer of several lines; or in one line why there is none.
-pub fn recommend(results: &Results, limits: &Limits) -> Vec<Result<String, String>> {
+/// An answer.
+#[derive(Clone, Debug, Serialize)]
+pub struct Recommendation {
+    /// Several lines, for a person.
+    #[serde(skip)]
+    pub text: String,
+    scene: String,
+    device: String,
+    /// What the errors of the rows are: `surface error`, say.
+    error: &'static str,
+    best: Chosen,
+    closer: Option<Chosen>,
+    fastest: Chosen,
+    closest: Chosen,
+    smallest: Option<Chosen>,
+}
+
+/// A row of an answer.
+#[derive(Clone, Debug, Serialize)]
+struct Chosen {
+    spec: String,
+    time_ms: f64,
+    error: f64,
+    flip: Option<f64>,
+    bytes_resident: Option<u64>,
+}
+
+/// For each scene, in the order in which they were measured, an answer; or in one line why there is none.
+pub fn recommend(results: &Results, limits: &Limits) -> Vec<Result<Recommendation, String>> {
     scenes(results).into_iter().map(|scene| of_scene(results, scene, limits)).collect()
 }
 
-fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<String, String> {
+fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommendation, String> {
     let rows: Vec<(usize, &Row)> = results.rows.iter().enumerate().filter(|(_, row)| row.scene == scene).collect();
     let measure = limits.measure(&rows);
     let name = one_line(&format!("{scene} on {}", results.device.name));
@@ -124,7 +152,21 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<String, S
         Some([a, b, c, d, e, to_paste(row(index))])
     };
     let lines: Vec<_> = std::iter::once(head).chain(three.into_iter().filter_map(line)).collect();
-    Ok(text + &aligned(&lines))
+    let chosen = |index: usize| {
+        let (row, (time_ms, error)) = (row(index), at(index));
+        Chosen { spec: to_paste(row), time_ms, error, flip: (FLIP.of)(row), bytes_resident: row.bytes_resident }
+    };
+    Ok(Recommendation {
+        text: text + &aligned(&lines),
+        scene: scene.to_owned(),
+        device: results.device.name.clone(),
+        error: measure.name,
+        best: chosen(found.best),
+        closer: next_closer(&within, &measure, found.best).map(chosen),
+        fastest: chosen(found.fastest),
+        closest: chosen(found.closest),
+        smallest: found.smallest.map(chosen),
+    })
 }
 
 /// The places of the row whose product of time and error is least, of the quickest, of the closest and of the smallest; none where
@@ -327,7 +369,7 @@ mod tests {
                     .expect("its number")]
             };
             let text = match said {
-                Ok(text) => text,
+                Ok(answer) => answer.text,
                 Err(why) => {
                     refused += 1;
                     assert!(within.is_empty() && !why.contains('\n'), "{why}");

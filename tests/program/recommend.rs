@@ -17,7 +17,7 @@ const ROWS: [(&str, &str, f64, f64, f64, u64); 6] = [
 ];
 
 /// A results.json as another program would write it, of scenes `a` and, where it is wanted, `b`.
-fn made_up(folder: &Path, scenes: &[&str]) -> String {
+pub(crate) fn made_up(folder: &Path, scenes: &[&str]) -> String {
     let row = |scene: &str, (technique, variant, ms, error, flip, kib): &(&str, &str, f64, f64, f64, u64)| {
         serde_json::json!({
             "scene": scene, "technique": technique, "status": "ok", "path": "", "reason": "", "passes": [], "counters": {},
@@ -43,7 +43,7 @@ fn surface(error: f64) -> serde_json::Value {
 }
 
 /// The words of each line of an answer's table, by its first.
-fn line<'a>(answer: &'a str, what: &str) -> Vec<&'a str> {
+pub(crate) fn line<'a>(answer: &'a str, what: &str) -> Vec<&'a str> {
     let found = answer.lines().find(|line| line.starts_with(what)).unwrap_or_else(|| panic!("no {what} in {answer}"));
     found.split_whitespace().collect()
 }

@@ -4,6 +4,7 @@ use crate::errors::fails;
 use crate::support::{all, gpu_test, log};
 use crate::{folder, gobo, ok, run, runs, text};
 use gobo::measure::{Results, Row, Status, Submission, answers_hash, standard};
+use gobo::report::submission_table;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
@@ -18,9 +19,9 @@ fn community() -> Vec<PathBuf> {
 }
 
 /// Little of it, with a variable of tests.
-fn submitted(out: &Path, variable: (&str, &str)) -> (Submission, Output) {
+fn submitted(out: &Path, variable: (&str, &str), more: &[&str]) -> (Submission, Output) {
     let mut command = gobo();
-    command.args(["submit", "-o", text(out)]).env("GOBO_TEST_LITTLE", "1").env(variable.0, variable.1);
+    command.args(["submit", "-o", text(out)]).args(more).env("GOBO_TEST_LITTLE", "1").env(variable.0, variable.1);
     let output = command.output().expect("it starts");
     (Submission::read(out).unwrap_or_else(|error| panic!("{error}: {output:?}")), output)
 }
@@ -30,7 +31,7 @@ fn a_file_and_a_table() {
     log("exercised", "a_file_and_a_table", &runs("avsm", "two-pass").0);
     let folder = folder();
     let out = folder.path().join("mine.json");
-    let (submission, output) = submitted(&out, ("VK_INSTANCE_LAYERS", ""));
+    let (submission, output) = submitted(&out, ("VK_INSTANCE_LAYERS", ""), &[]);
     let [said, complained] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
     assert!(output.status.success(), "{complained}");
     let Results { rows, device, command, .. } = &submission.results;
@@ -53,11 +54,12 @@ fn a_file_and_a_table() {
     assert!(command == "gobo submit" && !json.contains(text(folder.path())));
     assert!(complained.contains("listed and not counted: it has no row of hair"), "{complained}");
 
-    // What changes features is told.
-    let (lesser, output) = submitted(&out, ("GOBO_TEST_LIMITS", "lowest"));
+    // What changes features is told; and as JSON the file itself is printed.
+    let (lesser, output) = submitted(&out, ("GOBO_TEST_LIMITS", "lowest"), &["--json"]);
+    assert_eq!(serde_json::from_slice::<Submission>(&output.stdout).expect("JSON alone"), lesser);
     assert!(lesser.layers.iter().any(|tool| tool.changes_features), "{:?}", lesser.layers);
     assert!(lesser.marks().expect("built in").iter().any(|mark| mark.contains("may change features")));
-    assert!(String::from_utf8_lossy(&output.stdout).contains("; layers: tests of Gobo"));
+    assert!(submission_table(&lesser).contains("; layers: tests of Gobo"));
 }
 
 /// A file that counts, changed in every way that matters.
@@ -120,7 +122,9 @@ fn what_is_marked() {
     fails(&["submit", "--check", text(&path)], &["forged.json", "no whole submission"]);
     write(&serde_json::to_string(&Submission { submission: 9, ..good.clone() }).expect("JSON"));
     fails(&["submit", "--check", text(&path)], &["forged.json", "format 9", "gobo submit"]);
-    fails(&["submit", "-o", text(&folder.path().join("none/f.json"))], &["none/f.json"]);
+    // Nothing is measured for nothing.
+    fails(&["submit", "-o", text(&folder.path().join("none/f.json"))], &["none/f.json", "its folder is not there"]);
+    fails(&["submit", "-o", text(folder.path())], &["it is a folder"]);
     assert_eq!(run(&["submit", "--check", text(&path), "-o", "x"]).status.code(), Some(2));
     assert!(ok(&["help", "submit"]).contains("--check"));
 }
@@ -130,7 +134,7 @@ fn what_is_marked() {
 fn community_files() {
     let files = community();
     let read: Vec<Submission> = files.iter().map(|path| Submission::read(path).expect("a submission")).collect();
-    let few: Option<(usize, &[&str])> = if all() { None } else { Some((3, &["plume_8k", "cornell"])) };
+    let few: Option<(usize, &[&str])> = if all() { None } else { Some((2, &["plume_8k", "cornell"])) };
     gpu_test("community_files", |context| {
         let again = standard::again(context, &read.iter().collect::<Vec<_>>(), few).expect("measured");
         let mut table = String::from("| file | device | driver | rows | took | counts |\n|---|---|---|---|---|---|\n");
