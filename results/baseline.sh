@@ -22,7 +22,7 @@ measure() {
     local mib=$1 name=$2
     shift 2
     GOBO_TEST_BURDEN=$mib ${GOBO:-target/release/gobo} --test-hooks compare plume_8k --technique "$spec" --quick \
-        --frames 20 --picture 320x180 --out "$out/$name" "$@" >"$out/$name.txt" 2>&1
+        --frames 10 --picture 320x180 --out "$out/$name" "$@" >"$out/$name.txt" 2>&1
 }
 # Nanoseconds of a build, the median.
 build() {
@@ -43,7 +43,7 @@ if [ "$what" = slower ]; then
     for try in 1 2; do
         measure $mib try || other try
         mib=$(awk -v a="$(build before)" -v b="$(build try)" -v mib=$mib \
-            'BEGIN { print b > a ? int(mib * 0.1 * a / (b - a) + 0.999) : 2 * mib }')
+            'BEGIN { print (b > a ? int(mib * 0.1 * a / (b - a) + 0.999) : 2 * mib) }')
     done
     echo "each build also fills $mib MiB"
 fi
