@@ -13,6 +13,7 @@ pub(super) const OPTION: &str = "--test-hooks";
 /// - `GOBO_TEST_FEATURES=none`: none of what is optional.
 /// - `GOBO_TEST_VALIDATION=gpu-assisted`: the validation layer puts checks into shaders too.
 /// - `GOBO_TEST_FAULT=KIND:N`: the N-th call of a kind fails; with 0 all succeed.
+/// - `GOBO_TEST_BURDEN=MIB`: each build also fills so many MiB, so that it takes longer than it should.
 /// - `GOBO_TEST_LITTLE`, set and not empty: commands do what they are told, but little of it.
 #[doc(hidden)]
 pub fn test_hooks() {
@@ -22,6 +23,7 @@ pub fn test_hooks() {
         no_features: is("GOBO_TEST_FEATURES", "none"),
         checks_in_shaders: is("GOBO_TEST_VALIDATION", "gpu-assisted"),
         fault: std::env::var("GOBO_TEST_FAULT").ok().and_then(|text| Fault::read(&text)),
+        burden: std::env::var("GOBO_TEST_BURDEN").ok().and_then(|text| text.parse().ok()).unwrap_or(0),
     };
     testing.begin();
     if std::env::var_os("GOBO_TEST_LITTLE").is_some_and(|value| !value.is_empty()) {

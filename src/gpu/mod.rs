@@ -59,6 +59,7 @@ pub use render::Target;
 pub use spirv::{Shader, Spirv};
 #[doc(hidden)]
 pub use testing::Testing;
+pub(crate) use testing::burden;
 pub use times::PassTime;
 pub use tools::Tool;
 pub use validation::{ALLOWED, Allowed, Messages, is_gpu_assisted};

@@ -2,6 +2,8 @@
 //! program asks for it by [`Testing::begin`]; the library reads no variable of the environment.
 
 use super::fault::Fault;
+use super::{Buffer, Context, Memory};
+use crate::Result;
 use std::sync::OnceLock;
 
 /// What tests want of all devices that this process opens. By default nothing.
@@ -16,6 +18,8 @@ pub struct Testing {
     pub checks_in_shaders: bool,
     /// A call that fails.
     pub fault: Option<Fault>,
+    /// MiB that each build also fills, so that it takes longer than it should; with 0 none.
+    pub burden: u64,
 }
 
 static TESTING: OnceLock<Testing> = OnceLock::new();
@@ -29,6 +33,16 @@ impl Testing {
 
 /// What is wanted; nothing where nobody has begun.
 pub(super) fn testing() -> &'static Testing {
-    static NONE: Testing = Testing { lowest_limits: false, no_features: false, checks_in_shaders: false, fault: None };
+    static NONE: Testing =
+        Testing { lowest_limits: false, no_features: false, checks_in_shaders: false, fault: None, burden: 0 };
     TESTING.get().unwrap_or(&NONE)
+}
+
+/// What each build also fills; none where no test wants it.
+///
+/// # Errors
+/// [`crate::Error::Gpu`] where memory runs out.
+pub(crate) fn burden(context: &Context) -> Result<Option<Buffer>> {
+    let bytes = testing().burden << 20;
+    (bytes > 0).then(|| Buffer::new(context, "test.burden", bytes, Memory::Device)).transpose()
 }

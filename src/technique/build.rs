@@ -1,7 +1,7 @@
 //! The one loop that builds.
 
 use super::{Settled, Spec, Technique};
-use crate::gpu::{Context, PassTime};
+use crate::gpu::{self, Buffer, Context, PassTime};
 use crate::world::{Generations, World};
 use crate::{Error, Result};
 use std::time::Instant;
@@ -17,6 +17,8 @@ pub struct Opened<T: Technique + ?Sized = dyn Technique> {
     built: Option<Generations>,
     /// A build ended in an error: what stands on the device is a part of it.
     broken: bool,
+    /// For tests: what a build also fills.
+    burden: Option<Buffer>,
 }
 
 /// What a build took.
@@ -46,7 +48,7 @@ pub fn open(context: &Context, world: &World, spec: &Spec) -> Result<Opened> {
 impl<T: Technique + ?Sized> Opened<T> {
     /// `skip`: an unchanged world is not built again.
     pub fn new(context: &Context, technique: Box<T>, skip: bool) -> Self {
-        Self { context: context.clone(), technique, skip, built: None, broken: false }
+        Self { context: context.clone(), technique, skip, built: None, broken: false, burden: None }
     }
 
     /// Builds for the world as it is now what has changed since the last build: no pass where none of what it is made of has. With
@@ -83,6 +85,9 @@ impl<T: Technique + ?Sized> Opened<T> {
                 way_out: "open it anew".into(),
             });
         }
+        if self.burden.is_none() {
+            self.burden = gpu::burden(&self.context)?;
+        }
         (self.built, self.broken) = (None, true);
         let start = Instant::now();
         let (mut passes, mut device_ns) = (Vec::new(), None);
@@ -90,7 +95,11 @@ impl<T: Technique + ?Sized> Opened<T> {
             let mut frame = 0;
             let submitted = self.context.try_submit(|commands| {
                 frame = commands.frame();
-                self.technique.record(commands, world)
+                self.technique.record(commands, world)?;
+                if let Some(burden) = &self.burden {
+                    commands.pass("test.burden", |pass| pass.fill(burden, 0));
+                }
+                Ok(())
             })?;
             if let (Some(first), Some(last)) = (submitted.first(), submitted.last()) {
                 device_ns = Some(device_ns.unwrap_or(0.0) + last.end_ns - first.start_ns);

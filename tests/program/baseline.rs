@@ -2,7 +2,7 @@
 
 use crate::errors::fails;
 use crate::support::{log, skipped};
-use crate::{folder, ok, results, run, runs, small_scene, text};
+use crate::{folder, gobo, ok, results, run, runs, small_scene, text};
 use gobo::measure::{Results, Status};
 use std::path::Path;
 
@@ -96,6 +96,29 @@ fn a_run_is_held_against_its_baseline() {
     let (holds, said, complained) = against(&quicker, &["--fail-slower", "5%"]);
     assert!(!holds && said.contains("SLOWER"), "{said}{complained}");
     assert_eq!(complained.matches("slower than the baseline").count(), measured, "{complained}");
+}
+
+/// Builds that do more than they should, as those of a worse edition would: they are slower, and nothing is worse.
+#[test]
+fn a_slower_build_is_found() {
+    let (scenes, first, out) = (folder(), folder(), folder());
+    let scene = small_scene(scenes.path());
+    ok(&arguments(&scene, first.path()));
+    let before = results(first.path());
+    let timed = before.rows.iter().filter(|row| row.build_ns.is_some()).count();
+    if timed == 0 {
+        return skipped("baseline::a_slower_build_is_found", "needs timestamps");
+    }
+    log("exercised", "a_slower_build_is_found", &before.device.name);
+    let baseline = changed(&before, scenes.path(), |_| {});
+    let mut slower = gobo();
+    slower.env("GOBO_TEST_BURDEN", "96").args(arguments(&scene, out.path()));
+    slower.args(["--baseline", &baseline, "--fail-slower", "--fail-worse"]);
+    let output = slower.output().expect("the program starts");
+    let [said, complained] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+    assert_eq!(output.status.code(), Some(1), "{said}{complained}");
+    assert!(said.contains("SLOWER") && !said.contains("WORSE"), "{said}{complained}");
+    assert_eq!(complained.matches("slower than the baseline").count(), timed, "{complained}");
 }
 
 #[test]
