@@ -21,7 +21,7 @@ pub struct Which<'a> {
     pub spec: &'a str,
 }
 
-/// A default that had a word, and is `auto` now; with detail=even they are the same.
+/// A default that had a word, and is `auto` now; they are the same but with detail=adaptive.
 const WAS: (&str, &str, &str) = ("avsm", "storage", "full");
 
 impl Rows {
@@ -70,7 +70,7 @@ impl Rows {
             let (name, keys) = variant.split_once(':').unwrap_or((variant, ""));
             let keys = keys.split(',').filter_map(|pair| pair.split_once('='));
             let same = |(key, value): (&str, &str)| {
-                let was = variant.contains("detail=even")
+                let was = !variant.contains("detail=adaptive")
                     && (name, key, value) == WAS
                     && wanted_keys.get(key).is_some_and(|wanted| wanted == AUTO);
                 was || wanted_keys.get(key).is_none_or(|wanted| wanted == value)
