@@ -3,7 +3,9 @@
 use super::progress::Progress;
 use super::{DeviceArguments, MESSAGES, complain, little, say, say_json};
 use crate::gpu::Context;
-use crate::measure::{DeviceFacts, Results, SCHEMA, SUBMISSION, Submission, answers_hash, noise, standard, with_case};
+use crate::measure::{
+    DeviceFacts, Effort, Results, SCHEMA, SUBMISSION, Submission, answers_hash, noise, standard, with_case,
+};
 use crate::report::{submission_table, write_whole};
 use crate::{Error, Result};
 use clap::Args;
@@ -74,11 +76,10 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
     let specs = scenes.iter().map(|scene| Ok(little::specs(standard::specs(scene)?))).collect::<Result<Vec<_>>>()?;
     let progress = Progress::new(specs.iter().map(Vec::len).sum());
     let mut rows = Vec::new();
+    let little = Effort { frames: 2, warm_up: 0, ..standard::EFFORT };
+    let effort = if little::is_asked() { little } else { standard::EFFORT };
     for (scene, specs) in scenes.iter().zip(&specs) {
-        with_case(context, std::slice::from_ref(scene), standard::EFFORT, |case| {
-            if little::is_asked() {
-                case.repeat([2, 0]);
-            }
+        with_case(context, std::slice::from_ref(scene), effort, |case| {
             for spec in specs {
                 progress.begins(&scene.name, spec);
                 let (row, _) = case.measure(spec);

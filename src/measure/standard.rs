@@ -107,8 +107,8 @@ pub struct Again {
 pub fn again(context: &Context, all: &[&Submission], few: Option<(usize, &[&str])>) -> Result<Vec<Again>> {
     let mut found = vec![Again::default(); all.len()];
     for scene in scenes()?.iter().filter(|scene| few.is_none_or(|(_, names)| names.contains(&scene.name.as_str()))) {
-        with_case(context, std::slice::from_ref(scene), EFFORT, |case| {
-            case.repeat([1, 0]);
+        let effort = Effort { frames: 1, warm_up: 0, ..EFFORT };
+        with_case(context, std::slice::from_ref(scene), effort, |case| {
             // Files have rows in common.
             let mut known: BTreeMap<String, Row> = BTreeMap::new();
             for (submission, found) in all.iter().zip(&mut found) {
