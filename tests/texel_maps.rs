@@ -153,7 +153,7 @@ fn translucency_maps_equal_their_twins() {
 fn beer_shadow_maps_equal_their_twins() {
     gpu_test("beer_shadow_maps_equal_their_twins", |context| {
         for (scene, size) in cases() {
-            for path in ["raster", "binned"] {
+            for path in ["raster", "binned", "binned,front=weighted"] {
                 let text = format!("beer-shadow-map:path={path},size={size}");
                 let what = format!("{} {text}", scene.name);
                 let (stored, views) = texels(context, &scene, &text);
@@ -161,7 +161,8 @@ fn beer_shadow_maps_equal_their_twins() {
                 each_texel(&scene, &views, |place, view, at, met, bound| {
                     let (twin, roundings) = match path {
                         "raster" => (beer::blend(view, at, met), 1.0 + 2.0 * met.len() as f32),
-                        _ => (beer::collect(view, at, met, bound), 1.0),
+                        "binned" => (beer::collect(view, at, met, bound), 1.0),
+                        _ => (beer::weighted(view, at, met, bound), 1.0),
                     };
                     let [one_minus_front, back, _, optical_depth] = stored[place][..] else { panic!("four channels") };
                     // A half float of up to 1 has 11 bits; an end is known to some roundings of a depth more.

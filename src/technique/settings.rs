@@ -370,6 +370,7 @@ mod tests {
             beer_shadow_map,
             deep_shadow_map,
             grid_query,
+            half_angle,
             ism,
             layers,
             psm,

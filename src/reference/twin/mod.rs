@@ -15,6 +15,7 @@ pub mod fit;
 pub mod gather;
 pub mod gbuffer;
 pub mod grid;
+pub mod half_angle;
 pub mod indirect;
 pub mod interleaved;
 pub mod ism;
