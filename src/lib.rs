@@ -101,6 +101,7 @@
 //! | psm | particles, strands, meshes | each frame | what is left of the light behind each slice of a volume |
 //! | layers | particles, strands, meshes | each frame | optical depth up to the ends of a texel's layers |
 //! | beer-shadow-map | particles, strands, meshes | each frame | front, mean extinction and greatest optical depth a texel |
+//! | half-angle | particles, strands, meshes | each frame | the light behind the slices that are painted so far |
 //! | translucency-map | particles, strands, meshes | each frame | one product of transmittances a texel |
 //! | stochastic | particles, strands, meshes | each frame | depths at which a few rays of each texel end by chance |
 //! | uncompressed | particles, strands, meshes | each frame | all segments of each texel: the yardstick |

@@ -108,11 +108,9 @@ impl Painter {
 
     /// The slices of `count` casters: places in the order.
     pub fn slices(&self, count: u32) -> impl Iterator<Item = Range<u32>> + use<> {
-        let at = {
-            let slices = self.slices;
-            move |slice: u32| (u64::from(slice) * u64::from(count) / u64::from(slices)) as u32
-        };
-        (0..self.slices).map(move |slice| at(slice)..at(slice + 1)).filter(|places| !places.is_empty())
+        let slices = self.slices;
+        let at = move |slice: u32| (u64::from(slice) * u64::from(count) / u64::from(slices)) as u32;
+        (0..slices).map(move |slice| at(slice)..at(slice + 1)).filter(|places| !places.is_empty())
     }
 
     /// Draws casters into the light's buffer; those of none make it all light.

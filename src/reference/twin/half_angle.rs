@@ -44,7 +44,7 @@ pub fn slices(view: &View, camera: &View, casters: &[Caster], count: usize) -> S
     let (half, near_to_far) = half_vector(camera.forward, view.forward);
     let keys: Vec<u32> = keys(half, view, casters).into_iter().map(float_order).collect();
     let order = sort(&keys);
-    let (mut slice, mut buffers) = (vec![0; casters.len()], vec![vec![1.0; view.texels() as usize]]);
+    let (mut slice, mut buffers) = (vec![0; casters.len()], vec![vec![1.0; view.texels()]]);
     for i in 0..count {
         let places = i * casters.len() / count..(i + 1) * casters.len() / count;
         let drawn: Vec<_> = order[places].iter().map(|caster| *caster as usize).collect();
@@ -90,8 +90,7 @@ pub fn picture(casters: &Casters, scene: &Scene, camera: &View, view: &View, cou
         let all = arriving_unshadowed(scene, position);
         all * slices.at(view, slices.slice[index as usize], position + lift(caster) * towards)
     };
-    let surface = |position, hit: &_| lit_surface(casters, scene, position, hit);
-    camera_rays(casters, scene, camera, &slices.order, light, surface)
+    camera_rays(casters, scene, camera, &slices.order, light, |at, hit| lit_surface(casters, scene, at, hit))
 }
 
 fn arriving_unshadowed(scene: &Scene, position: DVec3) -> DVec3 {
