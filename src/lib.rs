@@ -104,6 +104,7 @@
 //! | moments | particles, strands, meshes | each frame | moments of the optical depth a texel |
 //! | wavelet | particles, strands, meshes | each frame | optical depth in Haar wavelets a texel |
 //! | beer-shadow-map | particles, strands, meshes | each frame | front, mean extinction and greatest optical depth a texel |
+//! | half-angle | particles, strands, meshes | each frame | the light behind the slices that are painted so far |
 //! | translucency-map | particles, strands, meshes | each frame | one product of transmittances a texel |
 //! | stochastic | particles, strands, meshes | each frame | depths at which a few rays of each texel end by chance |
 //! | uncompressed | particles, strands, meshes | each frame | all segments of each texel: the yardstick |

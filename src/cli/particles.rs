@@ -6,7 +6,7 @@ use super::{check_messages, one_spec, say};
 use crate::consume::{Colours, Lighting, Renderer};
 use crate::scene::{Scene, View};
 use crate::simulate::Simulation;
-use crate::technique::open;
+use crate::technique::{answers_in_space, open};
 use crate::world::World;
 use crate::{Error, Result};
 use std::process::ExitCode;
@@ -31,6 +31,7 @@ pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colours: Colou
     };
     let size = [arguments.width, arguments.height];
     let mut opened = open(&context, &world, &spec)?;
+    answers_in_space(opened.technique.as_ref())?;
     let renderer = Renderer::new(&context, &world, &View::camera(&scene.camera, scene, size))?;
     let mut sequence = Sequence::new(&arguments.out, size, times_s.len() as u32);
     let mut path = "";

@@ -9,7 +9,7 @@ use super::{
 use crate::consume::{Lighting, Renderer, Shading, Tiled};
 use crate::reference::truth::{Casters, fog, picture};
 use crate::scene::{Fog, View};
-use crate::technique::{Spec, open, usual};
+use crate::technique::{Spec, answers_in_space, open, usual};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
@@ -147,6 +147,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     arguments.vpls.light(&context, &mut states)?;
     let mut world = World::new(&context, &states[0])?;
     let mut opened = open(&context, &world, &spec)?;
+    if air.is_some() {
+        answers_in_space(opened.technique.as_ref())?;
+    }
     let shading = arguments.shading(&spec);
     let mut renderer = Renderer::new(&context, &world, &View::camera(&states[0].camera, &states[0], size))?;
     let mut counts = Vec::new();
@@ -165,10 +168,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         let mut picture = match spacing {
             Some(spacing) => renderer.wireframe(&answer, shading, spacing)?,
-            None if states.len() == 1 => renderer.picture(&answer, shading, lighting)?,
+            None if states.len() == 1 => renderer.picture_of(opened.technique.as_ref(), shading, lighting)?,
             // In a world that moves the frame before is another one.
             None => {
-                renderer.draw(&renderer.kernels(&answer, shading, lighting)?)?;
+                renderer.draw(&renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?)?;
                 renderer.read()?
             }
         };

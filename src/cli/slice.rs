@@ -5,7 +5,7 @@ use super::{
     DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, little, load, one_spec, place, say,
 };
 use crate::consume::slice;
-use crate::technique::{open, usual};
+use crate::technique::{answers_in_space, open, usual};
 use crate::world::World;
 use crate::{Error, Result};
 use clap::Args;
@@ -89,6 +89,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         opened.build(&world)?;
         path = opened.technique.facts()?.path;
         let technique = &opened.technique;
+        answers_in_space(technique.as_ref())?;
         let Some(view) = technique.maps().get(map).map(|m| m.volume) else {
             return Err(Error::input("--technique", "it has no maps", "name one that has, such as avsm"));
         };

@@ -14,6 +14,7 @@ mod reservoir;
 mod settings;
 mod shading;
 mod slice;
+mod sliced;
 mod steps;
 
 pub use fog::FogKernel;

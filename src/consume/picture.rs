@@ -5,6 +5,7 @@ use super::half::from_half;
 use super::interleaved::{Interleaved, PartsSeen};
 use super::many_lights::{Asking, ManyLights, Targets, TilesSeen};
 use super::reservoir::Reservoirs;
+use super::sliced::Sliced;
 use super::{Lighting, Shading, Tiled};
 use crate::gpu::{
     Bindings, Blend, Buffer, Commands, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Pass, PassTime,
@@ -13,7 +14,7 @@ use crate::gpu::{
 use crate::scene::{Picture, SKY, View, far_to_near};
 use crate::shaders::consume as shaders;
 use crate::shaders::set;
-use crate::technique::Answer;
+use crate::technique::{Answer, Technique};
 use crate::world::World;
 use crate::{Error, Result};
 use std::cell::RefCell;
@@ -41,7 +42,7 @@ pub struct Renderer {
     /// What `shading=tiled` keeps from frame to frame, once it was asked for.
     tiles: RefCell<Option<Rc<ManyLights>>>,
     pub(super) triangle_vertices: u32,
-    caster_count: u32,
+    pub(super) caster_count: u32,
 }
 
 push_struct! {
@@ -68,6 +69,7 @@ enum Meshes {
 enum Casters {
     Fragment(Kernel),
     Vertex(Kernel<SpacingPush>, SpacingPush),
+    Sliced(Sliced),
 }
 
 /// The casters in the order in which they are blended.
@@ -165,9 +167,12 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::kernels`] and [`Renderer::draw`].
     pub fn picture(&self, answer: &Answer, shading: Shading, lighting: Lighting) -> Result<Picture> {
-        let kernels = self.kernels(answer, shading, lighting)?;
+        self.settled(&self.kernels(answer, shading, lighting)?, shading)
+    }
+
+    fn settled(&self, kernels: &Kernels, shading: Shading) -> Result<Picture> {
         for _ in 0..shading.frames_to_settle() {
-            self.draw(&kernels)?;
+            self.draw(kernels)?;
         }
         self.read()
     }
@@ -351,6 +356,7 @@ impl Renderer {
         match &kernels.casters {
             Casters::Fragment(kernel) => self.caster(commands, kernel),
             Casters::Vertex(kernel, push) => self.vertex_lit(commands, kernel, push),
+            Casters::Sliced(sliced) => sliced.record(commands, self),
         }
     }
 
@@ -463,6 +469,27 @@ impl Renderer {
                 ),
             },
         })
+    }
+
+    /// What draws the picture, lit by a technique after a build, or painted by it.
+    ///
+    /// # Errors
+    /// As [`Renderer::kernels`]; [`Error::Refused`] where a technique paints casters that are to be lit at their vertices.
+    pub fn kernels_of(&self, technique: &dyn Technique, shading: Shading, lighting: Lighting) -> Result<Kernels> {
+        let Some(painter) = technique.painter() else { return self.kernels(&technique.answer(), shading, lighting) };
+        if lighting != Lighting::Fragment {
+            return Err(Error::Refused { needs: "lighting=fragment: it paints casters itself".into() });
+        }
+        let kernels = self.kernels(&technique.answer(), shading, lighting)?;
+        Ok(Kernels { casters: Casters::Sliced(Sliced::new(self, &technique.answer(), painter)?), ..kernels })
+    }
+
+    /// Draws the picture as [`Renderer::picture`] does, lit by a technique after a build, or painted by it.
+    ///
+    /// # Errors
+    /// As [`Renderer::kernels_of`] and [`Renderer::draw`].
+    pub fn picture_of(&self, technique: &dyn Technique, shading: Shading, lighting: Lighting) -> Result<Picture> {
+        self.settled(&self.kernels_of(technique, shading, lighting)?, shading)
     }
 
     /// Those of the last kernels, or new ones where they were of another kind.

@@ -234,6 +234,12 @@ impl Drop for Commands<'_> {
 }
 
 impl<'a> Pass<'_, 'a> {
+    /// Waits for all that came before, as between two passes: for draws that take turns within one.
+    pub fn barrier(&mut self) {
+        let access = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
+        self.commands.barrier(vk::PipelineStageFlags2::ALL_COMMANDS, access);
+    }
+
     /// Runs a compute shader over `groups` workgroups.
     pub fn dispatch<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, groups: [u32; 3]) {
         self.bind(kernel, push);

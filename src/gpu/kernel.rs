@@ -17,6 +17,8 @@ pub enum Blend {
     None,
     /// Premultiplied over: new + (1 − new alpha) · old.
     Over,
+    /// Premultiplied under: old + (1 − old alpha) · new.
+    Under,
     /// new · old, in every channel.
     Multiply,
     /// new + old, in every channel.
@@ -436,6 +438,7 @@ fn attachment(blend: Blend) -> vk::PipelineColorBlendAttachmentState {
     let (new, old) = match blend {
         Blend::None => return base,
         Blend::Over => (vk::BlendFactor::ONE, vk::BlendFactor::ONE_MINUS_SRC_ALPHA),
+        Blend::Under => (vk::BlendFactor::ONE_MINUS_DST_ALPHA, vk::BlendFactor::ONE),
         Blend::Multiply => (vk::BlendFactor::ZERO, vk::BlendFactor::SRC_COLOR),
         Blend::Add | Blend::MaxAndAdd => (vk::BlendFactor::ONE, vk::BlendFactor::ONE),
     };

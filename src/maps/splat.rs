@@ -86,6 +86,17 @@ impl Splat {
         Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), strands })
     }
 
+    /// All casters in an order that the caller sorts.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn sorted_by(context: &Context, world: &World, maps: &Maps, order: &Buffer) -> Result<Self> {
+        let set = set::Splat { order }.bind(context, "splat")?;
+        let capacity = world.caster_capacity().max(1);
+        let (caster_count, strands) = (world.caster_count(), world.has_strands());
+        Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), strands })
+    }
+
     /// What draws casters with a fragment shader into colour targets: sets 0 and 1 are the maps' and the order, set 2 is
     /// `more`.
     ///
@@ -133,6 +144,12 @@ impl Splat {
                 Some(culled) => draw.draw_indirect(kernel, &push, &culled.draws, u64::from(map) * COMMAND_BYTES),
             }
         }
+    }
+
+    /// Draws those casters of the first map that have these places in the order.
+    pub fn draw_places(&self, draw: &mut Draw, kernel: &Kernel<SplatPush>, places: Range<u32>) {
+        let push = SplatPush { map: 0, order_first: 0, slot: 0, group: 0, capacity: 0 };
+        draw.draw_part(kernel, &push, 6 * places.start..6 * places.end);
     }
 
     /// Bytes of the orders and the commands.

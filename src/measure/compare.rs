@@ -255,8 +255,9 @@ impl Case<'_> {
         row.variant.extend(facts.found);
         row.counters = facts.counters;
         row.counters.insert("passes_if_unchanged".into(), opened.build(&self.world)?.passes.len() as u64);
+        // What paints has no look-up in space: what would be asked of it there is absent.
         let glance = self.effort.truth == Extent::Glance;
-        if !glance {
+        if !glance && opened.technique.painter().is_none() {
             row.lookup_ns_per_million = self.time_lookups(opened.technique.as_ref())?;
         }
 
@@ -271,7 +272,7 @@ impl Case<'_> {
         }
         let camera = self.camera(self.effort.picture)?;
         let renderer = Renderer::new(self.context, &self.world, &camera)?;
-        let kernels = renderer.kernels(&opened.technique.answer(), shading, lighting)?;
+        let kernels = renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?;
         let mut drawn = self.time_draws(shading, || renderer.draw(&kernels))?;
         if !timed.draws.is_empty() {
             // A frame of what the device simulates draws its particles as they stand there. The picture that is compared with the
@@ -291,7 +292,7 @@ impl Case<'_> {
         row.frame_ns = build.zip(row.draw_ns).map(|(build, draw)| build + draw.median);
         let picture = match shading {
             // Each frame is another: as many from the first on as it takes, however many were timed.
-            Shading::Reservoir => renderer.picture(&opened.technique.answer(), shading, lighting)?,
+            Shading::Reservoir => renderer.picture_of(opened.technique.as_ref(), shading, lighting)?,
             _ => renderer.read()?,
         };
         let mut beside_truth = None;
@@ -302,7 +303,7 @@ impl Case<'_> {
                     picture.clone()
                 } else {
                     let renderer = Renderer::new(self.context, &self.world, &lit.camera)?;
-                    renderer.picture(&opened.technique.answer(), shading, lighting)?
+                    renderer.picture_of(opened.technique.as_ref(), shading, lighting)?
                 };
                 let mut error = picture_error(&drawn, &lit.picture);
                 if let Some(bounce) = self.bounce(&lit.camera) {
@@ -314,7 +315,7 @@ impl Case<'_> {
             let (map, space, surface) = (asked.map.error()?, asked.space.error()?, asked.surface.error()?);
             row.error = Some(RowError { map, space, surface, casters: asked.surface.caster_error(), image });
         }
-        if self.effort.footprints {
+        if self.effort.footprints && !opened.technique.painter().is_some() {
             self.show(0)?;
             opened.build(&self.world)?;
             row.footprints = self.ask_footprints(opened.technique.as_ref())?;
@@ -390,18 +391,21 @@ impl Case<'_> {
             let truth = &self.truths[frame];
             let glance = self.effort.truth == Extent::Glance;
             let resolution = if glance { Vec::new() } else { technique.resolution() };
-            if moves {
+            let paints = technique.painter().is_some();
+            if moves && !paints {
                 let watched = self.ask_all(technique, truth, truth.watched(), &resolution)?;
                 flicker.frame(watched, truth.watched(), &self.frames.states[frame]);
             }
             if !moments.contains(&frame) {
                 continue;
             }
-            asked.space.extend(self.ask_all(technique, truth, truth.space(), &resolution)?);
+            if !paints {
+                asked.space.extend(self.ask_all(technique, truth, truth.space(), &resolution)?);
+            }
             asked.surface.extend(self.ask_all(technique, truth, truth.surface(), &resolution)?);
             // What has no maps has no map error.
             let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
-            if !views.is_empty() && !glance {
+            if !views.is_empty() && !glance && !paints {
                 let maps = truth.maps(views);
                 asked.map.extend(self.ask_all(technique, truth, &maps.maps, &resolution)?);
                 asked.maps.push(maps);

@@ -5,7 +5,7 @@ use crate::consume::{Colours, Kernels, Lighting, Points, Renderer, Shading};
 use crate::gpu::{Context, PassTime};
 use crate::scene::{Scene, View};
 use crate::simulate::Simulation;
-use crate::technique::Opened;
+use crate::technique::{Opened, answers_in_space};
 use crate::world::World;
 
 /// A scene in each frame.
@@ -58,6 +58,7 @@ impl Drawing {
         lit: &Opened,
         shading: Shading,
     ) -> Result<Self> {
+        answers_in_space(lit.technique.as_ref())?;
         let renderer = Renderer::new(context, world, camera)?;
         let answer = lit.technique.answer();
         let kernels = renderer.kernels(&answer, shading, Lighting::Fragment)?;

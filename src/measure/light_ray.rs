@@ -5,7 +5,7 @@ use crate::gpu::Context;
 use crate::maps::Map;
 use crate::reference::truth::Casters;
 use crate::scene::{Scene, View};
-use crate::technique::Opened;
+use crate::technique::{Opened, answers_in_space};
 use crate::{Error, Result};
 use glam::{DVec2, DVec3};
 
@@ -46,6 +46,7 @@ impl LightRay {
     /// [`Error::Input`] where the first has no maps, or the texel is none of the map's, is never asked for or is covered by
     /// nothing translucent; [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, casters: &Casters, opened: &[Opened], map: usize, texel: [u32; 2]) -> Result<Self> {
+        opened.iter().try_for_each(|opened| answers_in_space(opened.technique.as_ref()))?;
         let (name, [x, y]) = (format!("texel {},{}", texel[0], texel[1]), texel);
         let seen = |opened: &Opened| opened.technique.maps().get(map).map(|map: &Map| map.volume);
         let Some(view) = opened.first().and_then(seen) else {

@@ -38,7 +38,7 @@ impl Case<'_> {
             self.show(frame)?;
             opened.build(&self.world)?;
             renderer.look(&self.world, &camera(scene))?;
-            renderer.draw(&renderer.kernels(&opened.technique.answer(), shading, lighting)?)?;
+            renderer.draw(&renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?)?;
             pictures.push(renderer.read()?);
         }
         let later = 1.min(pictures.len());

@@ -21,15 +21,26 @@
 //! # Ok(()) });
 //! ```
 
-use super::keys::Name;
-use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, settings};
+use super::keys::{Name, words};
+use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
 use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
 use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
-use crate::Result;
 use crate::gpu::{Blend, Constants, Context, Format};
 use crate::maps::{Filter, FilterKind, OpaqueWay, TexelKernels, TexelWay, Texels};
+use crate::shaders::constant::WEIGHTED_FRONT;
 use crate::shaders::{beer_shadow_map as shaders, folder};
 use crate::world::World;
+use crate::{Error, Result};
+
+words! {
+    /// Where a texel's medium begins.
+    pub enum Front {
+        /// Where the first caster does.
+        First = "first",
+        /// At the mean depth of what takes light, as three-geospatial's clouds have it: needs the bins.
+        Weighted = "weighted",
+    }
+}
 
 settings! {
     /// What there is to set.
@@ -38,6 +49,11 @@ settings! {
         /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where the device
         /// can.
         path: Option<TexelWay> = PATH;
+        /// Where a texel's medium begins.
+        front: Front = Setting::word(
+            "first",
+            "the medium begins at the first caster, or at the mean depth of what takes light (needs path=binned)",
+        );
         /// Texels a side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
         /// How a look-up weighs the texels about a point.
@@ -65,7 +81,7 @@ pub const ENTRY: Entry = Entry {
     runs: Runs {
         compare: &["path=raster|binned"],
         on_cpu: &[(Name::SIZE, "64")],
-        stress_smoke: &["size=32,path=raster|binned"],
+        stress_smoke: &["size=32,path=raster|binned", "size=32,path=binned,front=weighted"],
         ..Runs::NONE
     },
     open: |context, world, spec| Ok(Box::new(BeerShadowMap::new(context, world, &spec.settings())?)),
@@ -82,8 +98,12 @@ impl BeerShadowMap {
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { path, size, filter: kind, radius, opaque, skip } = *settings;
-        let constants = Constants::new();
+        let Settings { path, front, size, filter: kind, radius, opaque, skip } = *settings;
+        if front == Front::Weighted && path == Some(TexelWay::Raster) {
+            // What a caster weighs follows from the ends of all.
+            return Err(Error::Refused { needs: "path=binned, for front=weighted".into() });
+        }
+        let constants = Constants::new().set(WEIGHTED_FRONT, front == Front::Weighted);
         let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
         let kernels = TexelKernels {
             labels: ["beer_shadow_map.blend", "beer_shadow_map.collect"],

@@ -9,6 +9,7 @@ pub mod beer_shadow_map;
 pub mod deep_shadow_map;
 pub mod fourier;
 pub mod grid_query;
+pub mod half_angle;
 pub mod ism;
 pub mod layers;
 pub mod moments;
@@ -26,6 +27,7 @@ pub mod wavelet;
 // What they share.
 mod build;
 pub mod keys;
+mod painter;
 pub mod promises;
 mod requirements;
 pub mod runs;
@@ -40,6 +42,7 @@ pub use build::{Built, Opened, open};
 pub use deep_shadow_map::{DeepShadowMap, DeepState};
 pub use fourier::Fourier;
 pub use grid_query::GridQuery;
+pub use half_angle::HalfAngle;
 pub use ism::{
     Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, Ism, PointData, PointsData,
     SUBSETS as ISM_SUBSETS, VIRTUAL_LIGHTS, Way as IsmWay,
@@ -48,6 +51,7 @@ pub use keys::{Key, Name, Values};
 pub use layers::Layers;
 pub use moments::Moments;
 pub use none::Unshadowed;
+pub use painter::{Painter, answers_in_space, half_vector};
 pub use promises::Promises;
 pub use psm::Psm;
 pub use ray_query::RayQuery;
@@ -70,6 +74,7 @@ use crate::shaders::Folder;
 use crate::world::{Parts, World};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
+use std::rc::Rc;
 
 macro_rules! registry {
     ($($folder:ident),*) => {
@@ -119,6 +124,12 @@ pub trait Technique {
 
     /// How to ask it.
     fn answer(&self) -> Answer<'_>;
+
+    /// What paints the casters of a picture, for a technique that has no answer for a point among them: what it answers then is right
+    /// behind all of them alone, as surfaces ask. By default none.
+    fn painter(&self) -> Option<&Rc<Painter>> {
+        None
+    }
 
     /// The maps that it stands in, as the last build fitted them: none before the first, and none for what has no maps.
     fn maps(&self) -> &[Map];

@@ -379,6 +379,7 @@ mod tests {
             deep_shadow_map,
             fourier,
             grid_query,
+            half_angle,
             ism,
             layers,
             moments,

@@ -2,11 +2,14 @@
 // The nearest entry, the farthest exit and the optical depth of each texel's casters, each texel written once. Source: ours.
 // Inputs: maps, casters, parts, entries. Output: texels. Twin: reference::twin::beer_shadow_map::collect.
 // Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
+// WEIGHTED_FRONT: the medium begins at the mean depth of what takes light, not at the first caster. Twin: weighted.
 layout(local_size_x = 8, local_size_y = 8) in;
 const uint THREADS = 64u;
 #include "technique/beer_shadow_map/texel.glsl"
 #include "maps/bins/batch.glsl"
 #include "maps/bins/scale.glsl"
+
+CONSTANT(bool, WEIGHTED_FRONT, false)
 
 // set 2: maps_texels
 layout(set = 2, binding = 0, rgba16f) uniform writeonly image2D texels;
@@ -34,9 +37,30 @@ void main() {
             }
         }
     }
+    vec2 depth = vec2(view_depth(view, range.x), view_depth(view, range.y));
+    if (WEIGHTED_FRONT) {
+        // Each caster at its middle, by its optical depth and by what an even medium from front to back leaves there. Both sums are of no
+        // more than the optical depths.
+        float extinction = min(float(sum) / scale, DARK) / max(depth.y - depth.x, 1e-9);
+        uint weights = 0u, places = 0u;
+        for (uint begin = 0u; begin < part.count; begin += batch_size()) {
+            uint filled = min(batch_size(), part.count - begin);
+            fetch_batch(view, part.first + begin, filled);
+            for (uint i = 0u; i < filled; ++i) {
+                vec2 z;
+                float optical_depth;
+                if (view_segment(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth) && optical_depth > 0.0) {
+                    float place = 0.5 * (view_depth(view, z.x) + view_depth(view, z.y)) - depth.x;
+                    float weight = optical_depth * exp(-extinction * place) * scale;
+                    weights += uint(weight + 0.5);
+                    places += uint(weight * place + 0.5);
+                }
+            }
+        }
+        depth += weights > 0u ? float(places) / float(weights) : 0.0;
+    }
     end_part(part);
     if (all(lessThan(texel, uvec2(view.width, view.height)))) {
-        vec2 depth = vec2(view_depth(view, range.x), view_depth(view, range.y));
         vec4 value = range.x <= range.y ? beer_texel(depth, float(sum) / scale) : vec4(0.0);
         imageStore(texels, ivec2(texel + uvec2(0u, map * view.height)), value);
     }

@@ -16,6 +16,7 @@ pub mod fourier;
 pub mod gather;
 pub mod gbuffer;
 pub mod grid;
+pub mod half_angle;
 pub mod harmonics;
 pub mod indirect;
 pub mod interleaved;

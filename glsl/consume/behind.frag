@@ -1,0 +1,12 @@
+#version 460
+// Lays what was drawn from near to far over what stands behind all of it. Input: seen, premultiplied. Output: the same, blended over.
+#extension GL_EXT_samplerless_texture_functions : require
+
+// set 0: sliced_seen
+layout(set = 0, binding = 0) uniform texture2D seen;
+
+layout(location = 0) out vec4 color;
+
+void main() {
+    color = texelFetch(seen, ivec2(gl_FragCoord.xy), 0);
+}

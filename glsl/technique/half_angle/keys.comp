@@ -1,0 +1,28 @@
+#version 460
+// How far each caster's middle lies along the half vector of light and camera, as a whole number that orders as the distance does.
+// Source: Kniss et al. 2003; Green 2008. Inputs: maps, casters. Output: items, indices rising. Twin: reference::twin::half_angle::keys.
+#include "maps/extents.glsl"
+#include "maps/scene.glsl"
+
+struct Item {
+    uint key;
+    uint index;
+};
+
+layout(local_size_x = 64) in;
+
+// set 1: order_keys
+layout(set = 1, binding = 0, scalar) writeonly buffer Items { Item items[]; };
+
+layout(push_constant, scalar) uniform HalfPush {
+    vec3 half_vector;
+    uint count;
+};
+
+void main() {
+    uint i = (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * 64u + gl_LocalInvocationIndex;
+    if (i < count) {
+        vec3 middle = casters[i].position + 0.5 * casters[i].axis - maps[0].volume.origin;
+        items[i] = Item(float_order(dot(middle, half_vector)), i);
+    }
+}

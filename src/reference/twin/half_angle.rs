@@ -1,0 +1,117 @@
+//! CPU twins of glsl/technique/half_angle/ and of what is painted with it: slices along the half vector of light and camera, the light's
+//! buffer after each. Sources: Kniss et al. 2003; Green 2008.
+
+use super::filter::Filter;
+use super::order::{float_order, sort};
+use super::segment::texel_segment;
+use crate::reference::truth::{Casters, camera_rays, lift, lit_surface};
+use crate::scene::{Caster, Picture, Scene, View};
+use glam::{DVec3, Vec2, Vec3};
+
+/// The unit vector along which slices lie, and whether the camera meets them from near to far. Twin: `technique::half_vector`.
+pub fn half_vector(camera: [f32; 3], light: [f32; 3]) -> (Vec3, bool) {
+    let (camera, light) = (Vec3::from(camera), Vec3::from(light));
+    let near_to_far = camera.dot(light) >= 0.0;
+    ((light + if near_to_far { camera } else { -camera }).normalize_or_zero(), near_to_far)
+}
+
+/// How far each caster's middle lies along it. Twin: keys.comp.
+pub fn keys(half: Vec3, light: &View, casters: &[Caster]) -> Vec<f32> {
+    let middle = |c: &Caster| Vec3::from(c.position) + 0.5 * Vec3::from(c.axis) - Vec3::from(light.origin);
+    casters.iter().map(|caster| middle(caster).dot(half)).collect()
+}
+
+/// What these casters leave of the light at a texel. Twin: light.frag, and what is blended from it.
+pub fn light<'a>(view: &View, texel: [u32; 2], casters: impl IntoIterator<Item = &'a Caster>) -> f32 {
+    let segments = casters.into_iter().filter_map(|caster| texel_segment(view, texel, caster));
+    (-segments.map(|segment| segment.optical_depth).sum::<f32>()).exp()
+}
+
+/// The light's buffer before each slice and after the last, and which slice each caster is in.
+pub struct Slices {
+    /// Rows of texels of each.
+    pub buffers: Vec<Vec<f32>>,
+    /// Of each caster.
+    pub slice: Vec<usize>,
+    /// Casters as slices have them.
+    pub order: Vec<u32>,
+    /// Whether the camera meets them in this order.
+    pub near_to_far: bool,
+}
+
+/// Slices of as many casters each, as `camera` and the light's map `view` have them.
+pub fn slices(view: &View, camera: &View, casters: &[Caster], count: usize) -> Slices {
+    let (half, near_to_far) = half_vector(camera.forward, view.forward);
+    let keys: Vec<u32> = keys(half, view, casters).into_iter().map(float_order).collect();
+    let order = sort(&keys);
+    let (mut slice, mut buffers) = (vec![0; casters.len()], vec![vec![1.0; view.texels()]]);
+    for i in 0..count {
+        let places = i * casters.len() / count..(i + 1) * casters.len() / count;
+        let drawn: Vec<_> = order[places].iter().map(|caster| *caster as usize).collect();
+        drawn.iter().for_each(|caster| slice[*caster] = i);
+        let texel = |at: usize, before: f32| {
+            let texel = [at as u32 % view.width, at as u32 / view.width];
+            before * light(view, texel, drawn.iter().map(|caster| &casters[*caster]))
+        };
+        let next = buffers[i].iter().enumerate().map(|(at, before)| texel(at, *before)).collect();
+        buffers.push(next);
+    }
+    Slices { buffers, slice, order, near_to_far }
+}
+
+impl Slices {
+    /// What the buffer before slice `slice` says of the light at a point. Twin: visibility.glsl, where no mesh is.
+    fn at(&self, view: &View, slice: usize, position: DVec3) -> f64 {
+        let (at, z) = view.project(position);
+        if z <= f64::from(view.near) {
+            return 1.0;
+        }
+        let size = Vec2::new(view.width as f32, view.height as f32);
+        let texels = Filter::Bilinear.weights(size, at.as_vec2());
+        let inside = |x: i32, y: i32| (0..view.width as i32).contains(&x) && (0..view.height as i32).contains(&y);
+        let value = |x: i32, y: i32| {
+            if inside(x, y) { self.buffers[slice][(y * view.width as i32 + x) as usize] } else { 1.0 }
+        };
+        texels.into_iter().map(|(texel, weight)| f64::from(weight * value(texel.x, texel.y))).sum()
+    }
+}
+
+/// The picture of a scene of one light without meshes.
+pub fn picture(casters: &Casters, scene: &Scene, camera: &View, view: &View, count: usize) -> Picture {
+    let mut slices = slices(view, camera, &casters.all, count);
+    if slices.near_to_far {
+        // From near to far behind each other is from far to near over each other.
+        slices.order.reverse();
+    }
+    let slices = &slices;
+    let light = |_, index: u32, position: DVec3| {
+        let towards = scene.lights[0].towards(position);
+        let caster = &casters.all[index as usize];
+        let all = arriving_unshadowed(scene, position);
+        all * slices.at(view, slices.slice[index as usize], position + lift(caster) * towards)
+    };
+    camera_rays(casters, scene, camera, &slices.order, light, |at, hit| lit_surface(casters, scene, at, hit))
+}
+
+fn arriving_unshadowed(scene: &Scene, position: DVec3) -> DVec3 {
+    let light = &scene.lights[0];
+    if !light.shines_on(position) {
+        return DVec3::ZERO;
+    }
+    DVec3::from(light.radiance.map(f64::from)) * light.falloff(position)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Between both, and turned over where the camera looks against the light.
+    #[test]
+    fn half_vectors_lie_between() {
+        let (down, along) = ([0.0, 0.0, -1.0], [1.0, 0.0, 0.0]);
+        assert_eq!(half_vector(down, down), (Vec3::NEG_Z, true));
+        assert_eq!(half_vector([0.0, 0.0, 1.0], down), (Vec3::NEG_Z, false));
+        let (half, near_to_far) = half_vector(along, down);
+        assert!(near_to_far && (half - Vec3::new(0.5f32.sqrt(), 0.0, -0.5f32.sqrt())).length() < 1e-6);
+    }
+}

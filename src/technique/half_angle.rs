@@ -1,0 +1,204 @@
+//! Half-angle slicing: casters in slices along the half vector of light and camera, drawn for the camera and into the light's buffer in turn.
+//! Sources: Kniss, Premože, Hansen, Shirley and McPherson 2003, A Model for Volume Lighting and Modeling; Green 2008, Volumetric Particle
+//! Shadows.
+//!
+//! It paints the picture itself: [`crate::consume::Renderer::kernels_of`] draws with it. What it answers of points is what falls behind all
+//! casters, which is what surfaces in the picture are lit by.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, smoke};
+//! # on_a_device(|context| {
+//! use gobo::consume::{Lighting, Renderer, Shading};
+//! use gobo::scene::View;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let scene = smoke();
+//! let world = World::new(context, &scene)?;
+//! let mut slices = open(context, &world, &parse("half-angle:size=64", &[])?[0])?;
+//! slices.build(&world)?;
+//! let renderer = Renderer::new(context, &world, &View::camera(&scene.camera, &scene, [32, 18]))?;
+//! let kernels = renderer.kernels_of(slices.technique.as_ref(), Shading::Forward, Lighting::Fragment)?;
+//! renderer.draw(&kernels)?;
+//! assert!(renderer.read()?.pixels.iter().flatten().all(|channel| channel.is_finite()));
+//! # Ok(()) });
+//! ```
+
+use super::keys::{Name, words};
+use super::painter::{Painter, PainterKernels};
+use super::settings::{Keyed, OPAQUE, SIZE, SKIP, Setting, settings};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
+use crate::gpu::{Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Target};
+use crate::maps::{DrawingOrder, Map, Maps, OpaqueMaps, OpaqueWay, Splat, SplatPush};
+use crate::shaders::constant::STRANDS;
+use crate::shaders::{folder, half_angle as shaders};
+use crate::world::{Made, Parts, World};
+use crate::{Error, Result};
+use std::rc::Rc;
+
+words! {
+    /// What a texel of the light's buffer is kept in.
+    pub enum Storage {
+        /// 8 bits.
+        R8 = "r8",
+        /// A half float.
+        R16f = "r16f",
+        /// 32 bits.
+        R32f = "r32f",
+    }
+}
+
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// Slices of as many casters each: 32, 64 or 128.
+        slices: u32 = Setting::one_of("64", &["32", "64", "128"], "slices along the half vector, of as many casters each");
+        /// Texels a side of the light's buffer, 1 to 16,384.
+        size: u32 = SIZE;
+        /// What a texel of it is kept in.
+        storage: Storage = Setting::word("r16f", "8 bits a texel of the light's buffer, half floats (as published), or 4 bytes");
+        /// What draws the meshes as the light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
+    }
+    every {
+        /// Builds where nothing has changed are left out.
+        skip: bool = SKIP;
+    }
+}
+
+/// For the registry. It promises what the light behind all casters does: no depth, and what blending rounds.
+pub const ENTRY: Entry = Entry {
+    name: "half-angle",
+    about: "slices along the half vector of light and camera; paints the picture, has no look-up in space (Kniss 2003, Green 2008)",
+    casts: Casts::ALL,
+    lifetime: Lifetime::Frame,
+    keys: Settings::KEYS,
+    paths: &[Path { name: SLICED, requires: &[] }],
+    promises: |_, _| Promises::OF_NO_DEPTH,
+    runs: Runs { compare: &[""], on_cpu: &[(Name::SIZE, "64")], stress_smoke: &["size=32,slices=32"], ..Runs::NONE },
+    open: |context, world, spec| Ok(Box::new(HalfAngle::new(context, world, &spec.settings())?)),
+};
+
+const SLICED: &str = "sliced";
+
+/// The technique, opened for one world.
+pub struct HalfAngle {
+    maps: Maps,
+    /// What all casters leave.
+    whole: Image,
+    splat: Splat,
+    draw: Kernel<SplatPush>,
+    written: Made,
+    painter: Rc<Painter>,
+    look_up: Bindings,
+    constants: Constants,
+}
+
+impl HalfAngle {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where a setting is not what it may be; [`Error::Refused`] where there are several lights, a point light, or the device
+    /// does not blend what `storage` says; [`Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        settings.check()?;
+        let Settings { slices, size, storage, opaque, skip: _ } = *settings;
+        if world.light_count() != 1 || world.map_count() != 1 {
+            let needs =
+                "one light, directional or a spot: slices lie along the half vector of one light and the camera";
+            return Err(Error::Refused { needs: needs.into() });
+        }
+        if storage == Storage::R32f && !context.features().float32_blend {
+            return Err(Error::Refused { needs: "blending into 32-bit floats, or storage=r16f".into() });
+        }
+        let format = match storage {
+            Storage::R8 => Format::R8_UNORM,
+            Storage::R16f => Format::R16_SFLOAT,
+            Storage::R32f => Format::R32_SFLOAT,
+        };
+        let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
+        let constants = Constants::new().set(STRANDS, world.has_strands());
+        let whole = Image::new(context, "half_angle.whole", format, maps.size(), ImageUse::Color)?;
+        let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
+        let kernels = PainterKernels {
+            name: "half_angle.light",
+            slices,
+            format,
+            fragment: &shaders::LIGHT_FRAG,
+            keys: &shaders::KEYS,
+            constants: &constants,
+        };
+        Ok(Self {
+            draw: splat.kernel(context, &maps, kernels.fragment, &[(format, Blend::Multiply)], &[], &constants)?,
+            painter: Rc::new(Painter::new(context, world, &maps, &kernels)?),
+            look_up: maps.look_up(context, "half_angle.look_up", &[Resource::Texture(whole.clone())])?,
+            written: Made::of(Maps::VOLUME),
+            maps,
+            whole,
+            splat,
+            constants,
+        })
+    }
+
+    fn light(&self, commands: &mut Commands) {
+        commands.pass("half_angle.light", |pass| {
+            let target = Target { image: &self.whole, clear: Some([1.0; 4]) };
+            pass.render(self.whole.size(), &[target], None, |draw| self.splat.draw(draw, &self.draw, 0..1, 0, 0));
+        });
+    }
+}
+
+impl Technique for HalfAngle {
+    fn made_of(&self) -> Parts {
+        Maps::VOLUME.and(Maps::OPAQUE)
+    }
+
+    fn forget(&mut self) {
+        self.maps.forget();
+        self.written.forget();
+    }
+
+    fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        self.maps.record(commands, world)?;
+        if self.written.make(world) {
+            self.splat.record(commands, world, &self.maps, None);
+            self.light(commands);
+        }
+        Ok(())
+    }
+
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        let grew = self.maps.settle(frame, false)?;
+        if grew {
+            self.written.forget();
+        }
+        if let Some(map) = self.maps.all().first() {
+            self.painter.forward.set(map.volume.forward);
+        }
+        Ok(Settled::of(grew))
+    }
+
+    fn answer(&self) -> Answer<'_> {
+        Answer { folder: folder::HALF_ANGLE, bindings: &self.look_up, constants: &self.constants }
+    }
+
+    fn painter(&self) -> Option<&Rc<Painter>> {
+        Some(&self.painter)
+    }
+
+    fn maps(&self) -> &[Map] {
+        self.maps.all()
+    }
+
+    fn facts(&self) -> Result<Facts> {
+        Ok(Facts {
+            path: SLICED,
+            reason: "the only path".into(),
+            bytes_resident: self.whole.bytes() + self.painter.bytes() + self.maps.opaque_image().bytes(),
+            bytes_transient: self.maps.opaque_bytes_transient(),
+            ..Facts::default()
+        })
+    }
+}

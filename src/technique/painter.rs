@@ -1,0 +1,130 @@
+//! What a technique gives that paints casters into the picture, and has no answer for a point among them: slices along the half vector of light
+//! and camera, and the light's buffer, in which the slices so far are. Whoever draws the picture draws a slice, lit by the buffer, then has
+//! it drawn into the buffer, and goes on to the next. Sources: Kniss et al. 2003; Green 2008.
+
+use super::Technique;
+use crate::gpu::{
+    Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Pass, Resource, Shader, Target,
+    groups, push_struct,
+};
+use crate::maps::{Maps, Order, Splat, SplatPush};
+use crate::scene::View;
+use crate::shaders::set;
+use crate::world::World;
+use crate::{Error, Result};
+use glam::Vec3;
+use std::cell::Cell;
+use std::ops::Range;
+
+push_struct! {
+    /// Twin: HalfPush in glsl/technique/half_angle/keys.comp.
+    struct HalfPush {
+        half_vector: [f32; 3],
+        count: u32,
+    }
+}
+
+/// What paints.
+pub struct Painter {
+    /// Slices of as many casters each.
+    slices: u32,
+    /// What slices so far leave of the light.
+    light: Image,
+    draw: Kernel<SplatPush>,
+    splat: Splat,
+    keys: Kernel<HalfPush>,
+    order: Order,
+    /// Which way the light goes, as the last build had it.
+    pub(super) forward: Cell<[f32; 3]>,
+    /// How the light's buffer is asked.
+    pub look_up: Bindings,
+    /// The casters' order: glsl/consume/sliced.vert.
+    pub sorted: Bindings,
+}
+
+/// What makes one.
+pub(super) struct PainterKernels<'a> {
+    pub name: &'static str,
+    pub slices: u32,
+    /// Of the light's buffer.
+    pub format: Format,
+    /// Draws a caster into it (maps/splat.glsl).
+    pub fragment: &'a Shader,
+    /// Writes the key of each caster.
+    pub keys: &'a Shader,
+    pub constants: &'a Constants,
+}
+
+/// The unit vector along which slices lie, away from the light, and whether the camera meets them in this order: both for a camera and a light
+/// that look along these. Twin: reference::twin::half_angle::half_vector.
+pub fn half_vector(camera: Vec3, light: Vec3) -> (Vec3, bool) {
+    let near_to_far = camera.dot(light) >= 0.0;
+    ((light + if near_to_far { camera } else { -camera }).normalize_or_zero(), near_to_far)
+}
+
+/// For who asks about points in space: a technique that paints casters has no answer for these.
+///
+/// # Errors
+/// [`Error::Refused`] where it is such a one.
+pub fn answers_in_space(technique: &dyn Technique) -> Result<()> {
+    let needs =
+        "a technique that answers at points in space, and this one paints the picture: name another, such as avsm";
+    if technique.painter().is_none() { Ok(()) } else { Err(Error::Refused { needs: needs.into() }) }
+}
+
+impl Painter {
+    pub(super) fn new(context: &Context, world: &World, maps: &Maps, kernels: &PainterKernels) -> Result<Self> {
+        let PainterKernels { name, slices, format, fragment, keys, constants } = *kernels;
+        let light = Image::new(context, name, format, maps.size(), ImageUse::Color)?;
+        let order = Order::new(context, world, maps)?;
+        let splat = Splat::sorted_by(context, world, maps, &order.sorted)?;
+        let items = set::OrderKeys { items: &order.items }.bind(context, name)?;
+        Ok(Self {
+            slices,
+            draw: splat.kernel(context, maps, fragment, &[(format, Blend::Multiply)], &[], constants)?,
+            keys: Kernel::compute(context, keys, &[maps.scene(), &items], &Constants::new())?,
+            look_up: maps.look_up(context, name, &[Resource::Texture(light.clone())])?,
+            sorted: set::SlicedOrder { sorted: &order.sorted }.bind(context, name)?,
+            forward: Cell::default(),
+            light,
+            splat,
+            order,
+        })
+    }
+
+    /// Whether this camera meets the slices from near to far: what is drawn then goes behind what is there, not over it.
+    pub fn near_to_far(&self, camera: &View) -> bool {
+        half_vector(camera.forward.into(), self.forward.get().into()).1
+    }
+
+    /// Sorts the first `count` casters as slices have them for this camera.
+    pub fn sort(&self, commands: &mut Commands, camera: &View, count: u32) {
+        let (half, _) = half_vector(camera.forward.into(), self.forward.get().into());
+        let [x, y] = groups(u64::from(count).div_ceil(64));
+        let push = HalfPush { half_vector: half.into(), count };
+        commands.pass("half_angle.keys", |pass| pass.dispatch(&self.keys, &push, [x, y, 1]));
+        self.order.sort(commands, count);
+    }
+
+    /// The slices of `count` casters: places in the order.
+    pub fn slices(&self, count: u32) -> impl Iterator<Item = Range<u32>> + use<> {
+        let slices = self.slices;
+        let at = move |slice: u32| (u64::from(slice) * u64::from(count) / u64::from(slices)) as u32;
+        (0..slices).map(move |slice| at(slice)..at(slice + 1)).filter(|places| !places.is_empty())
+    }
+
+    /// Draws casters into the light's buffer; those of none make it all light.
+    pub fn light(&self, pass: &mut Pass, places: Range<u32>) {
+        let clear = places.is_empty().then_some([1.0; 4]);
+        pass.render(self.light.size(), &[Target { image: &self.light, clear }], None, |draw| {
+            if clear.is_none() {
+                self.splat.draw_places(draw, &self.draw, places);
+            }
+        });
+    }
+
+    /// Bytes of the buffer, and of the order.
+    pub(super) fn bytes(&self) -> u64 {
+        self.light.bytes() + self.order.bytes()
+    }
+}
