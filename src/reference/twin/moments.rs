@@ -103,12 +103,12 @@ impl Problem<'_> {
                 let half = [x, y];
                 let whole = turned(half, half);
                 let mut at = if self.degree % 2 == 1 { half } else { [1.0, 0.0] };
-                for i in 0..=self.degree {
+                for (i, value) in all.iter_mut().enumerate().take(self.degree + 1) {
                     let (order, part) = self.function(i);
                     if i > 0 && order != self.function(i - 1).0 {
                         at = turned(at, whole);
                     }
-                    all[i] = at[part];
+                    *value = at[part];
                 }
             }
         }
@@ -119,7 +119,7 @@ impl Problem<'_> {
     fn function(&self, i: usize) -> (usize, usize) {
         match self.degree % 2 {
             1 => (1 + 2 * (i / 2), i % 2),
-            _ => (2 * i.div_ceil(2), usize::from(i > 0 && i % 2 == 0)),
+            _ => (2 * i.div_ceil(2), usize::from(i > 0 && i.is_multiple_of(2))),
         }
     }
 
@@ -148,8 +148,8 @@ impl Problem<'_> {
         for i in 0..=self.degree {
             for j in 0..=i {
                 let mut rest = self.product(i, j);
-                for k in 0..j {
-                    rest -= lower[i][k] * lower[j][k];
+                for (a, b) in lower[i].iter().zip(&lower[j]).take(j) {
+                    rest -= a * b;
                 }
                 lower[i][j] = if i == j { rest.max(LEAST_PIVOT).sqrt() } else { rest / lower[j][j] };
             }
