@@ -7,6 +7,7 @@
 pub mod avsm;
 pub mod beer_shadow_map;
 pub mod deep_shadow_map;
+pub mod density_grid;
 pub mod grid_query;
 pub mod ism;
 pub mod layers;
@@ -34,6 +35,7 @@ pub use avsm::{Avsm, NodeData};
 pub use beer_shadow_map::BeerShadowMap;
 pub use build::{Built, Opened, open};
 pub use deep_shadow_map::{DeepShadowMap, DeepState};
+pub use density_grid::DensityGrid;
 pub use grid_query::GridQuery;
 pub use ism::{
     Atlas as IsmAtlas, CLUSTER as ISM_CLUSTER, ClusterData, Culling, Facing, Ism, PointData, PointsData,

@@ -369,6 +369,7 @@ mod tests {
             avsm,
             beer_shadow_map,
             deep_shadow_map,
+            density_grid,
             grid_query,
             ism,
             layers,
