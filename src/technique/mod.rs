@@ -12,6 +12,7 @@ pub mod grid_query;
 pub mod ism;
 pub mod layers;
 pub mod none;
+pub mod optical_depth_grid;
 pub mod psm;
 pub mod ray_query;
 pub mod shadow_map;
@@ -44,6 +45,7 @@ pub use ism::{
 pub use keys::{Key, Name, Values};
 pub use layers::Layers;
 pub use none::Unshadowed;
+pub use optical_depth_grid::OpticalDepthGrid;
 pub use promises::Promises;
 pub use psm::Psm;
 pub use ray_query::RayQuery;

@@ -373,6 +373,7 @@ mod tests {
             grid_query,
             ism,
             layers,
+            optical_depth_grid,
             psm,
             shadow_map,
             stochastic,

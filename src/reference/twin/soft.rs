@@ -3,7 +3,7 @@
 
 use super::grid::Place;
 use super::media::{Media, Motes, UNITS, inverse_root, length};
-use crate::scene::Caster;
+use crate::scene::{Caster, Light, LightKind};
 use std::array::from_fn;
 use std::f32::consts::PI;
 
@@ -39,6 +39,21 @@ impl Directions {
         }
         Self { words }
     }
+}
+
+/// The way from a point to a light, voxels. Twin: grid_way in glsl/grid/way.glsl.
+pub fn way(place: &Place, light: &Light, position: [f32; 3]) -> ([f32; 3], [f32; 3]) {
+    let (from, size) = (place.voxels(position), place.size as f32);
+    let to = match light.kind {
+        LightKind::Directional { direction } => {
+            let far = 2.0 * size + length(from.map(|v| v - 0.5 * size));
+            return (from, direction.as_vec3().to_array().map(|d| -d * far));
+        }
+        LightKind::Spot { position, .. } | LightKind::Virtual { position, .. } | LightKind::Point { position } => {
+            position.as_vec3().to_array()
+        }
+    };
+    (from, from_fn(|i| (to[i] - position[i]) * place.per_unit))
 }
 
 /// What a look-up of the technique `density-grid` knows.
