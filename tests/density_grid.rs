@@ -60,13 +60,13 @@ fn directions_equal_their_twin() {
                 assert!(opened.technique.grid().directions().expect("read") == directions.words, "{}", scene.name);
                 opened.rebuild(&world).expect("built");
             }
-            // Of hair alone what strands take is what voxels take, but for the two bits of each part's rounding.
+            // Of hair alone what strands take is what voxels take, but for what each part is rounded down by: three numbers of two bits fewer.
             if scene.particles.is_empty() {
                 let sum: f64 = media.voxels.iter().map(|v| f64::from(*v)).sum();
                 let traces =
                     directions.words.chunks_exact(6).map(|m| m[..3].iter().map(|v| f64::from(*v)).sum::<f64>());
                 let share = 4.0 * traces.sum::<f64>() / sum;
-                assert!(sum > 0.0 && (0.99..=1.0001).contains(&share), "{}: {share}", scene.name);
+                assert!(sum > 0.0 && (0.97..=1.0001).contains(&share), "{}: {share}", scene.name);
             }
         }
     });
@@ -130,11 +130,13 @@ fn ratio_tracking_has_its_mean_and_variance() {
             let variance = square - mean * mean;
             let n = points.len() as f64;
             let found = answers.iter().map(|a| f64::from(*a)).sum::<f64>() / n;
-            let spread = answers.iter().map(|a| (f64::from(*a) - mean).powi(2)).sum::<f64>() / n;
+            let moment = |power| answers.iter().map(|a| (f64::from(*a) - mean).powi(power)).sum::<f64>() / n;
+            let (spread, fourth) = (moment(2), moment(4));
             // Neighbouring ways differ by as much as the square is wide.
             let error = 4.0 * (variance / n).sqrt() + 2e-3;
             assert!((found - mean).abs() < error, "place {place_of}: {found}, not {mean} ± {error}");
-            assert!((spread - variance).abs() < 0.15 * variance + 1e-4, "place {place_of}: {spread}, not {variance}");
+            let error = 4.0 * ((fourth - spread * spread) / n).sqrt() + 1e-3;
+            assert!((spread - variance).abs() < error, "place {place_of}: {spread}, not {variance} ± {error}");
             shadowed += usize::from(variance > 1e-3);
         }
         assert!(shadowed > 3, "{shadowed}");
@@ -151,8 +153,9 @@ fn fibres_take_light_across_and_not_along() {
         let along = LightKind::Directional { direction: DVec3::X };
         scene.lights.push(Light { kind: along, radiance: [1.0; 3], radius: f64::INFINITY });
         let (radius, opacity, count) = (0.002f32, 0.5f32, 3000);
-        for _ in 0..count {
-            let [_, y, z] = random.point(-0.5, 0.5);
+        for i in 0..count {
+            // As evenly as can be.
+            let (y, z) = ((i as f32 * 0.618_034).fract() - 0.5, (i as f32 + 0.5) / count as f32 - 0.5);
             scene.strands.push(Strand { start: [-1.0, y, z], end: [1.0, y, z], radius, opacity });
         }
         let across = f64::from(count) * 2.0 * f64::from(radius) * f64::from(opacity);
