@@ -98,9 +98,13 @@ fn flank() -> Scene {
 #[test]
 fn finer_vertices_come_nearer() {
     gpu_test_needing("finer_vertices_come_nearer", NEEDS, |context| {
-        // In a grid light jumps from voxel to voxel, of which a picture of that size has ten pixels each, and few samples are noise from
+        // In a grid light jumps from voxel to voxel, or bends there, of which a picture of that size has ten pixels each, and few samples are noise from
         // texel to texel.
-        let is_smooth = |text: &String| !["voxel-grid", "stochastic"].iter().any(|name| text.starts_with(name));
+        let is_smooth = |text: &String| {
+            !["voxel-grid", "density-grid", "optical-depth-grid", "stochastic"]
+                .iter()
+                .any(|name| text.starts_with(name))
+        };
         for text in techniques("finer_vertices_come_nearer", context).into_iter().filter(is_smooth) {
             let [pixels, drawn @ ..] = pictures(
                 context,

@@ -10,10 +10,11 @@ use gobo::gpu::Context;
 use gobo::maps::{FilterKind, OpaqueWay};
 use gobo::scene::Scene;
 use gobo::technique::{
-    self, Avsm, BeerShadowMap, DeepShadowMap, Fourier, GridQuery, Layers, Moments, Opened, Psm, RayQuery, ShadowMap,
-    Stochastic, Technique, TranslucencyMap, Uncompressed, Unshadowed, VoxelGrid, Voxelized, Wavelet, avsm,
-    beer_shadow_map, deep_shadow_map, fourier, grid_query, layers, moments, none, psm, ray_query, shadow_map,
-    stochastic, translucency_map, uncompressed, voxel_grid, voxelized, wavelet,
+    self, Avsm, BeerShadowMap, DeepShadowMap, DensityGrid, Fourier, GridQuery, Layers, Moments, Opened,
+    OpticalDepthGrid, Psm, RayQuery, ShadowMap, Stochastic, Technique, TranslucencyMap, Uncompressed, Unshadowed,
+    VoxelGrid, Voxelized, Wavelet, avsm, beer_shadow_map, deep_shadow_map, density_grid, fourier, grid_query, layers,
+    moments, none, optical_depth_grid, psm, ray_query, shadow_map, stochastic, translucency_map, uncompressed,
+    voxel_grid, voxelized, wavelet,
 };
 use gobo::world::World;
 use support::{gpu_test, scenes, spec};
@@ -104,6 +105,16 @@ const SMOKE: &[(&str, Open)] = &[
         let sampling = stochastic::Sampling::Stratified;
         let settings = stochastic::Settings { size: 20, samples: 4, sampling, ..Default::default() };
         Ok(Box::new(Stochastic::new(context, world, &settings)?))
+    }),
+    ("density-grid:size=64,march=steps,steps=20,direction=mean", |context, world| {
+        let (march, direction) = (density_grid::March::Steps, density_grid::Direction::Mean);
+        let settings = density_grid::Settings { size: 64, march, steps: 20, direction };
+        Ok(Box::new(DensityGrid::new(context, world, &settings)?))
+    }),
+    ("optical-depth-grid:cells=32,bake=round-robin,frames=4", |context, world| {
+        let bake = optical_depth_grid::Bake::RoundRobin;
+        let settings = optical_depth_grid::Settings { cells: 32, bake, frames: 4, ..Default::default() };
+        Ok(Box::new(OpticalDepthGrid::new(context, world, &settings)?))
     }),
     ("grid-query:size=128", |context, world| {
         Ok(Box::new(GridQuery::new(context, world, &grid_query::Settings { size: 128 })?))

@@ -31,8 +31,8 @@ float light_taken(float optical_depth) {
     return taken;
 }
 
-// By Newton's iteration from the bits.
-float root(float square) {
+// 1 / √, by Newton's iteration from the bits; 0 of 0.
+float inverse_root(float square) {
     if (square < 1e-30) {
         return 0.0;
     }
@@ -41,7 +41,11 @@ float root(float square) {
         precise float next = inverse * (1.5 - 0.5 * square * inverse * inverse);
         inverse = next;
     }
-    precise float result = square * inverse;
+    return inverse;
+}
+
+float root(float square) {
+    precise float result = square * inverse_root(square);
     return result;
 }
 

@@ -31,20 +31,7 @@ void deposit(uvec3 voxel, uint amount) {
     }
 }
 
-void deposit_mote(vec3 place, uint amount) {
-    vec3 at = clamp(place - 0.5, vec3(0.0), vec3(grid.size - 1u)), corner = floor(at);
-    uvec3 voxel = uvec3(corner), share = uvec3((at - corner) * 256.0);
-    uint z[2] = uint[2](0u, part_of(amount, share.z));
-    z[0] = amount - z[1];
-    for (uint i = 0u; i < 2u; ++i) {
-        uint high = part_of(z[i], share.y), low = z[i] - high;
-        uint low_x = part_of(low, share.x), high_x = part_of(high, share.x);
-        deposit(voxel + uvec3(0u, 0u, i), low - low_x);
-        deposit(voxel + uvec3(1u, 0u, i), low_x);
-        deposit(voxel + uvec3(0u, 1u, i), high - high_x);
-        deposit(voxel + uvec3(1u, 1u, i), high_x);
-    }
-}
+#include "grid/mote.glsl"
 
 // How much there is to do for a caster, and the part of it from `first` on.
 uint deposit_caster(uint i, uint first, uint step, uint most) {

@@ -5,6 +5,7 @@
 #ifndef GRID_MARCH_TRIANGLES_GLSL
 #define GRID_MARCH_TRIANGLES_GLSL
 #include "grid/lists/place.glsl"
+#include "grid/occupied.glsl"
 #include "grid/walk.glsl"
 #include "world/triangle.glsl"
 

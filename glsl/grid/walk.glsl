@@ -1,15 +1,8 @@
-// A way through a grid from voxel to voxel, and out of what is empty at once. Needs visibility_bits and the constant GRID_SIZE.
+// A way through a grid from voxel to voxel, and out of what is empty at once.
 // Source: after Amanatides and Woo 1987; skipping what is empty on the levels above is ours. Twin: reference::twin::grid::Bits.
 #ifndef GRID_WALK_GLSL
 #define GRID_WALK_GLSL
 #include "grid/grid.glsl"
-
-// The 64 bits of a level's word.
-uvec2 grid_bits(uint level, uvec3 word) {
-    uint side = grid_side(GRID_SIZE, level);
-    uint at = 2u * (grid_level_at(GRID_SIZE, level) + (word.z * side + word.y) * side + word.x);
-    return uvec2(visibility_bits[at], visibility_bits[at + 1u]);
-}
 
 bool grid_is_empty(uvec2 bits) { return (bits.x | bits.y) == 0u; }
 

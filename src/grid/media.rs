@@ -11,6 +11,15 @@ use bytemuck::Zeroable;
 /// Workgroups that share the casters of many voxels.
 const LARGE_GROUPS: u32 = 4096;
 
+/// What a grid says of smoke and hair besides a number a voxel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Holds {
+    /// How strands run in each voxel.
+    pub directions: bool,
+    /// What any voxel takes at most.
+    pub most: bool,
+}
+
 /// A number a voxel, and bits that say where there are any.
 pub(super) struct Media {
     size: u32,
@@ -21,11 +30,20 @@ pub(super) struct Media {
     pub(super) large: Buffer,
     clear: Kernel<GridPush>,
     deposit: [Kernel<GridPush>; 3],
+    directions: Option<(Buffer, Kernel<GridPush>)>,
+    most: Option<(Buffer, Kernel<GridPush>)>,
 }
 
-/// Bytes of a number a voxel.
-fn bytes(size: u32) -> u64 {
-    4 * u64::from(size).pow(3)
+/// Bytes of numbers in each voxel, if the device binds so many.
+fn bytes(context: &Context, size: u32, numbers: u64) -> Result<u64> {
+    let (wants, has) = (4 * numbers * u64::from(size).pow(3), context.features().max_storage_buffer_range);
+    if wants > u64::from(has) {
+        let needs = format!(
+            "maxStorageBufferRange of at least {wants} for smoke and hair in {size}³ voxels (this device has {has})"
+        );
+        return Err(Error::Refused { needs });
+    }
+    Ok(wants)
 }
 
 impl Media {
@@ -33,15 +51,8 @@ impl Media {
     ///
     /// # Errors
     /// [`Error::Refused`] where the device binds no buffer of a number a voxel, [`Error::Gpu`] where memory runs out.
-    pub(super) fn new(context: &Context, world: &World, size: u32, grid: &Bindings) -> Result<Self> {
-        let (wants, has) = (bytes(size), context.features().max_storage_buffer_range);
-        if wants > u64::from(has) {
-            let needs = format!(
-                "maxStorageBufferRange of at least {wants} for smoke and hair in {size}³ voxels (this device has {has})"
-            );
-            return Err(Error::Refused { needs });
-        }
-        let voxels = Buffer::zeroed(context, "grid.media", wants)?;
+    pub(super) fn new(context: &Context, world: &World, size: u32, grid: &Bindings, holds: Holds) -> Result<Self> {
+        let voxels = Buffer::zeroed(context, "grid.media", bytes(context, size, 1)?)?;
         let bits = Buffer::zeroed(context, "grid.media_bits", 8 * u64::from(grid_words(size)))?;
         let listed = LISTS_BYTES + 4 * u64::from(world.caster_capacity());
         let large = Buffer::new(context, "grid.media_large", listed, Memory::Device)?;
@@ -51,7 +62,34 @@ impl Media {
         let clear = kernel(&shaders::CLEAR_MEDIA)?;
         let deposit =
             [kernel(&shaders::DEPOSIT_STEP_0)?, kernel(&shaders::DEPOSIT_STEP_1)?, kernel(&shaders::DEPOSIT_STEP_2)?];
-        Ok(Self { size, voxels, bits, large, clear, deposit })
+        let mut directions = None;
+        if holds.directions {
+            let words = Buffer::new(context, "grid.directions", bytes(context, size, 6)?, Memory::Device)?;
+            let run = set::GridDirections { directions: &words }.bind(context, "grid.directions")?;
+            let kernel = Kernel::compute(context, &shaders::DIRECTIONS, &[grid, &set, &run], &Constants::new())?;
+            directions = Some((words, kernel));
+        }
+        let mut most = None;
+        if holds.most {
+            let word = Buffer::new(context, "grid.most", 4, Memory::Device)?;
+            let greatest = set::GridMost { most: &word }.bind(context, "grid.most")?;
+            let kernel = Kernel::compute(context, &shaders::MOST, &[grid, &set, &greatest], &Constants::new())?;
+            most = Some((word, kernel));
+        }
+        Ok(Self { size, voxels, bits, large, clear, deposit, directions, most })
+    }
+
+    pub(super) fn directions(&self) -> Option<&Buffer> {
+        self.directions.as_ref().map(|(words, _)| words)
+    }
+
+    pub(super) fn most(&self) -> Option<&Buffer> {
+        self.most.as_ref().map(|(word, _)| word)
+    }
+
+    pub(super) fn resident_bytes(&self) -> u64 {
+        let held = [self.directions(), self.most()].into_iter().flatten();
+        self.voxels.bytes() + self.bits.bytes() + held.map(Buffer::bytes).sum::<u64>()
     }
 
     /// There is nothing anywhere: zeros where there was something.
@@ -63,6 +101,9 @@ impl Media {
         });
         commands.pass("grid.clear_media", |pass| {
             pass.fill_part(&self.large, 0, LISTS_BYTES, 0);
+            for held in [self.directions(), self.most()].into_iter().flatten() {
+                pass.fill(held, 0);
+            }
             pass.fill_part(&self.bits, self.bits.bytes() - 8 * top, 8 * top, 0);
         });
     }
@@ -80,5 +121,12 @@ impl Media {
             pass.dispatch(&self.deposit[1], &push, [LARGE_GROUPS, 1, 1]);
             pass.dispatch(&self.deposit[2], &push, [LARGE_GROUPS, 1, 1]);
         });
+        if let Some((_, kernel)) = &self.directions {
+            commands.pass("grid.directions", |pass| pass.dispatch(kernel, &push, [x, y, 1]));
+        }
+        if let Some((_, kernel)) = &self.most {
+            let [x, y] = groups(u64::from(side(self.size, 1).pow(3)));
+            commands.pass("grid.most", |pass| pass.dispatch(kernel, &push, [x, y, 1]));
+        }
     }
 }

@@ -9,6 +9,7 @@ mod stood;
 mod voxelize;
 
 pub use self::lists::ListTotals;
+pub use self::media::Holds;
 pub use self::stood::Stood;
 pub use self::voxelize::Voxelizer;
 
@@ -96,7 +97,8 @@ pub struct Grid {
     bounds: Kernel<GridPush>,
     fit: Kernel<GridPush>,
     clear: Kernel<GridPush>,
-    voxelize: Voxelize,
+    /// Where meshes are in it.
+    voxelize: Option<Voxelize>,
     /// Where it stands, if that is given and not fitted to what casts.
     stands: Option<GridData>,
     voxelized: Made,
@@ -117,9 +119,10 @@ pub enum Finer {
 /// What a grid is to hold, and where.
 struct Plan {
     size: u32,
-    voxelizer: Voxelizer,
+    /// None: without meshes.
+    voxelizer: Option<Voxelizer>,
     finer: Finer,
-    media: bool,
+    media: Option<Holds>,
     cast: bool,
     stands: Option<GridData>,
 }
@@ -148,7 +151,8 @@ impl Grid {
     /// [`crate::Error::Refused`] where the device binds no buffer of a number a voxel and there is smoke or hair,
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, finer: Finer) -> Result<Self> {
-        let media = world.caster_capacity() > 0;
+        let media = (world.caster_capacity() > 0).then(Holds::default);
+        let voxelizer = Some(voxelizer);
         Self::planned(context, world, &Plan { size, voxelizer, finer, media, cast: false, stands: None })
     }
 
@@ -157,8 +161,17 @@ impl Grid {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn listing(context: &Context, world: &World, size: u32) -> Result<Self> {
-        let (voxelizer, finer) = (Voxelizer::Listed, Finer::Nothing);
-        Self::planned(context, world, &Plan { size, voxelizer, finer, media: false, cast: true, stands: None })
+        let (voxelizer, finer) = (Some(Voxelizer::Listed), Finer::Nothing);
+        Self::planned(context, world, &Plan { size, voxelizer, finer, media: None, cast: true, stands: None })
+    }
+
+    /// One about smoke and hair alone, which holds what `holds` says of them.
+    ///
+    /// # Errors
+    /// As [`Grid::new`].
+    pub fn of_media(context: &Context, world: &World, size: u32, holds: Holds) -> Result<Self> {
+        let (finer, media) = (Finer::Nothing, Some(holds));
+        Self::planned(context, world, &Plan { size, voxelizer: None, finer, media, cast: false, stands: None })
     }
 
     /// One of the meshes alone that stands where `place` says; all of them have to be a voxel inside of it.
@@ -166,8 +179,8 @@ impl Grid {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn standing(context: &Context, world: &World, place: GridData) -> Result<Self> {
-        let (size, voxelizer) = (place.size, Voxelizer::Compute);
-        let plan = Plan { size, voxelizer, finer: Finer::Nothing, media: false, cast: false, stands: Some(place) };
+        let (size, voxelizer) = (place.size, Some(Voxelizer::Compute));
+        let plan = Plan { size, voxelizer, finer: Finer::Nothing, media: None, cast: false, stands: Some(place) };
         Self::planned(context, world, &plan)
     }
 
@@ -183,25 +196,34 @@ impl Grid {
         let casters = set::GridCasters { casters: &world.casters }.bind(context, "grid.casters")?;
         let constants = Constants::new();
         let kernel = |shader| Kernel::compute(context, shader, &[&set], &constants);
-        let place = if stands.is_some() { Parts::MESHES } else { Parts::BOX };
+        let place = match (voxelizer, stands) {
+            (None, _) => Parts::CASTERS,
+            (Some(_), None) => Parts::BOX,
+            (Some(_), Some(_)) => Parts::MESHES,
+        };
+        let meshes = if voxelizer.is_some() { Parts::MESHES.and(place) } else { place };
         Ok(Self {
             size,
             bits,
             large,
-            media: if media { Some(Media::new(context, world, size, &set)?) } else { None },
+            media: media.map(|holds| Media::new(context, world, size, &set, holds)).transpose()?,
             cast: if cast { Some(CastLists::new(context, world, size, &data)?) } else { None },
             cells: if finer == Finer::Counts { Some(Cells::new(context, size, &set)?) } else { None },
-            masks: if finer == Finer::Masks { Some(Masks::new(context, size, voxelizer, &set)?) } else { None },
+            masks: match voxelizer {
+                Some(voxelizer) if finer == Finer::Masks => Some(Masks::new(context, size, voxelizer, &set)?),
+                _ => None,
+            },
             bounds: Kernel::compute(context, &shaders::BOUNDS, &[&set, &casters], &constants)?,
             fit: kernel(&shaders::FIT)?,
             clear: kernel(&shaders::CLEAR)?,
             voxelize: match voxelizer {
-                Voxelizer::Listed => Voxelize::Listed(Box::new(Lists::new(context, world, size, &set)?)),
-                voxelizer => Voxelize::new(context, voxelizer, &[&set])?,
+                None => None,
+                Some(Voxelizer::Listed) => Some(Voxelize::Listed(Box::new(Lists::new(context, world, size, &set)?))),
+                Some(voxelizer) => Some(Voxelize::new(context, voxelizer, &[&set])?),
             },
             data,
             stands,
-            voxelized: Made::of(Parts::MESHES.and(place)),
+            voxelized: Made::of(meshes),
             deposited: Made::of(Parts::CASTERS.and(place)),
         })
     }
@@ -222,7 +244,7 @@ impl Grid {
     }
 
     fn lists(&self) -> Option<&Lists> {
-        if let Voxelize::Listed(lists) = &self.voxelize { Some(lists) } else { None }
+        if let Some(Voxelize::Listed(lists)) = &self.voxelize { Some(lists) } else { None }
     }
 
     /// Whether the world may have smoke or hair.
@@ -232,7 +254,7 @@ impl Grid {
 
     /// Of all that a look-up needs.
     pub fn resident_bytes(&self) -> u64 {
-        let media = self.media.as_ref().map_or(0, |media| media.voxels.bytes() + media.bits.bytes());
+        let media = self.media.as_ref().map_or(0, Media::resident_bytes);
         let cells = self.cells.as_ref().map_or(0, |cells| cells.counts.bytes());
         let lists = self.lists().map_or(0, |lists| lists.words.bytes());
         let masks = self.masks.as_ref().map_or(0, |masks| masks.words.bytes());
@@ -272,6 +294,21 @@ impl Grid {
     pub fn media(&self) -> Result<Option<(Vec<u32>, Vec<u64>)>> {
         let Some(media) = &self.media else { return Ok(None) };
         Ok(Some((media.voxels.read(self.size.pow(3) as usize)?, media.bits.read(grid_words(self.size) as usize)?)))
+    }
+
+    /// How strands run in each voxel, as glsl/grid/directions.glsl has it, after a build; nothing where that is not held.
+    ///
+    /// # Errors
+    /// As [`Grid::data`].
+    pub fn directions(&self) -> Result<Vec<i32>> {
+        let directions = self.media.as_ref().and_then(Media::directions);
+        directions.map_or(Ok(Vec::new()), |words| words.read(6 * self.size.pow(3) as usize))
+    }
+
+    /// How strands run in each voxel, and what any voxel takes at most; the bits stand for what is not held.
+    pub fn held_buffers(&self) -> [&Buffer; 2] {
+        let media = self.media.as_ref();
+        [media.and_then(Media::directions), media.and_then(Media::most)].map(|held| held.unwrap_or(&self.bits))
     }
 
     /// How many occupied voxels are in cells of 8 voxels a side, then of 16, and so on, after a build; nothing without cones.
@@ -325,7 +362,7 @@ impl Grid {
     /// [`crate::Error::Refused`] where the device binds no buffer of so many masks, [`crate::Error::Gpu`] where memory runs out.
     pub fn settle(&mut self, frame: u64) -> Result<bool> {
         let mut grew = self.masks.as_mut().map_or(Ok(false), |masks| masks.settle(frame))?;
-        if let Voxelize::Listed(lists) = &mut self.voxelize {
+        if let Some(Voxelize::Listed(lists)) = &mut self.voxelize {
             grew |= lists.settle(frame)?;
         }
         if let Some(cast) = &mut self.cast {
@@ -348,7 +385,9 @@ impl Grid {
             if self.stands.is_none() {
                 self.place(commands, world);
             }
-            self.voxelize.record(commands, "grid.voxelize", world, self.size);
+            if let Some(voxelize) = &self.voxelize {
+                voxelize.record(commands, "grid.voxelize", world, self.size);
+            }
             if let Some(cells) = &self.cells {
                 cells.record(commands);
             }
@@ -392,7 +431,8 @@ impl Grid {
     }
 
     fn place(&self, commands: &mut Commands, world: &World) {
-        let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
+        let triangle_count = if self.voxelize.is_some() { world.triangle_count() } else { 0 };
+        let caster_count = world.caster_count();
         let bounds_groups = triangle_count.max(caster_count).div_ceil(THREADS).clamp(1, BOUNDS_GROUPS);
         let threads = THREADS * bounds_groups;
         let push = GridPush { triangle_count, caster_count, threads, ..GridPush::zeroed() };

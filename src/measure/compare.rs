@@ -315,7 +315,7 @@ impl Case<'_> {
             let (map, space, surface) = (asked.map.error()?, asked.space.error()?, asked.surface.error()?);
             row.error = Some(RowError { map, space, surface, casters: asked.surface.caster_error(), image });
         }
-        if self.effort.footprints && !opened.technique.painter().is_some() {
+        if self.effort.footprints && opened.technique.painter().is_none() {
             self.show(0)?;
             opened.build(&self.world)?;
             row.footprints = self.ask_footprints(opened.technique.as_ref())?;

@@ -136,6 +136,9 @@ fn smoke_is_answered_alike() {
             "moments:basis=trigonometric,storage=r16",
             "uncompressed:size=64",
             "stochastic:samples=4",
+            "density-grid:size=64,direction=mean",
+            "density-grid:size=64,march=ratio",
+            "optical-depth-grid:cells=32",
             "grid-query",
             "deep-shadow-map:size=64",
         ] {

@@ -101,6 +101,9 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
     match spec.entry.name {
         "voxel-grid" if starts(&["grid.clear_media", "grid.deposit"]) => any(&casters),
         "voxel-grid" => any(&[Meshes, Box]),
+        "density-grid" => any(&casters),
+        "optical-depth-grid" if starts(&["grid."]) => any(&casters),
+        "optical-depth-grid" => any(&casters) || any(&[OneLight]),
         "grid-query" if starts(&["grid.casters"]) => any(&casters),
         "grid-query" => any(&[Meshes, Box]),
         "ray-query" if starts(&["ray_query.boxes"]) => any(&casters),
@@ -142,6 +145,7 @@ fn specs(test: &str, context: &Context) -> Vec<Spec> {
     for spec in &mut specs {
         match spec.entry.name {
             "ism" | "voxel-grid" | "grid-query" => {}
+            "density-grid" | "optical-depth-grid" => spec.set(Name::SIZE, "64"),
             "voxelized" => spec.set(Name::SIZE, "64"),
             _ => spec.set(Name::SIZE, "28"),
         }

@@ -36,6 +36,11 @@ CONSTANT(uint, CELL, 0u)
 #include "grid/march_cone.glsl"
 #include "grid/march_triangles.glsl"
 
+// Voxels take the same in each direction.
+float media_towards(float sum, uvec3 voxel) { return sum; }
+
+#include "grid/march_media.glsl"
+
 // Even steps; 0: every voxel.
 CONSTANT(uint, MARCH_STEPS, 0u)
 // Where in each step.

@@ -28,17 +28,22 @@ pub fn light_taken(optical_depth: f32) -> f32 {
     (0..8).fold(taken, |taken, _| taken * (2.0 - taken))
 }
 
-/// Twin: root.
-pub fn root(square: f32) -> f32 {
+/// Twin: inverse_root.
+pub(super) fn inverse_root(square: f32) -> f32 {
     if square < 1e-30 {
         return 0.0;
     }
     let first = f32::from_bits(0x5F37_59DF - (square.to_bits() >> 1));
-    square * (0..4).fold(first, |inverse, _| inverse * (1.5 - 0.5 * square * inverse * inverse))
+    (0..4).fold(first, |inverse, _| inverse * (1.5 - 0.5 * square * inverse * inverse))
+}
+
+/// Twin: root.
+pub fn root(square: f32) -> f32 {
+    square * inverse_root(square)
 }
 
 /// Twin: Motes.
-struct Motes {
+pub(super) struct Motes {
     first: [f32; 3],
     axis: [f32; 3],
     step: f32,
@@ -55,7 +60,7 @@ impl Motes {
     }
 
     /// Twin: strand_motes.
-    fn of_strand(start: [f32; 3], axis: [f32; 3], radius: f32, optical_depth: f32) -> Self {
+    pub(super) fn of_strand(start: [f32; 3], axis: [f32; 3], radius: f32, optical_depth: f32) -> Self {
         let widest = axis[0].abs().max(axis[1].abs()).max(axis[2].abs());
         let (mut step, mut count) = (1.0f32, 1u32);
         while (count as f32) < 2.0 * widest && count < 4096 {
@@ -65,6 +70,11 @@ impl Motes {
         let amount = silhouette * light_taken(optical_depth) * step;
         let first = from_fn(|i| start[i] + axis[i] * (0.5 * step));
         Self { first, axis, step, count, amount: units(amount) }
+    }
+
+    /// What each of its parts puts into which voxels.
+    pub(super) fn shares(&self, size: u32, mut deposit: impl FnMut([u32; 3], u32)) {
+        (0..self.count).for_each(|i| mote(self.place(i), self.amount, size, &mut deposit));
     }
 
     /// Twin: mote_place.
@@ -77,6 +87,22 @@ impl Motes {
 /// Twin: part_of.
 fn part_of(amount: u32, share: u32) -> u32 {
     (amount >> 8) * share + (((amount & 255) * share) >> 8)
+}
+
+/// Twin: deposit_mote in glsl/grid/mote.glsl.
+fn mote(place: [f32; 3], amount: u32, size: u32, mut deposit: impl FnMut([u32; 3], u32)) {
+    let at = place.map(|v| (v - 0.5).clamp(0.0, (size - 1) as f32));
+    let voxel = at.map(|v| v as u32);
+    let share: [u32; 3] = from_fn(|i| ((at[i] - at[i].floor()) * 256.0) as u32);
+    let high_z = part_of(amount, share[2]);
+    for (z, amount) in [(0, amount - high_z), (1, high_z)] {
+        let high_y = part_of(amount, share[1]);
+        for (y, amount) in [(0, amount - high_y), (1, high_y)] {
+            let high_x = part_of(amount, share[0]);
+            deposit([voxel[0], voxel[1] + y, voxel[2] + z], amount - high_x);
+            deposit([voxel[0] + 1, voxel[1] + y, voxel[2] + z], high_x);
+        }
+    }
 }
 
 /// Twin: Ball.
@@ -151,7 +177,7 @@ impl Media {
             } else {
                 Motes::of_sphere(at, radius, extinction)
             };
-            (0..motes.count).for_each(|i| media.mote(motes.place(i), motes.amount, size));
+            motes.shares(size, |voxel, amount| media.add(voxel, amount));
         }
         media
     }
@@ -167,20 +193,15 @@ impl Media {
         }
     }
 
-    /// Twin: deposit_mote.
-    fn mote(&mut self, place: [f32; 3], amount: u32, size: u32) {
-        let at = place.map(|v| (v - 0.5).clamp(0.0, (size - 1) as f32));
-        let voxel = at.map(|v| v as u32);
-        let share: [u32; 3] = from_fn(|i| ((at[i] - at[i].floor()) * 256.0) as u32);
-        let high_z = part_of(amount, share[2]);
-        for (z, amount) in [(0, amount - high_z), (1, high_z)] {
-            let high_y = part_of(amount, share[1]);
-            for (y, amount) in [(0, amount - high_y), (1, high_y)] {
-                let high_x = part_of(amount, share[0]);
-                self.add([voxel[0], voxel[1] + y, voxel[2] + z], amount - high_x);
-                self.add([voxel[0] + 1, voxel[1] + y, voxel[2] + z], high_x);
-            }
-        }
+    /// Where a voxel stands. Twin: media_at.
+    pub fn index(&self, voxel: [u32; 3]) -> usize {
+        let (word, bit) = self.bits.place(0, voxel);
+        64 * word + bit as usize
+    }
+
+    /// Whether its sum went past 32 bits.
+    pub fn is_full(&self, voxel: [u32; 3]) -> bool {
+        self.bits.has(0, voxel)
     }
 
     /// Optical depth of a way of one voxel's length. Twin: media_of.
@@ -191,10 +212,15 @@ impl Media {
 
     /// The optical depth of a way: every voxel on it is asked, one after the other. Twin: media_exact.
     pub fn march_exact(&self, from: [f32; 3], way: [f32; 3]) -> f32 {
+        self.march_by(from, way, |voxel| self.of(voxel))
+    }
+
+    /// The same of what `of` says that each voxel takes.
+    pub(super) fn march_by(&self, from: [f32; 3], way: [f32; 3], of: impl Fn([u32; 3]) -> f32) -> f32 {
         let voxels = length(way);
         let mut sum = 0.0;
         self.bits.walk(from, way, |voxel, range| {
-            sum += self.of(voxel) * ((range[1] - range[0]).max(0.0) * voxels);
+            sum += of(voxel) * ((range[1] - range[0]).max(0.0) * voxels);
             sum < DARK
         });
         sum.min(DARK)
@@ -210,7 +236,7 @@ impl Media {
     }
 }
 
-fn length(way: [f32; 3]) -> f32 {
+pub(super) fn length(way: [f32; 3]) -> f32 {
     way.iter().map(|w| w * w).sum::<f32>().sqrt()
 }
 

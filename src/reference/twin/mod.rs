@@ -28,6 +28,7 @@ pub mod masks;
 pub mod media;
 pub mod moments;
 pub mod opaque;
+pub mod optical_depth_grid;
 pub mod order;
 pub mod packed_normal;
 pub mod psm;
@@ -38,6 +39,7 @@ mod roots;
 pub mod segment;
 pub mod shadow_map;
 pub mod simulate;
+pub mod soft;
 pub mod stochastic;
 #[cfg(test)]
 mod sum_checks;

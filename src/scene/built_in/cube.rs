@@ -19,13 +19,16 @@ const RADIUS_WORLD: f64 = SIDE_WORLD / 16.0;
 /// transmittances lies inside the cube.
 const OPTICAL_DEPTH: f64 = 4.0;
 
+/// The most lights that it may have.
+pub(in crate::scene) const MOST_LIGHTS: u32 = 64;
+
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [8_192, 1];
 
 /// 8,192 spheres of one size, their diameter an eighth of the cube's side, uniformly at random wholly inside the cube
-/// (Particle Shadow Mapping's test case, *8K large particles*), a directional light slightly off the vertical. The same
-/// bytes on every call and machine.
-pub(in crate::scene) fn big_8k() -> Scene {
+/// (Particle Shadow Mapping's test case, *8K large particles*), a directional light slightly off the vertical, and as many
+/// more, up to `count`, that look down from all around. The same bytes on every call and machine.
+pub(in crate::scene) fn big_8k(name: &str, count: u32) -> Scene {
     // The centres fill a smaller cube, so the length and the volume that they fill are the smaller cube's.
     let centre_side = SIDE_WORLD - 2.0 * RADIUS_WORLD;
     let sphere_volume = 4.0 / 3.0 * PI * RADIUS_WORLD.powi(3);
@@ -41,17 +44,22 @@ pub(in crate::scene) fn big_8k() -> Scene {
             extinction,
         })
         .collect();
+    // The golden angle: no two alike, however many there are.
+    let around = |i: u32| {
+        let (turn, down) = (f64::from(i) * 2.399_963, 0.4 + 0.5 * f64::from(i % 7) / 7.0);
+        DVec3::new(turn.cos(), turn.sin(), -down).normalize()
+    };
+    let first = DVec3::new(0.2, 0.12, -0.97).normalize();
+    let directions = std::iter::once(first).chain((1..count).map(around));
+    let radiance = [1.0 / count as f32; 3];
+    let light = |direction| Light { kind: LightKind::Directional { direction }, radiance, radius: f64::INFINITY };
     Scene {
-        name: "big-8k".into(),
+        name: name.into(),
         particles,
         strands: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
-        lights: vec![Light {
-            kind: LightKind::Directional { direction: DVec3::new(0.2, 0.12, -0.97).normalize() },
-            radiance: [1.0; 3],
-            radius: f64::INFINITY,
-        }],
+        lights: directions.map(light).collect(),
         camera: Camera {
             position: DVec3::new(17.0, -11.0, 11.0),
             target: DVec3::splat(SIDE_WORLD / 2.0),

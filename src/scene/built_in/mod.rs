@@ -31,7 +31,8 @@ struct Key {
 }
 
 /// All of them.
-const KEYS: [Key; 2] = [
+const KEYS: [Key; 3] = [
+    Key { scene: "big-8k", name: "lights", default: 1, most: cube::MOST_LIGHTS },
     Key { scene: "fountain", name: "particles", default: 16_384, most: 4_000_000 },
     Key {
         scene: "courtyard",

@@ -51,7 +51,7 @@ impl Scene {
         match built_in.name {
             "three-emitters" => emitters::three_emitters(time_s),
             "plume-1m" => plume::plume_1m(),
-            "big-8k" => Ok(cube::big_8k()),
+            "big-8k" => Ok(cube::big_8k(&built_in.title, built_in.number("lights"))),
             "sparse" => Ok(sparse::sparse()),
             "hair" => hair::hair(time_s),
             "plume_8k" => Ok(embedded::plume_8k()),

@@ -1,0 +1,53 @@
+#version 460
+// How strands run in the voxels that they are in. One thread a strand. Source: ours. Inputs: casters, grid. Output: directions.
+// Twin: reference::twin::soft::Directions. Invariant: sums of whole numbers, so the same bytes each run.
+layout(local_size_x = 64) in;
+#include "grid/cast.glsl"
+#include "grid/directions.glsl"
+
+// set 2: grid_directions
+layout(set = 2, binding = 0, scalar) buffer CastDirections { int directions[]; };
+
+// Products of the strand's direction.
+vec3 squares;
+vec3 products;
+
+void add(uint at, float amount, float product) {
+    precise float units = amount * product;
+    int whole = int(units);
+    if (whole != 0) {
+        atomicAdd(directions[at], whole);
+    }
+}
+
+void deposit(uvec3 voxel, uint amount) {
+    // A float has each of these to the bit.
+    precise float exact = amount < 16777216u ? float(amount) : float(amount >> 8) * 256.0;
+    precise float units = exact * (DIRECTION_UNITS / MEDIA_UNITS);
+    uint at = 6u * media_at(grid.size, voxel);
+    for (uint i = 0u; i < 3u && amount > 0u; ++i) {
+        add(at + i, units, squares[i]);
+        add(at + 3u + i, units, products[i]);
+    }
+}
+
+#include "grid/mote.glsl"
+
+void main() {
+    uint i = 64u * (gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x) + gl_LocalInvocationIndex;
+    if (i >= caster_count || !caster_is_strand(casters[i])) {
+        return;
+    }
+    Caster caster = casters[i];
+    precise vec3 place = (caster.position - grid.origin) * grid.per_unit, axis = caster.axis * grid.per_unit;
+    precise float radius = caster.radius * grid.per_unit;
+    precise float square = axis.x * axis.x + axis.y * axis.y + axis.z * axis.z;
+    precise vec3 run = axis * inverse_root(square);
+    precise vec3 of_squares = run * run, of_products = run * run.yzx;
+    squares = of_squares;
+    products = of_products;
+    Motes motes = strand_motes(place, axis, radius, caster.density);
+    for (uint m = 0u; m < motes.count; ++m) {
+        deposit_mote(mote_place(motes, m), motes.amount);
+    }
+}

@@ -1,0 +1,64 @@
+// What a way takes where a voxel's number stands for its middle and is linear between middles: at even steps, or at places drawn by
+// chance (ratio tracking), which has no bias. Needs what grid/march_media.glsl needs. Sources: Novák et al. 2014 (ratio tracking);
+// O'Neill 2014 (PCG), Jarzynski and Olano 2020 (the hash). Twin: reference::twin::soft.
+#ifndef GRID_SOFT_GLSL
+#define GRID_SOFT_GLSL
+#include "grid/march_media.glsl"
+
+// Of a way of one voxel's length.
+float media_soft(vec3 place) {
+    vec3 at = clamp(place - 0.5, vec3(0.0), vec3(GRID_SIZE - 1u));
+    uvec3 corner = min(uvec3(at), uvec3(GRID_SIZE - 2u));
+    vec3 share = at - vec3(corner);
+    float sum = 0.0;
+    for (uint i = 0u; i < 8u; ++i) {
+        uvec3 high = uvec3(i & 1u, i >> 1 & 1u, i >> 2), voxel = corner + high;
+        vec3 weights = mix(1.0 - share, share, equal(high, uvec3(1u)));
+        if (grid_has(media_bits(1u, voxel >> 4u), voxel >> 2u)) {
+            sum += weights.x * weights.y * weights.z * media_of(voxel, media_bits(0u, voxel >> 2u));
+        }
+    }
+    return sum;
+}
+
+// Even steps: each stands for as much of the way.
+float media_soft_steps(vec3 from, vec3 way, uint steps, float offset) {
+    vec2 range = grid_clip(from, way, GRID_SIZE);
+    float each = (range.y - range.x) * length(way) / float(steps), sum = 0.0;
+    for (uint i = 0u; i < steps && range.x <= range.y; ++i) {
+#ifdef LOOK_UP_STEPS
+        ++look_up_steps;
+#endif
+        sum += media_soft(from + way * mix(range.x, range.y, (float(i) + offset) / float(steps))) * each;
+    }
+    return min(sum, MEDIA_DARK);
+}
+
+// What a voxel takes at most with ratio tracking: e⁻⁸ is left behind it.
+const float RATIO_MOST = 8.0;
+
+uint ratio_hash(uint bits) {
+    uint state = bits * 747796405u + 2891336453u;
+    uint word = (state >> ((state >> 28) + 4u) ^ state) * 277803737u;
+    return word >> 22 ^ word;
+}
+
+// An estimate of what is left of the light: the mean of many is e to the power of minus what the way takes. No voxel takes more than `most`.
+float media_ratio(vec3 from, vec3 way, float most, uint seed) {
+    vec2 range = grid_clip(from, way, GRID_SIZE);
+    float per_voxel = 1.0 / length(way), majorant = min(most, RATIO_MOST), left = 1.0, at = range.x;
+    // A way meets 3 · size voxels at most, and 8 places in each on average.
+    for (uint i = 0u; i < 64u * GRID_SIZE && majorant > 0.0 && left > 0.0; ++i) {
+#ifdef LOOK_UP_STEPS
+        ++look_up_steps;
+#endif
+        seed = ratio_hash(seed + i);
+        at -= log((float(seed >> 9) + 0.5) / 8388608.0) * per_voxel / majorant;
+        if (!(at < range.y)) {
+            break;
+        }
+        left *= 1.0 - min(media_soft(from + way * at), majorant) / majorant;
+    }
+    return left;
+}
+#endif

@@ -1,0 +1,77 @@
+// Density grid look-up: what smoke and hair in the voxels between `position` and light `light` leave of it. Sources: Amanatides and Woo 1987 (every
+// voxel); Novák et al. 2014 (ratio tracking); mean directions of strands are ours. Twins: reference::twin::media, reference::twin::soft.
+//
+//   binding 0  lights (world/light.glsl)
+//   binding 1  the grid (grid/grid.glsl)
+//   binding 2  its media (grid/media.glsl)
+//   binding 3  their bits
+//   binding 4  how strands run in it (grid/directions.glsl), or any buffer where DIRECTION is false
+//   binding 5  what any voxel takes at most, in units of media, or any buffer where MARCH is not 2
+// flat: bindings 176, constants 352: GRID_SIZE MARCH MARCH_STEPS DIRECTION
+#include "grid/directions.glsl"
+#include "grid/media.glsl"
+#include "grid/way.glsl"
+
+#ifndef GOBO_SET
+#define GOBO_SET 1
+#endif
+
+layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityLights { Light visibility_lights[]; };
+layout(set = GOBO_SET, binding = 1, scalar) readonly buffer VisibilityGrid { Grid visibility_grid; };
+layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityMedia { uint visibility_media[]; };
+layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityMediaBits { uint visibility_media_bits[]; };
+layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityDirections { int visibility_directions[]; };
+layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityMost { uint visibility_most; };
+
+// Voxels a side.
+CONSTANT(uint, GRID_SIZE, 128u)
+// 0: every voxel on the way. 1: even steps. 2: places by chance.
+CONSTANT(uint, MARCH, 0u)
+// Even steps.
+CONSTANT(uint, MARCH_STEPS, 64u)
+// Whether strands take less along them than across.
+CONSTANT(bool, DIRECTION, false)
+
+const uint MARCH_EVEN = 1u;
+const uint MARCH_RATIO = 2u;
+
+// A consumer that dithers says here where in each step (x) a look-up is asked, and by what (x to z) places are drawn, from 0 to 1; below 0: in
+// the middle, and by the place alone.
+#define TECHNIQUE_DITHERS
+vec3 look_up_dither = vec3(-1.0);
+
+// Where the way goes, unit length.
+vec3 look_up_towards = vec3(0.0);
+
+float media_towards(float sum, uvec3 voxel) {
+    if (!DIRECTION) {
+        return sum;
+    }
+    uint at = 6u * media_at(GRID_SIZE, voxel);
+    vec3 diagonal = vec3(visibility_directions[at], visibility_directions[at + 1u], visibility_directions[at + 2u]);
+    vec3 beside = vec3(visibility_directions[at + 3u], visibility_directions[at + 4u], visibility_directions[at + 5u]);
+    return directed(sum, diagonal * (1.0 / DIRECTION_UNITS), beside * (1.0 / DIRECTION_UNITS), look_up_towards);
+}
+
+#include "grid/soft.glsl"
+
+// By the point, the light, and what a consumer dithers by.
+uint ratio_seed(uint light, vec3 position) {
+    uvec3 bits = floatBitsToUint(position), dither = floatBitsToUint(look_up_dither);
+    uint seed = ratio_hash(bits.x ^ ratio_hash(bits.y ^ ratio_hash(bits.z ^ ratio_hash(light))));
+    return ratio_hash(seed ^ dither.x ^ ratio_hash(dither.y ^ ratio_hash(dither.z)));
+}
+
+float light_visibility(uint light, vec3 position) {
+    vec3 from, way;
+    if (!grid_way(visibility_grid, visibility_lights[light], position, from, way)) {
+        return 1.0;
+    }
+    look_up_towards = way / max(length(way), 1e-30);
+    if (MARCH == MARCH_RATIO) {
+        float most = float(visibility_most) * ((DIRECTION ? ACROSS : 1.0) / MEDIA_UNITS);
+        return media_ratio(from, way, most, ratio_seed(light, position));
+    }
+    float offset = look_up_dither.x < 0.0 ? 0.5 : look_up_dither.x;
+    return exp(-(MARCH == MARCH_EVEN ? media_soft_steps(from, way, MARCH_STEPS, offset) : media_exact(from, way)));
+}

@@ -1,0 +1,50 @@
+// Optical depth grid look-up: what is left of light `light` at `position`, from the optical depth that was baked there, linear between cells' middles.
+// Where the point is not in the grid, at the place at which the way to the light enters it. Source: Schneider 2023 (Nubis³). Twin:
+// reference::twin::optical_depth_grid.
+//
+//   binding 0  lights (world/light.glsl)
+//   binding 1  where the cells stand (grid/grid.glsl)
+//   binding 2  optical depths of each light's cells, light after light, layers of rows
+// flat: bindings 184, constants 368: GRID_SIZE CELLS
+#include "grid/walk.glsl"
+#include "grid/way.glsl"
+
+#ifndef GOBO_SET
+#define GOBO_SET 1
+#endif
+
+layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityLights { Light visibility_lights[]; };
+layout(set = GOBO_SET, binding = 1, scalar) readonly buffer VisibilityPlace { Grid visibility_place; };
+layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityDepths { float visibility_depths[]; };
+
+// Voxels a side of the grid that they were baked from.
+CONSTANT(uint, GRID_SIZE, 64u)
+// Cells a side.
+CONSTANT(uint, CELLS, 64u)
+
+// Linear between the middles of eight cells.
+float baked_depth(uint light, vec3 place) {
+    vec3 at = clamp(place - 0.5, vec3(0.0), vec3(CELLS - 1u));
+    uvec3 corner = min(uvec3(at), uvec3(CELLS - 2u));
+    vec3 share = at - vec3(corner);
+    float sum = 0.0;
+    for (uint i = 0u; i < 8u; ++i) {
+        uvec3 high = uvec3(i & 1u, i >> 1 & 1u, i >> 2), cell = corner + high;
+        vec3 weights = mix(1.0 - share, share, equal(high, uvec3(1u)));
+        sum += weights.x * weights.y * weights.z *
+               visibility_depths[((light * CELLS + cell.z) * CELLS + cell.y) * CELLS + cell.x];
+    }
+    return sum;
+}
+
+float light_visibility(uint light, vec3 position) {
+    vec3 from, way;
+    if (!grid_way(visibility_place, visibility_lights[light], position, from, way)) {
+        return 1.0;
+    }
+    vec2 range = grid_clip(from, way, GRID_SIZE);
+    if (range.x > range.y) {
+        return 1.0;
+    }
+    return exp(-baked_depth(light, (from + way * range.x) * (float(CELLS) / float(GRID_SIZE))));
+}

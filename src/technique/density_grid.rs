@@ -1,0 +1,178 @@
+//! Density grid: what smoke and hair take in voxels, one grid for all lights, and a way through it from the point to each. Sources:
+//! Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio tracking); whole numbers, so that the order does not matter, and mean directions of strands: ours.
+//!
+//! What it costs to build does not grow with the lights. Meshes cast nothing in it.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, smoke};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &smoke())?;
+//! let mut grid = open(context, &world, &parse("density-grid:size=64", &[])?[0])?;
+//! grid.build(&world)?;
+//! // Above the smoke and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&grid.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above == 1.0 && (below - (-2f32).exp()).abs() < 0.01);
+//! # Ok(()) });
+//! ```
+
+use super::keys::{Name, words};
+use super::promises::ROUNDING;
+use super::settings::{Keyed, Setting, settings};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
+use crate::Result;
+use crate::gpu::{Bindings, Commands, Constants, Context};
+use crate::grid::{Grid, Holds};
+use crate::maps::Map;
+use crate::scene::Resolution;
+use crate::shaders::{constant, folder, set};
+use crate::world::{Parts, World};
+
+words! {
+    /// How a way goes through the grid.
+    pub enum March {
+        /// Every voxel on it, by as much of the way as is in it.
+        Exact = "exact",
+        /// Even steps, between voxels' middles linear.
+        Steps = "steps",
+        /// Places by chance: no bias, and noise.
+        Ratio = "ratio",
+    }
+}
+
+words! {
+    /// What a voxel knows of how its strands run.
+    pub enum Direction {
+        /// Nothing: they take the same whichever way light goes.
+        None = "none",
+        /// The mean of their directions' products, and so how much they take of a way along them and across.
+        Mean = "mean",
+    }
+}
+
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// Voxels a side of the grid: 64, 128 or 256.
+        size: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels a side of the grid about smoke and hair");
+        /// How a way goes through it.
+        march: March = Setting::word(
+            "exact", "every voxel on the way to the light; even steps, linear between voxels; or places by chance, without bias");
+        /// Even steps from the point to the light, for [`March::Steps`], 1 to 1,024.
+        steps: u32 = Setting::number("64", 1, 1024, "even steps from the point to the light, with march=steps");
+        /// What a voxel knows of how its strands run.
+        direction: Direction = Setting::word(
+            "none", "whether voxels know how their strands run, which take less of light along them; 24 bytes a voxel");
+    }
+}
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "density-grid",
+    about: "a way to the light through what smoke and hair take in voxels, one grid for all lights",
+    casts: Casts { particles: true, strands: true, meshes: false },
+    lifetime: Lifetime::Frame,
+    keys: Settings::KEYS,
+    paths: &[Path { name: COMPUTE, requires: &[] }],
+    promises: |spec, _| promises(spec),
+    runs: Runs {
+        compare: &["size=128"],
+        on_cpu: &[(Name::SIZE, "64")],
+        stress_smoke: &["size=64,march=exact|steps|ratio", "size=64,direction=mean"],
+        ..Runs::NONE
+    },
+    open: |context, world, spec| Ok(Box::new(DensityGrid::new(context, world, &spec.settings())?)),
+};
+
+const COMPUTE: &str = "compute";
+
+/// Whole numbers have no order. Every voxel more on the way takes light; steps and chance fall elsewhere for each point.
+fn promises(spec: &Spec) -> Promises {
+    let exact = spec.settings::<Settings>().march == March::Exact;
+    Promises { order: Some(0.0), rise: exact.then_some(ROUNDING), ..Promises::NONE }
+}
+
+/// The technique, opened for one world.
+pub struct DensityGrid {
+    grid: Grid,
+    look_up: Bindings,
+    constants: Constants,
+}
+
+impl DensityGrid {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where a setting is not what it may be, [`crate::Error::Refused`] where the device binds no buffer of as
+    /// many voxels, [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        settings.check()?;
+        let Settings { size, march, steps, direction } = *settings;
+        let directions = direction == Direction::Mean && world.has_strands();
+        let grid = Grid::of_media(context, world, size, Holds { directions, most: march == March::Ratio })?;
+        let (buffers, [run, most]) = (grid.buffers(), grid.held_buffers());
+        let look_up = set::DensityGridLookUp {
+            lights: &world.lights,
+            grid: buffers.data,
+            media: buffers.media,
+            media_bits: buffers.media_bits,
+            directions: run,
+            most,
+        };
+        let look_up = look_up.bind(context, "density_grid.look_up")?;
+        let constants = Constants::new()
+            .set(constant::GRID_SIZE, size)
+            .set(constant::MARCH, march as u32)
+            .set(constant::MARCH_STEPS, steps)
+            .set(constant::DIRECTION, directions);
+        Ok(Self { grid, look_up, constants })
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+}
+
+impl Technique for DensityGrid {
+    fn made_of(&self) -> Parts {
+        Parts::CASTERS
+    }
+
+    fn forget(&mut self) {
+        self.grid.forget();
+    }
+
+    fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        self.grid.record(commands, world);
+        Ok(())
+    }
+
+    fn answer(&self) -> Answer<'_> {
+        Answer { folder: folder::DENSITY_GRID, bindings: &self.look_up, constants: &self.constants }
+    }
+
+    fn maps(&self) -> &[Map] {
+        &[]
+    }
+
+    fn resolution(&self) -> Vec<Resolution> {
+        Vec::new()
+    }
+
+    fn facts(&self) -> Result<Facts> {
+        Ok(Facts {
+            path: COMPUTE,
+            reason: "the only path".into(),
+            bytes_resident: self.grid.resident_bytes(),
+            bytes_transient: self.grid.transient_bytes(),
+            ..Facts::default()
+        })
+    }
+}

@@ -1,0 +1,244 @@
+//! Optical depth grid: for each light the optical depth from every cell of a grid to it, baked by marching a [`super::density_grid`]'s
+//! voxels; one fetch answers. Source: Schneider 2023 (Nubis³), who bakes a part of it in each frame.
+//!
+//! A look-up costs the same however much smoke is on the way.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, smoke};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &smoke())?;
+//! let mut grid = open(context, &world, &parse("optical-depth-grid", &[])?[0])?;
+//! grid.build(&world)?;
+//! // Above the smoke and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&grid.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above > 0.99 && (below - (-2f32).exp()).abs() < 0.02);
+//! # Ok(()) });
+//! ```
+
+use super::keys::{Name, words};
+use super::settings::{Keyed, Setting, settings};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
+use crate::grid::{Grid, GridData, Holds};
+use crate::maps::Map;
+use crate::scene::Resolution;
+use crate::shaders::{self, constant, folder, set};
+use crate::world::{Parts, World};
+use crate::{Error, Result};
+
+words! {
+    /// How much of it a build bakes.
+    pub enum Bake {
+        /// All of it.
+        Whole = "whole",
+        /// A part, so that all of it is as old as so many builds.
+        RoundRobin = "round-robin",
+    }
+}
+
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// Voxels a side of the density grid that is marched: 64, 128 or 256.
+        size: u32 = Setting::one_of("64", &["64", "128", "256"], "voxels a side of the density grid that is marched");
+        /// Cells a side of the grid that each light has: 32, 64 or 128.
+        cells: u32 = Setting::one_of("64", &["32", "64", "128"], "cells a side of each light's grid of optical depths");
+        /// How much of it a build bakes.
+        bake: Bake = Setting::word("whole", "all of it in each build, or a part in turn: it answers from the last that was whole");
+        /// Builds that bake all of it, for [`Bake::RoundRobin`]: 2, 4, 8 or 16.
+        frames: u32 = Setting::one_of("8", &["2", "4", "8", "16"], "builds that all of it takes, with bake=round-robin");
+    }
+}
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "optical-depth-grid",
+    about: "the optical depth to each light in a grid of cells, one fetch a look-up, baked whole or in turn (Nubis³ 2023)",
+    casts: Casts { particles: true, strands: true, meshes: false },
+    lifetime: Lifetime::Frame,
+    keys: Settings::KEYS,
+    paths: &[Path { name: COMPUTE, requires: &[] }],
+    promises: |_, _| Promises { order: Some(0.0), ..Promises::NONE },
+    runs: Runs {
+        compare: &["cells=64"],
+        on_cpu: &[(Name::SIZE, "64")],
+        stress_smoke: &["cells=32,bake=whole|round-robin"],
+        ..Runs::NONE
+    },
+    open: |context, world, spec| Ok(Box::new(OpticalDepthGrid::new(context, world, &spec.settings())?)),
+};
+
+const COMPUTE: &str = "compute";
+
+push_struct! {
+    /// Twin: BakePush in glsl/technique/optical_depth_grid/bake.comp.
+    struct BakePush {
+        first: u32,
+        layers: u32,
+        lights: u32,
+    }
+}
+
+/// Depths of all lights, and where their cells stand.
+struct Baked {
+    place: Buffer,
+    depths: Buffer,
+    bake: Kernel<BakePush>,
+}
+
+impl Baked {
+    fn new(context: &Context, world: &World, settings: &Settings, grid: &Grid, constants: &Constants) -> Result<Self> {
+        let bytes = 4 * u64::from(settings.cells).pow(3) * u64::from(world.light_count().max(1));
+        let has = context.features().max_storage_buffer_range;
+        if bytes > u64::from(has) {
+            let lights = world.light_count();
+            let needs = format!(
+                "maxStorageBufferRange of at least {bytes} for {lights} lights of {}³ cells (this device has {has})",
+                settings.cells
+            );
+            return Err(Error::Refused { needs });
+        }
+        let place = Buffer::new(context, "optical_depth_grid.place", size_of::<GridData>() as u64, Memory::Device)?;
+        let depths = Buffer::new(context, "optical_depth_grid.depths", bytes, Memory::Device)?;
+        let buffers = grid.buffers();
+        let set = set::OpticalDepthGrid {
+            lights_of: &world.lights,
+            grid: buffers.data,
+            media: buffers.media,
+            media_bits: buffers.media_bits,
+            place: &place,
+            depths: &depths,
+        };
+        let set = set.bind(context, "optical_depth_grid")?;
+        let bake = Kernel::compute(context, &shaders::optical_depth_grid::BAKE, &[&set], constants)?;
+        Ok(Self { place, depths, bake })
+    }
+
+    /// From where the density grid stands now.
+    fn stand(&self, commands: &mut Commands, grid: &Grid) {
+        commands.pass("optical_depth_grid.place", |pass| {
+            pass.copy(grid.buffers().data, &self.place, self.place.bytes());
+        });
+    }
+
+    fn bake(&self, commands: &mut Commands, cells: u32, push: &BakePush) {
+        let threads = u64::from(cells * cells * push.layers) * u64::from(push.lights);
+        let [x, y] = groups(threads.div_ceil(64));
+        commands.pass("optical_depth_grid.bake", |pass| pass.dispatch(&self.bake, push, [x, y, 1]));
+    }
+}
+
+/// The technique, opened for one world.
+pub struct OpticalDepthGrid {
+    settings: Settings,
+    lights: u32,
+    grid: Grid,
+    /// What answers.
+    front: Baked,
+    /// What is baked in turn.
+    back: Option<Baked>,
+    /// The part that is baked next; none where nothing answers yet.
+    turn: Option<u32>,
+    look_up: Bindings,
+    constants: Constants,
+}
+
+impl OpticalDepthGrid {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where a setting is not what it may be, [`Error::Refused`] where the device binds no buffer of as many voxels or
+    /// cells, [`Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        settings.check()?;
+        let grid = Grid::of_media(context, world, settings.size, Holds::default())?;
+        let constants = Constants::new().set(constant::GRID_SIZE, settings.size).set(constant::CELLS, settings.cells);
+        let baked = || Baked::new(context, world, settings, &grid, &constants);
+        let front = baked()?;
+        let back = if settings.bake == Bake::RoundRobin { Some(baked()?) } else { None };
+        let look_up = set::OpticalDepthGridLookUp { lights: &world.lights, place: &front.place, depths: &front.depths };
+        let look_up = look_up.bind(context, "optical_depth_grid.look_up")?;
+        let lights = world.light_count();
+        Ok(Self { settings: *settings, lights, grid, front, back, turn: None, look_up, constants })
+    }
+
+    /// Optical depths of each light's cells, and where they stand, after a build.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where they cannot be read back.
+    pub fn baked(&self) -> Result<(GridData, Vec<f32>)> {
+        let depths = self.front.depths.read((self.front.depths.bytes() / 4) as usize)?;
+        Ok((self.front.place.read(1)?[0], depths))
+    }
+}
+
+impl Technique for OpticalDepthGrid {
+    fn made_of(&self) -> Parts {
+        Parts::CASTERS.and(Parts::LIGHTS)
+    }
+
+    fn forget(&mut self) {
+        self.grid.forget();
+        self.turn = None;
+    }
+
+    fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        if world.light_count() != self.lights {
+            let cause =
+                format!("it has {} lights, and a technique was opened for {}", world.light_count(), self.lights);
+            return Err(Error::input(world.name(), cause, "open the technique anew"));
+        }
+        self.grid.record(commands, world);
+        let Settings { cells, frames, .. } = self.settings;
+        let lights = self.lights;
+        let (Some(back), Some(turn)) = (&self.back, self.turn) else {
+            self.front.stand(commands, &self.grid);
+            self.front.bake(commands, cells, &BakePush { first: 0, layers: cells, lights });
+            self.turn = Some(0);
+            return Ok(());
+        };
+        if turn == 0 {
+            back.stand(commands, &self.grid);
+        }
+        let layers = cells / frames;
+        back.bake(commands, cells, &BakePush { first: turn * layers, layers, lights });
+        self.turn = Some((turn + 1) % frames);
+        if turn + 1 == frames {
+            commands.pass("optical_depth_grid.swap", |pass| {
+                pass.copy(&back.place, &self.front.place, back.place.bytes());
+                pass.copy(&back.depths, &self.front.depths, back.depths.bytes());
+            });
+        }
+        Ok(())
+    }
+
+    fn answer(&self) -> Answer<'_> {
+        Answer { folder: folder::OPTICAL_DEPTH_GRID, bindings: &self.look_up, constants: &self.constants }
+    }
+
+    fn maps(&self) -> &[Map] {
+        &[]
+    }
+
+    fn resolution(&self) -> Vec<Resolution> {
+        Vec::new()
+    }
+
+    fn facts(&self) -> Result<Facts> {
+        let back = self.back.as_ref().map_or(0, |back| back.depths.bytes() + back.place.bytes());
+        Ok(Facts {
+            path: COMPUTE,
+            reason: "the only path".into(),
+            bytes_resident: self.front.depths.bytes() + self.front.place.bytes(),
+            bytes_transient: self.grid.resident_bytes() + self.grid.transient_bytes() + back,
+            ..Facts::default()
+        })
+    }
+}

@@ -1,0 +1,84 @@
+//! Grids of optical depths: their cells and answers against their twin, and what is baked in turn against what is baked whole.
+
+#![cfg(feature = "program")]
+
+mod support;
+
+use gobo::gpu::Context;
+use gobo::reference::twin::grid::Place;
+use gobo::reference::twin::media::Media;
+use gobo::reference::twin::optical_depth_grid::OpticalDepths;
+use gobo::scene::Scene;
+use gobo::technique::optical_depth_grid::{Bake, Settings};
+use gobo::technique::{Opened, OpticalDepthGrid, Technique};
+use gobo::world::World;
+use support::{ask, gpu_test, ran, scenes, scenes::Random, some};
+
+const PLAIN: Settings = Settings { size: 64, cells: 32, bake: Bake::Whole, frames: 8 };
+
+fn built(context: &Context, scene: &Scene, settings: Settings) -> (World, Opened<OpticalDepthGrid>) {
+    let world = World::new(context, scene).expect("room for the scene");
+    let technique = OpticalDepthGrid::new(context, &world, &settings).expect("opens");
+    let mut opened = Opened::new(context, Box::new(technique), true);
+    opened.build(&world).expect("built");
+    (world, opened)
+}
+
+/// Cells whose middle sees the light along a voxel's side may be taken through either voxel.
+#[test]
+fn cells_and_answers_equal_their_twin() {
+    gpu_test("cells_and_answers_equal_their_twin", |context| {
+        for scene in some([scenes::four_lights(), scenes::locks(), scenes::random()], 2) {
+            let (_, opened) = built(context, &scene, PLAIN);
+            let (data, depths) = opened.technique.baked().expect("read");
+            let place = Place { origin: data.origin, voxel: data.voxel, per_unit: data.per_unit, size: data.size };
+            let media = Media::deposit(&scene.casters(), &place);
+            let mut random = Random::new(91);
+            for ((i, light), found) in scene.lights.iter().enumerate().zip(depths.chunks_exact(32 * 32 * 32)) {
+                let twin = OpticalDepths::bake(&media, &place, light, 32);
+                let off = |(a, b): (&f32, &f32)| (a - b).abs() > 1e-3 * (1.0 + b.abs());
+                let differ = twin.depths.iter().zip(found).filter(|(b, a)| off((a, b))).count();
+                let some = twin.depths.iter().filter(|depth| **depth > 0.05).count();
+                assert!(differ < 40 && some > 300, "{}, light {i}: {differ} differ, {some} are dark", scene.name);
+                let points: Vec<_> = (0..1000).map(|_| random.point(-1.5, 1.5)).collect();
+                let answers = ask(context, opened.technique.as_ref(), i, &points);
+                let wrong = points
+                    .iter()
+                    .zip(answers)
+                    .filter(|(point, answer)| (answer - twin.visibility(&media, light, **point)).abs() > 1e-3);
+                let wrong = wrong.count();
+                assert!(wrong < 10, "{}, light {i}: {wrong} answers are off", scene.name);
+            }
+        }
+    });
+}
+
+/// What is baked in turn answers as before until all of it is there, and then as what is baked whole.
+#[test]
+fn turns_end_where_the_whole_is() {
+    gpu_test("turns_end_where_the_whole_is", |context| {
+        let scene = scenes::four_lights();
+        let mut moved = scene.clone();
+        moved.particles.iter_mut().for_each(|particle| particle.position[0] *= 0.5);
+        let points: Vec<_> = {
+            let mut random = Random::new(92);
+            (0..400).map(|_| random.point(-1.2, 1.2)).collect()
+        };
+        let [before, after] = [&scene, &moved].map(|scene| {
+            let (_, opened) = built(context, scene, PLAIN);
+            ask(context, opened.technique.as_ref(), 0, &points)
+        });
+        assert!(before != after);
+        for frames in some([4, 8, 16], 1) {
+            let settings = Settings { bake: Bake::RoundRobin, frames, ..PLAIN };
+            let (mut world, mut opened) = built(context, &scene, settings);
+            assert!(ask(context, opened.technique.as_ref(), 0, &points) == before, "the first build bakes all of it");
+            world.replace(&moved).expect("as many of all");
+            for frame in 0..frames {
+                assert!(ask(context, opened.technique.as_ref(), 0, &points) == before, "after {frame} of {frames}");
+                ran(context, |commands| opened.technique.record(commands, &world).expect("recorded"));
+            }
+            assert!(ask(context, opened.technique.as_ref(), 0, &points) == after, "after all {frames}");
+        }
+    });
+}
