@@ -102,7 +102,7 @@ pub fn head(
     flat.bindings.iter().for_each(|b| text += &binding(b));
     if !flat.constants.is_empty() {
         text += &format!(
-            "// Specialization constants, from id {macros}CONSTANT on (by default {}); what is built says their values\n",
+            "// Specialization constants, from id {macros}CONSTANT on (by default {}); what is built says each\n",
             flat.first_constant
         );
     }

@@ -167,7 +167,7 @@ mod tests {
                 drop(all[2].1.conditions.insert("--frames".into(), "8".into()))
             }),
             ("shard-3: driver is other", |all| all[2].1.device.driver = "other".into()),
-            ("shard-2: the number of rows is 9, and 6", |all| all[1] = shards(9, 3)[1].clone()),
+            ("shard-2: the number of rows is 9, and 6", |all| all[1].1.shard.as_mut().expect("one").rows = 9),
             ("shard-2: the list of rows", |all| all[1].1.shard.as_mut().expect("one").list = "0".into()),
         ];
         for (cause, change) in cases {

@@ -35,7 +35,7 @@ fn a_still_picture_does_not_flicker() {
         let scene = lamps::lamps(33);
         let cameras = vec![camera(&scene, SIZE); 5];
         let of = |text: &'static str| [true, false].map(|blur| (text, blur));
-        let cases = [of("voxel-grid:size=64,march=steps,steps=10"), of("voxel-grid:size=64")].concat();
+        let cases = [of("voxel-grid:size=64,march=steps,steps=5"), of("voxel-grid:size=64")].concat();
         for (text, blur) in some(cases, 1) {
             for dither in [DitherKind::None, DitherKind::Ordered, DitherKind::Noise] {
                 let tiled = Tiled { dither, blur, ..Tiled::default() };

@@ -112,7 +112,7 @@ fn a_slower_build_is_found() {
     log("exercised", "a_slower_build_is_found", &before.device.name);
     let baseline = changed(&before, scenes.path(), |_| {});
     let mut slower = gobo();
-    slower.env("GOBO_TEST_BURDEN", "96").args(arguments(&scene, out.path()));
+    slower.env("GOBO_TEST_BURDEN", "512").args(arguments(&scene, out.path()));
     slower.args(["--baseline", &baseline, "--fail-slower", "--fail-worse"]);
     let output = slower.output().expect("the program starts");
     let [said, complained] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());

@@ -40,7 +40,7 @@ const FIGURES: [Figure; 33] = [
     ),
     Figure("plume-half-angle.png", "docs/half-angle.md", "gobo render plume_8k --technique half-angle", 0),
     Figure("three-emitters.png", "README.md", "gobo render three-emitters", 0),
-    Figure("hair.png", "docs/avsm.md", "gobo render hair", 0),
+    Figure("hair.png", "docs/avsm.md", "gobo render hair --technique avsm:nodes=16", 0),
     Figure("lantern.png", "docs/lights-and-filters.md", "gobo render lantern", 0),
     Figure("lantern-vertices-wireframe.png", "docs/lighting.md", "gobo render lantern", 0),
     Figure("lantern-vertices.png", "docs/lighting.md", "gobo render lantern", 0),
