@@ -156,7 +156,7 @@ fn squares_are_answered_by_levels() {
                         let (corner, rest) = (place.floor(), place - place.floor());
                         let texel = |i: u32| {
                             let [x, y] = [corner.x + f64::from(i % 2), corner.y + f64::from(i / 2)];
-                            let weight = [rest.x, 1.0 - rest.x][usize::from(i % 2 == 0)]
+                            let weight = [rest.x, 1.0 - rest.x][usize::from(i.is_multiple_of(2))]
                                 * [rest.y, 1.0 - rest.y][usize::from(i / 2 == 0)];
                             let curve =
                                 if x < 0.0 || y < 0.0 { &[] } else { all.curve(level, 0, [x as u32, y as u32]) };

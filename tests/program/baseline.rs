@@ -98,27 +98,37 @@ fn a_run_is_held_against_its_baseline() {
     assert_eq!(complained.matches("slower than the baseline").count(), measured, "{complained}");
 }
 
-/// Builds that do more than they should, as those of a worse edition would: they are slower, and nothing is worse.
+/// Builds that do more than they should, as those of a worse edition would: they are slower, and nothing is worse. Where other tests keep
+/// the processors busy a band may be wide enough to hide it, though not time and again.
 #[test]
 fn a_slower_build_is_found() {
-    let (scenes, first, out) = (folder(), folder(), folder());
+    let scenes = folder();
     let scene = small_scene(scenes.path());
-    ok(&arguments(&scene, first.path()));
-    let before = results(first.path());
-    let timed = before.rows.iter().filter(|row| row.build_ns.is_some()).count();
-    if timed == 0 {
-        return skipped("baseline::a_slower_build_is_found", "needs timestamps");
+    let mut last = String::new();
+    for _ in 0..4 {
+        let (first, out) = (folder(), folder());
+        ok(&arguments(&scene, first.path()));
+        let before = results(first.path());
+        let timed = before.rows.iter().filter(|row| row.build_ns.is_some()).count();
+        if timed == 0 {
+            return skipped("baseline::a_slower_build_is_found", "needs timestamps");
+        }
+        let baseline = changed(&before, scenes.path(), |_| {});
+        let mut slower = gobo();
+        slower.env("GOBO_TEST_BURDEN", "120").args(arguments(&scene, out.path()));
+        slower.args(["--baseline", &baseline, "--fail-slower", "--fail-worse"]);
+        let output = slower.output().expect("the program starts");
+        let [said, complained] =
+            [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+        assert!(!said.contains("WORSE"), "{said}{complained}");
+        let found = complained.matches("slower than the baseline").count();
+        assert_eq!(output.status.code() == Some(1), found > 0, "{said}{complained}");
+        if found == timed {
+            return log("exercised", "a_slower_build_is_found", &before.device.name);
+        }
+        last = said + &complained;
     }
-    log("exercised", "a_slower_build_is_found", &before.device.name);
-    let baseline = changed(&before, scenes.path(), |_| {});
-    let mut slower = gobo();
-    slower.env("GOBO_TEST_BURDEN", "512").args(arguments(&scene, out.path()));
-    slower.args(["--baseline", &baseline, "--fail-slower", "--fail-worse"]);
-    let output = slower.output().expect("the program starts");
-    let [said, complained] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
-    assert_eq!(output.status.code(), Some(1), "{said}{complained}");
-    assert!(said.contains("SLOWER") && !said.contains("WORSE"), "{said}{complained}");
-    assert_eq!(complained.matches("slower than the baseline").count(), timed, "{complained}");
+    panic!("not found in four runs: {last}");
 }
 
 #[test]
