@@ -56,7 +56,7 @@ for ((i = 1; i <= times; i++)); do
     [ $status = 0 ] && word=holds || word=fails
     awk -v i=$i -v word=$word -v a="$(build before)" -v b="$(build now)" \
         'BEGIN { printf "%d %s: a build of %d ns, %+.1f %%\n", i, word, b, 100 * (b / a - 1) }'
-    [ $status = 0 ] || grep '^gobo: .*than the baseline' "$out/now.txt"
+    [ $status = 0 ] || grep -E '^gobo: .*than the baseline|SLOWER|WORSE' "$out/now.txt"
     rm -r "$out/now"
 done
 echo "$failed of $times failed"
