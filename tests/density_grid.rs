@@ -60,7 +60,7 @@ fn directions_equal_their_twin() {
                 assert!(opened.technique.grid().directions().expect("read") == directions.words, "{}", scene.name);
                 opened.rebuild(&world).expect("built");
             }
-            // Of hair alone what strands take is what voxels take, but for what each part is rounded down by: three numbers of two bits fewer.
+            // Where there is hair alone, what strands take is what voxels take, but for what each part is rounded down by: three numbers of two bits fewer.
             if scene.particles.is_empty() {
                 let sum: f64 = media.voxels.iter().map(|v| f64::from(*v)).sum();
                 let traces =

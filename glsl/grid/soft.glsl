@@ -5,7 +5,7 @@
 #define GRID_SOFT_GLSL
 #include "grid/march_media.glsl"
 
-// Of a way of one voxel's length.
+// What a way of one voxel's length takes.
 float media_soft(vec3 place) {
     vec3 at = clamp(place - 0.5, vec3(0.0), vec3(GRID_SIZE - 1u));
     uvec3 corner = min(uvec3(at), uvec3(GRID_SIZE - 2u));

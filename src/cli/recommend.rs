@@ -164,7 +164,7 @@ fn effort(picture: [u32; 2], repeats: [usize; 2]) -> Effort {
     Effort { frames, warm_up, space_points, picture, turning: false, footprints: false, counts: false, truth }
 }
 
-/// Of a first look.
+/// The effort of a first look.
 fn coarse(picture: [u32; 2]) -> Effort {
     Effort { space_points: 4096, truth: Extent::Glance, ..effort(picture, COARSE) }
 }

@@ -37,7 +37,7 @@ pub struct Commands<'a> {
     whose: Whose,
     frame: u64,
     queries: vk::QueryPool,
-    /// Of what passes do; null where nobody asks.
+    /// What passes do; null where nobody asks.
     pub(super) counts: vk::QueryPool,
     passes: u32,
     /// Of passes that are timed, a line each.

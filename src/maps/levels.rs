@@ -30,7 +30,7 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// Of so many, the map itself among them; none where it is alone. `shader` makes a texel a thread, 8 × 8 a workgroup, the map in z.
+    /// Makes so many, the map itself among them; none where it is alone. `shader` makes a texel a thread, 8 × 8 a workgroup, the map in z.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver rejects the shader.

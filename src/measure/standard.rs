@@ -95,7 +95,7 @@ pub fn conditions(scenes: &[Scene]) -> BTreeMap<String, String> {
 pub struct Again {
     /// Rows with the same errors, to rounding.
     pub agree: usize,
-    /// Of the others a line each: what differs, or that it is no row any more.
+    /// A line for each of the others: what differs, or that it is no row any more.
     pub against: Vec<String>,
 }
 

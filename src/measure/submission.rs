@@ -11,7 +11,7 @@ use std::path::Path;
 /// The version of the format that is written.
 pub const SUBMISSION: u32 = 1;
 
-/// Of the rows in the first submissions.
+/// The schema of the rows in the first submissions.
 const FIRST_SCHEMA: u32 = 3;
 
 /// The file.

@@ -24,7 +24,7 @@ pub(super) struct Time {
 }
 
 const FRAME: Time = Time { unit: "ms a frame", of: |row| row.frame_ns };
-/// Of a device without timestamps.
+/// Rows of a device without timestamps.
 const HOST: Time = Time { unit: "ms a build by the host's clock", of: |row| Some(row.host_ns?.median) };
 
 /// Errors over all points of a kind; what a user looks at first stands first.

@@ -46,7 +46,7 @@ pub struct Painter {
 pub(super) struct PainterKernels<'a> {
     pub name: &'static str,
     pub slices: u32,
-    /// Of the light's buffer.
+    /// The format of the light's buffer.
     pub format: Format,
     /// Draws a caster into it (maps/splat.glsl).
     pub fragment: &'a Shader,

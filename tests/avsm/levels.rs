@@ -14,14 +14,14 @@ use gobo::scene::{Camera, FARTHEST, Projection, Scene, Strand, View};
 use gobo::technique::{Avsm, NodeData, Technique};
 use gobo::world::World;
 
-/// Of a removal that is as cheap as another, which rounding may turn.
+/// Says that a removal is as cheap as another, which rounding may turn.
 const AMBIGUOUS: f32 = 1e-3;
 
 /// The curves of all maps, level after level; none where nothing casts.
 struct Levels {
     avsm: Box<Avsm>,
     views: Vec<View>,
-    /// Of each level, map after map, rows of texels.
+    /// One for each level: map after map, rows of texels.
     curves: Vec<Vec<Vec<NodeData>>>,
 }
 
@@ -104,7 +104,7 @@ fn levels_are_means_of_those_below() {
                 }
             }
             println!("{}, {text}: {ambiguous} of {compared} ambiguous", scene.name);
-            // Of dense smoke most nodes go, and nearly all curves have a near-tie.
+            // Most nodes of dense smoke go, and nearly all curves have a near-tie.
             assert!(compared - ambiguous > 30, "{}: {ambiguous} of {compared}", scene.name);
         }
     });

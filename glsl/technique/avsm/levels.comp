@@ -23,7 +23,7 @@ layout(push_constant, scalar) uniform LevelPush { uint level; };
 
 const uint BELOW = 4u;
 
-// Of each of the four: where its curve is, its next node, and the nodes about the depth that is looked at.
+// Each of the four has: where its curve is, its next node, and the nodes about the depth that is looked at.
 uint places[BELOW], nexts[BELOW];
 vec2 ranges[BELOW];
 Node befores[BELOW], aheads[BELOW];

@@ -50,7 +50,7 @@ void main() {
                 vec2 z;
                 float optical_depth;
                 if (view_segment(view, ray, ray_length, batch_caster(i), DARK, z, optical_depth) && optical_depth > 0.0) {
-                    // Of a thin medium rounding would be a weight beyond all others.
+                    // In a thin medium rounding would be a weight beyond all others.
                     float place = max(0.5 * (view_depth(view, z.x) + view_depth(view, z.y)) - depth.x, 0.0);
                     float weight = optical_depth * exp(-extinction * place) * scale;
                     weights += uint(weight + 0.5);

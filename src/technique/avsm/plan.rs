@@ -205,7 +205,7 @@ impl Plan {
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
     }
 
-    /// Of the pass that makes levels of detail, whose curves have no nodes to spare: removals are the most of what it takes.
+    /// The constants of the pass that makes levels of detail, whose curves have no nodes to spare: removals are the most of what it takes.
     pub fn of_levels(&self) -> Constants {
         self.constants.clone().set(WORK, self.settings.nodes)
     }

@@ -4,7 +4,7 @@ use super::curve::{Build, Curve};
 use super::node::Interpolation;
 use crate::reference::twin::sums::DARK;
 
-/// Of light that is gone: what its optical depth is taken for.
+/// What the optical depth of light that is gone is taken for.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
 /// One of the four below: (depth, value) of its nodes in use, depths rising, and how many of them have been passed.
