@@ -71,6 +71,7 @@ fn results(rows: Vec<Row>) -> Results {
         shard: None,
         device: DeviceFacts { name: "llvmpipe".into(), driver: "Mesa".into(), ..DeviceFacts::default() },
         rows,
+        executables: Vec::new(),
     }
 }
 

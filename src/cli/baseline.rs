@@ -90,7 +90,7 @@ impl Baseline<'_> {
         Err(Error::input(format!("--baseline {name}"), cause, "measure it again there, or repeat its command"))
     }
 
-    /// Whether a row that was just measured is slower: then it is measured once more, since something else may have run.
+    /// Whether a row that was just measured is slower: then it is measured again, since something else may have run.
     pub fn is_slower(&self, row: &Row) -> bool {
         let change = self.before.as_ref().and_then(|before| change_of(before, row, self.margins));
         change.is_some_and(|change| change.is_slower())

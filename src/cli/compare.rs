@@ -25,6 +25,9 @@ use std::process::ExitCode;
 /// A scene of meshes under more lights than this is one of many lights.
 const FEW_LIGHTS: usize = 8;
 
+/// How often what seems slower than its baseline is measured again: a slower build stays slower, and whatever else ran is over.
+const MEASURED_AGAIN: u32 = 2;
+
 /// Pixels of a picture of a quick look, and on a software device where no technique is named.
 pub(super) const SMALL_PICTURE: [u32; 2] = [320, 180];
 
@@ -234,6 +237,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     if arguments.pipeline_statistics && !context.features().pipeline_statistics_query {
         return Err(Error::Refused { needs: "pipelineStatisticsQuery, for --pipeline-statistics".into() });
     }
+    context.ask_of_executables(arguments.pipeline_statistics);
     let store = Store::open(&arguments.out)?;
     let effort = effort(arguments, context.features());
     let mut results = Results {
@@ -244,6 +248,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         shard: None,
         device: DeviceFacts::of(context.features()),
         rows: Vec::new(),
+        executables: Vec::new(),
     };
     let named = scenes.iter().zip(fingerprints);
     let prints = named.map(|((states, _), print)| (format!("{SCENE}{}", states[0].name), format!("{print:08x}")));
@@ -297,9 +302,12 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 }
                 progress.begins(&states[0].name, spec);
                 let (mut row, mut drawn) = case.measure(spec);
-                if baseline.is_slower(&row) {
+                for _ in 0..MEASURED_AGAIN {
+                    if !baseline.is_slower(&row) {
+                        break;
+                    }
                     let again = case.measure(spec);
-                    if is_quicker(&again.0, &row) {
+                    if !baseline.is_slower(&again.0) || is_quicker(&again.0, &row) {
                         (row, drawn) = again;
                     }
                 }
@@ -312,6 +320,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                 progress.ends(&row, spec);
                 rows[row_place] = Some(row);
                 results.rows = rows.iter().flatten().cloned().collect();
+                results.executables = context.executables();
                 writer.write(|store| store.write(&results));
             }
             Ok(())

@@ -230,6 +230,7 @@ impl Sweep<'_> {
             shard: None,
             device: DeviceFacts::of(self.context.features()),
             rows: Vec::new(),
+            executables: Vec::new(),
         }
     }
 }

@@ -113,6 +113,7 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
             shard: None,
             device: DeviceFacts::of(context.features()),
             rows,
+            executables: Vec::new(),
         },
     })
 }

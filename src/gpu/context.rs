@@ -1,6 +1,7 @@
 //! A context: a device, the caller's or its own, and what is on its way there.
 
 use super::device::{Device, Handle, Memory, Parts, allocation_error};
+use super::executables::Executables;
 use super::frames::Frames;
 use super::instance::{choose, create_device, open_instance, physical_devices};
 use super::pending::Pending;
@@ -316,6 +317,7 @@ impl Shared {
         let labels = open.labels.then(|| ext::debug_utils::Device::new(instance, &handle));
         let acceleration = features.ray_query.then(|| khr::acceleration_structure::Device::new(instance, &handle));
         let clock = super::calibration::clock(&open.entry, instance, open.physical_device, &handle, &features);
+        let executables = Executables::new(instance, &handle, &features);
         let allocator = match open.allocator {
             Some(theirs) => Memory::Theirs(theirs),
             None => {
@@ -338,6 +340,7 @@ impl Shared {
             labels,
             acceleration,
             clock,
+            executables,
             features,
             messages: open.messages,
             handle,

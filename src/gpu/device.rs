@@ -1,6 +1,7 @@
 //! An open device: its own or the caller's, the pipelines that were made on it, and its memory. It outlives the context where
 //! something that was made on it does.
 
+use super::executables::Executables;
 use super::instance::InstanceOwner;
 use super::pipelines::Pipelines;
 use super::{Features, Messages, fault};
@@ -29,6 +30,8 @@ pub(super) struct Parts {
     pub acceleration: Option<khr::acceleration_structure::Device>,
     /// Where the device's clock can be read.
     pub clock: Option<ext::calibrated_timestamps::Device>,
+    /// What the driver tells of pipelines.
+    pub executables: Executables,
     pub features: Features,
     pub messages: Messages,
     pub handle: Handle,
@@ -128,6 +131,11 @@ impl Device {
     /// The functions of acceleration structures.
     pub(super) fn acceleration(&self) -> Option<&khr::acceleration_structure::Device> {
         self.0.acceleration.as_ref()
+    }
+
+    /// What the driver tells of pipelines.
+    pub(super) fn executables(&self) -> &Executables {
+        &self.0.executables
     }
 
     /// The function that reads its clock.

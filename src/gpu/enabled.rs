@@ -2,7 +2,7 @@
 
 use super::features::{RAY_QUERY_EXTENSIONS, STORAGE_BUFFERS};
 use super::{Features, Requirement};
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 use std::ffi::CStr;
 
 /// Features, and the extensions that bring them. A caller says by it what its device was opened with
@@ -44,6 +44,8 @@ pub struct Enabled {
     pub calibrated_timestamps: bool,
     /// pipelineStatisticsQuery.
     pub pipeline_statistics_query: bool,
+    /// VK_KHR_pipeline_executable_properties, pipelineExecutableInfo.
+    pub pipeline_executable_info: bool,
     /// VK_EXT_debug_utils of the instance: passes are labelled and objects are named.
     pub debug_utils: bool,
     /// Passes are timed, where the queue has timestamps. Nothing has to be switched on for it.
@@ -73,6 +75,7 @@ impl Enabled {
         compute_full_subgroups: false,
         calibrated_timestamps: false,
         pipeline_statistics_query: false,
+        pipeline_executable_info: false,
         debug_utils: false,
         timestamps: false,
     };
@@ -94,6 +97,7 @@ impl Enabled {
             compute_full_subgroups: features.compute_full_subgroups,
             calibrated_timestamps: features.calibrated_timestamps,
             pipeline_statistics_query: features.pipeline_statistics_query,
+            pipeline_executable_info: features.pipeline_executable_info,
             timestamps: true,
             ..Self::FLOOR
         }
@@ -121,6 +125,7 @@ impl Enabled {
             compute_full_subgroups: self.compute_full_subgroups | other.compute_full_subgroups,
             calibrated_timestamps: self.calibrated_timestamps | other.calibrated_timestamps,
             pipeline_statistics_query: self.pipeline_statistics_query | other.pipeline_statistics_query,
+            pipeline_executable_info: self.pipeline_executable_info | other.pipeline_executable_info,
             debug_utils: self.debug_utils | other.debug_utils,
             timestamps: self.timestamps | other.timestamps,
         }
@@ -134,6 +139,7 @@ impl Enabled {
             (self.rasterization_order_color_attachment_access, ext::rasterization_order_attachment_access::NAME),
             (self.conservative_rasterization, ext::conservative_rasterization::NAME),
             (self.calibrated_timestamps, ext::calibrated_timestamps::NAME),
+            (self.pipeline_executable_info, khr::pipeline_executable_properties::NAME),
         ] {
             if wanted {
                 names.push(name);
@@ -149,6 +155,7 @@ impl Enabled {
     pub fn structures(&self) -> EnabledStructures {
         let interlock = vk::PhysicalDeviceFragmentShaderInterlockFeaturesEXT::default();
         let order = vk::PhysicalDeviceRasterizationOrderAttachmentAccessFeaturesEXT::default();
+        let executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
         EnabledStructures {
             core: vk::PhysicalDeviceFeatures::default()
                 .geometry_shader(self.geometry_shader)
@@ -172,6 +179,7 @@ impl Enabled {
             order: self
                 .rasterization_order_color_attachment_access
                 .then(|| order.rasterization_order_color_attachment_access(true)),
+            executables: self.pipeline_executable_info.then(|| executables.pipeline_executable_info(true)),
             rays: self.ray_query.then(|| {
                 (
                     vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true),
@@ -195,6 +203,8 @@ pub struct EnabledStructures {
     pub interlock: Option<vk::PhysicalDeviceFragmentShaderInterlockFeaturesEXT<'static>>,
     /// Of VK_EXT_rasterization_order_attachment_access.
     pub order: Option<vk::PhysicalDeviceRasterizationOrderAttachmentAccessFeaturesEXT<'static>>,
+    /// Of VK_KHR_pipeline_executable_properties.
+    pub executables: Option<vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR<'static>>,
     /// Of VK_KHR_acceleration_structure and VK_KHR_ray_query.
     pub rays: Option<(
         vk::PhysicalDeviceAccelerationStructureFeaturesKHR<'static>,
@@ -214,6 +224,9 @@ impl EnabledStructures {
         }
         if let Some(order) = &mut self.order {
             all = all.push_next(order);
+        }
+        if let Some(executables) = &mut self.executables {
+            all = all.push_next(executables);
         }
         if let Some((structures, query)) = &mut self.rays {
             all = all.push_next(structures).push_next(query);
@@ -287,6 +300,7 @@ impl Features {
             compute_full_subgroups: self.compute_full_subgroups && enabled.compute_full_subgroups,
             calibrated_timestamps: self.calibrated_timestamps && enabled.calibrated_timestamps,
             pipeline_statistics_query: self.pipeline_statistics_query && enabled.pipeline_statistics_query,
+            pipeline_executable_info: self.pipeline_executable_info && enabled.pipeline_executable_info,
             timestamp_valid_bits: if enabled.timestamps { self.timestamp_valid_bits } else { 0 },
             ..self
         }

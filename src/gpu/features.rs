@@ -88,6 +88,8 @@ pub struct Features {
     pub calibrated_timestamps: bool,
     /// pipelineStatisticsQuery, but of lavapipe before 26, which dies of it (docs/drivers.md): a pass can be asked how many vertices, fragments and threads it had.
     pub pipeline_statistics_query: bool,
+    /// VK_KHR_pipeline_executable_properties, pipelineExecutableInfo: the driver tells what it made of a shader.
+    pub pipeline_executable_info: bool,
     /// Threads a subgroup.
     pub subgroup_size: u32,
     /// Subgroup arithmetic in compute shaders.
@@ -297,6 +299,7 @@ impl Features {
         let mut local_read = vk::PhysicalDeviceDynamicRenderingLocalReadFeaturesKHR::default();
         let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
         let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
+        let mut executables = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default();
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut features12);
         let is_13 = properties.api_version >= vk::API_VERSION_1_3;
         if is_13 {
@@ -313,6 +316,9 @@ impl Features {
         }
         if has(khr::dynamic_rendering_local_read::NAME) {
             features = features.push_next(&mut local_read);
+        }
+        if has(khr::pipeline_executable_properties::NAME) {
+            features = features.push_next(&mut executables);
         }
         // SAFETY: the chain holds only structures whose version or extension the device offers.
         unsafe { instance.get_physical_device_features2(physical, &mut features) };
@@ -381,6 +387,7 @@ impl Features {
             float32_blend: format.optimal_tiling_features.contains(vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND),
             calibrated_timestamps: has(ext::calibrated_timestamps::NAME),
             pipeline_statistics_query: core.pipeline_statistics_query != 0 && !dies_of_statistics(&driver_text),
+            pipeline_executable_info: executables.pipeline_executable_info != 0,
             subgroup_size: subgroup.subgroup_size,
             subgroup_arithmetic: in_subgroups(vk::SubgroupFeatureFlags::ARITHMETIC),
             subgroup_ballot: in_subgroups(vk::SubgroupFeatureFlags::BALLOT),

@@ -124,6 +124,7 @@ impl Layout<'_> {
         let handle = made.and_then(|all| all.first().copied().ok_or(vk::Result::ERROR_UNKNOWN));
         let handle = handle.map_err(|r| vk_error("create pipeline", name, r))?;
         self.0.device().set_name(handle, name);
+        self.0.device().executables().ask(handle, name);
         Ok(Pipeline { handle, layout: std::mem::take(&mut self.1) })
     }
 }
@@ -250,7 +251,8 @@ impl<P: Push> Kernel<P> {
                 .module(module.1)
                 .name(c"main")
                 .specialization_info(&specialization);
-            let info = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout.1)];
+            let flags = context.device().executables().flags();
+            let info = [vk::ComputePipelineCreateInfo::default().flags(flags).stage(stage).layout(layout.1)];
             // SAFETY: everything `info` points to is alive.
             let make = || unsafe { context.device().create_compute_pipelines(vk::PipelineCache::null(), &info, None) };
             layout.with(make, shader.name)
@@ -407,6 +409,7 @@ impl<P: Push> Kernel<P> {
             blend = blend.flags(vk::PipelineColorBlendStateCreateFlags::RASTERIZATION_ORDER_ATTACHMENT_ACCESS_EXT);
         }
         let info = vk::GraphicsPipelineCreateInfo::default()
+            .flags(context.device().executables().flags())
             .stages(&stages)
             .vertex_input_state(&vertex_input)
             .input_assembly_state(&assembly)

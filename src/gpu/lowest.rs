@@ -53,6 +53,7 @@ impl Features {
             float32_blend: false,
             calibrated_timestamps: false,
             pipeline_statistics_query: false,
+            pipeline_executable_info: false,
             subgroup_arithmetic: false,
             subgroup_ballot: false,
             compute_full_subgroups: false,

@@ -14,6 +14,7 @@ mod counts;
 mod device;
 mod draw;
 mod enabled;
+mod executables;
 pub(crate) mod fault;
 mod features;
 mod frames;
@@ -46,6 +47,7 @@ pub use context::{Adopt, Calls, Context, Options, devices};
 pub use counts::PassCounts;
 pub use draw::Draw;
 pub use enabled::{Enabled, EnabledStructures, Limit};
+pub use executables::Executable;
 #[doc(hidden)]
 pub use fault::Fault;
 pub use features::{DeviceKind, Features, Requirement};

@@ -2,7 +2,7 @@
 //! them; before, they were over the rest alone. What a row does not have is absent, never zero. Fields may be added to a version,
 //! and are missing in older files; [`Results::read`] takes files of versions 1 and 2 too.
 
-use crate::gpu::{Features, PassCounts};
+use crate::gpu::{Executable, Features, PassCounts};
 use crate::measure::{CasterError, FootprintError, PointError, Shard, Steadiness, Timing};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -32,6 +32,9 @@ pub struct Results {
     pub device: DeviceFacts,
     /// One a scene and variant, in the order they were measured.
     pub rows: Vec<Row>,
+    /// What the driver made of the shaders, where it was asked (`compare --pipeline-statistics`) and tells. New in version 3.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub executables: Vec<Executable>,
 }
 
 /// The device and driver.

@@ -1,13 +1,14 @@
 //! What passes did, for the terminal.
 
+use crate::gpu::Executable;
 use crate::measure::{PassCount, Results, Row};
 use crate::report::pareto::scenes;
 use crate::report::wording::{Specs, one_line};
 use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 
-/// A table for each scene: a row's passes one a line, those of a build first, then those of its picture. Empty where nobody has
-/// asked.
+/// A table for each scene: a row's passes one a line, those of a build first, then those of its picture; and what the driver tells of the
+/// programs that it made of shaders, where it does. Empty where nobody has asked.
 pub fn counts(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();
@@ -21,7 +22,30 @@ pub fn counts(results: &Results) -> String {
     if let (false, Some(width)) = (text.is_empty(), results.device.features.get("subgroup_size")) {
         text += &format!("threads run in subgroups of {width}\n");
     }
+    if !text.is_empty() && !results.executables.is_empty() {
+        text += &programs(&results.executables);
+    }
     text
+}
+
+/// A line a program: its figures have the driver's names.
+fn programs(executables: &[Executable]) -> String {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
+    table.set_header(["pipelines, as the driver made them", "program", "subgroup", "what it tells"]);
+    for Executable { pipeline, name, subgroup_size, figures } in executables {
+        let figures: Vec<_> = figures.iter().map(|(name, value)| format!("{}: {value}", one_line(name))).collect();
+        table.add_row([
+            &format!("  {}", one_line(pipeline)),
+            &one_line(name),
+            &subgroup_size.to_string(),
+            &figures.join(", "),
+        ]);
+    }
+    table.column_iter_mut().for_each(|column| {
+        column.set_padding((0, 2));
+    });
+    table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }
 
 fn table(scene: &str, rows: &[&Row], specs: &Specs) -> String {

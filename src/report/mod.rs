@@ -53,7 +53,7 @@ pub use casters::casters;
 pub use changes::{Fails, bencher, changes_json, changes_table, junit};
 pub use counts::counts;
 pub use curve::curve;
-pub use devices::{devices_answer, devices_csv, devices_markdown, devices_page};
+pub use devices::{devices_answer, devices_csv, devices_json, devices_markdown, devices_page};
 pub use footprints::footprints;
 pub use page::page;
 pub use pareto::pareto_front;

@@ -179,18 +179,30 @@ pub fn best_and_extremes(rows: &[Row]) -> Vec<usize> {
     })
 }
 
-/// Whether it has failed, or another row takes less than two thirds of its time with less than two thirds of its error, and no more in
-/// what is limited of FLIP and bytes. No shadow is what others are held against, and never hopeless.
+/// How much more of time or error is no difference in a first look, and from where on it is one: errors of few points are steadier than
+/// times of few frames, but half as much again of an error is what can be seen, and a quarter more of a time is not worth it.
+const ALIKE: f64 = 1.05;
+const SLOWER: f64 = 1.25;
+const FARTHER: f64 = 1.5;
+
+/// Whether it has failed, or another row is no worse in time and error and better by far in one, with no more of what is limited. To be
+/// closer than is worth time, or than was asked for, does not count. No shadow is what others are held against, and never hopeless.
 pub fn is_hopeless(row: &Row, rows: &[Row], limits: &Limits) -> bool {
     let measure = measure_of_any(&rows.iter().enumerate().collect::<Vec<_>>());
     if row.technique == "none" {
         return false;
     }
-    let Some((time, error)) = point(row, &measure) else { return true };
+    let worth = |error: f64| error.max(limits.error.map_or(CLOSE_ENOUGH, |asked| asked.min(CLOSE_ENOUGH)));
+    let Some((time, error)) = point(row, &measure).map(|(time, error)| (time, worth(error))) else { return true };
     let no_more = |limited: bool, a: Option<f64>, b: Option<f64>| !limited || a.zip(b).is_none_or(|(a, b)| a <= b);
     let bytes = |row: &Row| row.bytes_resident.map(|bytes| bytes as f64);
     rows.iter().filter(|other| other.technique != "none").any(|other| {
-        point(other, &measure).is_some_and(|(t, e)| 1.5 * t < time && 1.5 * e < error)
+        let Some((t, e)) = point(other, &measure).map(|(time, error)| (time, worth(error))) else { return false };
+        let no_worse = t < ALIKE * time && e < ALIKE * error;
+        no_worse
+            && (SLOWER * t < time || FARTHER * e < error)
+            && no_more(limits.ms.is_some(), Some(t), Some(time))
+            && no_more(limits.error.is_some(), Some(e), Some(error))
             && no_more(limits.flip.is_some(), (FLIP.of)(other), (FLIP.of)(row))
             && no_more(limits.bytes.is_some(), bytes(other), bytes(row))
     })
@@ -303,17 +315,29 @@ mod tests {
         let rows = [
             of("none", 1.0, 0.9, 0),
             of("psm", 2.0, 0.1, 10),
-            of("avsm", 3.1, 0.16, 10),
-            of("avsm", 3.1, 0.16, 9),
-            of("avsm", 3.0, 0.16, 10),
-            of("avsm", 3.1, 0.15, 10),
+            // As close, and slower by a quarter, and by more; more, but closer.
+            of("avsm", 2.5, 0.1, 10),
+            of("avsm", 2.6, 0.1, 10),
+            of("avsm", 2.6, 0.095, 10),
+            // As quick, or a little quicker, and farther off by more than half; quicker.
+            of("avsm", 1.95, 0.16, 10),
+            of("avsm", 1.9, 0.16, 10),
+            // Smaller.
+            of("avsm", 2.6, 0.1, 9),
             failed,
+            // Closer than is worth time.
+            of("avsm", 3.0, 0.0005, 10),
+            of("avsm", 4.0, 0.0001, 10),
         ];
-        let hopeless = |limits: Limits| rows.iter().map(|row| is_hopeless(row, &rows, &limits)).collect::<Vec<bool>>();
-        assert_eq!(hopeless(Limits::default()), [false, false, true, true, false, false, true]);
-        let small = Limits { bytes: Some(9), ..Limits::default() };
-        assert_eq!(hopeless(small), [false, false, true, false, false, false, true]);
-        assert_eq!(best_and_extremes(&rows), [1, 1, 1, 3]);
+        let hopeless = |limits: Limits| {
+            let hopeless = |place: &usize| is_hopeless(&rows[*place], &rows, &limits);
+            (0..rows.len()).filter(hopeless).collect::<Vec<usize>>()
+        };
+        assert_eq!(hopeless(Limits::default()), [3, 5, 7, 8, 10]);
+        assert_eq!(hopeless(Limits { bytes: Some(9), ..Limits::default() }), [3, 5, 8, 10]);
+        assert_eq!(hopeless(Limits { ms: Some(1.95), ..Limits::default() }), [3, 7, 8, 10]);
+        assert_eq!(hopeless(Limits { error: Some(1e-4), ..Limits::default() }), [3, 5, 7, 8]);
+        assert_eq!(best_and_extremes(&rows), [9, 6, 10, 7]);
     }
 
     /// Held against the definition, row by row: what is named is within the limits, and nothing there is better.

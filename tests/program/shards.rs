@@ -81,6 +81,28 @@ fn shards_have_the_rows_of_one_run() {
     let command = results(Path::new(&joined)).command;
     assert!(!command.contains("--shard") && !command.contains(&one), "{command}");
 
+    // A report takes shards as the run that they are, and prints what the joined rows have.
+    let file = |of: &str| format!("{of}/results.json");
+    let reported = |files: &[&str]| -> serde_json::Value {
+        let files: Vec<String> = files.iter().map(|of| file(of)).collect();
+        let files: Vec<&str> = files.iter().map(String::as_str).collect();
+        let printed = ok(&[&["report"][..], &files, &["--json", "--out", &of("report")]].concat());
+        serde_json::from_str(&printed).expect("JSON alone")
+    };
+    let report = reported(&[&two, &one]);
+    assert_eq!(report["answer"], reported(&[&joined])["answer"]);
+    let (lines, rows) = (report["rows"].as_array().expect("rows").clone(), results(Path::new(&joined)).rows);
+    assert_eq!(lines.len(), rows.len());
+    for row in &rows {
+        let is_of = |line: &&serde_json::Value| line["variant"] == row.spec() && line["scene"] == row.scene;
+        let line = lines.iter().find(is_of).unwrap_or_else(|| panic!("{} on {}", row.spec(), row.scene));
+        assert_eq!(line["build_median_ns"].as_f64(), row.build_ns.map(|timing| timing.median));
+        assert_eq!(line["frame_ns"].as_f64(), row.frame_ns);
+        let space = row.error.as_ref().and_then(|error| error.space).map(|space| space.mean_abs);
+        assert_eq!((line["space_mean_abs"].as_f64(), &line["files"]), (space, &file(&two).into()));
+    }
+    fails(&["report", &file(&one), "--out", &of("no")], &["shard 2/2 of its run is not there"]);
+
     // What is no whole run changes nothing.
     for (shards, words) in [
         (&[&one][..], &["shard 2/2 of its run is not there"][..]),

@@ -144,6 +144,19 @@ fn passes_say_what_they_did() {
         assert_eq!(words, numbers.map(|number| number.to_string()), "{line}");
     }
     assert!(row.counts.iter().any(|pass| pass.counts.threads > 0), "{:?}", row.counts);
+    // Every figure that the driver tells of a program is printed, and the driver is asked of each pipeline once.
+    let executables = results(out.path()).executables;
+    if device()["facts"]["pipeline_executable_info"] == false {
+        assert_eq!(executables, []);
+    }
+    for program in &executables {
+        let is_of = |line: &&str| line.trim_start().starts_with(&program.pipeline) && line.contains(&program.name);
+        let told = |(name, value): &(String, f64)| {
+            said.lines().filter(is_of).any(|line| line.contains(&format!("{name}: {value}")))
+        };
+        assert!(program.figures.iter().all(told), "{program:?} in {said}");
+        assert!(executables.iter().filter(|other| *other == program).count() <= 4, "{executables:?}");
+    }
     assert!(
         row.counts.iter().any(|pass| pass.counts.vertices >= 3 * pass.counts.primitives.max(1)),
         "{:?}",

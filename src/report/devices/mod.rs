@@ -5,7 +5,7 @@ mod dots;
 mod table;
 
 pub use answer::devices_answer;
-pub use table::{devices_csv, devices_markdown};
+pub use table::{devices_csv, devices_json, devices_markdown};
 
 use crate::measure::{BUILD_PATHS, Beside, Built, Line, ROUNDING, Row, Status, Timing, Verdict};
 use crate::report::colours::named;

@@ -4,6 +4,7 @@ use super::{Names, answer, cell, interlock_cell};
 use crate::measure::{BUILD_PATHS, Beside, Timing, Verdict};
 use crate::report::wording::{NOTHING, one_line, significant, status_word};
 use crate::{Error, Result};
+use serde_json::{Number, Value, json};
 
 /// One word for what a ratio says.
 pub(super) fn verdict_word(verdict: Verdict) -> &'static str {
@@ -158,4 +159,34 @@ pub fn devices_csv(beside: &Beside) -> Result<String> {
     }
     let bytes = writer.into_inner().map_err(|failed| fail(failed.error()))?;
     String::from_utf8(bytes).map_err(|cause| fail(&cause))
+}
+
+/// The same for programs: the sentences, and the lines of [`devices_csv`] under its columns' names. What a line does not have is absent.
+///
+/// # Errors
+/// As [`devices_csv`].
+pub fn devices_json(beside: &Beside) -> Result<Value> {
+    let csv = devices_csv(beside)?;
+    let fail = |cause: csv::Error| Error::output("devices.csv".as_ref(), cause);
+    let mut reader = csv::Reader::from_reader(csv.as_bytes());
+    let names = reader.headers().map_err(fail)?.clone();
+    let mut rows = Vec::new();
+    for line in reader.records() {
+        let line = line.map_err(fail)?;
+        let fields = names.iter().zip(&line).filter(|(_, text)| !text.is_empty());
+        let value = |(name, text): (&str, &str)| {
+            let number = if is_number(name) { text.parse().ok().and_then(Number::from_f64) } else { None };
+            (name.to_owned(), number.map_or_else(|| Value::from(text), Value::Number))
+        };
+        rows.push(Value::Object(fields.map(value).collect()));
+    }
+    let best = answer::best(beside, &Names::of(beside));
+    let bought: Vec<_> = answer::interlock(beside, &beside.built()).into_iter().map(|bought| bought.long).collect();
+    Ok(json!({ "answer": answer::devices_answer(beside), "best": best, "interlock": bought, "rows": rows }))
+}
+
+/// Whether a column of [`devices_csv`] has numbers.
+fn is_number(column: &str) -> bool {
+    let ends = ["_ns", "_per_million", "_abs", "_mean", "samples", "_resident", "_first"];
+    ends.iter().any(|end| column.ends_with(end))
 }
