@@ -4,10 +4,12 @@
 # For each scene, by default five, `gobo recommend SCENE` and `gobo recommend SCENE --thorough`, which measures the same techniques in
 # half, usual and twice the size, all of them properly. Prints a Markdown row a scene: the seconds of both, their share, the answer, and
 # by how much the row of the thorough run that beats it most does so in both frame time and error over all points: 1.00 is on the front.
-# GOBO is the program, by default `cargo run --release --`. What is there of an earlier run is kept.
+# GOBO is the program, by default `cargo run --release --`. What is there of an earlier run is kept. Drivers' caches of compiled shaders are
+# off, so that the second run does not find what the first has compiled.
 set -u
+export __GL_SHADER_DISK_CACHE=0 MESA_SHADER_CACHE_DISABLE=true
 folder=${1:-}
-[ -n "$folder" ] || { sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2 && exit 2; }
+[ -n "$folder" ] || { sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2 && exit 2; }
 shift
 [ $# -gt 0 ] || set -- plume_8k hair houses courtyard fountain
 read -ra gobo <<<"${GOBO:-cargo run --release --quiet --}"

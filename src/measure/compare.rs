@@ -273,7 +273,10 @@ impl Case<'_> {
         let camera = self.camera(self.effort.picture)?;
         let renderer = Renderer::new(self.context, &self.world, &camera)?;
         let kernels = renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?;
-        let mut drawn = self.time_draws(shading, || renderer.draw(&kernels))?;
+        let mut timed = timed;
+        timed.built.draws = self.time_draws(shading, || renderer.draw(&kernels))?;
+        timed.built.draws_clock = self.context.calibrate();
+        let mut drawn: Vec<_> = timed.built.draws.iter().map(|ran| ran.passes.clone()).collect();
         if !timed.draws.is_empty() {
             // A frame of what the device simulates draws its particles as they stand there. The picture that is compared with the
             // truth blends them in an order that the host makes, which is no part of a frame.

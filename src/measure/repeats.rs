@@ -5,7 +5,7 @@ use crate::technique::Lifetime;
 use std::time::{Duration, Instant};
 
 /// Shortest warm-up: a device that idled needs some milliseconds of work to reach its clock.
-const WARM_UP: Duration = Duration::from_millis(200);
+pub(super) const WARM_UP: Duration = Duration::from_millis(200);
 
 /// Of a GPU for each build that is timed, and at most: after a pause an H200 was seen to fall from 1,980 to 1,260 MHz, and to
 /// take 1.2 s of work to come back (docs/drivers.md).

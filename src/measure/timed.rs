@@ -4,7 +4,7 @@ use super::Timing;
 use super::compare::Case;
 use super::frames::Drawing;
 use super::passes::frame_ns;
-use super::repeats::{Repeats, SLOW_WARM_UP};
+use super::repeats::{Repeats, SLOW_WARM_UP, WARM_UP};
 use super::steadiness::{Steadiness, Watch};
 use crate::Result;
 use crate::consume::{Asked, Query, Shading};
@@ -38,13 +38,17 @@ pub(super) struct Timed {
     pub(super) draws: Vec<Vec<PassTime>>,
 }
 
-/// The timed builds of a row.
+/// The timed builds and pictures of a row.
 #[derive(Clone, Debug, Default)]
 pub struct TimedBuilds {
     /// In the order in which they ran.
     pub builds: Vec<BuildTimes>,
     /// The device's clock by the host's, read behind the last of them; none where it cannot be read.
     pub clock: Option<Calibration>,
+    /// The pictures that were timed, behind the builds, in their order.
+    pub draws: Vec<Ran>,
+    /// The clock again, read behind the last picture.
+    pub draws_clock: Option<Calibration>,
 }
 
 /// One timed build.
@@ -57,7 +61,7 @@ pub struct BuildTimes {
     pub whole: Option<Ran>,
 }
 
-/// A build that ran.
+/// A build or a picture that ran.
 #[derive(Clone, Debug)]
 pub struct Ran {
     /// When the host began to record it.
@@ -72,6 +76,12 @@ impl Ran {
     fn of(build: impl FnOnce() -> Result<Built>) -> Result<Self> {
         let began = Instant::now();
         build().map(|Built { host_ns, passes, .. }| Self { began, host_ns, passes })
+    }
+
+    /// A picture.
+    fn drawn(draw: impl FnOnce() -> Result<Vec<PassTime>>) -> Result<Self> {
+        let began = Instant::now();
+        draw().map(|passes| Self { began, host_ns: began.elapsed().as_nanos() as f64, passes })
     }
 }
 
@@ -204,20 +214,23 @@ impl Case<'_> {
         Ok(Timing::of(&samples))
     }
 
-    /// The passes of each drawing. The first warms up; where it takes the whole budget it is the only one, or one of as few as
+    /// Each drawing. The first, on a GPU as many as bring it to its clock, warms up; where it takes the whole budget it is the only one, or one of as few as
     /// a picture needs to come to rest.
-    pub(super) fn time_draws(
-        &self,
-        shading: Shading,
-        draw: impl Fn() -> Result<Vec<PassTime>>,
-    ) -> Result<Vec<Vec<PassTime>>> {
-        let mut samples = Vec::new();
-        let start = Instant::now();
-        for frame in 0..1 + self.effort.frames {
+    pub(super) fn time_draws(&self, shading: Shading, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Vec<Ran>> {
+        let software = self.context.features().is_software();
+        let mut start = Instant::now();
+        let mut samples = vec![Ran::drawn(&draw)?];
+        // A GPU has idled while the truth was made on the host.
+        let idled = start;
+        while !software && (idled.elapsed() < WARM_UP || idled.elapsed() < SLOW_WARM_UP && self.clock.is_slow()) {
+            samples = vec![Ran::drawn(&draw)?];
+            start = Instant::now();
+        }
+        for frame in 1..1 + self.effort.frames {
             if frame >= shading.frames_to_settle() && start.elapsed() > DRAW_BUDGET {
                 break;
             }
-            samples.push(draw()?);
+            samples.push(Ran::drawn(&draw)?);
         }
         let warm_up = usize::from(samples.len() > 1);
         Ok(samples.split_off(warm_up))

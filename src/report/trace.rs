@@ -1,7 +1,7 @@
 //! Passes over time, as Chrome's trace events, which Perfetto opens too: the *Trace Event Format*, complete events ("X") alone, in
 //! microseconds.
 
-use crate::gpu::PassTime;
+use crate::gpu::{Calibration, PassTime};
 use crate::measure::{DeviceFacts, Ran, Row, TimedBuilds, frame_ns};
 use serde_json::{Value, json};
 use std::time::Instant;
@@ -12,8 +12,8 @@ const HOST: u32 = 2;
 /// What a build's slice is longer by, nanoseconds: a reader that rounds still has the last pass within.
 const ROUNDED: f64 = 4.0;
 
-/// The timed builds of rows: a track of the host's, where a build is from the beginning of recording to the end of settling, and
-/// one of the device's, where a build is a slice and its passes lie within. Both are on the host's clock, from the first build on.
+/// The timed builds and pictures of rows: a track of the host's, where each is from the beginning of recording to the end of settling, and
+/// one of the device's, where each is a slice and its passes lie within. Both are on the host's clock, from the first build on.
 pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
     let named = |process: u32, name: &str| json!({"ph": "M", "pid": process, "tid": process, "name": "process_name", "args": {"name": name}});
     let mut events = vec![named(DEVICE, &format!("device: {}", device.name)), named(HOST, "host")];
@@ -37,7 +37,7 @@ pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
                     })
                 };
                 slice(HOST, "build", [start, start + ran.host_ns], arguments(ran.host_ns));
-                let spans = spans(timed, ran, first, start);
+                let spans = spans(timed.clock, ran, first, start);
                 let begin = spans.iter().map(|span| span[0]).reduce(f64::min);
                 let end = spans.iter().map(|span| span[1]).reduce(f64::max);
                 if let (Some(begin), Some(end), Some(ns)) = (begin, end, frame_ns(&ran.passes)) {
@@ -48,8 +48,26 @@ pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
                 }
             }
         }
+        for (frame, ran) in timed.draws.iter().enumerate() {
+            let start = first.map_or(0.0, |first| ran.began.duration_since(first).as_nanos() as f64);
+            let arguments = |ns: f64| json!({"scene": row.scene, "drawn": row.spec(), "frame": frame, "ns": ns});
+            slice(HOST, "picture", [start, start + ran.host_ns], arguments(ran.host_ns));
+            let spans = spans(timed.draws_clock, ran, first, start);
+            let begin = spans.iter().map(|span| span[0]).reduce(f64::min);
+            let end = spans.iter().map(|span| span[1]).reduce(f64::max);
+            if let (Some(begin), Some(end), Some(ns)) = (begin, end, frame_ns(&ran.passes)) {
+                slice(DEVICE, "picture", [begin, end + ROUNDED], arguments(ns));
+            }
+            for (pass, span) in ran.passes.iter().zip(spans) {
+                slice(DEVICE, &pass.name, span, json!({}));
+            }
+        }
     }
-    let clocks: Vec<_> = rows.iter().filter_map(|(_, timed)| timed.clock).map(|clock| clock.deviation_ns).collect();
+    let clocks: Vec<_> = rows
+        .iter()
+        .flat_map(|(_, timed)| [timed.clock, timed.draws_clock].into_iter().flatten())
+        .map(|clock| clock.deviation_ns)
+        .collect();
     let clocks = match clocks.into_iter().reduce(f64::max) {
         Some(deviation) => format!("calibrated by VK_EXT_calibrated_timestamps, to {deviation} ns"),
         None => "not calibrated: the device begins each build when the host does".into(),
@@ -58,10 +76,10 @@ pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
     json!({"displayTimeUnit": "ms", "otherData": other, "traceEvents": events}).to_string()
 }
 
-/// From when to when the passes of a build ran, nanoseconds since the first build of all began. Where the device's clock is not known by
+/// From when to when the passes of a build or a picture ran, nanoseconds since the first build of all began. Where the device's clock is not known by
 /// the host's, as if the device had begun with the build, at `start`.
-fn spans(timed: &TimedBuilds, ran: &Ran, first: Option<Instant>, start: f64) -> Vec<[f64; 2]> {
-    let clock = timed.clock.zip(first);
+fn spans(clock: Option<Calibration>, ran: &Ran, first: Option<Instant>, start: f64) -> Vec<[f64; 2]> {
+    let clock = clock.zip(first);
     let span = |pass: &PassTime| {
         let begin = clock.map_or(start + pass.start_ns, |(clock, first)| clock.ns_since(first, pass.began));
         [begin, begin + pass.end_ns - pass.start_ns]

@@ -102,9 +102,27 @@ fn a_trace_is_of_the_builds_that_were_timed() {
             let sum = median(sums.collect());
             assert!((sum - pass.median_ns).abs() < 1.0 + 1e-6 * pass.median_ns, "{}: {sum}", pass.name);
         }
+        // The pictures are behind the builds, and their times are the row's.
+        let of_picture = |event: &&Value| event["args"]["drawn"] == row.spec().as_str();
+        let pictures: Vec<&Value> = slices(1).filter(of_picture).collect();
+        let times = pictures.iter().map(|picture| number(&picture["args"], "ns"));
+        let draw_ns = row.draw_ns.expect("timed").median;
+        assert!((median(times.collect()) - draw_ns).abs() < 1e-6 * draw_ns);
+        for pass in &row.draw_passes {
+            let named: Vec<&Value> = slices(1).filter(|e| e["name"] == pass.name.as_str()).collect();
+            let sums = pictures.iter().map(|picture| {
+                named.iter().filter(|pass| within(picture, pass)).map(|pass| 1e3 * number(pass, "dur")).sum::<f64>()
+            });
+            let sum = median(sums.collect());
+            assert!((sum - pass.median_ns).abs() < 1.0 + 1e-6 * pass.median_ns, "{}: {sum}", pass.name);
+        }
+        for picture in slices(2).filter(of_picture) {
+            assert!(span(picture)[0] >= last, "{picture}");
+            last = span(picture)[1] - 1.0;
+        }
         // Passes and what lies between them come to the build: the device waits between passes and does nothing else.
         for build in each {
-            let inner = slices(1).filter(|e| !of_row(e) && e["args"]["spec"].is_null() && within(build, e));
+            let inner = slices(1).filter(|e| e["args"] == serde_json::json!({}) && within(build, e));
             let inner: Vec<[f64; 2]> = inner.map(span).collect();
             let all: f64 = inner.iter().map(|[start, end]| end - start).sum();
             let between: f64 = inner.windows(2).map(|two| two[1][0] - two[0][1]).sum();
