@@ -1,4 +1,4 @@
-//! docs/add-a-technique.md, followed to the letter in a copy of the repository: the toy technique is found in `compare` and holds
+//! docs/guide/add-a-technique.md, followed to the letter in a copy of the repository: the toy technique is found in `compare` and holds
 //! what it promises; one beside it that breaks a promise is caught.
 
 #![cfg(feature = "program")]
@@ -97,7 +97,7 @@ fn a_toy_technique_is_found_and_stressed() {
     if repository.join(".shaderc").exists() {
         copy(&repository.join(".shaderc"), &toy.join(".shaderc"));
     }
-    let page = std::fs::read_to_string(repository.join("docs/add-a-technique.md")).expect("the page");
+    let page = std::fs::read_to_string(repository.join("docs/guide/add-a-technique.md")).expect("the page");
     follow(&page, &toy);
     // Beside it one that promises as much, and takes the darkest caster for all.
     let names = [("brute_force", "dim_force"), ("brute-force", "dim-force"), ("BruteForce", "DimForce")];

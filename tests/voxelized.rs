@@ -299,7 +299,7 @@ fn nothing_leaks_outside_the_boundary() {
         for scene in shapes::seen() {
             for row in rows(context, &scene, &support::some(specs, 4)) {
                 assert_eq!(row.frame_ns, row.draw_ns.map(|draw| draw.median), "a bake is no part of a frame");
-                // What docs/voxelized.md says, in voxels: half the filter across, half a voxel more where it is conservative, and a
+                // What docs/notebook/voxelized.md says, in voxels: half the filter across, half a voxel more where it is conservative, and a
                 // voxel along the light; a surface's point is moved as far across, and half a voxel and a bit.
                 let number = |key: &str| row.variant[key].parse::<f64>().expect("a number");
                 let conservative = row.variant["coverage"] == "conservative";

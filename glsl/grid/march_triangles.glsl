@@ -10,7 +10,7 @@
 #include "world/triangle.glsl"
 
 // How far from where it is a ray or a side may be taken to be along each axis, world units: by the longest way and the largest
-// coordinate of a grid. docs/voxel-grid.md derives it. Twin: Stood::rounding in src/grid/stood.rs.
+// coordinate of a grid. docs/notebook/voxel-grid.md derives it. Twin: Stood::rounding in src/grid/stood.rs.
 const float ROUNDING_OF_WAY = 1.0 / 524288.0;
 const float ROUNDING_OF_PLACE = 1.0 / 2097152.0;
 

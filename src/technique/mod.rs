@@ -1,7 +1,7 @@
 //! Shadow techniques. Each is passes that build a representation, and one GLSL function that answers from it.
 //!
 //! To add one: a folder in glsl/ with its passes and a visibility.glsl, a module here of the same name with an `ENTRY`, its
-//! line in the registry below. docs/add-a-technique.md goes through it.
+//! line in the registry below. docs/guide/add-a-technique.md goes through it.
 
 // The registry: a line a technique. All of them are in REGISTRY.
 pub mod avsm;

@@ -2,7 +2,7 @@
 //! text that are whole. A few of them in the usual loop, all with `GOBO_TEST_ALL`. What the device lacks is a skip.
 
 use crate::support::{self, log, skipped};
-use crate::tables::pages;
+use crate::tables::{name, pages};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Mutex;
@@ -47,7 +47,7 @@ fn found(root: &Path) -> (Vec<Found>, Vec<Found>) {
     let mut all = Vec::new();
     for page in pages(root) {
         let text = std::fs::read_to_string(&page).expect("a page").replace("\\\n", " ");
-        let page = page.file_name().expect("a name").to_string_lossy().into_owned();
+        let page = name(root, &page);
         let (mut set, mut running) = (String::new(), String::new());
         for line in text.lines() {
             let Some(code) = line.strip_prefix("    ") else {

@@ -38,7 +38,7 @@ fn tables_are_their_rows() {
     let mut files = BTreeMap::new();
     for page in pages(root) {
         let text = std::fs::read_to_string(&page).expect("a page");
-        let name = page.file_name().expect("a name").to_string_lossy().into_owned();
+        let name = name(root, &page);
         let new = remade(&text, &name, &mut counted, &mut |file: &str, which: &Which, column: &str| {
             if !files.contains_key(file) {
                 files.insert(file.to_owned(), Rows::read(root, file)?);
@@ -55,13 +55,26 @@ fn tables_are_their_rows() {
     assert!(counted.off.is_empty() || writes, "{}\n{way_out}", counted.off.join("\n"));
 }
 
-/// README.md and docs/*.md.
+/// README.md and all pages of docs.
 pub fn pages(root: &Path) -> Vec<PathBuf> {
-    let docs = std::fs::read_dir(root.join("docs")).expect("docs").map(|entry| entry.expect("a page").path());
-    let mut pages: Vec<_> = docs.filter(|path| path.extension().is_some_and(|ending| ending == "md")).collect();
-    pages.push(root.join("README.md"));
+    let (mut pages, mut folders) = (vec![root.join("README.md")], vec![root.join("docs")]);
+    while let Some(folder) = folders.pop() {
+        let within = std::fs::read_dir(folder).expect("docs").map(|entry| entry.expect("a page").path());
+        for path in within {
+            match path.is_dir() {
+                true => folders.push(path),
+                false if path.extension().is_some_and(|ending| ending == "md") => pages.push(path),
+                false => {}
+            }
+        }
+    }
     pages.sort();
     pages
+}
+
+/// `docs/guide/start.md`.
+pub fn name(root: &Path, page: &Path) -> String {
+    page.strip_prefix(root).expect("a page of the repository").to_string_lossy().into_owned()
 }
 
 /// Asks for a file, a row and a column.

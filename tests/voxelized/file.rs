@@ -9,7 +9,7 @@ use gobo::technique::{self, Coverage, Opened, Structure, Technique, voxelized::P
 use gobo::world::World;
 use std::path::Path;
 
-/// Where the trees begin and how long each is, as docs/voxelized.md says.
+/// Where the trees begin and how long each is, as docs/notebook/voxelized.md says.
 const TREES: usize = 88;
 const TREE: usize = 200;
 

@@ -1,5 +1,5 @@
 // In which voxels a triangle is listed: in all that it meets, however thin it is and however a ray's way is rounded; in a few more where
-// its plane is not known so well. Sources: Schwarz and Seidel 2010, section 3; the bounds are ours, docs/voxel-grid.md derives them.
+// its plane is not known so well. Sources: Schwarz and Seidel 2010, section 3; the bounds are ours, docs/notebook/voxel-grid.md derives them.
 // Twin: reference::twin::lists, to the bit.
 #ifndef GRID_LISTS_MEETS_GLSL
 #define GRID_LISTS_MEETS_GLSL

@@ -248,7 +248,7 @@ fn choose_lanes(features: &Features, batch: Option<Batch>, suit: bool) -> Result
     }
 }
 
-/// The path and why. `auto` follows what was measured (docs/avsm-paths.md):
+/// The path and why. `auto` follows what was measured (docs/notebook/avsm-paths.md):
 ///
 /// | device | path |
 /// |---|---|

@@ -111,7 +111,7 @@ settings! {
         /// What is between two nodes a straight line: transmittance in Salvi et al. 2010, optical depth here.
         curve: Interpolated = Setting::word(
             "exponential", "interpolate transmittance (linear, as published) or optical depth (exponential)");
-        /// How curves are built; none: as is fastest on the device (docs/avsm-paths.md).
+        /// How curves are built; none: as is fastest on the device (docs/notebook/avsm-paths.md).
         path: Option<Way> =
             Setting::auto("auto: binned, save for what software devices do faster and for order=captured");
         /// Texels a side of a light's map, 1 to 16,384.

@@ -1,4 +1,4 @@
-//! Bakes as files. docs/voxelized.md has the layout, byte by byte.
+//! Bakes as files. docs/notebook/voxelized.md has the layout, byte by byte.
 
 use super::check::stays_inside;
 use super::settings::{Coverage, Free, Plan, Settings, Structure};

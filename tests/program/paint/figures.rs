@@ -12,54 +12,74 @@ struct Figure(&'static str, &'static str, &'static str, u32);
 
 /// The quick ones first.
 const FIGURES: [Figure; 33] = [
-    Figure("curve.svg", "docs/avsm.md", "gobo curve plume_8k", 0),
+    Figure("curve.svg", "docs/notebook/avsm.md", "gobo curve plume_8k", 0),
     Figure("three-emitters-slice.png", "docs/results.md", "gobo slice three-emitters", 0),
-    Figure("ism-map.png", "docs/ism.md", "gobo map cornell --vpls 256 --light 100 --technique ism:fill=off", 0),
-    Figure("ism-map.png", "docs/ism.md", "gobo map cornell --vpls 256 --light 100 --technique ism:fill=on", 260),
-    Figure("hair-curve.svg", "docs/avsm.md", "gobo curve hair", 0),
-    Figure("steps.png", "docs/fog.md", "gobo render houses", 0),
-    Figure("fog.png", "docs/fog.md", "gobo render shafts", 0),
+    Figure(
+        "ism-map.png",
+        "docs/notebook/ism.md",
+        "gobo map cornell --vpls 256 --light 100 --technique ism:fill=off",
+        0,
+    ),
+    Figure(
+        "ism-map.png",
+        "docs/notebook/ism.md",
+        "gobo map cornell --vpls 256 --light 100 --technique ism:fill=on",
+        260,
+    ),
+    Figure("hair-curve.svg", "docs/notebook/avsm.md", "gobo curve hair", 0),
+    Figure("steps.png", "docs/notebook/fog.md", "gobo render houses", 0),
+    Figure("fog.png", "docs/notebook/fog.md", "gobo render shafts", 0),
     Figure(
         "three-emitters-translucency-map.png",
-        "docs/translucency-map.md",
+        "docs/notebook/translucency-map.md",
         "gobo render three-emitters --technique translucency-map",
         0,
     ),
     Figure(
         "three-emitters-beer-shadow-map.png",
-        "docs/beer-shadow-map.md",
+        "docs/notebook/beer-shadow-map.md",
         "gobo render three-emitters --technique beer-shadow-map",
         0,
     ),
-    Figure("three-emitters-layers.png", "docs/layers.md", "gobo render three-emitters --technique layers", 0),
+    Figure("three-emitters-layers.png", "docs/notebook/layers.md", "gobo render three-emitters --technique layers", 0),
     Figure(
         "plume-stochastic-plain.png",
-        "docs/stochastic.md",
+        "docs/notebook/stochastic.md",
         "gobo render plume_8k --technique stochastic:samples=16,sampling=plain",
         0,
     ),
-    Figure("plume-half-angle.png", "docs/half-angle.md", "gobo render plume_8k --technique half-angle", 0),
+    Figure("plume-half-angle.png", "docs/notebook/half-angle.md", "gobo render plume_8k --technique half-angle", 0),
     Figure("three-emitters.png", "README.md", "gobo render three-emitters", 0),
-    Figure("hair.png", "docs/avsm.md", "gobo render hair --technique avsm:nodes=16", 0),
+    Figure("hair.png", "docs/notebook/avsm.md", "gobo render hair --technique avsm:nodes=16", 0),
     Figure("lantern.png", "docs/lights-and-filters.md", "gobo render lantern", 0),
-    Figure("lantern-vertices-wireframe.png", "docs/lighting.md", "gobo render lantern", 0),
-    Figure("lantern-vertices.png", "docs/lighting.md", "gobo render lantern", 0),
-    Figure("courtyard.png", "docs/many-lights.md", "gobo render courtyard --width", 0),
-    Figure("fountain-density.png", "docs/particles.md", "gobo render fountain:particles=300000", 0),
-    Figure("fountain-speed.png", "docs/particles.md", "gobo render fountain:particles=1000000", 0),
-    Figure("fountain.gif", "docs/particles.md", "gobo render fountain:particles=100000 ", 0),
-    Figure("failures-none.png", "docs/failures.md", "gobo render failures --technique none", 0),
-    Figure("failures-translucency-map.png", "docs/failures.md", "gobo render failures --technique translucency-map", 0),
-    Figure("failures-beer.png", "docs/failures.md", "gobo render failures --technique beer-shadow-map", 0),
-    Figure("failures-layers.png", "docs/failures.md", "gobo render failures --technique layers", 0),
-    Figure("failures-wavelet.png", "docs/failures.md", "gobo render failures --technique wavelet", 0),
-    Figure("failures-fourier.png", "docs/failures.md", "gobo render failures --technique fourier", 0),
-    Figure("failures-moments.png", "docs/failures.md", "gobo render failures --technique moments", 0),
-    Figure("failures-stochastic.png", "docs/failures.md", "gobo render failures --technique stochastic:samples", 0),
-    Figure("failures-hash.png", "docs/failures.md", "gobo render failures --technique stochastic:sampling", 0),
-    Figure("failures-psm.png", "docs/failures.md", "gobo render failures --technique psm", 0),
-    Figure("failures-avsm.png", "docs/failures.md", "gobo render failures --technique avsm", 0),
-    Figure("failures-reference.png", "docs/failures.md", "gobo render failures --technique reference", 0),
+    Figure("lantern-vertices-wireframe.png", "docs/notebook/lighting.md", "gobo render lantern", 0),
+    Figure("lantern-vertices.png", "docs/notebook/lighting.md", "gobo render lantern", 0),
+    Figure("courtyard.png", "docs/notebook/many-lights.md", "gobo render courtyard --width", 0),
+    Figure("fountain-density.png", "docs/notebook/particles.md", "gobo render fountain:particles=300000", 0),
+    Figure("fountain-speed.png", "docs/notebook/particles.md", "gobo render fountain:particles=1000000", 0),
+    Figure("fountain.gif", "docs/notebook/particles.md", "gobo render fountain:particles=100000 ", 0),
+    Figure("failures-none.png", "docs/notebook/failures.md", "gobo render failures --technique none", 0),
+    Figure(
+        "failures-translucency-map.png",
+        "docs/notebook/failures.md",
+        "gobo render failures --technique translucency-map",
+        0,
+    ),
+    Figure("failures-beer.png", "docs/notebook/failures.md", "gobo render failures --technique beer-shadow-map", 0),
+    Figure("failures-layers.png", "docs/notebook/failures.md", "gobo render failures --technique layers", 0),
+    Figure("failures-wavelet.png", "docs/notebook/failures.md", "gobo render failures --technique wavelet", 0),
+    Figure("failures-fourier.png", "docs/notebook/failures.md", "gobo render failures --technique fourier", 0),
+    Figure("failures-moments.png", "docs/notebook/failures.md", "gobo render failures --technique moments", 0),
+    Figure(
+        "failures-stochastic.png",
+        "docs/notebook/failures.md",
+        "gobo render failures --technique stochastic:samples",
+        0,
+    ),
+    Figure("failures-hash.png", "docs/notebook/failures.md", "gobo render failures --technique stochastic:sampling", 0),
+    Figure("failures-psm.png", "docs/notebook/failures.md", "gobo render failures --technique psm", 0),
+    Figure("failures-avsm.png", "docs/notebook/failures.md", "gobo render failures --technique avsm", 0),
+    Figure("failures-reference.png", "docs/notebook/failures.md", "gobo render failures --technique reference", 0),
 ];
 
 /// Those that no one command of a page makes: put together from pictures of several, made by examples/embed, or by a command that
@@ -186,6 +206,7 @@ fn pictures_are_of_commands() {
     let folder = |name| std::fs::read_dir(root().join(name)).expect("the pages");
     let pages: String = folder("docs")
         .chain(folder("docs/guide"))
+        .chain(folder("docs/notebook"))
         .map(|page| page.expect("a page").path())
         .chain([root().join("README.md")])
         .filter(|path| path.extension().is_some_and(|extension| extension == "md"))
