@@ -17,7 +17,7 @@ use gobo::technique::{DensityGrid, Opened};
 use gobo::world::World;
 use support::{ask, gpu_test, scenes, scenes::Random, some};
 
-const PLAIN: Settings = Settings { size: 64, march: March::Exact, steps: 64, direction: Direction::None };
+const PLAIN: Settings = Settings { size: 64, march: March::Exact, steps: 64, direction: Direction::None, opaque: None };
 
 fn built(context: &Context, scene: &Scene, settings: Settings) -> (World, Opened<DensityGrid>, Place) {
     let world = World::new(context, scene).expect("room for the scene");

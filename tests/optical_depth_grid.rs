@@ -9,12 +9,12 @@ use gobo::reference::twin::grid::Place;
 use gobo::reference::twin::media::Media;
 use gobo::reference::twin::optical_depth_grid::OpticalDepths;
 use gobo::scene::Scene;
-use gobo::technique::optical_depth_grid::{Bake, Settings};
+use gobo::technique::optical_depth_grid::{Bake, Settings, way_parts};
 use gobo::technique::{Opened, OpticalDepthGrid, Technique};
 use gobo::world::World;
 use support::{ask, gpu_test, ran, scenes, scenes::Random, some};
 
-const PLAIN: Settings = Settings { size: 64, cells: 32, bake: Bake::Whole, frames: 8 };
+const PLAIN: Settings = Settings { size: 64, cells: 32, bake: Bake::Whole, frames: 8, opaque: None };
 
 fn built(context: &Context, scene: &Scene, settings: Settings) -> (World, Opened<OpticalDepthGrid>) {
     let world = World::new(context, scene).expect("room for the scene");
@@ -35,7 +35,8 @@ fn cells_and_answers_equal_their_twin() {
             let media = Media::deposit(&scene.casters(), &place);
             let mut random = Random::new(91);
             for ((i, light), found) in scene.lights.iter().enumerate().zip(depths.chunks_exact(32 * 32 * 32)) {
-                let twin = OpticalDepths::bake(&media, &place, light, 32);
+                let parts = way_parts(u64::from(PLAIN.cells).pow(3) * scene.lights.len() as u64);
+                let twin = OpticalDepths::bake(&media, &place, light, PLAIN.cells, parts);
                 let off = |(a, b): (&f32, &f32)| (a - b).abs() > 1e-3 * (1.0 + b.abs());
                 let differ = twin.depths.iter().zip(found).filter(|(b, a)| off((a, b))).count();
                 let some = twin.depths.iter().filter(|depth| **depth > 0.05).count();

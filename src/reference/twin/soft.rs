@@ -2,7 +2,7 @@
 //! glsl/grid/directions.comp and directions.glsl, to the bit, and of soft.glsl.
 
 use super::grid::Place;
-use super::media::{Media, Motes, UNITS, inverse_root, length};
+use super::media::{DARK, Media, Motes, UNITS, inverse_root, length};
 use crate::scene::{Caster, Light, LightKind};
 use std::array::from_fn;
 use std::f32::consts::PI;
@@ -108,7 +108,7 @@ impl Soft<'_> {
             let at = near + (far - near) * (i as f32 + 0.5) / steps as f32;
             self.at(from_fn(|axis| from[axis] + way[axis] * at), towards) * each
         });
-        sum.sum::<f32>().min(80.0)
+        sum.sum::<f32>().min(DARK)
     }
 
     /// What ratio tracking finds of a way on average, and the average of its square, where no voxel takes more than `most`: e to the power of
