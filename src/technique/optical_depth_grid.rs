@@ -231,11 +231,12 @@ impl Technique for OpticalDepthGrid {
             return Err(Error::input(world.name(), cause, "open the technique anew"));
         }
         self.maps.record_opaque(commands, world)?;
-        if !self.made.make(world) {
+        // A turn sees the smoke that there was when it began: the density grid is filled once for all its parts.
+        let begins = self.turn.is_none_or(|turn| turn == 0);
+        if begins && !self.made.make(world) {
             return Ok(());
         }
-        // A turn sees the smoke that there was when it began: the density grid is filled once for all its parts.
-        if self.turn.is_none_or(|turn| turn == 0) {
+        if begins {
             self.grid.record(commands, world);
         }
         let Settings { cells, frames, .. } = self.settings;
