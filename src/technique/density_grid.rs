@@ -65,7 +65,7 @@ settings! {
         march: March = Setting::word(
             "exact", "every voxel on the way to the light; even steps, linear between voxels; or places by chance, without bias");
         /// Even steps from the point to the light, for [`March::Steps`], 1 to 1,024.
-        steps: u32 = Setting::number("64", 1, 1024, "even steps from the point to the light, with march=steps");
+        steps: u32 = Setting::number("32", 1, 1024, "even steps from the point to the light, with march=steps");
         /// What a voxel knows of how its strands run.
         direction: Direction = Setting::word(
             "none", "whether voxels know how their strands run, which take less of light along them; 24 bytes a voxel");

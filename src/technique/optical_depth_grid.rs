@@ -47,7 +47,7 @@ settings! {
     #[derive(Copy)]
     pub struct Settings {
         /// Voxels a side of the density grid that is marched: 64, 128 or 256.
-        size: u32 = Setting::one_of("64", &["64", "128", "256"], "voxels a side of the density grid that is marched");
+        size: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels a side of the density grid that is marched");
         /// Cells a side of the grid that each light has: 32, 64 or 128.
         cells: u32 = Setting::one_of("64", &["32", "64", "128"], "cells a side of each light's grid of optical depths");
         /// How much of it a build bakes.
