@@ -13,11 +13,11 @@ use gobo::reference::twin::media::{Media, UNITS};
 use gobo::reference::twin::soft::{Directions, Soft, way};
 use gobo::scene::{Light, LightKind, Particle, Scene, Strand};
 use gobo::technique::density_grid::{Direction, March, Settings};
-use gobo::technique::{DensityGrid, Opened};
+use gobo::technique::{DensityGrid, Opened, open};
 use gobo::world::World;
-use support::{ask, gpu_test, scenes, scenes::Random, some};
+use support::{ask, gpu_test, scenes, scenes::Random, some, spec};
 
-const PLAIN: Settings = Settings { size: 64, march: March::Exact, steps: 64, direction: Direction::None };
+const PLAIN: Settings = Settings { size: 64, march: March::Exact, steps: 64, direction: Direction::None, opaque: None };
 
 fn built(context: &Context, scene: &Scene, settings: Settings) -> (World, Opened<DensityGrid>, Place) {
     let world = World::new(context, scene).expect("room for the scene");
@@ -172,6 +172,44 @@ fn fibres_take_light_across_and_not_along() {
             let answers = ask(context, opened.technique.as_ref(), 1, &ends);
             let least = answers.iter().fold(1.0f32, |least, a| least.min(*a));
             assert!((least > 0.95) == (direction == Direction::Mean), "{direction:?}: {least}");
+        }
+    });
+}
+
+/// Below a plate there is no light, and beside and above it that of the same scene without it: both grids are of smoke and hair alone.
+#[test]
+fn meshes_end_the_light_of_both_grids() {
+    gpu_test("meshes_end_the_light_of_both_grids", |context| {
+        let bare = scenes::directional("bare", [0.0, 0.0, -1.0], scenes::random().particles);
+        let mut walled = bare.clone();
+        let (height, half, [x, y]) = (0.3, 0.4, [0.1, -0.2]);
+        walled.meshes.push(scenes::level(height, half, [x, y]));
+        let mut random = Random::new(86);
+        let points: Vec<_> = (0..4000).map(|_| random.point(-1.2, 1.2)).collect();
+        for (text, opaque) in [("density-grid:size=64", "raster"), ("density-grid:size=64,march=ratio", "compute")]
+            .into_iter()
+            .chain([("optical-depth-grid:cells=32", "raster"), ("optical-depth-grid:cells=32", "compute")])
+        {
+            let text = format!("{text},opaque={opaque}");
+            let [before, after] = [&bare, &walled].map(|scene| {
+                let world = World::new(context, scene).expect("room for the scene");
+                let mut opened = support::opened(open(context, &world, &spec(&text)), &text);
+                opened.build(&world).expect("built");
+                ask(context, opened.technique.as_ref(), 0, &points)
+            });
+            let (mut dark, mut shadowed) = (0, 0);
+            for ((point, before), after) in points.iter().zip(before).zip(after) {
+                let out = (point[0] - x).abs().max((point[1] - y).abs()) - half;
+                // Two texels of the map, which sees the plate and what lies under it.
+                if out.abs() < 0.02 || (point[2] - height).abs() < 0.02 {
+                    continue;
+                }
+                let below = out < 0.0 && point[2] < height;
+                assert!(after == if below { 0.0 } else { before }, "{text}: {after}, not {before}, at {point:?}");
+                dark += usize::from(below);
+                shadowed += usize::from(!below && before < 0.9);
+            }
+            assert!(dark > 100 && shadowed > 100, "{text}: {dark}, {shadowed}");
         }
     });
 }

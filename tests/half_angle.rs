@@ -4,17 +4,17 @@
 
 mod support;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use gobo::consume::{Lighting, Renderer, Shading};
 use gobo::gpu::Context;
 use gobo::measure::picture_error;
 use gobo::reference::truth::{Casters, picture as truth};
-use gobo::reference::twin::half_angle;
-use gobo::scene::{Camera, Particle, Picture, Scene, View};
+use gobo::reference::twin::{half_angle, opaque};
+use gobo::scene::{Camera, Mesh, Particle, Picture, Scene, Strand, View};
 use gobo::technique::{answers_in_space, open};
 use gobo::world::World;
 use support::scenes::Random;
-use support::{gpu_test, scenes, some, spec};
+use support::{ask, gpu_test, scenes, some, spec};
 
 const PIXELS: [u32; 2] = [48, 32];
 
@@ -96,6 +96,102 @@ fn more_slices_are_nearer_to_the_truth() {
             assert!(errors[0] > errors[1] && errors[1] > errors[2], "{errors:?}");
             assert!(errors[2] < 0.2 * none, "{errors:?} of {none}");
         }
+    });
+}
+
+/// A ball of smoke with a wall through its middle, lit from above: on the wall is what its upper half leaves, a closed form, beside the wall what
+/// all of it does, and below there is no light. A second ball and a lock of hair below the wall change nothing.
+#[test]
+fn what_lies_behind_a_wall_does_not_darken_it() {
+    gpu_test("what_lies_behind_a_wall_does_not_darken_it", |context| {
+        let (radius, extinction, half) = (0.8f32, 1.5f32, 0.5f32);
+        let ball = Particle { position: [0.0; 3], radius, extinction };
+        let behind = Particle { position: [0.1, 0.0, -0.7], radius: 0.6, extinction: 4.0 };
+        let hair = |i: i16| {
+            let y = f32::from(i) * 0.02;
+            Strand { start: [-0.4, y, -0.2], end: [0.4, y, -0.2], radius: 0.02, opacity: 0.9 }
+        };
+        let straight = scenes::directional("straight", [0.0, 0.0, -1.0], Vec::new());
+        let lamp = scenes::spot([0.0, 0.0, 40.0], 6.0, straight.clone());
+        for (mut scene, opaque) in [(straight.clone(), "raster"), (straight, "compute"), (lamp, "raster")] {
+            scene.meshes.push(scenes::level(0.0, half, [0.0; 2]));
+            for (particles, strands) in [(vec![ball], vec![]), (vec![behind, ball], (-20..20).map(hair).collect())] {
+                let is_alone = particles.len() == 1;
+                (scene.particles, scene.strands) = (particles, strands);
+                let text = format!("half-angle:size=256,storage=r16f,opaque={opaque}");
+                let world = World::new(context, &scene).expect("room for the scene");
+                let mut opened = support::opened(open(context, &world, &spec(&text)), &text);
+                opened.build(&world).expect("built");
+                let mut random = Random::new(35);
+                // On the wall, and where all of the ball is on the way, which is not when others are.
+                let mut on = Vec::new();
+                for _ in 0..400 {
+                    let [x, y, _] = random.point(-0.5, 0.5);
+                    let (out, far) = (x.abs().max(y.abs()) - half, (x * x + y * y).sqrt());
+                    if out.abs() > 0.03 && far < 0.7 {
+                        on.push([x, y, if out < 0.0 { 0.01 } else { -0.9 }]);
+                    }
+                }
+                for i in 0..60 {
+                    let angle = i as f32 * 0.1;
+                    let [x, y] = [0.6 * angle.cos(), 0.6 * angle.sin()];
+                    if is_alone && x.abs().max(y.abs()) > half + 0.05 {
+                        on.push([x, y, -0.9]);
+                    }
+                }
+                let answers = ask(context, opened.technique.as_ref(), 0, &on);
+                let mut beside = 0;
+                for ([x, y, z], answer) in on.iter().zip(answers) {
+                    let chord = (radius * radius - x * x - y * y).sqrt();
+                    let whole = *z < 0.0;
+                    let expected = (-extinction * chord * if whole { 2.0 } else { 1.0 }).exp();
+                    // The lamp's rays are a twentieth aslant at most.
+                    assert!((answer - expected).abs() < 0.02, "{text}, {x}, {y}: {answer}, not {expected}");
+                    beside += usize::from(whole);
+                }
+                assert_eq!(beside > 0, is_alone);
+                let below: Vec<_> =
+                    (0..50).map(|_| random.point(-0.4, 0.4)).map(|[x, y, z]| [x, y, -0.05 - z.abs()]).collect();
+                let answers = ask(context, opened.technique.as_ref(), 0, &below);
+                assert!(answers.iter().all(|answer| *answer == 0.0), "{text}: there is light below the wall");
+            }
+        }
+    });
+}
+
+/// What surfaces are lit by, texel by texel, where walls stand aslant among casters.
+#[test]
+fn the_light_on_walls_equals_its_twin() {
+    gpu_test("the_light_on_walls_equals_its_twin", |context| {
+        let mut scene = scenes::directional("walls", [0.3, 0.2, -0.9], scenes::random().particles);
+        scene.strands = scenes::locks().strands;
+        scene.meshes = vec![scenes::cuboid([-0.5, -0.6, -0.4], [0.3, 0.2, 0.1]), scenes::level(-0.9, 0.7, [0.2, 0.3])];
+        let text = "half-angle:size=48,storage=r16f,opaque=compute";
+        let world = World::new(context, &scene).expect("room for the scene");
+        let mut opened = support::opened(open(context, &world, &spec(text)), text);
+        opened.build(&world).expect("built");
+        let map = opened.technique.maps()[0];
+        let corner = |mesh: &Mesh, i: u32| mesh.positions[i as usize];
+        let triangles: Vec<_> =
+            scene.meshes.iter().flat_map(|m| m.triangles.iter().map(|t| t.map(|i| corner(m, i)))).collect();
+        let depths = opaque::draw(&map.opaque, &triangles);
+        let (casters, view) = (scene.casters(), &map.volume);
+        let (mut points, mut expected, mut cut) = (Vec::new(), Vec::new(), 0);
+        for i in 0..48 * 48 {
+            let texel = [i % 48, i / 48];
+            let end = half_angle::mesh_depth(view, &map.opaque, &depths, texel);
+            let at = view.ray(DVec2::new(f64::from(texel[0]) + 0.5, f64::from(texel[1]) + 0.5));
+            // Before the wall by as much as the texels about it may stand before it; with none, behind all.
+            let z = f64::from(view.near) + f64::from(end.min(1.0)) * f64::from(view.far - view.near);
+            points.push(at.at(if end.is_finite() { z - 0.05 } else { z + 0.05 }).as_vec3().to_array());
+            expected.push(half_angle::light(view, texel, end, &casters));
+            cut += usize::from(half_angle::light(view, texel, f32::INFINITY, &casters) < 0.9 * expected[i as usize]);
+        }
+        let answers = ask(context, opened.technique.as_ref(), 0, &points);
+        let lit = answers.iter().zip(&expected).filter(|(answer, _)| **answer > 0.0);
+        let wrong = lit.clone().filter(|(answer, expected)| (*answer - *expected).abs() > 4e-3).count();
+        println!("{} lit, {wrong} off, {cut} cut", lit.clone().count());
+        assert!(lit.count() > 1900 && cut > 100 && wrong < 20, "{wrong} are off");
     });
 }
 

@@ -108,7 +108,7 @@ const SMOKE: &[(&str, Open)] = &[
     }),
     ("density-grid:size=64,march=steps,steps=20,direction=mean", |context, world| {
         let (march, direction) = (density_grid::March::Steps, density_grid::Direction::Mean);
-        let settings = density_grid::Settings { size: 64, march, steps: 20, direction };
+        let settings = density_grid::Settings { size: 64, march, steps: 20, direction, ..Default::default() };
         Ok(Box::new(DensityGrid::new(context, world, &settings)?))
     }),
     ("optical-depth-grid:cells=32,bake=round-robin,frames=4", |context, world| {

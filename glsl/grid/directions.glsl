@@ -10,12 +10,20 @@ const float DIRECTION_UNITS = 4194304.0;
 // What a strand takes across, of what it takes on average over all directions.
 const float ACROSS = 1.27323954;
 
-// What a voxel takes of a way towards there that takes so much on average, by the matrix of its strands: E[sin²] of their angle to the
-// way follows from it, and its root is at most 4 % more than E[|sin|].
+// Between E[sin²] and its root, where the strands of a voxel run otherwise than in one direction.
+const float SPREAD_SHARE = 0.75;
+
+// What a voxel takes of a way towards there that takes so much on average, by the matrix M of its strands. E[sin²] of their angle to the way
+// follows from it. E[|sin|], which is asked, lies between that and its root: at the root where all run one way, and there |E[cos · d across
+// the way]|² is all that Cauchy and Schwarz leave it, E[cos²] E[sin²], of which it is a share else.
 float directed(float sum, vec3 diagonal, vec3 beside, vec3 towards) {
     float strands = diagonal.x + diagonal.y + diagonal.z;
-    float along = dot(diagonal, towards * towards) + 2.0 * dot(beside, towards * towards.yzx);
-    float across = sqrt(max(strands * (strands - along), 0.0));
-    return max(sum - strands, 0.0) + ACROSS * min(across, strands);
+    vec3 seen = diagonal * towards + beside * towards.yzx + beside.zxy * towards.zxy;
+    float along = dot(seen, towards), across = max(strands - along, 0.0);
+    vec3 aside = seen - along * towards;
+    float one_way = clamp(dot(aside, aside) / max(along * across, 1e-30), 0.0, 1.0);
+    float root = sqrt(max(strands * across, 0.0));
+    float taken = mix(min(across, strands), min(root, strands), mix(SPREAD_SHARE, 1.0, one_way));
+    return max(sum - strands, 0.0) + ACROSS * taken;
 }
 #endif

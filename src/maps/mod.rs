@@ -38,7 +38,7 @@ pub use texels::{TexelKernels, TexelPasses, TexelWay, Texels};
 use self::fit::Fit;
 use self::opaque::Opaque;
 use crate::gpu::{Bindings, Buffer, Commands, Context, ReadBack, Resource};
-use crate::scene::{Aim, Casting, View};
+use crate::scene::{Aim, Casting, Resolution, View};
 use crate::shaders::set;
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
@@ -128,6 +128,14 @@ impl Maps {
     /// As [`Maps::new`].
     pub fn with_opaque(context: &Context, world: &World, size: u32, opaque: OpaqueMaps) -> Result<Self> {
         Self::seeing(context, world, size, opaque, Self::OPAQUE)
+    }
+
+    /// The opaque maps that techniques with other maps share, for who has none.
+    ///
+    /// # Errors
+    /// As [`Maps::new`].
+    pub fn opaque_alone(context: &Context, world: &World, way: Option<OpaqueWay>) -> Result<Self> {
+        Self::with_opaque(context, world, OPAQUE_SIZE, OpaqueMaps::shared(way))
     }
 
     fn seeing(context: &Context, world: &World, size: u32, opaque: OpaqueMaps, seen: Parts) -> Result<Self> {
@@ -225,6 +233,11 @@ impl Maps {
         Bindings::new(context, name, &[&look_up.resources(), more].concat())
     }
 
+    /// What a look-up needs that asks the opaque maps alone: maps of all lights, and the image in which they stand (glsl/grid/meshes.glsl).
+    pub fn opaque_bindings(&self) -> (&Buffer, Resource) {
+        (&self.buffer, Resource::Gathered(self.opaque.image().clone()))
+    }
+
     /// Fits the maps to a world that has moved, and draws the opaque maps where meshes or lights have. No pass where there is
     /// nothing to do.
     ///
@@ -237,6 +250,14 @@ impl Maps {
             self.opaque.record(commands, world, self.count());
         }
         Ok(())
+    }
+
+    /// The same of a world that has room for meshes; of others nobody asks the opaque maps.
+    ///
+    /// # Errors
+    /// As [`Maps::fit`].
+    pub fn record_opaque(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        if world.triangle_capacity() == 0 { Ok(()) } else { self.record(commands, world) }
     }
 
     /// Fits the maps to a world that has moved, for whoever draws the meshes otherwise. No pass where there is nothing to do.
@@ -290,6 +311,11 @@ impl Maps {
             }
         }
         Ok(again)
+    }
+
+    /// What the shared opaque maps resolve, one of each map.
+    pub fn opaque_resolution(&self) -> Vec<Resolution> {
+        self.all().iter().map(|map| OpaqueMaps::SHARED.resolution(map.opaque)).collect()
     }
 
     /// How the opaque maps are drawn here.

@@ -1,7 +1,7 @@
 //! Density grid: what smoke and hair take in voxels, one grid for all lights, and a way through it from the point to each. Sources:
 //! Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio tracking); whole numbers, so that the order does not matter, and mean directions of strands: ours.
 //!
-//! What it costs to build does not grow with the lights. Meshes cast nothing in it.
+//! What it costs to build for smoke and hair does not grow with the lights. Meshes stand in an opaque map a light, as for techniques with maps.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -23,12 +23,12 @@
 
 use super::keys::{Name, words};
 use super::promises::ROUNDING;
-use super::settings::{Keyed, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Spec, Technique};
+use super::settings::{Keyed, OPAQUE, Setting, settings};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::grid::{Grid, Holds};
-use crate::maps::Map;
+use crate::maps::{Map, Maps, OpaqueWay};
 use crate::scene::Resolution;
 use crate::shaders::{constant, folder, set};
 use crate::world::{Parts, World};
@@ -65,10 +65,12 @@ settings! {
         march: March = Setting::word(
             "exact", "every voxel on the way to the light; even steps, linear between voxels; or places by chance, without bias");
         /// Even steps from the point to the light, for [`March::Steps`], 1 to 1,024.
-        steps: u32 = Setting::number("64", 1, 1024, "even steps from the point to the light, with march=steps");
+        steps: u32 = Setting::number("32", 1, 1024, "even steps from the point to the light, with march=steps");
         /// What a voxel knows of how its strands run.
         direction: Direction = Setting::word(
             "none", "whether voxels know how their strands run, which take less of light along them; 24 bytes a voxel");
+        /// What draws the meshes as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
     }
 }
 
@@ -76,7 +78,7 @@ settings! {
 pub const ENTRY: Entry = Entry {
     name: "density-grid",
     about: "a way to the light through what smoke and hair take in voxels, one grid for all lights",
-    casts: Casts { particles: true, strands: true, meshes: false },
+    casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],
@@ -101,6 +103,7 @@ fn promises(spec: &Spec) -> Promises {
 /// The technique, opened for one world.
 pub struct DensityGrid {
     grid: Grid,
+    maps: Maps,
     look_up: Bindings,
     constants: Constants,
 }
@@ -110,13 +113,15 @@ impl DensityGrid {
     ///
     /// # Errors
     /// [`crate::Error::Input`] where a setting is not what it may be, [`crate::Error::Refused`] where the device binds no buffer of as
-    /// many voxels, [`crate::Error::Gpu`] where memory runs out.
+    /// many voxels or has no opaque maps of so many lights, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { size, march, steps, direction } = *settings;
+        let Settings { size, march, steps, direction, opaque } = *settings;
         let directions = direction == Direction::Mean && world.has_strands();
         let grid = Grid::of_media(context, world, size, Holds { directions, most: march == March::Ratio })?;
+        let maps = Maps::opaque_alone(context, world, opaque)?;
         let (buffers, [run, most]) = (grid.buffers(), grid.held_buffers());
+        let (views, opaque) = maps.opaque_bindings();
         let look_up = set::DensityGridLookUp {
             lights: &world.lights,
             grid: buffers.data,
@@ -124,6 +129,8 @@ impl DensityGrid {
             media_bits: buffers.media_bits,
             directions: run,
             most,
+            maps: views,
+            opaque: &opaque,
         };
         let look_up = look_up.bind(context, "density_grid.look_up")?;
         let constants = Constants::new()
@@ -131,7 +138,7 @@ impl DensityGrid {
             .set(constant::MARCH, march as u32)
             .set(constant::MARCH_STEPS, steps)
             .set(constant::DIRECTION, directions);
-        Ok(Self { grid, look_up, constants })
+        Ok(Self { grid, maps, look_up, constants })
     }
 
     /// The grid.
@@ -142,16 +149,25 @@ impl DensityGrid {
 
 impl Technique for DensityGrid {
     fn made_of(&self) -> Parts {
-        Parts::CASTERS
+        Parts::CASTERS.and(Maps::OPAQUE)
     }
 
     fn forget(&mut self) {
         self.grid.forget();
+        self.maps.forget();
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         self.grid.record(commands, world);
-        Ok(())
+        self.maps.record_opaque(commands, world)
+    }
+
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        let grew = self.maps.settle(frame, false)?;
+        if grew {
+            self.grid.forget();
+        }
+        Ok(Settled::of(grew))
     }
 
     fn answer(&self) -> Answer<'_> {
@@ -163,15 +179,15 @@ impl Technique for DensityGrid {
     }
 
     fn resolution(&self) -> Vec<Resolution> {
-        Vec::new()
+        self.maps.opaque_resolution()
     }
 
     fn facts(&self) -> Result<Facts> {
         Ok(Facts {
             path: COMPUTE,
             reason: "the only path".into(),
-            bytes_resident: self.grid.resident_bytes(),
-            bytes_transient: self.grid.transient_bytes(),
+            bytes_resident: self.grid.resident_bytes() + self.maps.opaque_image().bytes(),
+            bytes_transient: self.grid.transient_bytes() + self.maps.opaque_bytes_transient(),
             ..Facts::default()
         })
     }

@@ -3,7 +3,7 @@
 //! Shadows.
 //!
 //! It paints the picture itself: [`crate::consume::Renderer::kernels_of`] draws with it. What it answers of points is what falls behind all
-//! casters, which is what surfaces in the picture are lit by.
+//! casters, or on the first mesh, which is what surfaces in the picture are lit by.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -31,7 +31,7 @@ use super::settings::{Keyed, OPAQUE, SIZE, SKIP, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Target};
 use crate::maps::{DrawingOrder, Map, Maps, OpaqueMaps, OpaqueWay, Splat, SplatPush};
-use crate::shaders::constant::STRANDS;
+use crate::shaders::constant::{ENDS_AT_MESHES, STRANDS};
 use crate::shaders::{folder, half_angle as shaders};
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
@@ -68,7 +68,7 @@ settings! {
     }
 }
 
-/// For the registry. It promises what the light behind all casters does: no depth, and what blending rounds.
+/// For the registry. It promises what the light behind all casters, or on the first mesh, does: no depth, and what blending rounds.
 pub const ENTRY: Entry = Entry {
     name: "half-angle",
     about: "slices along the half vector of light and camera; paints the picture, has no look-up in space (Kniss 2003, Green 2008)",
@@ -86,7 +86,7 @@ const SLICED: &str = "sliced";
 /// The technique, opened for one world.
 pub struct HalfAngle {
     maps: Maps,
-    /// What all casters leave.
+    /// What casters in front of meshes leave.
     whole: Image,
     splat: Splat,
     draw: Kernel<SplatPush>,
@@ -122,6 +122,7 @@ impl HalfAngle {
         let constants = Constants::new().set(STRANDS, world.has_strands());
         let whole = Image::new(context, "half_angle.whole", format, maps.size(), ImageUse::Color)?;
         let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
+        let cut = constants.clone().set(ENDS_AT_MESHES, world.triangle_capacity() > 0);
         let kernels = PainterKernels {
             name: "half_angle.light",
             slices,
@@ -131,10 +132,10 @@ impl HalfAngle {
             constants: &constants,
         };
         Ok(Self {
-            draw: splat.kernel(context, &maps, kernels.fragment, &[(format, Blend::Multiply)], &[], &constants)?,
+            draw: splat.kernel(context, &maps, kernels.fragment, &[(format, Blend::Multiply)], &[], &cut)?,
             painter: Rc::new(Painter::new(context, world, &maps, &kernels)?),
             look_up: maps.look_up(context, "half_angle.look_up", &[Resource::Texture(whole.clone())])?,
-            written: Made::of(Maps::VOLUME),
+            written: Made::of(Maps::VOLUME.and(Maps::OPAQUE)),
             maps,
             whole,
             splat,

@@ -1,7 +1,7 @@
 //! Optical depth grid: for each light the optical depth from every cell of a grid to it, baked by marching a [`super::density_grid`]'s
 //! voxels; one fetch answers. Source: Schneider 2023 (Nubis³), who bakes a part of it in each frame.
 //!
-//! A look-up costs the same however much smoke is on the way.
+//! A look-up costs the same however much smoke is on the way. Meshes stand in an opaque map a light, as for techniques with maps.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -22,14 +22,14 @@
 //! ```
 
 use super::keys::{Name, words};
-use super::settings::{Keyed, Setting, settings};
-use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Technique};
+use super::settings::{Keyed, OPAQUE, Setting, settings};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, groups, push_struct};
 use crate::grid::{Grid, GridData, Holds};
-use crate::maps::Map;
+use crate::maps::{Map, Maps, OpaqueWay};
 use crate::scene::Resolution;
 use crate::shaders::{self, constant, folder, set};
-use crate::world::{Parts, World};
+use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
 
 words! {
@@ -47,13 +47,22 @@ settings! {
     #[derive(Copy)]
     pub struct Settings {
         /// Voxels a side of the density grid that is marched: 64, 128 or 256.
-        size: u32 = Setting::one_of("64", &["64", "128", "256"], "voxels a side of the density grid that is marched");
+        size: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels a side of the density grid that is marched");
         /// Cells a side of the grid that each light has: 32, 64 or 128.
         cells: u32 = Setting::one_of("64", &["32", "64", "128"], "cells a side of each light's grid of optical depths");
         /// How much of it a build bakes.
         bake: Bake = Setting::word("whole", "all of it in each build, or a part in turn: it answers from the last that was whole");
         /// Builds that bake all of it, for [`Bake::RoundRobin`]: 2, 4, 8 or 16.
         frames: u32 = Setting::one_of("8", &["2", "4", "8", "16"], "builds that all of it takes, with bake=round-robin");
+        /// What draws the meshes as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
+    }
+}
+
+impl Settings {
+    /// Builds that all of it takes.
+    pub fn turns(&self) -> u32 {
+        if self.bake == Bake::RoundRobin { self.frames } else { 1 }
     }
 }
 
@@ -61,7 +70,7 @@ settings! {
 pub const ENTRY: Entry = Entry {
     name: "optical-depth-grid",
     about: "the optical depth to each light in a grid of cells, one fetch a look-up, baked whole or in turn (Nubis³ 2023)",
-    casts: Casts { particles: true, strands: true, meshes: false },
+    casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],
@@ -77,6 +86,15 @@ pub const ENTRY: Entry = Entry {
 
 const COMPUTE: &str = "compute";
 
+/// Threads that have a GPU's hands full: where fewer are baked at once several share a cell's way, since a build then takes as long as its longest
+/// way. By what is baked and not by the device, so that the bytes are the same.
+const BUSY: u64 = 1 << 18;
+
+/// Threads that share a cell's way where so many cells are baked at once, 1 to 8. Twin: WAY_PARTS.
+pub fn way_parts(cells: u64) -> u32 {
+    1 << (BUSY / cells.max(1)).clamp(1, 8).ilog2()
+}
+
 push_struct! {
     /// Twin: BakePush in glsl/technique/optical_depth_grid/bake.comp.
     struct BakePush {
@@ -91,11 +109,15 @@ struct Baked {
     place: Buffer,
     depths: Buffer,
     bake: Kernel<BakePush>,
+    /// Threads a cell.
+    parts: u32,
 }
 
 impl Baked {
     fn new(context: &Context, world: &World, settings: &Settings, grid: &Grid, constants: &Constants) -> Result<Self> {
-        let bytes = 4 * u64::from(settings.cells).pow(3) * u64::from(world.light_count().max(1));
+        let all = u64::from(settings.cells).pow(3) * u64::from(world.light_count().max(1));
+        let bytes = 4 * all;
+        let parts = way_parts(all / u64::from(settings.turns()));
         let has = context.features().max_storage_buffer_range;
         if bytes > u64::from(has) {
             let lights = world.light_count();
@@ -117,8 +139,9 @@ impl Baked {
             depths: &depths,
         };
         let set = set.bind(context, "optical_depth_grid")?;
+        let constants = &constants.clone().set(constant::WAY_PARTS, parts);
         let bake = Kernel::compute(context, &shaders::optical_depth_grid::BAKE, &[&set], constants)?;
-        Ok(Self { place, depths, bake })
+        Ok(Self { place, depths, bake, parts })
     }
 
     /// From where the density grid stands now.
@@ -129,7 +152,7 @@ impl Baked {
     }
 
     fn bake(&self, commands: &mut Commands, cells: u32, push: &BakePush) {
-        let threads = u64::from(cells * cells * push.layers) * u64::from(push.lights);
+        let threads = u64::from(cells * cells * push.layers) * u64::from(push.lights) * u64::from(self.parts);
         let [x, y] = groups(threads.div_ceil(64));
         commands.pass("optical_depth_grid.bake", |pass| pass.dispatch(&self.bake, push, [x, y, 1]));
     }
@@ -140,12 +163,14 @@ pub struct OpticalDepthGrid {
     settings: Settings,
     lights: u32,
     grid: Grid,
+    maps: Maps,
     /// What answers.
     front: Baked,
     /// What is baked in turn.
     back: Option<Baked>,
     /// The part that is baked next; none where nothing answers yet.
     turn: Option<u32>,
+    made: Made,
     look_up: Bindings,
     constants: Constants,
 }
@@ -155,7 +180,7 @@ impl OpticalDepthGrid {
     ///
     /// # Errors
     /// [`Error::Input`] where a setting is not what it may be, [`Error::Refused`] where the device binds no buffer of as many voxels or
-    /// cells, [`Error::Gpu`] where memory runs out.
+    /// cells or has no opaque maps of so many lights, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let grid = Grid::of_media(context, world, settings.size, Holds::default())?;
@@ -163,10 +188,18 @@ impl OpticalDepthGrid {
         let baked = || Baked::new(context, world, settings, &grid, &constants);
         let front = baked()?;
         let back = if settings.bake == Bake::RoundRobin { Some(baked()?) } else { None };
-        let look_up = set::OpticalDepthGridLookUp { lights: &world.lights, place: &front.place, depths: &front.depths };
+        let maps = Maps::opaque_alone(context, world, settings.opaque)?;
+        let (views, opaque) = maps.opaque_bindings();
+        let look_up = set::OpticalDepthGridLookUp {
+            lights: &world.lights,
+            place: &front.place,
+            depths: &front.depths,
+            maps: views,
+            opaque: &opaque,
+        };
         let look_up = look_up.bind(context, "optical_depth_grid.look_up")?;
-        let lights = world.light_count();
-        Ok(Self { settings: *settings, lights, grid, front, back, turn: None, look_up, constants })
+        let (lights, made) = (world.light_count(), Made::of(Parts::CASTERS.and(Parts::LIGHTS)));
+        Ok(Self { settings: *settings, lights, grid, maps, front, back, turn: None, made, look_up, constants })
     }
 
     /// Optical depths of each light's cells, and where they stand, after a build.
@@ -181,11 +214,13 @@ impl OpticalDepthGrid {
 
 impl Technique for OpticalDepthGrid {
     fn made_of(&self) -> Parts {
-        Parts::CASTERS.and(Parts::LIGHTS)
+        Parts::CASTERS.and(Maps::OPAQUE)
     }
 
     fn forget(&mut self) {
         self.grid.forget();
+        self.maps.forget();
+        self.made.forget();
         self.turn = None;
     }
 
@@ -195,7 +230,15 @@ impl Technique for OpticalDepthGrid {
                 format!("it has {} lights, and a technique was opened for {}", world.light_count(), self.lights);
             return Err(Error::input(world.name(), cause, "open the technique anew"));
         }
-        self.grid.record(commands, world);
+        self.maps.record_opaque(commands, world)?;
+        // A turn sees the smoke that there was when it began: the density grid is filled once for all its parts.
+        let begins = self.turn.is_none_or(|turn| turn == 0);
+        if begins && !self.made.make(world) {
+            return Ok(());
+        }
+        if begins {
+            self.grid.record(commands, world);
+        }
         let Settings { cells, frames, .. } = self.settings;
         let lights = self.lights;
         let (Some(back), Some(turn)) = (&self.back, self.turn) else {
@@ -219,6 +262,15 @@ impl Technique for OpticalDepthGrid {
         Ok(())
     }
 
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        let grew = self.maps.settle(frame, false)?;
+        if grew && self.back.is_none() {
+            self.grid.forget();
+            self.made.forget();
+        }
+        Ok(Settled::of(grew))
+    }
+
     fn answer(&self) -> Answer<'_> {
         Answer { folder: folder::OPTICAL_DEPTH_GRID, bindings: &self.look_up, constants: &self.constants }
     }
@@ -228,7 +280,7 @@ impl Technique for OpticalDepthGrid {
     }
 
     fn resolution(&self) -> Vec<Resolution> {
-        Vec::new()
+        self.maps.opaque_resolution()
     }
 
     fn facts(&self) -> Result<Facts> {
@@ -236,8 +288,11 @@ impl Technique for OpticalDepthGrid {
         Ok(Facts {
             path: COMPUTE,
             reason: "the only path".into(),
-            bytes_resident: self.front.depths.bytes() + self.front.place.bytes(),
-            bytes_transient: self.grid.resident_bytes() + self.grid.transient_bytes() + back,
+            bytes_resident: self.front.depths.bytes() + self.front.place.bytes() + self.maps.opaque_image().bytes(),
+            bytes_transient: self.grid.resident_bytes()
+                + self.grid.transient_bytes()
+                + back
+                + self.maps.opaque_bytes_transient(),
             ..Facts::default()
         })
     }

@@ -101,6 +101,7 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
     match spec.entry.name {
         "voxel-grid" if starts(&["grid.clear_media", "grid.deposit"]) => any(&casters),
         "voxel-grid" => any(&[Meshes, Box]),
+        "density-grid" | "optical-depth-grid" if starts(&["maps."]) => any(&[Meshes, OneLight]),
         "density-grid" => any(&casters),
         "optical-depth-grid" if starts(&["grid."]) => any(&casters),
         "optical-depth-grid" => any(&casters) || any(&[OneLight]),

@@ -1,4 +1,4 @@
-// Density grid look-up: what smoke and hair in the voxels between `position` and light `light` leave of it. Sources: Amanatides and Woo 1987 (every
+// Density grid look-up: what smoke and hair in the voxels between `position` and light `light` leave of it, and meshes in its opaque map. Sources: Amanatides and Woo 1987 (every
 // voxel); Novák et al. 2014 (ratio tracking); mean directions of strands are ours. Twins: reference::twin::media, reference::twin::soft.
 //
 //   binding 0  lights (world/light.glsl)
@@ -7,7 +7,9 @@
 //   binding 3  their bits
 //   binding 4  how strands run in it (grid/directions.glsl), or any buffer where DIRECTION is false
 //   binding 5  what any voxel takes at most, in units of media, or any buffer where MARCH is not 2
-// flat: bindings 176, constants 352: GRID_SIZE MARCH MARCH_STEPS DIRECTION
+//   binding 6  maps of all lights (world/light.glsl)
+//   binding 7  the opaque map (maps/look_up_set.glsl, binding 2)
+// flat: bindings 176, constants 352: GRID_SIZE MARCH MARCH_STEPS DIRECTION NORMAL_BIAS
 #include "grid/directions.glsl"
 #include "grid/media.glsl"
 #include "grid/way.glsl"
@@ -22,6 +24,10 @@ layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityMedia { ui
 layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityMediaBits { uint visibility_media_bits[]; };
 layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityDirections { int visibility_directions[]; };
 layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityMost { uint visibility_most; };
+layout(set = GOBO_SET, binding = 6, scalar) readonly buffer VisibilityMaps { Map visibility_maps[]; };
+layout(set = GOBO_SET, binding = 7) uniform sampler2D visibility_opaque;
+
+#include "grid/meshes.glsl"
 
 // Voxels a side.
 CONSTANT(uint, GRID_SIZE, 128u)
@@ -63,15 +69,16 @@ uint ratio_seed(uint light, vec3 position) {
 }
 
 float light_visibility(uint light, vec3 position) {
+    float left = meshes_leave(light, position);
     vec3 from, way;
-    if (!grid_way(visibility_grid, visibility_lights[light], position, from, way)) {
-        return 1.0;
+    if (left == 0.0 || !grid_way(visibility_grid, visibility_lights[light], position, from, way)) {
+        return left;
     }
     look_up_towards = way / max(length(way), 1e-30);
     if (MARCH == MARCH_RATIO) {
         float most = float(visibility_most) * ((DIRECTION ? ACROSS : 1.0) / MEDIA_UNITS);
-        return media_ratio(from, way, most, ratio_seed(light, position));
+        return left * media_ratio(from, way, most, ratio_seed(light, position));
     }
     float offset = look_up_dither.x < 0.0 ? 0.5 : look_up_dither.x;
-    return exp(-(MARCH == MARCH_EVEN ? media_soft_steps(from, way, MARCH_STEPS, offset) : media_exact(from, way)));
+    return left * exp(-(MARCH == MARCH_EVEN ? media_soft_steps(from, way, MARCH_STEPS, offset) : media_exact(from, way)));
 }

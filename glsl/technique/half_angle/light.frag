@@ -1,11 +1,28 @@
 #version 460
-// What a caster leaves of the light, blended by multiplication into the light's buffer. Source: Kniss et al. 2003; Green 2008. Inputs: maps,
-// casters. Output: transmittance. Twin: reference::twin::half_angle::light.
+// What a caster leaves of the light, blended by multiplication into the light's buffer. Source: Kniss et al. 2003; Green 2008. Cutting it off at
+// meshes is ours. Inputs: maps, casters, the opaque map. Output: transmittance. Twin: reference::twin::half_angle::light.
 // Invariant: order matters only as far as blending rounds, and primitives blend in drawing order.
 #define SPLAT_FRAGMENT
+#include "maps/opaque.glsl"
 #include "maps/splat.glsl"
 
 layout(location = 0) out float transmittance;
+
+// Whether what lies behind the first mesh on a texel's ray takes nothing: the buffer is what surfaces are lit by, and light that comes to one has
+// met nothing behind it.
+CONSTANT(bool, ENDS_AT_MESHES, false)
+
+// Where the ray of a texel of the volume view meets the first mesh, as a depth in that view's range; both views look along the same rays.
+float mesh_depth(View view) {
+    View opaque = maps[map].opaque;
+    Ray ray = view_ray(view, vec2(splat_texel(view)) + 0.5);
+    ivec2 texel = ivec2(clamp(floor(view_project(opaque, ray.origin + ray.direction).xy), vec2(-1.0),
+                              vec2(opaque.width, opaque.height)));
+    float depth = view_has(opaque, texel) ? texelFetch(opaque_map, opaque_corner(opaque, map, opaque_map) + texel, 0).r
+                                          : 1.0;
+    float z = opaque.near + depth * (opaque.far - opaque.near) + dot(opaque.origin - view.origin, view.forward);
+    return depth < 1.0 ? view_depth(view, z) : FARTHEST;
+}
 
 void main() {
     View view = maps[map].volume;
@@ -14,5 +31,11 @@ void main() {
     if (!splat_segment(view, depth, optical_depth)) {
         discard;
     }
-    transmittance = exp(-optical_depth);
+    float end = ENDS_AT_MESHES ? mesh_depth(view) : FARTHEST;
+    if (depth.x >= end) {
+        discard;
+    }
+    // The part of a sphere in front of it.
+    float share = depth.y > end ? (end - depth.x) / (depth.y - depth.x) : 1.0;
+    transmittance = exp(-optical_depth * share);
 }

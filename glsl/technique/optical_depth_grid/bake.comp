@@ -1,5 +1,5 @@
 #version 460
-// The optical depth from each cell's middle to each light, through a density grid. One thread a cell. Source: Schneider 2023 (Nubis³).
+// The optical depth from each cell's middle to each light, through a density grid. WAY_PARTS threads a cell, each a part of the way. Source: Schneider 2023 (Nubis³).
 // Inputs: lights, the grid, its media. Output: depths, of cells that stand where `place` says. Twin: reference::twin::optical_depth_grid.
 layout(local_size_x = 64) in;
 #include "grid/media.glsl"
@@ -23,20 +23,45 @@ layout(set = 0, binding = 5, scalar) writeonly buffer BakeDepths { float depths[
 CONSTANT(uint, GRID_SIZE, 64u)
 CONSTANT(uint, CELLS, 64u)
 
+// Threads that share a cell's way, each an equal part of what of it is in the grid: 1, 2, 4 or 8.
+CONSTANT(uint, WAY_PARTS, 1u)
+
+// Of each thread.
+shared float taken[64];
+
 // Voxels take the same in each direction.
 float media_towards(float sum, uvec3 voxel) { return sum; }
 
 #include "grid/march_media.glsl"
 
-void main() {
-    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x;
-    uint i = 64u * group + gl_LocalInvocationIndex, each = CELLS * CELLS * layers, light = i / each, at = i % each;
-    if (light >= lights) {
-        return;
-    }
-    uvec3 cell = uvec3(at % CELLS, at / CELLS % CELLS, first + at / (CELLS * CELLS));
+// A thread's part of the way of a cell.
+float part_of(uvec3 cell, uint light, uint part) {
     float side = place.voxel * (float(GRID_SIZE) / float(CELLS));
     vec3 from, way;
-    bool known = grid_way(grid, lights_of[light], place.origin + (vec3(cell) + 0.5) * side, from, way);
-    depths[((light * CELLS + cell.z) * CELLS + cell.y) * CELLS + cell.x] = known ? media_exact(from, way) : 0.0;
+    if (!grid_way(grid, lights_of[light], place.origin + (vec3(cell) + 0.5) * side, from, way)) {
+        return 0.0;
+    }
+    vec2 range = grid_clip(from, way, GRID_SIZE);
+    if (WAY_PARTS == 1u || range.x > range.y) {
+        return media_exact(from, way);
+    }
+    vec2 ends = mix(range.xx, range.yy, vec2(part, part + 1u) / float(WAY_PARTS));
+    return media_exact(from + ends.x * way, (ends.y - ends.x) * way);
+}
+
+void main() {
+    uint group = gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x, in_group = 64u / WAY_PARTS;
+    uint thread = gl_LocalInvocationIndex, part = thread / in_group;
+    uint i = in_group * group + thread % in_group, each = CELLS * CELLS * layers, light = i / each, at = i % each;
+    uvec3 cell = uvec3(at % CELLS, at / CELLS % CELLS, first + at / (CELLS * CELLS));
+    taken[thread] = light < lights ? part_of(cell, light, part) : 0.0;
+    barrier();
+    if (part > 0u || light >= lights) {
+        return;
+    }
+    float sum = taken[thread];
+    for (uint other = 1u; other < WAY_PARTS; ++other) {
+        sum += taken[thread + in_group * other];
+    }
+    depths[((light * CELLS + cell.z) * CELLS + cell.y) * CELLS + cell.x] = min(sum, MEDIA_DARK);
 }

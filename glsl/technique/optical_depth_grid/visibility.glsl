@@ -1,11 +1,13 @@
 // Optical depth grid look-up: what is left of light `light` at `position`, from the optical depth that was baked there, linear between cells' middles.
-// Where the point is not in the grid, at the place at which the way to the light enters it. Source: Schneider 2023 (Nubis³). Twin:
+// Where the point is not in the grid, at the place at which the way to the light enters it. Meshes end it by its opaque map. Source: Schneider 2023 (Nubis³). Twin:
 // reference::twin::optical_depth_grid.
 //
 //   binding 0  lights (world/light.glsl)
 //   binding 1  where the cells stand (grid/grid.glsl)
 //   binding 2  optical depths of each light's cells, light after light, layers of rows
-// flat: bindings 184, constants 368: GRID_SIZE CELLS
+//   binding 3  maps of all lights (world/light.glsl)
+//   binding 4  the opaque map (maps/look_up_set.glsl, binding 2)
+// flat: bindings 184, constants 368: GRID_SIZE CELLS NORMAL_BIAS
 #include "grid/walk.glsl"
 #include "grid/way.glsl"
 
@@ -16,6 +18,10 @@
 layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityLights { Light visibility_lights[]; };
 layout(set = GOBO_SET, binding = 1, scalar) readonly buffer VisibilityPlace { Grid visibility_place; };
 layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityDepths { float visibility_depths[]; };
+layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityMaps { Map visibility_maps[]; };
+layout(set = GOBO_SET, binding = 4) uniform sampler2D visibility_opaque;
+
+#include "grid/meshes.glsl"
 
 // Voxels a side of the grid that they were baked from.
 CONSTANT(uint, GRID_SIZE, 64u)
@@ -38,13 +44,14 @@ float baked_depth(uint light, vec3 place) {
 }
 
 float light_visibility(uint light, vec3 position) {
+    float left = meshes_leave(light, position);
     vec3 from, way;
-    if (!grid_way(visibility_place, visibility_lights[light], position, from, way)) {
-        return 1.0;
+    if (left == 0.0 || !grid_way(visibility_place, visibility_lights[light], position, from, way)) {
+        return left;
     }
     vec2 range = grid_clip(from, way, GRID_SIZE);
     if (range.x > range.y) {
-        return 1.0;
+        return left;
     }
-    return exp(-baked_depth(light, (from + way * range.x) * (float(CELLS) / float(GRID_SIZE))));
+    return left * exp(-baked_depth(light, (from + way * range.x) * (float(CELLS) / float(GRID_SIZE))));
 }

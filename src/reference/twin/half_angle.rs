@@ -3,7 +3,7 @@
 
 use super::filter::Filter;
 use super::order::{float_order, sort};
-use super::segment::texel_segment;
+use super::segment::{Segment, ray, texel_segment};
 use crate::reference::truth::{Casters, camera_rays, lift, lit_surface};
 use crate::scene::{Caster, Picture, Scene, View};
 use glam::{DVec3, Vec2, Vec3};
@@ -21,10 +21,30 @@ pub fn keys(half: Vec3, light: &View, casters: &[Caster]) -> Vec<f32> {
     casters.iter().map(|caster| middle(caster).dot(half)).collect()
 }
 
-/// What these casters leave of the light at a texel. Twin: light.frag, and what is blended from it.
-pub fn light<'a>(view: &View, texel: [u32; 2], casters: impl IntoIterator<Item = &'a Caster>) -> f32 {
+/// Where a texel's ray meets the first mesh, as a depth in the volume view's range, infinite where it meets none; of the depths of the map that
+/// `opaque` sees. Twin: mesh_depth.
+pub fn mesh_depth(view: &View, opaque: &View, depths: &[f32], texel: [u32; 2]) -> f32 {
+    let (origin, direction) = ray(view, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5);
+    let (at, _) = opaque.project((origin + direction).as_dvec3());
+    let [x, y] = [at.x.floor() as i64, at.y.floor() as i64];
+    if !(0..i64::from(opaque.width)).contains(&x) || !(0..i64::from(opaque.height)).contains(&y) {
+        return f32::INFINITY;
+    }
+    let depth = depths[(y * i64::from(opaque.width) + x) as usize];
+    let apart = (Vec3::from(opaque.origin) - Vec3::from(view.origin)).dot(view.forward.into());
+    let z = opaque.near + depth * (opaque.far - opaque.near) + apart;
+    if depth < 1.0 { (z - view.near) / (view.far - view.near) } else { f32::INFINITY }
+}
+
+/// What these casters leave of the light at a texel as far as the depth `end`. Twin: light.frag, and what is blended from it.
+pub fn light<'a>(view: &View, texel: [u32; 2], end: f32, casters: impl IntoIterator<Item = &'a Caster>) -> f32 {
     let segments = casters.into_iter().filter_map(|caster| texel_segment(view, texel, caster));
-    (-segments.map(|segment| segment.optical_depth).sum::<f32>()).exp()
+    let taken = |Segment { entry, exit, optical_depth }| match () {
+        _ if entry >= end => 0.0,
+        _ if exit > end => optical_depth * ((end - entry) / (exit - entry)),
+        _ => optical_depth,
+    };
+    (-segments.map(taken).sum::<f32>()).exp()
 }
 
 /// The light's buffer before each slice and after the last, and which slice each caster is in.
@@ -51,7 +71,7 @@ pub fn slices(view: &View, camera: &View, casters: &[Caster], count: usize) -> S
         drawn.iter().for_each(|caster| slice[*caster] = i);
         let texel = |at: usize, before: f32| {
             let texel = [at as u32 % view.width, at as u32 / view.width];
-            before * light(view, texel, drawn.iter().map(|caster| &casters[*caster]))
+            before * light(view, texel, f32::INFINITY, drawn.iter().map(|caster| &casters[*caster]))
         };
         let next = buffers[i].iter().enumerate().map(|(at, before)| texel(at, *before)).collect();
         buffers.push(next);

@@ -14,7 +14,7 @@ pub const UNITS: f32 = 16_777_216.0;
 const FULL: f32 = 256.0;
 
 /// Twin: MEDIA_DARK in glsl/grid/march.glsl.
-const DARK: f32 = 80.0;
+pub(super) const DARK: f32 = 80.0;
 
 /// Twin: media_units.
 fn units(optical_depth: f32) -> u32 {

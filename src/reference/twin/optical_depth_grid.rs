@@ -1,7 +1,7 @@
 //! Optical depths to a light from the cells of a grid. Twin of glsl/technique/optical_depth_grid/.
 
 use super::grid::Place;
-use super::media::Media;
+use super::media::{DARK, Media};
 use super::soft::way;
 use crate::scene::Light;
 use std::array::from_fn;
@@ -17,13 +17,20 @@ pub struct OpticalDepths {
 }
 
 impl OpticalDepths {
-    /// From each cell's middle. Twin: bake.comp.
-    pub fn bake(media: &Media, place: &Place, light: &Light, cells: u32) -> Self {
+    /// From each cell's middle, each way in so many parts. Twin: bake.comp.
+    pub fn bake(media: &Media, place: &Place, light: &Light, cells: u32, parts: u32) -> Self {
         let side = place.voxel * (place.size as f32 / cells as f32);
         let of = |i: u32| {
             let cell = [i % cells, i / cells % cells, i / (cells * cells)];
             let (from, way) = way(place, light, from_fn(|a| place.origin[a] + (cell[a] as f32 + 0.5) * side));
-            media.march_exact(from, way)
+            let Some([near, far]) = media.bits.clipped(from, way).filter(|_| parts > 1) else {
+                return media.march_exact(from, way);
+            };
+            let taken = |part: u32| {
+                let [begin, end] = [part, part + 1].map(|i| near + (far - near) * (i as f32 / parts as f32));
+                media.march_exact(from_fn(|a| from[a] + begin * way[a]), way.map(|w| (end - begin) * w))
+            };
+            (0..parts).map(taken).sum::<f32>().min(DARK)
         };
         Self { place: *place, cells, depths: (0..cells.pow(3)).map(of).collect() }
     }
