@@ -109,6 +109,7 @@
 //! | stochastic | particles, strands, meshes | each frame | depths at which a few rays of each texel end by chance |
 //! | uncompressed | particles, strands, meshes | each frame | all segments of each texel: the yardstick |
 //! | density-grid | particles, strands | each frame | what smoke and hair take in each voxel, for all lights |
+//! | marched | particles, strands, meshes | each frame | a curve a texel, marched through a density grid |
 //! | optical-depth-grid | particles, strands | each frame | the optical depth to each light in a grid's cells |
 //! | grid-query | particles, strands, meshes | each frame | lists of what casts in each voxel: exact |
 //! | voxel-grid | particles, strands, meshes | each frame | a grid of voxels that rays go through |

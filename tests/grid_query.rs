@@ -10,7 +10,7 @@ use gobo::reference::truth::{Casters, space_points};
 use gobo::reference::twin::grid::Place;
 use gobo::reference::twin::lists::caster_lists;
 use gobo::reference::twin::ray_query::boxed;
-use gobo::scene::{Light, LightKind, Particle, Scene};
+use gobo::scene::{Caster, Light, LightKind, Particle, Scene};
 use gobo::technique::{GridQuery, Opened, RayQuery, grid_query, ray_query};
 use gobo::world::World;
 use support::{ask, built, gpu_test, gpu_test_needing, scenes, some};
@@ -41,6 +41,7 @@ fn cases() -> Vec<Scene> {
     let lamp = scenes::point([0.1, 0.2, 0.4], scenes::random());
     let cases = [
         adversarial(),
+        crowd(),
         scenes::locks(),
         scenes::random(),
         lamp,
@@ -50,7 +51,22 @@ fn cases() -> Vec<Scene> {
         scenes::nested(),
         scenes::inside(),
     ];
-    some(cases, 4)
+    some(cases, 5)
+}
+
+/// Some of which are in so many voxels that they are listed for all, and some are not.
+fn crowd() -> Scene {
+    let scene = scenes::crowd();
+    let place = Place::about(scene.casters().iter().flat_map(corners), 64);
+    let (bits, words) = caster_lists(&scene.casters(), &place);
+    let start = words[bits.words.len().min((64 / 4usize).pow(3))] as usize;
+    let listed = words[start + 1] - words[start];
+    assert!((20..380).contains(&listed), "{listed} of 400 are listed for all voxels");
+    scene
+}
+
+fn corners(caster: &Caster) -> [[f32; 3]; 2] {
+    [-caster.radius, caster.radius].map(|by| caster.position.map(|p| p + by))
 }
 
 fn opened(context: &Context, scene: &Scene, size: u32) -> (World, Opened<GridQuery>) {
@@ -113,6 +129,29 @@ fn answers_are_the_truth() {
                 holds(context, &scene, &format!("grid-query:size={size}"));
             }
         }
+    });
+}
+
+/// Thousands of spheres in one place, each as large as the scene: a list of them in every voxel would take gigabytes, and one for all voxels is short.
+#[test]
+fn large_casters_are_listed_once() {
+    gpu_test("large_casters_are_listed_once", |context| {
+        let count = 8192;
+        let sphere = Particle { position: [0.1, -0.2, 0.3], radius: 1.0, extinction: 1.0 / count as f32 };
+        let mut scene = scenes::directional("one place", [0.5, 0.3, -0.81], vec![sphere; count]);
+        for (size, text) in [(64, "grid-query:size=64"), (128, "grid-query:size=128")] {
+            let (_, opened) = opened(context, &scene, size);
+            let totals = opened.technique.grid().cast_totals().expect("lists");
+            assert_eq!((totals.pairs, totals.voxels), (count as u32, 1), "size {size}");
+            holds(context, &scene, text);
+        }
+        // One more that is small is listed in its voxels beside them.
+        scene.particles.push(Particle { position: [0.1, -0.2, 0.3], radius: 0.1, extinction: 3.0 });
+        let (_, opened) = opened(context, &scene, 64);
+        let totals = opened.technique.grid().cast_totals().expect("lists");
+        assert_eq!(totals.pairs - count as u32, totals.voxels - 1);
+        assert!(totals.voxels > 20, "{totals:?}");
+        holds(context, &scene, "grid-query");
     });
 }
 

@@ -57,6 +57,7 @@ const CASTERS: Listed = Listed {
 /// The lists and the passes that make them. Pairs and lists grow to what there is of them.
 pub(super) struct Lists {
     context: Context,
+    /// Of the grid, and that of what is listed for all voxels.
     bricks: u32,
     pairs: Buffer,
     /// As glsl/grid/lists/place.glsl has them.
@@ -109,7 +110,7 @@ impl Lists {
         first: u64,
         (listed, note): (&'static Listed, [&Shader; 3]),
     ) -> Result<Self> {
-        let bricks = side(size, 0).pow(3);
+        let bricks = side(size, 0).pow(3) + 1;
         let [pairs, words, sums, unsorted] = room(context, bricks, first, u64::from(bricks) + 1 + 2 * first)?;
         let bytes = size_of::<ListTotals>() as u64;
         let totals = Buffer::new(context, "grid.list_totals", bytes, Memory::Device)?;
