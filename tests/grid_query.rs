@@ -6,11 +6,12 @@ mod support;
 
 use glam::DVec3;
 use gobo::gpu::{Context, Requirement};
+use gobo::grid::caster_share;
 use gobo::reference::truth::{Casters, space_points};
 use gobo::reference::twin::grid::Place;
 use gobo::reference::twin::lists::caster_lists;
 use gobo::reference::twin::ray_query::boxed;
-use gobo::scene::{Caster, Light, LightKind, Particle, Scene};
+use gobo::scene::{Light, LightKind, Particle, Scene};
 use gobo::technique::{GridQuery, Opened, RayQuery, grid_query, ray_query};
 use gobo::world::World;
 use support::{ask, built, gpu_test, gpu_test_needing, scenes, some};
@@ -41,7 +42,7 @@ fn cases() -> Vec<Scene> {
     let lamp = scenes::point([0.1, 0.2, 0.4], scenes::random());
     let cases = [
         adversarial(),
-        crowd(),
+        large_and_small(),
         scenes::locks(),
         scenes::random(),
         lamp,
@@ -54,19 +55,15 @@ fn cases() -> Vec<Scene> {
     some(cases, 5)
 }
 
-/// Some of which are in so many voxels that they are listed for all, and some are not.
-fn crowd() -> Scene {
-    let scene = scenes::crowd();
-    let place = Place::about(scene.casters().iter().flat_map(corners), 64);
-    let (bits, words) = caster_lists(&scene.casters(), &place);
-    let start = words[bits.words.len().min((64 / 4usize).pow(3))] as usize;
-    let listed = words[start + 1] - words[start];
-    assert!((20..380).contains(&listed), "{listed} of 400 are listed for all voxels");
-    scene
-}
-
-fn corners(caster: &Caster) -> [[f32; 3]; 2] {
-    [-caster.radius, caster.radius].map(|by| caster.position.map(|p| p + by))
+/// Spheres of which every thirtieth is in so many voxels that it is listed for all, on any device.
+fn large_and_small() -> Scene {
+    let mut random = scenes::Random::new(17);
+    let one = |i: u32| Particle {
+        position: random.point(-0.7, 0.7),
+        radius: if i % 30 == 7 { 1.0 } else { 0.06 },
+        extinction: if i % 30 == 7 { 0.005 } else { 0.5 },
+    };
+    scenes::directional("large and small", [0.5, 0.3, -0.81], (0..3000).map(one).collect())
 }
 
 fn opened(context: &Context, scene: &Scene, size: u32) -> (World, Opened<GridQuery>) {
@@ -86,7 +83,12 @@ fn caster_lists_equal_their_twin() {
                 let (world, mut opened) = opened(context, &scene, size);
                 let data = opened.technique.grid().data().expect("read");
                 let place = Place { origin: data.origin, voxel: data.voxel, per_unit: data.per_unit, size: data.size };
-                let (bits, words) = caster_lists(&scene.casters(), &place);
+                let share = caster_share(context, scene.casters().len() as u32);
+                let (bits, words) = caster_lists(&scene.casters(), &place, share);
+                if scene.name == "large and small" {
+                    let start = words[(size / 4).pow(3) as usize] as usize;
+                    assert_eq!(words[start + 1] - words[start], 100, "of 3,000 are listed for all");
+                }
                 for build in 0..2 {
                     let found = opened.technique.grid().listed_casters().expect("read");
                     assert!(found.0 == bits.words, "{}, size {size}, build {build}: bits", scene.name);
@@ -101,6 +103,11 @@ fn caster_lists_equal_their_twin() {
 /// What a ray that grazes a sphere loses to rounding: the square of a chord is off by some roundings of the scene's size, 1e-6 of it. And
 /// where it grazes a strand, it is in its way or it is not.
 fn holds(context: &Context, scene: &Scene, text: &str) {
+    holds_to(context, scene, text, 1e-6);
+}
+
+/// The same where sums of many equal numbers, whose roundings go one way, are off by more.
+fn holds_to(context: &Context, scene: &Scene, text: &str, most: f64) {
     let truth = Casters::new(scene);
     let technique = built(context, scene, text);
     for light in 0..scene.lights.len() {
@@ -117,7 +124,7 @@ fn holds(context: &Context, scene: &Scene, text: &str) {
         let mean = sum / points.len() as f64;
         println!("{what}: {mean:.1e}, {off} off");
         assert!(off * 200 <= points.len(), "{what}: {off} of {} are off", points.len());
-        assert!(mean < 1e-6, "{what}: {mean:e}");
+        assert!(mean < most, "{what}: {mean:e}");
     }
 }
 
@@ -143,7 +150,8 @@ fn large_casters_are_listed_once() {
             let (_, opened) = opened(context, &scene, size);
             let totals = opened.technique.grid().cast_totals().expect("lists");
             assert_eq!((totals.pairs, totals.voxels), (count as u32, 1), "size {size}");
-            holds(context, &scene, text);
+            // A quarter of what 8,192 roundings by half a digit come to at most.
+            holds_to(context, &scene, text, 6e-5);
         }
         // One more that is small is listed in its voxels beside them.
         scene.particles.push(Particle { position: [0.1, -0.2, 0.3], radius: 0.1, extinction: 3.0 });
@@ -151,7 +159,7 @@ fn large_casters_are_listed_once() {
         let totals = opened.technique.grid().cast_totals().expect("lists");
         assert_eq!(totals.pairs - count as u32, totals.voxels - 1);
         assert!(totals.voxels > 20, "{totals:?}");
-        holds(context, &scene, "grid-query");
+        holds_to(context, &scene, "grid-query", 6e-5);
     });
 }
 

@@ -54,6 +54,19 @@ const CASTERS: Listed = Listed {
     ],
 };
 
+/// Pairs that casters share, where a buffer holds as many: half a gigabyte.
+const MOST_PAIRS: u32 = 1 << 26;
+
+/// Voxels of a box up to which any caster is listed in each.
+const LEAST_SHARE: u32 = 64;
+
+/// Voxels of a box up to which each of so many casters is listed in every voxel that it meets. Larger ones are listed once, for all voxels, so that
+/// pairs have room in a buffer of this device.
+pub fn caster_share(context: &Context, casters: u32) -> u32 {
+    let pairs = (context.features().max_storage_buffer_range / 8).min(MOST_PAIRS);
+    (pairs / casters.max(1)).max(LEAST_SHARE)
+}
+
 /// The lists and the passes that make them. Pairs and lists grow to what there is of them.
 pub(super) struct Lists {
     context: Context,
@@ -150,7 +163,8 @@ impl Lists {
         let [clearing, noting, numbering, filling, starting, ranking, sorting] = self.listed.passes;
         let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
         let pairs_room = (self.pairs.bytes() / 8) as u32;
-        let push = GridPush { triangle_count, caster_count, pairs_room, ..GridPush::zeroed() };
+        let share = caster_share(&self.context, caster_count);
+        let push = GridPush { triangle_count, caster_count, pairs_room, share, ..GridPush::zeroed() };
         let run = |commands: &mut Commands, name, kernel: &Kernel<GridPush>, threads: u64, each: u32| {
             let [x, y] = groups(threads.div_ceil(u64::from(each)));
             commands.pass(name, |pass| pass.dispatch(kernel, &push, [x, y, 1]));

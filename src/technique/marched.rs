@@ -24,13 +24,13 @@
 use super::keys::Name;
 use super::settings::{FILTER, Keyed, LEVELS, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
+use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory};
 use crate::grid::{Grid, Holds};
 use crate::maps::{Filter, FilterKind, Levels, Map, Maps, OpaqueMaps, OpaqueWay, TILE_TEXELS, level_texels};
 use crate::scene::FARTHEST;
 use crate::shaders::{self, constant, curve, folder, set};
 use crate::world::{Made, Parts, World};
-use crate::{Error, Result};
 
 settings! {
     /// What there is to set.
@@ -38,9 +38,9 @@ settings! {
     pub struct Settings {
         /// Nodes of a texel's curve: 4, 8 or 16. 8 bytes each.
         nodes: u32 = Setting::one_of("8", &["4", "8", "16"], "nodes of a texel's curve");
-        /// Samples that a ray has at a time while it is marched, no fewer than nodes: 4, 8, 16 or 32. Of more, the cheapest goes.
+        /// Samples that a ray has at a time while it is marched: 4, 8, 16 or 32, but no fewer than nodes. Of more, the cheapest goes.
         samples: u32 = Setting::one_of(
-            "8", &["4", "8", "16", "32"], "samples that a ray has at a time while it is marched: of more, the cheapest goes");
+            "8", &["4", "8", "16", "32"], "samples that a ray has at a time while it is marched, no fewer than nodes: of more, the cheapest goes");
         /// Texels a side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
         /// Voxels a side of the density grid that is marched: 64, 128 or 256.
@@ -110,15 +110,11 @@ impl Marched {
     /// Opens it.
     ///
     /// # Errors
-    /// [`Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
-    /// [`Error::Refused`] where there are fewer samples than nodes, or the device binds no buffer of as many voxels; [`Error::Gpu`] where memory
-    /// runs out.
+    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Refused`] where the device binds no buffer of as many voxels; [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { nodes, samples, size, grid: voxels, relative, absolute, .. } = *settings;
-        if samples < nodes {
-            return Err(Error::Refused { needs: format!("samples={nodes} or more: a curve of so many nodes is made of them") });
-        }
         let filter = Filter { kind: settings.filter, radius: settings.radius };
         filter.check(world, size)?;
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(settings.opaque))?;
@@ -129,7 +125,7 @@ impl Marched {
         let counts = Buffer::new(context, "marched.counts", 4 * x * y * u64::from(maps.count()), Memory::Device)?;
         let constants = Constants::new()
             .set(constant::NODES, nodes)
-            .set(constant::WORK, samples)
+            .set(constant::WORK, samples.max(nodes))
             .set(constant::GRID_SIZE, voxels)
             .set(constant::RELATIVE_ERROR, relative as f32 / 10_000.0)
             .set(constant::ABSOLUTE_ERROR, absolute as f32 / 10_000.0)
@@ -139,7 +135,8 @@ impl Marched {
         let buffers = grid.buffers();
         let of_grid = set::Marched { grid: buffers.data, media: buffers.media, media_bits: buffers.media_bits };
         let of_grid = of_grid.bind(context, "marched.grid")?;
-        let curves = set::Curves { nodes: &full, counts: &counts, full_nodes: &full }.bind(context, "marched.curves")?;
+        let curves =
+            set::Curves { nodes: &full, counts: &counts, full_nodes: &full }.bind(context, "marched.curves")?;
         let sets = [maps.scene(), &of_grid, &curves];
         let march = Kernel::compute(context, &shaders::marched::MARCH, &sets, &constants)?;
         let sets = [maps.scene(), &curves];
@@ -165,7 +162,7 @@ impl Marched {
     /// Of each tile of each map, how many rays meet anything, after a build.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where they cannot be read back.
+    /// [`crate::Error::Gpu`] where they cannot be read back.
     pub fn counts(&self) -> Result<Vec<u32>> {
         self.counts.read((self.counts.bytes() / 4) as usize)
     }
@@ -234,7 +231,9 @@ impl Technique for Marched {
             path: COMPUTE,
             reason: "the only path".into(),
             bytes_resident: self.nodes.bytes() + self.counts.bytes() + self.maps.opaque_image().bytes(),
-            bytes_transient: self.grid.resident_bytes() + self.grid.transient_bytes() + self.maps.opaque_bytes_transient(),
+            bytes_transient: self.grid.resident_bytes()
+                + self.grid.transient_bytes()
+                + self.maps.opaque_bytes_transient(),
             nodes: Some(self.settings.nodes),
             counters: [("covered_texels".into(), met)].into(),
             ..Facts::default()

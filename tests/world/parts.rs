@@ -102,6 +102,8 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
         "voxel-grid" if starts(&["grid.clear_media", "grid.deposit"]) => any(&casters),
         "voxel-grid" => any(&[Meshes, Box]),
         "density-grid" => any(&casters),
+        "marched" if starts(&["grid."]) => any(&casters),
+        "marched" if starts(&["marched."]) => any(&casters) || any(&[OneLight]),
         "optical-depth-grid" if starts(&["grid."]) => any(&casters),
         "optical-depth-grid" => any(&casters) || any(&[OneLight]),
         "grid-query" if starts(&["grid.casters"]) => any(&casters),

@@ -1,10 +1,10 @@
 #version 460
 // Every voxel that a caster meets becomes occupied, and is noted beside the caster. One thread a caster; those of larger boxes are listed,
-// and in the variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Casters whose boxes have more voxels than a
-// caster's share of MOST_PAIRS are noted for all voxels at once. Source: ours; segments against boxes
+// and in the variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Casters whose boxes have more voxels than
+// their share are noted for all voxels at once. Source: ours; segments against boxes
 // after Ericson 2005, 5.3.3. Inputs: casters, grid. Outputs: bits of all levels, pairs and how many there are, the lists of
 // large casters. Twin: reference::twin::lists. Invariants: the same pairs in some order; those that have no room are counted; there are no more than
-// MOST_PAIRS, or SMALL a caster where that is more.
+// `share` a caster.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/lists/note.glsl"
@@ -16,8 +16,6 @@ layout(set = 2, binding = 0, scalar) readonly buffer ListsCasters { Caster caste
 // Voxels of a box up to which a thread takes a caster, and up to which a workgroup does. Any number gives the same pairs.
 const uint SMALL = 64u;
 const uint BOXED = 262144u;
-// Pairs that casters of large boxes share: as many as 128 MiB hold, which every device binds.
-const uint MOST_PAIRS = 16777216u;
 
 // Casters are so much larger to each side, voxels: more than places and ways are moved by rounding.
 const float CAST_SLACK = 1.0 / 512.0;
@@ -108,7 +106,7 @@ void main() {
     if (i < caster_count && casters[i].radius > 0.0) {
         c = cast_of(casters[i]);
         voxels = uint(c.box.x * c.box.y * c.box.z);
-        for_all = voxels > max(SMALL, MOST_PAIRS / caster_count);
+        for_all = voxels > share;
         if (for_all) {
             voxels = 0u;
         } else if (voxels > BOXED) {

@@ -11,10 +11,6 @@ type Used = BTreeMap<(usize, u32), Vec<u32>>;
 /// Twin: CAST_SLACK.
 const CAST_SLACK: f32 = 1.0 / 512.0;
 
-/// Twins: SMALL and MOST_PAIRS in glsl/grid/lists/casters.comp.
-const SMALL: u32 = 64;
-const MOST_PAIRS: u32 = 1 << 24;
-
 /// The bits of all levels, and the lists, of triangles whose corners are in voxels.
 pub fn lists(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> (Bits, Vec<u32>) {
     let mut bits = Bits::none(size);
@@ -108,13 +104,14 @@ impl Cast {
     }
 }
 
-/// The bits of all levels, and the lists, of casters in a grid that stands there. Twin: casters.comp, and what follows it.
-pub fn caster_lists(casters: &[Caster], place: &Place) -> (Bits, Vec<u32>) {
+/// The bits of all levels, and the lists, of casters in a grid that stands there; those whose boxes have more than `share` voxels are
+/// listed for all. Twin: casters.comp, and what follows it.
+pub fn caster_lists(casters: &[Caster], place: &Place, share: u32) -> (Bits, Vec<u32>) {
     let (size, mut bits, mut used) = (place.size, Bits::none(place.size), Used::new());
     for (number, caster) in (0..).zip(casters).filter(|(_, caster)| caster.radius > 0.0) {
         let cast = Cast::new(caster, place);
         let [first, last] = cast.bounds(size);
-        if (last - first + 1).element_product() > SMALL.max(MOST_PAIRS / casters.len() as u32) {
+        if (last - first + 1).element_product() > share {
             used.entry(of_all(size)).or_default().push(number);
             continue;
         }
