@@ -149,7 +149,7 @@ fn large_casters_are_listed_once() {
         for (size, text) in [(64, "grid-query:size=64"), (128, "grid-query:size=128")] {
             let (_, opened) = opened(context, &scene, size);
             let totals = opened.technique.grid().cast_totals().expect("lists");
-            assert_eq!((totals.pairs, totals.voxels), (count as u32, 1), "size {size}");
+            assert_eq!((totals.pairs, totals.voxels), (count as u32, 0), "size {size}");
             // A quarter of what 8,192 roundings by half a digit come to at most.
             holds_to(context, &scene, text, 6e-5);
         }
@@ -157,7 +157,7 @@ fn large_casters_are_listed_once() {
         scene.particles.push(Particle { position: [0.1, -0.2, 0.3], radius: 0.1, extinction: 3.0 });
         let (_, opened) = opened(context, &scene, 64);
         let totals = opened.technique.grid().cast_totals().expect("lists");
-        assert_eq!(totals.pairs - count as u32, totals.voxels - 1);
+        assert_eq!(totals.pairs - count as u32, totals.voxels);
         assert!(totals.voxels > 20, "{totals:?}");
         holds_to(context, &scene, "grid-query", 6e-5);
     });

@@ -17,7 +17,7 @@ const SCANNED: u32 = 1024;
 pub struct ListTotals {
     /// Pairs of a triangle or a caster and a voxel that it meets.
     pub pairs: u32,
-    /// Voxels that any of them meets.
+    /// Voxels that any of them meets; on the device one more, which stands for all.
     pub voxels: u32,
     /// 1: more pairs than 32 bits count.
     pub overflowed: u32,
@@ -26,7 +26,7 @@ pub struct ListTotals {
 impl ListTotals {
     /// Words of the lists, those of `bricks` bricks among them.
     fn words(self, bricks: u32) -> u64 {
-        u64::from(bricks) + 1 + u64::from(self.voxels) + u64::from(self.pairs)
+        u64::from(bricks) + 1 + u64::from(self.voxels) + 1 + u64::from(self.pairs)
     }
 }
 
@@ -201,6 +201,7 @@ impl Lists {
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(counted) = self.counted.read::<ListTotals>(frame, 1)? else { return Ok(false) };
         let Some(totals) = counted.first().copied() else { return Ok(false) };
+        let totals = ListTotals { voxels: totals.voxels.saturating_sub(1), ..totals };
         if totals.overflowed != 0 {
             return Err(Error::Gpu {
                 operation: "list",

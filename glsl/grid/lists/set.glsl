@@ -7,7 +7,7 @@
 // What there was of all. Twin: grid::ListTotals.
 struct ListTotals {
     uint pairs;       // of a triangle and a voxel that it meets
-    uint voxels;      // that any meets
+    uint voxels;      // that any meets, and one more, which stands for all
     uint overflowed;  // 1: more pairs than 32 bits count
 };
 
