@@ -108,6 +108,7 @@
 //! | translucency-map | particles, strands, meshes | each frame | one product of transmittances a texel |
 //! | stochastic | particles, strands, meshes | each frame | depths at which a few rays of each texel end by chance |
 //! | uncompressed | particles, strands, meshes | each frame | all segments of each texel: the yardstick |
+//! | marched | particles, strands, meshes | each frame | a curve a texel, marched through a density grid |
 //! | density-grid | particles, strands, meshes | each frame | what smoke and hair take in each voxel, for all lights |
 //! | optical-depth-grid | particles, strands, meshes | each frame | the optical depth to each light in a grid's cells |
 //! | grid-query | particles, strands, meshes | each frame | lists of what casts in each voxel: exact |

@@ -10,10 +10,10 @@ use gobo::gpu::Context;
 use gobo::maps::{FilterKind, OpaqueWay};
 use gobo::scene::Scene;
 use gobo::technique::{
-    self, Avsm, BeerShadowMap, DeepShadowMap, DensityGrid, Fourier, GridQuery, Layers, Moments, Opened,
+    self, Avsm, BeerShadowMap, DeepShadowMap, DensityGrid, Fourier, GridQuery, Layers, Marched, Moments, Opened,
     OpticalDepthGrid, Psm, RayQuery, ShadowMap, Stochastic, Technique, TranslucencyMap, Uncompressed, Unshadowed,
     VoxelGrid, Voxelized, Wavelet, avsm, beer_shadow_map, deep_shadow_map, density_grid, fourier, grid_query, layers,
-    moments, none, optical_depth_grid, psm, ray_query, shadow_map, stochastic, translucency_map, uncompressed,
+    marched, moments, none, optical_depth_grid, psm, ray_query, shadow_map, stochastic, translucency_map, uncompressed,
     voxel_grid, voxelized, wavelet,
 };
 use gobo::world::World;
@@ -115,6 +115,11 @@ const SMOKE: &[(&str, Open)] = &[
         let bake = optical_depth_grid::Bake::RoundRobin;
         let settings = optical_depth_grid::Settings { cells: 32, bake, frames: 4, ..Default::default() };
         Ok(Box::new(OpticalDepthGrid::new(context, world, &settings)?))
+    }),
+    ("marched:nodes=4,samples=16,size=20,grid=64,absolute=30", |context, world| {
+        let settings =
+            marched::Settings { nodes: 4, samples: 16, size: 20, grid: 64, absolute: 30, ..Default::default() };
+        Ok(Box::new(Marched::new(context, world, &settings)?))
     }),
     ("grid-query:size=128", |context, world| {
         Ok(Box::new(GridQuery::new(context, world, &grid_query::Settings { size: 128 })?))

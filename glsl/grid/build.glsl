@@ -11,6 +11,7 @@ layout(push_constant, scalar) uniform GridPush {
     uint threads;  // that share both in grid.bounds
     uint level;    // of grid.cells
     uint pairs_room;  // of grid.pairs: pairs that there is room for
+    uint share;       // of grid.casters: voxels of a box up to which a caster is listed in each
 };
 
 // What only reads says so first (`readonly`): a device need not let vertices write.

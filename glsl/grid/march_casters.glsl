@@ -1,6 +1,6 @@
 // What smoke and hair take of a way through a grid that lists them: every voxel on the way that has any, and in it its casters. One that
 // is listed in many counts in the voxel in which the way enters it, or begins: places along the way are floats that all voxels see alike,
-// and each voxel ends where the next begins, so that it counts once. Needs visibility_cast_bits, visibility_cast_lists
+// and each voxel ends where the next begins, so that it counts once. Those that are listed for all voxels are asked first. Needs visibility_cast_bits, visibility_cast_lists
 // (glsl/grid/lists/place.glsl), visibility_casters and GRID_SIZE. Source: ours. Twin: the truth, in f64.
 #ifndef GRID_MARCH_CASTERS_GLSL
 #define GRID_MARCH_CASTERS_GLSL
@@ -24,7 +24,12 @@ float march_casters(vec3 from, vec3 way, Ray ray) {
     uvec3 block = uvec3(~0u), brick = uvec3(~0u);
     uvec2 bricks = uvec2(0u), voxels = uvec2(0u);
     uint first = 0u, side = grid_side(GRID_SIZE, 0u);
-    float begin = -FARTHEST, ray_length = length(ray.direction), sum = 0.0;
+    float begin = -FARTHEST, ray_length = length(ray.direction), entry, sum = 0.0;
+    // What is listed for all voxels: every ray asks.
+    uint all = visibility_cast_lists[lists_of_all(GRID_SIZE)], behind = visibility_cast_lists[all + 1u];
+    for (uint i = visibility_cast_lists[all]; i < behind && sum < MAX_OPTICAL_DEPTH; ++i) {
+        sum += cast_depth(ray, ray_length, visibility_casters[visibility_cast_lists[i]], 1.0, entry);
+    }
     for (uint turn = 0u; turn < 3u * GRID_SIZE + 3u; ++turn) {
 #ifdef LOOK_UP_STEPS
         ++look_up_steps;
@@ -53,10 +58,11 @@ float march_casters(vec3 from, vec3 way, Ray ray) {
         float nearest = min(planes.x, min(planes.y, planes.z));
         bool last = nearest >= march.range.y;
         if (used) {
-            uint list = first + used_before(voxels, grid_bit(0u, at)), behind = visibility_cast_lists[list + 1u];
+            uint list = first + used_before(voxels, grid_bit(0u, at));
+            behind = visibility_cast_lists[list + 1u];
             vec2 between = vec2(begin, last ? FARTHEST : nearest);
             for (uint i = visibility_cast_lists[list]; i < behind; ++i) {
-                float entry, taken = cast_depth(ray, ray_length, visibility_casters[visibility_cast_lists[i]], 1.0, entry);
+                float taken = cast_depth(ray, ray_length, visibility_casters[visibility_cast_lists[i]], 1.0, entry);
                 sum += entry >= between.x && entry < between.y ? taken : 0.0;
             }
         }

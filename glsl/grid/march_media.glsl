@@ -1,6 +1,7 @@
 // How much light smoke and hair take of a way through a grid: of every voxel on it (media_exact), or of voxels at even steps (media_steps).
 // Needs visibility_media, visibility_media_bits, the constant GRID_SIZE, and `media_towards`: what a voxel takes of a way in the direction
-// that is asked, of what it takes on average. Source: after Amanatides and Woo 1987; skipping what is
+// that is asked, of what it takes on average. Where MEDIA_VISIT is defined, `media_visit` is told of each stretch of a way in turn: what it takes
+// by the way's length, and where on the way, 0 to 1, it begins and ends. Source: after Amanatides and Woo 1987; skipping what is
 // empty on the levels above is ours. Twin: reference::twin::media::Media, march_exact and march_steps.
 #ifndef GRID_MARCH_MEDIA_GLSL
 #define GRID_MARCH_MEDIA_GLSL
@@ -57,6 +58,9 @@ float media_exact(vec3 from, vec3 way) {
         vec3 planes = march_planes(march, voxel, shift);
         float nearest = min(planes.x, min(planes.y, planes.z)), end = clamp(nearest, begin, march.range.y);
         sum += each * ((end - begin) * voxels);
+#ifdef MEDIA_VISIT
+        media_visit(each * voxels, begin, end);
+#endif
         if (nearest >= march.range.y || sum >= MEDIA_DARK) {
             break;
         }

@@ -17,7 +17,7 @@ const SCANNED: u32 = 1024;
 pub struct ListTotals {
     /// Pairs of a triangle or a caster and a voxel that it meets.
     pub pairs: u32,
-    /// Voxels that any of them meets.
+    /// Voxels that any of them meets; on the device one more, which stands for all.
     pub voxels: u32,
     /// 1: more pairs than 32 bits count.
     pub overflowed: u32,
@@ -26,7 +26,7 @@ pub struct ListTotals {
 impl ListTotals {
     /// Words of the lists, those of `bricks` bricks among them.
     fn words(self, bricks: u32) -> u64 {
-        u64::from(bricks) + 1 + u64::from(self.voxels) + u64::from(self.pairs)
+        u64::from(bricks) + 1 + u64::from(self.voxels) + 1 + u64::from(self.pairs)
     }
 }
 
@@ -54,9 +54,23 @@ const CASTERS: Listed = Listed {
     ],
 };
 
+/// Pairs that casters share, where a buffer holds as many: half a gigabyte.
+const MOST_PAIRS: u32 = 1 << 26;
+
+/// Voxels of a box up to which any caster is listed in each.
+const LEAST_SHARE: u32 = 64;
+
+/// Voxels of a box up to which each of so many casters is listed in every voxel that it meets. Larger ones are listed once, for all voxels, so that
+/// pairs have room in a buffer of this device.
+pub fn caster_share(context: &Context, casters: u32) -> u32 {
+    let pairs = (context.features().max_storage_buffer_range / 8).min(MOST_PAIRS);
+    (pairs / casters.max(1)).max(LEAST_SHARE)
+}
+
 /// The lists and the passes that make them. Pairs and lists grow to what there is of them.
 pub(super) struct Lists {
     context: Context,
+    /// Of the grid, and that of what is listed for all voxels.
     bricks: u32,
     pairs: Buffer,
     /// As glsl/grid/lists/place.glsl has them.
@@ -109,7 +123,7 @@ impl Lists {
         first: u64,
         (listed, note): (&'static Listed, [&Shader; 3]),
     ) -> Result<Self> {
-        let bricks = side(size, 0).pow(3);
+        let bricks = side(size, 0).pow(3) + 1;
         let [pairs, words, sums, unsorted] = room(context, bricks, first, u64::from(bricks) + 1 + 2 * first)?;
         let bytes = size_of::<ListTotals>() as u64;
         let totals = Buffer::new(context, "grid.list_totals", bytes, Memory::Device)?;
@@ -149,7 +163,8 @@ impl Lists {
         let [clearing, noting, numbering, filling, starting, ranking, sorting] = self.listed.passes;
         let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
         let pairs_room = (self.pairs.bytes() / 8) as u32;
-        let push = GridPush { triangle_count, caster_count, pairs_room, ..GridPush::zeroed() };
+        let share = caster_share(&self.context, caster_count);
+        let push = GridPush { triangle_count, caster_count, pairs_room, share, ..GridPush::zeroed() };
         let run = |commands: &mut Commands, name, kernel: &Kernel<GridPush>, threads: u64, each: u32| {
             let [x, y] = groups(threads.div_ceil(u64::from(each)));
             commands.pass(name, |pass| pass.dispatch(kernel, &push, [x, y, 1]));
@@ -186,6 +201,7 @@ impl Lists {
     pub(super) fn settle(&mut self, frame: u64) -> Result<bool> {
         let Some(counted) = self.counted.read::<ListTotals>(frame, 1)? else { return Ok(false) };
         let Some(totals) = counted.first().copied() else { return Ok(false) };
+        let totals = ListTotals { voxels: totals.voxels.saturating_sub(1), ..totals };
         if totals.overflowed != 0 {
             return Err(Error::Gpu {
                 operation: "list",

@@ -8,7 +8,7 @@ mod media;
 mod stood;
 mod voxelize;
 
-pub use self::lists::ListTotals;
+pub use self::lists::{ListTotals, caster_share};
 pub use self::media::Holds;
 pub use self::stood::Stood;
 pub use self::voxelize::Voxelizer;
@@ -76,6 +76,7 @@ push_struct! {
         threads: u32,
         level: u32,
         pairs_room: u32,
+        share: u32,
     }
 }
 

@@ -6,7 +6,7 @@ use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Kernel, Shader, push_struct};
 
 push_struct! {
-    /// Twin: LevelPush in glsl/technique/avsm/levels.comp and glsl/technique/layers/levels.comp.
+    /// Twin: LevelPush in glsl/maps/curve/levels.comp and glsl/technique/layers/levels.comp.
     struct LevelPush { level: u32 }
 }
 

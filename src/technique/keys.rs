@@ -30,6 +30,8 @@ impl Name {
     pub const PATH: Self = Self("path");
     /// Texels or voxels a side.
     pub const SIZE: Self = Self("size");
+    /// Voxels a side of a grid that maps are made of.
+    pub const GRID: Self = Self("grid");
     /// Slices of a volume.
     pub const SLICES: Self = Self("slices");
     /// Points on meshes.

@@ -13,6 +13,7 @@ pub mod grid_query;
 pub mod half_angle;
 pub mod ism;
 pub mod layers;
+pub mod marched;
 pub mod moments;
 pub mod none;
 pub mod optical_depth_grid;
@@ -52,6 +53,7 @@ pub use ism::{
 };
 pub use keys::{Key, Name, Values};
 pub use layers::Layers;
+pub use marched::Marched;
 pub use moments::Moments;
 pub use none::Unshadowed;
 pub use optical_depth_grid::OpticalDepthGrid;

@@ -383,6 +383,7 @@ mod tests {
             half_angle,
             ism,
             layers,
+            marched,
             moments,
             optical_depth_grid,
             psm,
@@ -407,7 +408,8 @@ mod tests {
     /// What others call keys by are keys.
     #[test]
     fn names_are_keys() {
-        let names = [Name::PATH, Name::SIZE, Name::SLICES, Name::POINTS, Name::FILTER, Name::OPAQUE, Name::SKIP];
+        let names =
+            [Name::PATH, Name::SIZE, Name::GRID, Name::SLICES, Name::POINTS, Name::FILTER, Name::OPAQUE, Name::SKIP];
         for name in names {
             assert!(REGISTRY.iter().any(|e| e.all_keys().any(|key| Name::from(key) == name)), "{name:?}");
         }

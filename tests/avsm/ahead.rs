@@ -45,7 +45,7 @@ fn looking_ahead_changes_nothing() {
             let words = 2 * (SIZE * SIZE * NODES * maps.count()) as usize;
             let [one, many, more] = [(1u32, 4u32), (32, 4), (32, most)].map(|(ahead, groups)| {
                 let nodes = Buffer::with_data(context, "nodes", &vec![0u32; words]).expect("room");
-                let set = set::AvsmCurves { nodes: &nodes, counts: &nodes, full_nodes: &nodes };
+                let set = set::Curves { nodes: &nodes, counts: &nodes, full_nodes: &nodes };
                 let set = set.bind(context, "curves").expect("a set");
                 let constants = Constants::new()
                     .set(constant::NODES, NODES)

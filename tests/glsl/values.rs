@@ -138,6 +138,7 @@ fn smoke_is_answered_alike() {
             "stochastic:samples=4",
             "density-grid:size=64,direction=mean",
             "density-grid:size=64,march=ratio",
+            "marched:size=64,grid=64,nodes=4",
             "optical-depth-grid:cells=32",
             "grid-query",
             "deep-shadow-map:size=64",

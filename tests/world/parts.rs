@@ -103,6 +103,8 @@ fn depends(spec: &Spec, pass: &str, part: Part) -> bool {
         "voxel-grid" => any(&[Meshes, Box]),
         "density-grid" | "optical-depth-grid" if starts(&["maps."]) => any(&[Meshes, OneLight]),
         "density-grid" => any(&casters),
+        "marched" if starts(&["grid."]) => any(&casters),
+        "marched" if starts(&["marched."]) => any(&casters) || any(&[OneLight]),
         "optical-depth-grid" if starts(&["grid."]) => any(&casters),
         "optical-depth-grid" => any(&casters) || any(&[OneLight]),
         "grid-query" if starts(&["grid.casters"]) => any(&casters),

@@ -1,8 +1,10 @@
 #version 460
 // Every voxel that a caster meets becomes occupied, and is noted beside the caster. One thread a caster; those of larger boxes are listed,
-// and in the variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Source: ours; segments against boxes
+// and in the variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Casters whose boxes have more voxels than
+// their share are noted for all voxels at once. Source: ours; segments against boxes
 // after Ericson 2005, 5.3.3. Inputs: casters, grid. Outputs: bits of all levels, pairs and how many there are, the lists of
-// large casters. Twin: reference::twin::lists. Invariant: the same pairs in some order; those that have no room are counted.
+// large casters. Twin: reference::twin::lists. Invariants: the same pairs in some order; those that have no room are counted; there are no more than
+// `share` a caster.
 // variants: STEP 0 1 2
 layout(local_size_x = 64) in;
 #include "grid/lists/note.glsl"
@@ -98,12 +100,16 @@ void main() {
     }
     uint i = 64u * group + thread, voxels = 0u;
     uvec2 met = uvec2(0u);
+    bool for_all = false;
     Cast c;
     // Without a radius it casts nothing.
     if (i < caster_count && casters[i].radius > 0.0) {
         c = cast_of(casters[i]);
         voxels = uint(c.box.x * c.box.y * c.box.z);
-        if (voxels > BOXED) {
+        for_all = voxels > share;
+        if (for_all) {
+            voxels = 0u;
+        } else if (voxels > BOXED) {
             listed[LISTED + caster_count - 1u - atomicAdd(listed[HUGE], 1u)] = i;
         } else if (voxels > SMALL) {
             listed[LISTED + atomicAdd(listed[LARGE], 1u)] = i;
@@ -115,7 +121,10 @@ void main() {
             }
         }
     }
-    uint at = place_of(uint(bitCount(met.x) + bitCount(met.y)));
+    uint at = place_of(uint(for_all) + uint(bitCount(met.x) + bitCount(met.y)));
+    if (for_all) {
+        note_for_all(at, i);
+    }
     while (met != uvec2(0u)) {
         uint v = met.x != 0u ? uint(findLSB(met.x)) : 32u + uint(findLSB(met.y));
         met = met.x != 0u ? uvec2(met.x & (met.x - 1u), met.y) : uvec2(0u, met.y & (met.y - 1u));

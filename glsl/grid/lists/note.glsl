@@ -34,4 +34,11 @@ void note(uint at, uint number, uvec3 voxel) {
         pairs[at] = uvec2(64u * grid_word(grid.size, 0u, voxel) + grid_bit(0u, voxel), number);
     }
 }
+
+// It is noted for all voxels at once, and occupies none.
+void note_for_all(uint at, uint number) {
+    if (at < pairs.length()) {
+        pairs[at] = uvec2(64u * lists_of_all(grid.size), number);
+    }
+}
 #endif

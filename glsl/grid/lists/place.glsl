@@ -1,8 +1,16 @@
 // Where the triangles of a voxel are listed. A word a brick: where the starts of its used voxels begin; behind these, a start a used voxel
 // in the order of the bits, and where the last list ends; behind these, the lists. All places are words from the beginning, so
-// that bricks, the bits of one and two starts lead to a list. Source: ours. Twin: reference::twin::lists.
+// that bricks, the bits of one and two starts lead to a list. Behind all bricks is one more, whose one voxel is always used: it lists what is in too
+// many voxels to be listed in each, for every ray to ask. Source: ours. Twin: reference::twin::lists.
 #ifndef GRID_LISTS_PLACE_GLSL
 #define GRID_LISTS_PLACE_GLSL
+#include "grid/grid.glsl"
+
+// The brick of what is listed for all voxels of a grid of so many a side.
+uint lists_of_all(uint size) {
+    uint side = grid_side(size, 0u);
+    return side * side * side;
+}
 
 // How many voxels of a brick are used before that of bit `bit`.
 uint used_before(uvec2 bits, uint bit) {

@@ -7,7 +7,7 @@
 // What there was of all. Twin: grid::ListTotals.
 struct ListTotals {
     uint pairs;       // of a triangle and a voxel that it meets
-    uint voxels;      // that any meets
+    uint voxels;      // that any meets, and one more, which stands for all
     uint overflowed;  // 1: more pairs than 32 bits count
 };
 
@@ -29,12 +29,12 @@ layout(set = 1, binding = 4, scalar) buffer ListsUnsorted { uint unsorted[]; }; 
 // Triangles of a list up to which each looks for its own place. Any number gives the same lists.
 const uint RANKED = 512u;
 
-uint brick_count() {
-    uint side = grid_side(grid.size, 0u);
-    return side * side * side;
-}
+// The grid's, and that of what is listed for all voxels.
+uint brick_count() { return lists_of_all(grid.size) + 1u; }
 
-uvec2 brick_bits(uint brick) { return uvec2(grid_bits[2u * brick], grid_bits[2u * brick + 1u]); }
+uvec2 brick_bits(uint brick) {
+    return brick == lists_of_all(grid.size) ? uvec2(1u, 0u) : uvec2(grid_bits[2u * brick], grid_bits[2u * brick + 1u]);
+}
 
 // Where the start of a voxel's list stands, of a bit among all.
 uint lists_start(uint bit) { return lists[bit >> 6] + used_before(brick_bits(bit >> 6), bit & 63u); }

@@ -3,7 +3,7 @@
 // memory, not one each. technique/avsm/pack.comp puts the nodes of a texel one after the other.
 #ifndef TECHNIQUE_AVSM_BESIDE_GLSL
 #define TECHNIQUE_AVSM_BESIDE_GLSL
-#include "technique/avsm/node.glsl"
+#include "maps/curve/node.glsl"
 
 // Where pair i of a texel stands, in pairs: x in its row, `row` the place of the row's first texel among all. At a row's end
 // there are fewer than eight.

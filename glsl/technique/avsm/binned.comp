@@ -10,7 +10,7 @@
 // variants: LANES 0 1
 #define BINS_ENTRIES_WRITTEN
 #define BATCH_SOURCE(view, entry) sorted_caster(view, entry)
-#include "technique/avsm/curve.glsl"
+#include "maps/curve/curve.glsl"
 #include "maps/bins/area.glsl"
 #include "maps/bins/part.glsl"
 #include "maps/bins/sort.glsl"
@@ -23,7 +23,7 @@ layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 // What the workgroup builds.
 TilePart tile;
 
-#include "technique/avsm/store.glsl"
+#include "maps/curve/store.glsl"
 
 Caster sorted_caster(View view, uint entry) {
     return view_caster(view, casters[sort_entry(tile.first, tile.count, entry - tile.first).y]);

@@ -10,7 +10,7 @@
 // LANES 0: a whole tile. LANES 1: half a tile, with what maps/bins/batch.glsl has for software devices. LANES 2: half a tile, else as 0,
 // for devices of little shared memory or of few threads.
 // variants: LANES 0 1 2
-#include "technique/avsm/curve.glsl"
+#include "maps/curve/curve.glsl"
 #include "maps/bins/area.glsl"
 #include "maps/bins/sums.glsl"
 
@@ -33,7 +33,7 @@ layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 // group at least.
 CONSTANT(uint, BATCH, 128u)
 #define BATCH BATCH
-#include "technique/avsm/store.glsl"
+#include "maps/curve/store.glsl"
 #include "maps/bins/batch.glsl"
 
 const int CELLS = 64;

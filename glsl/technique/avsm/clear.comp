@@ -2,7 +2,7 @@
 // Empties the curves of tiles that have casters, for the interlock path. Inputs: maps, counts. Output: nodes.
 #include "technique/avsm/beside.glsl"
 #include "technique/avsm/maps.glsl"
-#include "technique/avsm/tiled.glsl"
+#include "maps/curve/tiled.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 

@@ -8,7 +8,7 @@
 #ifndef TECHNIQUE_AVSM_FIT_GLSL
 #define TECHNIQUE_AVSM_FIT_GLSL
 #extension GL_EXT_control_flow_attributes : require
-#include "technique/avsm/curve.glsl"
+#include "maps/curve/curve.glsl"
 
 // How often nodes of odd and of even number take turns; 0: all stay on the curve.
 CONSTANT(int, TURNS, 0)
@@ -101,7 +101,7 @@ vec2 fitted_node(uint t, uint i, float low, float per_cell, float dark_from) {
     return vec2(min(max(low + moved / per_cell, p.x), end), value);
 }
 
-// The curve in technique/avsm/curve.glsl, which thread `group` 0 of the texel has and keeps, by all its `groups` threads.
+// The curve in maps/curve/curve.glsl, which thread `group` 0 of the texel has and keeps, by all its `groups` threads.
 void curve_fit(uint t, uint group, uint groups, float low, float per_cell, float dark_from) {
     if (group == 0u) {
         [[unroll]] for (int i = 0; i < NODES; ++i) {

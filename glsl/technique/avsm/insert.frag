@@ -7,7 +7,7 @@
 // Invariant: `pairs` is coherent, since the interlock orders accesses but does not make writes visible.
 #define SPLAT_FRAGMENT
 #include "technique/avsm/beside.glsl"
-#include "technique/avsm/curve.glsl"
+#include "maps/curve/curve.glsl"
 #include "maps/splat.glsl"
 
 layout(pixel_interlock_ordered) in;

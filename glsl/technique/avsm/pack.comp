@@ -5,7 +5,7 @@
 // among themselves only.
 #include "technique/avsm/beside.glsl"
 #include "technique/avsm/maps.glsl"
-#include "technique/avsm/tiled.glsl"
+#include "maps/curve/tiled.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -14,7 +14,7 @@ layout(set = 1, binding = 0, scalar) readonly buffer Built { uvec2 built[]; };
 layout(set = 2, binding = 0, scalar) buffer Nodes { uvec2 nodes[]; };
 layout(set = 2, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
 
-#include "technique/avsm/store.glsl"
+#include "maps/curve/store.glsl"
 
 Node stored_node(uint i) {
     uvec2 words = PACKED ? built[i] : nodes[i];

@@ -6,7 +6,7 @@
 // variants: ATTACHMENTS 2 4 8
 #define SPLAT_FRAGMENT
 #include "technique/avsm/attachments.glsl"
-#include "technique/avsm/curve.glsl"
+#include "maps/curve/curve.glsl"
 #include "maps/splat.glsl"
 
 #define STORED(i) layout(input_attachment_index = i, set = 2, binding = i) uniform subpassInput stored_##i;

@@ -6,9 +6,9 @@
 
 // REFINE 1: with fit=refined, for which the whole curve, as long as it is, is kept at the ends of CELLS even cells.
 // variants: REFINE 0 1
-#include "technique/avsm/curve.glsl"
+#include "maps/curve/curve.glsl"
 #include "technique/avsm/maps.glsl"
-#include "technique/avsm/tiled.glsl"
+#include "maps/curve/tiled.glsl"
 #include "maps/list/segments.glsl"
 #include "maps/rounds.glsl"
 
@@ -21,11 +21,11 @@ layout(set = 1, binding = 0, r32ui) uniform uimage2D heads;
 // Word by word: as one uvec4 each, NVIDIA 580.159 takes 1.1 times as long, of whole curves eight times.
 layout(set = 1, binding = 1, scalar) buffer Segments { Segment segments[]; };
 layout(set = 1, binding = 2, scalar) buffer Counters { uint counters[]; };
-// set 2: avsm_curves
+// set 2: curves
 layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 layout(set = 2, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
 
-#include "technique/avsm/store.glsl"
+#include "maps/curve/store.glsl"
 
 #if REFINE
 const uint TEXELS = 64u;

@@ -4,8 +4,8 @@
 // variants: ATTACHMENTS 2 4 8
 #include "technique/avsm/attachments.glsl"
 #include "technique/avsm/maps.glsl"
-#include "technique/avsm/node.glsl"
-#include "technique/avsm/tiled.glsl"
+#include "maps/curve/node.glsl"
+#include "maps/curve/tiled.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -14,7 +14,7 @@ layout(set = 1, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
 #define STORED(i) layout(set = 2, binding = i) uniform texture2D stored_##i;
 EACH_ATTACHMENT(STORED)
 
-#include "technique/avsm/store.glsl"
+#include "maps/curve/store.glsl"
 
 void main() {
     uvec2 size = map_size();

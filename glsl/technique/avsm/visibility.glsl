@@ -1,58 +1,14 @@
 // AVSM look-up: how much of light `light` reaches `position`, 0 to 1. Source: Fife and Strugar 2013, Sampling from the AVSM data structure.
 // Bindings 0 to 2: maps/look_up_set.glsl. Then
-//   binding 3  curves, map-major, then texel rows, then a texel's curve as technique/avsm/node.glsl states it; then those of
+//   binding 3  curves, map-major, then texel rows, then a texel's curve as maps/curve/node.glsl states it; then those of
 //              coarser levels, as maps/level_place.glsl says
 //   binding 4  casters in each tile of 8×8 texels, map-major, tile rows (any buffer where TILED is false); where DETAIL is true,
 //              maps/detail/blocks.glsl's words of each tile's blocks, and the curves are block-major
 // Specialization constants NODES, EXPONENTIAL, TILED, PACKED, TIGHT, DETAIL and LEVELS as the curves were built.
 // flat: bindings 0, constants 0: NODES EXPONENTIAL PACKED TIGHT TILED DETAIL FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #define MAP_TRANSMITTANCE avsm_transmittance
-#include "technique/avsm/pack.glsl"
-#include "technique/avsm/tiled.glsl"
+#include "maps/curve/look_up.glsl"
 #include "maps/detail/blocks.glsl"
-#include "maps/levels.glsl"
-
-layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityNodes { uvec2 visibility_nodes[]; };
-layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityTiles { uint visibility_tiles[]; };
-
-uvec2 curve_pair(uint i) { return visibility_nodes[i]; }
-
-#include "technique/avsm/read.glsl"
-
-// Curves of tiles that were skipped were never written and are not read.
-bool texel_empty(LookUp l, ivec2 texel) {
-    uvec2 tiles = (uvec2(l.view.width, l.view.height) + 7u) / 8u;
-    uvec2 tile = uvec2(texel) / 8u;
-    return TILED && tile_skipped(visibility_tiles[(l.map * tiles.y + tile.y) * tiles.x + tile.x]);
-}
-
-// Of the curve of texel `place`: a coarse search over every fourth node, then four compares.
-float curve_transmittance_at(uint place, float depth) {
-    uint at = place * curve_pairs();
-    vec2 range = curve_range(at);
-    uint group = 0u;
-    for (uint i = 4u; i < NODES; i += 4u) {
-        group = texel_node(at, i, range).depth <= depth ? i : group;
-    }
-    uint before = group;
-    for (uint i = 0u; i < 4u; ++i) {
-        before += uint(texel_node(at, group + i, range).depth <= depth);
-    }
-    // `before` nodes are at or in front of the depth.
-    if (before == 0u) {
-        return 1.0;
-    }
-    Node near = texel_node(at, before - 1u, range);
-    Node far = texel_node(at, min(before, NODES - 1u), range);
-    float along = far.depth > near.depth ? clamp((depth - near.depth) / (far.depth - near.depth), 0.0, 1.0) : 0.0;
-    return curve_transmittance(mix(near.value, far.value, along));
-}
-
-float texel_transmittance(LookUp l, ivec2 texel) {
-    // All of a coarser level is written.
-    bool empty = l.first == 0u && texel_empty(l, texel);
-    return empty ? 1.0 : curve_transmittance_at(texel_place(l, texel), l.depth);
-}
 
 // The mean of the four texels about the point, as fine as its tile is; of another tile the texel is taken in which such a
 // texel's centre lies.

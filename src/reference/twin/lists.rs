@@ -33,14 +33,21 @@ pub fn lists(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> (Bits
     (bits, words)
 }
 
+/// What is listed for all voxels. Twin: lists_of_all.
+fn of_all(size: u32) -> (usize, u32) {
+    ((size / 4).pow(3) as usize, 0)
+}
+
 /// The words of glsl/grid/lists/place.glsl.
-fn words(bits: &Bits, used: Used, size: u32) -> Vec<u32> {
-    let bricks = (size / 4).pow(3);
+fn words(bits: &Bits, mut used: Used, size: u32) -> Vec<u32> {
+    let all = of_all(size);
+    used.entry(all).or_default();
+    let bricks = all.0 as u32 + 1;
     let mut words: Vec<u32> = Vec::new();
     let mut before = 0;
-    for brick in 0..bricks as usize {
+    for brick in 0..=all.0 {
         words.push(bricks + before);
-        before += bits.words[brick].count_ones();
+        before += if brick == all.0 { 1 } else { bits.words[brick].count_ones() };
     }
     let mut start = bricks + before + 1;
     words.push(start);
@@ -97,12 +104,17 @@ impl Cast {
     }
 }
 
-/// The bits of all levels, and the lists, of casters in a grid that stands there. Twin: casters.comp, and what follows it.
-pub fn caster_lists(casters: &[Caster], place: &Place) -> (Bits, Vec<u32>) {
+/// The bits of all levels, and the lists, of casters in a grid that stands there; those whose boxes have more than `share` voxels are
+/// listed for all. Twin: casters.comp, and what follows it.
+pub fn caster_lists(casters: &[Caster], place: &Place, share: u32) -> (Bits, Vec<u32>) {
     let (size, mut bits, mut used) = (place.size, Bits::none(place.size), Used::new());
     for (number, caster) in (0..).zip(casters).filter(|(_, caster)| caster.radius > 0.0) {
         let cast = Cast::new(caster, place);
         let [first, last] = cast.bounds(size);
+        if (last - first + 1).element_product() > share {
+            used.entry(of_all(size)).or_default().push(number);
+            continue;
+        }
         for z in first.z..=last.z {
             for y in first.y..=last.y {
                 for x in (first.x..=last.x).filter(|x| cast.meets(UVec3::new(*x, y, z))) {

@@ -24,6 +24,7 @@ pub mod ism;
 pub mod layers;
 pub mod lists;
 pub mod many_lights;
+pub mod marched;
 pub mod masks;
 pub mod media;
 pub mod moments;

@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 
 /// A depth or a z farther than any: an unused node's, or where light ends that goes on. Twins: EMPTY in
-/// glsl/technique/avsm/node.glsl, INFINITY in glsl/maps/bins/tiles.glsl.
+/// glsl/maps/curve/node.glsl, INFINITY in glsl/maps/bins/tiles.glsl.
 pub const FARTHEST: f32 = 3e38;
 
 /// Parallel rays or rays from one point.

@@ -10,7 +10,7 @@ use crate::shaders::set;
 use crate::{Error, Result};
 use bytemuck::{Pod, Zeroable};
 
-/// Twin: Node in glsl/technique/avsm/node.glsl. A depth of [`FARTHEST`] is that of an unused node.
+/// Twin: Node in glsl/maps/curve/node.glsl. A depth of [`FARTHEST`] is that of an unused node.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct NodeData {
@@ -22,12 +22,12 @@ pub struct NodeData {
 
 /// The curves, and which tiles have any.
 pub struct Curves {
-    /// Map after map, texel rows, then the curve of a texel, as glsl/technique/avsm/node.glsl states it: [`NodeData`] in order of
+    /// Map after map, texel rows, then the curve of a texel, as glsl/maps/curve/node.glsl states it: [`NodeData`] in order of
     /// depth, or those packed.
     pub nodes: Buffer,
     /// Casters of each tile: those of the bins, or a stand-in where nothing is skipped; with detail=adaptive its blocks.
     pub tiles: Buffer,
-    /// Nodes, tiles, and the nodes again: glsl/technique/avsm/store.glsl says why.
+    /// Nodes, tiles, and the nodes again: glsl/maps/curve/store.glsl says why.
     pub set: Bindings,
     /// Of one map.
     size: [u32; 2],
@@ -54,7 +54,7 @@ impl Curves {
                 Buffer::new(context, "avsm.tiles", tiles * 4, Memory::Device)?
             }
         };
-        let set = set::AvsmCurves { nodes: &nodes, counts: &tiles, full_nodes: &nodes }.bind(context, "avsm.curves")?;
+        let set = set::Curves { nodes: &nodes, counts: &tiles, full_nodes: &nodes }.bind(context, "avsm.curves")?;
         Ok(Self { nodes, tiles, set, size: maps.size(), texels, settings })
     }
 
@@ -150,7 +150,7 @@ pub fn blocks(maps: &Maps, settings: &Settings, even: Storage) -> Result<Option<
     Ok(Some(((bytes - table_bytes(maps)) / block).min(u64::from(MOST_BLOCKS)) as u32))
 }
 
-/// Pairs of words a texel. Twin: curve_pairs in glsl/technique/avsm/node.glsl.
+/// Pairs of words a texel. Twin: curve_pairs in glsl/maps/curve/node.glsl.
 fn pairs(settings: &Settings) -> usize {
     let pairs = match (settings.is_tight(), settings.is_packed()) {
         (true, _) => settings.nodes / 4,
@@ -161,7 +161,7 @@ fn pairs(settings: &Settings) -> usize {
 }
 
 /// The nodes (depth, value) of a packed texel, in f64; unused ones repeat the last and are left out, so that no two are
-/// the same. Twin: unpack_node in glsl/technique/avsm/pack.glsl.
+/// the same. Twin: unpack_node in glsl/maps/curve/pack.glsl.
 fn unpack(curve: &[[u32; 2]], exponential: bool) -> Vec<(f64, f64)> {
     let [first, extent] = curve[0].map(|bits| f64::from(f32::from_bits(bits)));
     let mut words: Vec<u32> = curve[1..].iter().flatten().copied().collect();

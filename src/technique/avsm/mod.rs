@@ -49,7 +49,7 @@ use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Settled, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Context, Image, Kernel, Requirement, push_struct};
 use crate::maps::{Bins, Levels, Map, Maps, OpaqueMaps, Use};
-use crate::shaders::{avsm, folder, set};
+use crate::shaders::{curve, folder, set};
 use crate::world::{Parts, World};
 use std::ops::Range;
 
@@ -151,13 +151,13 @@ impl Avsm {
         };
         let sets = [maps.scene(), &curves.set];
         let levels =
-            Levels::new(context, "avsm.levels", &maps, settings.levels, &avsm::LEVELS, &sets, &plan.of_levels())?;
-        let more = set::AvsmLookUp { nodes: &curves.nodes, tiles: &curves.tiles };
+            Levels::new(context, "avsm.levels", &maps, settings.levels, &curve::LEVELS, &sets, &plan.of_levels())?;
+        let more = set::CurveLookUp { nodes: &curves.nodes, tiles: &curves.tiles };
         let look_up = maps.look_up(context, "avsm.look_up", &more.resources())?;
         Ok(Self { maps, bins, curves, build, levels, look_up, plan })
     }
 
-    /// Map after map, texel rows, then the curve of a texel, as glsl/technique/avsm/node.glsl states it: [`NodeData`] in order of
+    /// Map after map, texel rows, then the curve of a texel, as glsl/maps/curve/node.glsl states it: [`NodeData`] in order of
     /// depth, or those packed.
     pub fn curves(&self) -> &Buffer {
         &self.curves.nodes

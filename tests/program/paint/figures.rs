@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 struct Figure(&'static str, &'static str, &'static str, u32);
 
 /// The quick ones first.
-const FIGURES: [Figure; 33] = [
+const FIGURES: [Figure; 34] = [
     Figure("curve.svg", "docs/notebook/avsm.md", "gobo curve plume_8k", 0),
     Figure("three-emitters-slice.png", "docs/results.md", "gobo slice three-emitters", 0),
     Figure(
@@ -79,6 +79,7 @@ const FIGURES: [Figure; 33] = [
     Figure("failures-hash.png", "docs/notebook/failures.md", "gobo render failures --technique stochastic:sampling", 0),
     Figure("failures-psm.png", "docs/notebook/failures.md", "gobo render failures --technique psm", 0),
     Figure("failures-avsm.png", "docs/notebook/failures.md", "gobo render failures --technique avsm", 0),
+    Figure("failures-marched.png", "docs/notebook/failures.md", "gobo render failures --technique marched", 0),
     Figure("failures-reference.png", "docs/notebook/failures.md", "gobo render failures --technique reference", 0),
 ];
 

@@ -1,4 +1,4 @@
-//! CPU twin of glsl/technique/avsm/curve.glsl and of the look-up in one texel, in f32. Source: Salvi et al. 2010, the streaming
+//! CPU twin of glsl/maps/curve/curve.glsl and of the look-up in one texel, in f32. Source: Salvi et al. 2010, the streaming
 //! compression, and Intel's sample of 2013, "Compression stage"; nudging and the free first node are ours.
 
 use super::cells::CELLS;
@@ -7,7 +7,7 @@ use super::node::Interpolation;
 use crate::reference::twin::segment::Segment;
 use crate::reference::twin::sums::DARK;
 
-/// How a curve is built. Twin: the specialization constants of glsl/technique/avsm/curve.glsl.
+/// How a curve is built. Twin: the specialization constants of glsl/maps/curve/curve.glsl.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Build {
     /// NODES: nodes that are stored.
@@ -22,7 +22,7 @@ pub struct Build {
     pub turns: usize,
 }
 
-/// A transmittance curve, as glsl/technique/avsm/curve.glsl builds it.
+/// A transmittance curve, as glsl/maps/curve/curve.glsl builds it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     pub(super) build: Build,

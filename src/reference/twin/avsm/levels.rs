@@ -1,4 +1,4 @@
-//! CPU twin of glsl/technique/avsm/levels.comp: the curve of a texel of a level of detail, in f32.
+//! CPU twin of glsl/maps/curve/levels.comp: the curve of a texel of a level of detail, in f32.
 
 use super::curve::{Build, Curve};
 use super::node::Interpolation;

@@ -1,9 +1,9 @@
 // How every path stores a finished curve, once, so that rounding never adds up. Include it after the declaration of
-// `uvec2 nodes[]`, whose layout technique/avsm/node.glsl states.
-#ifndef TECHNIQUE_AVSM_STORE_GLSL
-#define TECHNIQUE_AVSM_STORE_GLSL
+// `uvec2 nodes[]`, whose layout maps/curve/node.glsl states.
+#ifndef MAPS_CURVE_STORE_GLSL
+#define MAPS_CURVE_STORE_GLSL
 #extension GL_EXT_control_flow_attributes : require
-#include "technique/avsm/pack.glsl"
+#include "maps/curve/pack.glsl"
 
 void store_curve(uint texel, Node curve[NODES]) {
     uint at = texel * curve_pairs();
@@ -39,13 +39,13 @@ void store_curve(uint texel, Node curve[NODES]) {
     }
 }
 
-// set 2: avsm_curves
-#ifdef TECHNIQUE_AVSM_CURVE_GLSL
+// set 2: curves
+#ifdef MAPS_CURVE_CURVE_GLSL
 // The same buffer as `nodes`. Full nodes are stored as two floats each: as one uvec2 each, NVIDIA 580.159 builds curves of 16 nodes
 // seven times slower.
 layout(set = 2, binding = 2, scalar) writeonly buffer FullNodes { Node full_nodes[]; };
 
-// Of the curve in technique/avsm/curve.glsl.
+// Of the curve in maps/curve/curve.glsl.
 void store_curve(uint texel) {
     if (PACKED) {
         Node curve[NODES];

@@ -1,7 +1,7 @@
 // Reads a stored curve. Needs, declared before: uvec2 curve_pair(uint i), pair i of all.
-#ifndef TECHNIQUE_AVSM_READ_GLSL
-#define TECHNIQUE_AVSM_READ_GLSL
-#include "technique/avsm/pack.glsl"
+#ifndef MAPS_CURVE_READ_GLSL
+#define MAPS_CURVE_READ_GLSL
+#include "maps/curve/pack.glsl"
 
 // The range of the curve at pair `at`, where it has one.
 vec2 curve_range(uint at) { return PACKED && !TIGHT ? uintBitsToFloat(curve_pair(at)) : vec2(0.0); }

@@ -5,7 +5,7 @@
 // Invariant: behind all nodes it is the mean of what the four have there, to what storing rounds.
 #include "maps/level_place.glsl"
 #include "maps/scene.glsl"
-#include "technique/avsm/tiled.glsl"
+#include "maps/curve/tiled.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -15,9 +15,9 @@ layout(set = 1, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
 uvec2 curve_pair(uint i) { return nodes[i]; }
 
 // Before the curve that is built: its nodes are stored as pairs.
-#include "technique/avsm/store.glsl"
-#include "technique/avsm/curve.glsl"
-#include "technique/avsm/read.glsl"
+#include "maps/curve/store.glsl"
+#include "maps/curve/curve.glsl"
+#include "maps/curve/read.glsl"
 
 layout(push_constant, scalar) uniform LevelPush { uint level; };
 

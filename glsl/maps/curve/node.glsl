@@ -1,8 +1,8 @@
 // What a texel's transmittance curve is stored as: curve_pairs() pairs of words. In full, each is the bits of a Node. Packed,
 // the first is the bits of the first node's depth and of how far the last node is behind it, the others hold two nodes
-// each, as technique/avsm/pack.glsl codes them: 8 + 4 NODES bytes. Tight, each holds four nodes: 2 NODES bytes. Twin: technique::NodeData.
-#ifndef TECHNIQUE_AVSM_NODE_GLSL
-#define TECHNIQUE_AVSM_NODE_GLSL
+// each, as maps/curve/pack.glsl codes them: 8 + 4 NODES bytes. Tight, each holds four nodes: 2 NODES bytes. Twin: technique::NodeData.
+#ifndef MAPS_CURVE_NODE_GLSL
+#define MAPS_CURVE_NODE_GLSL
 #include "world/view.glsl"
 
 // Nodes of a curve.
@@ -10,7 +10,7 @@ CONSTANT(int, NODES, 8)
 // False: values are transmittances, interpolated linearly (Salvi et al. 2010). True: they are optical depths, interpolated linearly,
 // which is exact within a sphere of constant extinction.
 CONSTANT(bool, EXPONENTIAL, true)
-// Whether curves are packed, as technique/avsm/pack.glsl says.
+// Whether curves are packed, as maps/curve/pack.glsl says.
 CONSTANT(bool, PACKED, false)
 // Of packed curves: whether to two bytes a node.
 CONSTANT(bool, TIGHT, false)

@@ -7,10 +7,10 @@
 //
 // The arrays are meant for registers: loops are unrolled, every index is a constant, and a node that is picked at run
 // time is picked by comparison.
-#ifndef TECHNIQUE_AVSM_CURVE_GLSL
-#define TECHNIQUE_AVSM_CURVE_GLSL
+#ifndef MAPS_CURVE_CURVE_GLSL
+#define MAPS_CURVE_CURVE_GLSL
 #extension GL_EXT_control_flow_attributes : require
-#include "technique/avsm/node.glsl"
+#include "maps/curve/node.glsl"
 #include "world/caster.glsl"
 
 // Nodes while segments are inserted, >= NODES. More cost time and lose less.

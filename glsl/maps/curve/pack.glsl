@@ -2,9 +2,9 @@
 // rounded to nearest and both 0 for what is farthest in front and unshadowed. Tight, both have 8 bits, and depth is within the
 // light's range. Twin: reference::twin::avsm::pack.
 // Invariant: words keep the order of nodes; packed and not tight, a curve's first node is kept to the bit in depth.
-#ifndef TECHNIQUE_AVSM_PACK_GLSL
-#define TECHNIQUE_AVSM_PACK_GLSL
-#include "technique/avsm/node.glsl"
+#ifndef MAPS_CURVE_PACK_GLSL
+#define MAPS_CURVE_PACK_GLSL
+#include "maps/curve/node.glsl"
 
 // A range of less is none: its inverse would overflow.
 const float LEAST_EXTENT = 1e-30;

@@ -1,0 +1,120 @@
+#version 460
+// Marches each texel's ray through the density grid of smoke and hair, and keeps a curve of it: a sample where the transmittance has left what the
+// extinction at the last sample says that it would be, by both thresholds; of more than WORK samples the cheapest goes, and in the end all but
+// NODES do. A workgroup a tile of 8×8 texels, the map in z. Sources: Unreal Engine 5, Heterogeneous Volumes (what is kept); Salvi et al. 2010 (what
+// goes); Amanatides and Woo 1987 (the march); that it ends at voxels' sides, and not at even steps, is ours.
+// Inputs: maps, the grid, its media. Outputs: nodes; counts: of each tile, how many rays meet any. Twin: reference::twin::marched.
+// Invariants: samples stand on what the grid takes; the last has all that it takes, up to an optical depth of DARK; a tile of which no ray meets any has
+// no nodes where TILED is true.
+#include "maps/scene.glsl"
+#include "grid/media.glsl"
+#include "maps/curve/tiled.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+// set 1: marched
+layout(set = 1, binding = 0, scalar) readonly buffer MarchedGrid { Grid grid; };
+layout(set = 1, binding = 1, scalar) readonly buffer MarchedMedia { uint visibility_media[]; };
+layout(set = 1, binding = 2, scalar) readonly buffer MarchedBits { uint visibility_media_bits[]; };
+// set 2: curves
+layout(set = 2, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
+layout(set = 2, binding = 1, scalar) writeonly buffer Counts { uint counts[]; };
+
+#include "maps/curve/curve.glsl"
+#include "maps/curve/store.glsl"
+
+// Voxels a side.
+CONSTANT(uint, GRID_SIZE, 128u)
+// By how much of the light, and by what share of what is left, a transmittance may be off before a sample is kept.
+CONSTANT(float, ABSOLUTE_ERROR, 0.0)
+CONSTANT(float, RELATIVE_ERROR, 0.05)
+
+// Depth in the light's range, by the place on the way.
+vec2 depth_of;
+
+// A place on the way and the optical depth up to there: of the last sample, from where it goes on by so much, and of where the last stretch ended.
+float kept_place, kept_value, kept_rate;
+float last_place, last_value;
+
+void keep(float rate) {
+    curve_append(clamp(depth_of.x + depth_of.y * last_place, 0.0, 1.0), last_value);
+    kept_place = last_place;
+    kept_value = last_value;
+    kept_rate = rate;
+}
+
+// From where the last one ended to `end`.
+void stretch(float rate, float end) {
+    float value = last_value + rate * (end - last_place), through = exp(-value);
+    float error = abs(through - exp(-(kept_value + kept_rate * (end - kept_place))));
+    if (last_place > kept_place && error > ABSOLUTE_ERROR && error > RELATIVE_ERROR * through) {
+        keep(rate);
+    }
+    last_place = end;
+    last_value = value;
+}
+
+#define MEDIA_VISIT
+void media_visit(float rate, float begin, float end) {
+    if (!(rate > 0.0) || last_value >= DARK) {
+        return;
+    }
+    if (node_count == 0) {
+        last_place = begin;
+        keep(rate);
+    } else if (begin > last_place) {
+        stretch(0.0, begin);
+    }
+    stretch(rate, end);
+}
+
+// Voxels take the same in each direction.
+float media_towards(float sum, uvec3 voxel) { return sum; }
+
+#include "grid/march_media.glsl"
+
+// All of the ray that is in the grid: a voxel reaches farther than what is in it, and what stands in front of the range or behind it counts at its end.
+void march_ray(View view, uvec2 texel) {
+    View about = view;
+    about.origin -= grid.origin;
+    Ray ray = view_ray(about, vec2(texel) + 0.5);
+    // The grid's diagonal.
+    float reach = 1.7320509 * float(GRID_SIZE) * grid.voxel;
+    float first = view.near - reach, last = view.far + reach;
+    if (view.projection == VIEW_PERSPECTIVE) {
+        first = max(first, 0.0);
+    }
+    depth_of = vec2(first - view.near, last - first) / (view.far - view.near);
+    media_exact((ray.origin + first * ray.direction) * grid.per_unit, ray.direction * ((last - first) * grid.per_unit));
+    if (node_count > 0) {
+        keep(0.0);
+    }
+}
+
+shared uint rays;
+
+void main() {
+    uvec2 size = map_size(), texel = gl_GlobalInvocationID.xy;
+    uint map = gl_WorkGroupID.z;
+    bool within = all(lessThan(texel, size));
+    if (gl_LocalInvocationIndex == 0u) {
+        rays = 0u;
+    }
+    barrier();
+    curve_clear();
+    last_value = 0.0;
+    if (within) {
+        march_ray(maps[map].volume, texel);
+    }
+    if (node_count > 0) {
+        atomicAdd(rays, 1u);
+    }
+    curve_reduce();
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) {
+        counts[(map * gl_NumWorkGroups.y + gl_WorkGroupID.y) * gl_NumWorkGroups.x + gl_WorkGroupID.x] = rays;
+    }
+    if (within && !tile_skipped(rays)) {
+        store_curve((map * size.y + texel.y) * size.x + texel.x);
+    }
+}

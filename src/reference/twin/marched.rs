@@ -1,0 +1,107 @@
+//! Curves from a march through a density grid. Twin of glsl/technique/marched/march.comp, in f32.
+
+use super::avsm::curve::{Build, Curve};
+use super::grid::Place;
+use super::media::{Media, length};
+use super::segment::ray;
+use super::sums::DARK;
+use crate::scene::{Projection, View};
+use glam::{Vec2, Vec3};
+
+/// When a sample is kept.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Errors {
+    /// Twin: ABSOLUTE_ERROR.
+    pub absolute: f32,
+    /// Twin: RELATIVE_ERROR.
+    pub relative: f32,
+}
+
+/// A ray that is marched. Names as in the shader.
+struct March {
+    curve: Curve,
+    errors: Errors,
+    depth_of: [f32; 2],
+    kept: [f32; 3],
+    last: [f32; 2],
+    /// The least relative distance of an error from a threshold that decided.
+    margin: f32,
+}
+
+/// The curve of a texel, and how near a decision of the march was to another: relative, infinite where there was none.
+pub fn marched(
+    media: &Media,
+    place: &Place,
+    view: &View,
+    texel: [u32; 2],
+    build: Build,
+    errors: Errors,
+) -> (Curve, f32) {
+    let about = View { origin: (Vec3::from(view.origin) - Vec3::from(place.origin)).into(), ..*view };
+    let (origin, direction) = ray(&about, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5);
+    let reach = 1.732_050_9 * place.size as f32 * place.voxel;
+    let (mut first, last) = (view.near - reach, view.far + reach);
+    if view.projection() == Projection::Perspective {
+        first = first.max(0.0);
+    }
+    let range = view.far - view.near;
+    let mut march = March {
+        curve: Curve::new(build),
+        errors,
+        depth_of: [(first - view.near) / range, (last - first) / range],
+        kept: [0.0; 3],
+        last: [0.0; 2],
+        margin: f32::INFINITY,
+    };
+    let from = ((origin + first * direction) * place.per_unit).to_array();
+    let way = (direction * ((last - first) * place.per_unit)).to_array();
+    let voxels = length(way);
+    media.bits.walk(from, way, |voxel, [begin, end]| {
+        march.visit(media.of(voxel) * voxels, begin, end.max(begin));
+        march.last[1] < DARK
+    });
+    if !march.curve.nodes().is_empty() {
+        march.keep(0.0);
+    }
+    march.curve.reduce();
+    (march.curve, march.margin)
+}
+
+impl March {
+    fn keep(&mut self, rate: f32) {
+        let [place, value] = self.last;
+        self.curve.append((self.depth_of[0] + self.depth_of[1] * place).clamp(0.0, 1.0), value);
+        self.kept = [place, value, rate];
+    }
+
+    fn stretch(&mut self, rate: f32, end: f32) {
+        let ([kept_place, kept_value, kept_rate], [place, value]) = (self.kept, self.last);
+        let next = value + rate * (end - place);
+        let through = (-next).exp();
+        let error = (through - (-(kept_value + kept_rate * (end - kept_place))).exp()).abs();
+        let Errors { absolute, relative } = self.errors;
+        if place > kept_place {
+            for threshold in [absolute, relative * through] {
+                self.margin = self.margin.min((error - threshold).abs() / through.max(1e-5));
+            }
+            if error > absolute && error > relative * through {
+                self.keep(rate);
+            }
+        }
+        self.last = [end, next];
+    }
+
+    /// Twin: media_visit.
+    fn visit(&mut self, rate: f32, begin: f32, end: f32) {
+        if rate.is_nan() || rate <= 0.0 {
+            return;
+        }
+        if self.curve.nodes().is_empty() {
+            self.last[0] = begin;
+            self.keep(rate);
+        } else if begin > self.last[0] {
+            self.stretch(0.0, begin);
+        }
+        self.stretch(rate, end);
+    }
+}

@@ -1,0 +1,242 @@
+//! Marched: [`super::avsm`]'s curves, made by marching each texel's ray through a [`super::density_grid`]'s voxels and not of the casters. Sources:
+//! Unreal Engine 5, Heterogeneous Volumes (which samples a ray keeps); Salvi et al. 2010 (what curves are).
+//!
+//! The grid is made once for all lights, whatever there is in it; a light costs a march a texel.
+//!
+//! ```
+//! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
+//! # use example::{on_a_device, smoke};
+//! # on_a_device(|context| {
+//! use gobo::consume::Query;
+//! use gobo::technique::{open, parse};
+//! use gobo::world::World;
+//!
+//! let world = World::new(context, &smoke())?;
+//! let mut marched = open(context, &world, &parse("marched:size=64,grid=64", &[])?[0])?;
+//! marched.build(&world)?;
+//! // Above the smoke and below it.
+//! let query = Query::new(context, 0, &[[0.0, 0.0, 2.0], [0.0, 0.0, 0.0]])?;
+//! let [above, below] = query.ask(&marched.technique.answer())?[..] else { panic!("two answers") };
+//! assert!(above == 1.0 && (below - (-2f32).exp()).abs() < 0.02);
+//! # Ok(()) });
+//! ```
+
+use super::keys::Name;
+use super::settings::{FILTER, Keyed, LEVELS, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
+use crate::Result;
+use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory};
+use crate::grid::{Grid, Holds};
+use crate::maps::{Filter, FilterKind, Levels, Map, Maps, OpaqueMaps, OpaqueWay, TILE_TEXELS, level_texels};
+use crate::scene::FARTHEST;
+use crate::shaders::{self, constant, curve, folder, set};
+use crate::world::{Made, Parts, World};
+
+settings! {
+    /// What there is to set.
+    #[derive(Copy)]
+    pub struct Settings {
+        /// Nodes of a texel's curve: 4, 8 or 16. 8 bytes each.
+        nodes: u32 = Setting::one_of("8", &["4", "8", "16"], "nodes of a texel's curve");
+        /// Samples that a ray has at a time while it is marched: 4, 8, 16 or 32, but no fewer than nodes. Of more, the cheapest goes.
+        samples: u32 = Setting::one_of(
+            "8", &["4", "8", "16", "32"], "samples that a ray has at a time while it is marched, no fewer than nodes: of more, the cheapest goes");
+        /// Texels a side of a light's map, 1 to 16,384.
+        size: u32 = SIZE;
+        /// Voxels a side of the density grid that is marched: 64, 128 or 256.
+        grid: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels a side of the density grid that is marched");
+        /// By how many ten-thousandths of what is left of the light a sample has to be off what the last one says, 0 to 10,000.
+        relative: u32 = Setting::number(
+            "500", 0, 10000, "ten-thousandths of what is left of the light by which a sample is off before it is kept");
+        /// And by how many of all of the light.
+        absolute: u32 = Setting::number(
+            "0", 0, 10000, "ten-thousandths of all of the light by which a sample is off before it is kept, too");
+        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels a side: for what is asked for by more than a
+        /// point.
+        levels: u32 = LEVELS;
+        /// How a look-up weighs the texels about a point.
+        filter: FilterKind = FILTER;
+        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+        radius: u32 = RADIUS;
+        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+        opaque: Option<OpaqueWay> = OPAQUE;
+    }
+    every {
+        /// Tiles of which no ray meets anything are left out.
+        skip: bool = SKIP;
+    }
+}
+
+/// For the registry.
+pub const ENTRY: Entry = Entry {
+    name: "marched",
+    about: "AVSM's curves from a march through one density grid of smoke and hair for all lights (Unreal Engine 5)",
+    casts: Casts::ALL,
+    lifetime: Lifetime::Frame,
+    keys: Settings::KEYS,
+    paths: &[Path { name: COMPUTE, requires: &[] }],
+    promises: |_, _| PROMISES,
+    runs: Runs {
+        compare: &["nodes=8"],
+        on_cpu: &[(Name::SIZE, "64"), (Name::GRID, "64")],
+        stress_smoke: &["size=32,grid=64", "size=32,grid=64,nodes=16,samples=32,levels=3"],
+        ..Runs::NONE
+    },
+    open: |context, world, spec| Ok(Box::new(Marched::new(context, world, &spec.settings())?)),
+};
+
+/// Whole numbers in the grid have no order. What voxels are off by is the grid's to say, and a step moves what they hold.
+const PROMISES: Promises = Promises { order: Some(0.0), step: None, ..Promises::OF_DEPTH };
+
+const COMPUTE: &str = "compute";
+
+/// The technique, opened for one world.
+pub struct Marched {
+    settings: Settings,
+    maps: Maps,
+    grid: Grid,
+    /// Map after map, texel rows, then nodes; then those of coarser levels.
+    nodes: Buffer,
+    /// Of each tile, how many rays meet anything.
+    counts: Buffer,
+    march: Kernel,
+    levels: Option<Levels>,
+    made: Made,
+    look_up: Bindings,
+    constants: Constants,
+}
+
+impl Marched {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where a setting is not what it may be, or the filter does not fit into the faces of a point light;
+    /// [`crate::Error::Refused`] where the device binds no buffer of as many voxels; [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
+        settings.check()?;
+        let Settings { nodes, samples, size, grid: voxels, relative, absolute, .. } = *settings;
+        let filter = Filter { kind: settings.filter, radius: settings.radius };
+        filter.check(world, size)?;
+        let maps = Maps::new(context, world, size, OpaqueMaps::shared(settings.opaque))?;
+        let grid = Grid::of_media(context, world, voxels, Holds::default())?;
+        let texels = maps.texels() + (1..settings.levels).map(|level| level_texels(&maps, level)).sum::<u64>();
+        let full = Buffer::new(context, "marched.nodes", 8 * texels * u64::from(nodes), Memory::Device)?;
+        let [x, y] = maps.tiles().map(u64::from);
+        let counts = Buffer::new(context, "marched.counts", 4 * x * y * u64::from(maps.count()), Memory::Device)?;
+        let constants = Constants::new()
+            .set(constant::NODES, nodes)
+            .set(constant::WORK, samples.max(nodes))
+            .set(constant::GRID_SIZE, voxels)
+            .set(constant::RELATIVE_ERROR, relative as f32 / 10_000.0)
+            .set(constant::ABSOLUTE_ERROR, absolute as f32 / 10_000.0)
+            .set(constant::TILED, settings.skip)
+            .set(constant::LEVELS, settings.levels);
+        let constants = filter.constants(constants);
+        let buffers = grid.buffers();
+        let of_grid = set::Marched { grid: buffers.data, media: buffers.media, media_bits: buffers.media_bits };
+        let of_grid = of_grid.bind(context, "marched.grid")?;
+        let curves =
+            set::Curves { nodes: &full, counts: &counts, full_nodes: &full }.bind(context, "marched.curves")?;
+        let sets = [maps.scene(), &of_grid, &curves];
+        let march = Kernel::compute(context, &shaders::marched::MARCH, &sets, &constants)?;
+        let sets = [maps.scene(), &curves];
+        // Levels have no nodes to spare.
+        let below = constants.clone().set(constant::WORK, nodes);
+        let levels = Levels::new(context, "marched.levels", &maps, settings.levels, &curve::LEVELS, &sets, &below)?;
+        let more = set::CurveLookUp { nodes: &full, tiles: &counts };
+        let look_up = maps.look_up(context, "marched.look_up", &more.resources())?;
+        let made = Made::of(Maps::VOLUME);
+        Ok(Self { settings: *settings, maps, grid, nodes: full, counts, march, levels, made, look_up, constants })
+    }
+
+    /// The grid.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Map after map, texel rows, then the nodes of a texel, [`super::NodeData`] in order of depth; of tiles that nothing meets none with `skip`.
+    pub fn curves(&self) -> &Buffer {
+        &self.nodes
+    }
+
+    /// Of each tile of each map, how many rays meet anything, after a build.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where they cannot be read back.
+    pub fn counts(&self) -> Result<Vec<u32>> {
+        self.counts.read((self.counts.bytes() / 4) as usize)
+    }
+
+    fn march(&self, commands: &mut Commands) {
+        let [x, y] = self.maps.tiles();
+        commands.pass("marched.march", |pass| pass.dispatch(&self.march, &(), [x, y, self.maps.count()]));
+    }
+}
+
+impl Technique for Marched {
+    fn made_of(&self) -> Parts {
+        Maps::VOLUME.and(Maps::OPAQUE)
+    }
+
+    fn forget(&mut self) {
+        self.maps.forget();
+        self.grid.forget();
+        self.made.forget();
+    }
+
+    fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
+        self.maps.record(commands, world)?;
+        self.grid.record(commands, world);
+        if self.made.make(world) {
+            self.march(commands);
+            if let Some(levels) = &self.levels {
+                levels.record(commands);
+            }
+        }
+        Ok(())
+    }
+
+    fn settle(&mut self, frame: u64) -> Result<Settled> {
+        let grew = self.maps.settle(frame, false)?;
+        if grew {
+            self.made.forget();
+        }
+        Ok(Settled::of(grew))
+    }
+
+    fn answer(&self) -> Answer<'_> {
+        Answer { folder: folder::MARCHED, bindings: &self.look_up, constants: &self.constants }
+    }
+
+    fn maps(&self) -> &[Map] {
+        self.maps.all()
+    }
+
+    fn nodes(&self, map: usize, [x, y]: [u32; 2]) -> Result<Vec<(f64, f64)>> {
+        let ([width, height], [across, down]) = (self.maps.size(), self.maps.tiles());
+        let tile = (map as u32 * down + y / TILE_TEXELS) * across + x / TILE_TEXELS;
+        let met: Vec<u32> = self.counts.read_from(tile as usize, 1)?;
+        if self.settings.filter != FilterKind::Bilinear || met == [0] {
+            return Ok(Vec::new());
+        }
+        let (nodes, texel) = (self.settings.nodes as usize, (map as u32 * height + y) * width + x);
+        let curve: Vec<[f32; 2]> = self.nodes.read_from(texel as usize * nodes, nodes)?;
+        let used = curve.into_iter().filter(|[depth, _]| *depth < FARTHEST);
+        Ok(used.map(|[depth, value]| (depth.into(), (-f64::from(value)).exp())).collect())
+    }
+
+    fn facts(&self) -> Result<Facts> {
+        let met: u64 = self.counts()?.into_iter().map(u64::from).sum();
+        Ok(Facts {
+            path: COMPUTE,
+            reason: "the only path".into(),
+            bytes_resident: self.nodes.bytes() + self.counts.bytes() + self.maps.opaque_image().bytes(),
+            bytes_transient: self.grid.resident_bytes()
+                + self.grid.transient_bytes()
+                + self.maps.opaque_bytes_transient(),
+            nodes: Some(self.settings.nodes),
+            counters: [("covered_texels".into(), met)].into(),
+            ..Facts::default()
+        })
+    }
+}
