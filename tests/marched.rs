@@ -133,7 +133,7 @@ fn curves_equal_their_twin() {
                 let media = Media::deposit(&scene.casters(), &made.place);
                 let Settings { relative, absolute, size, .. } = made.settings;
                 let errors = Errors { relative: relative as f32 / 1e4, absolute: absolute as f32 / 1e4 };
-                let [mut clear, mut unsure, mut covered] = [0, 0, 0];
+                let [mut near, mut unsure, mut covered] = [0, 0, 0];
                 for (i, curve) in (0u32..).zip(&made.curves) {
                     let (map, at) = (i / (size * size), [i % size, i / size % size]);
                     let view = &made.views[map as usize];
@@ -143,14 +143,17 @@ fn curves_equal_their_twin() {
                     let mean = off.iter().sum::<f32>() / DEPTHS as f32;
                     let is_clear = margin.min(twin.margin) > AMBIGUOUS;
                     assert!(curve.len() <= made.build.nodes);
+                    if twin.nodes().is_empty() && curve.is_empty() {
+                        continue;
+                    }
                     // What is left in the end is the same, whatever goes; of ways in the sides of voxels either voxel may be the one.
-                    let most = if is_clear { 2e-4 } else { 2e-2 };
-                    unsure += usize::from(mean > most || off[DEPTHS - 1] > 5e-4);
-                    clear += usize::from(is_clear);
-                    covered += usize::from(!twin.nodes().is_empty());
+                    unsure += usize::from(mean > if is_clear { 2e-4 } else { 2e-2 } || off[DEPTHS - 1] > 5e-4);
+                    near += usize::from(mean <= 2e-4);
+                    covered += 1;
                 }
-                println!("{} {text}: {clear} clear, {unsure} unsure of {covered}", scene.name);
-                assert!(covered > 100 && clear * 4 > covered, "{} {text}: {clear} clear of {covered}", scene.name);
+                println!("{} {text}: {near} near, {unsure} unsure of {covered}", scene.name);
+                // Where two removals are as cheap, as of samples at a light's near plane, it is mostly the same curve either way.
+                assert!(covered > 100 && near * 10 > covered * 9, "{} {text}: {near} near of {covered}", scene.name);
                 assert!(unsure * 100 <= covered, "{} {text}: {unsure} unsure of {covered}", scene.name);
             }
         }
@@ -322,18 +325,22 @@ fn finer_grids_are_nearer_to_the_truth() {
     gpu_test("finer_grids_are_nearer_to_the_truth", |context| {
         let scene = scenes::four_lights();
         let truth = Casters::new(&scene);
-        for light in 0..scene.lights.len() {
-            let points = gobo::reference::truth::space_points(&scene, light, 1500);
-            let errors = [64, 128].map(|size| {
-                let text = format!("marched:size=96,nodes=16,samples=32,grid={size}");
-                let built = support::built(context, &scene, &text);
-                let off = |(point, answer): (&[f32; 3], f32)| {
-                    (f64::from(answer) - truth.visibility(light, DVec3::from(point.map(f64::from)))).abs()
-                };
-                points.iter().zip(ask(context, built.as_ref(), light, &points)).map(off).sum::<f64>() / 1500.0
-            });
-            println!("light {light}: {errors:?}");
-            assert!(errors[1] < errors[0] && errors[0] < 0.03, "light {light}: {errors:?}");
+        let errors = [64, 128].map(|size| {
+            let text = format!("marched:size=48,nodes=16,samples=32,grid={size}");
+            let built = support::built(context, &scene, &text);
+            (0..scene.lights.len())
+                .map(|light| {
+                    let points = gobo::reference::truth::space_points(&scene, light, 1000);
+                    let off = |(point, answer): (&[f32; 3], f32)| {
+                        (f64::from(answer) - truth.visibility(light, DVec3::from(point.map(f64::from)))).abs()
+                    };
+                    points.iter().zip(ask(context, built.as_ref(), light, &points)).map(off).sum::<f64>() / 1000.0
+                })
+                .collect::<Vec<_>>()
+        });
+        println!("{errors:?}");
+        for (light, (coarse, fine)) in errors[0].iter().zip(&errors[1]).enumerate() {
+            assert!(fine < coarse && *coarse < 0.03, "light {light}: {fine}, not below {coarse}");
         }
     });
 }
