@@ -2,64 +2,72 @@
 
 use super::curve::{Build, Curve};
 use super::node::Interpolation;
-use crate::reference::twin::sums::DARK;
 
 /// What the optical depth of light that is gone is taken for.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
-/// One of the four below: (depth, value) of its nodes in use, depths rising, and how many of them have been passed.
-struct Below<'a> {
-    nodes: &'a [(f32, f32)],
-    passed: usize,
-}
-
-impl Below<'_> {
-    fn ahead(&self) -> f32 {
-        self.nodes.get(self.passed).map_or(f32::INFINITY, |node| node.0)
-    }
-
-    fn transmittance(&self, depth: f32, interpolation: Interpolation) -> f32 {
-        let Some(before) = self.passed.checked_sub(1).map(|i| self.nodes[i]) else { return 1.0 };
-        let value = match self.nodes.get(self.passed) {
-            Some(ahead) if ahead.0 > before.0 => {
-                let along = ((depth - before.0) / (ahead.0 - before.0)).clamp(0.0, 1.0);
-                before.1 * (1.0 - along) + ahead.1 * along
-            }
-            _ => before.1,
-        };
-        match interpolation {
-            Interpolation::Linear => value,
-            Interpolation::Exponential => (-value).exp(),
+/// What one of the four below, (depth, value) of its nodes in use, lets through there. Twin: curve_at.
+fn below_at(nodes: &[(f32, f32)], depth: f32, interpolation: Interpolation) -> f32 {
+    let passed = nodes.iter().filter(|node| node.0 <= depth).count();
+    let Some(before) = passed.checked_sub(1).map(|i| nodes[i]) else { return 1.0 };
+    let value = match nodes.get(passed) {
+        Some(ahead) if ahead.0 > before.0 => {
+            let along = ((depth - before.0) / (ahead.0 - before.0)).clamp(0.0, 1.0);
+            before.1 * (1.0 - along) + ahead.1 * along
         }
-    }
-}
-
-/// The mean of four curves, compressed; `build` is that of the map.
-pub fn merged(below: [&[(f32, f32)]; 4], build: Build) -> Curve {
-    let mut below = below.map(|nodes| Below { nodes, passed: 0 });
-    let mut curve = Curve::new(Build { work: build.nodes, turns: 0, ..build });
-    let unshadowed = if build.interpolation == Interpolation::Linear { 1.0 } else { 0.0 };
-    let mean = |below: &[Below; 4], depth: f32| {
-        let mean = below.iter().fold(0.0, |sum, one| sum + 0.25 * one.transmittance(depth, build.interpolation));
-        if mean < 1.0 { (-mean.max(1e-35).ln()).min(MAX_OPTICAL_DEPTH) } else { 0.0 }
+        _ => before.1,
     };
-    let mut last = 0.0f32;
-    while last < DARK {
-        let depth = below.iter().map(Below::ahead).fold(f32::INFINITY, f32::min);
-        let Some(i) = below.iter().position(|one| one.ahead() == depth && depth < f32::INFINITY) else { break };
-        let node = below[i].nodes[below[i].passed];
-        if below[i].passed == 0 && !curve.nodes().is_empty() && node.1 != unshadowed {
-            last = last.max(mean(&below, depth));
-            curve.append(depth, last);
-        }
-        let same = below[i].passed > 0 && below[i].nodes[below[i].passed - 1] == node;
-        below[i].passed += 1;
-        if !same {
-            last = last.max(mean(&below, depth));
-            curve.append(depth, last);
-        }
+    match interpolation {
+        Interpolation::Linear => value,
+        Interpolation::Exponential => (-value).exp(),
     }
-    curve.reduce();
+}
+
+/// How far into the range, 0 to 1, node `i` of `count` stands, by the means at the ends of even steps. Twin: node_place.
+fn node_place(means: &[f32], i: usize, count: usize) -> f32 {
+    let steps = means.len() - 1;
+    if i == 0 || i == count - 1 {
+        return if i == 0 { 0.0 } else { 1.0 };
+    }
+    let loss = means[0] - means[steps];
+    let wanted = i as f32 / (count - 1) as f32;
+    let mut before = 0.0;
+    for (k, mean) in means.iter().enumerate().skip(1) {
+        let depth = k as f32 / steps as f32;
+        let way = if loss > 0.0 { 0.5 * (depth + (means[0] - mean) / loss) } else { depth };
+        if way >= wanted {
+            return ((k - 1) as f32 + ((wanted - before) / (way - before)).clamp(0.0, 1.0)) / steps as f32;
+        }
+        before = way;
+    }
+    1.0
+}
+
+/// The mean of four curves at as many nodes as `build` has, that of the map.
+pub fn merged(below: [&[(f32, f32)]; 4], build: Build) -> Curve {
+    let Build { nodes: count, interpolation, .. } = build;
+    let mut curve = Curve::new(Build { work: count, turns: 0, ..build });
+    let unshadowed = if interpolation == Interpolation::Linear { 1.0 } else { 0.0 };
+    let casts = below.iter().filter(|nodes| nodes.last().is_some_and(|node| node.1 != unshadowed));
+    let depths = casts.flat_map(|nodes| nodes.iter().map(|node| node.0));
+    let [front, back] = depths.fold([f32::INFINITY, f32::NEG_INFINITY], |[a, b], depth| [a.min(depth), b.max(depth)]);
+    if front > back {
+        return curve;
+    }
+    let mean = |depth: f32| {
+        let sum = below.iter().fold(0.0, |sum, nodes| sum + 0.25 * below_at(nodes, depth, interpolation));
+        f32::min(sum, 1.0)
+    };
+    let at = |place: f32| front * (1.0 - place) + back * place;
+    let steps = if count < 8 { 16 } else { 2 * count };
+    let means: Vec<f32> = (0..=steps).map(|k| mean(at(k as f32 / steps as f32))).collect();
+    let mut last = 0.0f32;
+    for i in 0..count {
+        let depth = if i + 1 == count { back } else { at(node_place(&means, i, count)) };
+        let through = mean(depth);
+        last = last.max(if through < 1.0 { (-through.max(1e-35).ln()).min(MAX_OPTICAL_DEPTH) } else { 0.0 });
+        curve.append(depth, last);
+    }
     curve
 }
 
@@ -83,29 +91,48 @@ mod tests {
     }
 
     proptest! {
-        /// Behind all nodes, and wherever there is room for every node at these, it is the mean.
+        /// At its nodes and behind them it is the mean; in between it does not rise, and more nodes are nearer.
         #[test]
         fn it_is_the_mean(curves in curves()) {
-            let build = |nodes| Build { nodes, work: nodes, interpolation: Interpolation::Exponential, nudge: true, turns: 0 };
+            let interpolation = Interpolation::Exponential;
+            let build = |nodes| Build { nodes, work: nodes, interpolation, nudge: true, turns: 0 };
             let below = || [0, 1, 2, 3].map(|i| &curves[i][..]);
             let of = |depth: f32| {
-                let one = |nodes: &Vec<(f32, f32)>| {
-                    let mut curve = Below { nodes, passed: 0 };
-                    while curve.ahead() <= depth {
-                        curve.passed += 1;
-                    }
-                    f64::from(curve.transmittance(depth, Interpolation::Exponential))
-                };
-                curves.iter().map(one).sum::<f64>() / 4.0
+                let sum: f64 = below().iter().map(|nodes| f64::from(below_at(nodes, depth, interpolation))).sum();
+                sum / 4.0
             };
-            let (small, large) = (merged(below(), build(8)), merged(below(), build(64)));
-            for curve in [&small, &large] {
+            for count in [4, 8, 16] {
+                let curve = merged(below(), build(count));
                 prop_assert!((f64::from(curve.transmittance(2.0)) - of(2.0)).abs() < 1e-5);
-                prop_assert!(curve.nodes().windows(2).all(|n| n[0].0 <= n[1].0 && n[0].1 <= n[1].1 + 1e-6), "{curve:?}");
+                prop_assert!(curve.nodes().windows(2).all(|n| n[0].0 <= n[1].0 && n[0].1 <= n[1].1), "{curve:?}");
+                for (depth, value) in curve.nodes() {
+                    prop_assert!((f64::from((-value).exp()) - of(*depth)).abs() < 1e-5, "{curve:?} at {depth}");
+                }
             }
-            for (depth, _) in curves.iter().flatten() {
-                prop_assert!((f64::from(large.transmittance(*depth)) - of(*depth)).abs() < 1e-5, "at {depth}");
-            }
+            let off = |count| {
+                let curve = merged(below(), build(count));
+                (0..200).map(|i| (i as f32 + 0.5) / 200.0).map(|at| (f64::from(curve.transmittance(at)) - of(at)).abs()).sum::<f64>()
+            };
+            // Steps are told to a part of the range.
+            prop_assert!(off(256) <= off(8) + 1.0, "{} against {}", off(256), off(8));
         }
+    }
+
+    /// Four alike are what they are, where these are even from their front to their back; and strands of two alternating texels, one
+    /// dark and one clear, leave half of the light.
+    #[test]
+    fn closed_forms() {
+        let interpolation = Interpolation::Exponential;
+        let build = Build { nodes: 8, work: 8, interpolation, nudge: true, turns: 0 };
+        let slab = [(0.25, 0.0), (0.75, 3.0)];
+        let curve = merged([&slab; 4], build);
+        for i in 0..=100 {
+            let depth = i as f32 / 100.0;
+            let exact = (-3.0 * ((depth - 0.25) / 0.5).clamp(0.0, 1.0)).exp();
+            assert!((curve.transmittance(depth) - exact).abs() < 1e-6, "{depth}: {curve:?}");
+        }
+        let strand = [(0.5, 80.0)];
+        let curve = merged([&strand, &[], &strand, &[]], build);
+        assert_eq!([0.49, 0.5, 1.0].map(|depth| curve.transmittance(depth)), [1.0, 0.5, 0.5]);
     }
 }
