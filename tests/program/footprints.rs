@@ -62,7 +62,8 @@ fn footprints_are_beside_errors_of_points() {
     }
     let errors = || asked.clone().flat_map(|row| &row.footprints).map(|error| error.rms);
     let [least, most] = [errors().fold(1.0, f64::min), errors().fold(0.0, f64::max)];
-    let [below, above] = [labels.iter().map(|l| l.1).fold(1.0, f64::min), labels.iter().map(|l| l.1).fold(0.0, f64::max)];
+    let [below, above] =
+        [labels.iter().map(|l| l.1).fold(1.0, f64::min), labels.iter().map(|l| l.1).fold(0.0, f64::max)];
     assert!(below < 2.0 * least && above > most / 2.0, "{below} to {above} of {least} to {most}");
 }
 

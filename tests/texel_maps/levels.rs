@@ -54,7 +54,8 @@ impl Kept {
         for level in 1..LEVELS {
             let ([w, h], [width, height]) = (level_size(self.size, level - 1), level_size(self.size, level));
             let count = (width * height * self.maps) as usize;
-            let its: Vec<_> = self.coarser[first..first + count * words].chunks_exact(words).map(<[f32]>::to_vec).collect();
+            let its: Vec<_> =
+                self.coarser[first..first + count * words].chunks_exact(words).map(<[f32]>::to_vec).collect();
             for (i, found) in its.iter().enumerate() {
                 let [map, y, x] = [i as u32 / (width * height), i as u32 / width % height, i as u32 % width];
                 let four = [0, 1, 2, 3].map(|i| {

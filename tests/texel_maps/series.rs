@@ -186,7 +186,8 @@ impl<const N: usize> Twin<N> {
         let all: Vec<_> = words.chunks_exact(each).map(|words| self.stored(words)).collect();
         let (mut first, mut covered, mut astray) = (0, 0, 0);
         for level in 1..LEVELS {
-            let [[w, h], [width, height]] = [level - 1, level].map(|l| level_size([views[0].width, views[0].height], l));
+            let [[w, h], [width, height]] =
+                [level - 1, level].map(|l| level_size([views[0].width, views[0].height], l));
             let next = first + (w * h * maps) as usize;
             for i in 0..width * height * maps {
                 let [map, y, x] = [i / (width * height), i / width % height, i % width];

@@ -1,7 +1,8 @@
 #version 460
-// Builds levels of detail of all maps: a texel's curve is the mean transmittance of the four below it, at nodes between the first of
-// theirs and the last. These stand where depth and the loss of light, half and half, have gone on evenly: a thread a node, none of which
-// waits for another. What is past the map's edge, or has no casters, lets all light through. Source: ours.
+// Builds levels of detail of all maps: at the ends of even steps from the first node of the four texels below to their last, a texel has
+// the mean of their transmittance. Of those places its nodes are the ones between which interpolation errs least, by the sum of squares
+// over all of them: dynamic programming, a thread a place, so that no thread walks along curves by itself. What is past the map's edge, or
+// has no casters, lets all light through. Source: ours.
 // Inputs: maps, nodes of the level below, counts. Output: nodes of the levels. Twin: reference::twin::avsm::levels.
 // Invariant: at its nodes and behind them it is the mean of what the four have there, to what storing rounds.
 #include "maps/level_tile.glsl"
@@ -16,20 +17,31 @@ uvec2 curve_pair(uint i) { return nodes[i]; }
 #include "technique/avsm/store.glsl"
 #include "technique/avsm/read.glsl"
 
-// Where the loss of light is looked at before nodes are placed: as many even steps of depth.
-const uint STEPS = NODES < 8 ? 16u : 2u * uint(NODES);
+// Even steps: of 16 nodes all ends of them are nodes.
+const uint STEPS = NODES < 16 ? 16u : uint(NODES) - 1u;
+const uint ENDS = STEPS + 1u;
+const uint PAIRS = STEPS * ENDS / 2u;
 
-// Curves of the texels below, rows of the tile; of those that are made ranges, means at the ends of steps, and nodes.
-shared Node below_nodes[BELOW * MADE * NODES];
+// First the curves of the texels below, rows of the tile, depth and value of each node; then, of each texel that is made, what
+// the line between two ends costs.
+const uint BELOW_FLOATS = 2u * BELOW * MADE * uint(NODES);
+const uint SCRATCH = BELOW_FLOATS > MADE * PAIRS ? BELOW_FLOATS : MADE * PAIRS;
+shared float scratch[SCRATCH];
+// Of those that are made ranges, and means at the ends of steps, and these as nodes have them.
 shared vec2 ranges[MADE];
-shared float means[MADE * (STEPS + 1u)];
-shared Node made_nodes[MADE * NODES];
+shared float means[MADE * ENDS];
+shared float values[MADE * ENDS];
+// The least that a curve costs up to an end that is a node, and which ends its nodes are, a bit each; by turns.
+shared float costs[2u * MADE * ENDS];
+shared uint chosen[2u * MADE * ENDS];
 
 // Where the curve of texel i of the four below texel t begins.
 uint below_curve(LevelTile tile, uint t, uint i) {
     uvec2 at = below_texel(tile, t, i);
     return (at.y * 2u * tile.side + at.x) * uint(NODES);
 }
+
+Node below_node(uint i) { return Node(scratch[2u * i], scratch[2u * i + 1u]); }
 
 // All of the level below, decoded; a thread a node.
 void read_below(LevelTile tile) {
@@ -47,19 +59,20 @@ void read_below(LevelTile tile) {
         if (place != NONE) {
             node = texel_node(at, i % uint(NODES), curve_range(at));
         }
-        below_nodes[i] = node;
+        scratch[2u * i] = node.depth;
+        scratch[2u * i + 1u] = node.value;
     }
 }
 
 float curve_at(uint curve, float depth) {
     uint before = 0u;
     for (uint i = 0u; i < uint(NODES); ++i) {
-        before += uint(below_nodes[curve + i].depth <= depth);
+        before += uint(scratch[2u * (curve + i)] <= depth);
     }
     if (before == 0u) {
         return 1.0;
     }
-    Node near = below_nodes[curve + before - 1u], far = below_nodes[curve + min(before, uint(NODES) - 1u)];
+    Node near = below_node(curve + before - 1u), far = below_node(curve + min(before, uint(NODES) - 1u));
     float extent = far.depth - near.depth;
     float along = far.depth < EMPTY && extent > 0.0 ? clamp((depth - near.depth) / extent, 0.0, 1.0) : 0.0;
     return curve_transmittance(mix(near.value, far.value, along));
@@ -78,32 +91,77 @@ vec2 merged_range(LevelTile tile, uint t) {
     vec2 range = vec2(EMPTY, -EMPTY);
     for (uint i = 0u; i < BELOW; ++i) {
         uint curve = below_curve(tile, t, i);
-        bool casts = below_nodes[curve + uint(NODES) - 1u].value != curve_unshadowed();
+        bool casts = below_node(curve + uint(NODES) - 1u).value != curve_unshadowed();
         for (uint k = 0u; casts && k < uint(NODES); ++k) {
-            float depth = below_nodes[curve + k].depth;
+            float depth = below_node(curve + k).depth;
             range = depth < EMPTY ? vec2(min(range.x, depth), max(range.y, depth)) : range;
         }
     }
     return range;
 }
 
-// The place of node i in the range, 0 to 1: where so many of the nodes' parts of the way have been gone.
-float node_place(uint t, uint i) {
-    if (i == 0u || i == uint(NODES) - 1u) {
-        return i == 0u ? 0.0 : 1.0;
+// Whether anything below casts.
+bool makes_curve(uint t) { return ranges[t].x <= ranges[t].y; }
+
+float value_of(float mean) {
+    return !EXPONENTIAL ? mean : mean < 1.0 ? min(-log(max(mean, 1e-35)), MAX_OPTICAL_DEPTH) : 0.0;
+}
+
+// Sum of squares of what the line from end `from` to end `to` is off the means between them; `first` is the texel's first.
+float line_cost(uint first, uint from, uint to) {
+    float rise = (values[first + to] - values[first + from]) / float(to - from);
+    float left = means[first + from], factor = EXPONENTIAL ? exp(-rise) : 1.0, cost = 0.0;
+    for (uint k = from + 1u; k < to; ++k) {
+        left = EXPONENTIAL ? left * factor : left + rise;
+        cost += (left - means[first + k]) * (left - means[first + k]);
     }
-    uint first = t * (STEPS + 1u);
-    float begin = means[first], loss = begin - means[first + STEPS];
-    float wanted = float(i) / float(NODES - 1), before = 0.0;
-    for (uint k = 1u; k <= STEPS; ++k) {
-        float depth = float(k) / float(STEPS);
-        float way = loss > 0.0 ? 0.5 * (depth + (begin - means[first + k]) / loss) : depth;
-        if (way >= wanted) {
-            return (float(k - 1u) + clamp((wanted - before) / (way - before), 0.0, 1.0)) / float(STEPS);
+    return cost;
+}
+
+// The same of all light up to the first node.
+float front_cost(uint first, uint to) {
+    float cost = 0.0;
+    for (uint k = 0u; k < to; ++k) {
+        cost += (1.0 - means[first + k]) * (1.0 - means[first + k]);
+    }
+    return cost;
+}
+
+// Chooses nodes among the ends, of which the last is one: `chosen` has them.
+uint choose_nodes(uint count) {
+    uint thread = gl_LocalInvocationIndex, now = 0u;
+    for (uint i = thread; i < count * PAIRS; i += LEVEL_THREADS) {
+        // Pairs in the order of their second: (0, 1), (0, 2), (1, 2), and so on.
+        uint pair = i % PAIRS, to = uint(0.5 + sqrt(2.0 * float(pair) + 0.25));
+        if (makes_curve(i / PAIRS)) {
+            scratch[i] = line_cost(i / PAIRS * ENDS, pair - to * (to - 1u) / 2u, to);
         }
-        before = way;
     }
-    return 1.0;
+    for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
+        costs[i] = front_cost(i / ENDS * ENDS, i % ENDS);
+        chosen[i] = 1u << i % ENDS;
+    }
+    barrier();
+    [[dont_unroll]] for (uint node = 1u; node < uint(NODES); ++node) {
+        for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
+            uint t = i / ENDS, to = i % ENDS, before = now + t * ENDS, pairs = t * PAIRS + to * (to - 1u) / 2u;
+            // One more only where it helps.
+            float least = costs[now + i];
+            uint best = chosen[now + i];
+            for (uint from = 0u; from < to && makes_curve(t); ++from) {
+                float cost = costs[before + from] + scratch[pairs + from];
+                if (cost < least) {
+                    least = cost;
+                    best = chosen[before + from] | 1u << to;
+                }
+            }
+            costs[MADE * ENDS - now + i] = least;
+            chosen[MADE * ENDS - now + i] = best;
+        }
+        now = MADE * ENDS - now;
+        barrier();
+    }
+    return now;
 }
 
 void make_level(LevelTile tile) {
@@ -114,34 +172,36 @@ void make_level(LevelTile tile) {
         ranges[thread] = merged_range(tile, thread);
     }
     barrier();
-    for (uint i = thread; i < count * (STEPS + 1u); i += LEVEL_THREADS) {
-        uint t = i / (STEPS + 1u);
-        means[i] = mean_at(tile, t, mix(ranges[t].x, ranges[t].y, float(i % (STEPS + 1u)) / float(STEPS)));
+    for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
+        vec2 range = ranges[i / ENDS];
+        float along = float(i % ENDS) / float(STEPS);
+        means[i] = makes_curve(i / ENDS) ? mean_at(tile, i / ENDS, mix(range.x, range.y, along)) : 1.0;
+        values[i] = value_of(means[i]);
     }
     barrier();
-    for (uint i = thread; i < count * uint(NODES); i += LEVEL_THREADS) {
-        uint t = i / uint(NODES), k = i % uint(NODES);
-        vec2 range = ranges[t];
-        Node node = Node(EMPTY, curve_unshadowed());
-        if (range.x <= range.y) {
-            float depth = k + 1u == uint(NODES) ? range.y : mix(range.x, range.y, node_place(t, k));
-            float mean = mean_at(tile, t, depth);
-            node = Node(depth, !EXPONENTIAL ? mean : mean < 1.0 ? min(-log(max(mean, 1e-35)), MAX_OPTICAL_DEPTH) : 0.0);
-        }
-        made_nodes[i] = node;
+    uint now = 0u;
+    if (ENDS > uint(NODES)) {
+        now = choose_nodes(count);
     }
-    barrier();
     uint place = thread < count ? made_place(tile, thread) : NONE;
     if (place == NONE) {
         return;
     }
-    Node curve[NODES];
+    vec2 range = ranges[thread];
+    bool any_node = makes_curve(thread);
+    uint ends = ENDS > uint(NODES) ? chosen[now + thread * ENDS + STEPS] : (1u << ENDS) - 1u;
+    Node curve[NODES], last = Node(EMPTY, curve_unshadowed());
     [[unroll]] for (int i = 0; i < NODES; ++i) {
-        curve[i] = made_nodes[thread * uint(NODES) + uint(i)];
-        // Means round.
-        if (i > 0) {
-            curve[i].value = EXPONENTIAL ? max(curve[i].value, curve[i - 1].value) : min(curve[i].value, curve[i - 1].value);
+        last.depth = EMPTY;
+        if (any_node && ends != 0u) {
+            uint end = uint(findLSB(ends));
+            ends &= ends - 1u;
+            float value = values[thread * ENDS + end];
+            // Means round.
+            value = EXPONENTIAL ? max(value, last.value) : min(value, last.value);
+            last = Node(mix(range.x, range.y, float(end) / float(STEPS)), value);
         }
+        curve[i] = last;
     }
     store_curve(place, curve);
 }

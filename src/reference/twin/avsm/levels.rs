@@ -23,24 +23,37 @@ fn below_at(nodes: &[(f32, f32)], depth: f32, interpolation: Interpolation) -> f
     }
 }
 
-/// How far into the range, 0 to 1, node `i` of `count` stands, by the means at the ends of even steps. Twin: node_place.
-fn node_place(means: &[f32], i: usize, count: usize) -> f32 {
-    let steps = means.len() - 1;
-    if i == 0 || i == count - 1 {
-        return if i == 0 { 0.0 } else { 1.0 };
+/// Even steps between whose ends nodes are chosen. Twin: STEPS.
+fn steps(nodes: usize) -> usize {
+    if nodes < 16 { 16 } else { nodes - 1 }
+}
+
+/// Which ends are nodes, the last among them, at most `count`, so that what is between two is off the means by the least sum of squares; and
+/// that sum. Twin: choose_nodes.
+fn chosen(means: &[f32], values: &[f32], count: usize, through: impl Fn(f32) -> f32) -> (Vec<usize>, f32) {
+    let line = |from: usize, to: usize| {
+        let off = |k: usize| {
+            let along = (k - from) as f32 / (to - from) as f32;
+            through(values[from] * (1.0 - along) + values[to] * along) - means[k]
+        };
+        (from + 1..to).map(|k| off(k).powi(2)).sum::<f32>()
+    };
+    let front = |to: usize| means[..to].iter().map(|mean| (1.0 - mean).powi(2)).sum::<f32>();
+    let mut best: Vec<(Vec<usize>, f32)> = (0..means.len()).map(|to| (vec![to], front(to))).collect();
+    for _ in 1..count {
+        let next = |to: usize| {
+            let mut least = best[to].clone();
+            for from in 0..to {
+                let cost = best[from].1 + line(from, to);
+                if cost < least.1 {
+                    least = ([&best[from].0[..], &[to]].concat(), cost);
+                }
+            }
+            least
+        };
+        best = (0..means.len()).map(next).collect();
     }
-    let loss = means[0] - means[steps];
-    let wanted = i as f32 / (count - 1) as f32;
-    let mut before = 0.0;
-    for (k, mean) in means.iter().enumerate().skip(1) {
-        let depth = k as f32 / steps as f32;
-        let way = if loss > 0.0 { 0.5 * (depth + (means[0] - mean) / loss) } else { depth };
-        if way >= wanted {
-            return ((k - 1) as f32 + ((wanted - before) / (way - before)).clamp(0.0, 1.0)) / steps as f32;
-        }
-        before = way;
-    }
-    1.0
+    best.swap_remove(means.len() - 1)
 }
 
 /// The mean of four curves at as many nodes as `build` has, that of the map.
@@ -58,17 +71,45 @@ pub fn merged(below: [&[(f32, f32)]; 4], build: Build) -> Curve {
         let sum = below.iter().fold(0.0, |sum, nodes| sum + 0.25 * below_at(nodes, depth, interpolation));
         f32::min(sum, 1.0)
     };
-    let at = |place: f32| front * (1.0 - place) + back * place;
-    let steps = if count < 8 { 16 } else { 2 * count };
-    let means: Vec<f32> = (0..=steps).map(|k| mean(at(k as f32 / steps as f32))).collect();
+    let steps = steps(count);
+    let depth = |end: usize| {
+        let along = end as f32 / steps as f32;
+        front * (1.0 - along) + back * along
+    };
+    let means: Vec<f32> = (0..=steps).map(|end| mean(depth(end))).collect();
+    let optical_depth = |mean: &f32| if *mean < 1.0 { (-mean.max(1e-35).ln()).min(MAX_OPTICAL_DEPTH) } else { 0.0 };
+    let optical_depths: Vec<f32> = means.iter().map(optical_depth).collect();
+    let ends = match interpolation {
+        _ if count > steps => (0..=steps).collect(),
+        Interpolation::Linear => chosen(&means, &means, count, |value| value).0,
+        Interpolation::Exponential => chosen(&means, &optical_depths, count, |value| (-value).exp()).0,
+    };
     let mut last = 0.0f32;
-    for i in 0..count {
-        let depth = if i + 1 == count { back } else { at(node_place(&means, i, count)) };
-        let through = mean(depth);
-        last = last.max(if through < 1.0 { (-through.max(1e-35).ln()).min(MAX_OPTICAL_DEPTH) } else { 0.0 });
-        curve.append(depth, last);
+    for end in ends {
+        last = last.max(optical_depths[end]);
+        curve.append(depth(end), last);
     }
     curve
+}
+
+/// Sum of squares of what a curve is off the mean of the four at the ends of even steps, from the first of their nodes to the last, which is
+/// what `merged` makes least of all curves whose nodes are among these ends.
+pub fn cost(below: [&[(f32, f32)]; 4], build: Build, transmittance: impl Fn(f32) -> f32) -> f32 {
+    let unshadowed = if build.interpolation == Interpolation::Linear { 1.0 } else { 0.0 };
+    let casts = below.iter().filter(|nodes| nodes.last().is_some_and(|node| node.1 != unshadowed));
+    let depths = casts.flat_map(|nodes| nodes.iter().map(|node| node.0));
+    let [front, back] = depths.fold([f32::INFINITY, f32::NEG_INFINITY], |[a, b], depth| [a.min(depth), b.max(depth)]);
+    if front > back {
+        return 0.0;
+    }
+    let steps = steps(build.nodes);
+    let off = |end: usize| {
+        let along = end as f32 / steps as f32;
+        let depth = front * (1.0 - along) + back * along;
+        let mean = below.iter().fold(0.0, |sum, nodes| sum + 0.25 * below_at(nodes, depth, build.interpolation));
+        (transmittance(depth) - mean).powi(2)
+    };
+    (0..=steps).map(off).sum()
 }
 
 #[cfg(test)]
@@ -91,7 +132,7 @@ mod tests {
     }
 
     proptest! {
-        /// At its nodes and behind them it is the mean; in between it does not rise, and more nodes are nearer.
+        /// At its nodes and behind them it is the mean, and in between it does not rise.
         #[test]
         fn it_is_the_mean(curves in curves()) {
             let interpolation = Interpolation::Exponential;
@@ -109,13 +150,27 @@ mod tests {
                     prop_assert!((f64::from((-value).exp()) - of(*depth)).abs() < 1e-5, "{curve:?} at {depth}");
                 }
             }
-            let off = |count| {
-                let curve = merged(below(), build(count));
-                (0..200).map(|i| (i as f32 + 0.5) / 200.0).map(|at| (f64::from(curve.transmittance(at)) - of(at)).abs()).sum::<f64>()
-            };
-            // Steps are told to a part of the range.
-            prop_assert!(off(256) <= off(8) + 1.0, "{} against {}", off(256), off(8));
+            // No curve of as many nodes among these ends is nearer: not that of even ones, nor that of another choice.
+            let build = build(8);
+            let curve = merged(below(), build);
+            let its = cost(below(), build, |depth| curve.transmittance(depth));
+            if let Some((front, back)) = curve.nodes().last().map(|last| (range_front(&curves), last.0)) {
+                for step in [2usize, 3, 5] {
+                    let mut other = Curve::new(build);
+                    for end in (0..16).step_by(step).take(7).chain([16]) {
+                        let depth = front * (1.0 - end as f32 / 16.0) + back * (end as f32 / 16.0);
+                        other.append(depth, -(of(depth).max(1e-35).ln()) as f32);
+                    }
+                    let others = cost(below(), build, |depth| other.transmittance(depth));
+                    prop_assert!(its <= others + 1e-5, "{its} against {others} of every {step}");
+                }
+            }
         }
+    }
+
+    fn range_front(curves: &[Vec<(f32, f32)>; 4]) -> f32 {
+        let casts = curves.iter().filter(|nodes| nodes.last().is_some_and(|node| node.1 > 0.0));
+        casts.map(|nodes| nodes[0].0).fold(f32::INFINITY, f32::min)
     }
 
     /// Four alike are what they are, where these are even from their front to their back; and strands of two alternating texels, one
