@@ -1,4 +1,5 @@
-// A look-up through texels of sums and their levels of detail. A technique includes how it reads them besides.
+// A look-up through texels of sums and their levels of detail. A technique includes how it reads them besides, and has
+// texel_transmittance ask words_transmittance.
 #ifndef MAPS_SUMS_LOOK_UP_GLSL
 #define MAPS_SUMS_LOOK_UP_GLSL
 #define MAP_TRANSMITTANCE leveled_transmittance
@@ -8,8 +9,4 @@
 layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityWords { uint visibility_words[]; };
 
 uint kept_word(uint i) { return visibility_words[i]; }
-
-float texel_transmittance(LookUp l, ivec2 texel) {
-    return words_transmittance(texel_place(l, texel) * texel_words(), l.depth);
-}
 #endif

@@ -7,3 +7,7 @@
 // flat: bindings 104, constants 208: COEFFICIENTS SUM_RANGE SUM_STORAGE FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #include "maps/sums/look_up.glsl"
 #include "technique/fourier/read.glsl"
+
+float texel_transmittance(LookUp l, ivec2 texel) {
+    return words_transmittance(texel_place(l, texel) * texel_words(), l.depth);
+}

@@ -7,3 +7,7 @@
 // flat: bindings 96, constants 192: PLANES SUM_RANGE SUM_STORAGE FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #include "maps/sums/look_up.glsl"
 #include "technique/layers/read.glsl"
+
+float texel_transmittance(LookUp l, ivec2 texel) {
+    return words_transmittance(texel_place(l, texel) * texel_words(), l.depth);
+}

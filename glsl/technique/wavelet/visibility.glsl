@@ -8,3 +8,7 @@
 // flat: bindings 120, constants 240: MEANS SUM_RANGE SUM_STORAGE FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
 #include "maps/sums/look_up.glsl"
 #include "technique/wavelet/read.glsl"
+
+float texel_transmittance(LookUp l, ivec2 texel) {
+    return words_transmittance(texel_place(l, texel) * texel_words(), l.depth);
+}
