@@ -127,38 +127,44 @@ float front_cost(uint first, uint to) {
     return cost;
 }
 
+// Where the line between two ends is among a texel's: (0, 1), (0, 2), (1, 2), and so on.
+uint line_place(uint from, uint to) { return to * (to - 1u) / 2u + from; }
+
 // Chooses nodes among the ends, of which the last is one: `chosen` has them.
 uint choose_nodes(uint count) {
     uint thread = gl_LocalInvocationIndex, now = 0u;
+    // Neighbouring threads have lines of the same length, the longest first, and ends as far on.
     for (uint i = thread; i < count * PAIRS; i += LEVEL_THREADS) {
-        // Pairs in the order of their second: (0, 1), (0, 2), (1, 2), and so on.
-        uint pair = i % PAIRS, to = uint(0.5 + sqrt(2.0 * float(pair) + 0.25));
-        if (makes_curve(i / PAIRS)) {
-            scratch[i] = line_cost(i / PAIRS * ENDS, pair - to * (to - 1u) / 2u, to);
+        uint t = i / PAIRS, pair = i % PAIRS, shorter = uint(0.5 * (sqrt(8.0 * float(pair) + 1.0) - 1.0) + 1e-3);
+        uint from = pair - shorter * (shorter + 1u) / 2u, to = from + STEPS - shorter;
+        if (makes_curve(t)) {
+            scratch[t * PAIRS + line_place(from, to)] = line_cost(t * ENDS, from, to);
         }
     }
     for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
-        costs[i] = front_cost(i / ENDS * ENDS, i % ENDS);
-        chosen[i] = 1u << i % ENDS;
+        uint first = i % count * ENDS, to = i / count;
+        costs[first + to] = front_cost(first, to);
+        chosen[first + to] = 1u << to;
     }
     barrier();
     [[dont_unroll]] for (uint node = 1u; node < uint(NODES); ++node) {
+        uint next = MADE * ENDS - now;
         for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
-            uint t = i / ENDS, to = i % ENDS, before = now + t * ENDS, pairs = t * PAIRS + to * (to - 1u) / 2u;
+            uint t = i % count, to = i / count, before = now + t * ENDS, lines = t * PAIRS + line_place(0u, to);
             // One more only where it helps.
-            float least = costs[now + i];
-            uint best = chosen[now + i];
+            float least = costs[before + to];
+            uint best = chosen[before + to];
             for (uint from = 0u; from < to && makes_curve(t); ++from) {
-                float cost = costs[before + from] + scratch[pairs + from];
+                float cost = costs[before + from] + scratch[lines + from];
                 if (cost < least) {
                     least = cost;
                     best = chosen[before + from] | 1u << to;
                 }
             }
-            costs[MADE * ENDS - now + i] = least;
-            chosen[MADE * ENDS - now + i] = best;
+            costs[next + t * ENDS + to] = least;
+            chosen[next + t * ENDS + to] = best;
         }
-        now = MADE * ENDS - now;
+        now = next;
         barrier();
     }
     return now;

@@ -43,10 +43,10 @@ fn chosen(means: &[f32], values: &[f32], count: usize, through: impl Fn(f32) -> 
     for _ in 1..count {
         let next = |to: usize| {
             let mut least = best[to].clone();
-            for from in 0..to {
-                let cost = best[from].1 + line(from, to);
+            for (from, (ends, before)) in best.iter().enumerate().take(to) {
+                let cost = before + line(from, to);
                 if cost < least.1 {
-                    least = ([&best[from].0[..], &[to]].concat(), cost);
+                    least = ([&ends[..], &[to]].concat(), cost);
                 }
             }
             least
