@@ -8,6 +8,9 @@ mod support;
 #[path = "texel_maps/layers.rs"]
 mod layers;
 
+#[path = "texel_maps/levels.rs"]
+mod levels;
+
 #[path = "texel_maps/series.rs"]
 mod series;
 

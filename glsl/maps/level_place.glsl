@@ -3,6 +3,8 @@
 #ifndef MAPS_LEVEL_PLACE_GLSL
 #define MAPS_LEVEL_PLACE_GLSL
 
+CONSTANT(uint, LEVELS, 1u)  // levels of detail, the map itself among them
+
 // Texels a side of a level of a map of so many.
 uvec2 level_size(uvec2 size, uint level) { return (size + (1u << level) - 1u) >> level; }
 

@@ -8,8 +8,6 @@
 #include "maps/level_place.glsl"
 #include "maps/look_up.glsl"
 
-CONSTANT(uint, LEVELS, 1u)  // levels of detail, the map itself among them
-
 // How wide it is what light is asked for, as a pixel is, across the light, world units; 0: a point.
 float look_up_footprint = 0.0;
 
@@ -19,6 +17,11 @@ const float LEVEL_BIAS = -0.5;
 // Place of a texel of the look-up among those of all maps and levels.
 uint texel_place(LookUp l, ivec2 texel) {
     return l.first + (l.map * l.view.height + uint(texel.y)) * l.view.width + uint(texel.x);
+}
+
+// The same among those of coarser levels alone.
+uint coarser_place(LookUp l, ivec2 texel) {
+    return texel_place(l, texel) - look_up_maps[0].volume.width * look_up_maps[0].volume.height * look_up_maps.length();
 }
 
 // The level whose texels are as wide as the footprint, where the point is.

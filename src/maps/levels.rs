@@ -1,14 +1,17 @@
 //! Levels of detail of maps, for what is wider than a texel: each texel is made of the four below it. Where they stand:
-//! glsl/maps/level_place.glsl.
+//! glsl/maps/level_place.glsl; how they are made: glsl/maps/level_tile.glsl.
 
 use super::{Maps, TILE_TEXELS};
 use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context, Kernel, Shader, push_struct};
 
 push_struct! {
-    /// Twin: LevelPush in glsl/maps/curve/levels.comp and glsl/technique/layers/levels.comp.
+    /// The first level that is made. Twin: LevelPush in glsl/maps/level_tile.glsl.
     struct LevelPush { level: u32 }
 }
+
+/// Levels that a workgroup makes of a tile, one of the other. Twin: LEVELS_A_PASS in glsl/maps/level_tile.glsl.
+const LEVELS_A_PASS: usize = 3;
 
 /// Texels a side of a level of a map. Twin: level_size.
 pub fn level_size(size: [u32; 2], level: u32) -> [u32; 2] {
@@ -21,16 +24,22 @@ pub fn level_texels(maps: &Maps, level: u32) -> u64 {
     x * y * u64::from(maps.count())
 }
 
-/// The pass that makes them, one level after the other.
+/// Texels of all levels but the map itself, of so many levels, of all maps.
+pub fn coarser_texels(maps: &Maps, levels: u32) -> u64 {
+    (1..levels).map(|level| level_texels(maps, level)).sum()
+}
+
+/// The passes that make them, some levels each.
 pub struct Levels {
     label: &'static str,
     kernel: Kernel<LevelPush>,
-    /// Workgroups of each.
-    groups: Vec<[u32; 3]>,
+    /// The first level of each, and its workgroups.
+    passes: Vec<(u32, [u32; 3])>,
 }
 
 impl Levels {
-    /// Makes so many, the map itself among them; none where it is alone. `shader` makes a texel a thread, 8 × 8 a workgroup, the map in z.
+    /// Makes so many, the map itself among them; none where it is alone. `shader`: glsl/maps/level_tile.glsl; `constants` say
+    /// how many too.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the driver rejects the shader.
@@ -46,18 +55,18 @@ impl Levels {
         if count == 1 {
             return Ok(None);
         }
-        let group = |level| {
-            let [x, y] = level_size(maps.size(), level).map(|texels| texels.div_ceil(TILE_TEXELS));
-            [x, y, maps.count()]
+        let pass = |level: u32| {
+            let [x, y] = level_size(maps.size(), level - 1).map(|texels| texels.div_ceil(TILE_TEXELS));
+            (level, [x, y, maps.count()])
         };
         let kernel = Kernel::compute(context, shader, sets, constants)?;
-        Ok(Some(Self { label, kernel, groups: (1..count).map(group).collect() }))
+        Ok(Some(Self { label, kernel, passes: (1..count).step_by(LEVELS_A_PASS).map(pass).collect() }))
     }
 
     /// Makes all of them of the map.
     pub fn record(&self, commands: &mut Commands) {
-        for (level, groups) in (1..).zip(&self.groups) {
-            commands.pass(self.label, |pass| pass.dispatch(&self.kernel, &LevelPush { level }, *groups));
+        for (level, groups) in &self.passes {
+            commands.pass(self.label, |pass| pass.dispatch(&self.kernel, &LevelPush { level: *level }, *groups));
         }
     }
 }

@@ -2,11 +2,11 @@
 //! glsl/maps/sums/.
 
 use super::texels::TexelPasses;
-use super::{Bins, DrawingOrder, Entries, Levels, Maps, Splat, SplatPush, TexelWay, Use, level_texels, stacked};
+use super::{Bins, DrawingOrder, Entries, Levels, Maps, Splat, SplatPush, TexelWay, Use, coarser_texels, stacked};
 use crate::gpu::{
     Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, Resource, Shader, Target,
 };
-use crate::shaders::constant::{LEVELS, SUM_RANGE};
+use crate::shaders::constant::SUM_RANGE;
 use crate::shaders::{self, set};
 use crate::world::World;
 use crate::{Error, Result};
@@ -16,8 +16,8 @@ const MOST_TARGETS: u32 = 8;
 
 /// What makes them. The constants that they are made with say what SUM_RANGE is.
 pub struct SumKernels<'a> {
-    /// Labels of the binned pass, of the one that draws, and of the one that keeps what was drawn.
-    pub labels: [&'static str; 3],
+    /// Labels of the binned pass, of the one that draws, of the one that keeps what was drawn, and of those that make levels of detail.
+    pub labels: [&'static str; 4],
     /// Sums of a texel, at most 32.
     pub sums: u32,
     /// Words of a texel, as the technique packs its sums.
@@ -28,6 +28,10 @@ pub struct SumKernels<'a> {
     pub raster: [&'a Shader; 4],
     /// Keeps what was drawn: maps/sums/pack.glsl.
     pub pack: &'a Shader,
+    /// Makes levels of detail: maps/sums/levels.glsl.
+    pub levels: &'a Shader,
+    /// How many there are, the map itself among them. The constants say so too.
+    pub level_count: u32,
 }
 
 /// The texels' words, map after map, and the way to them.
@@ -35,8 +39,8 @@ pub struct Sums {
     /// What look-ups fetch.
     pub words: Buffer,
     way: Way,
-    /// What makes coarser levels behind them, of which the constants say how many there are.
-    pub levels: Option<Levels>,
+    /// What makes coarser levels behind them.
+    levels: Option<Levels>,
 }
 
 enum Way {
@@ -71,9 +75,8 @@ impl Sums {
         constants: &Constants,
     ) -> Result<Self> {
         let label = kernels.labels[0];
-        let levels = constants.word(LEVELS.id()).unwrap_or(1);
-        let coarser: u64 = (1..levels).map(|level| level_texels(maps, level)).sum();
-        let bytes = 4 * u64::from(kernels.words) * (maps.texels() + coarser);
+        let count = kernels.level_count;
+        let bytes = 4 * u64::from(kernels.words) * (maps.texels() + coarser_texels(maps, count));
         let words = Buffer::new(context, label, bytes, Memory::Device)?;
         let way = match way {
             TexelWay::Raster => Way::Raster(Raster::new(context, world, maps, &words, kernels, constants)?),
@@ -86,7 +89,9 @@ impl Sums {
                 Way::Binned { bins, kernel, label }
             }
         };
-        Ok(Self { words, way, levels: None })
+        let sets = [maps.scene(), &set::MapsLevelSums { sum_words: &words }.bind(context, kernels.labels[3])?];
+        let levels = Levels::new(context, kernels.labels[3], maps, count, kernels.levels, &sets, constants)?;
+        Ok(Self { words, way, levels })
     }
 }
 
@@ -99,7 +104,7 @@ impl Raster {
         kernels: &SumKernels,
         constants: &Constants,
     ) -> Result<Self> {
-        let [_, label, packs] = kernels.labels;
+        let [_, label, packs, _] = kernels.labels;
         let count = kernels.sums.div_ceil(4).next_power_of_two().min(MOST_TARGETS);
         let has = context.features().max_color_attachments;
         if has < count {
@@ -188,8 +193,8 @@ impl TexelPasses for Sums {
         if let Way::Binned { bins, .. } = &self.way { Some(bins) } else { None }
     }
 
-    fn kept(&self) -> Resource {
-        Resource::Buffer(self.words.clone())
+    fn kept(&self) -> Vec<Resource> {
+        vec![Resource::Buffer(self.words.clone())]
     }
 
     fn bytes(&self) -> [u64; 2] {

@@ -1,8 +1,10 @@
 //! An image of one texel a ray, for techniques that keep so little of a ray that blending makes it, or one workgroup a tile.
 
-use super::{Bins, DrawingOrder, Entries, Maps, Splat, SplatPush, Use, stacked};
+use super::{Bins, DrawingOrder, Entries, Levels, Maps, Splat, SplatPush, Use, coarser_texels, stacked};
 use crate::Result;
-use crate::gpu::{Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Shader, Target};
+use crate::gpu::{
+    Blend, Buffer, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Memory, Resource, Shader, Target,
+};
 use crate::shaders::set;
 use crate::world::World;
 
@@ -17,8 +19,8 @@ pub enum TexelWay {
 
 /// What makes them.
 pub struct TexelKernels<'a> {
-    /// Labels of the raster and of the binned pass.
-    pub labels: [&'static str; 2],
+    /// Labels of the raster pass, of the binned one, and of those that make levels of detail.
+    pub labels: [&'static str; 3],
     /// The format of the image.
     pub format: Format,
     /// Draws a caster (maps/splat.glsl).
@@ -29,6 +31,12 @@ pub struct TexelKernels<'a> {
     pub empty: [f32; 4],
     /// Writes a tile's texels: maps/bins/part.glsl, the image as set 2.
     pub binned: &'a Shader,
+    /// Makes levels of detail: maps/image_levels.glsl.
+    pub levels: &'a Shader,
+    /// How many there are, the map itself among them. The constants say so too.
+    pub level_count: u32,
+    /// Words of a texel of a coarser level.
+    pub level_words: u32,
 }
 
 /// What makes the texels of all maps, in one way or another, and keeps them.
@@ -48,8 +56,8 @@ pub trait TexelPasses {
     /// The bins, where they are made from them.
     fn bins(&self) -> Option<&Bins>;
 
-    /// What look-ups fetch, at binding 3.
-    fn kept(&self) -> Resource;
+    /// What look-ups fetch, from binding 3 on.
+    fn kept(&self) -> Vec<Resource>;
 
     /// Bytes of that, and those needed only while building, without the bins'.
     fn bytes(&self) -> [u64; 2];
@@ -59,6 +67,9 @@ pub trait TexelPasses {
 pub struct Texels {
     /// What look-ups fetch.
     pub image: Image,
+    /// The texels of coarser levels (maps/image_levels.glsl); a stand-in where there are none.
+    pub coarser: Buffer,
+    levels: Option<Levels>,
     way: Way,
 }
 
@@ -82,7 +93,7 @@ impl Texels {
         kernels: &TexelKernels,
         constants: &Constants,
     ) -> Result<Self> {
-        let [raster, binned] = kernels.labels;
+        let [raster, binned, labelled] = kernels.labels;
         let size = stacked(context, raster, maps.size(), maps.count())?;
         let usage = if way == TexelWay::Raster { ImageUse::Color } else { ImageUse::Storage };
         let image = Image::new(context, raster, kernels.format, size, usage)?;
@@ -106,7 +117,12 @@ impl Texels {
                 Way::Binned { bins, kernel, label: binned }
             }
         };
-        Ok(Self { image, way })
+        let words = u64::from(kernels.level_words) * coarser_texels(maps, kernels.level_count);
+        let coarser = Buffer::new(context, labelled, 4 * words.max(1), Memory::Device)?;
+        let set = set::MapsImageLevels { texels: &image, level_words: &coarser }.bind(context, labelled)?;
+        let sets = [maps.scene(), &set];
+        let levels = Levels::new(context, labelled, maps, kernels.level_count, kernels.levels, &sets, constants)?;
+        Ok(Self { image, coarser, levels, way })
     }
 }
 
@@ -127,6 +143,9 @@ impl TexelPasses for Texels {
                 commands.pass(label, |pass| bins.per_part(pass, kernel, &()));
             }
         }
+        if let Some(levels) = &self.levels {
+            levels.record(commands);
+        }
         Ok(())
     }
 
@@ -138,11 +157,11 @@ impl TexelPasses for Texels {
         if let Way::Binned { bins, .. } = &self.way { Some(bins) } else { None }
     }
 
-    fn kept(&self) -> Resource {
-        Resource::Texture(self.image.clone())
+    fn kept(&self) -> Vec<Resource> {
+        vec![Resource::Texture(self.image.clone()), Resource::Buffer(self.coarser.clone())]
     }
 
     fn bytes(&self) -> [u64; 2] {
-        [self.image.bytes(), 0]
+        [self.image.bytes() + if self.levels.is_some() { self.coarser.bytes() } else { 0 }, 0]
     }
 }

@@ -3,6 +3,7 @@
 use crate::measure::{FOOTPRINTS, Results, Row};
 use crate::report::colours::COLOURS;
 use crate::report::pareto::scenes;
+use crate::report::series::{range_with_air, ticks};
 use crate::report::wording::{Specs, one_line, shortened};
 use plotters::prelude::*;
 
@@ -32,22 +33,24 @@ fn draw(svg: &mut String, panels: &[(String, Vec<&Row>)], specs: &Specs) -> Resu
     root.fill(&WHITE)?;
     for ((scene, rows), area) in panels.iter().zip(root.split_evenly((panels.len().max(1), 1))) {
         let errors = rows.iter().flat_map(|row| &row.footprints).map(|error| error.rms.max(LEAST));
-        let (least, most) = errors.fold((1.0f64, LEAST), |(low, high), e| (low.min(e), high.max(e)));
+        let range = range_with_air(errors).unwrap_or((LEAST, 1.0));
+        let labelled = ticks(range).into_iter().filter(|(_, labelled)| *labelled).map(|(value, _)| value).collect();
         let (first, last) = (FOOTPRINTS[0], FOOTPRINTS[FOOTPRINTS.len() - 1]);
+        let errors_axis = (range.0..range.1).log_scale().with_key_points(labelled);
         let (area, legend) = area.split_horizontally(WIDTH * 6 / 10);
         let mut chart = ChartBuilder::on(&area)
             .caption(format!("{scene}: error against what squares see"), ("sans-serif", 16))
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(60)
-            .build_cartesian_2d((first..last).log_scale().base(4.0), (0.8 * least..1.25 * most).log_scale())?;
+            .build_cartesian_2d((first..last).log_scale().base(4.0), errors_axis)?;
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
             .x_desc("side of the square, texels of a fitted map of 256²")
             .y_desc("root mean square")
             .x_label_formatter(&|x| if *x < 1.0 { format!("1/{:.0}", 1.0 / x) } else { format!("{x:.0}") })
-            .y_label_formatter(&|y| format!("{y:.3}"))
+            .y_label_formatter(&|y| y.to_string())
             .label_style(("sans-serif", 13))
             .draw()?;
         for (i, row) in rows.iter().enumerate() {

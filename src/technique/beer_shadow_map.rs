@@ -22,11 +22,11 @@
 //! ```
 
 use super::keys::{Name, words};
-use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
-use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
+use super::settings::{Keyed, Setting};
+use super::texel_map::{BINNED, RASTER, TexelMap, texel_settings};
 use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
 use crate::gpu::{Blend, Constants, Context, Format};
-use crate::maps::{Filter, FilterKind, OpaqueWay, TexelKernels, TexelWay, Texels};
+use crate::maps::{TexelKernels, TexelWay, Texels};
 use crate::shaders::constant::WEIGHTED_FRONT;
 use crate::shaders::{beer_shadow_map as shaders, folder};
 use crate::world::World;
@@ -42,31 +42,12 @@ words! {
     }
 }
 
-settings! {
-    /// What there is to set.
-    #[derive(Copy)]
-    pub struct Settings {
-        /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where the device
-        /// can.
-        path: Option<TexelWay> = PATH;
-        /// Where a texel's medium begins.
-        front: Front = Setting::word(
-            "first",
-            "the medium begins at the first caster, or at the mean depth of what takes light (needs path=binned)",
-        );
-        /// Texels a side of a light's map, 1 to 16,384.
-        size: u32 = SIZE;
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Casters and tiles that no look-up misses are left out.
-        skip: bool = SKIP;
-    }
+texel_settings! {
+    /// Where a texel's medium begins.
+    front: Front = Setting::word(
+        "first",
+        "the medium begins at the first caster, or at the mean depth of what takes light (needs path=binned)",
+    );
 }
 
 /// For the registry.
@@ -81,7 +62,7 @@ pub const ENTRY: Entry = Entry {
     runs: Runs {
         compare: &["path=raster|binned"],
         on_cpu: &[(Name::SIZE, "64")],
-        stress_smoke: &["size=32,path=raster|binned", "size=32,path=binned,front=weighted"],
+        stress_smoke: &["size=32,path=raster|binned", "size=32,path=binned,front=weighted,levels=3"],
         ..Runs::NONE
     },
     open: |context, world, spec| Ok(Box::new(BeerShadowMap::new(context, world, &spec.settings())?)),
@@ -98,20 +79,23 @@ impl BeerShadowMap {
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { path, front, size, filter: kind, radius, opaque, skip } = *settings;
+        let Settings { path, front, .. } = *settings;
         if front == Front::Weighted && path == Some(TexelWay::Raster) {
             // What a caster weighs follows from the ends of all.
             return Err(Error::Refused { needs: "path=binned, for front=weighted".into() });
         }
         let constants = Constants::new().set(WEIGHTED_FRONT, front == Front::Weighted);
-        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
+        let common = settings.common(constants);
         let kernels = TexelKernels {
-            labels: ["beer_shadow_map.blend", "beer_shadow_map.collect"],
+            labels: ["beer_shadow_map.blend", "beer_shadow_map.collect", "beer_shadow_map.levels"],
             format: Format::R16G16B16A16_SFLOAT,
             fragment: &shaders::BLEND_FRAG,
             blend: Blend::MaxAndAdd,
             empty: [0.0; 4],
             binned: &shaders::COLLECT,
+            levels: &shaders::LEVELS,
+            level_count: settings.levels,
+            level_words: 3,
         };
         Self::open(context, world, &ENTRY, (settings, common), folder::BEER_SHADOW_MAP, |maps, way, skip, constants| {
             Texels::new(context, world, maps, way, skip, &kernels, constants)

@@ -22,14 +22,15 @@
 //! ```
 
 use super::keys::{Name, words};
-use super::settings::{FILTER, Keyed, LEVELS, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
-use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
-use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
+use super::settings::{Keyed, Setting};
+use super::sums::{PATHS, promises, sum_kernels};
+use super::texel_map::{TexelMap, texel_settings};
+use super::{Casts, Entry, Lifetime, Runs};
 use crate::Result;
-use crate::gpu::{Constants, Context, Requirement};
-use crate::maps::{Filter, FilterKind, Levels, OpaqueWay, SumKernels, Sums, TexelWay};
-use crate::shaders::constant::{self, PLANES, SUM_RANGE, SUM_STORAGE};
-use crate::shaders::{folder, layers as shaders, set};
+use crate::gpu::{Constants, Context};
+use crate::maps::Sums;
+use crate::shaders::constant::{PLANES, SUM_RANGE, SUM_STORAGE};
+use crate::shaders::folder;
 use crate::world::World;
 
 words! {
@@ -56,38 +57,16 @@ words! {
     }
 }
 
-settings! {
-    /// What there is to set.
-    #[derive(Copy)]
-    pub struct Settings {
-        /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where the device
-        /// can.
-        path: Option<TexelWay> = PATH;
-        /// Layers of a texel: 4, 8, 16 or 32.
-        layers: u32 = Setting::one_of("16", &["4", "8", "16", "32"], "layers of a texel, in whose ends optical depths are kept");
-        /// Between which depths they lie.
-        range: Range = Setting::word(
-            "texel",
-            "layers of all of the map's depths (opacity shadow maps), from a texel's front on (deep opacity maps), or from its front to its back",
-        );
-        /// Texels a side of a light's map, 1 to 16,384.
-        size: u32 = SIZE;
-        /// What an optical depth is kept in.
-        storage: Storage = Setting::word("r32f", "4 bytes an optical depth, half floats, or fixed point up to 16 in 16 bits");
-        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels a side: for what is asked for by more than a
-        /// point.
-        levels: u32 = LEVELS;
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Casters and tiles that no look-up misses are left out.
-        skip: bool = SKIP;
-    }
+texel_settings! {
+    /// Layers of a texel: 4, 8, 16 or 32.
+    layers: u32 = Setting::one_of("16", &["4", "8", "16", "32"], "layers of a texel, in whose ends optical depths are kept");
+    /// Between which depths they lie.
+    range: Range = Setting::word(
+        "texel",
+        "layers of all of the map's depths (opacity shadow maps), from a texel's front on (deep opacity maps), or from its front to its back",
+    );
+    /// What an optical depth is kept in.
+    storage: Storage = Setting::word("r32f", "4 bytes an optical depth, half floats, or fixed point up to 16 in 16 bits");
 }
 
 /// For the registry.
@@ -97,7 +76,7 @@ pub const ENTRY: Entry = Entry {
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
-    paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
+    paths: PATHS,
     promises: |_, path| promises(path),
     runs: Runs {
         compare: &["layers=16"],
@@ -111,13 +90,6 @@ pub const ENTRY: Entry = Entry {
     },
     open: |context, world, spec| Ok(Box::new(Layers::new(context, world, &spec.settings())?)),
 };
-
-/// The last sum has all, as its storage rounds it, or whole numbers do where thousands of casters are on a ray. Those have no order;
-/// what is drawn rounds at each caster.
-fn promises(path: &str) -> Promises {
-    let order = if path == BINNED { 0.0 } else { 1e-3 };
-    Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }
-}
 
 /// The technique, opened for one world.
 pub type Layers = TexelMap<Settings, Sums>;
@@ -137,33 +109,13 @@ impl Layers {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { path, layers, range, size, storage, levels, filter: kind, radius, opaque, skip } = *settings;
-        let constants = Constants::new()
-            .set(PLANES, layers)
-            .set(SUM_RANGE, range as u32)
-            .set(SUM_STORAGE, storage as u32)
-            .set(constant::LEVELS, levels);
-        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
-        let kernels = SumKernels {
-            labels: ["layers.binned", "layers.raster", "layers.pack"],
-            sums: layers,
-            words: settings.words(),
-            binned: &shaders::BINNED,
-            raster: [
-                &shaders::RASTER_FRAG_TARGETS_1,
-                &shaders::RASTER_FRAG_TARGETS_2,
-                &shaders::RASTER_FRAG_TARGETS_4,
-                &shaders::RASTER_FRAG_TARGETS_8,
-            ],
-            pack: &shaders::PACK,
-        };
+        let Settings { layers, range, storage, .. } = settings;
+        let constants =
+            Constants::new().set(PLANES, *layers).set(SUM_RANGE, *range as u32).set(SUM_STORAGE, *storage as u32);
+        let common = settings.common(constants);
+        let kernels = sum_kernels!(layers, *layers, settings.words(), settings.levels);
         Self::open(context, world, &ENTRY, (settings, common), folder::LAYERS, |maps, way, skip, constants| {
-            let mut sums = Sums::new(context, world, maps, way, skip, &kernels, constants)?;
-            let below = set::LayersBelow { below_words: &sums.words }.bind(context, "layers.below")?;
-            let storage = set::MapsSums { sum_words: &sums.words }.bind(context, "layers.levels")?;
-            let sets = [maps.scene(), &below, &storage];
-            sums.levels = Levels::new(context, "layers.levels", maps, levels, &shaders::LEVELS, &sets, constants)?;
-            Ok(sums)
+            Sums::new(context, world, maps, way, skip, &kernels, constants)
         })
     }
 }

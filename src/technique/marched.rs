@@ -139,10 +139,9 @@ impl Marched {
             set::Curves { nodes: &full, counts: &counts, full_nodes: &full }.bind(context, "marched.curves")?;
         let sets = [maps.scene(), &of_grid, &curves];
         let march = Kernel::compute(context, &shaders::marched::MARCH, &sets, &constants)?;
-        let sets = [maps.scene(), &curves];
-        // Levels have no nodes to spare.
-        let below = constants.clone().set(constant::WORK, nodes);
-        let levels = Levels::new(context, "marched.levels", &maps, settings.levels, &curve::LEVELS, &sets, &below)?;
+        let below = set::CurveLevels { nodes: &full, counts: &counts }.bind(context, "marched.levels")?;
+        let sets = [maps.scene(), &below];
+        let levels = Levels::new(context, "marched.levels", &maps, settings.levels, &curve::LEVELS, &sets, &constants)?;
         let more = set::CurveLookUp { nodes: &full, tiles: &counts };
         let look_up = maps.look_up(context, "marched.look_up", &more.resources())?;
         let made = Made::of(Maps::VOLUME);

@@ -24,15 +24,15 @@
 
 use super::keys::{Name, words};
 use super::promises::ROUNDING;
-use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
-use super::sums::{RANGE, Range};
-use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
-use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
+use super::settings::{Keyed, Setting};
+use super::sums::{PATHS, RANGE, Range, sum_kernels};
+use super::texel_map::{BINNED, TexelMap, texel_settings};
+use super::{Casts, Entry, Lifetime, Promises, Runs};
 use crate::Result;
-use crate::gpu::{Constants, Context, Requirement};
-use crate::maps::{Filter, FilterKind, OpaqueWay, SumKernels, Sums, TexelWay};
+use crate::gpu::{Constants, Context};
+use crate::maps::Sums;
 use crate::shaders::constant::{MOMENTS, OVERESTIMATION, SUM_RANGE, SUM_STORAGE, TRIGONOMETRIC};
-use crate::shaders::{folder, moments as shaders};
+use crate::shaders::folder;
 use crate::world::World;
 
 words! {
@@ -55,37 +55,18 @@ words! {
     }
 }
 
-settings! {
-    /// What there is to set.
-    #[derive(Copy)]
-    pub struct Settings {
-        /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where the device
-        /// can.
-        path: Option<TexelWay> = PATH;
-        /// Numbers besides the optical depth: 4, 6 or 8; of cosines and sines 2, 3 or 4 each.
-        moments: u32 = Setting::one_of("6", &["4", "6", "8"], "numbers besides the optical depth; of cosines and sines half as many each");
-        /// What is summed.
-        basis: Basis = Setting::word("power", "of powers of the place, or of its cosines and sines");
-        /// Hundredths of the way from the lighter bound to the darker.
-        overestimation: u32 =
-            Setting::number("45", 0, 100, "hundredths of the way from the lighter to the darker of the sharpest bounds");
-        /// The depths that they are of.
-        range: Range = RANGE;
-        /// Texels a side of a light's map, 1 to 16,384.
-        size: u32 = SIZE;
-        /// What a moment is kept in.
-        storage: Storage = Setting::word("r32f", "4 bytes a moment, or 16 bits of fixed point over the optical depth");
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Casters and tiles that no look-up misses are left out.
-        skip: bool = SKIP;
-    }
+texel_settings! {
+    /// Numbers besides the optical depth: 4, 6 or 8; of cosines and sines 2, 3 or 4 each.
+    moments: u32 = Setting::one_of("6", &["4", "6", "8"], "numbers besides the optical depth; of cosines and sines half as many each");
+    /// What is summed.
+    basis: Basis = Setting::word("power", "of powers of the place, or of its cosines and sines");
+    /// Hundredths of the way from the lighter bound to the darker.
+    overestimation: u32 =
+        Setting::number("45", 0, 100, "hundredths of the way from the lighter to the darker of the sharpest bounds");
+    /// The depths that they are of.
+    range: Range = RANGE;
+    /// What a moment is kept in.
+    storage: Storage = Setting::word("r32f", "4 bytes a moment, or 16 bits of fixed point over the optical depth");
 }
 
 /// For the registry.
@@ -95,7 +76,7 @@ pub const ENTRY: Entry = Entry {
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
-    paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
+    paths: PATHS,
     promises: |spec, path| promises(&spec.settings(), path),
     runs: Runs {
         compare: &["moments=4|6|8", "basis=trigonometric"],
@@ -103,7 +84,7 @@ pub const ENTRY: Entry = Entry {
         stress_smoke: &[
             "size=32,path=binned|raster",
             "size=32,path=binned,moments=8,range=scene|texel",
-            "size=32,path=binned,moments=4,storage=r16",
+            "size=32,path=binned,moments=4,storage=r16,levels=3",
             "size=32,path=binned,basis=trigonometric",
         ],
         ..Runs::NONE
@@ -143,28 +124,15 @@ impl Moments {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { path, moments, basis, overestimation, range, size, storage, filter: kind, radius, opaque, skip } =
-            *settings;
+        let Settings { moments, basis, overestimation, range, storage, .. } = *settings;
         let constants = Constants::new()
             .set(MOMENTS, moments)
             .set(TRIGONOMETRIC, basis == Basis::Trigonometric)
             .set(OVERESTIMATION, overestimation as f32 / 100.0)
             .set(SUM_RANGE, range.constant())
             .set(SUM_STORAGE, storage as u32);
-        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
-        let kernels = SumKernels {
-            labels: ["moments.binned", "moments.raster", "moments.pack"],
-            sums: moments + 1,
-            words: settings.words(),
-            binned: &shaders::BINNED,
-            raster: [
-                &shaders::RASTER_FRAG_TARGETS_1,
-                &shaders::RASTER_FRAG_TARGETS_2,
-                &shaders::RASTER_FRAG_TARGETS_4,
-                &shaders::RASTER_FRAG_TARGETS_8,
-            ],
-            pack: &shaders::PACK,
-        };
+        let common = settings.common(constants);
+        let kernels = sum_kernels!(moments, moments + 1, settings.words(), settings.levels);
         Self::open(context, world, &ENTRY, (settings, common), folder::MOMENTS, |maps, way, skip, constants| {
             Sums::new(context, world, maps, way, skip, &kernels, constants)
         })

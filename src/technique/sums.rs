@@ -2,6 +2,9 @@
 
 use super::keys::words;
 use super::settings::Setting;
+use super::texel_map::{BINNED, RASTER};
+use super::{Path, Promises};
+use crate::gpu::Requirement;
 
 words! {
     /// The depths that a texel's sums are of.
@@ -46,3 +49,41 @@ impl Storage {
 
 /// The key of the storage.
 pub const STORAGE: Setting<Storage> = Setting::word("r32f", "4 bytes a sum, or half floats");
+
+/// The paths of all of them.
+pub const PATHS: &[Path] =
+    &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }];
+
+/// One sum has all, as its storage rounds it, or whole numbers do where thousands of casters are on a ray. Those have no order; what is
+/// drawn rounds at each caster.
+pub fn promises(path: &str) -> Promises {
+    let order = if path == BINNED { 0.0 } else { 1e-3 };
+    Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }
+}
+
+/// What makes the sums of the technique whose shaders have that name: so many of so many words, and levels of detail.
+macro_rules! sum_kernels {
+    ($name:ident, $sums:expr, $words:expr, $levels:expr) => {
+        $crate::maps::SumKernels {
+            labels: [
+                concat!(stringify!($name), ".binned"),
+                concat!(stringify!($name), ".raster"),
+                concat!(stringify!($name), ".pack"),
+                concat!(stringify!($name), ".levels"),
+            ],
+            sums: $sums,
+            words: $words,
+            binned: &$crate::shaders::$name::BINNED,
+            raster: [
+                &$crate::shaders::$name::RASTER_FRAG_TARGETS_1,
+                &$crate::shaders::$name::RASTER_FRAG_TARGETS_2,
+                &$crate::shaders::$name::RASTER_FRAG_TARGETS_4,
+                &$crate::shaders::$name::RASTER_FRAG_TARGETS_8,
+            ],
+            pack: &$crate::shaders::$name::PACK,
+            levels: &$crate::shaders::$name::LEVELS,
+            level_count: $levels,
+        }
+    };
+}
+pub(super) use sum_kernels;

@@ -8,7 +8,7 @@ use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::maps::{Filter, Map, Maps, OpaqueMaps, OpaqueWay, TexelPasses, TexelWay, Texels};
 use crate::shaders::Folder;
-use crate::shaders::constant::STRANDS;
+use crate::shaders::constant::{LEVELS, STRANDS};
 use crate::world::{Made, Parts, World};
 
 word!(TexelWay { Raster = "raster", Binned = "binned" });
@@ -22,14 +22,59 @@ pub const BINNED: &str = "binned";
 pub const PATH: Setting<Option<TexelWay>> =
     Setting::auto("casters are drawn and blended, or each texel written once; auto: binned where the device can");
 
+/// Declares the settings of one of them: what all have, and its own.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! __texel_settings {
+    ($($(#[$meta:meta])* $field:ident: $type:ty = $setting:expr;)*) => {
+        $crate::technique::settings::settings! {
+            /// What there is to set.
+            #[derive(Copy)]
+            pub struct Settings {
+                /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where
+                /// the device can.
+                path: Option<$crate::maps::TexelWay> = $crate::technique::texel_map::PATH;
+                $($(#[$meta])* $field: $type = $setting;)*
+                /// Texels a side of a light's map, 1 to 16,384.
+                size: u32 = $crate::technique::settings::SIZE;
+                /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels a side: for what is asked for by
+                /// more than a point.
+                levels: u32 = $crate::technique::settings::LEVELS;
+                /// How a look-up weighs the texels about a point.
+                filter: $crate::maps::FilterKind = $crate::technique::settings::FILTER;
+                /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+                radius: u32 = $crate::technique::settings::RADIUS;
+                /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+                opaque: Option<$crate::maps::OpaqueWay> = $crate::technique::settings::OPAQUE;
+            }
+            every {
+                /// Casters and tiles that no look-up misses are left out.
+                skip: bool = $crate::technique::settings::SKIP;
+            }
+        }
+
+        impl Settings {
+            /// What all of them have to set; `constants`: of its own shaders.
+            fn common(&self, constants: $crate::gpu::Constants) -> $crate::technique::texel_map::Common {
+                let Self { path, size, levels, opaque, skip, .. } = *self;
+                let filter = $crate::maps::Filter { kind: self.filter, radius: self.radius };
+                $crate::technique::texel_map::Common { path, size, levels, filter, opaque, skip, constants }
+            }
+        }
+    };
+}
+
+pub use crate::__texel_settings as texel_settings;
+
 /// What all of them have to set.
 pub struct Common {
     pub path: Option<TexelWay>,
     pub size: u32,
+    pub levels: u32,
     pub filter: Filter,
     pub opaque: Option<OpaqueWay>,
     pub skip: bool,
-    /// What its shaders are made with, besides the filter.
+    /// What its shaders are made with, besides the filter and the levels.
     pub constants: Constants,
 }
 
@@ -50,7 +95,7 @@ pub struct TexelMap<S, P = Texels> {
 
 impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
     /// Opens the technique of `entry`; `make` makes its passes, of the maps, the way, whether casters are skipped and how far look-ups
-    /// reach, and the constants; glsl/`folder`/visibility.glsl is its look-up, with what they keep at binding 3.
+    /// reach, and the constants; glsl/`folder`/visibility.glsl is its look-up, with what they keep from binding 3 on.
     ///
     /// # Errors
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
@@ -62,7 +107,7 @@ impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
         folder: Folder,
         make: impl FnOnce(&Maps, TexelWay, (bool, u32), &Constants) -> Result<P>,
     ) -> Result<Self> {
-        let Common { path, size, filter, opaque, skip, constants } = common;
+        let Common { path, size, levels, filter, opaque, skip, constants } = common;
         filter.check(world, size)?;
         let binned = entry.require(context, BINNED);
         let (way, reason) = match (path, &binned) {
@@ -74,9 +119,9 @@ impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
             binned?;
         }
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
-        let constants = filter.constants(constants).set(STRANDS, world.has_strands());
+        let constants = filter.constants(constants).set(STRANDS, world.has_strands()).set(LEVELS, levels);
         let texels = make(&maps, way, (skip, filter.reach()), &constants)?;
-        let look_up = maps.look_up(context, folder.name, &[texels.kept()])?;
+        let look_up = maps.look_up(context, folder.name, &texels.kept())?;
         // What is hidden behind meshes is not written; what is drawn is drawn behind them too.
         let of_meshes = if way == TexelWay::Binned { Maps::OPAQUE } else { Maps::VOLUME };
         let written = Made::of(Maps::VOLUME.and(of_meshes));

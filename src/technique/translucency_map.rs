@@ -24,12 +24,12 @@
 
 use super::keys::{Name, words};
 use super::promises::EIGHT_BITS;
-use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
-use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
+use super::settings::{Keyed, Setting};
+use super::texel_map::{BINNED, RASTER, TexelMap, texel_settings};
 use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
 use crate::Result;
 use crate::gpu::{Blend, Constants, Context, Format, Requirement};
-use crate::maps::{Filter, FilterKind, OpaqueWay, TexelKernels, TexelWay, Texels};
+use crate::maps::{TexelKernels, Texels};
 use crate::shaders::{folder, translucency_map as shaders};
 use crate::world::World;
 
@@ -43,28 +43,9 @@ words! {
     }
 }
 
-settings! {
-    /// What there is to set.
-    #[derive(Copy)]
-    pub struct Settings {
-        /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where the device
-        /// can.
-        path: Option<TexelWay> = PATH;
-        /// Texels a side of a light's map, 1 to 16,384.
-        size: u32 = SIZE;
-        /// What a texel is kept in; Crytek 2011 has 8 bits.
-        storage: Storage = Setting::word("r8", "8 bits a texel (as published), or a half float");
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Casters and tiles that no look-up misses are left out.
-        skip: bool = SKIP;
-    }
+texel_settings! {
+    /// What a texel is kept in; Crytek 2011 has 8 bits.
+    storage: Storage = Setting::word("r8", "8 bits a texel (as published), or a half float");
 }
 
 /// For the registry.
@@ -79,7 +60,7 @@ pub const ENTRY: Entry = Entry {
     runs: Runs {
         compare: &["path=raster|binned"],
         on_cpu: &[(Name::SIZE, "64")],
-        stress_smoke: &["size=32,path=raster|binned"],
+        stress_smoke: &["size=32,path=raster|binned,levels=3"],
         ..Runs::NONE
     },
     open: |context, world, spec| Ok(Box::new(TranslucencyMap::new(context, world, &spec.settings())?)),
@@ -101,20 +82,21 @@ impl TranslucencyMap {
     /// [`crate::Error::Refused`] where the device lacks what the path needs, [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { path, size, storage, filter: kind, radius, opaque, skip } = *settings;
-        let constants = Constants::new();
-        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
-        let (format, binned) = match storage {
+        let common = settings.common(Constants::new());
+        let (format, binned) = match settings.storage {
             Storage::R16f => (Format::R16_SFLOAT, &shaders::SUM_BITS_16),
             Storage::R8 => (Format::R8_UNORM, &shaders::SUM_BITS_8),
         };
         let kernels = TexelKernels {
-            labels: ["translucency_map.multiply", "translucency_map.sum"],
+            labels: ["translucency_map.multiply", "translucency_map.sum", "translucency_map.levels"],
             format,
             fragment: &shaders::MULTIPLY_FRAG,
             blend: Blend::Multiply,
             empty: [1.0; 4],
             binned,
+            levels: &shaders::LEVELS,
+            level_count: settings.levels,
+            level_words: 1,
         };
         Self::open(
             context,

@@ -23,43 +23,24 @@
 //! ```
 
 use super::keys::Name;
-use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
-use super::sums::{RANGE, Range, STORAGE, Storage};
-use super::texel_map::{BINNED, Common, PATH, RASTER, TexelMap};
-use super::{Casts, Entry, Lifetime, Path, Promises, Runs};
-use crate::gpu::{Constants, Context, Requirement};
-use crate::maps::{Filter, FilterKind, OpaqueWay, SumKernels, Sums, TexelWay};
+use super::settings::{Keyed, Setting};
+use super::sums::{PATHS, RANGE, Range, STORAGE, Storage, promises, sum_kernels};
+use super::texel_map::{TexelMap, texel_settings};
+use super::{Casts, Entry, Lifetime, Runs};
+use crate::gpu::{Constants, Context};
+use crate::maps::{Sums, TexelWay};
 use crate::shaders::constant::{MEANS, SUM_RANGE, SUM_STORAGE};
-use crate::shaders::{folder, wavelet as shaders};
+use crate::shaders::folder;
 use crate::world::World;
 use crate::{Error, Result};
 
-settings! {
-    /// What there is to set.
-    #[derive(Copy)]
-    pub struct Settings {
-        /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where the device
-        /// can.
-        path: Option<TexelWay> = PATH;
-        /// Of the wavelets: 2, 3 or 4.
-        rank: u32 = Setting::one_of("3", &["2", "3", "4"], "of the wavelets: 2 to the rank + 1 numbers a texel");
-        /// The depths that they are of.
-        range: Range = RANGE;
-        /// Texels a side of a light's map, 1 to 16,384.
-        size: u32 = SIZE;
-        /// What a sum is kept in.
-        storage: Storage = STORAGE;
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Casters and tiles that no look-up misses are left out.
-        skip: bool = SKIP;
-    }
+texel_settings! {
+    /// Of the wavelets: 2, 3 or 4.
+    rank: u32 = Setting::one_of("3", &["2", "3", "4"], "of the wavelets: 2 to the rank + 1 numbers a texel");
+    /// The depths that they are of.
+    range: Range = RANGE;
+    /// What a sum is kept in.
+    storage: Storage = STORAGE;
 }
 
 /// The highest rank whose sums fit into the targets of a render.
@@ -72,23 +53,16 @@ pub const ENTRY: Entry = Entry {
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
-    paths: &[Path { name: BINNED, requires: &[] }, Path { name: RASTER, requires: &[Requirement::FragmentStores] }],
+    paths: PATHS,
     promises: |_, path| promises(path),
     runs: Runs {
         compare: &["rank=3"],
         on_cpu: &[(Name::SIZE, "64")],
-        stress_smoke: &["size=32,path=binned|raster", "size=32,path=binned,range=scene,storage=r16f"],
+        stress_smoke: &["size=32,path=binned|raster", "size=32,path=binned,range=scene,storage=r16f,levels=3"],
         ..Runs::NONE
     },
     open: |context, world, spec| Ok(Box::new(Wavelet::new(context, world, &spec.settings())?)),
 };
-
-/// One sum has all, as its storage rounds it, or whole numbers do where thousands of casters are on a ray. Those have no order; what is
-/// drawn rounds at each caster.
-fn promises(path: &str) -> Promises {
-    let order = if path == BINNED { 0.0 } else { 1e-3 };
-    Promises { tail: Some(1e-3), order: Some(order), ..Promises::OF_DEPTH }
-}
 
 /// The technique, opened for one world.
 pub type Wavelet = TexelMap<Settings, Sums>;
@@ -113,7 +87,7 @@ impl Wavelet {
     /// [`Error::Refused`] where a rank is not drawn, [`Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { path, range, size, storage, filter: kind, radius, opaque, skip, .. } = *settings;
+        let Settings { path, range, storage, .. } = *settings;
         let constants = Constants::new()
             .set(MEANS, settings.means())
             .set(SUM_RANGE, range.constant())
@@ -123,20 +97,8 @@ impl Wavelet {
                 format!("a rank of at most {MOST_DRAWN} with path=raster, which draws to eight targets of four sums");
             return Err(Error::Refused { needs });
         }
-        let common = Common { path, size, filter: Filter { kind, radius }, opaque, skip, constants };
-        let kernels = SumKernels {
-            labels: ["wavelet.binned", "wavelet.raster", "wavelet.pack"],
-            sums: settings.means() + 1,
-            words: settings.words(),
-            binned: &shaders::BINNED,
-            raster: [
-                &shaders::RASTER_FRAG_TARGETS_1,
-                &shaders::RASTER_FRAG_TARGETS_2,
-                &shaders::RASTER_FRAG_TARGETS_4,
-                &shaders::RASTER_FRAG_TARGETS_8,
-            ],
-            pack: &shaders::PACK,
-        };
+        let common = settings.common(constants);
+        let kernels = sum_kernels!(wavelet, settings.means() + 1, settings.words(), settings.levels);
         Self::open(context, world, &ENTRY, (settings, common), folder::WAVELET, |maps, way, skip, constants| {
             Sums::new(context, world, maps, way, skip, &kernels, constants)
         })

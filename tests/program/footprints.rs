@@ -52,4 +52,26 @@ fn footprints_are_beside_errors_of_points() {
     let asked = rows.iter().filter(|row| !row.footprints.is_empty());
     assert_eq!(svg.matches("<circle").count(), asked.clone().count() * (FOOTPRINTS.len() + 1));
     assert!(asked.clone().all(|row| svg.contains(&row.technique)), "{svg}");
+    // Errors on the left, on an axis of logarithms.
+    let labels: Vec<(f64, f64)> = svg.split("<text ").filter_map(left_label).collect();
+    assert!(labels.len() >= 3, "{labels:?}");
+    let (low, high) = (labels[0], labels[labels.len() - 1]);
+    for (y, value) in &labels {
+        let expected = low.0 + (high.0 - low.0) * (value / low.1).ln() / (high.1 / low.1).ln();
+        assert!((y - expected).abs() <= 1.5, "{value} at {y}, not {expected}");
+    }
+    let errors = || asked.clone().flat_map(|row| &row.footprints).map(|error| error.rms);
+    let [least, most] = [errors().fold(1.0, f64::min), errors().fold(0.0, f64::max)];
+    let [below, above] =
+        [labels.iter().map(|l| l.1).fold(1.0, f64::min), labels.iter().map(|l| l.1).fold(0.0, f64::max)];
+    assert!(below < 2.0 * least && above > most / 2.0, "{below} to {above} of {least} to {most}");
+}
+
+/// How far down a number stands that ends at the left axis, and what it says.
+fn left_label(element: &str) -> Option<(f64, f64)> {
+    let (attributes, rest) = element.split_once('>')?;
+    let words = rest.split('<').next()?.trim().parse().ok()?;
+    let (_, y) = attributes.split_once(" y=\"").or_else(|| attributes.split_once("y=\""))?;
+    let y = y.split('"').next()?.parse().ok()?;
+    attributes.contains("text-anchor=\"end\"").then_some((y, words))
 }

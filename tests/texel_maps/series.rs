@@ -6,11 +6,11 @@ use crate::support::{self, gpu_test_needing, scenes, some, spec};
 use glam::DVec2;
 use gobo::consume::Query;
 use gobo::gpu::{Context, Requirement};
-use gobo::maps::Sums;
+use gobo::maps::{Sums, level_size};
 use gobo::measure::point_error;
 use gobo::reference::truth::{Casters, map_truths};
 use gobo::reference::twin::moments::{Basis, bias};
-use gobo::reference::twin::texel_sums::{Range, binned, drawn, place};
+use gobo::reference::twin::texel_sums::{Range, binned, drawn, merged, place};
 use gobo::reference::twin::{fourier, moments, wavelet};
 use gobo::scene::{Scene, View};
 use gobo::technique::{Fourier, Moments, Opened, Technique, TexelMap, Wavelet, open};
@@ -177,6 +177,47 @@ impl<const N: usize> Twin<N> {
         println!("{what}: off by {:.1e}, at most {most:.1e}", sum / answers.len() as f32);
     }
 
+    /// Each texel of a level of detail is the twin's of the device's four below it, and lets through as much behind all as they do.
+    fn levels_are_means(&self, context: &Context, scene: &Scene, size: u32) {
+        const LEVELS: u32 = 4;
+        let text = format!("{},levels={LEVELS}", self.with("binned", size));
+        let Built { words, views, .. } = built(context, scene, &text);
+        let (each, maps) = (self.words()[1], views.len() as u32);
+        let all: Vec<_> = words.chunks_exact(each).map(|words| self.stored(words)).collect();
+        let (mut first, mut covered, mut astray) = (0, 0, 0);
+        for level in 1..LEVELS {
+            let [[w, h], [width, height]] =
+                [level - 1, level].map(|l| level_size([views[0].width, views[0].height], l));
+            let next = first + (w * h * maps) as usize;
+            for i in 0..width * height * maps {
+                let [map, y, x] = [i / (width * height), i / width % height, i % width];
+                let what = format!("{} {text}, level {level}, map {map}, texel {x}, {y}", scene.name);
+                let below = [0, 1, 2, 3].map(|i| {
+                    let [x, y] = [2 * x + i % 2, 2 * y + i / 2];
+                    (x < w && y < h).then(|| all[first + ((map * h + y) * w + x) as usize])
+                });
+                let total = |sums: &[f32; N]| (self.optical_depth)(sums, 1.0);
+                let (found_range, found) = all[next + i as usize];
+                let (range, sums) = merged(below, self.range(), self.parts, total, self.optical_depth);
+                assert_eq!(found_range, range, "{what}");
+                let through = |texel: &Option<([f32; 2], [f32; N])>| texel.map_or(1.0, |t| (-total(&t.1)).exp());
+                let mean = below.iter().map(through).sum::<f32>() / 4.0;
+                let left = (-total(&found)).exp();
+                let stored = if self.halves() { 1e-3 } else { 1e-5 };
+                assert!((left - mean).abs() < stored, "{what}: {left}, not {mean} behind all");
+                let most = sums.iter().fold(0f32, |most, sum| most.max(sum.abs()));
+                let tolerance = (1.0 + most) * (5e-4 + 8.0 * self.answers + if self.fixed() { 1e-4 } else { stored });
+                // Where a texel below has a step, it is before a cell's end or behind it.
+                let is_astray = found.iter().zip(sums).any(|(found, sum)| (found - sum).abs() > tolerance);
+                astray += u32::from(is_astray);
+                covered += u32::from(mean < 0.99);
+            }
+            first = next;
+        }
+        println!("{} {text}: {astray} of {covered} astray", scene.name);
+        assert!(covered > 20 && 50 * astray <= covered, "{} {text}: {astray} of {covered} astray", scene.name);
+    }
+
     fn check(&self, context: &Context) {
         // What is drawn in half floats rounds at each caster.
         let drawn = context.features().float32_blend && !self.spec.contains("rank=4");
@@ -188,6 +229,7 @@ impl<const N: usize> Twin<N> {
         }
         for scene in some([scenes::random(), scenes::locks(), scenes::nested()], 2) {
             self.answers_what_is_stored(context, &scene, 20);
+            self.levels_are_means(context, &scene, 21);
         }
     }
 }

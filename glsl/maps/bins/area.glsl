@@ -38,12 +38,17 @@ bool strand_share(View view, Ray ray, Caster strand, out float z, out float shar
     float extent = length(axis);
     vec3 u = axis / extent, v = cross(u, ray.direction * inversesqrt(square));
     vec2 sides = texel_sides(view, z), on_u = sides * u.xy, on_v = sides * v.xy;
+    float middle = dot(start, v);
+    if (abs(middle) > strand.radius + 0.5 * (abs(on_v.x) + abs(on_v.y))) {
+        // Most texels of a tile are beside the ribbon: none of the lines meets it.
+        return false;
+    }
     if (abs(on_v.x) > abs(on_v.y)) {
         on_u = on_u.yx;
         on_v = on_v.yx;
     }
     float per_u = 1.0 / (on_u.y + (on_u.y < 0.0 ? -1e-9 : 1e-9)), per_v = 1.0 / on_v.y;
-    float from = dot(start, u), middle = dot(start, v), half_wide = strand.radius * abs(per_v);
+    float from = dot(start, u), half_wide = strand.radius * abs(per_v);
     [[unroll]] for (uint i = 0u; i < COLUMNS; ++i) {
         float at = (float(i) + 0.5) / float(COLUMNS) - 0.5;
         float centre = (middle - at * on_v.x) * per_v;

@@ -1,105 +1,213 @@
 #version 460
-// Builds a level of detail of all maps: the curve of each texel is the mean transmittance of the four below it, at the depths of all
-// of their nodes, compressed. What is past the map's edge, or has no casters, lets all light through.
-// Inputs: maps, nodes of the level below, counts. Output: nodes of the level. Twin: reference::twin::avsm::levels.
-// Invariant: behind all nodes it is the mean of what the four have there, to what storing rounds.
-#include "maps/level_place.glsl"
-#include "maps/scene.glsl"
+// Builds levels of detail of all maps: at the ends of even steps from the first node of the four texels below to their last, a texel has
+// the mean of their transmittance. Of those places its nodes are the ones between which interpolation errs least, by the sum of squares
+// over all of them: dynamic programming, a thread a place, so that no thread walks along curves by itself. What is past the map's edge, or
+// has no casters, lets all light through. Source: ours.
+// Inputs: maps, nodes of the level below, counts. Output: nodes of the levels. Twin: reference::twin::avsm::levels.
+// Invariant: at its nodes and behind them it is the mean of what the four have there, to what storing rounds.
+#include "maps/level_tile.glsl"
 #include "maps/curve/tiled.glsl"
 
-layout(local_size_x = 8, local_size_y = 8) in;
-
-layout(set = 1, binding = 0, scalar) buffer Nodes { uvec2 nodes[]; };
+// set 1: curve_levels
+layout(set = 1, binding = 0, scalar) coherent buffer Nodes { uvec2 nodes[]; };
 layout(set = 1, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
 
 uvec2 curve_pair(uint i) { return nodes[i]; }
 
-// Before the curve that is built: its nodes are stored as pairs.
 #include "maps/curve/store.glsl"
-#include "maps/curve/curve.glsl"
 #include "maps/curve/read.glsl"
 
-layout(push_constant, scalar) uniform LevelPush { uint level; };
+// Even steps: of 16 nodes all ends of them are nodes.
+const uint STEPS = NODES < 16 ? 16u : uint(NODES) - 1u;
+const uint ENDS = STEPS + 1u;
+const uint PAIRS = STEPS * ENDS / 2u;
 
-const uint BELOW = 4u;
+// First the curves of the texels below, rows of the tile, depth and value of each node; then, of each texel that is made, what
+// the line between two ends costs.
+const uint BELOW_FLOATS = 2u * BELOW * MADE * uint(NODES);
+const uint SCRATCH = BELOW_FLOATS > MADE * PAIRS ? BELOW_FLOATS : MADE * PAIRS;
+shared float scratch[SCRATCH];
+// Of those that are made ranges, and means at the ends of steps, and these as nodes have them.
+shared vec2 ranges[MADE];
+shared float means[MADE * ENDS];
+shared float values[MADE * ENDS];
+// The least that a curve costs up to an end that is a node, and which ends its nodes are, a bit each; by turns.
+shared float costs[2u * MADE * ENDS];
+shared uint chosen[2u * MADE * ENDS];
 
-// Each of the four has: where its curve is, its next node, and the nodes about the depth that is looked at.
-uint places[BELOW], nexts[BELOW];
-vec2 ranges[BELOW];
-Node befores[BELOW], aheads[BELOW];
-
-Node next_node(uint i) {
-    return nexts[i] < uint(NODES) ? texel_node(places[i], nexts[i], ranges[i]) : Node(EMPTY, befores[i].value);
+// Where the curve of texel i of the four below texel t begins.
+uint below_curve(LevelTile tile, uint t, uint i) {
+    uvec2 at = below_texel(tile, t, i);
+    return (at.y * 2u * tile.side + at.x) * uint(NODES);
 }
 
-// What texel i of the four has at a depth between its nodes.
-float below_at(uint i, float depth) {
-    float extent = aheads[i].depth - befores[i].depth;
-    float along = aheads[i].depth < EMPTY && extent > 0.0 ? clamp((depth - befores[i].depth) / extent, 0.0, 1.0) : 0.0;
-    return nexts[i] == 0u ? 1.0 : curve_transmittance(mix(befores[i].value, aheads[i].value, along));
+Node below_node(uint i) { return Node(scratch[2u * i], scratch[2u * i + 1u]); }
+
+// All of the level below, decoded; a thread a node.
+void read_below(LevelTile tile) {
+    uint side = 2u * tile.side;
+    [[dont_unroll]] for (uint i = gl_LocalInvocationIndex; i < side * side * uint(NODES); i += LEVEL_THREADS) {
+        uint texel = i / uint(NODES);
+        uint place = below_place(tile, uvec2(texel % side, texel / side));
+        if (place != NONE && tile.level == 1u) {
+            uvec2 tiles = gl_NumWorkGroups.xy;
+            uint count = counts[(gl_WorkGroupID.z * tiles.y + gl_WorkGroupID.y) * tiles.x + gl_WorkGroupID.x];
+            place = tile_skipped(count) ? NONE : place;
+        }
+        uint at = place * curve_pairs();
+        Node node = Node(EMPTY, curve_unshadowed());
+        if (place != NONE) {
+            node = texel_node(at, i % uint(NODES), curve_range(at));
+        }
+        scratch[2u * i] = node.depth;
+        scratch[2u * i + 1u] = node.value;
+    }
 }
 
-// Optical depth of the mean of the four.
-float mean_optical_depth(float depth) {
+float curve_at(uint curve, float depth) {
+    uint before = 0u;
+    for (uint i = 0u; i < uint(NODES); ++i) {
+        before += uint(scratch[2u * (curve + i)] <= depth);
+    }
+    if (before == 0u) {
+        return 1.0;
+    }
+    Node near = below_node(curve + before - 1u), far = below_node(curve + min(before, uint(NODES) - 1u));
+    float extent = far.depth - near.depth;
+    float along = far.depth < EMPTY && extent > 0.0 ? clamp((depth - near.depth) / extent, 0.0, 1.0) : 0.0;
+    return curve_transmittance(mix(near.value, far.value, along));
+}
+
+float mean_at(LevelTile tile, uint t, float depth) {
     float mean = 0.0;
-    [[unroll]] for (uint i = 0u; i < BELOW; ++i) {
-        mean += 0.25 * below_at(i, depth);
+    for (uint i = 0u; i < BELOW; ++i) {
+        mean += 0.25 * curve_at(below_curve(tile, t, i), depth);
     }
-    return mean < 1.0 ? min(-log(max(mean, 1e-35)), MAX_OPTICAL_DEPTH) : 0.0;
+    return min(mean, 1.0);
 }
 
-void main() {
-    uvec2 size = map_size(), below = level_size(size, level - 1u), its = level_size(size, level), texel = gl_GlobalInvocationID.xy;
-    if (any(greaterThanEqual(texel, its))) {
-        return;
-    }
-    uint map = gl_WorkGroupID.z, map_count = gl_NumWorkGroups.z, first = level_first(size, map_count, level - 1u);
-    [[unroll]] for (uint i = 0u; i < BELOW; ++i) {
-        uvec2 at = 2u * texel + uvec2(i & 1u, i >> 1u), tiles = (size + 7u) / 8u, tile = at / 8u;
-        bool has = all(lessThan(at, below));
-        if (has && level == 1u) {
-            has = !tile_skipped(counts[(map * tiles.y + tile.y) * tiles.x + tile.x]);
-        }
-        places[i] = (first + (map * below.y + at.y) * below.x + at.x) * curve_pairs();
-        ranges[i] = has ? curve_range(places[i]) : vec2(0.0);
-        nexts[i] = 0u;
-        befores[i] = Node(EMPTY, curve_unshadowed());
-        aheads[i] = Node(EMPTY, curve_unshadowed());
-        if (has) {
-            aheads[i] = next_node(i);
+// From the first node of the four to the last.
+vec2 merged_range(LevelTile tile, uint t) {
+    vec2 range = vec2(EMPTY, -EMPTY);
+    for (uint i = 0u; i < BELOW; ++i) {
+        uint curve = below_curve(tile, t, i);
+        bool casts = below_node(curve + uint(NODES) - 1u).value != curve_unshadowed();
+        for (uint k = 0u; casts && k < uint(NODES); ++k) {
+            float depth = below_node(curve + k).depth;
+            range = depth < EMPTY ? vec2(min(range.x, depth), max(range.y, depth)) : range;
         }
     }
-    curve_clear();
-    float last = 0.0;
-    [[dont_unroll]] for (uint step = 0u; step < BELOW * uint(NODES) && last < DARK; ++step) {
-        float depth = min(min(aheads[0].depth, aheads[1].depth), min(aheads[2].depth, aheads[3].depth));
-        if (depth >= EMPTY) {
-            break;
+    return range;
+}
+
+// Whether anything below casts.
+bool makes_curve(uint t) { return ranges[t].x <= ranges[t].y; }
+
+float value_of(float mean) {
+    return !EXPONENTIAL ? mean : mean < 1.0 ? min(-log(max(mean, 1e-35)), MAX_OPTICAL_DEPTH) : 0.0;
+}
+
+// Sum of squares of what the line from end `from` to end `to` is off the means between them; `first` is the texel's first.
+float line_cost(uint first, uint from, uint to) {
+    float rise = (values[first + to] - values[first + from]) / float(to - from);
+    float left = means[first + from], factor = EXPONENTIAL ? exp(-rise) : 1.0, cost = 0.0;
+    for (uint k = from + 1u; k < to; ++k) {
+        left = EXPONENTIAL ? left * factor : left + rise;
+        cost += (left - means[first + k]) * (left - means[first + k]);
+    }
+    return cost;
+}
+
+// The same of all light up to the first node.
+float front_cost(uint first, uint to) {
+    float cost = 0.0;
+    for (uint k = 0u; k < to; ++k) {
+        cost += (1.0 - means[first + k]) * (1.0 - means[first + k]);
+    }
+    return cost;
+}
+
+// Where the line between two ends is among a texel's: (0, 1), (0, 2), (1, 2), and so on.
+uint line_place(uint from, uint to) { return to * (to - 1u) / 2u + from; }
+
+// Chooses nodes among the ends, of which the last is one: `chosen` has them.
+uint choose_nodes(uint count) {
+    uint thread = gl_LocalInvocationIndex, now = 0u;
+    // Neighbouring threads have lines of the same length, the longest first, and ends as far on.
+    for (uint i = thread; i < count * PAIRS; i += LEVEL_THREADS) {
+        uint t = i / PAIRS, pair = i % PAIRS, shorter = uint(0.5 * (sqrt(8.0 * float(pair) + 1.0) - 1.0) + 1e-3);
+        uint from = pair - shorter * (shorter + 1u) / 2u, to = from + STEPS - shorter;
+        if (makes_curve(t)) {
+            scratch[t * PAIRS + line_place(from, to)] = line_cost(t * ENDS, from, to);
         }
-        bool done = false;
-        [[unroll]] for (uint i = 0u; i < BELOW; ++i) {
-            if (!done && aheads[i].depth == depth) {
-                done = true;
-                // A curve may begin with a step, which the first node of all may too.
-                if (nexts[i] == 0u && node_count > 0 && aheads[i].value != curve_unshadowed()) {
-                    last = max(last, mean_optical_depth(depth));
-                    curve_append(depth, last);
-                }
-                bool same = nexts[i] > 0u && aheads[i].depth == befores[i].depth && aheads[i].value == befores[i].value;
-                befores[i] = aheads[i];
-                ++nexts[i];
-                aheads[i] = next_node(i);
-                if (!same) {
-                    last = max(last, mean_optical_depth(depth));
-                    curve_append(depth, last);
+    }
+    for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
+        uint first = i % count * ENDS, to = i / count;
+        costs[first + to] = front_cost(first, to);
+        chosen[first + to] = 1u << to;
+    }
+    barrier();
+    [[dont_unroll]] for (uint node = 1u; node < uint(NODES); ++node) {
+        uint next = MADE * ENDS - now;
+        for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
+            uint t = i % count, to = i / count, before = now + t * ENDS, lines = t * PAIRS + line_place(0u, to);
+            // One more only where it helps.
+            float least = costs[before + to];
+            uint best = chosen[before + to];
+            for (uint from = 0u; from < to && makes_curve(t); ++from) {
+                float cost = costs[before + from] + scratch[lines + from];
+                if (cost < least) {
+                    least = cost;
+                    best = chosen[before + from] | 1u << to;
                 }
             }
+            costs[next + t * ENDS + to] = least;
+            chosen[next + t * ENDS + to] = best;
         }
+        now = next;
+        barrier();
     }
-    curve_reduce();
-    Node curve[NODES];
+    return now;
+}
+
+void make_level(LevelTile tile) {
+    uint thread = gl_LocalInvocationIndex, count = tile_texels(tile);
+    read_below(tile);
+    barrier();
+    if (thread < count) {
+        ranges[thread] = merged_range(tile, thread);
+    }
+    barrier();
+    for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
+        vec2 range = ranges[i / ENDS];
+        float along = float(i % ENDS) / float(STEPS);
+        means[i] = makes_curve(i / ENDS) ? mean_at(tile, i / ENDS, mix(range.x, range.y, along)) : 1.0;
+        values[i] = value_of(means[i]);
+    }
+    barrier();
+    uint now = 0u;
+    if (ENDS > uint(NODES)) {
+        now = choose_nodes(count);
+    }
+    uint place = thread < count ? made_place(tile, thread) : NONE;
+    if (place == NONE) {
+        return;
+    }
+    vec2 range = ranges[thread];
+    bool any_node = makes_curve(thread);
+    uint ends = ENDS > uint(NODES) ? chosen[now + thread * ENDS + STEPS] : (1u << ENDS) - 1u;
+    Node curve[NODES], last = Node(EMPTY, curve_unshadowed());
     [[unroll]] for (int i = 0; i < NODES; ++i) {
-        curve[i] = curve_node(i);
+        last.depth = EMPTY;
+        if (any_node && ends != 0u) {
+            uint end = uint(findLSB(ends));
+            ends &= ends - 1u;
+            float value = values[thread * ENDS + end];
+            // Means round.
+            value = EXPONENTIAL ? max(value, last.value) : min(value, last.value);
+            last = Node(mix(range.x, range.y, float(end) / float(STEPS)), value);
+        }
+        curve[i] = last;
     }
-    store_curve(level_first(size, map_count, level) + (map * its.y + texel.y) * its.x + texel.x, curve);
+    store_curve(place, curve);
 }

@@ -6,13 +6,15 @@
 
 vec4 beer_texel(vec2 depth, float optical_depth) { return vec4(1.0 - depth.x, depth.y, 0.0, optical_depth); }
 
+// The greatest optical depth. Many opaque casters are more than a half float holds: infinite, or on some drivers no number.
+float beer_most(vec4 texel) { return texel.a < 65504.0 ? texel.a : 65504.0; }
+
 // Optical depth from the light to `depth`.
 float beer_optical_depth(vec4 texel, float depth) {
     float front = 1.0 - texel.r, extent = texel.g - front;
     // Compared first, so that a texel of no extent is a step and not 0/0; nothing is in front of its own depth.
     float share = depth >= texel.g ? 1.0 : depth <= front ? 0.0 : min((depth - front) / extent, 1.0);
-    // Many opaque casters are more than a half float holds: infinite, or on some drivers no number. Nothing of that
-    // would be no number either.
-    return (texel.a < 65504.0 ? texel.a : 65504.0) * share;
+    // Nothing of what is no number would be none either.
+    return beer_most(texel) * share;
 }
 #endif

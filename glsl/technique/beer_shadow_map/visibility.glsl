@@ -2,12 +2,24 @@
 // until its greatest optical depth is reached. Source: Hillaire 2020.
 // Bindings 0 to 2: maps/look_up_set.glsl. Then
 //   binding 3  texels as technique/beer_shadow_map/texel.glsl states them, R16G16B16A16_SFLOAT, the maps one above the other
-// flat: bindings 8, constants 16: FILTER FILTER_RADIUS
+//   binding 4  those of coarser levels, floats of red, green and alpha, as maps/level_place.glsl says (any buffer where LEVELS is 1)
+// Specialization constant LEVELS as the texels were made.
+// flat: bindings 8, constants 16: FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
+#define MAP_TRANSMITTANCE leveled_transmittance
 #include "technique/beer_shadow_map/texel.glsl"
-#include "maps/look_up.glsl"
+#include "maps/levels.glsl"
 
 layout(set = GOBO_SET, binding = 3) uniform texture2D visibility_texels;
+layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityCoarser { vec3 visibility_coarser[]; };
+
+vec4 beer_at(LookUp l, ivec2 texel) {
+    if (l.first == 0u) {
+        return texelFetch(visibility_texels, stacked(l, texel), 0);
+    }
+    vec3 coarser = visibility_coarser[coarser_place(l, texel)];
+    return vec4(coarser.xy, 0.0, coarser.z);
+}
 
 float texel_transmittance(LookUp l, ivec2 texel) {
-    return exp(-beer_optical_depth(texelFetch(visibility_texels, stacked(l, texel), 0), l.depth));
+    return exp(-beer_optical_depth(beer_at(l, texel), l.depth));
 }

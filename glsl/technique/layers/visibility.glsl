@@ -5,16 +5,9 @@
 //              coarser levels, as maps/level_place.glsl says
 // Specialization constants PLANES, SUM_RANGE, SUM_STORAGE and LEVELS as the texels were made.
 // flat: bindings 96, constants 192: PLANES SUM_RANGE SUM_STORAGE FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
-#define MAP_TRANSMITTANCE leveled_transmittance
-#include "technique/layers/layers.glsl"
-#include "maps/levels.glsl"
-
-layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityWords { uint visibility_words[]; };
-
-uint layer_word(uint i) { return visibility_words[i]; }
-
+#include "maps/sums/look_up.glsl"
 #include "technique/layers/read.glsl"
 
 float texel_transmittance(LookUp l, ivec2 texel) {
-    return layers_transmittance(texel_place(l, texel) * texel_words(), l.depth);
+    return words_transmittance(texel_place(l, texel) * texel_words(), l.depth);
 }

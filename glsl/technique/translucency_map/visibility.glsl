@@ -2,11 +2,16 @@
 // depth, what all casters together leave. Source: Crytek 2011; Bavoil and Jansen 2013, External Shadows.
 // Bindings 0 to 2: maps/look_up_set.glsl. Then
 //   binding 3  the products, R8_UNORM or R16_SFLOAT, the maps one above the other
-// flat: bindings 48, constants 96: FILTER FILTER_RADIUS
-#include "maps/look_up.glsl"
+//   binding 4  those of coarser levels, floats, as maps/level_place.glsl says (any buffer where LEVELS is 1)
+// Specialization constant LEVELS as the texels were made.
+// flat: bindings 48, constants 96: FILTER FILTER_RADIUS NORMAL_BIAS LEVELS
+#define MAP_TRANSMITTANCE leveled_transmittance
+#include "maps/levels.glsl"
 
 layout(set = GOBO_SET, binding = 3) uniform texture2D visibility_products;
+layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityCoarser { float visibility_coarser[]; };
 
 float texel_transmittance(LookUp l, ivec2 texel) {
-    return texelFetch(visibility_products, stacked(l, texel), 0).r;
+    return l.first == 0u ? texelFetch(visibility_products, stacked(l, texel), 0).r
+                         : visibility_coarser[coarser_place(l, texel)];
 }

@@ -78,6 +78,43 @@ pub fn weighted(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) ->
     Texel { one_minus_front: plain.one_minus_front - deeper, back: plain.back + deeper, ..plain }
 }
 
+/// What the optical depth of light that is gone is taken for, in levels of detail.
+const MAX_OPTICAL_DEPTH: f32 = 80.0;
+
+/// Mean transmittance along an even medium that takes so much. Twin: even_mean.
+fn even_mean(t: f32) -> f32 {
+    if t < 0.01 { 1.0 - t * (0.5 - t / 6.0) } else { (1.0 - (-t).exp()) / t }
+}
+
+/// A texel of a level of detail: as much light behind the farthest back as the four below leave in the mean, and as much of it in all from
+/// the nearest front to there. Those past the map's edge are as if nothing cast. Twin: levels.comp.
+pub fn merged(below: [Texel; 4]) -> Texel {
+    let below = below.map(|t| Texel { optical_depth: t.optical_depth.min(65504.0), ..t });
+    let casts = below.iter().filter(|texel| texel.optical_depth > 0.0);
+    let nearest = casts.clone().map(|texel| 1.0 - texel.one_minus_front).fold(f32::INFINITY, f32::min);
+    let farthest = casts.map(|texel| texel.back).fold(f32::NEG_INFINITY, f32::max);
+    let (mut tail, mut area) = (0.0, 0.0);
+    for texel in &below {
+        let is_there = texel.optical_depth > 0.0;
+        let front = if is_there { 1.0 - texel.one_minus_front } else { farthest };
+        let back = if is_there { texel.back.max(front) } else { farthest };
+        let left = (-texel.optical_depth).exp();
+        tail += 0.25 * left;
+        area += 0.25 * ((front - nearest) + (back - front) * even_mean(texel.optical_depth) + (farthest - back) * left);
+    }
+    if nearest > farthest || tail >= 1.0 {
+        return Texel::default();
+    }
+    let optical_depth = (-tail.max(1e-35).ln()).min(MAX_OPTICAL_DEPTH);
+    let mean = even_mean(optical_depth);
+    if mean > 0.9999 {
+        return Texel { one_minus_front: 1.0 - nearest, back: farthest, optical_depth };
+    }
+    let front = (area + nearest - farthest * mean) / (1.0 - mean);
+    let back = if front < nearest { (area + nearest * mean - farthest * tail) / (mean - tail) } else { farthest };
+    Texel { one_minus_front: 1.0 - front.clamp(nearest, farthest), back: back.clamp(nearest, farthest), optical_depth }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::sums;
@@ -86,6 +123,31 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        /// Behind all, and in the mean over the depths from the nearest front to the farthest back, a texel of a level is the mean of the four.
+        #[test]
+        fn levels_are_means(all in prop::collection::vec((0.0..0.9f32, 0.0..0.5f32, prop_oneof![Just(0.0f32), 0.01..4.0f32, Just(200.0)]), 4)) {
+            let texel = |i: usize| {
+                let (front, length, optical_depth) = all[i];
+                Texel { one_minus_front: 1.0 - front, back: front + length, optical_depth }
+            };
+            let below = [0, 1, 2, 3].map(texel);
+            let casts = below.iter().filter(|t| t.optical_depth > 0.0);
+            let nearest = casts.clone().map(|t| 1.0 - t.one_minus_front).fold(f32::INFINITY, f32::min);
+            let farthest = casts.map(|t| t.back).fold(f32::NEG_INFINITY, f32::max);
+            let merged = merged(below);
+            let mean = |depth: f32| below.iter().map(|t| f64::from(t.transmittance(depth))).sum::<f64>() / 4.0;
+            prop_assert!((f64::from(merged.transmittance(2.0)) - mean(2.0)).abs() < 1e-5, "{merged:?}");
+            if nearest < farthest {
+                const STEPS: u16 = 20_000;
+                let of = |through: &dyn Fn(f32) -> f64| {
+                    let at = |i: u16| nearest + (farthest - nearest) * (f32::from(i) + 0.5) / f32::from(STEPS);
+                    (0..STEPS).map(|i| through(at(i))).sum::<f64>() / f64::from(STEPS)
+                };
+                let (found, expected) = (of(&|depth| merged.transmittance(depth).into()), of(&mean));
+                prop_assert!((found - expected).abs() < 1e-3, "{found}, not {expected}: {merged:?} of {below:?}");
+            }
+        }
+
         /// In [0, 1], never rising, all light in front, the product of all behind; one caster is exact.
         #[test]
         fn invariants(all in prop::collection::vec((-1.5..1.5f32, 0.01..0.5f32, 0.0..3.0f32), 0..40)) {

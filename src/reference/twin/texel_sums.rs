@@ -89,3 +89,43 @@ pub fn drawn<const N: usize>(
     }
     (range, sums)
 }
+
+/// Cells of a level's range. Twin: LEVEL_CELLS of glsl/maps/sums/even_cells.glsl.
+pub const EVEN_CELLS: usize = 32;
+
+/// The range of a texel of a level of detail and its sums: at the ends of even cells it has the mean transmittance of the four below, of
+/// which those past the map's edge are none, and those without casters have no optical depth; between two ends it grows as along a
+/// segment. `all` is a texel's optical depth, `optical_depth` that up to a place of its range. Twin: glsl/maps/sums/levels.glsl.
+pub fn merged<const N: usize>(
+    below: [Option<([f32; 2], [f32; N])>; 4],
+    range: Range,
+    parts: impl Fn([f32; 2], f32) -> [f32; N],
+    all: impl Fn(&[f32; N]) -> f32,
+    optical_depth: impl Fn(&[f32; N], f32) -> f32,
+) -> ([f32; 2], [f32; N]) {
+    let casts = below.map(|texel| texel.filter(|(_, sums)| all(sums) > 0.0));
+    let ends = casts.iter().flatten().map(|(range, _)| *range);
+    let front = ends.clone().map(|range| range[0]).fold(f32::INFINITY, f32::min);
+    let back = ends.map(|range| range[1]).fold(f32::NEG_INFINITY, f32::max);
+    let its = match range {
+        Range::Scene => [0.0, 1.0],
+        _ if front > back => [0.0, if range == Range::Front { 1.0 } else { 0.0 }],
+        Range::Front => [front, 1.0],
+        Range::Texel => [front, back],
+    };
+    let (mut last, mut sums) = (0.0f32, [0.0; N]);
+    for cell in 0..EVEN_CELLS {
+        let [from, to] = [cell, cell + 1].map(|k| k as f32 / EVEN_CELLS as f32);
+        let depth = its[0] * (1.0 - to) + its[1] * to;
+        let through = |texel: &Option<([f32; 2], [f32; N])>| {
+            texel.as_ref().map_or(1.0, |(range, sums)| (-optical_depth(sums, place(*range, depth))).exp())
+        };
+        let mean = casts.iter().fold(0.0, |sum, texel| sum + 0.25 * through(texel));
+        let next = last.max(if mean < 1.0 { -mean.max(1e-35).ln() } else { 0.0 });
+        for (sum, part) in sums.iter_mut().zip(parts([from, to], next - last)) {
+            *sum += part;
+        }
+        last = next;
+    }
+    (its, sums)
+}

@@ -17,6 +17,11 @@ pub fn sum(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> f32 
     (-(units as f32 / scale)).exp()
 }
 
+/// A texel of a level of detail: the mean of the four below, of which those past the map's edge are none. Twin: levels.comp.
+pub fn merged(below: [Option<f32>; 4]) -> f32 {
+    below.iter().fold(0.0, |sum, texel| sum + 0.25 * texel.unwrap_or(1.0))
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::sums;

@@ -3,7 +3,7 @@
 use super::settings::{Settings, Storage};
 use crate::gpu::{Bindings, Buffer, Context, Memory};
 use crate::maps::{
-    BLOCK_TEXELS, Bins, FilterKind, MOST_BLOCKS, Maps, SLOTS, TILE_TEXELS, level_texels, table_bytes, tile_count,
+    BLOCK_TEXELS, Bins, FilterKind, MOST_BLOCKS, Maps, SLOTS, TILE_TEXELS, coarser_texels, table_bytes, tile_count,
 };
 use crate::scene::FARTHEST;
 use crate::shaders::set;
@@ -43,7 +43,7 @@ impl Curves {
     pub fn new(context: &Context, maps: &Maps, bins: Option<&Bins>, settings: Settings) -> Result<Self> {
         let detail = bins.and_then(Bins::detail);
         let texels = detail.map_or(maps.texels(), |d| u64::from(d.block_count()) * u64::from(BLOCK_TEXELS));
-        let coarser: u64 = (1..settings.levels).map(|level| level_texels(maps, level)).sum();
+        let coarser = coarser_texels(maps, settings.levels);
         let bytes = (texels + coarser) * pairs(&settings) as u64 * size_of::<NodeData>() as u64;
         let nodes = Buffer::new(context, "avsm.nodes", bytes, Memory::Device)?;
         let tiles = match (detail, bins) {

@@ -149,9 +149,10 @@ impl Avsm {
             // Binned never is without bins.
             (Way::TwoPass | Way::Binned, _) => Build::TwoPass(TwoPass::new(&site)?),
         };
-        let sets = [maps.scene(), &curves.set];
+        let below = set::CurveLevels { nodes: &curves.nodes, counts: &curves.tiles }.bind(context, "avsm.levels")?;
+        let sets = [maps.scene(), &below];
         let levels =
-            Levels::new(context, "avsm.levels", &maps, settings.levels, &curve::LEVELS, &sets, &plan.of_levels())?;
+            Levels::new(context, "avsm.levels", &maps, settings.levels, &curve::LEVELS, &sets, &plan.constants)?;
         let more = set::CurveLookUp { nodes: &curves.nodes, tiles: &curves.tiles };
         let look_up = maps.look_up(context, "avsm.look_up", &more.resources())?;
         Ok(Self { maps, bins, curves, build, levels, look_up, plan })

@@ -205,11 +205,6 @@ impl Plan {
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
     }
 
-    /// The constants of the pass that makes levels of detail, whose curves have no nodes to spare: removals are the most of what it takes.
-    pub fn of_levels(&self) -> Constants {
-        self.constants.clone().set(WORK, self.settings.nodes)
-    }
-
     /// What of each tile's casters the path wants.
     pub fn entries(&self) -> Entries {
         match (self.way, self.cells) {

@@ -2,65 +2,114 @@
 
 use super::curve::{Build, Curve};
 use super::node::Interpolation;
-use crate::reference::twin::sums::DARK;
 
 /// What the optical depth of light that is gone is taken for.
 const MAX_OPTICAL_DEPTH: f32 = 80.0;
 
-/// One of the four below: (depth, value) of its nodes in use, depths rising, and how many of them have been passed.
-struct Below<'a> {
-    nodes: &'a [(f32, f32)],
-    passed: usize,
-}
-
-impl Below<'_> {
-    fn ahead(&self) -> f32 {
-        self.nodes.get(self.passed).map_or(f32::INFINITY, |node| node.0)
-    }
-
-    fn transmittance(&self, depth: f32, interpolation: Interpolation) -> f32 {
-        let Some(before) = self.passed.checked_sub(1).map(|i| self.nodes[i]) else { return 1.0 };
-        let value = match self.nodes.get(self.passed) {
-            Some(ahead) if ahead.0 > before.0 => {
-                let along = ((depth - before.0) / (ahead.0 - before.0)).clamp(0.0, 1.0);
-                before.1 * (1.0 - along) + ahead.1 * along
-            }
-            _ => before.1,
-        };
-        match interpolation {
-            Interpolation::Linear => value,
-            Interpolation::Exponential => (-value).exp(),
+/// What one of the four below, (depth, value) of its nodes in use, lets through there. Twin: curve_at.
+fn below_at(nodes: &[(f32, f32)], depth: f32, interpolation: Interpolation) -> f32 {
+    let passed = nodes.iter().filter(|node| node.0 <= depth).count();
+    let Some(before) = passed.checked_sub(1).map(|i| nodes[i]) else { return 1.0 };
+    let value = match nodes.get(passed) {
+        Some(ahead) if ahead.0 > before.0 => {
+            let along = ((depth - before.0) / (ahead.0 - before.0)).clamp(0.0, 1.0);
+            before.1 * (1.0 - along) + ahead.1 * along
         }
+        _ => before.1,
+    };
+    match interpolation {
+        Interpolation::Linear => value,
+        Interpolation::Exponential => (-value).exp(),
     }
 }
 
-/// The mean of four curves, compressed; `build` is that of the map.
+/// Even steps between whose ends nodes are chosen. Twin: STEPS.
+fn steps(nodes: usize) -> usize {
+    if nodes < 16 { 16 } else { nodes - 1 }
+}
+
+/// Which ends are nodes, the last among them, at most `count`, so that what is between two is off the means by the least sum of squares; and
+/// that sum. Twin: choose_nodes.
+fn chosen(means: &[f32], values: &[f32], count: usize, through: impl Fn(f32) -> f32) -> (Vec<usize>, f32) {
+    let line = |from: usize, to: usize| {
+        let off = |k: usize| {
+            let along = (k - from) as f32 / (to - from) as f32;
+            through(values[from] * (1.0 - along) + values[to] * along) - means[k]
+        };
+        (from + 1..to).map(|k| off(k).powi(2)).sum::<f32>()
+    };
+    let front = |to: usize| means[..to].iter().map(|mean| (1.0 - mean).powi(2)).sum::<f32>();
+    let mut best: Vec<(Vec<usize>, f32)> = (0..means.len()).map(|to| (vec![to], front(to))).collect();
+    for _ in 1..count {
+        let next = |to: usize| {
+            let mut least = best[to].clone();
+            for (from, (ends, before)) in best.iter().enumerate().take(to) {
+                let cost = before + line(from, to);
+                if cost < least.1 {
+                    least = ([&ends[..], &[to]].concat(), cost);
+                }
+            }
+            least
+        };
+        best = (0..means.len()).map(next).collect();
+    }
+    best.swap_remove(means.len() - 1)
+}
+
+/// The mean of four curves at as many nodes as `build` has, that of the map.
 pub fn merged(below: [&[(f32, f32)]; 4], build: Build) -> Curve {
-    let mut below = below.map(|nodes| Below { nodes, passed: 0 });
-    let mut curve = Curve::new(Build { work: build.nodes, turns: 0, ..build });
-    let unshadowed = if build.interpolation == Interpolation::Linear { 1.0 } else { 0.0 };
-    let mean = |below: &[Below; 4], depth: f32| {
-        let mean = below.iter().fold(0.0, |sum, one| sum + 0.25 * one.transmittance(depth, build.interpolation));
-        if mean < 1.0 { (-mean.max(1e-35).ln()).min(MAX_OPTICAL_DEPTH) } else { 0.0 }
+    let Build { nodes: count, interpolation, .. } = build;
+    let mut curve = Curve::new(Build { work: count, turns: 0, ..build });
+    let unshadowed = if interpolation == Interpolation::Linear { 1.0 } else { 0.0 };
+    let casts = below.iter().filter(|nodes| nodes.last().is_some_and(|node| node.1 != unshadowed));
+    let depths = casts.flat_map(|nodes| nodes.iter().map(|node| node.0));
+    let [front, back] = depths.fold([f32::INFINITY, f32::NEG_INFINITY], |[a, b], depth| [a.min(depth), b.max(depth)]);
+    if front > back {
+        return curve;
+    }
+    let mean = |depth: f32| {
+        let sum = below.iter().fold(0.0, |sum, nodes| sum + 0.25 * below_at(nodes, depth, interpolation));
+        f32::min(sum, 1.0)
+    };
+    let steps = steps(count);
+    let depth = |end: usize| {
+        let along = end as f32 / steps as f32;
+        front * (1.0 - along) + back * along
+    };
+    let means: Vec<f32> = (0..=steps).map(|end| mean(depth(end))).collect();
+    let optical_depth = |mean: &f32| if *mean < 1.0 { (-mean.max(1e-35).ln()).min(MAX_OPTICAL_DEPTH) } else { 0.0 };
+    let optical_depths: Vec<f32> = means.iter().map(optical_depth).collect();
+    let ends = match interpolation {
+        _ if count > steps => (0..=steps).collect(),
+        Interpolation::Linear => chosen(&means, &means, count, |value| value).0,
+        Interpolation::Exponential => chosen(&means, &optical_depths, count, |value| (-value).exp()).0,
     };
     let mut last = 0.0f32;
-    while last < DARK {
-        let depth = below.iter().map(Below::ahead).fold(f32::INFINITY, f32::min);
-        let Some(i) = below.iter().position(|one| one.ahead() == depth && depth < f32::INFINITY) else { break };
-        let node = below[i].nodes[below[i].passed];
-        if below[i].passed == 0 && !curve.nodes().is_empty() && node.1 != unshadowed {
-            last = last.max(mean(&below, depth));
-            curve.append(depth, last);
-        }
-        let same = below[i].passed > 0 && below[i].nodes[below[i].passed - 1] == node;
-        below[i].passed += 1;
-        if !same {
-            last = last.max(mean(&below, depth));
-            curve.append(depth, last);
-        }
+    for end in ends {
+        last = last.max(optical_depths[end]);
+        curve.append(depth(end), last);
     }
-    curve.reduce();
     curve
+}
+
+/// Sum of squares of what a curve is off the mean of the four at the ends of even steps, from the first of their nodes to the last, which is
+/// what `merged` makes least of all curves whose nodes are among these ends.
+pub fn cost(below: [&[(f32, f32)]; 4], build: Build, transmittance: impl Fn(f32) -> f32) -> f32 {
+    let unshadowed = if build.interpolation == Interpolation::Linear { 1.0 } else { 0.0 };
+    let casts = below.iter().filter(|nodes| nodes.last().is_some_and(|node| node.1 != unshadowed));
+    let depths = casts.flat_map(|nodes| nodes.iter().map(|node| node.0));
+    let [front, back] = depths.fold([f32::INFINITY, f32::NEG_INFINITY], |[a, b], depth| [a.min(depth), b.max(depth)]);
+    if front > back {
+        return 0.0;
+    }
+    let steps = steps(build.nodes);
+    let off = |end: usize| {
+        let along = end as f32 / steps as f32;
+        let depth = front * (1.0 - along) + back * along;
+        let mean = below.iter().fold(0.0, |sum, nodes| sum + 0.25 * below_at(nodes, depth, build.interpolation));
+        (transmittance(depth) - mean).powi(2)
+    };
+    (0..=steps).map(off).sum()
 }
 
 #[cfg(test)]
@@ -83,29 +132,62 @@ mod tests {
     }
 
     proptest! {
-        /// Behind all nodes, and wherever there is room for every node at these, it is the mean.
+        /// At its nodes and behind them it is the mean, and in between it does not rise.
         #[test]
         fn it_is_the_mean(curves in curves()) {
-            let build = |nodes| Build { nodes, work: nodes, interpolation: Interpolation::Exponential, nudge: true, turns: 0 };
+            let interpolation = Interpolation::Exponential;
+            let build = |nodes| Build { nodes, work: nodes, interpolation, nudge: true, turns: 0 };
             let below = || [0, 1, 2, 3].map(|i| &curves[i][..]);
             let of = |depth: f32| {
-                let one = |nodes: &Vec<(f32, f32)>| {
-                    let mut curve = Below { nodes, passed: 0 };
-                    while curve.ahead() <= depth {
-                        curve.passed += 1;
-                    }
-                    f64::from(curve.transmittance(depth, Interpolation::Exponential))
-                };
-                curves.iter().map(one).sum::<f64>() / 4.0
+                let sum: f64 = below().iter().map(|nodes| f64::from(below_at(nodes, depth, interpolation))).sum();
+                sum / 4.0
             };
-            let (small, large) = (merged(below(), build(8)), merged(below(), build(64)));
-            for curve in [&small, &large] {
+            for count in [4, 8, 16] {
+                let curve = merged(below(), build(count));
                 prop_assert!((f64::from(curve.transmittance(2.0)) - of(2.0)).abs() < 1e-5);
-                prop_assert!(curve.nodes().windows(2).all(|n| n[0].0 <= n[1].0 && n[0].1 <= n[1].1 + 1e-6), "{curve:?}");
+                prop_assert!(curve.nodes().windows(2).all(|n| n[0].0 <= n[1].0 && n[0].1 <= n[1].1), "{curve:?}");
+                for (depth, value) in curve.nodes() {
+                    prop_assert!((f64::from((-value).exp()) - of(*depth)).abs() < 1e-5, "{curve:?} at {depth}");
+                }
             }
-            for (depth, _) in curves.iter().flatten() {
-                prop_assert!((f64::from(large.transmittance(*depth)) - of(*depth)).abs() < 1e-5, "at {depth}");
+            // No curve of as many nodes among these ends is nearer: not that of even ones, nor that of another choice.
+            let build = build(8);
+            let curve = merged(below(), build);
+            let its = cost(below(), build, |depth| curve.transmittance(depth));
+            if let Some((front, back)) = curve.nodes().last().map(|last| (range_front(&curves), last.0)) {
+                for step in [2usize, 3, 5] {
+                    let mut other = Curve::new(build);
+                    for end in (0..16).step_by(step).take(7).chain([16]) {
+                        let depth = front * (1.0 - end as f32 / 16.0) + back * (end as f32 / 16.0);
+                        other.append(depth, -(of(depth).max(1e-35).ln()) as f32);
+                    }
+                    let others = cost(below(), build, |depth| other.transmittance(depth));
+                    prop_assert!(its <= others + 1e-5, "{its} against {others} of every {step}");
+                }
             }
         }
+    }
+
+    fn range_front(curves: &[Vec<(f32, f32)>; 4]) -> f32 {
+        let casts = curves.iter().filter(|nodes| nodes.last().is_some_and(|node| node.1 > 0.0));
+        casts.map(|nodes| nodes[0].0).fold(f32::INFINITY, f32::min)
+    }
+
+    /// Four alike are what they are, where these are even from their front to their back; and strands of two alternating texels, one
+    /// dark and one clear, leave half of the light.
+    #[test]
+    fn closed_forms() {
+        let interpolation = Interpolation::Exponential;
+        let build = Build { nodes: 8, work: 8, interpolation, nudge: true, turns: 0 };
+        let slab = [(0.25, 0.0), (0.75, 3.0)];
+        let curve = merged([&slab; 4], build);
+        for i in 0..=100 {
+            let depth = i as f32 / 100.0;
+            let exact = (-3.0 * ((depth - 0.25) / 0.5).clamp(0.0, 1.0)).exp();
+            assert!((curve.transmittance(depth) - exact).abs() < 1e-6, "{depth}: {curve:?}");
+        }
+        let strand = [(0.5, 80.0)];
+        let curve = merged([&strand, &[], &strand, &[]], build);
+        assert_eq!([0.49, 0.5, 1.0].map(|depth| curve.transmittance(depth)), [1.0, 0.5, 0.5]);
     }
 }

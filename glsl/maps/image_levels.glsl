@@ -1,0 +1,18 @@
+// Levels of detail of maps whose texels are an image: coarser ones stand in a buffer, in full floats.
+// A technique says with LEVEL_WORDS how many words a texel of theirs has.
+#ifndef MAPS_IMAGE_LEVELS_GLSL
+#define MAPS_IMAGE_LEVELS_GLSL
+#include "maps/level_tile.glsl"
+
+// set 1: maps_image_levels
+layout(set = 1, binding = 0) uniform texture2D texels;
+layout(set = 1, binding = 1, scalar) coherent buffer LevelWords { uint level_words[]; };
+
+// The first word of a texel of a coarser level, of its place among those of all maps and levels.
+uint coarser_word(uint place) {
+    return LEVEL_WORDS * (place - level_first(map_size(), gl_NumWorkGroups.z, 1u));
+}
+
+// Where a texel of the map is in the image, of that place.
+ivec2 image_place(uint place) { return ivec2(place % map_size().x, place / map_size().x); }
+#endif

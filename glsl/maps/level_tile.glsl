@@ -1,0 +1,72 @@
+// Builds up to LEVELS_A_PASS levels of detail of all maps: a workgroup makes of a tile of 8 × 8 texels of the level below `level` the
+// 4 × 4 of that level, of these 2 × 2 of the next, and of these one. So few passes wait for each other.
+// A technique includes it, and defines make_level, which all threads call.
+// Inputs: maps, texels of the level below. Outputs: those of the levels.
+#ifndef MAPS_LEVEL_TILE_GLSL
+#define MAPS_LEVEL_TILE_GLSL
+#extension GL_EXT_control_flow_attributes : require
+#include "maps/level_place.glsl"
+#include "maps/scene.glsl"
+
+layout(local_size_x = 64) in;
+const uint LEVEL_THREADS = 64u;
+
+// Twin: maps::levels.
+const uint LEVELS_A_PASS = 3u;
+
+layout(push_constant, scalar) uniform LevelPush { uint level; };
+
+// Texels of a level that a workgroup makes at most, and those below each.
+const uint MADE = 16u;
+const uint BELOW = 4u;
+
+// What a workgroup makes of a level.
+struct LevelTile {
+    uint level;
+    uint side;          // texels a side, 4, 2 or 1
+    uvec2 corner;       // the first of them
+    uvec2 size;         // of the level
+    uvec2 below;        // of the one below
+    uint first;         // texels before those of the map's level
+    uint below_first;   // and before those of the one below
+};
+
+// No texel.
+const uint NONE = ~0u;
+
+uint tile_texels(LevelTile tile) { return tile.side * tile.side; }
+
+// Place of texel t of the tile among those of all maps and levels; NONE past the map's edge.
+uint made_place(LevelTile tile, uint t) {
+    uvec2 at = tile.corner + uvec2(t % tile.side, t / tile.side);
+    return all(lessThan(at, tile.size)) ? tile.first + at.y * tile.size.x + at.x : NONE;
+}
+
+// That of a texel below, of twice as many a side.
+uint below_place(LevelTile tile, uvec2 texel) {
+    uvec2 at = 2u * tile.corner + texel;
+    return all(lessThan(at, tile.below)) ? tile.below_first + at.y * tile.below.x + at.x : NONE;
+}
+
+// Texel i of the four below texel t.
+uvec2 below_texel(LevelTile tile, uint t, uint i) {
+    return 2u * uvec2(t % tile.side, t / tile.side) + uvec2(i & 1u, i >> 1u);
+}
+
+// Makes the texels of a tile. All threads come here, and what they write they see afterwards.
+void make_level(LevelTile tile);
+
+void main() {
+    uvec2 size = map_size();
+    uint map = gl_WorkGroupID.z, map_count = gl_NumWorkGroups.z;
+    [[dont_unroll]] for (uint i = 0u; i < LEVELS_A_PASS && level + i < LEVELS; ++i) {
+        uint its = level + i, side = 4u >> i;
+        uvec2 at = level_size(size, its), below = level_size(size, its - 1u);
+        make_level(LevelTile(its, side, side * gl_WorkGroupID.xy, at, below,
+                             level_first(size, map_count, its) + map * at.x * at.y,
+                             level_first(size, map_count, its - 1u) + map * below.x * below.y));
+        memoryBarrierBuffer();
+        barrier();
+    }
+}
+#endif

@@ -1,0 +1,9 @@
+// Cells of a range for levels of detail (maps/sums/levels.glsl), as long as each other.
+#ifndef MAPS_SUMS_EVEN_CELLS_GLSL
+#define MAPS_SUMS_EVEN_CELLS_GLSL
+
+// Twin: texel_sums::EVEN_CELLS.
+#define LEVEL_CELLS 32u
+
+float cell_end(uint k) { return float(k) / float(LEVEL_CELLS); }
+#endif

@@ -1,0 +1,9 @@
+// The texels' words for passes that make levels of detail: in the place of maps/sums/set.glsl, since they read what they wrote.
+#ifndef MAPS_SUMS_SET_GLSL
+#define MAPS_SUMS_SET_GLSL
+#extension GL_EXT_scalar_block_layout : require
+// set 1: maps_level_sums
+layout(set = 1, binding = 0, scalar) coherent buffer SumWords { uint sum_words[]; };
+
+uint kept_word(uint i) { return sum_words[i]; }
+#endif

@@ -1,0 +1,78 @@
+// Makes levels of detail of texels of sums: a texel's range is that of the four below it, and at the ends of the range's cells the
+// optical depth is what their mean transmittance comes to. Between two ends it grows evenly, as along a segment, and so it is added up
+// as casters' segments are. What is past the map's edge, or has no casters, lets all light through.
+// Twin: reference::twin::texel_sums::merged.
+// Invariant: behind the range it is the mean of what the four have there, to what storing rounds; sums never fall along the range.
+// A technique declares before: SUMS, segment_parts and store_sums, as for maps/sums/binned.glsl; how it reads (maps/sums/read.glsl);
+// LEVEL_CELLS, and float cell_end(uint k), the place where cell k − 1 ends, k = 0 being the range's beginning.
+#ifndef MAPS_SUMS_LEVELS_GLSL
+#define MAPS_SUMS_LEVELS_GLSL
+#include "maps/level_tile.glsl"
+#include "maps/sums/read.glsl"
+
+// Of each texel that is made.
+shared vec2 level_ranges[MADE];
+shared float level_depths[MADE * LEVEL_CELLS];
+
+// The first word of texel i of the four below texel t; NONE where nothing casts.
+uint casting_words(LevelTile tile, uint t, uint i) {
+    uint place = below_place(tile, below_texel(tile, t, i));
+    uint first = place * texel_words();
+    return place != NONE && kept_total(first + range_words()) > 0.0 ? first : NONE;
+}
+
+vec2 merged_range(LevelTile tile, uint t) {
+    vec2 ends = vec2(FARTHEST, -FARTHEST);
+    for (uint i = 0u; i < BELOW; ++i) {
+        uint first = casting_words(tile, t, i);
+        if (first != NONE) {
+            vec2 range = kept_range(first);
+            ends = vec2(min(ends.x, range.x), max(ends.y, range.y));
+        }
+    }
+    return range_of(ends);
+}
+
+// The optical depth that the mean of the four has there.
+float merged_depth(LevelTile tile, uint t, float depth) {
+    float mean = 0.0;
+    for (uint i = 0u; i < BELOW; ++i) {
+        uint first = casting_words(tile, t, i);
+        mean += 0.25 * (first != NONE ? words_transmittance(first, depth) : 1.0);
+    }
+    return mean < 1.0 ? min(-log(max(mean, 1e-35)), MAX_OPTICAL_DEPTH) : 0.0;
+}
+
+void make_level(LevelTile tile) {
+    uint thread = gl_LocalInvocationIndex;
+    if (thread < tile_texels(tile)) {
+        level_ranges[thread] = merged_range(tile, thread);
+    }
+    barrier();
+    for (uint i = thread; i < tile_texels(tile) * LEVEL_CELLS; i += LEVEL_THREADS) {
+        uint t = i / LEVEL_CELLS;
+        vec2 range = level_ranges[t];
+        level_depths[i] = merged_depth(tile, t, mix(range.x, range.y, cell_end(i % LEVEL_CELLS + 1u)));
+    }
+    barrier();
+    uint place = thread < tile_texels(tile) ? made_place(tile, thread) : NONE;
+    if (place == NONE) {
+        return;
+    }
+    float sums[SUMS];
+    for (uint k = 0u; k < SUMS; ++k) {
+        sums[k] = 0.0;
+    }
+    float last = 0.0;
+    for (uint i = 0u; i < LEVEL_CELLS; ++i) {
+        float optical_depth = max(level_depths[thread * LEVEL_CELLS + i], last);
+        float parts[SUMS];
+        segment_parts(vec2(cell_end(i), cell_end(i + 1u)), optical_depth - last, parts);
+        for (uint k = 0u; k < SUMS; ++k) {
+            sums[k] += parts[k];
+        }
+        last = optical_depth;
+    }
+    store_sums(place, level_ranges[thread], sums);
+}
+#endif

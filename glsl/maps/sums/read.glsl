@@ -1,0 +1,33 @@
+// Reads a texel's words: its range, then what its technique keeps. A technique says how many there are and what they answer.
+#ifndef MAPS_SUMS_READ_GLSL
+#define MAPS_SUMS_READ_GLSL
+#include "maps/sums/range.glsl"
+
+// Word i of all texels.
+uint kept_word(uint i);
+
+// Words of a texel, its range among them.
+uint texel_words();
+
+// The optical depth of all of a texel's casters, and what is left of the light at a place of its range, 0 to 1; `at`: the word behind
+// the range.
+float kept_total(uint at);
+float kept_transmittance(uint at, float place);
+
+float kept_float(uint i) { return uintBitsToFloat(kept_word(i)); }
+
+// The range of the texel whose first word is that.
+vec2 kept_range(uint first) {
+    vec2 range = vec2(0.0, 1.0);
+    if (SUM_RANGE != RANGE_SCENE) {
+        range.x = kept_float(first);
+        range.y = SUM_RANGE == RANGE_FRONT ? 1.0 : kept_float(first + 1u);
+    }
+    return range;
+}
+
+// What is left of the light at a depth of the texel whose first word is that.
+float words_transmittance(uint first, float depth) {
+    return kept_transmittance(first + range_words(), range_place(kept_range(first), depth));
+}
+#endif

@@ -1,0 +1,62 @@
+#version 460
+// Builds levels of detail of Beer shadow maps: behind the farthest back a texel lets through the mean of the four below it, and its front,
+// or its back, stands where the area under its transmittance, from the nearest front to the farthest back, is the mean of theirs. What is
+// past the map's edge, or has no casters, lets all light through. Source: ours.
+// Inputs: maps, texels. Output: level_words. Twin: reference::twin::beer_shadow_map::merged.
+#define LEVEL_WORDS 3u
+#include "maps/image_levels.glsl"
+#include "technique/beer_shadow_map/texel.glsl"
+
+vec4 below_beer(LevelTile tile, uint place) {
+    if (place == NONE) {
+        return vec4(0.0);
+    }
+    if (tile.level == 1u) {
+        vec4 texel = texelFetch(texels, image_place(place), 0);
+        return vec4(texel.rgb, beer_most(texel));
+    }
+    uint at = coarser_word(place);
+    return vec4(uintBitsToFloat(level_words[at]), uintBitsToFloat(level_words[at + 1u]), 0.0,
+                uintBitsToFloat(level_words[at + 2u]));
+}
+
+// Mean transmittance along an even medium that takes so much: (1 − exp(−t)) / t, by a series where that would cancel.
+float even_mean(float t) { return t < 0.01 ? 1.0 - t * (0.5 - t / 6.0) : (1.0 - exp(-t)) / t; }
+
+void make_level(LevelTile tile) {
+    uint t = gl_LocalInvocationIndex, place = t < tile_texels(tile) ? made_place(tile, t) : NONE;
+    if (place == NONE) {
+        return;
+    }
+    vec4 four[BELOW];
+    vec2 ends = vec2(FARTHEST, -FARTHEST);
+    for (uint i = 0u; i < BELOW; ++i) {
+        four[i] = below_beer(tile, below_place(tile, below_texel(tile, t, i)));
+        ends = four[i].a > 0.0 ? vec2(min(ends.x, 1.0 - four[i].r), max(ends.y, four[i].g)) : ends;
+    }
+    float tail = 0.0, area = 0.0;
+    for (uint i = 0u; i < BELOW; ++i) {
+        // A front that is weighted may lie behind the back, by rounding.
+        float front = four[i].a > 0.0 ? 1.0 - four[i].r : ends.y, back = four[i].a > 0.0 ? max(four[i].g, front) : ends.y;
+        float left = exp(-four[i].a);
+        tail += 0.25 * left;
+        area += 0.25 * ((front - ends.x) + (back - front) * even_mean(four[i].a) + (ends.y - back) * left);
+    }
+    vec4 merged = vec4(0.0);
+    if (ends.x <= ends.y && tail < 1.0) {
+        float taken = min(-log(max(tail, 1e-35)), 80.0), mean = even_mean(taken);
+        vec2 depth = ends;
+        // Of what takes next to nothing rounding would decide.
+        if (mean <= 0.9999) {
+            // (front − nearest) + (farthest − front) × mean = area; where less light than that is left, the back is nearer:
+            // (back − nearest) × mean + (farthest − back) × tail = area.
+            depth.x = (area + ends.x - ends.y * mean) / (1.0 - mean);
+            depth.y = depth.x < ends.x ? (area + ends.x * mean - ends.y * tail) / (mean - tail) : ends.y;
+        }
+        merged = beer_texel(clamp(depth, ends.xx, ends.yy), taken);
+    }
+    uint at = coarser_word(place);
+    level_words[at] = floatBitsToUint(merged.r);
+    level_words[at + 1u] = floatBitsToUint(merged.g);
+    level_words[at + 2u] = floatBitsToUint(merged.a);
+}

@@ -1,0 +1,10 @@
+#version 460
+// Builds levels of detail of the means that Haar wavelets make, of the mean transmittance of the four texels below each.
+// Inputs: maps, words of the level below. Output: words of the levels. Twin: reference::twin::texel_sums::merged.
+// Invariant: as maps/sums/levels.glsl.
+#include "maps/sums/level_words.glsl"
+#include "technique/wavelet/parts.glsl"
+#include "maps/sums/store_halves.glsl"
+#include "technique/wavelet/read.glsl"
+#include "maps/sums/even_cells.glsl"
+#include "maps/sums/levels.glsl"

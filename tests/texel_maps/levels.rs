@@ -1,0 +1,190 @@
+//! levels= of techniques of one texel a ray: each level against the twin's of the one below, and what squares see of a lattice of strands,
+//! whose mean has a closed form.
+
+use super::cases;
+use crate::support::{self, gpu_test_needing, scenes, some, spec};
+use gobo::consume::{Asked, Query};
+use gobo::gpu::{Context, Requirement};
+use gobo::maps::level_size;
+use gobo::reference::twin::beer_shadow_map::{self as beer, Texel};
+use gobo::reference::twin::translucency_map as translucency;
+use gobo::scene::{Scene, Strand};
+use gobo::technique::{BeerShadowMap, Opened, Technique, TexelMap, TranslucencyMap, open};
+use gobo::world::World;
+use half::f16;
+
+/// What storing in 32 bits and two ways to compute an exponential may change.
+const ARITHMETIC: f32 = 1e-5;
+
+/// Levels of all cases.
+const LEVELS: u32 = 4;
+
+/// The image's texels as floats, those of coarser levels, texels a side, and maps.
+struct Kept {
+    image: Vec<[f32; 4]>,
+    coarser: Vec<f32>,
+    size: [u32; 2],
+    maps: u32,
+}
+
+fn kept<S>(context: &Context, scene: &Scene, open: impl Fn(&World) -> gobo::Result<TexelMap<S>>, text: &str) -> Kept {
+    let world = World::new(context, scene).expect("room for the scene");
+    let mut opened = Opened::new(context, Box::new(support::opened(open(&world), text)), true);
+    opened.build(&world).expect(text);
+    let texels = &opened.technique.texels;
+    let [width, height] = texels.image.size();
+    let image = match texels.image.bytes() / u64::from(width * height) {
+        1 => texels.image.read::<u8>().expect("read").into_iter().map(|t| [f32::from(t) / 255.0; 4]).collect(),
+        2 => texels.image.read::<u16>().expect("read").into_iter().map(|t| [f16::from_bits(t).to_f32(); 4]).collect(),
+        _ => {
+            let halves = texels.image.read::<[u16; 4]>().expect("read");
+            halves.into_iter().map(|t| t.map(|h| f16::from_bits(h).to_f32())).collect()
+        }
+    };
+    let coarser = texels.coarser.read(texels.coarser.bytes() as usize / 4).expect("read");
+    let view = opened.technique.maps()[0].volume;
+    Kept { image, coarser, size: [view.width, view.height], maps: height / view.height }
+}
+
+impl Kept {
+    /// Calls `check` with each texel of each coarser level, `words` floats of it, and the four below, of which the map's own have four.
+    fn each(&self, words: usize, mut check: impl FnMut(&str, &[f32], [Option<Vec<f32>>; 4])) {
+        let mut first = 0;
+        let mut below: Vec<Vec<f32>> = self.image.iter().map(|t| t.to_vec()).collect();
+        for level in 1..LEVELS {
+            let ([w, h], [width, height]) = (level_size(self.size, level - 1), level_size(self.size, level));
+            let count = (width * height * self.maps) as usize;
+            let its: Vec<_> =
+                self.coarser[first..first + count * words].chunks_exact(words).map(<[f32]>::to_vec).collect();
+            for (i, found) in its.iter().enumerate() {
+                let [map, y, x] = [i as u32 / (width * height), i as u32 / width % height, i as u32 % width];
+                let four = [0, 1, 2, 3].map(|i| {
+                    let [x, y] = [2 * x + i % 2, 2 * y + i / 2];
+                    (x < w && y < h).then(|| below[((map * h + y) * w + x) as usize].clone())
+                });
+                check(&format!("level {level}, map {map}, texel {x}, {y}"), found, four);
+            }
+            first += count * words;
+            below = its;
+        }
+        assert_eq!(first, self.coarser.len());
+    }
+}
+
+/// The mean of the four.
+#[test]
+fn levels_of_translucency_maps_equal_their_twins() {
+    gpu_test_needing("levels_of_translucency_maps_equal_their_twins", &[Requirement::ExtendedFormats], |context| {
+        for (scene, size) in some(cases(), 2) {
+            for way in ["raster,storage=r8", "binned,storage=r16f"] {
+                let text = format!("translucency-map:path={way},size={size},levels={LEVELS}");
+                let settings = spec(&text).settings();
+                let kept = kept(context, &scene, |world| TranslucencyMap::new(context, world, &settings), &text);
+                let mut covered = 0;
+                kept.each(1, |what, found, four| {
+                    let expected = translucency::merged(four.map(|texel| texel.map(|t| t[0])));
+                    let what = format!("{} {text}, {what}", scene.name);
+                    assert!((found[0] - expected).abs() < ARITHMETIC, "{what}: {found:?}, not {expected}");
+                    covered += u32::from(expected < 0.99);
+                });
+                assert!(covered > 20, "{} {text}: {covered} texels are covered", scene.name);
+            }
+        }
+    });
+}
+
+/// As much light behind all as the four leave, and as much of it in all.
+#[test]
+fn levels_of_beer_shadow_maps_equal_their_twins() {
+    gpu_test_needing("levels_of_beer_shadow_maps_equal_their_twins", &[], |context| {
+        for (scene, size) in some(cases(), 2) {
+            for way in ["raster", "binned", "binned,front=weighted"] {
+                let text = format!("beer-shadow-map:path={way},size={size},levels={LEVELS}");
+                let settings = spec(&text).settings();
+                let kept = kept(context, &scene, |world| BeerShadowMap::new(context, world, &settings), &text);
+                let mut covered = 0;
+                kept.each(3, |what, found, four| {
+                    let texel = |t: &[f32]| Texel { one_minus_front: t[0], back: t[1], optical_depth: t[t.len() - 1] };
+                    let expected = beer::merged(four.map(|t| t.map_or(Texel::default(), |t| texel(&t))));
+                    let (what, found) = (format!("{} {text}, {what}", scene.name), texel(found));
+                    for i in 0..=20 {
+                        let depth = i as f32 / 20.0;
+                        let [far, near] = [2e-4, -2e-4].map(|off| expected.transmittance(depth + off));
+                        let within = far - ARITHMETIC..=near + ARITHMETIC;
+                        let found = found.transmittance(depth);
+                        assert!(within.contains(&found), "{what} {depth}: {found}, not {within:?}, {expected:?}");
+                    }
+                    covered += u32::from(expected.transmittance(2.0) < 0.99);
+                });
+                assert!(covered > 20, "{} {text}: {covered} texels are covered", scene.name);
+            }
+        }
+    });
+}
+
+/// The lattice's pitch, and what each strand takes of the light.
+const PITCH: f32 = 0.07;
+const OPACITY: f32 = 0.9;
+
+/// Two lattices of strands under a light from above, one across the other, each of which covers half of what is behind.
+fn lattices() -> Scene {
+    let mut scene = scenes::directional("lattices", [0.0, 0.0, -1.0], Vec::new());
+    let strand = |i: i32, across: bool| {
+        let along = |end: f32| if across { [end, PITCH * i as f32, 1.0] } else { [PITCH * i as f32, end, 3.0] };
+        Strand { start: along(-2.0), end: along(2.0), radius: PITCH / 4.0, opacity: OPACITY }
+    };
+    scene.strands = (-28..=28).flat_map(|i| [strand(i, true), strand(i, false)]).collect();
+    scene
+}
+
+/// Squares far wider than the pitch see what each lattice leaves in the mean, whatever a texel keeps: not what the mean optical depth
+/// would leave. Points see all of a strand or none.
+#[test]
+fn squares_see_what_lattices_leave() {
+    gpu_test_needing("squares_see_what_lattices_leave", &[Requirement::ExtendedFormats], |context| {
+        let scene = lattices();
+        let world = World::new(context, &scene).expect("room for the scene");
+        let one = 1.0 - 0.5 * OPACITY;
+        // Between the lattices a Beer shadow map and a series know no step.
+        let each = [
+            ("translucency-map:storage=r16f", None, None),
+            ("beer-shadow-map", Some(1.0), None),
+            ("avsm", Some(1.0), Some(0.02)),
+            ("layers", Some(1.0), Some(0.02)),
+            ("wavelet", Some(1.0), Some(0.02)),
+            ("fourier:coefficients=31", Some(1.0), Some(0.06)),
+            ("moments", Some(1.0), Some(0.06)),
+        ];
+        for (name, front, between) in each {
+            let separator = if name.contains(':') { ',' } else { ':' };
+            let text = format!("{name}{separator}path=binned,size=128,levels=6");
+            let mut opened = support::opened(open(context, &world, &spec(&text)), &text);
+            opened.build(&world).expect(&text);
+            let answers = |z: f32, side: f32| {
+                let points: Vec<_> =
+                    (0..15).flat_map(|i| (0..15).map(move |k| [i, k].map(|i| 0.13 * (i - 7) as f32))).collect();
+                let points: Vec<[f32; 3]> = points.into_iter().map(|[x, y]| [x, y, z]).collect();
+                let asked = [Asked { light: 0, points: &points, normals: &[] }];
+                let query = Query::of_areas(context, &asked, &vec![side; points.len()]).expect("room");
+                query.ask(&opened.technique.answer()).expect("answered")
+            };
+            let mean = |all: &[f32]| all.iter().sum::<f32>() / all.len() as f32;
+            let farthest = |all: &[f32], from: f32| all.iter().map(|a| (a - from).abs()).fold(0.0, f32::max);
+            // Texels hit a strand by their centres: of a square of 28 or so a side the share is off by a little.
+            let behind = answers(0.0, 28.0 / 32.0);
+            println!("{text}: {} behind, {} between", mean(&behind), mean(&answers(2.0, 28.0 / 32.0)));
+            let off = farthest(&behind, one * one);
+            assert!(off < 0.05, "{text}: {off} from {} behind both", one * one);
+            let points = answers(0.0, 0.0);
+            assert!(farthest(&points, one * one) > 0.1, "{text}: points see means");
+            if let Some(front) = front {
+                assert_eq!(farthest(&answers(3.5, 28.0 / 32.0), front), 0.0, "{text}: in front");
+            }
+            if let Some(most) = between {
+                let between = answers(2.0, 28.0 / 32.0);
+                let off = farthest(&between, one);
+                assert!(off < 0.05 + most, "{text}: {off} from {one} between them");
+            }
+        }
+    });
+}
