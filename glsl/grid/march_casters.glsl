@@ -53,10 +53,12 @@ float march_casters(vec3 from, vec3 way, Ray ray) {
         float nearest = min(planes.x, min(planes.y, planes.z));
         bool last = nearest >= march.range.y;
         if (used) {
-            uint list = first + used_before(voxels, grid_bit(0u, at)), behind = visibility_cast_lists[list + 1u];
+            uint list = first + LIST_WORDS * used_before(voxels, grid_bit(0u, at));
+            uint behind = visibility_cast_lists[list + LIST_WORDS];
             vec2 between = vec2(begin, last ? FARTHEST : nearest);
-            for (uint i = visibility_cast_lists[list]; i < behind; ++i) {
-                float entry, taken = cast_depth(ray, ray_length, visibility_casters[visibility_cast_lists[i]], 1.0, entry);
+            for (uint i = visibility_cast_lists[list]; i < behind; i += LIST_WORDS) {
+                Caster caster = visibility_casters[visibility_cast_lists[i + 1u]];
+                float entry, taken = cast_depth(ray, ray_length, caster, 1.0, entry);
                 sum += entry >= between.x && entry < between.y ? taken : 0.0;
             }
         }

@@ -1,23 +1,29 @@
 // Whether a ray meets a triangle of a grid that lists them: every voxel on the way as march_exact goes (glsl/grid/march.glsl), and in
-// an occupied one its triangles. A hit counts wherever on the ray it is. Needs visibility_triangles, and visibility_cells with the
-// lists (glsl/grid/lists/place.glsl). Source: Woop et al. 2013, Watertight ray/triangle intersection; the box about the triangle and
-// the bound are ours. Twin: the truth, in f64.
+// an occupied one the triangles whose boxes it passes. A hit counts wherever on the ray it is. Needs visibility_triangles, and
+// visibility_cells with the lists (glsl/grid/lists/place.glsl). Source: Woop et al. 2013, Watertight ray/triangle intersection; boxes
+// and bounds are ours. Twin: the truth, in f64.
 #ifndef GRID_MARCH_TRIANGLES_GLSL
 #define GRID_MARCH_TRIANGLES_GLSL
+#include "grid/lists/box.glsl"
 #include "grid/lists/place.glsl"
 #include "grid/occupied.glsl"
 #include "grid/walk.glsl"
-#include "world/triangle.glsl"
+#include "maps/float_order.glsl"
+#include "world/triangle_rows.glsl"
 
 // How far from where it is a ray or a side may be taken to be along each axis, world units: by the longest way and the largest
 // coordinate of a grid. docs/voxel-grid.md derives it. Twin: Stood::rounding in src/grid/stood.rs.
 const float ROUNDING_OF_WAY = 1.0 / 524288.0;
 const float ROUNDING_OF_PLACE = 1.0 / 2097152.0;
 
+// Its largest coordinate.
+float grid_farthest(Grid grid) {
+    vec3 far = max(abs(grid.origin), abs(grid.origin + float(grid.size) * grid.voxel));
+    return max(far.x, max(far.y, far.z));
+}
+
 float grid_rounding(Grid grid) {
-    float side = float(grid.size) * grid.voxel;
-    vec3 far = max(abs(grid.origin), abs(grid.origin + side));
-    return side * ROUNDING_OF_WAY + max(far.x, max(far.y, far.z)) * ROUNDING_OF_PLACE;
+    return float(grid.size) * grid.voxel * ROUNDING_OF_WAY + grid_farthest(grid) * ROUNDING_OF_PLACE;
 }
 
 // A ray that looks along z from the origin: the axis along which it goes most, and what of it goes along the two others.
@@ -50,11 +56,24 @@ float side_area(vec2 from, vec2 to) {
     return area;
 }
 
-// Whether the ray meets it before `end`, in lengths of its direction. One in whose plane it begins, up to `rounding`, is the surface that it
-// leaves, and is not in its way.
-bool shear_meets(Shear shear, Triangle triangle, float end, float rounding) {
-    vec3 a = sheared(shear, triangle.corners[0]), b = sheared(shear, triangle.corners[1]);
-    vec3 c = sheared(shear, triangle.corners[2]);
+// How far a point of a plane may be taken to be from it: by the largest coordinate of the grid for its own place, by how far it is
+// from the triangle's corner for the rest. docs/voxel-grid.md derives both.
+const float ROUNDING_OF_POINT = 1.0 / 2097152.0;
+const float ROUNDING_OF_PLANE = 3.0 / 4194304.0;
+
+// Whether the ray begins in the plane of a triangle, up to rounding.
+bool begins_in_plane(vec3 origin, vec3 corners[3], float farthest) {
+    vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], from = origin - corners[0], normal = cross(ab, ac);
+    float place = farthest * ROUNDING_OF_POINT * length(normal);
+    float plane = ROUNDING_OF_PLANE * length(ab) * length(ac) * length(from);
+    return abs(dot(normal, from)) <= place + plane;
+}
+
+// Whether the ray meets it before `end`, in lengths of its direction. One in whose plane it begins is the surface that it leaves, and
+// is not in its way.
+bool shear_meets(Shear shear, TriangleRows triangle, float end, float farthest) {
+    vec3 corners[3] = triangle_corners(triangle);
+    vec3 a = sheared(shear, corners[0]), b = sheared(shear, corners[1]), c = sheared(shear, corners[2]);
     vec3 low = min(a, min(b, c)), high = max(a, max(b, c));
     // Areas say nothing of a sliver that the ray passes far from.
     if (!(all(lessThanEqual(low.xy, vec2(0.0))) && all(greaterThanEqual(high, vec3(0.0))) && low.z <= end)) {
@@ -69,26 +88,72 @@ bool shear_meets(Shear shear, Triangle triangle, float end, float rounding) {
     if (area == 0.0 || !(at > 0.0 && at < end)) {
         return false;
     }
-    return abs(dot(triangle_normal(triangle), shear.origin - triangle.corners[0])) > rounding;
+    return !begins_in_plane(shear.origin, corners, farthest);
+}
+
+// A way as the boxes in a voxel see it.
+struct BoxWay {
+    vec3 inverse;  // of the way
+    bvec3 turned;  // it goes down
+};
+
+// Where it enters the nearer of a box's sides and leaves the farther ones is `base`, and `inverse` a place on.
+bool box_is_met(BoxWay way, vec3 base, uint box) {
+    vec3 first = vec3(box_places(box, BOX_FIRST)), last = vec3(box_places(box, BOX_LAST)) + 1.0;
+    vec3 near = base + way.inverse * mix(first, last, way.turned), far = base + way.inverse * mix(last, first, way.turned);
+    return max(max(near.x, near.y), max(near.z, 0.0)) <= min(far.x, min(far.y, far.z));
+}
+
+// What is listed and is asked at once, since each load is waited for.
+const uint ASKED_AT_ONCE = 4u;
+
+// Of a list's triangles from `entry` on that are asked at once, those whose boxes the way meets, a bit each.
+uint boxes_met(BoxWay way, vec3 base, uint entry, uint behind) {
+    uint met = 0u;
+    for (uint i = 0u; i < ASKED_AT_ONCE; ++i) {
+        uint at = entry + LIST_WORDS * i;
+        bool is_met = box_is_met(way, base, visibility_cells[min(at, behind - LIST_WORDS)]);
+        met |= at < behind && is_met ? 1u << i : 0u;
+    }
+    return met;
+}
+
+// Boxes are larger by so much of a voxel: GRID_SLACK in glsl/grid/lists/meets.glsl.
+const float BOX_SLACK = 1.0 / 512.0;
+
+// The part of a way that is in the box about all that casts.
+vec2 cast_clip(vec3 from, vec3 way) {
+    vec3 low, high;
+    for (uint axis = 0u; axis < 3u; ++axis) {
+        low[axis] = float_of_order(visibility_grid.low[axis]);
+        high[axis] = float_of_order(visibility_grid.high[axis]);
+    }
+    low = (low - visibility_grid.origin) * visibility_grid.per_unit - BOX_SLACK;
+    high = (high - visibility_grid.origin) * visibility_grid.per_unit + BOX_SLACK;
+    return box_clip(from, way, low, high);
 }
 
 // `from` and `way` are voxels; the ray is that of `origin` and `direction`, world units.
 bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end) {
     March march;
     ivec3 voxel;
-    if (!march_begin(from, way, GRID_SIZE, march, voxel)) {
+    if (!march_within(from, way, cast_clip(from, way), GRID_SIZE, march, voxel)) {
         return false;
     }
     Shear shear = shear_of(origin, direction);
-    float rounding = grid_rounding(visibility_grid);
+    bvec3 turned = lessThan(way, vec3(0.0));
+    BoxWay box_way = BoxWay(mix(march.inverse, -march.inverse, turned) / float(BOX_PLACES), turned);
+    float farthest = grid_farthest(visibility_grid);
     uvec3 block = uvec3(~0u), brick = uvec3(~0u);
-    uvec2 bricks = uvec2(0u), voxels = uvec2(0u);
-    uint first = 0u, list = 0u, side = grid_side(GRID_SIZE, 0u), shift = 0u;
+    uvec2 blocks = uvec2(0u), bricks = uvec2(0u), voxels = uvec2(0u);
+    uint first = 0u, side = grid_side(GRID_SIZE, 0u), shift = 0u;
     bool is_first = true;
     for (uint turn = 0u; turn < 3u * GRID_SIZE + 3u;) {
-        // On to the next used voxel, so that neighbours test triangles at the same time.
-        bool used = false;
-        for (; turn < 3u * GRID_SIZE + 3u && !used; ++turn) {
+        // On to the next voxel in which the way meets something's box, so that neighbours test triangles at the same time.
+        bool is_asked = false;
+        uint entry = 0u, behind = 0u;
+        vec3 base = vec3(0.0);
+        for (; turn < 3u * GRID_SIZE + 3u && !is_asked; ++turn) {
 #ifdef LOOK_UP_STEPS
             ++look_up_steps;
 #endif
@@ -101,32 +166,42 @@ bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end
             }
             is_first = false;
             uvec3 at = uvec3(voxel) ^ march.mirror;
+            // The words that the way comes to are loaded at once, since each is waited for, and not one where another says so.
             if (at >> 4u != block) {
                 block = at >> 4u;
+                blocks = grid_bits(2u, at >> 6u);
                 bricks = grid_bits(1u, block);
             }
+            if (at >> 2u != brick) {
+                brick = at >> 2u;
+                voxels = grid_bits(0u, brick);
+                first = visibility_cells[(brick.z * side + brick.y) * side + brick.x];
+            }
             if (grid_is_empty(bricks)) {
-                shift = grid_is_empty(grid_bits(2u, at >> 6u)) ? 6u : 4u;
-            } else if (!grid_has(bricks, at >> 2u)) {
-                shift = 2u;
+                shift = grid_is_empty(blocks) ? 6u : grid_octant_is_empty(blocks, block) ? 5u : 4u;
+            } else if (!grid_has(bricks, brick)) {
+                shift = grid_octant_is_empty(bricks, brick) ? 3u : 2u;
             } else {
-                if (at >> 2u != brick) {
-                    brick = at >> 2u;
-                    voxels = grid_bits(0u, brick);
-                    first = visibility_cells[(brick.z * side + brick.y) * side + brick.x];
-                }
-                used = grid_has(voxels, at);
                 shift = grid_octant_is_empty(voxels, at) ? 1u : 0u;
-                list = first + used_before(voxels, grid_bit(0u, at));
+                if (grid_has(voxels, at)) {
+                    uint list = first + LIST_WORDS * used_before(voxels, grid_bit(0u, at));
+                    uint box = visibility_cells[list + 1u];
+                    entry = visibility_cells[list];
+                    behind = visibility_cells[list + LIST_WORDS];
+                    base = (vec3(at) - from) * box_way.inverse * float(BOX_PLACES);
+                    is_asked = box_is_met(box_way, base, box);
+                }
             }
         }
-        if (!used) {
+        if (!is_asked) {
             return false;
         }
-        uint behind = visibility_cells[list + 1u];
-        for (uint i = visibility_cells[list]; i < behind; ++i) {
-            if (shear_meets(shear, visibility_triangles[visibility_cells[i]], end, rounding)) {
-                return true;
+        for (; entry < behind; entry += ASKED_AT_ONCE * LIST_WORDS) {
+            for (uint met = boxes_met(box_way, base, entry, behind); met != 0u; met &= met - 1u) {
+                uint number = visibility_cells[entry + LIST_WORDS * uint(findLSB(met)) + 1u];
+                if (shear_meets(shear, visibility_triangles[number], end, farthest)) {
+                    return true;
+                }
             }
         }
     }

@@ -11,6 +11,12 @@ use bytemuck::{Pod, Zeroable};
 /// Values that a workgroup adds up. Twin: SCANNED in glsl/grid/lists/scan.glsl.
 const SCANNED: u32 = 1024;
 
+/// Words of a used voxel, and of what is listed. Twin: LIST_WORDS in glsl/grid/lists/place.glsl.
+const LIST_WORDS: u64 = 2;
+
+/// Bytes of a pair: a voxel's bit, a triangle or a caster, and its box there.
+const PAIR_BYTES: u64 = 12;
+
 /// What there was of all. Twin: ListTotals in glsl/grid/lists/set.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -26,7 +32,7 @@ pub struct ListTotals {
 impl ListTotals {
     /// Words of the lists, those of `bricks` bricks among them.
     fn words(self, bricks: u32) -> u64 {
-        u64::from(bricks) + 1 + u64::from(self.voxels) + u64::from(self.pairs)
+        u64::from(bricks) + 1 + LIST_WORDS * (u64::from(self.voxels) + u64::from(self.pairs))
     }
 }
 
@@ -82,7 +88,7 @@ pub(super) struct Lists {
 fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffer; 4]> {
     let sums = u64::from(bricks).max(pairs).div_ceil(u64::from(SCANNED));
     Ok([
-        Buffer::new(context, "grid.pairs", 8 * pairs, Memory::Device)?,
+        Buffer::new(context, "grid.pairs", PAIR_BYTES * pairs, Memory::Device)?,
         Buffer::new(context, "grid.lists", 4 * words, Memory::Device)?,
         Buffer::new(context, "grid.list_sums", 4 * sums, Memory::Device)?,
         Buffer::new(context, "grid.unsorted", 4 * pairs, Memory::Device)?,
@@ -110,7 +116,8 @@ impl Lists {
         (listed, note): (&'static Listed, [&Shader; 3]),
     ) -> Result<Self> {
         let bricks = side(size, 0).pow(3);
-        let [pairs, words, sums, unsorted] = room(context, bricks, first, u64::from(bricks) + 1 + 2 * first)?;
+        let [pairs, words, sums, unsorted] =
+            room(context, bricks, first, u64::from(bricks) + 1 + 2 * LIST_WORDS * first)?;
         let bytes = size_of::<ListTotals>() as u64;
         let totals = Buffer::new(context, "grid.list_totals", bytes, Memory::Device)?;
         let set = set::GridLists { pairs: &pairs, lists: &words, sums: &sums, totals: &totals, unsorted: &unsorted };
@@ -148,7 +155,7 @@ impl Lists {
     fn list(&self, commands: &mut Commands, world: &World, count: u32) {
         let [clearing, noting, numbering, filling, starting, ranking, sorting] = self.listed.passes;
         let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
-        let pairs_room = (self.pairs.bytes() / 8) as u32;
+        let pairs_room = (self.pairs.bytes() / PAIR_BYTES) as u32;
         let push = GridPush { triangle_count, caster_count, pairs_room, ..GridPush::zeroed() };
         let run = |commands: &mut Commands, name, kernel: &Kernel<GridPush>, threads: u64, each: u32| {
             let [x, y] = groups(threads.div_ceil(u64::from(each)));
@@ -169,7 +176,7 @@ impl Lists {
             run(commands, numbering, number, self.bricks.into(), SCANNED);
         }
         // As many voxels are used at most as there are pairs.
-        let pairs = self.pairs.bytes() / 8;
+        let pairs = self.pairs.bytes() / PAIR_BYTES;
         run(commands, filling, &self.fill[0], pairs, THREADS);
         for starts in &self.starts {
             run(commands, starting, starts, pairs, SCANNED);
@@ -196,7 +203,7 @@ impl Lists {
         }
         self.last = totals;
         let (pairs, words) = (u64::from(totals.pairs), totals.words(self.bricks));
-        if 8 * pairs <= self.pairs.bytes() && 4 * words <= self.words.bytes() {
+        if PAIR_BYTES * pairs <= self.pairs.bytes() && 4 * words <= self.words.bytes() {
             return Ok(false);
         }
         // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
@@ -204,7 +211,7 @@ impl Lists {
         let more = |count: u64, bytes: u64| (count + count / 8).min(most / bytes).max(count);
         let lists = more(words - u64::from(self.bricks), 4) + u64::from(self.bricks);
         let [pairs, words, sums, unsorted] =
-            room(&self.context, self.bricks, more(pairs, 8), lists.min(most / 4).max(words))?;
+            room(&self.context, self.bricks, more(pairs, PAIR_BYTES), lists.min(most / 4).max(words))?;
         self.set.replace(set::GridLists::PAIRS, &pairs)?;
         self.set.replace(set::GridLists::LISTS, &words)?;
         self.set.replace(set::GridLists::SUMS, &sums)?;
