@@ -91,28 +91,25 @@ bool shear_meets(Shear shear, TriangleRows triangle, float end, float farthest) 
     return !begins_in_plane(shear.origin, corners, farthest);
 }
 
-// A way as the boxes in a voxel see it.
-struct BoxWay {
-    vec3 inverse;  // of the way
-    bvec3 turned;  // it goes down
-};
-
-// Where it enters the nearer of a box's sides and leaves the farther ones is `base`, and `inverse` a place on.
-bool box_is_met(BoxWay way, vec3 base, uint box) {
-    vec3 first = vec3(box_places(box, BOX_FIRST)), last = vec3(box_places(box, BOX_LAST)) + 1.0;
-    vec3 near = base + way.inverse * mix(first, last, way.turned), far = base + way.inverse * mix(last, first, way.turned);
-    return max(max(near.x, near.y), max(near.z, 0.0)) <= min(far.x, min(far.y, far.z));
-}
-
 // What is listed and is asked at once, since each load is waited for.
 const uint ASKED_AT_ONCE = 4u;
 
+// A way through a voxel: a box about each half of it (glsl/grid/lists/box.glsl).
+uvec2 boxes_of_way(vec3 from, vec3 way, uvec3 voxel, float begin, float end) {
+    vec3 corner = (from - vec3(voxel)) * float(BOX_PLACES), along = way * float(BOX_PLACES);
+    vec3 first = corner + along * begin, last = corner + along * end;
+    uvec3 middle = box_place(0.5 * (first + last));
+    return uvec2(box_between(box_place(first), middle), box_between(middle, box_place(last)));
+}
+
+bool way_meets(uvec2 way, uint box) { return box_is_met(box, way.x) || box_is_met(box, way.y); }
+
 // Of a list's triangles from `entry` on that are asked at once, those whose boxes the way meets, a bit each.
-uint boxes_met(BoxWay way, vec3 base, uint entry, uint behind) {
+uint boxes_met(uvec2 way, uint entry, uint behind) {
     uint met = 0u;
     for (uint i = 0u; i < ASKED_AT_ONCE; ++i) {
         uint at = entry + LIST_WORDS * i;
-        bool is_met = box_is_met(way, base, visibility_cells[min(at, behind - LIST_WORDS)]);
+        bool is_met = way_meets(way, visibility_cells[min(at, behind - LIST_WORDS)]);
         met |= at < behind && is_met ? 1u << i : 0u;
     }
     return met;
@@ -133,78 +130,72 @@ vec2 cast_clip(vec3 from, vec3 way) {
     return box_clip(from, way, low, high);
 }
 
-// `from` and `way` are voxels; the ray is that of `origin` and `direction`, world units.
+// `from` and `way` are voxels; the ray is that of `origin` and `direction`, world units. Nothing is left from inside of the loops, so
+// that neighbours meet again behind each.
 bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end) {
     March march;
     ivec3 voxel;
-    if (!march_within(from, way, cast_clip(from, way), GRID_SIZE, march, voxel)) {
-        return false;
-    }
+    bool goes_on = march_within(from, way, cast_clip(from, way), GRID_SIZE, march, voxel), hit = false;
     Shear shear = shear_of(origin, direction);
-    bvec3 turned = lessThan(way, vec3(0.0));
-    BoxWay box_way = BoxWay(mix(march.inverse, -march.inverse, turned) / float(BOX_PLACES), turned);
-    float farthest = grid_farthest(visibility_grid);
-    uvec3 block = uvec3(~0u), brick = uvec3(~0u);
+    float farthest = grid_farthest(visibility_grid), begin = march.range.x;
+    // Words of a block and of a brick, of which both are loaded where the way comes to another.
+    uint block = ~0u, brick = ~0u, side = grid_side(GRID_SIZE, 0u), first = 0u;
     uvec2 blocks = uvec2(0u), bricks = uvec2(0u), voxels = uvec2(0u);
-    uint first = 0u, side = grid_side(GRID_SIZE, 0u), shift = 0u;
-    bool is_first = true;
-    for (uint turn = 0u; turn < 3u * GRID_SIZE + 3u;) {
-        // On to the next voxel in which the way meets something's box, so that neighbours test triangles at the same time.
-        bool is_asked = false;
-        uint entry = 0u, behind = 0u;
-        vec3 base = vec3(0.0);
-        for (; turn < 3u * GRID_SIZE + 3u && !is_asked; ++turn) {
+    // What of a list is not asked, and of what is asked the bits of boxes that are met.
+    uint entry = 0u, behind = 0u, met = 0u, turn = 0u;
+    uvec2 seen = uvec2(0u);
+    while (goes_on || entry < behind || met != 0u) {
+        // On to the next triangle whose box is met, so that neighbours test triangles at the same time.
+        while (met == 0u && (goes_on || entry < behind)) {
+            if (entry < behind) {
+                met = boxes_met(seen, entry, behind);
+                entry += ASKED_AT_ONCE * LIST_WORDS;
+                continue;
+            }
 #ifdef LOOK_UP_STEPS
             ++look_up_steps;
 #endif
-            if (!is_first) {
-                vec3 planes = march_planes(march, voxel, shift);
-                float nearest = min(planes.x, min(planes.y, planes.z));
-                if (nearest >= march.range.y || !march_on(march, planes, nearest, shift, voxel)) {
-                    return false;
+            uvec3 at = uvec3(voxel) ^ march.mirror, word = at >> 2u;
+            uint place = (word.z * side + word.y) * side + word.x;
+            if (place != brick) {
+                brick = place;
+                voxels = grid_bits(0u, word);
+                first = visibility_cells[place];
+                place = grid_word(GRID_SIZE, 1u, at);
+                if (place != block) {
+                    block = place;
+                    bricks = grid_bits(1u, at >> 4u);
+                    blocks = grid_bits(2u, at >> 6u);
                 }
             }
-            is_first = false;
-            uvec3 at = uvec3(voxel) ^ march.mirror;
-            // The words that the way comes to are loaded at once, since each is waited for, and not one where another says so.
-            if (at >> 4u != block) {
-                block = at >> 4u;
-                blocks = grid_bits(2u, at >> 6u);
-                bricks = grid_bits(1u, block);
+            // The level on which something is empty, and its eighth.
+            bool is_brick = !grid_is_empty(voxels), is_block = !grid_is_empty(bricks);
+            uvec2 bits = is_brick ? voxels : is_block ? bricks : blocks;
+            uint shift = is_brick ? 0u : is_block ? 2u : 4u;
+            shift = grid_is_empty(bits) ? 6u : grid_octant_is_empty(bits, at >> shift) ? shift + 1u : shift;
+            vec3 planes = march_planes(march, voxel, shift);
+            float nearest = min(planes.x, min(planes.y, planes.z));
+            if (is_brick && grid_has(voxels, at)) {
+                uint list = first + LIST_WORDS * used_before(voxels, grid_bit(0u, at)), box = visibility_cells[list + 1u];
+                entry = visibility_cells[list];
+                behind = visibility_cells[list + LIST_WORDS];
+                seen = boxes_of_way(from, way, at, begin, min(nearest, march.range.y));
+                behind = way_meets(seen, box) ? behind : entry;
             }
-            if (at >> 2u != brick) {
-                brick = at >> 2u;
-                voxels = grid_bits(0u, brick);
-                first = visibility_cells[(brick.z * side + brick.y) * side + brick.x];
-            }
-            if (grid_is_empty(bricks)) {
-                shift = grid_is_empty(blocks) ? 6u : grid_octant_is_empty(blocks, block) ? 5u : 4u;
-            } else if (!grid_has(bricks, brick)) {
-                shift = grid_octant_is_empty(bricks, brick) ? 3u : 2u;
-            } else {
-                shift = grid_octant_is_empty(voxels, at) ? 1u : 0u;
-                if (grid_has(voxels, at)) {
-                    uint list = first + LIST_WORDS * used_before(voxels, grid_bit(0u, at));
-                    uint box = visibility_cells[list + 1u];
-                    entry = visibility_cells[list];
-                    behind = visibility_cells[list + LIST_WORDS];
-                    base = (vec3(at) - from) * box_way.inverse * float(BOX_PLACES);
-                    is_asked = box_is_met(box_way, base, box);
-                }
-            }
+            begin = nearest;
+            ++turn;
+            goes_on = nearest < march.range.y && march_on(march, planes, nearest, shift, voxel) && turn < 3u * GRID_SIZE + 3u;
         }
-        if (!is_asked) {
-            return false;
-        }
-        for (; entry < behind; entry += ASKED_AT_ONCE * LIST_WORDS) {
-            for (uint met = boxes_met(box_way, base, entry, behind); met != 0u; met &= met - 1u) {
-                uint number = visibility_cells[entry + LIST_WORDS * uint(findLSB(met)) + 1u];
-                if (shear_meets(shear, visibility_triangles[number], end, farthest)) {
-                    return true;
-                }
+        if (met != 0u) {
+            // It is `entry` that went on.
+            uint at = entry - ASKED_AT_ONCE * LIST_WORDS + LIST_WORDS * uint(findLSB(met));
+            met &= met - 1u;
+            if (shear_meets(shear, visibility_triangles[visibility_cells[at + 1u]], end, farthest)) {
+                hit = true;
+                break;
             }
         }
     }
-    return false;
+    return hit;
 }
 #endif

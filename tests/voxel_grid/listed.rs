@@ -108,11 +108,11 @@ fn lists_equal_their_twin() {
     });
 }
 
-/// Whether a box of 32 places along each axis has a place in a voxel.
+/// Whether a box of 16 places along each axis has a place in a voxel.
 fn has(word: u32, place: DVec3) -> bool {
     (0..3).all(|i| {
-        let [first, last] = [word >> (5 * i) & 31, word >> (15 + 5 * i) & 31].map(f64::from);
-        (first..=last + 1.0).contains(&(32.0 * place[i]))
+        let [last, before] = [word >> (5 * i) & 15, word >> (15 + 5 * i) & 15].map(f64::from);
+        (15.0 - before..=last + 1.0).contains(&(16.0 * place[i]))
     })
 }
 

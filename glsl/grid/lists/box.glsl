@@ -1,32 +1,37 @@
-// A box in a voxel, of 32 places along each axis: the first and the last that it reaches, five bits each in a word. Source: ours. Twin:
+// A box in a voxel, of 16 places along each axis, in a word: from the least bit on six lanes of four bits and a guard, which is set: the
+// last places, and how many places are before the first. What a box has to be met by is in the same lanes without guards: the first
+// places, and how many are behind the last. Then no lane of the first word is less than that of the other where both meet, and one
+// subtraction says so of all. Sources: ours; lanes after Lamport 1975, Multiple byte processing with full-word instructions. Twin:
 // reference::twin::lists, to the bit.
 #ifndef GRID_LISTS_BOX_GLSL
 #define GRID_LISTS_BOX_GLSL
 
 // Places along each axis.
-const uint BOX_PLACES = 32u;
+const uint BOX_PLACES = 16u;
 
-// Where the first and the last places stand in the word.
-const uvec3 BOX_FIRST = uvec3(0u, 5u, 10u);
-const uvec3 BOX_LAST = uvec3(15u, 20u, 25u);
+const uint BOX_GUARDS = 0x21084210u;
 
-uvec3 box_places(uint box, uvec3 at) { return (uvec3(box) >> at) & (BOX_PLACES - 1u); }
-
-uint box_word(uvec3 first, uvec3 last) {
-    uvec3 low = first << BOX_FIRST, high = last << BOX_LAST;
-    return low.x | low.y | low.z | high.x | high.y | high.z;
+uint box_lanes(uvec3 low, uvec3 high) {
+    return low.x | low.y << 5 | low.z << 10 | high.x << 15 | high.y << 20 | high.z << 25;
 }
+
+// The places of a voxel at which something is, that is given in places.
+uvec3 box_place(vec3 at) { return uvec3(clamp(at, vec3(0.0), vec3(BOX_PLACES - 1u))); }
 
 // What of a box from `low` to `high` is in a voxel.
 uint box_in(vec3 low, vec3 high, uvec3 voxel) {
     precise vec3 first = (low - vec3(voxel)) * float(BOX_PLACES), last = (high - vec3(voxel)) * float(BOX_PLACES);
-    vec3 end = vec3(BOX_PLACES - 1u);
-    return box_word(uvec3(clamp(floor(first), vec3(0.0), end)), uvec3(clamp(floor(last), vec3(0.0), end)));
+    return box_lanes(box_place(last), BOX_PLACES - 1u - box_place(first)) | BOX_GUARDS;
 }
 
 // About both.
 uint box_about(uint a, uint b) {
-    return box_word(min(box_places(a, BOX_FIRST), box_places(b, BOX_FIRST)),
-                    max(box_places(a, BOX_LAST), box_places(b, BOX_LAST)));
+    uint more = (a - (b & ~BOX_GUARDS)) & BOX_GUARDS, mask = more - (more >> 4);
+    return (a & mask) | (b & ~mask) | BOX_GUARDS;
 }
+
+// About two points, for box_is_met.
+uint box_between(uvec3 a, uvec3 b) { return box_lanes(min(a, b), BOX_PLACES - 1u - max(a, b)); }
+
+bool box_is_met(uint box, uint between) { return ((box - between) & BOX_GUARDS) == BOX_GUARDS; }
 #endif

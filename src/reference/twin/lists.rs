@@ -11,17 +11,16 @@ type Used = BTreeMap<(usize, u32), Vec<[u32; 2]>>;
 /// Twin: CAST_SLACK.
 const CAST_SLACK: f32 = 1.0 / 512.0;
 
-/// What of a box, in voxels, is in a voxel. Twin: box_in in glsl/grid/lists/box.glsl.
+/// What of a box, in voxels, is in a voxel: lanes of five bits, each with the highest set. Twin: box_in in glsl/grid/lists/box.glsl.
 fn box_in([low, high]: [[f32; 3]; 2], voxel: [u32; 3]) -> u32 {
-    let place = |at: f32, i: usize| ((at - voxel[i] as f32) * 32.0).floor().clamp(0.0, 31.0) as u32;
-    (0..3).map(|i| place(low[i], i) << (5 * i) | place(high[i], i) << (15 + 5 * i)).sum()
+    let place = |at: f32, i: usize| ((at - voxel[i] as f32) * 16.0).clamp(0.0, 15.0) as u32;
+    (0..3).map(|i| (16 + place(high[i], i)) << (5 * i) | (31 - place(low[i], i)) << (15 + 5 * i)).sum()
 }
 
 /// About both. Twin: box_about.
 fn box_about(a: u32, b: u32) -> u32 {
-    let place = |of: u32, i: u32| of >> (5 * i) & 31;
-    let of = |i| if i < 3 { place(a, i).min(place(b, i)) } else { place(a, i).max(place(b, i)) };
-    (0..6).map(|i| of(i) << (5 * i)).sum()
+    let lane = |of: u32, i: u32| of >> (5 * i) & 31;
+    (0..6).map(|i| lane(a, i).max(lane(b, i)) << (5 * i)).sum()
 }
 
 /// The bits of all levels, and the lists, of triangles whose corners are in voxels.
