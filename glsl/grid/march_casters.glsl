@@ -26,9 +26,9 @@ float march_casters(vec3 from, vec3 way, Ray ray) {
     uint first = 0u, side = grid_side(GRID_SIZE, 0u);
     float begin = -FARTHEST, ray_length = length(ray.direction), entry, sum = 0.0;
     // What is listed for all voxels: every ray asks.
-    uint all = visibility_cast_lists[lists_of_all(GRID_SIZE)], behind = visibility_cast_lists[all + 1u];
-    for (uint i = visibility_cast_lists[all]; i < behind && sum < MAX_OPTICAL_DEPTH; ++i) {
-        sum += cast_depth(ray, ray_length, visibility_casters[visibility_cast_lists[i]], 1.0, entry);
+    uint all = visibility_cast_lists[lists_of_all(GRID_SIZE)], behind = visibility_cast_lists[all + LIST_WORDS];
+    for (uint i = visibility_cast_lists[all]; i < behind && sum < MAX_OPTICAL_DEPTH; i += LIST_WORDS) {
+        sum += cast_depth(ray, ray_length, visibility_casters[visibility_cast_lists[i + 1u]], 1.0, entry);
     }
     for (uint turn = 0u; turn < 3u * GRID_SIZE + 3u; ++turn) {
 #ifdef LOOK_UP_STEPS
@@ -58,11 +58,12 @@ float march_casters(vec3 from, vec3 way, Ray ray) {
         float nearest = min(planes.x, min(planes.y, planes.z));
         bool last = nearest >= march.range.y;
         if (used) {
-            uint list = first + used_before(voxels, grid_bit(0u, at));
-            behind = visibility_cast_lists[list + 1u];
+            uint list = first + LIST_WORDS * used_before(voxels, grid_bit(0u, at));
+            behind = visibility_cast_lists[list + LIST_WORDS];
             vec2 between = vec2(begin, last ? FARTHEST : nearest);
-            for (uint i = visibility_cast_lists[list]; i < behind; ++i) {
-                float taken = cast_depth(ray, ray_length, visibility_casters[visibility_cast_lists[i]], 1.0, entry);
+            for (uint i = visibility_cast_lists[list]; i < behind; i += LIST_WORDS) {
+                Caster caster = visibility_casters[visibility_cast_lists[i + 1u]];
+                float taken = cast_depth(ray, ray_length, caster, 1.0, entry);
                 sum += entry >= between.x && entry < between.y ? taken : 0.0;
             }
         }

@@ -1,23 +1,29 @@
 // Whether a ray meets a triangle of a grid that lists them: every voxel on the way as march_exact goes (glsl/grid/march.glsl), and in
-// an occupied one its triangles. A hit counts wherever on the ray it is. Needs visibility_triangles, and visibility_cells with the
-// lists (glsl/grid/lists/place.glsl). Source: Woop et al. 2013, Watertight ray/triangle intersection; the box about the triangle and
-// the bound are ours. Twin: the truth, in f64.
+// an occupied one the triangles whose boxes it passes. A hit counts wherever on the ray it is. Needs visibility_triangles, and
+// visibility_cells with the lists (glsl/grid/lists/place.glsl). Source: Woop et al. 2013, Watertight ray/triangle intersection; boxes
+// and bounds are ours. Twin: the truth, in f64.
 #ifndef GRID_MARCH_TRIANGLES_GLSL
 #define GRID_MARCH_TRIANGLES_GLSL
+#include "grid/lists/box.glsl"
 #include "grid/lists/place.glsl"
 #include "grid/occupied.glsl"
 #include "grid/walk.glsl"
-#include "world/triangle.glsl"
+#include "maps/float_order.glsl"
+#include "world/triangle_rows.glsl"
 
 // How far from where it is a ray or a side may be taken to be along each axis, world units: by the longest way and the largest
 // coordinate of a grid. docs/notebook/voxel-grid.md derives it. Twin: Stood::rounding in src/grid/stood.rs.
 const float ROUNDING_OF_WAY = 1.0 / 524288.0;
 const float ROUNDING_OF_PLACE = 1.0 / 2097152.0;
 
+// Its largest coordinate.
+float grid_farthest(Grid grid) {
+    vec3 far = max(abs(grid.origin), abs(grid.origin + float(grid.size) * grid.voxel));
+    return max(far.x, max(far.y, far.z));
+}
+
 float grid_rounding(Grid grid) {
-    float side = float(grid.size) * grid.voxel;
-    vec3 far = max(abs(grid.origin), abs(grid.origin + side));
-    return side * ROUNDING_OF_WAY + max(far.x, max(far.y, far.z)) * ROUNDING_OF_PLACE;
+    return float(grid.size) * grid.voxel * ROUNDING_OF_WAY + grid_farthest(grid) * ROUNDING_OF_PLACE;
 }
 
 // A ray that looks along z from the origin: the axis along which it goes most, and what of it goes along the two others.
@@ -50,11 +56,24 @@ float side_area(vec2 from, vec2 to) {
     return area;
 }
 
-// Whether the ray meets it before `end`, in lengths of its direction. One in whose plane it begins, up to `rounding`, is the surface that it
-// leaves, and is not in its way.
-bool shear_meets(Shear shear, Triangle triangle, float end, float rounding) {
-    vec3 a = sheared(shear, triangle.corners[0]), b = sheared(shear, triangle.corners[1]);
-    vec3 c = sheared(shear, triangle.corners[2]);
+// How far a point of a plane may be taken to be from it: by the largest coordinate of the grid for its own place, by how far it is
+// from the triangle's corner for the rest. docs/notebook/voxel-grid.md derives both.
+const float ROUNDING_OF_POINT = 1.0 / 2097152.0;
+const float ROUNDING_OF_PLANE = 3.0 / 4194304.0;
+
+// Whether the ray begins in the plane of a triangle, up to rounding.
+bool begins_in_plane(vec3 origin, vec3 corners[3], float farthest) {
+    vec3 ab = corners[1] - corners[0], ac = corners[2] - corners[0], from = origin - corners[0], normal = cross(ab, ac);
+    float place = farthest * ROUNDING_OF_POINT * length(normal);
+    float plane = ROUNDING_OF_PLANE * length(ab) * length(ac) * length(from);
+    return abs(dot(normal, from)) <= place + plane;
+}
+
+// Whether the ray meets it before `end`, in lengths of its direction. One in whose plane it begins is the surface that it leaves, and
+// is not in its way.
+bool shear_meets(Shear shear, TriangleRows triangle, float end, float farthest) {
+    vec3 corners[3] = triangle_corners(triangle);
+    vec3 a = sheared(shear, corners[0]), b = sheared(shear, corners[1]), c = sheared(shear, corners[2]);
     vec3 low = min(a, min(b, c)), high = max(a, max(b, c));
     // Areas say nothing of a sliver that the ray passes far from.
     if (!(all(lessThanEqual(low.xy, vec2(0.0))) && all(greaterThanEqual(high, vec3(0.0))) && low.z <= end)) {
@@ -69,67 +88,114 @@ bool shear_meets(Shear shear, Triangle triangle, float end, float rounding) {
     if (area == 0.0 || !(at > 0.0 && at < end)) {
         return false;
     }
-    return abs(dot(triangle_normal(triangle), shear.origin - triangle.corners[0])) > rounding;
+    return !begins_in_plane(shear.origin, corners, farthest);
 }
 
-// `from` and `way` are voxels; the ray is that of `origin` and `direction`, world units.
+// What is listed and is asked at once, since each load is waited for.
+const uint ASKED_AT_ONCE = 4u;
+
+// A way through a voxel: a box about each half of it (glsl/grid/lists/box.glsl).
+uvec2 boxes_of_way(vec3 from, vec3 way, uvec3 voxel, float begin, float end) {
+    vec3 corner = (from - vec3(voxel)) * float(BOX_PLACES), along = way * float(BOX_PLACES);
+    vec3 first = corner + along * begin, last = corner + along * end;
+    uvec3 middle = box_place(0.5 * (first + last));
+    return uvec2(box_between(box_place(first), middle), box_between(middle, box_place(last)));
+}
+
+bool way_meets(uvec2 way, uint box) { return box_is_met(box, way.x) || box_is_met(box, way.y); }
+
+// Of a list's triangles from `entry` on that are asked at once, those whose boxes the way meets, a bit each.
+uint boxes_met(uvec2 way, uint entry, uint behind) {
+    uint met = 0u;
+    for (uint i = 0u; i < ASKED_AT_ONCE; ++i) {
+        uint at = entry + LIST_WORDS * i;
+        bool is_met = way_meets(way, visibility_cells[min(at, behind - LIST_WORDS)]);
+        met |= at < behind && is_met ? 1u << i : 0u;
+    }
+    return met;
+}
+
+// Boxes are larger by so much of a voxel: GRID_SLACK in glsl/grid/lists/meets.glsl.
+const float BOX_SLACK = 1.0 / 512.0;
+
+// The part of a way that is in the box about all that casts.
+vec2 cast_clip(vec3 from, vec3 way) {
+    vec3 low, high;
+    for (uint axis = 0u; axis < 3u; ++axis) {
+        low[axis] = float_of_order(visibility_grid.low[axis]);
+        high[axis] = float_of_order(visibility_grid.high[axis]);
+    }
+    low = (low - visibility_grid.origin) * visibility_grid.per_unit - BOX_SLACK;
+    high = (high - visibility_grid.origin) * visibility_grid.per_unit + BOX_SLACK;
+    return box_clip(from, way, low, high);
+}
+
+// `from` and `way` are voxels; the ray is that of `origin` and `direction`, world units. Nothing is left from inside of the loops, so
+// that neighbours meet again behind each.
 bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end) {
     March march;
     ivec3 voxel;
-    if (!march_begin(from, way, GRID_SIZE, march, voxel)) {
-        return false;
-    }
+    bool goes_on = march_within(from, way, cast_clip(from, way), GRID_SIZE, march, voxel), hit = false;
     Shear shear = shear_of(origin, direction);
-    float rounding = grid_rounding(visibility_grid);
-    uvec3 block = uvec3(~0u), brick = uvec3(~0u);
-    uvec2 bricks = uvec2(0u), voxels = uvec2(0u);
-    uint first = 0u, list = 0u, side = grid_side(GRID_SIZE, 0u), shift = 0u;
-    bool is_first = true;
-    for (uint turn = 0u; turn < 3u * GRID_SIZE + 3u;) {
-        // On to the next used voxel, so that neighbours test triangles at the same time.
-        bool used = false;
-        for (; turn < 3u * GRID_SIZE + 3u && !used; ++turn) {
+    float farthest = grid_farthest(visibility_grid), begin = march.range.x;
+    // Words of a block and of a brick, of which both are loaded where the way comes to another.
+    uint block = ~0u, brick = ~0u, side = grid_side(GRID_SIZE, 0u), first = 0u;
+    uvec2 blocks = uvec2(0u), bricks = uvec2(0u), voxels = uvec2(0u);
+    // What of a list is not asked, and of what is asked the bits of boxes that are met.
+    uint entry = 0u, behind = 0u, met = 0u, turn = 0u;
+    uvec2 seen = uvec2(0u);
+    while (goes_on || entry < behind || met != 0u) {
+        // On to the next triangle whose box is met, so that neighbours test triangles at the same time.
+        while (met == 0u && (goes_on || entry < behind)) {
+            if (entry < behind) {
+                met = boxes_met(seen, entry, behind);
+                entry += ASKED_AT_ONCE * LIST_WORDS;
+                continue;
+            }
 #ifdef LOOK_UP_STEPS
             ++look_up_steps;
 #endif
-            if (!is_first) {
-                vec3 planes = march_planes(march, voxel, shift);
-                float nearest = min(planes.x, min(planes.y, planes.z));
-                if (nearest >= march.range.y || !march_on(march, planes, nearest, shift, voxel)) {
-                    return false;
+            uvec3 at = uvec3(voxel) ^ march.mirror, word = at >> 2u;
+            uint place = (word.z * side + word.y) * side + word.x;
+            if (place != brick) {
+                brick = place;
+                voxels = grid_bits(0u, word);
+                first = visibility_cells[place];
+                place = grid_word(GRID_SIZE, 1u, at);
+                if (place != block) {
+                    block = place;
+                    bricks = grid_bits(1u, at >> 4u);
+                    blocks = grid_bits(2u, at >> 6u);
                 }
             }
-            is_first = false;
-            uvec3 at = uvec3(voxel) ^ march.mirror;
-            if (at >> 4u != block) {
-                block = at >> 4u;
-                bricks = grid_bits(1u, block);
+            // The level on which something is empty, and its eighth.
+            bool is_brick = !grid_is_empty(voxels), is_block = !grid_is_empty(bricks);
+            uvec2 bits = is_brick ? voxels : is_block ? bricks : blocks;
+            uint shift = is_brick ? 0u : is_block ? 2u : 4u;
+            shift = grid_is_empty(bits) ? 6u : grid_octant_is_empty(bits, at >> shift) ? shift + 1u : shift;
+            vec3 planes = march_planes(march, voxel, shift);
+            float nearest = min(planes.x, min(planes.y, planes.z));
+            if (is_brick && grid_has(voxels, at)) {
+                uint list = first + LIST_WORDS * used_before(voxels, grid_bit(0u, at)), box = visibility_cells[list + 1u];
+                entry = visibility_cells[list];
+                behind = visibility_cells[list + LIST_WORDS];
+                seen = boxes_of_way(from, way, at, begin, min(nearest, march.range.y));
+                behind = way_meets(seen, box) ? behind : entry;
             }
-            if (grid_is_empty(bricks)) {
-                shift = grid_is_empty(grid_bits(2u, at >> 6u)) ? 6u : 4u;
-            } else if (!grid_has(bricks, at >> 2u)) {
-                shift = 2u;
-            } else {
-                if (at >> 2u != brick) {
-                    brick = at >> 2u;
-                    voxels = grid_bits(0u, brick);
-                    first = visibility_cells[(brick.z * side + brick.y) * side + brick.x];
-                }
-                used = grid_has(voxels, at);
-                shift = grid_octant_is_empty(voxels, at) ? 1u : 0u;
-                list = first + used_before(voxels, grid_bit(0u, at));
-            }
+            begin = nearest;
+            ++turn;
+            goes_on = nearest < march.range.y && march_on(march, planes, nearest, shift, voxel) && turn < 3u * GRID_SIZE + 3u;
         }
-        if (!used) {
-            return false;
-        }
-        uint behind = visibility_cells[list + 1u];
-        for (uint i = visibility_cells[list]; i < behind; ++i) {
-            if (shear_meets(shear, visibility_triangles[visibility_cells[i]], end, rounding)) {
-                return true;
+        if (met != 0u) {
+            // It is `entry` that went on.
+            uint at = entry - ASKED_AT_ONCE * LIST_WORDS + LIST_WORDS * uint(findLSB(met));
+            met &= met - 1u;
+            if (shear_meets(shear, visibility_triangles[visibility_cells[at + 1u]], end, farthest)) {
+                hit = true;
+                break;
             }
         }
     }
-    return false;
+    return hit;
 }
 #endif

@@ -21,6 +21,17 @@ struct Facet {
     ivec3 last;
 };
 
+// Its box, larger by the slack.
+vec3 low_of(Facet facet) {
+    precise vec3 low = min(facet.corners[0], min(facet.corners[1], facet.corners[2])) - GRID_SLACK;
+    return low;
+}
+
+vec3 high_of(Facet facet) {
+    precise vec3 high = max(facet.corners[0], max(facet.corners[1], facet.corners[2])) + GRID_SLACK;
+    return high;
+}
+
 Facet facet_of(vec3 a, vec3 b, vec3 c, uint size) {
     Facet facet;
     facet.corners = vec3[3](a, b, c);
@@ -30,9 +41,8 @@ Facet facet_of(vec3 a, vec3 b, vec3 c, uint size) {
     precise float y = ab.z * bc.x - ab.x * bc.z;
     precise float z = ab.x * bc.y - ab.y * bc.x;
     facet.normal = vec3(x, y, z);
-    precise vec3 low = min(a, min(b, c)) - GRID_SLACK, high = max(a, max(b, c)) + GRID_SLACK;
-    facet.first = ivec3(clamp(floor(low), vec3(0.0), vec3(size - 1u)));
-    facet.last = ivec3(clamp(floor(high), vec3(0.0), vec3(size - 1u)));
+    facet.first = ivec3(clamp(floor(low_of(facet)), vec3(0.0), vec3(size - 1u)));
+    facet.last = ivec3(clamp(floor(high_of(facet)), vec3(0.0), vec3(size - 1u)));
     return facet;
 }
 

@@ -12,20 +12,24 @@ bool grid_has(uvec2 bits, uvec3 voxel) {
     return ((bit < 32u ? bits.x : bits.y) >> (bit & 31u) & 1u) == 1u;
 }
 
-// Whether the 2 × 2 × 2 voxels of a brick are empty that a voxel is one of.
+// Whether the 2 × 2 × 2 voxels of a brick are empty that a voxel is one of; likewise of bricks, and of blocks.
 bool grid_octant_is_empty(uvec2 bits, uvec3 voxel) {
     uvec3 corner = voxel & 2u;
     return ((corner.z == 0u ? bits.x : bits.y) & (0x00330033u << (corner.x + 4u * corner.y))) == 0u;
 }
 
-// Where a way from `from` along `way` enters a grid of so many voxels a side and leaves it, in lengths of `way`, at most from 0 to 1;
-// the first number is the greater one where it passes by.
-vec2 grid_clip(vec3 from, vec3 way, uint size) {
+// Where a way from `from` along `way` enters a box and leaves it, in lengths of `way`, at most from 0 to 1; the first number is the
+// greater one where it passes by.
+vec2 box_clip(vec3 from, vec3 way, vec3 first, vec3 last) {
     vec3 inverse = 1.0 / mix(way, vec3(1e-20), equal(way, vec3(0.0)));
-    vec3 low = -from * inverse, high = (vec3(size) - from) * inverse;
+    vec3 low = (first - from) * inverse, high = (last - from) * inverse;
     vec3 near = min(low, high), far = max(low, high);
     return vec2(max(0.0, max(near.x, max(near.y, near.z))), min(1.0, min(far.x, min(far.y, far.z))));
 }
+
+// Where a way from `from` along `way` enters a grid of so many voxels a side and leaves it, in lengths of `way`, at most from 0 to 1;
+// the first number is the greater one where it passes by.
+vec2 grid_clip(vec3 from, vec3 way, uint size) { return box_clip(from, way, vec3(0.0), vec3(size)); }
 
 // A way that goes on from voxel to voxel. It is seen from where all of its direction is positive, so that only far sides are asked
 // for.
@@ -38,9 +42,9 @@ struct March {
     vec2 range;    // within the grid, lengths of `way`
 };
 
-// False: the way passes by.
-bool march_begin(vec3 from, vec3 way, uint size, out March march, out ivec3 voxel) {
-    march.range = grid_clip(from, way, size);
+// Of a part of a way; false: there is none.
+bool march_within(vec3 from, vec3 way, vec2 range, uint size, out March march, out ivec3 voxel) {
+    march.range = range;
     bvec3 turned = lessThan(way, vec3(0.0));
     march.size = size;
     march.mirror = uvec3(mix(ivec3(0), ivec3(size - 1u), turned));
@@ -48,7 +52,12 @@ bool march_begin(vec3 from, vec3 way, uint size, out March march, out ivec3 voxe
     march.way = abs(way);
     march.inverse = 1.0 / max(march.way, vec3(1e-20));
     voxel = clamp(ivec3(march.from + march.way * march.range.x), ivec3(0), ivec3(size - 1u));
-    return !(march.range.x > march.range.y);
+    return march.range.x <= march.range.y;
+}
+
+// False: the way passes by.
+bool march_begin(vec3 from, vec3 way, uint size, out March march, out ivec3 voxel) {
+    return march_within(from, way, grid_clip(from, way, size), size, march, voxel);
 }
 
 // Where the way reaches the far sides of a voxel, or of the 2^shift voxels a side about it that are empty.

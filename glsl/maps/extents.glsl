@@ -3,6 +3,7 @@
 #ifndef MAPS_EXTENTS_GLSL
 #define MAPS_EXTENTS_GLSL
 #extension GL_EXT_scalar_block_layout : require
+#include "maps/float_order.glsl"
 
 // Of one map: of its casters, then of the meshes; low and high along right, up and forward. Where there is none, low is
 // above high.
@@ -10,13 +11,4 @@ struct Extents {
     uint low[6];
     uint high[6];
 };
-
-uint float_order(float value) {
-    uint bits = floatBitsToUint(value);
-    return (bits >> 31) == 1u ? ~bits : bits | 0x80000000u;
-}
-
-float float_of_order(uint order) {
-    return uintBitsToFloat((order >> 31) == 1u ? order & 0x7FFFFFFFu : ~order);
-}
 #endif

@@ -11,6 +11,12 @@ use bytemuck::{Pod, Zeroable};
 /// Values that a workgroup adds up. Twin: SCANNED in glsl/grid/lists/scan.glsl.
 const SCANNED: u32 = 1024;
 
+/// Words of a used voxel, and of what is listed. Twin: LIST_WORDS in glsl/grid/lists/place.glsl.
+const LIST_WORDS: u64 = 2;
+
+/// Bytes of a pair: a voxel's bit, a triangle or a caster, and its box there.
+const PAIR_BYTES: u64 = 12;
+
 /// What there was of all. Twin: ListTotals in glsl/grid/lists/set.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -26,7 +32,7 @@ pub struct ListTotals {
 impl ListTotals {
     /// Words of the lists, those of `bricks` bricks among them.
     fn words(self, bricks: u32) -> u64 {
-        u64::from(bricks) + 1 + u64::from(self.voxels) + 1 + u64::from(self.pairs)
+        u64::from(bricks) + 1 + LIST_WORDS * (u64::from(self.voxels) + 1 + u64::from(self.pairs))
     }
 }
 
@@ -54,8 +60,11 @@ const CASTERS: Listed = Listed {
     ],
 };
 
-/// Pairs that casters share, where a buffer holds as many: half a gigabyte.
-const MOST_PAIRS: u32 = 1 << 26;
+/// Pairs that casters share, where a buffer holds as many: half a gigabyte of lists.
+const MOST_PAIRS: u32 = 1 << 25;
+
+/// Bytes of the lists for a pair, at most: its own words, and those of a voxel in which nothing else is.
+const LISTED_BYTES: u32 = 4 * 2 * LIST_WORDS as u32;
 
 /// Voxels of a box up to which any caster is listed in each.
 const LEAST_SHARE: u32 = 64;
@@ -63,7 +72,7 @@ const LEAST_SHARE: u32 = 64;
 /// Voxels of a box up to which each of so many casters is listed in every voxel that it meets. Larger ones are listed once, for all voxels, so that
 /// pairs have room in a buffer of this device.
 pub fn caster_share(context: &Context, casters: u32) -> u32 {
-    let pairs = (context.features().max_storage_buffer_range / 8).min(MOST_PAIRS);
+    let pairs = (context.features().max_storage_buffer_range / LISTED_BYTES).min(MOST_PAIRS);
     (pairs / casters.max(1)).max(LEAST_SHARE)
 }
 
@@ -96,7 +105,7 @@ pub(super) struct Lists {
 fn room(context: &Context, bricks: u32, pairs: u64, words: u64) -> Result<[Buffer; 4]> {
     let sums = u64::from(bricks).max(pairs).div_ceil(u64::from(SCANNED));
     Ok([
-        Buffer::new(context, "grid.pairs", 8 * pairs, Memory::Device)?,
+        Buffer::new(context, "grid.pairs", PAIR_BYTES * pairs, Memory::Device)?,
         Buffer::new(context, "grid.lists", 4 * words, Memory::Device)?,
         Buffer::new(context, "grid.list_sums", 4 * sums, Memory::Device)?,
         Buffer::new(context, "grid.unsorted", 4 * pairs, Memory::Device)?,
@@ -124,7 +133,8 @@ impl Lists {
         (listed, note): (&'static Listed, [&Shader; 3]),
     ) -> Result<Self> {
         let bricks = side(size, 0).pow(3) + 1;
-        let [pairs, words, sums, unsorted] = room(context, bricks, first, u64::from(bricks) + 1 + 2 * first)?;
+        let [pairs, words, sums, unsorted] =
+            room(context, bricks, first, u64::from(bricks) + 1 + 2 * LIST_WORDS * first)?;
         let bytes = size_of::<ListTotals>() as u64;
         let totals = Buffer::new(context, "grid.list_totals", bytes, Memory::Device)?;
         let set = set::GridLists { pairs: &pairs, lists: &words, sums: &sums, totals: &totals, unsorted: &unsorted };
@@ -162,7 +172,7 @@ impl Lists {
     fn list(&self, commands: &mut Commands, world: &World, count: u32) {
         let [clearing, noting, numbering, filling, starting, ranking, sorting] = self.listed.passes;
         let (triangle_count, caster_count) = (world.triangle_count(), world.caster_count());
-        let pairs_room = (self.pairs.bytes() / 8) as u32;
+        let pairs_room = (self.pairs.bytes() / PAIR_BYTES) as u32;
         let share = caster_share(&self.context, caster_count);
         let push = GridPush { triangle_count, caster_count, pairs_room, share, ..GridPush::zeroed() };
         let run = |commands: &mut Commands, name, kernel: &Kernel<GridPush>, threads: u64, each: u32| {
@@ -184,7 +194,7 @@ impl Lists {
             run(commands, numbering, number, self.bricks.into(), SCANNED);
         }
         // As many voxels are used at most as there are pairs.
-        let pairs = self.pairs.bytes() / 8;
+        let pairs = self.pairs.bytes() / PAIR_BYTES;
         run(commands, filling, &self.fill[0], pairs, THREADS);
         for starts in &self.starts {
             run(commands, starting, starts, pairs, SCANNED);
@@ -212,7 +222,7 @@ impl Lists {
         }
         self.last = totals;
         let (pairs, words) = (u64::from(totals.pairs), totals.words(self.bricks));
-        if 8 * pairs <= self.pairs.bytes() && 4 * words <= self.words.bytes() {
+        if PAIR_BYTES * pairs <= self.pairs.bytes() && 4 * words <= self.words.bytes() {
             return Ok(false);
         }
         // An eighth more, so that a scene in motion does not grow every frame; only what is needed if that is too much.
@@ -220,7 +230,7 @@ impl Lists {
         let more = |count: u64, bytes: u64| (count + count / 8).min(most / bytes).max(count);
         let lists = more(words - u64::from(self.bricks), 4) + u64::from(self.bricks);
         let [pairs, words, sums, unsorted] =
-            room(&self.context, self.bricks, more(pairs, 8), lists.min(most / 4).max(words))?;
+            room(&self.context, self.bricks, more(pairs, PAIR_BYTES), lists.min(most / 4).max(words))?;
         self.set.replace(set::GridLists::PAIRS, &pairs)?;
         self.set.replace(set::GridLists::LISTS, &words)?;
         self.set.replace(set::GridLists::SUMS, &sums)?;

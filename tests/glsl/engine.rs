@@ -42,8 +42,8 @@ pub fn is_glsl(word: &str) -> bool {
         float int uint bool vec2 vec3 vec4 ivec2 ivec3 ivec4 uvec2 uvec3 uvec4 bvec2 bvec3 bvec4 \
         sampler2D sampler3D texture2D uimage2D accelerationStructureEXT rayQueryEXT \
         layout set binding scalar std430 r32ui constant_id readonly buffer uniform \
-        abs all any atan bitCount clamp cross distance dot equal exp exp2 floatBitsToUint floor fract greaterThan \
-        greaterThanEqual imageLoad inversesqrt length lessThan lessThanEqual log log2 max min mix normalize notEqual \
+        abs all any atan bitCount clamp cross distance dot equal exp exp2 findLSB floatBitsToUint floor fract \
+        greaterThan greaterThanEqual imageLoad inversesqrt length lessThan lessThanEqual log log2 max min mix normalize notEqual \
         round sign sqrt step texelFetch textureGather textureLod textureSize uintBitsToFloat unpackHalf2x16 \
         unpackSnorm2x16 unpackUnorm2x16 \
         rayQueryInitializeEXT rayQueryProceedEXT rayQueryGetIntersectionPrimitiveIndexEXT rayQueryConfirmIntersectionEXT \

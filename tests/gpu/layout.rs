@@ -45,6 +45,14 @@ macro_rules! twin {
     };
 }
 
+/// A triangle as it is read in three loads: the bytes of [`TriangleData`], whose corners come first.
+#[repr(C)]
+struct TriangleRows {
+    rows: [[f32; 4]; 3],
+}
+
+const _: () = assert!(size_of::<TriangleRows>() == size_of::<TriangleData>() && offset_of!(TriangleData, corners) == 0);
+
 /// GLSL struct → Rust struct.
 fn twins() -> BTreeMap<&'static str, Twin> {
     BTreeMap::from([
@@ -84,6 +92,7 @@ fn twins() -> BTreeMap<&'static str, Twin> {
         ("Segment", twin!(SegmentData, entry, exit, optical_depth, next)),
         ("Node", twin!(NodeData, depth, value)),
         ("Triangle", twin!(TriangleData, corners, albedo)),
+        ("TriangleRows", twin!(TriangleRows, rows)),
         (
             "Tree",
             twin!(
@@ -285,6 +294,7 @@ fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) 
             "vec3" => "[f32; 3]",
             "vec4" => "[f32; 4]",
             "vec3[3]" => "[[f32; 3]; 3]",
+            "vec4[3]" => "[[f32; 4]; 3]",
             _ => panic!("{what}: {glsl} has no Rust type here"),
         };
         assert_eq!(rust_name(ty), known, "{what}: {glsl}");

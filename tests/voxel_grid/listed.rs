@@ -108,7 +108,15 @@ fn lists_equal_their_twin() {
     });
 }
 
-/// A list holds each triangle that has a point in its voxel, by f64, however thin it is.
+/// Whether a box of 16 places along each axis has a place in a voxel.
+fn has(word: u32, place: DVec3) -> bool {
+    (0..3).all(|i| {
+        let [last, before] = [word >> (5 * i) & 15, word >> (15 + 5 * i) & 15].map(f64::from);
+        (15.0 - before..=last + 1.0).contains(&(16.0 * place[i]))
+    })
+}
+
+/// A list holds each triangle that has a point in its voxel, by f64, however thin it is; so do its box, and that of the list.
 #[test]
 fn no_triangle_is_missing() {
     gpu_test("no_triangle_is_missing", |context| {
@@ -131,9 +139,12 @@ fn no_triangle_is_missing() {
                     let [x, y, z] = p.to_array().map(|c| c.floor() as usize);
                     let (brick, bit) = ((z / 4 * 16 + y / 4) * 16 + x / 4, x % 4 + 4 * (y % 4) + 16 * (z % 4));
                     let below = (bits[brick] & ((1 << bit) - 1)).count_ones();
-                    let start = lists[brick] as usize + below as usize;
-                    let list = &lists[lists[start] as usize..lists[start + 1] as usize];
-                    assert!(bits[brick] >> bit & 1 == 1 && list.contains(&i), "{}: {triangle:?} at {p}", scene.name);
+                    let start = lists[brick] as usize + 2 * below as usize;
+                    let list = &lists[lists[start] as usize..lists[start + 2] as usize];
+                    let listed = list.chunks_exact(2).find(|listed| listed[1] == i);
+                    let boxes = [Some(lists[start + 1]), listed.map(|listed| listed[0])];
+                    let is_there = boxes.into_iter().all(|listed| listed.is_some_and(|listed| has(listed, p.fract())));
+                    assert!(bits[brick] >> bit & 1 == 1 && is_there, "{}: {triangle:?} at {p}", scene.name);
                 }
             }
         }

@@ -25,7 +25,9 @@ struct Cast {
     vec3 place;
     vec3 axis;
     float reach;
-    ivec3 first;  // voxel of its box
+    vec3 low;     // its box
+    vec3 high;
+    ivec3 first;  // voxel of it
     ivec3 box;
 };
 
@@ -38,6 +40,8 @@ Cast cast_of(Caster caster) {
     c.place = place;
     c.axis = axis;
     c.reach = reach;
+    c.low = low;
+    c.high = high;
     c.first = ivec3(clamp(floor(low), vec3(0.0), vec3(grid.size - 1u)));
     c.box = ivec3(clamp(floor(high), vec3(0.0), vec3(grid.size - 1u))) - c.first + 1;
     return c;
@@ -78,7 +82,7 @@ void boxes(uint i, uint first, uint step) {
         bool met = v < count && cast_meets(c, voxel_of(c, v));
         uint at = place_of(uint(met));
         if (met) {
-            note(at, i, uvec3(voxel_of(c, v)));
+            note(at, i, uvec3(voxel_of(c, v)), c.low, c.high);
         }
     }
 }
@@ -128,6 +132,6 @@ void main() {
     while (met != uvec2(0u)) {
         uint v = met.x != 0u ? uint(findLSB(met.x)) : 32u + uint(findLSB(met.y));
         met = met.x != 0u ? uvec2(met.x & (met.x - 1u), met.y) : uvec2(0u, met.y & (met.y - 1u));
-        note(at++, i, uvec3(voxel_of(c, v)));
+        note(at++, i, uvec3(voxel_of(c, v)), c.low, c.high);
     }
 }

@@ -11,10 +11,11 @@ void main() {
     if (i >= totals.pairs || !lists_fit(totals.voxels)) {
         return;
     }
-    uvec2 pair = pairs[i];
-    uint at = atomicAdd(lists[lists_start(pair.x) + 1u], 1u);
+    uvec3 pair = pairs[i];
+    uint at = atomicAdd(lists[lists_start(pair.x) + LIST_WORDS], LIST_WORDS);
     if (STEP == 1) {
-        lists[at] = pair.y;
+        lists[at] = pair.z;
+        lists[at + 1u] = pair.y;
         unsorted[unsorted_at(at)] = pair.y;
     }
 }

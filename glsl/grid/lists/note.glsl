@@ -3,6 +3,7 @@
 #define GRID_LISTS_NOTE_GLSL
 #include "grid/occupy.glsl"
 #define PAIRS_ACCESS
+#include "grid/lists/box.glsl"
 #include "grid/lists/set.glsl"
 
 shared uint group_pairs;
@@ -27,18 +28,19 @@ uint place_of(uint count) {
     return group_first + at;
 }
 
-// The voxel becomes occupied, and is noted beside the triangle or the caster.
-void note(uint at, uint number, uvec3 voxel) {
+// The voxel becomes occupied, and is noted beside the triangle or the caster, and what of the box about that is in it.
+void note(uint at, uint number, uvec3 voxel, vec3 low, vec3 high) {
     occupy(voxel);
     if (at < pairs.length()) {
-        pairs[at] = uvec2(64u * grid_word(grid.size, 0u, voxel) + grid_bit(0u, voxel), number);
+        uint bit = 64u * grid_word(grid.size, 0u, voxel) + grid_bit(0u, voxel);
+        pairs[at] = uvec3(bit, number, box_in(low, high, voxel));
     }
 }
 
 // It is noted for all voxels at once, and occupies none.
 void note_for_all(uint at, uint number) {
     if (at < pairs.length()) {
-        pairs[at] = uvec2(64u * lists_of_all(grid.size), number);
+        pairs[at] = uvec3(64u * lists_of_all(grid.size), number, BOX_GUARDS);
     }
 }
 #endif

@@ -33,7 +33,7 @@ void main() {
     uint voxels = scan_range(0u, blocks);
     bool fit = lists_fit(voxels);
     for (uint v = 0u; v < 8u && first + v < bricks; ++v) {
-        lists[first + v] = bricks + (fit ? sum + before[v] : 0u);
+        lists[first + v] = bricks + (fit ? LIST_WORDS * (sum + before[v]) : 0u);
     }
     if (block == 0u && gl_LocalInvocationIndex == 0u) {
         totals.voxels = voxels;

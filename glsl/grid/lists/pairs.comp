@@ -39,7 +39,7 @@ void columns(uint i, uint first, uint step) {
         for (int v = range.x; v <= range.y && met > 0u; ++v) {
             voxel[axis] = v;
             if (v - range.x < 32 ? (mask >> (v - range.x) & 1u) == 1u : listed_in(facet, error, voxel)) {
-                note(at++, i, uvec3(voxel));
+                note(at++, i, uvec3(voxel), low_of(facet), high_of(facet));
             }
         }
     }
@@ -90,6 +90,7 @@ void main() {
     while (met != uvec2(0u)) {
         uint v = met.x != 0u ? uint(findLSB(met.x)) : 32u + uint(findLSB(met.y));
         met = met.x != 0u ? uvec2(met.x & (met.x - 1u), met.y) : uvec2(0u, met.y & (met.y - 1u));
-        note(at++, i, uvec3(facet.first + ivec3(int(v) % box.x, int(v) / box.x % box.y, int(v) / (box.x * box.y))));
+        ivec3 voxel = facet.first + ivec3(int(v) % box.x, int(v) / box.x % box.y, int(v) / (box.x * box.y));
+        note(at++, i, uvec3(voxel), low_of(facet), high_of(facet));
     }
 }

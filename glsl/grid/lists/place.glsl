@@ -1,7 +1,8 @@
-// Where the triangles of a voxel are listed. A word a brick: where the starts of its used voxels begin; behind these, a start a used voxel
-// in the order of the bits, and where the last list ends; behind these, the lists. All places are words from the beginning, so
-// that bricks, the bits of one and two starts lead to a list. Behind all bricks is one more, whose one voxel is always used: it lists what is in too
-// many voxels to be listed in each, for every ray to ask. Source: ours. Twin: reference::twin::lists.
+// Where the triangles of a voxel are listed. A word a brick: where the starts of its used voxels begin; behind these, two words a used
+// voxel in the order of the bits: where its list starts, and the box about all that is listed (glsl/grid/lists/box.glsl); then where
+// the last list ends; behind these, the lists, two words a triangle: its box in the voxel, and its number. All places are words from
+// the beginning, so that bricks, the bits of one and two starts lead to a list. Behind all bricks is one more, whose one voxel is always used: it lists
+// what is in too many voxels to be listed in each, for every ray to ask. Source: ours. Twin: reference::twin::lists.
 #ifndef GRID_LISTS_PLACE_GLSL
 #define GRID_LISTS_PLACE_GLSL
 #include "grid/grid.glsl"
@@ -11,6 +12,9 @@ uint lists_of_all(uint size) {
     uint side = grid_side(size, 0u);
     return side * side * side;
 }
+
+// Words of a used voxel, and of what is listed.
+const uint LIST_WORDS = 2u;
 
 // How many voxels of a brick are used before that of bit `bit`.
 uint used_before(uvec2 bits, uint bit) {

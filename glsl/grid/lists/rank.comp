@@ -10,14 +10,16 @@ void main() {
     if (i >= totals.pairs || !lists_fit(totals.voxels)) {
         return;
     }
-    uvec2 pair = pairs[i];
-    uint start = lists_start(pair.x), first = lists[start], behind = lists[start + 1u];
-    if (behind - first > RANKED) {
+    uvec3 pair = pairs[i];
+    uint start = lists_start(pair.x), first = lists[start], behind = lists[start + LIST_WORDS];
+    uint count = (behind - first) / LIST_WORDS;
+    if (count > RANKED) {
         return;
     }
     uint from = unsorted_at(first), rank = 0u;
-    for (uint other = from; other < from + behind - first; ++other) {
+    for (uint other = from; other < from + count; ++other) {
         rank += uint(unsorted[other] < pair.y);
     }
-    lists[first + rank] = pair.y;
+    lists[first + LIST_WORDS * rank] = pair.z;
+    lists[first + LIST_WORDS * rank + 1u] = pair.y;
 }

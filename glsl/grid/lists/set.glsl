@@ -20,7 +20,7 @@ struct ListTotals {
 #endif
 
 // set 1: grid_lists
-layout(set = 1, binding = 0, scalar) PAIRS_ACCESS buffer ListsPairs { uvec2 pairs[]; };            // a voxel's bit among all, and a triangle
+layout(set = 1, binding = 0, scalar) PAIRS_ACCESS buffer ListsPairs { uvec3 pairs[]; };            // a voxel's bit among all, a triangle, its box there
 layout(set = 1, binding = 1, scalar) LISTS_ACCESS buffer ListsWords { uint lists[]; };  // as glsl/grid/lists/place.glsl has them
 layout(set = 1, binding = 2, scalar) buffer ListsSums { uint sums[]; };
 layout(set = 1, binding = 3, scalar) buffer ListsTotals { ListTotals totals; };
@@ -37,14 +37,17 @@ uvec2 brick_bits(uint brick) {
 }
 
 // Where the start of a voxel's list stands, of a bit among all.
-uint lists_start(uint bit) { return lists[bit >> 6] + used_before(brick_bits(bit >> 6), bit & 63u); }
+uint lists_start(uint bit) { return lists[bit >> 6] + LIST_WORDS * used_before(brick_bits(bit >> 6), bit & 63u); }
+
+// Where the first list is.
+uint lists_begin(uint voxels) { return brick_count() + LIST_WORDS * voxels + 1u; }
 
 // Where the unsorted list is that belongs at a place.
-uint unsorted_at(uint at) { return at - (brick_count() + totals.voxels + 1u); }
+uint unsorted_at(uint at) { return (at - lists_begin(totals.voxels)) / LIST_WORDS; }
 
 // Whether there is room for all. Where there is not, nothing is listed.
 bool lists_fit(uint voxels) {
-    return totals.overflowed == 0u && totals.pairs <= pairs_room &&
-           totals.pairs <= lists.length() - brick_count() - 1u - min(voxels, lists.length() - brick_count() - 1u);
+    uint room = (lists.length() - brick_count() - 1u) / LIST_WORDS;
+    return totals.overflowed == 0u && totals.pairs <= pairs_room && totals.pairs <= room - min(voxels, room);
 }
 #endif

@@ -1,24 +1,31 @@
 #version 460
-// The long lists in the order of the triangles, those of 64 voxels by a workgroup, one after the other. Source: Batcher 1968 (a bitonic
-// network, all of whose pairs look the same way). Input and output: lists. Twin: reference::twin::lists, which sorts.
+// The long lists in the order of the triangles, those of 64 voxels by a workgroup, one after the other; then the box about each list,
+// a list a thread. Source: Batcher 1968 (a bitonic network, all of whose pairs look the same way). Input and output: lists.
+// Twin: reference::twin::lists, which sorts.
 layout(local_size_x = 64) in;
 #define LISTS_ACCESS coherent
+#include "grid/lists/box.glsl"
 #include "grid/lists/set.glsl"
 
 shared uint long_count;
 shared uvec2 longs[64];
 
-void exchange(uint low, uint high) {
-    uint a = lists[low], b = lists[high];
-    if (a > b) {
-        lists[low] = b;
-        lists[high] = a;
+// Places of what is listed, and not of words.
+void exchange(uint begin, uint low, uint high) {
+    low = begin + LIST_WORDS * low;
+    high = begin + LIST_WORDS * high;
+    uvec2 a = uvec2(lists[low], lists[low + 1u]), b = uvec2(lists[high], lists[high + 1u]);
+    if (a.y > b.y) {
+        lists[low] = b.x;
+        lists[low + 1u] = b.y;
+        lists[high] = a.x;
+        lists[high + 1u] = a.y;
     }
 }
 
 // What has no number of a power of two ends in triangles behind all others, which stay where they are.
 void sort(uint begin, uint end) {
-    uint count = end - begin, all = 2u << findMSB(count - 1u);
+    uint count = (end - begin) / LIST_WORDS, all = 2u << findMSB(count - 1u);
     for (uint block = 2u; block <= all; block *= 2u) {
         for (uint step = block / 2u; step > 0u; step /= 2u) {
             memoryBarrierBuffer();
@@ -28,11 +35,22 @@ void sort(uint begin, uint end) {
                 // First with the mirror image in the block, then with what is `step` behind.
                 uint high = step == block / 2u ? low - low % block + block - 1u - low % block : low + step;
                 if (high < count) {
-                    exchange(begin + low, begin + high);
+                    exchange(begin, low, high);
                 }
             }
         }
     }
+}
+
+// Four words at once, since each is waited for.
+uint box_of_list(uint begin, uint end) {
+    uint last = end - LIST_WORDS, box = lists[last];
+    for (uint at = begin; at < last; at += 4u * LIST_WORDS) {
+        uint a = lists[at], b = lists[min(at + LIST_WORDS, last)];
+        uint c = lists[min(at + 2u * LIST_WORDS, last)], d = lists[min(at + 3u * LIST_WORDS, last)];
+        box = box_about(box, box_about(box_about(a, b), box_about(c, d)));
+    }
+    return box;
 }
 
 void main() {
@@ -41,14 +59,23 @@ void main() {
         long_count = 0u;
     }
     barrier();
-    if (u < totals.voxels && lists_fit(totals.voxels)) {
-        uint begin = lists[brick_count() + u], end = lists[brick_count() + u + 1u];
-        if (end - begin > RANKED) {
+    bool is_used = u < totals.voxels && lists_fit(totals.voxels);
+    uint start = brick_count() + LIST_WORDS * u, begin = 0u, end = 0u;
+    if (is_used) {
+        begin = lists[start];
+        end = lists[start + LIST_WORDS];
+        if (end - begin > LIST_WORDS * RANKED) {
             longs[atomicAdd(long_count, 1u)] = uvec2(begin, end);
         }
     }
     barrier();
     for (uint l = 0u; l < long_count; ++l) {
         sort(longs[l].x, longs[l].y);
+    }
+    memoryBarrierBuffer();
+    barrier();
+    if (is_used) {
+        // What is listed for all voxels may be nothing.
+        lists[start + 1u] = begin < end ? box_of_list(begin, end) : 0u;
     }
 }

@@ -1,6 +1,6 @@
 #version 460
 // Where the list of each used voxel starts, from how many triangles each has. A workgroup 1,024 voxels: STEP 0 sums their triangles,
-// STEP 1 places them behind all sums before. A start stands where the list before it ends: a word behind its own, to which it comes as
+// STEP 1 places them behind all sums before. A start stands where the list before it ends: behind its own, to which it comes as
 // triangles are placed. Source: ours. Input: counts. Output: starts. Twin: reference::twin::lists.
 // variants: STEP 0 1
 layout(local_size_x = 128) in;
@@ -16,7 +16,7 @@ void main() {
     uint before[8];
     for (uint v = 0u; v < 8u; ++v) {
         before[v] = mine;
-        mine += first + v < voxels ? lists[bricks + 1u + first + v] : 0u;
+        mine += first + v < voxels ? lists[bricks + LIST_WORDS * (first + v + 1u)] : 0u;
     }
     uint sum = scan_threads(mine, all);
     if (STEP == 0) {
@@ -25,10 +25,10 @@ void main() {
         }
         return;
     }
-    uint start = bricks + voxels + 1u;
+    uint start = lists_begin(voxels);
     sum += start + scan_range(0u, block);
     for (uint v = 0u; v < 8u && first + v < voxels; ++v) {
-        lists[bricks + 1u + first + v] = sum + before[v];
+        lists[bricks + LIST_WORDS * (first + v + 1u)] = sum + before[v];
     }
     if (block == 0u && gl_LocalInvocationIndex == 0u) {
         lists[bricks] = start;

@@ -5,15 +5,15 @@
 //   binding 1  the grid (grid/grid.glsl)
 //   binding 2  its bits of meshes
 //   binding 3  its lists of triangles (grid/lists/place.glsl)
-//   binding 4  triangles (world/triangle.glsl)
+//   binding 4  triangles (world/triangle_rows.glsl)
 //   binding 5  its bits of smoke and hair
 //   binding 6  its lists of casters, likewise
 //   binding 7  casters (world/caster.glsl)
 // flat: bindings 168, constants 336: GRID_SIZE STRANDS
 #include "world/caster.glsl"
 #include "world/light.glsl"
-#include "world/triangle.glsl"
 #include "grid/grid.glsl"
+#include "world/triangle_rows.glsl"
 
 #ifndef GOBO_SET
 #define GOBO_SET 1
@@ -23,7 +23,7 @@ layout(set = GOBO_SET, binding = 0, scalar) readonly buffer VisibilityLights { L
 layout(set = GOBO_SET, binding = 1, scalar) readonly buffer VisibilityGrid { Grid visibility_grid; };
 layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityBits { uint visibility_bits[]; };
 layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityCells { uint visibility_cells[]; };
-layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityTriangles { Triangle visibility_triangles[]; };
+layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityTriangles { TriangleRows visibility_triangles[]; };
 layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCastBits { uint visibility_cast_bits[]; };
 layout(set = GOBO_SET, binding = 6, scalar) readonly buffer VisibilityCastLists { uint visibility_cast_lists[]; };
 layout(set = GOBO_SET, binding = 7, scalar) readonly buffer VisibilityCasters { Caster visibility_casters[]; };

@@ -7,12 +7,12 @@
 //   binding 3  its media (grid/media.glsl), or any buffer where MEDIA is false
 //   binding 4  their bits, likewise
 //   binding 5  its cells (grid/cells.glsl) where CONE is true, its lists (grid/lists/place.glsl) where CELL is 2, or any buffer
-//   binding 6  triangles (world/triangle.glsl)
+//   binding 6  triangles (world/triangle_rows.glsl)
 //   binding 7  its masks (grid/masks.glsl), or any buffer where CELL is not 1
 // flat: bindings 64, constants 128: GRID_SIZE MARCH_STEPS MARCH_OFFSET MEDIA CONE CONE_SLOPE CELL BIAS
 #include "world/light.glsl"
-#include "world/triangle.glsl"
 #include "grid/grid.glsl"
+#include "world/triangle_rows.glsl"
 
 #ifndef GOBO_SET
 #define GOBO_SET 1
@@ -24,7 +24,7 @@ layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityBits { uin
 layout(set = GOBO_SET, binding = 3, scalar) readonly buffer VisibilityMedia { uint visibility_media[]; };
 layout(set = GOBO_SET, binding = 4, scalar) readonly buffer VisibilityMediaBits { uint visibility_media_bits[]; };
 layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCells { uint visibility_cells[]; };
-layout(set = GOBO_SET, binding = 6, scalar) readonly buffer VisibilityTriangles { Triangle visibility_triangles[]; };
+layout(set = GOBO_SET, binding = 6, scalar) readonly buffer VisibilityTriangles { TriangleRows visibility_triangles[]; };
 layout(set = GOBO_SET, binding = 7, scalar) readonly buffer VisibilityMasks { uint visibility_masks[]; };
 
 // Voxels a side.

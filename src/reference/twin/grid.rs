@@ -67,6 +67,12 @@ impl Facet {
         Self { corners, edges, normal, first, last, slack, error: 0.0 }
     }
 
+    /// Its box, larger by the slack. Twins: low_of, high_of.
+    pub(super) fn bounds(&self) -> [[f32; 3]; 2] {
+        let [a, b, c] = self.corners;
+        [from_fn(|i| a[i].min(b[i].min(c[i])) - self.slack), from_fn(|i| a[i].max(b[i].max(c[i])) + self.slack)]
+    }
+
     /// Whether it is one point, which casts nothing. Twin: facet_is_point.
     pub(super) fn is_point(&self) -> bool {
         self.edges == [[0.0; 3]; 3]

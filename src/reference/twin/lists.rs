@@ -5,11 +5,26 @@ use crate::scene::Caster;
 use glam::{UVec3, Vec3};
 use std::collections::BTreeMap;
 
-/// By brick and bit; each in the order of its numbers.
-type Used = BTreeMap<(usize, u32), Vec<u32>>;
+/// By brick and bit; each in the order of its numbers: boxes and numbers.
+type Used = BTreeMap<(usize, u32), Vec<[u32; 2]>>;
+
+/// The highest bit of each lane: a box of no extent at all. Twin: BOX_GUARDS in glsl/grid/lists/box.glsl.
+const BOX_GUARDS: u32 = 0x2108_4210;
 
 /// Twin: CAST_SLACK.
 const CAST_SLACK: f32 = 1.0 / 512.0;
+
+/// What of a box, in voxels, is in a voxel: lanes of five bits, each with the highest set. Twin: box_in in glsl/grid/lists/box.glsl.
+fn box_in([low, high]: [[f32; 3]; 2], voxel: [u32; 3]) -> u32 {
+    let place = |at: f32, i: usize| ((at - voxel[i] as f32) * 16.0).clamp(0.0, 15.0) as u32;
+    (0..3).map(|i| (16 + place(high[i], i)) << (5 * i) | (31 - place(low[i], i)) << (15 + 5 * i)).sum()
+}
+
+/// About both. Twin: box_about.
+fn box_about(a: u32, b: u32) -> u32 {
+    let lane = |of: u32, i: u32| of >> (5 * i) & 31;
+    (0..6).map(|i| lane(a, i).max(lane(b, i)) << (5 * i)).sum()
+}
 
 /// The bits of all levels, and the lists, of triangles whose corners are in voxels.
 pub fn lists(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> (Bits, Vec<u32>) {
@@ -24,7 +39,8 @@ pub fn lists(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> (Bits
             for y in facet.first[1]..=facet.last[1] {
                 for x in (facet.first[0]..=facet.last[0]).filter(|x| facet.meets([*x, y, z])) {
                     (0..3).for_each(|level| bits.set(level, [x, y, z]));
-                    used.entry(bits.place(0, [x, y, z])).or_default().push(triangle);
+                    let listed = [box_in(facet.bounds(), [x, y, z]), triangle];
+                    used.entry(bits.place(0, [x, y, z])).or_default().push(listed);
                 }
             }
         }
@@ -46,16 +62,16 @@ fn words(bits: &Bits, mut used: Used, size: u32) -> Vec<u32> {
     let mut words: Vec<u32> = Vec::new();
     let mut before = 0;
     for brick in 0..=all.0 {
-        words.push(bricks + before);
+        words.push(bricks + 2 * before);
         before += if brick == all.0 { 1 } else { bits.words[brick].count_ones() };
     }
-    let mut start = bricks + before + 1;
-    words.push(start);
+    let mut start = bricks + 2 * before + 1;
     for list in used.values() {
-        start += list.len() as u32;
-        words.push(start);
+        words.extend([start, list.iter().map(|[listed, _]| *listed).reduce(box_about).unwrap_or_default()]);
+        start += 2 * list.len() as u32;
     }
-    words.extend(used.into_values().flatten());
+    words.push(start);
+    words.extend(used.into_values().flatten().flatten());
     words
 }
 
@@ -74,12 +90,10 @@ impl Cast {
         Self { place: place.voxels(caster.position).into(), axis, reach }
     }
 
-    /// The voxels of its box, first and last.
-    fn bounds(&self, size: u32) -> [UVec3; 2] {
+    /// Its box.
+    fn bounds(&self) -> [Vec3; 2] {
         let end = self.place + self.axis;
-        let most = Vec3::splat((size - 1) as f32);
-        let of = |corner: Vec3| corner.floor().clamp(Vec3::ZERO, most).as_uvec3();
-        [of(self.place.min(end) - self.reach), of(self.place.max(end) + self.reach)]
+        [self.place.min(end) - self.reach, self.place.max(end) + self.reach]
     }
 
     /// Twin: cast_meets.
@@ -110,9 +124,11 @@ pub fn caster_lists(casters: &[Caster], place: &Place, share: u32) -> (Bits, Vec
     let (size, mut bits, mut used) = (place.size, Bits::none(place.size), Used::new());
     for (number, caster) in (0..).zip(casters).filter(|(_, caster)| caster.radius > 0.0) {
         let cast = Cast::new(caster, place);
-        let [first, last] = cast.bounds(size);
+        let bounds = cast.bounds();
+        let most = Vec3::splat((size - 1) as f32);
+        let [first, last] = bounds.map(|corner| corner.floor().clamp(Vec3::ZERO, most).as_uvec3());
         if (last - first + 1).element_product() > share {
-            used.entry(of_all(size)).or_default().push(number);
+            used.entry(of_all(size)).or_default().push([BOX_GUARDS, number]);
             continue;
         }
         for z in first.z..=last.z {
@@ -120,7 +136,8 @@ pub fn caster_lists(casters: &[Caster], place: &Place, share: u32) -> (Bits, Vec
                 for x in (first.x..=last.x).filter(|x| cast.meets(UVec3::new(*x, y, z))) {
                     let voxel = [x, y, z];
                     (0..3).for_each(|level| bits.set(level, voxel));
-                    used.entry(bits.place(0, voxel)).or_default().push(number);
+                    let listed = [box_in(bounds.map(Into::into), voxel), number];
+                    used.entry(bits.place(0, voxel)).or_default().push(listed);
                 }
             }
         }
