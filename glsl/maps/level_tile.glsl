@@ -34,6 +34,9 @@ struct LevelTile {
 // No texel.
 const uint NONE = ~0u;
 
+// So far along a range of depths; its end is exact, whatever a driver makes of mix, since what is behind it follows from that.
+float depth_along(vec2 range, float along) { return along >= 1.0 ? range.y : mix(range.x, range.y, along); }
+
 uint tile_texels(LevelTile tile) { return tile.side * tile.side; }
 
 // Place of texel t of the tile among those of all maps and levels; NONE past the map's edge.

@@ -97,7 +97,8 @@ fn levels_are_means_of_those_below() {
                         cost(below(), build, |depth| transmittance(curve, depth, &text)),
                         cost(below(), build, |depth| twin.transmittance(depth)),
                     ];
-                    let is_good = (its - twins).abs() < 1e-4 + 0.01 * twins;
+                    // At the ends themselves a rounding of a depth is before a step or behind it.
+                    let is_good = apart <= TOLERANCE || (its - twins).abs() < 1e-4 + 0.01 * twins;
                     astray += u32::from(!is_good);
                     others += u32::from(apart > TOLERANCE);
                     let from_mean = off(&mean);

@@ -181,7 +181,7 @@ void make_level(LevelTile tile) {
     for (uint i = thread; i < count * ENDS; i += LEVEL_THREADS) {
         vec2 range = ranges[i / ENDS];
         float along = float(i % ENDS) / float(STEPS);
-        means[i] = makes_curve(i / ENDS) ? mean_at(tile, i / ENDS, mix(range.x, range.y, along)) : 1.0;
+        means[i] = makes_curve(i / ENDS) ? mean_at(tile, i / ENDS, depth_along(range, along)) : 1.0;
         values[i] = value_of(means[i]);
     }
     barrier();
@@ -205,7 +205,7 @@ void make_level(LevelTile tile) {
             float value = values[thread * ENDS + end];
             // Means round.
             value = EXPONENTIAL ? max(value, last.value) : min(value, last.value);
-            last = Node(mix(range.x, range.y, float(end) / float(STEPS)), value);
+            last = Node(depth_along(range, float(end) / float(STEPS)), value);
         }
         curve[i] = last;
     }

@@ -52,7 +52,7 @@ void make_level(LevelTile tile) {
     for (uint i = thread; i < tile_texels(tile) * LEVEL_CELLS; i += LEVEL_THREADS) {
         uint t = i / LEVEL_CELLS;
         vec2 range = level_ranges[t];
-        level_depths[i] = merged_depth(tile, t, mix(range.x, range.y, cell_end(i % LEVEL_CELLS + 1u)));
+        level_depths[i] = merged_depth(tile, t, depth_along(range, cell_end(i % LEVEL_CELLS + 1u)));
     }
     barrier();
     uint place = thread < tile_texels(tile) ? made_place(tile, thread) : NONE;
