@@ -75,6 +75,7 @@
 //!     name: "a ball of smoke".into(),
 //!     particles: vec![Particle { position: [0.0, 0.0, 1.0], radius: 0.5, extinction: 2.0 }],
 //!     strands: vec![],
+//!     gaussians: vec![],
 //!     meshes: vec![],
 //!     lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],
 //!     camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },

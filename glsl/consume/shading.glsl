@@ -17,9 +17,10 @@ vec3 light_on_surface(Light light, vec3 position, vec3 normal, float visibility)
 vec3 shade_surface(vec3 albedo, vec3 light) { return albedo * light; }
 
 // Single scattering with an isotropic phase function, normalised so that a fully lit dense medium has its albedo.
-vec3 shade_caster(Caster caster, vec3 light) {
-    return (caster_is_strand(caster) ? STRAND_ALBEDO : PARTICLE_ALBEDO) * light;
-}
+vec3 shade_caster(vec3 albedo, vec3 light) { return albedo * light; }
+
+// Of what has no colour of its own.
+vec3 caster_albedo(Caster caster) { return caster_is_strand(caster) ? STRAND_ALBEDO : PARTICLE_ALBEDO; }
 
 // Where to ask for the light that arrives at `position` of a caster: a strand takes its light in one step, on whose
 // edge its own points lie, so that its shadow would be noise on itself. One width towards the light is in front of it.

@@ -76,7 +76,7 @@ settings! {
 pub const ENTRY: Entry = Entry {
     name: "density-grid",
     about: "a way to the light through what smoke and hair take in voxels, one grid for all lights",
-    casts: Casts { particles: true, strands: true, meshes: false },
+    casts: Casts { splats: false, meshes: false, ..Casts::ALL },
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],

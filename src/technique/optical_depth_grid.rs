@@ -61,7 +61,7 @@ settings! {
 pub const ENTRY: Entry = Entry {
     name: "optical-depth-grid",
     about: "the optical depth to each light in a grid of cells, one fetch a look-up, baked whole or in turn (Nubis³ 2023)",
-    casts: Casts { particles: true, strands: true, meshes: false },
+    casts: Casts { splats: false, meshes: false, ..Casts::ALL },
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],

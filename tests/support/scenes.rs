@@ -11,6 +11,7 @@ pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) ->
         name: name.into(),
         particles,
         strands: Vec::new(),
+        gaussians: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
         lights: vec![Light {

@@ -96,10 +96,20 @@ fn pixel(
         }
         let opacity = 1.0 - (-optical_depth(ray, caster, entry, exit)).exp();
         let light = light(i, ray.at(0.5 * (entry + exit)));
-        let albedo = if caster.is_strand() { STRAND_ALBEDO } else { PARTICLE_ALBEDO };
+        let albedo = albedo(scene, i as usize, caster);
         color = albedo * (ambient(scene) + light) * opacity + color * (1.0 - opacity);
     }
     color
+}
+
+/// What a caster sends back of the light: splats have colours of their own.
+fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
+    let splat = index.checked_sub(scene.particles.len() + scene.strands.len()).and_then(|i| scene.gaussians.get(i));
+    match splat {
+        Some(splat) => DVec3::from(splat.color.map(f64::from)),
+        None if caster.is_strand() => STRAND_ALBEDO,
+        None => PARTICLE_ALBEDO,
+    }
 }
 
 /// How a mesh looks where a ray meets it.

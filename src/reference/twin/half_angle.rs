@@ -1,6 +1,7 @@
 //! CPU twins of glsl/technique/half_angle/ and of what is painted with it: slices along the half vector of light and camera, the light's
 //! buffer after each. Sources: Kniss et al. 2003; Green 2008.
 
+use super::gaussian::strand_axis;
 use super::filter::Filter;
 use super::order::{float_order, sort};
 use super::segment::texel_segment;
@@ -17,7 +18,7 @@ pub fn half_vector(camera: [f32; 3], light: [f32; 3]) -> (Vec3, bool) {
 
 /// How far each caster's middle lies along it. Twin: keys.comp.
 pub fn keys(half: Vec3, light: &View, casters: &[Caster]) -> Vec<f32> {
-    let middle = |c: &Caster| Vec3::from(c.position) + 0.5 * Vec3::from(c.axis) - Vec3::from(light.origin);
+    let middle = |c: &Caster| Vec3::from(c.position) + 0.5 * strand_axis(c) - Vec3::from(light.origin);
     casters.iter().map(|caster| middle(caster).dot(half)).collect()
 }
 
