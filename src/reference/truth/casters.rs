@@ -72,6 +72,9 @@ impl<'a> Casters<'a> {
             .iter()
             .filter_map(|&i| {
                 let caster = &self.all[i as usize];
+                if caster.is_gaussian() {
+                    return soft_depth(&ray, caster, nearest, z);
+                }
                 let (entry, exit) = overlap(&ray, caster)?;
                 let (entry, exit) = (entry.max(nearest), exit.min(z));
                 (exit >= entry).then(|| optical_depth(&ray, caster, entry, exit))
@@ -159,6 +162,9 @@ impl<'a> Casters<'a> {
         let mut met = segments.len();
         let nearest = if view.projection() == Projection::Parallel { f64::NEG_INFINITY } else { view.near.into() };
         for caster in soft {
+            if gaussian::missed(ray, caster) {
+                continue;
+            }
             let along = gaussian::along(ray, caster);
             let Some((_, exit)) = along.within(TRUE_REACH) else { continue };
             if exit > nearest {
@@ -204,6 +210,16 @@ pub(super) fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     let across = offset - middle * ray.direction;
     let half_square = (radius * radius - across.length_squared()) / square;
     (half_square > 0.0).then(|| (middle - half_square.sqrt(), middle + half_square.sqrt()))
+}
+
+/// What the ray loses in a Gaussian from z `from` to `to`; nothing where it stays out of reach.
+fn soft_depth(ray: &Ray, caster: &Caster, from: f64, to: f64) -> Option<f64> {
+    if gaussian::missed(ray, caster) {
+        return None;
+    }
+    let along = gaussian::along(ray, caster);
+    let (entry, _) = along.within(TRUE_REACH)?;
+    (to > entry).then(|| along.optical_depth(ray, caster, from, to))
 }
 
 /// What the ray loses in the caster from z `entry` to `exit`, both within its overlap.

@@ -89,7 +89,7 @@ pub fn picture(casters: &Casters, scene: &Scene, camera: &View, view: &View, cou
         let towards = scene.lights[0].towards(position);
         let caster = &casters.all[index as usize];
         let all = arriving_unshadowed(scene, position);
-        all * slices.at(view, slices.slice[index as usize], position + lift(caster) * towards)
+        all * slices.at(view, slices.slice[index as usize], position + lift(caster, towards) * towards)
     };
     camera_rays(casters, scene, camera, &slices.order, light, |at, hit| lit_surface(casters, scene, at, hit))
 }
