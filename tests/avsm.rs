@@ -233,7 +233,7 @@ macro_rules! twin_tests {
     };
 }
 
-twin_tests!(random 24, duplicates 16, nested 16, opaque 16, crowd 24, strands 24, locks 16, inside 12, beside 12);
+twin_tests!(random 24, duplicates 16, nested 16, opaque 16, crowd 24, strands 24, splats 20, locks 16, inside 12, beside 12);
 
 /// Texels that stand for all that they cover.
 fn area(name: &str, scene: &Scene, size: u32) {
@@ -244,7 +244,7 @@ fn area(name: &str, scene: &Scene, size: u32) {
     });
 }
 
-twin_tests!(areas_equal_their_twin area random 12, strands 20, locks 12, inside 4);
+twin_tests!(areas_equal_their_twin area random 12, splats 12, strands 20, locks 12, inside 4);
 
 /// In perspective a texel's square is the larger the farther.
 #[test]

@@ -24,12 +24,12 @@ vec3 caster_albedo(Caster caster) { return caster_is_strand(caster) ? STRAND_ALB
 
 // Where to ask for the light that arrives at `position` of a caster: a strand takes its light in one step, on whose
 // edge its own points lie, so that its shadow would be noise on itself. One width towards the light is in front of it. A splat is a
-// piece of a surface: it is asked for in front of all that it has on the way to the light.
+// piece of a surface: it is asked for in front of all that it has on the way to the light, and of those beside it, which it overlaps.
 vec3 lit_side(Light light, Caster caster, vec3 position) {
     if (caster_is_gaussian(caster)) {
         vec3 towards = light_direction(light, position);
         GaussianRay along = gaussian_ray(Ray(position, towards), caster.position, caster.radius, caster.axis);
-        return position + GAUSSIAN_REACH * along.deviation * towards;
+        return position + max(GAUSSIAN_REACH * along.deviation, caster.radius / GAUSSIAN_REACH) * towards;
     }
     return caster_is_strand(caster) ? position + 2.0 * caster.radius * light_direction(light, position) : position;
 }

@@ -74,7 +74,8 @@ impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
             binned?;
         }
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
-        let constants = filter.constants(constants).set(STRANDS, world.has_strands()).set(GAUSSIANS, world.has_gaussians());
+        let constants =
+            filter.constants(constants).set(STRANDS, world.has_strands()).set(GAUSSIANS, world.has_gaussians());
         let texels = make(&maps, way, (skip, filter.reach()), &constants)?;
         let look_up = maps.look_up(context, folder.name, &[texels.kept()])?;
         // What is hidden behind meshes is not written; what is drawn is drawn behind them too.

@@ -24,12 +24,7 @@ pub struct Capacity {
 
 impl Capacity {
     pub(super) fn kinds(self) -> Kinds {
-        Kinds {
-            particles: self.particles > 0,
-            strands: self.strands > 0,
-            splats: false,
-            meshes: self.triangles > 0,
-        }
+        Kinds { particles: self.particles > 0, strands: self.strands > 0, splats: false, meshes: self.triangles > 0 }
     }
 }
 

@@ -132,7 +132,7 @@ fn ambient(scene: &Scene) -> DVec3 {
 /// How far towards a light in that direction, of length 1, a caster asks for it.
 pub(in crate::reference) fn lift(caster: &Caster, towards: DVec3) -> f64 {
     if caster.is_gaussian() {
-        return REACH / Shape::of(caster).whitened(towards).length();
+        return (REACH / Shape::of(caster).whitened(towards).length()).max(f64::from(caster.radius) / REACH);
     }
     if caster.is_strand() { 2.0 * f64::from(caster.radius) } else { 0.0 }
 }

@@ -1,7 +1,7 @@
 //! CPU twin of glsl/maps/detail: what is known of each tile, and how fine it is made.
 
-use super::gaussian::strand_axis;
 use super::bins::{TILE_TEXELS, tile_distance};
+use super::gaussian::strand_axis;
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};
 

@@ -1,7 +1,6 @@
-//! CPU twin of glsl/world/gaussian.glsl: what a ray has of an anisotropic Gaussian, in f32. The device turns one into a view's axes and
-//! packs it again; here it stays in the world's, which is the same up to that packing.
+//! CPU twin of glsl/world/gaussian.glsl: what a ray has of an anisotropic Gaussian, in f32.
 
-use crate::scene::Caster;
+use crate::scene::{Caster, View};
 use glam::{Vec2, Vec3};
 
 /// Twin: GAUSSIAN_REACH.
@@ -24,13 +23,8 @@ pub(super) fn strand_axis(caster: &Caster) -> Vec3 {
 /// Unit vectors, the longest axis first, the shortest last, and deviations along them. Twin: gaussian_shape.
 pub fn shape(caster: &Caster) -> ([Vec3; 3], Vec3) {
     let bits = caster.axis.map(f32::to_bits);
-    let at = Vec2::new((bits[0] & 0xFFFF) as f32, (bits[1] & 0xFFFF) as f32) * (2.0 / 65535.0) - 1.0;
-    let place = 0.5 * Vec2::new(at.x + at.y, at.x - at.y);
-    let n = Vec3::new(place.x, place.y, 1.0 - place.x.abs() - place.y.abs()).normalize();
-    let a = -1.0 / (1.0 + n.z);
-    let b = n.x * n.y * a;
-    let (first, second) =
-        (Vec3::new(1.0 + n.x * n.x * a, b, -n.x), Vec3::new(b, 1.0 + n.y * n.y * a, -n.y));
+    let n = axis(bits[0] & 0xFFFF, bits[1] & 0xFFFF);
+    let [first, second] = across(n);
     let along = (bits[2] & 0xFFFF) as f32 * (2.0 / 65535.0) - 1.0;
     let longest = (along * first + (1.0 - along.abs()) * second).normalize();
     let high = bits.map(|bits| bits >> 16 & 127 | bits >> 24 & 128);
@@ -38,6 +32,39 @@ pub fn shape(caster: &Caster) -> ([Vec3; 3], Vec3) {
     let less = |octaves: u32| (octaves as f32 * (-OCTAVES / 4095.0)).exp2();
     let deviations = caster.radius * (1.0 / REACH) * Vec3::new(1.0, less(both & 4095), less(both >> 12));
     ([longest, n.cross(longest), n], deviations)
+}
+
+/// Two unit vectors across one whose z is not negative. Twin: gaussian_across.
+fn across(n: Vec3) -> [Vec3; 2] {
+    let a = -1.0 / (1.0 + n.z);
+    let b = n.x * n.y * a;
+    [Vec3::new(1.0 + n.x * n.x * a, b, -n.x), Vec3::new(b, 1.0 + n.y * n.y * a, -n.y)]
+}
+
+/// Twin: gaussian_axis.
+fn axis(u: u32, v: u32) -> Vec3 {
+    let at = Vec2::new(u as f32, v as f32) * (2.0 / 65535.0) - 1.0;
+    let place = 0.5 * Vec2::new(at.x + at.y, at.x - at.y);
+    Vec3::new(place.x, place.y, 1.0 - place.x.abs() - place.y.abs()).normalize()
+}
+
+/// The same in a view's axes, packed again; its place stays. Twin: gaussian_turned.
+pub fn turned(view: &View, caster: &Caster) -> Caster {
+    let ([longest, _, shortest], _) = shape(caster);
+    let view_axes = [view.right, view.up, view.forward].map(Vec3::from);
+    let to_view = |v: Vec3| Vec3::from_array(view_axes.map(|axis| axis.dot(v)));
+    let (shortest, longest) = (to_view(shortest), to_view(longest));
+    let shortest = if shortest.z < 0.0 { -shortest } else { shortest };
+    let place = Vec2::new(shortest.x, shortest.y) / (shortest.x.abs() + shortest.y.abs() + shortest.z);
+    let word = |share: f32| (share.clamp(0.0, 1.0) * 65535.0 + 0.5) as u32;
+    let both = Vec2::new(place.x + place.y, place.x - place.y) * 0.5 + 0.5;
+    let [u, v] = [word(both.x), word(both.y)];
+    let [first, second] = across(axis(u, v)).map(|axis| axis.dot(longest));
+    let (first, second) = if second < 0.0 { (-first, -second) } else { (first, second) };
+    let turn = word(first / (first.abs() + second) * 0.5 + 0.5);
+    let low = [u, v, turn];
+    let axis = std::array::from_fn(|i| f32::from_bits(caster.axis[i].to_bits() & 0xFFFF_0000 | low[i]));
+    Caster { axis, ..*caster }
 }
 
 /// What a ray has of one. Twin: GaussianRay.

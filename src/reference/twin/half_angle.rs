@@ -1,8 +1,8 @@
 //! CPU twins of glsl/technique/half_angle/ and of what is painted with it: slices along the half vector of light and camera, the light's
 //! buffer after each. Sources: Kniss et al. 2003; Green 2008.
 
-use super::gaussian::strand_axis;
 use super::filter::Filter;
+use super::gaussian::strand_axis;
 use super::order::{float_order, sort};
 use super::segment::texel_segment;
 use crate::reference::truth::{Casters, camera_rays, lift, lit_surface};

@@ -1,6 +1,6 @@
 //! CPU twin of glsl/maps/segment.glsl: the segment that a caster cuts out of a texel's light ray, in f32.
 
-use super::gaussian::{AlongRay, CHORD};
+use super::gaussian::{AlongRay, CHORD, turned};
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};
 
@@ -74,7 +74,10 @@ pub(super) fn segment_at(view: &View, at: Vec2, caster: &Caster) -> Option<Segme
         return Some(Segment { entry: depth(z), exit: depth(z), optical_depth: caster.density });
     }
     if caster.is_gaussian() {
-        return gaussian_segment(view, (origin, direction), caster);
+        let (right, up, forward) = (Vec3::from(view.right), Vec3::from(view.up), Vec3::from(view.forward));
+        let axes = |v: Vec3| Vec3::new(v.dot(right), v.dot(up), v.dot(forward));
+        let caster = Caster { position: axes(caster.position.into()).into(), ..turned(view, caster) };
+        return gaussian_segment(view, (axes(origin), axes(direction)), &caster);
     }
     let offset = Vec3::from(caster.position) - origin;
     let scale = 1.0 / direction.dot(direction);
@@ -96,7 +99,7 @@ pub(super) fn segment_at(view: &View, at: Vec2, caster: &Caster) -> Option<Segme
     Some(Segment { entry: depth(low), exit: depth(high), optical_depth })
 }
 
-/// Twin: gaussian_overlap and segment_cut.
+/// Twin: gaussian_overlap and segment_cut; in the view's axes, as view_caster has it.
 fn gaussian_segment(view: &View, ray: (Vec3, Vec3), caster: &Caster) -> Option<Segment> {
     let along = AlongRay::of(ray, caster);
     let half = (CHORD * along.deviation).min(along.half());

@@ -44,7 +44,9 @@ use crate::scene::files::contents::Contents;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::stage::{CameraEntry, LightEntry, camera, light, one_or_more};
 use crate::scene::files::strand_file::Overrides;
-use crate::scene::{Scene, files::input, files::mesh_file, files::particle_file, files::splat_file, files::strand_file};
+use crate::scene::{
+    Scene, files::input, files::mesh_file, files::particle_file, files::splat_file, files::strand_file,
+};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -121,7 +123,9 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     let wrong = |cause: String| input::error(path, cause, WAY_OUT);
     let nothing = parsed.particles.is_empty() && parsed.hair.is_empty() && parsed.splats.is_empty();
     if nothing && parsed.meshes.is_empty() {
-        return Err(wrong("nothing casts a shadow: no [[particles]], no [[hair]], no [[splats]] and no [[meshes]]".into()));
+        return Err(wrong(
+            "nothing casts a shadow: no [[particles]], no [[hair]], no [[splats]] and no [[meshes]]".into(),
+        ));
     }
     if parsed.light.as_ref().is_some_and(Vec::is_empty) {
         return Err(wrong("no light: nothing would be seen".into()));

@@ -4,8 +4,8 @@ use crate::error::did_you_mean;
 use crate::scene::{
     DATA_ENDINGS, Motion, Scene, built_in, built_in::cornell, built_in::courtyard, built_in::courtyard_lights,
     built_in::cube, built_in::embedded, built_in::emitters, built_in::failures, built_in::fountain, built_in::hair,
-    built_in::houses, built_in::lantern, built_in::plume, built_in::sparse, built_in::splats, built_in::town, files::data_file,
-    files::file, files::input,
+    built_in::houses, built_in::lantern, built_in::plume, built_in::sparse, built_in::splats, built_in::town,
+    files::data_file, files::file, files::input,
 };
 use crate::{Error, Result};
 

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::stage::{MAX_COORDINATE, in_range};
-use crate::scene::{Caster, Gaussian, files::input, files::spz_file, files::splat_ply};
+use crate::scene::{Caster, Gaussian, files::input, files::splat_ply, files::spz_file};
 use std::path::Path;
 
 /// The constant of the zeroth spherical harmonic, by which files hold colours.
@@ -32,8 +32,9 @@ pub(in crate::scene) struct Row {
 pub(in crate::scene) fn load(path: &Path, placement: &Placement) -> Result<Vec<Gaussian>> {
     let mut gaussians = Vec::new();
     let mut take = |number: usize, row: &Row| {
-        let gaussian = checked(row, placement)
-            .map_err(|cause| input::error(path, format!("splat {number} (the first is 0): {cause}"), "correct or drop it"))?;
+        let gaussian = checked(row, placement).map_err(|cause| {
+            input::error(path, format!("splat {number} (the first is 0): {cause}"), "correct or drop it")
+        })?;
         gaussians.push(gaussian);
         Ok(())
     };

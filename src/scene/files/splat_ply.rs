@@ -14,12 +14,29 @@ use std::path::Path;
 
 /// Properties that make a PLY file one of splats, of either kind.
 const OPEN: [&str; 14] = [
-    "x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3", "opacity", "f_dc_0", "f_dc_1", "f_dc_2",
+    "x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3", "opacity", "f_dc_0", "f_dc_1",
+    "f_dc_2",
 ];
 const PACKED: [&str; 4] = ["packed_position", "packed_rotation", "packed_scale", "packed_color"];
 const BOUNDS: [&str; 18] = [
-    "min_x", "min_y", "min_z", "max_x", "max_y", "max_z", "min_scale_x", "min_scale_y", "min_scale_z", "max_scale_x",
-    "max_scale_y", "max_scale_z", "min_r", "min_g", "min_b", "max_r", "max_g", "max_b",
+    "min_x",
+    "min_y",
+    "min_z",
+    "max_x",
+    "max_y",
+    "max_z",
+    "min_scale_x",
+    "min_scale_y",
+    "min_scale_z",
+    "max_scale_x",
+    "max_scale_y",
+    "max_scale_z",
+    "min_r",
+    "min_g",
+    "min_b",
+    "max_r",
+    "max_g",
+    "max_b",
 ];
 /// Bounds without those of colours, which older files lack: theirs are from 0 to 1.
 const LEAST_BOUNDS: usize = 12;
@@ -70,7 +87,8 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
     file.require_scalars("chunk", &BOUNDS[..LEAST_BOUNDS])?;
     let has_colors = file.has_scalar("chunk", BOUNDS[LEAST_BOUNDS]);
     let mut chunks: Vec<[f64; 18]> = Vec::new();
-    let lacking = file.error("splats stand before their chunks, or there are fewer than one for each 256", "write the file again");
+    let lacking = file
+        .error("splats stand before their chunks, or there are fewer than one for each 256", "write the file again");
     let mut lacking = Some(lacking);
     file.read_rows(&["chunk", "vertex"], |element, number, row: Numbers| {
         if element == "chunk" {
@@ -105,7 +123,8 @@ fn packed_row(n: &[f64; 32], bounds: &[f64; 18]) -> Row {
     let [position, turn, scale, color] = [0, 1, 2, 3].map(|i| n[i] as u32);
     let between = |share: f64, low: usize, high: usize| bounds[low] + share * (bounds[high] - bounds[low]);
     let three = |word: u32, first: usize| {
-        let shares = [f64::from(word >> 21) / 2047.0, f64::from(word >> 11 & 1023) / 1023.0, f64::from(word & 2047) / 2047.0];
+        let shares =
+            [f64::from(word >> 21) / 2047.0, f64::from(word >> 11 & 1023) / 1023.0, f64::from(word & 2047) / 2047.0];
         [0, 1, 2].map(|i| between(shares[i], first + i, first + 3 + i))
     };
     let share = |i: u32| f64::from(color >> (24 - 8 * i) & 255) / 255.0;

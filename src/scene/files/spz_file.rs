@@ -21,8 +21,8 @@ const MAGIC: u32 = 0x5053_474e;
 
 const HEADER_BYTES: usize = 16;
 
-/// Deflate makes no more of a byte than some 1032: so a header can promise no more splats than a file of its size may hold.
-const MOST_RATIO: u64 = 1032;
+/// Bytes of splats that a byte of the file may stand for. Splats of real files stand for 1 to 4; deflate could make a thousand of one.
+const MOST_RATIO: u64 = 64;
 
 const WAY_OUT: &str = "check that the file is an .spz file of version 1 to 3 and was copied whole";
 
@@ -49,10 +49,12 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
     let splat_bytes = place_bytes + 1 + 3 + 3 + turn_bytes;
     let needed = u64::from(count) * splat_bytes as u64;
     if needed > size.saturating_mul(MOST_RATIO) {
-        return Err(wrong(format!("truncated: {count} splats in a file of {size} bytes")));
+        return Err(wrong(format!(
+            "{count} splats in a file of {size} bytes: more than {MOST_RATIO} times as many bytes"
+        )));
     }
     // No more than is asked for is taken out, whatever else the stream would become.
-    let mut bytes = Vec::new();
+    let mut bytes = Vec::with_capacity(needed as usize);
     stream.by_ref().take(needed).read_to_end(&mut bytes).map_err(|cause| wrong(cause.to_string()))?;
     if bytes.len() as u64 != needed {
         return Err(wrong(format!("truncated: {} of {needed} bytes of {count} splats are there", bytes.len())));

@@ -138,15 +138,13 @@ mod tests {
 
     fn gaussian() -> impl Strategy<Value = Gaussian> {
         let deviation = || (-3.0f32..1.0).prop_map(|log| 10f32.powf(log));
-        let rotation = prop::array::uniform4(-1.0f64..1.0).prop_filter("has a length", |q| {
-            q.iter().map(|x| x * x).sum::<f64>() > 0.01
-        });
-        (prop::array::uniform3(-10.0f32..10.0), [deviation(), deviation(), deviation()], rotation, 0.0f32..=1.0).prop_map(
-            |(position, deviations, rotation, opacity)| {
+        let rotation = prop::array::uniform4(-1.0f64..1.0)
+            .prop_filter("has a length", |q| q.iter().map(|x| x * x).sum::<f64>() > 0.01);
+        (prop::array::uniform3(-10.0f32..10.0), [deviation(), deviation(), deviation()], rotation, 0.0f32..=1.0)
+            .prop_map(|(position, deviations, rotation, opacity)| {
                 let rotation = DQuat::from_array(rotation).normalize().as_quat().to_array();
                 Gaussian { position, deviations, rotation, opacity, color: [0.5; 3] }
-            },
-        )
+            })
     }
 
     proptest! {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 struct Figure(&'static str, &'static str, &'static str, u32);
 
 /// The quick ones first.
-const FIGURES: [Figure; 33] = [
+const FIGURES: [Figure; 34] = [
     Figure("curve.svg", "docs/avsm.md", "gobo curve plume_8k", 0),
     Figure("three-emitters-slice.png", "docs/results.md", "gobo slice three-emitters", 0),
     Figure("ism-map.png", "docs/ism.md", "gobo map cornell --vpls 256 --light 100 --technique ism:fill=off", 0),
@@ -48,6 +48,7 @@ const FIGURES: [Figure; 33] = [
     Figure("fountain-density.png", "docs/particles.md", "gobo render fountain:particles=300000", 0),
     Figure("fountain-speed.png", "docs/particles.md", "gobo render fountain:particles=1000000", 0),
     Figure("fountain.gif", "docs/particles.md", "gobo render fountain:particles=100000 ", 0),
+    Figure("splats.png", "docs/splats.md", "gobo render splats --technique avsm:nodes=16 ", 0),
     Figure("failures-none.png", "docs/failures.md", "gobo render failures --technique none", 0),
     Figure("failures-translucency-map.png", "docs/failures.md", "gobo render failures --technique translucency-map", 0),
     Figure("failures-beer.png", "docs/failures.md", "gobo render failures --technique beer-shadow-map", 0),
