@@ -55,7 +55,7 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
     }
     // No more than is asked for is taken out, whatever else the stream would become.
     let mut bytes = Vec::with_capacity(needed as usize);
-    stream.by_ref().take(needed).read_to_end(&mut bytes).map_err(|cause| wrong(cause.to_string()))?;
+    stream.by_ref().take(needed).read_to_end(&mut bytes).map_err(|cause| wrong(format!("no whole gzip: {cause}")))?;
     if bytes.len() as u64 != needed {
         return Err(wrong(format!("truncated: {} of {needed} bytes of {count} splats are there", bytes.len())));
     }

@@ -39,6 +39,7 @@ pub struct Gaussian {
 }
 
 /// The same as a caster has it, rounded once: by at most 5e-5 rad and 0.11 % of a deviation.
+#[cfg(feature = "program")]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Shape {
     /// Unit vectors, the longest axis first, the shortest last.
@@ -54,14 +55,19 @@ impl From<&Gaussian> for Caster {
         let mut axes = [0, 1, 2].map(|i| (f64::from(gaussian.deviations[i]), turn.col(i)));
         axes.sort_by(|a, b| b.0.total_cmp(&a.0));
         let octaves = |i: usize| ((axes[0].0 / axes[i].0).log2() / OCTAVES * 4095.0).round().clamp(0.0, 4095.0) as u32;
-        let axis = packed(axes[2].1, axes[0].1, [octaves(1), octaves(2)]);
+        let octaves = [octaves(1), octaves(2)];
+        let axis = packed(axes[2].1, axes[0].1, octaves);
         let radius = (REACH * axes[0].0) as f32;
-        let caster = Self { position: gaussian.position, radius, axis, density: 0.0 };
         // ln_1p, because 1 − opacity would round a thin splat's opacity away.
         let depth = (-(-f64::from(gaussian.opacity)).ln_1p()).min(MAX_OPTICAL_DEPTH.into());
-        let shortest = Shape::of(&caster).deviations[2];
-        Self { density: (depth / ((2.0 * std::f64::consts::PI).sqrt() * shortest)) as f32, ..caster }
+        let density = depth / ((2.0 * std::f64::consts::PI).sqrt() * deviation(radius, octaves[1]));
+        Self { position: gaussian.position, radius, axis, density: density as f32 }
     }
+}
+
+/// Of a caster of that radius along an axis that is so many 4095ths of [`OCTAVES`] shorter than the longest.
+fn deviation(radius: f32, octaves: u32) -> f64 {
+    f64::from(radius) / REACH * (-OCTAVES / 4095.0 * f64::from(octaves)).exp2()
 }
 
 /// A direction and its opposite alike, as two whole numbers below 65536: the octahedron's upper half, turned by 45°.
@@ -99,6 +105,7 @@ fn packed(shortest: DVec3, longest: DVec3, octaves: [u32; 2]) -> [f32; 3] {
     [word(u, bits & 255), word(v, bits >> 8 & 255), word(turn, bits >> 16)]
 }
 
+#[cfg(feature = "program")]
 impl Shape {
     /// Of a caster that is a Gaussian. Twin: gaussian_shape.
     pub fn of(caster: &Caster) -> Self {
@@ -110,11 +117,9 @@ impl Shape {
         let along = f64::from(turn) / 65535.0 * 2.0 - 1.0;
         let [first, second] = across(shortest);
         let longest = (along * first + (1.0 - along.abs()) * second).normalize();
-        let deviation = f64::from(caster.radius) / REACH;
-        let less = |octaves: u32| deviation * (-OCTAVES / 4095.0 * f64::from(octaves)).exp2();
         Self {
             axes: [longest, shortest.cross(longest), shortest],
-            deviations: [deviation, less(octaves & 4095), less(octaves >> 12)],
+            deviations: [0, octaves & 4095, octaves >> 12].map(|octaves| deviation(caster.radius, octaves)),
         }
     }
 
