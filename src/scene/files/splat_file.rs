@@ -65,9 +65,14 @@ fn of_splat(row: &[u8]) -> Row {
         position: [0, 1, 2].map(float),
         deviations: [3, 4, 5].map(float),
         rotation: [1, 2, 3, 0].map(turn),
-        opacity: share(3),
+        opacity: opacity_of(row[27].into()),
         color: [0, 1, 2].map(share),
     }
+}
+
+/// Of a byte: 255 stands for what rounds to it, and no wall.
+pub(in crate::scene) fn opacity_of(byte: f64) -> f64 {
+    (byte / 255.0).min(254.5 / 255.0)
 }
 
 /// Of the zeroth coefficients of spherical harmonics.

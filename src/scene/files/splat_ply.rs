@@ -8,7 +8,7 @@
 
 use crate::Result;
 use crate::scene::files::ply::{self, PlyFile};
-use crate::scene::files::splat_file::{Row, color_of};
+use crate::scene::files::splat_file::{Row, color_of, opacity_of};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::path::Path;
 
@@ -132,7 +132,7 @@ fn packed_row(n: &[f64; 32], bounds: &[f64; 18]) -> Row {
         position: three(position, 0),
         deviations: three(scale, 6).map(f64::exp),
         rotation: smallest_three(turn),
-        opacity: share(3),
+        opacity: opacity_of(f64::from(color & 255)),
         color: [0, 1, 2].map(|i| between(share(i), 12 + i as usize, 15 + i as usize)),
     }
 }

@@ -11,7 +11,7 @@
 
 use crate::Result;
 use crate::scene::files::input;
-use crate::scene::files::splat_file::{Row, color_of};
+use crate::scene::files::splat_file::{Row, color_of, opacity_of};
 use flate2::read::GzDecoder;
 use std::io::Read;
 use std::path::Path;
@@ -83,7 +83,7 @@ pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> R
                 let [x, y, z] = three(turns).map(|byte| byte / 127.5 - 1.0);
                 [x, y, z, (1.0 - (x * x + y * y + z * z)).max(0.0).sqrt()]
             },
-            opacity: f64::from(opacities[i]) / 255.0,
+            opacity: opacity_of(opacities[i].into()),
             color: color_of(three(colors).map(|byte| (byte / 255.0 - 0.5) / 0.15)),
         };
         take(i, &row)?;
