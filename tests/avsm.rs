@@ -244,7 +244,7 @@ fn area(name: &str, scene: &Scene, size: u32) {
     });
 }
 
-twin_tests!(areas_equal_their_twin area random 12, splats 12, strands 20, locks 12, inside 4);
+twin_tests!(areas_equal_their_twin area random 12, strands 20, locks 12, inside 4);
 
 /// In perspective a texel's square is the larger the farther.
 #[test]

@@ -15,6 +15,7 @@ struct Caster {
 
 // False: there are none, and their arithmetic is left out.
 CONSTANT(bool, STRANDS, true)
+// False: there are no splats, and their arithmetic is left out.
 CONSTANT(bool, GAUSSIANS, true)
 
 bool caster_is_gaussian(Caster caster) {
