@@ -23,6 +23,7 @@ pub fn empty() -> Scene {
         name: "example".into(),
         particles: Vec::new(),
         strands: Vec::new(),
+        gaussians: Vec::new(),
         meshes: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::NEG_Z },

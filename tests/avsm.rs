@@ -233,7 +233,7 @@ macro_rules! twin_tests {
     };
 }
 
-twin_tests!(random 24, duplicates 16, nested 16, opaque 16, crowd 24, strands 24, locks 16, inside 12, beside 12);
+twin_tests!(random 24, duplicates 16, nested 16, opaque 16, crowd 24, strands 24, splats 20, locks 16, inside 12, beside 12);
 
 /// Texels that stand for all that they cover.
 fn area(name: &str, scene: &Scene, size: u32) {

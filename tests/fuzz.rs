@@ -74,6 +74,8 @@ fuzzed! {
     psm: 1000,
     scene: 1000,
     spec: 1000,
+    splat: 1000,
+    spz: 1000,
     tressfx: 1000,
     voxels: 100,
 }

@@ -44,6 +44,7 @@ fn cases() -> Vec<(Scene, u32)> {
         (scenes::random(), 28),
         (scenes::opaque(), 24),
         (scenes::locks(), 24),
+        (scenes::splats(), 20),
         (scenes::inside(), 16),
         (scenes::nested(), 20),
         (scenes::crowd(), 16),

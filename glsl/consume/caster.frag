@@ -3,7 +3,7 @@
 // strand's lit side.
 // Inputs: lights, camera, casters, z of the meshes, the technique. Output: premultiplied colour, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
-#include "consume/caster_seen.glsl"
+#include "consume/shading.glsl"
 #include "visibility.glsl"
 #include "consume/receiver.glsl"
 #include "consume/distances_set.glsl"
@@ -12,8 +12,10 @@
 PICTURE_LIGHTS
 PICTURE_CAMERA
 PICTURE_CASTERS
+PICTURE_SPLATS
 PICTURE_DISTANCES
 
+#include "consume/caster_seen.glsl"
 #include "consume/caster_light.glsl"
 
 layout(location = 0) flat in uint caster_index;
@@ -28,5 +30,6 @@ void main() {
     }
     vec3 position = ray.origin + 0.5 * (z.x + z.y) * ray.direction;
     light_footprint(pixel_side(camera, 0.5 * (z.x + z.y)));
-    color = caster_color(ray, caster, z, caster_light(caster, position));
+    vec3 albedo = caster_color_of(caster, caster_index);
+    color = caster_color(ray, caster, albedo, z, caster_light(caster, position));
 }

@@ -1,8 +1,9 @@
 // Light that arrives at a point of a caster: what is ambient, and the sum over all lights.
-// Needs, declared before: lights[] and light_visibility.
+// Needs, declared before: lights[] and light_visibility. Twin: reference::truth::picture::light.
 #ifndef CONSUME_CASTER_LIGHT_GLSL
 #define CONSUME_CASTER_LIGHT_GLSL
 #include "consume/ambient.glsl"
+#include "consume/receiver.glsl"
 #include "consume/shading.glsl"
 
 vec3 caster_light(Caster caster, vec3 position) {
@@ -10,7 +11,12 @@ vec3 caster_light(Caster caster, vec3 position) {
     for (uint i = 0u; i < lights.length(); ++i) {
         vec3 radiance = light_radiance(lights[i], position);
         if (any(greaterThan(radiance, vec3(0.0)))) {
-            light += radiance * light_visibility(i, lit_side(lights[i], caster, position));
+            vec3 asked = lit_side(lights[i], caster, position);
+            if (caster_is_gaussian(caster)) {
+                vec3 normal = gaussian_shape(caster.radius, caster.axis).axes[2];
+                asked = light_receiver(i, asked, dot(normal, light_direction(lights[i], position)) < 0.0 ? -normal : normal);
+            }
+            light += radiance * light_visibility(i, asked);
         }
     }
     return light;

@@ -11,9 +11,18 @@ bool caster_seen(View camera, Ray ray, Caster caster, float farthest, out vec2 z
     return hit && z.y >= z.x;
 }
 
+// What a caster sends back of the light; splats have colours of their own. Needs PICTURE_SPLATS.
+vec3 caster_color_of(Caster caster, uint index) {
+    if (!caster_is_gaussian(caster)) {
+        return caster_albedo(caster);
+    }
+    uint at = 1u + 3u * (index - splats[0]);
+    return uintBitsToFloat(uvec3(splats[at], splats[at + 1u], splats[at + 2u]));
+}
+
 // Premultiplied, of what is seen from z.x to z.y.
-vec4 caster_color(Ray ray, Caster caster, vec2 z, vec3 light) {
+vec4 caster_color(Ray ray, Caster caster, vec3 albedo, vec2 z, vec3 light) {
     float opacity = 1.0 - exp(-caster_optical_depth(ray, caster, z));
-    return vec4(shade_caster(caster, light) * opacity, opacity);
+    return vec4(shade_caster(albedo, light) * opacity, opacity);
 }
 #endif

@@ -17,13 +17,20 @@ vec3 light_on_surface(Light light, vec3 position, vec3 normal, float visibility)
 vec3 shade_surface(vec3 albedo, vec3 light) { return albedo * light; }
 
 // Single scattering with an isotropic phase function, normalised so that a fully lit dense medium has its albedo.
-vec3 shade_caster(Caster caster, vec3 light) {
-    return (caster_is_strand(caster) ? STRAND_ALBEDO : PARTICLE_ALBEDO) * light;
-}
+vec3 shade_caster(vec3 albedo, vec3 light) { return albedo * light; }
+
+// Of what has no colour of its own.
+vec3 caster_albedo(Caster caster) { return caster_is_strand(caster) ? STRAND_ALBEDO : PARTICLE_ALBEDO; }
 
 // Where to ask for the light that arrives at `position` of a caster: a strand takes its light in one step, on whose
-// edge its own points lie, so that its shadow would be noise on itself. One width towards the light is in front of it.
+// edge its own points lie, so that its shadow would be noise on itself. One width towards the light is in front of it. A splat is a
+// piece of a surface: it is asked for in front of all that it has on the way to the light, and of those beside it, which it overlaps.
 vec3 lit_side(Light light, Caster caster, vec3 position) {
+    if (caster_is_gaussian(caster)) {
+        vec3 towards = light_direction(light, position);
+        GaussianRay along = gaussian_ray(Ray(position, towards), caster.position, caster.radius, caster.axis);
+        return position + max(GAUSSIAN_REACH * along.deviation, caster.radius / GAUSSIAN_REACH) * towards;
+    }
     return caster_is_strand(caster) ? position + 2.0 * caster.radius * light_direction(light, position) : position;
 }
 #endif

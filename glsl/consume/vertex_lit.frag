@@ -2,13 +2,16 @@
 // lighting=vertex, last stage: as caster.frag, save that light comes from the vertices.
 // Inputs: camera, casters, z of the meshes, light. Output: premultiplied colour, blended over.
 #extension GL_EXT_samplerless_texture_functions : require
-#include "consume/caster_seen.glsl"
+#include "consume/shading.glsl"
 #include "consume/distances_set.glsl"
 #include "consume/picture_set.glsl"
 
 PICTURE_CAMERA
 PICTURE_CASTERS
+PICTURE_SPLATS
 PICTURE_DISTANCES
+
+#include "consume/caster_seen.glsl"
 
 layout(location = 0) flat in uint caster_index;
 layout(location = 1) in vec3 light;
@@ -21,5 +24,6 @@ void main() {
     if (!caster_seen(camera, ray, caster, texelFetch(distances, ivec2(gl_FragCoord.xy), 0).r, z)) {
         discard;
     }
-    color = caster_color(ray, caster, z, light);
+    vec3 albedo = caster_color_of(caster, caster_index);
+    color = caster_color(ray, caster, albedo, z, light);
 }

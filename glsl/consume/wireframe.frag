@@ -16,7 +16,7 @@ layout(location = 0) out vec4 color;
 
 void main() {
     Caster caster = casters[caster_index];
-    float z = dot(caster.position + 0.5 * caster.axis - camera.origin, camera.forward);
+    float z = dot(caster.position + 0.5 * caster_axis(caster) - camera.origin, camera.forward);
     if (z > texelFetch(distances, ivec2(gl_FragCoord.xy), 0).r) {
         discard;
     }

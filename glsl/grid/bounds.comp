@@ -39,7 +39,7 @@ void main() {
             continue;  // behind a count that only the device knows
         }
         include(casters[i].position, casters[i].radius);
-        include(casters[i].position + casters[i].axis, casters[i].radius);
+        include(casters[i].position + caster_axis(casters[i]), casters[i].radius);
     }
     for (uint axis = 0u; axis < 3u; ++axis) {
         atomicMin(low[axis], least[axis]);

@@ -39,6 +39,9 @@ uint deposit_caster(uint i, uint first, uint step, uint most) {
     precise vec3 place = (caster.position - grid.origin) * grid.per_unit;
     precise float radius = caster.radius * grid.per_unit;
     bool strand = caster_is_strand(caster);
+    if (caster_is_gaussian(caster)) {
+        return 0u;  // who asks voxels of smoke and hair does not see splats
+    }
     if (!strand && radius >= 1.0) {
         precise float extinction = caster.density * grid.voxel;
         Ball ball = ball_of(place, radius, extinction, grid.size);

@@ -3,10 +3,26 @@
 #define WORLD_CAST_DEPTH_GLSL
 #include "world/caster.glsl"
 
+// The same of a Gaussian as it is: behind its reach it has been passed, before it nothing of it has.
+float gaussian_cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
+    GaussianRay along = gaussian_ray(ray, caster.position, caster.radius, caster.axis);
+    float half_chord = gaussian_half(along), low = along.middle - half_chord, high = along.middle + half_chord;
+    entry = max(low, 0.0);
+    if (!(half_chord > 0.0 && entry <= min(high, end))) {
+        return 0.0;
+    }
+    float before = low >= 0.0 ? 0.0 : gaussian_share(-along.middle / along.deviation);
+    float upto = high <= end ? 1.0 : gaussian_share((end - along.middle) / along.deviation);
+    return min(caster.density * gaussian_length(along) * ray_length * max(upto - before, 0.0), MAX_OPTICAL_DEPTH);
+}
+
 // The optical depth that it has of the ray from 0 to `end`, in lengths of its direction; a step at either end counts. `entry`: where
 // the way enters it, or 0 where it begins inside.
 float cast_depth(Ray ray, float ray_length, Caster caster, float end, out float entry) {
     vec3 z;
+    if (caster_is_gaussian(caster)) {
+        return gaussian_cast_depth(ray, ray_length, caster, end, entry);
+    }
     entry = 0.0;
     if (!caster_overlap(ray, caster, z)) {
         return 0.0;

@@ -1,22 +1,34 @@
-// What lets some light pass: a sphere of constant extinction, or a strand, a line segment drawn as a ribbon that faces
-// every ray. Their overlap with a ray and the quad that covers them. Twin: scene::Caster, reference::twin::segment,
+// What lets some light pass: a sphere of constant extinction, a Gaussian of it, or a strand, a line segment drawn as a ribbon that
+// faces every ray. Their overlap with a ray and the quad that covers them. Twin: scene::Caster, reference::twin::segment,
 // reference::truth.
 #ifndef WORLD_CASTER_GLSL
 #define WORLD_CASTER_GLSL
+#include "world/gaussian.glsl"
 #include "world/view.glsl"
 
 struct Caster {
     vec3 position;  // a sphere's centre, a strand's start
     float radius;   // 0 behind a count that only the device knows: it casts nothing
-    vec3 axis;      // from a strand's start to its end; 0 for a sphere
-    float density;  // a sphere's extinction, 1 / world unit; a strand's optical depth
+    vec3 axis;      // from a strand's start to its end; 0 for a sphere; of a Gaussian bits of its shape
+    float density;  // a sphere's extinction, a Gaussian's at its middle, 1 / world unit; a strand's optical depth
 };
 
 // False: there are none, and their arithmetic is left out.
 CONSTANT(bool, STRANDS, true)
+// False: there are no splats, and their arithmetic is left out.
+CONSTANT(bool, GAUSSIANS, true)
+
+bool caster_is_gaussian(Caster caster) {
+    return GAUSSIANS && gaussian_marked(caster.axis);
+}
 
 bool caster_is_strand(Caster caster) {
-    return STRANDS && any(notEqual(caster.axis, vec3(0.0)));
+    return STRANDS && any(notEqual(caster.axis, vec3(0.0))) && !caster_is_gaussian(caster);
+}
+
+// From a strand's start to its end; of what has one place, 0.
+vec3 caster_axis(Caster caster) {
+    return caster_is_strand(caster) ? caster.axis : vec3(0.0);
 }
 
 // Whether `a` comes after `b` in an order of casters by what they are, wherever they are listed; neither does if they are the same.
@@ -32,7 +44,7 @@ bool caster_after(Caster a, Caster b) {
     return false;
 }
 
-// The optical depth that it has along any ray, at most.
+// The optical depth that it has along any ray, at most. Of a Gaussian that is 0.84 times the extinction at its middle times its radius.
 float caster_most(Caster caster) {
     return caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
 }
@@ -73,11 +85,23 @@ bool strand_overlap(Ray ray, Caster strand, out vec3 z) {
     return dot(across, across) < strand.radius * strand.radius;
 }
 
+// The segment of even extinction that stands for a Gaussian, which lies within its reach; z.z is what it would be as long as, were its
+// extinction that of the middle.
+bool gaussian_overlap(Ray ray, Caster caster, out vec3 z) {
+    GaussianRay along = gaussian_ray(ray, caster.position, caster.radius, caster.axis);
+    float half_chord = min(GAUSSIAN_CHORD * along.deviation, gaussian_half(along));
+    z = vec3(along.middle - half_chord, along.middle + half_chord, gaussian_length(along));
+    return half_chord > 0.0;
+}
+
 // Where the ray is inside the caster, z from .x to .y, and how long: .z, which a small sphere that is far away would lose in the
 // difference of the two. The offset from the ray is squared after the subtraction, so that a far origin costs no digits.
 bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     if (caster_is_strand(caster)) {
         return strand_overlap(ray, caster, z);
+    }
+    if (caster_is_gaussian(caster)) {
+        return gaussian_overlap(ray, caster, z);
     }
     vec3 offset = caster.position - ray.origin;
     float scale = 1.0 / dot(ray.direction, ray.direction);
@@ -96,6 +120,11 @@ bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
 // Of what the ray is inside from z.x to z.y.
 float caster_optical_depth(Ray ray, Caster caster, vec2 z) {
     float thickness = caster_is_strand(caster) ? 1.0 : (z.y - z.x) * length(ray.direction);
+    if (caster_is_gaussian(caster)) {
+        vec3 within;
+        caster_overlap(ray, caster, within);
+        thickness *= within.z / (within.y - within.x);
+    }
     return min(caster.density * thickness, MAX_OPTICAL_DEPTH);
 }
 
@@ -128,13 +157,17 @@ Caster view_caster(View view, Caster caster) {
     if (caster_is_strand(caster)) {
         caster.axis = view_axes(view, caster.axis);
     }
+    if (caster_is_gaussian(caster)) {
+        caster.axis = gaussian_turned(view, caster.axis);
+    }
     return caster;
 }
 
 // Bounds in NDC of a caster in the view's axes, low corner and high corner; false where it is behind the view. They are a
 // 16th of a texel too large, against rounding: whoever draws or bins with them decides exactly afterwards.
 bool view_caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
-    vec4 extent = sphere_extent(view, caster.position, caster.radius);
+    vec4 extent = caster_is_gaussian(caster) ? gaussian_extent(view, caster.position, caster.radius, caster.axis)
+                                             : sphere_extent(view, caster.position, caster.radius);
     float farthest = caster.position.z;
     if (caster_is_strand(caster)) {
         // A strand lies in the hull of the spheres about its ends.

@@ -39,6 +39,7 @@ pub struct Renderer {
     pub(super) camera: View,
     camera_data: Buffer,
     order: Buffer,
+    splats: Buffer,
     /// What `shading=tiled` keeps from frame to frame, once it was asked for.
     tiles: RefCell<Option<Rc<ManyLights>>>,
     pub(super) triangle_vertices: u32,
@@ -82,6 +83,16 @@ fn blended(world: &World, camera: &View) -> Result<Vec<u32>> {
     Ok(far_to_near(scene, camera))
 }
 
+/// Of the first splat its place among the casters, then the colours of all: words of the buffer `Splats` of glsl/consume/picture_set.glsl.
+fn splat_colors(world: &World) -> Result<Vec<u32>> {
+    if !world.has_gaussians() {
+        return Ok(vec![0; 4]);
+    }
+    let scene = world.scene()?;
+    let first = (scene.particles.len() + scene.strands.len()) as u32;
+    Ok(std::iter::once(first).chain(scene.gaussians.iter().flat_map(|g| g.color.map(f32::to_bits))).collect())
+}
+
 impl Kernels {
     /// With `shading=reservoir`, frames are counted from `frame` on, each of which draws other lights, and what was kept is forgotten.
     pub fn begin_at(&self, frame: u32) {
@@ -111,6 +122,9 @@ impl Renderer {
         let camera_data = Buffer::with_data(context, "picture.camera", &[*camera])?;
         let order = Buffer::new(context, "picture.order", 4 * u64::from(world.caster_capacity()), Memory::Device)?;
         order.write(&blended(world, camera)?)?;
+        let colors = splat_colors(world)?;
+        let splats = Buffer::new(context, "picture.splats", 4 * colors.len() as u64, Memory::Device)?;
+        splats.write(&colors)?;
         let scene = set::PictureScene {
             lights: &world.lights,
             camera: &camera_data,
@@ -118,6 +132,7 @@ impl Renderer {
             casters: &world.casters,
             order: &order,
             sides: &world.sides,
+            splats: &splats,
         };
         let surfaces = set::PictureSurfaces { albedos: &albedo, normals: &normal, distances: &distance };
         let distances = set::PictureDistances { distances: &distance };
@@ -137,6 +152,7 @@ impl Renderer {
             camera: *camera,
             camera_data,
             order,
+            splats,
             tiles: RefCell::default(),
             triangle_vertices: 3 * world.triangle_count(),
             caster_count: world.caster_count(),
@@ -157,6 +173,7 @@ impl Renderer {
             self.camera_data.write(&[*camera])?;
         }
         self.order.write(&blended(world, camera)?)?;
+        self.splats.write(&splat_colors(world)?)?;
         (self.camera, self.caster_count) = (*camera, world.caster_count());
         Ok(())
     }

@@ -7,7 +7,7 @@ use crate::gpu::{
 };
 use crate::maps::bins::compact::COMMAND_BYTES;
 use crate::shaders;
-use crate::shaders::constant::STRANDS;
+use crate::shaders::constant::{GAUSSIANS, STRANDS};
 use crate::shaders::set;
 use crate::world::World;
 use std::ops::Range;
@@ -50,6 +50,8 @@ pub struct Splat {
     size: [u32; 2],
     /// Some casters are strands.
     strands: bool,
+    /// Some are Gaussians.
+    gaussians: bool,
 }
 
 impl Splat {
@@ -82,8 +84,8 @@ impl Splat {
         };
         let drawn = culled.as_ref().map_or(&order, |c| &c.drawn).clone();
         let set = set::Splat { order: &drawn }.bind(context, "splat")?;
-        let (caster_count, strands) = (world.caster_count(), world.has_strands());
-        Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), strands })
+        let (caster_count, strands, gaussians) = (world.caster_count(), world.has_strands(), world.has_gaussians());
+        Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), strands, gaussians })
     }
 
     /// All casters in an order that the caller sorts.
@@ -93,8 +95,8 @@ impl Splat {
     pub fn sorted_by(context: &Context, world: &World, maps: &Maps, order: &Buffer) -> Result<Self> {
         let set = set::Splat { order }.bind(context, "splat")?;
         let capacity = world.caster_capacity().max(1);
-        let (caster_count, strands) = (world.caster_count(), world.has_strands());
-        Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), strands })
+        let (caster_count, strands, gaussians) = (world.caster_count(), world.has_strands(), world.has_gaussians());
+        Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), strands, gaussians })
     }
 
     /// What draws casters with a fragment shader into colour targets: sets 0 and 1 are the maps' and the order, set 2 is
@@ -111,7 +113,7 @@ impl Splat {
         more: &[&Bindings],
         constants: &Constants,
     ) -> Result<Kernel<SplatPush>> {
-        let constants = constants.clone().set(STRANDS, self.strands);
+        let constants = constants.clone().set(STRANDS, self.strands).set(GAUSSIANS, self.gaussians);
         let state = Graphics { vertex: &shaders::maps::SPLAT_VERT, fragment, colors, depth: None };
         let sets: Vec<_> = [maps.scene(), &self.set].into_iter().chain(more.iter().copied()).collect();
         Kernel::graphics(context, &state, &sets, &constants)

@@ -15,6 +15,9 @@ pub use model::caster::Caster;
 pub use model::fit::{Aim, Casting, gutter_texels};
 pub use model::fog::Fog;
 pub use model::fountain_law::{Body, Fountain, Jet, Law, Place};
+pub use model::gaussian::Gaussian;
+#[cfg(feature = "program")]
+pub(crate) use model::gaussian::{REACH, Shape};
 pub use model::light::{FACES, Light, LightKind};
 pub use model::order::far_to_near;
 pub use model::picture::{Picture, SKY};
@@ -100,6 +103,8 @@ pub struct Kinds {
     pub particles: bool,
     /// Hair.
     pub strands: bool,
+    /// Gaussians.
+    pub splats: bool,
     /// Opaque triangles.
     pub meshes: bool,
 }
@@ -113,6 +118,8 @@ pub struct Scene {
     pub particles: Vec<Particle>,
     /// Hair: translucent casters too.
     pub strands: Vec<Strand>,
+    /// Splats: translucent casters too.
+    pub gaussians: Vec<Gaussian>,
     /// Opaque casters and receivers.
     pub meshes: Vec<Mesh>,
     /// At least one.
@@ -159,7 +166,7 @@ pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 impl Scene {
     /// Casters that there are at once, at any time.
     pub fn most_casters(&self) -> usize {
-        self.particles.len().max(self.motion.most_particles()) + self.strands.len()
+        self.particles.len().max(self.motion.most_particles()) + self.strands.len() + self.gaussians.len()
     }
 
     /// Whether anything is opaque.
@@ -172,6 +179,7 @@ impl Scene {
         Kinds {
             particles: !self.particles.is_empty(),
             strands: !self.strands.is_empty(),
+            splats: !self.gaussians.is_empty(),
             meshes: !self.meshes.is_empty(),
         }
     }
@@ -199,6 +207,7 @@ pub(crate) mod tests {
             name: "axis".into(),
             particles: spheres.iter().map(particle).collect(),
             strands: vec![],
+            gaussians: vec![],
             meshes: vec![],
             motion: Motion::Still,
             lights: vec![Light {

@@ -83,7 +83,16 @@ impl Draw {
             up: DVec3::Z,
             fov_y_degrees: 40.0,
         };
-        Scene { name: format!("seed-{seed}"), particles, strands, meshes, lights, camera, motion: Motion::Still }
+        Scene {
+            name: format!("seed-{seed}"),
+            particles,
+            strands,
+            gaussians: Vec::new(),
+            meshes,
+            lights,
+            camera,
+            motion: Motion::Still,
+        }
     }
 
     /// A number of casters of a kind that is there as often as `share` says.

@@ -78,7 +78,7 @@ settings! {
 pub const ENTRY: Entry = Entry {
     name: "density-grid",
     about: "a way to the light through what smoke and hair take in voxels, one grid for all lights",
-    casts: Casts::ALL,
+    casts: Casts { splats: false, ..Casts::ALL },
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: COMPUTE, requires: &[] }],

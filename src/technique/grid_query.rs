@@ -97,7 +97,10 @@ impl GridQuery {
             casters: &world.casters,
         };
         let look_up = look_up.bind(context, "grid_query.look_up")?;
-        let constants = Constants::new().set(constant::GRID_SIZE, size).set(constant::STRANDS, world.has_strands());
+        let constants = Constants::new()
+            .set(constant::GRID_SIZE, size)
+            .set(constant::STRANDS, world.has_strands())
+            .set(constant::GAUSSIANS, world.has_gaussians());
         Ok(Self { size, grid, resolution: Vec::new(), look_up, constants })
     }
 

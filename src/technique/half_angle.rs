@@ -31,7 +31,7 @@ use super::settings::{Keyed, OPAQUE, SIZE, SKIP, Setting, settings};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Blend, Commands, Constants, Context, Format, Image, ImageUse, Kernel, Resource, Target};
 use crate::maps::{DrawingOrder, Map, Maps, OpaqueMaps, OpaqueWay, Splat, SplatPush};
-use crate::shaders::constant::{ENDS_AT_MESHES, STRANDS};
+use crate::shaders::constant::{ENDS_AT_MESHES, GAUSSIANS, STRANDS};
 use crate::shaders::{folder, half_angle as shaders};
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
@@ -119,7 +119,7 @@ impl HalfAngle {
             Storage::R32f => Format::R32_SFLOAT,
         };
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
-        let constants = Constants::new().set(STRANDS, world.has_strands());
+        let constants = Constants::new().set(STRANDS, world.has_strands()).set(GAUSSIANS, world.has_gaussians());
         let whole = Image::new(context, "half_angle.whole", format, maps.size(), ImageUse::Color)?;
         let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
         let cut = constants.clone().set(ENDS_AT_MESHES, world.triangle_capacity() > 0);

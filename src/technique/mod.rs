@@ -245,16 +245,21 @@ pub struct Casts {
     pub particles: bool,
     /// Hair.
     pub strands: bool,
+    /// Gaussians.
+    pub splats: bool,
     /// Opaque triangles.
     pub meshes: bool,
 }
 
 impl Casts {
     /// From all that a scene may have.
-    pub const ALL: Self = Self { particles: true, strands: true, meshes: true };
+    pub const ALL: Self = Self { particles: true, strands: true, splats: true, meshes: true };
 
     /// From nothing: of any scene all light is let through.
-    pub const NONE: Self = Self { particles: false, strands: false, meshes: false };
+    pub const NONE: Self = Self { particles: false, strands: false, splats: false, meshes: false };
+
+    /// From meshes alone.
+    pub const MESHES: Self = Self { meshes: true, ..Self::NONE };
 
     /// Whether it casts from anything that there is, or there is nothing to cast from, or it casts from nothing.
     pub fn any_of(self, has: Kinds) -> bool {
@@ -263,14 +268,18 @@ impl Casts {
 
     /// Whether it casts from anything that there is.
     pub fn are_in(self, has: Kinds) -> bool {
-        has.particles && self.particles || has.strands && self.strands || has.meshes && self.meshes
+        has.particles && self.particles
+            || has.strands && self.strands
+            || has.splats && self.splats
+            || has.meshes && self.meshes
     }
 
-    /// What there is that it does not see: `smoke`, `hair`, `meshes`.
+    /// What there is that it does not see: `smoke`, `hair`, `splats`, `meshes`.
     pub fn unseen_of(self, has: Kinds) -> Vec<String> {
         let kinds = [
             ("smoke", has.particles, self.particles),
             ("hair", has.strands, self.strands),
+            ("splats", has.splats, self.splats),
             ("meshes", has.meshes, self.meshes),
         ];
         kinds.into_iter().filter(|(_, has, sees)| *has && !sees).map(|(name, ..)| name.into()).collect()
@@ -278,7 +287,12 @@ impl Casts {
 
     /// What it casts from, for people.
     pub fn names(self) -> String {
-        let names = [(self.particles, "particles"), (self.strands, "strands"), (self.meshes, "meshes")];
+        let names = [
+            (self.particles, "particles"),
+            (self.strands, "strands"),
+            (self.splats, "splats"),
+            (self.meshes, "meshes"),
+        ];
         let all: Vec<_> = names.into_iter().filter(|n| n.0).map(|n| n.1).collect();
         if all.is_empty() { "nothing".into() } else { all.join(", ") }
     }
@@ -350,12 +364,12 @@ mod tests {
         let smoke = on_the_axis(&[(0.0, 0.5, 1.0)]);
         let mut nothing = smoke.clone();
         nothing.particles.clear();
-        let meshes = Casts { particles: false, strands: false, meshes: true };
+        let meshes = Casts::MESHES;
         let [smoke, nothing] = [smoke.kinds(), nothing.kinds()];
         assert!(Casts::ALL.are_in(smoke) && !Casts::ALL.are_in(nothing) && !meshes.are_in(smoke));
         assert!(Casts::ALL.any_of(smoke) && !meshes.any_of(smoke) && meshes.any_of(nothing));
         assert!(Casts::NONE.any_of(smoke) && Casts::NONE.any_of(nothing) && !Casts::NONE.are_in(smoke));
-        assert_eq!(Casts::ALL.names(), "particles, strands, meshes");
+        assert_eq!(Casts::ALL.names(), "particles, strands, splats, meshes");
         assert_eq!((Casts::NONE.names(), Casts::NONE.unseen_of(smoke)), ("nothing".into(), vec!["smoke".to_owned()]));
         assert_eq!((meshes.unseen_of(smoke), Casts::ALL.unseen_of(smoke)), (vec!["smoke".to_owned()], vec![]));
     }

@@ -29,7 +29,7 @@ use crate::gpu::{
     groups, push_struct,
 };
 use crate::maps::Map;
-use crate::shaders::constant::{MEDIA, STRANDS};
+use crate::shaders::constant::{GAUSSIANS, MEDIA, STRANDS};
 use crate::shaders::{folder, ray_query as shaders, set};
 use crate::world::{Made, Parts, TriangleData, World};
 
@@ -154,7 +154,10 @@ impl RayQuery {
             casters: &world.casters,
         };
         let look_up = look_up.bind(context, "ray_query.look_up")?;
-        let constants = Constants::new().set(MEDIA, cast.is_some()).set(STRANDS, world.has_strands());
+        let constants = Constants::new()
+            .set(MEDIA, cast.is_some())
+            .set(STRANDS, world.has_strands())
+            .set(GAUSSIANS, world.has_gaussians());
         let built = Made::of(Parts::MESHES);
         Ok(Self { indices, bottom, top, extent, cast, built, look_up, constants })
     }

@@ -35,7 +35,7 @@ use crate::{Error, Result};
 pub const ENTRY: Entry = Entry {
     name: "shadow-map",
     about: "the depth of the nearest mesh a texel, compared (Williams 1978; Reeves, Salesin and Cook 1987)",
-    casts: Casts { particles: false, strands: false, meshes: true },
+    casts: Casts::MESHES,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: &[Path { name: RASTER, requires: &[] }, Path { name: COMPUTE, requires: &[] }],

@@ -30,7 +30,7 @@ use crate::maps::{
     Bins, DrawingOrder, Entries, Filter, FilterKind, Map, Maps, OpaqueMaps, OpaqueWay, Splat, SplatPush, TexelWay, Use,
     stacked,
 };
-use crate::shaders::constant::{SAMPLES, SAMPLING, STRANDS};
+use crate::shaders::constant::{GAUSSIANS, SAMPLES, SAMPLING, STRANDS};
 use crate::shaders::{folder, set, stochastic as shaders};
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
@@ -150,7 +150,11 @@ impl Stochastic {
         let set = set::Stochastic { samples: &samples }.bind(context, "stochastic")?;
         let drawn_by = if sampling == Sampling::Hash { 1u32 } else { 0 };
         let constants = filter.constants(Constants::new()).set(SAMPLES, count);
-        let passes = constants.clone().set(SAMPLING, drawn_by).set(STRANDS, world.has_strands());
+        let passes = constants
+            .clone()
+            .set(SAMPLING, drawn_by)
+            .set(STRANDS, world.has_strands())
+            .set(GAUSSIANS, world.has_gaussians());
         let (label, shader) = match sampling {
             Sampling::Stratified => ("stochastic.quantiles", &shaders::QUANTILES),
             Sampling::Plain | Sampling::Hash => ("stochastic.nearest", &shaders::NEAREST),

@@ -8,7 +8,7 @@ use crate::Result;
 use crate::gpu::{Bindings, Commands, Constants, Context};
 use crate::maps::{Filter, Map, Maps, OpaqueMaps, OpaqueWay, TexelPasses, TexelWay, Texels};
 use crate::shaders::Folder;
-use crate::shaders::constant::{LEVELS, STRANDS};
+use crate::shaders::constant::{GAUSSIANS, LEVELS, STRANDS};
 use crate::world::{Made, Parts, World};
 
 word!(TexelWay { Raster = "raster", Binned = "binned" });
@@ -119,7 +119,11 @@ impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
             binned?;
         }
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
-        let constants = filter.constants(constants).set(STRANDS, world.has_strands()).set(LEVELS, levels);
+        let constants = filter
+            .constants(constants)
+            .set(STRANDS, world.has_strands())
+            .set(GAUSSIANS, world.has_gaussians())
+            .set(LEVELS, levels);
         let texels = make(&maps, way, (skip, filter.reach()), &constants)?;
         let look_up = maps.look_up(context, folder.name, &texels.kept())?;
         // What is hidden behind meshes is not written; what is drawn is drawn behind them too.

@@ -46,7 +46,9 @@ impl Bounds {
         for caster in casters {
             let position = Vec3::from(caster.position);
             bounds.include(position, caster.radius);
-            bounds.include(position + Vec3::from(caster.axis), caster.radius);
+            if caster.is_strand() {
+                bounds.include(position + Vec3::from(caster.axis), caster.radius);
+            }
         }
         bounds
     }

@@ -8,6 +8,7 @@ use gobo::reference::twin::avsm::cells::Cells;
 use gobo::reference::twin::avsm::curve::{Build, Curve};
 use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::bins::{TILE_TEXELS, caster_order, tile_key_within};
+use gobo::reference::twin::gaussian::AlongRay;
 use gobo::reference::twin::order;
 use gobo::reference::twin::segment::{Segment, sort, texel_segment};
 use gobo::reference::twin::sums::{DARK, bound};
@@ -326,7 +327,7 @@ impl<'a> Twins<'a> {
             let chord = |moved: f64| 2.0 * (square - 2.0 * distance * moved).max(0.0).sqrt();
             f64::from(caster.density) * (chord(-moved) - chord(moved)).max(0.0) / 2.0
         };
-        self.casters.iter().filter(|caster| !caster.is_strand()).map(of).sum()
+        self.casters.iter().filter(|caster| !caster.is_strand() && !caster.is_gaussian()).map(of).sum()
     }
 
     /// What rounding of strands' places may do to the optical depth of a texel that stands for its area: an edge that lies aside by a
@@ -378,6 +379,11 @@ fn grazes(ray: &Ray, caster: &Caster) -> bool {
     let offset = caster.start() - ray.origin;
     let radius = f64::from(caster.radius);
     let across = offset.reject_from(ray.direction);
+    if caster.is_gaussian() {
+        // Where it ends it still has 1.1 % of its optical depth, and packing its axes again moves that.
+        let along = AlongRay::of((ray.origin.as_vec3(), ray.direction.as_vec3()), caster);
+        return (along.square.sqrt() - 3.0).abs() < 0.01;
+    }
     if !caster.is_strand() {
         return (across.length() / radius - 1.0).abs() < 1e-5;
     }

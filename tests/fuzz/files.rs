@@ -13,6 +13,7 @@ const BESIDE: &[(&str, &[u8])] = &[
     ("smoke.ply", include_bytes!("../../fuzz/seeds/ply/ok-particles-ascii.ply")),
     ("ground.ply", include_bytes!("../../fuzz/seeds/ply/ok-mesh-ascii.ply")),
     ("lit.glb", include_bytes!("../../fuzz/seeds/gltf/ok-lights-and-camera.gltf")),
+    ("garden.splat", include_bytes!("../../fuzz/seeds/splat/ok-two.splat")),
     ("head.hair", include_bytes!("../../fuzz/seeds/hair/ok-defaults.hair")),
 ];
 
@@ -52,14 +53,24 @@ fn load(name: &str, bytes: &[u8], beside: &[(&str, &[u8])]) -> bool {
     true
 }
 
-/// Particles and meshes.
+/// Particles, splats and meshes.
 pub fn ply(bytes: &[u8]) -> bool {
-    alone_and_placed("input.ply", bytes, &["particles", "meshes"])
+    alone_and_placed("input.ply", bytes, &["particles", "splats", "meshes"])
 }
 
 /// HAIR files.
 pub fn hair(bytes: &[u8]) -> bool {
     alone_and_placed("input.hair", bytes, &["hair"])
+}
+
+/// Splats of 32 bytes.
+pub fn splat(bytes: &[u8]) -> bool {
+    alone_and_placed("input.splat", bytes, &["splats"])
+}
+
+/// Splats that are packed and zipped.
+pub fn spz(bytes: &[u8]) -> bool {
+    alone_and_placed("input.spz", bytes, &["splats"])
 }
 
 /// TressFX files.

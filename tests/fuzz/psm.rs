@@ -18,6 +18,7 @@ fn ray() -> View {
         name: "ray".into(),
         particles: vec![held(-1.0), held(1.0)],
         strands: vec![],
+        gaussians: vec![],
         meshes: vec![],
         motion: Motion::Still,
         lights: vec![Light { kind: down, radiance: [1.0; 3], radius: f64::INFINITY }],

@@ -1,6 +1,6 @@
 //! What holds of every scene that was loaded.
 
-use gobo::scene::{Caster, Light, Mesh, Particle, Scene, Strand, View};
+use gobo::scene::{Caster, Gaussian, Light, Mesh, Particle, Scene, Strand, View};
 
 fn all_finite(numbers: &[f32]) -> bool {
     numbers.iter().all(|number| number.is_finite())
@@ -10,6 +10,7 @@ fn all_finite(numbers: &[f32]) -> bool {
 pub fn assert_valid(scene: &Scene) {
     scene.particles.iter().for_each(particle);
     scene.strands.iter().for_each(strand);
+    scene.gaussians.iter().for_each(gaussian);
     scene.casters().iter().for_each(caster);
     scene.meshes.iter().for_each(mesh);
     assert!(!scene.lights.is_empty(), "no light");
@@ -31,7 +32,17 @@ fn strand(strand: &Strand) {
     assert!((0.0..=1.0).contains(&strand.opacity), "{strand:?}");
 }
 
+fn gaussian(gaussian: &Gaussian) {
+    assert!(all_finite(&gaussian.position), "{gaussian:?}");
+    assert!(gaussian.deviations.iter().all(|d| d.is_finite() && *d > 0.0), "{gaussian:?}");
+    assert!((gaussian.rotation.iter().map(|x| x * x).sum::<f32>() - 1.0).abs() < 1e-5, "{gaussian:?}");
+    assert!(gaussian.color.iter().all(|c| (0.0..=1.0).contains(c)), "{gaussian:?}");
+    assert!((0.0..=1.0).contains(&gaussian.opacity), "{gaussian:?}");
+    assert!(Caster::from(gaussian).is_gaussian(), "{gaussian:?}");
+}
+
 fn caster(caster: &Caster) {
+    assert!(caster.density.is_finite() && caster.radius.is_finite() && caster.radius > 0.0, "{caster:?}");
     assert!(all_finite(&caster.axis), "{caster:?}");
     assert!((0.0..=80.0).contains(&caster.density) || !caster.is_strand(), "{caster:?}");
 }

@@ -13,6 +13,7 @@ mod mesh_files;
 mod particle_files;
 mod scene_files;
 mod shared_data;
+mod splat_files;
 #[path = "../support/mod.rs"]
 mod support;
 mod tressfx_files;

@@ -1,7 +1,7 @@
 //! Small scenes that make the cases a shadow technique goes wrong at.
 
 use glam::DVec3;
-use gobo::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene, Strand};
+use gobo::scene::{Camera, Gaussian, Light, LightKind, Mesh, Motion, Particle, Scene, Strand};
 use rand::Rng;
 use rand_pcg::Pcg32;
 
@@ -11,6 +11,7 @@ pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) ->
         name: name.into(),
         particles,
         strands: Vec::new(),
+        gaussians: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
         lights: vec![Light {
@@ -168,6 +169,25 @@ pub fn strands() -> Scene {
         if i % 20 == 2 {
             scene.strands.push(Strand { start, radius: 0.1, end, opacity: 0.3 });
         }
+    }
+    scene
+}
+
+/// Splats of all shapes up to 8 times as long as wide, some across each other, among smoke, and one that a light looks along.
+pub fn splats() -> Scene {
+    let mut random = Random::new(31);
+    let mut scene = directional("splats", SLANTED, vec![]);
+    scene.particles.push(Particle { position: [0.2, -0.1, 0.3], radius: 0.4, extinction: 0.8 });
+    for i in 0..60 {
+        let place = if i % 10 == 0 { 0.0 } else { 0.8 };
+        let position = [0, 1, 2].map(|_| random.between(-place, place));
+        let long = random.between(0.08, 0.3);
+        let deviations = [long, long * random.between(0.125, 1.0), long * random.between(0.125, 1.0)];
+        let turn = [0, 1, 2, 3].map(|_| random.between(-1.0, 1.0));
+        let length = turn.iter().map(|x| x * x).sum::<f32>().sqrt().max(0.1);
+        let rotation = turn.map(|x| x / length);
+        let opacity = if i % 7 == 0 { 1.0 } else { random.between(0.05, 0.9) };
+        scene.gaussians.push(Gaussian { position, deviations, rotation, opacity, color: [0.6, 0.5, 0.4] });
     }
     scene
 }

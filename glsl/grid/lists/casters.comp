@@ -34,7 +34,7 @@ struct Cast {
 Cast cast_of(Caster caster) {
     Cast c;
     precise vec3 place = (caster.position - grid.origin) * grid.per_unit;
-    precise vec3 axis = caster.axis * grid.per_unit;
+    precise vec3 axis = caster_axis(caster) * grid.per_unit;
     precise float reach = caster.radius * grid.per_unit + CAST_SLACK;
     precise vec3 low = min(place, place + axis) - reach, high = max(place, place + axis) + reach;
     c.place = place;

@@ -9,7 +9,7 @@
 //   binding 5  its bits of smoke and hair
 //   binding 6  its lists of casters, likewise
 //   binding 7  casters (world/caster.glsl)
-// flat: bindings 168, constants 336: GRID_SIZE STRANDS
+// flat: bindings 168, constants 336: GRID_SIZE STRANDS GAUSSIANS
 #include "world/caster.glsl"
 #include "world/light.glsl"
 #include "grid/grid.glsl"

@@ -50,7 +50,7 @@ const uint MANY = SPLIT ? 128u : 256u;
 
 // Units of optical depth that each slice of each texel takes: sum_place. The first two words are the bound before they are sums.
 shared uint slices[SLICES * TEXELS];
-// The batch: centres, and radii; densities, and where among the slices; axes of strands. Of a plain sphere the square of its
+// The batch: centres, and radii; densities, and where among the slices; axes of strands and Gaussians. Of a plain sphere the square of its
 // radius, and units an optical depth of a length of 1; of others less than 0. How many there are, this time and the next.
 shared vec4 batch_balls[BATCH + 1u];
 shared vec2 batch_takes[BATCH + 1u];
@@ -70,7 +70,7 @@ void write(uint map, uvec2 texel, uint slice, vec4 transmittance) {
 
 // Of a caster in the view's axes.
 Place place_of(View view, Caster caster) {
-    return depth_place(view_depth(view, caster.position.z + 0.5 * caster.axis.z));
+    return depth_place(view_depth(view, caster.position.z + 0.5 * caster_axis(caster).z));
 }
 
 // Puts a caster into the batch that may meet `rows` rows from the corner on, with the slice that takes it.
@@ -85,7 +85,7 @@ void put_caster(View view, uvec2 corner, uint rows, Caster caster, float scale, 
     uint at = atomicAdd(filled[turn & 1u], 1u);
     batch_balls[at] = vec4(caster.position, plain ? caster.radius * caster.radius : -caster.radius);
     batch_takes[at] = vec2(plain ? 2.0 * caster.density * scale : caster.density, float(place.slice) + place.share);
-    if (STRANDS) {
+    if (STRANDS || GAUSSIANS) {
         batch_axes[at] = caster.axis;
     }
 }
@@ -114,7 +114,7 @@ void add_batched(View view, Ray ray, float ray_length, uint texel, uint i, float
     uint slice = uint(take.y);
     Place place = Place(slice, SPLIT ? take.y - float(slice) : 0.0);
     if (ball.w < 0.0) {
-        Caster caster = Caster(ball.xyz, -ball.w, STRANDS ? batch_axes[i] : vec3(0.0), take.x);
+        Caster caster = Caster(ball.xyz, -ball.w, STRANDS || GAUSSIANS ? batch_axes[i] : vec3(0.0), take.x);
         add_caster(view, ray, ray_length, texel, caster, place, scale);
         return;
     }

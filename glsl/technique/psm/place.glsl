@@ -18,9 +18,9 @@ Place depth_place(float depth) {
     return Place(slice, SPLIT ? at - float(slice) : 0.0);
 }
 
-// By a sphere's centre, a strand's middle.
+// By a centre, a strand's middle.
 Place caster_place(View view, Caster caster) {
-    float z = dot(caster.position + 0.5 * caster.axis - view.origin, view.forward);
+    float z = dot(caster.position + 0.5 * caster_axis(caster) - view.origin, view.forward);
     return depth_place(view_depth(view, z));
 }
 #endif

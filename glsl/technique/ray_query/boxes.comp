@@ -23,7 +23,7 @@ void main() {
         return;
     }
     Caster caster = casters[i];
-    vec3 end = caster.position + caster.axis;
+    vec3 end = caster.position + caster_axis(caster);
     precise vec3 margin = caster.radius + BOX_MARGIN * (caster.radius + max(abs(caster.position), abs(end)));
     precise vec3 low = min(caster.position, end) - margin, high = max(caster.position, end) + margin;
     if (i >= caster_count || caster.radius == 0.0) {

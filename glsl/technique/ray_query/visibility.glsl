@@ -11,7 +11,7 @@
 //   binding 3  the largest coordinate of the meshes, either sign
 //   binding 4  an instance of the boxes about all casters, or any where MEDIA is false; the index of a primitive is its place in
 //   binding 5  casters (world/caster.glsl)
-// flat: bindings 32, constants 64: MEDIA STRANDS
+// flat: bindings 32, constants 64: MEDIA STRANDS GAUSSIANS
 #extension GL_EXT_ray_query : require
 #include "world/cast_depth.glsl"
 #include "world/light.glsl"

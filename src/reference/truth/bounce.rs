@@ -70,7 +70,7 @@ fn from_side(casters: &Casters, scene: &Scene, position: DVec3, normal: DVec3, r
 /// What a surface turns of the lights, back on the side that a ray along `direction` sees.
 fn leaving(casters: &Casters, scene: &Scene, position: DVec3, direction: DVec3, hit: &Hit) -> DVec3 {
     let normal = if hit.normal.dot(direction) > 0.0 { -hit.normal } else { hit.normal };
-    let light = light(casters, scene, position, 0.0, |towards| normal.dot(towards).max(0.0));
+    let light = light(casters, scene, position, |_| 0.0, |towards| normal.dot(towards).max(0.0));
     DVec3::from(hit.albedo.map(f64::from)) * light
 }
 
@@ -146,7 +146,7 @@ mod tests {
             let at = [i % cells[0], i / cells[0]];
             let share = [0, 1].map(|axis| (f64::from(at[axis]) + 0.5) / f64::from(cells[axis]));
             let position = origin + share[0] * sides[0] + share[1] * sides[1];
-            let lit = light(casters, scene, position, 0.0, |towards| normal.dot(towards).max(0.0));
+            let lit = light(casters, scene, position, |_| 0.0, |towards| normal.dot(towards).max(0.0));
             let radiance = ALBEDO * lit * area / PI;
             let kind = LightKind::Virtual { position, normal, nearest: area.sqrt() };
             Light { kind, radiance: radiance.as_vec3().into(), radius: f64::INFINITY }
@@ -163,7 +163,7 @@ mod tests {
         scene.lights = patches(&Casters::new(&scene), &scene, origin, [side * DVec3::X, side * DVec3::Y], [64, 64]);
         assert_eq!(scene.lights.len(), 64 * 64);
         let position = DVec3::new(0.3, -0.2, 1.5);
-        let found = light(&Casters::new(&scene), &scene, position, 0.0, |towards| towards.z.abs());
+        let found = light(&Casters::new(&scene), &scene, position, |_| 0.0, |towards| towards.z.abs());
         near(found, ALBEDO * RADIANCE * rectangle([-2.3, -1.8], [1.7, 2.2], 1.5));
     }
 

@@ -1,10 +1,11 @@
 //! The truth: how much of a light reaches a point, in f64.
 
+use super::gaussian::{self, TRUE_REACH};
 use super::grid::Grid;
 use super::meshes::Meshes;
 use super::surface::SurfacePoint;
-use super::true_curve::TrueCurve;
-use crate::scene::{Caster, Projection, Ray, Scene, View};
+use super::true_curve::{Smooth, TrueCurve};
+use crate::scene::{Caster, Projection, REACH, Ray, Scene, View};
 use glam::DVec3;
 
 /// Cells a side of the grid over a map's view, or fewer. It only finds candidates: any number gives the same answers.
@@ -19,7 +20,7 @@ const WIDEST: u32 = 4;
 /// All casters of a scene, with a grid over each map's view so that a look-up meets only those near its ray.
 pub struct Casters<'a> {
     pub(super) scene: &'a Scene,
-    /// Spheres, then strands.
+    /// Spheres, then strands, then Gaussians.
     pub(in crate::reference) all: Vec<Caster>,
     /// The meshes.
     pub meshes: Meshes,
@@ -71,6 +72,9 @@ impl<'a> Casters<'a> {
             .iter()
             .filter_map(|&i| {
                 let caster = &self.all[i as usize];
+                if caster.is_gaussian() {
+                    return soft_depth(&ray, caster, nearest, z);
+                }
                 let (entry, exit) = overlap(&ray, caster)?;
                 let (entry, exit) = (entry.max(nearest), exit.min(z));
                 (exit >= entry).then(|| optical_depth(&ray, caster, entry, exit))
@@ -140,19 +144,42 @@ impl<'a> Casters<'a> {
     /// The exact curve along `ray` of map `map` (of all lights' maps), over depth in the range of the map's `view`, and
     /// how many casters made it.
     pub fn true_curve(&self, map: usize, view: &View, ray: &Ray) -> (TrueCurve, u32) {
-        let middle = ray.at(view.z(0.5));
-        let segments: Vec<_> = self
-            .near(map, middle)
+        let (hard, soft): (Vec<&Caster>, Vec<&Caster>) = self
+            .near(map, ray.at(view.z(0.5)))
             .iter()
-            .filter_map(|&i| {
-                let caster = &self.all[i as usize];
+            .map(|&i| &self.all[i as usize])
+            .partition(|caster| !caster.is_gaussian());
+        let segments: Vec<_> = hard
+            .into_iter()
+            .filter_map(|caster| {
                 let (entry, exit) = overlap(ray, caster)?;
                 let near = f64::from(view.near);
                 let entry = entry.max(near);
                 (exit > near).then(|| (view.depth(entry), view.depth(exit), optical_depth(ray, caster, entry, exit)))
             })
             .collect();
-        (TrueCurve::new(&segments), segments.len() as u32)
+        let mut curve = TrueCurve::new(&segments);
+        let mut met = segments.len();
+        let nearest = if view.projection() == Projection::Parallel { f64::NEG_INFINITY } else { view.near.into() };
+        for caster in soft {
+            if gaussian::missed(ray, caster) {
+                continue;
+            }
+            let along = gaussian::along(ray, caster);
+            let Some((_, exit)) = along.within(TRUE_REACH) else { continue };
+            if exit > nearest {
+                let deviation = along.deviation / f64::from(view.far - view.near);
+                curve.smooth.push(Smooth {
+                    middle: view.depth(along.middle),
+                    deviation,
+                    before: gaussian::share((nearest - along.middle) / along.deviation),
+                    whole: along.whole(ray, caster),
+                });
+                // Others have nothing of it farther off.
+                met += usize::from(along.within(REACH).is_some_and(|(_, exit)| exit > nearest));
+            }
+        }
+        (curve, met as u32)
     }
 }
 
@@ -164,6 +191,9 @@ pub(super) fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     let offset = caster.start() - ray.origin;
     let square = ray.direction.length_squared();
     let radius = f64::from(caster.radius);
+    if caster.is_gaussian() {
+        return gaussian::along(ray, caster).within(TRUE_REACH);
+    }
     if caster.is_strand() {
         let axis = DVec3::from(caster.axis.map(f64::from));
         let across = |v: DVec3| v - v.dot(ray.direction) / square * ray.direction;
@@ -182,8 +212,21 @@ pub(super) fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     (half_square > 0.0).then(|| (middle - half_square.sqrt(), middle + half_square.sqrt()))
 }
 
+/// What the ray loses in a Gaussian from z `from` to `to`; nothing where it stays out of reach.
+fn soft_depth(ray: &Ray, caster: &Caster, from: f64, to: f64) -> Option<f64> {
+    if gaussian::missed(ray, caster) {
+        return None;
+    }
+    let along = gaussian::along(ray, caster);
+    let (entry, _) = along.within(TRUE_REACH)?;
+    (to > entry).then(|| along.optical_depth(ray, caster, from, to))
+}
+
 /// What the ray loses in the caster from z `entry` to `exit`, both within its overlap.
 pub(super) fn optical_depth(ray: &Ray, caster: &Caster, entry: f64, exit: f64) -> f64 {
+    if caster.is_gaussian() {
+        return gaussian::along(ray, caster).optical_depth(ray, caster, entry, exit);
+    }
     let thickness = if caster.is_strand() { 1.0 } else { (exit - entry) * ray.direction.length() };
     f64::from(caster.density) * thickness
 }

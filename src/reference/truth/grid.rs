@@ -1,6 +1,7 @@
 //! Casters sorted into cells over a view, to find those that a ray may meet.
 
-use crate::scene::{Caster, Projection, View};
+use super::gaussian::TRUE_REACH;
+use crate::scene::{Caster, Projection, REACH, View};
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 
@@ -60,7 +61,8 @@ impl Grid {
 /// The cells that a caster may touch, columns and rows; one more on each side against rounding.
 fn cells(view: &View, caster: &Caster) -> [Range<usize>; 2] {
     let ends = [caster.start(), caster.end()];
-    let radius = f64::from(caster.radius);
+    let more = if caster.is_gaussian() { TRUE_REACH / REACH } else { 1.0 };
+    let radius = f64::from(caster.radius) * more;
     let dot = |end: DVec3, axis: [f32; 3]| (end - DVec3::from(view.origin.map(f64::from))).dot(axis_of(axis));
     let perspective = view.projection() == Projection::Perspective;
     if perspective && ends.iter().all(|end| dot(*end, view.forward) + radius <= 0.0) {

@@ -4,6 +4,7 @@ mod bounce;
 mod boundary;
 mod casters;
 mod fog;
+pub(super) mod gaussian;
 mod grid;
 mod limit;
 mod meshes;

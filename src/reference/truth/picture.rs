@@ -3,7 +3,7 @@
 use super::casters::{Casters, optical_depth, overlap};
 use super::grid::Grid;
 use super::meshes::Hit;
-use crate::scene::{Caster, LightKind, Picture, Ray, SKY, Scene, View, far_to_near};
+use crate::scene::{Caster, LightKind, Picture, REACH, Ray, SKY, Scene, Shape, View, far_to_near};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -21,7 +21,10 @@ const CELL_PIXELS: u32 = 8;
 /// Renders `scene` as `camera` sees it. Casters are blended from far to near by the z of their middles, as the
 /// device draws them.
 pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
-    let caster = |_, index: u32, position| light(casters, scene, position, lift(&casters.all[index as usize]), |_| 1.0);
+    let caster = |_, index: u32, position| {
+        let lifted = |towards| lift(&casters.all[index as usize], towards);
+        light(casters, scene, position, lifted, |_| 1.0)
+    };
     let surface = |position, hit: &Hit| lit_surface(casters, scene, position, hit);
     camera_rays(casters, scene, camera, &far_to_near(scene, camera), caster, surface)
 }
@@ -96,15 +99,25 @@ fn pixel(
         }
         let opacity = 1.0 - (-optical_depth(ray, caster, entry, exit)).exp();
         let light = light(i, ray.at(0.5 * (entry + exit)));
-        let albedo = if caster.is_strand() { STRAND_ALBEDO } else { PARTICLE_ALBEDO };
+        let albedo = albedo(scene, i as usize, caster);
         color = albedo * (ambient(scene) + light) * opacity + color * (1.0 - opacity);
     }
     color
 }
 
+/// What a caster sends back of the light: splats have colours of their own.
+fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
+    let splat = index.checked_sub(scene.particles.len() + scene.strands.len()).and_then(|i| scene.gaussians.get(i));
+    match splat {
+        Some(splat) => DVec3::from(splat.color.map(f64::from)),
+        None if caster.is_strand() => STRAND_ALBEDO,
+        None => PARTICLE_ALBEDO,
+    }
+}
+
 /// How a mesh looks where a ray meets it.
 pub(in crate::reference) fn lit_surface(casters: &Casters, scene: &Scene, position: DVec3, hit: &Hit) -> DVec3 {
-    let light = light(casters, scene, position, 0.0, |towards| hit.normal.dot(towards).abs());
+    let light = light(casters, scene, position, |_| 0.0, |towards| hit.normal.dot(towards).abs());
     DVec3::from(hit.albedo.map(f64::from)) * (ambient(scene) + light)
 }
 
@@ -116,8 +129,11 @@ fn ambient(scene: &Scene) -> DVec3 {
     }
 }
 
-/// How far towards the light a caster asks for it.
-pub(in crate::reference) fn lift(caster: &Caster) -> f64 {
+/// How far towards a light in that direction, of length 1, a caster asks for it.
+pub(in crate::reference) fn lift(caster: &Caster, towards: DVec3) -> f64 {
+    if caster.is_gaussian() {
+        return (REACH / Shape::of(caster).whitened(towards).length()).max(f64::from(caster.radius) / REACH);
+    }
     if caster.is_strand() { 2.0 * f64::from(caster.radius) } else { 0.0 }
 }
 
@@ -127,7 +143,7 @@ pub(in crate::reference) fn light(
     casters: &Casters,
     scene: &Scene,
     position: DVec3,
-    lift: f64,
+    lift: impl Fn(DVec3) -> f64,
     turn: impl Fn(DVec3) -> f64,
 ) -> DVec3 {
     let mut sum = DVec3::ZERO;
@@ -136,7 +152,7 @@ pub(in crate::reference) fn light(
         let towards = light.towards(position);
         let turned = turn(towards);
         if turned > 0.0 {
-            sum += radiance * turned * casters.visibility(i, position + lift * towards);
+            sum += radiance * turned * casters.visibility(i, position + lift(towards) * towards);
         }
     }
     sum

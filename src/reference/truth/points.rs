@@ -2,7 +2,7 @@
 
 use super::casters::Casters;
 use super::true_curve::TrueCurve;
-use crate::scene::{Light, Ray, Scene, View};
+use crate::scene::{Caster, Light, Ray, Scene, View};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -172,6 +172,7 @@ pub fn bounds(scene: &Scene) -> Option<[DVec3; 2]> {
             include(s.start, s.radius.into());
             include(s.end, s.radius.into());
         });
+        scene.gaussians.iter().for_each(|g| include(g.position, Caster::from(g).radius.into()));
     }
     (low.x <= high.x).then_some([low, high])
 }

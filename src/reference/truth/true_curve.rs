@@ -1,5 +1,7 @@
 //! The exact optical depth along one light ray: piecewise linear, since extinction is constant within a sphere,
-//! with steps where it meets strands.
+//! with steps where it meets strands, and an error function for each splat.
+
+use super::gaussian::share;
 
 /// Optical depth over depth in the light's range, from the segments of one ray.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -8,6 +10,21 @@ pub struct TrueCurve {
     pub depths: Vec<f64>,
     /// Optical depth there; 0 first, the total last.
     pub optical_depths: Vec<f64>,
+    /// What is smooth, on top of it.
+    pub smooth: Vec<Smooth>,
+}
+
+/// A Gaussian along the ray, as depths.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Smooth {
+    /// Where there is most of it.
+    pub middle: f64,
+    /// In depth.
+    pub deviation: f64,
+    /// Share of it before the light.
+    pub before: f64,
+    /// Its whole optical depth.
+    pub whole: f64,
 }
 
 impl TrueCurve {
@@ -61,6 +78,11 @@ impl TrueCurve {
 
     /// Optical depth from the light to `depth`; behind a step at that very depth.
     pub fn optical_depth(&self, depth: f64) -> f64 {
+        let upto = |s: &Smooth| s.whole * (share((depth - s.middle) / s.deviation) - s.before).max(0.0);
+        self.piecewise(depth) + self.smooth.iter().map(upto).sum::<f64>()
+    }
+
+    fn piecewise(&self, depth: f64) -> f64 {
         let after = self.depths.partition_point(|d| *d <= depth);
         if after == 0 {
             return 0.0;

@@ -1,6 +1,7 @@
 //! CPU twin of glsl/maps/detail: what is known of each tile, and how fine it is made.
 
 use super::bins::{TILE_TEXELS, tile_distance};
+use super::gaussian::strand_axis;
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};
 
@@ -40,7 +41,7 @@ fn bounds(view: &View, caster: &Caster) -> [Vec2; 2] {
         (across * Vec2::new(view.scale_x, view.scale_y) * 0.5 + 0.5) * Vec2::new(view.width as f32, view.height as f32)
     };
     let reach = Vec2::new(view.scale_x, view.scale_y).abs() * 0.5 * Vec2::new(view.width as f32, view.height as f32);
-    let (start, end) = (place(offset), place(offset + Vec3::from(caster.axis)));
+    let (start, end) = (place(offset), place(offset + strand_axis(caster)));
     let reach = reach * caster.radius + 0.0625;
     [start.min(end) - reach, start.max(end) + reach]
 }

@@ -2,6 +2,7 @@
 //! buffer after each. Sources: Kniss et al. 2003; Green 2008.
 
 use super::filter::Filter;
+use super::gaussian::strand_axis;
 use super::order::{float_order, sort};
 use super::segment::{Segment, ray, texel_segment};
 use crate::reference::truth::{Casters, camera_rays, lift, lit_surface};
@@ -17,7 +18,7 @@ pub fn half_vector(camera: [f32; 3], light: [f32; 3]) -> (Vec3, bool) {
 
 /// How far each caster's middle lies along it. Twin: keys.comp.
 pub fn keys(half: Vec3, light: &View, casters: &[Caster]) -> Vec<f32> {
-    let middle = |c: &Caster| Vec3::from(c.position) + 0.5 * Vec3::from(c.axis) - Vec3::from(light.origin);
+    let middle = |c: &Caster| Vec3::from(c.position) + 0.5 * strand_axis(c) - Vec3::from(light.origin);
     casters.iter().map(|caster| middle(caster).dot(half)).collect()
 }
 
@@ -108,7 +109,7 @@ pub fn picture(casters: &Casters, scene: &Scene, camera: &View, view: &View, cou
         let towards = scene.lights[0].towards(position);
         let caster = &casters.all[index as usize];
         let all = arriving_unshadowed(scene, position);
-        all * slices.at(view, slices.slice[index as usize], position + lift(caster) * towards)
+        all * slices.at(view, slices.slice[index as usize], position + lift(caster, towards) * towards)
     };
     camera_rays(casters, scene, camera, &slices.order, light, |at, hit| lit_surface(casters, scene, at, hit))
 }

@@ -1,5 +1,6 @@
 //! The triangles or the casters of each voxel. Twin of glsl/grid/lists/: the same words.
 
+use super::gaussian::strand_axis;
 use super::grid::{Bits, Facet, Place};
 use crate::scene::Caster;
 use glam::{UVec3, Vec3};
@@ -85,7 +86,7 @@ struct Cast {
 impl Cast {
     /// Twin: cast_of.
     fn new(caster: &Caster, place: &Place) -> Self {
-        let axis = Vec3::from(caster.axis) * place.per_unit;
+        let axis = strand_axis(caster) * place.per_unit;
         let reach = caster.radius * place.per_unit + CAST_SLACK;
         Self { place: place.voxels(caster.position).into(), axis, reach }
     }

@@ -14,6 +14,7 @@ pub mod filter;
 pub mod fit;
 pub mod fourier;
 pub mod gather;
+pub mod gaussian;
 pub mod gbuffer;
 pub mod grid;
 pub mod half_angle;

@@ -1,6 +1,7 @@
 //! CPU twins of glsl/technique/psm/: what is left of the light behind each slice of a texel's ray, in f32. Source: NVIDIA's talk at GDC
 //! 2013, "Particle Shadow Mapping", steps 2 to 4; the split, sums of optical depths and [`fused`] are ours.
 
+use super::gaussian::strand_axis;
 use super::segment::texel_segment;
 use super::sums::{self, DARK};
 use crate::scene::{Caster, View};
@@ -26,7 +27,7 @@ pub struct Place {
 
 /// Where among the slices a caster's centre lies, in slices. Twin: the first half of caster_place.
 pub fn depth_in_slices(view: &View, caster: &Caster, count: u32) -> f32 {
-    let middle = Vec3::from(caster.position) + 0.5 * Vec3::from(caster.axis) - Vec3::from(view.origin);
+    let middle = Vec3::from(caster.position) + 0.5 * strand_axis(caster) - Vec3::from(view.origin);
     (middle.dot(Vec3::from(view.forward)) - view.near) / (view.far - view.near) * count as f32
 }
 

@@ -1,5 +1,6 @@
 //! CPU twin of glsl/maps/segment.glsl: the segment that a caster cuts out of a texel's light ray, in f32.
 
+use super::gaussian::{AlongRay, CHORD, turned};
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};
 
@@ -72,6 +73,12 @@ pub(super) fn segment_at(view: &View, at: Vec2, caster: &Caster) -> Option<Segme
         let z = strand_step((origin, direction), caster).filter(|z| *z > view.near)?;
         return Some(Segment { entry: depth(z), exit: depth(z), optical_depth: caster.density });
     }
+    if caster.is_gaussian() {
+        let (right, up, forward) = (Vec3::from(view.right), Vec3::from(view.up), Vec3::from(view.forward));
+        let axes = |v: Vec3| Vec3::new(v.dot(right), v.dot(up), v.dot(forward));
+        let caster = Caster { position: axes(caster.position.into()).into(), ..turned(view, caster) };
+        return gaussian_segment(view, (axes(origin), axes(direction)), &caster);
+    }
     let offset = Vec3::from(caster.position) - origin;
     let scale = 1.0 / direction.dot(direction);
     let middle = offset.dot(direction) * scale;
@@ -90,6 +97,26 @@ pub(super) fn segment_at(view: &View, at: Vec2, caster: &Caster) -> Option<Segme
     let optical_depth = whole.min(MAX_OPTICAL_DEPTH);
     let high = if whole > MAX_OPTICAL_DEPTH { low + long * (MAX_OPTICAL_DEPTH / whole) } else { high };
     Some(Segment { entry: depth(low), exit: depth(high), optical_depth })
+}
+
+/// Twin: gaussian_overlap and segment_cut; in the view's axes, as view_caster has it.
+fn gaussian_segment(view: &View, ray: (Vec3, Vec3), caster: &Caster) -> Option<Segment> {
+    let along = AlongRay::of(ray, caster);
+    let half = (CHORD * along.deviation).min(along.half());
+    let (mut low, mut high) = (along.middle - half, along.middle + half);
+    if half.is_nan() || half <= 0.0 || high <= view.near {
+        return None;
+    }
+    let mut whole = caster.density * along.length() * ray.1.length();
+    if low < view.near {
+        whole *= (high - view.near) / (high - low);
+        low = view.near;
+    }
+    if whole > MAX_OPTICAL_DEPTH {
+        high = low + (high - low) * (MAX_OPTICAL_DEPTH / whole);
+    }
+    let depth = |z: f32| (z - view.near) / (view.far - view.near);
+    Some(Segment { entry: depth(low), exit: depth(high), optical_depth: whole.min(MAX_OPTICAL_DEPTH) })
 }
 
 /// Sorts as glsl/maps/list/ lists are sorted: by entry depth, ties by exit, optical depth and caster index.

@@ -98,7 +98,7 @@ impl Lit {
             let behind = camera.ray(pixel.clamp(DVec2::ZERO, size - 1.0).floor() + 0.5);
             let mesh = casters.meshes.hit(behind.origin, behind.direction).map_or(f64::INFINITY, |hit| hit.distance);
             let position = asked(camera, caster, pixel, mesh.min(camera.far.into()));
-            light(casters, scene, position, lift(caster), |_| 1.0)
+            light(casters, scene, position, |towards| lift(caster, towards), |_| 1.0)
         };
         let light = (0..(quad.parts[0] + 1) * (quad.parts[1] + 1)).into_par_iter().map(vertex).collect();
         Some(Self { quad, light })

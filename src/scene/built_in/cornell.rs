@@ -32,6 +32,7 @@ pub(in crate::scene) fn cornell() -> Scene {
         name: "cornell".into(),
         particles: Vec::new(),
         strands: Vec::new(),
+        gaussians: Vec::new(),
         meshes: meshes(),
         motion: Motion::Still,
         lights: vec![Light {

@@ -57,6 +57,7 @@ pub(in crate::scene) fn big_8k(name: &str, count: u32) -> Scene {
         name: name.into(),
         particles,
         strands: Vec::new(),
+        gaussians: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
         lights: directions.map(light).collect(),

@@ -69,6 +69,7 @@ fn plume(name: &str, particles: Vec<Particle>) -> Scene {
         name: name.into(),
         particles,
         strands: Vec::new(),
+        gaussians: Vec::new(),
         meshes: Vec::new(),
         lights: vec![sun(DVec3::new(0.5, 0.3, -0.81))],
         camera: Camera {

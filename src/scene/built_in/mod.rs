@@ -14,6 +14,7 @@ pub(super) mod houses;
 pub(super) mod lantern;
 pub(super) mod plume;
 pub(super) mod sparse;
+pub(super) mod splats;
 pub(super) mod town;
 pub(super) mod town_house;
 pub(super) mod town_shapes;
@@ -31,9 +32,10 @@ struct Key {
 }
 
 /// All of them.
-const KEYS: [Key; 3] = [
+const KEYS: [Key; 4] = [
     Key { scene: "big-8k", name: "lights", default: 1, most: cube::MOST_LIGHTS },
     Key { scene: "fountain", name: "particles", default: 16_384, most: 4_000_000 },
+    Key { scene: "splats", name: "count", default: 6_000, most: splats::MOST },
     Key {
         scene: "courtyard",
         name: "lights",

@@ -64,6 +64,7 @@ pub(in crate::scene) fn plume_1m() -> Result<Scene> {
         name: "plume-1m".into(),
         particles,
         strands: Vec::new(),
+        gaussians: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
         lights: vec![Light {

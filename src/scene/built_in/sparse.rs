@@ -38,6 +38,7 @@ pub(in crate::scene) fn sparse() -> Scene {
         name: "sparse".into(),
         particles,
         strands: Vec::new(),
+        gaussians: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
         lights: vec![Light {

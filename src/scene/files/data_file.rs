@@ -5,15 +5,16 @@ use crate::scene::files::contents::Contents;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::strand_file::Overrides;
 use crate::scene::{
-    Scene, files::fitted, files::input, files::mesh_file, files::particle_file, files::ply, files::strand_file,
+    Scene, files::fitted, files::input, files::mesh_file, files::particle_file, files::ply, files::splat_file,
+    files::splat_ply, files::strand_file,
 };
 use glam::DVec3;
 use std::path::Path;
 
 /// Endings of files that are scenes by themselves, in any case.
-pub const DATA_ENDINGS: [&str; 5] = ["ply", "hair", "tfx", "gltf", "glb"];
+pub const DATA_ENDINGS: [&str; 7] = ["ply", "hair", "tfx", "gltf", "glb", "splat", "spz"];
 
-/// Loads a file of particles, hair or meshes, everything where it stands in the file. Light and camera are its own if it
+/// Loads a file of particles, hair, splats or meshes, everything where it stands in the file. Light and camera are its own if it
 /// is glTF and has them, else fitted. Up is +y in glTF, as its specification says, and in TressFX, as its exporters
 /// have it; in other files, which do not say, +z.
 ///
@@ -26,6 +27,8 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
             let strands = strand_file::load(path, &Placement::AS_IT_STANDS, Overrides::default())?;
             Contents { strands, ..Contents::default() }
         }
+        "splat" | "spz" => splats(path)?,
+        "ply" if splat_ply::is_of_splats(&ply::open(path)?) => splats(path)?,
         "ply" if !ply::open(path)?.has_rows("face") => {
             Contents { particles: particle_file::load(path)?, ..Contents::default() }
         }
@@ -45,4 +48,9 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         lights.push(fitted::light(up));
     }
     Ok(contents.scene(input::stem(path), lights, camera))
+}
+
+fn splats(path: &Path) -> Result<Contents> {
+    let gaussians = splat_file::load(path, &Placement::AS_IT_STANDS)?;
+    Ok(Contents { gaussians, ..Contents::default() })
 }

@@ -1,4 +1,4 @@
-//! Scene files: TOML that names particle, hair and mesh files, lights and a camera.
+//! Scene files: TOML that names particle, hair, splat and mesh files, lights and a camera.
 //!
 //! ```toml
 //! [[particles]]                 # any number of them
@@ -12,6 +12,11 @@
 //! translate = [0.0, 0.0, 0.0]   # optional
 //! radius = 0.01                 # optional, world units, replaces half the file's thickness
 //! opacity = 0.5                 # optional, replaces the file's
+//!
+//! [[splats]]                    # any number of them
+//! file = "garden.splat"         # .ply of 3D Gaussian Splatting, also PlayCanvas' compressed one, .splat or .spz
+//! scale = 1.0                   # optional
+//! translate = [0.0, 0.0, 0.0]   # optional
 //!
 //! [[meshes]]                    # any number of them
 //! file = "ground.gltf"          # .ply, .gltf or .glb
@@ -39,7 +44,9 @@ use crate::scene::files::contents::Contents;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::stage::{CameraEntry, LightEntry, camera, light, one_or_more};
 use crate::scene::files::strand_file::Overrides;
-use crate::scene::{Scene, files::input, files::mesh_file, files::particle_file, files::strand_file};
+use crate::scene::{
+    Scene, files::input, files::mesh_file, files::particle_file, files::splat_file, files::strand_file,
+};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -52,6 +59,8 @@ struct SceneFile {
     particles: Vec<ParticlesEntry>,
     #[serde(default)]
     hair: Vec<HairEntry>,
+    #[serde(default)]
+    splats: Vec<ParticlesEntry>,
     #[serde(default)]
     meshes: Vec<MeshesEntry>,
     #[serde(default, deserialize_with = "one_or_more")]
@@ -112,8 +121,11 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         input::error(path, format!("{line}{}", cause.message()), WAY_OUT)
     })?;
     let wrong = |cause: String| input::error(path, cause, WAY_OUT);
-    if parsed.particles.is_empty() && parsed.hair.is_empty() && parsed.meshes.is_empty() {
-        return Err(wrong("nothing casts a shadow: no [[particles]], no [[hair]] and no [[meshes]]".into()));
+    let nothing = parsed.particles.is_empty() && parsed.hair.is_empty() && parsed.splats.is_empty();
+    if nothing && parsed.meshes.is_empty() {
+        return Err(wrong(
+            "nothing casts a shadow: no [[particles]], no [[hair]], no [[splats]] and no [[meshes]]".into(),
+        ));
     }
     if parsed.light.as_ref().is_some_and(Vec::is_empty) {
         return Err(wrong("no light: nothing would be seen".into()));
@@ -136,6 +148,11 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         let overrides = entry.overrides().map_err(|cause| wrong(entry.cause(cause)))?;
         contents.strands.extend(strand_file::load(&folder.join(&entry.file), &placement, overrides)?);
+    }
+    for entry in &parsed.splats {
+        let cause = |cause| wrong(format!("splats {}: {cause}", entry.file));
+        let placement = Placement::new(entry.translate, entry.scale).map_err(cause)?;
+        contents.gaussians.extend(splat_file::load(&folder.join(&entry.file), &placement)?);
     }
     for entry in &parsed.meshes {
         let wrong = |cause| wrong(entry.cause(cause));

@@ -4,13 +4,13 @@ use crate::error::did_you_mean;
 use crate::scene::{
     DATA_ENDINGS, Motion, Scene, built_in, built_in::cornell, built_in::courtyard, built_in::courtyard_lights,
     built_in::cube, built_in::embedded, built_in::emitters, built_in::failures, built_in::fountain, built_in::hair,
-    built_in::houses, built_in::lantern, built_in::plume, built_in::sparse, built_in::town, files::data_file,
-    files::file, files::input,
+    built_in::houses, built_in::lantern, built_in::plume, built_in::sparse, built_in::splats, built_in::town,
+    files::data_file, files::file, files::input,
 };
 use crate::{Error, Result};
 
 /// Names that [`Scene::load`] knows without a file.
-pub const BUILT_IN: [&str; 18] = [
+pub const BUILT_IN: [&str; 19] = [
     "three-emitters",
     "plume_8k",
     "plume_64k",
@@ -28,6 +28,7 @@ pub const BUILT_IN: [&str; 18] = [
     "courtyard",
     "cornell",
     "fountain",
+    "splats",
     "failures",
 ];
 
@@ -65,6 +66,7 @@ impl Scene {
             "cornell" => Ok(cornell::cornell()),
             "failures" => Ok(failures::failures()),
             "lantern" => lantern::lantern(time_s),
+            "splats" => Ok(splats::splats(&built_in.title, built_in.number("count"))),
             "courtyard" => courtyard::courtyard(&built_in.title, built_in.number("lights"), time_s),
             "fountain" => fountain::fountain(&built_in.title, built_in.number("particles"), time_s),
             path => match input::ending(path.as_ref()).as_str() {
@@ -112,6 +114,7 @@ impl Scene {
             name: self.name.clone(),
             particles,
             strands: self.strands.clone(),
+            gaussians: self.gaussians.clone(),
             meshes: self.meshes.clone(),
             lights,
             camera: self.camera,

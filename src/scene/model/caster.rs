@@ -1,4 +1,4 @@
-//! Particles and strands alike, as the shaders and the reference have them.
+//! Particles, strands and splats alike, as the shaders and the reference have them.
 
 use crate::scene::{MAX_OPTICAL_DEPTH, Particle, Scene, Strand};
 use bytemuck::{Pod, Zeroable};
@@ -9,31 +9,31 @@ use glam::DVec3;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Caster {
-    /// A sphere's centre or a strand's start, world units.
+    /// A sphere's or a Gaussian's centre or a strand's start, world units.
     pub position: [f32; 3],
-    /// World units, > 0.
+    /// World units, > 0; of a Gaussian 3 times the greatest deviation.
     pub radius: f32,
-    /// From a strand's start to its end, world units; 0 for a sphere.
+    /// From a strand's start to its end, world units; 0 for a sphere; of a Gaussian bits that say its shape.
     pub axis: [f32; 3],
-    /// A sphere's extinction, 1 / world unit; a strand's optical depth.
+    /// A sphere's extinction, a Gaussian's at its middle, 1 / world unit; a strand's optical depth.
     pub density: f32,
 }
 
 impl Caster {
-    /// Whether it is a strand, and not a sphere.
+    /// Whether it is a strand, and no sphere or Gaussian.
     pub fn is_strand(&self) -> bool {
-        self.axis != [0.0; 3]
+        self.axis != [0.0; 3] && !self.is_gaussian()
     }
 
-    /// A sphere's centre or a strand's start.
+    /// A centre or a strand's start.
     pub fn start(&self) -> DVec3 {
         DVec3::from(self.position.map(f64::from))
     }
 
-    /// A sphere's centre or a strand's end. The spheres of the caster's radius about [`Caster::start`] and here have it
+    /// A centre or a strand's end. The spheres of the caster's radius about [`Caster::start`] and here have it
     /// in their hull.
     pub fn end(&self) -> DVec3 {
-        self.start() + DVec3::from(self.axis.map(f64::from))
+        if self.is_strand() { self.start() + DVec3::from(self.axis.map(f64::from)) } else { self.start() }
     }
 }
 
@@ -58,13 +58,14 @@ impl From<&Strand> for Caster {
 }
 
 impl Scene {
-    /// The particles, then the strands: the order of all indices of casters.
+    /// The particles, then the strands, then the splats: the order of all indices of casters.
     pub fn casters(&self) -> Vec<Caster> {
-        self.particles.iter().map(Caster::from).chain(self.strands.iter().map(Caster::from)).collect()
+        let strands = self.strands.iter().map(Caster::from);
+        self.particles.iter().map(Caster::from).chain(strands).chain(self.gaussians.iter().map(Caster::from)).collect()
     }
 
     /// Whether nothing translucent casts.
     pub fn has_only_meshes(&self) -> bool {
-        self.particles.is_empty() && self.strands.is_empty()
+        self.particles.is_empty() && self.strands.is_empty() && self.gaussians.is_empty()
     }
 }

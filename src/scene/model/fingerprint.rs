@@ -10,6 +10,10 @@ impl Scene {
         for strand in &self.strands {
             hasher.update(bytemuck::bytes_of(&[strand.start, strand.end, [strand.radius, strand.opacity, 0.0]]));
         }
+        for g in &self.gaussians {
+            hasher.update(bytemuck::bytes_of(&[g.position, g.deviations, g.color]));
+            hasher.update(bytemuck::bytes_of(&[g.rotation, [g.opacity, 0.0, 0.0, 0.0]]));
+        }
         for mesh in &self.meshes {
             hasher.update(bytemuck::cast_slice(&mesh.positions));
             hasher.update(bytemuck::cast_slice(&mesh.triangles));
@@ -17,6 +21,9 @@ impl Scene {
             hasher.update(&[u8::from(mesh.solid)]);
         }
         let counts = [self.particles.len(), self.strands.len(), self.meshes.len()];
+        if !self.gaussians.is_empty() {
+            hasher.update(&(self.gaussians.len() as u64).to_le_bytes());
+        }
         // Numbers are written so that each reads back as itself.
         hasher.update(format!("{counts:?} {:?} {:?} {:?}", self.lights, self.camera, self.motion).as_bytes());
         hasher.finalize()

@@ -6,6 +6,7 @@ pub(super) mod fingerprint;
 pub(super) mod fit;
 pub(super) mod fog;
 pub(super) mod fountain_law;
+pub(crate) mod gaussian;
 pub(super) mod light;
 pub(super) mod order;
 pub(super) mod paraboloid;

@@ -5,8 +5,8 @@ use super::settings::{Batch, Fit, Resolve, Settings, Way};
 use crate::gpu::{Constants, Context, Features, Requirement};
 use crate::maps::{BLOCK_TEXELS, Entries, FilterKind, MANY_CASTERS};
 use crate::shaders::constant::{
-    AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GROUPS, LEVELS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT, TILED,
-    TURNS, WORK, WORKGROUP,
+    AHEAD, AREA, BATCH, DETAIL, EXPONENTIAL, GAUSSIANS, GROUPS, LEVELS, NODES, NUDGE, PACKED, SORTED, STRANDS, TIGHT,
+    TILED, TURNS, WORK, WORKGROUP,
 };
 use crate::technique::keys::word_of;
 use crate::world::World;
@@ -200,7 +200,8 @@ impl Plan {
             .set(LEVELS, settings.levels)
             .set(GROUPS, groups)
             .set(WORKGROUP, groups)
-            .set(STRANDS, world.has_strands());
+            .set(STRANDS, world.has_strands())
+            .set(GAUSSIANS, world.has_gaussians());
         let constants = settings.filter().constants(constants);
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
     }

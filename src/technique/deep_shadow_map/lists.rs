@@ -5,7 +5,7 @@ use super::settings::{Settings, Way};
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, Memory};
 use crate::maps::{Bins, DrawingOrder, Entries, Keep, List, Maps, SegmentData, Splat, Use};
-use crate::shaders::constant::STRANDS;
+use crate::shaders::constant::{GAUSSIANS, STRANDS};
 use crate::shaders::deep_shadow_map as shaders;
 use crate::world::World;
 use std::collections::BTreeMap;
@@ -51,7 +51,8 @@ impl Lists {
         let list = List::new(context, maps, splat, keep, None)?.with_events(EVENTS);
         let capture = match &bins {
             Some(bins) if is_binned => {
-                let constants = Constants::new().set(STRANDS, world.has_strands());
+                let constants =
+                    Constants::new().set(STRANDS, world.has_strands()).set(GAUSSIANS, world.has_gaussians());
                 let sets = [maps.scene(), bins.set(), list.set()];
                 Some(Kernel::compute(context, &shaders::CAPTURE, &sets, &constants)?)
             }

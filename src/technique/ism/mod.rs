@@ -57,7 +57,7 @@ pub const VIRTUAL_LIGHTS: &str = "virtual point lights";
 pub const ENTRY: Entry = Entry {
     name: "ism",
     about: "points on the meshes, splatted into a small map of each virtual point light (Ritschel 2008, Tokuyoshi 2014)",
-    casts: Casts { particles: false, strands: false, meshes: true },
+    casts: Casts::MESHES,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
     paths: PATHS,

@@ -17,7 +17,7 @@ const ROWS_AT_A_TIME: u32 = 2;
 pub const SLICE_BYTES: u32 = ROWS_AT_A_TIME * 8 * 4;
 
 /// Casters that stand in shared memory at the same time where there is room for them, fewer than threads; bytes of each, and with
-/// strands. Without these two workgroups have room where some 48 KiB are shared.
+/// strands or splats. Without these two workgroups have room where some 48 KiB are shared.
 const BATCH_CASTERS: u32 = 240;
 const CASTER_BYTES: u32 = 24;
 const AXIS_BYTES: u32 = 16;
@@ -55,12 +55,12 @@ pub fn threads(context: &Context) -> u32 {
 
 /// Casters that threads keep in shared memory beside the slices, fewer than there are threads, or a half or a quarter of that, or
 /// none where there is no room for them. One at a time, threads gain nothing from what all of them see.
-fn batch(context: &Context, slices: u32, threads: u32, strands: bool) -> u32 {
+fn batch(context: &Context, slices: u32, threads: u32, axes: bool) -> u32 {
     if threads == LEAST_AND_MOST_THREADS[0] {
         return 0;
     }
     let most = BATCH_CASTERS.min(threads - 2);
-    let bytes = CASTER_BYTES + if strands { AXIS_BYTES } else { 0 };
+    let bytes = CASTER_BYTES + if axes { AXIS_BYTES } else { 0 };
     let has = context.features().max_compute_shared_memory_bytes;
     let fits = |casters: &u32| slices * SLICE_BYTES + casters * bytes + OTHER_BYTES <= has;
     [most, most / 2, most / 4].into_iter().find(fits).unwrap_or(0)
@@ -87,15 +87,15 @@ impl Fused {
         let bins = Bins::new(context, world, maps, what)?.unlisted();
         let storage = set::PsmVolume { volume }.bind(context, "psm.volume")?;
         let shader = if layout.is_8_bit() { &psm::FUSED_BITS_8 } else { &psm::FUSED_BITS_16 };
-        let strands = world.has_strands();
-        let batch = batch(context, layout.slices, threads, strands);
+        let axes = world.has_strands() || world.has_gaussians();
+        let batch = batch(context, layout.slices, threads, axes);
         let constants = constants
             .clone()
             .set(ROWS, ROWS_AT_A_TIME)
             .set(THREADS, threads)
             .set(WORKGROUP, threads)
             .set(BATCH, batch)
-            .set(BATCH_AXES, if strands { batch } else { 0 });
+            .set(BATCH_AXES, if axes { batch } else { 0 });
         let kernel = Kernel::compute(context, shader, &[maps.scene(), bins.set(), &storage], &constants)?;
         Ok(Self { bins, map_count: maps.count(), kernel })
     }

@@ -4,7 +4,7 @@ use super::Settings;
 use crate::Result;
 use crate::gpu::{Blend, Border, Constants, Context, Format, Image};
 use crate::maps::{Filter, TILE_TEXELS};
-use crate::shaders::constant::{ADDITIVE, COVERAGE, LAYERS, SLICES, SPLIT, STRANDS};
+use crate::shaders::constant::{ADDITIVE, COVERAGE, GAUSSIANS, LAYERS, SLICES, SPLIT, STRANDS};
 use crate::technique::keys::words;
 use crate::world::World;
 
@@ -108,7 +108,8 @@ impl Volume {
             .set(ADDITIVE, self.additive())
             .set(LAYERS, self.layers())
             .set(COVERAGE, self.coverage as u32)
-            .set(STRANDS, world.has_strands());
+            .set(STRANDS, world.has_strands())
+            .set(GAUSSIANS, world.has_gaussians());
         self.filter.constants(constants)
     }
 

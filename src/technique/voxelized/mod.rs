@@ -55,7 +55,7 @@ use std::collections::BTreeMap;
 pub const ENTRY: Entry = Entry {
     name: "voxelized",
     about: "every voxel lit or shadowed, in an octree or a graph of it (Sintorn et al. 2014, Kämpe et al. 2016)",
-    casts: Casts { particles: false, strands: false, meshes: true },
+    casts: Casts::MESHES,
     lifetime: Lifetime::Baked,
     keys: Settings::KEYS,
     paths: &[Path { name: TILES, requires: &[] }],

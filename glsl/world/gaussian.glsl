@@ -1,0 +1,138 @@
+// Splats: anisotropic Gaussians of extinction, what a ray has of one. Along a ray it is a Gaussian again, of a middle and a deviation,
+// whose optical depth up to a place is an erf. Source: docs/notebook/splats.md. Twins: scene::Gaussian, reference::twin::gaussian,
+// reference::truth::gaussian.
+#ifndef WORLD_GAUSSIAN_GLSL
+#define WORLD_GAUSSIAN_GLSL
+#include "world/view.glsl"
+
+// Deviations up to which it casts. Twin: REACH.
+const float GAUSSIAN_REACH = 3.0;
+// A segment of even extinction that stands for it reaches so many deviations to either side: what is on the way is wrong by least on
+// average then, a 8th of a deviation of its optical depth, and nowhere by more than 6.7 % of it. Twin: CHORD.
+const float GAUSSIAN_CHORD = 1.5;
+// Octaves that 12 bits say. Twin: OCTAVES.
+const float GAUSSIAN_OCTAVES = 12.0;
+// Bits of an axis by which a caster is a Gaussian. Twin: MARK.
+const uint GAUSSIAN_MARK = 0x71800000u;
+
+const float ROOT_TWO_PI = 2.50662827;
+// What is within the reach stands for what is not, exp(−4.5) of all: many splats take as much on average as whole ones. Twin: WHOLE.
+const float GAUSSIAN_WHOLE = 1.01123452;
+
+bool gaussian_marked(vec3 axis) { return (floatBitsToUint(axis.x) & 0x7F800000u) == GAUSSIAN_MARK; }
+
+// Unit vectors, the longest axis first, the shortest last, and deviations of that many world units.
+struct GaussianShape {
+    vec3 axes[3];
+    vec3 deviations;
+};
+
+// A direction from the octahedron's upper half, turned by 45°.
+vec3 gaussian_axis(uvec2 packed) {
+    vec2 at = vec2(packed) * (2.0 / 65535.0) - 1.0;
+    vec2 place = 0.5 * vec2(at.x + at.y, at.x - at.y);
+    return normalize(vec3(place, 1.0 - abs(place.x) - abs(place.y)));
+}
+
+// Two unit vectors across one whose z is not negative. Source: Duff et al. 2017, Building an Orthonormal Basis, Revisited.
+void gaussian_across(vec3 n, out vec3 first, out vec3 second) {
+    float a = -1.0 / (1.0 + n.z), b = n.x * n.y * a;
+    first = vec3(1.0 + n.x * n.x * a, b, -n.x);
+    second = vec3(b, 1.0 + n.y * n.y * a, -n.y);
+}
+
+// Octaves that the longest axis is longer than the middle one and than the shortest, as whole numbers.
+uvec2 gaussian_octaves(uvec3 bits) {
+    uvec3 high = (bits >> 16u & 127u) | (bits >> 24u & 128u);
+    uint both = high.x | high.y << 8u | high.z << 16u;
+    return uvec2(both & 4095u, both >> 12u);
+}
+
+GaussianShape gaussian_shape(float radius, vec3 packed) {
+    uvec3 bits = floatBitsToUint(packed);
+    GaussianShape shape;
+    vec3 shortest = gaussian_axis(bits.xy & 0xFFFFu), first, second;
+    gaussian_across(shortest, first, second);
+    float along = float(bits.z & 0xFFFFu) * (2.0 / 65535.0) - 1.0;
+    vec3 longest = normalize(along * first + (1.0 - abs(along)) * second);
+    shape.axes = vec3[](longest, cross(shortest, longest), shortest);
+    vec2 less = exp2(vec2(gaussian_octaves(bits)) * (-GAUSSIAN_OCTAVES / 4095.0));
+    shape.deviations = radius * (1.0 / GAUSSIAN_REACH) * vec3(1.0, less);
+    return shape;
+}
+
+// The same, as a view's axes have it: turned, and packed again. An ellipsoid and its mirror image about its own axes are one, so that
+// the view's axes may be left-handed.
+vec3 gaussian_turned(View view, vec3 packed) {
+    GaussianShape shape = gaussian_shape(GAUSSIAN_REACH, packed);
+    mat3 across = transpose(mat3(view.right, view.up, view.forward));
+    vec3 shortest = across * shape.axes[2], longest = across * shape.axes[0], first, second;
+    shortest = shortest.z < 0.0 ? -shortest : shortest;
+    vec2 place = shortest.xy / (abs(shortest.x) + abs(shortest.y) + shortest.z);
+    vec2 both = vec2(place.x + place.y, place.x - place.y) * 0.5 + 0.5;
+    uvec2 axis = uvec2(clamp(both, 0.0, 1.0) * 65535.0 + 0.5);
+    gaussian_across(gaussian_axis(axis), first, second);
+    vec2 turn = vec2(dot(first, longest), dot(second, longest));
+    turn = turn.y < 0.0 ? -turn : turn;
+    uint angle = uint(clamp(turn.x / (abs(turn.x) + turn.y) * 0.5 + 0.5, 0.0, 1.0) * 65535.0 + 0.5);
+    return uintBitsToFloat((floatBitsToUint(packed) & 0xFFFF0000u) | uvec3(axis, angle));
+}
+
+// What a ray has of one: z of the middle, deviations in lengths of the ray's direction, the square of the least distance from the
+// middle in deviations.
+struct GaussianRay {
+    float middle;
+    float deviation;
+    float square;
+};
+
+// The nearest point of the ray to the middle comes first, so that a far origin costs no digits of what is divided by small deviations.
+GaussianRay gaussian_ray(Ray ray, vec3 position, float radius, vec3 packed) {
+    GaussianShape shape = gaussian_shape(radius, packed);
+    vec3 offset = position - ray.origin;
+    float nearest = dot(offset, ray.direction) / dot(ray.direction, ray.direction);
+    vec3 across = offset - nearest * ray.direction, per_deviation = 1.0 / shape.deviations;
+    vec3 v = vec3(dot(shape.axes[0], ray.direction), dot(shape.axes[1], ray.direction), dot(shape.axes[2], ray.direction));
+    vec3 q = vec3(dot(shape.axes[0], across), dot(shape.axes[1], across), dot(shape.axes[2], across));
+    v *= per_deviation;
+    q *= per_deviation;
+    float square = dot(v, v);
+    vec3 apart = cross(q, v);
+    return GaussianRay(nearest + dot(q, v) / square, inversesqrt(square), dot(apart, apart) / square);
+}
+
+// How much of the ray's direction the extinction of the middle would have to be there, for the whole optical depth.
+float gaussian_length(GaussianRay along) { return GAUSSIAN_WHOLE * ROOT_TWO_PI * along.deviation * exp(-0.5 * along.square); }
+
+// Share of a Gaussian of deviation 1 below x, as Abramowitz and Stegun 26.2.17 has it: wrong by 7.5e-8 at most.
+float gaussian_share(float x) {
+    float t = 1.0 / (1.0 + 0.2316419 * abs(x));
+    float tail = exp(-0.5 * x * x) * t * (0.12741480 + t * (-0.14224837 + t * (0.71070687 + t * (-0.72657601 + t * 0.53070271))));
+    return x < 0.0 ? tail : 1.0 - tail;
+}
+
+// Half of the way within GAUSSIAN_REACH.
+float gaussian_half(GaussianRay along) { return sqrt(max(GAUSSIAN_REACH * GAUSSIAN_REACH - along.square, 0.0)) * along.deviation; }
+
+// Low to high along right (x, y) and along up (z, w) of the ellipsoid, as sphere_extent has it of a sphere; of a Gaussian in the view's
+// axes. In perspective between the two planes through the eye that touch it.
+vec4 gaussian_extent(View view, vec3 centre, float radius, vec3 packed) {
+    GaussianShape shape = gaussian_shape(radius, packed);
+    mat3 rows = transpose(mat3(shape.axes[0], shape.axes[1], shape.axes[2]));
+    vec3 x = rows[0] * shape.deviations * GAUSSIAN_REACH, y = rows[1] * shape.deviations * GAUSSIAN_REACH;
+    vec3 z = rows[2] * shape.deviations * GAUSSIAN_REACH;
+    if (view.projection != VIEW_PERSPECTIVE) {
+        vec2 reach = vec2(length(x), length(y));
+        return vec4(centre.x - reach.x, centre.x + reach.x, centre.y - reach.y, centre.y + reach.y);
+    }
+    float deep = dot(z, z), square = centre.z * centre.z - deep;
+    if (centre.z <= 0.0 || square <= 1e-3 * deep) {
+        return vec4(-1e9, 1e9, -1e9, 1e9);
+    }
+    vec3 by_x = x * centre.z - z * centre.x, by_y = y * centre.z - z * centre.y, of_x = cross(x, z), of_y = cross(y, z);
+    vec2 middle = centre.xy * centre.z - vec2(dot(x, z), dot(y, z));
+    vec2 half_wide = sqrt(max(vec2(dot(by_x, by_x) - dot(of_x, of_x), dot(by_y, by_y) - dot(of_y, of_y)), 0.0));
+    vec2 low = (middle - half_wide) / square, high = (middle + half_wide) / square;
+    return vec4(low.x, high.x, low.y, high.y);
+}
+#endif

@@ -1,0 +1,117 @@
+//! Splats of any format: what the formats share.
+
+use crate::Result;
+use crate::scene::files::placement::Placement;
+use crate::scene::files::stage::{MAX_COORDINATE, in_range};
+use crate::scene::{Caster, Gaussian, files::input, files::splat_ply, files::spz_file};
+use std::path::Path;
+
+/// The constant of the zeroth spherical harmonic, by which files hold colours.
+const HARMONIC_0: f64 = 0.282_094_791_773_878_14;
+
+/// Bytes of a splat of a `.splat` file.
+const ROW_BYTES: usize = 32;
+
+/// A splat as files hold it, in f64.
+pub(in crate::scene) struct Row {
+    pub position: [f64; 3],
+    /// World units.
+    pub deviations: [f64; 3],
+    /// x, y, z, w, of any length.
+    pub rotation: [f64; 4],
+    pub opacity: f64,
+    pub color: [f64; 3],
+}
+
+/// Loads the splats of a file by its ending: `.ply` as 3D Gaussian Splatting writes it or as PlayCanvas compresses it, `.splat`, `.spz`.
+/// What is seen from other sides in other colours has its mean colour. Axes stay as they are in the file.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input): unreadable, truncated or malformed file; a splat that [`Gaussian`] does not allow, with its
+/// number.
+pub(in crate::scene) fn load(path: &Path, placement: &Placement) -> Result<Vec<Gaussian>> {
+    let mut gaussians = Vec::new();
+    let mut take = |number: usize, row: &Row| {
+        let gaussian = checked(row, placement).map_err(|cause| {
+            input::error(path, format!("splat {number} (the first is 0): {cause}"), "correct or drop it")
+        })?;
+        gaussians.push(gaussian);
+        Ok(())
+    };
+    match input::ending(path).as_str() {
+        "ply" => splat_ply::load(path, take)?,
+        "spz" => spz_file::load(path, take)?,
+        "splat" => {
+            let bytes = input::read(path)?;
+            if bytes.len() % ROW_BYTES != 0 {
+                let cause = format!("truncated: {} bytes are no whole number of splats of {ROW_BYTES}", bytes.len());
+                return Err(input::error(path, cause, "check that the file is a .splat file and was copied whole"));
+            }
+            for (number, row) in bytes.chunks_exact(ROW_BYTES).enumerate() {
+                take(number, &of_splat(row))?;
+            }
+        }
+        _ => return Err(input::error(path, "unknown kind of splat file", "give a .ply, .splat or .spz file")),
+    }
+    Ok(gaussians)
+}
+
+/// Position and deviations are floats; red, green, blue, opacity and a quaternion w, x, y, z are bytes.
+fn of_splat(row: &[u8]) -> Row {
+    let float = |i: usize| f64::from(f32::from_le_bytes([0, 1, 2, 3].map(|byte| row[4 * i + byte])));
+    let share = |i: usize| f64::from(row[24 + i]) / 255.0;
+    let turn = |i: usize| (f64::from(row[28 + i]) - 128.0) / 128.0;
+    Row {
+        position: [0, 1, 2].map(float),
+        deviations: [3, 4, 5].map(float),
+        rotation: [1, 2, 3, 0].map(turn),
+        opacity: opacity_of(row[27].into()),
+        color: [0, 1, 2].map(share),
+    }
+}
+
+/// Of a byte: 255 stands for what rounds to it, and no wall.
+pub(in crate::scene) fn opacity_of(byte: f64) -> f64 {
+    (byte / 255.0).min(254.5 / 255.0)
+}
+
+/// Of the zeroth coefficients of spherical harmonics.
+pub(in crate::scene) fn color_of(coefficients: [f64; 3]) -> [f64; 3] {
+    coefficients.map(|c| 0.5 + HARMONIC_0 * c)
+}
+
+/// A splat that keeps what [`Gaussian`] promises, or what is wrong with it. Checked in f32, because what an f64 holds may be infinite, or
+/// zero, there.
+fn checked(row: &Row, placement: &Placement) -> std::result::Result<Gaussian, String> {
+    let Row { position, rotation, opacity, .. } = *row;
+    let deviations = row.deviations.map(|d| d * placement.scale);
+    let length = rotation.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if !(length.is_finite() && length > 1e-6) {
+        return Err(format!("rotation {rotation:?} is no quaternion: its length is {length}"));
+    }
+    if !(0.0..=1.0).contains(&opacity) {
+        return Err(format!("opacity {opacity} is not in [0, 1]"));
+    }
+    if !row.color.iter().all(|c| c.is_finite()) {
+        return Err(format!("colour {:?} is not finite", row.color));
+    }
+    let gaussian = Gaussian {
+        position: placement.position(position.map(|x| x as f32)).map(|x| x as f32),
+        deviations: deviations.map(|d| d as f32),
+        rotation: rotation.map(|x| (x / length) as f32),
+        opacity: opacity as f32,
+        color: row.color.map(|c| c.clamp(0.0, 1.0) as f32),
+    };
+    if !in_range(&gaussian.position) {
+        return Err(format!("position {position:?} is not finite or exceeds {MAX_COORDINATE:e}"));
+    }
+    if !gaussian.deviations.iter().all(|d| f64::from(*d) <= MAX_COORDINATE && *d > 0.0) {
+        return Err(format!("deviations {deviations:?} are not greater than 0 or exceed {MAX_COORDINATE:e}"));
+    }
+    // Of one that is as thin as a float can say, an extinction is none.
+    let caster = Caster::from(&gaussian);
+    if !(caster.density.is_finite() && in_range(&[caster.radius]) && caster.radius.is_normal()) {
+        return Err(format!("deviations {deviations:?} are too small or too large for floats"));
+    }
+    Ok(gaussian)
+}

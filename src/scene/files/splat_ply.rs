@@ -1,0 +1,153 @@
+//! Splats from PLY files: as Kerbl et al. 2023 (*3D Gaussian Splatting for Real-Time Radiance Field Rendering*) write them, or as
+//! PlayCanvas compresses them.
+//!
+//! The former: element `vertex` with `x y z`, `scale_0..2` (logarithms of deviations), `rot_0..3` (w, x, y, z, of any length), `opacity`
+//! (before a logistic function) and `f_dc_0..2` (colour as a spherical harmonic). The latter: element `chunk` with bounds for 256
+//! splats each, element `vertex` with four words: position and scale of 11, 10 and 11 bits between the chunk's bounds, the quaternion's
+//! three smaller numbers of 10 bits, colour and opacity of 8 bits.
+
+use crate::Result;
+use crate::scene::files::ply::{self, PlyFile};
+use crate::scene::files::splat_file::{Row, color_of, opacity_of};
+use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
+use std::path::Path;
+
+/// Properties that make a PLY file one of splats, of either kind.
+const OPEN: [&str; 14] = [
+    "x", "y", "z", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3", "opacity", "f_dc_0", "f_dc_1",
+    "f_dc_2",
+];
+const PACKED: [&str; 4] = ["packed_position", "packed_rotation", "packed_scale", "packed_color"];
+const BOUNDS: [&str; 18] = [
+    "min_x",
+    "min_y",
+    "min_z",
+    "max_x",
+    "max_y",
+    "max_z",
+    "min_scale_x",
+    "min_scale_y",
+    "min_scale_z",
+    "max_scale_x",
+    "max_scale_y",
+    "max_scale_z",
+    "min_r",
+    "min_g",
+    "min_b",
+    "max_r",
+    "max_g",
+    "max_b",
+];
+/// Bounds without those of colours, which older files lack: theirs are from 0 to 1.
+const LEAST_BOUNDS: usize = 12;
+
+/// Splats of a chunk.
+const CHUNK: usize = 256;
+
+/// Whether a PLY file is one of splats.
+pub(in crate::scene) fn is_of_splats(file: &PlyFile) -> bool {
+    file.has_scalar("vertex", PACKED[0]) || file.has_scalar("vertex", "rot_0") && file.has_scalar("vertex", "scale_0")
+}
+
+/// Numbers of a row by the place of their names in any of the lists.
+struct Numbers {
+    of: [f64; 32],
+}
+
+impl PropertyAccess for Numbers {
+    fn new() -> Self {
+        Self { of: [0.0; 32] }
+    }
+
+    fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
+        let known = [&OPEN[..], &PACKED, &BOUNDS].into_iter().find_map(|names| names.iter().position(|n| *n == name));
+        match (known, ply::scalar(&value)) {
+            (Some(place), Some(value)) => self.of[place] = value,
+            (None, _) => return PropertyAccessResult::Ignored,
+            _ => {}
+        }
+        PropertyAccessResult::Set
+    }
+}
+
+/// Reads rows of either kind and hands each to `take` with its number.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input): unreadable or truncated file; a property that is missing; fewer chunks than splats ask for.
+/// Errors of `take` pass through.
+pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> Result<()>) -> Result<()> {
+    let file = ply::open(path)?;
+    if !file.has_scalar("vertex", PACKED[0]) {
+        file.require_scalars("vertex", &OPEN)?;
+        return file.read_rows(&["vertex"], |element, number, row: Numbers| {
+            if element == "vertex" { take(number, &open_row(&row.of)) } else { Ok(()) }
+        });
+    }
+    file.require_scalars("vertex", &PACKED)?;
+    file.require_scalars("chunk", &BOUNDS[..LEAST_BOUNDS])?;
+    let has_colors = file.has_scalar("chunk", BOUNDS[LEAST_BOUNDS]);
+    let mut chunks: Vec<[f64; 18]> = Vec::new();
+    let lacking = file
+        .error("splats stand before their chunks, or there are fewer than one for each 256", "write the file again");
+    let mut lacking = Some(lacking);
+    file.read_rows(&["chunk", "vertex"], |element, number, row: Numbers| {
+        if element == "chunk" {
+            let mut bounds: [f64; 18] = std::array::from_fn(|i| row.of[i]);
+            if !has_colors {
+                bounds[LEAST_BOUNDS..].copy_from_slice(&[0.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+            }
+            chunks.push(bounds);
+        }
+        if element != "vertex" {
+            return Ok(());
+        }
+        match (chunks.get(number / CHUNK), lacking.take_if(|_| number / CHUNK >= chunks.len())) {
+            (Some(bounds), _) => take(number, &packed_row(&row.of, bounds)),
+            (None, Some(error)) => Err(error),
+            (None, None) => Ok(()),
+        }
+    })
+}
+
+fn open_row(n: &[f64; 32]) -> Row {
+    Row {
+        position: [n[0], n[1], n[2]],
+        deviations: [n[3], n[4], n[5]].map(f64::exp),
+        rotation: [n[7], n[8], n[9], n[6]],
+        opacity: 1.0 / (1.0 + (-n[10]).exp()),
+        color: color_of([n[11], n[12], n[13]]),
+    }
+}
+
+fn packed_row(n: &[f64; 32], bounds: &[f64; 18]) -> Row {
+    let [position, turn, scale, color] = [0, 1, 2, 3].map(|i| n[i] as u32);
+    let between = |share: f64, low: usize, high: usize| bounds[low] + share * (bounds[high] - bounds[low]);
+    let three = |word: u32, first: usize| {
+        let shares =
+            [f64::from(word >> 21) / 2047.0, f64::from(word >> 11 & 1023) / 1023.0, f64::from(word & 2047) / 2047.0];
+        [0, 1, 2].map(|i| between(shares[i], first + i, first + 3 + i))
+    };
+    let share = |i: u32| f64::from(color >> (24 - 8 * i) & 255) / 255.0;
+    Row {
+        position: three(position, 0),
+        deviations: three(scale, 6).map(f64::exp),
+        rotation: smallest_three(turn),
+        opacity: opacity_of(f64::from(color & 255)),
+        color: [0, 1, 2].map(|i| between(share(i), 12 + i as usize, 15 + i as usize)),
+    }
+}
+
+/// Which of w, x, y, z is the greatest in magnitude, then the others in that order, from −1/√2 to 1/√2.
+fn smallest_three(word: u32) -> [f64; 4] {
+    let number = |shift: u32| (f64::from(word >> shift & 1023) / 1023.0 - 0.5) * 2.0_f64.sqrt();
+    let others = [number(20), number(10), number(0)];
+    let greatest = (1.0 - others.iter().map(|x| x * x).sum::<f64>()).max(0.0).sqrt();
+    let mut left = others.into_iter();
+    let mut wxyz = [greatest; 4];
+    for (i, place) in wxyz.iter_mut().enumerate() {
+        if i != (word >> 30) as usize {
+            *place = left.next().unwrap_or_default();
+        }
+    }
+    [wxyz[1], wxyz[2], wxyz[3], wxyz[0]]
+}

@@ -1,0 +1,118 @@
+//! Splats from `.spz` files (Niantic's *spz*, versions 1 to 3): one gzip stream of a header and of an array for each property.
+//!
+//! | bytes a splat | what |
+//! |---|---|
+//! | 9, of version 1: 6 | position: 24-bit whole numbers of 2^-fraction world units, of version 1 half floats |
+//! | 1 | opacity |
+//! | 3 | colour, as a spherical harmonic: byte/255 − ½, by 0.15 |
+//! | 3 | logarithms of deviations: byte/16 − 10 |
+//! | 3, of version 3: 4 | rotation: x, y, z of a quaternion; of version 3 its three smaller numbers of 10 bits |
+//! | … | what is seen from other sides, which is not read |
+
+use crate::Result;
+use crate::scene::files::input;
+use crate::scene::files::splat_file::{Row, color_of, opacity_of};
+use flate2::read::GzDecoder;
+use std::io::Read;
+use std::path::Path;
+
+/// "NGSP".
+const MAGIC: u32 = 0x5053_474e;
+
+const HEADER_BYTES: usize = 16;
+
+/// Bytes of splats that a byte of the file may stand for. Splats of real files stand for 1 to 4; deflate could make a thousand of one.
+const MOST_RATIO: u64 = 64;
+
+const WAY_OUT: &str = "check that the file is an .spz file of version 1 to 3 and was copied whole";
+
+/// Reads all splats and hands each to `take` with its number.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input): unreadable or truncated file, no gzip, another version, more splats than its bytes can hold.
+/// Errors of `take` pass through.
+pub(in crate::scene) fn load(path: &Path, mut take: impl FnMut(usize, &Row) -> Result<()>) -> Result<()> {
+    let wrong = |cause: String| input::error(path, cause, WAY_OUT);
+    let (file, size) = input::open(path)?;
+    let mut stream = GzDecoder::new(std::io::BufReader::new(file));
+    let mut header = [0; HEADER_BYTES];
+    stream.read_exact(&mut header).map_err(|cause| wrong(format!("no gzip of a header: {cause}")))?;
+    let word = |at: usize| u32::from_le_bytes([0, 1, 2, 3].map(|i| header[at + i]));
+    let (magic, version, count, fraction) = (word(0), word(4), word(8), header[13]);
+    if magic != MAGIC || !(1..=3).contains(&version) {
+        return Err(wrong(format!("begins with {magic:#x} and version {version}, not {MAGIC:#x} and 1 to 3")));
+    }
+    if fraction > 24 {
+        return Err(wrong(format!("{fraction} bits of a position's 24 are a fraction")));
+    }
+    let (place_bytes, turn_bytes) = (if version == 1 { 6 } else { 9 }, if version == 3 { 4 } else { 3 });
+    let splat_bytes = place_bytes + 1 + 3 + 3 + turn_bytes;
+    let needed = u64::from(count) * splat_bytes as u64;
+    if needed > size.saturating_mul(MOST_RATIO) {
+        return Err(wrong(format!(
+            "{count} splats in a file of {size} bytes: more than {MOST_RATIO} times as many bytes"
+        )));
+    }
+    // No more than is asked for is taken out, whatever else the stream would become.
+    let mut bytes = Vec::with_capacity(needed as usize);
+    stream.by_ref().take(needed).read_to_end(&mut bytes).map_err(|cause| wrong(format!("no whole gzip: {cause}")))?;
+    if bytes.len() as u64 != needed {
+        return Err(wrong(format!("truncated: {} of {needed} bytes of {count} splats are there", bytes.len())));
+    }
+    let (places, rest) = bytes.split_at(count as usize * place_bytes);
+    let (opacities, rest) = rest.split_at(count as usize);
+    let (colors, rest) = rest.split_at(3 * count as usize);
+    let (scales, turns) = rest.split_at(3 * count as usize);
+    for i in 0..count as usize {
+        let place = &places[i * place_bytes..][..place_bytes];
+        let three = |of: &[u8]| [0, 1, 2].map(|axis| f64::from(of[3 * i + axis]));
+        let row = Row {
+            position: [0, 1, 2].map(|axis| {
+                if version == 1 {
+                    half([place[2 * axis], place[2 * axis + 1]])
+                } else {
+                    // The sign goes to the top.
+                    let word = i32::from_le_bytes([0, place[3 * axis], place[3 * axis + 1], place[3 * axis + 2]]) >> 8;
+                    f64::from(word) / f64::from(1u32 << fraction)
+                }
+            }),
+            deviations: three(scales).map(|byte| (byte / 16.0 - 10.0).exp()),
+            rotation: if version == 3 {
+                smallest_three(u32::from_le_bytes([0, 1, 2, 3].map(|byte| turns[4 * i + byte])))
+            } else {
+                let [x, y, z] = three(turns).map(|byte| byte / 127.5 - 1.0);
+                [x, y, z, (1.0 - (x * x + y * y + z * z)).max(0.0).sqrt()]
+            },
+            opacity: opacity_of(opacities[i].into()),
+            color: color_of(three(colors).map(|byte| (byte / 255.0 - 0.5) / 0.15)),
+        };
+        take(i, &row)?;
+    }
+    Ok(())
+}
+
+/// Which of x, y, z, w is the greatest in magnitude, then the others, the last lowest: a sign and 9 bits of 1/√2 each.
+fn smallest_three(mut word: u32) -> [f64; 4] {
+    let greatest = (word >> 30) as usize;
+    let mut xyzw = [0.0; 4];
+    for place in (0..4).rev().filter(|place| *place != greatest) {
+        let size = f64::from(word & 511) / 511.0 * 0.5_f64.sqrt();
+        xyzw[place] = if word & 512 == 0 { size } else { -size };
+        word >>= 10;
+    }
+    xyzw[greatest] = (1.0 - xyzw.iter().map(|x| x * x).sum::<f64>()).max(0.0).sqrt();
+    xyzw
+}
+
+/// A half float.
+fn half(bytes: [u8; 2]) -> f64 {
+    let bits = u16::from_le_bytes(bytes);
+    let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023));
+    let size = match exponent {
+        0 => mantissa * 2f64.powi(-24),
+        31 if mantissa == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => (1.0 + mantissa / 1024.0) * 2f64.powi(exponent - 15),
+    };
+    if bits >> 15 == 1 { -size } else { size }
+}
