@@ -6,8 +6,12 @@ mod support;
 
 #[path = "docs/commands.rs"]
 mod commands;
+#[path = "docs/links.rs"]
+mod links;
 #[path = "docs/list.rs"]
 mod list;
+#[path = "docs/prose.rs"]
+mod prose;
 #[path = "docs/rows.rs"]
 mod rows;
 #[path = "docs/tables.rs"]

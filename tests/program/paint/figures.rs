@@ -208,6 +208,7 @@ fn pictures_are_of_commands() {
     let folder = |name| std::fs::read_dir(root().join(name)).expect("the pages");
     let pages: String = folder("docs")
         .chain(folder("docs/guide"))
+        .chain(folder("docs/guide/techniques"))
         .chain(folder("docs/notebook"))
         .map(|page| page.expect("a page").path())
         .chain([root().join("README.md")])
