@@ -3,6 +3,7 @@
 use crate::*;
 use flate2::{Compression, write::GzEncoder};
 use gobo::scene::{Caster, Gaussian};
+use std::f64::consts::LN_2;
 use std::io::Write;
 
 const OPEN: [&str; 14] = [
@@ -19,9 +20,9 @@ const ROW: [f64; 14] = [
     0.0,
     -1.772_453_85,
     1.098_612_289,
-    -0.693_147_18,
-    -1.386_294_36,
-    -2.079_441_54,
+    -LN_2,
+    -2.0 * LN_2,
+    -3.0 * LN_2,
     3.0,
     3.0,
     0.0,
