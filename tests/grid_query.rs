@@ -12,9 +12,10 @@ use gobo::reference::twin::gaussian::cast_depth;
 use gobo::reference::twin::grid::Place;
 use gobo::reference::twin::lists::caster_lists;
 use gobo::reference::twin::ray_query::boxed;
-use gobo::scene::{Light, LightKind, Particle, Scene};
+use gobo::scene::{Caster, Light, LightKind, Particle, Scene};
 use gobo::technique::{GridQuery, Opened, RayQuery, grid_query, ray_query};
 use gobo::world::World;
+use std::f64::consts::PI;
 use support::{ask, built, gpu_test, gpu_test_needing, scenes, some};
 
 /// Everything that a voxel's list may trip over: spheres that fill the grid and spheres that are points in it, on voxels' corners and
@@ -88,7 +89,8 @@ fn caster_lists_equal_their_twin() {
                 let (bits, words) = caster_lists(&scene.casters(), &place, share);
                 if scene.name == "large and small" {
                     let start = words[(size / 4).pow(3) as usize] as usize;
-                    assert_eq!(words[start + 1] - words[start], 100, "of 3,000 are listed for all");
+                    // Each has two words, and each start a box behind it.
+                    assert_eq!(words[start + 2] - words[start], 2 * 100, "of 3,000 are listed for all");
                 }
                 for build in 0..2 {
                     let found = opened.technique.grid().listed_casters().expect("read");
@@ -129,8 +131,12 @@ fn holds_to(context: &Context, scene: &Scene, text: &str, most: f64) {
     }
 }
 
-/// Splats as they are, but for the tails behind three deviations, which others of them stand for: on a ray that just passes an opaque one
-/// much, on average little.
+/// What of a splat's greatest optical depth is in its tails at most, as a ray may miss or have for them: exp(−4.5) where it just passes three
+/// deviations, less where it meets them.
+const TAILS: f64 = 0.0113;
+
+/// Splats as they are, but for the tails behind three deviations, which others of them stand for: no answer is off by more than these
+/// are of the splats that its ray comes near.
 #[test]
 fn splats_are_the_truth_but_for_their_tails() {
     gpu_test("splats_are_the_truth_but_for_their_tails", |context| {
@@ -140,15 +146,28 @@ fn splats_are_the_truth_but_for_their_tails() {
             let points = space_points(&scene, 0, 2000);
             let answers = ask(context, technique.as_ref(), 0, &points);
             let casters = scene.casters();
-            let (mut sum, mut twin_off) = (0.0, 0);
+            let (mut sum, mut twin_off, mut most) = (0.0, 0, 0.0f64);
             for (point, answer) in points.iter().zip(answers) {
                 let point = DVec3::from(point.map(f64::from));
                 let expected = truth.visibility(0, point);
-                sum += (f64::from(answer) - expected).abs();
+                let error = (f64::from(answer) - expected).abs();
+                sum += error;
                 // The twin has the same tails cut off. Where a ray just meets one, either has it or not.
                 let light = &scene.lights[0];
                 let (towards, end) =
                     light.position().map_or_else(|| (light.towards(point), 1e9), |at| (at - point, 1.0));
+                let near = |caster: &&Caster| {
+                    let reach = f64::from(caster.radius) * 5.0 / 3.0;
+                    let to = DVec3::from(caster.position.map(f64::from)) - point;
+                    let along = (to.dot(towards) / towards.length_squared()).clamp(0.0, f64::from(end));
+                    caster.is_gaussian() && to.distance(along * towards) < 1.001 * reach
+                };
+                // A ray has most where it runs along the longest axis, of which the radius is three deviations.
+                let peak = |caster: &Caster| f64::from(caster.density * caster.radius) / 3.0 * (2.0 * PI).sqrt();
+                let tails = TAILS * casters.iter().filter(near).map(peak).sum::<f64>();
+                let bound = expected.max(f64::from(answer)) * (1.0 - (-tails).exp()) + 1e-4;
+                most = most.max(error / bound);
+                assert!(error <= bound, "{point}: {answer} for {expected}, tails {tails}");
                 let ray = (point.as_vec3(), towards.as_vec3());
                 let splats: f32 = casters.iter().filter(|c| c.is_gaussian()).map(|c| cast_depth(ray, c, end)).sum();
                 let smoke = Scene { gaussians: Vec::new(), ..scene.clone() };
@@ -156,8 +175,8 @@ fn splats_are_the_truth_but_for_their_tails() {
                 twin_off += usize::from((f64::from(answer) - twin).abs() > 1e-4);
             }
             let mean = sum / points.len() as f64;
-            println!("{}: mean error {mean:.1e}, {twin_off} off the twin", scene.name);
-            assert!(mean < 5e-3 && mean > 1e-6, "{mean}");
+            println!("{}: mean error {mean:.1e}, at most {most:.2} of its bound, {twin_off} off the twin", scene.name);
+            assert!(mean > 1e-6, "{mean}");
             assert!(twin_off * 200 <= points.len(), "{twin_off} of {}", points.len());
         }
     });

@@ -59,6 +59,11 @@ pub fn globals(text: &str) -> Vec<&str> {
     let mut all = Vec::new();
     for line in text.lines().filter(|line| line.starts_with(|c: char| c.is_alphabetic()) && !line.ends_with(':')) {
         let rest = if line.starts_with("layout") { line.split_once(") ").expect("a layout").1 } else { line };
+        // A function may return an array: its type has brackets of its own.
+        let rest = match rest.split_once("] ") {
+            Some((kind, named)) if kind.split_once('[').is_some_and(|(word, _)| is_glsl(word)) => named,
+            _ => rest,
+        };
         let head = rest.split(['(', '=', '{', '[', ';']).next().unwrap_or_default();
         all.extend(words(head).last());
     }

@@ -101,7 +101,7 @@ fn what_shows_nothing_is_refused() {
     message(
         Scene::load("smoke.vdb", 0.0),
         "smoke.vdb",
-        "*.toml), a data file (*.ply, *.hair, *.tfx, *.gltf, *.glb) or",
+        "*.toml), a data file (*.ply, *.hair, *.tfx, *.gltf, *.glb, *.splat, *.spz) or",
     );
     message(Scene::load("ply", 0.0), "ply", "no such scene");
 }

@@ -18,14 +18,16 @@ uvec2 curve_pair(uint i) { return nodes[i]; }
 #include "maps/curve/read.glsl"
 
 // Even steps: of 16 nodes all ends of them are nodes.
-const uint STEPS = NODES < 16 ? 16u : uint(NODES) - 1u;
+// 16, of 16 nodes 15.
+const uint STEPS = 16u - uint(NODES) / 16u;
 const uint ENDS = STEPS + 1u;
 const uint PAIRS = STEPS * ENDS / 2u;
 
 // First the curves of the texels below, rows of the tile, depth and value of each node; then, of each texel that is made, what
 // the line between two ends costs.
 const uint BELOW_FLOATS = 2u * BELOW * MADE * uint(NODES);
-const uint SCRATCH = BELOW_FLOATS > MADE * PAIRS ? BELOW_FLOATS : MADE * PAIRS;
+// Lines need more, but where there are 16 nodes.
+const uint SCRATCH = MADE * PAIRS + uint(NODES) / 16u * (BELOW_FLOATS - MADE * PAIRS);
 shared float scratch[SCRATCH];
 // Of those that are made ranges, and means at the ends of steps, and these as nodes have them.
 shared vec2 ranges[MADE];
