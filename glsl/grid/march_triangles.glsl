@@ -141,17 +141,12 @@ bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end
     // Words of a block and of a brick, of which both are loaded where the way comes to another.
     uint block = ~0u, brick = ~0u, side = grid_side(GRID_SIZE, 0u), first = 0u;
     uvec2 blocks = uvec2(0u), bricks = uvec2(0u), voxels = uvec2(0u);
-    // What of a list is not asked, and of what is asked the bits of boxes that are met.
-    uint entry = 0u, behind = 0u, met = 0u, turn = 0u;
+    // What of a list is not asked.
+    uint entry = 0u, behind = 0u, turn = 0u;
     uvec2 seen = uvec2(0u);
-    while (goes_on || entry < behind || met != 0u) {
-        // On to the next triangle whose box is met, so that neighbours test triangles at the same time.
-        while (met == 0u && (goes_on || entry < behind)) {
-            if (entry < behind) {
-                met = boxes_met(seen, entry, behind);
-                entry += ASKED_AT_ONCE * LIST_WORDS;
-                continue;
-            }
+    while (goes_on && !hit) {
+        // On to the next voxel in which a box is met, so that neighbours test triangles at the same time.
+        while (goes_on && entry >= behind) {
 #ifdef LOOK_UP_STEPS
             ++look_up_steps;
 #endif
@@ -186,14 +181,13 @@ bool march_triangles(vec3 from, vec3 way, vec3 origin, vec3 direction, float end
             ++turn;
             goes_on = nearest < march.range.y && march_on(march, planes, nearest, shift, voxel) && turn < 3u * GRID_SIZE + 3u;
         }
-        if (met != 0u) {
-            // It is `entry` that went on.
-            uint at = entry - ASKED_AT_ONCE * LIST_WORDS + LIST_WORDS * uint(findLSB(met));
-            met &= met - 1u;
-            if (shear_meets(shear, visibility_triangles[visibility_cells[at + 1u]], end, farthest)) {
-                hit = true;
-                break;
+        while (entry < behind && !hit) {
+            uint met = boxes_met(seen, entry, behind);
+            for (; met != 0u && !hit; met &= met - 1u) {
+                uint number = visibility_cells[entry + LIST_WORDS * uint(findLSB(met)) + 1u];
+                hit = shear_meets(shear, visibility_triangles[number], end, farthest);
             }
+            entry += ASKED_AT_ONCE * LIST_WORDS;
         }
     }
     return hit;

@@ -5,8 +5,9 @@ use gobo::scene::Scene;
 use std::path::Path;
 
 /// Folders of results, and the kind of device that measured them.
-const FOLDERS: [(&str, &str); 4] = [
+const FOLDERS: [(&str, &str); 5] = [
     ("nvidia-h200", "gpu"),
+    ("nvidia-h100", "gpu"),
     ("lavapipe-22.3", "lavapipe"),
     ("lavapipe-26.1", "lavapipe"),
     ("swiftshader", "swiftshader"),
