@@ -101,7 +101,7 @@ fn finer_vertices_come_nearer() {
         // In a grid light jumps from voxel to voxel, or bends there, of which a picture of that size has ten pixels each, and few samples are noise from
         // texel to texel.
         let is_smooth = |text: &String| {
-            !["voxel-grid", "density-grid", "optical-depth-grid", "stochastic"]
+            !["voxel-grid", "density-grid", "optical-depth-grid", "marched", "stochastic"]
                 .iter()
                 .any(|name| text.starts_with(name))
         };

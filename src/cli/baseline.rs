@@ -92,8 +92,16 @@ impl Baseline<'_> {
 
     /// Whether a row that was just measured is slower: then it is measured again, since something else may have run.
     pub fn is_slower(&self, row: &Row) -> bool {
-        let change = self.before.as_ref().and_then(|before| change_of(before, row, self.margins));
-        change.is_some_and(|change| change.is_slower())
+        self.change(row).is_some_and(|change| change.is_slower())
+    }
+
+    /// Whether it is seen to be no slower. What is too unsteady to tell says nothing against one that was seen to be.
+    pub fn is_no_slower(&self, row: &Row) -> bool {
+        self.change(row).is_some_and(|change| change.is_no_slower())
+    }
+
+    fn change<'r>(&'r self, row: &'r Row) -> Option<Change<'r>> {
+        self.before.as_ref().and_then(|before| change_of(before, row, self.margins))
     }
 
     /// Prints what has changed, or with `json` all results and that, and writes what other tools want. False where the run fails by it.

@@ -307,7 +307,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
                         break;
                     }
                     let again = case.measure(spec);
-                    if !baseline.is_slower(&again.0) || is_quicker(&again.0, &row) {
+                    let is_slower = baseline.is_slower(&again.0);
+                    if baseline.is_no_slower(&again.0) || is_slower && is_quicker(&again.0, &row) {
                         (row, drawn) = again;
                     }
                 }

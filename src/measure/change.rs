@@ -111,6 +111,13 @@ impl Change<'_> {
         self.any(Figure::is_time)
     }
 
+    /// Whether every time can be told from noise, and none has grown.
+    pub fn is_no_slower(&self) -> bool {
+        let Self::Both { figures, .. } = self else { return false };
+        let good = |figure: &Figure| matches!(figure.verdict, Verdict::Same | Verdict::Better);
+        figures.iter().filter(|figure| figure.is_time()).all(good)
+    }
+
     /// Whether an error has grown beyond its margin.
     pub fn is_worse(&self) -> bool {
         self.any(Figure::is_error)
