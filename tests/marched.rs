@@ -194,7 +194,7 @@ fn more_samples_come_to_what_the_grid_says() {
                     let expected = ask(context, grid.technique.as_ref(), 0, &points);
                     let found = ask(context, made.opened.technique.as_ref(), 0, &points);
                     for (i, (expected, found)) in expected.iter().zip(&found).enumerate() {
-                        // Of a cube the faces overlap, and another's texel is another ray.
+                        // The faces of a cube overlap, and another's texel is another ray.
                         let offset = DVec3::from(points[i].map(f64::from));
                         if made.views.len() > 1 && (view.project(offset).0 - 16.0).abs().max_element() > 12.0 {
                             continue;
@@ -214,7 +214,7 @@ fn more_samples_come_to_what_the_grid_says() {
             assert!(errors.is_sorted_by(|a, b| a >= b), "{}: {errors:?}", scene.name);
             assert!(errors[3] < 0.25 * errors[0] && errors[3] < 3e-3, "{}: {errors:?}", scene.name);
         }
-        // Of a sphere of few voxels sixteen nodes have all; not so in the voxels at the ends of the range, which begin in front of it or end behind it.
+        // Sixteen nodes have all of a sphere of few voxels; not so in the voxels at the ends of the range, which begin in front of it or end behind it.
         let sphere = Particle { position: [0.2, 0.1, 0.3], radius: 0.07, extinction: 10.0 };
         let bounds = [-1.0, 1.0].map(|x| Particle { position: [x; 3], radius: 0.05, extinction: 1.0 });
         let mut scene = scenes::directional("few voxels", [0.3, 0.2, -0.9], vec![sphere]);

@@ -104,7 +104,7 @@ uvec2 boxes_of_way(vec3 from, vec3 way, uvec3 voxel, float begin, float end) {
 
 bool way_meets(uvec2 way, uint box) { return box_is_met(box, way.x) || box_is_met(box, way.y); }
 
-// Of a list's triangles from `entry` on that are asked at once, those whose boxes the way meets, a bit each.
+// Which of a list's triangles that are asked at once, from `entry` on, have boxes that the way meets: a bit each.
 uint boxes_met(uvec2 way, uint entry, uint behind) {
     uint met = 0u;
     for (uint i = 0u; i < ASKED_AT_ONCE; ++i) {

@@ -42,7 +42,7 @@ struct March {
     vec2 range;    // within the grid, lengths of `way`
 };
 
-// Of a part of a way; false: there is none.
+// The box about a part of a way; false: there is none.
 bool march_within(vec3 from, vec3 way, vec2 range, uint size, out March march, out ivec3 voxel) {
     march.range = range;
     bvec3 turned = lessThan(way, vec3(0.0));

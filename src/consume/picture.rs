@@ -83,7 +83,7 @@ fn blended(world: &World, camera: &View) -> Result<Vec<u32>> {
     Ok(far_to_near(scene, camera))
 }
 
-/// Of the first splat its place among the casters, then the colours of all: words of the buffer `Splats` of glsl/consume/picture_set.glsl.
+/// The place of the first splat among the casters, then the colours of all: words of the buffer `Splats` of glsl/consume/picture_set.glsl.
 fn splat_colors(world: &World) -> Result<Vec<u32>> {
     if !world.has_gaussians() {
         return Ok(vec![0; 4]);

@@ -79,7 +79,7 @@ pub fn caster_share(context: &Context, casters: u32) -> u32 {
 /// The lists and the passes that make them. Pairs and lists grow to what there is of them.
 pub(super) struct Lists {
     context: Context,
-    /// Of the grid, and that of what is listed for all voxels.
+    /// The grid's, and that of what is listed for all voxels.
     bricks: u32,
     pairs: Buffer,
     /// As glsl/grid/lists/place.glsl has them.

@@ -97,7 +97,7 @@ pub struct Marched {
     grid: Grid,
     /// Map after map, texel rows, then nodes; then those of coarser levels.
     nodes: Buffer,
-    /// Of each tile, how many rays meet anything.
+    /// How many rays of each tile meet anything.
     counts: Buffer,
     march: Kernel,
     levels: Option<Levels>,
@@ -158,7 +158,7 @@ impl Marched {
         &self.nodes
     }
 
-    /// Of each tile of each map, how many rays meet anything, after a build.
+    /// How many rays of each tile of each map meet anything, after a build.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where they cannot be read back.

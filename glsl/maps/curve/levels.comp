@@ -29,7 +29,7 @@ const uint BELOW_FLOATS = 2u * BELOW * MADE * uint(NODES);
 // Lines need more, but where there are 16 nodes.
 const uint SCRATCH = MADE * PAIRS + uint(NODES) / 16u * (BELOW_FLOATS - MADE * PAIRS);
 shared float scratch[SCRATCH];
-// Of those that are made ranges, and means at the ends of steps, and these as nodes have them.
+// The ranges of those that are made, and means at the ends of steps, and these as nodes have them.
 shared vec2 ranges[MADE];
 shared float means[MADE * ENDS];
 shared float values[MADE * ENDS];

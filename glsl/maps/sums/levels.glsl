@@ -10,7 +10,7 @@
 #include "maps/level_tile.glsl"
 #include "maps/sums/read.glsl"
 
-// Of each texel that is made.
+// For each texel that is made.
 shared vec2 level_ranges[MADE];
 shared float level_depths[MADE * LEVEL_CELLS];
 

@@ -77,7 +77,7 @@ pub struct AlongRay {
     pub middle: f32,
     /// Lengths of the ray's direction.
     pub deviation: f32,
-    /// Of the least distance from the middle, deviations.
+    /// The least distance from the middle, deviations.
     pub square: f32,
 }
 

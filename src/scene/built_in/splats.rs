@@ -13,7 +13,7 @@ const USUAL: f64 = 6000.0;
 /// The most splats that it may have.
 pub(in crate::scene) const MOST: u32 = 4_000_000;
 
-/// Of ten splats so many are of the ground, and then of the arch; the others are of the bush.
+/// How many of ten splats are of the ground, and then of the arch; the others are of the bush.
 const GROUND: u32 = 4;
 const ARCH: u32 = 4;
 

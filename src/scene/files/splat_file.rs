@@ -70,7 +70,7 @@ fn of_splat(row: &[u8]) -> Row {
     }
 }
 
-/// Of a byte: 255 stands for what rounds to it, and no wall.
+/// The opacity that a byte says: 255 stands for what rounds to it, and no wall.
 pub(in crate::scene) fn opacity_of(byte: f64) -> f64 {
     (byte / 255.0).min(254.5 / 255.0)
 }
@@ -108,7 +108,7 @@ fn checked(row: &Row, placement: &Placement) -> std::result::Result<Gaussian, St
     if !gaussian.deviations.iter().all(|d| f64::from(*d) <= MAX_COORDINATE && *d > 0.0) {
         return Err(format!("deviations {deviations:?} are not greater than 0 or exceed {MAX_COORDINATE:e}"));
     }
-    // Of one that is as thin as a float can say, an extinction is none.
+    // A splat as thin as a float can say has no extinction.
     let caster = Caster::from(&gaussian);
     if !(caster.density.is_finite() && in_range(&[caster.radius]) && caster.radius.is_normal()) {
         return Err(format!("deviations {deviations:?} are too small or too large for floats"));
