@@ -94,8 +94,10 @@ fn apart(a: Vec3, b: Vec3) -> f32 {
     a.as_dvec3().cross(b.as_dvec3()).length() as f32
 }
 
-/// The same splat, but for what packing may round otherwise: each direction by 5e-5 at most, a deviation by one 4095th of 12 octaves; and
-/// what is taken through the middle along the shortest axis to `depth` of it, by how many roundings that takes.
+/// The same splat, but for what packing may round otherwise: one unit of each code. That is 3.05e-5 on the octahedron, whose points are
+/// 1/√3 away at least and aslant, 7.5e-5 of the shortest axis; 6.1e-5 more of the longest, which stands on it; and a 4095th of 12 octaves.
+/// What is taken through the middle along the shortest axis is off by what Vulkan allows of a logarithm, 2⁻²¹ of 0.03 at least, and of
+/// 2⁻¹², 27 units.
 #[track_caller]
 fn assert_alike(is: &Caster, expected: &Caster, what: &str) {
     assert_eq!(is.position.map(f32::to_bits), expected.position.map(f32::to_bits), "{what}");
@@ -105,11 +107,11 @@ fn assert_alike(is: &Caster, expected: &Caster, what: &str) {
     for i in 0..3 {
         let share = long[i] / expected_long[i];
         assert!((share.log2() * 4095.0 / 12.0).abs() < 1.01, "{what}: deviations {long} and {expected_long}");
-        assert!(apart(axes[i], expected_axes[i]) < 1e-4, "{what}: axes {axes:?} and {expected_axes:?}");
+        assert!(apart(axes[i], expected_axes[i]) < 1.4e-4, "{what}: axes {axes:?} and {expected_axes:?}");
     }
     let taken = (is.density * long.z) / (expected.density * expected_long.z);
     let nothing = is.density == 0.0 && expected.density == 0.0;
-    assert!(nothing || (taken - 1.0).abs() < 1e-5, "{what}: {taken} times as much");
+    assert!(nothing || (taken - 1.0).abs() < 2.5e-5, "{what}: {taken} times as much");
 }
 
 /// As their twin packs them in f32, and as a scene does in f64; what is none is counted and casts nothing.
@@ -188,7 +190,7 @@ fn splats_answer_as_a_scene_does() {
                     build(&mut opened, world, text);
                     answers(context, opened.technique.as_ref(), 1, &points).concat()
                 });
-                assert!(expected.iter().filter(|answer| **answer < 0.5).count() > 50, "{text}: too little shadow");
+                assert!(expected.iter().filter(|answer| **answer < 0.5).count() > 20, "{text}: too little shadow");
                 for (is, expected) in is.iter().zip(&expected) {
                     assert!((is - expected).abs() < 2e-5, "{text}: {is}, not {expected}, on the device: {on_device}");
                 }
