@@ -25,6 +25,7 @@ mod soak;
 mod steps;
 mod stress;
 mod submit;
+mod writer;
 
 #[doc(hidden)]
 pub use hooks::test_hooks;

@@ -17,6 +17,8 @@ pub use model::caster::Caster;
 pub use model::fit::{Aim, Casting, gutter_texels};
 pub use model::fog::Fog;
 pub use model::fountain_law::{Body, Fountain, Jet, Law, Place};
+#[cfg(feature = "program")]
+pub(crate) use model::fountain_steps;
 pub use model::gaussian::Gaussian;
 #[cfg(feature = "program")]
 pub(crate) use model::gaussian::{REACH, Shape};
@@ -29,6 +31,10 @@ pub use model::resolution::{Moved, Resolution};
 pub use model::sides::{Side, sides};
 pub use model::time::check_time;
 pub use model::view::{FARTHEST, Projection, Ray, View};
+#[cfg(feature = "program")]
+pub use model::voxels::Bits;
+#[cfg(feature = "program")]
+pub(crate) use model::voxels::Facet;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DQuat, DVec3};
