@@ -198,9 +198,9 @@ fn all_flux_is_kept() {
         let (height, degrees) = (1.5, 80.0f64);
         let spot = LightKind::Spot { position: DVec3::Z * height, direction: DVec3::NEG_Z, cone_degrees: degrees };
         let radius = height * (degrees.to_radians() / 2.0).tan();
-        // Of a disc: the integral of h / sqrt(h² + r²).
+        // A disc: the integral of h / sqrt(h² + r²).
         let disc = 2.0 * PI * height * (height.hypot(radius) - height);
-        // Of a side of a cube of half side 2 about the light, the same integral over a square, by its middle points.
+        // A side of a cube of half side 2 about the light: the same integral over a square, by its middle points.
         let steps = 600;
         let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(steps) * 4.0 - 2.0;
         let square = |(x, y): (f64, f64)| 2.0 / (4.0 + x * x + y * y).sqrt() * (4.0 / f64::from(steps)).powi(2);

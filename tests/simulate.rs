@@ -210,7 +210,7 @@ fn a_free_particle_falls_and_is_pulled() {
         for i in 0..300 {
             let place = [random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(3.9, 5.0)];
             let speed = [(); 3].map(|()| random.between(-0.1, 0.1));
-            // Of a particle that is not born in this step.
+            // A particle that is not born in this step.
             let step = (1000..).find(|step| rules.age(i, *step).0 > 0).expect("most");
             let mut body =
                 Body { place: [place[0], place[1], place[2], 0.1], speed: [speed[0], speed[1], speed[2], 1.0] };

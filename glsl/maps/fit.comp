@@ -20,11 +20,12 @@ layout(push_constant, scalar) uniform FitPush {
     vec3 ahead;        // of the camera, unit length
 };
 
-// Of a range: a hundredth of a texel of the largest map.
+// Widens a range by a hundredth of a texel of the largest map.
 const float MARGIN = 1.00001;
-// Of the distance from the origin: what rounding may take away.
+// What rounding may take away, as a share of the distance from the origin.
 const float ROUNDING = 5e-7;
-// Of the width of a parallel view, its range at least: of a level ground straight under the light floats tell no less apart.
+// The least range of a parallel view, as a share of its width: floats resolve no less for level ground straight under the
+// light.
 const float THINNEST = 1e-3;
 
 struct Range {

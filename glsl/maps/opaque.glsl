@@ -69,7 +69,7 @@ vec3 opaque_receiver(View view, vec3 position, vec3 normal) {
     return position + normal * max(by, rounding);
 }
 
-// Of a point at `z`, which the view sees in that direction.
+// The receiver of a point at `z` that the view sees in that direction.
 Receiver opaque_compared(View view, vec3 position, float z, vec3 normal) {
     Receiver receiver;
     receiver.point_z = z;

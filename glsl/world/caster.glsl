@@ -44,7 +44,7 @@ bool caster_after(Caster a, Caster b) {
     return false;
 }
 
-// The optical depth that it has along any ray, at most. Of a Gaussian that is 0.84 times the extinction at its middle times its radius.
+// The optical depth that it has along any ray, at most. For a Gaussian it is 0.84 times the extinction at its middle times its radius.
 float caster_most(Caster caster) {
     return caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
 }
@@ -117,7 +117,7 @@ bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     return true;
 }
 
-// Of what the ray is inside from z.x to z.y.
+// Optical depth of what the ray is inside from z.x to z.y.
 float caster_optical_depth(Ray ray, Caster caster, vec2 z) {
     float thickness = caster_is_strand(caster) ? 1.0 : (z.y - z.x) * length(ray.direction);
     if (caster_is_gaussian(caster)) {
@@ -191,7 +191,7 @@ bool view_caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
     return true;
 }
 
-// Of a caster in the world.
+// Where a caster in the world lies in the view.
 bool caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
     return view_caster_bounds(view, view_caster(view, caster), low, high);
 }

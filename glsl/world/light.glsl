@@ -32,8 +32,8 @@ vec3 light_direction(Light light, vec3 position) {
     return light.kind == LIGHT_DIRECTIONAL ? -light.direction : normalize(light.position - position);
 }
 
-// What distance leaves of the light at a point: 1 at the light, smoothly down to 0 at its radius. Of a virtual light what distance
-// and the cosine do.
+// What distance leaves of the light at a point: 1 at the light, smoothly down to 0 at its radius. For a virtual light, what
+// distance and the cosine leave.
 float light_falloff(Light light, vec3 position) {
     vec3 offset = position - light.position;
     if (light.kind == LIGHT_VIRTUAL) {

@@ -223,7 +223,7 @@ struct MapArguments {
     /// The light, from 0 in the scene's order
     #[arg(long, default_value_t = 0, value_name = "N")]
     light: usize,
-    /// Of a point light, the face of the cube around it: +x, -x, +y, -y, +z or -z
+    /// For a point light, the face of the cube around it: +x, -x, +y, -y, +z or -z
     #[arg(long, allow_hyphen_values = true)]
     face: Option<String>,
 }

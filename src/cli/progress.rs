@@ -8,7 +8,7 @@ use std::cell::Cell;
 use std::io::IsTerminal;
 use std::time::Instant;
 
-/// Of so many rows.
+/// Progress over so many rows.
 pub struct Progress {
     bar: ProgressBar,
     /// Rows go to a log.

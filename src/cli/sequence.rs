@@ -38,7 +38,7 @@ impl Write for Bytes {
 }
 
 impl Sequence {
-    /// Of so many pictures of that size.
+    /// A sequence of so many pictures of that size.
     pub fn new(out: &Path, size: [u32; 2], frames: u32) -> Self {
         Self { out: out.to_path_buf(), size, frames, done: 0, animation: None, gif: Bytes::default() }
     }

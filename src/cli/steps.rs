@@ -18,7 +18,7 @@ pub struct Range {
 }
 
 impl Range {
-    /// Of several pictures; none where they show no mesh.
+    /// The steps of several pictures; none where they show no mesh.
     pub fn of(pictures: &[Counts]) -> Option<Self> {
         let all = || pictures.iter().flatten().flatten().copied();
         let mean = all().map(f64::from).sum::<f64>() / all().count() as f64;

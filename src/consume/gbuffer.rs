@@ -34,7 +34,7 @@ impl CameraPush {
 
 /// What finds it.
 pub(super) struct GBuffer {
-    /// Of each pixel's triangle, counted from 1; 0 where there is sky.
+    /// The number of each pixel's triangle, counted from 1; 0 where there is sky.
     pub(super) numbers: Image,
     visible: Kernel<CameraPush>,
     gbuffer: Kernel<CameraPush>,

@@ -52,7 +52,7 @@ struct Shape {
     device: Device,
     layout: vk::DescriptorSetLayout,
     kinds: Vec<vk::DescriptorType>,
-    /// Of each binding; null where it has none.
+    /// One per binding; null where it has none.
     samplers: Vec<vk::Sampler>,
 }
 

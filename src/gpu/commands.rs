@@ -40,7 +40,7 @@ pub struct Commands<'a> {
     /// What passes do; null where nobody asks.
     pub(super) counts: vk::QueryPool,
     passes: u32,
-    /// Of passes that are timed, a line each.
+    /// Names of timed passes, one per line.
     names: String,
     /// Not all passes together.
     times_passes: bool,
@@ -54,7 +54,7 @@ pub struct Commands<'a> {
 pub(super) struct Recorded {
     pub used: Vec<Kept>,
     pub passes: u32,
-    /// Of passes that were timed, a line each.
+    /// Names of timed passes, one per line.
     pub names: String,
 }
 
@@ -71,7 +71,7 @@ pub struct Pass<'c, 'a> {
 }
 
 impl<'a> Commands<'a> {
-    /// Of a command buffer that is being recorded, and of queries that were reset in it. `used` is empty, and has room.
+    /// Queries for a command buffer that is being recorded, and that were reset in it. `used` is empty, and has room.
     pub(super) fn new(
         context: &'a Context,
         buffer: vk::CommandBuffer,

@@ -42,7 +42,7 @@ struct Inner {
     context: Link,
     handle: vk::Image,
     view: vk::ImageView,
-    /// Of a volume that is drawn to, its layers as an array of 2D images; else null.
+    /// For a volume that is drawn to, its layers as an array of 2D images; else null.
     layers: vk::ImageView,
     /// For bits of floats, the whole numbers that shaders write; else null.
     bits: vk::ImageView,
@@ -287,7 +287,7 @@ impl Image {
         self.0.clone()
     }
 
-    /// Of all of it, for shaders that read it.
+    /// A view of the whole image, for shaders that read it.
     pub fn view(&self) -> vk::ImageView {
         self.0.view
     }

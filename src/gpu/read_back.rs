@@ -11,7 +11,7 @@ pub struct ReadBack(Arc<Inner>);
 
 struct Inner {
     copies: Vec<Buffer>,
-    /// Of each copy, the frame that writes it.
+    /// Per copy, the frame that writes it.
     frames: Mutex<Vec<Option<u64>>>,
 }
 

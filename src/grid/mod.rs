@@ -253,7 +253,7 @@ impl Grid {
         self.media.is_some()
     }
 
-    /// Of all that a look-up needs.
+    /// Bytes that a look-up needs.
     pub fn resident_bytes(&self) -> u64 {
         let media = self.media.as_ref().map_or(0, Media::resident_bytes);
         let cells = self.cells.as_ref().map_or(0, |cells| cells.counts.bytes());
@@ -263,7 +263,7 @@ impl Grid {
         self.data.bytes() + self.bits.bytes() + media + cells + lists + masks + cast
     }
 
-    /// Of all that only a build needs.
+    /// Bytes that only a build needs.
     pub fn transient_bytes(&self) -> u64 {
         let lists = self.lists().map_or(0, Lists::transient_bytes);
         let masks = self.masks.as_ref().map_or(0, Masks::transient_bytes);

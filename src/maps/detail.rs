@@ -34,7 +34,7 @@ pub struct Survey {
 push_struct! {
     /// Twin: ChoosePush in glsl/maps/detail/choose.comp.
     struct ChoosePush {
-        /// Of all maps.
+        /// Tiles of all maps.
         tile_count: u32,
         /// Tiles.
         across: u32,

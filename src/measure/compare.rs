@@ -36,7 +36,7 @@ const WATCHED: usize = 2048;
 /// Lights that have all the points that are wanted. Where there are more, they share what so many would have.
 const FULLY_ASKED: usize = 8;
 
-/// Of each light at least, however many there are.
+/// Points per light at least, however many lights there are.
 const LEAST_POINTS: usize = 32;
 
 /// Processors that measuring keeps for itself while the truth is computed beside it.
@@ -73,14 +73,14 @@ pub struct Case<'a> {
     truths: &'a [Truth<'a>],
     pub(super) world: World,
     pub(super) effort: Effort,
-    /// Of frames one after the other, once somebody asks.
+    /// Pictures of consecutive frames, once they are asked for.
     references: OnceCell<Arc<Vec<Picture>>>,
     /// What virtual lights are to come to, once somebody asks.
     bounce: OnceCell<Bounce>,
     /// What areas see, once somebody asks.
     footprints: OnceCell<Footprints>,
     pub(super) clock: Arc<ClockMeter>,
-    /// Of each light, for the timing of look-ups.
+    /// Per light, for the timing of look-ups.
     pub(super) asked: Vec<Vec<[f32; 3]>>,
 }
 
@@ -102,7 +102,7 @@ pub fn with_case<'a, R>(
     };
     let boxes = states.iter().filter_map(bounds);
     let all = boxes.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
-    // Of each light.
+    // Points per light.
     let within = |points: &dyn Fn(usize, [DVec3; 2]) -> Vec<[f32; 3]>| -> Vec<_> {
         (0..first.lights.len()).map(|light| all.map_or_else(Vec::new, |all| points(light, all))).collect()
     };

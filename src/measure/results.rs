@@ -57,7 +57,7 @@ pub struct DeviceFacts {
 }
 
 impl DeviceFacts {
-    /// Of a device; what it copies is not measured.
+    /// The facts of a device; what it copies is not measured.
     pub fn of(features: &Features) -> Self {
         Self {
             name: features.name.clone(),
@@ -155,7 +155,7 @@ pub struct Row {
     /// Absent where nothing moves. New in version 2.
     #[serde(default)]
     pub flicker_rms: Option<f64>,
-    /// Of pictures of frames one after the other, the camera going round. Absent where it stands still. New in version 2.
+    /// Pictures of consecutive frames, with the camera going round. Absent where it stands still. New in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<FramesError>,
     /// Against what areas see, for each size of them. Absent where nobody asks. New in version 3.
@@ -187,7 +187,7 @@ pub struct PassCount {
     pub name: String,
     /// How many.
     pub runs: u64,
-    /// Of all of them.
+    /// Sums over all of them.
     #[serde(flatten)]
     pub counts: PassCounts,
 }
@@ -202,10 +202,11 @@ pub struct RowError {
     /// At points on what the camera sees and on all meshes. Absent without meshes. New in version 2.
     #[serde(default)]
     pub surface: Option<PointError>,
-    /// Of surface points in the shadow of meshes, by how far these are. Absent without such points. New in version 2.
+    /// Errors at surface points in the shadow of meshes, by how far these are. Absent without such points. New in
+    /// version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub casters: Option<CasterError>,
-    /// Of the shaded picture. Absent where its truth would have taken longer than all else.
+    /// Errors of the shaded picture. Absent where its truth would have taken longer than all else.
     #[serde(default)]
     pub image: Option<ImageError>,
 }

@@ -114,7 +114,7 @@ fn cells(figure: &Figure) -> [String; 4] {
     [text(figure.before), text(figure.now), share, verdict.into()]
 }
 
-/// Of JUnit's XML: a test case a row, which fails where the row does.
+/// JUnit's XML: one test case per row, which fails where the row does.
 const JUNIT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <testsuites name="gobo compare" tests="{{ tests }}" failures="{{ failures }}">
   <testsuite name="{{ device }}" tests="{{ tests }}" failures="{{ failures }}" skipped="{{ skipped }}">

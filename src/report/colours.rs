@@ -15,7 +15,7 @@ pub(super) const COLOURS: [RGBColor; 6] = [
 /// Lightness and the largest chroma that stand out from a light page and from a dark one and do not glare.
 const LIGHTNESS: std::ops::RangeInclusive<f64> = 0.43..=0.88;
 const LARGEST_CHROMA: f64 = 0.18;
-/// Of the values that a channel may have.
+/// Step between the values that a channel may have.
 const CHANNEL_STEP: usize = 17;
 
 /// Linear red, green and blue as without the long-wave cones and without the medium-wave ones: Machado, Oliveira and

@@ -80,7 +80,7 @@ fn table(title: &str, rows: &[&Row], specs: &Specs, Of { passes, whole, shared }
     table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }
 
-/// Of builds, in the order in which they first ran.
+/// Names of builds' passes, in the order in which they first ran.
 pub(super) fn pass_names<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<&'a str> {
     names(rows.map(|row| &row.passes))
 }

@@ -94,7 +94,7 @@ pub(super) fn is_plain_name(name: &str) -> bool {
     matches!((components.next(), components.next()), (Some(Component::Normal(only)), None) if only == name)
 }
 
-/// Of a kind of points, behind its name: `map_mean_abs`.
+/// Columns per kind of points, behind its name: `map_mean_abs`.
 const POINT_COLUMNS: [&str; 15] = [
     "points",
     "mean_abs",

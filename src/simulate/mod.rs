@@ -39,7 +39,7 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Of a world whose scene is simulated; none of any other.
+    /// The simulation of a world whose scene is simulated; none for any other.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -88,7 +88,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Of a world that stands still.
+    /// Fills the grid of a world that stands still.
     fn fill_grid(&mut self, commands: &mut Commands, world: &World) {
         if !self.ready {
             self.grid.record(commands, world);

@@ -46,7 +46,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     *path = opened.technique.facts()?.path.into();
     let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
     let has_smoke = !subject.scene.has_only_meshes();
-    // Of meshes alone what is true in space and on them says more than on rays of which most are in the boundary.
+    // With meshes alone, truth in space and on them says more than truth on rays, most of which are in the boundary.
     let on_rays = if views.is_empty() || !has_smoke { Arc::default() } else { subject.maps(&views) };
     let (maps, rounded) = &*on_rays;
     let kinds = [&maps[..], subject.space(), subject.surface()];
@@ -181,7 +181,7 @@ fn step_rms(
         opened.build(world)?;
         let Some(now) = answers(context, opened, &[subject.space()], figures)?.pop() else { break };
         let truth = if has_maps { subject.filtered(step, &views(opened)) } else { visibility.clone() };
-        // Of both ends of the step.
+        // The boundary at both ends of the step.
         let boundary_now = subject.boundary_after(step, &opened.technique.resolution());
         for i in (0..now.len()).filter(|i| !boundary[*i] && !boundary_now[*i]) {
             let more = f64::from(now[i]) - f64::from(before[i]) - (truth[i] - truth_before[i]);

@@ -7,7 +7,7 @@ use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Random, Sce
 use crate::technique::{Key, Name, REGISTRY, Spec, Values};
 use glam::DVec3;
 
-/// Of a seed.
+/// Everything that is drawn from a seed.
 #[derive(Clone, Debug)]
 pub(super) struct Drawn {
     /// The scene with all casters that there are at any time.
@@ -163,7 +163,7 @@ impl Draw {
         (0..count).map(one).collect()
     }
 
-    /// Of one kind where a technique takes no other, else of several.
+    /// Lights of one kind where a technique takes no other, else of several.
     fn lights(&mut self, particles: &[Particle]) -> Vec<Light> {
         let kinds = match self.below(6) {
             0 => 3..4,
@@ -230,7 +230,7 @@ impl Draw {
         Some(spec)
     }
 
-    /// Of sizes a small one.
+    /// A small value for sizes.
     fn value(&mut self, key: &Key, is_size: bool) -> String {
         match key.values {
             Values::OneOf(words) => {

@@ -1,7 +1,7 @@
 //! The worker's end: a process that asks for another.
 //!
-//! Both ends speak lines of JSON. Of a [`Job::Value`] its [`Reply::Ready`] comes out, then a row for each of its techniques; of a
-//! [`Job::Round`] who is asked, one after the other, then the round.
+//! Both ends speak lines of JSON. A [`Job::Value`] is answered by its [`Reply::Ready`], then a row for each of its techniques; a
+//! [`Job::Round`] by each technique that is asked, one after the other, then the round.
 
 use super::results::{Outcome, Stressed};
 use super::round::{Round, host_bytes, round};
@@ -24,7 +24,7 @@ pub enum Job {
         sweep: String,
         /// [`Sweep::given`].
         given: Option<String>,
-        /// Of what is swept.
+        /// The value of what is swept.
         value: f64,
         /// Specs.
         techniques: Vec<String>,

@@ -32,7 +32,7 @@ pub struct Subject<'a> {
     truth: Truth<'a>,
     casters: Casters<'a>,
     moved: OnceLock<Vec<Moved>>,
-    /// Of maps, most of which are the same for several who are asked.
+    /// Truth on rays of maps, most of which are the same for several techniques.
     maps: Cached<Vec<View>, OnRays>,
     /// After so many steps, at the points in space.
     filtered: Cached<(usize, Vec<View>), Vec<f64>>,
@@ -49,7 +49,7 @@ pub(super) struct Moved {
 }
 
 impl<'a> Subject<'a> {
-    /// Of that scene.
+    /// The subject of that scene.
     pub fn new(scene: &'a Scene) -> Self {
         // Where there is nothing, somewhere.
         let bounds = bounds(scene).unwrap_or([DVec3::NEG_ONE, DVec3::ONE]);

@@ -38,7 +38,8 @@ settings! {
     pub struct Settings {
         /// Nodes of a texel's curve: 4, 8 or 16. 8 bytes each.
         nodes: u32 = Setting::one_of("8", &["4", "8", "16"], "nodes of a texel's curve");
-        /// Samples that a ray has at a time while it is marched: 4, 8, 16 or 32, but no fewer than nodes. Of more, the cheapest goes.
+        /// Samples that a ray has at a time while it is marched: 4, 8, 16 or 32, but no fewer than nodes. Where there are more, the
+        /// cheapest is removed.
         samples: u32 = Setting::one_of(
             "8", &["4", "8", "16", "32"], "samples that a ray has at a time while it is marched, no fewer than nodes: of more, the cheapest goes");
         /// Texels a side of a light's map, 1 to 16,384.

@@ -283,7 +283,7 @@ pub const SKIP: Setting<bool> =
     Setting::word("on", "leave out casters and tiles that no look-up misses, and builds where nothing has changed");
 
 settings! {
-    /// Of a technique that has maps, and nothing else to set.
+    /// Settings of a technique that has maps, and nothing else to set.
     #[derive(Copy)]
     pub struct MapSettings {
         /// Texels a side of a light's map, 1 to 16,384.
@@ -363,7 +363,7 @@ mod tests {
         });
     }
 
-    /// Of each technique, and of what asks it.
+    /// Specs and settings agree, for each technique and for the one that asks it.
     #[test]
     fn specs_and_settings_are_one() {
         let mut seen = vec![all::ray_query::ENTRY.name, all::none::ENTRY.name];

@@ -263,7 +263,8 @@ impl VoxelGrid {
     }
 }
 
-/// Of a voxel's side: a voxel and a cell are larger to each side by so much. Twin: GRID_SLACK in glsl/grid/overlap.glsl.
+/// As a share of a voxel's side: a voxel and a cell are larger to each side by so much. Twin: GRID_SLACK in
+/// glsl/grid/overlap.glsl.
 const SLACK: f64 = 1e-4;
 
 /// How finely the grid knows the meshes, one for each map of all lights.

@@ -35,7 +35,7 @@ use crate::world::World;
 use crate::{Error, Result};
 
 texel_settings! {
-    /// Of the wavelets: 2, 3 or 4.
+    /// Rank of the wavelets: 2, 3 or 4.
     rank: u32 = Setting::one_of("3", &["2", "3", "4"], "of the wavelets: 2 to the rank + 1 numbers a texel");
     /// The depths that they are of.
     range: Range = RANGE;

@@ -30,7 +30,8 @@ pub struct GatherTotals {
 pub struct Gathered {
     /// Particles, strands and triangles, by the caller's counts: where one is more than the capacity, so many too many.
     pub asked: [u32; 3],
-    /// Of those that there is room for, so many have a number that is not finite, no size, or no vertex: they cast nothing.
+    /// Among those that there is room for, how many have a number that is not finite, no size, or no vertex: they cast
+    /// nothing.
     pub refused: [u32; 3],
 }
 
@@ -99,7 +100,7 @@ impl<P: Push> Kernels<P> {
 pub(super) struct Slots {
     pub first: u32,
     pub count: u32,
-    /// Of theirs, no more count.
+    /// Room; no higher count is taken.
     pub capacity: u32,
 }
 
@@ -132,9 +133,9 @@ impl Counted {
 
 /// The passes, and what they count.
 pub(super) struct Gather {
-    /// Of particles, strands and triangles.
+    /// Counts of particles, strands and triangles.
     counted: [Counted; 3],
-    /// Of particles and strands.
+    /// For particles and for strands.
     casters: [Kernels<CastersPush>; 2],
     triangles: Kernels<TrianglesPush>,
 }

@@ -25,7 +25,7 @@ pub struct Foreign {
     enabled: Enabled,
     allocator: Option<Arc<Mutex<Allocator>>>,
     pool: vk::CommandPool,
-    /// Of the frames that may run.
+    /// Commands and fences of the frames that may run.
     frames: Vec<(vk::CommandBuffer, vk::Fence)>,
     next: u64,
 }

@@ -218,7 +218,7 @@ fn compared(context: &Context, scene: &Scene, technique: &VoxelGrid, light: usiz
     counted
 }
 
-/// Of random points all are right but one in ten thousand, and hardly any is within.
+/// All but one in ten thousand random points are right, and hardly any is within.
 #[test]
 fn rays_meet_what_the_truth_meets() {
     gpu_test("rays_meet_what_the_truth_meets", |context| {

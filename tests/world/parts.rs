@@ -18,7 +18,7 @@ enum Part {
     Strands,
     Light,
     Camera,
-    /// Of a light, or of a mesh: light and shadow stay where they are.
+    /// The colour of a light or of a mesh: light and shadow stay where they are.
     Colour,
     /// Particles leave the box about all that casts.
     Box,

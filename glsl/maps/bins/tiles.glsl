@@ -124,7 +124,7 @@ uint tile_key(View view, Caster caster, uvec2 tile, float distance_square) {
     return floatBitsToUint(max(view_depth(view, nearest), 0.0));
 }
 
-// Of the caster `index` in a tile.
+// The entry of caster `index` in a tile.
 uvec2 tile_entry(View view, Caster caster, uint index, uvec2 tile, float distance_square) {
     return uvec2(KEYED ? tile_key(view, caster, tile, distance_square) : floatBitsToUint(caster_most(caster)), index);
 }

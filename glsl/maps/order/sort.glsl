@@ -12,7 +12,7 @@ struct Item {
 
 // set 0: order
 layout(set = 0, binding = 0, scalar) buffer Items { Item items[]; };
-// Of each block of each map, for each digit: how many items; then where the first of them goes.
+// How many items each block of each map has per digit; then where the first of them goes.
 layout(set = 0, binding = 1, scalar) buffer Counts { uint counts[]; };
 // What is left in the end: the indices alone.
 layout(set = 0, binding = 2, scalar) buffer Sorted { uint sorted[]; };

@@ -51,7 +51,7 @@ shared uint cells[(CELLS + 1) * TEXELS];
 const uint NEVER = 0x7F800000u;
 shared uint low_bits[TEXELS];
 shared uint high_bits[TEXELS];
-// Of the first segment that lets nothing through, where there is one: where it does so, and where it begins.
+// The first segment that lets nothing through, where there is one: where it does so, and where it begins.
 shared uint dark_bits[TEXELS];
 shared uint dark_from_bits[TEXELS];
 shared uint bound[2];
@@ -146,8 +146,8 @@ void share_reach(TexelRay its, Reach reach) {
     }
 }
 
-// The part of a caster within the cells of a texel, and where it is there. Of the first that lets nothing through, where it begins
-// is noted, and no part is left.
+// The part of a caster within the cells of a texel, and where it is there. For the first caster that lets nothing through, where
+// it begins is noted, and no part is left.
 bool caster_within(TexelRay its, Caster caster, Range range, out vec2 at, out float optical_depth) {
     vec2 z;
     at = vec2(0.0);

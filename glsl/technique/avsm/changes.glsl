@@ -28,7 +28,8 @@ void add_segment(uint texel, vec2 at, float whole, float rate) {
     change_cell(last + 1u, texel, late - even);
 }
 
-// Of one texel: from changes to the optical depth up to the end of each cell, which never falls and ends with what all segments take.
+// One texel: from changes of the optical depth to its sum up to the end of each cell, which never falls and ends with what all
+// segments take.
 void sum_cells(uint texel, float unit) {
     uint sum = 0u, change = 0u;
     for (uint place = texel; place < uint(CELLS) * TEXELS; place += TEXELS) {

@@ -12,6 +12,6 @@ uint group_tile() {
     return (group_map() * gl_NumWorkGroups.y + gl_WorkGroupID.y) * gl_NumWorkGroups.x + gl_WorkGroupID.x;
 }
 
-// Of the thread, among those of all maps, and of those of the group.
+// The thread's texel among those of all maps, and among those of the group.
 uint group_texel(uint map) { return (map * map_size().y + gl_GlobalInvocationID.y) * map_size().x + gl_GlobalInvocationID.x; }
 #endif

@@ -26,7 +26,7 @@ CONSTANT(uint, CELLS, 64u)
 // Threads that share a cell's way, each an equal part of what of it is in the grid: 1, 2, 4 or 8.
 CONSTANT(uint, WAY_PARTS, 1u)
 
-// Of each thread.
+// What each thread's part has taken.
 shared float taken[64];
 
 // Voxels take the same in each direction.

@@ -1,10 +1,9 @@
 #version 460
 // Builds the rays of half a tile, ROWS rows of 8 texels after the other, in any order of the casters: adds up their optical depth
-// in the slices and writes what is left of the light behind each slice once. No clear, no blending, no propagation. Of a tile
-// without casters, one workgroup writes all.
-// Inputs: maps, casters, totals, parts or counts, entries. Output: volume, every texel of it.
-// Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
-// Source: ours. Twin: reference::twin::psm::fused.
+// in the slices and writes what is left of the light behind each slice once. No clear, no blending, no propagation. For a tile
+// without casters, one workgroup writes all. Inputs: maps, casters, totals, parts or counts, entries. Output: volume, every texel
+// of it. Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in. Source:
+// ours. Twin: reference::twin::psm::fused.
 
 // variants: BITS 8 16
 #include "maps/bins/part.glsl"
@@ -50,8 +49,8 @@ const uint MANY = SPLIT ? 128u : 256u;
 
 // Units of optical depth that each slice of each texel takes: sum_place. The first two words are the bound before they are sums.
 shared uint slices[SLICES * TEXELS];
-// The batch: centres, and radii; densities, and where among the slices; axes of strands and Gaussians. Of a plain sphere the square of its
-// radius, and units an optical depth of a length of 1; of others less than 0. How many there are, this time and the next.
+// The batch: centres, and radii; densities, and where among the slices; axes of strands and Gaussians. A plain sphere has the square of
+// its radius, and units per optical depth of a length of 1; others have less than 0. How many there are, this time and the next.
 shared vec4 batch_balls[BATCH + 1u];
 shared vec2 batch_takes[BATCH + 1u];
 shared vec3 batch_axes[BATCH_AXES + 1u];
@@ -68,7 +67,7 @@ void write(uint map, uvec2 texel, uint slice, vec4 transmittance) {
     imageStore(volume, at, ADDITIVE ? 1.0 - transmittance : transmittance);
 }
 
-// Of a caster in the view's axes.
+// The slices of a caster in the view's axes.
 Place place_of(View view, Caster caster) {
     return depth_place(view_depth(view, caster.position.z + 0.5 * caster_axis(caster).z));
 }
@@ -167,7 +166,7 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
                     }
                     put_caster(view, corner, rows, view_caster(view, next), scale, turn);
                 } else if (thread == THREADS - 1u) {
-                    // Of the batch before, which is done with; the last thread has no caster of its own.
+                    // The count of the batch before, which is done with; the last thread has no caster of its own.
                     filled[turn + 1u & 1u] = 0u;
                 }
                 barrier();

@@ -31,7 +31,7 @@ void main() {
         return;
     }
     if (STEP == 0) {
-        // Of level 0 are the bins.
+        // Level 0 counts the bins.
         if (level == 0u) {
             atomicMax(entries, all);
             atomicMax(failed, uint(all > entry_capacity || large > large_capacity || pieces > piece_capacity));

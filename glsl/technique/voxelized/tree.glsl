@@ -40,7 +40,7 @@ CONSTANT(bool, CONSERVATIVE, false)
 // fine as a level of the tree, at most 2^SHORTCUT_BITS cells a side.
 const uint SHORTCUT_BITS = 4u;
 
-// Of a tree with so many levels; a cell is no leaf.
+// Bits of the shortcut into a tree with so many levels; a cell is no leaf.
 uint shortcut_bits(uint levels) { return min(SHORTCUT_BITS, levels - 2u); }
 
 // Which cell a voxel is in.

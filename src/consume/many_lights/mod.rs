@@ -186,7 +186,7 @@ impl ManyLights {
         })
     }
 
-    /// Of all that stands between the G-buffer and the picture.
+    /// Bytes of all buffers between the G-buffer and the picture.
     pub(super) fn bytes(&self) -> u64 {
         let history = self.history.iter().flat_map(|h| [&h.shadows, &h.geometry, &h.sources]);
         let buffers = [&self.masks, &self.shadows, &self.geometry].into_iter().chain(history);

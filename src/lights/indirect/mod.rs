@@ -156,9 +156,9 @@ pub struct VplsSeen {
     pub maps: Vec<Map>,
     /// Texels a side of a map, as a power of 2.
     pub side_bits: u32,
-    /// Of each texel of the maps, one map after the other, each row by row, the triangle and 1, or 0.
+    /// Per texel of the maps, one map after the other, each row by row, the triangle and 1, or 0.
     pub triangles: Vec<u32>,
-    /// Of each of them, luminance of its flux.
+    /// Luminance of the flux of each of them.
     pub fluxes: Vec<f32>,
     /// The greatest of them, as bits.
     pub greatest: u32,
@@ -166,7 +166,7 @@ pub struct VplsSeen {
     pub sums: Vec<u32>,
     /// Units before each row and of all, the lower word first.
     pub starts: Vec<[u32; 2]>,
-    /// Of each light, its texel; [`u32::MAX`] where there is no flux.
+    /// Per light, its texel; [`u32::MAX`] where there is no flux.
     pub picks: Vec<u32>,
     /// The lights.
     pub lights: Vec<LightData>,

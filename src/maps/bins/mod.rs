@@ -50,11 +50,11 @@ push_struct! {
     /// Twin: BinPush in glsl/maps/bins/tiles.glsl.
     pub(super) struct BinPush {
         caster_count: u32,
-        /// Of the entries.
+        /// How many entries there is room for.
         capacity: u32,
         /// Not 0: entries of each tile.
         room: u32,
-        /// Of casters that are in some tile.
+        /// Marks casters that are in some tile.
         mark: u32,
         map_count: u32,
     }

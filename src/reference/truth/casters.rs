@@ -24,7 +24,7 @@ pub struct Casters<'a> {
     pub(in crate::reference) all: Vec<Caster>,
     /// The meshes.
     pub meshes: Meshes,
-    /// Of each map of each light; none where there is nothing to find.
+    /// Per map of each light; none where there is nothing to find.
     maps: Vec<(View, Grid)>,
 }
 

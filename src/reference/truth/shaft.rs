@@ -48,7 +48,7 @@ impl IntersectsAabb<f64, 3> for Shaft {
 /// A box about a point, in the directions of a light's view: so many texels to either side, and so far along z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Neighbourhood<'a> {
-    /// Of the light.
+    /// The light's view.
     pub view: &'a View,
     /// Its middle.
     pub position: DVec3,

@@ -52,7 +52,7 @@ pub fn light<'a>(view: &View, texel: [u32; 2], end: f32, casters: impl IntoItera
 pub struct Slices {
     /// Rows of texels of each.
     pub buffers: Vec<Vec<f32>>,
-    /// Of each caster.
+    /// Per caster.
     pub slice: Vec<usize>,
     /// Casters as slices have them.
     pub order: Vec<u32>,

@@ -6,7 +6,7 @@ use super::soft::way;
 use crate::scene::Light;
 use std::array::from_fn;
 
-/// Of one light.
+/// The optical depths of one light.
 pub struct OpticalDepths {
     /// Where the density grid stands.
     pub place: Place,

@@ -18,7 +18,7 @@ pub struct Directions {
 }
 
 impl Directions {
-    /// Of the strands among casters in a grid that stands there. Twin: glsl/grid/directions.comp.
+    /// Directions of the strands among casters in a grid that stands there. Twin: glsl/grid/directions.comp.
     pub fn deposit(casters: &[Caster], place: &Place, media: &Media) -> Self {
         let mut words = vec![0i32; 6 * place.size.pow(3) as usize];
         for caster in casters.iter().filter(|caster| caster.is_strand()) {

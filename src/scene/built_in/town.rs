@@ -14,7 +14,7 @@ const BLOCKS: u32 = 8;
 /// From block to block.
 const BLOCK_WORLD: f64 = 25.0;
 
-/// Of a block, between streets.
+/// Width of a street between blocks.
 const STREET_WORLD: f64 = 4.0;
 
 /// Lots of a block, along x and y.
@@ -191,7 +191,7 @@ impl Town {
         }
     }
 
-    /// Of a fence.
+    /// A post of a fence.
     fn post(&mut self, at: DVec2) {
         let place = Place { origin: at.extend(height(at)), along: DVec2::X };
         block(&mut self.fences, &place, [-0.05, -0.05, -0.4], [0.05, 0.05, 1.05]);

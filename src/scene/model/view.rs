@@ -136,7 +136,7 @@ impl View {
         }
     }
 
-    /// Of a light that has a face each way, of which this is one, the face towards `position`.
+    /// For a light that has a face each way, of which this is one: the face towards `position`.
     pub fn face_towards(&self, position: DVec3) -> Self {
         let offset = position - vec(self.origin);
         let axis = offset.abs().max_position();

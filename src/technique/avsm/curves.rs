@@ -29,7 +29,7 @@ pub struct Curves {
     pub tiles: Buffer,
     /// Nodes, tiles, and the nodes again: glsl/maps/curve/store.glsl says why.
     pub set: Bindings,
-    /// Of one map.
+    /// Width and height of one map.
     size: [u32; 2],
     texels: u64,
     settings: Settings,

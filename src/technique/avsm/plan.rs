@@ -29,7 +29,7 @@ const MANY_GROUPS: u32 = 16;
 /// With 16 nodes, which take so many registers that few workgroups have room at a time.
 const WIDE_GROUPS: u32 = 8;
 
-/// Of very many casters, which are small, so many are looked at before those that are hit are added.
+/// With very many casters, which are small, so many are looked at before those that are hit are added.
 const MOST_AHEAD: u32 = 32;
 
 /// With fit=refined: how often nodes of odd and of even number take turns. Two bring four fifths of what eight bring, three
@@ -40,7 +40,8 @@ const FIT_TURNS: u32 = 3;
 /// memory.
 const WIDE: u32 = 8;
 
-/// Of a tile whose whole curves are fitted: 64 cells a texel and 16 nodes at most (glsl/technique/avsm/resolve.comp).
+/// Shared memory of a tile whose whole curves are fitted: 64 cells per texel and 16 nodes at most
+/// (glsl/technique/avsm/resolve.comp).
 const FIT_SHARED_BYTES: u32 = (64 * 4 + 16 * 8) * 64;
 
 /// How glsl/technique/avsm/cells.comp runs: its variants.

@@ -33,7 +33,7 @@ push_struct! {
     struct PartPush {
         /// Not 0: entries of each tile.
         room: u32,
-        /// Of a map.
+        /// Tiles per map.
         tile_count: u32,
     }
 }

@@ -24,7 +24,7 @@ words! {
 push_struct! {
     /// Twin: VoxelizePush in glsl/technique/psm/push.glsl.
     struct VoxelizePush {
-        /// Of all lights' maps, where each has a draw.
+        /// The map's number over all lights, where each has a draw.
         pushed_map: u32,
     }
 }

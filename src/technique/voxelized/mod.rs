@@ -198,7 +198,7 @@ struct Moves {
     baked: bool,
     /// The trees whose columns are kept.
     kept: Option<Vec<TreeData>>,
-    /// Of each tree that is baked, whether all of its columns are found anew.
+    /// Per tree that is baked, whether all of its columns are found anew.
     whole: Vec<bool>,
     /// Meshes or lights have changed since this bake began.
     mixed: bool,

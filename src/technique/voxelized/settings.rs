@@ -98,7 +98,7 @@ impl Plan {
     /// Side of the largest tile, columns.
     pub const TILE: u32 = 4096;
 
-    /// Of these settings.
+    /// The plan for these settings.
     pub(super) fn of(settings: &Settings) -> Self {
         let Settings { size, structure, closed, free, coverage, file: _, filter, bias } = *settings;
         Self { size, structure, closed, free, coverage, filter, bias, tile: Self::TILE, keep_columns: false }

@@ -58,11 +58,11 @@ struct Found {
     nodes: usize,
     /// Points of the exact list's line.
     points: usize,
-    /// Of these, and of nodes, those in the boundary of a mesh's shadow, where nobody knows.
+    /// How many of these, and of nodes, are in the boundary of a mesh's shadow, where nobody knows.
     in_boundary: usize,
-    /// Of the exact list's line from the truth, at most.
+    /// How far the exact list's line is from the truth, at most.
     off_the_truth: f64,
-    /// Of a node from its line, at most.
+    /// How far a node is from its line, at most.
     off_the_line: f64,
     darkest: f64,
 }

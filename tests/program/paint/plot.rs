@@ -14,7 +14,7 @@ pub struct Plot {
     /// The truth, then the techniques.
     pub drawn: Vec<Drawn>,
     pub names: Vec<String>,
-    /// Of x and of y, two values and the pixels where they stand.
+    /// For x and for y, two values and the pixels where they stand.
     axes: [[(f64, f64); 2]; 2],
 }
 

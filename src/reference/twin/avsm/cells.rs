@@ -175,7 +175,7 @@ mod tests {
         })
     }
 
-    /// Of each segment, as if it were a sphere of that optical depth.
+    /// A bound for the sum over segments, each as if it were a sphere of that optical depth.
     fn bound_of(segments: &[Segment]) -> u64 {
         let casters: Vec<_> = segments
             .iter()

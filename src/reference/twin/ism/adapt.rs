@@ -26,9 +26,9 @@ pub struct Choice {
     pub size: u32,
     /// Points that a light takes at most.
     pub points: u32,
-    /// Of all triangles.
+    /// Area of all triangles.
     pub area: f32,
-    /// Of the viewer.
+    /// The viewer's eye.
     pub eye: V3,
     /// Up to here from the eye nothing is taken for farther.
     pub near: f32,

@@ -8,7 +8,7 @@ pub fn dot(a: V3, b: V3) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Of which side a vector is, by components.
+/// The difference of two vectors, by components.
 pub fn minus(a: V3, b: V3) -> V3 {
     [0, 1, 2].map(|i| a[i] - b[i])
 }

@@ -3,7 +3,7 @@
 /// Parts of a voxel that corners are rounded to. Twin: SUB_VOXELS.
 const SUB_VOXELS: f32 = 256.0;
 
-/// Of a pyramid as deep as 1, where it begins. Twin: NEAREST.
+/// Where a pyramid as deep as 1 begins. Twin: NEAREST.
 const NEAREST: f32 = 1e-6;
 
 /// A cube of voxels: its corner, and voxels a world unit along its axes. Light travels along the last. Or a pyramid: the light,
@@ -151,7 +151,8 @@ struct Facet {
     z: f32,
     /// What a 256th of a voxel adds.
     slope: [f32; 2],
-    /// Of a pyramid 1 over the depth in the middle of its columns, what a column to the right and one up add, and half its columns.
+    /// In a pyramid: 1 over the depth in the middle of its columns, what a column to the right and one up add, and half its
+    /// columns.
     plane: Option<([f32; 3], f32)>,
     /// Least and greatest z of the corners.
     range: [f32; 2],

@@ -186,7 +186,7 @@ fn pack(kept: &[Kept], root: Option<u32>, else_is: u32, size: u32, merge: bool) 
     let header_bits = if merge { 16 } else { 32 };
     let mut baked =
         Baked { size, header_bits, root: if root.is_some() { INTERSECTED } else { else_is }, ..Baked::default() };
-    // Of each kept node of the level below, what pointers call it; and how many units there are.
+    // What pointers call each kept node of the level below; and how many units there are.
     let (mut names, mut units): (Vec<u32>, usize) = (Vec::new(), 0);
     for (level, nodes) in kept.iter().enumerate() {
         baked.at.push(baked.words.len() as u32);
