@@ -137,7 +137,7 @@ fn the_way_to_a_time_does_not_matter() {
         for frame in 0..=20 {
             let before = first.world.generations().particles;
             let steps = first.go(5.0 + f64::from(frame) / 30.0);
-            // Two steps a frame; to the first it jumps, of which the last is timed.
+            // Two steps per frame; to the first it jumps, of which the last is timed.
             assert_eq!(
                 steps,
                 if !timed {

@@ -90,7 +90,7 @@ vec3 mote_place(Motes motes, uint i) {
 // So many 256ths of an amount, rounded down; what is left of it is the other side's, so that nothing is lost.
 uint part_of(uint amount, uint share) { return (amount >> 8) * share + (((amount & 255u) * share) >> 8); }
 
-// A sphere of a voxel's radius and more: two samples a voxel and axis, each of which is inside by a share that falls from 1 to 0
+// A sphere of a voxel's radius and more: two samples per voxel and axis, each of which is inside by a share that falls from 1 to 0
 // over half a voxel, the samples' distance, about its border.
 struct Ball {
     vec3 centre;    // voxels

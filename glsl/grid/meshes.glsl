@@ -1,4 +1,4 @@
-// What meshes leave of a light, for look-ups of grids that hold smoke and hair alone: an opaque map a light, as techniques with maps have it.
+// What meshes leave of a light, for look-ups of grids that hold smoke and hair alone: an opaque map per light, as techniques with maps have it.
 // Needs visibility_lights, visibility_maps (world/light.glsl) and visibility_opaque. Bound with maps::Maps::opaque_bindings. Twin:
 // reference::twin::receiver.
 #ifndef GRID_MESHES_GLSL

@@ -1,6 +1,6 @@
 #version 460
 // The views of all maps, fitted to what they see. Twin: reference::twin::fit; scene::View in f64 is the truth of it.
-// A thread a map. Inputs: extents; maps, whose `near` is the least share of the range at which a perspective view begins,
+// A thread per map. Inputs: extents; maps, whose `near` is the least share of the range at which a perspective view begins,
 // and `far` the range over what the casters need. Output: maps.
 // Invariant: a view holds all that it was fitted to; the margin is more than the rounding of the extents.
 #include "maps/extents.glsl"

@@ -17,7 +17,7 @@ const float OPAQUE_GUARD = 1.5;
 const uint OPAQUE_CORNERS = 8u;
 // The square of twice an area, world units: of less no device would know the normal.
 const float OPAQUE_NO_AREA = 1e-30;
-// Texels a side of what a workgroup draws at a time.
+// Texels per side of what a workgroup draws at a time.
 const int OPAQUE_TILE = 32;
 
 // A triangle as a map sees it: a polygon in front of the near plane.

@@ -151,7 +151,7 @@ vec3 view_axes(View view, vec3 offset) {
     return vec3(dot(offset, view.right), dot(offset, view.up), dot(offset, view.forward));
 }
 
-// In the view's axes: what is the same for all texels is worked out once a caster. Distances and z are what they were.
+// In the view's axes: what is the same for all texels is worked out once per caster. Distances and z are what they were.
 Caster view_caster(View view, Caster caster) {
     caster.position = view_axes(view, caster.position - view.origin);
     if (caster_is_strand(caster)) {

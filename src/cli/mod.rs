@@ -273,7 +273,7 @@ fn load(name: &str, with: &LoadArguments) -> Result<Scene> {
     Ok(little::scene(load_whole(&little::name(name), with)?))
 }
 
-/// The same for who shows one place of it, which has to be there.
+/// The same for a command that shows one place of it, which has to be there.
 fn load_whole(name: &str, with: &LoadArguments) -> Result<Scene> {
     let mut scene = Scene::load(name, with.time)?;
     if let Some(lights) = with.lights {

@@ -1,4 +1,4 @@
-//! How far a comparison is: a bar on a terminal, a line a row elsewhere.
+//! How far a comparison is: a bar on a terminal, a line per row elsewhere.
 
 use super::complain;
 use crate::measure::{Row, Status};

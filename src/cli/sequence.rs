@@ -56,7 +56,7 @@ impl Sequence {
         self.out.with_extension("gif")
     }
 
-    /// The next picture: rows of three bytes a pixel. It is on the disk when this returns.
+    /// The next picture: rows of three bytes per pixel. It is on the disk when this returns.
     ///
     /// # Errors
     /// [`Error::Output`] names the file.

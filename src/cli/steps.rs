@@ -25,7 +25,7 @@ impl Range {
         Some(Self { least: all().min()?, mean, most: all().max()? })
     }
 
-    /// Three bytes a pixel, of pictures of that range.
+    /// Three bytes per pixel, of pictures of that range.
     pub fn paint(range: Option<Self>, counts: &[Option<u32>]) -> Vec<u8> {
         let (least, most) = range.map_or((0, 1), |range| (range.least, range.most));
         let colour = |count: u32| {

@@ -125,7 +125,7 @@ impl Query {
         });
     }
 
-    /// The answers on the device, a float a point, those of the first light first.
+    /// The answers on the device, a float per point, those of the first light first.
     pub fn buffer(&self) -> &Buffer {
         &self.answers
     }

@@ -125,7 +125,7 @@ impl Image {
             return Err(Error::Gpu {
                 operation: "create image",
                 name: name.into(),
-                cause: format!("{texels} texels, and this device takes 1 to {limit} a side"),
+                cause: format!("{texels} texels, and this device takes 1 to {limit} per side"),
                 way_out: if is_volume {
                     WayOut::Less(&[Less::Map, Less::Slices, Less::Lights])
                 } else {

@@ -10,7 +10,7 @@ use crate::shaders::constant::OPAQUE_STEP;
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Texels a side of an opaque map where there are meshes.
+/// Texels per side of an opaque map where there are meshes.
 pub const OPAQUE_SIZE: u32 = 1024;
 
 /// [`OpaqueMaps::normal_bias`] of bilinear weights, of what is two texels wide. Twin: NORMAL_BIAS.
@@ -50,7 +50,7 @@ pub enum OpaqueWay {
 /// What opaque maps are made of, and how they will be asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpaqueMaps {
-    /// Texels a side of a map where there are meshes.
+    /// Texels per side of a map where there are meshes.
     pub size: u32,
     /// D32_SFLOAT or D16_UNORM.
     pub format: Format,

@@ -10,7 +10,7 @@ use crate::shaders::maps::{OPAQUE_CLEAR, OPAQUE_TILES, OPAQUE_TRIANGLES};
 use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 
-/// Texels a side of a tile. Twin: OPAQUE_TILE in glsl/maps/opaque_draw.glsl.
+/// Texels per side of a tile. Twin: OPAQUE_TILE in glsl/maps/opaque_draw.glsl.
 const TILE: u32 = 32;
 
 /// Texels of a triangle's bounds that a thread draws by itself, at most: of a few more a workgroup is faster.

@@ -37,7 +37,7 @@ impl Fails {
     }
 }
 
-/// A line a row: every figure before and now, and by how much it has changed. `names` are the rows as the table of now names
+/// A line per row: every figure before and now, and by how much it has changed. `names` are the rows as the table of now names
 /// them.
 pub fn changes_table(changes: &[Change], now: &Results) -> String {
     let names = Specs::of(&now.rows);

@@ -67,7 +67,7 @@ fn beside(known: &[RGBColor], count: usize) -> Vec<RGBColor> {
     colours
 }
 
-/// For who sees least of it; full colour vision counts half, for it has one dimension more to find room in.
+/// For the eye that sees least of it; full colour vision counts half, for it has one dimension more to find room in.
 fn distance(a: &Seen, b: &Seen) -> f64 {
     let [full, without_long, without_medium] = [0, 1, 2].map(|eye| euclidean(a[eye], b[eye]));
     (full / 2.0).min(without_long).min(without_medium)

@@ -43,7 +43,7 @@ struct Of {
 const BUILD: Of = Of { passes: |row| &row.passes, whole: |row| row.build_ns, shared: Some(Row::shared_ns) };
 const DRAW: Of = Of { passes: |row| &row.draw_passes, whole: |row| row.draw_ns, shared: None };
 
-/// Rows with their passes. `rate` is how many bytes a second the device copies, for the column of the floor.
+/// Rows with their passes. `rate` is how many bytes per second the device copies, for the column of the floor.
 fn table(title: &str, rows: &[&Row], specs: &Specs, Of { passes, whole, shared }: Of, rate: Option<f64>) -> String {
     let names = names(rows.iter().map(|row| passes(row)));
     let mut table = Table::new();

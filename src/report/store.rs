@@ -50,7 +50,7 @@ impl Store {
         self.write_bytes(name, text.as_bytes())
     }
 
-    /// Writes a PNG of `width` × `height` pixels from `rgb8`: rows from the top, three bytes a pixel.
+    /// Writes a PNG of `width` × `height` pixels from `rgb8`: rows from the top, three bytes per pixel.
     ///
     /// # Errors
     /// As for [`Store::write`]; also when `rgb8` has not `width * height * 3` bytes.
@@ -113,7 +113,7 @@ const POINT_COLUMNS: [&str; 15] = [
     "beyond_false_shadows",
 ];
 
-/// One line a row, flat. Numbers in full precision; a value that is missing is an empty field.
+/// One line per row, flat. Numbers in full precision; a value that is missing is an empty field.
 fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn std::error::Error>> {
     let counters: BTreeSet<&str> =
         results.rows.iter().flat_map(|row| row.counters.keys()).map(String::as_str).collect();

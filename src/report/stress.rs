@@ -97,7 +97,7 @@ pub fn stress_table(results: &Results, case: &str) -> String {
 /// Columns of an error, behind its kind of points.
 const ERROR_COLUMNS: [&str; 5] = ["points", "mean_abs", "bias", "max", "wrong"];
 
-/// One line a row, flat. Numbers in full precision; what is missing is an empty field.
+/// One line per row, flat. Numbers in full precision; what is missing is an empty field.
 ///
 /// # Errors
 /// [`Error::Output`] where memory runs out.

@@ -1,4 +1,4 @@
-//! Particles that the device moves: positions and speeds in buffers, a dispatch a step. Twin: reference::twin::simulate.
+//! Particles that the device moves: positions and speeds in buffers, a dispatch per step. Twin: reference::twin::simulate.
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, PassTime, groups, push_struct};

@@ -115,7 +115,7 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
 }
 
 /// How much answers rise along rays, and how far the last of each ray is from the truth, both more than the rounding of points
-/// off their ray can do: of the rays of a map's texels, in which who is asked may have some that are `finer`.
+/// off their ray can do: of the rays of a map's texels, some of which may be `finer` in the technique that is asked.
 pub(super) fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded], finer: f64) -> (Option<f64>, Option<f64>) {
     let (mut rise, mut tail) = (0.0_f64, 0.0_f64);
     let depths = MAP_DEPTHS as usize;
@@ -157,8 +157,8 @@ fn order_spread(
     Ok(spread)
 }
 
-/// Over all steps, at the points in space: against the filtered truth of who has maps of smoke, so that a texel's size is no
-/// step, else against the truth. `before`: what is answered there as all casters stand where they began.
+/// Over all steps, at the points in space: against the filtered truth for a technique with maps of smoke, so that a texel's
+/// size is no step, else against the truth. `before`: what is answered there as all casters stand where they began.
 fn step_rms(
     context: &Context,
     subject: &Subject,

@@ -1,4 +1,4 @@
-//! What a seed of a soak comes to: a scene, how it moves, and who is asked.
+//! What a seed of a soak comes to: a scene, how it moves, and which techniques are asked.
 
 use super::meshes::{block, plate, triangles};
 use super::strewn::{sphere, step};
@@ -21,7 +21,7 @@ pub(super) struct Drawn {
 /// Frames of a round.
 const FRAMES: usize = 3;
 
-/// Texels a side of maps at most, and casters of a kind: a software device goes through a round in about a second.
+/// Texels per side of maps at most, and casters of a kind: a software device goes through a round in about a second.
 const TEXELS: f64 = 40.0;
 const CASTERS: f64 = 300.0;
 

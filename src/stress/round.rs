@@ -46,7 +46,7 @@ pub struct Round {
     pub device_bytes: u64,
 }
 
-/// The round of a seed. `asking` is told who is asked next.
+/// The round of a seed. `asking` is told which technique is asked next.
 ///
 /// # Errors
 /// Those of `asking`; what else fails is in the round.

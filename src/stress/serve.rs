@@ -18,7 +18,7 @@ use std::io::Write;
 /// What a worker is to do.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Job {
-    /// A value of what is swept, and who is asked.
+    /// A value of what is swept, and which techniques are asked.
     Value {
         /// [`Sweep::name`].
         sweep: String,
@@ -108,7 +108,7 @@ fn answer(context: &Context, sweep: &Sweep, value: f64, techniques: &[String]) -
             let row = match side.filter(|side| spec.text(Name::SIZE) != *side) {
                 // Never another size in its place.
                 Some(side) => {
-                    let reason = format!("refused: has no maps of {side} texels a side");
+                    let reason = format!("refused: has no maps of {side} texels per side");
                     no_answer(&sweep.name, value, &spec, Outcome::Refused, reason)
                 }
                 None => ask(context, &subject, (&sweep.name, value), &spec),

@@ -3,7 +3,7 @@
 //! To add one: a folder in glsl/ with its passes and a visibility.glsl, a module here of the same name with an `ENTRY`, its
 //! line in the registry below. docs/guide/add-a-technique.md goes through it.
 
-// The registry: a line a technique. All of them are in REGISTRY.
+// The registry: a line per technique. All of them are in REGISTRY.
 pub mod avsm;
 pub mod beer_shadow_map;
 pub mod deep_shadow_map;
@@ -162,7 +162,7 @@ pub trait Technique {
         Ok(Vec::new())
     }
 
-    /// The distances to what is nearest in the map of light `light` after a build, as many rows as texels a row, infinite where
+    /// The distances to what is nearest in the map of light `light` after a build, as many rows as texels per row, infinite where
     /// nothing is; none for a technique without such maps.
     ///
     /// # Errors

@@ -62,7 +62,7 @@ pub fn half_vector(camera: Vec3, light: Vec3) -> (Vec3, bool) {
     ((light + if near_to_far { camera } else { -camera }).normalize_or_zero(), near_to_far)
 }
 
-/// For who asks about points in space: a technique that paints casters has no answer for these.
+/// For a caller that asks about points in space: a technique that paints casters has no answer for these.
 ///
 /// # Errors
 /// [`Error::Refused`] where it is such a one.

@@ -36,7 +36,7 @@ use crate::{Error, Result};
 
 texel_settings! {
     /// Rank of the wavelets: 2, 3 or 4.
-    rank: u32 = Setting::one_of("3", &["2", "3", "4"], "of the wavelets: 2 to the rank + 1 numbers a texel");
+    rank: u32 = Setting::one_of("3", &["2", "3", "4"], "rank of the wavelets: 2 to the rank + 1 numbers per texel");
     /// The depths that they are of.
     range: Range = RANGE;
     /// What a sum is kept in.

@@ -93,7 +93,7 @@ pub fn gpu_test_needing(name: &str, requirements: &[Requirement], body: impl FnO
 static KEPT: Mutex<Vec<(Context, Messages)>> = Mutex::new(Vec::new());
 
 /// Whether a test leaves its device to the next one of its program: GOBO_TEST_KEEP is set. A driver that compiles on the processor then makes
-/// each pipeline once a thread and not once a test. A device is kept only where nobody said anything about it and what it holds is what
+/// each pipeline once per thread and not once a test. A device is kept only where nobody said anything about it and what it holds is what
 /// it held before; any other is closed, which is watched. Objects without memory that leak are found by runs without it.
 fn keeps_devices() -> bool {
     std::env::var_os("GOBO_TEST_KEEP").is_some()

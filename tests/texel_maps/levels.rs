@@ -19,7 +19,7 @@ const ARITHMETIC: f32 = 1e-5;
 /// Levels of all cases.
 const LEVELS: u32 = 4;
 
-/// The image's texels as floats, those of coarser levels, texels a side, and maps.
+/// The image's texels as floats, those of coarser levels, texels per side, and maps.
 struct Kept {
     image: Vec<[f32; 4]>,
     coarser: Vec<f32>,

@@ -32,7 +32,7 @@ fn tiles([x, y]: [f32; 2], height: f32, side: f32, parts: u32) -> Mesh {
     mesh(&(0..parts * parts).flat_map(|i| quad(i % parts, i / parts)).collect::<Vec<_>>())
 }
 
-/// As wide as that 64 voxels a side are 1/32 wide and begin at whole multiples of it.
+/// As wide as that 64 voxels per side are 1/32 wide and begin at whole multiples of it.
 const WIDE: f32 = 62.0 / 32.0;
 
 /// What goes wrong where sides, planes and voxels meet: plates in the faces of voxels, triangles that share sides and corners, the

@@ -109,7 +109,8 @@ bool tile_hidden(View view, Caster caster, float horizon) {
     return nearest > horizon + 1e-5 * (view.far - view.near);
 }
 
-// An entry has what it is sorted by; or, for who adds up casters in any order, what its caster takes of any ray at most.
+// An entry has what it is sorted by; or, where casters are added up in any order, what its caster takes of any ray at
+// most.
 CONSTANT(bool, KEYED, true)
 
 // Sorts as the depth at which the sphere begins, nearest within the tile, or of the strand's point nearest to the tile's

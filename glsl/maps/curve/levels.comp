@@ -45,7 +45,7 @@ uint below_curve(LevelTile tile, uint t, uint i) {
 
 Node below_node(uint i) { return Node(scratch[2u * i], scratch[2u * i + 1u]); }
 
-// All of the level below, decoded; a thread a node.
+// All of the level below, decoded; a thread per node.
 void read_below(LevelTile tile) {
     uint side = 2u * tile.side;
     [[dont_unroll]] for (uint i = gl_LocalInvocationIndex; i < side * side * uint(NODES); i += LEVEL_THREADS) {

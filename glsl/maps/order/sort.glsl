@@ -1,4 +1,4 @@
-// A stable radix sort of 32-bit keys with an index each, eight bits a round, for every map at once: maps/order/count.comp,
+// A stable radix sort of 32-bit keys with an index each, eight bits per round, for every map at once: maps/order/count.comp,
 // maps/order/scan.comp and maps/order/scatter.comp four times over, from the lowest digit to the highest. Twin: maps::order.
 // Keys and indices of map m stand from m · capacity on; a round reads one half of the buffers and writes the other.
 #ifndef MAPS_ORDER_SORT_GLSL

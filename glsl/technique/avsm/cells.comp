@@ -19,7 +19,7 @@ const uint TEXELS = 64u;
 #else
 const uint TEXELS = 32u;
 #endif
-// Casters that are looked at at the same time, each by one thread a texel; thresholds that are tried at the same time.
+// Casters that are looked at at the same time, each by one thread per texel; thresholds that are tried at the same time.
 // 4; 8 for 16 nodes, which take so many registers that few workgroups have room; 16 where there are very many casters, for the
 // fullest tiles; 1 where threads of a workgroup do not run at the same time anyway.
 layout(local_size_x = TEXELS, local_size_y_id = ID_WORKGROUP) in;

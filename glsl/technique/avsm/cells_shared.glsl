@@ -1,4 +1,4 @@
-// The two passes over a tile's casters, of glsl/technique/avsm/cells.comp, for GPUs: casters stand in shared memory, several threads a texel
+// The two passes over a tile's casters, of glsl/technique/avsm/cells.comp, for GPUs: casters stand in shared memory, several threads per texel
 // look at them and add them up.
 // Needs, declared before: what glsl/technique/avsm/cells.comp says. Twin: reference::twin::avsm::cells.
 #ifndef TECHNIQUE_AVSM_CELLS_SHARED_GLSL

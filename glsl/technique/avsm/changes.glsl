@@ -12,7 +12,7 @@ void change_cell(uint cell, uint texel, uint units) {
 #endif
 }
 
-// Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units, `rate` units a cell. It
+// Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units, `rate` units per cell. It
 // changes how much is taken from cell to cell in four places, however many it spans. What it takes in all is rounded once. Sums may
 // wrap around on their way.
 void add_segment(uint texel, vec2 at, float whole, float rate) {

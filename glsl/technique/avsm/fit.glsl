@@ -22,7 +22,7 @@ const float DIM = 1e-7;
 // The square of a bend, in optical depth a cell, that says nothing about where it is.
 const float STRAIGHT = 1e-10;
 
-// (depth, value) of node i of texel t, two nodes a word of four floats.
+// (depth, value) of node i of texel t, two nodes per word of four floats.
 vec2 fitted_at(uint i, uint t) {
     vec4 pair = FITTED[i / 2u * TEXELS + t];
     return i % 2u == 0u ? pair.xy : pair.zw;

@@ -1,4 +1,4 @@
-// Passes over the maps of a group, a workgroup a tile of 8×8 texels, the map in z. Twin: technique::avsm::GroupPush.
+// Passes over the maps of a group, a workgroup per tile of 8×8 texels, the map in z. Twin: technique::avsm::GroupPush.
 #ifndef TECHNIQUE_AVSM_MAPS_GLSL
 #define TECHNIQUE_AVSM_MAPS_GLSL
 #include "maps/scene.glsl"

@@ -18,7 +18,7 @@ layout(local_size_x_id = ID_WORKGROUP) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
 CONSTANT(uint, THREADS, 256u)
 // Casters that stand in shared memory at the same time, in the view's axes, fewer than THREADS, without those that miss the
-// rows. 0: each is fetched by who looks at it.
+// rows. 0: each is fetched by the thread that looks at it.
 CONSTANT(uint, BATCH, 0u)
 // As many where there are strands, else 0.
 CONSTANT(uint, BATCH_AXES, 0u)
@@ -41,7 +41,7 @@ const uint ROW = 8u, HALF = 4u, TEXELS = ROW * ROWS;
 // Texels of a row that a thread looks at for a caster: the dearer it is to fetch one, the more. Casters that are looked at
 // at the same time.
 const uint SPAN = THREADS == TEXELS ? 8u : BATCH == 0u ? 4u : 1u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
-// Runs of slices that are summed at the same time, each by one thread a texel, and slices of a run: whole layers.
+// Runs of slices that are summed at the same time, each by one thread per texel, and slices of a run: whole layers.
 const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
 // Fewer casters than these are summed in units that suit any casters. Their sum is wrong by 2⁻¹³ at most, half a unit
 // for each addition: a quarter of a step of a half float.
@@ -253,7 +253,7 @@ void write_run(View view, uint map, uvec2 texel, uint t, uint run, float unit) {
     }
 }
 
-// Where parts are not listed: two workgroups a tile, the second without work where there are no casters.
+// Where parts are not listed: two workgroups per tile, the second without work where there are no casters.
 bool unlisted_part(out TilePart part) {
     uint place = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, tile = place / 2u, map = gl_WorkGroupID.z;
     uint bin = map * tile_count + min(tile, tile_count - 1u), count = counts[bin];

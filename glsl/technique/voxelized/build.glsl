@@ -23,7 +23,7 @@ layout(push_constant, scalar) uniform BuildPush {
     uint bricks_at;        // and of bricks, in `ranges` too
     uint scan_at;          // the first of the values to scan
     uint scan_count;       // how many
-    uint level;            // 0: leaves (of a scan: bins), 1: bricks, 2: nodes of 16 voxels a side, ...
+    uint level;            // 0: leaves (of a scan: bins), 1: bricks, 2: nodes of 16 voxels per side, ...
     uint level_count;      // levels to plan, from that on
     uint leaf_capacity;    // candidates of a level that there is room for
     uint node_capacity;
@@ -107,7 +107,7 @@ const uint NODE_WORDS = 9u;
 
 uint node_words() { return level == 0u ? LEAF_WORDS : NODE_WORDS; }
 
-// Voxels a side of a node of that level; of a leaf, its thickness.
+// Voxels per side of a node of that level; of a leaf, its thickness.
 uint level_side(uint of_level) { return 4u << of_level; }
 
 // What stands before value i, after a scan of all.

@@ -1,6 +1,6 @@
 //! Many lights, shaded in tiles: the lights that reach a tile are found once, each pixel asks the technique for those and keeps a
-//! bit a light, and one shader that knows no technique shades with all of them. Sources: Olsson and Assarsson 2011 (tiles);
-//! Pestana 2015 (a bit a light; dithered, blurred and averaged with the last frame). Twin: reference::twin::many_lights.
+//! bit per light, and one shader that knows no technique shades with all of them. Sources: Olsson and Assarsson 2011 (tiles);
+//! Pestana 2015 (a bit per light; dithered, blurred and averaged with the last frame). Twin: reference::twin::many_lights.
 
 mod ask;
 mod frame;
@@ -19,13 +19,13 @@ use crate::{Error, Result};
 use ask::Queue;
 use std::cell::RefCell;
 
-/// Pixels a side of a tile. Twin: TILE.
+/// Pixels per side of a tile. Twin: TILE.
 pub const TILE: u32 = 16;
 
 /// Lights that a tile has room for. Twin: MOST_WORDS.
 pub const MOST_LIGHTS: u32 = 1024;
 
-/// Pixels a side of a workgroup that asks, or looks for where pixels were.
+/// Pixels per side of a workgroup that asks, or looks for where pixels were.
 const BLOCK: u32 = 8;
 
 /// Pixels that the blur reaches on each side.
@@ -97,7 +97,7 @@ struct Kept {
     asked: Option<(Folder, Constants)>,
 }
 
-/// Words of a pixel: a bit a light, one word at least.
+/// Words of a pixel: a bit per light, one word at least.
 pub fn words(lights: u32) -> u32 {
     lights.div_ceil(32).max(1)
 }

@@ -17,7 +17,7 @@ use glam::DVec3;
 use lit::check_has_meshes;
 use passes::Kernels;
 
-/// Texels a side of a map, at most: 64 for each of 1,024 lights where there is one map.
+/// Texels per side of a map, at most: 64 for each of 1,024 lights where there is one map.
 const MOST_SIDE_BITS: u32 = 8;
 
 /// And at least: of the 6,144 maps of 1,024 point lights.
@@ -27,7 +27,7 @@ const LEAST_SIDE_BITS: u32 = 4;
 /// stand elsewhere than by a part of its own patch.
 const MOST_TEXELS: u64 = 1 << 22;
 
-/// Texels a side of each of so many maps, as a power of 2.
+/// Texels per side of each of so many maps, as a power of 2.
 fn side_bits(maps: u32) -> u32 {
     let fits = |bits: &u32| u64::from(maps) << (2 * bits) <= MOST_TEXELS;
     (LEAST_SIDE_BITS..=MOST_SIDE_BITS).rev().find(fits).unwrap_or(LEAST_SIDE_BITS)
@@ -154,7 +154,7 @@ pub fn light_of(data: &LightData) -> Light {
 pub struct VplsSeen {
     /// As the lights' views were fitted.
     pub maps: Vec<Map>,
-    /// Texels a side of a map, as a power of 2.
+    /// Texels per side of a map, as a power of 2.
     pub side_bits: u32,
     /// Per texel of the maps, one map after the other, each row by row, the triangle and 1, or 0.
     pub triangles: Vec<u32>,

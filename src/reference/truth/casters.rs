@@ -8,7 +8,7 @@ use super::true_curve::{Smooth, TrueCurve};
 use crate::scene::{Caster, Projection, REACH, Ray, Scene, View};
 use glam::DVec3;
 
-/// Cells a side of the grid over a map's view, or fewer. It only finds candidates: any number gives the same answers.
+/// Cells per side of the grid over a map's view, or fewer. It only finds candidates: any number gives the same answers.
 const CELLS: u32 = 192;
 
 /// Casters in all cells of a grid: where more would be, there are fewer cells. Large casters are in all of them.

@@ -34,7 +34,7 @@ impl Cells {
         Self { size, levels }
     }
 
-    /// What the device keeps: all from 8 voxels a side on.
+    /// What the device keeps: all from 8 voxels per side on.
     pub fn counts(&self) -> Vec<u32> {
         self.levels.iter().skip(3).flatten().copied().collect()
     }

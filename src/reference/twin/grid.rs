@@ -113,7 +113,7 @@ fn inside_edge(from: [f32; 2], edge: [f32; 2], turn: f32, slack: f32) -> bool {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bits {
     size: u32,
-    /// Levels one behind the other, 64 bits a word.
+    /// Levels one behind the other, 64 bits per word.
     pub words: Vec<u64>,
 }
 

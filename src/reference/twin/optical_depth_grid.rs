@@ -10,7 +10,7 @@ use std::array::from_fn;
 pub struct OpticalDepths {
     /// Where the density grid stands.
     pub place: Place,
-    /// Cells a side.
+    /// Cells per side.
     pub cells: u32,
     /// Layers of rows.
     pub depths: Vec<f32>,

@@ -82,7 +82,7 @@ pub struct Soft<'a> {
     pub media: &'a Media,
     /// How their strands run, where that is known.
     pub directions: Option<&'a Directions>,
-    /// Voxels a side.
+    /// Voxels per side.
     pub size: u32,
 }
 

@@ -79,7 +79,7 @@ pub struct Place {
     pub voxel: f32,
     /// Voxels a world unit.
     pub per_unit: f32,
-    /// Voxels a side.
+    /// Voxels per side.
     pub size: u32,
 }
 

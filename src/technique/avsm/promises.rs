@@ -20,7 +20,7 @@ pub fn promises(settings: &Settings, path: &str) -> Promises {
     Promises {
         // Straight lines between nodes err where smoke fades by an exponential; so do nodes of two bytes.
         mean: Some(mean).filter(|_| !(is_linear || is_tight || has_other_rays || loses)),
-        // A byte a node, rounded once.
+        // A byte per node, rounded once.
         tail: Some(if is_tight { EIGHT_BITS } else { 1e-3 }).filter(|_| !(has_other_rays || loses)),
         order: Some(0.0).filter(|_| is_sorted && !is_linear && !loses),
         repeats: !is_captured && !loses,

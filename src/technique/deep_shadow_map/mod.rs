@@ -43,7 +43,7 @@ use bytemuck::{Pod, Zeroable};
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "deep-shadow-map",
-    about: "as many nodes a texel as its curve needs for an error, and no more (Lokovic and Veach 2000)",
+    about: "as many nodes per texel as its curve needs for an error, and no more (Lokovic and Veach 2000)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,

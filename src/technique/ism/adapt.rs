@@ -57,8 +57,8 @@ pub struct Adapt {
 impl Adapt {
     /// For the lights of a world, which take points of `sample`.
     ///
-    /// # Errors
-    /// [`Error::Refused`] where the device has no such list or nobody said who looks, [`Error::Gpu`] where memory runs out.
+    /// # Errors [`Error::Refused`] where the device has no such list or no camera was set, [`Error::Gpu`] where memory runs
+    /// out.
     pub fn new(context: &Context, world: &World, settings: &Settings, sample: &Sample) -> Result<Self> {
         let light_count = world.light_count();
         camera(world)?;
@@ -98,8 +98,7 @@ impl Adapt {
 
     /// Records the pass that chooses among them.
     ///
-    /// # Errors
-    /// [`Error::Refused`] where nobody said who looks.
+    /// # Errors [`Error::Refused`] where no camera was set.
     pub fn record(&self, commands: &mut Commands, world: &World) -> Result<()> {
         let camera = camera(world)?;
         let push = AdaptPush {

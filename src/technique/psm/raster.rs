@@ -38,7 +38,7 @@ pub struct Raster {
     map_pushed: bool,
     /// Vertices a caster.
     vertices: u32,
-    /// Texels a side, of the slices and of the coverage.
+    /// Texels per side, of the slices and of the coverage.
     viewports: Vec<u32>,
     propagate: Kernel,
     /// For `coverage=tiles`.

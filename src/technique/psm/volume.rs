@@ -45,7 +45,7 @@ words! {
 /// What settings make of a volume.
 #[derive(Clone, Copy, Debug)]
 pub struct Volume {
-    /// Texels a side of a map.
+    /// Texels per side of a map.
     pub size: u32,
     pub slices: u32,
     pub storage: Storage,

@@ -152,7 +152,7 @@ const MOST_KEPT_BYTES: u64 = 256 << 20;
 /// Where `words` does.
 pub const WORDS_OFFSET: u64 = std::mem::offset_of!(BuildState, words) as u64;
 
-/// Columns a side of a bin of triangles. Twin: BIN_COLUMNS in glsl/technique/voxelized/projected.glsl.
+/// Columns per side of a bin of triangles. Twin: BIN_COLUMNS in glsl/technique/voxelized/projected.glsl.
 const BIN_COLUMNS: u32 = 8;
 
 /// Values that one workgroup scans. Twin: SCANNED in glsl/technique/voxelized/build.glsl.
@@ -167,9 +167,9 @@ const SHORTCUT_BITS: u32 = 4;
 /// The shape of a bake: sizes that follow from the number of voxels alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shape {
-    /// Voxels a side.
+    /// Voxels per side.
     pub size: u32,
-    /// Columns a side of a tile.
+    /// Columns per side of a tile.
     pub tile: u32,
 }
 

@@ -74,7 +74,7 @@ fn open(context: &Context, world: &World, spec: &Spec) -> Result<Box<dyn Techniq
 
 const TILES: &str = "tiles";
 
-/// Leaves, bricks, and nodes of up to 65,536 voxels a side. Twin: Tree in glsl/technique/voxelized/tree.glsl.
+/// Leaves, bricks, and nodes of up to 65,536 voxels per side. Twin: Tree in glsl/technique/voxelized/tree.glsl.
 pub const MAX_LEVELS: usize = 15;
 
 /// Nodes of a level, and triangles in bins, that there may be room for: tables twice as large have numbers of 32 bits.
@@ -89,7 +89,7 @@ const MOST_RESTARTS: u32 = 64;
 pub struct TreeData {
     /// The corner of the cube, or the light where it has a place; world units.
     pub origin: [f32; 3],
-    /// Voxels a side.
+    /// Voxels per side.
     pub size: u32,
     /// Voxels a world unit along the cube's x; of a light with a place, times the depth in voxels.
     pub right: [f32; 3],
@@ -351,7 +351,7 @@ impl Voxelized {
             return Ok(false);
         }
         if room.most() > MOST_NODES {
-            let cause = format!("{} nodes of one size, and {MOST_NODES} are baked", room.most());
+            let cause = format!("{} nodes of one size, and at most {MOST_NODES} can be baked", room.most());
             return Err(self.error(cause, "use a smaller size, or structure=dag with closed=on"));
         }
         self.restart(room)?;

@@ -23,7 +23,7 @@ const SPECS: [&str; 8] = [
     "avsm:path=binned,nodes=8,filter=gaussian,radius=2,",
 ];
 
-/// Each built for the scene, with maps of `size` texels a side.
+/// Each built for the scene, with maps of `size` texels per side.
 fn built(context: &Context, scene: &Scene, specs: &[&str], size: u32) -> Vec<Opened> {
     let world = World::new(context, scene).expect("room for the scene");
     let of = |text: &&str| {

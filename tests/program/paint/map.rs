@@ -20,13 +20,13 @@ fn across(normal: DVec3) -> [DVec3; 2] {
 
 const ORANGE: [u8; 3] = [213, 94, 0];
 
-/// Texels a side of a map.
+/// Texels per side of a map.
 const SIDE: usize = 64;
 
 /// Points that a light takes.
 const POINTS: f64 = 8192.0;
 
-/// Pixels a side of a texel.
+/// Pixels per side of a texel.
 const SCALE: usize = 2;
 
 /// What a ray finds: behind the plane of the light nothing is ever asked.

@@ -78,7 +78,7 @@ impl Cells {
         }
     }
 
-    /// The ends, a bit a cell. Twin: ends_that_stay.
+    /// The ends, a bit per cell. Twin: ends_that_stay.
     fn ends_that_stay(&self, loss: f32) -> u64 {
         let mut ends = 1 << (CELLS - 1);
         let (mut before, mut extent) = (0.0f32, 1.0);

@@ -22,7 +22,7 @@ const TAKEN_BITS: u32 = 18;
 /// What lights choose by. Twins: AdaptPush, ISM_SIZE, ISM_CULLING, ISM_SLIDE, head.area.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice {
-    /// Texels a side of a map.
+    /// Texels per side of a map.
     pub size: u32,
     /// Points that a light takes at most.
     pub points: u32,

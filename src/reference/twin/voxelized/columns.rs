@@ -14,7 +14,7 @@ pub struct Cube {
     pub origin: [f32; 3],
     /// Along x, y and z of the cube.
     pub axes: [[f32; 3]; 3],
-    /// Voxels a side.
+    /// Voxels per side.
     pub size: u32,
     /// Whether it is a pyramid.
     pub perspective: bool,

@@ -19,7 +19,7 @@ pub const INTERSECTED: u32 = 3;
 /// What a bake leaves. Twin: technique::TreeData, and the words that it points into.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Baked {
-    /// Voxels a side.
+    /// Voxels per side.
     pub size: u32,
     /// [`LIT`], [`SHADOWED`], or [`INTERSECTED`] where there are nodes.
     pub root: u32,
