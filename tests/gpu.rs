@@ -396,8 +396,8 @@ fn sets_are_changed_while_recording() {
     });
 }
 
-/// What is written goes to the device with what is recorded next, in order, and also where the first try to record it fails or whoever
-/// wrote it has dropped it.
+/// What is written goes to the device with what is recorded next, in order, and also where the first try to record it fails or its
+/// writer has dropped it.
 #[test]
 fn writes_come_in_order() {
     gpu_test("writes_come_in_order", |context| {

@@ -292,7 +292,7 @@ fn a_scene_is_lit_by_them() {
             assert!(error.contains(words) && !error.contains('\n'), "{error}");
         }
         assert_eq!((*VPLS.start(), *VPLS.end()), (64, 4096));
-        // On the device nobody asks: they are black.
+        // The device does not ask there: they are black.
         for light in made(context, &dark, 64).read().expect("read") {
             let LightKind::Virtual { position, normal, nearest } = light.kind else { panic!("{light:?}") };
             assert!(light.radiance == [0.0; 3] && position.is_finite() && normal.is_normalized() && nearest > 0.0);

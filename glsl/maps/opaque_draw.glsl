@@ -84,7 +84,7 @@ ivec2 place_of(View view, vec3 corner) {
     return ivec2(floor(rounded));
 }
 
-// Whether all corners are on the far side of a plane that bounds what the map sees, or of what anybody is asked about.
+// Whether all corners are on the far side of a plane that bounds what the map sees, or of what is asked about.
 bool unseen(View view, vec3 corners[OPAQUE_CORNERS]) {
     vec3 x = vec3(corners[0].x, corners[1].x, corners[2].x), y = vec3(corners[0].y, corners[1].y, corners[2].y);
     vec3 z = vec3(corners[0].z, corners[1].z, corners[2].z), w = view.projection == VIEW_PARALLEL ? vec3(1.0) : z;

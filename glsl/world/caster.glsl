@@ -164,7 +164,7 @@ Caster view_caster(View view, Caster caster) {
 }
 
 // Bounds in NDC of a caster in the view's axes, low corner and high corner; false where it is behind the view. They are a
-// 16th of a texel too large, against rounding: whoever draws or bins with them decides exactly afterwards.
+// 16th of a texel too large, against rounding: drawing and binning decide exactly afterwards.
 bool view_caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
     vec4 extent = caster_is_gaussian(caster) ? gaussian_extent(view, caster.position, caster.radius, caster.axis)
                                              : sphere_extent(view, caster.position, caster.radius);

@@ -306,7 +306,7 @@ fn check_messages() -> Result<()> {
     }
 }
 
-/// Prints a line. The disk behind it may be full, or whoever listened gone.
+/// Prints a line. The disk behind it may be full, or the reader gone.
 fn say(line: impl Display) -> Result<()> {
     let said = || -> std::io::Result<()> {
         fault::write()?;

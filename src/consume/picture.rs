@@ -335,7 +335,7 @@ impl Renderer {
         Ok(image.read::<[u16; 4]>()?.into_iter().map(rgb).collect())
     }
 
-    /// What the picture is drawn into, for whoever goes on with it: 32-bit or half floats.
+    /// What the picture is drawn into, to be used further: 32-bit or half floats.
     pub fn image(&self) -> &Image {
         &self.color
     }

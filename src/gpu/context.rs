@@ -53,7 +53,7 @@ pub struct Adopt {
     pub messages: Messages,
 }
 
-/// An open device. Clones share it; the last one closes it, or leaves it to whoever opened it.
+/// An open device. Clones share it; the last one closes it, or leaves it to its owner.
 ///
 /// What was made on a device may outlive its context. Then it can no longer be written nor read back.
 #[derive(Clone)]

@@ -17,7 +17,7 @@ pub(super) struct Frames {
 struct State {
     /// Those that may run.
     running: Vec<Frame>,
-    /// Those that are over, until as many more are: their times are read when somebody asks.
+    /// Those that are over, until as many more are: their times are read when asked for.
     over: Vec<Frame>,
     /// Queries that no frame uses.
     queries: Vec<Queries>,
@@ -145,7 +145,7 @@ impl<'a> Commands<'a> {
             return Err(Error::Refused { needs: "an adopted device: this one has a queue of its own".into() });
         }
         let frames = &context.shared().frames;
-        // Freed while nobody waits for the frames.
+        // Freed without a wait for the frames.
         let mut used = frames.begin(frame)?;
         used.clear();
         let mut handle = vk::QueryPool::null();

@@ -103,7 +103,7 @@ impl OrderedAttachments {
         Ok(Self(Arc::new(inner)))
     }
 
-    /// The attachments, for whoever reads them afterwards.
+    /// The attachments, to be read afterwards.
     pub fn images(&self) -> &[Image] {
         &self.0.images
     }

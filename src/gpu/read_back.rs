@@ -1,4 +1,4 @@
-//! What the host reads of a frame: a copy for each frame that may run, so that nobody waits for it.
+//! What the host reads of a frame: a copy for each frame that may run, so that nothing waits for it.
 
 use super::{Buffer, Context, Memory};
 use crate::Result;

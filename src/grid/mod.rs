@@ -133,11 +133,11 @@ struct Plan {
 pub struct GridBuffers<'a> {
     /// [`GridData`].
     pub data: &'a Buffer,
-    /// A bit a voxel that a mesh meets, and those of the levels above.
+    /// A bit per voxel, set where a mesh meets it, and those of the levels above.
     pub bits: &'a Buffer,
     /// Optical depth of each voxel's smoke and hair.
     pub media: &'a Buffer,
-    /// A bit a voxel that has some, and those of the levels above.
+    /// A bit per voxel, set where it has some, and those of the levels above.
     pub media_bits: &'a Buffer,
     /// What cones ask, or the lists of a grid that has them.
     pub cells: &'a Buffer,

@@ -98,7 +98,7 @@ pub struct Maps {
     moves: bool,
     draws: bool,
     drawn: Made,
-    /// Whether any build has fitted them: what they are before is nobody's view.
+    /// Whether any build has fitted them: what they are before is no view.
     ready: bool,
     fit: Fit,
     lights: Buffer,
@@ -252,7 +252,7 @@ impl Maps {
         Ok(())
     }
 
-    /// The same of a world that has room for meshes; of others nobody asks the opaque maps.
+    /// The same of a world that has room for meshes; in others opaque maps are not read.
     ///
     /// # Errors
     /// As [`Maps::fit`].
@@ -260,7 +260,8 @@ impl Maps {
         if world.triangle_capacity() == 0 { Ok(()) } else { self.record(commands, world) }
     }
 
-    /// Fits the maps to a world that has moved, for whoever draws the meshes otherwise. No pass where there is nothing to do.
+    /// Fits the maps to a world that has moved, where the meshes are drawn in another way. No pass where there is nothing to
+    /// do.
     ///
     /// # Errors
     /// [`Error::Input`] where the world has other lights than they were made for.
@@ -276,8 +277,7 @@ impl Maps {
         Ok(())
     }
 
-    /// Whether the last recording moved casters or the volume views: whoever keeps something that follows from both makes it
-    /// anew.
+    /// Whether the last recording moved casters or the volume views: what was kept and follows from both is made anew.
     pub fn moved(&self) -> bool {
         self.moves
     }

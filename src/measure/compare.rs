@@ -75,9 +75,9 @@ pub struct Case<'a> {
     pub(super) effort: Effort,
     /// Pictures of consecutive frames, once they are asked for.
     references: OnceCell<Arc<Vec<Picture>>>,
-    /// What virtual lights are to come to, once somebody asks.
+    /// What virtual lights are to come to, once it is asked for.
     bounce: OnceCell<Bounce>,
-    /// What areas see, once somebody asks.
+    /// What areas see, once it is asked for.
     footprints: OnceCell<Footprints>,
     pub(super) clock: Arc<ClockMeter>,
     /// Per light, for the timing of look-ups.
@@ -342,7 +342,7 @@ impl Case<'_> {
         self.references.get_or_init(|| Arc::new(references(self.frames.states))).clone()
     }
 
-    /// One bounce of light in the picture that the truth lights; none where nobody asked for it.
+    /// One bounce of light in the picture that the truth lights; none unless asked for.
     fn bounce(&self, camera: &View) -> Option<&Bounce> {
         let traced = self.frames.bounce?;
         let made =

@@ -17,7 +17,7 @@ pub type RayPoints = Vec<(f64, f64)>;
 pub struct RayLine {
     /// Its answers at [`LightRay::truth`]'s depths.
     pub points: RayPoints,
-    /// The nodes of its curve; none of a technique without nodes or whose maps see the light otherwise than
+    /// The nodes of its curve; none of a technique without nodes or whose maps see the light from another view than
     /// [`LightRay::view`], and none behind a mesh, which ends the line there.
     pub nodes: RayPoints,
 }

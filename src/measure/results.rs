@@ -131,7 +131,7 @@ pub struct Row {
     /// The passes of drawing the picture, in order. New in version 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub draw_passes: Vec<PassTiming>,
-    /// What the passes of a build did, and behind them those of drawing the picture. Absent where nobody asks. New in version 3.
+    /// What the passes of a build did, and behind them those of drawing the picture. Absent unless asked for. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub counts: Vec<PassCount>,
     /// Bytes that the look-up needs. Absent where nothing was built.
@@ -158,7 +158,7 @@ pub struct Row {
     /// Pictures of consecutive frames, with the camera going round. Absent where it stands still. New in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<FramesError>,
-    /// Against what areas see, for each size of them. Absent where nobody asks. New in version 3.
+    /// Against what areas see, for each size of them. Absent unless asked for. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub footprints: Vec<FootprintError>,
     /// The picture's file name in the output folder.
@@ -227,7 +227,7 @@ pub struct ImageError {
     pub rmse: f64,
     /// Mean of the FLIP map.
     pub flip_mean: f64,
-    /// Under virtual lights, RMSE against one bounce of the lights that they stand for. Absent where nobody asks. New in version 2.
+    /// Under virtual lights, RMSE against one bounce of the lights that they stand for. Absent unless asked for. New in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bounce_rmse: Option<f64>,
     /// The standard error of that reference, in the same units. New in version 2.

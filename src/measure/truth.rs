@@ -1,4 +1,4 @@
-//! The truth of a scene at one time, shared by all rows. Each part is computed once, by whoever needs it first: a thread of
+//! The truth of a scene at one time, shared by all rows. Each part is computed once, where it is first needed: a thread of
 //! its own beside the measuring, where that does not disturb it, or the measuring itself.
 
 use crate::reference::truth::{

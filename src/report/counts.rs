@@ -8,7 +8,7 @@ use comfy_table::presets;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
 
 /// A table for each scene: a row's passes one a line, those of a build first, then those of its picture; and what the driver tells of the
-/// programs that it made of shaders, where it does. Empty where nobody has asked.
+/// programs that it made of shaders, where it does. Empty unless asked for.
 pub fn counts(results: &Results) -> String {
     let specs = Specs::of(&results.rows);
     let mut text = String::new();

@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 pub struct Failure {
     /// `gobo stress --soak 0 --seed` of it is the same round.
     pub seed: u64,
-    /// Who was asked; empty where it was nobody's answer.
+    /// The technique that was asked; empty where the answer was no technique's.
     pub technique: String,
     /// What broke.
     pub broken: String,

@@ -90,7 +90,7 @@ macro_rules! registry {
 }
 crate::shaders::with_folders!(registry);
 
-/// Who is asked where a command names nobody.
+/// Which techniques are asked where a command names none.
 pub mod usual {
     /// For a picture.
     pub const PICTURE: &str = super::avsm::ENTRY.name;
@@ -326,7 +326,7 @@ pub struct Entry {
     pub paths: &'static [Path],
     /// What it promises of its answers where a spec's path, the second, runs.
     pub promises: fn(&Spec, &str) -> Promises,
-    /// What is run of it where nobody names it.
+    /// What is run of it where it is not named.
     pub runs: Runs,
     /// Opens it for a world that has what it casts from.
     pub open: Open,
@@ -358,7 +358,7 @@ mod tests {
     use super::*;
     use crate::scene::tests::on_the_axis;
 
-    /// A scene without what a technique casts from is none of its; one without anything is everybody's.
+    /// A scene without what a technique casts from is none of its; one without anything is for all.
     #[test]
     fn casts_from_what_the_scene_has() {
         let smoke = on_the_axis(&[(0.0, 0.5, 1.0)]);

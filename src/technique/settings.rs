@@ -11,9 +11,9 @@ pub const AUTO: &str = "auto";
 /// The word for no file.
 pub const NONE: &str = "none";
 
-/// What a field may be, what it is where nobody says, and what the terminal says of it.
+/// What a field may be, what it is by default, and what the terminal says of it.
 pub struct Setting<T> {
-    /// Where nobody says.
+    /// The default.
     pub default: T,
     /// Its text in specs.
     text: &'static str,

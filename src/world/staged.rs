@@ -210,7 +210,7 @@ struct Changed {
 }
 
 impl Changed {
-    /// What a scene has otherwise than the device.
+    /// What differs between a scene and the device.
     fn of(staged: &Staged, scene: &Scene, has_strands: bool) -> Self {
         let Staged { scene: was, written, mixed } = staged;
         let particles =

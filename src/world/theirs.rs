@@ -32,7 +32,7 @@ impl Capacity {
 pub(super) struct Theirs {
     pub capacity: Capacity,
     gather: Gather,
-    /// Casters that nobody has written are of radius 0.
+    /// Casters that were not written have radius 0.
     cleared: bool,
 }
 

@@ -1,5 +1,5 @@
-//! What is recorded for an adopted device: every path of every technique and whoever consumes their answers say the same bits as on a
-//! device of their own, without a submission.
+//! What is recorded for an adopted device: every path of every technique and every consumer of their answers say the same bits as on
+//! a device of their own, without a submission.
 
 use crate::adopt::{adopted, everything};
 use crate::support::foreign::{Foreign, Wanted};

@@ -54,7 +54,7 @@ pub struct Wanted {
 }
 
 impl Foreign {
-    /// Opens the device that Gobo takes where nobody names one.
+    /// Opens the device that Gobo takes where none is named.
     pub fn open(wanted: &Wanted) -> Self {
         // SAFETY: as in any program that uses Vulkan; every call's arguments live until it returns.
         unsafe { Self::unsafe_open(wanted) }
@@ -198,7 +198,7 @@ impl Foreign {
 
     /// Waits for all frames.
     pub fn wait(&self) {
-        // SAFETY: nobody else uses the device.
+        // SAFETY: nothing else uses the device.
         unsafe { self.device.device_wait_idle() }.expect("no device is lost");
     }
 

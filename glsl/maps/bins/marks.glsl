@@ -1,4 +1,4 @@
-// How the casters of a map that meet some tile are put together in their drawing order, by many workgroups: a bit a
+// How the casters of a map that meet some tile are put together in their drawing order, by many workgroups: a bit per
 // caster and their number per block (mark), where each block begins (scan), the casters themselves (compact). A thread
 // has a word of bits. Bound by maps::Compact.
 #ifndef MAPS_BINS_MARKS_GLSL

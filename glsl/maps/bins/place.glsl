@@ -43,7 +43,7 @@ uint first_entry(uint bin, uint place, uint count, uint counted) {
 
 // Lists so many parts of a bin from a place on.
 void list_parts(uint place, uint wanted, uint bin, uint count, uint first) {
-    // Where the entries are too few, which is found out and mended after the build, nobody reads past them.
+    // Where the entries are too few, which is found out and mended after the build, nothing reads past them.
     uint readable = first < capacity ? min(count, room != 0u ? room : capacity - first) : 0u;
     uint a_map = bins_a_map(), tile = bin % a_map, map = bin / a_map;
     for (uint i = 0u; i < wanted; ++i) {

@@ -1,5 +1,5 @@
-// Which casters a thread of count and scatter has, and what its workgroup counts in shared memory. TALLY, declared before, says
-// whether it does.
+// Which casters each thread of count and scatter has, and what its workgroup counts in shared memory. TALLY, declared before,
+// says whether it does.
 #ifndef MAPS_BINS_TALLY_GLSL
 #define MAPS_BINS_TALLY_GLSL
 #include "maps/bins/tiles.glsl"

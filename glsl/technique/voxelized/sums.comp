@@ -21,7 +21,7 @@ void main() {
         uint here = sums[first + b];
         sums[first + b] = sum;
         sum += here;
-        // More than numbers have room for; of counts that somebody wrote.
+        // More than numbers have room for; of counts that came from elsewhere.
         if (STEP == 0 && sum < here && (level == 0u || failed == 0u)) {
             atomicMax(entries, 0xffffffffu);
             atomicMax(failed, 1u);

@@ -144,7 +144,7 @@ impl ManyLights {
         };
         let frame = set::ManyLightsFrame { lights: targets.lights, frames: &frames, masks: &masks, shadows: &shadows };
         let frame = frame.bind(context, "many_lights.frame")?;
-        // Without a history nobody reads what stands in its place.
+        // Without a history what stands in its place is not read.
         let [shadows_before, geometry_before, sources] = before.clone().unwrap_or([(); 3].map(|()| masks.clone()));
         let seen = set::ManyLightsSeen {
             geometry: &geometry,
@@ -286,7 +286,7 @@ impl History {
     }
 }
 
-/// What the last frame left on the device, for whoever holds it against its twin.
+/// What the last frame left on the device, to compare with its twin.
 pub struct TilesSeen {
     /// Words of lights that reach each tile, tiles row by row.
     pub masks: Vec<u32>,

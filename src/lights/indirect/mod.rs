@@ -150,7 +150,7 @@ pub fn light_of(data: &LightData) -> Light {
     Light { kind, radiance: data.radiance, radius: f64::INFINITY }
 }
 
-/// What the passes left on the device, for whoever holds it against its twin.
+/// What the passes left on the device, to compare with its twin.
 pub struct VplsSeen {
     /// As the lights' views were fitted.
     pub maps: Vec<Map>,
@@ -199,7 +199,7 @@ impl Vpls {
         })
     }
 
-    /// Draws lights of other fluxes than the maps', for whoever holds the drawing against its twin: as many as there are texels.
+    /// Draws lights of other fluxes than the maps', to compare the drawing with its twin: as many as there are texels.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.

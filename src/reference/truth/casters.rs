@@ -118,7 +118,7 @@ impl<'a> Casters<'a> {
         [from_light, first * length]
     }
 
-    /// Whether `position` is inside a closed or solid mesh, and light `light` is not: its light is asked for by nobody.
+    /// Whether `position` is inside a closed or solid mesh, and light `light` is not: light is not asked for there.
     pub fn inside(&self, light: usize, position: DVec3) -> bool {
         let (direction, distance) = self.to_light(light, position);
         self.meshes.inside(position, direction, distance)

@@ -165,7 +165,7 @@ impl Meshes {
     }
 }
 
-/// A ray as far as somebody asks.
+/// A ray as far as it is asked about.
 struct Way {
     origin: DVec3,
     direction: DVec3,

@@ -54,7 +54,7 @@ pub(super) struct BuiltIn<'a> {
 }
 
 impl<'a> BuiltIn<'a> {
-    /// Reads a name as a user gives it. What no scene is named is nobody's: a path may have colons.
+    /// Reads a name as a user gives it. A name that no scene has is left as it is: a path may have colons.
     ///
     /// # Errors
     /// [`Error::Input`] names the key that there is none of, or the number that is out of range.

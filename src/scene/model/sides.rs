@@ -117,7 +117,7 @@ impl Things {
     fn of(&mut self, triangle: u32) -> usize {
         let mut at = triangle as usize;
         while self.0[at] as usize != at {
-            // Halves the path for whoever comes next.
+            // Halves the path for the next search.
             self.0[at] = self.0[self.0[at] as usize];
             at = self.0[at] as usize;
         }

@@ -1,4 +1,4 @@
-//! Adaptive volumetric shadow maps: a compressed transmittance curve a texel. Sources: Salvi et al. 2010; Fife and Strugar
+//! Adaptive volumetric shadow maps: a compressed transmittance curve per texel. Sources: Salvi et al. 2010; Fife and Strugar
 //! 2013.
 //!
 //! Each path is a file: `two_pass`, `interlock`, `raster_order`, `binned`.

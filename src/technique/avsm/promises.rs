@@ -1,4 +1,4 @@
-//! What AVSM promises, and what is run of it where nobody names it.
+//! What AVSM promises, and what is run of it where it is not named.
 
 use super::settings::{Settings, Way};
 use crate::technique::keys::{Name, word_of};

@@ -58,7 +58,7 @@ struct Found {
     nodes: usize,
     /// Points of the exact list's line.
     points: usize,
-    /// How many of these, and of nodes, are in the boundary of a mesh's shadow, where nobody knows.
+    /// How many of these, and of nodes, are in the boundary of a mesh's shadow, where the answer is open.
     in_boundary: usize,
     /// How far the exact list's line is from the truth, at most.
     off_the_truth: f64,

@@ -148,7 +148,7 @@ fn a_map_is_what_rays_find() {
                  off by {half:.4}, {most:.4}, {:.3}",
                 share(1.0)
             );
-            // Discs reach past the map's circle, and what is filled farther: nobody asks there.
+            // Discs reach past the map's circle, and what is filled farther: nothing asks there.
             assert!(behind[1] > 150 && holes[0] > 500, "light {light}, {spec}: {behind:?}, {holes:?}");
             assert!(50 * open[0] <= open[1], "light {light}, {spec}: {open:?} in the open");
             // As few holes as points anywhere leave, but for chance, and where they are filled next to none.

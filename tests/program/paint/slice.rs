@@ -19,7 +19,7 @@ fn srgb8(linear: f64) -> f64 {
 const SIZE: u32 = 48;
 
 /// What a slice of a map shows where it is known, eight bits per pixel: in a face's margin another face answers, and in the
-/// boundary of a mesh's shadow nobody knows.
+/// boundary of a mesh's shadow the answer is open.
 fn truth(casters: &Casters, light: usize, map: usize, depth: f64) -> Vec<Option<f64>> {
     let scene = casters.scene();
     let (view, opaque) = (View::volumes(scene, SIZE)[map], View::opaques(scene, OpaqueMaps::SHARED.size)[map]);
