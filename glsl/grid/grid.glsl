@@ -15,7 +15,7 @@ struct Grid {
 
 const uint GRID_LEVELS = 3u;
 
-// Words per side of a level: of one voxel a bit, of bricks, of blocks of 16 voxels per side.
+// Words per side of a level, with a bit per voxel, per brick, or per block of 16 voxels per side.
 uint grid_side(uint size, uint level) { return size >> (2u * level + 2u); }
 
 // Where a level's words begin.

@@ -151,7 +151,7 @@ int most_step(ivec2 edge, ivec2 last) { return max(-edge.y, 0) * last.x + max(ed
 
 bool covers(Wide value, bool owned) { return value.high >= 0 && (owned || (uint(value.high) | value.low) != 0u); }
 
-// Draws the part of it whose first texel is `first`, at most OPAQUE_TILE a side; of each `every` × `every` texels the
+// Draws the part of it whose first texel is `first`, at most OPAQUE_TILE per side; of each `every` × `every` texels the
 // one at `offset`.
 void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset, int every) {
     ivec2 size = min(seen.first + seen.size - first, ivec2(OPAQUE_TILE));

@@ -26,7 +26,7 @@ bool caster_is_strand(Caster caster) {
     return STRANDS && any(notEqual(caster.axis, vec3(0.0))) && !caster_is_gaussian(caster);
 }
 
-// From a strand's start to its end; of what has one place, 0.
+// From a strand's start to its end; 0 for what has one place.
 vec3 caster_axis(Caster caster) {
     return caster_is_strand(caster) ? caster.axis : vec3(0.0);
 }

@@ -55,7 +55,7 @@ pub struct GridData {
     pub high: [u32; 3],
 }
 
-/// Words of 64 bits per side of a level: of one voxel a bit, of bricks of 4³ voxels, of blocks of 16³.
+/// Words of 64 bits per side of a level, with a bit per voxel, per brick of 4³ voxels, or per block of 16³.
 const fn side(size: u32, level: u32) -> u32 {
     size >> (2 * level + 2)
 }

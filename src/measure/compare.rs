@@ -45,7 +45,7 @@ const KEPT_PROCESSORS: usize = 2;
 /// How much to measure.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Builds that are timed where the world stands still; of what is baked once fewer, where it takes long.
+    /// Builds that are timed where the world stands still; fewer for baked techniques that take long.
     pub frames: usize,
     /// Frames before them that are not.
     pub warm_up: usize,

@@ -121,8 +121,8 @@ pub struct Row {
     /// The picture, drawn and lit once, device time: meshes and casters, however they are shaded. In files of schemas 1 and 2
     /// without the meshes where `shading=forward`. On slow devices of one sample, which is not warmed up.
     pub draw_ns: Option<Timing>,
-    /// A build and `draw_ns`: what a frame takes whose light has moved; of what is baked, where nothing moves, `draw_ns` alone (before, the
-    /// bake too). New in version 2.
+    /// A build and `draw_ns`: the time of a frame whose light has moved; for baked techniques in a still world, `draw_ns` alone (before,
+    /// the bake too). New in version 2.
     #[serde(default)]
     pub frame_ns: Option<f64>,
     /// The passes of a build, in order; and what is no part of it: before them `world.move` where the world moves, or

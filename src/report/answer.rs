@@ -45,7 +45,7 @@ pub(super) struct Answer {
     pub(super) smallest: Option<usize>,
 }
 
-/// What most rows have; of those that as many have, the first. FLIP where no row has errors of points.
+/// What most rows have; among equals, the first. FLIP where no row has errors of points.
 pub(super) fn measure(rows: &[(usize, &Row)]) -> Measure {
     measure_by(rows, FRAME)
 }

@@ -68,7 +68,7 @@ pub struct StrandAt {
     pub end: u32,
     /// Half the ribbon's width, world units, > 0.
     pub radius: Number,
-    /// Its optical depth, ≥ 0, taken as 80 where it is more: of an opacity o it is −ln(1 − o).
+    /// Its optical depth, ≥ 0, taken as 80 where it is more: for an opacity o it is −ln(1 − o).
     pub depth: Number,
 }
 

@@ -179,7 +179,8 @@ pub fn spec(text: &str) -> Spec {
     specs.remove(0)
 }
 
-/// A spec for each path of each technique that shadows and that this device can run; of the others `test` says that they are skipped.
+/// A spec for each path of each technique that shadows and that this device can run; for the others `test` says that they are
+/// skipped.
 pub fn every_path(test: &str, context: &Context) -> Vec<Spec> {
     // What takes one light alone, and answers with a picture, has tests of its own.
     let takes_lights = |spec: &Spec| spec.entry.name != "half-angle";

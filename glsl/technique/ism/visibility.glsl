@@ -72,7 +72,8 @@ float light_visibility(uint light, vec3 position) {
         return 1.0;
     }
     float distance = sqrt(square), plane = dot(normal, offset);
-    // What is closed and turns its back on the light shadows itself; of what is open the light's side is asked for.
+    // What is closed and turns its back on the light shadows itself; for what is open, light is asked for on the
+    // light's side.
     if (plane > AWAY * distance) {
         return 0.0;
     }

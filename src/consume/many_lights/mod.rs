@@ -46,7 +46,7 @@ push_struct! {
     }
 }
 
-/// What is drawn from and to: of the renderer.
+/// What the renderer draws from and to.
 pub(super) struct Targets<'a> {
     pub context: &'a Context,
     pub lights: &'a Buffer,

@@ -20,7 +20,7 @@ use passes::Kernels;
 /// Texels per side of a map, at most: 64 for each of 1,024 lights where there is one map.
 const MOST_SIDE_BITS: u32 = 8;
 
-/// And at least: of the 6,144 maps of 1,024 point lights.
+/// And at least so many: for the 6,144 maps of 1,024 point lights.
 const LEAST_SIDE_BITS: u32 = 4;
 
 /// Texels of all maps, at most, as far as the least side leaves it: 64 maps are of the largest size. More would make no light
@@ -87,7 +87,7 @@ impl Vpls {
         Ok(Self { context, count, side_bits, maps, seen, fluxes, greatest, sums, starts, picks, lights, kernels })
     }
 
-    /// Records all passes: of the world as it is now, and nothing is read back between them.
+    /// Records all passes: they build the world as it is now, and nothing is read back between them.
     ///
     /// # Errors
     /// [`crate::Error::Input`] where the world has other lights than at first.

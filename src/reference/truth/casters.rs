@@ -57,7 +57,7 @@ impl<'a> Casters<'a> {
         if view.projection() == Projection::Perspective && z <= 0.0 { &[] } else { grid.at(texel) }
     }
 
-    /// Optical depth of the casters between light `light` and `position`; of a strand at that very depth too.
+    /// Optical depth of the casters between light `light` and `position`; a strand counts at that very depth too.
     pub fn optical_depth(&self, light: usize, position: DVec3) -> f64 {
         let map = self.scene.first_map(light) + self.scene.lights[light].map_at(position.as_vec3().into());
         let Some((view, _)) = self.maps.get(map) else { return 0.0 };

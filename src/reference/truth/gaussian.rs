@@ -1,4 +1,4 @@
-//! What a ray has of an anisotropic Gaussian, in f64, with all of its tails: of a Gaussian's optical depth up to a place the error function.
+//! What a ray has of an anisotropic Gaussian, in f64, with all of its tails: a Gaussian's optical depth up to a place is the error function.
 //! Source: the integral of a Gaussian along a line, which is a Gaussian in its place.
 
 use crate::scene::{Caster, REACH, Ray, Shape};

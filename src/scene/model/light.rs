@@ -108,8 +108,8 @@ impl Light {
         }
     }
 
-    /// What distance leaves of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius; of a virtual light
-    /// what distance and the cosine do. Twin: light_falloff.
+    /// What distance leaves of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius; for a virtual
+    /// light, what distance and the cosine leave. Twin: light_falloff.
     pub fn falloff(&self, position: DVec3) -> f64 {
         match self.kind {
             LightKind::Directional { .. } => 1.0,

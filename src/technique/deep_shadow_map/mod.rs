@@ -1,4 +1,4 @@
-//! Deep shadow maps: of each texel's curve as few nodes as stay within an error of it. Source: Lokovic and Veach 2000.
+//! Deep shadow maps: as few nodes of each texel's curve as stay within an error of it. Source: Lokovic and Veach 2000.
 //!
 //! Lists of segments, their ends sorted, a count of nodes, a scan, and the nodes, one texel's behind the other's.
 //!

@@ -240,7 +240,7 @@ impl Shape {
         self.level_at(self.tile_level() + 1) - self.blocks_at()
     }
 
-    /// Where the counts above the tiles begin: of the tiles themselves, then of the levels above them.
+    /// Where the counts above the tiles begin: those of the tiles themselves, then those of the levels above.
     pub fn top_at(self) -> u32 {
         self.blocks_at() + aligned(self.tile_counts())
     }

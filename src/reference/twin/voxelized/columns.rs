@@ -25,8 +25,8 @@ pub struct Cube {
 pub struct Projected {
     /// 256ths of a voxel across.
     pub corners: [[i64; 2]; 3],
-    /// Voxels along the light of each corner; of a pyramid 1 over that in the middle of all columns, and what a column to the right
-    /// and one up add.
+    /// Voxels along the light of each corner; for a pyramid, 1 over that in the middle of all columns, and what a column to the
+    /// right and one up add.
     pub z: [f32; 3],
     /// Least and greatest depth, voxels, of a pyramid.
     pub range: Option<[f32; 2]>,

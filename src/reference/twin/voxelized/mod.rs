@@ -61,7 +61,7 @@ struct Kept {
 }
 
 impl Kept {
-    /// The number of a node; of an equal one where they merge.
+    /// The number of a node; where they merge, that of an equal one.
     fn number(&mut self, node: Vec<u32>, merge: bool) -> u32 {
         let next = self.all.len() as u32;
         let number = if merge { *self.numbers.entry(node.clone()).or_insert(next) } else { next };
