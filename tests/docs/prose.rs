@@ -47,8 +47,24 @@ const COUNTED: [&str; 15] = [
     "casters", "ms", "MiB",
 ];
 const UNITS: [&str; 18] = [
-    "texel", "light", "frame", "pixel", "voxel", "node", "map", "row", "caster", "slice", "sample", "particle", "ray",
-    "layer", "side", "channel", "thread", "workgroup",
+    "texel",
+    "light",
+    "frame",
+    "pixel",
+    "voxel",
+    "node",
+    "map",
+    "row",
+    "caster",
+    "slice",
+    "sample",
+    "particle",
+    "ray",
+    "layer",
+    "side",
+    "channel",
+    "thread",
+    "workgroup",
 ];
 
 /// Words that readers had to look up.
