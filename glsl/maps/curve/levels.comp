@@ -2,8 +2,10 @@
 // Builds levels of detail of all maps: at the ends of even steps from the first node of the four texels below to their last, a texel has
 // the mean of their transmittance. Its nodes are those of these places between which interpolation errs least, by the sum of squares over
 // all places: dynamic programming with one thread per place, so that no thread walks along curves by itself. What is past the map's edge,
-// or has no casters, lets all light through. Source: ours. Inputs: maps, nodes of the level below, counts. Output: nodes of the levels.
-// Twin: reference::twin::avsm::levels. Invariant: at its nodes and behind them it is the mean of what the four have there, to what storing
+// or has no casters, lets all light through. Source: ours.
+// Inputs: maps, nodes of the level below, counts. Output: nodes of the levels.
+// Twin: reference::twin::avsm::levels.
+// Invariant: at its nodes and behind them it is the mean of what the four have there, to what storing
 // rounds.
 #include "maps/level_tile.glsl"
 #include "maps/curve/tiled.glsl"

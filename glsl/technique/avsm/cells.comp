@@ -44,8 +44,8 @@ const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;
 
 // Cell c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. By how much more segments take in a cell
-// than in the one before, in units of optical depth; in the end the bits of the optical depth up to the cell's end. One more, which
-// nobody reads.
+// than in the one before, in units of optical depth; in the end the bits of the optical depth up to the cell's end. One more, which is
+// not read.
 shared uint cells[(CELLS + 1) * TEXELS];
 // Bits of non-negative floats, which order as the floats do.
 const uint NEVER = 0x7F800000u;
