@@ -98,7 +98,7 @@ fn declared(line: &str) -> Option<(&str, u32, Slot)> {
     let binding = if place == "i" { EACH } else { digits.parse().ok()? };
     let declaration = declaration.split("//").next()?;
     let (kind, name) = if let Some((head, block)) = declaration.split_once('{') {
-        // The buffer's member; of several the name of the block, without what stands before its last capital.
+        // The buffer's member; for several, the name of the block, without what stands before its last capital.
         let member = block.split(';').next().unwrap_or_default().split_whitespace().last();
         let block_name = head.split_whitespace().last().unwrap_or_default();
         let short = block_name.rfind(|c: char| c.is_uppercase()).map_or(block_name, |at| &block_name[at..]);

@@ -50,7 +50,7 @@ fn most_ambiguous(build: Build) -> f64 {
 }
 
 /// Texels that are compared in `crowd` at least: most of its texels are ambiguous, up to 71 % of 421, since each of the
-/// hundreds of insertions of a texel chooses two nodes to remove. Of so many, an error in one texel of 25 is in one with
+/// hundreds of insertions of a texel chooses two nodes to remove. Among so many, an error in one texel of 25 shows with
 /// a probability of 1 − (24/25)¹¹³ = 99 %.
 const ENOUGH: u32 = 113;
 

@@ -30,7 +30,7 @@ use gobo::world::World;
 use support::scenes::{self, Random};
 use support::{all, ask, every_path, gpu_test, runs, skipped, some, spec};
 
-/// Texels a side: not whole tiles.
+/// Texels per side: not whole tiles.
 const SIZE: &str = "28";
 
 fn world(context: &Context, scene: &Scene) -> World {

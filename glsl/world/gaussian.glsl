@@ -120,8 +120,8 @@ float gaussian_share(float x) {
 // Half of the way within GAUSSIAN_REACH.
 float gaussian_half(GaussianRay along) { return sqrt(max(GAUSSIAN_REACH * GAUSSIAN_REACH - along.square, 0.0)) * along.deviation; }
 
-// Low to high along right (x, y) and along up (z, w) of the ellipsoid, as sphere_extent has it of a sphere; of a Gaussian in the view's
-// axes. In perspective between the two planes through the eye that touch it.
+// Low to high along right (x, y) and along up (z, w) of the ellipsoid, as sphere_extent has it of a sphere; for a Gaussian, in the
+// view's axes. In perspective between the two planes through the eye that touch it.
 vec4 gaussian_extent(View view, vec3 centre, float radius, vec3 packed) {
     GaussianShape shape = gaussian_shape(radius, packed);
     mat3 rows = transpose(mat3(shape.axes[0], shape.axes[1], shape.axes[2]));

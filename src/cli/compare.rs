@@ -165,8 +165,8 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     Effort { frames, warm_up: 5, space_points: 65536, picture, turning, footprints, counts, truth }
 }
 
-/// What a scene is in each frame, and the times of these. Where nobody asks for the truth of what the device simulates, the host
-/// knows of one frame alone.
+/// What a scene is in each frame, and the times of these. Where no truth is wanted of what the device simulates, the host knows
+/// of one frame alone.
 fn frames(arguments: &Arguments, name: &str) -> Result<(Vec<Scene>, Vec<f64>)> {
     let scene = load(name, &arguments.load)?;
     let times_s = arguments.moving.times(&scene, arguments.frames)?;

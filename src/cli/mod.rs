@@ -225,7 +225,7 @@ struct MapArguments {
     /// The light, from 0 in the scene's order
     #[arg(long, default_value_t = 0, value_name = "N")]
     light: usize,
-    /// Of a point light, the face of the cube around it: +x, -x, +y, -y, +z or -z
+    /// For a point light, the face of the cube around it: +x, -x, +y, -y, +z or -z
     #[arg(long, allow_hyphen_values = true)]
     face: Option<String>,
 }
@@ -275,7 +275,7 @@ fn load(name: &str, with: &LoadArguments) -> Result<Scene> {
     Ok(little::scene(load_whole(&little::name(name), with)?))
 }
 
-/// The same for who shows one place of it, which has to be there.
+/// The same for a command that shows one place of it, which has to be there.
 fn load_whole(name: &str, with: &LoadArguments) -> Result<Scene> {
     let mut scene = Scene::load(name, with.time)?;
     if let Some(lights) = with.lights {
@@ -308,7 +308,7 @@ fn check_messages() -> Result<()> {
     }
 }
 
-/// Prints a line. The disk behind it may be full, or whoever listened gone.
+/// Prints a line. The disk behind it may be full, or the reader gone.
 fn say(line: impl Display) -> Result<()> {
     let said = || -> std::io::Result<()> {
         fault::write()?;

@@ -23,7 +23,7 @@ words! {
         Forward = "forward",
         /// Once a pixel, from a buffer of what is seen.
         Deferred = "deferred",
-        /// The same tile by tile, from a bit a light that says whether it is shadowed.
+        /// The same tile by tile, from a bit per light that says whether it is shadowed.
         Tiled = "tiled",
         /// Each of 4 × 4 pixels asks a part of the lights, and all of them are its neighbours' mean.
         Interleaved = "interleaved",

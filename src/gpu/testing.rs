@@ -31,7 +31,7 @@ impl Testing {
     }
 }
 
-/// What is wanted; nothing where nobody has begun.
+/// What is wanted; nothing before testing has begun.
 pub(super) fn testing() -> &'static Testing {
     static NONE: Testing =
         Testing { lowest_limits: false, no_features: false, checks_in_shaders: false, fault: None, burden: 0 };

@@ -40,7 +40,7 @@ const KEPT_PROCESSORS: usize = 2;
 /// How much to measure.
 #[derive(Clone, Copy, Debug)]
 pub struct Effort {
-    /// Builds that are timed where the world stands still; of what is baked once fewer, where it takes long.
+    /// Builds that are timed where the world stands still; fewer for baked techniques that take long.
     pub frames: usize,
     /// Frames before them that are not.
     pub warm_up: usize,
@@ -68,14 +68,14 @@ pub struct Case<'a> {
     truths: &'a [Truth<'a>],
     pub(super) world: World,
     pub(super) effort: Effort,
-    /// Of frames one after the other, once somebody asks.
+    /// Pictures of consecutive frames, once they are asked for.
     references: OnceCell<Arc<Vec<Picture>>>,
-    /// What virtual lights are to come to, once somebody asks.
+    /// What virtual lights are to come to, once it is asked for.
     bounce: OnceCell<Bounce>,
-    /// What areas see, once somebody asks.
+    /// What areas see, once it is asked for.
     footprints: OnceCell<Footprints>,
     pub(super) clock: Arc<ClockMeter>,
-    /// Of each light, for the timing of look-ups.
+    /// Per light, for the timing of look-ups.
     pub(super) asked: Vec<Vec<[f32; 3]>>,
 }
 
@@ -97,7 +97,7 @@ pub fn with_case<'a, R>(
     };
     let boxes = states.iter().filter_map(bounds);
     let all = boxes.reduce(|[low, high], [a, b]| [low.min(a), high.max(b)]);
-    // Of each light.
+    // Points per light.
     let within = |points: &dyn Fn(usize, [DVec3; 2]) -> Vec<[f32; 3]>| -> Vec<_> {
         (0..first.lights.len()).map(|light| all.map_or_else(Vec::new, |all| points(light, all))).collect()
     };
@@ -332,7 +332,7 @@ impl Case<'_> {
         self.references.get_or_init(|| Arc::new(references(self.frames.states))).clone()
     }
 
-    /// One bounce of light in the picture that the truth lights; none where nobody asked for it.
+    /// One bounce of light in the picture that the truth lights; none unless asked for.
     fn bounce(&self, camera: &View) -> Option<&Bounce> {
         let traced = self.frames.bounce?;
         let made =

@@ -1,4 +1,4 @@
-//! Stochastic shadow maps: a few rays a texel, each of which ends by chance where light would. Sources: Enderton et al. 2010;
+//! Stochastic shadow maps: a few rays per texel, each of which ends by chance where light would. Sources: Enderton et al. 2010;
 //! Filament's and other engines' hashed alpha.
 //!
 //! Right on average, and noise around it: what is averaged, over texels or over frames, comes to the truth.
@@ -49,9 +49,9 @@ map_settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
-        /// How it is built: casters drawn, or a workgroup a tile; none: the second.
+        /// How it is built: casters drawn, or a workgroup per tile; none: the second.
         path: Option<TexelWay> = Setting::auto("casters are drawn, or a workgroup takes each tile's; auto: binned");
-        /// Texels a side of a light's map, 1 to 16,384.
+        /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
         /// Samples of each texel: 1, 4, 8, 16, 32 or 64.
         samples: u32 = Setting::one_of("16", &["1", "4", "8", "16", "32", "64"], "rays of each texel, 4 bytes each");
@@ -64,7 +64,7 @@ map_settings! {
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "stochastic",
-    about: "a few rays a texel that end by chance where light would: no bias, and noise (Enderton et al. 2010)",
+    about: "a few rays per texel that end by chance where light would: no bias, and noise (Enderton et al. 2010)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,

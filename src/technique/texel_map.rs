@@ -1,4 +1,4 @@
-//! What all techniques are that keep one texel a ray, which blending makes, or one workgroup a tile: they differ in their
+//! What all techniques are that keep one texel a ray, which blending makes, or one workgroup per tile: they differ in their
 //! shaders and what a texel is kept in alone.
 
 use super::keys::word;
@@ -31,13 +31,13 @@ macro_rules! __texel_settings {
             /// What there is to set.
             #[derive(Copy)]
             pub struct Settings {
-                /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where
+                /// How it is built: casters drawn and blended, or each texel written once by a workgroup per tile; none: the second where
                 /// the device can.
                 path: Option<$crate::maps::TexelWay> = $crate::technique::texel_map::PATH;
                 $($(#[$meta])* $field: $type = $setting;)*
-                /// Texels a side of a light's map, 1 to 16,384.
+                /// Texels per side of a light's map, 1 to 16,384.
                 size: u32 = $crate::technique::settings::SIZE;
-                /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels a side: for what is asked for by
+                /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for what is asked for by
                 /// more than a point.
                 levels: u32 = $crate::technique::settings::LEVELS;
             }

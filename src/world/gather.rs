@@ -116,7 +116,7 @@ impl<P: Push> Kernels<P> {
 pub(super) struct Slots {
     pub first: u32,
     pub count: u32,
-    /// Of theirs, no more count.
+    /// Room; no higher count is taken.
     pub capacity: u32,
 }
 

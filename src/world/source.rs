@@ -8,7 +8,7 @@ use crate::{Error, Result};
 pub struct Source {
     /// Whose; it may hold anything before, between and behind them.
     pub buffer: Buffer,
-    /// Of the first, bytes, a multiple of 4.
+    /// Where the first is, bytes, a multiple of 4.
     pub offset: u64,
     /// From one to the next, bytes, a multiple of 4.
     pub stride: u32,
@@ -68,7 +68,7 @@ pub struct StrandAt {
     pub end: u32,
     /// Half the ribbon's width, world units, > 0.
     pub radius: Number,
-    /// Its optical depth, ≥ 0, taken as 80 where it is more: of an opacity o it is −ln(1 − o).
+    /// Its optical depth, ≥ 0, taken as 80 where it is more: for an opacity o it is −ln(1 − o).
     pub depth: Number,
 }
 
@@ -90,7 +90,7 @@ pub struct SplatAt {
 pub struct Corners {
     /// Vertices, each with three floats, world units, at its start.
     pub vertices: Buffer,
-    /// Of the first vertex, bytes, a multiple of 4.
+    /// Where the first vertex is, bytes, a multiple of 4.
     pub offset: u64,
     /// From one vertex to the next, bytes, a multiple of 4.
     pub stride: u32,

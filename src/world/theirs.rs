@@ -40,7 +40,7 @@ impl Capacity {
 pub(super) struct Theirs {
     pub capacity: Capacity,
     gather: Gather,
-    /// Casters that nobody has written are of radius 0.
+    /// Casters that were not written have radius 0.
     cleared: bool,
 }
 
@@ -54,7 +54,7 @@ impl World {
     /// A world with so much room, in which nothing casts and nothing shines yet: [`World::lights`] come before any technique is
     /// opened for it, casters before its passes are recorded.
     ///
-    /// What casts is copied on the device, in passes `world.gather`, from the caller's layout to ours: 32 bytes a caster and 48 a
+    /// What casts is copied on the device, in passes `world.gather`, from the caller's layout to ours: 32 bytes per caster and 48 per
     /// triangle, written once.
     ///
     /// # Errors

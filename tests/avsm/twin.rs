@@ -73,7 +73,7 @@ pub struct Texel {
     rounded: Vec<Vec<Segment>>,
     /// How far their depths were moved.
     moved: f32,
-    /// Of its tile, where sums in cells are what curves are made of.
+    /// Bound of its tile, where curves are made of sums in cells.
     bound: Option<u64>,
     /// Copies of a particle, and spheres around the light, which all begin at the near plane, make pairs of nodes of which
     /// either may go, at no cost: their margin is 0 and means nothing.
@@ -231,7 +231,7 @@ fn in_order(cuts: &[Cut], order: Order, rounded: impl Fn(Segment) -> Segment) ->
 }
 
 impl<'a> Twins<'a> {
-    /// Of one of the maps of all lights, as the device fitted it.
+    /// The twin of one of the maps of all lights, as the device fitted it.
     pub fn new(scene: &'a Scene, view: View) -> Self {
         let casters = scene.casters();
         let keys: Vec<u32> = order::keys(&view, &casters).into_iter().map(order::float_order).collect();

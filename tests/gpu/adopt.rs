@@ -11,7 +11,7 @@ use gobo::technique::{self, Settled};
 use gobo::world::World;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
-/// The device on which Gobo opens where nobody names one.
+/// The device on which Gobo opens where none is named.
 fn features() -> Features {
     gobo::gpu::devices().expect("devices").into_iter().min_by_key(|d| d.kind).expect("a device")
 }
@@ -21,7 +21,7 @@ pub fn everything() -> Enabled {
     Enabled { debug_utils: true, ..Enabled::all_of(&features()) }
 }
 
-/// Runs `body` on a foreign device, which is closed behind it, and fails if anything is left or anybody complains.
+/// Runs `body` on a foreign device, which is closed behind it, and fails if anything is left or a layer complains.
 pub fn adopted(test: &str, wanted: &Wanted, body: impl FnOnce(&mut Foreign, &Context)) {
     let messages = Messages::default();
     let mut foreign = Foreign::open(wanted);

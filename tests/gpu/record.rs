@@ -1,5 +1,5 @@
-//! What is recorded for an adopted device: every path of every technique and whoever consumes their answers say the same bits as on a
-//! device of their own, without a submission.
+//! What is recorded for an adopted device: every path of every technique and every consumer of their answers say the same bits as on
+//! a device of their own, without a submission.
 
 use crate::adopt::{adopted, everything};
 use crate::support::alike::assert_alike;
@@ -19,7 +19,7 @@ fn wanted() -> Wanted {
     Wanted { enabled: everything(), frames: 2, allocator: true }
 }
 
-/// Large thin smoke, more segments a texel than lists begin with, about a box over a ground.
+/// Large thin smoke, more segments per texel than lists begin with, about a box over a ground.
 fn scene() -> Scene {
     let mut scene = scenes::crowd();
     scene.meshes = vec![scenes::level(-1.0, 1.5, [0.0; 2]), scenes::cuboid([-0.3; 3], [0.3, 0.2, 0.1])];

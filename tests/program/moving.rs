@@ -11,11 +11,11 @@ fn compare_moves() {
     log("exercised", "compare_moves", &runs("avsm", "binned").0);
     let out = folder();
     let moving = ["compare", "three-emitters", "--moving", "0.4..4", "--frames", "6", "--quick", "--validation"];
-    // Of those that draw by depth, one that the device has.
+    // One path that draws by depth, which the device has.
     let by_depth = ["interlock", "raster-order"].into_iter().find(|path| runs("avsm", path).1);
     let two_pass = ["two-pass"].into_iter().filter(|path| runs("avsm", path).1);
     let paths = ["binned"].into_iter().chain(two_pass).chain(by_depth);
-    // Of four nodes, for which raster-order has attachments everywhere.
+    // With four nodes, for which raster-order has attachments everywhere.
     let mut specs: Vec<_> = paths.map(|path| format!("avsm:path={path},nodes=4,size=32")).collect();
     specs.extend(runs("uncompressed", "list").1.then(|| "uncompressed:size=32".to_owned()));
     let techniques = specs.iter().flat_map(|spec| ["--technique", spec]);

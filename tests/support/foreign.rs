@@ -25,7 +25,7 @@ pub struct Foreign {
     enabled: Enabled,
     allocator: Option<Arc<Mutex<Allocator>>>,
     pool: vk::CommandPool,
-    /// Of the frames that may run.
+    /// Commands and fences of the frames that may run.
     frames: Vec<(vk::CommandBuffer, vk::Fence)>,
     next: u64,
     closed: bool,
@@ -56,7 +56,7 @@ pub struct Wanted {
 }
 
 impl Foreign {
-    /// Opens the device that Gobo takes where nobody names one.
+    /// Opens the device that Gobo takes where none is named.
     pub fn open(wanted: &Wanted) -> Self {
         // SAFETY: as in any program that uses Vulkan; every call's arguments live until it returns.
         unsafe { Self::unsafe_open(wanted) }
@@ -201,7 +201,7 @@ impl Foreign {
 
     /// Waits for all frames.
     pub fn wait(&self) {
-        // SAFETY: nobody else uses the device.
+        // SAFETY: nothing else uses the device.
         unsafe { self.device.device_wait_idle() }.expect("no device is lost");
     }
 

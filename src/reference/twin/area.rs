@@ -17,7 +17,7 @@ fn share_taken(optical_depth: f32) -> f32 {
     }
 }
 
-/// Of a share that has been taken, `most` at most.
+/// The optical depth of a share that has been taken, `most` at most.
 fn optical_depth_of(taken: f32, most: f32) -> f32 {
     let optical_depth = if taken < 1e-3 { taken + 0.5 * taken * taken } else { -(1.0 - taken).ln() };
     if taken < 0.999_999 { optical_depth.min(most) } else { most }
@@ -150,7 +150,7 @@ mod tests {
         (0..FINE * FINE).map(one).sum::<f64>() / f64::from(FINE * FINE)
     }
 
-    /// Of the strand in the map.
+    /// The strand's length in the map.
     fn length_in_texels(projection: Projection, strand: &Caster) -> f32 {
         let at = |place: Vec3| place.truncate() * if projection == Projection::Parallel { 1.0 } else { 10.0 / place.z };
         let start = Vec3::from(strand.position);

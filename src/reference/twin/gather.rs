@@ -9,7 +9,7 @@ use glam::{Mat3, Quat, Vec4};
 /// Where a caster has what of it counts, words from its start.
 #[derive(Clone, Copy, Debug)]
 pub struct CasterAt {
-    /// Of the first of them, words from the buffer's.
+    /// Where the first of them is, words from the buffer's start.
     pub start: usize,
     /// From one to the next.
     pub stride: usize,
@@ -157,7 +157,7 @@ pub fn splats(theirs: &[u32], at: &SplatWords, slots: usize, live: usize) -> (Ve
 pub struct Vertices<'a> {
     /// Their buffer.
     pub words: &'a [u32],
-    /// Of the first, words.
+    /// Where the first vertex is, words.
     pub start: usize,
     /// From one to the next.
     pub stride: usize,
@@ -165,7 +165,7 @@ pub struct Vertices<'a> {
     pub count: usize,
     /// Three a triangle; without, vertices stand in threes.
     pub indices: Option<&'a [u32]>,
-    /// Of all.
+    /// Albedo of all triangles.
     pub albedo: [f32; 3],
     /// Where nothing has a place.
     pub place: [f32; 3],

@@ -18,7 +18,7 @@ pub(super) const ROOT_TWO_PI: f32 = 2.506_628_3;
 /// Twin: GAUSSIAN_WHOLE.
 const WHOLE: f32 = 1.011_234_5;
 
-/// Twin: caster_axis. From a strand's start to its end; of what has one place, 0.
+/// Twin: caster_axis. From a strand's start to its end; 0 for what has one place.
 pub(super) fn strand_axis(caster: &Caster) -> Vec3 {
     if caster.is_strand() { caster.axis.into() } else { Vec3::ZERO }
 }

@@ -27,9 +27,9 @@ words! {
 words! {
     /// How nodes are stored.
     pub enum Storage {
-        /// 8 bytes a node.
+        /// 8 bytes per node.
         Full = "full",
-        /// 4 bytes a node.
+        /// 4 bytes per node.
         Packed = "packed",
     }
 }
@@ -48,13 +48,13 @@ map_settings! {
         /// area under it by no more than four times the error's square, of which fewer bring the same mean error. None: the second where
         /// `bytes` is given.
         removal: Option<Removal> = Setting::auto(
-            "nodes go that a curve stays within error= without, or that change its area by 4 error²; auto: bound, with bytes= area");
+            "remove nodes that a curve stays within error= without, or that change its area by 4 error²; auto: bound, with bytes= area");
         /// How nodes are stored.
-        storage: Storage = Setting::word("full", "full: 8 bytes a node; packed: 4");
+        storage: Storage = Setting::word("full", "full: 8 bytes per node; packed: 4");
         /// How the lists of segments are made; none: tile by tile, or drawn on software devices.
         path: Option<Way> = Setting::auto(
             "lists of segments are drawn, or made tile by tile; auto: binned, on software devices two-pass");
-        /// Texels a side of a light's map, 1 to 16,384.
+        /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
     }
 }

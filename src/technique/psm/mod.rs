@@ -64,8 +64,8 @@ map_settings! {
     pub struct Settings {
         /// How the volume is built; none: summed tile by tile where the device can.
         path: Option<Way> = Setting::auto("auto: fused where the device can");
-        /// Texels a side of a light's map, 8 to 512.
-        size: u32 = Setting::number("256", 8, 512, "texels a side of a light's map");
+        /// Texels per side of a light's map, 8 to 512.
+        size: u32 = Setting::number("256", 8, 512, "texels per side of a light's map");
         /// Slices of the volume, four a texel: 4 to 256, a multiple of 4.
         slices: u32 = Setting::multiple("256", [4, 4, 256], "slices of the volume, four a texel");
         /// What the volume holds: transmittances in 8 bits in Bavoil and Jansen 2013.
@@ -123,7 +123,7 @@ enum Build {
 
 /// The technique, opened for one world.
 pub struct Psm {
-    /// Four slices a texel, map after map.
+    /// Four slices per texel, map after map.
     pub volume: Image,
     maps: Maps,
     build: Build,
@@ -144,7 +144,7 @@ impl Psm {
         Self::with_threads(context, world, settings, fused::threads(context), world.caster_capacity() >= MANY_CASTERS)
     }
 
-    /// As [`Psm::new`], with so many threads a workgroup of path=fused, a multiple of 16, instead of what suits the device, and
+    /// As [`Psm::new`], with so many threads per workgroup of path=fused, a multiple of 16, instead of what suits the device, and
     /// whether they fetch casters ahead, instead of what suits the scene.
     ///
     /// # Errors

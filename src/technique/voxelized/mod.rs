@@ -132,7 +132,7 @@ struct Moves {
     baked: bool,
     /// The trees whose columns are kept.
     kept: Option<Vec<TreeData>>,
-    /// Of each tree that is baked, whether all of its columns are found anew.
+    /// Per tree that is baked, whether all of its columns are found anew.
     whole: Vec<bool>,
     /// Meshes or lights have changed since this bake began.
     mixed: bool,
@@ -285,7 +285,7 @@ impl Voxelized {
             return Ok(false);
         }
         if room.most() > MOST_NODES {
-            let cause = format!("{} nodes of one size, and {MOST_NODES} are baked", room.most());
+            let cause = format!("{} nodes of one size, and at most {MOST_NODES} can be baked", room.most());
             return Err(self.error(cause, "use a smaller size, or structure=dag with closed=on"));
         }
         self.restart(room)?;
