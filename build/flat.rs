@@ -21,7 +21,7 @@ pub struct Binding {
     /// Counted from the first.
     pub number: u32,
     pub name: String,
-    /// Of vk::DescriptorType.
+    /// The name of its vk::DescriptorType.
     pub descriptor: &'static str,
     /// Its type as GLSL has it: `Light[]`, `sampler2D`.
     pub glsl: String,
@@ -53,10 +53,10 @@ struct Names {
     prefix: String,
     /// `GOBO_AVSM_`
     macros: String,
-    /// Of what is global.
+    /// Global names, and what each is renamed to.
     renamed: BTreeMap<String, String>,
     structs: BTreeSet<String>,
-    /// Of structs, and of buffers with a name of their own.
+    /// Fields of structs and of buffers that have a name of their own.
     members: BTreeSet<String>,
 }
 

@@ -74,7 +74,7 @@ pub enum WayOut {
     Each(Vec<String>),
 }
 
-/// Of what less may be used.
+/// What less of may be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Less {
     /// Texels of a map.

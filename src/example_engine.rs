@@ -110,7 +110,7 @@ impl Engine {
         let (buffer, fence) = self.frames[frame as usize % 2];
         let buffers = [buffer];
         let submit = [vk::SubmitInfo::default().command_buffers(&buffers)];
-        // SAFETY: the frame is recorded, and the queue is nobody else's.
+        // SAFETY: the frame is recorded, and nothing else uses the queue.
         unsafe {
             self.device.end_command_buffer(buffer).expect("recorded");
             self.device.reset_fences(&[fence]).expect("it is over");
@@ -120,7 +120,7 @@ impl Engine {
     }
 
     pub fn wait(&self) {
-        // SAFETY: nobody else uses the device.
+        // SAFETY: nothing else uses the device.
         unsafe { self.device.device_wait_idle() }.expect("no device is lost");
     }
 }

@@ -81,7 +81,7 @@ pub fn file(technique: &str) -> Result<&'static File> {
         let known: Vec<_> = FILES.iter().map(|file| file.technique).collect();
         let (name, _) = technique.split_once(':').unwrap_or((technique, ""));
         if known.contains(&name) {
-            let cause = "one file is for all settings of a technique";
+            let cause = "all settings of a technique share one file";
             return Error::input(line(technique), cause, format!("write {name}"));
         }
         let cause = format!("no technique has such a look-up{}", did_you_mean(technique, known.iter().copied()));

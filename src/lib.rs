@@ -1,13 +1,13 @@
-//! How much of light `l` reaches point `p`? Shadow techniques for what lets some light pass: smoke, hair, foliage.
+//! How much of light `l` reaches point `p`? Shadow techniques for smoke, hair, foliage and meshes.
 //!
 //! A [`technique`] builds a representation on the GPU from a [`world`] and answers with one GLSL function,
-//! `float light_visibility(uint light, vec3 position)`. Whoever asks, knows no technique: the queries and pictures in [`consume`], or
-//! a shader of yours.
+//! `float light_visibility(uint light, vec3 position)`. The caller needs to know nothing else of it: the queries and pictures in
+//! [`consume`], or a shader of yours.
 //!
-//! # An engine's way in
+//! # In an engine
 //!
-//! A device is adopted, casters and lights are the engine's buffers, passes go into its command buffers, its shader asks, and what
-//! grew is settled a frame later. docs/guide/embedding.md goes through it, and examples/embed is a renderer that does it.
+//! The engine's device is adopted, and its buffers have casters and lights. Gobo records passes into its command buffers, and its
+//! shader calls the function. docs/guide/embedding.md has the steps and what they require; examples/embed is a whole renderer.
 //!
 //! ```
 //! use glam::DVec3;
@@ -93,32 +93,33 @@
 //!
 //! # Techniques
 //!
-//! Each has a page with an example. [`technique::REGISTRY`] has the same as data.
+//! `docs/guide/techniques/NAME.md` says what each keeps, how it is built, and what it is good at; its module has an example.
+//! [`technique::REGISTRY`] has the same as data.
 //!
-//! | Technique | Casts from | Built | What it keeps |
-//! |---|---|---|---|
-//! | avsm | particles, strands, splats, meshes | each frame | a compressed curve of transmittance a texel |
-//! | deep-shadow-map | particles, strands, splats, meshes | each frame | as many nodes of a texel's curve as its error needs |
-//! | psm | particles, strands, splats, meshes | each frame | what is left of the light behind each slice of a volume |
-//! | layers | particles, strands, splats, meshes | each frame | optical depth up to the ends of a texel's layers |
-//! | fourier | particles, strands, splats, meshes | each frame | optical depth as a Fourier series a texel |
-//! | moments | particles, strands, splats, meshes | each frame | moments of the optical depth a texel |
-//! | wavelet | particles, strands, splats, meshes | each frame | optical depth in Haar wavelets a texel |
-//! | beer-shadow-map | particles, strands, splats, meshes | each frame | front, mean extinction and greatest optical depth a texel |
-//! | half-angle | particles, strands, splats, meshes | each frame | the light behind the slices that are painted so far |
-//! | translucency-map | particles, strands, splats, meshes | each frame | one product of transmittances a texel |
-//! | stochastic | particles, strands, splats, meshes | each frame | depths at which a few rays of each texel end by chance |
-//! | uncompressed | particles, strands, splats, meshes | each frame | all segments of each texel: the yardstick |
-//! | marched | particles, strands, meshes | each frame | a curve a texel, marched through a density grid |
-//! | density-grid | particles, strands, meshes | each frame | what smoke and hair take in each voxel, for all lights |
-//! | optical-depth-grid | particles, strands, meshes | each frame | the optical depth to each light in a grid's cells |
-//! | grid-query | particles, strands, splats, meshes | each frame | lists of what casts in each voxel: exact |
-//! | voxel-grid | particles, strands, meshes | each frame | a grid of voxels that rays go through |
-//! | shadow-map | meshes | each frame | the nearest depth a texel |
-//! | ism | meshes | each frame | a small map of points for each virtual light |
-//! | ray-query | particles, strands, splats, meshes | each frame | boxes about what casts: rays ask them |
-//! | none | nothing | each frame | nothing: all light, the row that others are held against |
-//! | voxelized | meshes | once | every voxel lit or shadowed, as an octree or a graph |
+//! | Technique | Casts from | Built |
+//! |---|---|---|
+//! | avsm | particles, strands, splats, meshes | each frame |
+//! | deep-shadow-map | particles, strands, splats, meshes | each frame |
+//! | psm | particles, strands, splats, meshes | each frame |
+//! | layers | particles, strands, splats, meshes | each frame |
+//! | fourier | particles, strands, splats, meshes | each frame |
+//! | moments | particles, strands, splats, meshes | each frame |
+//! | wavelet | particles, strands, splats, meshes | each frame |
+//! | beer-shadow-map | particles, strands, splats, meshes | each frame |
+//! | half-angle | particles, strands, splats, meshes | each frame |
+//! | translucency-map | particles, strands, splats, meshes | each frame |
+//! | stochastic | particles, strands, splats, meshes | each frame |
+//! | uncompressed | particles, strands, splats, meshes | each frame |
+//! | marched | particles, strands, meshes | each frame |
+//! | density-grid | particles, strands, meshes | each frame |
+//! | optical-depth-grid | particles, strands, meshes | each frame |
+//! | grid-query | particles, strands, splats, meshes | each frame |
+//! | voxel-grid | particles, strands, meshes | each frame |
+//! | shadow-map | meshes | each frame |
+//! | ism | meshes | each frame |
+//! | ray-query | particles, strands, splats, meshes | each frame |
+//! | none | nothing | each frame |
+//! | voxelized | meshes | once |
 //!
 //! # What is where
 //!
@@ -178,7 +179,7 @@ mod tests {
             let row = format!("//! | {} | ", entry.name);
             let Some(row) = include_str!("lib.rs").lines().find_map(|line| line.strip_prefix(&row)) else { continue };
             let built = if entry.lifetime == Lifetime::Baked { "once" } else { "each frame" };
-            let is = format!("{} | {built} | ", entry.casts.names());
+            let is = format!("{} | {built} |", entry.casts.names());
             assert!(row.starts_with(&is), "{}: {row}, and it is {is}", entry.name);
             said += 1;
         }

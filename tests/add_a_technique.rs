@@ -136,7 +136,7 @@ fn a_toy_technique_is_found_and_stressed() {
     };
     let held = verdicts(&run(&mut gobo(stress)), "brute-force:size=32");
     assert!(held.len() == 3 && held.iter().all(|line| line.ends_with("  holds")), "{held:?}");
-    // It is stressed where nobody names it.
+    // It is stressed where it is not named.
     assert_eq!(verdicts(&run(&mut gobo("stress few")), "brute-force:size=32").len(), 1);
     let dim = gobo(&stress.replace("brute-force", "dim-force")).current_dir(&toy).output().expect("started");
     let caught = verdicts(&String::from_utf8_lossy(&dim.stdout), "dim-force:size=32");

@@ -85,13 +85,13 @@ push_struct! {
 }
 
 /// Counted and scattered by workgroups that count by themselves first, as devices do that have very many casters, the tiles have the
-/// same entries; so have they with as many threads a caster as any device takes, and with the fullest tiles first, in which order
+/// same entries; so have they with as many threads per caster as any device takes, and with the fullest tiles first, in which order
 /// these are listed then: each before all that have less than four fifths of its casters.
 #[test]
 fn tiles_have_the_same_entries_however_they_are_counted() {
     gpu_test("tiles_have_the_same_entries_however_they_are_counted", |context| {
         let mut scene = scenes::random();
-        // A workgroup that counts by itself and a part of a second, or with 4 threads a caster two and a part of a third; large casters
+        // A workgroup that counts by itself and a part of a second, or with 4 threads per caster two and a part of a third; large casters
         // among small ones.
         let mut random = Random::new(53);
         let some = scene.particles.clone();

@@ -298,7 +298,7 @@ fn texels_without_casters_have_no_nodes() {
             assert_eq!(counts.iter().sum::<u64>(), counters["nodes"], "{text}");
             assert_eq!(counts.iter().filter(|count| **count > 0).count() as u64, counters["covered_texels"], "{text}");
             assert!(counters["covered_texels"] < 5 * 21 * 21, "{text}: {counters:?}");
-            // A word a texel of whole tiles, and one.
+            // A word per texel of whole tiles, and one.
             assert_eq!(counters["bytes_used"], 8 * counters["nodes"] + 4 * (6 * 9 * 64 + 1), "{text}");
         }
     });

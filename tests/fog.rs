@@ -275,7 +275,7 @@ fn fog_is_between_what_the_truth_allows() {
     });
 }
 
-/// Of an opaque shadow, or of a spot light's cone, up to rounding.
+/// Whether a point is in the boundary of an opaque shadow, or of a spot light's cone, up to rounding.
 fn in_boundary(scene: &Scene, casters: &Casters, resolution: &[Resolution], light: usize, position: DVec3) -> bool {
     let of_map = scene.first_map(light) + scene.lights[light].map_at(position.as_vec3().into());
     let at_cone = match scene.lights[light].kind {

@@ -192,7 +192,7 @@ fn images_are_cleared_and_read_row_by_row() {
     });
 }
 
-/// The first edition counted four bytes a texel for every format that it did not know, and made a buffer of half the size.
+/// The first edition counted four bytes per texel for every format that it did not know, and made a buffer of half the size.
 #[test]
 fn texels_of_two_floats_have_eight_bytes() {
     gpu_test("texels_of_two_floats_have_eight_bytes", |context| {
@@ -396,8 +396,8 @@ fn sets_are_changed_while_recording() {
     });
 }
 
-/// What is written goes to the device with what is recorded next, in order, and also where the first try to record it fails or whoever
-/// wrote it has dropped it.
+/// What is written goes to the device with what is recorded next, in order, and also where the first try to record it fails or its
+/// writer has dropped it.
 #[test]
 fn writes_come_in_order() {
     gpu_test("writes_come_in_order", |context| {

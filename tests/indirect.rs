@@ -198,9 +198,9 @@ fn all_flux_is_kept() {
         let (height, degrees) = (1.5, 80.0f64);
         let spot = LightKind::Spot { position: DVec3::Z * height, direction: DVec3::NEG_Z, cone_degrees: degrees };
         let radius = height * (degrees.to_radians() / 2.0).tan();
-        // Of a disc: the integral of h / sqrt(h² + r²).
+        // A disc: the integral of h / sqrt(h² + r²).
         let disc = 2.0 * PI * height * (height.hypot(radius) - height);
-        // Of a side of a cube of half side 2 about the light, the same integral over a square, by its middle points.
+        // A side of a cube of half side 2 about the light: the same integral over a square, by its middle points.
         let steps = 600;
         let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(steps) * 4.0 - 2.0;
         let square = |(x, y): (f64, f64)| 2.0 / (4.0 + x * x + y * y).sqrt() * (4.0 / f64::from(steps)).powi(2);
@@ -265,7 +265,7 @@ fn a_scene_is_lit_by_them() {
     gpu_test("a_scene_is_lit_by_them", |context| {
         let cornell = Scene::load("cornell", 0.0).expect("built in");
         let lit_by = lit_by_vpls(context, &cornell, 256).expect("lit");
-        assert_eq!((lit_by.lights.len(), &*lit_by.name, lit_by.motion), (256, "cornell-256-vpls", Motion::Still));
+        assert_eq!((lit_by.lights.len(), &*lit_by.name, &lit_by.motion), (256, "cornell-256-vpls", &Motion::Still));
         assert_eq!((&lit_by.meshes, lit_by.camera), (&cornell.meshes, cornell.camera));
         assert_eq!(lit_by, lit_by_vpls(context, &cornell, 256).expect("lit"), "the same each time");
         // Each stands in the room's air, on the lamp's side of something.
@@ -292,7 +292,7 @@ fn a_scene_is_lit_by_them() {
             assert!(error.contains(words) && !error.contains('\n'), "{error}");
         }
         assert_eq!((*VPLS.start(), *VPLS.end()), (64, 4096));
-        // On the device nobody asks: they are black.
+        // The device does not ask there: they are black.
         for light in made(context, &dark, 64).read().expect("read") {
             let LightKind::Virtual { position, normal, nearest } = light.kind else { panic!("{light:?}") };
             assert!(light.radiance == [0.0; 3] && position.is_finite() && normal.is_normalized() && nearest > 0.0);

@@ -268,7 +268,7 @@ fn sunlit(side: Option<u32>) -> Scene {
 }
 
 /// The picture under virtual lights is near to one bounce of the light that they stand for, by more than its noise and not by much;
-/// where nobody asks for the bounce nothing is said of it.
+/// without a request for the bounce nothing is said of it.
 #[test]
 fn a_picture_is_compared_with_one_bounce() {
     gpu_test("a_picture_is_compared_with_one_bounce", |context| {

@@ -24,8 +24,8 @@ struct Running {
 }
 
 fn fountain(scene: &Scene) -> Fountain {
-    match scene.motion {
-        Motion::Fountain(fountain) => fountain,
+    match &scene.motion {
+        Motion::Fountain(fountain) => *fountain,
         other => panic!("{}: {other:?}", scene.name),
     }
 }
@@ -137,7 +137,7 @@ fn the_way_to_a_time_does_not_matter() {
         for frame in 0..=20 {
             let before = first.world.generations().particles;
             let steps = first.go(5.0 + f64::from(frame) / 30.0);
-            // Two steps a frame; to the first it jumps, of which the last is timed.
+            // Two steps per frame; to the first it jumps, of which the last is timed.
             assert_eq!(
                 steps,
                 if !timed {
@@ -210,7 +210,7 @@ fn a_free_particle_falls_and_is_pulled() {
         for i in 0..300 {
             let place = [random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(3.9, 5.0)];
             let speed = [(); 3].map(|()| random.between(-0.1, 0.1));
-            // Of a particle that is not born in this step.
+            // A particle that is not born in this step.
             let step = (1000..).find(|step| rules.age(i, *step).0 > 0).expect("most");
             let mut body =
                 Body { place: [place[0], place[1], place[2], 0.1], speed: [speed[0], speed[1], speed[2], 1.0] };

@@ -236,7 +236,7 @@ fn scenes_are_swept() {
     assert_eq!(Sweep::named("few").expect("a case").len(), 1);
 }
 
-/// Of who casts from nothing that is there the row says what it casts from.
+/// A technique that casts from nothing that is there is refused, and the row says what it casts from.
 #[test]
 fn who_casts_from_nothing_is_refused() {
     let folder = tempfile::TempDir::new().expect("a temporary folder");

@@ -88,7 +88,7 @@ fn each_texel(scene: &Scene, views: &[View], mut check: impl FnMut(usize, &View,
     assert!(checked * 20 >= place * 19, "{}: {checked} of {place} texels are checked", scene.name);
 }
 
-/// The texels as stored, all maps', a number a channel.
+/// The texels as stored, all maps', a number per channel.
 fn texels(context: &Context, scene: &Scene, text: &str) -> (Vec<Vec<f32>>, Vec<View>) {
     let spec = spec(text);
     let world = World::new(context, scene).expect("room for the scene");

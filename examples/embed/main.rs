@@ -145,7 +145,7 @@ fn time_host(engine: &mut Engine, frames: u64) -> Result<()> {
     Ok(())
 }
 
-/// A line a particle: x, y, z and the share of the sun's light.
+/// A line per particle: x, y, z and the share of the sun's light.
 fn answers(engine: &mut Engine) -> Result<String> {
     let places: Vec<_> = engine.particles()?.iter().map(|particle| particle.position).collect();
     let answers = engine.ask(&places)?;

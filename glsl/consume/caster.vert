@@ -1,5 +1,5 @@
 #version 460
-// Draws casters as the camera sees them, far to near. Six vertices a caster. Inputs: camera, casters, order.
+// Draws casters as the camera sees them, far to near. Six vertices per caster. Inputs: camera, casters, order.
 #include "consume/picture_set.glsl"
 #include "world/caster.glsl"
 

@@ -1,5 +1,5 @@
 #version 460
-// Second half of deferred shading: the position comes back from z, the visibility of each light is looked up once a pixel.
+// Second half of deferred shading: the position comes back from z, the visibility of each light is looked up once per pixel.
 // Inputs: lights, camera, albedo, normal, z, the technique. Output: colour.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "consume/picture_set.glsl"

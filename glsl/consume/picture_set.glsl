@@ -9,7 +9,7 @@
 #define PICTURE_CASTERS layout(set = 0, binding = 3, scalar) readonly buffer Casters { Caster casters[]; };
 // Casters, far to near.
 #define PICTURE_ORDER layout(set = 0, binding = 4, scalar) readonly buffer Order { uint order[]; };
-// Of each triangle: see world::Generations::sides.
+// The side of each triangle: see world::Generations::sides.
 #define PICTURE_SIDES layout(set = 0, binding = 5, scalar) readonly buffer Sides { int sides[]; };
 // The place of the first splat among the casters, then the colours of all, three floats each.
 #define PICTURE_SPLATS layout(set = 0, binding = 6, scalar) readonly buffer Splats { uint splats[]; };

@@ -1,5 +1,5 @@
 #version 460
-// Answers the one question for a part of a list of points, or of squares about them. Inputs: points, a light, the technique. Output: one number a point.
+// Answers the one question for a part of a list of points, or of squares about them. Inputs: points, a light, the technique. Output: one number per point.
 #include "world/view.glsl"
 #include "visibility.glsl"
 #include "consume/receiver.glsl"

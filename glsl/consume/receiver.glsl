@@ -29,8 +29,8 @@ bool looks_away(Light light, vec3 normal, bool closed) {
     return closed && light.kind == LIGHT_DIRECTIONAL && dot(normal, light.direction) > 0.0;
 }
 
-// How much of a light, the scene's `index`-th, reaches a surface. `normal` is the outside of what is closed; of what is open it is
-// either side, and the light's is asked for.
+// How much of a light, the scene's `index`-th, reaches a surface. `normal` is the outside of what is closed; for what is open it
+// is either side, and the light's is asked for.
 float surface_visibility(uint index, Light light, vec3 position, vec3 normal, bool closed) {
     if (looks_away(light, normal, closed)) {
         return 0.0;

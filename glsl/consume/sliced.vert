@@ -1,5 +1,5 @@
 #version 460
-// Draws casters as the camera sees them, in the order in which a technique paints them. Six vertices a caster.
+// Draws casters as the camera sees them, in the order in which a technique paints them. Six vertices per caster.
 // Inputs: camera, casters, sorted.
 #include "consume/picture_set.glsl"
 #include "world/caster.glsl"

@@ -35,7 +35,7 @@ vec4 surface_place(View camera, vec3 corner) {
                 (z - camera.near) * camera.far / (camera.far - camera.near), view_w(camera, z));
 }
 
-// Of a pixel of a perspective camera. Precise, as all here: two shaders round alike.
+// The ray through a pixel of a perspective camera. Precise, as all here: two shaders round alike.
 Ray surface_ray(View camera, vec2 pixel) {
     precise vec2 ndc = pixel / vec2(camera.width, camera.height) * 2.0 - 1.0;
     precise vec3 direction =

@@ -1,5 +1,5 @@
 #version 460
-// Which triangle each pixel sees, counted from 1; 0 is the sky. What follows from it is found once a pixel, by gbuffer.comp.
+// Which triangle each pixel sees, counted from 1; 0 is the sky. What follows from it is found once per pixel, by gbuffer.comp.
 // Source: Burns and Hunt 2013, The visibility buffer. Input: the triangle's number. Output: it.
 layout(location = 0) flat in uint number;
 layout(location = 0) out uint seen;

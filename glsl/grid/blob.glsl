@@ -49,7 +49,7 @@ float root(float square) {
     return result;
 }
 
-// Of what is smaller than a voxel: parts at places, each shared by the eight voxels whose middles are about it.
+// What is smaller than a voxel: parts at places, each shared by the eight voxels whose middles are about it.
 struct Motes {
     vec3 first;   // voxels
     vec3 axis;    // from the first to where one more than the last would be, were they one apart by `step`
@@ -90,7 +90,7 @@ vec3 mote_place(Motes motes, uint i) {
 // So many 256ths of an amount, rounded down; what is left of it is the other side's, so that nothing is lost.
 uint part_of(uint amount, uint share) { return (amount >> 8) * share + (((amount & 255u) * share) >> 8); }
 
-// A sphere of a voxel's radius and more: two samples a voxel and axis, each of which is inside by a share that falls from 1 to 0
+// A sphere of a voxel's radius and more: two samples per voxel and axis, each of which is inside by a share that falls from 1 to 0
 // over half a voxel, the samples' distance, about its border.
 struct Ball {
     vec3 centre;    // voxels
@@ -118,7 +118,7 @@ uint ball_sample(Ball ball, float x, float y, float z) {
     return uint(share);
 }
 
-// Of one voxel of its box.
+// How much of the ball is in one voxel of its box.
 uint ball_amount(Ball ball, ivec3 voxel) {
     precise vec3 near = vec3(voxel) + 0.25 - ball.centre, far = vec3(voxel) + 0.75 - ball.centre;
     precise vec3 a = near * near, b = far * far;

@@ -1,5 +1,5 @@
 #version 460
-// Empties the bricks that are not empty. One workgroup a block of 64 bricks. Source: ours. Input and output: bits.
+// Empties the bricks that are not empty. One workgroup per block of 64 bricks. Source: ours. Input and output: bits.
 // Twin: reference::twin::grid, which begins anew.
 layout(local_size_x = 64) in;
 #include "grid/build.glsl"

@@ -1,5 +1,5 @@
 #version 460
-// Empties the bricks of media that are not empty. One workgroup a block of 64 bricks. Source: ours. Input and output: media, their
+// Empties the bricks of media that are not empty. One workgroup per block of 64 bricks. Source: ours. Input and output: media, their
 // bits. Twin: reference::twin::media, which begins anew.
 layout(local_size_x = 64) in;
 #include "grid/cast.glsl"

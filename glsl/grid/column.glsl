@@ -5,7 +5,7 @@
 // What a column may leave out of a triangle is this far from its plane, voxels: rounding is a thousandth of it.
 const float COLUMN_MARGIN = 0.0625;
 
-// Of a plane whose normal is shorter than that, dividing says nothing.
+// Dividing by a shorter normal than this says nothing about its plane.
 const float LEAST_NORMAL = 1e-30;
 
 // The voxels of a column that a triangle meets. Columns stand along the axis that the triangle faces most, so that its plane

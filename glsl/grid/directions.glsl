@@ -1,4 +1,4 @@
-// How strands run in the voxels of a grid: of what strands take in a voxel, times their direction, twice, a matrix of six numbers a voxel in
+// How strands run in the voxels of a grid: of what strands take in a voxel, times their direction, twice, a matrix of six numbers per voxel in
 // the order of grid/media.glsl: xx, yy, zz, xy, yz, zx; the first three together are what strands take. In whole units, so that the order of sums
 // does not matter, two bits fewer than those of media: where a voxel is not full, no number passes 31 bits. Source: ours.
 // Twin: reference::twin::soft::Directions.
@@ -10,7 +10,7 @@ const float DIRECTION_UNITS = 4194304.0;
 // What a strand takes across, of what it takes on average over all directions.
 const float ACROSS = 1.27323954;
 
-// Between E[sin²] and its root, where the strands of a voxel run otherwise than in one direction.
+// Between E[sin²] and its root, where the strands of a voxel do not run in one direction.
 const float SPREAD_SHARE = 0.75;
 
 // What a voxel takes of a way towards there that takes so much on average, by the matrix M of its strands. E[sin²] of their angle to the way

@@ -8,14 +8,14 @@ struct Grid {
     vec3 origin;     // its corner, world units
     float voxel;     // a voxel's side, world units
     float per_unit;  // voxels a world unit
-    uint size;       // voxels a side
+    uint size;       // voxels per side
     uint low[3];     // of all that casts, as maps/extents.glsl orders floats
     uint high[3];
 };
 
 const uint GRID_LEVELS = 3u;
 
-// Words a side of a level: of one voxel a bit, of bricks, of blocks of 16 voxels a side.
+// Words per side of a level, with a bit per voxel, per brick, or per block of 16 voxels per side.
 uint grid_side(uint size, uint level) { return size >> (2u * level + 2u); }
 
 // Where a level's words begin.

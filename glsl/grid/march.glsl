@@ -8,7 +8,7 @@
 #include "grid/occupied.glsl"
 #include "grid/walk.glsl"
 
-// What is met: a voxel has so many cells a side, two to the power of this.
+// What is met: a voxel has so many cells per side, two to the power of this.
 const uint CELL_SHIFT = CELL == CELL_MASK ? MASK_SHIFT : 0u;
 
 // The cells of an occupied voxel; `brick` has its bits.

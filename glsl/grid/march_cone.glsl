@@ -12,7 +12,7 @@ const float CONE_DARK = 1.0 / 256.0;
 // Between the middles of two cells a wall's cover is weighed, and where steps fall half a cell apart it weighs at least ¾.
 const float CONE_GAIN = 1.34;
 
-// What of the light a cell stops that goes through it along an axis: of a layer of voxels as much as it is wide. Outside there is
+// What of the light a cell stops that goes through it along an axis: as much as a layer of voxels of its width. Outside there is
 // nothing.
 float cell_cover(uint level, ivec3 cell) {
     if (any(lessThan(cell, ivec3(0))) || any(greaterThanEqual(cell, ivec3(GRID_SIZE >> level)))) {

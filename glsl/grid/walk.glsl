@@ -27,7 +27,7 @@ vec2 box_clip(vec3 from, vec3 way, vec3 first, vec3 last) {
     return vec2(max(0.0, max(near.x, max(near.y, near.z))), min(1.0, min(far.x, min(far.y, far.z))));
 }
 
-// Where a way from `from` along `way` enters a grid of so many voxels a side and leaves it, in lengths of `way`, at most from 0 to 1;
+// Where a way from `from` along `way` enters a grid of so many voxels per side and leaves it, in lengths of `way`, at most from 0 to 1;
 // the first number is the greater one where it passes by.
 vec2 grid_clip(vec3 from, vec3 way, uint size) { return box_clip(from, way, vec3(0.0), vec3(size)); }
 
@@ -37,7 +37,7 @@ struct March {
     vec3 from;
     vec3 way;
     vec3 inverse;  // of `way`
-    uint size;     // voxels a side, or cells
+    uint size;     // voxels per side, or cells
     uvec3 mirror;  // what a voxel's place is turned back by
     vec2 range;    // within the grid, lengths of `way`
 };
@@ -60,7 +60,7 @@ bool march_begin(vec3 from, vec3 way, uint size, out March march, out ivec3 voxe
     return march_within(from, way, grid_clip(from, way, size), size, march, voxel);
 }
 
-// Where the way reaches the far sides of a voxel, or of the 2^shift voxels a side about it that are empty.
+// Where the way reaches the far sides of a voxel, or of the 2^shift voxels per side about it that are empty.
 vec3 march_planes(March march, ivec3 voxel, uint shift) {
     ivec3 high = ((voxel >> int(shift)) << int(shift)) + (1 << int(shift));
     return (vec3(high) - march.from) * march.inverse;

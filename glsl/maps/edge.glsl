@@ -17,6 +17,6 @@ Wide wide_cross(ivec2 a, ivec2 b) {
     return Wide(high - other_high - int(borrow), difference);
 }
 
-// Whether a point that lies on the edge is inside: of two triangles that share it exactly one has it.
+// Whether a point that lies on the edge is inside: exactly one of two triangles that share it has it.
 bool owns_edge(ivec2 edge) { return edge.y < 0 || (edge.y == 0 && edge.x > 0); }
 #endif

@@ -21,7 +21,7 @@ struct Filter {
     float total;     // of the weights before they are divided by it
 };
 
-// Texels a side.
+// Texels per side.
 int filter_side() { return FILTER == FILTER_BILINEAR ? 2 : 2 * int(FILTER_RADIUS) + 1; }
 
 // Weights in x and in y of the texels `i` after the first.

@@ -1,6 +1,6 @@
 #version 460
 // The views of all maps, fitted to what they see. Twin: reference::twin::fit; scene::View in f64 is the truth of it.
-// A thread a map. Inputs: extents; maps, whose `near` is the least share of the range at which a perspective view begins,
+// A thread per map. Inputs: extents; maps, whose `near` is the least share of the range at which a perspective view begins,
 // and `far` the range over what the casters need. Output: maps.
 // Invariant: a view holds all that it was fitted to; the margin is more than the rounding of the extents.
 #include "maps/extents.glsl"
@@ -20,11 +20,12 @@ layout(push_constant, scalar) uniform FitPush {
     vec3 ahead;        // of the camera, unit length
 };
 
-// Of a range: a hundredth of a texel of the largest map.
+// Widens a range by a hundredth of a texel of the largest map.
 const float MARGIN = 1.00001;
-// Of the distance from the origin: what rounding may take away.
+// What rounding may take away, as a share of the distance from the origin.
 const float ROUNDING = 5e-7;
-// Of the width of a parallel view, its range at least: of a level ground straight under the light floats tell no less apart.
+// The least range of a parallel view, as a share of its width: floats resolve no less for level ground straight under the
+// light.
 const float THINNEST = 1e-3;
 
 struct Range {

@@ -5,7 +5,7 @@
 
 CONSTANT(uint, LEVELS, 1u)  // levels of detail, the map itself among them
 
-// Texels a side of a level of a map of so many.
+// Texels per side of a level of a map of so many.
 uvec2 level_size(uvec2 size, uint level) { return (size + (1u << level) - 1u) >> level; }
 
 // Texels of all of so many maps before those of a level.

@@ -23,7 +23,7 @@ const uint BELOW = 4u;
 // What a workgroup makes of a level.
 struct LevelTile {
     uint level;
-    uint side;          // texels a side, 4, 2 or 1
+    uint side;          // texels per side, 4, 2 or 1
     uvec2 corner;       // the first of them
     uvec2 size;         // of the level
     uvec2 below;        // of the one below

@@ -15,8 +15,8 @@ ivec2 opaque_corner(View view, uint map, sampler2D depth_map) {
     return ivec2(map / rows * view.width, map % rows * view.height);
 }
 
-// The depths of four texels of the map that stands at `corner`, from `texel` on, rows first, in one fetch; of those outside the
-// map what is in others.
+// The depths of four texels of the map that stands at `corner`, from `texel` on, rows first, in one fetch; those outside the
+// map have what is in others.
 vec4 opaque_quad(ivec2 corner, sampler2D depth_map, ivec2 texel) {
     // Where the four meet: as far from any other four as a place can be.
     vec2 middle = vec2(corner + texel + 1);
@@ -69,7 +69,7 @@ vec3 opaque_receiver(View view, vec3 position, vec3 normal) {
     return position + normal * max(by, rounding);
 }
 
-// Of a point at `z`, which the view sees in that direction.
+// The receiver of a point at `z` that the view sees in that direction.
 Receiver opaque_compared(View view, vec3 position, float z, vec3 normal) {
     Receiver receiver;
     receiver.point_z = z;

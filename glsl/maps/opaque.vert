@@ -9,8 +9,8 @@ layout(push_constant, scalar) uniform MapPush {
 
 layout(location = 0) out float z;
 layout(location = 1) flat out vec3 normal;
-// Of a triangle that the near plane cuts: its plane's distance from the eye, along the normal, and the z of its farthest corner;
-// of others the latter is 0.
+// For a triangle that the near plane cuts: its plane's distance from the eye along the normal, and the z of its farthest corner;
+// the latter is 0 for others.
 layout(location = 2) flat out vec2 cut;
 
 void main() {

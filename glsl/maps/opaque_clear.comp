@@ -1,5 +1,5 @@
 #version 460
-// Clears the opaque maps and the list, four texels a thread, one below the other. A device may clear images by drawing:
+// Clears the opaque maps and the list, four texels per thread, one below the other. A device may clear images by drawing:
 // on the H200 that took ten times as long. Outputs: depths, totals.
 layout(local_size_x = 32, local_size_y = 2) in;
 #include "maps/opaque_set.glsl"

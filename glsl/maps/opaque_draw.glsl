@@ -17,7 +17,7 @@ const float OPAQUE_GUARD = 1.5;
 const uint OPAQUE_CORNERS = 8u;
 // The square of twice an area, world units: of less no device would know the normal.
 const float OPAQUE_NO_AREA = 1e-30;
-// Texels a side of what a workgroup draws at a time.
+// Texels per side of what a workgroup draws at a time.
 const int OPAQUE_TILE = 32;
 
 // A triangle as a map sees it: a polygon in front of the near plane.
@@ -84,7 +84,7 @@ ivec2 place_of(View view, vec3 corner) {
     return ivec2(floor(rounded));
 }
 
-// Whether all corners are on the far side of a plane that bounds what the map sees, or of what anybody is asked about.
+// Whether all corners are on the far side of a plane that bounds what the map sees, or of what is asked about.
 bool unseen(View view, vec3 corners[OPAQUE_CORNERS]) {
     vec3 x = vec3(corners[0].x, corners[1].x, corners[2].x), y = vec3(corners[0].y, corners[1].y, corners[2].y);
     vec3 z = vec3(corners[0].z, corners[1].z, corners[2].z), w = view.projection == VIEW_PARALLEL ? vec3(1.0) : z;
@@ -151,7 +151,7 @@ int most_step(ivec2 edge, ivec2 last) { return max(-edge.y, 0) * last.x + max(ed
 
 bool covers(Wide value, bool owned) { return value.high >= 0 && (owned || (uint(value.high) | value.low) != 0u); }
 
-// Draws the part of it whose first texel is `first`, at most OPAQUE_TILE a side; of each `every` × `every` texels the
+// Draws the part of it whose first texel is `first`, at most OPAQUE_TILE per side; of each `every` × `every` texels the
 // one at `offset`.
 void draw_part(View view, ivec2 map_corner, Seen seen, ivec2 first, ivec2 offset, int every) {
     ivec2 size = min(seen.first + seen.size - first, ivec2(OPAQUE_TILE));

@@ -18,7 +18,7 @@ layout(push_constant, scalar) uniform SplatPush {
 layout(location = 0) flat in vec4 ball;
 layout(location = 1) flat in vec4 rest;
 
-// Of the map.
+// The texel in the map.
 uvec2 splat_texel(View view) { return uvec2(gl_FragCoord.xy) - uvec2(0u, slot * view.height); }
 
 // The segment of the caster in the texel, cut off where an optical depth of `dark` is reached, as depths in the light's range. False

@@ -1,5 +1,5 @@
 #version 460
-// Draws casters as quads over a map, in the order of `order` from `order_first` on. Six vertices a caster.
+// Draws casters as quads over a map, in the order of `order` from `order_first` on. Six vertices per caster.
 // Inputs: maps, casters, order. Outputs: position, the caster in the view's axes, its number. Source: Fife and Strugar 2013, Sample particle
 // system.
 #include "maps/splat.glsl"

@@ -1,6 +1,6 @@
 #version 460
 // One step of every particle: born anew where its life is over; else pulled, slowed, moved along one axis after the other, and
-// turned round by the box and by each occupied voxel that it would enter. One thread a particle. Source: ours, after Pestana's
+// turned round by the box and by each occupied voxel that it would enter. One thread per particle. Source: ours, after Pestana's
 // GPU particles (2015); pcg: Jarzynski and Olano 2020. Inputs: law, jets, grid. Input and output: bodies. Output: casters.
 // Twin: reference::twin::simulate::Rules::step, to the bit: nothing here may be fused or put in another order, and there is no
 // division but of whole numbers.

@@ -26,7 +26,7 @@ bool caster_is_strand(Caster caster) {
     return STRANDS && any(notEqual(caster.axis, vec3(0.0))) && !caster_is_gaussian(caster);
 }
 
-// From a strand's start to its end; of what has one place, 0.
+// From a strand's start to its end; 0 for what has one place.
 vec3 caster_axis(Caster caster) {
     return caster_is_strand(caster) ? caster.axis : vec3(0.0);
 }
@@ -44,7 +44,7 @@ bool caster_after(Caster a, Caster b) {
     return false;
 }
 
-// The optical depth that it has along any ray, at most. Of a Gaussian that is 0.84 times the extinction at its middle times its radius.
+// The optical depth that it has along any ray, at most. For a Gaussian it is 0.84 times the extinction at its middle times its radius.
 float caster_most(Caster caster) {
     return caster_is_strand(caster) ? caster.density : 2.0 * caster.radius * caster.density;
 }
@@ -117,7 +117,7 @@ bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     return true;
 }
 
-// Of what the ray is inside from z.x to z.y.
+// Optical depth of what the ray is inside from z.x to z.y.
 float caster_optical_depth(Ray ray, Caster caster, vec2 z) {
     float thickness = caster_is_strand(caster) ? 1.0 : (z.y - z.x) * length(ray.direction);
     if (caster_is_gaussian(caster)) {
@@ -151,7 +151,7 @@ vec3 view_axes(View view, vec3 offset) {
     return vec3(dot(offset, view.right), dot(offset, view.up), dot(offset, view.forward));
 }
 
-// In the view's axes: what is the same for all texels is worked out once a caster. Distances and z are what they were.
+// In the view's axes: what is the same for all texels is worked out once per caster. Distances and z are what they were.
 Caster view_caster(View view, Caster caster) {
     caster.position = view_axes(view, caster.position - view.origin);
     if (caster_is_strand(caster)) {
@@ -164,7 +164,7 @@ Caster view_caster(View view, Caster caster) {
 }
 
 // Bounds in NDC of a caster in the view's axes, low corner and high corner; false where it is behind the view. They are a
-// 16th of a texel too large, against rounding: whoever draws or bins with them decides exactly afterwards.
+// 16th of a texel too large, against rounding: drawing and binning decide exactly afterwards.
 bool view_caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
     vec4 extent = caster_is_gaussian(caster) ? gaussian_extent(view, caster.position, caster.radius, caster.axis)
                                              : sphere_extent(view, caster.position, caster.radius);
@@ -191,7 +191,7 @@ bool view_caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
     return true;
 }
 
-// Of a caster in the world.
+// Where a caster in the world lies in the view.
 bool caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
     return view_caster_bounds(view, view_caster(view, caster), low, high);
 }

@@ -1,5 +1,5 @@
 #version 460
-// Triangles of the caller's buffers become ours, one thread a triangle. Behind the count, and where a corner has no place, stands a
+// Triangles of the caller's buffers become ours, one thread per triangle. Behind the count, and where a corner has no place, stands a
 // corner of one that has: a triangle without any area, which casts nothing and lies in no other box. Source: ours.
 // Inputs: their vertices and indices, the count's buffer. Outputs: triangles, what there was. Twin:
 // reference::twin::gather::triangles.

@@ -32,8 +32,8 @@ vec3 light_direction(Light light, vec3 position) {
     return light.kind == LIGHT_DIRECTIONAL ? -light.direction : normalize(light.position - position);
 }
 
-// What distance leaves of the light at a point: 1 at the light, smoothly down to 0 at its radius. Of a virtual light what distance
-// and the cosine do.
+// What distance leaves of the light at a point: 1 at the light, smoothly down to 0 at its radius. For a virtual light, what
+// distance and the cosine leave.
 float light_falloff(Light light, vec3 position) {
     vec3 offset = position - light.position;
     if (light.kind == LIGHT_VIRTUAL) {
@@ -51,7 +51,7 @@ vec3 light_radiance(Light light, vec3 position) {
     return cosine >= light.cos_cone ? light.radiance * light_falloff(light, position) : vec3(0.0);
 }
 
-// The map that answers for a point: of a point or a virtual light the face that the point lies towards.
+// The map that answers for a point: for a point or a virtual light, the face that the point lies towards.
 uint light_map(Light light, vec3 position) {
     return light.first_map + (light.map_count == 1u ? 0u : cube_face(position - light.position));
 }

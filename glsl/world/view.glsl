@@ -4,7 +4,7 @@
 #define WORLD_VIEW_GLSL
 #extension GL_EXT_scalar_block_layout : require
 
-// A depth or a z farther than any: of an unused node, of light that goes on. Twin: scene::FARTHEST.
+// A depth or a z farther than any: an unused node, or light that goes on. Twin: scene::FARTHEST.
 const float FARTHEST = 3e38;
 
 const uint VIEW_PARALLEL = 0u;

@@ -22,7 +22,7 @@ pub struct Arguments {
     /// The light, from 0
     #[arg(long, default_value_t = 0, value_name = "N")]
     light: usize,
-    /// Pixels a side of a texel
+    /// Pixels per side of a texel
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=64))]
     scale: u32,
     /// The PNG to write

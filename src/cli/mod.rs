@@ -25,6 +25,7 @@ mod soak;
 mod steps;
 mod stress;
 mod submit;
+mod writer;
 
 #[doc(hidden)]
 pub use hooks::test_hooks;
@@ -116,7 +117,7 @@ impl DeviceArguments {
 /// What a scene is loaded with.
 #[derive(Args)]
 struct LoadArguments {
-    /// How long what moves in three-emitters, lantern, courtyard and fountain has been running, seconds
+    /// How long what moves in three-emitters, lantern, courtyard, fountain and sequences of files has been running, seconds
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
     time: f64,
     /// How many lights courtyard has, 1 to 1024 [default: 32]
@@ -197,7 +198,8 @@ impl MovingArgument {
     fn times(&self, scene: &Scene, frames: u32) -> Result<Vec<f64>> {
         let Some(span) = self.moving else { return Ok(Vec::new()) };
         if scene.motion == Motion::Still {
-            let way_out = "leave --moving out, or name three-emitters, lantern, courtyard or fountain";
+            let way_out =
+                "leave --moving out, or name three-emitters, lantern, courtyard, fountain or a sequence of files";
             return Err(Error::input(scene.name.clone(), "nothing moves in it", way_out));
         }
         if frames < 2 {
@@ -223,7 +225,7 @@ struct MapArguments {
     /// The light, from 0 in the scene's order
     #[arg(long, default_value_t = 0, value_name = "N")]
     light: usize,
-    /// Of a point light, the face of the cube around it: +x, -x, +y, -y, +z or -z
+    /// For a point light, the face of the cube around it: +x, -x, +y, -y, +z or -z
     #[arg(long, allow_hyphen_values = true)]
     face: Option<String>,
 }
@@ -273,7 +275,7 @@ fn load(name: &str, with: &LoadArguments) -> Result<Scene> {
     Ok(little::scene(load_whole(&little::name(name), with)?))
 }
 
-/// The same for who shows one place of it, which has to be there.
+/// The same for a command that shows one place of it, which has to be there.
 fn load_whole(name: &str, with: &LoadArguments) -> Result<Scene> {
     let mut scene = Scene::load(name, with.time)?;
     if let Some(lights) = with.lights {
@@ -306,7 +308,7 @@ fn check_messages() -> Result<()> {
     }
 }
 
-/// Prints a line. The disk behind it may be full, or whoever listened gone.
+/// Prints a line. The disk behind it may be full, or the reader gone.
 fn say(line: impl Display) -> Result<()> {
     let said = || -> std::io::Result<()> {
         fault::write()?;

@@ -9,7 +9,7 @@ use std::path::Path;
 /// [`Error::Input`] for another ending, [`Error::Output`] where the folder is missing.
 pub fn check(out: &Path, format: &str) -> Result<()> {
     if let Some(ending) = out.extension().filter(|ending| !ending.eq_ignore_ascii_case(format)) {
-        let cause = format!("it would be a {}, and not a {}", format.to_uppercase(), ending.display());
+        let cause = format!("it would become a {}, not a {}", format.to_uppercase(), ending.display());
         let way_out = format!("name {}", out.with_extension(format).display());
         return Err(Error::input(out.display().to_string(), cause, way_out));
     }

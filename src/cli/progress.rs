@@ -1,4 +1,4 @@
-//! How far a comparison is: a bar on a terminal, a line a row elsewhere.
+//! How far a comparison is: a bar on a terminal, a line per row elsewhere.
 
 use super::complain;
 use crate::measure::{Row, Status};
@@ -8,7 +8,7 @@ use std::cell::Cell;
 use std::io::IsTerminal;
 use std::time::Instant;
 
-/// Of so many rows.
+/// Progress over so many rows.
 pub struct Progress {
     bar: ProgressBar,
     /// Rows go to a log.

@@ -189,7 +189,7 @@ struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// A row a spec. They are kept in `folder` as soon as they are measured; with `--resume` those that are there stand.
+    /// A row per spec. They are kept in `folder` as soon as they are measured; with `--resume` those that are there stand.
     fn measure(&self, specs: &[Spec], effort: Effort, folder: Option<&Path>) -> Result<Results> {
         let mut results = self.none(&effort);
         let store = folder.map(Store::open).transpose()?;

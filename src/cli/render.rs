@@ -27,7 +27,7 @@ enum Mesh {
 
 #[derive(Clone, Copy, ValueEnum)]
 pub(super) enum ColoursArgument {
-    /// A triangle a particle, coloured by its speed, lit by the technique
+    /// A triangle per particle, coloured by its speed, lit by the technique
     Speed,
     /// How many particles cover each pixel
     Density,

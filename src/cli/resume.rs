@@ -10,8 +10,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::hash::Hasher;
 use std::path::Path;
 
-/// Of each row that is asked for (its scene's name and spec; of a shard its own), what `folder` has of a run under the conditions of `now`. What
-/// has failed, or lacks one of its pictures, is measured again. A folder without results has none.
+/// For each row asked for (its scene's name and spec; in a shard those of the shard), finds what `folder` has of a run under the conditions of
+/// `now`. What has failed, or lacks one of its pictures, is measured again. A folder without results has none.
 ///
 /// # Errors
 /// [`Error::Input`] where the rows there are of another device, driver, version or scene, were measured otherwise, or are more

@@ -38,7 +38,7 @@ impl Write for Bytes {
 }
 
 impl Sequence {
-    /// Of so many pictures of that size.
+    /// A sequence of so many pictures of that size.
     pub fn new(out: &Path, size: [u32; 2], frames: u32) -> Self {
         Self { out: out.to_path_buf(), size, frames, done: 0, animation: None, gif: Bytes::default() }
     }
@@ -56,7 +56,7 @@ impl Sequence {
         self.out.with_extension("gif")
     }
 
-    /// The next picture: rows of three bytes a pixel. It is on the disk when this returns.
+    /// The next picture: rows of three bytes per pixel. It is on the disk when this returns.
     ///
     /// # Errors
     /// [`Error::Output`] names the file.

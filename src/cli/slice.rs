@@ -30,7 +30,7 @@ pub struct Arguments {
     frames: Option<u32>,
     #[command(flatten)]
     moving: MovingArgument,
-    /// Pixels a side
+    /// Pixels per side
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=8192))]
     size: u32,
     /// The PNG to write

@@ -18,14 +18,14 @@ pub struct Range {
 }
 
 impl Range {
-    /// Of several pictures; none where they show no mesh.
+    /// The steps of several pictures; none where they show no mesh.
     pub fn of(pictures: &[Counts]) -> Option<Self> {
         let all = || pictures.iter().flatten().flatten().copied();
         let mean = all().map(f64::from).sum::<f64>() / all().count() as f64;
         Some(Self { least: all().min()?, mean, most: all().max()? })
     }
 
-    /// Three bytes a pixel, of pictures of that range.
+    /// Three bytes per pixel, of pictures of that range.
     pub fn paint(range: Option<Self>, counts: &[Option<u32>]) -> Vec<u8> {
         let (least, most) = range.map_or((0, 1), |range| (range.least, range.most));
         let colour = |count: u32| {

@@ -129,8 +129,8 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     Ok(if broken { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// All values of a sweep, of everybody. Who has not answered in time is not asked about what is more extreme, nor who was
-/// refused.
+/// All values of a sweep, for every technique. One that has not answered in time, or was refused, is not asked about more
+/// extreme values.
 fn ask_all(
     worker: &mut Worker,
     sweep: &Sweep,

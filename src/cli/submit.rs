@@ -107,7 +107,7 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
         results: Results {
             schema: SCHEMA,
             gobo: env!("CARGO_PKG_VERSION").into(),
-            // Where the file lies is nobody's business.
+            // Where the file lies does not matter.
             command: "gobo submit".into(),
             conditions,
             shard: None,

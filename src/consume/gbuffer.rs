@@ -1,4 +1,4 @@
-//! What each pixel of a picture sees of the meshes: the number of its triangle is drawn, and what follows from it is found once a pixel,
+//! What each pixel of a picture sees of the meshes: the number of its triangle is drawn, and what follows from it is found once per pixel,
 //! however many triangles lie behind each other. Source: Burns and Hunt 2013, The visibility buffer. Twin: reference::twin::gbuffer.
 
 use super::Renderer;
@@ -7,7 +7,7 @@ use crate::gpu::{Blend, Commands, Constants, Format, Graphics, Image, ImageUse, 
 use crate::scene::View;
 use crate::shaders::{consume as shaders, set};
 
-/// Pixels a side of a workgroup.
+/// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;
 
 push_struct! {
@@ -34,7 +34,7 @@ impl CameraPush {
 
 /// What finds it.
 pub(super) struct GBuffer {
-    /// Of each pixel's triangle, counted from 1; 0 where there is sky.
+    /// The number of each pixel's triangle, counted from 1; 0 where there is sky.
     pub(super) numbers: Image,
     visible: Kernel<CameraPush>,
     gbuffer: Kernel<CameraPush>,

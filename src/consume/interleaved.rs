@@ -88,7 +88,7 @@ impl Gather {
     }
 }
 
-/// What `shading=interleaved` or `shading=reservoir` left on the device with the last frame, a value a pixel, for whoever holds it against its twin.
+/// What `shading=interleaved` or `shading=reservoir` left on the device with the last frame, a value per pixel, to compare with its twin.
 pub struct PartsSeen {
     /// The number of its triangle, counted from 1; 0 where there is sky.
     pub numbers: Vec<u32>,

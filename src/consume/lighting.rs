@@ -14,7 +14,7 @@ pub enum Lighting {
     Fragment,
     /// At the vertices of each caster's tessellated quad. Between them light is interpolated.
     Vertex {
-        /// Pixels from vertex to vertex, at most; a quad has 64 parts a side at most.
+        /// Pixels from vertex to vertex, at most; a quad has 64 parts per side at most.
         spacing: f32,
     },
 }

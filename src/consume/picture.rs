@@ -326,7 +326,7 @@ impl Renderer {
         Ok(Picture { width, height, pixels })
     }
 
-    /// Of an image of the colours' format.
+    /// Reads an image that has the format of the colours.
     pub(super) fn read_colors(&self, image: &Image) -> Result<Vec<[f32; 3]>> {
         if self.color_format == Format::R32G32B32A32_SFLOAT {
             return Ok(image.read::<[f32; 4]>()?.into_iter().map(|[r, g, b, _]| [r, g, b]).collect());
@@ -335,7 +335,7 @@ impl Renderer {
         Ok(image.read::<[u16; 4]>()?.into_iter().map(rgb).collect())
     }
 
-    /// What the picture is drawn into, for whoever goes on with it: 32-bit or half floats.
+    /// What the picture is drawn into, to be used further: 32-bit or half floats.
     pub fn image(&self) -> &Image {
         &self.color
     }

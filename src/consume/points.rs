@@ -27,12 +27,12 @@ pub enum Colours {
 }
 
 impl Colours {
-    /// Of the speeds that a fountain knows.
+    /// Colours by the speeds that a fountain knows.
     pub fn speed(fountain: &Fountain) -> Self {
         Self::Speed { fastest: fountain.law().fastest }
     }
 
-    /// Of as many as a fountain's are, which are smaller the more there are.
+    /// Colours by how many there are, for a fountain's particles, which are smaller the more there are.
     pub fn density(fountain: &Fountain) -> Self {
         let radius = fountain.law().radius;
         Self::Density { many: DENSE * fountain.particles as f32 * radius * radius }
@@ -49,7 +49,7 @@ push_struct! {
     struct DensityPush { many: f32 }
 }
 
-/// Of a triangle by speed, from its middle to a corner, over the particle's radius: specks that hide little of each other.
+/// A triangle by speed, from its middle to a corner, over the particle's radius: specks that hide little of each other.
 const SPECK: f32 = 0.5;
 
 /// Particles over a dense pixel, for each square of a radius that all of them have together.

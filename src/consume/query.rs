@@ -10,7 +10,7 @@ push_struct! {
     /// Twin: QueryPush in glsl/consume/query.comp.
     struct QueryPush {
         light: u32,
-        /// Of all points, the first that is asked about this light.
+        /// The first point that is asked about this light, counted over all points.
         first: u32,
         count: u32,
         /// How many of the points have a normal: all or none.
@@ -27,8 +27,8 @@ pub struct Asked<'a> {
     pub light: usize,
     /// World positions.
     pub points: &'a [[f32; 3]],
-    /// None for points in space. Of points on surfaces one each, unit length, on the side that light is asked for (the light's, or
-    /// of a closed thing the outside); 0 where that looks away from a directional light, which none of it reaches.
+    /// None for points in space. On surfaces one per point, unit length, on the side that light is asked for (the light's, or the
+    /// outside of a closed thing); 0 where that looks away from a directional light, which none of it reaches.
     pub normals: &'a [[f32; 3]],
 }
 
@@ -125,7 +125,7 @@ impl Query {
         });
     }
 
-    /// The answers on the device, a float a point, those of the first light first.
+    /// The answers on the device, a float per point, those of the first light first.
     pub fn buffer(&self) -> &Buffer {
         &self.answers
     }

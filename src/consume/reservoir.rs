@@ -12,7 +12,7 @@ use crate::technique::Answer;
 use bytemuck::{Pod, Zeroable};
 use std::cell::{Cell, RefCell};
 
-/// Pixels a side of a workgroup.
+/// Pixels per side of a workgroup.
 const BLOCK: u32 = 8;
 
 /// Frames that a reservoir stands for at most. Twin: MOST_FRAMES.

@@ -23,7 +23,7 @@ words! {
         Forward = "forward",
         /// Once a pixel, from a buffer of what is seen.
         Deferred = "deferred",
-        /// The same tile by tile, from a bit a light that says whether it is shadowed.
+        /// The same tile by tile, from a bit per light that says whether it is shadowed.
         Tiled = "tiled",
         /// Each of 4 × 4 pixels asks a part of the lights, and all of them are its neighbours' mean.
         Interleaved = "interleaved",
@@ -113,6 +113,11 @@ mod tests {
 
     fn texts<const N: usize>(spec: &Spec, keys: [&str; N]) -> [String; N] {
         keys.map(|key| spec.variant().get(key).cloned().unwrap_or_default())
+    }
+
+    #[test]
+    fn specs_and_settings_are_one() {
+        crate::technique::settings::tests::goes_both_ways::<ShadingSettings>(&crate::technique::avsm::ENTRY, KEYS);
     }
 
     /// What is said of tiles is in specs of tiles alone.

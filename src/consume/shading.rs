@@ -10,7 +10,7 @@ pub enum Shading {
     Forward,
     /// Once a pixel, from a buffer of albedo, normal and distance.
     Deferred,
-    /// The same in tiles, each with the lights that reach it, from a bit a light that says whether it is shadowed.
+    /// The same in tiles, each with the lights that reach it, from a bit per light that says whether it is shadowed.
     Tiled(Tiled),
     /// Once a pixel, by a part of the lights: each of 4 × 4 pixels has one of its own, and what they find is averaged over those
     /// that see the same surface.

@@ -52,7 +52,7 @@ impl Slice {
         commands.pass("consume.slice", |pass| pass.dispatch(&self.kernel, &self.push, groups));
     }
 
-    /// The answers on the device, a float a pixel, rows from the top.
+    /// The answers on the device, a float per pixel, rows from the top.
     pub fn buffer(&self) -> &Buffer {
         &self.answers
     }

@@ -52,7 +52,7 @@ struct Shape {
     device: Device,
     layout: vk::DescriptorSetLayout,
     kinds: Vec<vk::DescriptorType>,
-    /// Of each binding; null where it has none.
+    /// One per binding; null where it has none.
     samplers: Vec<vk::Sampler>,
 }
 
@@ -170,8 +170,7 @@ impl Set {
 
 /// Writes `resources` into a set from binding `first` on.
 ///
-/// # Safety
-/// The set has such bindings and is not in use; whoever uses it keeps what is written.
+/// # Safety The set has such bindings and is not in use; its user keeps what is written.
 unsafe fn write(shape: &Shape, resources: &[Resource], set: vk::DescriptorSet, first: u32) {
     let device = &shape.device;
     for ((binding, resource), sampler) in (first..).zip(resources).zip(&shape.samplers) {

@@ -17,7 +17,7 @@ pub const MAX_UPDATE_BYTES: usize = 65536;
 /// The names of the passes of most builds.
 const NAMES_BYTES: usize = 512;
 
-/// Something that a recorded command uses, for whoever keeps it until the device is done.
+/// Something that a recorded command uses, to be kept until the device is done.
 pub(super) type Kept = Arc<dyn Any + Send + Sync>;
 
 /// Whose command buffer it is that is recorded into.
@@ -37,10 +37,10 @@ pub struct Commands<'a> {
     whose: Whose,
     frame: u64,
     queries: vk::QueryPool,
-    /// What passes do; null where nobody asks.
+    /// What passes do; null unless asked for.
     pub(super) counts: vk::QueryPool,
     passes: u32,
-    /// Of passes that are timed, a line each.
+    /// Names of timed passes, one per line.
     names: String,
     /// Not all passes together.
     times_passes: bool,
@@ -54,7 +54,7 @@ pub struct Commands<'a> {
 pub(super) struct Recorded {
     pub used: Vec<Kept>,
     pub passes: u32,
-    /// Of passes that were timed, a line each.
+    /// Names of timed passes, one per line.
     pub names: String,
 }
 
@@ -71,7 +71,7 @@ pub struct Pass<'c, 'a> {
 }
 
 impl<'a> Commands<'a> {
-    /// Of a command buffer that is being recorded, and of queries that were reset in it. `used` is empty, and has room.
+    /// Queries for a command buffer that is being recorded, and that were reset in it. `used` is empty, and has room.
     pub(super) fn new(
         context: &'a Context,
         buffer: vk::CommandBuffer,
@@ -162,7 +162,7 @@ impl<'a> Commands<'a> {
         Ok(Some(Staged { from, to: to.clone(), bytes }))
     }
 
-    /// Copies `from` to `to`, which the host reads, behind the last pass: in nobody's time.
+    /// Copies `from` to `to`, which the host reads, behind the last pass: in no pass's time.
     pub fn read_back(&mut self, from: &Buffer, to: &ReadBack) {
         self.read_backs.push((from.clone(), to.clone()));
     }

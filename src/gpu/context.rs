@@ -31,7 +31,7 @@ pub struct Options {
 
 /// A device of the caller's, for [`Context::adopt`]. All of it stays the caller's.
 pub struct Adopt {
-    /// Of Vulkan 1.3; the application asked for 1.3 too.
+    /// Functions of Vulkan 1.3; the application asked for 1.3 too.
     pub entry: ash::Entry,
     /// The device's.
     pub instance: ash::Instance,
@@ -39,7 +39,7 @@ pub struct Adopt {
     pub physical_device: vk::PhysicalDevice,
     /// The device.
     pub device: ash::Device,
-    /// Of the command buffers that are recorded into: graphics and compute.
+    /// The family of the command buffers that are recorded into: graphics and compute.
     pub queue_family: u32,
     /// What the device was opened with. What is not said here is not used, and a path that needs it is refused by its name.
     pub enabled: Enabled,
@@ -53,7 +53,7 @@ pub struct Adopt {
     pub messages: Messages,
 }
 
-/// An open device. Clones share it; the last one closes it, or leaves it to whoever opened it.
+/// An open device. Clones share it; the last one closes it, or leaves it to its owner.
 ///
 /// What was made on a device may outlive its context. Then it can no longer be written nor read back.
 #[derive(Clone)]

@@ -25,7 +25,7 @@ impl PassCounts {
         Self { vertices, primitives, fragments, threads }
     }
 
-    /// Of both.
+    /// The sum of both.
     pub fn plus(self, other: Self) -> Self {
         Self {
             vertices: self.vertices + other.vertices,

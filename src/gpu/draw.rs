@@ -28,7 +28,7 @@ impl Draw<'_, '_, '_> {
         }
     }
 
-    /// Draws what the VkDrawIndirectCommand at `offset` of `draws` says, three vertices a triangle.
+    /// Draws what the VkDrawIndirectCommand at `offset` of `draws` says, three vertices per triangle.
     pub fn draw_indirect<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, draws: &Buffer, offset: u64) {
         self.pass.bind(kernel, push);
         let buffer = self.pass.commands.buffer;
@@ -37,7 +37,7 @@ impl Draw<'_, '_, '_> {
         self.pass.commands.keep(draws.kept());
     }
 
-    /// Draws patches with a kernel of [`Kernel::tessellated`], cut into 64 parts a side at most.
+    /// Draws patches with a kernel of [`Kernel::tessellated`], cut into 64 parts per side at most.
     pub fn draw_patches<P: Push>(&mut self, kernel: &Kernel<P>, push: &P, patches: Range<u32>) {
         self.pass.bind(kernel, push);
         let buffer = self.pass.commands.buffer;

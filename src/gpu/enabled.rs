@@ -193,19 +193,19 @@ impl Enabled {
 /// [`Enabled`] as Vulkan is told it. A caller that has structures of its own for the same features sets in them what is set
 /// here.
 pub struct EnabledStructures {
-    /// Of Vulkan 1.0.
+    /// Features of Vulkan 1.0.
     pub core: vk::PhysicalDeviceFeatures,
-    /// Of Vulkan 1.2.
+    /// Features of Vulkan 1.2.
     pub vulkan12: vk::PhysicalDeviceVulkan12Features<'static>,
-    /// Of Vulkan 1.3.
+    /// Features of Vulkan 1.3.
     pub vulkan13: vk::PhysicalDeviceVulkan13Features<'static>,
-    /// Of VK_EXT_fragment_shader_interlock.
+    /// Features of VK_EXT_fragment_shader_interlock.
     pub interlock: Option<vk::PhysicalDeviceFragmentShaderInterlockFeaturesEXT<'static>>,
-    /// Of VK_EXT_rasterization_order_attachment_access.
+    /// Features of VK_EXT_rasterization_order_attachment_access.
     pub order: Option<vk::PhysicalDeviceRasterizationOrderAttachmentAccessFeaturesEXT<'static>>,
-    /// Of VK_KHR_pipeline_executable_properties.
+    /// Features of VK_KHR_pipeline_executable_properties.
     pub executables: Option<vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR<'static>>,
-    /// Of VK_KHR_acceleration_structure and VK_KHR_ray_query.
+    /// Features of VK_KHR_acceleration_structure and VK_KHR_ray_query.
     pub rays: Option<(
         vk::PhysicalDeviceAccelerationStructureFeaturesKHR<'static>,
         vk::PhysicalDeviceRayQueryFeaturesKHR<'static>,

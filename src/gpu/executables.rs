@@ -15,7 +15,7 @@ pub struct Executable {
     pub pipeline: String,
     /// What the driver calls it.
     pub name: String,
-    /// Threads a subgroup.
+    /// Threads per subgroup.
     pub subgroup_size: u32,
     /// What the driver counts, in its own words and order.
     pub figures: Vec<(String, f64)>,

@@ -97,7 +97,7 @@ pub(crate) fn write() -> std::io::Result<()> {
     if fails(Call::Write) { Err(std::io::ErrorKind::StorageFull.into()) } else { Ok(()) }
 }
 
-/// As the program ends, for whoever asked for a fault: how many calls of each kind there were.
+/// As the program ends, where a fault was asked for: how many calls of each kind there were.
 #[cfg(feature = "program")]
 pub(crate) fn counted() -> Option<String> {
     let of = |(name, call): (&str, Call)| format!("{name} {}", MADE[call as usize].load(Ordering::Relaxed));

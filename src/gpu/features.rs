@@ -90,7 +90,7 @@ pub struct Features {
     pub pipeline_statistics_query: bool,
     /// VK_KHR_pipeline_executable_properties, pipelineExecutableInfo: the driver tells what it made of a shader.
     pub pipeline_executable_info: bool,
-    /// Threads a subgroup.
+    /// Threads per subgroup.
     pub subgroup_size: u32,
     /// Subgroup arithmetic in compute shaders.
     pub subgroup_arithmetic: bool,

@@ -17,7 +17,7 @@ pub(super) struct Frames {
 struct State {
     /// Those that may run.
     running: Vec<Frame>,
-    /// Those that are over, until as many more are: their times are read when somebody asks.
+    /// Those that are over, until as many more are: their times are read when asked for.
     over: Vec<Frame>,
     /// Queries that no frame uses.
     queries: Vec<Queries>,
@@ -136,16 +136,16 @@ impl<'a> Commands<'a> {
     /// [`Error::Gpu`] where a later frame was recorded before, or memory runs out; [`Error::Refused`] on a device that was
     /// opened here.
     ///
-    /// # Safety
-    /// The command buffer belongs to the adopted device and its queue family; it is being recorded, outside a render, and is
-    /// submitted once, on a queue of the family, in the order in which frames and their parts were recorded, before frame
-    /// `frame` is over. Nobody else records into it as long as this lives. Frame `frame - frames_in_flight` is over.
+    /// # Safety The command buffer belongs to the adopted device and its queue family; it is being recorded, outside a
+    /// render, and is submitted once, on a queue of the family, in the order in which frames and their parts were recorded,
+    /// before frame `frame` is over. Nothing else records into it as long as this lives. Frame `frame - frames_in_flight` is
+    /// over.
     pub unsafe fn on(context: &'a Context, buffer: vk::CommandBuffer, frame: u64) -> Result<Self> {
         if context.shared().queue.is_some() {
             return Err(Error::Refused { needs: "an adopted device: this one has a queue of its own".into() });
         }
         let frames = &context.shared().frames;
-        // Freed while nobody waits for the frames.
+        // Freed without a wait for the frames.
         let mut used = frames.begin(frame)?;
         used.clear();
         let mut handle = vk::QueryPool::null();

@@ -42,7 +42,7 @@ struct Inner {
     context: Link,
     handle: vk::Image,
     view: vk::ImageView,
-    /// Of a volume that is drawn to, its layers as an array of 2D images; else null.
+    /// For a volume that is drawn to, its layers as an array of 2D images; else null.
     layers: vk::ImageView,
     /// For bits of floats, the whole numbers that shaders write; else null.
     bits: vk::ImageView,
@@ -125,7 +125,7 @@ impl Image {
             return Err(Error::Gpu {
                 operation: "create image",
                 name: name.into(),
-                cause: format!("{texels} texels, and this device takes 1 to {limit} a side"),
+                cause: format!("{texels} texels, and this device takes 1 to {limit} per side"),
                 way_out: if is_volume {
                     WayOut::Less(&[Less::Map, Less::Slices, Less::Lights])
                 } else {
@@ -287,7 +287,7 @@ impl Image {
         self.0.clone()
     }
 
-    /// Of all of it, for shaders that read it.
+    /// A view of the whole image, for shaders that read it.
     pub fn view(&self) -> vk::ImageView {
         self.0.view
     }

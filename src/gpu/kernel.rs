@@ -97,7 +97,7 @@ impl<P> Clone for Kernel<P> {
 }
 
 pub(super) struct Inner {
-    /// Of [`super::pipelines::Pipelines`], which destroys it.
+    /// Belongs to [`super::pipelines::Pipelines`], which destroys it.
     pub(super) pipeline: Pipeline,
     pub(super) bind_point: vk::PipelineBindPoint,
     /// Set i of the shaders.

@@ -29,7 +29,7 @@ impl Features {
             max_framebuffer_layers: 256,
             max_compute_shared_memory_bytes: 16 << 10,
             max_compute_workgroup_threads: 128,
-            // Rasterizers are as fine as they are; whoever counts with a coarser one is on the safe side.
+            // Rasterizers are as fine as they are; to count with a coarser one is safe.
             sub_pixel_precision_bits: 4,
             ..self
         }

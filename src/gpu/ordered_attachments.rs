@@ -8,7 +8,7 @@ use crate::Result;
 use ash::vk;
 use std::sync::Arc;
 
-/// Images of four 32-bit floats a texel, with the render pass that draws into all of them. Clones share it.
+/// Images of four 32-bit floats per texel, with the render pass that draws into all of them. Clones share it.
 #[derive(Clone)]
 pub struct OrderedAttachments(Arc<Inner>);
 
@@ -103,7 +103,7 @@ impl OrderedAttachments {
         Ok(Self(Arc::new(inner)))
     }
 
-    /// The attachments, for whoever reads them afterwards.
+    /// The attachments, to be read afterwards.
     pub fn images(&self) -> &[Image] {
         &self.0.images
     }

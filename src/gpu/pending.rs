@@ -47,7 +47,7 @@ impl Pending {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push(step);
     }
 
-    /// All of them, for whoever records them.
+    /// All of them, to be recorded.
     pub fn take(&self) -> Vec<Step> {
         std::mem::take(&mut *self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }

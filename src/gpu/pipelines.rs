@@ -1,4 +1,4 @@
-//! Pipelines, each made once a device and kept until it closes. A sweep opens the same shaders time and again, and a driver
+//! Pipelines, each made once per device and kept until it closes. A sweep opens the same shaders time and again, and a driver
 //! that compiles on the processor takes longer to make a pipeline than to run it.
 
 use super::{Bindings, Blend};

@@ -1,4 +1,4 @@
-//! What the host reads of a frame: a copy for each frame that may run, so that nobody waits for it.
+//! What the host reads of a frame: a copy for each frame that may run, so that nothing waits for it.
 
 use super::{Buffer, Context, Memory};
 use crate::Result;
@@ -11,7 +11,7 @@ pub struct ReadBack(Arc<Inner>);
 
 struct Inner {
     copies: Vec<Buffer>,
-    /// Of each copy, the frame that writes it.
+    /// Per copy, the frame that writes it.
     frames: Mutex<Vec<Option<u64>>>,
 }
 

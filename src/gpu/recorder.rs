@@ -21,7 +21,7 @@ pub(super) struct Recorder {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
-        // SAFETY: whoever had it waited for its submission; null handles are ignored.
+        // SAFETY: its owner waited for its submission; null handles are ignored.
         unsafe {
             self.device.destroy_fence(self.fence, None);
             self.device.destroy_command_pool(self.pool, None);
@@ -54,7 +54,8 @@ impl Recorder {
     }
 }
 
-/// Those of a queue. Nobody holds a lock while recording, so that whoever records may submit something else meanwhile.
+/// Those of a queue. No lock is held while recording, so that a thread that records may submit something else
+/// meanwhile.
 pub(super) struct Recorders {
     waiting: Mutex<Vec<Arc<Recorder>>>,
     queue: Mutex<()>,

@@ -40,7 +40,7 @@ impl Context {
         let taken = queue.recorders.take(self)?;
         let recorder = &taken.recorder;
         let device = self.device();
-        // SAFETY: whoever had the recorder waited for its submission, so the pool's buffers are idle.
+        // SAFETY: the recorder's owner waited for its submission, so the pool's buffers are idle.
         unsafe { device.reset_command_pool(recorder.pool, vk::CommandPoolResetFlags::empty()) }.map_err(fail)?;
         self.begin(recorder.buffer).map_err(fail)?;
         recorder.queries.reset(recorder.buffer);
@@ -81,8 +81,8 @@ impl Context {
         // SAFETY: the fence is that of what was handed over.
         let waited = fault::wait(|| unsafe { self.device().wait_for_fences(&[recorder.fence], true, u64::MAX) });
         if waited.is_err() {
-            // The host may be out of memory while the device runs on with what it was given.
-            // SAFETY: the queue is the context's own, and nobody else submits now.
+            // The host may be out of memory while the device runs on with what it was given. SAFETY: the queue is the
+            // context's own, and nothing else submits now.
             let _ = unsafe { self.device().device_wait_idle() };
         }
         drop(alone);
@@ -105,7 +105,7 @@ impl Context {
         }
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&buffers)];
         self.note_submission();
-        // SAFETY: whoever called keeps everything recorded until the fence is signalled; the queue is nobody else's meanwhile.
+        // SAFETY: the caller keeps everything recorded until the fence is signalled, and alone uses the queue meanwhile.
         unsafe {
             device.reset_fences(&[recorder.fence])?;
             fault::submission(|| device.queue_submit2(queue, &submit, recorder.fence))

@@ -22,7 +22,7 @@ pub struct PassTime {
     pub end_ns: f64,
     /// What the device's clock showed when it began, ticks ([`super::Calibration`]).
     pub began: u64,
-    /// What it did, where somebody has asked ([`super::Context::count_passes`]).
+    /// What it did, where it was asked for ([`super::Context::count_passes`]).
     pub counts: Option<PassCounts>,
 }
 
@@ -30,14 +30,14 @@ pub struct PassTime {
 pub(super) struct Queries {
     device: Device,
     pub handle: vk::QueryPool,
-    /// What counts passes, once somebody has asked.
+    /// What counts passes, once it was asked for.
     counts: OnceLock<vk::QueryPool>,
 }
 
 impl Drop for Queries {
     fn drop(&mut self) {
         let counts = self.counts.get().copied().unwrap_or_default();
-        // SAFETY: whoever recorded with them knows that it is over; null handles are ignored.
+        // SAFETY: their recorder knows that it is over; null handles are ignored.
         unsafe {
             self.device.destroy_query_pool(self.handle, None);
             self.device.destroy_query_pool(counts, None);

@@ -1,4 +1,4 @@
-//! How many occupied voxels are in the cells of 8 voxels a side and more, for cones.
+//! How many occupied voxels are in the cells of 8 voxels per side and more, for cones.
 
 use super::{GridPush, THREADS};
 use crate::Result;
@@ -7,7 +7,7 @@ use crate::shaders::grid::CELLS;
 use crate::shaders::set;
 use bytemuck::Zeroable;
 
-/// Voxels a side of the smallest cells, a power of two's exponent. Twin: CELLS_FIRST in glsl/grid/cells.glsl.
+/// Voxels per side of the smallest cells, a power of two's exponent. Twin: CELLS_FIRST in glsl/grid/cells.glsl.
 const FIRST: u32 = 3;
 
 /// Counts of all levels, up to the whole grid.
@@ -18,7 +18,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Of a grid whose own buffers are `grid`.
+    /// Cells of a grid whose own buffers are `grid`.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.

@@ -306,7 +306,7 @@ impl CastLists {
         self.bits.bytes() + self.lists.words.bytes()
     }
 
-    /// Of all that only a build needs.
+    /// Bytes that only a build needs.
     pub(super) fn transient_bytes(&self) -> u64 {
         self.large.bytes() + self.lists.transient_bytes()
     }

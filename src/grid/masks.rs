@@ -48,7 +48,7 @@ fn words(context: &Context, size: u32, masks: u64) -> Result<Buffer> {
 }
 
 impl Masks {
-    /// Of a grid whose own buffers are `grid`.
+    /// Masks of a grid whose own buffers are `grid`.
     ///
     /// # Errors
     /// [`Error::Gpu`] where memory runs out.
@@ -98,7 +98,7 @@ impl Masks {
         Ok(true)
     }
 
-    /// Of all that only a build needs.
+    /// Bytes that only a build needs.
     pub(super) fn transient_bytes(&self) -> u64 {
         self.runs.bytes()
     }

@@ -11,7 +11,7 @@ use bytemuck::Zeroable;
 /// Workgroups that share the casters of many voxels.
 const LARGE_GROUPS: u32 = 4096;
 
-/// What a grid says of smoke and hair besides a number a voxel.
+/// What a grid says of smoke and hair besides a number per voxel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Holds {
     /// How strands run in each voxel.
@@ -20,7 +20,7 @@ pub struct Holds {
     pub most: bool,
 }
 
-/// A number a voxel, and bits that say where there are any.
+/// A number per voxel, and bits that say where there are any.
 pub(super) struct Media {
     size: u32,
     /// As glsl/grid/media.glsl has them: optical depths of one voxel's length, brick by brick.
@@ -47,10 +47,10 @@ fn bytes(context: &Context, size: u32, numbers: u64) -> Result<u64> {
 }
 
 impl Media {
-    /// Of a grid whose own buffers are `grid`.
+    /// Media of a grid whose own buffers are `grid`.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device binds no buffer of a number a voxel, [`Error::Gpu`] where memory runs out.
+    /// [`Error::Refused`] where the device binds no buffer of a number per voxel, [`Error::Gpu`] where memory runs out.
     pub(super) fn new(context: &Context, world: &World, size: u32, grid: &Bindings, holds: Holds) -> Result<Self> {
         let voxels = Buffer::zeroed(context, "grid.media", bytes(context, size, 1)?)?;
         let bits = Buffer::zeroed(context, "grid.media_bits", 8 * u64::from(grid_words(size)))?;

@@ -47,7 +47,7 @@ pub struct GridData {
     pub voxel: f32,
     /// Voxels a world unit.
     pub per_unit: f32,
-    /// Voxels a side.
+    /// Voxels per side.
     pub size: u32,
     /// Where all that casts begins along each axis, as whole numbers that order as floats do.
     pub low: [u32; 3],
@@ -55,7 +55,7 @@ pub struct GridData {
     pub high: [u32; 3],
 }
 
-/// Words of 64 bits a side of a level: of one voxel a bit, of bricks of 4³ voxels, of blocks of 16³.
+/// Words of 64 bits per side of a level, with a bit per voxel, per brick of 4³ voxels, or per block of 16³.
 const fn side(size: u32, level: u32) -> u32 {
     size >> (2 * level + 2)
 }
@@ -106,7 +106,7 @@ pub struct Grid {
     deposited: Made,
 }
 
-/// What a grid of meshes holds besides a bit a voxel.
+/// What a grid of meshes holds besides a bit per voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Finer {
     /// Nothing.
@@ -133,11 +133,11 @@ struct Plan {
 pub struct GridBuffers<'a> {
     /// [`GridData`].
     pub data: &'a Buffer,
-    /// A bit a voxel that a mesh meets, and those of the levels above.
+    /// A bit per voxel, set where a mesh meets it, and those of the levels above.
     pub bits: &'a Buffer,
     /// Optical depth of each voxel's smoke and hair.
     pub media: &'a Buffer,
-    /// A bit a voxel that has some, and those of the levels above.
+    /// A bit per voxel, set where it has some, and those of the levels above.
     pub media_bits: &'a Buffer,
     /// What cones ask, or the lists of a grid that has them.
     pub cells: &'a Buffer,
@@ -146,10 +146,10 @@ pub struct GridBuffers<'a> {
 }
 
 impl Grid {
-    /// A grid of `size` voxels a side, a power of two from 64 to 512, about all that casts in `world`.
+    /// A grid of `size` voxels per side, a power of two from 64 to 512, about all that casts in `world`.
     ///
     /// # Errors
-    /// [`crate::Error::Refused`] where the device binds no buffer of a number a voxel and there is smoke or hair,
+    /// [`crate::Error::Refused`] where the device binds no buffer of a number per voxel and there is smoke or hair,
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, size: u32, voxelizer: Voxelizer, finer: Finer) -> Result<Self> {
         let media = (world.caster_capacity() > 0).then(Holds::default);
@@ -253,7 +253,7 @@ impl Grid {
         self.media.is_some()
     }
 
-    /// Of all that a look-up needs.
+    /// Bytes that a look-up needs.
     pub fn resident_bytes(&self) -> u64 {
         let media = self.media.as_ref().map_or(0, Media::resident_bytes);
         let cells = self.cells.as_ref().map_or(0, |cells| cells.counts.bytes());
@@ -263,7 +263,7 @@ impl Grid {
         self.data.bytes() + self.bits.bytes() + media + cells + lists + masks + cast
     }
 
-    /// Of all that only a build needs.
+    /// Bytes that only a build needs.
     pub fn transient_bytes(&self) -> u64 {
         let lists = self.lists().map_or(0, Lists::transient_bytes);
         let masks = self.masks.as_ref().map_or(0, Masks::transient_bytes);
@@ -312,7 +312,7 @@ impl Grid {
         [media.and_then(Media::directions), media.and_then(Media::most)].map(|held| held.unwrap_or(&self.bits))
     }
 
-    /// How many occupied voxels are in cells of 8 voxels a side, then of 16, and so on, after a build; nothing without cones.
+    /// How many occupied voxels are in cells of 8 voxels per side, then of 16, and so on, after a build; nothing without cones.
     ///
     /// # Errors
     /// As [`Grid::data`].

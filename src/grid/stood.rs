@@ -14,7 +14,7 @@ pub struct Stood {
 }
 
 impl Stood {
-    /// Of `size` voxels a side; none where the host knows no box.
+    /// A grid of `size` voxels per side; none where the host knows no box.
     pub fn known(world: &World, size: u32) -> Option<Self> {
         let [low, high] = world.known_box()?;
         let widest = (high - low).max_element().max(1e-3 * low.abs().max(high.abs()).max_element().max(1.0));

@@ -60,7 +60,7 @@ impl Voxelize {
         })
     }
 
-    /// `size`: voxels a side, or cells.
+    /// `size`: voxels per side, or cells.
     pub(super) fn record(&self, commands: &mut Commands, label: &'static str, world: &World, size: u32) {
         let triangle_count = world.triangle_count();
         let push = GridPush { triangle_count, ..GridPush::zeroed() };

@@ -34,7 +34,7 @@ pub struct Survey {
 push_struct! {
     /// Twin: ChoosePush in glsl/maps/detail/choose.comp.
     struct ChoosePush {
-        /// Of all maps.
+        /// Tiles of all maps.
         tile_count: u32,
         /// Tiles.
         across: u32,
@@ -49,7 +49,7 @@ pub struct Detail {
     slots: Buffer,
     /// [`Survey`] of each tile.
     surveys: Buffer,
-    /// How many blocks there are, then the slots of each in the order of their places; for who asks for it.
+    /// How many blocks there are, then the slots of each in the order of their places; where it is asked for.
     listed: Buffer,
     set: Bindings,
     survey: Kernel<BinPush>,

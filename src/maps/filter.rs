@@ -37,7 +37,7 @@ impl Filter {
         1 + if self.kind == FilterKind::Bilinear { 0 } else { self.radius }
     }
 
-    /// Whether the filter fits into the margins of a point light's faces of `size` texels a side.
+    /// Whether the filter fits into the margins of a point light's faces of `size` texels per side.
     ///
     /// # Errors
     /// [`Error::Input`] where they are too small for it.

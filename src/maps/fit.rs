@@ -20,14 +20,14 @@ const MOST_GROUPS: u64 = 1024;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Extents {
-    /// Of casters, then of meshes; along right, up and forward; as whole numbers that order as the floats do.
+    /// The least of casters, then of meshes; along right, up and forward; as whole numbers that order as the floats do.
     pub low: [u32; 6],
     /// Likewise.
     pub high: [u32; 6],
 }
 
 impl Extents {
-    /// Of nothing.
+    /// Extents of nothing.
     pub const NONE: Self = Self { low: [u32::MAX; 6], high: [0; 6] };
 }
 
@@ -36,7 +36,7 @@ push_struct! {
     struct BoundsPush {
         caster_count: u32,
         triangle_count: u32,
-        /// Of a map.
+        /// Threads per map.
         threads: u32,
         /// There are strands.
         see_all: u32,
@@ -67,7 +67,7 @@ pub(super) struct Fit {
 }
 
 impl Fit {
-    /// Of `maps`, which stand in set 0, `scene`, too.
+    /// Passes for `maps`, which stand in set 0, `scene`, too.
     pub(super) fn new(context: &Context, maps: &Buffer, scene: &Bindings, count: u32) -> Result<Self> {
         let bytes = size_of::<Extents>() as u64 * u64::from(count);
         let extents = Buffer::new(context, "maps.extents", bytes, Memory::Device)?;

@@ -13,7 +13,7 @@ push_struct! {
 /// Levels that a workgroup makes of a tile, one of the other. Twin: LEVELS_A_PASS in glsl/maps/level_tile.glsl.
 const LEVELS_A_PASS: usize = 3;
 
-/// Texels a side of a level of a map. Twin: level_size.
+/// Texels per side of a level of a map. Twin: level_size.
 pub fn level_size(size: [u32; 2], level: u32) -> [u32; 2] {
     size.map(|texels| texels.div_ceil(1 << level))
 }

@@ -61,7 +61,7 @@ pub struct List {
     /// Places in other buffers that each segment has.
     places: u64,
     set: Bindings,
-    /// None where the lists are somebody else's to fill.
+    /// None where the lists are filled elsewhere.
     drawn: Option<(Splat, Kernel<SplatPush>)>,
 }
 

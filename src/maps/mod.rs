@@ -69,7 +69,7 @@ fn cut_short(place: &str) -> Error {
 }
 
 impl Map {
-    /// The maps of all lights, those of the first light first, with volume maps of `size` texels a side and
+    /// The maps of all lights, those of the first light first, with volume maps of `size` texels per side and
     /// opaque maps of `opaque_size` where there are meshes, before they are fitted ([`View::aimed`]); all of them once for each cascade.
     pub fn aimed(aim: &Aim, size: u32, opaque_size: u32, cascades: u32) -> Vec<Self> {
         let opaque_size = if aim.has_triangles { opaque_size } else { 1 };
@@ -98,7 +98,7 @@ pub struct Maps {
     moves: bool,
     draws: bool,
     drawn: Made,
-    /// Whether any build has fitted them: what they are before is nobody's view.
+    /// Whether any build has fitted them: what they are before is no view.
     ready: bool,
     fit: Fit,
     lights: Buffer,
@@ -113,7 +113,7 @@ impl Maps {
     /// What the volume views are, and whatever is made of casters in them: the meshes do not matter there.
     pub const VOLUME: Parts = Parts::CASTERS.and(Parts::LIGHTS);
 
-    /// Maps of `size` texels a side of all lights of `world`, fitted to smoke and hair, with opaque maps beside them.
+    /// Maps of `size` texels per side of all lights of `world`, fitted to smoke and hair, with opaque maps beside them.
     ///
     /// # Errors
     /// [`Error::Input`] where the lights have too many maps, [`Error::Refused`] where the device has no image or no memory for
@@ -122,7 +122,7 @@ impl Maps {
         Self::seeing(context, world, size, opaque, Self::VOLUME)
     }
 
-    /// Opaque maps of the technique's own, for who sees no smoke and no hair: volume views are of the meshes too.
+    /// Opaque maps of the technique's own, for one that sees no smoke and no hair: volume views are of the meshes too.
     ///
     /// # Errors
     /// As [`Maps::new`].
@@ -130,7 +130,7 @@ impl Maps {
         Self::seeing(context, world, size, opaque, Self::OPAQUE)
     }
 
-    /// The opaque maps that techniques with other maps share, for who has none.
+    /// The opaque maps that techniques with other maps share, for a technique that has none.
     ///
     /// # Errors
     /// As [`Maps::new`].
@@ -252,7 +252,7 @@ impl Maps {
         Ok(())
     }
 
-    /// The same of a world that has room for meshes; of others nobody asks the opaque maps.
+    /// The same of a world that has room for meshes; in others opaque maps are not read.
     ///
     /// # Errors
     /// As [`Maps::fit`].
@@ -260,7 +260,8 @@ impl Maps {
         if world.triangle_capacity() == 0 { Ok(()) } else { self.record(commands, world) }
     }
 
-    /// Fits the maps to a world that has moved, for whoever draws the meshes otherwise. No pass where there is nothing to do.
+    /// Fits the maps to a world that has moved, where the meshes are drawn in another way. No pass where there is nothing to
+    /// do.
     ///
     /// # Errors
     /// [`Error::Input`] where the world has other lights than they were made for.
@@ -276,8 +277,7 @@ impl Maps {
         Ok(())
     }
 
-    /// Whether the last recording moved casters or the volume views: whoever keeps something that follows from both makes it
-    /// anew.
+    /// Whether the last recording moved casters or the volume views: what was kept and follows from both is made anew.
     pub fn moved(&self) -> bool {
         self.moves
     }

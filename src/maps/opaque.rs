@@ -10,7 +10,7 @@ use crate::shaders::constant::OPAQUE_STEP;
 use crate::world::World;
 use crate::{Error, Result};
 
-/// Texels a side of an opaque map where there are meshes.
+/// Texels per side of an opaque map where there are meshes.
 pub const OPAQUE_SIZE: u32 = 1024;
 
 /// [`OpaqueMaps::normal_bias`] of bilinear weights, of what is two texels wide. Twin: NORMAL_BIAS.
@@ -50,7 +50,7 @@ pub enum OpaqueWay {
 /// What opaque maps are made of, and how they will be asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OpaqueMaps {
-    /// Texels a side of a map where there are meshes.
+    /// Texels per side of a map where there are meshes.
     pub size: u32,
     /// D32_SFLOAT or D16_UNORM.
     pub format: Format,
@@ -94,8 +94,8 @@ impl OpaqueMaps {
         if self.format == Format::D16_UNORM { 1.0 / 65535.0 } else { 0.0 }
     }
 
-    /// Of a map of that view: a look-up feels texels whose centres are as far away as the reach, and each of them has the depth
-    /// that a surface has up to a step of the rasterizer beside it.
+    /// The resolution of a map of that view: a look-up reads texels whose centres are as far away as the reach, and each has
+    /// the depth that a surface has up to a step of the rasterizer beside it.
     pub fn resolution(self, view: View) -> Resolution {
         let (off, range) = (rounding(&view), f64::from(view.far - view.near));
         // A rounding more is stored, and another rounds it; and so with the format's step.
@@ -125,7 +125,7 @@ enum Drawn {
 pub(super) struct Opaque {
     image: Image,
     drawn: Drawn,
-    /// Of one map.
+    /// Width and height of one map.
     size: [u32; 2],
 }
 

@@ -10,10 +10,10 @@ use crate::shaders::maps::{OPAQUE_CLEAR, OPAQUE_TILES, OPAQUE_TRIANGLES};
 use crate::shaders::set;
 use bytemuck::{Pod, Zeroable};
 
-/// Texels a side of a tile. Twin: OPAQUE_TILE in glsl/maps/opaque_draw.glsl.
+/// Texels per side of a tile. Twin: OPAQUE_TILE in glsl/maps/opaque_draw.glsl.
 const TILE: u32 = 32;
 
-/// Texels of a triangle's bounds that a thread draws by itself, at most: of a few more a workgroup is faster.
+/// Texels of a triangle's bounds that a thread draws by itself, at most: for a few more a workgroup is faster.
 const SMALL: u32 = 64;
 
 /// Texels across and down that a workgroup clears. Twin: local_size in glsl/maps/opaque_clear.comp.

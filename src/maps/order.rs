@@ -13,7 +13,7 @@ push_struct! {
     /// Twin: KeysPush in glsl/maps/order/keys.comp.
     struct KeysPush {
         count: u32,
-        /// Of a map.
+        /// Places in a map's list.
         capacity: u32,
     }
 }
@@ -46,7 +46,7 @@ const ROUNDS: u32 = 4;
 pub struct ItemData {
     /// What is sorted by.
     pub key: u32,
-    /// Of the caster.
+    /// The caster's index.
     pub index: u32,
 }
 

@@ -15,7 +15,7 @@ use std::ops::Range;
 push_struct! {
     /// Twin: SplatPush in glsl/maps/splat.glsl.
     pub struct SplatPush {
-        /// Of all lights' maps.
+        /// The map's number over all lights.
         map: u32,
         /// Where its drawing order begins.
         order_first: u32,
@@ -23,7 +23,7 @@ push_struct! {
         slot: u32,
         /// Which of the groups of maps that are drawn at once.
         group: u32,
-        /// Of the lists that are drawn into, if any.
+        /// Room of the lists that are drawn into, if any.
         capacity: u32,
     }
 }

@@ -118,7 +118,7 @@ impl Raster {
         let size = stacked(context, label, maps.size(), maps.count())?;
         let targets: Vec<_> =
             (0..count).map(|_| Image::new(context, label, format, size, ImageUse::Color)).collect::<Result<_>>()?;
-        // Where the range is the map's, nobody reads the ends.
+        // Where the range is the map's, the ends are not read.
         let has_ends = constants.word(SUM_RANGE.id()) != Some(0);
         let ends = Buffer::new(context, "sums.ends", if has_ends { 8 * maps.texels() } else { 4 }, Memory::Device)?;
         let splat = Splat::new(context, world, maps, DrawingOrder::Index, None)?;

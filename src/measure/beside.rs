@@ -53,7 +53,7 @@ pub struct Disagreement {
     pub line: usize,
     /// Which error.
     pub name: &'static str,
-    /// Of each column that has it, and whose points are the same.
+    /// Per column that has it and whose points are the same.
     pub values: Vec<Option<f64>>,
     /// The largest less the smallest.
     pub apart: f64,

@@ -14,9 +14,9 @@ const ROUNDING: f64 = 1e-7;
 /// From where on a row has changed, as shares of what it was: 0.05 is 5 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Margins {
-    /// Of times.
+    /// Tolerated change of times.
     pub time: f64,
-    /// Of errors.
+    /// Tolerated change of errors.
     pub error: f64,
 }
 

@@ -12,7 +12,7 @@ const BYTES_ON_CPU: u64 = 64 << 20;
 
 const COPIES: usize = 12;
 
-/// Workgroups of 128 threads: four 16-byte words a thread at 256 MiB.
+/// Workgroups of 128 threads: four 16-byte words per thread at 256 MiB.
 const GROUPS: u32 = 32768;
 
 /// Bytes a second that the device copies from one buffer to another, each byte read and written: the median of ten copies by

@@ -8,10 +8,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Sides of the squares, in texels of a map of 256 texels a side that is fitted to what casts.
+/// Sides of the squares, in texels of a map of 256 texels per side that is fitted to what casts.
 pub const FOOTPRINTS: [f64; 4] = [0.25, 1.0, 4.0, 16.0];
 
-/// Texels a side of the map that footprints are told in.
+/// Texels per side of the map that footprints are told in.
 const MAP: u32 = 256;
 
 /// Points that are asked, of all lights together.

@@ -11,9 +11,9 @@ use crate::world::World;
 /// A scene in each frame.
 #[derive(Clone, Copy)]
 pub struct Frames<'a> {
-    /// What it is then, one where it stands still. Of a scene that is simulated one is enough where no truth is wanted.
+    /// What it is then, one where it stands still. A scene that is simulated needs one only where no truth is wanted.
     pub states: &'a [Scene],
-    /// Of a scene that moves, the times: where the device can simulate it, it goes through them and not through the states.
+    /// The times of a scene that moves: where the device can simulate it, it goes through them and not through the states.
     pub times_s: &'a [f64],
     /// What pictures under virtual lights are compared with beside their own truth.
     pub bounce: Option<Traced<'a>>,
@@ -49,7 +49,7 @@ pub(super) struct Drawing {
 }
 
 impl Drawing {
-    /// Of what is simulated, lit by a technique.
+    /// Frames of a simulated scene, lit by a technique.
     pub(super) fn new(
         context: &Context,
         world: &World,

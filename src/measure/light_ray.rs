@@ -17,7 +17,7 @@ pub type RayPoints = Vec<(f64, f64)>;
 pub struct RayLine {
     /// Its answers at [`LightRay::truth`]'s depths.
     pub points: RayPoints,
-    /// The nodes of its curve; none of a technique without nodes or whose maps see the light otherwise than
+    /// The nodes of its curve; none of a technique without nodes or whose maps see the light from another view than
     /// [`LightRay::view`], and none behind a mesh, which ends the line there.
     pub nodes: RayPoints,
 }
@@ -53,12 +53,12 @@ impl LightRay {
             return Err(Error::input("the first technique", "it has no maps", "name one that has, such as avsm"));
         };
         if x >= view.width || y >= view.height {
-            let cause = format!("outside the map of {} texels a side", view.width);
+            let cause = format!("outside the map of {} texels per side", view.width);
             return Err(Error::input(name, cause, "choose one inside"));
         }
         let ray = view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
         let Some(light) = light_of(casters.scene(), map, ray.at(view.z(1.0))) else {
-            let cause = "in the margin of the face, which another face is asked for";
+            let cause = "in the margin of the face, which belongs to another face";
             return Err(Error::input(name, cause, "go further in"));
         };
         let (curve, segments) = casters.true_curve(map, &view, &ray);

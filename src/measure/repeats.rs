@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 /// Shortest warm-up: a device that idled needs some milliseconds of work to reach its clock.
 pub(super) const WARM_UP: Duration = Duration::from_millis(200);
 
-/// Of a GPU for each build that is timed, and at most: after a pause an H200 was seen to fall from 1,980 to 1,260 MHz, and to
-/// take 1.2 s of work to come back (docs/drivers.md).
+/// How long a GPU works before each build that is timed, at most: after a pause an H200 was seen to fall from 1,980 to 1,260
+/// MHz, and to take 1.2 s of work to come back (docs/drivers.md).
 const GPU_WARM_UP: Duration = Duration::from_millis(50);
 const MOST_WARM_UP: Duration = Duration::from_millis(1500);
 
@@ -36,8 +36,9 @@ pub struct Repeats {
 }
 
 impl Repeats {
-    /// `warm_up` and `timed` builds of what is built each frame; of what is baked one and as many as the budget allows. Of either
-    /// fewer where they take long. A software device has no clock to reach: without `warm_up` it does not warm up at all.
+    /// `warm_up` and `timed` builds for techniques that build each frame; for baked ones, one and as many as the budget allows.
+    /// Fewer for either where they take long. Without `warm_up` a software device,
+    /// which has no clock to reach, does not warm up at all.
     pub fn of(lifetime: Lifetime, software: bool, warm_up: usize, timed: usize) -> Self {
         if software && warm_up == 0 {
             let budget = if lifetime == Lifetime::Frame { FRAME_BUDGET } else { BAKE_BUDGET };

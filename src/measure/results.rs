@@ -58,7 +58,7 @@ pub struct DeviceFacts {
 }
 
 impl DeviceFacts {
-    /// Of a device; what it copies is not measured.
+    /// The facts of a device; what it copies is not measured.
     pub fn of(features: &Features) -> Self {
         Self {
             name: features.name.clone(),
@@ -122,8 +122,8 @@ pub struct Row {
     /// The picture, drawn and lit once, device time: meshes and casters, however they are shaded. In files of schemas 1 and 2
     /// without the meshes where `shading=forward`. On slow devices of one sample, which is not warmed up.
     pub draw_ns: Option<Timing>,
-    /// A build and `draw_ns`: what a frame takes whose light has moved; of what is baked, where nothing moves, `draw_ns` alone (before, the
-    /// bake too). New in version 2.
+    /// A build and `draw_ns`: the time of a frame whose light has moved; for baked techniques in a still world, `draw_ns` alone (before,
+    /// the bake too). New in version 2.
     #[serde(default)]
     pub frame_ns: Option<f64>,
     /// The passes of a build, in order; and what is no part of it: before them `world.move` where the world moves, or
@@ -132,7 +132,7 @@ pub struct Row {
     /// The passes of drawing the picture, in order. New in version 2.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub draw_passes: Vec<PassTiming>,
-    /// What the passes of a build did, and behind them those of drawing the picture. Absent where nobody asks. New in version 3.
+    /// What the passes of a build did, and behind them those of drawing the picture. Absent unless asked for. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub counts: Vec<PassCount>,
     /// Bytes that the look-up needs. Absent where nothing was built.
@@ -156,10 +156,10 @@ pub struct Row {
     /// Absent where nothing moves. New in version 2.
     #[serde(default)]
     pub flicker_rms: Option<f64>,
-    /// Of pictures of frames one after the other, the camera going round. Absent where it stands still. New in version 2.
+    /// Pictures of consecutive frames, with the camera going round. Absent where it stands still. New in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<FramesError>,
-    /// Against what areas see, for each size of them. Absent where nobody asks. New in version 3.
+    /// Against what areas see, for each size of them. Absent unless asked for. New in version 3.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub footprints: Vec<FootprintError>,
     /// The picture's file name in the output folder.
@@ -188,7 +188,7 @@ pub struct PassCount {
     pub name: String,
     /// How many.
     pub runs: u64,
-    /// Of all of them.
+    /// Sums over all of them.
     #[serde(flatten)]
     pub counts: PassCounts,
 }
@@ -203,10 +203,11 @@ pub struct RowError {
     /// At points on what the camera sees and on all meshes. Absent without meshes. New in version 2.
     #[serde(default)]
     pub surface: Option<PointError>,
-    /// Of surface points in the shadow of meshes, by how far these are. Absent without such points. New in version 2.
+    /// Errors at surface points in the shadow of meshes, by how far these are. Absent without such points. New in
+    /// version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub casters: Option<CasterError>,
-    /// Of the shaded picture. Absent where its truth would have taken longer than all else.
+    /// Errors of the shaded picture. Absent where its truth would have taken longer than all else.
     #[serde(default)]
     pub image: Option<ImageError>,
 }
@@ -227,7 +228,7 @@ pub struct ImageError {
     pub rmse: f64,
     /// Mean of the FLIP map.
     pub flip_mean: f64,
-    /// Under virtual lights, RMSE against one bounce of the lights that they stand for. Absent where nobody asks. New in version 2.
+    /// Under virtual lights, RMSE against one bounce of the lights that they stand for. Absent unless asked for. New in version 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bounce_rmse: Option<f64>,
     /// The standard error of that reference, in the same units. New in version 2.

@@ -181,7 +181,7 @@ fn differs(row: &Row, now: &Row) -> Option<Option<String>> {
 mod tests {
     use super::*;
 
-    /// Nobody is left out, nobody is asked what it casts nothing from, and no row is there twice.
+    /// No technique is left out, none is asked where it casts nothing, and no row is there twice.
     #[test]
     fn every_technique_has_rows() {
         let mut named = BTreeSet::new();

@@ -129,7 +129,8 @@ impl ClockMeter {
     }
 }
 
-/// Processor time since the machine started, hundredths of a second (proc(5)): of all, spent or not, and of this process.
+/// Processor time since the machine started, hundredths of a second (proc(5)): for all processes, spent or not, and for
+/// this one.
 #[derive(Clone, Copy)]
 struct Jiffies {
     all: f64,

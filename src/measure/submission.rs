@@ -36,7 +36,7 @@ pub struct Submission {
     /// Half of the rows' builds have a band from the 5th to the 95th percentile narrower than this share of their median. Absent without
     /// times.
     pub noise: Option<f64>,
-    /// Of each row, [`answers_hash`].
+    /// Per row, [`answers_hash`].
     pub answers: Vec<String>,
     /// The rows, with the device, the hashes of the scenes among the conditions, and the bands of the times.
     pub results: Results,

@@ -188,7 +188,7 @@ impl Case<'_> {
                 whole = Some(again?);
             }
             works.set(!each.passes.is_empty());
-            // Asking takes longer than many builds do: a few times is enough. The clock of a warm-up is nobody's.
+            // Asking takes longer than many builds do: a few times is enough. The clock of a warm-up is not counted.
             if is_timed && works.get() && frame * LOOKS >= looked * count {
                 looked += 1;
                 watch.look();

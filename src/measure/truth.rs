@@ -1,4 +1,4 @@
-//! The truth of a scene at one time, shared by all rows. Each part is computed once, by whoever needs it first: a thread of
+//! The truth of a scene at one time, shared by all rows. Each part is computed once, where it is first needed: a thread of
 //! its own beside the measuring, where that does not disturb it, or the measuring itself.
 
 use crate::reference::truth::{
@@ -68,7 +68,7 @@ pub(crate) struct Wanted {
     pub picture: [u32; 2],
     /// Corners of the box that space points lie in.
     pub bounds: Option<[DVec3; 2]>,
-    /// Of each light, the points at which a moving world is watched.
+    /// Per light, the points at which a moving world is watched.
     pub watched: Arc<Vec<Vec<[f32; 3]>>>,
 }
 
@@ -79,10 +79,10 @@ pub(crate) struct Points {
     pub visibility: Vec<f64>,
     /// Where they lie on meshes.
     surface: Vec<SurfacePoint>,
-    /// Of these, the side that light is asked for on, unit length; empty for points in space.
+    /// Per point, the side that light is asked for on, unit length; empty for points in space.
     pub normals: Vec<[f32; 3]>,
-    /// Of these, how far the nearest mesh on the way is from the light and from the point, as [`Casters::caster_distances`]; empty where
-    /// a row is only to be chosen.
+    /// Per point, how far the nearest mesh on the way is from the light and from the point, as
+    /// [`Casters::caster_distances`]; empty where a row is only to be chosen.
     pub casters: Vec<[f64; 2]>,
     /// Whether each is in the boundary, of the resolutions that were asked about.
     boundaries: Cached<Vec<Resolution>, Vec<bool>>,
@@ -98,13 +98,13 @@ impl Points {
 
 /// In maps of the same views, and the limits over all.
 pub(crate) struct MapsTruth {
-    /// Of each map that covers something.
+    /// Points of each map that covers something.
     pub maps: Vec<Points>,
     pub covered: u64,
     pub segments: u64,
     /// The share of all texels that were looked at.
     pub share: f64,
-    /// Of [`LIMIT_NODES`]; none where they would have taken longer than all else.
+    /// Errors of the best curve with each of [`LIMIT_NODES`]; none where they would have taken longer than all else.
     pub limits: Option<Vec<f64>>,
 }
 
@@ -167,7 +167,7 @@ impl<'a> Truth<'a> {
         View::camera(&self.scene.camera, self.scene, size)
     }
 
-    /// Of each light.
+    /// Per light, its points in space.
     pub fn space(&self) -> &[Points] {
         self.space.get_or_init(|| {
             let of = |light| {
@@ -178,7 +178,7 @@ impl<'a> Truth<'a> {
         })
     }
 
-    /// Of each light, at the points that stay where they are in every frame.
+    /// Per light, points that stay where they are in every frame.
     pub fn watched(&self) -> &[Points] {
         let of = |(light, positions): (usize, &Vec<[f32; 3]>)| self.at(light, positions.clone());
         self.watched.get_or_init(|| self.wanted.watched.iter().enumerate().map(of).collect())
@@ -193,7 +193,7 @@ impl<'a> Truth<'a> {
         Points::in_space(light, positions, visibility)
     }
 
-    /// Of each light; none without meshes.
+    /// Per light, its points on surfaces; none without meshes.
     pub fn surface(&self) -> &[Points] {
         self.surface.get_or_init(|| {
             let camera = self.camera(self.wanted.picture);

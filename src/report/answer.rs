@@ -23,9 +23,9 @@ pub(super) struct Time {
     pub(super) of: fn(&Row) -> Option<f64>,
 }
 
-const FRAME: Time = Time { unit: "ms a frame", of: |row| row.frame_ns };
+const FRAME: Time = Time { unit: "ms per frame", of: |row| row.frame_ns };
 /// Rows of a device without timestamps.
-const HOST: Time = Time { unit: "ms a build by the host's clock", of: |row| Some(row.host_ns?.median) };
+const HOST: Time = Time { unit: "ms per build by the host's clock", of: |row| Some(row.host_ns?.median) };
 
 /// Errors over all points of a kind; what a user looks at first stands first.
 const ERRORS: [Measure; 3] = [
@@ -45,7 +45,7 @@ pub(super) struct Answer {
     pub(super) smallest: Option<usize>,
 }
 
-/// What most rows have; of those that as many have, the first. FLIP where no row has errors of points.
+/// What most rows have; among equals, the first. FLIP where no row has errors of points.
 pub(super) fn measure(rows: &[(usize, &Row)]) -> Measure {
     measure_by(rows, FRAME)
 }

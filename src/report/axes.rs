@@ -4,7 +4,7 @@ use crate::measure::{Row, Status};
 
 /// A time and an error of a row.
 pub(super) struct Axes {
-    /// Of the SVG in the output folder.
+    /// Name of the SVG in the output folder.
     pub(super) file: &'static str,
     /// Above the plot.
     pub(super) title: &'static str,

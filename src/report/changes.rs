@@ -37,7 +37,7 @@ impl Fails {
     }
 }
 
-/// A line a row: every figure before and now, and by how much it has changed. `names` are the rows as the table of now names
+/// A line per row: every figure before and now, and by how much it has changed. `names` are the rows as the table of now names
 /// them.
 pub fn changes_table(changes: &[Change], now: &Results) -> String {
     let names = Specs::of(&now.rows);
@@ -114,7 +114,7 @@ fn cells(figure: &Figure) -> [String; 4] {
     [text(figure.before), text(figure.now), share, verdict.into()]
 }
 
-/// Of JUnit's XML: a test case a row, which fails where the row does.
+/// JUnit's XML: one test case per row, which fails where the row does.
 const JUNIT: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <testsuites name="gobo compare" tests="{{ tests }}" failures="{{ failures }}">
   <testsuite name="{{ device }}" tests="{{ tests }}" failures="{{ failures }}" skipped="{{ skipped }}">

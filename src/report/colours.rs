@@ -15,7 +15,7 @@ pub(super) const COLOURS: [RGBColor; 6] = [
 /// Lightness and the largest chroma that stand out from a light page and from a dark one and do not glare.
 const LIGHTNESS: std::ops::RangeInclusive<f64> = 0.43..=0.88;
 const LARGEST_CHROMA: f64 = 0.18;
-/// Of the values that a channel may have.
+/// Step between the values that a channel may have.
 const CHANNEL_STEP: usize = 17;
 
 /// Linear red, green and blue as without the long-wave cones and without the medium-wave ones: Machado, Oliveira and
@@ -67,7 +67,7 @@ fn beside(known: &[RGBColor], count: usize) -> Vec<RGBColor> {
     colours
 }
 
-/// For who sees least of it; full colour vision counts half, for it has one dimension more to find room in.
+/// For the eye that sees least of it; full colour vision counts half, for it has one dimension more to find room in.
 fn distance(a: &Seen, b: &Seen) -> f64 {
     let [full, without_long, without_medium] = [0, 1, 2].map(|eye| euclidean(a[eye], b[eye]));
     (full / 2.0).min(without_long).min(without_medium)

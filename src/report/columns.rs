@@ -13,7 +13,7 @@ pub(super) struct Column {
     pub(super) name: &'static str,
     /// Group and name together, short enough for a terminal, with the unit.
     pub(super) heading: &'static str,
-    /// One sentence for who points at it.
+    /// One sentence for a reader who points at it.
     pub(super) meaning: &'static str,
     /// Columns of a larger number are the first to go on a narrow terminal. What is worth most: frame, resident, FLIP, error,
     /// build.
@@ -104,8 +104,8 @@ pub(super) fn shown<'a>(rows: impl Iterator<Item = &'a Row> + Clone) -> Vec<&'st
 const WITHIN: &str = "The share of the points that is nearer to an opaque shadow's edge than the technique resolves, \
                       and their mean absolute error";
 
-const LEAKS: &str = "Points that no light reaches and the answer says more than half, / that all \
-                     light reaches and it says less than half";
+const LEAKS: &str = "Points that no light reaches but the answer is more than half, / that all \
+                     light reaches but it is less than half";
 
 /// In the order in which they are shown.
 const COLUMNS: [Column; 28] = [
@@ -127,7 +127,7 @@ const COLUMNS: [Column; 28] = [
             "Time, ms",
             "first",
             "first ms",
-            "The first build of what is baked on the device, all that was recorded again in it; on the host",
+            "The first build of a baked technique, by the device and by the host, with all that was recorded again in it",
             14,
             |row| row.first_ns.filter(|_| row.bytes_on_disk.is_some()),
             milliseconds,
@@ -164,7 +164,7 @@ const COLUMNS: [Column; 28] = [
         "Time, ms",
         "frame",
         "frame ms",
-        "A build, and the picture drawn and lit: what a frame takes whose light has moved; of what is baked, where nothing moves, the picture alone",
+        "A build and the lit picture, as in a frame whose light has moved; for baked techniques in a still world, the picture alone",
         0,
         |row| row.frame_ns,
         milliseconds,
@@ -212,7 +212,7 @@ const COLUMNS: [Column; 28] = [
         "Error at map points",
         "× limit",
         "× limit",
-        "Mean absolute error as a multiple of the limit of as many nodes",
+        "Mean absolute error, as a multiple of the least that as many nodes can have",
         7,
         times_limit,
         times,
@@ -250,7 +250,7 @@ const COLUMNS: [Column; 28] = [
         "On surfaces",
         "mean abs",
         "surface |err|",
-        "Mean absolute error at points on what the camera sees and on all meshes",
+        "Mean absolute error at surface points: those that the camera sees, and others on all meshes",
         3,
         |row| Some(surface(row)?.mean_abs),
         significant,
@@ -294,7 +294,7 @@ const COLUMNS: [Column; 28] = [
         "Image",
         "bounce RMSE",
         "bounce RMSE",
-        "The same of the picture under virtual lights against one bounce of the lights that they stand for, path traced",
+        "The same under virtual lights, against one path-traced bounce of the lights that they stand for",
         6,
         |row| row.error.as_ref()?.image?.bounce_rmse,
         significant,
@@ -312,7 +312,7 @@ const COLUMNS: [Column; 28] = [
         "Frames",
         "RMSE",
         "frames RMSE",
-        "Root mean square error of the pictures of frames one after the other, the camera going round",
+        "Root mean square error of consecutive pictures, with the camera going round",
         6,
         |row| Some(row.frames?.rmse),
         significant,
@@ -321,7 +321,7 @@ const COLUMNS: [Column; 28] = [
         "Frames",
         "flicker",
         "frames flicker",
-        "Root mean square of what these pictures change from frame to frame minus what the truth's do",
+        "Root mean square of these pictures' change from frame to frame minus the truth's",
         6,
         |row| Some(row.frames?.flicker_rms),
         significant,

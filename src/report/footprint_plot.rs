@@ -13,7 +13,7 @@ const HEIGHT: u32 = 480;
 /// What an error is drawn as at least, on an axis of logarithms.
 const LEAST: f64 = 1e-3;
 
-/// A panel a scene, a line a row, over the sides of squares; none where nobody asked for them.
+/// A panel per scene, a line per row, over the sides of squares; none unless asked for.
 pub(super) fn footprint_plot(results: &Results) -> Option<String> {
     let specs = Specs::of(&results.rows);
     let of = |scene: &str| {

@@ -38,7 +38,7 @@ struct Page<'a> {
     /// How far surface error and FLIP agree.
     agreement: Option<String>,
     plots: Vec<String>,
-    /// Of the passes, by their number in the run.
+    /// Colours of the passes, by their number in the run.
     colours: Vec<String>,
     fronts: Vec<Front>,
     scenes: Vec<Scene<'a>>,

@@ -43,7 +43,7 @@ struct Of {
 const BUILD: Of = Of { passes: |row| &row.passes, whole: |row| row.build_ns, shared: Some(Row::shared_ns) };
 const DRAW: Of = Of { passes: |row| &row.draw_passes, whole: |row| row.draw_ns, shared: None };
 
-/// Rows with their passes. `rate` is how many bytes a second the device copies, for the column of the floor.
+/// Rows with their passes. `rate` is how many bytes per second the device copies, for the column of the floor.
 fn table(title: &str, rows: &[&Row], specs: &Specs, Of { passes, whole, shared }: Of, rate: Option<f64>) -> String {
     let names = names(rows.iter().map(|row| passes(row)));
     let mut table = Table::new();
@@ -80,7 +80,7 @@ fn table(title: &str, rows: &[&Row], specs: &Specs, Of { passes, whole, shared }
     table.lines().map(|line| format!("{}\n", line.trim_end())).collect()
 }
 
-/// Of builds, in the order in which they first ran.
+/// Names of builds' passes, in the order in which they first ran.
 pub(super) fn pass_names<'a>(rows: impl Iterator<Item = &'a Row>) -> Vec<&'a str> {
     names(rows.map(|row| &row.passes))
 }

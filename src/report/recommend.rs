@@ -1,4 +1,5 @@
-//! Which technique for a scene: of the measured rows within limits the best balanced, the extremes, and what is closer.
+//! Which technique for a scene: among the measured rows within limits, the best balanced, the extremes, and what is
+//! closer.
 
 use crate::consume::parse;
 use crate::measure::{Results, Row};

@@ -48,7 +48,7 @@ pub(super) struct Dot {
     pub(super) technique: usize,
     pub(super) path: usize,
     pub(super) label: String,
-    /// All of it, for who points at it.
+    /// All of it, for a reader who points at it.
     pub(super) title: String,
     /// Whether it is there for comparison alone: then it does not stretch the axes.
     pub(super) aside: bool,

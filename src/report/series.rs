@@ -50,9 +50,9 @@ pub(super) struct Panel {
     pub(super) limits: Vec<Limit>,
     /// Set when an error lies below what a logarithmic axis shows: those stand on this line.
     pub(super) floor: Option<f64>,
-    /// Of the axis, with air at both ends.
+    /// Range of the axis, with air at both ends.
     pub(super) milliseconds: (f64, f64),
-    /// Of the axis, with air at both ends.
+    /// Range of the axis, with air at both ends.
     pub(super) error: (f64, f64),
 }
 

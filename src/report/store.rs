@@ -50,7 +50,7 @@ impl Store {
         self.write_bytes(name, text.as_bytes())
     }
 
-    /// Writes a PNG of `width` × `height` pixels from `rgb8`: rows from the top, three bytes a pixel.
+    /// Writes a PNG of `width` × `height` pixels from `rgb8`: rows from the top, three bytes per pixel.
     ///
     /// # Errors
     /// As for [`Store::write`]; also when `rgb8` has not `width * height * 3` bytes.
@@ -94,7 +94,7 @@ pub(super) fn is_plain_name(name: &str) -> bool {
     matches!((components.next(), components.next()), (Some(Component::Normal(only)), None) if only == name)
 }
 
-/// Of a kind of points, behind its name: `map_mean_abs`.
+/// Columns per kind of points, behind its name: `map_mean_abs`.
 const POINT_COLUMNS: [&str; 15] = [
     "points",
     "mean_abs",
@@ -113,7 +113,7 @@ const POINT_COLUMNS: [&str; 15] = [
     "beyond_false_shadows",
 ];
 
-/// One line a row, flat. Numbers in full precision; a value that is missing is an empty field.
+/// One line per row, flat. Numbers in full precision; a value that is missing is an empty field.
 fn comma_separated(results: &Results) -> std::result::Result<Vec<u8>, Box<dyn std::error::Error>> {
     let counters: BTreeSet<&str> =
         results.rows.iter().flat_map(|row| row.counters.keys()).map(String::as_str).collect();

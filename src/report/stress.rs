@@ -9,7 +9,7 @@ use minijinja::value::{Serde, Value};
 use minijinja::{Environment, UndefinedBehavior};
 use serde::Serialize;
 
-/// Of the figures of a verdict, with what they mean.
+/// Figures of a verdict, with what they mean.
 const COLUMNS: [(&str, &str); 7] = [
     ("mean", "mean absolute error, on the rays of texels where there are any, else in space"),
     ("bias", "signed mean: positive is too bright"),
@@ -79,7 +79,7 @@ pub fn stress_device(results: &Results) -> String {
     one_line(&format!("{} ({}), {}, Vulkan {}", device.name, device.kind, device.driver, device.api))
 }
 
-/// Of a sweep, a line a technique: its figures, and how far it holds.
+/// A sweep's table, one line per technique: its figures, and how far it holds.
 pub fn stress_table(results: &Results, case: &str) -> String {
     let mut table = Table::new();
     table.load_style(comfy_table::presets::NOTHING).set_content_arrangement(ContentArrangement::Disabled);
@@ -94,10 +94,10 @@ pub fn stress_table(results: &Results, case: &str) -> String {
     format!("\n{}\n{lines}", one_line(&heading(results, case)))
 }
 
-/// Of an error, behind its kind of points.
+/// Columns of an error, behind its kind of points.
 const ERROR_COLUMNS: [&str; 5] = ["points", "mean_abs", "bias", "max", "wrong"];
 
-/// One line a row, flat. Numbers in full precision; what is missing is an empty field.
+/// One line per row, flat. Numbers in full precision; what is missing is an empty field.
 ///
 /// # Errors
 /// [`Error::Output`] where memory runs out.

@@ -5,7 +5,7 @@ use super::wording::{
 };
 use crate::measure::{Row, Status, Submission};
 
-/// What was measured on what, and a line a row.
+/// What was measured on what, and a line per row.
 pub fn submission_table(submission: &Submission) -> String {
     let results = &submission.results;
     let device = &results.device;

@@ -16,7 +16,7 @@ const NAMING_COLUMNS: usize = 2;
 /// Columns that stay, however narrow the terminal is.
 const KEPT_COLUMNS: usize = 3;
 
-/// One row a line, grouped by scene in the order in which they were measured. A column in which
+/// One row per line, grouped by scene in the order in which they were measured. A column in which
 /// no row has a value is not there. On a terminal that is too narrow, the columns that say least go first, and a last
 /// line names them. Never any colour, so that a file or pipe gets the same text in full width.
 pub fn table(results: &Results) -> String {

@@ -52,7 +52,7 @@ pub fn remove_unfinished(folder: &Path) {
     }
 }
 
-/// Writes a PNG of `size` pixels from `rgb8`: rows from the top, three bytes a pixel.
+/// Writes a PNG of `size` pixels from `rgb8`: rows from the top, three bytes per pixel.
 ///
 /// # Errors
 /// As for [`write_whole`]; also when `rgb8` has another number of bytes.

@@ -135,7 +135,7 @@ pub(super) fn status_word(status: Status) -> &'static str {
 
 /// Which keys of the specs tell rows apart, and which are said once above the table.
 pub(super) struct Specs {
-    /// Key and value with the techniques that have it, or nobody named when every row has it.
+    /// Key and value with the techniques that have it, or no name when every row has it.
     shared: Vec<(String, String, Vec<String>)>,
     /// Techniques with their keys that tell no rows apart.
     silent: BTreeSet<(String, String)>,
@@ -148,8 +148,8 @@ fn default(technique: &str, key: &str) -> Option<&'static str> {
 }
 
 impl Specs {
-    /// A key is shared when every row that has it agrees, or every row of a technique has its default: what one technique has
-    /// otherwise than another tells no rows of either apart. A single row has nobody to share with, and says what is not the
+    /// A key is shared when every row that has it agrees, or every row of a technique has its default: a value in which two
+    /// techniques differ tells no rows of either apart. A single row has nobody to share with, and says what is not the
     /// default.
     pub(super) fn of(rows: &[Row]) -> Self {
         let mut specs = Self { shared: Vec::new(), silent: BTreeSet::new() };

@@ -1,4 +1,4 @@
-//! Particles that the device moves: positions and speeds in buffers, a dispatch a step. Twin: reference::twin::simulate.
+//! Particles that the device moves: positions and speeds in buffers, a dispatch per step. Twin: reference::twin::simulate.
 
 use crate::Result;
 use crate::gpu::{Buffer, Commands, Constants, Context, Kernel, PassTime, groups, push_struct};
@@ -39,12 +39,12 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Of a world whose scene is simulated; none of any other.
+    /// The simulation of a world whose scene is simulated; none for any other.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn of(context: &Context, world: &World) -> Result<Option<Self>> {
-        let Ok(Motion::Fountain(fountain)) = world.scene().map(|scene| scene.motion) else { return Ok(None) };
+        let Ok(&Motion::Fountain(fountain)) = world.scene().map(|scene| &scene.motion) else { return Ok(None) };
         let place = fountain.place();
         let stands = GridData {
             origin: place.origin,
@@ -88,7 +88,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Of a world that stands still.
+    /// Fills the grid of a world that stands still.
     fn fill_grid(&mut self, commands: &mut Commands, world: &World) {
         if !self.ready {
             self.grid.record(commands, world);

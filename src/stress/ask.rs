@@ -46,7 +46,7 @@ fn figures(context: &Context, subject: &Subject, spec: &Spec, path: &mut String)
     *path = opened.technique.facts()?.path.into();
     let views: Vec<_> = opened.technique.maps().iter().map(|map| map.volume).collect();
     let has_smoke = !subject.scene.has_only_meshes();
-    // Of meshes alone what is true in space and on them says more than on rays of which most are in the boundary.
+    // With meshes alone, truth in space and on them says more than truth on rays, most of which are in the boundary.
     let on_rays = if views.is_empty() || !has_smoke { Arc::default() } else { subject.maps(&views) };
     let (maps, rounded) = &*on_rays;
     let kinds = [&maps[..], subject.space(), subject.surface()];
@@ -115,7 +115,7 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
 }
 
 /// How much answers rise along rays, and how far the last of each ray is from the truth, both more than the rounding of points
-/// off their ray can do: of the rays of a map's texels, in which who is asked may have some that are `finer`.
+/// off their ray can do: of the rays of a map's texels, some of which may be `finer` in the technique that is asked.
 pub(super) fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded], finer: f64) -> (Option<f64>, Option<f64>) {
     let (mut rise, mut tail) = (0.0_f64, 0.0_f64);
     let depths = MAP_DEPTHS as usize;
@@ -157,8 +157,8 @@ fn order_spread(
     Ok(spread)
 }
 
-/// Over all steps, at the points in space: against the filtered truth of who has maps of smoke, so that a texel's size is no
-/// step, else against the truth. `before`: what is answered there as all casters stand where they began.
+/// Over all steps, at the points in space: against the filtered truth for a technique with maps of smoke, so that a texel's
+/// size is no step, else against the truth. `before`: what is answered there as all casters stand where they began.
 fn step_rms(
     context: &Context,
     subject: &Subject,
@@ -181,7 +181,7 @@ fn step_rms(
         opened.build(world)?;
         let Some(now) = answers(context, opened, &[subject.space()], figures)?.pop() else { break };
         let truth = if has_maps { subject.filtered(step, &views(opened)) } else { visibility.clone() };
-        // Of both ends of the step.
+        // The boundary at both ends of the step.
         let boundary_now = subject.boundary_after(step, &opened.technique.resolution());
         for i in (0..now.len()).filter(|i| !boundary[*i] && !boundary_now[*i]) {
             let more = f64::from(now[i]) - f64::from(before[i]) - (truth[i] - truth_before[i]);

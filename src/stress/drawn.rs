@@ -1,4 +1,4 @@
-//! What a seed of a soak comes to: a scene, how it moves, and who is asked.
+//! What a seed of a soak comes to: a scene, how it moves, and which techniques are asked.
 
 use super::meshes::{block, plate, triangles};
 use super::strewn::{sphere, step};
@@ -7,7 +7,7 @@ use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Random, Sce
 use crate::technique::{Key, Name, REGISTRY, Spec, Values};
 use glam::DVec3;
 
-/// Of a seed.
+/// Everything that is drawn from a seed.
 #[derive(Clone, Debug)]
 pub(super) struct Drawn {
     /// The scene with all casters that there are at any time.
@@ -21,7 +21,7 @@ pub(super) struct Drawn {
 /// Frames of a round.
 const FRAMES: usize = 3;
 
-/// Texels a side of maps at most, and casters of a kind: a software device goes through a round in about a second.
+/// Texels per side of maps at most, and casters of a kind: a software device goes through a round in about a second.
 const TEXELS: f64 = 40.0;
 const CASTERS: f64 = 300.0;
 
@@ -163,7 +163,7 @@ impl Draw {
         (0..count).map(one).collect()
     }
 
-    /// Of one kind where a technique takes no other, else of several.
+    /// Lights of one kind where a technique takes no other, else of several.
     fn lights(&mut self, particles: &[Particle]) -> Vec<Light> {
         let kinds = match self.below(6) {
             0 => 3..4,
@@ -230,7 +230,7 @@ impl Draw {
         Some(spec)
     }
 
-    /// Of sizes a small one.
+    /// A small value for sizes.
     fn value(&mut self, key: &Key, is_size: bool) -> String {
         match key.values {
             Values::OneOf(words) => {

@@ -51,7 +51,7 @@ pub struct Case {
     pub most_on_cpu: f64,
     /// The scene at one of the values: the same each time.
     pub scene: fn(f64) -> Scene,
-    /// Texels a side of maps, where these are what is swept; else they are the spec's.
+    /// Texels per side of maps, where these are what is swept; else they are the spec's.
     pub texels: Option<fn(f64) -> u32>,
 }
 

@@ -96,7 +96,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "texels",
         about: "the usual smoke in small maps, as small as each technique has them",
-        swept: "texels a side",
+        swept: "texels per side",
         values: &[32.0, 8.0, 3.0, 2.0, 1.0],
         scene: |_| scene(along(SLANTED), cloud(USUAL), vec![]),
         texels: Some(|side| side as u32),

@@ -4,7 +4,7 @@ use super::verdict::Verdict;
 use crate::measure::{DeviceFacts, PointError};
 use serde::{Deserialize, Serialize};
 
-/// Of `stress.json`.
+/// Version of `stress.json`.
 pub const SCHEMA: u32 = 1;
 
 /// A whole run.
@@ -45,7 +45,7 @@ pub enum Outcome {
 pub struct Stressed {
     /// [`super::Case::name`].
     pub case: String,
-    /// Of what is swept.
+    /// The value of what is swept.
     pub value: f64,
     /// Its spec, without what is the default.
     pub technique: String,

@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 pub struct Failure {
     /// `gobo stress --soak 0 --seed` of it is the same round.
     pub seed: u64,
-    /// Who was asked; empty where it was nobody's answer.
+    /// The technique that was asked; empty where the answer was no technique's.
     pub technique: String,
     /// What broke.
     pub broken: String,
@@ -46,7 +46,7 @@ pub struct Round {
     pub device_bytes: u64,
 }
 
-/// The round of a seed. `asking` is told who is asked next.
+/// The round of a seed. `asking` is told which technique is asked next.
 ///
 /// # Errors
 /// Those of `asking`; what else fails is in the round.

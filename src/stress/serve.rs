@@ -1,7 +1,7 @@
 //! The worker's end: a process that asks for another.
 //!
-//! Both ends speak lines of JSON. Of a [`Job::Value`] its [`Reply::Ready`] comes out, then a row for each of its techniques; of a
-//! [`Job::Round`] who is asked, one after the other, then the round.
+//! Both ends speak lines of JSON. A [`Job::Value`] is answered by its [`Reply::Ready`], then a row for each of its techniques; a
+//! [`Job::Round`] by each technique that is asked, one after the other, then the round.
 
 use super::results::{Outcome, Stressed};
 use super::round::{Round, host_bytes, round};
@@ -18,13 +18,13 @@ use std::io::Write;
 /// What a worker is to do.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Job {
-    /// A value of what is swept, and who is asked.
+    /// A value of what is swept, and which techniques are asked.
     Value {
         /// [`Sweep::name`].
         sweep: String,
         /// [`Sweep::given`].
         given: Option<String>,
-        /// Of what is swept.
+        /// The value of what is swept.
         value: f64,
         /// Specs.
         techniques: Vec<String>,
@@ -54,8 +54,7 @@ pub enum Reply {
 
 /// Answers jobs until there are no more. `open` opens the device.
 ///
-/// # Errors
-/// Those of `open`, [`Error::Input`] for a job that is none, [`Error::Output`] where nobody listens.
+/// # Errors Those of `open`, [`Error::Input`] for a job that is none, [`Error::Output`] where the reader is gone.
 pub fn serve(open: impl Fn() -> Result<Context>) -> Result<()> {
     // One line, the last that it says.
     std::panic::set_hook(Box::new(|panic| eprintln!("{}", panic.to_string().replace(char::is_control, " "))));
@@ -108,7 +107,7 @@ fn answer(context: &Context, sweep: &Sweep, value: f64, techniques: &[String]) -
             let row = match side.filter(|side| spec.text(Name::SIZE) != *side) {
                 // Never another size in its place.
                 Some(side) => {
-                    let reason = format!("refused: has no maps of {side} texels a side");
+                    let reason = format!("refused: has no maps of {side} texels per side");
                     no_answer(&sweep.name, value, &spec, Outcome::Refused, reason)
                 }
                 None => ask(context, &subject, (&sweep.name, value), &spec),

@@ -15,7 +15,7 @@ pub struct Soaked {
     pub command: String,
     /// Where it ran.
     pub device: DeviceFacts,
-    /// Of the first round.
+    /// Seed of the first round.
     pub seed: u64,
     /// How long it went on.
     pub seconds: f64,
@@ -38,7 +38,7 @@ pub struct Soaked {
 /// Some rounds on one open device.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Life {
-    /// Of the first round.
+    /// Seed of the first round.
     pub seed: u64,
     /// How many rounds.
     pub rounds: u64,

@@ -32,7 +32,7 @@ pub struct Subject<'a> {
     truth: Truth<'a>,
     casters: Casters<'a>,
     moved: OnceLock<Vec<Moved>>,
-    /// Of maps, most of which are the same for several who are asked.
+    /// Truth on rays of maps, most of which are the same for several techniques.
     maps: Cached<Vec<View>, OnRays>,
     /// After so many steps, at the points in space.
     filtered: Cached<(usize, Vec<View>), Vec<f64>>,
@@ -49,7 +49,7 @@ pub(super) struct Moved {
 }
 
 impl<'a> Subject<'a> {
-    /// Of that scene.
+    /// The subject of that scene.
     pub fn new(scene: &'a Scene) -> Self {
         // Where there is nothing, somewhere.
         let bounds = bounds(scene).unwrap_or([DVec3::NEG_ONE, DVec3::ONE]);
@@ -71,7 +71,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// Finds what is the same for all who are asked, so that it is in nobody's time.
+    /// Finds what is the same for all techniques, so that it counts in no technique's time.
     pub(super) fn find_truth(&self) {
         self.space();
         self.surface();
@@ -94,7 +94,7 @@ impl<'a> Subject<'a> {
     }
 
     /// Points on the rays of covered texels, [`crate::reference::truth::MAP_DEPTHS`] a texel, depth rising, and the filtered truth
-    /// there: at the very point, rounded as it is, so that no rounding of the point is held against who answers.
+    /// there: at the very point, rounded as it is, so that no rounding of the point is held against the technique.
     pub(super) fn maps(&self, views: &[View]) -> Arc<OnRays> {
         self.maps.get(views.to_vec(), |views| self.on_rays(views))
     }
@@ -211,8 +211,8 @@ impl Rounded {
     }
 }
 
-/// What a bilinear look-up finds at points of a light if each texel has its exact curve: the truth of who has such maps, and
-/// loses nothing in them.
+/// What a bilinear look-up finds at points of a light if each texel has its exact curve: the truth for a technique that has
+/// such maps and loses nothing in them.
 fn filtered(casters: &Casters, scene: &Scene, views: &[View], light: usize, points: &[[f32; 3]]) -> Vec<f64> {
     let map = |p: &[f32; 3]| scene.first_map(light) + scene.lights[light].map_at(*p);
     let places: Vec<_> = points.iter().map(|p| Place::of(views, map(p), DVec3::from(p.map(f64::from)))).collect();

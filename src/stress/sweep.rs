@@ -12,7 +12,7 @@ const TIME_S: f64 = 20.0;
 
 /// A number that is swept.
 pub struct Sweep {
-    /// Of a case its name, of a scene `scene/change`.
+    /// A case's name, or `scene/change` for a scene.
     pub name: String,
     /// The scene that is given, as it was named; none of a case.
     pub given: Option<String>,
@@ -20,13 +20,13 @@ pub struct Sweep {
     pub values: &'static [f64],
     /// As [`Case::most_on_cpu`].
     most_on_cpu: f64,
-    /// Texels a side of maps, where these are what is swept.
+    /// Texels per side of maps, where these are what is swept.
     pub texels: Option<fn(f64) -> u32>,
     scene: Box<dyn Fn(f64) -> Scene>,
 }
 
 impl Sweep {
-    /// Of a case.
+    /// The sweep of a case.
     pub fn of(case: &'static Case) -> Self {
         let Case { name, values, most_on_cpu, texels, scene, .. } = *case;
         Self { name: name.into(), given: None, values, most_on_cpu, texels, scene: Box::new(scene) }

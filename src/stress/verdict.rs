@@ -78,7 +78,7 @@ pub(super) fn broken(row: &Stressed) -> Vec<Broken> {
     }
 }
 
-/// What figures break of promises, and of what is everybody's.
+/// Which promises the figures break, and which of what holds for all.
 fn broken_of(figures: &Figures, promises: &Promises) -> Vec<Broken> {
     // A figure that is not a number is no small one.
     let above =
@@ -249,7 +249,7 @@ mod tests {
         assert_eq!(verdicts(&rows)[0].invariants, [Broken::NotFinite]);
     }
 
-    /// A promise is broken by what is above it, and by nothing where none was given; what is everybody's needs no promise.
+    /// A promise is broken by what is above it, and by nothing where none was given; what holds for all needs no promise.
     #[test]
     fn each_promise_is_held_against_its_figure() {
         let error = PointError {

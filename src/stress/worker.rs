@@ -88,7 +88,7 @@ impl Worker {
         Ok(())
     }
 
-    /// A round of a soak; of one that does not end the failure alone, of whoever was asked last.
+    /// A round of a soak; of one that does not end only the failure, with the technique that was asked last.
     ///
     /// # Errors
     /// Those of [`Worker::start`], where a new process is needed and does not start.

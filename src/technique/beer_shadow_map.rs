@@ -1,7 +1,7 @@
 //! Beer shadow maps: where the medium on a texel's ray begins, its mean extinction and its greatest optical depth. Source:
 //! Hillaire 2020 (Unreal Engine's clouds).
 //!
-//! Three numbers a texel: cheap, and right where the medium is one cloud.
+//! Three numbers per texel: cheap, and right where the medium is one cloud.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -46,14 +46,14 @@ texel_settings! {
     /// Where a texel's medium begins.
     front: Front = Setting::word(
         "first",
-        "the medium begins at the first caster, or at the mean depth of what takes light (needs path=binned)",
+        "the medium begins at the first caster, or at the mean depth of what absorbs light (needs path=binned)",
     );
 }
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "beer-shadow-map",
-    about: "front depth, mean extinction and greatest optical depth a texel (Hillaire 2020, Unreal Engine's clouds)",
+    about: "front depth, mean extinction and greatest optical depth per texel (Hillaire 2020, Unreal Engine's clouds)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,

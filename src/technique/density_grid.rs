@@ -1,7 +1,7 @@
 //! Density grid: what smoke and hair take in voxels, one grid for all lights, and a way through it from the point to each. Sources:
 //! Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio tracking); whole numbers, so that the order does not matter, and mean directions of strands: ours.
 //!
-//! What it costs to build for smoke and hair does not grow with the lights. Meshes stand in an opaque map a light, as for techniques with maps.
+//! What it costs to build for smoke and hair does not grow with the lights. Meshes stand in an opaque map per light, as for techniques with maps.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -59,16 +59,16 @@ settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
-        /// Voxels a side of the grid: 64, 128 or 256.
-        size: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels a side of the grid about smoke and hair");
+        /// Voxels per side of the grid: 64, 128 or 256.
+        size: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels per side of the grid about smoke and hair");
         /// How a way goes through it.
         march: March = Setting::word(
-            "exact", "every voxel on the way to the light; even steps, linear between voxels; or places by chance, without bias");
+            "exact", "every voxel on the way to the light; even steps, linear between voxels; or random places, without bias");
         /// Even steps from the point to the light, for [`March::Steps`], 1 to 1,024.
         steps: u32 = Setting::number("32", 1, 1024, "even steps from the point to the light, with march=steps");
         /// What a voxel knows of how its strands run.
         direction: Direction = Setting::word(
-            "none", "whether voxels know how their strands run, which take less of light along them; 24 bytes a voxel");
+            "none", "whether voxels keep the direction of their strands, which take less light along it; 24 bytes per voxel");
         /// What draws the meshes as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }
@@ -77,7 +77,7 @@ settings! {
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "density-grid",
-    about: "a way to the light through what smoke and hair take in voxels, one grid for all lights",
+    about: "marches to the light through the extinction of smoke and hair in voxels, one grid for all lights",
     casts: Casts { splats: false, ..Casts::ALL },
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,

@@ -36,7 +36,7 @@ use crate::world::World;
 
 texel_settings! {
     /// Numbers of a texel's series: 7, 15 or 31.
-    coefficients: u32 = Setting::one_of("15", &["7", "15", "31"], "numbers of a texel's series, one and two a harmonic");
+    coefficients: u32 = Setting::one_of("15", &["7", "15", "31"], "coefficients of a texel's series: one, and two per harmonic");
     /// The depths that they are of.
     range: Range = RANGE;
     /// What a sum is kept in.

@@ -36,9 +36,9 @@ settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
-        /// Voxels a side of the grid: 64, 128, 256 or 512. Answers are the same.
+        /// Voxels per side of the grid: 64, 128, 256 or 512. Answers are the same.
         size: u32 = Setting::one_of(
-            "64", &["64", "128", "256", "512"], "voxels a side of the grid that lists what casts; answers are the same");
+            "64", &["64", "128", "256", "512"], "voxels per side of the grid that lists what casts; answers are the same");
     }
 }
 

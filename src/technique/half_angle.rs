@@ -55,10 +55,10 @@ settings! {
     pub struct Settings {
         /// Slices of as many casters each: 32, 64 or 128.
         slices: u32 = Setting::one_of("64", &["32", "64", "128"], "slices along the half vector, of as many casters each");
-        /// Texels a side of the light's buffer, 1 to 16,384.
+        /// Texels per side of the light's buffer, 1 to 16,384.
         size: u32 = SIZE;
         /// What a texel of it is kept in.
-        storage: Storage = Setting::word("r16f", "8 bits a texel of the light's buffer, half floats (as published), or 4 bytes");
+        storage: Storage = Setting::word("r16f", "8 bits per texel of the light's buffer, half floats (as published), or 4 bytes");
         /// What draws the meshes as the light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }

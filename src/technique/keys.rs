@@ -28,9 +28,9 @@ pub struct Name(&'static str);
 impl Name {
     /// How it is built.
     pub const PATH: Self = Self("path");
-    /// Texels or voxels a side.
+    /// Texels or voxels per side.
     pub const SIZE: Self = Self("size");
-    /// Voxels a side of a grid that maps are made of.
+    /// Voxels per side of a grid that maps are made of.
     pub const GRID: Self = Self("grid");
     /// Slices of a volume.
     pub const SLICES: Self = Self("slices");

@@ -59,14 +59,14 @@ words! {
 
 texel_settings! {
     /// Layers of a texel: 4, 8, 16 or 32.
-    layers: u32 = Setting::one_of("16", &["4", "8", "16", "32"], "layers of a texel, in whose ends optical depths are kept");
+    layers: u32 = Setting::one_of("16", &["4", "8", "16", "32"], "layers of a texel, with the optical depth at their ends");
     /// Between which depths they lie.
     range: Range = Setting::word(
         "texel",
-        "layers of all of the map's depths (opacity shadow maps), from a texel's front on (deep opacity maps), or from its front to its back",
+        "layers over the map's whole depth (opacity shadow maps), from a texel's front on (deep opacity maps), or from its front to its back",
     );
     /// What an optical depth is kept in.
-    storage: Storage = Setting::word("r32f", "4 bytes an optical depth, half floats, or fixed point up to 16 in 16 bits");
+    storage: Storage = Setting::word("r32f", "4 bytes per optical depth, half floats, or fixed point up to 16 in 16 bits");
 }
 
 /// For the registry.

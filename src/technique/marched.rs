@@ -22,48 +22,40 @@
 //! ```
 
 use super::keys::Name;
-use super::settings::{FILTER, Keyed, LEVELS, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use super::map_settings::map_settings;
+use super::settings::{Keyed, LEVELS, SIZE, Setting};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory};
 use crate::grid::{Grid, Holds};
-use crate::maps::{Filter, FilterKind, Levels, Map, Maps, OpaqueMaps, OpaqueWay, TILE_TEXELS, level_texels};
+use crate::maps::{FilterKind, Levels, Map, Maps, OpaqueMaps, TILE_TEXELS, level_texels};
 use crate::scene::FARTHEST;
 use crate::shaders::{self, constant, curve, folder, set};
 use crate::world::{Made, Parts, World};
 
-settings! {
+map_settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
         /// Nodes of a texel's curve: 4, 8 or 16. 8 bytes each.
         nodes: u32 = Setting::one_of("8", &["4", "8", "16"], "nodes of a texel's curve");
-        /// Samples that a ray has at a time while it is marched: 4, 8, 16 or 32, but no fewer than nodes. Of more, the cheapest goes.
+        /// Samples that a ray has at a time while it is marched: 4, 8, 16 or 32, but no fewer than nodes. Where there are more, the
+        /// cheapest is removed.
         samples: u32 = Setting::one_of(
-            "8", &["4", "8", "16", "32"], "samples that a ray has at a time while it is marched, no fewer than nodes: of more, the cheapest goes");
-        /// Texels a side of a light's map, 1 to 16,384.
+            "8", &["4", "8", "16", "32"], "samples that a ray keeps while it is marched, no fewer than nodes; the cheapest is removed");
+        /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
-        /// Voxels a side of the density grid that is marched: 64, 128 or 256.
-        grid: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels a side of the density grid that is marched");
+        /// Voxels per side of the density grid that is marched: 64, 128 or 256.
+        grid: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels per side of the density grid that is marched");
         /// By how many ten-thousandths of what is left of the light a sample has to be off what the last one says, 0 to 10,000.
         relative: u32 = Setting::number(
-            "500", 0, 10000, "ten-thousandths of what is left of the light by which a sample is off before it is kept");
+            "500", 0, 10000, "a sample is kept once it is off by so many ten-thousandths of the light that is left");
         /// And by how many of all of the light.
         absolute: u32 = Setting::number(
-            "0", 0, 10000, "ten-thousandths of all of the light by which a sample is off before it is kept, too");
-        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels a side: for what is asked for by more than a
+            "0", 0, 10000, "and by so many ten-thousandths of all the light");
+        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for what is asked for by more than a
         /// point.
         levels: u32 = LEVELS;
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Tiles of which no ray meets anything are left out.
-        skip: bool = SKIP;
     }
 }
 
@@ -115,7 +107,7 @@ impl Marched {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { nodes, samples, size, grid: voxels, relative, absolute, .. } = *settings;
-        let filter = Filter { kind: settings.filter, radius: settings.radius };
+        let filter = settings.filter();
         filter.check(world, size)?;
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(settings.opaque))?;
         let grid = Grid::of_media(context, world, voxels, Holds::default())?;

@@ -3,7 +3,7 @@
 //! To add one: a folder in glsl/ with its passes and a visibility.glsl, a module here of the same name with an `ENTRY`, its
 //! line in the registry below. docs/guide/add-a-technique.md goes through it.
 
-// The registry: a line a technique. All of them are in REGISTRY.
+// The registry: a line per technique. All of them are in REGISTRY.
 pub mod avsm;
 pub mod beer_shadow_map;
 pub mod deep_shadow_map;
@@ -30,6 +30,7 @@ pub mod wavelet;
 // What they share.
 mod build;
 pub mod keys;
+mod map_settings;
 mod painter;
 pub mod promises;
 mod requirements;
@@ -90,7 +91,7 @@ macro_rules! registry {
 }
 crate::shaders::with_folders!(registry);
 
-/// Who is asked where a command names nobody.
+/// Which techniques are asked where a command names none.
 pub mod usual {
     /// For a picture.
     pub const PICTURE: &str = super::avsm::ENTRY.name;
@@ -162,7 +163,7 @@ pub trait Technique {
         Ok(Vec::new())
     }
 
-    /// The distances to what is nearest in the map of light `light` after a build, as many rows as texels a row, infinite where
+    /// The distances to what is nearest in the map of light `light` after a build, as many rows as texels per row, infinite where
     /// nothing is; none for a technique without such maps.
     ///
     /// # Errors
@@ -326,7 +327,7 @@ pub struct Entry {
     pub paths: &'static [Path],
     /// What it promises of its answers where a spec's path, the second, runs.
     pub promises: fn(&Spec, &str) -> Promises,
-    /// What is run of it where nobody names it.
+    /// What is run of it where it is not named.
     pub runs: Runs,
     /// Opens it for a world that has what it casts from.
     pub open: Open,
@@ -358,7 +359,7 @@ mod tests {
     use super::*;
     use crate::scene::tests::on_the_axis;
 
-    /// A scene without what a technique casts from is none of its; one without anything is everybody's.
+    /// A scene without what a technique casts from is none of its; one without anything is for all.
     #[test]
     fn casts_from_what_the_scene_has() {
         let smoke = on_the_axis(&[(0.0, 0.5, 1.0)]);

@@ -57,16 +57,16 @@ words! {
 
 texel_settings! {
     /// Numbers besides the optical depth: 4, 6 or 8; of cosines and sines 2, 3 or 4 each.
-    moments: u32 = Setting::one_of("6", &["4", "6", "8"], "numbers besides the optical depth; of cosines and sines half as many each");
+    moments: u32 = Setting::one_of("6", &["4", "6", "8"], "numbers besides the optical depth; half are cosines and half sines where the basis has both");
     /// What is summed.
-    basis: Basis = Setting::word("power", "of powers of the place, or of its cosines and sines");
+    basis: Basis = Setting::word("power", "moments of powers of the depth, or of its cosines and sines");
     /// Hundredths of the way from the lighter bound to the darker.
     overestimation: u32 =
         Setting::number("45", 0, 100, "hundredths of the way from the lighter to the darker of the sharpest bounds");
     /// The depths that they are of.
     range: Range = RANGE;
     /// What a moment is kept in.
-    storage: Storage = Setting::word("r32f", "4 bytes a moment, or 16 bits of fixed point over the optical depth");
+    storage: Storage = Setting::word("r32f", "4 bytes per moment, or 16 bits of fixed point over the optical depth");
 }
 
 /// For the registry.

@@ -31,7 +31,7 @@ use crate::world::{Parts, World};
 pub struct Settings;
 
 /// For the registry. It promises what is always 1: that nothing rises and no order matters. It leaks everywhere, and promises nothing of
-/// that; nothing of it can break, so it is not stressed where nobody names it.
+/// that; nothing of it can break, so it is not stressed where it is not named.
 pub const ENTRY: Entry = Entry {
     name: "none",
     about: "no shadow: all light everywhere; what shadows cost, and what leaving them out costs",

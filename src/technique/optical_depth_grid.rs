@@ -1,7 +1,7 @@
 //! Optical depth grid: for each light the optical depth from every cell of a grid to it, baked by marching a [`super::density_grid`]'s
 //! voxels; one fetch answers. Source: Schneider 2023 (Nubis³), who bakes a part of it in each frame.
 //!
-//! A look-up costs the same however much smoke is on the way. Meshes stand in an opaque map a light, as for techniques with maps.
+//! A look-up costs the same however much smoke is on the way. Meshes stand in an opaque map per light, as for techniques with maps.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -46,12 +46,12 @@ settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
-        /// Voxels a side of the density grid that is marched: 64, 128 or 256.
-        size: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels a side of the density grid that is marched");
-        /// Cells a side of the grid that each light has: 32, 64 or 128.
-        cells: u32 = Setting::one_of("64", &["32", "64", "128"], "cells a side of each light's grid of optical depths");
+        /// Voxels per side of the density grid that is marched: 64, 128 or 256.
+        size: u32 = Setting::one_of("128", &["64", "128", "256"], "voxels per side of the density grid that is marched");
+        /// Cells per side of the grid that each light has: 32, 64 or 128.
+        cells: u32 = Setting::one_of("64", &["32", "64", "128"], "cells per side of each light's grid of optical depths");
         /// How much of it a build bakes.
-        bake: Bake = Setting::word("whole", "all of it in each build, or a part in turn: it answers from the last that was whole");
+        bake: Bake = Setting::word("whole", "all of it in each build, or a part in turn: look-ups read the last whole one");
         /// Builds that bake all of it, for [`Bake::RoundRobin`]: 2, 4, 8 or 16.
         frames: u32 = Setting::one_of("8", &["2", "4", "8", "16"], "builds that all of it takes, with bake=round-robin");
         /// What draws the meshes as the lights see them; none: compute passes on GPUs, the rasterizer elsewhere.
@@ -69,7 +69,7 @@ impl Settings {
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "optical-depth-grid",
-    about: "the optical depth to each light in a grid of cells, one fetch a look-up, baked whole or in turn (Nubis³ 2023)",
+    about: "the optical depth to each light in a grid of cells, one fetch per look-up, baked whole or in turn (Nubis³ 2023)",
     casts: Casts { splats: false, ..Casts::ALL },
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
@@ -109,7 +109,7 @@ struct Baked {
     place: Buffer,
     depths: Buffer,
     bake: Kernel<BakePush>,
-    /// Threads a cell.
+    /// Threads per cell.
     parts: u32,
 }
 

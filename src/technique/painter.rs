@@ -1,6 +1,6 @@
 //! What a technique gives that paints casters into the picture, and has no answer for a point among them: slices along the half vector of light
-//! and camera, and the light's buffer, in which the slices so far are. Whoever draws the picture draws a slice, lit by the buffer, then has
-//! it drawn into the buffer, and goes on to the next. Sources: Kniss et al. 2003; Green 2008.
+//! and camera, and the light's buffer, in which the slices so far are. The renderer draws a slice, lit by the buffer, then has it drawn into
+//! the buffer, and goes on to the next. Sources: Kniss et al. 2003; Green 2008.
 
 use super::Technique;
 use crate::gpu::{
@@ -62,7 +62,7 @@ pub fn half_vector(camera: Vec3, light: Vec3) -> (Vec3, bool) {
     ((light + if near_to_far { camera } else { -camera }).normalize_or_zero(), near_to_far)
 }
 
-/// For who asks about points in space: a technique that paints casters has no answer for these.
+/// For a caller that asks about points in space: a technique that paints casters has no answer for these.
 ///
 /// # Errors
 /// [`Error::Refused`] where it is such a one.

@@ -136,7 +136,7 @@ impl RayQuery {
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn new(context: &Context, world: &World, _: &Settings) -> Result<Self> {
         ENTRY.require(context, TRACE)?;
-        // Without any there is a structure to bind nevertheless, which nobody asks.
+        // Without any there is a structure to bind nevertheless, which no ray asks.
         let count = world.triangle_capacity().max(1);
         extent(world)?;
         let all: Vec<u32> = (0..count).flat_map(corners).collect();

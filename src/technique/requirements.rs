@@ -12,7 +12,7 @@ pub struct PathRequirements {
     pub path: &'static str,
     /// What the device is opened with, the floor among it; any one of them will do. [`Enabled::structures`] says it to Vulkan.
     pub any_of: Vec<Enabled>,
-    /// Of the device.
+    /// Limits that the device has to have.
     pub limits: Vec<Limit>,
 }
 

@@ -1,4 +1,4 @@
-//! What is run of a technique where nobody names it: settings as in a spec, without the technique's name.
+//! What is run of a technique where it is not named: settings as in a spec, without the technique's name.
 
 use super::keys::Name;
 use super::{Entry, Key, REGISTRY, Spec, parse};

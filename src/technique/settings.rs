@@ -11,9 +11,9 @@ pub const AUTO: &str = "auto";
 /// The word for no file.
 pub const NONE: &str = "none";
 
-/// What a field may be, what it is where nobody says, and what the terminal says of it.
+/// What a field may be, what it is by default, and what the terminal says of it.
 pub struct Setting<T> {
-    /// Where nobody says.
+    /// The default.
     pub default: T,
     /// Its text in specs.
     text: &'static str,
@@ -248,7 +248,7 @@ macro_rules! __settings {
 pub use crate::__settings as settings;
 
 /// `size` of every technique with maps of any size.
-pub const SIZE: Setting<u32> = Setting::number("256", 1, 16384, "texels a side of a light's map");
+pub const SIZE: Setting<u32> = Setting::number("256", 1, 16384, "texels per side of a light's map");
 
 /// `levels`: levels of detail.
 pub const LEVELS: Setting<u32> = Setting::number(
@@ -270,7 +270,7 @@ pub const RADIUS: Setting<u32> =
 pub const PCF: Setting<u32> = Setting::one_of(
     "1",
     &["1", "3", "5", "7", "9"],
-    "texels a side of the square whose comparisons a look-up averages",
+    "texels per side of the square whose comparisons a look-up averages",
 );
 
 /// `opaque`: what draws the meshes as a light sees them.
@@ -283,10 +283,10 @@ pub const SKIP: Setting<bool> =
     Setting::word("on", "leave out casters and tiles that no look-up misses, and builds where nothing has changed");
 
 settings! {
-    /// Of a technique that has maps, and nothing else to set.
+    /// Settings of a technique that has maps, and nothing else to set.
     #[derive(Copy)]
     pub struct MapSettings {
-        /// Texels a side of a light's map, 1 to 16,384.
+        /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
         /// How a look-up weighs the texels about a point.
         filter: FilterKind = FILTER;
@@ -311,9 +311,8 @@ impl MapSettings {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
-    use crate::consume::ShadingSettings;
     use crate::technique::keys::{EVERY, Name};
     use crate::technique::{self as all, Entry, REGISTRY, Spec, parse};
     use proptest::prelude::*;
@@ -332,7 +331,7 @@ mod tests {
     }
 
     /// A spec says what its settings say: text, settings and text again are the same, one key after the other and all at once.
-    fn goes_both_ways<S: Keyed + PartialEq + Debug>(entry: &'static Entry, more: &'static [Key]) {
+    pub(crate) fn goes_both_ways<S: Keyed + PartialEq + Debug>(entry: &'static Entry, more: &'static [Key]) {
         let again = |spec: &Spec| Spec::new(entry, more).with(&spec.settings::<S>());
         let default = Spec::new(entry, more);
         assert_eq!(default.settings::<S>(), S::default(), "{}", entry.name);
@@ -363,7 +362,7 @@ mod tests {
         });
     }
 
-    /// Of each technique, and of what asks it.
+    /// Of each technique.
     #[test]
     fn specs_and_settings_are_one() {
         let mut seen = vec![all::ray_query::ENTRY.name, all::none::ENTRY.name];
@@ -395,7 +394,6 @@ mod tests {
             voxelized,
             wavelet
         );
-        goes_both_ways::<ShadingSettings>(&all::avsm::ENTRY, crate::consume::KEYS);
         for entry in REGISTRY {
             assert!(seen.contains(&entry.name), "{} is not among these", entry.name);
             for key in entry.all_keys() {

@@ -34,7 +34,7 @@ use crate::{Error, Result};
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "shadow-map",
-    about: "the depth of the nearest mesh a texel, compared (Williams 1978; Reeves, Salesin and Cook 1987)",
+    about: "the depth of the nearest mesh per texel, compared (Williams 1978; Reeves, Salesin and Cook 1987)",
     casts: Casts::MESHES,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
@@ -66,17 +66,17 @@ settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
-        /// Texels a side of a light's map, 1 to 16,384, as far as the device has images so large.
-        size: u32 = Setting::number("1024", 1, 16384, "texels a side of a light's map");
+        /// Texels per side of a light's map, 1 to 16,384, as far as the device has images so large.
+        size: u32 = Setting::number("1024", 1, 16384, "texels per side of a light's map");
         /// Bits of a depth.
         bits: Bits = Setting::word("32", "bits of a depth: whole numbers of 16, or floats of 32");
-        /// Texels a side of the square whose comparisons a look-up averages: 1, 3, 5, 7 or 9 (Reeves, Salesin and Cook 1987).
+        /// Texels per side of the square whose comparisons a look-up averages: 1, 3, 5, 7 or 9 (Reeves, Salesin and Cook 1987).
         filter: u32 = PCF;
         /// How far a point of a surface leaves it along its normal before it is looked up, in hundredths of what the filter's sides
         /// reach along that: 7, which is more than a step of the coarsest rasterizer, to 1,000.
-        bias: u32 = Setting::number("15", 7, 1000, "hundredths of the filter's side by which a surface is left along its normal");
+        bias: u32 = Setting::number("15", 7, 1000, "offset along a surface's normal, hundredths of the filter's side");
         /// Maps of a directional light, each a half as wide as the one before, in front of the camera, 1 to 4.
-        cascades: u32 = Setting::number("1", 1, 4, "maps of a directional light, each a half as wide, in front of the camera");
+        cascades: u32 = Setting::number("1", 1, 4, "maps of a directional light in front of the camera, each half as wide as the one before");
         /// What draws the maps; none: compute passes on GPUs where depths have 32 bits, the rasterizer elsewhere.
         opaque: Option<OpaqueWay> = OPAQUE;
     }

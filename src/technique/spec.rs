@@ -209,7 +209,7 @@ pub fn parse(text: &str, more: &'static [Key]) -> Result<Vec<Spec>> {
     }
     let is_idle = |key: &&Key| seen.contains(&key.name) && specs.iter().all(|spec| !spec.values.contains_key(key.name));
     if let Some((key, (other, word))) = keys().find(is_idle).and_then(|key| key.with.map(|with| (key, with))) {
-        let cause = format!("{}= has a meaning with {other}={word} alone", key.name);
+        let cause = format!("{}= has a meaning only with {other}={word}", key.name);
         return Err(fail(cause, format!("add {other}={word}")));
     }
     // Where they have no meaning, a sweep over their values makes one.

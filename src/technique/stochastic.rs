@@ -1,4 +1,4 @@
-//! Stochastic shadow maps: a few rays a texel, each of which ends by chance where light would. Sources: Enderton et al. 2010;
+//! Stochastic shadow maps: a few rays per texel, each of which ends by chance where light would. Sources: Enderton et al. 2010;
 //! Filament's and other engines' hashed alpha.
 //!
 //! Right on average, and noise around it: what is averaged, over texels or over frames, comes to the truth.
@@ -22,14 +22,12 @@
 //! ```
 
 use super::keys::{Name, words};
-use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use super::map_settings::map_settings;
+use super::settings::{Keyed, SIZE, Setting};
 use super::texel_map::{BINNED, RASTER};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Requirement};
-use crate::maps::{
-    Bins, DrawingOrder, Entries, Filter, FilterKind, Map, Maps, OpaqueMaps, OpaqueWay, Splat, SplatPush, TexelWay, Use,
-    stacked,
-};
+use crate::maps::{Bins, DrawingOrder, Entries, Map, Maps, OpaqueMaps, Splat, SplatPush, TexelWay, Use, stacked};
 use crate::shaders::constant::{GAUSSIANS, SAMPLES, SAMPLING, STRANDS};
 use crate::shaders::{folder, set, stochastic as shaders};
 use crate::world::{Made, Parts, World};
@@ -47,36 +45,26 @@ words! {
     }
 }
 
-settings! {
+map_settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
-        /// How it is built: casters drawn, or a workgroup a tile; none: the second.
+        /// How it is built: casters drawn, or a workgroup per tile; none: the second.
         path: Option<TexelWay> = Setting::auto("casters are drawn, or a workgroup takes each tile's; auto: binned");
-        /// Texels a side of a light's map, 1 to 16,384.
+        /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
         /// Samples of each texel: 1, 4, 8, 16, 32 or 64.
         samples: u32 = Setting::one_of("16", &["1", "4", "8", "16", "32", "64"], "rays of each texel, 4 bytes each");
         /// How they are drawn.
         sampling: Sampling = Setting::word(
             "plain", "each ray by itself (Enderton 2010); even quantiles, with path=binned; or engines' hashed alpha, which is biased");
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Casters and tiles that no look-up misses are left out.
-        skip: bool = SKIP;
     }
 }
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "stochastic",
-    about: "a few rays a texel that end by chance where light would: no bias, and noise (Enderton et al. 2010)",
+    about: "a few rays per texel that end by chance where light would: no bias, and noise (Enderton et al. 2010)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,
@@ -133,7 +121,7 @@ impl Stochastic {
     /// where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { path, size, samples: count, sampling, filter: kind, radius, opaque, skip } = *settings;
+        let Settings { path, size, samples: count, sampling, opaque, skip, .. } = *settings;
         let way = path.unwrap_or(TexelWay::Binned);
         if way == TexelWay::Raster {
             ENTRY.require(context, RASTER)?;
@@ -142,7 +130,7 @@ impl Stochastic {
                 return Err(Error::Refused { needs });
             }
         }
-        let filter = Filter { kind, radius };
+        let filter = settings.filter();
         filter.check(world, size)?;
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
         let bytes = 4 * u64::from(count) * maps.texels();

@@ -28,7 +28,7 @@ impl Range {
 
 /// The key of the range.
 pub const RANGE: Setting<Range> =
-    Setting::word("texel", "sums over all of the map's depths, or from each texel's front to its back");
+    Setting::word("texel", "sums over the map's whole depth, or from each texel's front to its back");
 
 words! {
     /// What sums are kept in. Twins: STORAGE_F32 and so on.
@@ -48,7 +48,7 @@ impl Storage {
 }
 
 /// The key of the storage.
-pub const STORAGE: Setting<Storage> = Setting::word("r32f", "4 bytes a sum, or half floats");
+pub const STORAGE: Setting<Storage> = Setting::word("r32f", "4 bytes per sum, or half floats");
 
 /// The paths of all of them.
 pub const PATHS: &[Path] =

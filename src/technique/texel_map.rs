@@ -1,4 +1,4 @@
-//! What all techniques are that keep one texel a ray, which blending makes, or one workgroup a tile: they differ in their
+//! What all techniques are that keep one texel a ray, which blending makes, or one workgroup per tile: they differ in their
 //! shaders and what a texel is kept in alone.
 
 use super::keys::word;
@@ -27,29 +27,19 @@ pub const PATH: Setting<Option<TexelWay>> =
 #[doc(hidden)]
 macro_rules! __texel_settings {
     ($($(#[$meta:meta])* $field:ident: $type:ty = $setting:expr;)*) => {
-        $crate::technique::settings::settings! {
+        $crate::technique::map_settings::map_settings! {
             /// What there is to set.
             #[derive(Copy)]
             pub struct Settings {
-                /// How it is built: casters drawn and blended, or each texel written once by a workgroup a tile; none: the second where
+                /// How it is built: casters drawn and blended, or each texel written once by a workgroup per tile; none: the second where
                 /// the device can.
                 path: Option<$crate::maps::TexelWay> = $crate::technique::texel_map::PATH;
                 $($(#[$meta])* $field: $type = $setting;)*
-                /// Texels a side of a light's map, 1 to 16,384.
+                /// Texels per side of a light's map, 1 to 16,384.
                 size: u32 = $crate::technique::settings::SIZE;
-                /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels a side: for what is asked for by
+                /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for what is asked for by
                 /// more than a point.
                 levels: u32 = $crate::technique::settings::LEVELS;
-                /// How a look-up weighs the texels about a point.
-                filter: $crate::maps::FilterKind = $crate::technique::settings::FILTER;
-                /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-                radius: u32 = $crate::technique::settings::RADIUS;
-                /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-                opaque: Option<$crate::maps::OpaqueWay> = $crate::technique::settings::OPAQUE;
-            }
-            every {
-                /// Casters and tiles that no look-up misses are left out.
-                skip: bool = $crate::technique::settings::SKIP;
             }
         }
 
@@ -57,7 +47,7 @@ macro_rules! __texel_settings {
             /// What all of them have to set; `constants`: of its own shaders.
             fn common(&self, constants: $crate::gpu::Constants) -> $crate::technique::texel_map::Common {
                 let Self { path, size, levels, opaque, skip, .. } = *self;
-                let filter = $crate::maps::Filter { kind: self.filter, radius: self.radius };
+                let filter = self.filter();
                 $crate::technique::texel_map::Common { path, size, levels, filter, opaque, skip, constants }
             }
         }

@@ -1,7 +1,7 @@
 //! Translucency maps: what all casters on a texel's ray leave of the light, and nothing of where they stand. Sources: Crytek
 //! 2011; Bavoil and Jansen 2013, External Shadows.
 //!
-//! One number a texel: what falls behind all the smoke, and nothing of where in it.
+//! One number per texel: what falls behind all the smoke, and nothing of where in it.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }
@@ -45,13 +45,13 @@ words! {
 
 texel_settings! {
     /// What a texel is kept in; Crytek 2011 has 8 bits.
-    storage: Storage = Setting::word("r8", "8 bits a texel (as published), or a half float");
+    storage: Storage = Setting::word("r8", "8 bits per texel (as published), or a half float");
 }
 
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "translucency-map",
-    about: "one product of transmittances a texel, no self-shadow (Crytek 2011)",
+    about: "one product of transmittances per texel, no self-shadow (Crytek 2011)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,

@@ -61,7 +61,7 @@ const LIST: &str = "list";
 /// The technique, opened for one world.
 pub struct Uncompressed {
     maps: Maps,
-    /// Of all maps.
+    /// The list of all maps.
     pub list: List,
     listed: Made,
     look_up: Bindings,

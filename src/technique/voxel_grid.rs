@@ -73,17 +73,17 @@ settings! {
     pub struct Settings {
         /// How the meshes become voxels, the same ones; none: by compute passes.
         path: Option<Way> = Setting::auto(
-            "who finds the voxels that meshes meet, the same ones: compute passes, or a draw; auto: compute");
-        /// Voxels a side of the grid: 64, 128, 256 or 512.
+            "how voxels that meshes meet are found: compute passes, or a draw, with the same result; auto: compute");
+        /// Voxels per side of the grid: 64, 128, 256 or 512.
         size: u32 = Setting::one_of(
-            "256", &["64", "128", "256", "512"], "voxels a side of the grid about all that casts");
+            "256", &["64", "128", "256", "512"], "voxels per side of the grid about all that casts");
         /// What shadows of meshes are of: all of a voxel in Pestana 2015. [`Cell::Mask`] and [`Cell::Triangles`] are for [`March::Exact`] alone.
         cell: Cell = Setting::word(
-            "solid", "what shadows of meshes are of: voxels that they meet; 4 × 4 × 4 bits of each; or their triangles, exactly");
+            "solid", "what casts for a mesh: voxels that it meets; 4 × 4 × 4 bits of each; or its triangles, exactly");
         /// How far from its surface a ray begins once it is off it along the normal, hundredths of a voxel, or of a mask's cell, 0 to 400;
         /// not with [`March::Cone`], nor with [`Cell::Triangles`].
         bias: u32 = Setting::number(
-            "200", 0, 400, "how far along its ray a point off its surface is asked, hundredths of a voxel, or of a mask's cell");
+            "200", 0, 400, "how far a look-up moves off a surface along its ray, hundredths of a voxel, or of a mask's cell");
         /// How a ray goes through it: by even steps in Pestana 2015.
         march: March = Setting::word(
             "exact", "every voxel on the way to the light; even steps, which miss what is thin; a cone through cells as wide");
@@ -128,7 +128,7 @@ const RASTER: &str = "raster";
 /// What settings come to on a device. What they cannot say, cones of any width and steps of any number, is for tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// Voxels a side: a power of two from 64 to 512.
+    /// Voxels per side: a power of two from 64 to 512.
     pub size: u32,
     /// How many even steps; none where a ray meets every voxel on its way.
     pub steps: Option<u32>,
@@ -263,7 +263,8 @@ impl VoxelGrid {
     }
 }
 
-/// Of a voxel's side: a voxel and a cell are larger to each side by so much. Twin: GRID_SLACK in glsl/grid/overlap.glsl.
+/// As a share of a voxel's side: a voxel and a cell are larger to each side by so much. Twin: GRID_SLACK in
+/// glsl/grid/overlap.glsl.
 const SLACK: f64 = 1e-4;
 
 /// How finely the grid knows the meshes, one for each map of all lights.

@@ -35,8 +35,8 @@ use crate::world::World;
 use crate::{Error, Result};
 
 texel_settings! {
-    /// Of the wavelets: 2, 3 or 4.
-    rank: u32 = Setting::one_of("3", &["2", "3", "4"], "of the wavelets: 2 to the rank + 1 numbers a texel");
+    /// Rank of the wavelets: 2, 3 or 4.
+    rank: u32 = Setting::one_of("3", &["2", "3", "4"], "rank of the wavelets: 2 to the rank + 1 numbers per texel");
     /// The depths that they are of.
     range: Range = RANGE;
     /// What a sum is kept in.

@@ -17,7 +17,7 @@ pub struct LightData {
     pub cos_cone: f32,
     /// Linear RGB.
     pub radiance: [f32; 3],
-    /// 1 / radius², 0 for a light that does not end; of a virtual light 1 / nearest².
+    /// 1 / radius², 0 for a light that does not end; for a virtual light 1 / nearest².
     pub falloff: f32,
     /// Its first map among the maps of all lights.
     pub first_map: u32,

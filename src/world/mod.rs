@@ -12,7 +12,7 @@ mod theirs;
 pub use gather::{GatherTotals, Gathered};
 pub use generations::{Generations, Made, Parts};
 pub use light::LightData;
-pub use source::{Corners, Count, Number, Source, SphereAt, StrandAt};
+pub use source::{Corners, Count, Number, Source, SphereAt, SplatAt, StrandAt};
 pub use staged::Moved;
 pub use theirs::Capacity;
 
@@ -42,7 +42,7 @@ pub struct World {
     /// [`Caster`]: spheres, then strands, then Gaussians; [`World::caster_count`] of them.
     pub casters: Buffer,
     caster_capacity: u32,
-    /// Of [`World::casters`].
+    /// How many of [`World::casters`] are particles.
     particle_count: u32,
     strand_count: u32,
     gaussian_count: u32,
@@ -50,8 +50,8 @@ pub struct World {
     pub triangles: Buffer,
     triangle_capacity: u32,
     triangle_count: u32,
-    /// Of each triangle, [`Side::sign`](crate::scene::Side::sign): 1 where a ray along its normal leaves a closed thing, −1 where
-    /// it enters one, 0 where it belongs to none or nobody knows.
+    /// Per triangle, [`Side::sign`](crate::scene::Side::sign): 1 where a ray along its normal leaves a closed thing, −1 where it
+    /// enters one, 0 where it belongs to none or it is not known.
     pub sides: Buffer,
     /// Whether there may be strands: without, kernels are compiled for spheres alone.
     strands: bool,
@@ -191,7 +191,7 @@ impl World {
         Aim { lights: &self.lit, anchors: self.anchors, has_triangles: self.triangle_capacity > 0 }
     }
 
-    /// Who looks, if anybody said so.
+    /// The camera, if one was set.
     pub fn camera(&self) -> Option<&Camera> {
         self.camera.as_ref()
     }

@@ -8,7 +8,7 @@ use crate::{Error, Result};
 pub struct Source {
     /// Whose; it may hold anything before, between and behind them.
     pub buffer: Buffer,
-    /// Of the first, bytes, a multiple of 4.
+    /// Where the first is, bytes, a multiple of 4.
     pub offset: u64,
     /// From one to the next, bytes, a multiple of 4.
     pub stride: u32,
@@ -68,8 +68,21 @@ pub struct StrandAt {
     pub end: u32,
     /// Half the ribbon's width, world units, > 0.
     pub radius: Number,
-    /// Its optical depth, ≥ 0, taken as 80 where it is more: of an opacity o it is −ln(1 − o).
+    /// Its optical depth, ≥ 0, taken as 80 where it is more: for an opacity o it is −ln(1 − o).
     pub depth: Number,
+}
+
+/// Where a splat, an anisotropic Gaussian of extinction, has what of it counts, bytes from its start, multiples of 4.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplatAt {
+    /// Three floats: its middle, world units.
+    pub position: u32,
+    /// Three floats: standard deviations along its own axes, world units, > 0.
+    pub deviations: u32,
+    /// Four floats: its axes, a quaternion x, y, z, w of any length but 0.
+    pub rotation: u32,
+    /// What it takes of a ray along its shortest axis through its middle, in [0, 1].
+    pub opacity: Number,
 }
 
 /// Triangles of the caller's.
@@ -77,7 +90,7 @@ pub struct StrandAt {
 pub struct Corners {
     /// Vertices, each with three floats, world units, at its start.
     pub vertices: Buffer,
-    /// Of the first vertex, bytes, a multiple of 4.
+    /// Where the first vertex is, bytes, a multiple of 4.
     pub offset: u64,
     /// From one vertex to the next, bytes, a multiple of 4.
     pub stride: u32,

@@ -210,7 +210,7 @@ struct Changed {
 }
 
 impl Changed {
-    /// What a scene has otherwise than the device.
+    /// What differs between a scene and the device.
     fn of(staged: &Staged, scene: &Scene, has_strands: bool) -> Self {
         let Staged { scene: was, written, mixed } = staged;
         let particles =
@@ -243,7 +243,7 @@ pub(super) fn raise_lights(now: &mut Generations, lights: &[Light], before: &[Li
     }
 }
 
-/// Of each triangle, in the order of [`triangles`].
+/// One per triangle, in the order of [`triangles`].
 fn signs(scene: &Scene) -> Vec<i32> {
     scene.meshes.iter().flat_map(|mesh| sides(mesh).into_iter().map(Side::sign)).collect()
 }

@@ -5,7 +5,7 @@ use crate::support::{gpu_test, some};
 use gobo::reference::truth::{Casters, limit_mean_abs, map_truths};
 use gobo::scene::{Scene, View};
 
-/// Texels a side.
+/// Texels per side.
 const SIZE: u32 = 128;
 
 /// Without the head, whose depth map has an error of its own, the same for every technique. Error falls with the nodes as

@@ -6,7 +6,7 @@ use gobo::reference::twin::filter::Filter;
 use gobo::scene::{Projection, Scene, View};
 use gobo::technique::{NodeData, Technique};
 
-/// Texels a side.
+/// Texels per side.
 const SIZE: u32 = 12;
 
 /// A depth is rounded by about this much on the way, and a step may lie within it.

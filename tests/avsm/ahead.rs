@@ -9,11 +9,11 @@ use gobo::world::World;
 /// Nodes of a curve.
 const NODES: u32 = 8;
 
-/// Texels a side; some tiles are cut off.
+/// Texels per side; some tiles are cut off.
 const SIZE: u32 = 44;
 
 /// Whether threads look at one caster after the other or at 32 before they add those that they may hit, the curves are the
-/// same, and so with more threads a texel: directional light and in perspective, with what lets nothing through, and with
+/// same, and so with more threads per texel: directional light and in perspective, with what lets nothing through, and with
 /// more casters than a batch.
 #[test]
 fn looking_ahead_changes_nothing() {
@@ -23,7 +23,7 @@ fn looking_ahead_changes_nothing() {
             return;
         }
         let spot = scenes::spot([0.3, 0.2, 0.9], 80.0, scenes::random());
-        // 16 threads a texel of half a tile.
+        // 16 threads per texel of half a tile.
         let threads = context.features().max_compute_workgroup_threads;
         let most = if threads < 512 { 4u32 } else { 16 };
         for scene in [scenes::random(), scenes::crowd(), scenes::opaque(), scenes::strands(), spot] {

@@ -42,7 +42,7 @@ impl Built {
         Self { known, slots, views, text: text.into(), avsm }
     }
 
-    /// Of the tile of a texel of a map `side` times as fine as its tile: (side of the tile, place of the texel's curve).
+    /// For a texel of a map `side` times as fine as its tile: (side of the tile, place of the texel's curve).
     fn place(&self, map: usize, at: [u32; 2], side: u32) -> (u32, Option<usize>) {
         let across = self.views[map].width.div_ceil(8);
         let tiles = across * self.views[map].height.div_ceil(8);
@@ -69,7 +69,7 @@ fn scenes_of(cells: bool) -> Vec<Scene> {
 fn the_choice_equals_its_twin() {
     gpu_test("the_choice_equals_its_twin", |context| {
         for scene in scenes_of(true).into_iter().chain(scenes_of(false)) {
-            // Of more than 1,024 tiles each caster is surveyed by itself.
+            // With more than 1,024 tiles each caster is surveyed by itself.
             let many = (scene.name == "random").then_some((600, "4000000", "on"));
             let sizes = [(64, "auto", "on"), (100, "1000000", "on"), (31, "600000", "on"), (64, "auto", "off")];
             for (size, bytes, skip) in sizes.into_iter().chain(many) {
@@ -129,7 +129,7 @@ fn compare(context: &Context, scene: &Scene, settings: &str, order: Order) {
             let twins = Twins::new(scene, finer(view, side));
             let twins = if settings.contains("texel=area") { twins.of_area() } else { twins };
             let width = twins.view.width;
-            // Of the many texels of fine tiles some.
+            // Some of the many texels of fine tiles.
             for texel in (0..width * twins.view.height).step_by(if all() { 1 } else { 5 }) {
                 let (its_side, place) = built.place(map, [texel % width, texel / width], side);
                 if its_side != side || (!scene.strands.is_empty() && twins.grazed(texel) > 0) {

@@ -8,7 +8,7 @@ use gobo::scene::{Particle, Scene};
 use gobo::technique::{self, Avsm, NodeData, Opened, Technique};
 use gobo::world::World;
 
-/// Texels a side.
+/// Texels per side.
 const SIZE: u32 = 8;
 
 /// What a build of `text` counts.

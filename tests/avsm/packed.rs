@@ -31,8 +31,8 @@ fn insertions(path: &str) -> (usize, &'static [u32]) {
     }
 }
 
-/// Spheres behind each other in the one light ray of a map of one texel, each of optical depth about 1e-4; of the mixed
-/// ones one in a thousand takes about a third of the light.
+/// Spheres behind each other in the one light ray of a map of one texel, each of optical depth about 1e-4; one in a
+/// thousand of the mixed ones takes about a third of the light.
 fn column(mixed: bool, count: usize) -> Scene {
     let mut random = Random::new(if mixed { 2 } else { 1 });
     let sphere = |i| {

@@ -73,3 +73,32 @@ fn a_broken_link_is_found() {
     let found: Vec<_> = targets(text).iter().filter_map(|target| broken(&page, text, target)).collect();
     assert_eq!(found, ["x.md: there is no such file", "docs/none.md: there is no such file", "#two: no such heading"]);
 }
+
+/// Questions of a new user, as docs/notebook/words.md has them: the page that answers is README.md or one that README.md links, and it has
+/// the words that are quoted.
+#[test]
+fn questions_are_answered_two_pages_from_readme() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let words = std::fs::read_to_string(root.join("docs/notebook/words.md")).expect("the page");
+    let readme = std::fs::read_to_string(root.join("README.md")).expect("README");
+    let linked: Vec<PathBuf> =
+        targets(&readme).iter().map(|to| root.join(to.split('#').next().unwrap_or(to))).collect();
+    let section =
+        words.split("## Five questions").nth(1).and_then(|rest| rest.split("\n## ").next()).expect("questions");
+    let mut count = 0;
+    for row in section.lines().filter(|line| line.starts_with("| ") && !line.starts_with("| question")) {
+        let cells: Vec<&str> = row.trim_matches('|').split(" | ").map(str::trim).collect();
+        let [question, way, answer] = cells[..] else { panic!("{row}") };
+        let page = targets(way).last().map_or(root.join("README.md"), |to| {
+            root.join("docs/notebook").join(to.split('#').next().unwrap_or(to)).canonicalize().expect(to)
+        });
+        let is_near =
+            page.ends_with("README.md") || linked.iter().any(|to| to.canonicalize().is_ok_and(|to| to == page));
+        assert!(is_near, "{question}: README.md has no link to {}", page.display());
+        let text = std::fs::read_to_string(&page).expect("a page").split_whitespace().collect::<Vec<_>>().join(" ");
+        let quoted = answer.trim_matches('"');
+        assert!(text.contains(quoted), "{question}: {} does not say {quoted:?}", page.display());
+        count += 1;
+    }
+    assert_eq!(count, 5, "questions");
+}

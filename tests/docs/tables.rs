@@ -12,7 +12,7 @@
 //! <!-- /rows -->
 //! ```
 //!
-//! The first line names the file; then what is short for a spec, maybe of another file or scene; then a line a row:
+//! The first line names the file; then what is short for a spec, maybe of another file or scene; then a line per row:
 //! what `$` stands for, each value in turn where there are several (`;` in one is a comma), and the cells; `"` are the
 //! last row's. In braces stands a column and a spec ([`Rows`] has the columns), maybe with a unit, or several with
 //! signs between them, which are worked out from left to right.

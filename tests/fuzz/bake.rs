@@ -8,7 +8,7 @@ use gobo::technique::{TreeData, VoxelizedBake};
 /// Voxels that are asked for, in each tree.
 const ASKED: u32 = 500;
 
-/// Of the checksum.
+/// Bytes of the checksum.
 const LAST: usize = 4;
 
 /// The bytes as they are, and with the checksum that they ought to have, or none would get past it.

@@ -8,7 +8,7 @@ pub const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
 /// Most that one ray has.
 const MOST: usize = 64;
 
-/// Bytes a segment.
+/// Bytes per segment.
 const BYTES: usize = 5;
 
 /// Depths of a few equal values, of all sizes down to the smallest float, and of floats beside 1.

@@ -5,7 +5,7 @@ use super::memory::bounded;
 use gobo::consume::parse;
 use gobo::technique::Spec;
 
-/// Of a sweep so many are printed.
+/// How many of a sweep are printed.
 const PRINTED: usize = 16;
 
 /// Whatever is given to `--technique`.

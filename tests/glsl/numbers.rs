@@ -10,8 +10,8 @@ use spirq::var::Variable;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// What a shader that asks `files` is given beside the engine's set 0, in the lines of published.tsv; of which each file
-/// counts from `bases`, its set, its first binding and its first constant.
+/// What a shader that asks `files` is given beside the engine's set 0, in the lines of published.tsv; each file counts
+/// from `bases`, its set, its first binding and its first constant.
 fn reflected(files: &[&File], macros: &str, bases: &dyn Fn(&File) -> [u32; 3]) -> String {
     let spirv = compile(&shader(files, Stage::Compute, Names::Few, macros), Stage::Compute).expect("compiled");
     let words: Vec<u32> = spirv.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();

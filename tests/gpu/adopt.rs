@@ -9,8 +9,9 @@ use gobo::reference::truth::space_points;
 use gobo::scene::Scene;
 use gobo::technique::{self, Settled};
 use gobo::world::World;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
-/// The device on which Gobo opens where nobody names one.
+/// The device on which Gobo opens where none is named.
 fn features() -> Features {
     gobo::gpu::devices().expect("devices").into_iter().min_by_key(|d| d.kind).expect("a device")
 }
@@ -20,17 +21,25 @@ pub fn everything() -> Enabled {
     Enabled { debug_utils: true, ..Enabled::all_of(&features()) }
 }
 
-/// Runs `body` on a foreign device, which is closed behind it, and fails if anything is left or anybody complains.
+/// Runs `body` on a foreign device, which is closed behind it, and fails if anything is left or a layer complains.
 pub fn adopted(test: &str, wanted: &Wanted, body: impl FnOnce(&mut Foreign, &Context)) {
     let messages = Messages::default();
     let mut foreign = Foreign::open(wanted);
     let context = foreign.adopt(&messages).expect("it has the floor");
     log("exercised", test, &format!("{}, {}", context.features().name, context.features().driver));
-    body(&mut foreign, &context);
-    foreign.wait();
-    assert_only_recorded(&context);
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        body(&mut foreign, &context);
+        foreign.wait();
+        assert_only_recorded(&context);
+    }));
+    // Also where the body failed: frames may still run, and they use what the context has.
+    foreign.finish();
     drop(context);
     let said = [foreign.close(), messages.all()].concat();
+    if let Err(panic) = outcome {
+        said.iter().for_each(|message| eprintln!("{message}"));
+        resume_unwind(panic);
+    }
     assert!(said.is_empty(), "{test}: {} messages:\n{}", said.len(), said.join("\n"));
 }
 

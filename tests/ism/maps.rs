@@ -241,7 +241,7 @@ fn a_plate_covers_its_angle() {
                     assert!(distance.is_infinite(), "{path}: {distance} beside the plate, texel {i}");
                 } else if off_axis < 0.85 {
                     let wanted = (1.0 + square) / (1.0 - square) * 1.02;
-                    // Of a point's plane; or of the middle of a point beside, at a slant of up to 50°.
+                    // Error of a point's plane; or of the middle of a point beside, at a slant of up to 50°.
                     let most = if path == "tiled" || path == "atomic" { 0.03 } else { 0.15 };
                     assert!((f64::from(*distance) / wanted - 1.0).abs() < most, "{path}: {distance}, not {wanted}");
                 }

@@ -1,4 +1,4 @@
-//! `shadows=queued`: the same answers, whoever asks.
+//! `shadows=queued`: the same answers, whichever thread asks.
 
 use super::{build, lamps, seen};
 use crate::support::{gpu_test, is_left_out, some};

@@ -62,7 +62,7 @@ fn the_look_up_equals_its_twin() {
                         let texel = texel.max(glam::IVec2::ZERO).as_uvec2() + glam::UVec2::from(corner);
                         inside.then(|| depths[(texel.y * across + texel.x) as usize])
                     };
-                    // Of an offset from the view four sums and products are rounded, of a depth near 1 some ten.
+                    // An offset from the view has four rounded sums and products, a depth near 1 some ten.
                     let range = view.far - view.near;
                     let rounding = 3e-7 * (point - Vec3::from(view.origin)).length() / range + 1e-6;
                     let of = |sign: f32| {

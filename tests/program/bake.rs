@@ -48,7 +48,7 @@ fn a_bake_is_opened_again() {
     assert_eq!(disk, [Some(bytes.len() as u64), Some(bytes.len() as u64), None]);
     let [baked, opened] = [&rows[0], &rows[1]];
     assert_eq!((opened.path.as_str(), opened.build_ns, opened.passes.len()), ("file", None, 0));
-    // Without timestamps nobody knows of passes.
+    // Without timestamps nothing is known of passes.
     let untimed = std::env::var_os("GOBO_TEST_FEATURES").is_some();
     assert_eq!((baked.path.as_str(), baked.passes.is_empty()), ("tiles", untimed));
     assert!(baked.host_ns.is_some());

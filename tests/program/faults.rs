@@ -20,7 +20,7 @@ const FAULTS: [(&str, &str); 6] = [
     ("write", "no storage space"),
 ];
 
-/// Longer than any of these takes on the slowest driver; who takes longer hangs.
+/// Longer than any of these takes on the slowest driver; what takes longer hangs.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 /// How many n of each kind are tried.
@@ -119,8 +119,8 @@ fn clear(folder: &Path) {
     }
 }
 
-/// Two rows of a comparison: who failed is a row or nothing at all, who did not is as it would be, and `--resume` measures the
-/// rest.
+/// Two rows of a comparison: a row that failed says so or is absent, one that did not is as it would be, and `--resume`
+/// measures the rest.
 fn compare(name: &str, how_many: Walk) {
     log("exercised", name, &runs("beer-shadow-map", "binned").0);
     let (scenes, out) = (folder(), folder());

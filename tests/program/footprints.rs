@@ -47,7 +47,7 @@ fn footprints_are_beside_errors_of_points() {
     }
     // No light is lost before anything: squares that are wider see less of the contrast.
     assert!(rows[0].footprints.windows(2).all(|pair| pair[1].rms < pair[0].rms + pair[1].noise), "{:?}", rows[0]);
-    // The plot has a line a row, with a dot for each size and one in the legend.
+    // The plot has a line per row, with a dot for each size and one in the legend.
     let svg = std::fs::read_to_string(out.path().join("footprints.svg")).expect("a plot");
     let asked = rows.iter().filter(|row| !row.footprints.is_empty());
     assert_eq!(svg.matches("<circle").count(), asked.clone().count() * (FOOTPRINTS.len() + 1));

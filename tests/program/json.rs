@@ -8,7 +8,8 @@ use gobo::report::{casters, changes_table, footprints, passes, stress_table};
 use gobo::stress::Soaked;
 use serde_json::Value;
 
-/// Of a comparison, what has changed since another, and a join. Rows that are kept are printed twice, as tables and as JSON.
+/// JSON of a comparison, of what has changed since another, and of a join. Rows that are kept are printed twice, as tables
+/// and as JSON.
 #[test]
 fn compared_and_joined() {
     log("exercised", "compared_and_joined", &runs("beer-shadow-map", "binned").0);

@@ -43,7 +43,7 @@ fn compare_traces_a_bounce() {
     let spec = ["--picture", "32x18", "--technique", "shadow-map:size=16,shading=interleaved", "--out"];
     let said = ok(&[&compare[..], &spec, &[text(folder.path())]].concat());
     let mut results = crate::results(folder.path());
-    // Without timestamps nobody knows of passes.
+    // Without timestamps nothing is known of passes.
     let timed = results.device.features["timestamp_valid_bits"] != 0;
     for word in ["interleaved.ask", "interleaved.gather"] {
         assert_eq!(said.contains(word), timed, "{word} in {said}");

@@ -6,7 +6,7 @@ use crate::{device, folder, ok, results, run, runs, small_scene, text};
 use gobo::measure::Status;
 use std::path::Path;
 
-/// Spec, ms a frame, surface error, FLIP, KiB.
+/// Spec, ms per frame, surface error, FLIP, KiB.
 const ROWS: [(&str, &str, f64, f64, f64, u64); 6] = [
     ("none", "{}", 1.0, 0.5, 0.3, 0),
     ("psm", r#"{"size":"128"}"#, 1.25, 0.32, 0.2, 64),
@@ -56,7 +56,7 @@ fn rows_that_were_measured_are_an_answer() {
     // 2 · 0.04 = 0.08; psm comes to 0.4, voxel-grid to 0.16, uncompressed to 0.2. The small avsm is worse than none.
     let mut lines = all.lines();
     let sentence = lines.next().expect("an answer");
-    assert_eq!(sentence, "a on d: avsm:nodes=16,size=512 is best balanced: 2.00 ms a frame, surface error 0.0400.");
+    assert_eq!(sentence, "a on d: avsm:nodes=16,size=512 is best balanced: 2.00 ms per frame, surface error 0.0400.");
     let next = lines.next().expect("what is closer");
     assert_eq!(next, "0.500 of its error: voxel-grid:size=64 takes 4.00 times as long.");
     assert_eq!(line(&all, "fastest"), ["fastest", "1.25", "0.320", "0.200", "64.0", "KiB", "psm:size=128"]);
@@ -85,7 +85,7 @@ fn rows_that_were_measured_are_an_answer() {
     let neither = ["recommend", "--from", &path, "--max-ms", "1", "--max-error", "0.02"];
     let words = [
         "a on d: no row is within the limits; avsm:nodes=16,size=512 comes nearest",
-        "time 2.00 ms a frame, and the limit is 1.00 ms a frame",
+        "time 2.00 ms per frame, and the limit is 1.00 ms per frame",
         "surface error 0.0400, and the limit is 0.0200",
     ];
     fails(&neither, &words);
@@ -176,10 +176,10 @@ fn without_timestamps_there_is_an_answer() {
     std::fs::write(&path, json.to_string()).expect("written");
     let said = ok(&["recommend", "--from", &path]);
     let sentence =
-        "a on d: avsm:nodes=16,size=512 is best balanced: 6.00 ms a build by the host's clock, surface error 0.0400.";
+        "a on d: avsm:nodes=16,size=512 is best balanced: 6.00 ms per build by the host's clock, surface error 0.0400.";
     assert_eq!(said.lines().next(), Some(sentence));
     let neither = ["recommend", "--from", &path, "--max-ms", "1"];
-    fails(&neither, &["a on d: no row is within the limits", "ms a build by the host's clock"]);
+    fails(&neither, &["a on d: no row is within the limits", "ms per build by the host's clock"]);
 }
 
 /// Where FLIP alone is limited, it is what rows are held against each other by.
@@ -189,7 +189,7 @@ fn a_limit_of_flip_is_the_measure() {
     let path = made_up(folder.path(), &["a"]);
     // 1.25 · 0.2 = 0.25; avsm 0.1, voxel-grid 0.32, uncompressed 0.4.
     let said = ok(&["recommend", "--from", &path, "--max-flip", "0.25"]);
-    let sentence = "a on d: avsm:nodes=16,size=512 is best balanced: 2.00 ms a frame, FLIP 0.0500.";
+    let sentence = "a on d: avsm:nodes=16,size=512 is best balanced: 2.00 ms per frame, FLIP 0.0500.";
     assert_eq!(said.lines().next(), Some(sentence));
     assert_eq!(line(&said, "fastest"), ["fastest", "1.25", "0.200", "0.320", "64.0", "KiB", "psm:size=128"]);
     let both = ok(&["recommend", "--from", &path, "--max-flip", "0.25", "--max-error", "0.5"]);

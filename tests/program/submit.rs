@@ -49,7 +49,7 @@ fn a_file_and_a_table() {
     }
     assert!(said.starts_with(&format!("**{}**", device.name)) && said.contains(&submission.commit), "{said}");
     assert!(said.contains("results/community/") && said.contains("Nothing was sent"), "{said}");
-    // Where it lies is nobody's business; that it is little, and of a scene alone, is said.
+    // Where it lies does not matter; that it is little, and of a scene alone, is said.
     let json = std::fs::read_to_string(&out).expect("written");
     assert!(command == "gobo submit" && !json.contains(text(folder.path())));
     assert!(complained.contains("listed and not counted: it has no row of hair"), "{complained}");

@@ -117,7 +117,7 @@ fn look_up_equals_its_twin() {
     });
 }
 
-/// Casters in the dark behind a mesh are left out of the bins, and nobody sees it.
+/// Casters in the dark behind a mesh are left out of the bins, and no answer changes.
 #[test]
 fn skipping_changes_no_answer() {
     gpu_test("skipping_changes_no_answer", |context| {

@@ -65,7 +65,7 @@ fn built_in_scenes_are_those_of_the_data() {
     };
     assert!((area(&leaves) / area(&real) - 1.0).abs() < 0.05, "{} and {}", area(&leaves), area(&real));
 
-    // Of as many particles as dark, in the same place.
+    // As many dark particles, in the same place.
     let (parts, real) =
         (built_in("plume_64k").particles, load(&folder.join("plume_64k.toml")).expect("a scene").particles);
     assert_eq!(parts.len(), real.len());

@@ -3,7 +3,7 @@
 use crate::support::shared_data;
 use crate::*;
 
-/// Where a version's header has the points, the thickness and its end; floats a point.
+/// Where a version's header has the points, the thickness and its end; floats per point.
 const VERSIONS: [(f32, usize, usize, usize, usize); 2] = [(3.0, 144, 148, 296, 3), (4.0, 12, 24, 160, 4)];
 
 /// A file whose thicknesses, where it has any, follow the points.

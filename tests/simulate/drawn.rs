@@ -13,7 +13,7 @@ const SIZE: [u32; 2] = [96, 64];
 const FASTEST: f32 = 0.2;
 const TECHNIQUE: &str = "beer-shadow-map:path=binned,size=32";
 
-/// How near to an edge a pixel's middle is nobody's, pixels: rasterizers keep as few as four bits.
+/// How near to an edge a pixel's middle is left open, pixels: rasterizers keep as few as four bits.
 const EDGE: f64 = 0.15;
 
 /// Smoke over a plate that hides what is under it.
@@ -57,7 +57,7 @@ fn drawn(
     (renderer.read().expect("read"), renderer.counts(&points).expect("read"))
 }
 
-/// Whether a triangle of that size covers a pixel's middle; nobody knows where that is near its edge. And its z.
+/// Whether a triangle of that size covers a pixel's middle; open where that is near its edge. And its z.
 fn covers(camera: &View, body: &Body, size: f64, pixel: DVec2) -> (Option<bool>, f64) {
     let vec = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let [x, y, z, radius] = body.place;
@@ -73,7 +73,7 @@ fn covers(camera: &View, body: &Body, size: f64, pixel: DVec2) -> (Option<bool>,
     ((least.abs() > EDGE).then_some(least > 0.0), depth)
 }
 
-/// z of the plate before a pixel, if it is there; nobody knows near its edges.
+/// z of the plate before a pixel, if it is there; open near its edges.
 fn plate(camera: &View, pixel: DVec2) -> Option<f64> {
     let ray = camera.ray(pixel);
     let z = (f64::from(0.1f32) - ray.origin.z) / ray.direction.z;

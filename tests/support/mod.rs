@@ -3,6 +3,7 @@
 // Every file in tests/ is a program of its own and uses only a part of this.
 #![allow(dead_code)]
 
+pub mod alike;
 #[allow(unsafe_code)]
 pub mod foreign;
 pub mod scenes;
@@ -93,14 +94,14 @@ pub fn gpu_test_needing(name: &str, requirements: &[Requirement], body: impl FnO
 static KEPT: Mutex<Vec<(Context, Messages)>> = Mutex::new(Vec::new());
 
 /// Whether a test leaves its device to the next one of its program: where GOBO_TEST_KEEP says so (0 is no), or it says nothing and not
-/// [`all`] cases run. A driver that compiles on the processor then makes each pipeline once a thread and not once a test. A device is kept
-/// only where nobody said anything about it and what it holds is what it held before; any other is closed, which is watched. Objects
+/// [`all`] cases run. A driver that compiles on the processor then makes each pipeline once per thread and not once per test. A device is kept
+/// only where nothing was said about it and what it holds is what it held before; any other is closed, which is watched. Objects
 /// without memory that leak are found by runs without it.
 fn keeps_devices() -> bool {
     std::env::var_os("GOBO_TEST_KEEP").map_or(!all(), |value| value != "0")
 }
 
-/// Bytes of the device's memory that are held when all that was recorded is over, where somebody asks.
+/// Bytes of the device's memory that are held when all that was recorded is over, where it is asked for.
 fn held(context: &Context) -> u64 {
     if !keeps_devices() || context.is_lost() {
         return 0;
@@ -112,7 +113,7 @@ fn held(context: &Context) -> u64 {
 /// Why a test ends where a lowered device refuses what it asks for.
 struct Refusal(String);
 
-/// The passes that draw opaque maps where nobody says how: software devices have a rasterizer that is faster.
+/// The passes that draw opaque maps where it is not said how: software devices have a rasterizer that is faster.
 pub fn opaque_passes(is_software: bool) -> &'static [&'static str] {
     if is_software { &["maps.opaque"] } else { &["maps.opaque_clear", "maps.opaque_triangles", "maps.opaque_tiles"] }
 }
@@ -180,7 +181,8 @@ pub fn spec(text: &str) -> Spec {
     specs.remove(0)
 }
 
-/// A spec for each path of each technique that shadows and that this device can run; of the others `test` says that they are skipped.
+/// A spec for each path of each technique that shadows and that this device can run; for the others `test` says that they are
+/// skipped.
 pub fn every_path(test: &str, context: &Context) -> Vec<Spec> {
     // What takes one light alone, and answers with a picture, has tests of its own.
     let takes_lights = |spec: &Spec| spec.entry.name != "half-angle";

@@ -128,7 +128,7 @@ fn cloud(seed: u64, count: usize, half: f32, radius: [f32; 2], extinction: [f32;
     (0..count).map(particle).collect()
 }
 
-/// Hundreds of large thin spheres over each other: many more segments a texel than the list starts with.
+/// Hundreds of large thin spheres over each other: many more segments per texel than the list starts with.
 pub fn crowd() -> Scene {
     directional("crowd", SLANTED, cloud(5, 400, 0.7, [0.5, 0.9], [0.002, 0.02]))
 }

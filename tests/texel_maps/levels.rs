@@ -19,7 +19,7 @@ const ARITHMETIC: f32 = 1e-5;
 /// Levels of all cases.
 const LEVELS: u32 = 4;
 
-/// The image's texels as floats, those of coarser levels, texels a side, and maps.
+/// The image's texels as floats, those of coarser levels, texels per side, and maps.
 struct Kept {
     image: Vec<[f32; 4]>,
     coarser: Vec<f32>,
@@ -170,7 +170,7 @@ fn squares_see_what_lattices_leave() {
             };
             let mean = |all: &[f32]| all.iter().sum::<f32>() / all.len() as f32;
             let farthest = |all: &[f32], from: f32| all.iter().map(|a| (a - from).abs()).fold(0.0, f32::max);
-            // Texels hit a strand by their centres: of a square of 28 or so a side the share is off by a little.
+            // Texels hit a strand by their centres: for a square of 28 or so per side the share is off by a little.
             let behind = answers(0.0, 28.0 / 32.0);
             println!("{text}: {} behind, {} between", mean(&behind), mean(&answers(2.0, 28.0 / 32.0)));
             let off = farthest(&behind, one * one);

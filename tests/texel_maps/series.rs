@@ -29,7 +29,8 @@ struct Twin<const N: usize> {
     optical_depth: fn(&[f32; N], f32) -> f32,
     /// By how much sum k of an optical depth of 1 may change with its place.
     steepness: fn(usize) -> f32,
-    /// What rounding may make of an answer. Of moments the matrix that is inverted is as ill-conditioned as one over their bias.
+    /// What rounding may make of an answer. For moments, the matrix that is inverted is as ill-conditioned as one over their
+    /// bias.
     answers: f32,
 }
 

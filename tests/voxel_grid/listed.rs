@@ -32,7 +32,7 @@ fn tiles([x, y]: [f32; 2], height: f32, side: f32, parts: u32) -> Mesh {
     mesh(&(0..parts * parts).flat_map(|i| quad(i % parts, i / parts)).collect::<Vec<_>>())
 }
 
-/// As wide as that 64 voxels a side are 1/32 wide and begin at whole multiples of it.
+/// As wide as that 64 voxels per side are 1/32 wide and begin at whole multiples of it.
 const WIDE: f32 = 62.0 / 32.0;
 
 /// What goes wrong where sides, planes and voxels meet: plates in the faces of voxels, triangles that share sides and corners, the
@@ -218,7 +218,7 @@ fn compared(context: &Context, scene: &Scene, technique: &VoxelGrid, light: usiz
     counted
 }
 
-/// Of random points all are right but one in ten thousand, and hardly any is within.
+/// All but one in ten thousand random points are right, and hardly any is within.
 #[test]
 fn rays_meet_what_the_truth_meets() {
     gpu_test("rays_meet_what_the_truth_meets", |context| {

@@ -83,9 +83,9 @@ fn total(voxels: &[u32]) -> f64 {
     voxels.iter().map(|v| f64::from(*v)).sum::<f64>() / f64::from(UNITS)
 }
 
-/// Nothing is lost: of a sphere σ times its volume, one smaller than a voxel as much as it keeps of light, π r² (1 − exp(−σ 4/3 r));
-/// of a strand π/2 r l (1 − exp(−τ)). Of what is smaller than a voxel to a rounding; of spheres of a voxel and more to the error of
-/// samples half a voxel apart.
+/// Nothing is lost: a sphere keeps σ times its volume, one smaller than a voxel as much as it keeps of light, π r² (1 − exp(−σ 4/3 r));
+/// a strand keeps π/2 r l (1 − exp(−τ)). What is smaller than a voxel is kept up to a rounding; spheres of a voxel and more up to the
+/// error of samples half a voxel apart.
 #[test]
 fn nothing_is_lost() {
     gpu_test("nothing_is_lost", |context| {

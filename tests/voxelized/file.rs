@@ -13,7 +13,7 @@ use std::path::Path;
 const TREES: usize = 88;
 const TREE: usize = 200;
 
-/// Of the checksum.
+/// Bytes of the checksum.
 const LAST: usize = 4;
 
 fn two_lights() -> Scene {

@@ -70,11 +70,11 @@ fn what_looks_away_is_dark() {
     });
 }
 
-/// A thin wall eight voxels high on a plane under light at 45 degrees, its shadow as long: of the ground behind its foot no more is lit
+/// A thin wall eight voxels high on a plane under light at 45 degrees, its shadow as long: no more of the ground behind its foot is lit
 /// than what rounds. In voxels, across the light u = (x + z) / √2 and along it w = (x − z) / √2, the wall's depth is −u; a point at x
 /// that is moved by any way along the normal is still at w + u = √2 x. Its column's middle is up to half a voxel nearer to the foot
-/// than it, where the wall is half a voxel deeper, and that depth is rounded to a voxel: lit only where √2 x < ½ + ½. Where
-/// coverage is conservative the wall's depth is the least in the column: √2 x < ½.
+/// than it, where the wall is half a voxel deeper, and that depth is rounded to a voxel: lit only where √2 x < ½ + ½. Where coverage is
+/// conservative the wall's depth is the least in the column: √2 x < ½.
 #[test]
 fn contact_shadows_are_kept() {
     gpu_test("contact_shadows_are_kept", |context| {

@@ -18,7 +18,7 @@ enum Part {
     Strands,
     Light,
     Camera,
-    /// Of a light, or of a mesh: light and shadow stay where they are.
+    /// The colour of a light or of a mesh: light and shadow stay where they are.
     Colour,
     /// Particles leave the box about all that casts.
     Box,
@@ -198,7 +198,7 @@ fn what_did_not_change_is_not_built() {
                 assert!(difference <= if is_exact(&spec) { 0.0 } else { 1e-6 }, "{what}: {difference}");
                 assert_eq!(moved.technique.resolution(), fresh.technique.resolution(), "{what}");
             }
-            // The same once more is no change; whoever wants all of it gets all but what follows from the casters alone.
+            // The same once more is no change; a request for all of it gets all but what follows from the casters alone.
             world.replace(&scene).expect("the same");
             assert!(build(&mut moved, &world, "the same").passes.is_empty(), "{}", spec.short());
             let follows =

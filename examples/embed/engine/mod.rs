@@ -34,7 +34,7 @@ pub const MOST_POINTS: usize = 4096;
 /// The way from the ground to the sun.
 pub const TO_SUN: Vec3 = Vec3::new(-0.64, -0.32, 0.7);
 
-/// Of a particle as the shaders have it. Twin: Particle in shaders/scene.glsl.
+/// Bytes of a particle as the shaders have it. Twin: Particle in shaders/scene.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Particle {
@@ -60,7 +60,7 @@ pub struct Push {
 pub struct Options {
     pub how: How,
     pub choice: Choice,
-    /// Of the picture, pixels.
+    /// The picture's width and height, pixels.
     pub size: [u32; 2],
 }
 

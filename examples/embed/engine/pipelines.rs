@@ -31,7 +31,7 @@ impl Set {
         }
     }
 
-    /// Of storage buffers.
+    /// A layout of storage buffers.
     pub fn of_buffers(gpu: &mut Gpu, buffers: &[&Buffer]) -> Result<Self> {
         let storage = vk::DescriptorType::STORAGE_BUFFER;
         let binding = vk::DescriptorSetLayoutBinding::default()

@@ -71,7 +71,7 @@ impl Shadows {
         Ok(Self { technique, world, particles, context, sets, grew: 0 })
     }
 
-    /// Of the set that [`Shadows::set`] hands out.
+    /// The layout of the set that [`Shadows::set`] hands out.
     pub fn layout(&self) -> vk::DescriptorSetLayout {
         self.sets[0].layout
     }

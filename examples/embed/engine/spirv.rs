@@ -26,7 +26,7 @@ pub const GROUND_FRAG: Shader = shader!("ground.frag", Fragment);
 pub const SMOKE_VERT: Shader = shader!("smoke.vert", Vertex);
 pub const SMOKE_FRAG: Shader = shader!("smoke.frag", Fragment);
 
-/// Of shaders that others include.
+/// Shaders that others include.
 const SHARED: [(&str, &str); 2] =
     [("scene.glsl", include_str!("../shaders/scene.glsl")), ("shadow.glsl", include_str!("../shaders/shadow.glsl"))];
 

@@ -43,7 +43,7 @@ layout(push_constant, scalar) uniform GatherPush {
 
 // Pixels that those of a workgroup reach on each side.
 const int REACH = 3;
-// Of 4 pixels that begin 3, 2, 1 or 0 before one, how near they are about it.
+// How near four pixels are about a pixel, where they begin 3, 2, 1 or 0 before it.
 const uint NEARNESS[4] = uint[](0u, 2u, 3u, 1u);
 const ivec2 AROUND = ivec2(16, 8) + 2 * REACH;
 

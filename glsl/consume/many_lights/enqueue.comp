@@ -1,7 +1,7 @@
 #version 460
 // shadows=queued, first of three: a block of 8 × 8 pixels appends what it has to ask, a word of lights at a time and light after
 // light, so that what is near each other in the list goes nearly the same way. Where the list is full the block asks by itself:
-// no answer is lost. In which order blocks append is chance; each job has a bit of its own, so that nobody sees it.
+// no answer is lost. In which order blocks append is chance; each job has a bit of its own, so that it does not show.
 // Inputs: lights, a tile's words, albedo, normal, z, the technique. Outputs: jobs; shadows, none yet.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "visibility.glsl"

@@ -17,7 +17,7 @@ struct Frame {
 
 layout(push_constant, scalar) uniform ManyLightsPush {
     uvec2 size;       // pixels
-    uint words;       // of a pixel: a bit a light
+    uint words;       // of a pixel: a bit per light
     uint phase;       // where in a place of the dither a frame asks: 2, its middle; 1 and 3 in turn, where two frames are averaged
     uint has_before;  // 1 where there is a frame before
     float sky_red;
@@ -33,7 +33,7 @@ layout(set = 0, binding = 1, scalar) readonly buffer Frames { Frame frames[]; };
 layout(set = 0, binding = 2, scalar) buffer Masks { uint masks[]; };              // tiles row by row, words of each
 layout(set = 0, binding = 3, scalar) buffer Shadows { uint shadows[]; };          // words one behind the other, pixels of each
 
-// Pixels a side.
+// Pixels per side.
 const uint TILE = 16u;
 
 // The first of a tile's words.

@@ -1,5 +1,5 @@
 #version 460
-// shadows=queued, third of three: a thread a job, whichever pixel it is of. Inputs: jobs, lights, normal, z, the technique.
+// shadows=queued, third of three: a thread per job, whichever pixel it is of. Inputs: jobs, lights, normal, z, the technique.
 // Output: bits of shadows.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "visibility.glsl"

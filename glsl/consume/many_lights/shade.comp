@@ -34,7 +34,7 @@ SURFACE_DISTANCES
 
 const uint MOST_AROUND = (16u + 4u) * (8u + 4u);
 
-// Of the half tile and the pixels about it.
+// Depths of the half tile and of the pixels about it.
 shared float around_z[MOST_AROUND];
 shared uint around_normals[MOST_AROUND];
 shared uint around_sources[MOST_AROUND];
@@ -163,7 +163,7 @@ void main() {
         barrier();
         Sums sums = Sums(uvec4(0u), uvec4(0u));
         if (BLUR_REACH == 0u) {
-            // Of weight 4, both.
+            // Both have weight 4.
             uint before = where_set(counted_before, 0u) & around_before[middle];
             add_bits(around_shadows[middle], before, 0u, sums.low.z, sums.low.w);
         } else {

@@ -5,7 +5,7 @@
 
 layout(local_size_x = 1) in;
 
-// Of a dimension; what every device takes.
+// Workgroups along one dimension; every device takes so many.
 const uint MOST_GROUPS = 65535u;
 // Jobs of a workgroup. Twin: local_size_x in consume/many_lights/queued.comp.
 const uint SHARE = 64u;

@@ -1,6 +1,8 @@
 #version 460
-// shadows=direct: each pixel asks for the lights of its tile, one after the other. A bit a light is set where it is shadowed.
-// Source: Pestana 2015 (a bit a light). Inputs: lights, a tile's words, albedo, normal, z, the technique. Output: shadows.
+// shadows=direct: each pixel asks for the lights of its tile, one after the other. Each light's bit is set where it is
+// shadowed.
+// Source: Pestana 2015 (a bit per light). Inputs: lights, a tile's words, albedo, normal, z, the technique. Output:
+// shadows.
 #extension GL_EXT_samplerless_texture_functions : require
 #include "visibility.glsl"
 #include "consume/many_lights/answer.glsl"

@@ -48,7 +48,7 @@ layout(push_constant, scalar) uniform ReservoirPush {
 const uint CANDIDATES = 16u;
 const uint MOST_FRAMES = 20u;
 const uint CLOSED = 1u << 31;
-// Of two normals on one surface, at least: 26°, as in consume/packed_normal.glsl.
+// Two normals with at least this cosine are on one surface: 26°, as in consume/packed_normal.glsl.
 const float SAME_SURFACE = 0.9;
 
 struct Seen {
@@ -130,7 +130,7 @@ void main() {
             own = other;
             visible = visibility(light, here);
         }
-        // Of all these frames those that could have kept this light.
+        // How many of all these frames could have kept this light.
         uint could = is_old ? frames_before : 0u;
         could += visible > 0.0 ? 1u : 0u;
         if (!is_old && visible > 0.0) {

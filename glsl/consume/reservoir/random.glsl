@@ -21,7 +21,8 @@ float random_share(uint bits) {
     return share;
 }
 
-// Of `lights`, candidate `i` of `candidates`: each is drawn from a part of its own, and all together each light as often as any other.
+// Candidate `i` of `candidates` among `lights`: each is drawn from a part of its own, and over all candidates each light is drawn
+// equally often.
 uint candidate_light(uint bits, uint i, uint candidates, uint lights) {
     uint place, low;
     umulExtended(bits, lights, place, low);

@@ -42,7 +42,7 @@ ivec2 column_range(Facet facet, float error, uint axis, ivec3 voxel) {
     int first = facet.first[axis], last = facet.last[axis];
     vec3 normal = facet.normal, corner = facet.corners[0];
     float along = abs(normal[axis]);
-    // Of a plane that is less sure than its triangle is long dividing says nothing.
+    // A plane that is less certain than its triangle is long says nothing after a division.
     if (!(along * float(last - first + 1) > error)) {
         return ivec2(first, last);
     }

@@ -1,5 +1,5 @@
 #version 460
-// Every voxel that a triangle meets becomes occupied, and is noted beside the triangle. One thread a triangle; those that meet many
+// Every voxel that a triangle meets becomes occupied, and is noted beside the triangle. One thread per triangle; those that meet many
 // voxels are listed, and in the variants behind it a workgroup takes each (STEP 1), or all workgroups do (STEP 2). Workgroups take
 // their places among all pairs at once. Source: ours, after Schwarz and Seidel 2010. Inputs: triangles, grid. Outputs: bits of all
 // levels, pairs and how many there are, the lists of large triangles. Twin: reference::twin::lists. Invariant: the same pairs in

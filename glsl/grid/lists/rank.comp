@@ -1,6 +1,6 @@
 #version 460
-// Each list in the order of the triangles, whoever came first: a triangle comes behind as many as are before it. A pair a thread; long
-// lists glsl/grid/lists/sort.comp sorts. Source: ours. Inputs: pairs, bits, starts, unsorted lists. Output: lists.
+// Each list in the order of the triangles, whichever came first: a triangle comes behind as many as are before it. A pair per
+// thread; long lists glsl/grid/lists/sort.comp sorts. Source: ours. Inputs: pairs, bits, starts, unsorted lists. Output: lists.
 // Twin: reference::twin::lists, which sorts.
 layout(local_size_x = 64) in;
 #include "grid/lists/set.glsl"

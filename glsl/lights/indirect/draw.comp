@@ -15,8 +15,8 @@ layout(push_constant, scalar) uniform DrawPush {
 // The place of a light in the square, in 1 / 65536 of its sides. Roberts' R2: any run of it is spread evenly.
 uvec2 place_of(uint light) { return uvec2(light * 3242174889u, light * 2447445413u) >> 16; }
 
-// Of `total` units, the one in the middle of a light's equal part: (light + 1/2) / light_count of them, rounded down. In numbers of
-// 16 bits, since the product may have more than 64.
+// The unit in the middle of a light's equal part of `total` units: (light + 1/2) / light_count of them, rounded down.
+// In numbers of 16 bits, since the product may have more than 64.
 uvec2 unit_of(uint light, uvec2 total) {
     uint part[4] = uint[](total.x & 0xffffu, total.x >> 16, total.y, 0u);
     uint carry = 0u, rest = 0u;
@@ -33,7 +33,7 @@ uvec2 unit_of(uint light, uvec2 total) {
     return uvec2(part[0] | part[1] << 16, part[2] | part[3] << 16);
 }
 
-// Of `count` steps of 2^step_bits rows from `first` on, the last that does not begin behind the unit.
+// The last of `count` steps of 2^step_bits rows from `first` on that does not begin behind the unit.
 uint step_of(uvec2 unit, uint first, uint count, uint step_bits) {
     uint low = 0u, high = count;
     while (low + 1u < high) {

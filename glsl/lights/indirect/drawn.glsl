@@ -8,13 +8,13 @@
 // set 2: indirect_drawn
 // Of texels, as luminance.
 layout(set = 2, binding = 0, scalar) buffer Fluxes { float fluxes[]; };
-// Of them, as bits, which order as floats do that are not negative.
+// The greatest of them as bits, which order like the floats since none is negative.
 layout(set = 2, binding = 1, scalar) buffer Greatest { uint greatest; };
 // Units of each row of texels of a map.
 layout(set = 2, binding = 2, scalar) buffer Sums { uint sums[]; };
 // Units before each row, and of all behind the last.
 layout(set = 2, binding = 3, scalar) buffer Starts { uvec2 starts[]; };
-// Of virtual lights: the texel that each is drawn from, or NO_TEXEL.
+// The texel that each virtual light is drawn from, or NO_TEXEL.
 layout(set = 2, binding = 4, scalar) buffer Picks { uint picks[]; };
 
 // Where there is no flux at all.

@@ -11,7 +11,7 @@
 layout(set = 1, binding = 0, scalar) readonly buffer Lights { Light lights[]; };
 // The light of each map.
 layout(set = 1, binding = 1, scalar) readonly buffer Owners { uint owners[]; };
-// Of each triangle 1 where its normal looks out of something closed, -1 where it looks in, else 0.
+// Per triangle 1 where its normal looks out of something closed, -1 where it looks in, else 0.
 layout(set = 1, binding = 2, scalar) readonly buffer Sides { int sides[]; };
 // The triangle of each texel, and 1.
 layout(set = 1, binding = 3) uniform utexture2D seen;
@@ -51,15 +51,15 @@ Patch patch_of(uint texel) {
     if (light_map(light, position) != map) {
         return NO_PATCH;
     }
-    // Of what is open both sides send light back, and a light is on one of them; of what is closed the outside does. (At an edge a
-    // rasterizer may show the back of a side that the light does not see.)
+    // An open mesh sends light back from both sides, and the light is on one of them; a closed one does from its outside. (At an
+    // edge a rasterizer may show the back of a side that the light does not see.)
     int side = sides[met - 1u];
     float cosine = dot(normal, light_direction(light, position));
     if (side != 0 && (cosine <= 0.0) == (side > 0)) {
         return NO_PATCH;
     }
     normal = cosine < 0.0 ? -normal : normal;
-    // Of a pyramid of rays from a point: its solid angle, times the distance squared.
+    // A pyramid of rays from a point: its solid angle, times the distance squared.
     float slant = length(ray.direction);
     float crossed = 4.0 / (float(view.width) * float(view.height) * view.scale_x * view.scale_y * PI);
     crossed *= view.projection == VIEW_PARALLEL ? 1.0 : z * z / slant;

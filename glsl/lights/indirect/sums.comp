@@ -1,5 +1,5 @@
 #version 460
-// Units of flux of each row of texels of a map. A workgroup a row. Inputs: fluxes, the greatest. Output: sums. Twin:
+// Units of flux of each row of texels of a map. A workgroup per row. Inputs: fluxes, the greatest. Output: sums. Twin:
 // reference::twin::indirect::sums.
 #include "lights/indirect/drawn.glsl"
 

@@ -2,7 +2,7 @@
 #ifndef LIGHTS_INDIRECT_TEXELS_GLSL
 #define LIGHTS_INDIRECT_TEXELS_GLSL
 
-// Texels a side of a map, as a power of 2.
+// Texels per side of a map, as a power of 2.
 CONSTANT(uint, SIDE_BITS, 8u)
 
 const uint SIDE = 1u << SIDE_BITS;

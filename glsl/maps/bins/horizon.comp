@@ -1,6 +1,6 @@
 #version 460
 // How far light gets in each tile of each map: the farthest z at which a mesh ends it, over the tile and the texels from which a
-// look-up may come here; FARTHEST where some of it goes on. One workgroup a tile.
+// look-up may come here; FARTHEST where some of it goes on. One workgroup per tile.
 // Inputs: maps, the opaque map. Outputs: horizon. Twin: reference::twin::bins::horizon.
 // Invariant: where a point in space is behind the horizon of a tile that its look-up reads, its opaque visibility is 0. A lit point of a
 // surface may be behind it by what the surface falls away within the texels of a compare.

@@ -1,5 +1,5 @@
-// How the casters of a map that meet some tile are put together in their drawing order, by many workgroups: a bit a
-// caster and their number a block (mark), where each block begins (scan), the casters themselves (compact). A thread
+// How the casters of a map that meet some tile are put together in their drawing order, by many workgroups: a bit per
+// caster and their number per block (mark), where each block begins (scan), the casters themselves (compact). A thread
 // has a word of bits. Bound by maps::Compact.
 #ifndef MAPS_BINS_MARKS_GLSL
 #define MAPS_BINS_MARKS_GLSL

@@ -38,7 +38,7 @@ uint part_slot(TilePart part, out uvec2 tiles) {
     return slots[part_map(part) * tiles.x * tiles.y * SLOTS + part.tile];
 }
 
-// The view of the part's map; of a block, as fine as its tile is.
+// The view of the part's map; for a block, as fine as its tile is.
 View part_view(TilePart part) {
     uvec2 tiles;
     View view = maps[part_map(part)].volume;
@@ -56,7 +56,7 @@ uvec2 part_corner(View view, TilePart part) {
     return uvec2(part.tile % across, part.tile / across) * 8u;
 }
 
-// Where what is made of a texel stands: map after map in rows; of a block block after block.
+// Where what is made of a texel stands: map after map in rows; for a block, block after block.
 uint part_texel(View view, TilePart part, uvec2 texel) {
     if (DETAIL) {
         uvec2 tiles, within = texel % 8u;

@@ -1,4 +1,4 @@
-// What place.comp and place_fullest.comp have in common: how a tile of a map is listed for those who build it.
+// What place.comp and place_fullest.comp have in common: how a tile of a map is listed for what builds it.
 #ifndef MAPS_BINS_PLACE_GLSL
 #define MAPS_BINS_PLACE_GLSL
 #include "maps/bins/set.glsl"
@@ -32,7 +32,7 @@ uint parts_wanted(uint bin, uint count) {
     return built ? PARTS : DETAIL ? 0u : EMPTY_PARTS;
 }
 
-// Where the entries of a bin stand, for who writes them and who reads them: at its `place` among those of the same room, or at
+// Where the entries of a bin stand, for writing and for reading them: at its `place` among those of the same room, or at
 // `counted`.
 uint first_entry(uint bin, uint place, uint count, uint counted) {
     if (count > 0u && room == 0u) {
@@ -43,7 +43,7 @@ uint first_entry(uint bin, uint place, uint count, uint counted) {
 
 // Lists so many parts of a bin from a place on.
 void list_parts(uint place, uint wanted, uint bin, uint count, uint first) {
-    // Where the entries are too few, which is found out and mended after the build, nobody reads past them.
+    // Where the entries are too few, which is found out and mended after the build, nothing reads past them.
     uint readable = first < capacity ? min(count, room != 0u ? room : capacity - first) : 0u;
     uint a_map = bins_a_map(), tile = bin % a_map, map = bin / a_map;
     for (uint i = 0u; i < wanted; ++i) {

@@ -1,6 +1,6 @@
 #version 460
-// How many casters are drawn before each block of a map, and how many vertices all of them have. One workgroup a map, a
-// run of blocks a thread. Inputs: blocks. Outputs: blocks, the draw's command. Twin: reference::twin::compact::scan.
+// How many casters are drawn before each block of a map, and how many vertices all of them have. One workgroup per map, a
+// run of blocks per thread. Inputs: blocks. Outputs: blocks, the draw's command. Twin: reference::twin::compact::scan.
 #include "maps/bins/marks.glsl"
 
 const uint THREADS = 64u;

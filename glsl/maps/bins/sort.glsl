@@ -71,7 +71,7 @@ void sort_places(bool in_shared, bool by_casters, uint first, uint count) {
     }
 }
 
-// Of entries that are sorted by key: those of the same key.
+// Sorts entries of the same key, which lie side by side since entries are sorted by key.
 void sort_equals(bool in_shared, uint first, uint count) {
     for (uint i = gl_LocalInvocationIndex; i < count; i += TILE_THREADS) {
         uint key = sort_read(in_shared, first, i).x, end = i + 1u;

@@ -7,7 +7,8 @@
 // The bound of a texel's optical depth is added up in 256ths.
 const float BOUND_UNITS = 256.0;
 
-// Of an entry that has what its caster takes at most (maps/bins/tiles.glsl), `dark` at most; rounded up.
+// An upper bound of what an entry takes, `dark` at most; rounded up. The entry has what its caster takes at most
+// (maps/bins/tiles.glsl).
 uint entry_bound(uvec2 entry, float dark) {
     return uint(min(uintBitsToFloat(entry.x), dark) * BOUND_UNITS) + 1u;
 }

@@ -1,5 +1,5 @@
-// Which casters a thread of count and scatter has, and what its workgroup counts in shared memory. TALLY, declared before, says
-// whether it does.
+// Which casters each thread of count and scatter has, and what its workgroup counts in shared memory. TALLY, declared before,
+// says whether it does.
 #ifndef MAPS_BINS_TALLY_GLSL
 #define MAPS_BINS_TALLY_GLSL
 #include "maps/bins/tiles.glsl"
@@ -10,7 +10,7 @@ layout(local_size_x_id = ID_TALLY_THREADS) in;
 CONSTANT(uint, TALLY_THREADS, 128u)
 // Casters that a thread has, one after the other.
 CONSTANT(uint, TALLY_TURNS, 8u)
-// A word a tile of a map, of which there are as many at most. Twin: MOST_TALLIED in maps::threads.
+// A word per tile of a map, of which there are as many at most. Twin: MOST_TALLIED in maps::threads.
 shared uint tally[4096];
 #else
 const uint TALLY_THREADS = BIN_THREADS;

@@ -109,7 +109,8 @@ bool tile_hidden(View view, Caster caster, float horizon) {
     return nearest > horizon + 1e-5 * (view.far - view.near);
 }
 
-// An entry has what it is sorted by; or, for who adds up casters in any order, what its caster takes of any ray at most.
+// An entry has what it is sorted by; or, where casters are added up in any order, what its caster takes of any ray at
+// most.
 CONSTANT(bool, KEYED, true)
 
 // Sorts as the depth at which the sphere begins, nearest within the tile, or of the strand's point nearest to the tile's
@@ -124,7 +125,7 @@ uint tile_key(View view, Caster caster, uvec2 tile, float distance_square) {
     return floatBitsToUint(max(view_depth(view, nearest), 0.0));
 }
 
-// Of the caster `index` in a tile.
+// The entry of caster `index` in a tile.
 uvec2 tile_entry(View view, Caster caster, uint index, uvec2 tile, float distance_square) {
     return uvec2(KEYED ? tile_key(view, caster, tile, distance_square) : floatBitsToUint(caster_most(caster)), index);
 }

@@ -69,7 +69,7 @@ bool by_triangles() { return EXPONENTIAL && NUDGE && WORK == NODES; }
 // Removes one of `count` nodes, that whose going changes the area under the transmittance least.
 void remove_cheapest(int count) {
     bool nudged = EXPONENTIAL && NUDGE;
-    // Of each node the transmittance, of the span behind it extent, rise of the value, mean transmittance and area.
+    // Each node's transmittance; and for the span behind it extent, rise of the value, mean transmittance and area.
     float through[WORK + 2], extent[WORK + 1], rise[WORK + 1], mean[WORK + 1], area[WORK + 2];
     through[0] = EXPONENTIAL ? exp(-node_values[0]) : 0.0;
     area[WORK + 1] = 0.0;

@@ -1,10 +1,12 @@
 #version 460
 // Builds levels of detail of all maps: at the ends of even steps from the first node of the four texels below to their last, a texel has
-// the mean of their transmittance. Of those places its nodes are the ones between which interpolation errs least, by the sum of squares
-// over all of them: dynamic programming, a thread a place, so that no thread walks along curves by itself. What is past the map's edge, or
-// has no casters, lets all light through. Source: ours.
-// Inputs: maps, nodes of the level below, counts. Output: nodes of the levels. Twin: reference::twin::avsm::levels.
-// Invariant: at its nodes and behind them it is the mean of what the four have there, to what storing rounds.
+// the mean of their transmittance. Its nodes are those of these places between which interpolation errs least, by the sum of squares over
+// all places: dynamic programming with one thread per place, so that no thread walks along curves by itself. What is past the map's edge,
+// or has no casters, lets all light through. Source: ours.
+// Inputs: maps, nodes of the level below, counts. Output: nodes of the levels.
+// Twin: reference::twin::avsm::levels.
+// Invariant: at its nodes and behind them it is the mean of what the four have there, to what storing
+// rounds.
 #include "maps/level_tile.glsl"
 #include "maps/curve/tiled.glsl"
 
@@ -45,7 +47,7 @@ uint below_curve(LevelTile tile, uint t, uint i) {
 
 Node below_node(uint i) { return Node(scratch[2u * i], scratch[2u * i + 1u]); }
 
-// All of the level below, decoded; a thread a node.
+// All of the level below, decoded; a thread per node.
 void read_below(LevelTile tile) {
     uint side = 2u * tile.side;
     [[dont_unroll]] for (uint i = gl_LocalInvocationIndex; i < side * side * uint(NODES); i += LEVEL_THREADS) {

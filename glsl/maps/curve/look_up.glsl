@@ -23,7 +23,7 @@ bool texel_empty(LookUp l, ivec2 texel) {
     return TILED && tile_skipped(visibility_tiles[(l.map * tiles.y + tile.y) * tiles.x + tile.x]);
 }
 
-// Of the curve of texel `place`: a coarse search over every fourth node, then four compares.
+// Transmittance at `depth` on the curve of texel `place`: a coarse search over every fourth node, then four compares.
 float curve_transmittance_at(uint place, float depth) {
     uint at = place * curve_pairs();
     vec2 range = curve_range(at);

@@ -12,7 +12,7 @@ CONSTANT(int, NODES, 8)
 CONSTANT(bool, EXPONENTIAL, true)
 // Whether curves are packed, as maps/curve/pack.glsl says.
 CONSTANT(bool, PACKED, false)
-// Of packed curves: whether to two bytes a node.
+// Whether packed curves take two bytes per node.
 CONSTANT(bool, TIGHT, false)
 
 // Depth of an unused node. Its value is that of the last used one.

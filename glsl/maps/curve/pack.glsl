@@ -21,7 +21,7 @@ uint pack_depth(float depth, vec2 range) {
 
 float unpack_depth(uint code, vec2 range) { return range.x + float(code) * (range.y * (1.0 / last_code())); }
 
-// Transmittance is coded evenly. Of an optical depth t the code is t / (1 + t): half a code is at most 2 / e of a code of
+// Transmittance is coded evenly. An optical depth t has the code t / (1 + t): half a code is at most 2 / e of a code of
 // the light, and in the dark still a small share of t, so that a ramp into darkness fades as it should.
 uint pack_value(float value) {
     float code = EXPONENTIAL ? float(CODES) * (value / (1.0 + value)) : last_code() * (1.0 - value);

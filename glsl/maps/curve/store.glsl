@@ -45,7 +45,7 @@ void store_curve(uint texel, Node curve[NODES]) {
 // seven times slower.
 layout(set = 2, binding = 2, scalar) writeonly buffer FullNodes { Node full_nodes[]; };
 
-// Of the curve in maps/curve/curve.glsl.
+// Stores the curve of maps/curve/curve.glsl.
 void store_curve(uint texel) {
     if (PACKED) {
         Node curve[NODES];

@@ -22,7 +22,7 @@ bool caster_touches(View view, Caster caster, out uvec2 low_tile, out uvec2 high
     return true;
 }
 
-// Of the tiles low to high of a finer view those within a tile of the map; false where none is.
+// Cuts the tiles low to high of a finer view down to those within a tile of the map; false where none is.
 bool within_tile(uvec2 tile, uint side, inout uvec2 low, inout uvec2 high) {
     low = max(low, tile * side);
     high = min(high, tile * side + side - 1u);

@@ -44,16 +44,16 @@ const uint SCALES = uint(MOST_SCALE - LEAST_SCALE);
 // By how many blocks each scale has more than the one before, modulo 2³².
 shared uint more[SCALES];
 shared uint sums[THREADS];
-// Of runs of so many threads.
+// Threads per run.
 const uint RUN = 32u, RUNS = (THREADS + RUN - 1u) / RUN;
 shared uint run_sums[RUNS];
 // The greatest scale that fits, behind LEAST_SCALE.
 shared uint greatest;
-// Of a side: which cells a block of a row reaches over; which blocks of a row reach over some of a mask of cells. Whole
-// numbers are slow to divide.
+// Tables per side: which cells a block of a row reaches over; which blocks of a row reach over some of a mask of cells.
+// Whole numbers are slow to divide.
 shared uint cells_of_block[8][8];
 shared uint blocks_of_row[8][16];
-// Of THREADS tiles: which of their blocks meet casters, and as a word of the table the side and the blocks before.
+// For THREADS tiles: which of their blocks meet casters, and as a word of the table the side and the blocks before.
 shared uvec2 used_of_tile[THREADS];
 shared uint word_of_tile[THREADS];
 // Blocks of the tiles up to these.

@@ -17,7 +17,7 @@
 layout(local_size_x_id = ID_WORKGROUP) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
 CONSTANT(uint, THREADS, 128u)
-// Of a map at most. Twin: MOST_SURVEYED in maps::threads.
+// Tiles of a map, at most. Twin: MOST_SURVEYED in maps::threads.
 const uint MOST_TILES = 1024u;
 shared Survey own[MOST_TILES];
 #else
@@ -46,7 +46,7 @@ vec3 share_of_tile(View view, Caster caster) {
     return vec3(min(edge, 8.0), optical_depth / (1.0 + optical_depth), min(area / 64.0 * optical_depth, 1.0));
 }
 
-// Of the cells of a tile from `from` to `to`, those that the caster meets.
+// Those cells of a tile, from `from` to `to`, that the caster meets.
 uint cells_met(View fine, Caster caster, uvec2 tile, uvec2 from, uvec2 to) {
     uint cells = 0u;
     if (fine.projection != VIEW_PARALLEL || caster_is_strand(caster)) {
@@ -58,7 +58,7 @@ uint cells_met(View fine, Caster caster, uvec2 tile, uvec2 from, uvec2 to) {
         }
         return cells;
     }
-    // Of a sphere, what is between is known of rows and of columns.
+    // For a sphere, what lies between is known per row and per column.
     vec2 apart[SURVEY_CELLS];
     [[unroll]] for (uint i = 0u; i < SURVEY_CELLS; ++i) {
         uvec2 cell = tile * SURVEY_CELLS + i;

@@ -3,7 +3,7 @@
 #define MAPS_DETAIL_SURVEY_GLSL
 #extension GL_EXT_scalar_block_layout : require
 
-// Cells a side of a tile in which casters are looked for.
+// Cells per side of a tile in which casters are looked for.
 const uint SURVEY_CELLS = 4u;
 // A length of a texel, and an optical depth of 1 over all of a tile, in whole numbers: sums have no order.
 const float LENGTH_UNITS = 16.0;

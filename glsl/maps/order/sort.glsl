@@ -1,4 +1,4 @@
-// A stable radix sort of 32-bit keys with an index each, eight bits a round, for every map at once: maps/order/count.comp,
+// A stable radix sort of 32-bit keys with an index each, eight bits per round, for every map at once: maps/order/count.comp,
 // maps/order/scan.comp and maps/order/scatter.comp four times over, from the lowest digit to the highest. Twin: maps::order.
 // Keys and indices of map m stand from m · capacity on; a round reads one half of the buffers and writes the other.
 #ifndef MAPS_ORDER_SORT_GLSL
@@ -12,7 +12,7 @@ struct Item {
 
 // set 0: order
 layout(set = 0, binding = 0, scalar) buffer Items { Item items[]; };
-// Of each block of each map, for each digit: how many items; then where the first of them goes.
+// How many items each block of each map has per digit; then where the first of them goes.
 layout(set = 0, binding = 1, scalar) buffer Counts { uint counts[]; };
 // What is left in the end: the indices alone.
 layout(set = 0, binding = 2, scalar) buffer Sorted { uint sorted[]; };

@@ -19,7 +19,7 @@ const uint TEXELS = 64u;
 #else
 const uint TEXELS = 32u;
 #endif
-// Casters that are looked at at the same time, each by one thread a texel; thresholds that are tried at the same time.
+// Casters that are looked at at the same time, each by one thread per texel; thresholds that are tried at the same time.
 // 4; 8 for 16 nodes, which take so many registers that few workgroups have room; 16 where there are very many casters, for the
 // fullest tiles; 1 where threads of a workgroup do not run at the same time anyway.
 layout(local_size_x = TEXELS, local_size_y_id = ID_WORKGROUP) in;
@@ -44,14 +44,14 @@ const float COARSER = 2.5;
 const uint THRESHOLDS = 4u;
 
 // Cell c of texel t at c · TEXELS + t, so that the threads of a subgroup never meet in a bank. By how much more segments take in a cell
-// than in the one before, in units of optical depth; in the end the bits of the optical depth up to the cell's end. One more, which
-// nobody reads.
+// than in the one before, in units of optical depth; in the end the bits of the optical depth up to the cell's end. One more, which is
+// not read.
 shared uint cells[(CELLS + 1) * TEXELS];
 // Bits of non-negative floats, which order as the floats do.
 const uint NEVER = 0x7F800000u;
 shared uint low_bits[TEXELS];
 shared uint high_bits[TEXELS];
-// Of the first segment that lets nothing through, where there is one: where it does so, and where it begins.
+// The first segment that lets nothing through, where there is one: where it does so, and where it begins.
 shared uint dark_bits[TEXELS];
 shared uint dark_from_bits[TEXELS];
 shared uint bound[2];
@@ -146,8 +146,8 @@ void share_reach(TexelRay its, Reach reach) {
     }
 }
 
-// The part of a caster within the cells of a texel, and where it is there. Of the first that lets nothing through, where it begins
-// is noted, and no part is left.
+// The part of a caster within the cells of a texel, and where it is there. For the first caster that lets nothing through, where
+// it begins is noted, and no part is left.
 bool caster_within(TexelRay its, Caster caster, Range range, out vec2 at, out float optical_depth) {
     vec2 z;
     at = vec2(0.0);

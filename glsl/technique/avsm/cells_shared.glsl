@@ -1,4 +1,4 @@
-// The two passes over a tile's casters, of glsl/technique/avsm/cells.comp, for GPUs: casters stand in shared memory, several threads a texel
+// The two passes over a tile's casters, of glsl/technique/avsm/cells.comp, for GPUs: casters stand in shared memory, several threads per texel
 // look at them and add them up.
 // Needs, declared before: what glsl/technique/avsm/cells.comp says. Twin: reference::twin::avsm::cells.
 #ifndef TECHNIQUE_AVSM_CELLS_SHARED_GLSL
@@ -10,7 +10,7 @@
 // threads as casters in a batch then.
 CONSTANT(uint, AHEAD, 1u)
 
-// Of what is known of all texels' segments, this batch and the next: where the last of them begins, and where the first ends, as
+// What is known of all texels' segments, for this batch and the next: where the last of them begins and where the first ends, as
 // low_bits and high_bits; casters of the batch.
 shared uint last_low[2];
 shared uint first_high[2];
@@ -34,7 +34,7 @@ Caster unpack_caster(vec4 ball, uint i) {
     return Caster(ball.xyz, -ball.w, rest.xyz, rest.w);
 }
 
-// Of the ray in a plain sphere: half of its chord, squared; 0 or less where it misses it.
+// Half of the ray's chord in a plain sphere, squared; 0 or less where the ray misses it.
 float half_square(TexelRay its, vec4 ball) {
     vec2 across = ball.xy - its.ray.origin.xy;
     return ball.w - dot(across, across);

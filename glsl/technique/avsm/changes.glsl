@@ -12,7 +12,7 @@ void change_cell(uint cell, uint texel, uint units) {
 #endif
 }
 
-// Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units, `rate` units a cell. It
+// Adds a segment; `at` is where it enters and leaves, in cells, `whole` its optical depth in units, `rate` units per cell. It
 // changes how much is taken from cell to cell in four places, however many it spans. What it takes in all is rounded once. Sums may
 // wrap around on their way.
 void add_segment(uint texel, vec2 at, float whole, float rate) {
@@ -28,7 +28,8 @@ void add_segment(uint texel, vec2 at, float whole, float rate) {
     change_cell(last + 1u, texel, late - even);
 }
 
-// Of one texel: from changes to the optical depth up to the end of each cell, which never falls and ends with what all segments take.
+// One texel: from changes of the optical depth to its sum up to the end of each cell, which never falls and ends with what all
+// segments take.
 void sum_cells(uint texel, float unit) {
     uint sum = 0u, change = 0u;
     for (uint place = texel; place < uint(CELLS) * TEXELS; place += TEXELS) {

@@ -13,7 +13,7 @@
 // How often nodes of odd and of even number take turns; 0: all stay on the curve.
 CONSTANT(int, TURNS, 0)
 
-// Of the way to its neighbours, how far a node moves at most at a time.
+// How far a node moves at a time, at most, as a share of the way to its neighbours.
 const float REACH = 0.5;
 // A line is taken for as long as this, in cells: of a step, which has no length, rounding would decide where its ends go.
 const float STEEP = 0.0625;
@@ -22,7 +22,7 @@ const float DIM = 1e-7;
 // The square of a bend, in optical depth a cell, that says nothing about where it is.
 const float STRAIGHT = 1e-10;
 
-// (depth, value) of node i of texel t, two nodes a word of four floats.
+// (depth, value) of node i of texel t, two nodes per word of four floats.
 vec2 fitted_at(uint i, uint t) {
     vec4 pair = FITTED[i / 2u * TEXELS + t];
     return i % 2u == 0u ? pair.xy : pair.zw;
@@ -37,9 +37,9 @@ void fit_node(uint i, uint t, vec2 node) {
     }
 }
 
-// Of the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to the
-// curve at the ends of cells `from` to `to`, places. An end that the node passes goes over from one of its lines to the other
-// bit by bit, half a cell before to half a cell behind, so that what comes out has no leaps.
+// Sums for the line between a neighbour and a node, (place, value) each, 1 / `per` apart: weights, and weighted distances to
+// the curve at the ends of cells `from` to `to`, places. An end that the node passes goes over from one of its lines to the
+// other bit by bit, half a cell before to half a cell behind, so that what comes out has no leaps.
 vec2 line_sums(uint t, vec2 neighbour, vec2 node, float per, float from, float to) {
     uint first = uint(from), last = uint(to);
     vec2 sums = vec2(0.0);

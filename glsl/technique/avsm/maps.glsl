@@ -1,4 +1,4 @@
-// Passes over the maps of a group, a workgroup a tile of 8×8 texels, the map in z. Twin: technique::avsm::GroupPush.
+// Passes over the maps of a group, a workgroup per tile of 8×8 texels, the map in z. Twin: technique::avsm::GroupPush.
 #ifndef TECHNIQUE_AVSM_MAPS_GLSL
 #define TECHNIQUE_AVSM_MAPS_GLSL
 #include "maps/scene.glsl"
@@ -12,6 +12,6 @@ uint group_tile() {
     return (group_map() * gl_NumWorkGroups.y + gl_WorkGroupID.y) * gl_NumWorkGroups.x + gl_WorkGroupID.x;
 }
 
-// Of the thread, among those of all maps, and of those of the group.
+// The thread's texel among those of all maps, and among those of the group.
 uint group_texel(uint map) { return (map * map_size().y + gl_GlobalInvocationID.y) * map_size().x + gl_GlobalInvocationID.x; }
 #endif

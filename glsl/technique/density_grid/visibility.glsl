@@ -29,7 +29,7 @@ layout(set = GOBO_SET, binding = 7) uniform sampler2D visibility_opaque;
 
 #include "grid/meshes.glsl"
 
-// Voxels a side.
+// Voxels per side.
 CONSTANT(uint, GRID_SIZE, 128u)
 // 0: every voxel on the way. 1: even steps. 2: places by chance.
 CONSTANT(uint, MARCH, 0u)

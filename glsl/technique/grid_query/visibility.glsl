@@ -28,7 +28,7 @@ layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCastBits {
 layout(set = GOBO_SET, binding = 6, scalar) readonly buffer VisibilityCastLists { uint visibility_cast_lists[]; };
 layout(set = GOBO_SET, binding = 7, scalar) readonly buffer VisibilityCasters { Caster visibility_casters[]; };
 
-// Voxels a side.
+// Voxels per side.
 CONSTANT(uint, GRID_SIZE, 64u)
 
 #include "grid/march_casters.glsl"

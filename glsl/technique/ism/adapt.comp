@@ -1,5 +1,5 @@
 #version 460
-// Which points each light takes, a workgroup a light: each cluster that it may see has one, and more the more texels of the map and
+// Which points each light takes, a workgroup per light: each cluster that it may see has one, and more the more texels of the map and
 // the nearer to the viewer it is. Source: Ritschel et al. 2011 (what the view and the light see); the clusters are ours. Inputs:
 // lights, head, clusters. Output: taken. Invariant: whole numbers from the ranks on, so the same points each run; what a light takes
 // of a cluster is the beginning of one order, so that little changes where little moves. Twin: reference::twin::ism::adapt.
@@ -38,7 +38,7 @@ shared uint first_more;
 const uint RANKS = 128u;
 const uint RANK_SHIFT = 20u;
 const uint LOWEST_RANK = 951u;
-// Points a texel, the same way: from 2^-10 on, to four.
+// Points per texel, the same way: from 2^-10 on, to four.
 const uint LOWEST_RATE = 936u;
 const uint RATES = 97u;
 

@@ -44,7 +44,7 @@ void main() {
     precise vec3 middle = 0.5 * (lows[0] + highs[0]);
     vec3 sum = sums[0];
     precise float square = sum.x * sum.x + sum.y * sum.y + sum.z * sum.z;
-    // Of all sides at once: none.
+    // Normals to all sides at once have no mean.
     vec3 mean = square > 1.0 ? sum / sqrt(square) : vec3(0.0);
     barrier();
     precise vec3 off = point.position - middle, lean = normal - mean;

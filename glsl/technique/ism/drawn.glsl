@@ -4,7 +4,7 @@
 #define TECHNIQUE_ISM_DRAWN_GLSL
 #include "technique/ism/map.glsl"
 
-// Of a point: 6 for a quad, 3 for a triangle.
+// Vertices drawn per point: 6 for a quad, 3 for a triangle.
 CONSTANT(uint, DRAWN_VERTICES, 6u)
 // Maps next to each other.
 CONSTANT(uint, COLUMNS, 32u)

@@ -1,5 +1,5 @@
 #version 460
-// A workgroup a light: what technique/ism/tiled.comp does behind the points, on maps that stand in memory. Source: as technique/ism/fill.glsl. Inputs: head,
+// A workgroup per light: what technique/ism/tiled.comp does behind the points, on maps that stand in memory. Source: as technique/ism/fill.glsl. Inputs: head,
 // maps. Output: maps. Twin: reference::twin::ism::fill.
 #include "technique/ism/atlas.glsl"
 

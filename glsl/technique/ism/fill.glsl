@@ -34,8 +34,8 @@ void wide_down(uint thread, uint threads) {
     }
 }
 
-// Of 16, of which more than three quarters have to be found: a hole is a hole with points on all sides, and what is beside a straight
-// edge is none.
+// More than three quarters of 16 neighbours have to be found: a hole has points on all sides, and what is beside a straight edge is
+// no hole.
 const float SURROUNDED = 13.0;
 
 // The mean of what belongs together of four, if that is of weight `least`: what is farther than the nearest by at most a point's width

@@ -5,9 +5,9 @@
 #define TECHNIQUE_ISM_MAP_GLSL
 #include "world/light.glsl"
 
-// Texels a side, a power of two.
+// Texels per side, a power of two.
 CONSTANT(uint, ISM_SIZE, 64u)
-// Maps of half the size each, down to 4 texels a side.
+// Maps of half the size each, down to 4 texels per side.
 CONSTANT(uint, ISM_LEVELS, 5u)
 // Texels of all levels.
 CONSTANT(uint, ISM_TEXELS, 5456u)

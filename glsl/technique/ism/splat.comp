@@ -1,5 +1,5 @@
 #version 460
-// A thread a point: atomic operations on all maps at once. Source: ours. Inputs: lights, points. Outputs: maps, which hold NOTHING;
+// A thread per point: atomic operations on all maps at once. Source: ours. Inputs: lights, points. Outputs: maps, which hold NOTHING;
 // seen. Invariant: as technique/ism/tiled.comp. Twin: reference::twin::ism::splat.
 #include "technique/ism/atlas.glsl"
 

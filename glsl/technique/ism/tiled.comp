@@ -1,7 +1,7 @@
 #version 460
-// A workgroup a light: its map stands in shared memory while its points go through it one after the other, holes are filled there, and
+// A workgroup per light: its map stands in shared memory while its points go through it one after the other, holes are filled there, and
 // each texel is written once. Source: ours. Inputs: lights, points. Outputs: maps, seen. Invariant: a texel holds the nearest point,
-// whoever comes first, so the same bytes each run and as technique/ism/splat.comp. Twin: reference::twin::ism::splat, fill.
+// whichever comes first, so the same bytes each run and as technique/ism/splat.comp. Twin: reference::twin::ism::splat, fill.
 #include "technique/ism/atlas.glsl"
 
 CONSTANT(uint, THREADS, 128u)

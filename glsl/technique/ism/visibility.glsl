@@ -20,7 +20,8 @@ layout(set = GOBO_SET, binding = 2, scalar) readonly buffer VisibilityMaps { uin
 // Texels from a map to the next.
 CONSTANT(uint, ISM_STRIDE, 4096u)
 
-// Of a point of a surface, the normal: light_receiver says it of the next look-up. None of a point in space.
+// The normal of a surface's point, which light_receiver sets for the next look-up; 0 for a point in space. None of a
+// point in space.
 vec3 visibility_normal = vec3(0.0);
 
 // How much nearer to the light than a surface what shadows it has to be, texels: what rounding and the planes of points are off by.
@@ -71,7 +72,8 @@ float light_visibility(uint light, vec3 position) {
         return 1.0;
     }
     float distance = sqrt(square), plane = dot(normal, offset);
-    // What is closed and turns its back on the light shadows itself; of what is open the light's side is asked for.
+    // What is closed and turns its back on the light shadows itself; for what is open, light is asked for on the
+    // light's side.
     if (plane > AWAY * distance) {
         return 0.0;
     }

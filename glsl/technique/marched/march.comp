@@ -1,11 +1,12 @@
 #version 460
 // Marches each texel's ray through the density grid of smoke and hair, and keeps a curve of it: a sample where the transmittance has left what the
-// extinction at the last sample says that it would be, by both thresholds; of more than WORK samples the cheapest goes, and in the end all but
-// NODES do. A workgroup a tile of 8×8 texels, the map in z. Sources: Unreal Engine 5, Heterogeneous Volumes (what is kept); Salvi et al. 2010 (what
-// goes); Amanatides and Woo 1987 (the march); that it ends at voxels' sides, and not at even steps, is ours.
-// Inputs: maps, the grid, its media. Outputs: nodes; counts: of each tile, how many rays meet any. Twin: reference::twin::marched.
-// Invariants: samples stand on what the grid takes; the last has all that it takes, up to an optical depth of DARK; a tile of which no ray meets any has
-// no nodes where TILED is true.
+// extinction at the last sample says that it would be, by both thresholds; where there are more than WORK samples the cheapest is removed, and in the
+// end all but NODES are. A workgroup per tile of 8×8 texels, the map in z. Sources: Unreal Engine 5, Heterogeneous Volumes (what is kept); Salvi et al.
+// 2010 (what goes); Amanatides and Woo 1987 (the march); that it ends at voxels' sides, and not at even steps, is ours.
+// Inputs: maps, the grid, its media. Outputs: nodes; counts: of each tile, how many rays meet any. Twin:
+// reference::twin::marched.
+// Invariants: samples stand on what the grid takes; the last has all that it takes, up to an optical depth of DARK; a tile of which
+// no ray meets any has no nodes where TILED is true.
 #include "maps/scene.glsl"
 #include "grid/media.glsl"
 #include "maps/curve/tiled.glsl"
@@ -23,7 +24,7 @@ layout(set = 2, binding = 1, scalar) writeonly buffer Counts { uint counts[]; };
 #include "maps/curve/curve.glsl"
 #include "maps/curve/store.glsl"
 
-// Voxels a side.
+// Voxels per side.
 CONSTANT(uint, GRID_SIZE, 128u)
 // By how much of the light, and by what share of what is left, a transmittance may be off before a sample is kept.
 CONSTANT(float, ABSOLUTE_ERROR, 0.0)

@@ -1,6 +1,6 @@
-// How much of a ray's optical depth lies before a place, from its moments: of all distributions that have them, the one on fewest places
-// with one at that place says the sharpest bounds (Markov's problem). Its other places are roots of a polynomial; what each weighs is one
-// over a sum of squares, so that no bound leaves 0 to 1 however it is rounded. Twin: reference::twin::moments.
+// How much of a ray's optical depth lies before a place, from its moments: among all distributions that have them, the one on fewest
+// places with one at that place gives the sharpest bounds (Markov's problem). Its other places are roots of a polynomial; what each
+// weighs is one over a sum of squares, so that no bound leaves 0 to 1 however it is rounded. Twin: reference::twin::moments.
 #ifndef TECHNIQUE_MOMENTS_SHARE_GLSL
 #define TECHNIQUE_MOMENTS_SHARE_GLSL
 #include "technique/moments/parts.glsl"
@@ -153,8 +153,8 @@ float moments_share(float means[MOST_MEANS], float place) {
     vec2 here = TRIGONOMETRIC ? cis(0.5 * ARC * place) : vec2(2.0 * place - 1.0, 1.0);
     half_functions(here, c);
     solve(lower, c);
-    // Places of the distribution are at right angles to one another; where rounding makes two of one, they share what they weigh. Of each
-    // its direction, and what is 1 along it.
+    // Places of the distribution are at right angles to one another; where rounding makes two of one, they share what they weigh. Each
+    // has its direction, and what is 1 along it.
     float directions[MOST * MOST], ones[MOST];
     float own = 1.0 / max(square_of(c), LEAST_PIVOT);
     for (uint k = 0u; k <= DEGREE; ++k) {

@@ -1,5 +1,5 @@
 #version 460
-// The optical depth from each cell's middle to each light, through a density grid. WAY_PARTS threads a cell, each a part of the way. Source: Schneider 2023 (Nubis³).
+// The optical depth from each cell's middle to each light, through a density grid. WAY_PARTS threads per cell, each a part of the way. Source: Schneider 2023 (Nubis³).
 // Inputs: lights, the grid, its media. Output: depths, of cells that stand where `place` says. Twin: reference::twin::optical_depth_grid.
 layout(local_size_x = 64) in;
 #include "grid/media.glsl"
@@ -19,14 +19,14 @@ layout(set = 0, binding = 3, scalar) readonly buffer BakeMediaBits { uint visibi
 layout(set = 0, binding = 4, scalar) readonly buffer BakePlace { Grid place; };
 layout(set = 0, binding = 5, scalar) writeonly buffer BakeDepths { float depths[]; };
 
-// Voxels a side of the density grid, and cells.
+// Voxels per side of the density grid, and cells.
 CONSTANT(uint, GRID_SIZE, 64u)
 CONSTANT(uint, CELLS, 64u)
 
 // Threads that share a cell's way, each an equal part of what of it is in the grid: 1, 2, 4 or 8.
 CONSTANT(uint, WAY_PARTS, 1u)
 
-// Of each thread.
+// What each thread's part has taken.
 shared float taken[64];
 
 // Voxels take the same in each direction.

@@ -23,9 +23,9 @@ layout(set = GOBO_SET, binding = 4) uniform sampler2D visibility_opaque;
 
 #include "grid/meshes.glsl"
 
-// Voxels a side of the grid that they were baked from.
+// Voxels per side of the grid that they were baked from.
 CONSTANT(uint, GRID_SIZE, 64u)
-// Cells a side.
+// Cells per side.
 CONSTANT(uint, CELLS, 64u)
 
 // Linear between the middles of eight cells.

@@ -1,8 +1,9 @@
 #version 460
 // Builds the rays of half a tile, ROWS rows of 8 texels after the other, in any order of the casters: adds up their optical depth
-// in the slices and writes what is left of the light behind each slice once. No clear, no blending, no propagation. Of a tile
+// in the slices and writes what is left of the light behind each slice once. No clear, no blending, no propagation. For a tile
 // without casters, one workgroup writes all.
-// Inputs: maps, casters, totals, parts or counts, entries. Output: volume, every texel of it.
+// Inputs: maps, casters, totals, parts or counts, entries. Output: volume, every texel
+// of it.
 // Invariant: sums are of whole numbers, so the result depends only on the casters, not on the order they come in.
 // Source: ours. Twin: reference::twin::psm::fused.
 
@@ -19,7 +20,7 @@ layout(local_size_x_id = ID_WORKGROUP) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
 CONSTANT(uint, THREADS, 256u)
 // Casters that stand in shared memory at the same time, in the view's axes, fewer than THREADS, without those that miss the
-// rows. 0: each is fetched by who looks at it.
+// rows. 0: each is fetched by the thread that looks at it.
 CONSTANT(uint, BATCH, 0u)
 // As many where there are strands, else 0.
 CONSTANT(uint, BATCH_AXES, 0u)
@@ -42,7 +43,7 @@ const uint ROW = 8u, HALF = 4u, TEXELS = ROW * ROWS;
 // Texels of a row that a thread looks at for a caster: the dearer it is to fetch one, the more. Casters that are looked at
 // at the same time.
 const uint SPAN = THREADS == TEXELS ? 8u : BATCH == 0u ? 4u : 1u, SPANS = TEXELS / SPAN, CASTERS = THREADS / SPANS;
-// Runs of slices that are summed at the same time, each by one thread a texel, and slices of a run: whole layers.
+// Runs of slices that are summed at the same time, each by one thread per texel, and slices of a run: whole layers.
 const uint RUNS = THREADS / TEXELS, RUN = (SLICES / 4u + RUNS - 1u) / RUNS * 4u;
 // Fewer casters than these are summed in units that suit any casters. Their sum is wrong by 2⁻¹³ at most, half a unit
 // for each addition: a quarter of a step of a half float.
@@ -50,8 +51,8 @@ const uint MANY = SPLIT ? 128u : 256u;
 
 // Units of optical depth that each slice of each texel takes: sum_place. The first two words are the bound before they are sums.
 shared uint slices[SLICES * TEXELS];
-// The batch: centres, and radii; densities, and where among the slices; axes of strands and Gaussians. Of a plain sphere the square of its
-// radius, and units an optical depth of a length of 1; of others less than 0. How many there are, this time and the next.
+// The batch: centres, and radii; densities, and where among the slices; axes of strands and Gaussians. A plain sphere has the square of
+// its radius, and units per optical depth of a length of 1; others have less than 0. How many there are, this time and the next.
 shared vec4 batch_balls[BATCH + 1u];
 shared vec2 batch_takes[BATCH + 1u];
 shared vec3 batch_axes[BATCH_AXES + 1u];
@@ -68,7 +69,7 @@ void write(uint map, uvec2 texel, uint slice, vec4 transmittance) {
     imageStore(volume, at, ADDITIVE ? 1.0 - transmittance : transmittance);
 }
 
-// Of a caster in the view's axes.
+// The slices of a caster in the view's axes.
 Place place_of(View view, Caster caster) {
     return depth_place(view_depth(view, caster.position.z + 0.5 * caster_axis(caster).z));
 }
@@ -167,7 +168,7 @@ void add_casters(View view, TilePart part, uvec2 corner, bool again, float scale
                     }
                     put_caster(view, corner, rows, view_caster(view, next), scale, turn);
                 } else if (thread == THREADS - 1u) {
-                    // Of the batch before, which is done with; the last thread has no caster of its own.
+                    // The count of the batch before, which is done with; the last thread has no caster of its own.
                     filled[turn + 1u & 1u] = 0u;
                 }
                 barrier();
@@ -254,7 +255,7 @@ void write_run(View view, uint map, uvec2 texel, uint t, uint run, float unit) {
     }
 }
 
-// Where parts are not listed: two workgroups a tile, the second without work where there are no casters.
+// Where parts are not listed: two workgroups per tile, the second without work where there are no casters.
 bool unlisted_part(out TilePart part) {
     uint place = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x, tile = place / 2u, map = gl_WorkGroupID.z;
     uint bin = map * tile_count + min(tile, tile_count - 1u), count = counts[bin];

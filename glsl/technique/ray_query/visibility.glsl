@@ -31,7 +31,8 @@ layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCasters { 
 // Whether there is smoke or hair.
 CONSTANT(bool, MEDIA, false)
 
-// Of the largest coordinate: some thirty times the rounding of a float, since whoever asks has computed the point.
+// Rounding of the point, as a share of its largest coordinate: some thirty times that of a float, since the caller has
+// computed the point.
 const float POINT_ROUNDING = 2e-6;
 
 bool passes_by(Triangle triangle, vec3 position, float rounding) {

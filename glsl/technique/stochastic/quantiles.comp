@@ -1,5 +1,5 @@
 #version 460
-// Samples that are even quantiles of what all casters of a texel's ray leave of the light, moved by one random number a texel: so many of
+// Samples that are even quantiles of what all casters of a texel's ray leave of the light, moved by one random number per texel: so many of
 // them have ended at a depth as light is lost there, to one. Each is found by halving the depths of the texel's casters. Source: ours, of
 // the systematic sampling that is older than all graphics; Enderton et al. 2010 stratify each caster by itself.
 // Inputs: maps, casters, parts, entries. Output: samples. Twin: reference::twin::stochastic::quantiles.

@@ -27,7 +27,7 @@ layout(set = GOBO_SET, binding = 5, scalar) readonly buffer VisibilityCells { ui
 layout(set = GOBO_SET, binding = 6, scalar) readonly buffer VisibilityTriangles { TriangleRows visibility_triangles[]; };
 layout(set = GOBO_SET, binding = 7, scalar) readonly buffer VisibilityMasks { uint visibility_masks[]; };
 
-// Voxels a side.
+// Voxels per side.
 CONSTANT(uint, GRID_SIZE, 256u)
 // What shadows are of: 0: voxels; 1: the cells of their masks; 2: the triangles that are listed in them.
 CONSTANT(uint, CELL, 0u)

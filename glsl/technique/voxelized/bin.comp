@@ -1,5 +1,5 @@
 #version 460
-// Counts the triangles that each bin of columns may meet, or writes them down. One thread a triangle; those that meet many
+// Counts the triangles that each bin of columns may meet, or writes them down. One thread per triangle; those that meet many
 // bins are listed, and in the variants of LARGE a workgroup takes each. Source: ours. Inputs: projected. Outputs: values from
 // `at` on, the list of large ones, entries. Twin: reference::twin::voxelized::columns, which has no bins.
 // The order within a bin is any: what follows does not depend on it.

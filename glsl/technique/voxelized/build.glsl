@@ -1,8 +1,8 @@
 // What the passes of a bake share: buffers, what is pushed, counts. Twins: technique::voxelized::buffers, reference::twin::voxelized.
 //
-// Blocks are squares of columns, `side` voxels wide; of each, `ranges` has the least exit and the greatest entry of its columns:
-// a voxel in front of every exit may be lit, one behind every entry may be shadowed. So a block's nodes that need children lie
-// one behind the other, and which of them a node is follows from prefix sums of their counts: nothing is appended.
+// Blocks are squares of columns, `side` voxels wide; for each, `ranges` has the least exit and the greatest entry of its
+// columns: a voxel in front of every exit may be lit, one behind every entry may be shadowed. So a block's nodes that need
+// children lie one behind the other, and which of them a node is follows from prefix sums of their counts: nothing is appended.
 #ifndef TECHNIQUE_VOXELIZED_BUILD_GLSL
 #define TECHNIQUE_VOXELIZED_BUILD_GLSL
 #extension GL_EXT_scalar_block_layout : require
@@ -23,7 +23,7 @@ layout(push_constant, scalar) uniform BuildPush {
     uint bricks_at;        // and of bricks, in `ranges` too
     uint scan_at;          // the first of the values to scan
     uint scan_count;       // how many
-    uint level;            // 0: leaves (of a scan: bins), 1: bricks, 2: nodes of 16 voxels a side, ...
+    uint level;            // 0: leaves (of a scan: bins), 1: bricks, 2: nodes of 16 voxels per side, ...
     uint level_count;      // levels to plan, from that on
     uint leaf_capacity;    // candidates of a level that there is room for
     uint node_capacity;
@@ -107,7 +107,7 @@ const uint NODE_WORDS = 9u;
 
 uint node_words() { return level == 0u ? LEAF_WORDS : NODE_WORDS; }
 
-// Voxels a side of a node of that level; of a leaf, its thickness.
+// Voxels per side of a node of that level; for a leaf, its thickness.
 uint level_side(uint of_level) { return 4u << of_level; }
 
 // What stands before value i, after a scan of all.

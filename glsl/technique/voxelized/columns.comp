@@ -3,7 +3,7 @@
 // columns, and where each column's shadow begins. A column enters at its nearest surface. If that is the outside of something
 // closed, it leaves where as many faces have been left as entered, so that closed things that overlap are one; between the two
 // voxels are free. With CONSERVATIVE, what touches a column's square in front of that and not its middle shadows it as an open
-// surface. One workgroup a block, one thread a column. Source: Sintorn et al. 2014 (closed objects), Scandolo et al. 2016
+// surface. One workgroup per block, one thread per column. Source: Sintorn et al. 2014 (closed objects), Scandolo et al. 2016
 // (counting faces), after Akenine-Möller and Aila 2005 (squares). Inputs: projected, entries. Outputs: boundaries, ranges, values
 // (nodes of each block), columns.
 // Twin: reference::twin::voxelized::columns. Invariant: entry <= boundary <= exit.
@@ -200,7 +200,7 @@ void main() {
         // so on; each where its z has the most trailing zeros, so that blocks meet at the same ones.
         bool placed = false;
         for (uint turn = 0u; turn < 64u; ++turn) {
-            // What the turn before has read nobody reads any more.
+            // What the turn before has read is not read any more.
             uint now = turn & 1u;
             if (!placed) {
                 atomicMin(first_exit[now], range.y);

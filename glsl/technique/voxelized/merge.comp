@@ -6,7 +6,7 @@ layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"
 #include "technique/voxelized/merge.glsl"
 
-// Of a table that is half full hardly any node tries so many slots.
+// In a table that is half full hardly any node tries so many slots.
 const uint MOST_TRIES = 512u;
 const uint MOST_LOST = 256u;
 

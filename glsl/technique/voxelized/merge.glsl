@@ -1,5 +1,5 @@
 // Equal nodes share a slot of a table: in it stands a kept node's number and 1, or a candidate with the top bit set. The least
-// number of all that are equal wins, so that what is kept does not depend on who came first.
+// number of all that are equal wins, so that what is kept does not depend on which came first.
 #ifndef TECHNIQUE_VOXELIZED_MERGE_GLSL
 #define TECHNIQUE_VOXELIZED_MERGE_GLSL
 

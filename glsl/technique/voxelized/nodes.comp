@@ -1,6 +1,6 @@
 #version 460
 // Nodes: a mask of what each of eight children is, and the numbers of those with children of their own. A brick's children are
-// its eight slices of 8 × 8 voxels, any other node's its octants. One thread a node. Source: Kämpe et al. 2016. Inputs: ranges,
+// its eight slices of 8 × 8 voxels, any other node's its octants. One thread per node. Source: Kämpe et al. 2016. Inputs: ranges,
 // values, slots and table of the level below. Output: candidates, nine words each. Twin: reference::twin::voxelized::node.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"

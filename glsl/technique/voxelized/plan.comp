@@ -1,7 +1,7 @@
 #version 460
-// How many nodes each level of the tile has, and the dispatches over them; none where some level has no room for all. One thread a
-// level. Input: values, sums, after the scan from `at` on. Output: levels. Twin: reference::twin::voxelized.
-// `level` is the first level that is built, level_count how many.
+// How many nodes each level of the tile has, and the dispatches over them; none where some level has no room for all. One thread
+// per level. Input: values, sums, after the scan from `at` on. Output: levels. Twin: reference::twin::voxelized. `level` is the
+// first level that is built, level_count how many.
 layout(local_size_x = 16) in;
 #include "technique/voxelized/build.glsl"
 

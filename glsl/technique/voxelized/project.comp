@@ -10,7 +10,7 @@ layout(local_size_x = 64) in;
 #include "technique/voxelized/moves.glsl"
 #include "world/view.glsl"
 
-// Of a pyramid as deep as 1, where it begins: nothing has a column at its tip.
+// Where a pyramid as deep as 1 begins: nothing has a column at its tip.
 const float NEAREST = 1e-6;
 const uint PLANES = 5u;
 
@@ -22,7 +22,7 @@ const uint MOST_MARKS = 4096u;
 const uint SEEN_WORDS = 10u;
 const uint BOX_WORDS = 4u;
 
-// Of all that is put.
+// The box of everything that is put.
 ivec2 box_low = ivec2(0x7fffffff), box_high = ivec2(-0x7fffffff);
 
 void put(uint at, vec2 columns[3], vec3 depths, vec2 range, uint side) {
@@ -82,7 +82,7 @@ void put_pieces(uint i, vec3 corners[3], float size) {
     for (uint c = 1u; c < count; ++c) {
         range = vec2(min(range.x, polygon[c].z), max(range.y, polygon[c].z));
     }
-    // Of its plane, in which 1 over the depth is linear in the columns.
+    // Slopes of its plane, in which 1 over the depth is linear in the columns.
     precise vec3 b = corners[1] - corners[0], c = corners[2] - corners[0];
     precise float x = b.y * c.z - b.z * c.y, y = b.z * c.x - b.x * c.z, z = b.x * c.y - b.y * c.x;
     precise float away = x * corners[0].x + y * corners[0].y + z * corners[0].z;

@@ -13,7 +13,7 @@ const float SUB_VOXELS = 256.0;
 // Whether the light has a place.
 CONSTANT(bool, PERSPECTIVE, false)
 
-// Columns a side of a bin of triangles.
+// Columns per side of a bin of triangles.
 const uint BIN_COLUMNS = 8u;
 // Bins beyond which a triangle is a workgroup's.
 const uint MANY_BINS = 16u;

@@ -1,5 +1,5 @@
 #version 460
-// What stands in each cell of the first levels, so that look-ups need not go down them. One thread a cell. Source: ours.
+// What stands in each cell of the first levels, so that look-ups need not go down them. One thread per cell. Source: ours.
 // Inputs: trees, data. Output: data from the tree's shortcuts on. Twin: reference::twin::voxelized::shortcuts.
 layout(local_size_x = 64) in;
 #include "technique/voxelized/build.glsl"

@@ -21,7 +21,7 @@ void main() {
         uint here = sums[first + b];
         sums[first + b] = sum;
         sum += here;
-        // More than numbers have room for; of counts that somebody wrote.
+        // More than numbers have room for; of counts that came from elsewhere.
         if (STEP == 0 && sum < here && (level == 0u || failed == 0u)) {
             atomicMax(entries, 0xffffffffu);
             atomicMax(failed, 1u);
@@ -31,7 +31,7 @@ void main() {
         return;
     }
     if (STEP == 0) {
-        // Of level 0 are the bins.
+        // Level 0 counts the bins.
         if (level == 0u) {
             atomicMax(entries, all);
             atomicMax(failed, uint(all > entry_capacity || large > large_capacity || pieces > piece_capacity));

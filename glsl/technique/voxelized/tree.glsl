@@ -9,13 +9,13 @@ const uint LIT = 1u;
 const uint SHADOWED = 2u;
 const uint INTERSECTED = 3u;
 
-// Levels are leaves, bricks, and nodes of up to 65,536 voxels a side: 15.
+// Levels are leaves, bricks, and nodes of up to 65,536 voxels per side: 15.
 // A directional light's voxels are a cube, and a position's offset from the corner, along right, up and forward, is where it is
 // among them. Those of a light with a place are a pyramid whose tip is the light, all columns as many voxels deep; there right and
 // up give columns from the middle one, times the voxel along forward.
 struct Tree {
     vec3 origin;   // the corner of the cube, or the light
-    uint size;     // voxels a side
+    uint size;     // voxels per side
     vec3 right;    // voxels a world unit along x, y and z of the cube; light travels along z
     uint levels;   // the root's, and 1
     vec3 up;
@@ -37,10 +37,10 @@ CONSTANT(uint, HEADER_BITS, 16u)
 CONSTANT(bool, CONSERVATIVE, false)
 
 // Look-ups begin with a cell of a grid, a word each: what kind it is, two bits, and its node, as pointers say it. The grid is as
-// fine as a level of the tree, at most 2^SHORTCUT_BITS cells a side.
+// fine as a level of the tree, at most 2^SHORTCUT_BITS cells per side.
 const uint SHORTCUT_BITS = 4u;
 
-// Of a tree with so many levels; a cell is no leaf.
+// Bits of the shortcut into a tree with so many levels; a cell is no leaf.
 uint shortcut_bits(uint levels) { return min(SHORTCUT_BITS, levels - 2u); }
 
 // Which cell a voxel is in.

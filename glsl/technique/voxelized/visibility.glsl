@@ -10,7 +10,7 @@
 // Columns a side that are asked.
 CONSTANT(uint, PCF, 1u)
 
-// Of the way that keeps a flat surface out of its own shadow, how much a point of it goes.
+// The share of the normal offset, which keeps a flat surface out of its own shadow, that a point on a surface takes.
 CONSTANT(float, NORMAL_BIAS, 1.0)
 
 // Voxels: corners lie on a grid of 256ths, and depths and positions of 65,536 voxels are rounded to 128ths.

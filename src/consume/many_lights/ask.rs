@@ -1,4 +1,4 @@
-//! Who asks for light: each pixel for its lights, or whoever comes next for the next job of a list.
+//! How light is asked for: each pixel asks for its lights, or the next free thread takes the next job of a list.
 
 use super::{ManyLights, ManyLightsPush, Targets};
 use crate::consume::{DitherKind, ShadowsKind, Tiled};

@@ -24,7 +24,7 @@ pub struct FrameData {
 }
 
 impl FrameData {
-    /// Of a perspective camera.
+    /// The frame of a perspective camera.
     pub fn of(camera: &View) -> Self {
         let direction = |x: f64, y: f64| camera.ray(DVec2::new(x, y)).direction;
         let corner = direction(0.0, 0.0);

@@ -1,6 +1,6 @@
 //! Many lights, shaded in tiles: the lights that reach a tile are found once, each pixel asks the technique for those and keeps a
-//! bit a light, and one shader that knows no technique shades with all of them. Sources: Olsson and Assarsson 2011 (tiles);
-//! Pestana 2015 (a bit a light; dithered, blurred and averaged with the last frame). Twin: reference::twin::many_lights.
+//! bit per light, and one shader that knows no technique shades with all of them. Sources: Olsson and Assarsson 2011 (tiles);
+//! Pestana 2015 (a bit per light; dithered, blurred and averaged with the last frame). Twin: reference::twin::many_lights.
 
 mod ask;
 mod frame;
@@ -19,13 +19,13 @@ use crate::{Error, Result};
 use ask::Queue;
 use std::cell::RefCell;
 
-/// Pixels a side of a tile. Twin: TILE.
+/// Pixels per side of a tile. Twin: TILE.
 pub const TILE: u32 = 16;
 
 /// Lights that a tile has room for. Twin: MOST_WORDS.
 pub const MOST_LIGHTS: u32 = 1024;
 
-/// Pixels a side of a workgroup that asks, or looks for where pixels were.
+/// Pixels per side of a workgroup that asks, or looks for where pixels were.
 const BLOCK: u32 = 8;
 
 /// Pixels that the blur reaches on each side.
@@ -46,7 +46,7 @@ push_struct! {
     }
 }
 
-/// What is drawn from and to: of the renderer.
+/// What the renderer draws from and to.
 pub(super) struct Targets<'a> {
     pub context: &'a Context,
     pub lights: &'a Buffer,
@@ -97,7 +97,7 @@ struct Kept {
     asked: Option<(Folder, Constants)>,
 }
 
-/// Words of a pixel: a bit a light, one word at least.
+/// Words of a pixel: a bit per light, one word at least.
 pub fn words(lights: u32) -> u32 {
     lights.div_ceil(32).max(1)
 }
@@ -144,7 +144,7 @@ impl ManyLights {
         };
         let frame = set::ManyLightsFrame { lights: targets.lights, frames: &frames, masks: &masks, shadows: &shadows };
         let frame = frame.bind(context, "many_lights.frame")?;
-        // Without a history nobody reads what stands in its place.
+        // Without a history what stands in its place is not read.
         let [shadows_before, geometry_before, sources] = before.clone().unwrap_or([(); 3].map(|()| masks.clone()));
         let seen = set::ManyLightsSeen {
             geometry: &geometry,
@@ -186,7 +186,7 @@ impl ManyLights {
         })
     }
 
-    /// Of all that stands between the G-buffer and the picture.
+    /// Bytes of all buffers between the G-buffer and the picture.
     pub(super) fn bytes(&self) -> u64 {
         let history = self.history.iter().flat_map(|h| [&h.shadows, &h.geometry, &h.sources]);
         let buffers = [&self.masks, &self.shadows, &self.geometry].into_iter().chain(history);
@@ -286,7 +286,7 @@ impl History {
     }
 }
 
-/// What the last frame left on the device, for whoever holds it against its twin.
+/// What the last frame left on the device, to compare with its twin.
 pub struct TilesSeen {
     /// Words of lights that reach each tile, tiles row by row.
     pub masks: Vec<u32>,

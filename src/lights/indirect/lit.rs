@@ -49,7 +49,7 @@ pub fn lit_by_vpls(context: &Context, scene: &Scene, count: u32) -> Result<Scene
     vpls.make(&world)?;
     let lights = vpls.read()?;
     if lights.iter().all(|light| light.radiance == [0.0; 3]) {
-        let cause = "none of its lights reaches a mesh that sends any of it back";
+        let cause = "none of its lights reaches a mesh that reflects any of it";
         return Err(Error::input(scene.name.clone(), cause, "use another scene"));
     }
     let name = format!("{}-{count}-vpls", scene.name);

@@ -17,17 +17,17 @@ use glam::DVec3;
 use lit::check_has_meshes;
 use passes::Kernels;
 
-/// Texels a side of a map, at most: 64 for each of 1,024 lights where there is one map.
+/// Texels per side of a map, at most: 64 for each of 1,024 lights where there is one map.
 const MOST_SIDE_BITS: u32 = 8;
 
-/// And at least: of the 6,144 maps of 1,024 point lights.
+/// And at least so many: for the 6,144 maps of 1,024 point lights.
 const LEAST_SIDE_BITS: u32 = 4;
 
 /// Texels of all maps, at most, as far as the least side leaves it: 64 maps are of the largest size. More would make no light
 /// stand elsewhere than by a part of its own patch.
 const MOST_TEXELS: u64 = 1 << 22;
 
-/// Texels a side of each of so many maps, as a power of 2.
+/// Texels per side of each of so many maps, as a power of 2.
 fn side_bits(maps: u32) -> u32 {
     let fits = |bits: &u32| u64::from(maps) << (2 * bits) <= MOST_TEXELS;
     (LEAST_SIDE_BITS..=MOST_SIDE_BITS).rev().find(fits).unwrap_or(LEAST_SIDE_BITS)
@@ -87,7 +87,7 @@ impl Vpls {
         Ok(Self { context, count, side_bits, maps, seen, fluxes, greatest, sums, starts, picks, lights, kernels })
     }
 
-    /// Records all passes: of the world as it is now, and nothing is read back between them.
+    /// Records all passes: they build the world as it is now, and nothing is read back between them.
     ///
     /// # Errors
     /// [`crate::Error::Input`] where the world has other lights than at first.
@@ -150,15 +150,15 @@ pub fn light_of(data: &LightData) -> Light {
     Light { kind, radiance: data.radiance, radius: f64::INFINITY }
 }
 
-/// What the passes left on the device, for whoever holds it against its twin.
+/// What the passes left on the device, to compare with its twin.
 pub struct VplsSeen {
     /// As the lights' views were fitted.
     pub maps: Vec<Map>,
-    /// Texels a side of a map, as a power of 2.
+    /// Texels per side of a map, as a power of 2.
     pub side_bits: u32,
-    /// Of each texel of the maps, one map after the other, each row by row, the triangle and 1, or 0.
+    /// Per texel of the maps, one map after the other, each row by row, the triangle and 1, or 0.
     pub triangles: Vec<u32>,
-    /// Of each of them, luminance of its flux.
+    /// Luminance of the flux of each of them.
     pub fluxes: Vec<f32>,
     /// The greatest of them, as bits.
     pub greatest: u32,
@@ -166,7 +166,7 @@ pub struct VplsSeen {
     pub sums: Vec<u32>,
     /// Units before each row and of all, the lower word first.
     pub starts: Vec<[u32; 2]>,
-    /// Of each light, its texel; [`u32::MAX`] where there is no flux.
+    /// Per light, its texel; [`u32::MAX`] where there is no flux.
     pub picks: Vec<u32>,
     /// The lights.
     pub lights: Vec<LightData>,
@@ -199,7 +199,7 @@ impl Vpls {
         })
     }
 
-    /// Draws lights of other fluxes than the maps', for whoever holds the drawing against its twin: as many as there are texels.
+    /// Draws lights of other fluxes than the maps', to compare the drawing with its twin: as many as there are texels.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where the device is lost.

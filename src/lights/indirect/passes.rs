@@ -73,7 +73,7 @@ impl Vpls {
         self.maps.count() << (2 * self.side_bits)
     }
 
-    /// Of all maps.
+    /// Rows of all maps.
     fn rows(&self) -> u32 {
         self.maps.count() << self.side_bits
     }

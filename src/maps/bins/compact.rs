@@ -75,7 +75,7 @@ impl Compact {
         commands.pass("bins.compact", |pass| pass.dispatch(&self.compact, &push, blocks));
     }
 
-    /// Of all its buffers.
+    /// Bytes of all its buffers.
     pub fn bytes(&self) -> u64 {
         [&self.drawn, &self.draws, &self.marks, &self.blocks].into_iter().map(Buffer::bytes).sum()
     }

@@ -21,7 +21,7 @@ use crate::world::World;
 use crate::{Error, Less, Result, WayOut};
 use std::collections::BTreeMap;
 
-/// Texels a side of a tile. Twin: TILE_TEXELS in glsl/maps/bins/tiles.glsl.
+/// Texels per side of a tile. Twin: TILE_TEXELS in glsl/maps/bins/tiles.glsl.
 pub const TILE_TEXELS: u32 = 8;
 
 /// Workgroups of listed parts, across. Twin: BIN_GROUPS_X in glsl/maps/bins/totals.glsl.
@@ -50,11 +50,11 @@ push_struct! {
     /// Twin: BinPush in glsl/maps/bins/tiles.glsl.
     pub(super) struct BinPush {
         caster_count: u32,
-        /// Of the entries.
+        /// How many entries there is room for.
         capacity: u32,
         /// Not 0: entries of each tile.
         room: u32,
-        /// Of casters that are in some tile.
+        /// Marks casters that are in some tile.
         mark: u32,
         map_count: u32,
     }
@@ -108,7 +108,7 @@ struct Lists {
     lists_parts: bool,
     /// Those of the fullest tiles first, by one workgroup.
     fullest_first: bool,
-    /// Workgroups a tile or block with casters.
+    /// Workgroups per tile or block with casters.
     parts_a_block: u32,
     /// What `totals` held after the last build.
     last: Option<BinTotals>,

@@ -42,7 +42,7 @@ const MOST_TURNS: u64 = 16;
 pub(in crate::maps) struct Surveying {
     /// A workgroup adds up by itself before it adds to the tiles.
     pub tallies: bool,
-    /// Of a workgroup.
+    /// Threads per workgroup.
     pub threads: u32,
     /// Workgroups, at most.
     most_groups: u64,
@@ -70,12 +70,12 @@ pub(in crate::maps) struct Threads {
     /// That share a caster.
     lanes: u32,
     tally: u32,
-    /// Of a pass of one workgroup.
+    /// Threads of a pass that is one workgroup.
     lone: u32,
 }
 
 impl Threads {
-    /// Of maps of so many bins each: tiles, or with detail blocks.
+    /// Threads for maps of so many bins each: tiles, or blocks of detail.
     pub fn new(context: &Context, world: &World, what: Use, bins_a_map: u32, map_count: u32) -> Self {
         let (software, most) = (context.features().is_software(), context.features().max_compute_workgroup_threads);
         let tallies =
@@ -101,7 +101,7 @@ impl Threads {
         Self { tallies, fullest_first, casters_a_group, surveying, lanes, tally, lone }
     }
 
-    /// Of the shaders that count, place and scatter, and of those in glsl/maps/detail.
+    /// Constants of the shaders that count, place and scatter, and of those in glsl/maps/detail.
     pub fn constants(&self) -> Constants {
         Constants::new()
             .set(TILE_LANES, self.lanes)

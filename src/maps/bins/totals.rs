@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct BinTotals {
-    /// Of all tiles, modulo 2³².
+    /// Entries of all tiles, modulo 2³².
     pub entries: u32,
     /// How often they have passed that.
     pub entries_high: u32,
@@ -37,12 +37,12 @@ impl BinTotals {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct TilePart {
-    /// Of its map, row after row.
+    /// The tile's place in its map, row after row.
     pub tile: u32,
     /// Which of the maps · 256 + which part of the tile.
     pub map_part: u32,
     /// The first of the tile's entries.
     pub first: u32,
-    /// Of them, as far as there is room for them.
+    /// How many of them there are, as far as there is room.
     pub count: u32,
 }

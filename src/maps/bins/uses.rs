@@ -7,7 +7,7 @@ pub enum Entries {
     None,
     /// Each with the depth that it is sorted by.
     Sorted,
-    /// Each with the optical depth that it takes of any ray at most, for who adds them up in any order.
+    /// Each with the optical depth that it takes of any ray at most, for adding them up in any order.
     Summed,
 }
 
@@ -20,7 +20,7 @@ pub struct Use {
     pub skip: bool,
     /// Texels around a tile from which look-ups read it.
     pub reach: u32,
-    /// Workgroups a tile in [`crate::maps::Bins::per_part`]: of one with casters, of one without.
+    /// Workgroups per tile in [`crate::maps::Bins::per_part`]: for a tile with casters, and for one without.
     pub parts: [u32; 2],
     /// Whether a texel stands for all of its square, and not only for the ray through its centre.
     pub area: bool,

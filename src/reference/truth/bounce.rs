@@ -14,10 +14,10 @@ use std::f64::consts::TAU;
 
 /// A picture in indirect light alone.
 pub struct Bounce {
-    /// Of all directions.
+    /// The picture from all directions.
     pub picture: Picture,
-    /// Of the first half of them and of the second, which know nothing of each other: half of what these differ by is the
-    /// standard error of the picture.
+    /// Pictures from the first half of the directions and from the second, which are independent: half of their
+    /// difference is the standard error of the picture.
     pub halves: [Picture; 2],
 }
 
@@ -183,8 +183,8 @@ mod tests {
         (squares.sum::<f64>() / a.pixels.len() as f64 / 3.0).sqrt()
     }
 
-    /// Of a scene whose surfaces light and shadow each other, the picture under thousands of virtual lights is the bounce's, but
-    /// for what is near to them; and what fewer directions are wrong by is the noise that they state.
+    /// Where surfaces light and shadow each other, the picture under thousands of virtual lights is the bounce's, except near
+    /// them; and what fewer directions are wrong by is the noise that they state.
     #[test]
     fn virtual_lights_converge_to_the_bounce() {
         let scene = corner();

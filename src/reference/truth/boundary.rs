@@ -174,7 +174,7 @@ mod tests {
         scene
     }
 
-    /// Of the scene's light, 64 texels across.
+    /// The resolution of the scene's light, 64 texels across.
     fn resolution(scene: &Scene, reach_texels: f64, depth: f64) -> (Resolution, f64) {
         let view = View::opaques(scene, 64)[0];
         (Resolution { view, reach_texels, depth, ..Resolution::exact(view) }, 2.0 / (f64::from(view.scale_x) * 64.0))

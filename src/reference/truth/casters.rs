@@ -8,7 +8,7 @@ use super::true_curve::{Smooth, TrueCurve};
 use crate::scene::{Caster, Projection, REACH, Ray, Scene, View};
 use glam::DVec3;
 
-/// Cells a side of the grid over a map's view, or fewer. It only finds candidates: any number gives the same answers.
+/// Cells per side of the grid over a map's view, or fewer. It only finds candidates: any number gives the same answers.
 const CELLS: u32 = 192;
 
 /// Casters in all cells of a grid: where more would be, there are fewer cells. Large casters are in all of them.
@@ -24,7 +24,7 @@ pub struct Casters<'a> {
     pub(in crate::reference) all: Vec<Caster>,
     /// The meshes.
     pub meshes: Meshes,
-    /// Of each map of each light; none where there is nothing to find.
+    /// Per map of each light; none where there is nothing to find.
     maps: Vec<(View, Grid)>,
 }
 
@@ -57,7 +57,7 @@ impl<'a> Casters<'a> {
         if view.projection() == Projection::Perspective && z <= 0.0 { &[] } else { grid.at(texel) }
     }
 
-    /// Optical depth of the casters between light `light` and `position`; of a strand at that very depth too.
+    /// Optical depth of the casters between light `light` and `position`; a strand counts at that very depth too.
     pub fn optical_depth(&self, light: usize, position: DVec3) -> f64 {
         let map = self.scene.first_map(light) + self.scene.lights[light].map_at(position.as_vec3().into());
         let Some((view, _)) = self.maps.get(map) else { return 0.0 };
@@ -118,7 +118,7 @@ impl<'a> Casters<'a> {
         [from_light, first * length]
     }
 
-    /// Whether `position` is inside a closed or solid mesh, and light `light` is not: its light is asked for by nobody.
+    /// Whether `position` is inside a closed or solid mesh, and light `light` is not: light is not asked for there.
     pub fn inside(&self, light: usize, position: DVec3) -> bool {
         let (direction, distance) = self.to_light(light, position);
         self.meshes.inside(position, direction, distance)

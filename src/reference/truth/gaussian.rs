@@ -1,4 +1,4 @@
-//! What a ray has of an anisotropic Gaussian, in f64, with all of its tails: of a Gaussian's optical depth up to a place the error function.
+//! What a ray has of an anisotropic Gaussian, in f64, with all of its tails: a Gaussian's optical depth up to a place is the error function.
 //! Source: the integral of a Gaussian along a line, which is a Gaussian in its place.
 
 use crate::scene::{Caster, REACH, Ray, Shape};
@@ -26,7 +26,7 @@ pub(super) fn missed(ray: &Ray, caster: &Caster) -> bool {
     offset.length_squared() - offset.dot(ray.direction).powi(2) / square > 1.001 * radius * radius
 }
 
-/// Of a caster that is a Gaussian.
+/// A ray through a caster that is a Gaussian.
 pub(crate) fn along(ray: &Ray, caster: &Caster) -> Along {
     let shape = Shape::of(caster);
     let (v, q) = (shape.whitened(ray.direction), shape.whitened(caster.start() - ray.origin));
@@ -47,7 +47,7 @@ impl Along {
         self.whole(ray, caster) * (place(to) - place(from)).max(0.0)
     }
 
-    /// Of all of the ray.
+    /// Optical depth over the whole ray.
     pub fn whole(&self, ray: &Ray, caster: &Caster) -> f64 {
         let length = (2.0 * PI).sqrt() * self.deviation * ray.direction.length();
         f64::from(caster.density) * length * (-0.5 * self.square).exp()

@@ -33,7 +33,7 @@ pub fn limit_mean_abs(casters: &Casters, views: &[View], truths: &[MapTruth], no
 
 /// Steps that [`limit_mean_abs`] would take for a texel of that many segments: spans between vertices, each over samples.
 pub fn limit_steps(segments: u64) -> f64 {
-    // Two vertices a segment, and a third of the samples between two of them.
+    // Two vertices per segment, and a third of the samples between two of them.
     let vertices = 2.0 * segments as f64;
     vertices * vertices / 2.0 * (DEPTHS as f64 / 3.0)
 }

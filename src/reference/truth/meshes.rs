@@ -17,11 +17,11 @@ pub struct Hit {
     pub normal: DVec3,
     /// Whether it belongs to a closed thing.
     pub closed: bool,
-    /// Of the mesh.
+    /// The mesh's albedo.
     pub albedo: [f32; 3],
 }
 
-/// Of a mesh.
+/// A triangle of a mesh.
 pub(super) struct Triangle {
     pub corners: [DVec3; 3],
     albedo: [f32; 3],
@@ -71,7 +71,7 @@ pub struct Meshes {
     closed: bool,
     /// The largest coordinate, either sign, world units.
     pub(super) extent: f64,
-    /// Of the box about all of them, world units.
+    /// The diagonal of the box about all of them, world units.
     pub(super) diagonal: f64,
     /// Nearest distance that counts as a hit, world units: a surface does not shadow itself.
     pub epsilon: f64,
@@ -165,7 +165,7 @@ impl Meshes {
     }
 }
 
-/// A ray as far as somebody asks.
+/// A ray as far as it is asked about.
 struct Way {
     origin: DVec3,
     direction: DVec3,
@@ -224,8 +224,9 @@ fn intersect(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f
     (u >= 0.0 && v >= 0.0 && u + v <= 1.0).then_some(distance)
 }
 
-/// Where the ray's line crosses the triangle, and whether it comes out of its back: the normal looks along the ray. Of all
-/// triangles around an edge or a corner that the line meets, it crosses those that one beside it would, always the same one.
+/// Where the ray's line crosses the triangle, and whether it comes out of its back: the normal looks along the ray. Where
+/// several triangles meet in an edge or a corner on the line, it crosses the ones that a line beside it would, always the
+/// same.
 ///
 /// Woop et al. 2013, Watertight ray/triangle intersection, section 3, with ties as Edelsbrunner and Mücke 1990, Simulation of
 /// simplicity.

@@ -15,7 +15,7 @@ const STRAND_ALBEDO: DVec3 = DVec3::new(0.70, 0.42, 0.20);
 /// Twin: AMBIENT.
 const AMBIENT: DVec3 = DVec3::new(0.10, 0.12, 0.15);
 
-/// Pixels a side of a grid cell, which only finds candidates.
+/// Pixels per side of a grid cell, which only finds candidates.
 const CELL_PIXELS: u32 = 8;
 
 /// Renders `scene` as `camera` sees it. Casters are blended from far to near by the z of their middles, as the

@@ -273,8 +273,8 @@ mod tests {
         assert!(above.len() == 4000 && above.iter().all(|p| p[2] >= 1.0));
     }
 
-    /// Of a lamp that ends: points in space are in reach and as many as are wanted, however little of the bounds that is; those
-    /// of a map go from its range's begin as far as the lamp does, and there are none where it ends before.
+    /// A lamp that ends: points in space are in reach and as many as are wanted, however little of the bounds that is; a map's
+    /// points go from the begin of its range as far as the lamp does, and there are none where it ends before.
     #[test]
     fn nobody_asks_beyond_a_light() {
         let mut scene = on_the_axis(&[]);

@@ -6,7 +6,7 @@ use bvh::aabb::{Aabb, IntersectsAabb};
 use glam::{DVec2, DVec3};
 
 /// What is left of a square counts as nothing below this, texels²: edges that triangles share leave so much by rounding. A corner
-/// is rounded to 2⁻⁵² of its distance from the view's origin, which is 10⁻¹¹ texels in a view of 65,536 texels a side; and a square
+/// is rounded to 2⁻⁵² of its distance from the view's origin, which is 10⁻¹¹ texels in a view of 65,536 texels per side; and a square
 /// is some texels wide.
 const NOTHING: f64 = 1e-9;
 
@@ -48,7 +48,7 @@ impl IntersectsAabb<f64, 3> for Shaft {
 /// A box about a point, in the directions of a light's view: so many texels to either side, and so far along z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Neighbourhood<'a> {
-    /// Of the light.
+    /// The light's view.
     pub view: &'a View,
     /// Its middle.
     pub position: DVec3,

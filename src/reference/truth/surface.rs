@@ -39,8 +39,8 @@ impl SurfacePoint {
 }
 
 /// `count` low-discrepancy points or fewer that light `light` shines on: half of them through the picture's pixels, as far as they
-/// show a mesh; the others on all meshes, by area. Of a light that ends as many pixels are tried as it takes. None inside a closed
-/// mesh, as [`Casters::inside`]. The same for the same scene. None without meshes.
+/// show a mesh; the others on all meshes, by area. For a light that ends, as many pixels are tried as it takes. None inside a
+/// closed mesh, as [`Casters::inside`]. The same for the same scene. None without meshes.
 pub fn surface_points(
     casters: &Casters,
     scene: &Scene,
@@ -170,8 +170,8 @@ mod tests {
         assert!(points.iter().all(|p| !p.looks_away(&lamp) && p.asked(&lamp) != [0.0; 3]));
     }
 
-    /// Of two cubes, one of them inside out, that stand in each other and in a solid ground, all sides have points, whether
-    /// they see the light or not; but none lies in the other cube or under the ground, nor on the ground in a cube.
+    /// Two cubes, one of them inside out, stand in each other and in solid ground: all sides have points, whether they see
+    /// the light or not; but none lies in the other cube or under the ground, nor on the ground in a cube.
     #[test]
     fn none_are_inside_another() {
         let mut scene = on_the_axis(&[]);

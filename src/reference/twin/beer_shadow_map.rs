@@ -11,7 +11,7 @@ pub struct Texel {
     pub one_minus_front: f32,
     /// Depth of the farthest exit; 0 where nothing is.
     pub back: f32,
-    /// Of the whole ray.
+    /// Optical depth of the whole ray.
     pub optical_depth: f32,
 }
 
@@ -38,14 +38,15 @@ impl Texel {
     }
 }
 
-/// Of casters that are drawn and blended, before the storage rounds. Twin: blend.frag, and what is blended from it.
+/// A texel of casters that are drawn and blended, before the storage rounds. Twin: blend.frag, and what is blended from
+/// it.
 pub fn blend(view: &View, texel: [u32; 2], casters: &[Caster]) -> Texel {
     let segments = casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0);
     segments.fold(Texel::default(), |texel, s| texel.with(s, s.optical_depth))
 }
 
-/// Of a tile's casters, with a sum of whole numbers; `bound` is [`super::sums::bound`] of the casters of the texel's tile.
-/// Twin: collect.comp.
+/// A texel of a tile's casters, with a sum of whole numbers; `bound` is [`super::sums::bound`] of the casters of the
+/// texel's tile. Twin: collect.comp.
 pub fn collect(view: &View, texel: [u32; 2], casters: &[Caster], bound: u64) -> Texel {
     let (scale, mut units, mut kept) = (scale(bound), 0u32, Texel::default());
     for segment in casters.iter().filter_map(|c| texel_segment(view, texel, c)).filter(|s| s.optical_depth > 0.0) {

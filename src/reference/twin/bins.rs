@@ -5,7 +5,7 @@ use crate::scene::{Caster, FARTHEST, Projection, View};
 use glam::{IVec2, Vec2, Vec3};
 use std::cmp::Ordering;
 
-/// Texels a side of a tile. Twin: TILE_TEXELS.
+/// Texels per side of a tile. Twin: TILE_TEXELS.
 pub const TILE_TEXELS: u32 = 8;
 
 /// The order of casters by what they are, wherever they are listed. Twin: caster_after in glsl/world/caster.glsl.

@@ -17,7 +17,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Of the voxels that are occupied.
+    /// Cells of the occupied voxels.
     pub fn new(bits: &Bits, size: u32) -> Self {
         let places = |side: u32| (0..side.pow(3)).map(move |i| [i % side, i / side % side, i / (side * side)]);
         let mut levels = vec![places(size).map(|voxel| u32::from(bits.has(0, voxel))).collect::<Vec<_>>()];
@@ -34,7 +34,7 @@ impl Cells {
         Self { size, levels }
     }
 
-    /// What the device keeps: all from 8 voxels a side on.
+    /// What the device keeps: all from 8 voxels per side on.
     pub fn counts(&self) -> Vec<u32> {
         self.levels.iter().skip(3).flatten().copied().collect()
     }

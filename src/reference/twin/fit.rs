@@ -19,7 +19,7 @@ const ROUNDING: f32 = 5e-7;
 const THINNEST: f32 = 1e-3;
 
 impl Range {
-    /// Of nothing.
+    /// A range of nothing.
     pub const NONE: Self = Self { low: Vec3::INFINITY, high: Vec3::NEG_INFINITY };
 
     fn include(&mut self, centre: Vec3, radius: f32) {
@@ -48,7 +48,7 @@ fn sees(view: &View, centre: Vec3, radius: f32) -> bool {
 pub fn bounds([view, opaque_view]: [&View; 2], casters: &[Caster], vertices: &[[f32; 3]]) -> [Range; 2] {
     let (mut translucent, mut opaque) = (Range::NONE, Range::NONE);
     let see_all = view.projection() == Projection::Parallel || casters.iter().any(Caster::is_strand);
-    // Of radius 0 are those behind a count that only the device knows.
+    // Casters of radius 0 stand behind a count that only the device knows.
     for caster in casters.iter().filter(|caster| caster.radius != 0.0) {
         let start = Vec3::from(caster.position);
         let centre = axes(view, start);

@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 /// What a pixel sees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
-    /// Of unit length; outwards where there is an outside.
+    /// Unit length; outwards where there is an outside.
     pub normal: Vec3,
     /// Along the camera's axis, world units.
     pub z: f32,

@@ -22,8 +22,8 @@ pub fn keys(half: Vec3, light: &View, casters: &[Caster]) -> Vec<f32> {
     casters.iter().map(|caster| middle(caster).dot(half)).collect()
 }
 
-/// Where a texel's ray meets the first mesh, as a depth in the volume view's range, infinite where it meets none; of the depths of the map that
-/// `opaque` sees. Twin: mesh_depth.
+/// Where a texel's ray meets the first mesh, as a depth in the volume view's range, infinite where it meets none; found from the depths of the
+/// map that `opaque` sees. Twin: mesh_depth.
 pub fn mesh_depth(view: &View, opaque: &View, depths: &[f32], texel: [u32; 2]) -> f32 {
     let (origin, direction) = ray(view, Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5);
     let (at, _) = opaque.project((origin + direction).as_dvec3());
@@ -52,7 +52,7 @@ pub fn light<'a>(view: &View, texel: [u32; 2], end: f32, casters: impl IntoItera
 pub struct Slices {
     /// Rows of texels of each.
     pub buffers: Vec<Vec<f32>>,
-    /// Of each caster.
+    /// Per caster.
     pub slice: Vec<usize>,
     /// Casters as slices have them.
     pub order: Vec<u32>,

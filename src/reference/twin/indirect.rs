@@ -168,8 +168,8 @@ mod tests {
         }
     }
 
-    /// Of two maps of equal flux each has half of the lights, and of their rows each has its share; one texel with all flux has all
-    /// lights, and none has none.
+    /// Two maps of equal flux have half of the lights each, and each of their rows has its share; one texel with all flux has all
+    /// lights, and no flux has none.
     #[test]
     fn lights_are_drawn_by_flux() {
         let picks = draw(&[1.5; 512], 4, 128);

@@ -40,7 +40,7 @@ fn add(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [0, 1, 2].map(|i| a[i] + b[i])
 }
 
-/// Of four pixels that begin 3, 2, 1 or 0 before one, how near they are about it. Twin: NEARNESS.
+/// How near four pixels are about a pixel, where they begin 3, 2, 1 or 0 before it. Twin: NEARNESS.
 const NEARNESS: [usize; 4] = [0, 2, 3, 1];
 
 /// What arrives at each pixel from all lights, but for the rounding of a division; nothing in the sky. `geometry`: z, as bits, and
@@ -62,7 +62,7 @@ pub fn gather(frame: &Frame, geometry: &[[u32; 2]], estimates: &[[f32; 3]], ligh
             (0..16).map(|j| [first[0] + j % 4, first[1] + j / 4]).filter(like).collect()
         };
         let key = |place: &[usize; 2]| 8 * window(*place).len() + NEARNESS[place[0]] + NEARNESS[place[1]];
-        // Of equal ones the first: max_by_key takes the last.
+        // The first of equal ones: max_by_key takes the last, so the order is reversed.
         let places = (0..16).map(|j| [j % 4, j / 4]).rev();
         let chosen = places.max_by_key(key).map(window).unwrap_or_default();
         let (mut sum, mut asked) = ([0.0; 3], 0);
@@ -153,7 +153,7 @@ mod tests {
         let frame = frame();
         let facings = [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]];
         let normals = facings.map(pack_normal);
-        // Of one normal none lie side by side; farther away they are far behind each other.
+        // No two pixels side by side share a normal; those farther apart are far behind each other.
         let alone = |i: u32| {
             let [x, y] = [i % 23, i / 23];
             let z = 1.0 + 0.9 * (x % 4 + 4 * (y % 4)) as f32;

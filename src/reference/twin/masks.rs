@@ -14,7 +14,7 @@ pub struct Masks {
 }
 
 impl Masks {
-    /// Of triangles whose corners are in voxels, and the voxels that they meet.
+    /// Masks of triangles whose corners are in voxels, and the voxels that they meet.
     pub fn new(bits: &Bits, triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> Self {
         let cells = triangles.map(|t| t.map(|corner| corner.map(|c| SIDE as f32 * c)));
         let mut fine = Bits::voxelize_cells(cells, SIDE * size, SIDE);

@@ -154,7 +154,7 @@ pub struct Media {
 }
 
 impl Media {
-    /// Of casters in a grid that stands there. Twin: glsl/grid/deposit.comp.
+    /// Media of casters in a grid that stands there. Twin: glsl/grid/deposit.comp.
     pub fn deposit(casters: &[Caster], place: &Place) -> Self {
         let size = place.size;
         let mut media = Self { voxels: vec![0; size.pow(3) as usize], bits: Bits::none(size) };

@@ -115,7 +115,7 @@ impl Problem<'_> {
         all
     }
 
-    /// Of the circle: twice the order of function i, and whether it is a sine.
+    /// A function on the circle: twice the order of function i, and whether it is a sine.
     fn function(&self, i: usize) -> (usize, usize) {
         match self.degree % 2 {
             1 => (1 + 2 * (i / 2), i % 2),

@@ -6,11 +6,11 @@ use super::soft::way;
 use crate::scene::Light;
 use std::array::from_fn;
 
-/// Of one light.
+/// The optical depths of one light.
 pub struct OpticalDepths {
     /// Where the density grid stands.
     pub place: Place,
-    /// Cells a side.
+    /// Cells per side.
     pub cells: u32,
     /// Layers of rows.
     pub depths: Vec<f32>,

@@ -14,8 +14,8 @@ pub fn float_of_order(order: u32) -> f32 {
     f32::from_bits(if order >> 31 == 1 { order & 0x7FFF_FFFF } else { !order })
 }
 
-/// The z at which each caster begins in a map's view; of a strand that of its nearer end. Near the order of entry depths
-/// in each texel, which a drawing order cannot match in all texels at once. Twin: glsl/maps/order/keys.comp.
+/// The z at which each caster begins in a map's view; for a strand that of its nearer end. Near the order of entry
+/// depths in each texel, which a drawing order cannot match in all texels at once. Twin: glsl/maps/order/keys.comp.
 pub fn keys(view: &View, casters: &[Caster]) -> Vec<f32> {
     let forward = Vec3::from(view.forward);
     let key = |caster: &Caster| {

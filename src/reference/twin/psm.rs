@@ -21,7 +21,7 @@ pub struct Slices {
 pub struct Place {
     /// The first of them.
     pub slice: usize,
-    /// Of the optical depth, that the next one takes.
+    /// The share of the optical depth that the next slice takes.
     pub share: f32,
 }
 

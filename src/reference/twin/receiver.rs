@@ -36,7 +36,8 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// Of a point as it is looked up; `normal` is 0 in space. Twin: opaque_compared.
+    /// The receiver of a point as it is looked up; `normal` is 0 in space. Twin:
+    /// opaque_compared.
     pub fn new(view: &View, position: Vec3, normal: Vec3) -> Self {
         let offset = position - Vec3::from(view.origin);
         let forward = Vec3::from(view.forward);

@@ -74,7 +74,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Of polynomials made from roots that are up to a thousand times as far from 0 as one another.
+        /// Polynomials made from roots whose distances from 0 differ up to a thousandfold.
         #[test]
         fn roots_are_found(mut roots in prop::collection::vec((-1.0..1.0f64, 0.0..3.0f64), 2..5)) {
             let mut roots: Vec<_> = roots.drain(..).map(|(unit, power)| unit * 10f64.powf(power)).collect();

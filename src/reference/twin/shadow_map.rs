@@ -22,7 +22,7 @@ pub fn visibility(
 mod tests {
     use super::*;
 
-    /// By hand: of three texels a side about the middle one, those of the left column have something in front.
+    /// By hand: of three texels per side about the middle one, those of the left column have something in front.
     #[test]
     fn a_third_is_dark() {
         let hit = |texel: IVec2| (texel.x >= 0).then_some(if texel.x == 3 { 0.25 } else { 1.0 });

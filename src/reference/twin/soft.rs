@@ -18,7 +18,7 @@ pub struct Directions {
 }
 
 impl Directions {
-    /// Of the strands among casters in a grid that stands there. Twin: glsl/grid/directions.comp.
+    /// Directions of the strands among casters in a grid that stands there. Twin: glsl/grid/directions.comp.
     pub fn deposit(casters: &[Caster], place: &Place, media: &Media) -> Self {
         let mut words = vec![0i32; 6 * place.size.pow(3) as usize];
         for caster in casters.iter().filter(|caster| caster.is_strand()) {
@@ -82,7 +82,7 @@ pub struct Soft<'a> {
     pub media: &'a Media,
     /// How their strands run, where that is known.
     pub directions: Option<&'a Directions>,
-    /// Voxels a side.
+    /// Voxels per side.
     pub size: u32,
 }
 

@@ -24,8 +24,8 @@ fn exact(view: &View, casters: &[Caster], depth: f64) -> f64 {
     casters.iter().filter_map(of).sum()
 }
 
-/// Of `parts` and `kept`, which say the sums, and `optical_depth` to a place of the range: in [0, 1], all light in front, the product of all
-/// behind, the same bits in any order, and a rise of at most `rise`.
+/// Checks `parts` and `kept`, which state the sums, and `optical_depth` up to a place of the range: in [0, 1], all light in front, the
+/// product of all behind, the same bits in any order, and a rise of at most `rise`.
 pub fn invariants<const N: usize>(
     all: &[(f32, f32, f32)],
     parts: impl Fn([f32; 2], f32) -> [f32; N],

@@ -32,7 +32,7 @@ impl<'a> Names<'a> {
         Self { beside, specs: Specs::of(&rows) }
     }
 
-    /// Of the rest, by what tells them apart.
+    /// Groups of the rest, by what tells them apart.
     fn of_all(beside: &'a Beside) -> Self {
         let rows: Vec<Row> = beside.lines.iter().map(|line| beside.any(line).clone()).collect();
         Self { beside, specs: Specs::of(&rows) }

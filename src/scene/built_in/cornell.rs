@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 /// Half the room's width and depth, and half its height.
 const HALF: f64 = 1.0;
 
-/// Of the walls, so that a grid of voxels has room for all of a wall: more than a voxel of 32³.
+/// Thickness of the walls, so that a grid of voxels has room for all of a wall: more than a voxel of 32³.
 const THICK: f64 = 0.1;
 
 /// How far one thing stands in another that it touches, and ends before or behind another that would be flush with it: no

@@ -34,7 +34,7 @@ const GROUND: f64 = 13.0;
 /// Where arches begin, and where the walls on them end.
 const ARCH: [f64; 2] = [3.12, 5.0];
 
-/// Of the roofs' upper side: height at the eaves, and there the distance from the middle; how much it rises over how much.
+/// The roofs' upper side: height at the eaves, and there the distance from the middle; how much it rises over how much.
 const ROOF: [f64; 2] = [5.1, 6.65];
 const SLOPE: f64 = 0.36;
 
@@ -346,7 +346,7 @@ impl Courtyard {
     }
 }
 
-/// Of the upper side, so far from the middle.
+/// Height of the upper side, so far from the middle.
 fn roof_height(out: f64) -> f64 {
     ROOF[0] + SLOPE * (out - ROOF[1])
 }

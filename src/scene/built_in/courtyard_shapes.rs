@@ -13,7 +13,7 @@ pub(in crate::scene) struct Arches {
     pub count: u32,
     /// From middle to middle of neighbouring arches.
     pub bay: f64,
-    /// Of an arch: half a circle.
+    /// Radius of an arch: half a circle.
     pub radius: f64,
     /// Where the arches begin, and where the wall ends.
     pub heights: [f64; 2],

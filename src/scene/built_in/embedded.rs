@@ -82,7 +82,7 @@ fn plume(name: &str, particles: Vec<Particle>) -> Scene {
     }
 }
 
-/// Mountains, open, 2 units a side, y up.
+/// Mountains, open, 2 units per side, y up.
 pub(in crate::scene) fn terrain() -> Result<Scene> {
     let place = |i: u32| -1.0 + 2.0 / (SIDE - 1) as f32 * i as f32;
     let heights = bytemuck::pod_collect_to_vec::<u8, f32>(TERRAIN);

@@ -40,7 +40,7 @@ const LEAVES_A_TREE: u32 = 150;
 /// State and stream of the random numbers.
 const SEED: [u64; 2] = [0x1eaf, 3];
 
-/// The houses on their ground, of which nobody sees the back, under the sun.
+/// The houses on their ground, whose back is not seen, under the sun.
 pub(in crate::scene) fn houses() -> Scene {
     scene("houses", sun(DVec3::new(0.4, 0.35, -0.8)), [DVec3::new(150.0, -45.0, 60.0), DVec3::new(95.0, 70.0, 0.0)])
 }

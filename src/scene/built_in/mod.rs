@@ -46,15 +46,15 @@ const KEYS: [Key; 4] = [
 
 /// A name, read.
 pub(super) struct BuiltIn<'a> {
-    /// Of the scene, without numbers; whatever was given where no such scene is built in.
+    /// The scene's name, without numbers; whatever was given where no such scene is built in.
     pub name: &'a str,
-    /// Of this one, and safe in file names: `fountain-1000000`.
+    /// The scene's own title, safe in file names: `fountain-1000000`.
     pub title: String,
     given: Vec<(&'a str, u32)>,
 }
 
 impl<'a> BuiltIn<'a> {
-    /// Of a name as a user gives it. What no scene is named is nobody's: a path may have colons.
+    /// Reads a name as a user gives it. A name that no scene has is left as it is: a path may have colons.
     ///
     /// # Errors
     /// [`Error::Input`] names the key that there is none of, or the number that is out of range.

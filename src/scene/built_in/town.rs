@@ -14,7 +14,7 @@ const BLOCKS: u32 = 8;
 /// From block to block.
 const BLOCK_WORLD: f64 = 25.0;
 
-/// Of a block, between streets.
+/// Width of a street between blocks.
 const STREET_WORLD: f64 = 4.0;
 
 /// Lots of a block, along x and y.
@@ -50,7 +50,7 @@ struct Town {
     wires: Mesh,
 }
 
-/// A town of so many blocks a side.
+/// A town of so many blocks per side.
 fn of_blocks(blocks: u32) -> Scene {
     let mut town = Town {
         random: Random::new(SEED),
@@ -100,7 +100,7 @@ fn height(at: DVec2) -> f64 {
     2.4 * hill([0.0061, 0.0024], 0.1) + 1.3 * hill([-0.0042, 0.0093], 0.6) + 0.12 * hill([0.041, 0.033], 0.3)
 }
 
-/// A square of so many blocks a side, with hills. Nobody looks at it from below.
+/// A square of so many blocks per side, with hills. Nobody looks at it from below.
 fn ground(blocks: u32) -> Mesh {
     let squares = SQUARES * blocks;
     let place = |i: u32| {
@@ -191,7 +191,7 @@ impl Town {
         }
     }
 
-    /// Of a fence.
+    /// A post of a fence.
     fn post(&mut self, at: DVec2) {
         let place = Place { origin: at.extend(height(at)), along: DVec2::X };
         block(&mut self.fences, &place, [-0.05, -0.05, -0.4], [0.05, 0.05, 1.05]);

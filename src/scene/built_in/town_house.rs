@@ -25,7 +25,7 @@ pub(in crate::scene) struct House {
 /// From the ground floor down: more than the ground falls away under any house.
 const FOUNDATION: f64 = 2.5;
 
-/// Of a storey.
+/// Height of a storey.
 const HEIGHT: f64 = 2.2;
 
 /// How far a roof reaches over its walls.
@@ -37,7 +37,7 @@ const ROOF: [f64; 2] = [0.06, 0.22];
 /// How far frames stand out of walls, and into them.
 const FRAME: [f64; 2] = [0.07, 0.05];
 
-/// Of a frame's bars.
+/// Width of a frame's bars.
 const BAR: f64 = 0.07;
 
 /// Builds a house whose ground floor is at the place's height.

@@ -69,7 +69,7 @@ pub(in crate::scene) fn open(path: &Path) -> Result<GltfDocument> {
         return Err(input::error(path, format!("there is no accessor {}", missing.value()), WAY_OUT));
     }
     let document = gltf::Document::from_json(root).map_err(unusable)?;
-    // Of one buffer alone (glTF 2.0, 4.4.3.3): a copy for each that has no URI would take as much memory as they are many.
+    // Only one buffer may have it (glTF 2.0, 4.4.3.3): a copy for each that has no URI would multiply memory.
     let mut blob = glb.and_then(|glb| glb.bin).map(Cow::into_owned);
     let buffers = document.buffers().map(|buffer| read_buffer(path, &buffer, &mut blob)).collect::<Result<Vec<_>>>()?;
     Ok(GltfDocument { document, buffers })

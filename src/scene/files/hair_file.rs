@@ -85,7 +85,7 @@ fn strand(
 /// A file whose arrays are all there and whose hairs have all their points.
 struct HairFile<'a> {
     hairs: usize,
-    /// Of each hair, two bytes; empty where all have `every`.
+    /// Two bytes per hair; empty where all have `every`.
     segments: &'a [u8],
     every: usize,
     points: &'a [u8],

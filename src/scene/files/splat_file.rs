@@ -75,7 +75,7 @@ pub(in crate::scene) fn opacity_of(byte: f64) -> f64 {
     (byte / 255.0).min(254.5 / 255.0)
 }
 
-/// Of the zeroth coefficients of spherical harmonics.
+/// The colour of the zeroth coefficients of spherical harmonics.
 pub(in crate::scene) fn color_of(coefficients: [f64; 3]) -> [f64; 3] {
     coefficients.map(|c| 0.5 + HARMONIC_0 * c)
 }

@@ -21,11 +21,11 @@ use std::path::Path;
 
 const WAY_OUT: &str = "check that the file is a TressFX file and was copied whole";
 
-/// Of a file without thickness, the longest side of its bounds is so many radii: a hair is 1/400 of it wide. That is ten
-/// times a real one, which also has ten times as many beside it.
+/// For a file without thickness, the longest side of its bounds is so many radii: a hair is 1/400 of it wide. That is
+/// ten times a real one, which also has ten times as many beside it.
 const SIZE_A_RADIUS: f64 = 800.0;
 
-/// Of every hair that the scene file gives none.
+/// Opacity of every hair that the scene file gives none.
 const OPACITY: f64 = 0.5;
 
 /// Loads the segments of all strands, placed. Segments of no length are left out: they cover nothing.
@@ -65,11 +65,11 @@ pub(in crate::scene) fn load(path: &Path, placement: &Placement, overrides: Over
 /// A file whose arrays are all there and whose positions are finite.
 struct TressFxFile<'a> {
     strands: usize,
-    /// Of each strand, at least 2.
+    /// Points per strand, at least 2.
     points: usize,
     positions: &'a [u8],
     position_bytes: usize,
-    /// Of each strand, four bytes; empty where the file has none.
+    /// Four bytes per strand; empty where the file has none.
     thickness: &'a [u8],
 }
 

@@ -11,9 +11,9 @@ use glam::DVec3;
 pub struct Caster {
     /// A sphere's or a Gaussian's centre or a strand's start, world units.
     pub position: [f32; 3],
-    /// World units, > 0; of a Gaussian 3 times the greatest deviation.
+    /// World units, > 0; for a Gaussian 3 times the greatest deviation.
     pub radius: f32,
-    /// From a strand's start to its end, world units; 0 for a sphere; of a Gaussian bits that say its shape.
+    /// From a strand's start to its end, world units; 0 for a sphere; for a Gaussian, bits that say its shape.
     pub axis: [f32; 3],
     /// A sphere's extinction, a Gaussian's at its middle, 1 / world unit; a strand's optical depth.
     pub density: f32,

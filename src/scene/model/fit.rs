@@ -21,13 +21,13 @@ impl Casting {
     }
 }
 
-/// Of a range: a hundredth of a texel of the largest map. Twin: MARGIN in glsl/maps/fit.comp.
+/// Widens a range by a hundredth of a texel of the largest map. Twin: MARGIN in glsl/maps/fit.comp.
 const MARGIN: f64 = 1.00001;
 
-/// Of the distance from the origin: what rounding to f32 may take away. Twin: ROUNDING.
+/// What rounding to f32 may take away, as a share of the distance from the origin. Twin: ROUNDING.
 const ROUNDING: f64 = 5e-7;
 
-/// Of the width of a parallel view, its range at least. Twin: THINNEST.
+/// The least range of a parallel view, as a share of its width. Twin: THINNEST.
 const THINNEST: f64 = 1e-3;
 
 /// Texels by which a point light's face of `size` texels reaches past its 90° on each side: room for the widest filter,

@@ -12,7 +12,7 @@ pub struct Fog {
 }
 
 impl Fog {
-    /// Of that extinction, marched in so many steps.
+    /// Fog of that extinction, marched in so many steps.
     ///
     /// # Errors
     /// [`Error::Input`] where the extinction is negative or not finite, or there are no steps.

@@ -28,7 +28,7 @@ pub struct Jet {
     pub position: [f32; 3],
     /// The cube's side.
     pub width: f32,
-    /// Of a particle, a step.
+    /// Speed of a particle, per step.
     pub speed: [f32; 3],
     /// By how much more or less along each axis at most.
     pub spread: f32,
@@ -58,7 +58,7 @@ pub struct Law {
     pub rest: f32,
     /// More there never is.
     pub fastest: f32,
-    /// Of the largest particle.
+    /// Radius of the largest particle.
     pub radius: f32,
     /// Extinction of a particle in the middle of its life.
     pub extinction: f32,
@@ -79,7 +79,7 @@ pub struct Place {
     pub voxel: f32,
     /// Voxels a world unit.
     pub per_unit: f32,
-    /// Voxels a side.
+    /// Voxels per side.
     pub size: u32,
 }
 
@@ -115,7 +115,7 @@ impl Fountain {
         }
     }
 
-    /// Of the box: spheres in whose hull all particles lie, at any time.
+    /// Corners of the box: spheres in whose hull all particles lie, at any time.
     pub(in crate::scene) fn corners(&self) -> [(DVec3, f64); 8] {
         let law = self.law();
         let end = |i: usize, axis: usize| f64::from(if i >> axis & 1 == 1 { law.high[axis] } else { law.low[axis] });

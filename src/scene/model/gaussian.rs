@@ -65,7 +65,7 @@ impl From<&Gaussian> for Caster {
     }
 }
 
-/// Of a caster of that radius along an axis that is so many 4095ths of [`OCTAVES`] shorter than the longest.
+/// Deviation of a caster of that radius along an axis that is so many 4095ths of [`OCTAVES`] shorter than the longest.
 fn deviation(radius: f32, octaves: u32) -> f64 {
     f64::from(radius) / REACH * (-OCTAVES / 4095.0 * f64::from(octaves)).exp2()
 }
@@ -107,7 +107,7 @@ fn packed(shortest: DVec3, longest: DVec3, octaves: [u32; 2]) -> [f32; 3] {
 
 #[cfg(feature = "program")]
 impl Shape {
-    /// Of a caster that is a Gaussian. Twin: gaussian_shape.
+    /// The Gaussian of a caster that is one. Twin: gaussian_shape.
     pub fn of(caster: &Caster) -> Self {
         let bits = caster.axis.map(f32::to_bits);
         let [u, v, turn] = bits.map(|bits| bits & 0xFFFF);

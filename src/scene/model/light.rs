@@ -29,7 +29,7 @@ pub enum LightKind {
     Virtual {
         /// World units.
         position: DVec3,
-        /// Of the surface, unit length, on the side that shines.
+        /// The surface's normal, unit length, on the side that shines.
         normal: DVec3,
         /// World units; nearer it shines as it does there, since 1/d² of a point has no bound where a patch has.
         nearest: f64,
@@ -41,8 +41,8 @@ pub enum LightKind {
 pub struct Light {
     /// Where it stands.
     pub kind: LightKind,
-    /// Radiance scale, linear RGB; 1 lights a white surface fully, near the light. Of a virtual light the radiance that leaves
-    /// its patch, times the patch's area in square world units, over π.
+    /// Radiance scale, linear RGB; 1 lights a white surface fully, near the light. For a virtual light, the radiance that
+    /// leaves its patch, times the patch's area in square world units, over π.
     pub radiance: [f32; 3],
     /// Where a spot or a point light ends, world units; infinite where it shines the same at any distance.
     pub radius: f64,
@@ -108,8 +108,8 @@ impl Light {
         }
     }
 
-    /// What distance leaves of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius; of a virtual light
-    /// what distance and the cosine do. Twin: light_falloff.
+    /// What distance leaves of the radiance at `position`: 1 at the light, smoothly down to 0 at its radius; for a virtual
+    /// light, what distance and the cosine leave. Twin: light_falloff.
     pub fn falloff(&self, position: DVec3) -> f64 {
         match self.kind {
             LightKind::Directional { .. } => 1.0,
@@ -131,7 +131,7 @@ impl Light {
     /// Whether `position` is not outside the cone of a spot light.
     fn opens_towards(&self, position: DVec3) -> bool {
         match self.kind {
-            // Of a virtual light the falloff says it.
+            // For a virtual light the falloff says it.
             LightKind::Directional { .. } | LightKind::Point { .. } | LightKind::Virtual { .. } => true,
             LightKind::Spot { direction, cone_degrees, .. } => {
                 -self.towards(position).dot(direction) >= (cone_degrees.to_radians() * 0.5).cos()

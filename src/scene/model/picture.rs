@@ -15,12 +15,12 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Display-referred sRGB in [0, 1], three numbers a pixel.
+    /// Display-referred sRGB in [0, 1], three numbers per pixel.
     pub fn to_srgb(&self) -> Vec<f32> {
         self.pixels.iter().flatten().map(|c| encode(*c)).collect()
     }
 
-    /// Eight bits a channel.
+    /// Eight bits per channel.
     pub fn to_srgb8(&self) -> Vec<u8> {
         self.to_srgb().iter().map(|c| (c * 255.0).round() as u8).collect()
     }

@@ -7,7 +7,7 @@ use glam::DVec3;
 /// glsl/technique/voxel_grid/visibility.glsl.
 const GRID_MARGIN: f64 = 1e-3;
 
-/// Of one of a technique's maps, or of what stands for a map: the size of what it cannot tell apart.
+/// The resolution of one of a technique's maps, or of what stands for a map: the size of what it cannot tell apart.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
     /// Whose texels count, and whose range.
@@ -42,12 +42,13 @@ pub struct Resolution {
 }
 
 impl Resolution {
-    /// Of a grid with voxels of that side, or cells of them, that moves receivers so far along their rays.
+    /// The resolution of a grid with voxels of that side, or cells of them, that moves receivers so far along their
+    /// rays.
     pub fn of_grid(view: View, voxel: f64, bias: f64) -> Self {
         Self { voxel, bias, ..Self::exact(view) }
     }
 
-    /// Of rays against triangles, both of which may be taken to be so far beside where they are.
+    /// The resolution of rays against triangles, both of which may be taken to be so far beside where they are.
     pub fn of_triangles(view: View, rounding: f64) -> Self {
         Self { voxel: rounding, rounded: true, ..Self::exact(view) }
     }
@@ -131,7 +132,8 @@ impl Resolution {
 pub struct Moved {
     /// Times |right · n| + |up · n|.
     pub across: f64,
-    /// Of the view's range, times |d · n|, d the ray's direction, as long as forward counts 1 in it: as far along the light's rays the surface then stays behind what is asked.
+    /// A share of the view's range, times |d · n|, with d the ray's direction, as long as forward counts 1 in it: as far along the light's rays the surface then stays behind
+    /// what is asked.
     pub along: f64,
     /// Whatever the normal.
     pub always: f64,

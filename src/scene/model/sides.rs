@@ -28,9 +28,9 @@ impl Side {
 /// Share of its surface to the power of 3/2 that a thing must hold to have an inside: both sides of a leaf hold rounding.
 const LEAST_VOLUME: f64 = 1e-9;
 
-/// Of each triangle. In a solid mesh all are [`Side::Outward`]. In others triangles hang together where they share an edge,
-/// and vertices at the same position are one. What hangs together is closed where every edge is used as often one way as the
-/// other, and it holds a volume. A triangle with two equal corners belongs to whatever its edge does.
+/// The side of each triangle. In a solid mesh all are [`Side::Outward`]. In others triangles hang together where they share
+/// an edge, and vertices at the same position are one. What hangs together is closed where every edge is used as often one
+/// way as the other, and it holds a volume. A triangle with two equal corners belongs to whatever its edge does.
 pub fn sides(mesh: &Mesh) -> Vec<Side> {
     if mesh.solid {
         return vec![Side::Outward; mesh.triangles.len()];
@@ -71,7 +71,7 @@ fn sort<T: Ord + Send>(all: &mut [T]) {
     all.sort_unstable();
 }
 
-/// Of each vertex, the first in the order of positions that lies where it does.
+/// Per vertex, the first in the order of positions that lies where it does.
 fn welded(mesh: &Mesh) -> Vec<u32> {
     // Adding 0 makes −0 the same as 0.
     let bits = |p: &[f32; 3]| p.map(|value| (value + 0.0).to_bits());
@@ -117,7 +117,7 @@ impl Things {
     fn of(&mut self, triangle: u32) -> usize {
         let mut at = triangle as usize;
         while self.0[at] as usize != at {
-            // Halves the path for whoever comes next.
+            // Halves the path for the next search.
             self.0[at] = self.0[self.0[at] as usize];
             at = self.0[at] as usize;
         }

@@ -136,7 +136,7 @@ impl View {
         }
     }
 
-    /// Of a light that has a face each way, of which this is one, the face towards `position`.
+    /// For a light that has a face each way, of which this is one: the face towards `position`.
     pub fn face_towards(&self, position: DVec3) -> Self {
         let offset = position - vec(self.origin);
         let axis = offset.abs().max_position();
@@ -162,7 +162,7 @@ impl View {
     }
 
     /// The views of all maps of all lights before they are fitted (a point light has one for each of [`crate::scene::FACES`]),
-    /// `size` texels a side: origin and axes, and in perspective the scale. A directional light's origin is the place of
+    /// `size` texels per side: origin and axes, and in perspective the scale. A directional light's origin is the place of
     /// something that `casting` is fitted to, or a corner of the box of what is simulated, so that distances from it are no larger than they need
     /// to be. `near` is the least share of the range at which the view may begin, `far` its range over what the casters need.
     pub fn aimed(aim: &Aim, size: u32, casting: Casting) -> Vec<Self> {
@@ -170,12 +170,12 @@ impl View {
     }
 
     /// The views of the translucent casters, one for each map of each light, fitted to them (to the meshes where there are
-    /// none), `size` texels a side. In f64: the truth of what the device fits.
+    /// none), `size` texels per side. In f64: the truth of what the device fits.
     pub fn volumes(scene: &Scene, size: u32) -> Vec<Self> {
         fit_all(scene, size, Casting::Volume)
     }
 
-    /// The views of the meshes, one for each map of each light, `size` texels a side.
+    /// The views of the meshes, one for each map of each light, `size` texels per side.
     pub fn opaques(scene: &Scene, size: u32) -> Vec<Self> {
         fit_all(scene, size, Casting::Opaque)
     }

@@ -29,7 +29,7 @@ pub struct Curves {
     pub tiles: Buffer,
     /// Nodes, tiles, and the nodes again: glsl/maps/curve/store.glsl says why.
     pub set: Bindings,
-    /// Of one map.
+    /// Width and height of one map.
     size: [u32; 2],
     texels: u64,
     settings: Settings,
@@ -150,7 +150,7 @@ pub fn blocks(maps: &Maps, settings: &Settings, even: Storage) -> Result<Option<
     Ok(Some(((bytes - table_bytes(maps)) / block).min(u64::from(MOST_BLOCKS)) as u32))
 }
 
-/// Pairs of words a texel. Twin: curve_pairs in glsl/maps/curve/node.glsl.
+/// Pairs of words per texel. Twin: curve_pairs in glsl/maps/curve/node.glsl.
 fn pairs(settings: &Settings) -> usize {
     let pairs = match (settings.is_tight(), settings.is_packed()) {
         (true, _) => settings.nodes / 4,

@@ -1,4 +1,4 @@
-//! Adaptive volumetric shadow maps: a compressed transmittance curve a texel. Sources: Salvi et al. 2010; Fife and Strugar
+//! Adaptive volumetric shadow maps: a compressed transmittance curve per texel. Sources: Salvi et al. 2010; Fife and Strugar
 //! 2013.
 //!
 //! Each path is a file: `two_pass`, `interlock`, `raster_order`, `binned`.
@@ -6,7 +6,7 @@
 //! The same input gives the same bytes on the same device, except for `path=two-pass,order=captured`, whose lists stand
 //! in the order in which the device happened to run the fragments.
 //!
-//! A curve of so many nodes a texel says how much light is left at any depth of smoke, hair and meshes.
+//! A curve of so many nodes per texel says how much light is left at any depth of smoke, hair and meshes.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }

@@ -22,14 +22,14 @@ const BINNED_NODES: u32 = 4;
 /// WORK − NODES of curves from cells: ends of cells come in order and few, so that little is gained by more.
 const CELLS_NODES: u32 = 2;
 
-/// Threads a texel of glsl/technique/avsm/cells.comp where there are very many casters: tiles have very different numbers of them, and the
+/// Threads per texel of glsl/technique/avsm/cells.comp where there are very many casters: tiles have very different numbers of them, and the
 /// fullest is waited for.
 const MANY_GROUPS: u32 = 16;
 
 /// With 16 nodes, which take so many registers that few workgroups have room at a time.
 const WIDE_GROUPS: u32 = 8;
 
-/// Of very many casters, which are small, so many are looked at before those that are hit are added.
+/// With very many casters, which are small, so many are looked at before those that are hit are added.
 const MOST_AHEAD: u32 = 32;
 
 /// With fit=refined: how often nodes of odd and of even number take turns. Two bring four fifths of what eight bring, three
@@ -40,13 +40,14 @@ const FIT_TURNS: u32 = 3;
 /// memory.
 const WIDE: u32 = 8;
 
-/// Of a tile whose whole curves are fitted: 64 cells a texel and 16 nodes at most (glsl/technique/avsm/resolve.comp).
+/// Shared memory of a tile whose whole curves are fitted: 64 cells per texel and 16 nodes at most
+/// (glsl/technique/avsm/resolve.comp).
 const FIT_SHARED_BYTES: u32 = (64 * 4 + 16 * 8) * 64;
 
 /// How glsl/technique/avsm/cells.comp runs: its variants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cells {
-    /// A workgroup a tile, casters in shared memory.
+    /// A workgroup per tile, casters in shared memory.
     Whole,
     /// A workgroup half a tile, casters in the lanes of subgroups.
     Lanes,
@@ -66,7 +67,7 @@ impl Cells {
         (nodes * self.texels() / 4).max(32 * groups)
     }
 
-    /// Shared memory: 64 cells a texel and one more; 16 nodes at most, or the casters in their place, 32 bytes
+    /// Shared memory: 64 cells per texel and one more; 16 nodes at most, or the casters in their place, 32 bytes
     /// each; four sets of ends, two ranges, the bound, and what is known of all texels.
     fn shared_bytes(self, groups: u32) -> u32 {
         (65 * 4 + 4 * 8 + 4 * 4) * self.texels() + self.batch(groups, 16) * 32 + 8 + 24
@@ -132,7 +133,7 @@ impl Plan {
             return refused("filter=bilinear: with detail=adaptive texels differ in size".into());
         }
         if settings.is_adaptive() && settings.levels > 1 {
-            return refused("detail=even: levels= are of maps whose texels are alike".into());
+            return refused("detail=even: levels= needs maps whose texels are alike".into());
         }
         if settings.is_of_areas() && way != Way::Binned {
             return refused("path=binned: texel=area builds tiles".into());
@@ -145,7 +146,7 @@ impl Plan {
         let whole = resolve == Resolve::Whole && way == Way::TwoPass;
         if asks_fit && !(settings.is_exponential() && (cells || whole)) {
             let ways = "resolve=cells, or path=two-pass,resolve=whole";
-            return refused(format!("{ways}, and curve=exponential: fit=refined is of a whole curve of optical depth"));
+            return refused(format!("{ways}, and curve=exponential: fit=refined fits a whole curve of optical depth"));
         }
         let has = context.features().max_compute_shared_memory_bytes;
         if asks_fit && whole && has < FIT_SHARED_BYTES {
@@ -216,7 +217,7 @@ impl Plan {
     }
 }
 
-/// Threads a texel of glsl/technique/avsm/cells.comp that has no lanes.
+/// Threads per texel of glsl/technique/avsm/cells.comp that has no lanes.
 fn groups(features: &Features) -> u32 {
     if features.is_software() { 1 } else { 4 }
 }

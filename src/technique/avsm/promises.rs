@@ -1,4 +1,4 @@
-//! What AVSM promises, and what is run of it where nobody names it.
+//! What AVSM promises, and what is run of it where it is not named.
 
 use super::settings::{Settings, Way};
 use crate::technique::keys::{Name, word_of};
@@ -20,7 +20,7 @@ pub fn promises(settings: &Settings, path: &str) -> Promises {
     Promises {
         // Straight lines between nodes err where smoke fades by an exponential; so do nodes of two bytes.
         mean: Some(mean).filter(|_| !(is_linear || is_tight || has_other_rays || loses)),
-        // A byte a node, rounded once.
+        // A byte per node, rounded once.
         tail: Some(if is_tight { EIGHT_BITS } else { 1e-3 }).filter(|_| !(has_other_rays || loses)),
         order: Some(0.0).filter(|_| is_sorted && !is_linear && !loses),
         repeats: !is_captured && !loses,

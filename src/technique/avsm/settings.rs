@@ -1,8 +1,9 @@
 //! What there is to set of AVSM.
 
-use crate::maps::{DrawingOrder, Filter, FilterKind, OpaqueWay};
+use crate::maps::DrawingOrder;
 use crate::technique::keys::{word_of, words};
-use crate::technique::settings::{FILTER, LEVELS, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use crate::technique::map_settings::map_settings;
+use crate::technique::settings::{LEVELS, SIZE, Setting};
 
 words! {
     /// How curves are built.
@@ -63,11 +64,11 @@ words! {
 words! {
     /// How nodes are stored.
     pub enum Storage {
-        /// 8 bytes a node.
+        /// 8 bytes per node.
         Full = "full",
-        /// 4 bytes a node, and 8 a texel.
+        /// 4 bytes per node, and 8 per texel.
         Packed = "packed",
-        /// 2 bytes a node.
+        /// 2 bytes per node.
         Tight = "tight",
     }
 }
@@ -102,7 +103,7 @@ words! {
     }
 }
 
-settings! {
+map_settings! {
     /// What there is to set. Not all goes with all: [`super::Avsm::new`] says what does not.
     #[derive(Copy)]
     pub struct Settings {
@@ -114,7 +115,7 @@ settings! {
         /// How curves are built; none: as is fastest on the device (docs/notebook/avsm-paths.md).
         path: Option<Way> =
             Setting::auto("auto: binned, save for what software devices do faster and for order=captured");
-        /// Texels a side of a light's map, 1 to 16,384.
+        /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
         /// Whether all of a map is as fine as `size` says, or each tile from half to four times that, as it needs: with binned tiles
         /// and the bilinear filter alone.
@@ -126,7 +127,7 @@ settings! {
         /// What a texel stands for; its area with binned tiles alone.
         texel: Stands = Setting::word(
             "centre", "what a texel stands for: the ray through its centre, or the mean of all that it covers (binned)");
-        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels a side: for what is asked for by more than a
+        /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for what is asked for by more than a
         /// point. Not with adaptive detail.
         levels: u32 = LEVELS;
         /// The order of insertion; as drawn, it is not for binned tiles.
@@ -147,20 +148,10 @@ settings! {
         /// How nodes are stored; none: in full, and where `detail` is adaptive as is worth most texels: tight where there is hair, else
         /// packed.
         storage: Option<Storage> = Setting::auto(
-            "full: 8 bytes a node; packed: 4, and 8 a texel; tight: 2; auto: full, or with detail=adaptive tight (hair) or packed");
+            "full: 8 bytes per node; packed: 4, and 8 per texel; tight: 2; auto: full, or with detail=adaptive tight (hair) or packed");
         /// Where a tile's casters stand while all texels look at them; none: in lanes for hair and on software devices.
         batch: Option<Batch> = Setting::auto(
             "binned: casters stand in shared memory or in the lanes of subgroups; auto: lanes for hair and on software devices");
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Casters and tiles that no look-up misses are left out.
-        skip: bool = SKIP;
     }
 }
 
@@ -202,11 +193,6 @@ impl Settings {
     /// In the shortest.
     pub(super) fn is_tight(&self) -> bool {
         self.storage == Some(Storage::Tight)
-    }
-
-    /// How look-ups average.
-    pub(super) fn filter(&self) -> Filter {
-        Filter { kind: self.filter, radius: self.radius }
     }
 
     /// Texels a side of a map whose tiles are looked at: the coarsest that they may be.

@@ -29,7 +29,7 @@ pub struct Curves {
     /// [`NodeData`], or a word each.
     pub nodes: Buffer,
     node_bytes: u64,
-    /// A word a texel of each tile, and one more.
+    /// A word per texel of each tile, and one more.
     pub starts: Buffer,
     tile_starts: Buffer,
     state: Buffer,

@@ -1,4 +1,4 @@
-//! Deep shadow maps: of each texel's curve as few nodes as stay within an error of it. Source: Lokovic and Veach 2000.
+//! Deep shadow maps: as few nodes of each texel's curve as stay within an error of it. Source: Lokovic and Veach 2000.
 //!
 //! Lists of segments, their ends sorted, a count of nodes, a scan, and the nodes, one texel's behind the other's.
 //!
@@ -43,7 +43,7 @@ use bytemuck::{Pod, Zeroable};
 /// For the registry.
 pub const ENTRY: Entry = Entry {
     name: "deep-shadow-map",
-    about: "as many nodes a texel as its curve needs for an error, and no more (Lokovic and Veach 2000)",
+    about: "as many nodes per texel as its curve needs for an error, and no more (Lokovic and Veach 2000)",
     casts: Casts::ALL,
     lifetime: Lifetime::Frame,
     keys: Settings::KEYS,

@@ -20,13 +20,13 @@ pub const CLUSTER: u32 = 64;
 pub struct ClusterData {
     /// World units.
     pub middle: [f32; 3],
-    /// Of the farthest point from there.
+    /// How far the farthest point is from there.
     pub reach: f32,
     /// The mean, unit length; 0 where they have none.
     pub normal: [f32; 3],
-    /// Of a normal from the mean, at most.
+    /// How far a normal is from the mean, at most.
     pub spread: f32,
-    /// Of a point from the plane through the middle, at most.
+    /// How far a point is from the plane through the middle, at most.
     pub thick: f32,
     /// 1 where all are of closed things.
     pub closed: u32,
@@ -46,7 +46,7 @@ push_struct! {
 pub struct Adapt {
     settings: Settings,
     light_count: u32,
-    /// Of each light as many as it may take: a place in the pool, and the share of its cluster's area that it stands for.
+    /// As many per light as it may take: a place in the pool, and the share of its cluster's area that it stands for.
     pub taken: Buffer,
     /// [`ClusterData`].
     pub clusters: Buffer,
@@ -57,8 +57,8 @@ pub struct Adapt {
 impl Adapt {
     /// For the lights of a world, which take points of `sample`.
     ///
-    /// # Errors
-    /// [`Error::Refused`] where the device has no such list or nobody said who looks, [`Error::Gpu`] where memory runs out.
+    /// # Errors [`Error::Refused`] where the device has no such list or no camera was set, [`Error::Gpu`] where memory runs
+    /// out.
     pub fn new(context: &Context, world: &World, settings: &Settings, sample: &Sample) -> Result<Self> {
         let light_count = world.light_count();
         camera(world)?;
@@ -98,8 +98,7 @@ impl Adapt {
 
     /// Records the pass that chooses among them.
     ///
-    /// # Errors
-    /// [`Error::Refused`] where nobody said who looks.
+    /// # Errors [`Error::Refused`] where no camera was set.
     pub fn record(&self, commands: &mut Commands, world: &World) -> Result<()> {
         let camera = camera(world)?;
         let push = AdaptPush {

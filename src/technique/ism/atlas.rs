@@ -56,7 +56,7 @@ impl Atlas {
         }
         let maps = Buffer::new(context, "ism.maps", bytes, Memory::Device)?;
         let seen = Buffer::new(context, "ism.seen", 4 * u64::from(light_count.max(1)), Memory::Device)?;
-        // What nobody reads where points do not adapt.
+        // Not read where points do not adapt.
         let taken = adapt.map_or(&seen, |adapt| &adapt.taken);
         let buffers = set::IsmAtlas {
             lights: &world.lights,

@@ -76,7 +76,7 @@ pub struct Ism {
     sampled: Made,
     adapt: Option<Adapt>,
     atlas: Atlas,
-    /// Of the lights that it was opened for.
+    /// How many lights it was opened for.
     maps: usize,
     resolution: Vec<Resolution>,
     look_up: Bindings,

@@ -13,7 +13,7 @@ use crate::{Error, Result};
 /// Points that a workgroup looks at. Twins: CULL_THREADS, ROUNDS in glsl/technique/ism/cull.comp.
 const CULLED_AT_ONCE: u32 = 128 * 8;
 
-/// Of a point in the list.
+/// Bytes of a point in the list.
 const LISTED_BYTES: u64 = 16;
 
 /// Threads of a workgroup. Twin: local_size_x in glsl/technique/ism/gather.comp.

@@ -31,9 +31,9 @@ pub struct PointsData {
     pub scale: f32,
     /// Weight of all triangles.
     pub total: u32,
-    /// Of the disc that a point stands for, world units.
+    /// Radius of the disc that a point stands for, world units.
     pub radius: f32,
-    /// Of all triangles, world units squared.
+    /// Area of all triangles, world units squared.
     pub area: f32,
 }
 

@@ -8,9 +8,9 @@ use crate::gpu::Features;
 words! {
     /// How the points are splatted.
     pub enum Way {
-        /// A workgroup a light, its map in shared memory.
+        /// A workgroup per light, its map in shared memory.
         Tiled = "tiled",
-        /// A thread a point, by atomic operations on all maps in memory.
+        /// A thread per point, by atomic operations on all maps in memory.
         Atomic = "atomic",
         /// Drawn, a square each.
         Quads = "quads",
@@ -54,9 +54,9 @@ settings! {
     pub struct Settings {
         /// What splats the points; none: a workgroup a light where it has room for a map, else atomic operations.
         path: Option<Way> = Setting::auto(
-            "a workgroup a light, its map in shared memory; a thread a point; drawn; auto: the first that runs");
-        /// Texels a side of a light's map: 32, 64 or 128.
-        size: u32 = Setting::one_of("64", &["32", "64", "128"], "texels a side of a light's map");
+            "a workgroup per light, its map in shared memory; a thread per point; drawn; auto: the first that runs");
+        /// Texels per side of a light's map: 32, 64 or 128.
+        size: u32 = Setting::one_of("64", &["32", "64", "128"], "texels per side of a light's map");
         /// Points on the meshes that each light takes, of sixteen times as many: 1024, 2048, 4096, 8192 or 16384; 8000 in Ritschel
         /// et al. 2008.
         points: u32 = Setting::one_of(
@@ -69,7 +69,7 @@ settings! {
         /// The near sides of closed things are left out, or the far ones, or none; of points that are drawn, the others are listed
         /// (Tokuyoshi 2014).
         culling: Culling = Setting::word(
-            "on", "leave out the near sides of closed things, or the far ones, or none; of points that are drawn, list the others");
+            "on", "leave out the near sides of closed things, or the far ones, or none; where points are drawn, the rest are listed");
         /// How it is told which side of a closed thing a light sees; by the normals alone in Tokuyoshi 2014.
         facing: Facing = Setting::word(
             "exact",
@@ -79,7 +79,7 @@ settings! {
     }
 }
 
-/// Texels a side of the smallest level.
+/// Texels per side of the smallest level.
 const SMALLEST: u32 = 4;
 
 impl Settings {

@@ -12,7 +12,7 @@ use crate::world::World;
 /// Workgroups: two halves of a tile that has casters, one of a tile to be written over.
 const PARTS: [u32; 2] = [2, 1];
 
-/// Rows of 8 texels that are built at the same time, of the four of half a tile; shared memory, bytes a slice.
+/// Rows of 8 texels that are built at the same time, of the four of half a tile; shared memory, bytes per slice.
 const ROWS_AT_A_TIME: u32 = 2;
 pub const SLICE_BYTES: u32 = ROWS_AT_A_TIME * 8 * 4;
 
@@ -25,7 +25,7 @@ const AXIS_BYTES: u32 = 16;
 /// How many they are, twice, the room of one caster, which there always is, and what begins at a multiple of 16.
 pub const OTHER_BYTES: u32 = 8 + CASTER_BYTES + AXIS_BYTES + 16;
 
-/// Threads a workgroup, at least and at most; multiples of the former.
+/// Threads per workgroup, at least and at most; multiples of the former.
 const LEAST_AND_MOST_THREADS: [u32; 2] = [ROWS_AT_A_TIME * 8, 256];
 
 push_struct! {
@@ -33,7 +33,7 @@ push_struct! {
     struct PartPush {
         /// Not 0: entries of each tile.
         room: u32,
-        /// Of a map.
+        /// Tiles per map.
         tile_count: u32,
     }
 }
@@ -104,7 +104,7 @@ impl Fused {
         self.bins.record(commands, world);
         let (room, tile_count) = (self.bins.room(), self.bins.bins_a_map());
         let push = PartPush { room, tile_count };
-        // Two workgroups a tile, or where parts of tiles are listed one for each.
+        // Two workgroups per tile, or where parts of tiles are listed one for each.
         let [x, y] = groups(2 * u64::from(tile_count));
         commands.pass("psm.fused", |pass| match room {
             0 => self.bins.per_part(pass, &self.kernel, &push),

@@ -37,11 +37,12 @@ use self::fused::{Fused, OTHER_BYTES, SLICE_BYTES};
 use self::raster::Raster;
 use self::volume::Volume;
 use super::keys::{Name, word_of, words};
+use super::map_settings::map_settings;
 use super::promises::{EIGHT_BITS, FILTERED, ROUNDING};
-use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SKIP, Setting, settings};
+use super::settings::{Keyed, Setting};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Requirement, Resource};
-use crate::maps::{Bins, FilterKind, MANY_CASTERS, Map, Maps, OpaqueMaps, OpaqueWay};
+use crate::maps::{Bins, MANY_CASTERS, Map, Maps, OpaqueMaps};
 use crate::shaders::constant::FETCH_AHEAD;
 use crate::shaders::folder;
 use crate::world::{Made, Parts, World};
@@ -57,14 +58,14 @@ words! {
     }
 }
 
-settings! {
+map_settings! {
     /// What there is to set. `coverage` and `route` are of the raster path alone: [`Psm::new`] refuses them with the fused one.
     #[derive(Copy)]
     pub struct Settings {
         /// How the volume is built; none: summed tile by tile where the device can.
         path: Option<Way> = Setting::auto("auto: fused where the device can");
-        /// Texels a side of a light's map, 8 to 512.
-        size: u32 = Setting::number("256", 8, 512, "texels a side of a light's map");
+        /// Texels per side of a light's map, 8 to 512.
+        size: u32 = Setting::number("256", 8, 512, "texels per side of a light's map");
         /// Slices of the volume, four a texel: 4 to 256, a multiple of 4.
         slices: u32 = Setting::multiple("256", [4, 4, 256], "slices of the volume, four a texel");
         /// What the volume holds: transmittances in 8 bits in Bavoil and Jansen 2013.
@@ -79,16 +80,6 @@ settings! {
         /// The shader that chooses a caster's layer; none: the vertex shader where it can.
         route: Option<Route> = Setting::auto(
             "the shader that chooses a caster's layer (raster); auto: vertex where it can, else geometry");
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Casters and tiles that no look-up misses are left out.
-        skip: bool = SKIP;
     }
 }
 
@@ -132,7 +123,7 @@ enum Build {
 
 /// The technique, opened for one world.
 pub struct Psm {
-    /// Four slices a texel, map after map.
+    /// Four slices per texel, map after map.
     pub volume: Image,
     maps: Maps,
     build: Build,
@@ -153,7 +144,7 @@ impl Psm {
         Self::with_threads(context, world, settings, fused::threads(context), world.caster_capacity() >= MANY_CASTERS)
     }
 
-    /// As [`Psm::new`], with so many threads a workgroup of path=fused, a multiple of 16, instead of what suits the device, and
+    /// As [`Psm::new`], with so many threads per workgroup of path=fused, a multiple of 16, instead of what suits the device, and
     /// whether they fetch casters ahead, instead of what suits the scene.
     ///
     /// # Errors

@@ -24,7 +24,7 @@ words! {
 push_struct! {
     /// Twin: VoxelizePush in glsl/technique/psm/push.glsl.
     struct VoxelizePush {
-        /// Of all lights' maps, where each has a draw.
+        /// The map's number over all lights, where each has a draw.
         pushed_map: u32,
     }
 }
@@ -38,7 +38,7 @@ pub struct Raster {
     map_pushed: bool,
     /// Vertices a caster.
     vertices: u32,
-    /// Texels a side, of the slices and of the coverage.
+    /// Texels per side, of the slices and of the coverage.
     viewports: Vec<u32>,
     propagate: Kernel,
     /// For `coverage=tiles`.

@@ -45,7 +45,7 @@ words! {
 /// What settings make of a volume.
 #[derive(Clone, Copy, Debug)]
 pub struct Volume {
-    /// Texels a side of a map.
+    /// Texels per side of a map.
     pub size: u32,
     pub slices: u32,
     pub storage: Storage,
@@ -57,8 +57,8 @@ pub struct Volume {
 impl Volume {
     /// What they say.
     pub fn of(settings: &Settings) -> Self {
-        let Settings { size, slices, storage, assign, coverage, filter: kind, radius, .. } = *settings;
-        Self { size, slices, storage, split: assign == Assign::Split, coverage, filter: Filter { kind, radius } }
+        let Settings { size, slices, storage, assign, coverage, .. } = *settings;
+        Self { size, slices, storage, split: assign == Assign::Split, coverage, filter: settings.filter() }
     }
 
     /// Optical depths are added.
@@ -71,7 +71,7 @@ impl Volume {
         self.storage == Storage::Rgba8
     }
 
-    /// Of the image.
+    /// The image's format.
     pub fn format(&self) -> Format {
         if self.is_8_bit() { Format::R8G8B8A8_UNORM } else { Format::R16G16B16A16_SFLOAT }
     }
@@ -113,7 +113,7 @@ impl Volume {
         self.filter.constants(constants)
     }
 
-    /// Of the slices and, where it is drawn, of the coverage, a texel for each tile.
+    /// Viewports of the slices and, where it is drawn, of the coverage, which has one texel per tile.
     pub fn viewports(&self) -> Vec<u32> {
         let all = [self.size, self.size.div_ceil(TILE_TEXELS)];
         all[..if self.coverage == Coverage::Viewport { 2 } else { 1 }].to_vec()

@@ -18,7 +18,7 @@ const LARGE_GROUPS: u32 = 256;
 
 /// The kernels of a bake, all with the same set.
 pub struct Bake {
-    /// Of parallel light, and of a light with a place.
+    /// For parallel light, and for a light with a place.
     project: [Kernel<BuildPush>; 2],
     bin: [Kernel<BuildPush>; 4],
     columns: [Kernel<BuildPush>; 2],

@@ -72,7 +72,7 @@ pub struct LevelCounts {
     pub units: u32,
     /// Where they stand, words.
     pub at: u32,
-    /// Of their pointers.
+    /// Bits of their pointers.
     pub pointer_bits: u32,
     /// Nodes for which the table had no room.
     pub lost: u32,
@@ -90,9 +90,9 @@ pub struct LevelCounts {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct BuildState {
-    /// Of leaves, bricks, and so on.
+    /// Counts of leaves, bricks, and so on.
     pub levels: [LevelCounts; MAX_LEVELS],
-    /// Of bins, the most of any tile.
+    /// Bins of the tile that has most.
     pub entries: u32,
     /// Triangles of the last tile that meet many bins.
     pub large: u32,
@@ -100,7 +100,7 @@ pub struct BuildState {
     pub words: u32,
     entry_capacity: u32,
     large_capacity: u32,
-    /// Of the light's triangles, besides the first of each.
+    /// Pieces of the light's triangles, besides the first of each.
     pub pieces: u32,
     moves_wide: u32,
     /// Blocks of 8 × 8 columns that were found in this bake.
@@ -146,13 +146,13 @@ const BOX_WORDS: u64 = 4;
 /// Twin: TILE_WORDS in glsl/technique/voxelized/moves.glsl.
 const TILE_WORDS: u32 = 67;
 
-/// Of what stays of a bake while something moves: all columns of all trees take less, or nothing stays.
+/// What stays of a bake while something moves, at most: the columns of all trees take less, or nothing stays.
 const MOST_KEPT_BYTES: u64 = 256 << 20;
 
 /// Where `words` does.
 pub const WORDS_OFFSET: u64 = std::mem::offset_of!(BuildState, words) as u64;
 
-/// Columns a side of a bin of triangles. Twin: BIN_COLUMNS in glsl/technique/voxelized/projected.glsl.
+/// Columns per side of a bin of triangles. Twin: BIN_COLUMNS in glsl/technique/voxelized/projected.glsl.
 const BIN_COLUMNS: u32 = 8;
 
 /// Values that one workgroup scans. Twin: SCANNED in glsl/technique/voxelized/build.glsl.
@@ -167,9 +167,9 @@ const SHORTCUT_BITS: u32 = 4;
 /// The shape of a bake: sizes that follow from the number of voxels alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shape {
-    /// Voxels a side.
+    /// Voxels per side.
     pub size: u32,
-    /// Columns a side of a tile.
+    /// Columns per side of a tile.
     pub tile: u32,
 }
 
@@ -240,7 +240,7 @@ impl Shape {
         self.level_at(self.tile_level() + 1) - self.blocks_at()
     }
 
-    /// Where the counts above the tiles begin: of the tiles themselves, then of the levels above them.
+    /// Where the counts above the tiles begin: those of the tiles themselves, then those of the levels above.
     pub fn top_at(self) -> u32 {
         self.blocks_at() + aligned(self.tile_counts())
     }
@@ -271,11 +271,11 @@ fn aligned(count: u32) -> u32 {
 pub struct Room {
     pub entries: u32,
     pub large: u32,
-    /// Of triangles that a pyramid cuts.
+    /// Pieces of triangles that a pyramid cuts.
     pub pieces: u32,
     pub leaf_candidates: u32,
     pub node_candidates: u32,
-    /// Of each level.
+    /// Unique nodes per level.
     pub unique: [u32; MAX_LEVELS],
     /// Words of all trees.
     pub data: u32,
@@ -442,7 +442,7 @@ impl Buffers {
         })
     }
 
-    /// Of all that only a bake needs: not what look-ups read, and not what is the world's.
+    /// Bytes that only a bake needs: not what look-ups read, and not what is the world's.
     pub fn transient_bytes(&self) -> u64 {
         let own = [
             &self.state,

@@ -54,7 +54,7 @@ fn nodes(words: Words, at: std::ops::Range<u64>, unit_bits: u64, pointer_bits: u
     while unit < units {
         let bit = 32 * at.start + unit_bits * unit;
         let mask = words.bits(bit, 16)?;
-        // The last half word may be nobody's.
+        // The last half word may be unused.
         if mask == 0 && unit + 1 == units {
             break;
         }

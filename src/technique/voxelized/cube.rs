@@ -15,7 +15,7 @@ const MARGIN: f64 = 1.0 / 256.0;
 
 /// Views whose texels are the columns of voxels, `size` a side, each as many voxels deep.
 pub struct Cubes {
-    /// Of all lights.
+    /// Views of all lights.
     pub views: Vec<View>,
     /// Which are each light's: one, or a face each.
     pub lights: Vec<Range<usize>>,

@@ -89,7 +89,7 @@ fn check_scene(file: &str, baked: u64, world: &World) -> Result<()> {
     if world.meshes().is_some_and(|meshes| scene_hash(meshes, world.all_lights()) == baked) {
         return Ok(());
     }
-    let cause = format!("baked of a scene with other meshes or lights than {} has now", world.name());
+    let cause = format!("baked from a scene whose meshes or lights differ from those of {} now", world.name());
     Err(Error::input(file, cause, WayOut::Bake("use that scene, or bake this one".into())))
 }
 

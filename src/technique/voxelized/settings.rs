@@ -43,11 +43,11 @@ const IN_FILE: OneOf = &["size", "structure", "closed", "free", "coverage"];
 settings! {
     /// What there is to set.
     pub struct Settings {
-        /// Voxels a side of the cube about the meshes: a power of two from 64 to 65,536.
+        /// Voxels per side of the cube about the meshes: a power of two from 64 to 65,536.
         size: u32 = Setting::one_of(
             "1024",
             &["64", "128", "256", "512", "1024", "2048", "4096", "8192", "16384", "32768", "65536"],
-            "voxels a side of the cube about the meshes");
+            "voxels per side of the cube about the meshes");
         /// A tree, or a graph in which equal nodes are one (Kämpe, Sintorn and Assarsson 2013).
         structure: Structure = Setting::word("dag", "a tree, or a graph in which equal nodes are one");
         /// Voxels inside closed and solid meshes are free, whatever merges best (Sintorn et al. 2014).
@@ -62,19 +62,19 @@ settings! {
         /// that a bake is of.
         file: Option<String> = Setting::file(
             IN_FILE, "what gobo bake wrote, in place of a bake; size, structure, closed, free and coverage are its own");
-        /// Columns a side of the square that a look-up averages: 1, 3, 5, 7 or 9.
+        /// Columns per side of the square that a look-up averages: 1, 3, 5, 7 or 9.
         filter: u32 = PCF;
         /// How far a point of a surface leaves it along its normal before it is looked up, in hundredths of what keeps a flat surface out
         /// of its own shadow, 0 to 400.
         bias: u32 = Setting::number(
-            "100", 0, 400, "how far a surface is left along its normal, hundredths of what keeps a flat one out of its own shadow");
+            "100", 0, 400, "offset along a surface's normal, hundredths of what keeps a flat one out of its own shadow");
     }
 }
 
 /// What settings come to. What they cannot say is for tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plan {
-    /// Voxels a side: a power of two from 64 to 65,536.
+    /// Voxels per side: a power of two from 64 to 65,536.
     pub size: u32,
     /// Tree or graph.
     pub structure: Structure,
@@ -84,11 +84,11 @@ pub struct Plan {
     pub free: Free,
     /// What a column is met by.
     pub coverage: Coverage,
-    /// Columns a side of the square that a look-up averages; odd.
+    /// Columns per side of the square that a look-up averages; odd.
     pub filter: u32,
     /// Hundredths of what keeps a flat surface out of its own shadow that its points are moved by.
     pub bias: u32,
-    /// Columns a side of a tile, at most: a power of two. [`Plan::TILE`] but in tests.
+    /// Columns per side of a tile, at most: a power of two. [`Plan::TILE`] but in tests.
     pub tile: u32,
     /// Entries and exits of the last tile's columns are kept, for [`super::Voxelized::columns`].
     pub keep_columns: bool,
@@ -98,7 +98,7 @@ impl Plan {
     /// Side of the largest tile, columns.
     pub const TILE: u32 = 4096;
 
-    /// Of these settings.
+    /// The plan for these settings.
     pub(super) fn of(settings: &Settings) -> Self {
         let Settings { size, structure, closed, free, coverage, file: _, filter, bias } = *settings;
         Self { size, structure, closed, free, coverage, filter, bias, tile: Self::TILE, keep_columns: false }

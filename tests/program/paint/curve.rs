@@ -23,7 +23,7 @@ const SPECS: [&str; 8] = [
     "avsm:path=binned,nodes=8,filter=gaussian,radius=2,",
 ];
 
-/// Each built for the scene, with maps of `size` texels a side.
+/// Each built for the scene, with maps of `size` texels per side.
 fn built(context: &Context, scene: &Scene, specs: &[&str], size: u32) -> Vec<Opened> {
     let world = World::new(context, scene).expect("room for the scene");
     let of = |text: &&str| {
@@ -58,11 +58,11 @@ struct Found {
     nodes: usize,
     /// Points of the exact list's line.
     points: usize,
-    /// Of these, and of nodes, those in the boundary of a mesh's shadow, where nobody knows.
+    /// How many of these, and of nodes, are in the boundary of a mesh's shadow, where the answer is open.
     in_boundary: usize,
-    /// Of the exact list's line from the truth, at most.
+    /// How far the exact list's line is from the truth, at most.
     off_the_truth: f64,
-    /// Of a node from its line, at most.
+    /// How far a node is from its line, at most.
     off_the_line: f64,
     darkest: f64,
 }

@@ -20,13 +20,13 @@ fn across(normal: DVec3) -> [DVec3; 2] {
 
 const ORANGE: [u8; 3] = [213, 94, 0];
 
-/// Texels a side of a map.
+/// Texels per side of a map.
 const SIDE: usize = 64;
 
 /// Points that a light takes.
 const POINTS: f64 = 8192.0;
 
-/// Pixels a side of a texel.
+/// Pixels per side of a texel.
 const SCALE: usize = 2;
 
 /// What a ray finds: behind the plane of the light nothing is ever asked.
@@ -148,7 +148,7 @@ fn a_map_is_what_rays_find() {
                  off by {half:.4}, {most:.4}, {:.3}",
                 share(1.0)
             );
-            // Discs reach past the map's circle, and what is filled farther: nobody asks there.
+            // Discs reach past the map's circle, and what is filled farther: nothing asks there.
             assert!(behind[1] > 150 && holes[0] > 500, "light {light}, {spec}: {behind:?}, {holes:?}");
             assert!(50 * open[0] <= open[1], "light {light}, {spec}: {open:?} in the open");
             // As few holes as points anywhere leave, but for chance, and where they are filled next to none.

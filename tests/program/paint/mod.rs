@@ -10,7 +10,7 @@ mod wireframe;
 
 use std::path::Path;
 
-/// Size and three bytes a pixel of a picture.
+/// Size and three bytes per pixel of a picture.
 fn rgb8(path: &Path) -> ([u32; 2], Vec<[u8; 3]>) {
     let picture = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).to_rgb8();
     (picture.dimensions().into(), picture.pixels().map(|pixel| pixel.0).collect())

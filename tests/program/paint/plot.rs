@@ -14,7 +14,7 @@ pub struct Plot {
     /// The truth, then the techniques.
     pub drawn: Vec<Drawn>,
     pub names: Vec<String>,
-    /// Of x and of y, two values and the pixels where they stand.
+    /// For x and for y, two values and the pixels where they stand.
     axes: [[(f64, f64); 2]; 2],
 }
 
@@ -83,7 +83,7 @@ impl Plot {
         truth[0].x + 2.0 < pixel.x && pixel.x < truth[truth.len() - 1].x - 2.0
     }
 
-    /// How far two lines are apart where both are shown, pixels: of each from the other.
+    /// How far two lines are apart where both are shown, pixels: each from the other.
     pub fn apart(&self, a: &[DVec2], b: &[DVec2]) -> f64 {
         self.off(a, b).max(self.off(b, a))
     }

@@ -15,11 +15,11 @@ fn srgb8(linear: f64) -> f64 {
     255.0 * if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// Pixels a side, which are the texels of the map: in their middles the exact list has the truth.
+/// Pixels per side, which are the texels of the map: in their middles the exact list has the truth.
 const SIZE: u32 = 48;
 
-/// What a slice of a map shows where it is known, eight bits a pixel: in a face's margin another face answers, and in the
-/// boundary of a mesh's shadow nobody knows.
+/// What a slice of a map shows where it is known, eight bits per pixel: in a face's margin another face answers, and in the
+/// boundary of a mesh's shadow the answer is open.
 fn truth(casters: &Casters, light: usize, map: usize, depth: f64) -> Vec<Option<f64>> {
     let scene = casters.scene();
     let (view, opaque) = (View::volumes(scene, SIZE)[map], View::opaques(scene, OpaqueMaps::SHARED.size)[map]);

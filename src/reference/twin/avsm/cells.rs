@@ -78,7 +78,7 @@ impl Cells {
         }
     }
 
-    /// The ends, a bit a cell. Twin: ends_that_stay.
+    /// The ends, a bit per cell. Twin: ends_that_stay.
     fn ends_that_stay(&self, loss: f32) -> u64 {
         let mut ends = 1 << (CELLS - 1);
         let (mut before, mut extent) = (0.0f32, 1.0);
@@ -175,7 +175,7 @@ mod tests {
         })
     }
 
-    /// Of each segment, as if it were a sphere of that optical depth.
+    /// A bound for the sum over segments, each as if it were a sphere of that optical depth.
     fn bound_of(segments: &[Segment]) -> u64 {
         let casters: Vec<_> = segments
             .iter()

@@ -201,7 +201,7 @@ impl Curve {
         Span { extent, rise, mean }
     }
 
-    /// Of the neighbours of node `gone`, whose going makes up `change`. Twin: remove_cheapest.
+    /// Moves the neighbours of node `gone` by `change`, to make up for it. Twin: remove_cheapest.
     fn nudge(&mut self, gone: usize, spans: &[Span], change: f32) {
         let span = |i: Option<usize>| i.and_then(|i| spans.get(i));
         let (p, q) = (span(gone.checked_sub(2)), span(Some(gone + 1)));
@@ -222,7 +222,8 @@ impl Curve {
     }
 }
 
-/// Of the way to the first node, how far behind it the second one's step is when the first goes. Twin: remove_cheapest.
+/// When the first node is removed: how far behind it the second one's step is, as a share of the way to the first. Twin:
+/// remove_cheapest.
 fn share(first: &Span, second: &Span) -> f32 {
     if second.mean < 0.999 { ((first.mean - second.mean) / (1.0 - second.mean)).clamp(0.0, 1.0) } else { 1.0 }
 }

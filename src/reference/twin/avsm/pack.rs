@@ -1,4 +1,4 @@
-//! CPU twin of glsl/maps/curve/pack.glsl and glsl/maps/curve/store.glsl: curves in 16 bits of depth and 16 of value a node, in f32; tight
+//! CPU twin of glsl/maps/curve/pack.glsl and glsl/maps/curve/store.glsl: curves in 16 bits of depth and 16 of value per node, in f32; tight
 //! ones in 8 and 8.
 
 use super::curve::Curve;

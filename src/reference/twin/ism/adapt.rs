@@ -22,13 +22,13 @@ const TAKEN_BITS: u32 = 18;
 /// What lights choose by. Twins: AdaptPush, ISM_SIZE, ISM_CULLING, ISM_SLIDE, head.area.
 #[derive(Clone, Copy, Debug)]
 pub struct Choice {
-    /// Texels a side of a map.
+    /// Texels per side of a map.
     pub size: u32,
     /// Points that a light takes at most.
     pub points: u32,
-    /// Of all triangles.
+    /// Area of all triangles.
     pub area: f32,
-    /// Of the viewer.
+    /// The viewer's eye.
     pub eye: V3,
     /// Up to here from the eye nothing is taken for farther.
     pub near: f32,

@@ -11,13 +11,13 @@ pub const CLUSTER: usize = 64;
 pub struct Cluster {
     /// World units.
     pub middle: V3,
-    /// Of the farthest point from there.
+    /// How far the farthest point is from there.
     pub reach: f32,
     /// The mean; 0 where they have none.
     pub normal: V3,
-    /// Of a normal from the mean, at most.
+    /// How far a normal is from the mean, at most.
     pub spread: f32,
-    /// Of a point from the plane through the middle, at most.
+    /// How far a point is from the plane through the middle, at most.
     pub thick: f32,
     /// Whether all are of closed things.
     pub closed: bool,

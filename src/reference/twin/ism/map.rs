@@ -8,7 +8,7 @@ pub fn dot(a: V3, b: V3) -> f32 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// Of which side a vector is, by components.
+/// The difference of two vectors, by components.
 pub fn minus(a: V3, b: V3) -> V3 {
     [0, 1, 2].map(|i| a[i] - b[i])
 }
@@ -43,20 +43,20 @@ impl Axes {
 /// A map's distances on all levels, the finest first; infinite where nothing is. Twins: ISM_SIZE, ISM_LEVELS.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Levels {
-    /// Texels a side of the finest.
+    /// Texels per side of the finest.
     pub size: u32,
     /// Level after level, rows of texels.
     pub levels: Vec<Vec<f32>>,
 }
 
 impl Levels {
-    /// Empty ones, down to 4 texels a side.
+    /// Empty ones, down to 4 texels per side.
     pub fn new(size: u32) -> Self {
         let sides = std::iter::successors(Some(size), |side| Some(side / 2)).take_while(|side| *side >= 4);
         Self { size, levels: sides.map(|side| vec![f32::INFINITY; (side * side) as usize]).collect() }
     }
 
-    /// Texels a side of a level.
+    /// Texels per side of a level.
     pub fn side(&self, level: usize) -> i32 {
         (self.size >> level) as i32
     }

@@ -16,7 +16,7 @@ pub struct Point {
     pub position: V3,
     /// Unit length.
     pub normal: V3,
-    /// Of a closed thing.
+    /// Whether it belongs to a closed thing.
     pub closed: bool,
 }
 

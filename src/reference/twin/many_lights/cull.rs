@@ -2,7 +2,7 @@
 
 use crate::scene::View;
 
-/// Pixels a side of a tile.
+/// Pixels per side of a tile.
 pub const TILE: u32 = 16;
 
 /// Twins: FAR_ROUNDING, NEAR_ROUNDING.

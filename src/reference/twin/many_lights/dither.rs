@@ -23,7 +23,7 @@ pub fn noise([x, y]: [u32; 2], phase: u32) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// Of 4 × 4 pixels each asks elsewhere, two frames together evenly; noise is even over many.
+    /// Each of 4 × 4 pixels asks elsewhere, two frames together evenly; noise is even over many.
     #[test]
     fn places_are_even() {
         let all = |phase: u32| (0..16).map(move |i| ordered([i % 4 + 8, i / 4 + 4], phase));

@@ -3,7 +3,7 @@
 /// Parts of a voxel that corners are rounded to. Twin: SUB_VOXELS.
 const SUB_VOXELS: f32 = 256.0;
 
-/// Of a pyramid as deep as 1, where it begins. Twin: NEAREST.
+/// Where a pyramid as deep as 1 begins. Twin: NEAREST.
 const NEAREST: f32 = 1e-6;
 
 /// A cube of voxels: its corner, and voxels a world unit along its axes. Light travels along the last. Or a pyramid: the light,
@@ -14,7 +14,7 @@ pub struct Cube {
     pub origin: [f32; 3],
     /// Along x, y and z of the cube.
     pub axes: [[f32; 3]; 3],
-    /// Voxels a side.
+    /// Voxels per side.
     pub size: u32,
     /// Whether it is a pyramid.
     pub perspective: bool,
@@ -25,8 +25,8 @@ pub struct Cube {
 pub struct Projected {
     /// 256ths of a voxel across.
     pub corners: [[i64; 2]; 3],
-    /// Voxels along the light of each corner; of a pyramid 1 over that in the middle of all columns, and what a column to the right
-    /// and one up add.
+    /// Voxels along the light of each corner; for a pyramid, 1 over that in the middle of all columns, and what a column to the
+    /// right and one up add.
     pub z: [f32; 3],
     /// Least and greatest depth, voxels, of a pyramid.
     pub range: Option<[f32; 2]>,
@@ -151,7 +151,8 @@ struct Facet {
     z: f32,
     /// What a 256th of a voxel adds.
     slope: [f32; 2],
-    /// Of a pyramid 1 over the depth in the middle of its columns, what a column to the right and one up add, and half its columns.
+    /// In a pyramid: 1 over the depth in the middle of its columns, what a column to the right and one up add, and half its
+    /// columns.
     plane: Option<([f32; 3], f32)>,
     /// Least and greatest z of the corners.
     range: [f32; 2],

@@ -19,7 +19,7 @@ pub const INTERSECTED: u32 = 3;
 /// What a bake leaves. Twin: technique::TreeData, and the words that it points into.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Baked {
-    /// Voxels a side.
+    /// Voxels per side.
     pub size: u32,
     /// [`LIT`], [`SHADOWED`], or [`INTERSECTED`] where there are nodes.
     pub root: u32,
@@ -61,7 +61,7 @@ struct Kept {
 }
 
 impl Kept {
-    /// The number of a node; of an equal one where they merge.
+    /// The number of a node; where they merge, that of an equal one.
     fn number(&mut self, node: Vec<u32>, merge: bool) -> u32 {
         let next = self.all.len() as u32;
         let number = if merge { *self.numbers.entry(node.clone()).or_insert(next) } else { next };
@@ -186,7 +186,7 @@ fn pack(kept: &[Kept], root: Option<u32>, else_is: u32, size: u32, merge: bool) 
     let header_bits = if merge { 16 } else { 32 };
     let mut baked =
         Baked { size, header_bits, root: if root.is_some() { INTERSECTED } else { else_is }, ..Baked::default() };
-    // Of each kept node of the level below, what pointers call it; and how many units there are.
+    // What pointers call each kept node of the level below; and how many units there are.
     let (mut names, mut units): (Vec<u32>, usize) = (Vec::new(), 0);
     for (level, nodes) in kept.iter().enumerate() {
         baked.at.push(baked.words.len() as u32);
