@@ -69,7 +69,7 @@ impl Key {
     }
 }
 
-/// One that is made, or is being made by whoever holds it.
+/// One that is made, or is being made while it is locked.
 type Slot = Arc<Mutex<Option<Pipeline>>>;
 
 /// Those of a device.
@@ -142,7 +142,7 @@ mod tests {
         assert!(again("one") && again("other"));
     }
 
-    /// One that could not be made is tried anew by who asks next.
+    /// One that could not be made is tried anew when it is next asked for.
     #[test]
     fn a_failure_is_not_kept() {
         let pipelines = Pipelines::default();
