@@ -37,8 +37,7 @@ pub struct Repeats {
 
 impl Repeats {
     /// `warm_up` and `timed` builds for techniques that build each frame; for baked ones, one and as many as the budget allows.
-    /// Fewer for either where they take long. Without `warm_up` a software device,
-    /// which has no clock to reach, does not warm up at all.
+    /// Fewer for either where they take long. A software device has no clock to reach: without `warm_up` it does not warm up at all.
     pub fn of(lifetime: Lifetime, software: bool, warm_up: usize, timed: usize) -> Self {
         if software && warm_up == 0 {
             let budget = if lifetime == Lifetime::Frame { FRAME_BUDGET } else { BAKE_BUDGET };
