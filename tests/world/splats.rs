@@ -104,10 +104,11 @@ fn assert_alike(is: &Caster, expected: &Caster, what: &str) {
     assert!((is.radius / expected.radius - 1.0).abs() < 2e-7, "{what}: {} {}", is.radius, expected.radius);
     assert!(is.is_gaussian() && expected.is_gaussian(), "{what}");
     let ((axes, long), (expected_axes, expected_long)) = (shape(is), shape(expected));
-    for i in 0..3 {
-        let share = long[i] / expected_long[i];
+    for share in [0, 1, 2].map(|i| long[i] / expected_long[i]) {
         assert!((share.log2() * 4095.0 / 12.0).abs() < 1.01, "{what}: deviations {long} and {expected_long}");
-        assert!(apart(axes[i], expected_axes[i]) < 1.4e-4, "{what}: axes {axes:?} and {expected_axes:?}");
+    }
+    for (axis, other) in axes.into_iter().zip(expected_axes) {
+        assert!(apart(axis, other) < 1.4e-4, "{what}: axes {axes:?} and {expected_axes:?}");
     }
     let taken = (is.density * long.z) / (expected.density * expected_long.z);
     let nothing = is.density == 0.0 && expected.density == 0.0;

@@ -95,10 +95,12 @@ pub struct SplatWords {
 /// Twin: depth_of.
 fn depth_of(o: f32) -> f32 {
     let little = o * (1.0 + o * (1.0 / 2.0 + o * (1.0 / 3.0 + o * (1.0 / 4.0))));
-    match o {
-        o if o < 0.03 => little,
-        o if o < 1.0 => (-(1.0 - o).ln()).min(MAX_OPTICAL_DEPTH),
-        _ => MAX_OPTICAL_DEPTH,
+    if o < 0.03 {
+        little
+    } else if o < 1.0 {
+        (-(1.0 - o).ln()).min(MAX_OPTICAL_DEPTH)
+    } else {
+        MAX_OPTICAL_DEPTH
     }
 }
 
