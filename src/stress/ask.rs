@@ -1,4 +1,4 @@
-//! What a technique answers of one scene.
+//! Asks a technique about one scene.
 
 use super::results::{Asked, Figures, Outcome, Stressed};
 use super::subject::{Moved, Rounded, Subject};

@@ -1,5 +1,5 @@
-//! Points nearer to where an opaque shadow begins or ends than a technique resolves: what is wrong there is the
-//! resolution's, not the method's.
+//! Points nearer to an opaque shadow's edge than a technique resolves: errors there come from the resolution, not from
+//! the method.
 
 use super::casters::Casters;
 use super::shaft::Neighbourhood;
