@@ -1,14 +1,17 @@
 //! Descriptor sets by name. A comment `// set 1: bins` in a file of glsl/ names the set 1 whose bindings that file declares. This
 //! makes the Rust struct `shaders::set::Bins` of it, with one field per binding: the buffer's member or the image, by its name in
 //! GLSL. A set that several files declare is named in each. What look-ups read, set GOBO_SET, has its name from the folder
-//! (`AvsmLookUp`). Where a look-up includes glsl/maps/look_up_set.glsl, its own begins behind `MapsLookUp`.
+//! (`AvsmLookUp`). A set whose only binding is a macro's, `binding = i`, has a field that is a list, binding i the list's place i. Where a look-up includes glsl/maps/look_up_set.glsl, its own begins behind `MapsLookUp`.
 
 use crate::Sources;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// Binding → field, Rust type, and what makes a resource of it.
+/// Binding → field, Rust type, and what makes a resource of it. A list stands at EACH.
 type Set = BTreeMap<u32, Slot>;
+
+/// The binding of what is declared once for each of as many as there are.
+const EACH: u32 = u32::MAX;
 
 #[derive(PartialEq, Eq)]
 struct Slot {
@@ -24,6 +27,28 @@ enum Kind {
     /// How it is sampled is for Rust to say.
     Sampler,
     AccelerationStructure,
+}
+
+impl Kind {
+    fn rust(self) -> &'static str {
+        match self {
+            Self::Buffer => "Buffer",
+            Self::StorageImage | Self::Texture => "Image",
+            Self::Sampler => "Resource",
+            Self::AccelerationStructure => "AccelerationStructure",
+        }
+    }
+
+    /// What makes a resource of the thing that Rust calls so.
+    fn resource(self, of: &str) -> String {
+        match self {
+            Self::Buffer => format!("Resource::Buffer({of}.clone())"),
+            Self::StorageImage => format!("Resource::StorageImage({of}.clone())"),
+            Self::Texture => format!("Resource::Texture({of}.clone())"),
+            Self::Sampler => format!("{of}.clone()"),
+            Self::AccelerationStructure => format!("Resource::AccelerationStructure({of}.clone())"),
+        }
+    }
 }
 
 /// The sets as a module of Rust.
@@ -69,7 +94,8 @@ fn declared(line: &str) -> Option<(&str, u32, Slot)> {
     let (layout, declaration) = rest.split_once(')')?;
     let (_, place) = layout.split_once("binding = ")?;
     let place = place.split(',').next()?.trim();
-    let binding = place.rsplit(|c: char| !c.is_ascii_digit()).next()?.parse().ok()?;
+    let digits = place.rsplit(|c: char| !c.is_ascii_digit()).next()?;
+    let binding = if place == "i" { EACH } else { digits.parse().ok()? };
     let declaration = declaration.split("//").next()?;
     let (kind, name) = if let Some((head, block)) = declaration.split_once('{') {
         // The buffer's member; for several, the name of the block, without what stands before its last capital.
@@ -88,26 +114,25 @@ fn declared(line: &str) -> Option<(&str, u32, Slot)> {
         };
         (words.iter().find_map(kind)?, words.last()?.trim_end_matches(';').to_owned())
     };
-    let field = name.trim_start_matches("visibility_").trim_start_matches("look_up_").to_owned();
+    let field =
+        name.trim_start_matches("visibility_").trim_start_matches("look_up_").trim_end_matches("_##i").to_owned();
     Some((number, binding, Slot { field, kind }))
 }
 
 fn written(text: &mut String, name: &str, set: &Set) -> Result<(), String> {
+    let capital = |word: &str| word[..1].to_uppercase() + &word[1..];
+    let structure: String = name.split('_').map(capital).collect();
+    if let Some(Slot { field, kind }) = set.get(&EACH).filter(|_| set.len() == 1) {
+        list(text, &structure, field, *kind);
+        return Ok(());
+    }
     let first = set.keys().next().copied().unwrap_or_default();
     if !set.keys().copied().eq(first..first + set.len() as u32) {
         return Err(format!("glsl: error: the set {name} has no binding between two others"));
     }
-    let capital = |word: &str| word[..1].to_uppercase() + &word[1..];
-    let structure: String = name.split('_').map(capital).collect();
     let _ = writeln!(text, "    /// The set {name}.\n    #[derive(Clone, Copy)]\n    pub struct {structure}<'a> {{");
     for (binding, Slot { field, kind }) in set {
-        let rust = match kind {
-            Kind::Buffer => "Buffer",
-            Kind::StorageImage | Kind::Texture => "Image",
-            Kind::Sampler => "Resource",
-            Kind::AccelerationStructure => "AccelerationStructure",
-        };
-        let _ = writeln!(text, "        /// Binding {binding}.\n        pub {field}: &'a {rust},");
+        let _ = writeln!(text, "        /// Binding {binding}.\n        pub {field}: &'a {},", kind.rust());
     }
     let _ = writeln!(text, "    }}\n    impl {structure}<'_> {{");
     for (binding, Slot { field, .. }) in set {
@@ -115,13 +140,7 @@ fn written(text: &mut String, name: &str, set: &Set) -> Result<(), String> {
         let _ =
             writeln!(text, "        /// The binding of `{field}`.\n        pub const {constant}: usize = {binding};");
     }
-    let resource = |Slot { field, kind }: &Slot| match kind {
-        Kind::Buffer => format!("Resource::Buffer(self.{field}.clone())"),
-        Kind::StorageImage => format!("Resource::StorageImage(self.{field}.clone())"),
-        Kind::Texture => format!("Resource::Texture(self.{field}.clone())"),
-        Kind::Sampler => format!("self.{field}.clone()"),
-        Kind::AccelerationStructure => format!("Resource::AccelerationStructure(self.{field}.clone())"),
-    };
+    let resource = |Slot { field, kind }: &Slot| kind.resource(&format!("self.{field}"));
     let resources: Vec<_> = set.values().map(resource).collect();
     let _ = writeln!(
         text,
@@ -130,10 +149,20 @@ fn written(text: &mut String, name: &str, set: &Set) -> Result<(), String> {
         resources.join(", ")
     );
     if first == 0 {
-        text.push_str(
-            "        /// The set, ready to be given to a kernel.\n        ///\n        /// # Errors\n        /// [`crate::Error::Gpu`] where the driver runs out of memory.\n        pub fn bind(&self, context: &Context, name: &str) -> Result<Bindings> {\n            Bindings::new(context, name, &self.resources())\n        }\n",
-        );
+        text.push_str(BIND);
     }
     text.push_str("    }\n");
     Ok(())
 }
+
+/// A set of as many bindings as the list is long.
+fn list(text: &mut String, structure: &str, field: &str, kind: Kind) {
+    let (rust, resource) = (kind.rust(), kind.resource("one"));
+    let _ = write!(
+        text,
+        "    /// A set of as many bindings as there are.\n    #[derive(Clone, Copy)]\n    pub struct {structure}<'a> {{\n        /// From binding 0 on.\n        pub {field}: &'a [{rust}],\n    }}\n    impl {structure}<'_> {{\n        /// What each binding is given.\n        pub fn resources(&self) -> Vec<Resource> {{\n            self.{field}.iter().map(|one| {resource}).collect()\n        }}\n{BIND}    }}\n"
+    );
+}
+
+/// What makes a set of it.
+const BIND: &str = "        /// The set, ready to be given to a kernel.\n        ///\n        /// # Errors\n        /// [`crate::Error::Gpu`] where the driver runs out of memory.\n        pub fn bind(&self, context: &Context, name: &str) -> Result<Bindings> {\n            Bindings::new(context, name, &self.resources())\n        }\n";

@@ -265,7 +265,7 @@ fn a_scene_is_lit_by_them() {
     gpu_test("a_scene_is_lit_by_them", |context| {
         let cornell = Scene::load("cornell", 0.0).expect("built in");
         let lit_by = lit_by_vpls(context, &cornell, 256).expect("lit");
-        assert_eq!((lit_by.lights.len(), &*lit_by.name, lit_by.motion), (256, "cornell-256-vpls", Motion::Still));
+        assert_eq!((lit_by.lights.len(), &*lit_by.name, &lit_by.motion), (256, "cornell-256-vpls", &Motion::Still));
         assert_eq!((&lit_by.meshes, lit_by.camera), (&cornell.meshes, cornell.camera));
         assert_eq!(lit_by, lit_by_vpls(context, &cornell, 256).expect("lit"), "the same each time");
         // Each stands in the room's air, on the lamp's side of something.

@@ -24,8 +24,8 @@ struct Running {
 }
 
 fn fountain(scene: &Scene) -> Fountain {
-    match scene.motion {
-        Motion::Fountain(fountain) => fountain,
+    match &scene.motion {
+        Motion::Fountain(fountain) => *fountain,
         other => panic!("{}: {other:?}", scene.name),
     }
 }

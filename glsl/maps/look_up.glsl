@@ -6,7 +6,7 @@
 #define MAPS_LOOK_UP_GLSL
 #include "maps/filter.glsl"
 #include "maps/look_up_set.glsl"
-#include "maps/opaque.glsl"
+#include "maps/opaque_look_up.glsl"
 
 // Where a point is looked up.
 struct LookUp {
@@ -23,8 +23,7 @@ LookUp look_up(uint light, vec3 position, vec3 normal) {
     LookUp l;
     l.map = light_map(look_up_lights[light], position);
     l.view = look_up_maps[l.map].volume;
-    l.opaque = opaque_visibility(look_up_lights[light], look_up_maps[l.map].opaque, l.map, look_up_opaque, position,
-                                 normal);
+    l.opaque = opaque_leaves(light, l.map, position, normal);
     vec3 at = view_project(l.view, position);
     l.at = at.xy;
     l.in_front = !(at.z > l.view.near);
@@ -57,15 +56,6 @@ float filtered_transmittance(LookUp l) {
 // Who has a quicker way for some filter.
 float MAP_TRANSMITTANCE(LookUp l);
 #endif
-
-// A point of a surface leaves it by a part of a texel of the opaque map.
-#define TECHNIQUE_RECEIVERS
-vec3 light_receiver(uint light, vec3 position, vec3 normal) {
-    Light l = look_up_lights[light];
-    look_up_normal = normal;
-    return l.has_opaque == 0u ? position
-                              : opaque_receiver(look_up_maps[light_map(l, position)].opaque, position, normal);
-}
 
 float light_visibility(uint light, vec3 position) {
     LookUp l = look_up(light, position, look_up_normal);

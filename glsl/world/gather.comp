@@ -3,7 +3,7 @@
 // which cast nothing, and so is what has no place, no size or no extinction that a scene may have. Source: ours.
 // Inputs: their buffer, the count's. Outputs: casters from `first` on, what there was. Twin: reference::twin::gather::casters.
 layout(local_size_x = 64) in;
-#include "world/gather.glsl"
+#include "world/gather_set.glsl"
 
 layout(push_constant, scalar) uniform CastersPush {
     uint first;
@@ -20,17 +20,8 @@ layout(push_constant, scalar) uniform CastersPush {
     float density_is;
 };
 
-// set 0: gather_casters
-layout(set = 0, binding = 0, scalar) readonly buffer GatherTheirs { uint theirs[]; };
-layout(set = 0, binding = 1, scalar) readonly buffer GatherCounts { uint counts[]; };
-// Two vectors each, so that they are written whole.
-layout(set = 0, binding = 2, scalar) writeonly buffer GatherCasters { uvec4 casters[]; };
-layout(set = 0, binding = 3, scalar) buffer GatherCounted { GatherTotals counted; };
-
 // As the bits of an optical depth of 80: MAX_OPTICAL_DEPTH in glsl/world/caster.glsl.
 const uint MOST_DEPTH = 0x42A00000u;
-
-uvec3 three(uint at) { return uvec3(theirs[at], theirs[at + 1u], theirs[at + 2u]); }
 
 void main() {
     uint i = 64u * (gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x) + gl_LocalInvocationIndex;

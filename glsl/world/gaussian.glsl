@@ -61,12 +61,9 @@ GaussianShape gaussian_shape(float radius, vec3 packed) {
     return shape;
 }
 
-// The same, as a view's axes have it: turned, and packed again. An ellipsoid and its mirror image about its own axes are one, so that
-// the view's axes may be left-handed.
-vec3 gaussian_turned(View view, vec3 packed) {
-    GaussianShape shape = gaussian_shape(GAUSSIAN_REACH, packed);
-    mat3 across = transpose(mat3(view.right, view.up, view.forward));
-    vec3 shortest = across * shape.axes[2], longest = across * shape.axes[0], first, second;
+// The shortest and the longest axis as 16 bits each of three words; which end of them is no matter. Twin: axes_packed.
+uvec3 gaussian_packed(vec3 shortest, vec3 longest) {
+    vec3 first, second;
     shortest = shortest.z < 0.0 ? -shortest : shortest;
     vec2 place = shortest.xy / (abs(shortest.x) + abs(shortest.y) + shortest.z);
     vec2 both = vec2(place.x + place.y, place.x - place.y) * 0.5 + 0.5;
@@ -75,7 +72,16 @@ vec3 gaussian_turned(View view, vec3 packed) {
     vec2 turn = vec2(dot(first, longest), dot(second, longest));
     turn = turn.y < 0.0 ? -turn : turn;
     uint angle = uint(clamp(turn.x / (abs(turn.x) + turn.y) * 0.5 + 0.5, 0.0, 1.0) * 65535.0 + 0.5);
-    return uintBitsToFloat((floatBitsToUint(packed) & 0xFFFF0000u) | uvec3(axis, angle));
+    return uvec3(axis, angle);
+}
+
+// The same, as a view's axes have it: turned, and packed again. An ellipsoid and its mirror image about its own axes are one, so that
+// the view's axes may be left-handed.
+vec3 gaussian_turned(View view, vec3 packed) {
+    GaussianShape shape = gaussian_shape(GAUSSIAN_REACH, packed);
+    mat3 across = transpose(mat3(view.right, view.up, view.forward));
+    uvec3 turned = gaussian_packed(across * shape.axes[2], across * shape.axes[0]);
+    return uintBitsToFloat((floatBitsToUint(packed) & 0xFFFF0000u) | turned);
 }
 
 // What a ray has of one: z of the middle, deviations in lengths of the ray's direction, the square of the least distance from the

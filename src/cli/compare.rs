@@ -3,6 +3,7 @@
 use super::baseline::BaselineArguments;
 use super::progress::Progress;
 use super::resume::{SCENE, files, kept};
+use super::writer::Writer;
 use super::{
     DeviceArguments, LoadArguments, MovingArgument, Span, VplArgument, check_messages, command_line, complain, little,
     load, say,
@@ -10,11 +11,10 @@ use super::{
 use crate::consume::runs;
 use crate::gpu::Features;
 use crate::measure::{
-    Case, DeviceFacts, Drawn, Effort, Extent, Frames, Results, Row, SCHEMA, Shard, Status, Traced,
-    copy_bytes_per_second, difference_srgb8, with_case,
+    DeviceFacts, Effort, Extent, Frames, Results, Row, SCHEMA, Shard, Status, Traced, copy_bytes_per_second, with_case,
 };
 use crate::report::{Store, casters, counts, footprints, page, passes, plots, table, trace, write_whole};
-use crate::scene::{Motion, Picture, Scene};
+use crate::scene::{Motion, Scene};
 use crate::technique::{Name, Spec};
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
@@ -420,41 +420,6 @@ fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String
     .collect()
 }
 
-/// Writes what it can: after the first failure nothing more, so that the measuring goes on and its table is printed.
-struct Writer<'a> {
-    store: &'a Store,
-    failed: Option<Error>,
-}
-
-impl Writer<'_> {
-    fn write(&mut self, write: impl FnOnce(&Store) -> Result<()>) {
-        if self.failed.is_none() {
-            self.failed = write(self.store).err();
-        }
-    }
-
-    /// The picture of a row, by its place among its scene's, what it differs from the truth by, and the truth itself the first time; the bounce of light too, where
-    /// it was traced.
-    fn pictures(&mut self, row: &mut Row, place: usize, results: &Results, case: &Case, drawn: &Drawn) {
-        // A row that was kept may have that number of another order.
-        let number = (place..).find(|n| results.rows.iter().all(|r| r.picture != Some(picture_name(row, *n, ""))));
-        let [name, difference] = ["", "-difference"].map(|suffix| picture_name(row, number.unwrap_or(place), suffix));
-        self.write(|store| write_picture(store, &name, &drawn.picture, &drawn.picture.to_srgb8()));
-        row.picture = Some(name);
-        let (Some(beside), Some(reference)) = (&drawn.beside_truth, case.reference()) else { return };
-        self.write(|store| write_picture(store, &difference, beside, &difference_srgb8(beside, reference)));
-        row.difference = Some(difference);
-        if results.rows.iter().all(|r| r.scene != row.scene || r.difference.is_none()) {
-            let name = format!("{}-reference.png", row.scene);
-            self.write(|store| write_picture(store, &name, reference, &reference.to_srgb8()));
-            if let Some(traced) = case.traced() {
-                let name = format!("{}-bounce.png", row.scene);
-                self.write(|store| write_picture(store, &name, traced, &traced.to_srgb8()));
-            }
-        }
-    }
-}
-
 /// Whether it is one of many lights.
 pub(super) fn has_many_lights(scene: &Scene) -> bool {
     scene.lights.len() > FEW_LIGHTS && scene.has_only_meshes()
@@ -499,13 +464,4 @@ fn name_apart(scenes: &mut [(Vec<Scene>, Vec<f64>)]) {
         }
         rest[0].0.iter_mut().for_each(|s| s.name.clone_from(&unique));
     }
-}
-
-/// SCENE-NN-TECHNIQUE.png
-pub(super) fn picture_name(row: &Row, number: usize, suffix: &str) -> String {
-    format!("{}-{number:02}-{}{suffix}.png", row.scene, row.technique)
-}
-
-fn write_picture(store: &Store, name: &str, picture: &Picture, rgb8: &[u8]) -> Result<()> {
-    store.write_picture(name, picture.width, picture.height, rgb8)
 }

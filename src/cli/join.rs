@@ -1,7 +1,8 @@
 //! `gobo join`
 
-use super::compare::{exit_code, picture_name};
+use super::compare::exit_code;
 use super::resume::pictures;
+use super::writer::picture_name;
 use super::{say, say_json};
 use crate::measure::{Results, Row, join};
 use crate::report::{Store, page, plots, table};

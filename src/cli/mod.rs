@@ -25,6 +25,7 @@ mod soak;
 mod steps;
 mod stress;
 mod submit;
+mod writer;
 
 #[doc(hidden)]
 pub use hooks::test_hooks;
@@ -116,7 +117,7 @@ impl DeviceArguments {
 /// What a scene is loaded with.
 #[derive(Args)]
 struct LoadArguments {
-    /// How long what moves in three-emitters, lantern, courtyard and fountain has been running, seconds
+    /// How long what moves in three-emitters, lantern, courtyard, fountain and sequences of files has been running, seconds
     #[arg(long, default_value_t = 20.0, value_name = "SECONDS")]
     time: f64,
     /// How many lights courtyard has, 1 to 1024 [default: 32]
@@ -197,7 +198,8 @@ impl MovingArgument {
     fn times(&self, scene: &Scene, frames: u32) -> Result<Vec<f64>> {
         let Some(span) = self.moving else { return Ok(Vec::new()) };
         if scene.motion == Motion::Still {
-            let way_out = "leave --moving out, or name three-emitters, lantern, courtyard or fountain";
+            let way_out =
+                "leave --moving out, or name three-emitters, lantern, courtyard, fountain or a sequence of files";
             return Err(Error::input(scene.name.clone(), "nothing moves in it", way_out));
         }
         if frames < 2 {

@@ -115,6 +115,11 @@ mod tests {
         keys.map(|key| spec.variant().get(key).cloned().unwrap_or_default())
     }
 
+    #[test]
+    fn specs_and_settings_are_one() {
+        crate::technique::settings::tests::goes_both_ways::<ShadingSettings>(&crate::technique::avsm::ENTRY, KEYS);
+    }
+
     /// What is said of tiles is in specs of tiles alone.
     #[test]
     fn tiles_have_keys_of_their_own() {

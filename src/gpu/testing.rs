@@ -38,11 +38,13 @@ pub(super) fn testing() -> &'static Testing {
     TESTING.get().unwrap_or(&NONE)
 }
 
-/// What each build also fills; none where no test wants it.
+/// A buffer that each build also fills, and how many times; none where no test wants it. Devices bind 128 MiB at least.
 ///
 /// # Errors
 /// [`crate::Error::Gpu`] where memory runs out.
-pub(crate) fn burden(context: &Context) -> Result<Option<Buffer>> {
-    let bytes = testing().burden << 20;
-    (bytes > 0).then(|| Buffer::new(context, "test.burden", bytes, Memory::Device)).transpose()
+pub(crate) fn burden(context: &Context) -> Result<Option<(Buffer, u64)>> {
+    let mib = testing().burden;
+    let times = mib.div_ceil(64);
+    let buffer = |times| Buffer::new(context, "test.burden", (mib << 20) / times / 4 * 4, Memory::Device);
+    (times > 0).then(|| Ok((buffer(times)?, times))).transpose()
 }

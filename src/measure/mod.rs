@@ -13,6 +13,7 @@ mod interlock;
 mod light_ray;
 mod passes;
 mod picture_error;
+mod points;
 mod rank;
 mod repeats;
 mod results;

@@ -8,6 +8,8 @@ mod files;
 mod model;
 
 #[cfg(feature = "program")]
+pub use files::animation::Animation;
+#[cfg(feature = "program")]
 pub use files::data_file::DATA_ENDINGS;
 #[cfg(feature = "program")]
 pub use files::load::{BUILT_IN, known};
@@ -15,6 +17,8 @@ pub use model::caster::Caster;
 pub use model::fit::{Aim, Casting, gutter_texels};
 pub use model::fog::Fog;
 pub use model::fountain_law::{Body, Fountain, Jet, Law, Place};
+#[cfg(feature = "program")]
+pub(crate) use model::fountain_steps;
 pub use model::gaussian::Gaussian;
 #[cfg(feature = "program")]
 pub(crate) use model::gaussian::{REACH, Shape};
@@ -27,6 +31,10 @@ pub use model::resolution::{Moved, Resolution};
 pub use model::sides::{Side, sides};
 pub use model::time::check_time;
 pub use model::view::{FARTHEST, Projection, Ray, View};
+#[cfg(feature = "program")]
+pub use model::voxels::Bits;
+#[cfg(feature = "program")]
+pub(crate) use model::voxels::Facet;
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DQuat, DVec3};
@@ -131,7 +139,7 @@ pub struct Scene {
 }
 
 /// What of a scene is a function of time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// Nothing.
     Still,
@@ -145,16 +153,25 @@ pub enum Motion {
     Courtyard,
     /// The particles of `fountain`, which the device can simulate too.
     Fountain(Fountain),
+    /// Particles of sequences of files.
+    #[cfg(feature = "program")]
+    Animation(std::sync::Arc<Animation>),
 }
+
+/// Particles that the smoke of these scenes has at once, at most.
+pub(in crate::scene) const MOST_OF_THREE_EMITTERS: usize = 5000;
+pub(in crate::scene) const MOST_OF_LANTERN: usize = 1500;
 
 impl Motion {
     /// Particles that it has at once, at most; 0 where it is of something else.
-    pub const fn most_particles(self) -> usize {
+    pub fn most_particles(&self) -> usize {
         match self {
             Self::Still | Self::Hair | Self::Courtyard => 0,
-            Self::ThreeEmitters => 5000,
-            Self::Lantern => 1500,
+            Self::ThreeEmitters => MOST_OF_THREE_EMITTERS,
+            Self::Lantern => MOST_OF_LANTERN,
             Self::Fountain(fountain) => fountain.particles as usize,
+            #[cfg(feature = "program")]
+            Self::Animation(animation) => animation.most_particles(),
         }
     }
 }

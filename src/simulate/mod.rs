@@ -44,7 +44,7 @@ impl Simulation {
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
     pub fn of(context: &Context, world: &World) -> Result<Option<Self>> {
-        let Ok(Motion::Fountain(fountain)) = world.scene().map(|scene| scene.motion) else { return Ok(None) };
+        let Ok(&Motion::Fountain(fountain)) = world.scene().map(|scene| &scene.motion) else { return Ok(None) };
         let place = fountain.place();
         let stands = GridData {
             origin: place.origin,

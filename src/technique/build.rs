@@ -18,7 +18,7 @@ pub struct Opened<T: Technique + ?Sized = dyn Technique> {
     /// A build ended in an error: what stands on the device is a part of it.
     broken: bool,
     /// For tests: what a build also fills.
-    burden: Option<Buffer>,
+    burden: Option<(Buffer, u64)>,
 }
 
 /// What a build took.
@@ -96,8 +96,8 @@ impl<T: Technique + ?Sized> Opened<T> {
             let submitted = self.context.try_submit(|commands| {
                 frame = commands.frame();
                 self.technique.record(commands, world)?;
-                if let Some(burden) = &self.burden {
-                    commands.pass("test.burden", |pass| pass.fill(burden, 0));
+                if let Some((burden, times)) = &self.burden {
+                    (0..*times).for_each(|_| commands.pass("test.burden", |pass| pass.fill(burden, 0)));
                 }
                 Ok(())
             })?;

@@ -22,17 +22,18 @@
 //! ```
 
 use super::keys::Name;
-use super::settings::{FILTER, Keyed, LEVELS, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use super::map_settings::map_settings;
+use super::settings::{Keyed, LEVELS, SIZE, Setting};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory};
 use crate::grid::{Grid, Holds};
-use crate::maps::{Filter, FilterKind, Levels, Map, Maps, OpaqueMaps, OpaqueWay, TILE_TEXELS, level_texels};
+use crate::maps::{FilterKind, Levels, Map, Maps, OpaqueMaps, TILE_TEXELS, level_texels};
 use crate::scene::FARTHEST;
 use crate::shaders::{self, constant, curve, folder, set};
 use crate::world::{Made, Parts, World};
 
-settings! {
+map_settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
@@ -55,16 +56,6 @@ settings! {
         /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for what is asked for by more than a
         /// point.
         levels: u32 = LEVELS;
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Tiles of which no ray meets anything are left out.
-        skip: bool = SKIP;
     }
 }
 
@@ -116,7 +107,7 @@ impl Marched {
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
         let Settings { nodes, samples, size, grid: voxels, relative, absolute, .. } = *settings;
-        let filter = Filter { kind: settings.filter, radius: settings.radius };
+        let filter = settings.filter();
         filter.check(world, size)?;
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(settings.opaque))?;
         let grid = Grid::of_media(context, world, voxels, Holds::default())?;

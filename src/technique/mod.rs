@@ -30,6 +30,7 @@ pub mod wavelet;
 // What they share.
 mod build;
 pub mod keys;
+mod map_settings;
 mod painter;
 pub mod promises;
 mod requirements;

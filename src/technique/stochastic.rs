@@ -22,14 +22,12 @@
 //! ```
 
 use super::keys::{Name, words};
-use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use super::map_settings::map_settings;
+use super::settings::{Keyed, SIZE, Setting};
 use super::texel_map::{BINNED, RASTER};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Requirement};
-use crate::maps::{
-    Bins, DrawingOrder, Entries, Filter, FilterKind, Map, Maps, OpaqueMaps, OpaqueWay, Splat, SplatPush, TexelWay, Use,
-    stacked,
-};
+use crate::maps::{Bins, DrawingOrder, Entries, Map, Maps, OpaqueMaps, Splat, SplatPush, TexelWay, Use, stacked};
 use crate::shaders::constant::{GAUSSIANS, SAMPLES, SAMPLING, STRANDS};
 use crate::shaders::{folder, set, stochastic as shaders};
 use crate::world::{Made, Parts, World};
@@ -47,7 +45,7 @@ words! {
     }
 }
 
-settings! {
+map_settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
@@ -60,16 +58,6 @@ settings! {
         /// How they are drawn.
         sampling: Sampling = Setting::word(
             "plain", "each ray by itself (Enderton 2010); even quantiles, with path=binned; or engines' hashed alpha, which is biased");
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Casters and tiles that no look-up misses are left out.
-        skip: bool = SKIP;
     }
 }
 
@@ -133,7 +121,7 @@ impl Stochastic {
     /// where memory runs out.
     pub fn new(context: &Context, world: &World, settings: &Settings) -> Result<Self> {
         settings.check()?;
-        let Settings { path, size, samples: count, sampling, filter: kind, radius, opaque, skip } = *settings;
+        let Settings { path, size, samples: count, sampling, opaque, skip, .. } = *settings;
         let way = path.unwrap_or(TexelWay::Binned);
         if way == TexelWay::Raster {
             ENTRY.require(context, RASTER)?;
@@ -142,7 +130,7 @@ impl Stochastic {
                 return Err(Error::Refused { needs });
             }
         }
-        let filter = Filter { kind, radius };
+        let filter = settings.filter();
         filter.check(world, size)?;
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
         let bytes = 4 * u64::from(count) * maps.texels();

@@ -27,7 +27,7 @@ pub const PATH: Setting<Option<TexelWay>> =
 #[doc(hidden)]
 macro_rules! __texel_settings {
     ($($(#[$meta:meta])* $field:ident: $type:ty = $setting:expr;)*) => {
-        $crate::technique::settings::settings! {
+        $crate::technique::map_settings::map_settings! {
             /// What there is to set.
             #[derive(Copy)]
             pub struct Settings {
@@ -40,16 +40,6 @@ macro_rules! __texel_settings {
                 /// Levels of detail of a map, itself among them, 1 to 12, each of half as many texels per side: for what is asked for by
                 /// more than a point.
                 levels: u32 = $crate::technique::settings::LEVELS;
-                /// How a look-up weighs the texels about a point.
-                filter: $crate::maps::FilterKind = $crate::technique::settings::FILTER;
-                /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-                radius: u32 = $crate::technique::settings::RADIUS;
-                /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-                opaque: Option<$crate::maps::OpaqueWay> = $crate::technique::settings::OPAQUE;
-            }
-            every {
-                /// Casters and tiles that no look-up misses are left out.
-                skip: bool = $crate::technique::settings::SKIP;
             }
         }
 
@@ -57,7 +47,7 @@ macro_rules! __texel_settings {
             /// What all of them have to set; `constants`: of its own shaders.
             fn common(&self, constants: $crate::gpu::Constants) -> $crate::technique::texel_map::Common {
                 let Self { path, size, levels, opaque, skip, .. } = *self;
-                let filter = $crate::maps::Filter { kind: self.filter, radius: self.radius };
+                let filter = self.filter();
                 $crate::technique::texel_map::Common { path, size, levels, filter, opaque, skip, constants }
             }
         }

@@ -1,6 +1,6 @@
 //! The passes that make casters and triangles of the caller's buffers. Twin: [`crate::reference::twin::gather`].
 
-use super::source::{Corners, NOWHERE, Source, SphereAt, StrandAt, held, words};
+use super::source::{Corners, NOWHERE, Source, SphereAt, SplatAt, StrandAt, held, words};
 use crate::Result;
 use crate::gpu::{
     Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Push, ReadBack, Shader, groups, push_struct,
@@ -28,11 +28,11 @@ pub struct GatherTotals {
 /// What there was in the caller's buffers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Gathered {
-    /// Particles, strands and triangles, by the caller's counts: where one is more than the capacity, so many too many.
-    pub asked: [u32; 3],
+    /// Particles, strands, triangles and splats, by the caller's counts: where one is more than the capacity, so many too many.
+    pub asked: [u32; 4],
     /// Among those that there is room for, how many have a number that is not finite, no size, or no vertex: they cast
     /// nothing.
-    pub refused: [u32; 3],
+    pub refused: [u32; 4],
 }
 
 push_struct! {
@@ -50,6 +50,23 @@ push_struct! {
         radius_is: f32,
         density: u32,
         density_is: f32,
+    }
+}
+
+push_struct! {
+    /// Twin: SplatsPush in glsl/world/gather_splats.comp.
+    struct SplatsPush {
+        first: u32,
+        slots: u32,
+        most: u32,
+        count_at: u32,
+        start: u32,
+        stride: u32,
+        position: u32,
+        deviations: u32,
+        rotation: u32,
+        opacity: u32,
+        opacity_is: f32,
     }
 }
 
@@ -133,25 +150,27 @@ impl Counted {
 
 /// The passes, and what they count.
 pub(super) struct Gather {
-    /// Counts of particles, strands and triangles.
-    counted: [Counted; 3],
+    /// Counts of particles, strands, triangles and splats.
+    counted: [Counted; 4],
     /// For particles and for strands.
     casters: [Kernels<CastersPush>; 2],
     triangles: Kernels<TrianglesPush>,
+    splats: Kernels<SplatsPush>,
 }
 
 impl Gather {
     pub(super) fn new(context: &Context) -> Result<Self> {
-        let counted = [Counted::new(context)?, Counted::new(context)?, Counted::new(context)?];
+        let counted = [Counted::new(context)?, Counted::new(context)?, Counted::new(context)?, Counted::new(context)?];
         let casters = [(); 2].map(|()| Kernels { shader: &shaders::GATHER, all: Vec::new() });
         let triangles = Kernels { shader: &shaders::GATHER_TRIANGLES, all: Vec::new() };
-        Ok(Self { counted, casters, triangles })
+        let splats = Kernels { shader: &shaders::GATHER_SPLATS, all: Vec::new() };
+        Ok(Self { counted, casters, triangles, splats })
     }
 
     /// What a frame came to.
     pub(super) fn read(&self, frame: u64) -> Result<Option<Gathered>> {
-        let [particles, strands, triangles] = &self.counted;
-        let all = [particles.read(frame)?, strands.read(frame)?, triangles.read(frame)?];
+        let [particles, strands, triangles, splats] = &self.counted;
+        let all = [particles.read(frame)?, strands.read(frame)?, triangles.read(frame)?, splats.read(frame)?];
         let counts = all.map(Option::unwrap_or_default);
         let gathered = Gathered { asked: counts.map(|c| c.asked), refused: counts.map(|c| c.refused) };
         Ok(all.iter().any(Option::is_some).then_some(gathered))
@@ -213,6 +232,40 @@ impl Gather {
             ..push
         };
         self.counted[kind].record(commands, &kernel, &push, slots.count);
+        Ok(())
+    }
+
+    /// Splats become casters.
+    pub(super) fn splats(
+        &mut self,
+        context: &Context,
+        commands: &mut Commands,
+        (casters, slots): (&Buffer, Slots),
+        (source, at): (&Source, SplatAt),
+    ) -> Result<()> {
+        let what = "splats";
+        let three = at.position.max(at.deviations).saturating_add(12);
+        let bytes = three.max(at.rotation.saturating_add(16)).max(at.opacity.end());
+        let (opacity, opacity_is) = at.opacity.pushed(what)?;
+        let holds = held(&source.buffer, source.offset, source.stride, bytes);
+        let found = source.count.counted(what, slots.capacity, holds)?;
+        let (theirs, counts) = (&source.buffer, source.count.buffer(&source.buffer));
+        let set = set::GatherCasters { theirs, counts, casters, counted: &self.counted[3].counts };
+        let kernel = self.splats.of(context, &[theirs, counts], || set.bind(context, "world.gather"))?;
+        let push = SplatsPush {
+            first: slots.first,
+            slots: slots.count,
+            most: found.most,
+            count_at: found.at,
+            start: words(what, source.offset)?,
+            stride: words(what, source.stride.into())?,
+            position: words(what, at.position.into())?,
+            deviations: words(what, at.deviations.into())?,
+            rotation: words(what, at.rotation.into())?,
+            opacity,
+            opacity_is,
+        };
+        self.counted[3].record(commands, &kernel, &push, slots.count);
         Ok(())
     }
 

@@ -12,7 +12,7 @@ mod theirs;
 pub use gather::{GatherTotals, Gathered};
 pub use generations::{Generations, Made, Parts};
 pub use light::LightData;
-pub use source::{Corners, Count, Number, Source, SphereAt, StrandAt};
+pub use source::{Corners, Count, Number, Source, SphereAt, SplatAt, StrandAt};
 pub use staged::Moved;
 pub use theirs::Capacity;
 

@@ -72,6 +72,19 @@ pub struct StrandAt {
     pub depth: Number,
 }
 
+/// Where a splat, an anisotropic Gaussian of extinction, has what of it counts, bytes from its start, multiples of 4.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SplatAt {
+    /// Three floats: its middle, world units.
+    pub position: u32,
+    /// Three floats: standard deviations along its own axes, world units, > 0.
+    pub deviations: u32,
+    /// Four floats: its axes, a quaternion x, y, z, w of any length but 0.
+    pub rotation: u32,
+    /// What it takes of a ray along its shortest axis through its middle, in [0, 1].
+    pub opacity: Number,
+}
+
 /// Triangles of the caller's.
 #[derive(Clone)]
 pub struct Corners {

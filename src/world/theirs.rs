@@ -1,7 +1,7 @@
 //! A world that buffers of the caller's fill, on the device.
 
 use super::gather::{Gather, Slots};
-use super::source::{Corners, Count, Source, SphereAt, StrandAt};
+use super::source::{Corners, Count, Source, SphereAt, SplatAt, StrandAt};
 use super::staged::raise_lights;
 use super::{Bounds, Filled, Gathered, Generations, LightData, TriangleData, World};
 use crate::gpu::{Buffer, Commands, Context, Memory};
@@ -16,6 +16,8 @@ pub struct Capacity {
     pub particles: u32,
     /// Straight pieces of hair.
     pub strands: u32,
+    /// Anisotropic Gaussians.
+    pub splats: u32,
     /// Opaque triangles.
     pub triangles: u32,
     /// Lights.
@@ -24,7 +26,13 @@ pub struct Capacity {
 
 impl Capacity {
     pub(super) fn kinds(self) -> Kinds {
-        Kinds { particles: self.particles > 0, strands: self.strands > 0, splats: false, meshes: self.triangles > 0 }
+        let Self { particles, strands, splats, triangles, .. } = self;
+        Kinds { particles: particles > 0, strands: strands > 0, splats: splats > 0, meshes: triangles > 0 }
+    }
+
+    /// Whether casters of one kind stand behind the room for another's.
+    fn is_mixed(self) -> bool {
+        [self.particles, self.strands, self.splats].iter().filter(|room| **room > 0).count() > 1
     }
 }
 
@@ -55,6 +63,7 @@ impl World {
         let casters = capacity
             .particles
             .checked_add(capacity.strands)
+            .and_then(|casters| casters.checked_add(capacity.splats))
             .ok_or_else(|| Error::input("a capacity", "more casters than numbers of 32 bits", "make room for fewer"))?;
         let buffer = |name, count: u32, bytes: usize| {
             Buffer::new(context, name, u64::from(count) * bytes as u64, Memory::Device)
@@ -73,7 +82,7 @@ impl World {
             triangle_count: 0,
             sides: buffer("world.sides", capacity.triangles, size_of::<i32>())?,
             strands: capacity.strands > 0,
-            gaussians: false,
+            gaussians: capacity.splats > 0,
             lights: buffer("world.lights", capacity.lights, size_of::<LightData>())?,
             lit: Vec::new(),
             camera: None,
@@ -102,12 +111,9 @@ impl World {
     pub fn particles(&mut self, commands: &mut Commands, source: &Source, at: SphereAt) -> Result<()> {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
-        let capacity = theirs.capacity.particles;
-        // Strands stand behind all that there is room for.
-        let count = match source.count {
-            Count::Host(count) if theirs.capacity.strands == 0 => count.min(capacity),
-            _ => capacity,
-        };
+        let Capacity { particles: capacity, strands, splats, .. } = theirs.capacity;
+        // Those stand behind all that there is room for.
+        let count = shown(&source.count, capacity, strands + splats > 0);
         theirs.clear(commands, &casters);
         let slots = Slots { first: 0, count, capacity };
         theirs.gather.spheres(&context, commands, (&casters, slots), (source, at))?;
@@ -124,15 +130,31 @@ impl World {
     pub fn strands(&mut self, commands: &mut Commands, source: &Source, at: StrandAt) -> Result<()> {
         let (context, casters) = (self.context.clone(), self.casters.clone());
         let theirs = self.theirs()?;
-        let Capacity { particles: first, strands: capacity, .. } = theirs.capacity;
-        let count = match source.count {
-            Count::Host(count) => count.min(capacity),
-            Count::Device { .. } => capacity,
-        };
+        let Capacity { particles: first, strands: capacity, splats, .. } = theirs.capacity;
+        let count = shown(&source.count, capacity, splats > 0);
         theirs.clear(commands, &casters);
         let slots = Slots { first, count, capacity };
         theirs.gather.strands(&context, commands, (&casters, slots), (source, at))?;
         (self.particle_count, self.strand_count) = (first, count);
+        self.generations.strands += 1;
+        self.generations.bounds += 1;
+        Ok(())
+    }
+
+    /// Its splats are now those of that buffer, as in [`World::particles`]; those without axes or with an opacity out of range cast
+    /// nothing too. They are packed in f32: a scene's, which are packed in f64, may differ by a last bit of a direction or a deviation.
+    ///
+    /// # Errors
+    /// As [`World::particles`].
+    pub fn splats(&mut self, commands: &mut Commands, source: &Source, at: SplatAt) -> Result<()> {
+        let (context, casters) = (self.context.clone(), self.casters.clone());
+        let theirs = self.theirs()?;
+        let Capacity { particles, strands, splats: capacity, .. } = theirs.capacity;
+        let count = shown(&source.count, capacity, false);
+        theirs.clear(commands, &casters);
+        let slots = Slots { first: particles + strands, count, capacity };
+        theirs.gather.splats(&context, commands, (&casters, slots), (source, at))?;
+        (self.particle_count, self.strand_count, self.gaussian_count) = (particles, strands, count);
         self.generations.strands += 1;
         self.generations.bounds += 1;
         Ok(())
@@ -233,12 +255,21 @@ impl World {
 }
 
 impl Theirs {
-    /// Before the first casters: those of the other kind cast nothing.
+    /// Before the first casters: those of other kinds cast nothing.
     fn clear(&mut self, commands: &mut Commands, casters: &Buffer) {
-        if !self.cleared && self.capacity.particles > 0 && self.capacity.strands > 0 {
+        if !self.cleared && self.capacity.is_mixed() {
             commands.pass("world.gather", |pass| pass.fill(casters, 0));
             self.cleared = true;
         }
+    }
+}
+
+/// Casters of a kind that kernels go through: as many as there are, or as there is room for where the device alone knows, or where others
+/// stand behind them.
+fn shown(count: &Count, capacity: u32, others_behind: bool) -> u32 {
+    match count {
+        Count::Host(count) if !others_behind => (*count).min(capacity),
+        _ => capacity,
     }
 }
 

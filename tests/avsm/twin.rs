@@ -10,7 +10,7 @@ use gobo::reference::twin::avsm::node::Interpolation;
 use gobo::reference::twin::bins::{TILE_TEXELS, caster_order, tile_key_within};
 use gobo::reference::twin::gaussian::AlongRay;
 use gobo::reference::twin::order;
-use gobo::reference::twin::segment::{Segment, sort, texel_segment};
+use gobo::reference::twin::segment::{MAX_OPTICAL_DEPTH, Segment, sort, texel_segment};
 use gobo::reference::twin::sums::{DARK, bound};
 use gobo::scene::{Caster, Ray, Scene, View};
 use gobo::technique::avsm::{self, Fit, Interpolated, Resolve, Way};
@@ -261,7 +261,12 @@ impl<'a> Twins<'a> {
             _ => Some(0.0),
         };
         let cut = |(i, caster): (u32, &Caster)| {
-            let segment = if self.area { texel_part } else { texel_segment }(&self.view, at, caster)?;
+            let segment = if self.area {
+                // Cells leave out what lies behind where nothing is left.
+                texel_part(&self.view, at, caster, if order == Order::Cells { DARK } else { MAX_OPTICAL_DEPTH })?
+            } else {
+                texel_segment(&self.view, at, caster)?
+            };
             Some(Cut { caster: i, rank: self.ranks[i as usize], key: key(caster)?, segment })
         };
         let mut cuts: Vec<Cut> = (0..).zip(&self.casters).filter_map(cut).collect();
@@ -340,7 +345,7 @@ impl<'a> Twins<'a> {
         let ray = self.view.ray(DVec2::new(f64::from(at[0]) + 0.5, f64::from(at[1]) + 0.5));
         let beside = self.view.ray(DVec2::new(f64::from(at[0]) + 1.5, f64::from(at[1]) + 1.5));
         let of = |caster: &Caster| {
-            let segment = texel_part(&self.view, at, caster)?;
+            let segment = texel_part(&self.view, at, caster, MAX_OPTICAL_DEPTH)?;
             let z = (caster.start() - ray.origin).dot(ray.direction) / ray.direction.length_squared();
             let diagonal = (beside.at(z) - ray.at(z)).length();
             let moved = 5.0 * f64::from(f32::EPSILON) * (caster.start() - ray.origin).length() / diagonal;
@@ -354,12 +359,15 @@ impl<'a> Twins<'a> {
 
     /// Casters that the texel's ray grazes so closely that rounding decides whether it meets them.
     pub fn grazed(&self, texel: u32) -> u64 {
-        // What a texel's square has in it grows with it from nothing.
+        let corner = DVec2::new(f64::from(texel % self.view.width), f64::from(texel / self.view.width));
         if self.area {
-            return 0;
+            // What a texel's square has of a sphere or a strand grows with it from nothing. A splat ends in a step, for each ray by itself.
+            let rays = (0..16).map(|i| DVec2::new(f64::from(i % 4), f64::from(i / 4)) / 4.0 + 0.125);
+            let rays: Vec<_> = rays.map(|beside| self.view.ray(corner + beside)).collect();
+            let grazed = |splat: &&Caster| rays.iter().any(|ray| ends_at(ray, splat, 1e-4));
+            return self.casters.iter().filter(|caster| caster.is_gaussian()).filter(grazed).count() as u64;
         }
-        let (x, y) = (texel % self.view.width, texel / self.view.width);
-        let ray = self.view.ray(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+        let ray = self.view.ray(corner + 0.5);
         self.casters.iter().filter(|caster| grazes(&ray, caster)).count() as u64
     }
 
@@ -373,6 +381,12 @@ impl<'a> Twins<'a> {
 /// whose floats are 2e-7 apart, and a hit is some ten operations.
 const OUTLINE_ROUNDING: f64 = 4e-6;
 
+/// Whether the ray passes a splat where it ends, at three deviations, and still has 1.1 % of its optical depth; to so many deviations.
+fn ends_at(ray: &Ray, splat: &Caster, within: f32) -> bool {
+    let along = AlongRay::of((ray.origin.as_vec3(), ray.direction.as_vec3()), splat);
+    (along.square.sqrt() - 3.0).abs() < within
+}
+
 /// Whether the ray passes the caster's outline too closely to tell on which side. A sphere's is within a share of its
 /// radius; a strand's is its ribbon, two edges and two ends, seen along the ray.
 fn grazes(ray: &Ray, caster: &Caster) -> bool {
@@ -380,9 +394,8 @@ fn grazes(ray: &Ray, caster: &Caster) -> bool {
     let radius = f64::from(caster.radius);
     let across = offset.reject_from(ray.direction);
     if caster.is_gaussian() {
-        // Where it ends it still has 1.1 % of its optical depth, and packing its axes again moves that.
-        let along = AlongRay::of((ray.origin.as_vec3(), ray.direction.as_vec3()), caster);
-        return (along.square.sqrt() - 3.0).abs() < 0.01;
+        // Packing its axes again moves that.
+        return ends_at(ray, caster, 0.01);
     }
     if !caster.is_strand() {
         return (across.length() / radius - 1.0).abs() < 1e-5;

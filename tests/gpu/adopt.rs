@@ -9,6 +9,7 @@ use gobo::reference::truth::space_points;
 use gobo::scene::Scene;
 use gobo::technique::{self, Settled};
 use gobo::world::World;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 /// The device on which Gobo opens where none is named.
 fn features() -> Features {
@@ -26,11 +27,19 @@ pub fn adopted(test: &str, wanted: &Wanted, body: impl FnOnce(&mut Foreign, &Con
     let mut foreign = Foreign::open(wanted);
     let context = foreign.adopt(&messages).expect("it has the floor");
     log("exercised", test, &format!("{}, {}", context.features().name, context.features().driver));
-    body(&mut foreign, &context);
-    foreign.wait();
-    assert_only_recorded(&context);
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        body(&mut foreign, &context);
+        foreign.wait();
+        assert_only_recorded(&context);
+    }));
+    // Also where the body failed: frames may still run, and they use what the context has.
+    foreign.finish();
     drop(context);
     let said = [foreign.close(), messages.all()].concat();
+    if let Err(panic) = outcome {
+        said.iter().for_each(|message| eprintln!("{message}"));
+        resume_unwind(panic);
+    }
     assert!(said.is_empty(), "{test}: {} messages:\n{}", said.len(), said.join("\n"));
 }
 

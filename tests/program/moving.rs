@@ -1,7 +1,7 @@
 //! A world that moves: `compare`, `render` and `slice` with `--moving`.
 
 use crate::support::log;
-use crate::{decodes, folder, ok, results, run, runs, small_scene, text};
+use crate::{decodes, folder, ok, results, run, runs, small_scene, text, write_scene};
 use gobo::measure::Status;
 
 /// From a hundred particles to some hundred: a build that begins with too little room loses nothing, since lists of all
@@ -170,6 +170,40 @@ fn render_and_slice_write_sequences() {
         assert_eq!(frames.count(), 3, "{command}");
     }
     decodes(&folder.path().join("render-0.png"), [96, 54]);
+}
+
+/// A sequence of files is drawn and measured as each file alone is.
+#[test]
+fn files_are_frames() {
+    log("exercised", "files_are_frames", &runs("avsm", "binned").0);
+    let folder = folder();
+    for number in 0..3 {
+        let rows = (0..4 + number)
+            .map(|i| format!("{} 0 {} 0.5 1.2", 0.4 * f64::from(i) - 0.6, 1.0 + 0.3 * f64::from(number)));
+        write_scene(folder.path(), &format!("puff.{number:02}"), &rows.collect::<Vec<_>>());
+    }
+    let one = std::fs::read_to_string(folder.path().join("puff.00.toml")).expect("written");
+    let all = folder.path().join("puff.toml");
+    std::fs::write(&all, one.replace("puff.00.ply", "puff.##.ply")).expect("write");
+    let path = |name: &str| folder.path().join(name);
+    let size = ["--width", "64", "--height", "36", "--technique", "avsm:path=binned,size=32", "--out"];
+    let moving = ["render", text(&all), "--moving", "0.01..0.1", "--frames", "3"];
+    ok(&[&moving[..], &size, &[text(&path("all.png"))]].concat());
+    let mut pictures = Vec::new();
+    for number in 0..3 {
+        let (scene, out) = (path(&format!("puff.{number:02}.toml")), path(&format!("alone-{number}.png")));
+        ok(&[&["render", text(&scene)][..], &size, &[text(&out)]].concat());
+        let [of_all, alone] = [path(&format!("all-{number}.png")), out].map(|p| std::fs::read(p).expect("written"));
+        assert!(of_all == alone, "frame {number}");
+        pictures.push(alone);
+    }
+    pictures.dedup();
+    assert_eq!(pictures.len(), 3, "each is another picture");
+    let compared = ["compare", text(&all), "--moving", "0.01..0.1", "--frames", "3", "--quick", "--validation"];
+    ok(&[&compared[..], &["--technique", "avsm:path=binned,size=32", "--out", text(&path("out"))]].concat());
+    let row = results(&path("out")).rows.remove(0);
+    assert_eq!((row.status, row.scene.as_str()), (Status::Ok, "puff"), "{}", row.reason);
+    assert!(row.flicker_rms.is_some_and(|flicker| flicker > 0.0), "{:?}", row.flicker_rms);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::*;
 use glam::DVec3;
 use gobo::reference::truth::Casters;
-use gobo::scene::{BUILT_IN, Motion, Particle, Scene};
+use gobo::scene::{BUILT_IN, LightKind, Motion, Particle, Scene};
 
 #[test]
 fn built_in_scenes_are_deterministic_and_sane() {
@@ -142,4 +142,28 @@ fn plume_1m_is_a_million_thin_particles() {
     };
     let mean = (0..16).map(|i| light(-1.5 + 0.2 * i as f32)).sum::<f32>() / 16.0;
     assert!((0.001..0.5).contains(&mean), "{mean} of the light");
+}
+
+/// Rows of `failures` from the top, their bottoms from the ground and the optical depth straight through them.
+const ROWS: [(f64, f64); 5] = [(3.75, 3.0), (2.9, 1.4), (2.05, 0.9), (1.2, 1.7), (0.35, HAIRS)];
+
+/// 1,300 hairs, 0.016 wide, that take 0.3 each, strewn over 4.8.
+const HAIRS: f64 = 0.016 * 1300.0 / 4.8 * 0.356_675;
+
+/// Straight through each row, in the mean over its middle, is what was asked for.
+#[test]
+fn rows_are_as_dark_as_they_say() {
+    const RAYS: u32 = 400;
+    let mut scene = Scene::load("failures", 0.0).expect("built in");
+    scene.lights[0].kind = LightKind::Directional { direction: DVec3::X };
+    let casters = Casters::new(&scene);
+    for (bottom, optical_depth) in ROWS {
+        let behind = |i: u32| {
+            let [y, z] = [0.2 + 1.8 * (f64::from(i) + 0.5) / f64::from(RAYS), f64::from(i % 7) / 30.0 - 0.1];
+            DVec3::new(9.0, y, bottom + 0.3 + z)
+        };
+        let sum: f64 = (0..RAYS).map(|i| casters.optical_depth(0, behind(i))).sum();
+        let mean = sum / f64::from(RAYS);
+        assert!((mean - optical_depth).abs() < 0.2 * optical_depth, "{bottom}: {mean}, not {optical_depth}");
+    }
 }

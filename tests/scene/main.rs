@@ -3,6 +3,7 @@
 
 #![cfg(feature = "program")]
 
+mod animations;
 mod built_in;
 mod courtyard;
 mod data_files;

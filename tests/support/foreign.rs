@@ -6,7 +6,7 @@ use gobo::gpu::{Adopt, Calls, Commands, Context, Enabled, Messages};
 use gpu_allocator::AllocatorDebugSettings;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::ffi::{CStr, c_void};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
@@ -28,6 +28,7 @@ pub struct Foreign {
     /// Commands and fences of the frames that may run.
     frames: Vec<(vk::CommandBuffer, vk::Fence)>,
     next: u64,
+    closed: bool,
 }
 
 unsafe extern "system" fn on_message(
@@ -38,7 +39,8 @@ unsafe extern "system" fn on_message(
 ) -> vk::Bool32 {
     // SAFETY: the layer hands over a string that lives as long as this call; the list outlives the instance.
     let (message, said) = unsafe { (CStr::from_ptr((*data).p_message), &*said.cast::<Said>()) };
-    said.lock().expect("nobody panics").push(message.to_string_lossy().into_owned());
+    // A panic could not leave the layer.
+    said.lock().unwrap_or_else(PoisonError::into_inner).push(message.to_string_lossy().into_owned());
     vk::FALSE
 }
 
@@ -144,6 +146,7 @@ impl Foreign {
                 pool,
                 frames,
                 next: 0,
+                closed: false,
             }
         }
     }
@@ -202,6 +205,12 @@ impl Foreign {
         unsafe { self.device.device_wait_idle() }.expect("no device is lost");
     }
 
+    /// Waits for all frames, whatever became of the device.
+    pub fn finish(&self) {
+        // SAFETY: nobody else uses the device.
+        let _ = unsafe { self.device.device_wait_idle() };
+    }
+
     /// Records nothing for `frame`, which has no place of its own; what was said to it.
     pub fn refused(&self, context: &Context, frame: u64) -> String {
         // SAFETY: what is refused is not recorded into.
@@ -212,12 +221,21 @@ impl Foreign {
     /// Destroys the device, of which nothing that is not the test's may be left. What the layer has said, and what was left in the
     /// test's allocator.
     pub fn close(mut self) -> Vec<String> {
-        self.wait();
+        self.destroy()
+    }
+
+    fn destroy(&mut self) -> Vec<String> {
+        self.closed = true;
+        self.finish();
         let mut said = Vec::new();
         if let Some(allocator) = self.allocator.take() {
-            let allocator =
-                Arc::into_inner(allocator).expect("nobody has it any more").into_inner().expect("it is whole");
-            said.extend(allocator.generate_report().allocations.into_iter().map(|a| format!("{} is left", a.name)));
+            match Arc::into_inner(allocator).map(|allocator| allocator.into_inner().expect("it is whole")) {
+                Some(allocator) => {
+                    let left = allocator.generate_report().allocations;
+                    said.extend(left.into_iter().map(|a| format!("{} is left", a.name)));
+                }
+                None => said.push("somebody has the allocator still".into()),
+            }
         }
         // SAFETY: all frames are over, and whatever was made from the device is gone.
         unsafe {
@@ -227,8 +245,18 @@ impl Foreign {
             self.messenger.0.destroy_debug_utils_messenger(self.messenger.1, None);
             self.instance.destroy_instance(None);
         }
-        said.extend(self.said.lock().expect("nobody panics").drain(..));
+        said.extend(self.said.lock().unwrap_or_else(PoisonError::into_inner).drain(..));
         said
+    }
+}
+
+/// A test that fails closes its device too. Else the list of what was said would go before the allocator's memory, of which the layer then
+/// says that frames use it: to a list that is no more, on which the program ends by a signal, with all that other tests have said.
+impl Drop for Foreign {
+    fn drop(&mut self) {
+        if !self.closed {
+            self.destroy().iter().for_each(|message| eprintln!("{message}"));
+        }
     }
 }
 

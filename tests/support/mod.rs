@@ -3,6 +3,7 @@
 // Every file in tests/ is a program of its own and uses only a part of this.
 #![allow(dead_code)]
 
+pub mod alike;
 #[allow(unsafe_code)]
 pub mod foreign;
 pub mod scenes;

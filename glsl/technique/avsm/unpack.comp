@@ -11,6 +11,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(set = 1, binding = 0, scalar) writeonly buffer Nodes { uvec2 nodes[]; };
 layout(set = 1, binding = 1, scalar) readonly buffer Counts { uint counts[]; };
+// set 2: avsm_attachments
 #define STORED(i) layout(set = 2, binding = i) uniform texture2D stored_##i;
 EACH_ATTACHMENT(STORED)
 

@@ -1,7 +1,7 @@
 //! CPU twin of glsl/maps/bins/area.glsl: the segment of a caster that lets as much light through as the mean of all rays through a
 //! texel, in f32.
 
-use super::segment::{MAX_OPTICAL_DEPTH, Segment, about_origin, ray, segment_at, strand_along};
+use super::segment::{Segment, about_origin, ray, segment_at, strand_along};
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec2Swizzles, Vec3};
 
@@ -60,35 +60,44 @@ fn strand_share(view: &View, texel: [u32; 2], strand: &Caster) -> Option<(f32, f
     (share > 0.0 && z > view.near).then_some((z, share))
 }
 
+/// As segment_cut has it where nothing is left behind an optical depth of `dark`.
+fn cut(segment: Segment, dark: f32) -> Segment {
+    let Segment { entry, exit, optical_depth } = segment;
+    if optical_depth <= dark {
+        return segment;
+    }
+    Segment { entry, exit: entry + (exit - entry) * (dark / optical_depth), optical_depth: dark }
+}
+
 /// Twin: texel_part with AREA. None where no ray meets the caster.
-pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster) -> Option<Segment> {
+pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> Option<Segment> {
     let (view, caster) = (&about_origin(view, caster).0, &about_origin(view, caster).1);
     let middle = Vec2::new(texel[0] as f32, texel[1] as f32) + 0.5;
     if caster.is_strand() {
         let (z, share) = strand_share(view, texel, caster)?;
         let depth = (z - view.near) / (view.far - view.near);
-        let whole = caster.density.min(MAX_OPTICAL_DEPTH);
+        let whole = caster.density.min(dark);
         let optical_depth = optical_depth_of(share * share_taken(whole), whole);
         return Some(Segment { entry: depth, exit: depth, optical_depth });
     }
     let z = Vec3::from(caster.position).dot(view.forward.into());
     if !caster.is_gaussian() && caster.radius >= WIDE * sides(view, z.max(view.near)).max_element() {
-        return segment_at(view, middle, caster);
+        return segment_at(view, middle, caster).map(|segment| cut(segment, dark));
     }
     let beside =
         |i: u32| (Vec2::new((i % SPHERE_RAYS) as f32, (i / SPHERE_RAYS) as f32) + 0.5) / SPHERE_RAYS as f32 - 0.5;
-    let met: Vec<_> =
-        (0..SPHERE_RAYS * SPHERE_RAYS).filter_map(|i| segment_at(view, middle + beside(i), caster)).collect();
+    let rays = (0..SPHERE_RAYS * SPHERE_RAYS).filter_map(|i| segment_at(view, middle + beside(i), caster));
+    let met: Vec<_> = rays.map(|segment| cut(segment, dark)).collect();
     let taken: f32 = met.iter().map(|s| share_taken(s.optical_depth) / (SPHERE_RAYS * SPHERE_RAYS) as f32).sum();
     let entry = met.iter().map(|s| s.entry).reduce(f32::min)?;
     let exit = met.iter().map(|s| s.exit).reduce(f32::max)?;
-    (taken > 0.0).then(|| Segment { entry, exit, optical_depth: optical_depth_of(taken, MAX_OPTICAL_DEPTH) })
+    (taken > 0.0).then(|| Segment { entry, exit, optical_depth: optical_depth_of(taken, dark) })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::twin::segment::texel_segment;
+    use crate::reference::twin::segment::{MAX_OPTICAL_DEPTH, texel_segment};
     use proptest::prelude::*;
 
     const SIZE: u32 = 12;
@@ -171,7 +180,8 @@ mod tests {
         let view = view(projection, SIZE);
         let (mut sum, mut wanted) = (0.0, 0.0);
         for texel in texels() {
-            let (own, all) = (taken(texel_part(&view, texel, &caster)), mean(projection, texel, &caster));
+            let (own, all) =
+                (taken(texel_part(&view, texel, &caster, MAX_OPTICAL_DEPTH)), mean(projection, texel, &caster));
             let most = 0.1 + all * foreshortening(projection, texel, &caster);
             prop_assert!((own - all).abs() < most, "{texel:?}: {own}, not {all}");
             sum += own;
@@ -201,7 +211,7 @@ mod tests {
             let view = view(projection, SIZE);
             let most = 2.0 * 0.5 / f64::from(SPHERE_RAYS);
             for texel in texels() {
-                let (own, all) = (taken(texel_part(&view, texel, &caster)), mean(projection, texel, &caster));
+                let (own, all) = (taken(texel_part(&view, texel, &caster, MAX_OPTICAL_DEPTH)), mean(projection, texel, &caster));
                 prop_assert!((own - all).abs() < most, "{texel:?}: {own}, not {all}");
             }
         }

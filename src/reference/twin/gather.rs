@@ -1,7 +1,10 @@
-//! Twin of glsl/world/gather.comp and gather_triangles.comp: what the caller's buffers become, to the bit but for axes of strands
-//! so short that a device may flush them.
+//! Twin of glsl/world/gather.comp, gather_splats.comp and gather_triangles.comp: what the caller's buffers become, to the bit but for
+//! axes of strands so short that a device may flush them, and for what roots, logarithms and powers round of splats.
 
+use super::gaussian::{OCTAVES, REACH, ROOT_TWO_PI, axes_packed};
+use super::segment::MAX_OPTICAL_DEPTH;
 use crate::scene::Caster;
+use glam::{Mat3, Quat, Vec4};
 
 /// Where a caster has what of it counts, words from its start.
 #[derive(Clone, Copy, Debug)]
@@ -69,6 +72,83 @@ pub fn casters(theirs: &[u32], at: &CasterAt, slots: usize, live: usize) -> (Vec
         Caster { position, radius: radius[0], axis, density: density[0] }
     };
     let all = (0..slots).map(caster).collect();
+    (all, refused)
+}
+
+/// Where a splat has what of it counts, words from its start.
+#[derive(Clone, Copy, Debug)]
+pub struct SplatWords {
+    /// Where the first of them is, words from the buffer's start.
+    pub start: usize,
+    /// From one to the next.
+    pub stride: usize,
+    /// Three floats.
+    pub position: usize,
+    /// Three floats.
+    pub deviations: usize,
+    /// Four floats.
+    pub rotation: usize,
+    /// Or of all.
+    pub opacity: Result<usize, f32>,
+}
+
+/// Twin: depth_of.
+fn depth_of(o: f32) -> f32 {
+    let little = o * (1.0 + o * (1.0 / 2.0 + o * (1.0 / 3.0 + o * (1.0 / 4.0))));
+    match o {
+        o if o < 0.03 => little,
+        o if o < 1.0 => (-(1.0 - o).ln()).min(MAX_OPTICAL_DEPTH),
+        _ => MAX_OPTICAL_DEPTH,
+    }
+}
+
+/// Twin: octaves_of.
+fn octaves_of(longest: f32, other: f32) -> u32 {
+    (((longest / other).log2() * (4095.0 / OCTAVES)).clamp(0.0, 4095.0) + 0.5) as u32
+}
+
+/// One splat; none where it has no place, no size, no axes or no opacity.
+fn splat(theirs: &[u32], from: usize, at: &SplatWords) -> Option<Caster> {
+    let float = |word: usize| f32::from_bits(theirs[from + word]);
+    let (place, sizes) = (three(theirs, from + at.position), three(theirs, from + at.deviations));
+    let turn = Vec4::from_array([0, 1, 2, 3].map(|i| float(at.rotation + i)));
+    let share = at.opacity.map_or_else(|opacity| opacity, float);
+    let square = turn.dot(turn);
+    let stands = is_finite(place)
+        && sizes.into_iter().all(is_positive)
+        && turn.is_finite()
+        && is_positive(square.to_bits())
+        && is_not_negative(share.to_bits())
+        && share <= 1.0;
+    if !stands {
+        return None;
+    }
+    let axes = Mat3::from_quat(Quat::from_vec4(turn / square.sqrt()));
+    let long = sizes.map(f32::from_bits);
+    let mut order = [0, 1, 2];
+    order.sort_by(|a, b| long[*b].total_cmp(&long[*a]));
+    let [longest, middle, shortest] = order;
+    let short_by = octaves_of(long[longest], long[shortest]);
+    let octaves = octaves_of(long[longest], long[middle]) | short_by << 12;
+    let low = axes_packed(axes.col(shortest), axes.col(longest));
+    let axis = [0, 1, 2].map(|i| {
+        let byte = octaves >> (8 * i) & 255;
+        f32::from_bits((byte & 128) << 24 | 0x7180_0000 | (byte & 127) << 16 | low[i])
+    });
+    let radius = REACH * long[longest];
+    let thick = radius * (1.0 / REACH) * (short_by as f32 * (-OCTAVES / 4095.0)).exp2();
+    let density = depth_of(share) / (ROOT_TWO_PI * thick);
+    let caster = Caster { position: place.map(f32::from_bits), radius, axis, density };
+    (radius.is_finite() && density.is_finite()).then_some(caster)
+}
+
+/// So many casters, the first `live` of them splats from `theirs`, and how many of those were refused. Twin: gather_splats.comp.
+pub fn splats(theirs: &[u32], at: &SplatWords, slots: usize, live: usize) -> (Vec<Caster>, u32) {
+    let nothing = Caster { position: [0.0; 3], radius: 0.0, axis: [0.0; 3], density: 0.0 };
+    let found: Vec<_> = (0..live.min(slots)).map(|i| splat(theirs, at.start + i * at.stride, at)).collect();
+    let refused = found.iter().filter(|splat| splat.is_none()).count() as u32;
+    let mut all: Vec<_> = found.into_iter().map(|splat| splat.unwrap_or(nothing)).collect();
+    all.resize(slots, nothing);
     (all, refused)
 }
 

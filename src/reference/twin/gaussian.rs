@@ -4,16 +4,16 @@ use crate::scene::{Caster, View};
 use glam::{Vec2, Vec3};
 
 /// Twin: GAUSSIAN_REACH.
-const REACH: f32 = 3.0;
+pub(super) const REACH: f32 = 3.0;
 
 /// Twin: GAUSSIAN_CHORD.
 pub const CHORD: f32 = 1.5;
 
 /// Twin: GAUSSIAN_OCTAVES.
-const OCTAVES: f32 = 12.0;
+pub(super) const OCTAVES: f32 = 12.0;
 
 /// Twin: ROOT_TWO_PI.
-const ROOT_TWO_PI: f32 = 2.506_628_3;
+pub(super) const ROOT_TWO_PI: f32 = 2.506_628_3;
 
 /// Twin: GAUSSIAN_WHOLE.
 const WHOLE: f32 = 1.011_234_5;
@@ -51,12 +51,8 @@ fn axis(u: u32, v: u32) -> Vec3 {
     Vec3::new(place.x, place.y, 1.0 - place.x.abs() - place.y.abs()).normalize()
 }
 
-/// The same in a view's axes, packed again; its place stays. Twin: gaussian_turned.
-pub fn turned(view: &View, caster: &Caster) -> Caster {
-    let ([longest, _, shortest], _) = shape(caster);
-    let view_axes = [view.right, view.up, view.forward].map(Vec3::from);
-    let to_view = |v: Vec3| Vec3::from_array(view_axes.map(|axis| axis.dot(v)));
-    let (shortest, longest) = (to_view(shortest), to_view(longest));
+/// The shortest and the longest axis as 16 bits each of three words. Twin: gaussian_packed.
+pub(super) fn axes_packed(shortest: Vec3, longest: Vec3) -> [u32; 3] {
     let shortest = if shortest.z < 0.0 { -shortest } else { shortest };
     let place = Vec2::new(shortest.x, shortest.y) / (shortest.x.abs() + shortest.y.abs() + shortest.z);
     let word = |share: f32| (share.clamp(0.0, 1.0) * 65535.0 + 0.5) as u32;
@@ -64,8 +60,15 @@ pub fn turned(view: &View, caster: &Caster) -> Caster {
     let [u, v] = [word(both.x), word(both.y)];
     let [first, second] = across(axis(u, v)).map(|axis| axis.dot(longest));
     let (first, second) = if second < 0.0 { (-first, -second) } else { (first, second) };
-    let turn = word(first / (first.abs() + second) * 0.5 + 0.5);
-    let low = [u, v, turn];
+    [u, v, word(first / (first.abs() + second) * 0.5 + 0.5)]
+}
+
+/// The same in a view's axes, packed again; its place stays. Twin: gaussian_turned.
+pub fn turned(view: &View, caster: &Caster) -> Caster {
+    let ([longest, _, shortest], _) = shape(caster);
+    let view_axes = [view.right, view.up, view.forward].map(Vec3::from);
+    let to_view = |v: Vec3| Vec3::from_array(view_axes.map(|axis| axis.dot(v)));
+    let low = axes_packed(to_view(shortest), to_view(longest));
     let axis = std::array::from_fn(|i| f32::from_bits(caster.axis[i].to_bits() & 0xFFFF_0000 | low[i]));
     Caster { axis, ..*caster }
 }

@@ -174,7 +174,7 @@ pub(in crate::scene) const fn most(emitters: &[Emitter]) -> usize {
     sum
 }
 
-const _: () = assert!(most(&EMITTERS) == Motion::ThreeEmitters.most_particles());
+const _: () = assert!(most(&EMITTERS) == crate::scene::MOST_OF_THREE_EMITTERS);
 
 /// The scene after the emitters have been running for `time_s` seconds, in units of about a metre, z up: 5,000
 /// particles from 18 s on. The light is slanted so that one plume's shadow falls on the other and on the ground.

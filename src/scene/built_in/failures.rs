@@ -121,30 +121,3 @@ fn wall() -> Mesh {
         solid: false,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::reference::truth::Casters;
-
-    /// Straight through each row, in the mean over its middle, is what was asked for.
-    #[test]
-    fn rows_are_as_dark_as_they_say() {
-        const RAYS: u32 = 400;
-        let mut scene = failures();
-        scene.lights[0].kind = LightKind::Directional { direction: DVec3::X };
-        let casters = Casters::new(&scene);
-        let hairs =
-            2.0 * f64::from(HAIR_RADIUS_WORLD) * HAIRS as f64 / DEEP_WORLD * -(1.0 - f64::from(HAIR_OPACITY)).ln();
-        for (from_below, optical_depth) in [(4, 3.0), (3, 1.4), (2, 0.9), (1, 1.7), (0, hairs)] {
-            let middle = (row(from_below)[0] + row(from_below)[1]) / 2.0;
-            let behind = |i: u32| {
-                let [y, z] = [0.2 + 1.8 * (f64::from(i) + 0.5) / f64::from(RAYS), f64::from(i % 7) / 30.0 - 0.1];
-                DVec3::new(9.0, y, middle + z)
-            };
-            let sum: f64 = (0..RAYS).map(|i| casters.optical_depth(0, behind(i))).sum();
-            let mean = sum / f64::from(RAYS);
-            assert!((mean - optical_depth).abs() < 0.2 * optical_depth, "{from_below}: {mean}, not {optical_depth}");
-        }
-    }
-}

@@ -1,10 +1,10 @@
 //! The built-in scene `fountain`: particles that the device simulates, over a bowl, between steps and columns.
 
 use crate::Result;
-use crate::reference::twin::simulate;
 use crate::scene::built_in::emitters::ground;
 use crate::scene::built_in::town_shapes::{Place, block, empty, fan, loft, tube};
 use crate::scene::model::fountain_law::Fountain;
+use crate::scene::model::fountain_steps;
 use crate::scene::model::time::check_time;
 use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Scene};
 use glam::{DVec2, DVec3};
@@ -25,7 +25,7 @@ const COLUMNS: [[f64; 3]; 4] = [[-2.2, 1.2, 2.6], [-1.1, 2.4, 3.2], [1.1, 2.4, 3
 /// Where the particles are at a step. The same bytes as on the device.
 pub(in crate::scene) fn particles(fountain: &Fountain, time_s: f64) -> Result<Vec<Particle>> {
     check_time("fountain", time_s)?;
-    Ok(simulate::particles(fountain, &meshes(), fountain.step_at(time_s)))
+    Ok(fountain_steps::particles(fountain, &meshes(), fountain.step_at(time_s)))
 }
 
 /// The scene at a time, with so many particles, in units of about a metre, z up.

@@ -51,7 +51,7 @@ pub(in crate::scene) fn particles(time_s: f64) -> Result<Vec<Particle>> {
     smoke("lantern", &HEAPS, time_s)
 }
 
-const _: () = assert!(most(&HEAPS) == Motion::Lantern.most_particles());
+const _: () = assert!(most(&HEAPS) == crate::scene::MOST_OF_LANTERN);
 
 /// The lights after so many seconds: the lantern swings on its chain, the spot light searches, the moon moves on.
 pub(in crate::scene) fn lights(time_s: f64) -> Vec<Light> {

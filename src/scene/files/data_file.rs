@@ -1,6 +1,7 @@
 //! A data file as a scene by itself.
 
 use crate::Result;
+use crate::scene::files::animation::{self, Animation, Part, Sequence};
 use crate::scene::files::contents::Contents;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::strand_file::Overrides;
@@ -21,6 +22,9 @@ pub const DATA_ENDINGS: [&str; 7] = ["ply", "hair", "tfx", "gltf", "glb", "splat
 /// # Errors
 /// [`Error::Input`](crate::Error::Input): whatever the file is wrong with; nothing in it; all of it in one point.
 pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
+    if animation::is_sequence(path) {
+        return sequence(path);
+    }
     let ending = input::ending(path);
     let mut contents = match ending.as_str() {
         "hair" | "tfx" => {
@@ -48,6 +52,21 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         lights.push(fitted::light(up));
     }
     Ok(contents.scene(input::stem(path), lights, camera))
+}
+
+/// Particles of one file per frame. The camera sees what a few of them hold.
+fn sequence(pattern: &Path) -> Result<Scene> {
+    let wrong = |cause: String| input::error(pattern, cause, "give other files, or name them in a scene file");
+    let sequence = Sequence::open(pattern, animation::FRAMES_PER_SECOND, Placement::AS_IT_STANDS)?;
+    let contents = Contents { particles: sequence.some()?, ..Contents::default() };
+    if contents.particles.is_empty() {
+        return Err(wrong("nothing casts a shadow: its first, middle and last frames are empty".into()));
+    }
+    let camera = fitted::camera(&contents, DVec3::Z).map_err(wrong)?;
+    let animation = Animation::new(vec![Part::Moving(sequence)]);
+    let (particles, motion) = (animation.at(0.0)?, animation.motion());
+    let scene = contents.scene(animation::stem(pattern), vec![fitted::light(DVec3::Z)], camera);
+    Ok(Scene { particles, motion, ..scene })
 }
 
 fn splats(path: &Path) -> Result<Contents> {

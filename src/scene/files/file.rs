@@ -2,9 +2,10 @@
 //!
 //! ```toml
 //! [[particles]]                 # any number of them
-//! file = "smoke.ply"            # beside the scene file
+//! file = "smoke.ply"            # beside the scene file; "smoke.####.ply": a frame a file, smoke.0001.ply and so on
 //! scale = 2.0                   # optional, about the file's origin; optical depths stay as they are
 //! translate = [0.0, 0.0, 1.0]   # optional, after the scale
+//! frames_per_second = 24.0      # optional, of a sequence of files
 //!
 //! [[hair]]                      # any number of them
 //! file = "head.hair"            # Cem Yuksel's HAIR format, or TressFX, versions 3 and 4 (.tfx)
@@ -40,6 +41,7 @@
 //! ```
 
 use crate::Result;
+use crate::scene::files::animation::{self, Animation, Part, Sequence};
 use crate::scene::files::contents::Contents;
 use crate::scene::files::placement::Placement;
 use crate::scene::files::stage::{CameraEntry, LightEntry, camera, light, one_or_more};
@@ -52,6 +54,8 @@ use std::path::Path;
 
 const WAY_OUT: &str = "correct the scene file";
 
+const MOST_FRAMES_PER_SECOND: f64 = 1000.0;
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SceneFile {
@@ -60,7 +64,7 @@ struct SceneFile {
     #[serde(default)]
     hair: Vec<HairEntry>,
     #[serde(default)]
-    splats: Vec<ParticlesEntry>,
+    splats: Vec<SplatsEntry>,
     #[serde(default)]
     meshes: Vec<MeshesEntry>,
     #[serde(default, deserialize_with = "one_or_more")]
@@ -71,6 +75,17 @@ struct SceneFile {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ParticlesEntry {
+    file: String,
+    #[serde(default)]
+    translate: [f64; 3],
+    #[serde(default = "one")]
+    scale: f64,
+    frames_per_second: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SplatsEntry {
     file: String,
     #[serde(default)]
     translate: [f64; 3],
@@ -136,14 +151,27 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
 
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut contents = Contents::default();
+    let mut parts = Vec::new();
     for entry in &parsed.particles {
         let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
-        for (number, particle) in particle_file::load(&folder.join(&entry.file))?.iter().enumerate() {
-            let placed = placement.particle(particle);
-            let cause = |cause| entry.cause(format!("placed particle {number} (the first is 0): {cause}"));
-            contents.particles.push(placed.map_err(|text| wrong(cause(text)))?);
+        let file = folder.join(&entry.file);
+        if animation::is_sequence(&file) {
+            let rate = entry.rate().map_err(|cause| wrong(entry.cause(cause)))?;
+            parts.push(Part::Moving(Sequence::open(&file, rate, placement)?));
+            continue;
         }
+        if entry.frames_per_second.is_some() {
+            return Err(wrong(entry.cause("frames_per_second is of a sequence, whose name has a #".into())));
+        }
+        let place = |(number, particle)| {
+            let cause = |cause| entry.cause(format!("placed particle {number} (the first is 0): {cause}"));
+            placement.particle(particle).map_err(|text| wrong(cause(text)))
+        };
+        let particles = particle_file::load(&file)?.iter().enumerate().map(place).collect::<Result<Vec<_>>>()?;
+        parts.push(Part::Still(particles));
     }
+    let animation = Animation::new(parts);
+    contents.particles = animation.at(0.0)?;
     for entry in &parsed.hair {
         let placement = Placement::new(entry.translate, entry.scale).map_err(|cause| wrong(entry.cause(cause)))?;
         let overrides = entry.overrides().map_err(|cause| wrong(entry.cause(cause)))?;
@@ -183,10 +211,18 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         return Err(missing("light"));
     }
     let camera = camera.or(contents.camera).ok_or_else(|| missing("camera"))?;
-    Ok(contents.scene(input::stem(path), lights, camera))
+    Ok(Scene { motion: animation.motion(), ..contents.scene(input::stem(path), lights, camera) })
 }
 
 impl ParticlesEntry {
+    fn rate(&self) -> std::result::Result<f64, String> {
+        let rate = self.frames_per_second.unwrap_or(animation::FRAMES_PER_SECOND);
+        if rate > 0.0 && rate <= MOST_FRAMES_PER_SECOND {
+            return Ok(rate);
+        }
+        Err(format!("frames_per_second {rate} is not greater than 0 and at most {MOST_FRAMES_PER_SECOND}"))
+    }
+
     fn cause(&self, cause: String) -> String {
         format!("particles {}: {cause}", self.file)
     }

@@ -5,7 +5,7 @@ use crate::scene::{
     DATA_ENDINGS, Motion, Scene, built_in, built_in::cornell, built_in::courtyard, built_in::courtyard_lights,
     built_in::cube, built_in::embedded, built_in::emitters, built_in::failures, built_in::fountain, built_in::hair,
     built_in::houses, built_in::lantern, built_in::plume, built_in::sparse, built_in::splats, built_in::town,
-    files::data_file, files::file, files::input,
+    check_time, files::data_file, files::file, files::input,
 };
 use crate::{Error, Result};
 
@@ -70,8 +70,8 @@ impl Scene {
             "courtyard" => courtyard::courtyard(&built_in.title, built_in.number("lights"), time_s),
             "fountain" => fountain::fountain(&built_in.title, built_in.number("particles"), time_s),
             path => match input::ending(path.as_ref()).as_str() {
-                "toml" => file::load(path.as_ref()),
-                ending if DATA_ENDINGS.contains(&ending) => data_file::load(path.as_ref()),
+                "toml" => begun(file::load(path.as_ref())?, time_s),
+                ending if DATA_ENDINGS.contains(&ending) => begun(data_file::load(path.as_ref())?, time_s),
                 _ => {
                     let cause = format!("no such scene{}", did_you_mean(built_in.name, BUILT_IN));
                     Err(Error::input(name, cause, format!("give {}", known())))
@@ -102,13 +102,17 @@ impl Scene {
     /// # Errors
     /// [`Error::Input`] where the time is out of range.
     pub fn at(&self, time_s: f64) -> Result<Self> {
-        let (particles, lights) = match self.motion {
+        let (particles, lights) = match &self.motion {
             Motion::Still => (self.particles.clone(), self.lights.clone()),
             Motion::ThreeEmitters => (emitters::particles(time_s)?, self.lights.clone()),
             Motion::Lantern => (lantern::particles(time_s)?, lantern::lights(time_s)),
             Motion::Hair => (Vec::new(), hair::lights(time_s)?),
             Motion::Courtyard => (Vec::new(), courtyard::lights_at(self.lights.len(), time_s)?),
-            Motion::Fountain(fountain) => (fountain::particles(&fountain, time_s)?, self.lights.clone()),
+            Motion::Fountain(fountain) => (fountain::particles(fountain, time_s)?, self.lights.clone()),
+            Motion::Animation(animation) => {
+                check_time(&self.name, time_s)?;
+                (animation.at(time_s)?, self.lights.clone())
+            }
         };
         Ok(Self {
             name: self.name.clone(),
@@ -118,7 +122,12 @@ impl Scene {
             meshes: self.meshes.clone(),
             lights,
             camera: self.camera,
-            motion: self.motion,
+            motion: self.motion.clone(),
         })
     }
+}
+
+/// What plays from files is where it is at that time.
+fn begun(scene: Scene, time_s: f64) -> Result<Scene> {
+    if matches!(scene.motion, Motion::Animation(_)) { scene.at(time_s) } else { Ok(scene) }
 }

@@ -1,5 +1,6 @@
 //! Scenes and what is in them from files: a format a file.
 
+pub(super) mod animation;
 pub(super) mod contents;
 pub(super) mod data_file;
 pub(super) mod file;

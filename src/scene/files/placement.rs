@@ -5,6 +5,7 @@ use crate::scene::{Camera, Light, LightKind, Mesh, Particle, files::particle_fil
 use glam::DVec3;
 
 /// Where the things of a file go in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::scene) struct Placement {
     translate: DVec3,
     /// Greater than 0.

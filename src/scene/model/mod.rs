@@ -6,6 +6,8 @@ pub(super) mod fingerprint;
 pub(super) mod fit;
 pub(super) mod fog;
 pub(super) mod fountain_law;
+#[cfg(feature = "program")]
+pub(crate) mod fountain_steps;
 pub(crate) mod gaussian;
 pub(super) mod light;
 pub(super) mod order;
@@ -17,3 +19,5 @@ pub(super) mod resolution;
 pub(super) mod sides;
 pub(super) mod time;
 pub(super) mod view;
+#[cfg(feature = "program")]
+pub(super) mod voxels;

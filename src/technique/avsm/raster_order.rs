@@ -2,10 +2,10 @@
 //! write, in drawing order. Source: Fife and Strugar 2013, Pixel Shader Ordering.
 
 use super::{GroupPush, Site, per_tile};
-use crate::gpu::{Bindings, Commands, Image, Kernel, OrderedAttachments, Resource};
+use crate::gpu::{Commands, Image, Kernel, OrderedAttachments};
 use crate::maps::{Bins, Maps, Splat, SplatPush};
 use crate::scene::FARTHEST;
-use crate::shaders::{self, avsm};
+use crate::shaders::{self, avsm, set};
 use crate::world::World;
 use crate::{Error, Result};
 use std::ops::Range;
@@ -42,8 +42,7 @@ impl RasterOrder {
         let at_once = maps.stacked_at_once(context);
         let size = [maps.size()[0], maps.size()[1] * at_once];
         let attachments = OrderedAttachments::new(context, "avsm.attachments", size, count)?;
-        let textures: Vec<_> = attachments.images().iter().cloned().map(Resource::Texture).collect();
-        let drawn = Bindings::new(context, "avsm.attachments", &textures)?;
+        let drawn = set::AvsmAttachments { stored: attachments.images() }.bind(context, "avsm.attachments")?;
         let stages = [&shaders::maps::SPLAT_VERT, insert];
         let sets = [maps.scene(), splat.set(), attachments.inputs()];
         let insert = Kernel::ordered(context, stages, &attachments, &sets, &plan.constants)?;

@@ -1,8 +1,9 @@
 //! What there is to set of AVSM.
 
-use crate::maps::{DrawingOrder, Filter, FilterKind, OpaqueWay};
+use crate::maps::DrawingOrder;
 use crate::technique::keys::{word_of, words};
-use crate::technique::settings::{FILTER, LEVELS, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use crate::technique::map_settings::map_settings;
+use crate::technique::settings::{LEVELS, SIZE, Setting};
 
 words! {
     /// How curves are built.
@@ -102,7 +103,7 @@ words! {
     }
 }
 
-settings! {
+map_settings! {
     /// What there is to set. Not all goes with all: [`super::Avsm::new`] says what does not.
     #[derive(Copy)]
     pub struct Settings {
@@ -151,16 +152,6 @@ settings! {
         /// Where a tile's casters stand while all texels look at them; none: in lanes for hair and on software devices.
         batch: Option<Batch> = Setting::auto(
             "binned: casters stand in shared memory or in the lanes of subgroups; auto: lanes for hair and on software devices");
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Casters and tiles that no look-up misses are left out.
-        skip: bool = SKIP;
     }
 }
 
@@ -202,11 +193,6 @@ impl Settings {
     /// In the shortest.
     pub(super) fn is_tight(&self) -> bool {
         self.storage == Some(Storage::Tight)
-    }
-
-    /// How look-ups average.
-    pub(super) fn filter(&self) -> Filter {
-        Filter { kind: self.filter, radius: self.radius }
     }
 
     /// Texels per side of a map whose tiles are looked at: the coarsest that they may be.

@@ -1,8 +1,8 @@
 //! What there is to set of deep shadow maps.
 
-use crate::maps::{Filter, FilterKind, OpaqueWay};
 use crate::technique::keys::{word_of, words};
-use crate::technique::settings::{FILTER, OPAQUE, RADIUS, SIZE, SKIP, Setting, settings};
+use crate::technique::map_settings::map_settings;
+use crate::technique::settings::{SIZE, Setting};
 
 words! {
     /// How the lists of segments are made.
@@ -34,7 +34,7 @@ words! {
     }
 }
 
-settings! {
+map_settings! {
     /// What there is to set.
     #[derive(Copy)]
     pub struct Settings {
@@ -56,25 +56,10 @@ settings! {
             "lists of segments are drawn, or made tile by tile; auto: binned, on software devices two-pass");
         /// Texels per side of a light's map, 1 to 16,384.
         size: u32 = SIZE;
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Casters and tiles that no look-up misses are left out.
-        skip: bool = SKIP;
     }
 }
 
 impl Settings {
-    /// How look-ups average.
-    pub(super) fn filter(&self) -> Filter {
-        Filter { kind: self.filter, radius: self.radius }
-    }
-
     /// Which nodes go.
     pub(super) fn removal(&self) -> Removal {
         let usual = if self.bytes.is_some() { Removal::Area } else { Removal::Bound };

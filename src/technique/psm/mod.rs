@@ -37,11 +37,12 @@ use self::fused::{Fused, OTHER_BYTES, SLICE_BYTES};
 use self::raster::Raster;
 use self::volume::Volume;
 use super::keys::{Name, word_of, words};
+use super::map_settings::map_settings;
 use super::promises::{EIGHT_BITS, FILTERED, ROUNDING};
-use super::settings::{FILTER, Keyed, OPAQUE, RADIUS, SKIP, Setting, settings};
+use super::settings::{Keyed, Setting};
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Technique};
 use crate::gpu::{Bindings, Commands, Constants, Context, Image, Requirement, Resource};
-use crate::maps::{Bins, FilterKind, MANY_CASTERS, Map, Maps, OpaqueMaps, OpaqueWay};
+use crate::maps::{Bins, MANY_CASTERS, Map, Maps, OpaqueMaps};
 use crate::shaders::constant::FETCH_AHEAD;
 use crate::shaders::folder;
 use crate::world::{Made, Parts, World};
@@ -57,7 +58,7 @@ words! {
     }
 }
 
-settings! {
+map_settings! {
     /// What there is to set. `coverage` and `route` are of the raster path alone: [`Psm::new`] refuses them with the fused one.
     #[derive(Copy)]
     pub struct Settings {
@@ -79,16 +80,6 @@ settings! {
         /// The shader that chooses a caster's layer; none: the vertex shader where it can.
         route: Option<Route> = Setting::auto(
             "the shader that chooses a caster's layer (raster); auto: vertex where it can, else geometry");
-        /// How a look-up weighs the texels about a point.
-        filter: FilterKind = FILTER;
-        /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
-        radius: u32 = RADIUS;
-        /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
-        opaque: Option<OpaqueWay> = OPAQUE;
-    }
-    every {
-        /// Casters and tiles that no look-up misses are left out.
-        skip: bool = SKIP;
     }
 }
 

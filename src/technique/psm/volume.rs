@@ -57,8 +57,8 @@ pub struct Volume {
 impl Volume {
     /// What they say.
     pub fn of(settings: &Settings) -> Self {
-        let Settings { size, slices, storage, assign, coverage, filter: kind, radius, .. } = *settings;
-        Self { size, slices, storage, split: assign == Assign::Split, coverage, filter: Filter { kind, radius } }
+        let Settings { size, slices, storage, assign, coverage, .. } = *settings;
+        Self { size, slices, storage, split: assign == Assign::Split, coverage, filter: settings.filter() }
     }
 
     /// Optical depths are added.

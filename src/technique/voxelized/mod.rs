@@ -29,11 +29,13 @@ mod cube;
 mod file;
 mod loaded;
 mod settings;
+mod tree;
 
 pub use buffers::LevelCounts;
 pub use file::Baked;
 pub use loaded::Loaded;
 pub use settings::{Coverage, Free, Plan, Settings, Structure};
+pub use tree::{MAX_LEVELS, TreeData};
 
 use self::bake::{Bake, Job, tree_nodes};
 use self::buffers::{Buffers, BuildState, Mode, Room, Shape, Shared};
@@ -43,12 +45,12 @@ use super::settings::Keyed;
 use super::{Answer, Casts, Entry, Facts, Lifetime, Path, Promises, Runs, Settled, Spec, Technique};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, MAX_UPDATE_BYTES, Memory};
 use crate::maps::Map;
-use crate::scene::{Projection, Resolution, View};
+use crate::scene::Resolution;
 use crate::shaders::folder;
 use crate::shaders::set;
 use crate::world::{Made, Parts, World};
 use crate::{Error, Result};
-use bytemuck::{Pod, Zeroable};
+use bytemuck::Zeroable;
 use std::collections::BTreeMap;
 
 /// For the registry.
@@ -74,79 +76,11 @@ fn open(context: &Context, world: &World, spec: &Spec) -> Result<Box<dyn Techniq
 
 const TILES: &str = "tiles";
 
-/// Leaves, bricks, and nodes of up to 65,536 voxels per side. Twin: Tree in glsl/technique/voxelized/tree.glsl.
-pub const MAX_LEVELS: usize = 15;
-
 /// Nodes of a level, and triangles in bins, that there may be room for: tables twice as large have numbers of 32 bits.
 const MOST_NODES: u32 = 1 << 28;
 
 /// Times a bake may begin anew with more room.
 const MOST_RESTARTS: u32 = 64;
-
-/// A tree of a light. Twin: Tree in glsl/technique/voxelized/tree.glsl.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct TreeData {
-    /// The corner of the cube, or the light where it has a place; world units.
-    pub origin: [f32; 3],
-    /// Voxels per side.
-    pub size: u32,
-    /// Voxels a world unit along the cube's x; for a light with a place, times the depth in voxels.
-    pub right: [f32; 3],
-    /// The root's level, and 1.
-    pub levels: u32,
-    /// Along its y.
-    pub up: [f32; 3],
-    /// 1 lit, 2 shadowed, 3: there are nodes.
-    pub root: u32,
-    /// Along its z, the way light travels.
-    pub forward: [f32; 3],
-    /// The root, as pointers say it.
-    pub root_at: u32,
-    /// Where the words are that stand for the first levels.
-    pub shortcuts: u32,
-    /// Where each level's nodes begin, words.
-    pub at: [u32; MAX_LEVELS],
-    /// Bits of their pointers.
-    pub pointer_bits: [u32; MAX_LEVELS],
-    /// 1 where the light has a place.
-    pub perspective: u32,
-    /// The first tree of the light that has this one's number.
-    pub first: u32,
-    /// How many trees it has; 0 where there is no such light.
-    pub faces: u32,
-}
-
-impl TreeData {
-    /// Without nodes, of a cube.
-    fn of(cube: &View) -> Self {
-        let perspective = cube.projection() == Projection::Perspective;
-        let scale = f64::from(cube.width) / f64::from(cube.far);
-        let across = if perspective { f64::from(cube.scale_x) * f64::from(cube.width) / 2.0 } else { 1.0 };
-        let scaled = |axis: [f32; 3], by: f64| axis.map(|a| (f64::from(a) * scale * by) as f32);
-        let half = if perspective { 0.0 } else { f64::from(cube.far) / 2.0 };
-        let corner = |i: usize| f64::from(cube.origin[i]) - half * (f64::from(cube.right[i]) + f64::from(cube.up[i]));
-        Self {
-            origin: [0, 1, 2].map(|i| corner(i) as f32),
-            size: cube.width,
-            right: scaled(cube.right, across),
-            levels: Shape { size: cube.width, tile: cube.width }.root_level() + 1,
-            up: scaled(cube.up, across),
-            forward: scaled(cube.forward, 1.0),
-            perspective: perspective.into(),
-            ..Self::zeroed()
-        }
-    }
-
-    /// Those of all lights.
-    fn all(cubes: &Cubes) -> Vec<Self> {
-        let mut trees: Vec<_> = cubes.views.iter().map(Self::of).collect();
-        for (tree, light) in trees.iter_mut().zip(&cubes.lights) {
-            (tree.first, tree.faces) = (light.start as u32, light.len() as u32);
-        }
-        trees
-    }
-}
 
 /// What a bake is of.
 const OF: Parts = Parts::MESHES.and(Parts::LIGHTS);

@@ -1,0 +1,23 @@
+// Sums before each thread of a workgroup of 128. Source: Blelloch 1990. Twin: a loop.
+#ifndef GRID_SCAN_GLSL
+#define GRID_SCAN_GLSL
+
+const uint SCAN_THREADS = 128u;
+shared uint scan_sums[SCAN_THREADS];
+
+// The sum of `mine` over all threads before this one; in `all`, over all.
+uint scan_threads(uint mine, out uint all) {
+    uint thread = gl_LocalInvocationIndex;
+    barrier();
+    scan_sums[thread] = mine;
+    for (uint step = 1u; step < SCAN_THREADS; step *= 2u) {
+        barrier();
+        uint other = thread >= step ? scan_sums[thread - step] : 0u;
+        barrier();
+        scan_sums[thread] += other;
+    }
+    barrier();
+    all = scan_sums[SCAN_THREADS - 1u];
+    return scan_sums[thread] - mine;
+}
+#endif

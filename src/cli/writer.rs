@@ -1,0 +1,51 @@
+//! The files of a comparison, written row after row.
+
+use crate::measure::{Case, Drawn, Results, Row, difference_srgb8};
+use crate::report::Store;
+use crate::scene::Picture;
+use crate::{Error, Result};
+
+/// Writes what it can: after the first failure nothing more, so that the measuring goes on and its table is printed.
+pub(super) struct Writer<'a> {
+    pub store: &'a Store,
+    /// Why nothing more is written.
+    pub failed: Option<Error>,
+}
+
+impl Writer<'_> {
+    pub fn write(&mut self, write: impl FnOnce(&Store) -> Result<()>) {
+        if self.failed.is_none() {
+            self.failed = write(self.store).err();
+        }
+    }
+
+    /// The picture of a row, by its place among its scene's, what it differs from the truth by, and the truth itself the first time; the bounce of light too, where
+    /// it was traced.
+    pub fn pictures(&mut self, row: &mut Row, place: usize, results: &Results, case: &Case, drawn: &Drawn) {
+        // A row that was kept may have that number of another order.
+        let number = (place..).find(|n| results.rows.iter().all(|r| r.picture != Some(picture_name(row, *n, ""))));
+        let [name, difference] = ["", "-difference"].map(|suffix| picture_name(row, number.unwrap_or(place), suffix));
+        self.write(|store| write_picture(store, &name, &drawn.picture, &drawn.picture.to_srgb8()));
+        row.picture = Some(name);
+        let (Some(beside), Some(reference)) = (&drawn.beside_truth, case.reference()) else { return };
+        self.write(|store| write_picture(store, &difference, beside, &difference_srgb8(beside, reference)));
+        row.difference = Some(difference);
+        if results.rows.iter().all(|r| r.scene != row.scene || r.difference.is_none()) {
+            let name = format!("{}-reference.png", row.scene);
+            self.write(|store| write_picture(store, &name, reference, &reference.to_srgb8()));
+            if let Some(traced) = case.traced() {
+                let name = format!("{}-bounce.png", row.scene);
+                self.write(|store| write_picture(store, &name, traced, &traced.to_srgb8()));
+            }
+        }
+    }
+}
+
+/// SCENE-NN-TECHNIQUE.png
+pub(super) fn picture_name(row: &Row, number: usize, suffix: &str) -> String {
+    format!("{}-{number:02}-{}{suffix}.png", row.scene, row.technique)
+}
+
+fn write_picture(store: &Store, name: &str, picture: &Picture, rgb8: &[u8]) -> Result<()> {
+    store.write_picture(name, picture.width, picture.height, rgb8)
+}

@@ -1,0 +1,162 @@
+//! Voxels that triangles meet, to the bit as the device finds them: what particles of `fountain` bounce off, and what its twin is held
+//! against. Twin of glsl/grid/overlap.glsl and voxelize.comp: nothing in either is divided, fused or put in another order.
+
+use super::fountain_law::Place;
+use std::array::from_fn;
+
+/// Twin: GRID_SLACK in glsl/grid/overlap.glsl.
+const SLACK: f32 = 1e-4;
+
+impl Place {
+    /// In voxels from the corner.
+    pub fn voxels(&self, position: [f32; 3]) -> [f32; 3] {
+        from_fn(|i| (position[i] - self.origin[i]) * self.per_unit)
+    }
+}
+
+/// A triangle among voxels. Twin: Facet in glsl/grid/overlap.glsl.
+pub(crate) struct Facet {
+    corners: [[f32; 3]; 3],
+    edges: [[f32; 3]; 3],
+    normal: [f32; 3],
+    pub(crate) first: [u32; 3],
+    pub(crate) last: [u32; 3],
+    /// Voxels, or cells, are so much larger to each side.
+    slack: f32,
+    /// What its plane is not known by, in lengths of its normal times voxels.
+    error: f32,
+}
+
+impl Facet {
+    /// A triangle whose corners are in voxels, or in cells of which a voxel's side has so many.
+    fn of(corners: [[f32; 3]; 3], size: u32, cells: u32) -> Self {
+        Self::slack(corners, size, SLACK * cells as f32)
+    }
+
+    /// Where it is listed. Twin: glsl/grid/lists/meets.glsl.
+    pub(crate) fn listed(corners: [[f32; 3]; 3], size: u32) -> Self {
+        let facet = Self::slack(corners, size, 1.0 / 512.0);
+        let side = facet.edges.as_flattened().iter().fold(0.0f32, |side, c| side.max(c.abs()));
+        Self { error: 1.0 / 262_144.0 * (side * side) * (side + 2.0), ..facet }
+    }
+
+    fn slack(corners: [[f32; 3]; 3], size: u32, slack: f32) -> Self {
+        let [a, b, c] = corners;
+        let between = |from: [f32; 3], to: [f32; 3]| -> [f32; 3] { from_fn(|i| to[i] - from[i]) };
+        let edges = [between(a, b), between(b, c), between(c, a)];
+        let [ab, bc, _] = edges;
+        let normal = [ab[1] * bc[2] - ab[2] * bc[1], ab[2] * bc[0] - ab[0] * bc[2], ab[0] * bc[1] - ab[1] * bc[0]];
+        let whole = |v: f32| v.floor().clamp(0.0, (size - 1) as f32) as u32;
+        let first = from_fn(|i| whole(a[i].min(b[i].min(c[i])) - slack));
+        let last = from_fn(|i| whole(a[i].max(b[i].max(c[i])) + slack));
+        Self { corners, edges, normal, first, last, slack, error: 0.0 }
+    }
+
+    /// Its box, larger by the slack. Twins: low_of, high_of.
+    pub(crate) fn bounds(&self) -> [[f32; 3]; 2] {
+        let [a, b, c] = self.corners;
+        [from_fn(|i| a[i].min(b[i].min(c[i])) - self.slack), from_fn(|i| a[i].max(b[i].max(c[i])) + self.slack)]
+    }
+
+    /// Whether it is one point, which casts nothing. Twin: facet_is_point.
+    pub(crate) fn is_point(&self) -> bool {
+        self.edges == [[0.0; 3]; 3]
+    }
+
+    /// Whether it meets a voxel of its box. Source: Schwarz and Seidel 2010, section 3.
+    pub(crate) fn meets(&self, voxel: [u32; 3]) -> bool {
+        let corner = voxel.map(|v| v as f32);
+        let seen: [[f32; 3]; 3] = self.corners.map(|c| from_fn(|i| c[i] - corner[i]));
+        let [x, y, z] = self.normal;
+        let plane = x * seen[0][0] + y * seen[0][1] + z * seen[0][2];
+        let most = x.max(0.0) + y.max(0.0) + z.max(0.0);
+        let least = x.min(0.0) + y.min(0.0) + z.min(0.0);
+        let slack = self.slack * (x.abs() + y.abs() + z.abs()) + self.error;
+        if most + slack - plane < 0.0 || plane - least + slack < 0.0 {
+            return false;
+        }
+        let turn = self.normal.map(|n| if n >= 0.0 { 1.0 } else { -1.0 });
+        (0..3).all(|i| {
+            [[0, 1, 2], [1, 2, 0], [2, 0, 1]].into_iter().all(|[across, up, along]| {
+                let (edge, from) = (self.edges[i], seen[i]);
+                inside_edge([from[across], from[up]], [edge[across], edge[up]], turn[along], self.slack)
+            })
+        })
+    }
+}
+
+/// Twin: inside_edge.
+fn inside_edge(from: [f32; 2], edge: [f32; 2], turn: f32, slack: f32) -> bool {
+    let (x, y) = (edge[1] * turn, edge[0] * turn);
+    let at = x * from[0] - y * from[1];
+    let reach = (-x).max(0.0) + y.max(0.0);
+    let slack = slack * (x.abs() + y.abs());
+    at + reach + slack >= 0.0
+}
+
+/// The bits of all levels. Twin: what glsl/grid/grid.glsl says of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Bits {
+    pub(crate) size: u32,
+    /// Levels one behind the other, 64 bits per word.
+    pub words: Vec<u64>,
+}
+
+/// Levels of bits.
+const LEVELS: u32 = 3;
+
+impl Bits {
+    fn side(size: u32, level: u32) -> u32 {
+        size >> (2 * level + 2)
+    }
+
+    /// None.
+    pub(crate) fn none(size: u32) -> Self {
+        let words = (0..LEVELS).map(|level| Self::side(size, level).pow(3)).sum::<u32>();
+        Self { size, words: vec![0; words as usize] }
+    }
+
+    /// The word of a level that a voxel is in, and its bit there.
+    pub(crate) fn place(&self, level: u32, voxel: [u32; 3]) -> (usize, u32) {
+        let at = (0..level).map(|l| Self::side(self.size, l).pow(3)).sum::<u32>();
+        let [x, y, z] = voxel.map(|v| v >> (2 * level + 2));
+        let bit = voxel.map(|v| (v >> (2 * level)) & 3);
+        let side = Self::side(self.size, level);
+        ((at + (z * side + y) * side + x) as usize, bit[0] | bit[1] << 2 | bit[2] << 4)
+    }
+
+    /// Voxels of triangles whose corners are in voxels. Twin: glsl/grid/voxelize.comp.
+    pub fn voxelize(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> Self {
+        Self::voxelize_cells(triangles, size, 1)
+    }
+
+    /// Voxels of triangles whose corners are in cells, of which a voxel's side has so many.
+    pub(crate) fn voxelize_cells(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32, cells: u32) -> Self {
+        let mut bits = Self::none(size);
+        for corners in triangles {
+            let facet = Facet::of(corners, size, cells);
+            if facet.is_point() {
+                continue;
+            }
+            for z in facet.first[2]..=facet.last[2] {
+                for y in facet.first[1]..=facet.last[1] {
+                    for x in (facet.first[0]..=facet.last[0]).filter(|x| facet.meets([*x, y, z])) {
+                        (0..LEVELS).for_each(|level| bits.set(level, [x, y, z]));
+                    }
+                }
+            }
+        }
+        bits
+    }
+
+    pub(crate) fn set(&mut self, level: u32, voxel: [u32; 3]) {
+        let (word, bit) = self.place(level, voxel);
+        self.words[word] |= 1 << bit;
+    }
+
+    /// Whether a voxel, or what stands for it on a level above, is occupied.
+    pub fn has(&self, level: u32, voxel: [u32; 3]) -> bool {
+        let (word, bit) = self.place(level, voxel);
+        self.words[word] >> bit & 1 == 1
+    }
+}

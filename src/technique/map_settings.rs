@@ -1,0 +1,34 @@
+//! Settings of techniques whose look-ups weigh the texels of a light's map: what each has, and behind it what all of them have.
+
+/// Declares such settings, as [`settings!`](crate::__settings) does.
+#[macro_export]
+#[doc(hidden)]
+macro_rules! __map_settings {
+    ($(#[$meta:meta])* $visibility:vis struct $name:ident { $($own:tt)* }) => {
+        $crate::technique::settings::settings! {
+            $(#[$meta])*
+            $visibility struct $name {
+                $($own)*
+                /// How a look-up weighs the texels about a point.
+                filter: $crate::maps::FilterKind = $crate::technique::settings::FILTER;
+                /// Texels that the box and the Gaussian reach, 1 to 8; the Gaussian's deviation is half of it.
+                radius: u32 = $crate::technique::settings::RADIUS;
+                /// What draws the meshes as a light sees them; none: compute passes on GPUs, the rasterizer elsewhere.
+                opaque: Option<$crate::maps::OpaqueWay> = $crate::technique::settings::OPAQUE;
+            }
+            every {
+                /// Casters and tiles that no look-up misses are left out.
+                skip: bool = $crate::technique::settings::SKIP;
+            }
+        }
+
+        impl $name {
+            /// How look-ups average.
+            pub(in $crate::technique) fn filter(&self) -> $crate::maps::Filter {
+                $crate::maps::Filter { kind: self.filter, radius: self.radius }
+            }
+        }
+    };
+}
+
+pub use crate::__map_settings as map_settings;

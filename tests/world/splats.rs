@@ -1,0 +1,200 @@
+//! Splats of the caller's buffers: packed as a scene's are, and answered for as those.
+
+use super::buffers::{NAN, buffer, count, fill, points, record, refused_in};
+use super::{answers, build, opened};
+use crate::support::scenes::{self, Random};
+use crate::support::{gpu_test, runs, spec};
+use glam::Vec3;
+use gobo::gpu::Context;
+use gobo::reference::twin::gather::{SplatWords, splats};
+use gobo::reference::twin::gaussian::shape;
+use gobo::scene::{Caster, Gaussian, Scene};
+use gobo::world::{Capacity, Number, Source, SplatAt, World};
+
+/// Words from one splat of theirs to the next, and to the first.
+const STRIDE: usize = 13;
+const FIRST: usize = 2;
+
+const AT: SplatAt = SplatAt { position: 4, deviations: 32, rotation: 16, opacity: Number::At(48) };
+const WORDS: SplatWords =
+    SplatWords { start: FIRST, stride: STRIDE, position: 1, deviations: 8, rotation: 4, opacity: Ok(12) };
+
+/// Splats in their layout, what is none among them.
+fn laid_out(gaussians: &[Gaussian]) -> Vec<u32> {
+    let mut words = vec![NAN; FIRST + STRIDE * gaussians.len()];
+    for (i, g) in gaussians.iter().enumerate() {
+        let at = &mut words[FIRST + STRIDE * i..][..STRIDE];
+        at[1..4].copy_from_slice(&g.position.map(f32::to_bits));
+        at[4..8].copy_from_slice(&g.rotation.map(f32::to_bits));
+        at[8..11].copy_from_slice(&g.deviations.map(f32::to_bits));
+        at[12] = g.opacity.to_bits();
+    }
+    words
+}
+
+fn source(context: &Context, gaussians: &[Gaussian], on_device: bool) -> Source {
+    Source {
+        buffer: buffer(context, &laid_out(gaussians)),
+        offset: 4 * FIRST as u64,
+        stride: 4 * STRIDE as u32,
+        count: count(context, gaussians.len(), on_device),
+    }
+}
+
+/// Any shapes: needles, discs and balls, axes alike and turned by quaternions of any length, seen through and opaque.
+fn any(random: &mut Random, count: usize) -> Vec<Gaussian> {
+    let one = |i: usize| {
+        let long = 10f32.powf(random.between(-2.0, 1.0));
+        let mut deviations =
+            [0; 3].map(|_| long * 2f32.powf(-random.between(0.0, if i % 3 == 0 { 14.0 } else { 4.0 })));
+        if i % 5 == 0 {
+            deviations[i % 3] = deviations[(i + 1) % 3];
+        }
+        let scale = if i % 4 == 0 { 1.0 } else { 10f32.powf(random.between(-3.0, 3.0)) };
+        let rotation = match i % 7 {
+            0 => [0.0, 0.0, 0.0, scale],
+            1 => [scale, 0.0, 0.0, scale],
+            _ => [0; 4].map(|_| scale * random.between(-1.0, 1.0)),
+        };
+        let opacity = match i % 9 {
+            0 => 1.0,
+            1 => 0.0,
+            2 => 10f32.powf(random.between(-7.0, -1.0)),
+            _ => random.between(0.0, 1.0),
+        };
+        Gaussian { position: random.point(-2.0, 2.0), deviations, rotation, opacity, color: [0.5; 3] }
+    };
+    (0..count).map(one).collect()
+}
+
+/// Each of these is none, by one number of it.
+fn none() -> Vec<Gaussian> {
+    let good = Gaussian {
+        position: [0.0; 3],
+        deviations: [0.3, 0.2, 0.1],
+        rotation: [0.0, 0.0, 0.0, 1.0],
+        opacity: 0.5,
+        color: [0.5; 3],
+    };
+    let mut all = Vec::new();
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        all.push(Gaussian { position: [0.0, bad, 0.0], ..good });
+        all.push(Gaussian { deviations: [0.3, 0.2, bad], ..good });
+        all.push(Gaussian { rotation: [0.0, 0.0, bad, 1.0], ..good });
+        all.push(Gaussian { opacity: bad, ..good });
+    }
+    all.extend([0.0, -0.1].map(|bad| Gaussian { deviations: [bad, 0.2, 0.1], ..good }));
+    all.extend([-0.1, 1.5].map(|opacity| Gaussian { opacity, ..good }));
+    all.push(Gaussian { rotation: [0.0; 4], ..good });
+    all
+}
+
+/// By how much two directions differ, of which no end is the first, as the sine of their angle.
+fn apart(a: Vec3, b: Vec3) -> f32 {
+    a.as_dvec3().cross(b.as_dvec3()).length() as f32
+}
+
+/// The same splat, but for what packing may round otherwise: one unit of each code. That is 3.05e-5 on the octahedron, whose points are
+/// 1/√3 away at least and aslant, 7.5e-5 of the shortest axis; 6.1e-5 more of the longest, which stands on it; and a 4095th of 12 octaves.
+/// What is taken through the middle along the shortest axis is off by what Vulkan allows of a logarithm, 2⁻²¹ of 0.03 at least, and of
+/// 2⁻¹², 27 units.
+#[track_caller]
+fn assert_alike(is: &Caster, expected: &Caster, what: &str) {
+    assert_eq!(is.position.map(f32::to_bits), expected.position.map(f32::to_bits), "{what}");
+    assert!((is.radius / expected.radius - 1.0).abs() < 2e-7, "{what}: {} {}", is.radius, expected.radius);
+    assert!(is.is_gaussian() && expected.is_gaussian(), "{what}");
+    let ((axes, long), (expected_axes, expected_long)) = (shape(is), shape(expected));
+    for i in 0..3 {
+        let share = long[i] / expected_long[i];
+        assert!((share.log2() * 4095.0 / 12.0).abs() < 1.01, "{what}: deviations {long} and {expected_long}");
+        assert!(apart(axes[i], expected_axes[i]) < 1.4e-4, "{what}: axes {axes:?} and {expected_axes:?}");
+    }
+    let taken = (is.density * long.z) / (expected.density * expected_long.z);
+    let nothing = is.density == 0.0 && expected.density == 0.0;
+    assert!(nothing || (taken - 1.0).abs() < 2.5e-5, "{what}: {taken} times as much");
+}
+
+/// As their twin packs them in f32, and as a scene does in f64; what is none is counted and casts nothing.
+#[test]
+fn splats_of_a_buffer_are_packed() {
+    gpu_test("splats_of_a_buffer_are_packed", |context| {
+        let mut random = Random::new(12);
+        let mut theirs = any(&mut random, 900);
+        let none = none();
+        for (i, bad) in none.iter().enumerate() {
+            theirs.insert(37 * i, *bad);
+        }
+        let (live, slots) = (theirs.len(), theirs.len() + 70);
+        let capacity = Capacity { particles: 5, strands: 3, splats: slots as u32, ..Capacity::default() };
+        for on_device in [false, true] {
+            let mut world = World::of(context, capacity).expect("room");
+            let source = source(context, &theirs, on_device);
+            let frame = record(context, |commands| world.splats(commands, &source, AT));
+            let gathered = world.gathered(frame).expect("read").expect("the last that gathered");
+            assert_eq!((gathered.asked[3], refused_in(&world, frame)[3]), (live as u32, none.len() as u32));
+            let (expected, refused) = splats(&laid_out(&theirs), &WORDS, slots, live);
+            assert_eq!(refused, none.len() as u32);
+            let all: Vec<Caster> = world.casters.read(8 + slots).expect("read");
+            let nothing = Caster { position: [0.0; 3], radius: 0.0, axis: [0.0; 3], density: 0.0 };
+            assert!(all[..8].iter().all(|caster| *caster == nothing), "smoke and hair that nobody has written");
+            let mut same = 0;
+            for (i, (is, expected)) in all[8..].iter().zip(&expected).enumerate() {
+                let what = format!("splat {i}, {:?}, count on the device: {on_device}", theirs.get(i));
+                if expected.radius == 0.0 {
+                    assert!(*is == nothing, "{what}: {is:?}");
+                    continue;
+                }
+                same += usize::from(is.axis.map(f32::to_bits) == expected.axis.map(f32::to_bits));
+                assert_alike(is, expected, &what);
+                assert_alike(is, &Caster::from(&theirs[i]), &what);
+            }
+            assert!(10 * same > 9 * (live - none.len()), "only {same} have the twin's bits");
+        }
+    });
+}
+
+/// What is shadowed by them and by smoke and hair beside them is as in a scene of the same casters, up to how their extinctions are rounded.
+#[test]
+fn splats_answer_as_a_scene_does() {
+    gpu_test("splats_answer_as_a_scene_does", |context| {
+        let mut scene = Scene { gaussians: scenes::splats().gaussians, ..scenes::locks() };
+        // Views of a light with a place measure from it, in both.
+        scene.lights = scenes::spot([0.4, 2.0, 3.0], 70.0, scene.clone()).lights;
+        let at = scene.particles.len();
+        // Those that both pack alike: a last bit of a direction is another splat.
+        let packed = |scene: &Scene, on_device| {
+            let capacity = Capacity { particles: 70, splats: 80, lights: 1, ..Capacity::default() };
+            let mut world = World::of(context, capacity).expect("room");
+            fill(context, &mut world, &Scene { strands: Vec::new(), ..scene.clone() }, on_device);
+            let splats = source(context, &scene.gaussians, on_device);
+            record(context, |commands| world.splats(commands, &splats, AT));
+            world
+        };
+        let first: Vec<Caster> = packed(&scene, true).casters.read(150).expect("read");
+        let all = scene.gaussians.len();
+        let is_alike =
+            |(i, g): (usize, &Gaussian)| first[70 + i].axis.map(f32::to_bits) == Caster::from(g).axis.map(f32::to_bits);
+        scene.gaussians = scene.gaussians.iter().enumerate().filter(|one| is_alike(*one)).map(|(_, g)| *g).collect();
+        scene.strands.clear();
+        assert!(10 * scene.gaussians.len() > 8 * all && at < 70, "{} of {all}", scene.gaussians.len());
+        let points = points();
+        for text in ["layers:size=28,path=binned", "grid-query", "uncompressed:size=28"] {
+            if !runs("splats_answer_as_a_scene_does", context, text) {
+                continue;
+            }
+            let ours = super::world(context, &scene);
+            for on_device in [false, true] {
+                let theirs = packed(&scene, on_device);
+                let [expected, is] = [&ours, &theirs].map(|world| {
+                    let mut opened = opened(context, world, &spec(text));
+                    build(&mut opened, world, text);
+                    answers(context, opened.technique.as_ref(), 1, &points).concat()
+                });
+                assert!(expected.iter().filter(|answer| **answer < 0.5).count() > 20, "{text}: too little shadow");
+                for (is, expected) in is.iter().zip(&expected) {
+                    assert!((is - expected).abs() < 2e-5, "{text}: {is}, not {expected}, on the device: {on_device}");
+                }
+            }
+        }
+    });
+}
