@@ -170,7 +170,8 @@ impl Set {
 
 /// Writes `resources` into a set from binding `first` on.
 ///
-/// # Safety The set has such bindings and is not in use; its user keeps what is written.
+/// # Safety
+/// The set has such bindings and is not in use; its user keeps what is written.
 unsafe fn write(shape: &Shape, resources: &[Resource], set: vk::DescriptorSet, first: u32) {
     let device = &shape.device;
     for ((binding, resource), sampler) in (first..).zip(resources).zip(&shape.samplers) {

@@ -136,7 +136,8 @@ impl<'a> Commands<'a> {
     /// [`Error::Gpu`] where a later frame was recorded before, or memory runs out; [`Error::Refused`] on a device that was
     /// opened here.
     ///
-    /// # Safety The command buffer belongs to the adopted device and its queue family; it is being recorded, outside a
+    /// # Safety
+    /// The command buffer belongs to the adopted device and its queue family; it is being recorded, outside a
     /// render, and is submitted once, on a queue of the family, in the order in which frames and their parts were recorded,
     /// before frame `frame` is over. Nothing else records into it as long as this lives. Frame `frame - frames_in_flight` is
     /// over.

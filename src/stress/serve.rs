@@ -54,7 +54,8 @@ pub enum Reply {
 
 /// Answers jobs until there are no more. `open` opens the device.
 ///
-/// # Errors Those of `open`, [`Error::Input`] for a job that is none, [`Error::Output`] where the reader is gone.
+/// # Errors
+/// Those of `open`, [`Error::Input`] for a job that is none, [`Error::Output`] where the reader is gone.
 pub fn serve(open: impl Fn() -> Result<Context>) -> Result<()> {
     // One line, the last that it says.
     std::panic::set_hook(Box::new(|panic| eprintln!("{}", panic.to_string().replace(char::is_control, " "))));

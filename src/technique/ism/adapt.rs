@@ -57,7 +57,8 @@ pub struct Adapt {
 impl Adapt {
     /// For the lights of a world, which take points of `sample`.
     ///
-    /// # Errors [`Error::Refused`] where the device has no such list or no camera was set, [`Error::Gpu`] where memory runs
+    /// # Errors
+    /// [`Error::Refused`] where the device has no such list or no camera was set, [`Error::Gpu`] where memory runs
     /// out.
     pub fn new(context: &Context, world: &World, settings: &Settings, sample: &Sample) -> Result<Self> {
         let light_count = world.light_count();
@@ -98,7 +99,8 @@ impl Adapt {
 
     /// Records the pass that chooses among them.
     ///
-    /// # Errors [`Error::Refused`] where no camera was set.
+    /// # Errors
+    /// [`Error::Refused`] where no camera was set.
     pub fn record(&self, commands: &mut Commands, world: &World) -> Result<()> {
         let camera = camera(world)?;
         let push = AdaptPush {
