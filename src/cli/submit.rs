@@ -76,7 +76,7 @@ fn measured(arguments: &Arguments, context: &Context) -> Result<Submission> {
     let specs = scenes.iter().map(|scene| Ok(little::specs(standard::specs(scene)?))).collect::<Result<Vec<_>>>()?;
     let progress = Progress::new(specs.iter().map(Vec::len).sum());
     let mut rows = Vec::new();
-    let little = Effort { frames: 2, warm_up: 0, ..standard::EFFORT };
+    let little = Effort { frames: 2, warm_up: 0, lookups: little::LOOKUPS, ..standard::EFFORT };
     let effort = if little::is_asked() { little } else { standard::EFFORT };
     for (scene, specs) in scenes.iter().zip(&specs) {
         with_case(context, std::slice::from_ref(scene), effort, |case| {

@@ -230,6 +230,11 @@ impl Context {
         Calls { submissions: count(&self.0.submissions), waits: count(&self.0.waits) }
     }
 
+    /// How many pipelines it has made so far.
+    pub fn pipelines(&self) -> usize {
+        self.device().pipelines().count()
+    }
+
     /// Whether each pass of what is recorded from now on is timed, as it is at first, or all passes of a submission together,
     /// as one: a timestamp waits for all work before it, which takes a GPU some microseconds a pass.
     pub fn time_passes(&self, each: bool) {

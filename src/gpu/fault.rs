@@ -53,6 +53,11 @@ impl Fault {
     }
 }
 
+/// Whether a call is to fail.
+pub(crate) fn is_asked() -> bool {
+    testing().fault.is_some()
+}
+
 /// Whether this call is the one to fail.
 fn fails(call: Call) -> bool {
     let made = || MADE[call as usize].fetch_add(1, Ordering::Relaxed) + 1;

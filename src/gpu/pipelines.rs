@@ -5,7 +5,7 @@ use super::{Bindings, Blend};
 use crate::Result;
 use ash::vk;
 use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// A pipeline and its layout.
 #[derive(Clone, Copy)]
@@ -69,30 +69,84 @@ impl Key {
     }
 }
 
+/// One that is made, or is being made by whoever holds it.
+type Slot = Arc<Mutex<Option<Pipeline>>>;
+
 /// Those of a device.
 #[derive(Default)]
-pub(super) struct Pipelines(Mutex<HashMap<Key, Pipeline>>);
+pub(super) struct Pipelines(Mutex<HashMap<Key, Slot>>);
 
 impl Pipelines {
-    /// The pipeline of that key; made where there is none yet.
+    /// The pipeline of that key; made where there is none yet. Several threads make several at once, and each but once.
     pub(super) fn get(&self, key: Key, make: impl FnOnce() -> Result<Pipeline>) -> Result<Pipeline> {
-        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(pipeline) = all.get(&key) {
-            return Ok(*pipeline);
+        let slot = lock(&self.0).entry(key).or_default().clone();
+        let mut made = lock(&slot);
+        match *made {
+            Some(pipeline) => Ok(pipeline),
+            None => Ok(*made.insert(make()?)),
         }
-        let pipeline = make()?;
-        all.insert(key, pipeline);
-        Ok(pipeline)
+    }
+
+    /// How many are made.
+    pub(super) fn count(&self) -> usize {
+        let all: Vec<Slot> = lock(&self.0).values().cloned().collect();
+        all.iter().filter(|slot| lock(slot).is_some()).count()
     }
 
     /// Destroys all of them, as the device closes.
     pub(super) fn destroy(&self, device: &ash::Device) {
-        for (_, pipeline) in self.0.lock().unwrap_or_else(PoisonError::into_inner).drain() {
+        let all = std::mem::take(&mut *lock(&self.0));
+        for pipeline in all.into_values().filter_map(|slot| lock(&slot).take()) {
             // SAFETY: they are the device's, which is idle: what used them is gone.
             unsafe {
                 device.destroy_pipeline(pipeline.handle, None);
                 device.destroy_pipeline_layout(pipeline.layout, None);
             }
         }
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Barrier;
+
+    fn key(shader: &'static str) -> Key {
+        let state = State::Compute { shader, flags: vk::PipelineShaderStageCreateFlags::empty() };
+        Key { state, push: String::new(), constants: Vec::new(), sets: Vec::new() }
+    }
+
+    const NONE: Pipeline = Pipeline { handle: vk::Pipeline::null(), layout: vk::PipelineLayout::null() };
+
+    /// Two wait for each other while they make: neither holds the other up. What is made already is not made again.
+    #[test]
+    fn several_are_made_at_once_and_each_but_once() {
+        let (pipelines, both) = (Pipelines::default(), Barrier::new(2));
+        std::thread::scope(|threads| {
+            for shader in ["one", "other"] {
+                let (pipelines, both) = (&pipelines, &both);
+                threads.spawn(move || {
+                    let make = || {
+                        both.wait();
+                        Ok(NONE)
+                    };
+                    pipelines.get(key(shader), make).map(|_| ()).expect("made");
+                });
+            }
+        });
+        let again = |shader| pipelines.get(key(shader), || panic!("{shader} is made again")).is_ok();
+        assert!(again("one") && again("other"));
+    }
+
+    /// One that could not be made is tried anew by who asks next.
+    #[test]
+    fn a_failure_is_not_kept() {
+        let pipelines = Pipelines::default();
+        let fails = || Err(crate::Error::Refused { needs: "room".into() });
+        assert!(pipelines.get(key("one"), fails).is_err() && pipelines.get(key("one"), || Ok(NONE)).is_ok());
     }
 }

@@ -150,7 +150,7 @@ pub fn changes<'a>(before: &'a Results, now: &'a Results, margins: Margins) -> V
         .rows
         .iter()
         .map(|row| {
-            let Some(place) = left.iter().position(|old| is_same(old, row)) else { return Change::New(row) };
+            let Some(place) = place(left.iter().copied(), row) else { return Change::New(row) };
             change(left.remove(place), row, margins)
         })
         .collect();
@@ -160,12 +160,19 @@ pub fn changes<'a>(before: &'a Results, now: &'a Results, margins: Margins) -> V
 
 /// One row against the first of `before` that is the same; nothing where there is none.
 pub fn change_of<'a>(before: &'a Results, now: &'a Row, margins: Margins) -> Option<Change<'a>> {
-    before.rows.iter().find(|old| is_same(old, now)).map(|old| change(old, now, margins))
+    place(before.rows.iter(), now).map(|place| change(&before.rows[place], now, margins))
+}
+
+/// Which of them the row is: the first that says the same in the same words, else in other words.
+fn place<'a>(before: impl Iterator<Item = &'a Row> + Clone, now: &Row) -> Option<usize> {
+    let in_words = |old: &Row| old.variant.iter().all(|(key, value)| now.variant.get(key).is_none_or(|is| is == value));
+    let is = |old: &Row| is_same(old, now);
+    before.clone().position(|old| is(old) && in_words(old)).or_else(|| before.clone().position(is))
 }
 
 pub(super) fn is_same(before: &Row, now: &Row) -> bool {
-    let agree = |(key, value): (&String, &String)| now.variant.get(key).is_none_or(|other| other == value);
-    before.scene == now.scene && before.technique == now.technique && before.variant.iter().all(agree)
+    let agree = |key: &String| now.value(key).is_none_or(|other| before.value(key) == Some(other));
+    before.scene == now.scene && before.technique == now.technique && before.variant.keys().all(agree)
 }
 
 fn change<'a>(before: &'a Row, now: &'a Row, margins: Margins) -> Change<'a> {
@@ -297,6 +304,37 @@ mod tests {
         let Change::Both { figures, .. } = &found[0] else { panic!("both") };
         assert_eq!(figures[0].share(), Some(0.5));
         assert_eq!(figures.iter().map(|figure| figure.name).collect::<Vec<_>>(), ["build", "space error", "resident"]);
+    }
+
+    /// What a default was called when it had a word is what it is now; in a sweep over both words each is its own.
+    #[test]
+    fn a_default_is_known_by_its_old_word() {
+        let row = |storage: &str, detail: &str, error: f64| {
+            let mut row = row("8", timing(10.0, 0.1), error);
+            row.technique = "avsm".into();
+            row.variant.extend([("storage", storage), ("detail", detail)].map(|(k, v)| (k.to_owned(), v.to_owned())));
+            row
+        };
+        let errors = |old: &[Row], new: &[Row]| {
+            let (old, new) = (results(old), results(new));
+            let change = |change: &Change| match change {
+                Change::Both { figures, .. } => figures.iter().find(|f| f.is_error()).map(|f| f.before),
+                _ => None,
+            };
+            let again = |row| change_of(&old, row, Margins::default()).and_then(|found| change(&found));
+            assert!(changes(&old, &new, Margins::default()).iter().map(change).eq(new.rows.iter().map(again)));
+            new.rows.iter().map(again).collect::<Vec<_>>()
+        };
+        let old = [row("full", "even", 0.1), row("packed", "even", 0.2)];
+        let new = [row("packed", "even", 0.2), row("auto", "even", 0.1)];
+        assert_eq!(errors(&old, &new), [Some(0.2), Some(0.1)]);
+        let old = [row("full", "adaptive", 0.1)];
+        assert!(matches!(
+            changes(&results(&old), &results(&[row("auto", "adaptive", 0.1)]), Margins::default())[0],
+            Change::New(_)
+        ));
+        let both = [row("full", "even", 0.1), row("auto", "even", 0.2)];
+        assert_eq!(errors(&both, &[both[1].clone(), both[0].clone()]), [Some(0.2), Some(0.1)]);
     }
 
     #[test]

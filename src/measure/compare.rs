@@ -7,7 +7,7 @@ use super::passes::{frame_ns, pass_counts, pass_timings};
 use super::picture_error::bounce_error;
 use super::points::{at_once, of_each_light};
 use super::steadiness::ClockMeter;
-use super::timed::TimedBuilds;
+use super::timed::{LookupTimes, TimedBuilds};
 use super::truth::{LIMIT_NODES, MapsTruth, Points, Truth, Wanted};
 use super::turning::references;
 use super::{Answers, Extent, PassCount, Row, RowError, Status, Timing, picture_error};
@@ -25,7 +25,7 @@ use std::cell::OnceCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Look-ups that are timed at once, in equal shares through each light.
+/// Look-ups that are timed or asked at once, at most.
 pub const LOOKUPS: usize = 1_000_000;
 
 /// Frames of a moving world at which errors are taken: evenly spread, the first and the last among them.
@@ -47,6 +47,8 @@ pub struct Effort {
     /// Space points that are compared with the truth, for each light, or fewer where there are more than eight; of surface
     /// points as many.
     pub space_points: usize,
+    /// Look-ups that are timed at once, in equal shares through each light; 0 times none.
+    pub lookups: usize,
     /// Size of the picture, pixels.
     pub picture: [u32; 2],
     /// Whether the pictures of frames one after the other are held against the truth's.
@@ -57,6 +59,13 @@ pub struct Effort {
     pub counts: bool,
     /// How much of the truth.
     pub truth: Extent,
+}
+
+impl Effort {
+    /// Whether a row is only to be chosen or not.
+    pub(super) fn is_choice(&self) -> bool {
+        matches!(self.truth, Extent::Glance | Extent::Choice)
+    }
 }
 
 /// A scene with everything that its rows share: its states at one time or more.
@@ -116,7 +125,7 @@ pub fn with_case<'a, R>(
     };
     let truths: Vec<Truth> = states.iter().map(truth).collect();
     let world = World::new(context, first)?;
-    let count = LOOKUPS / first.lights.len().max(1);
+    let count = effort.lookups / first.lights.len().max(1);
     let asked = within(&|light, all| points_within(all, &first.lights[light], count));
     let simulation = if frames.times_s.is_empty() { None } else { Simulation::of(context, &world)? };
     let mut case = Case {
@@ -228,7 +237,7 @@ impl Case<'_> {
         let mut opened = technique::open(self.context, &self.world, spec)?;
         let first = opened.build(&self.world)?;
         (row.first_ns, row.first_host_ns) = (first.device_ns, Some(first.host_ns));
-        let timed = self.time_builds(&mut opened, spec.entry.lifetime, shading)?;
+        let mut timed = self.time_builds(&mut opened, spec.entry.lifetime, shading)?;
         row.host_ns = Timing::of(&timed.host_ns());
         row.build_ns = Timing::of(&self.device_ns(&timed, spec.entry.lifetime));
         row.passes = [&timed.moves, &timed.passes()].into_iter().flat_map(|passes| pass_timings(passes)).collect();
@@ -246,9 +255,11 @@ impl Case<'_> {
         row.counters = facts.counters;
         row.counters.insert("passes_if_unchanged".into(), opened.build(&self.world)?.passes.len() as u64);
         // What paints has no look-up in space: what would be asked of it there is absent.
-        let glance = self.effort.truth == Extent::Glance;
-        if !glance && opened.technique.painter().is_none() {
-            row.lookup_ns_per_million = self.time_lookups(opened.technique.as_ref())?;
+        if self.effort.lookups > 0 && opened.technique.painter().is_none() {
+            timed.built.lookups = self.time_lookups(opened.technique.as_ref())?;
+            timed.built.lookups_clock = self.context.calibrate();
+            let samples: Vec<f64> = timed.built.lookups.iter().filter_map(LookupTimes::ns_per_million).collect();
+            row.lookup_ns_per_million = Timing::of(&samples);
         }
 
         let mut asked = Moments::default();
@@ -263,7 +274,6 @@ impl Case<'_> {
         let camera = self.camera(self.effort.picture)?;
         let renderer = Renderer::new(self.context, &self.world, &camera)?;
         let kernels = renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?;
-        let mut timed = timed;
         timed.built.draws = self.time_draws(shading, || renderer.draw(&kernels))?;
         timed.built.draws_clock = self.context.calibrate();
         let mut drawn: Vec<_> = timed.built.draws.iter().map(|ran| ran.passes.clone()).collect();
@@ -382,8 +392,8 @@ impl Case<'_> {
             }
             let technique = opened.technique.as_ref();
             let truth = &self.truths[frame];
-            let glance = self.effort.truth == Extent::Glance;
-            let resolution = if glance { Vec::new() } else { technique.resolution() };
+            let whole = self.effort.truth.is_whole();
+            let resolution = if whole { technique.resolution() } else { Vec::new() };
             let paints = technique.painter().is_some();
             if moves && !paints {
                 let watched = self.ask_all(technique, truth, truth.watched(), &resolution)?;
@@ -398,7 +408,7 @@ impl Case<'_> {
             asked.surface.extend(self.ask_all(technique, truth, truth.surface(), &resolution)?);
             // What has no maps has no map error.
             let views: Vec<View> = technique.maps().iter().map(|m| m.volume).collect();
-            if !views.is_empty() && !glance && !paints {
+            if !views.is_empty() && whole && !paints {
                 let maps = truth.maps(views);
                 asked.map.extend(self.ask_all(technique, truth, &maps.maps, &resolution)?);
                 asked.maps.push(maps);
@@ -419,7 +429,9 @@ impl Case<'_> {
         for points in all {
             answers.truth.extend(&points.visibility);
             answers.casters.extend(&points.casters);
-            answers.within.extend(truth.boundary(points, resolution).iter());
+            if self.effort.truth.is_whole() {
+                answers.within.extend(truth.boundary(points, resolution).iter());
+            }
         }
         Ok(answers)
     }

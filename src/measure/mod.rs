@@ -14,6 +14,7 @@ mod light_ray;
 mod passes;
 mod picture_error;
 mod points;
+mod prepare;
 mod rank;
 mod repeats;
 mod results;
@@ -45,7 +46,7 @@ pub use results::{
 pub use shards::{Shard, join};
 pub use steadiness::Steadiness;
 pub use submission::{SUBMISSION, Submission, answers_hash, noise};
-pub use timed::{BuildTimes, Ran, TimedBuilds};
+pub use timed::{BuildTimes, LookupTimes, Ran, TimedBuilds};
 pub use timing::Timing;
 pub use truth::Extent;
 pub(crate) use truth::{Cached, Points, Truth, Wanted};

@@ -24,6 +24,9 @@ const BAKE_BUDGET: Duration = Duration::from_secs(2);
 /// When to stop building what is built each frame: maps of a thousand lights take minutes each on a software device.
 const FRAME_BUDGET: Duration = Duration::from_secs(60);
 
+/// The same where a row is only to be chosen: what takes a second is told from what takes less by a few.
+const CHOICE_BUDGET: Duration = Duration::from_secs(5);
+
 /// How many builds warm up, how many are timed, and for how long.
 pub struct Repeats {
     warm_up: usize,
@@ -34,14 +37,23 @@ pub struct Repeats {
 
 impl Repeats {
     /// `warm_up` and `timed` builds for techniques that build each frame; for baked ones, one and as many as the budget allows.
-    /// Fewer for either where they take long.
+    /// Fewer for either where they take long. A software device has no clock to reach: without `warm_up` it does not warm up at all.
     pub fn of(lifetime: Lifetime, software: bool, warm_up: usize, timed: usize) -> Self {
+        if software && warm_up == 0 {
+            let budget = if lifetime == Lifetime::Frame { FRAME_BUDGET } else { BAKE_BUDGET };
+            return Self { warm_up, least: Duration::ZERO, timed, budget };
+        }
         let of_gpu = (GPU_WARM_UP * timed as u32).clamp(WARM_UP, MOST_WARM_UP);
         let least = if software { WARM_UP } else { of_gpu };
         match lifetime {
             Lifetime::Frame => Self { warm_up, least, timed, budget: FRAME_BUDGET },
             Lifetime::Baked => Self { warm_up: 1, least: WARM_UP, timed, budget: BAKE_BUDGET },
         }
+    }
+
+    /// The same in a shorter time, for a row that is only to be chosen.
+    pub fn of_choice(self) -> Self {
+        Self { budget: self.budget.min(CHOICE_BUDGET), ..self }
     }
 
     /// Calls `build` with the number of the frame and whether it is timed, and returns what the timed builds came to, one at
@@ -128,6 +140,15 @@ mod tests {
         let least = |software, timed| Repeats::of(Lifetime::Frame, software, 5, timed).least.as_millis();
         assert_eq!([1, 8, 30, 1000].map(|timed| least(false, timed)), [200, 400, 1500, 1500]);
         assert_eq!(least(true, 1000), 200);
+    }
+
+    /// Nothing but what is timed.
+    #[test]
+    fn a_software_device_need_not_warm_up() {
+        for lifetime in [Lifetime::Frame, Lifetime::Baked] {
+            assert_eq!(run(&Repeats::of(lifetime, true, 0, 2), Duration::ZERO), (2, vec![0, 1]));
+        }
+        assert_eq!(Repeats::of(Lifetime::Frame, false, 0, 2).least, WARM_UP);
     }
 
     #[test]

@@ -4,6 +4,7 @@
 
 use crate::gpu::{Executable, Features, PassCounts};
 use crate::measure::{CasterError, FootprintError, PointError, Shard, Steadiness, Timing};
+use crate::technique::settings::AUTO;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -287,7 +288,19 @@ impl PassTiming {
     }
 }
 
+/// A default that had a word, and is `auto` now: technique, key, word. They are the same but with `detail=adaptive`.
+const WAS: (&str, &str, &str) = ("avsm", "storage", "full");
+
 impl Row {
+    /// The value of a key of its variant. Where it is the default, it is in this version's word, whatever it was in that of the program
+    /// that wrote the row.
+    pub fn value(&self, key: &str) -> Option<&str> {
+        let value = self.variant.get(key)?;
+        let was = (self.technique.as_str(), key, value.as_str()) == WAS;
+        let is_even = self.variant.get("detail").is_none_or(|detail| detail == "even");
+        Some(if was && is_even { AUTO } else { value })
+    }
+
     /// Device time of those passes of a build that techniques share: that move the world, fit views, order casters and draw
     /// opaque maps. Absent where no pass was timed.
     pub fn shared_ns(&self) -> Option<f64> {

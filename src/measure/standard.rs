@@ -1,6 +1,6 @@
 //! The standard run: the same small rows of every technique on every machine. `gobo submit` measures them.
 
-use super::{Effort, Extent, PointError, Row, Status, Submission, with_case};
+use super::{Effort, Extent, LOOKUPS, PointError, Row, Status, Submission, with_case};
 use crate::Result;
 use crate::consume::{parse, runs};
 use crate::gpu::Context;
@@ -19,6 +19,7 @@ pub const EFFORT: Effort = Effort {
     frames: 15,
     warm_up: 2,
     space_points: 8192,
+    lookups: LOOKUPS,
     picture: [160, 90],
     turning: false,
     footprints: false,
@@ -107,7 +108,7 @@ pub struct Again {
 pub fn again(context: &Context, all: &[&Submission], few: Option<(usize, &[&str])>) -> Result<Vec<Again>> {
     let mut found = vec![Again::default(); all.len()];
     for scene in scenes()?.iter().filter(|scene| few.is_none_or(|(_, names)| names.contains(&scene.name.as_str()))) {
-        let effort = Effort { frames: 1, warm_up: 0, ..EFFORT };
+        let effort = Effort { frames: 1, warm_up: 0, lookups: 0, ..EFFORT };
         with_case(context, std::slice::from_ref(scene), effort, |case| {
             // Files have rows in common.
             let mut known: BTreeMap<String, Row> = BTreeMap::new();

@@ -45,7 +45,11 @@ pub struct TimedBuilds {
     pub builds: Vec<BuildTimes>,
     /// The device's clock by the host's, read behind the last of them; none where it cannot be read.
     pub clock: Option<Calibration>,
-    /// The pictures that were timed, behind the builds, in their order.
+    /// The look-ups that were timed, behind the builds, in their order.
+    pub lookups: Vec<LookupTimes>,
+    /// The clock again, read behind the last of these.
+    pub lookups_clock: Option<Calibration>,
+    /// The pictures that were timed, behind those, in their order.
     pub draws: Vec<Ran>,
     /// The clock again, read behind the last picture.
     pub draws_clock: Option<Calibration>,
@@ -61,7 +65,16 @@ pub struct BuildTimes {
     pub whole: Option<Ran>,
 }
 
-/// A build or a picture that ran.
+/// Timed look-ups at many points at once.
+#[derive(Clone, Debug)]
+pub struct LookupTimes {
+    /// The pass that asked.
+    pub ran: Ran,
+    /// How many points it asked about.
+    pub points: usize,
+}
+
+/// A build, look-ups or a picture that ran.
 #[derive(Clone, Debug)]
 pub struct Ran {
     /// When the host began to record it.
@@ -78,10 +91,17 @@ impl Ran {
         build().map(|Built { host_ns, passes, .. }| Self { began, host_ns, passes })
     }
 
-    /// A picture.
-    fn drawn(draw: impl FnOnce() -> Result<Vec<PassTime>>) -> Result<Self> {
+    /// What is no build.
+    fn passes(run: impl FnOnce() -> Result<Vec<PassTime>>) -> Result<Self> {
         let began = Instant::now();
-        draw().map(|passes| Self { began, host_ns: began.elapsed().as_nanos() as f64, passes })
+        run().map(|passes| Self { began, host_ns: began.elapsed().as_nanos() as f64, passes })
+    }
+}
+
+impl LookupTimes {
+    /// Nanoseconds a million points; none where the device has no timestamps.
+    pub fn ns_per_million(&self) -> Option<f64> {
+        frame_ns(&self.ran.passes).map(|ns| ns * 1e6 / self.points.max(1) as f64)
     }
 }
 
@@ -147,6 +167,7 @@ impl Case<'_> {
         let mut watch = Watch::begin(&meter);
         let mut looked = 0;
         let repeats = Repeats::of(lifetime, software, self.effort.warm_up, count);
+        let repeats = if self.effort.is_choice() { repeats.of_choice() } else { repeats };
         // A device that has nothing to build, as where only the camera moves, is idle: its clock says nothing then.
         let works = Cell::new(false);
         let slow = Cell::new(false);
@@ -189,29 +210,29 @@ impl Case<'_> {
         Ok(timed)
     }
 
-    pub(super) fn time_lookups(&self, technique: &dyn Technique) -> Result<Option<Timing>> {
+    /// Look-ups at the same points, one pass after the other.
+    pub(super) fn time_lookups(&self, technique: &dyn Technique) -> Result<Vec<LookupTimes>> {
         let asked = self.asked.iter().enumerate().map(|(light, points)| Asked { light, points, normals: &[] });
         let asked: Vec<_> = asked.collect();
         let query = Query::of_lights(self.context, &asked)?;
         let kernel = query.kernel(&technique.answer())?;
-        let mut samples = Vec::new();
+        let ask = || query.query(&kernel).map(|time| time.into_iter().collect());
         // Where nothing was built the device has idled until now.
         let start = Instant::now();
         query.query(&kernel)?;
         while start.elapsed() < SLOW_WARM_UP && self.clock.is_slow() {
             query.query(&kernel)?;
         }
+        let mut samples = Vec::new();
         let start = Instant::now();
         for frame in 0..self.effort.frames {
             // A list on a software device takes seconds a million.
             if frame > 0 && start.elapsed() > LOOKUP_BUDGET {
                 break;
             }
-            if let Some(time) = query.query(&kernel)? {
-                samples.push((time.end_ns - time.start_ns) * 1e6 / query.points().max(1) as f64);
-            }
+            samples.push(LookupTimes { ran: Ran::passes(ask)?, points: query.points() });
         }
-        Ok(Timing::of(&samples))
+        Ok(samples)
     }
 
     /// Each drawing. The first, on a GPU as many as bring it to its clock, warms up; where it takes the whole budget it is the only one, or one of as few as
@@ -219,18 +240,18 @@ impl Case<'_> {
     pub(super) fn time_draws(&self, shading: Shading, draw: impl Fn() -> Result<Vec<PassTime>>) -> Result<Vec<Ran>> {
         let software = self.context.features().is_software();
         let mut start = Instant::now();
-        let mut samples = vec![Ran::drawn(&draw)?];
+        let mut samples = vec![Ran::passes(&draw)?];
         // A GPU has idled while the truth was made on the host.
         let idled = start;
         while !software && (idled.elapsed() < WARM_UP || idled.elapsed() < SLOW_WARM_UP && self.clock.is_slow()) {
-            samples = vec![Ran::drawn(&draw)?];
+            samples = vec![Ran::passes(&draw)?];
             start = Instant::now();
         }
         for frame in 1..1 + self.effort.frames {
             if frame >= shading.frames_to_settle() && start.elapsed() > DRAW_BUDGET {
                 break;
             }
-            samples.push(Ran::drawn(&draw)?);
+            samples.push(Ran::passes(&draw)?);
         }
         let warm_up = usize::from(samples.len() > 1);
         Ok(samples.split_off(warm_up))

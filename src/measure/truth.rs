@@ -15,12 +15,32 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 pub enum Extent {
     /// None: times alone.
     None,
-    /// At points in space and on surfaces, for a first look: no maps, no picture, nothing of what a technique resolves, and no timed look-ups.
+    /// At points in space and on surfaces, for a first look: no maps, no picture and nothing of what a technique resolves.
     Glance,
+    /// What is chosen by: the same and a picture.
+    Choice,
     /// A fixed sample of covered texels.
     Sample,
     /// All covered texels.
     Full,
+}
+
+impl Extent {
+    /// What stands for it among a run's conditions.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Glance => "glance",
+            Self::Choice => "choice",
+            Self::Sample => "sample",
+            Self::Full => "full",
+        }
+    }
+
+    /// With maps and what a technique resolves.
+    pub(super) fn is_whole(self) -> bool {
+        matches!(self, Self::Sample | Self::Full)
+    }
 }
 
 /// Covered texels of all maps in a sample.
@@ -62,7 +82,7 @@ pub(crate) struct Points {
     /// Per point, the side that light is asked for on, unit length; empty for points in space.
     pub normals: Vec<[f32; 3]>,
     /// Per point, how far the nearest mesh on the way is from the light and from the point, as
-    /// [`Casters::caster_distances`].
+    /// [`Casters::caster_distances`]; empty where a row is only to be chosen.
     pub casters: Vec<[f64; 2]>,
     /// Whether each is in the boundary, of the resolutions that were asked about.
     boundaries: Cached<Vec<Resolution>, Vec<bool>>,
@@ -184,7 +204,8 @@ impl<'a> Truth<'a> {
                 let visibility = |p: &SurfacePoint| casters.visibility(light, p.position);
                 let visibility = surface.par_iter().map(visibility).collect();
                 let normals = surface.iter().map(|p| p.asked(&self.scene.lights[light])).collect();
-                let distances = surface.par_iter().map(|p| casters.caster_distances(light, p.position)).collect();
+                let wanted = if self.wanted.extent.is_whole() { &surface[..] } else { &[] };
+                let distances = wanted.par_iter().map(|p| casters.caster_distances(light, p.position)).collect();
                 Points { light, positions, visibility, surface, normals, casters: distances, boundaries: Cached::new() }
             };
             if self.scene.has_triangles() { (0..self.scene.lights.len()).map(of).collect() } else { Vec::new() }

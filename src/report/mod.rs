@@ -59,7 +59,7 @@ pub use page::page;
 pub use pareto::pareto_front;
 pub use passes::passes;
 pub use plot::plots;
-pub use recommend::{Limits, Recommendation, best_and_extremes, is_hopeless, recommend};
+pub use recommend::{Limits, Recommendation, best_and_extremes, is_hopeless, recommend, to_be_sized};
 pub use soak::soak_page;
 pub use store::Store;
 pub use stress::{stress_csv, stress_device, stress_page, stress_table};

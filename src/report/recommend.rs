@@ -3,7 +3,7 @@
 
 use crate::consume::parse;
 use crate::measure::{Results, Row};
-use crate::report::answer::{CLOSE_ENOUGH, FLIP, Measure, answer, measure_of_any, point};
+use crate::report::answer::{Answer, CLOSE_ENOUGH, FLIP, Measure, answer, measure_of_any, point};
 use crate::report::pareto::scenes;
 use crate::report::wording::{NOTHING, bytes, one_line, significant};
 use serde::Serialize;
@@ -173,11 +173,27 @@ fn of_scene(results: &Results, scene: &str, limits: &Limits) -> Result<Recommend
 /// The places of the row whose product of time and error is least, of the quickest, of the closest and of the smallest; none where
 /// nothing was measured.
 pub fn best_and_extremes(rows: &[Row]) -> Vec<usize> {
-    let rows: Vec<(usize, &Row)> = rows.iter().enumerate().collect();
-    let found = answer(&rows, &measure_of_any(&rows));
-    found.map_or_else(Vec::new, |found| {
+    found(rows).map_or_else(Vec::new, |(found, _)| {
         [found.best, found.fastest, found.closest].into_iter().chain(found.smallest).collect()
     })
+}
+
+/// Those of them that may be another in another size: the best, the quickest, and the closest unless it is close enough. The smallest of
+/// all sizes is nobody's question.
+pub fn to_be_sized(rows: &[Row]) -> Vec<usize> {
+    let Some((found, measure)) = found(rows) else { return Vec::new() };
+    let is_exact = point(&rows[found.closest], &measure).is_some_and(|(_, error)| error <= CLOSE_ENOUGH);
+    let mut all = vec![found.best, found.fastest];
+    all.extend((!is_exact).then_some(found.closest));
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+fn found(rows: &[Row]) -> Option<(Answer, Measure)> {
+    let rows: Vec<(usize, &Row)> = rows.iter().enumerate().collect();
+    let measure = measure_of_any(&rows);
+    Some((answer(&rows, &measure)?, measure))
 }
 
 /// How much more of time or error is no difference in a first look, and from where on it is one: errors of few points are steadier than
@@ -234,11 +250,11 @@ fn next_closer(rows: &[(usize, &Row)], measure: &Measure, best: usize) -> Option
 
 /// The spec as it can be given again, without what is the default.
 fn to_paste(row: &Row) -> String {
-    let spec = row.spec();
-    match parse(&spec).as_deref() {
+    let keys: Vec<_> = row.variant.keys().filter_map(|key| Some(format!("{key}={}", row.value(key)?))).collect();
+    match parse(&format!("{}:{}", row.technique, keys.join(","))).as_deref() {
         Ok([spec]) => spec.short(),
         // A file of another version has other keys: they stay as they stand there.
-        _ => one_line(&spec),
+        _ => one_line(&row.spec()),
     }
 }
 
@@ -272,6 +288,19 @@ mod tests {
             let row = Row { technique: spec.entry.name.into(), variant: spec.variant(), ..Row::default() };
             let again = parse(&to_paste(&row)).expect("a spec");
             assert_eq!(again.iter().map(ToString::to_string).collect::<Vec<_>>(), [spec.to_string()]);
+        }
+    }
+
+    #[test]
+    fn an_old_word_of_a_default_is_not_pasted() {
+        for (spec, pasted) in [
+            ("avsm:nodes=4,storage=full", "avsm:nodes=4"),
+            ("avsm:storage=packed", "avsm:storage=packed"),
+            ("avsm:detail=adaptive,storage=full", "avsm:detail=adaptive,storage=full"),
+        ] {
+            let spec = parse(spec).expect(spec).remove(0);
+            let row = Row { technique: spec.entry.name.into(), variant: spec.variant(), ..Row::default() };
+            assert_eq!(to_paste(&row), pasted);
         }
     }
 
@@ -339,6 +368,9 @@ mod tests {
         assert_eq!(hopeless(Limits { ms: Some(1.95), ..Limits::default() }), [3, 7, 8, 10]);
         assert_eq!(hopeless(Limits { error: Some(1e-4), ..Limits::default() }), [3, 5, 7, 8]);
         assert_eq!(best_and_extremes(&rows), [9, 6, 10, 7]);
+        // The closest is close enough, and among those that are farther off it is not.
+        assert_eq!(to_be_sized(&rows), [6, 9]);
+        assert_eq!((best_and_extremes(&rows[..8]), to_be_sized(&rows[..8])), (vec![1, 6, 4, 7], vec![1, 4, 6]));
     }
 
     /// Held against the definition, row by row: what is named is within the limits, and nothing there is better.

@@ -2,7 +2,7 @@
 //! microseconds.
 
 use crate::gpu::{Calibration, PassTime};
-use crate::measure::{DeviceFacts, Ran, Row, TimedBuilds, frame_ns};
+use crate::measure::{DeviceFacts, LookupTimes, Ran, Row, TimedBuilds, frame_ns};
 use serde_json::{Value, json};
 use std::time::Instant;
 
@@ -12,7 +12,7 @@ const HOST: u32 = 2;
 /// What a build's slice is longer by, nanoseconds: a reader that rounds still has the last pass within.
 const ROUNDED: f64 = 4.0;
 
-/// The timed builds and pictures of rows: a track of the host's, where each is from the beginning of recording to the end of settling, and
+/// The timed builds, look-ups and pictures of rows: a track of the host's, where each is from the beginning of recording to the end of settling, and
 /// one of the device's, where each is a slice and its passes lie within. Both are on the host's clock, from the first build on.
 pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
     let named = |process: u32, name: &str| json!({"ph": "M", "pid": process, "tid": process, "name": "process_name", "args": {"name": name}});
@@ -48,24 +48,32 @@ pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
                 }
             }
         }
-        for (frame, ran) in timed.draws.iter().enumerate() {
+        let mut alone = |name: &str, ran: &Ran, clock: Option<Calibration>, arguments: &dyn Fn(f64) -> Value| {
             let start = first.map_or(0.0, |first| ran.began.duration_since(first).as_nanos() as f64);
-            let arguments = |ns: f64| json!({"scene": row.scene, "drawn": row.spec(), "frame": frame, "ns": ns});
-            slice(HOST, "picture", [start, start + ran.host_ns], arguments(ran.host_ns));
-            let spans = spans(timed.draws_clock, ran, first, start);
+            slice(HOST, name, [start, start + ran.host_ns], arguments(ran.host_ns));
+            let spans = spans(clock, ran, first, start);
             let begin = spans.iter().map(|span| span[0]).reduce(f64::min);
             let end = spans.iter().map(|span| span[1]).reduce(f64::max);
             if let (Some(begin), Some(end), Some(ns)) = (begin, end, frame_ns(&ran.passes)) {
-                slice(DEVICE, "picture", [begin, end + ROUNDED], arguments(ns));
+                slice(DEVICE, name, [begin, end + ROUNDED], arguments(ns));
             }
             for (pass, span) in ran.passes.iter().zip(spans) {
                 slice(DEVICE, &pass.name, span, json!({}));
             }
+        };
+        for (frame, LookupTimes { ran, points }) in timed.lookups.iter().enumerate() {
+            let arguments =
+                |ns: f64| json!({"scene": row.scene, "asked": row.spec(), "frame": frame, "points": points, "ns": ns});
+            alone("look-ups", ran, timed.lookups_clock, &arguments);
+        }
+        for (frame, ran) in timed.draws.iter().enumerate() {
+            let arguments = |ns: f64| json!({"scene": row.scene, "drawn": row.spec(), "frame": frame, "ns": ns});
+            alone("picture", ran, timed.draws_clock, &arguments);
         }
     }
     let clocks: Vec<_> = rows
         .iter()
-        .flat_map(|(_, timed)| [timed.clock, timed.draws_clock].into_iter().flatten())
+        .flat_map(|(_, timed)| [timed.clock, timed.lookups_clock, timed.draws_clock].into_iter().flatten())
         .map(|clock| clock.deviation_ns)
         .collect();
     let clocks = match clocks.into_iter().reduce(f64::max) {
@@ -76,7 +84,7 @@ pub fn trace(device: &DeviceFacts, rows: &[(Row, TimedBuilds)]) -> String {
     json!({"displayTimeUnit": "ms", "otherData": other, "traceEvents": events}).to_string()
 }
 
-/// From when to when the passes of a build or a picture ran, nanoseconds since the first build of all began. Where the device's clock is not known by
+/// From when to when the passes of a build, of look-ups or of a picture ran, nanoseconds since the first build of all began. Where the device's clock is not known by
 /// the host's, as if the device had begun with the build, at `start`.
 fn spans(clock: Option<Calibration>, ran: &Ran, first: Option<Instant>, start: f64) -> Vec<[f64; 2]> {
     let clock = clock.zip(first);

@@ -153,19 +153,22 @@ impl Specs {
     /// default.
     pub(super) fn of(rows: &[Row]) -> Self {
         let mut specs = Self { shared: Vec::new(), silent: BTreeSet::new() };
-        let mut keys: BTreeMap<&str, BTreeMap<&str, BTreeSet<&str>>> = BTreeMap::new();
+        // Each value in the row's words and in those of now: a default that was called otherwise is it, unless both stand beside each other.
+        let mut keys: BTreeMap<&str, BTreeMap<&str, BTreeMap<&str, &str>>> = BTreeMap::new();
         for row in rows {
             // The path that ran has a column of its own, whatever the spec asked for.
             for (key, value) in row.variant.iter().filter(|(key, _)| *key != "path") {
-                keys.entry(key).or_default().entry(&row.technique).or_default().insert(value);
+                let now = row.value(key).unwrap_or(value);
+                keys.entry(key).or_default().entry(&row.technique).or_default().insert(value, now);
             }
         }
         for (key, techniques) in keys {
-            let all: BTreeSet<&str> = techniques.values().flatten().copied().collect();
+            let all: BTreeSet<&str> = techniques.values().flat_map(BTreeMap::values).copied().collect();
             let agree = rows.len() > 1 && all.len() == 1;
             for value in all {
-                let is_said = |technique: &str, values: &BTreeSet<&str>| {
-                    values.len() == 1 && values.contains(value) && (agree || default(technique, key) == Some(value))
+                let is_said = |technique: &str, values: &BTreeMap<&str, &str>| {
+                    let only = values.len() == 1 && values.values().all(|now| *now == value);
+                    only && (agree || default(technique, key) == Some(value))
                 };
                 let said = techniques.iter().filter(|(technique, values)| is_said(technique, values));
                 let named: Vec<String> = said.map(|(technique, _)| (*technique).to_owned()).collect();
@@ -182,8 +185,7 @@ impl Specs {
     /// The keys of a row that differ between rows, without the path, as `key=value`.
     pub(super) fn differing<'a>(&'a self, row: &'a Row) -> impl Iterator<Item = (&'a str, &'a str)> {
         let tells = |key: &str| key != "path" && !self.silent.contains(&(row.technique.clone(), key.to_owned()));
-        let keys = row.variant.iter().filter(move |(key, _)| tells(key));
-        keys.map(|(key, value)| (key.as_str(), value.as_str()))
+        row.variant.iter().filter(move |(key, _)| tells(key)).map(|(key, value)| (key.as_str(), value.as_str()))
     }
 
     /// `avsm:curve=linear,nodes=8` with only what tells this row from others.
@@ -281,6 +283,20 @@ mod tests {
         // What all agree in is none, default or not.
         let (names, shared) = labels(&["avsm:size=64", "psm:size=64"]);
         assert!(names == ["avsm", "psm"] && shared.contains("size=64"), "{names:?}, {shared}");
+    }
+
+    /// `storage=full` was the default of avsm, and is what `auto` comes to; a sweep over both still tells its rows apart.
+    #[test]
+    fn an_old_word_of_a_default_is_no_label() {
+        assert_eq!(labels(&["avsm:storage=full"]).0, ["avsm"]);
+        let (names, shared) = labels(&["avsm:storage=full,nodes=4", "avsm:storage=full", "psm"]);
+        assert_eq!(names, ["avsm:nodes=4", "avsm:nodes=8", "psm"]);
+        assert!(shared.contains("storage=auto (avsm)") && !shared.contains("full"), "{shared}");
+        let (names, _) = labels(&["avsm:storage=full", "avsm"]);
+        assert_eq!(names, ["avsm:storage=full", "avsm:storage=auto"]);
+        let adaptive = "avsm:detail=adaptive,path=binned,storage=";
+        let (names, _) = labels(&[&format!("{adaptive}full"), &format!("{adaptive}packed")]);
+        assert_eq!(names, ["avsm:storage=full", "avsm:storage=packed"]);
     }
 
     #[test]

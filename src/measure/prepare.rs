@@ -1,0 +1,54 @@
+//! Pipelines of rows to come, made on all processors before anything is timed. A driver takes longer to make them than to run them,
+//! and makes one on one processor.
+
+use super::compare::Case;
+use crate::Result;
+use crate::consume::{Lighting, Query, Renderer, Shading};
+use crate::gpu::{Context, fault};
+use crate::technique::{self, Spec};
+use crate::world::World;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Techniques that are open at once, at most: each has its maps.
+const AT_ONCE: usize = 8;
+
+impl Case<'_> {
+    /// Makes what rows of these specs build, ask and draw with, as far as it is made before the first build. What cannot be made is
+    /// made again, and says why, where its row is measured. To be called before anything is timed.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] where the world's scene is not known to the host.
+    pub fn prepare(&self, specs: &[&Spec]) -> Result<()> {
+        let threads = std::thread::available_parallelism().map_or(1, |n| n.get()).min(AT_ONCE).min(specs.len());
+        // The n-th call fails in the row that makes it, in a test that asks for that.
+        if threads < 2 || fault::is_asked() {
+            return Ok(());
+        }
+        let (context, world, camera) = (self.context, &self.world, self.camera(self.effort.picture)?);
+        let next = AtomicUsize::new(0);
+        std::thread::scope(|scope| {
+            for _ in 0..threads {
+                scope.spawn(|| {
+                    let Ok(renderer) = Renderer::new(context, world, &camera) else { return };
+                    while let Some(spec) = specs.get(next.fetch_add(1, Ordering::Relaxed)) {
+                        let _ = make(context, world, &renderer, spec);
+                        // What new buffers wait for holds them until then.
+                        let _ = context.submit(|_| {});
+                    }
+                });
+            }
+        });
+        Ok(())
+    }
+}
+
+fn make(context: &Context, world: &World, renderer: &Renderer, spec: &Spec) -> Result<()> {
+    let settings = spec.settings();
+    let (lighting, shading) = (Lighting::of(&settings), Shading::of(&settings));
+    context.features().require(lighting.requires())?;
+    let opened = technique::open(context, world, spec)?;
+    let technique = opened.technique.as_ref();
+    Query::new(context, 0, &[[0.0; 3]])?.kernel(&technique.answer())?;
+    renderer.kernels_of(technique, shading, lighting)?;
+    Ok(())
+}

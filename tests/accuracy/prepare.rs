@@ -1,0 +1,63 @@
+//! Pipelines that are made before rows are measured, on all processors.
+
+use crate::support::{gpu_test, scenes, spec};
+use gobo::measure::{Effort, Extent, Row, Status, with_case};
+
+/// Rows measure what they measure without, and make few pipelines more: those that a build finds it needs. What is refused is no matter.
+#[test]
+fn what_is_prepared_is_not_made_again() {
+    gpu_test("what_is_prepared_is_not_made_again", |context| {
+        let mut scene = scenes::random();
+        scene.meshes = vec![scenes::level(-0.9, 2.0, [0.0, 0.0])];
+        let effort = Effort {
+            frames: 1,
+            warm_up: 0,
+            space_points: 512,
+            lookups: 0,
+            picture: [32, 18],
+            footprints: false,
+            counts: false,
+            turning: false,
+            truth: Extent::Choice,
+        };
+        let specs = [
+            "none",
+            "avsm:path=binned,size=16",
+            "beer-shadow-map:path=binned,size=16",
+            "layers:path=binned,size=16",
+            "grid-query:size=64",
+            "ray-query",
+        ]
+        .map(spec);
+        let scene = [scene];
+        let measured = |prepares: bool| {
+            let mut rows: Vec<Row> = Vec::new();
+            let mut made = [context.pipelines(); 3];
+            with_case(context, &scene[..], effort, |case| {
+                if prepares {
+                    case.prepare(&specs.iter().collect::<Vec<_>>())?;
+                }
+                made[1] = context.pipelines();
+                rows.extend(specs.iter().map(|spec| case.measure(spec).0));
+                made[2] = context.pipelines();
+                Ok(())
+            })
+            .expect("measured");
+            (rows, [made[1] - made[0], made[2] - made[1]])
+        };
+        let (prepared, [before, during]) = measured(true);
+        assert!(4 * during <= before, "{before} pipelines are made before, and {during} while rows are measured");
+        assert!(prepared.iter().filter(|row| row.status == Status::Ok).count() >= 3);
+        let (again, [_, none]) = measured(false);
+        assert_eq!(none, 0, "a pipeline is made twice");
+        for (one, other) in prepared.iter().zip(&again) {
+            assert_eq!((one.status, &one.error), (other.status, &other.error), "{}", one.spec());
+            assert!(one.status != Status::Failed, "{}", one.reason);
+            // A row that is only to be chosen has a picture's error, and nothing that no choice is made by.
+            let Some(error) = &one.error else { continue };
+            let points = error.surface.expect("asked");
+            assert!(error.image.is_some() && error.map.is_none() && points.within.is_none(), "{error:?}");
+            assert!(one.lookup_ns_per_million.is_none() && error.casters.is_none());
+        }
+    });
+}
