@@ -1,5 +1,5 @@
-//! Descriptor sets by name. A comment `// set 1: bins` in a file of glsl/ names the set 1 of which that file declares bindings, and
-//! this makes the Rust struct `shaders::set::Bins` of it, with a field a binding: the buffer's member or the image, by its name in
+//! Descriptor sets by name. A comment `// set 1: bins` in a file of glsl/ names the set 1 whose bindings that file declares. This
+//! makes the Rust struct `shaders::set::Bins` of it, with one field per binding: the buffer's member or the image, by its name in
 //! GLSL. A set that several files declare is named in each. What look-ups read, set GOBO_SET, has its name from the folder
 //! (`AvsmLookUp`). A set whose only binding is a macro's, `binding = i`, has a field that is a list, binding i the list's place i. Where a look-up includes glsl/maps/look_up_set.glsl, its own begins behind `MapsLookUp`.
 

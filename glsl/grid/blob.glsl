@@ -2,9 +2,9 @@
 // bit: nothing here may be fused or put in another order, and no float is divided; integers are.
 //
 // A voxel's number is the mean extinction in it: what there is of extinction times volume, by the voxel's volume. With voxels for
-// units that is σ · the share of the voxel that a sphere fills. What is smaller than a voxel takes as much as it keeps of the
-// light that meets it, its silhouette times 1 − exp(−optical depth): such casters stand anywhere in a voxel, a ray meets a number of
-// them that is a Poisson variable of mean m, and E[exp(−τ)ⁿ] = exp(−m (1 − exp(−τ))).
+// units that is σ · the share of the voxel that a sphere fills. A caster smaller than a voxel counts as what it absorbs of the light
+// that meets it: its silhouette times 1 − exp(−optical depth). Such casters stand anywhere in a voxel, so a ray meets a Poisson
+// number of them, of mean m, and E[exp(−τ)ⁿ] = exp(−m (1 − exp(−τ))).
 //   A sphere: π r² and its mean chord 4/3 r; where it is thin, σ times its volume.
 //   A strand: 2 r l |sin| of its angle to the ray, whose mean over all directions is π/4, and the optical depth of a crossing.
 #ifndef GRID_BLOB_GLSL

@@ -1,5 +1,5 @@
-// How strands run in the voxels of a grid: of what strands take in a voxel, times their direction, twice, a matrix of six numbers per voxel in
-// the order of grid/media.glsl: xx, yy, zz, xy, yz, zx; the first three together are what strands take. In whole units, so that the order of sums
+// The directions of strands in the voxels of a grid: a matrix of six numbers per voxel, what strands take times their direction twice, in the
+// order of grid/media.glsl: xx, yy, zz, xy, yz, zx. The first three together are what strands take. In whole units, so that the order of sums
 // does not matter, two bits fewer than those of media: where a voxel is not full, no number passes 31 bits. Source: ours.
 // Twin: reference::twin::soft::Directions.
 #ifndef GRID_DIRECTIONS_GLSL

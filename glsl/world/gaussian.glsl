@@ -7,8 +7,8 @@
 
 // Deviations up to which it casts. Twin: REACH.
 const float GAUSSIAN_REACH = 3.0;
-// A segment of even extinction that stands for it reaches so many deviations to either side: what is on the way is wrong by least on
-// average then, a 8th of a deviation of its optical depth, and nowhere by more than 6.7 % of it. Twin: CHORD.
+// A segment of even extinction that stands for it reaches so many deviations to either side. This has the least mean error on the
+// way, an 8th of a deviation of its optical depth, and an error of at most 6.7 % of it anywhere. Twin: CHORD.
 const float GAUSSIAN_CHORD = 1.5;
 // Octaves that 12 bits say. Twin: OCTAVES.
 const float GAUSSIAN_OCTAVES = 12.0;

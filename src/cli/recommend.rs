@@ -405,7 +405,7 @@ mod tests {
         assert_eq!(all, left);
     }
 
-    /// Where specs differ in shading alone the quickest stays, unless FLIP is limited.
+    /// Among specs that differ only in shading the quickest stays, unless FLIP is limited.
     #[test]
     fn shading_is_told_by_pictures_alone() {
         let specs: Vec<Spec> = ["voxel-grid:size=64", "voxel-grid:shading=tiled,size=64", "voxel-grid:size=128"]

@@ -1,4 +1,4 @@
-//! Pictures one after the other, as files and as an animation.
+//! Consecutive pictures, as files and as an animation.
 
 use crate::report::{write_png, write_whole};
 use crate::{Error, Result};

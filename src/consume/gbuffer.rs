@@ -1,5 +1,6 @@
-//! What each pixel of a picture sees of the meshes: the number of its triangle is drawn, and what follows from it is found once per pixel,
-//! however many triangles lie behind each other. Source: Burns and Hunt 2013, The visibility buffer. Twin: reference::twin::gbuffer.
+//! What each pixel of a picture sees of the meshes: the number of its triangle is drawn; albedo, normal and depth follow from it once per
+//! pixel, however many triangles lie behind each other. Source: Burns and Hunt 2013, The visibility buffer. Twin:
+//! reference::twin::gbuffer.
 
 use super::Renderer;
 use crate::Result;

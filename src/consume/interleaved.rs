@@ -1,4 +1,4 @@
-//! Many lights, a part of them asked by each of 4 × 4 pixels, and what these find averaged over one surface. Sources: Keller and
+//! Many lights: each of 4 × 4 pixels asks a part of them, and answers are averaged over one surface. Sources: Keller and
 //! Heidrich 2001, Interleaved sampling; Segovia et al. 2006, Non-interleaved deferred shading of interleaved sample patterns.
 //! Twin: reference::twin::interleaved.
 

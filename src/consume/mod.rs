@@ -1,5 +1,5 @@
-//! Whoever needs the answer: the point query, the depth slice, the shaded picture (of many lights in tiles, a part of them or one
-//! a pixel) and fog before it. They know no technique, only its [`crate::technique::Answer`].
+//! Consumers of the answer: the point query, the depth slice, the shaded picture (many lights in tiles, a part of them, or one
+//! per pixel) and fog before it. They know no technique, only its [`crate::technique::Answer`].
 
 mod fog;
 mod gbuffer;

@@ -1,4 +1,5 @@
-//! The shaded picture: meshes forward, deferred, in tiles, by a part of the lights or by one a pixel, then casters from far to near. Twin: reference::truth::picture.
+//! The shaded picture: meshes forward, deferred, in tiles, by a part of the lights or by one per pixel, then casters from far to near. Twin:
+//! reference::truth::picture.
 
 use super::gbuffer::GBuffer;
 use super::half::from_half;

@@ -1,5 +1,5 @@
-//! Simulated particles as their simulation left them: a triangle each, by speed or by density, before the meshes of the picture.
-//! No order is needed, so that nothing leaves the device.
+//! Simulated particles drawn straight from their simulation: a triangle each, coloured by speed or density, before the meshes of
+//! the picture. No order is needed, so nothing leaves the device.
 
 use super::{Kernels, Renderer};
 use crate::Result;

@@ -1,4 +1,4 @@
-//! Many lights, one of them asked by each pixel, which is kept from frame to frame. Source: Bitterli et al. 2020, Spatiotemporal reservoir
+//! Many lights: each pixel asks one of them, and keeps it from frame to frame. Source: Bitterli et al. 2020, Spatiotemporal reservoir
 //! resampling for real-time ray tracing with dynamic direct lighting. Twin: reference::twin::reservoir.
 
 use super::Renderer;

@@ -1,4 +1,4 @@
-//! What there is to set of a picture: the keys that specs have besides those of techniques.
+//! Settings of a picture: the keys that specs have besides those of techniques.
 
 use crate::Result;
 use crate::technique::keys::words;

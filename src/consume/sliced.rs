@@ -1,5 +1,5 @@
-//! Casters that a technique paints: slice by slice, each lit by what those before it leave ([`Painter`]). Twin:
-//! reference::twin::half_angle.
+//! Casters that a technique paints: slice by slice, each lit by the light that earlier slices leave ([`Painter`]).
+//! Twin: reference::twin::half_angle.
 
 use super::Renderer;
 use crate::Result;

@@ -1,4 +1,4 @@
-//! Descriptor sets: a list of resources, binding number = place in the list.
+//! Descriptor sets: a list of resources, whose places are the binding numbers.
 
 use super::context::Link;
 use super::device::Device;

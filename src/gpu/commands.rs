@@ -1,4 +1,4 @@
-//! Recording commands: one call a pass writes the barrier, the label and the two timestamps.
+//! Recording commands: one call per pass writes the barrier, the label and the two timestamps.
 
 use super::kernel::PUSH_BYTES;
 use super::pending::Step;

@@ -1,4 +1,4 @@
-//! A context: a device, the caller's or its own, and what is on its way there.
+//! A context: a device, the caller's or its own, and data that is on its way there.
 
 use super::device::{Device, Handle, Memory, Parts, allocation_error};
 use super::executables::Executables;

@@ -1,4 +1,4 @@
-//! What passes did: a query of pipeline statistics each.
+//! What passes did: one query of pipeline statistics per pass.
 
 use super::times::MAX_PASSES;
 use super::{Commands, device::Device, fault};

@@ -1,4 +1,5 @@
-//! What a device is opened with beyond Vulkan 1.3: what a path wants, what a caller has switched on, and how Vulkan is told.
+//! Features beyond Vulkan 1.3 that a device is opened with: what a path needs, what a caller has enabled, and the Vulkan
+//! structures for them.
 
 use super::features::{RAY_QUERY_EXTENSIONS, STORAGE_BUFFERS};
 use super::{Features, Requirement};

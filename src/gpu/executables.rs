@@ -1,5 +1,5 @@
-//! What a driver tells of the programs that it made of shaders: registers, spills, memory, lanes. How many of them fit on a processor
-//! at once follows from these.
+//! What a driver reports of the programs that it compiled from shaders: registers, spills, memory, lanes. The occupancy follows from
+//! these.
 
 use super::{Context, Features};
 use ash::{khr, vk};

@@ -1,4 +1,4 @@
-//! Push constants as structs that are held against the shaders: a kernel is not made where they differ.
+//! Push constants as structs that are checked against the shaders: a kernel is not made where they differ.
 
 use bytemuck::Pod;
 

@@ -1,4 +1,5 @@
-//! Command buffers of a device's own queue: one a submission that is being recorded, and those that wait for the next.
+//! Command buffers of a device's own queue: one per submission that is being recorded, and those that wait for the
+//! next.
 
 use super::device::Device;
 use super::times::Queries;

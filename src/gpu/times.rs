@@ -1,4 +1,4 @@
-//! When passes ran: two timestamps each.
+//! When passes ran: two timestamps per pass.
 
 use super::{Features, PassCounts, counts, device::Device, fault};
 use ash::prelude::VkResult;

@@ -1,4 +1,4 @@
-//! What stands between a program and its driver: layers and tools that say so.
+//! Layers and tools between a program and its driver, as far as they report themselves.
 
 use super::testing::testing;
 use ash::vk;

@@ -1,4 +1,4 @@
-//! The triangles or the casters of each voxel: which of them it has to be asked about.
+//! Lists of the triangles or casters that meet each voxel.
 
 use super::{GridPush, LARGE_GROUPS, LISTS_BYTES, THREADS, grid_words, side};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, ReadBack, Shader, groups};

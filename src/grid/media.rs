@@ -1,4 +1,4 @@
-//! Smoke and hair in a grid: what a way of one voxel's length through each voxel takes.
+//! Smoke and hair in a grid: per voxel, the optical depth of a way one voxel long.
 
 use super::{GridPush, LISTS_BYTES, THREADS, grid_words, side};
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, groups};

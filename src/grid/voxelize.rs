@@ -1,4 +1,4 @@
-//! Which voxels triangles meet, or which cells of their masks.
+//! Finds the voxels that triangles meet, or the cells of their masks.
 
 use super::lists::Lists;
 use super::{GridPush, LARGE_GROUPS, THREADS};

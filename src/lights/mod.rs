@@ -1,3 +1,3 @@
-//! What makes lights: virtual ones, from what meshes send back.
+//! Virtual lights, made from the light that meshes reflect.
 
 pub mod indirect;

@@ -1,4 +1,4 @@
-//! Levels of detail of maps, for what is wider than a texel: each texel is made of the four below it. Where they stand:
+//! Levels of detail of maps, for pixels wider than a texel: each texel combines the four below it. Where they stand:
 //! glsl/maps/level_place.glsl; how they are made: glsl/maps/level_tile.glsl.
 
 use super::{Maps, TILE_TEXELS};

@@ -1,4 +1,4 @@
-//! Per-texel linked lists of all segments, captured with atomics. Shared by the techniques that start from them.
+//! Per-texel linked lists of all segments, captured with atomics. Shared by the techniques that start from such lists.
 
 use super::{Bins, Maps, Splat, stacked};
 use crate::Result;

@@ -1,5 +1,5 @@
-//! What techniques share that stand in a light's view: the maps of all lights, what the meshes leave in them, bins of
-//! casters, casters drawn as quads, per-texel lists, filters.
+//! What techniques share in a light's view: the maps of all lights, the depth maps of meshes, bins of casters, casters
+//! drawn as quads, per-texel lists, filters.
 //!
 //! A light is looked up through one map, a point light through the six faces of a cube, a directional light with cascades
 //! through one of them. All maps have the same size; in images they stand one above the other. A pass goes over all of them at once: in a dispatch the map is the workgroup's z,

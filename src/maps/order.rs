@@ -1,4 +1,4 @@
-//! The casters of each map by rising depth of their nearest points: a radix sort on the device, for what draws them in
+//! The casters of each map by rising depth of their nearest points: a radix sort on the device, for passes that draw in
 //! that order. Twin: [`crate::reference::twin::order`].
 
 use super::Maps;

@@ -1,4 +1,4 @@
-//! The casters drawn as quads over the maps, in order; those that the bins found to meet no tile are left out.
+//! The casters drawn as quads over the maps, in order. Casters that meet no tile, as the bins found, are left out.
 
 use super::{Bins, Compact, Maps, Order};
 use crate::Result;

@@ -1,4 +1,4 @@
-//! Sums over the casters on each texel's ray, for techniques that keep some numbers of where in a range of depths light is lost:
+//! Sums over the casters on each texel's ray, for techniques that keep a few numbers about where on the ray light is lost:
 //! glsl/maps/sums/.
 
 use super::texels::TexelPasses;

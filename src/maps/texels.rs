@@ -1,4 +1,4 @@
-//! An image of one texel a ray, for techniques that keep so little of a ray that blending makes it, or one workgroup per tile.
+//! An image with one texel per ray, built by blending or by one workgroup per tile, for techniques that keep that little.
 
 use super::{Bins, DrawingOrder, Entries, Levels, Maps, Splat, SplatPush, Use, coarser_texels, stacked};
 use crate::Result;

@@ -1,4 +1,4 @@
-//! Results of several devices, drivers or editions side by side: a column each, a line for each scene and spec.
+//! Results of several devices, drivers or editions side by side: one column per file, one line per scene and spec.
 
 use super::change::{ERRORS, FEWEST_SAMPLES, error_verdict, is_same, time_verdict};
 use super::{Results, Row, Status, Timing, Verdict};

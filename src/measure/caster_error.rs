@@ -1,4 +1,4 @@
-//! What is wrong in opaque shadows, by how far what casts them stands from the light and from what they fall on.
+//! Errors in opaque shadows, by how far the caster is from the light and from the shadowed surface.
 
 use super::Answers;
 use serde::{Deserialize, Serialize};

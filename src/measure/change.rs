@@ -1,4 +1,4 @@
-//! What has changed since a comparison of before: times beside their noise, errors and bytes, row by row.
+//! What has changed since an earlier comparison: times with their noise, errors and bytes, row by row.
 
 use super::{Results, Row, Status, Timing};
 

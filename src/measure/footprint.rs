@@ -1,4 +1,4 @@
-//! How far answers are from what an area sees: hair thinner than a pixel is judged as a pixel sees it, by the mean of the truth over
+//! How far answers are from what an area sees. Hair thinner than a pixel is judged as a pixel sees it: by the mean of the truth over
 //! a square across the light about each point.
 
 use super::truth::{Points, Truth};

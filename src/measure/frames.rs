@@ -1,4 +1,4 @@
-//! What a scene is in each frame, and how it is drawn where the device simulates it.
+//! The state of a scene in each frame, and how it is drawn where the device simulates it.
 
 use crate::Result;
 use crate::consume::{Colours, Kernels, Lighting, Points, Renderer, Shading};

@@ -1,4 +1,4 @@
-//! What fragment shader interlock buys: the paths that build the same representation, on each device.
+//! What fragment shader interlock gains: the paths that build the same representation, on each device.
 
 use super::beside::ratio;
 use super::{Beside, Line, Row, Status, Verdict};

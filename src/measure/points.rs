@@ -7,7 +7,7 @@ use crate::consume::Asked;
 /// Lights that have all the points that are wanted. Where there are more, they share what so many would have.
 const FULLY_ASKED: usize = 8;
 
-/// Of each light at least, however many there are.
+/// Points per light at least, however many lights there are.
 const LEAST_POINTS: usize = 32;
 
 /// How many points each of so many lights is asked about, where few lights have `points` each.

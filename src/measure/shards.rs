@@ -1,4 +1,4 @@
-//! Rows of one run that several processes measure, each a shard of them, and how they come together again.
+//! A run that several processes measure, each a shard of its rows, and how the shards are joined.
 
 use super::{DeviceFacts, Results, Row};
 use crate::{Error, Result};

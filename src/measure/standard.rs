@@ -1,4 +1,4 @@
-//! The standard run: the same rows on every machine, small ones, of every technique. `gobo submit` measures them.
+//! The standard run: the same small rows of every technique on every machine. `gobo submit` measures them.
 
 use super::{Effort, Extent, LOOKUPS, PointError, Row, Status, Submission, with_case};
 use crate::Result;

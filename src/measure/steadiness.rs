@@ -1,4 +1,4 @@
-//! How far times may be trusted: how they spread, at which clock they were taken, and what else the machine did meanwhile.
+//! How far times can be trusted: their spread, the device's clock, and what else the machine did meanwhile.
 
 use super::Timing;
 use crate::gpu::Features;

@@ -43,7 +43,7 @@ pub struct Submission {
 }
 
 /// A hash of all errors of a row at points, by their bits. An answer that differs by one rounding moves a sum over thousands of answers by far
-/// more than a sum in f64 rounds, so this tells answers apart as a hash of these themselves would; and it can be worked out again from the
+/// more than a sum in f64 rounds. So this tells answers apart as well as a hash of the answers would, and it can be computed again from the
 /// file alone. A hash of rounded answers could not be compared between devices either: some answer always lies where rounding turns.
 pub fn answers_hash(row: &Row) -> String {
     let Some(error) = &row.error else { return String::new() };

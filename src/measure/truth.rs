@@ -1,5 +1,5 @@
-//! The truth of a scene at one time, shared by all rows. Each part is computed once, where it is first needed: a thread of
-//! its own beside the measuring, where that does not disturb it, or the measuring itself.
+//! The truth of a scene at one time, shared by all rows. Each part is computed once, when it is first needed: by the
+//! measuring itself, or by a thread of its own where that does not disturb times.
 
 use crate::reference::truth::{
     Casters, MapTruth, SurfacePoint, limit_mean_abs, limit_steps, picture, picture_tries, points_outside, sample_maps,

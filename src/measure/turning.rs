@@ -1,4 +1,4 @@
-//! Pictures of frames one after the other, held against those of the truth: where the camera goes round.
+//! Pictures of consecutive frames compared with those of the truth, where the camera goes round.
 
 use super::compare::Case;
 use super::{FramesError, picture_error, picture_flicker};

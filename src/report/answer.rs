@@ -1,4 +1,4 @@
-//! Which row of a scene is the answer to *which is best*.
+//! Which row of a scene is *best*.
 
 use crate::measure::{Row, Status};
 

@@ -1,4 +1,4 @@
-//! What each plot sets against each other.
+//! The axes of each plot.
 
 use crate::measure::{Row, Status};
 

@@ -1,4 +1,4 @@
-//! Errors in the shadows of meshes by the distance of what casts them, for the terminal.
+//! Errors in the shadows of meshes by the distance of the caster, for the terminal.
 
 use crate::measure::{CASTER_CLASSES, CasterClass, CasterError, Results, Row};
 use crate::report::pareto::scenes;

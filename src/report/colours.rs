@@ -1,4 +1,4 @@
-//! The colours of what the plots and the page tell apart.
+//! Colours of techniques and passes in plots and on the page.
 
 use plotters::style::RGBColor;
 

@@ -1,4 +1,4 @@
-//! What a person gets to see of [`Results`](crate::measure::Results), and how it reaches the disk.
+//! What a person sees of [`Results`](crate::measure::Results), and how it reaches the disk.
 //!
 //! | what | where it goes |
 //! |---|---|

@@ -1,4 +1,4 @@
-//! What a reader has to know beside the figures.
+//! Notes that a reader needs besides the figures.
 
 use super::wording::grouped;
 use crate::measure::{PointError, Results, Row, Status, spearman};

@@ -1,4 +1,4 @@
-//! Which points nothing beats in both time and error.
+//! The Pareto front: points that no other beats in both time and error.
 
 use crate::measure::Results;
 use crate::report::axes::Axes;

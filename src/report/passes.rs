@@ -1,5 +1,5 @@
 //! The passes of a build, for the terminal: the table of timings in NVIDIA's "Particle Shadow Mapping" (2013), for
-//! whatever technique; and those of a picture that is not shaded in one.
+//! every technique; and the passes of a picture that takes several.
 
 use crate::measure::{PassTiming, Results, Row, Status, Timing};
 use crate::report::pareto::scenes;

@@ -1,4 +1,4 @@
-//! Plots of the page: rows as points, one colour a technique, one shape a path, with labels that do not lie on each other.
+//! Plots of the page: rows as points, one colour per technique, one shape per path, with labels that do not overlap.
 
 use crate::report::pareto::pareto_front;
 use crate::report::series::ticks;

@@ -1,4 +1,4 @@
-//! The output folder. Whatever is written there is whole or was not written at all.
+//! The output folder. A file there is written whole or not at all.
 
 use crate::measure::{FOOTPRINTS, PassTiming, PointError, Results, Row, Timing};
 use crate::report::whole::{write_png, write_whole};

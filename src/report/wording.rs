@@ -1,4 +1,4 @@
-//! Numbers, units and specs as a reader wants them.
+//! Numbers, units and specs, formatted for readers.
 
 use crate::consume::keys;
 use crate::measure::{Row, Status, Timing};

@@ -1,4 +1,4 @@
-//! What a technique answers of one scene.
+//! Asks a technique about one scene.
 
 use super::results::{Asked, Figures, Outcome, Stressed};
 use super::subject::{Moved, Rounded, Subject};
@@ -114,8 +114,8 @@ fn compared(subject: &Subject, all: &[Points], said: &[f32], resolution: &[Resol
     Ok(Asked { points: kept.truth.len() as u64, error: kept.error()? })
 }
 
-/// How much answers rise along rays, and how far the last of each ray is from the truth, both more than the rounding of points
-/// off their ray can do: of the rays of a map's texels, some of which may be `finer` in the technique that is asked.
+/// How much answers rise along the rays of a map's texels, and how far the last of each ray is from the truth, both beyond
+/// what rounding points off their ray can do. Some texels may be `finer` in the technique that is asked.
 pub(super) fn along_rays(said: &[f32], truth: &[f64], rounded: &[Rounded], finer: f64) -> (Option<f64>, Option<f64>) {
     let (mut rise, mut tail) = (0.0_f64, 0.0_f64);
     let depths = MAP_DEPTHS as usize;

@@ -1,4 +1,4 @@
-//! What is swept in a scene that is given.
+//! What can be swept in a scene that the user gives.
 
 use super::strewn::{changed, denser, step};
 use crate::reference::truth::bounds;

@@ -1,4 +1,4 @@
-//! What a seed of a soak comes to: a scene, how it moves, and which techniques are asked.
+//! What a seed of a soak stands for: a scene, how it moves, and which techniques are asked.
 
 use super::meshes::{block, plate, triangles};
 use super::strewn::{sphere, step};

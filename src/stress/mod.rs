@@ -1,5 +1,5 @@
-//! Techniques under what breaks such code: one number of a scene is swept from where it is common to where it is not, and each
-//! technique is asked until it breaks.
+//! Stress for techniques: one number of a scene is swept from common values to extreme ones, and each technique is asked until
+//! it breaks.
 //!
 //! [`cases`] says what is swept, [`ask`](fn@ask) what a technique answers at one of its values, [`Verdict`] how far it holds.
 //! Every technique works in a process of its own ([`Worker`]), so that a driver that hangs or dies is a row too.

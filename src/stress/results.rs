@@ -1,4 +1,4 @@
-//! What a run of stress comes to: `stress.json`.
+//! The result of a run of stress: `stress.json`.
 
 use super::verdict::Verdict;
 use crate::measure::{DeviceFacts, PointError};

@@ -1,4 +1,4 @@
-//! A round of a soak: what a seed comes to is built, moved and asked, and nothing of it is left.
+//! A round of a soak: the scene of a seed is built, moved and asked, and everything is freed.
 
 use super::ask::{along_rays, answers};
 use super::drawn::{Drawn, drawn};

@@ -1,4 +1,4 @@
-//! What a soak comes to: `soak.json`.
+//! The result of a soak: `soak.json`.
 
 use super::round::{Failure, Round};
 use crate::measure::DeviceFacts;

@@ -1,4 +1,4 @@
-//! What cases are made of: smoke that is strewn by numbers, lights, and a scene about them.
+//! Parts of cases: smoke strewn by numbers, lights, and a scene about them.
 
 use crate::scene::{Camera, Light, LightKind, Mesh, Motion, Particle, Random, Scene};
 use glam::DVec3;

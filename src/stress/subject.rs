@@ -1,4 +1,4 @@
-//! A scene of a case, with what is true there, which all techniques share.
+//! A scene of a case with its truth, shared by all techniques.
 
 use super::strewn::{random, step};
 use crate::measure::{Cached, Extent, Points, Truth, Wanted};

@@ -1,4 +1,5 @@
-//! The other end of a process that asks: what hangs is ended, what dies is a row, and the run goes on with a new one.
+//! Runs the process that asks: one that hangs is ended, one that dies becomes a row, and the run goes on with a new
+//! one.
 
 use super::Sweep;
 use super::results::{Outcome, Stressed};

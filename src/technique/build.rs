@@ -1,4 +1,4 @@
-//! The one loop that builds.
+//! The build loop, the only one: record, submit, settle, again where a buffer grew.
 
 use super::{Settled, Spec, Technique};
 use crate::gpu::{self, Buffer, Context, PassTime};

@@ -1,4 +1,4 @@
-//! Density grid: what smoke and hair take in voxels, one grid for all lights, and a way through it from the point to each. Sources:
+//! Density grid: voxels hold the extinction of smoke and hair, one grid for all lights, and a look-up marches through it from its point to the light. Sources:
 //! Amanatides and Woo 1987 (every voxel); Novák et al. 2014 (ratio tracking); whole numbers, so that the order does not matter, and mean directions of strands: ours.
 //!
 //! What it costs to build for smoke and hair does not grow with the lights. Meshes stand in an opaque map per light, as for techniques with maps.

@@ -1,7 +1,8 @@
-//! Each caster and each triangle on the way from the point to the light, asked for itself: exact, on any device. A grid of the world
-//! says which to ask. Sources: Amanatides and Woo 1987 (every voxel on the way), Woop et al. 2013 (triangles); the lists are ours.
+//! Each caster and each triangle on the way from the point to the light, tested for itself: exact, on any device. A grid of the
+//! world says which to test. Sources: Amanatides and Woo 1987 (every voxel on the way), Woop et al. 2013 (triangles); the lists are
+//! ours.
 //!
-//! No maps and no texels: what is left is rounding.
+//! No maps and no texels: the only error is rounding.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }

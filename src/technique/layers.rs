@@ -1,5 +1,5 @@
-//! Optical depth in layers: sums up to so many depths of a texel's ray, linear between them. Sources: Kim and Neumann 2001, Opacity
-//! Shadow Maps; Yuksel and Keyser 2008, Deep Opacity Maps; between each texel's own ends: ours.
+//! Optical depth in layers: sums up to the ends of the layers of a texel's ray, linear between them. Sources: Kim and Neumann 2001,
+//! Opacity Shadow Maps; Yuksel and Keyser 2008, Deep Opacity Maps; between each texel's own ends: ours.
 //!
 //! Sums have no order: no list, no sort, and the same bytes whatever order casters come in.
 //!

@@ -1,6 +1,6 @@
 //! No shadow at all: what shadows cost in time, and what leaving them out costs in error.
 //!
-//! Nothing is built, and every point is lit: the row that others are held against.
+//! Nothing is built, and every point is lit: the row that others are compared with.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }

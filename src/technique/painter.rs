@@ -1,6 +1,6 @@
-//! What a technique gives that paints casters into the picture, and has no answer for a point among them: slices along the half vector of light
-//! and camera, and the light's buffer, in which the slices so far are. The renderer draws a slice, lit by the buffer, then has it drawn into
-//! the buffer, and goes on to the next. Sources: Kniss et al. 2003; Green 2008.
+//! For a technique that paints casters into the picture and has no answer for a point among them: slices along the half vector of light and
+//! camera, and the light's buffer, which has the slices so far. The renderer draws a slice, lit by the buffer, then has it drawn into the
+//! buffer, and goes on to the next. Sources: Kniss et al. 2003; Green 2008.
 
 use super::Technique;
 use crate::gpu::{

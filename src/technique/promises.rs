@@ -1,6 +1,6 @@
-//! What a technique promises of its answers, whatever the scene. `gobo stress` holds it to that.
+//! What a technique promises about its answers in any scene. `gobo stress` checks it.
 //!
-//! That answers are finite and in [0, 1] is not among it: that holds for all.
+//! That answers are finite and in [0, 1] is not listed: it holds for all techniques.
 
 /// Rounding of a few thousand sums of floats: a fortieth of what eight bits tell apart.
 pub const ROUNDING: f64 = 1e-4;

@@ -1,7 +1,7 @@
-//! Rays against the meshes themselves, and against boxes about smoke and hair, of which each that a ray meets is added up: exact, where
-//! the device has ray queries. Source: VK_KHR_ray_query.
+//! Rays against the meshes themselves, and against boxes about smoke and hair; a ray adds up the casters whose boxes it meets. Exact,
+//! where the device has ray queries. Source: VK_KHR_ray_query.
 //!
-//! A ray a point against meshes, one against smoke and hair.
+//! One ray per point against meshes, and one against smoke and hair.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }

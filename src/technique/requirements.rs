@@ -1,4 +1,4 @@
-//! What the paths of a technique want of a device, before there is one.
+//! What the paths of a technique require of a device, known before a device is opened.
 
 use super::keys::Name;
 use super::{Path, Spec};

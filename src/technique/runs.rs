@@ -1,4 +1,4 @@
-//! What is run of a technique where it is not named: settings as in a spec, without the technique's name.
+//! Which specs of a technique run where a command names none: settings as in a spec, without the technique's name.
 
 use super::keys::Name;
 use super::{Entry, Key, REGISTRY, Spec, parse};

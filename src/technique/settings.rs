@@ -1,4 +1,4 @@
-//! Settings of techniques, and of what asks them: a struct of typed fields, and the key of a spec that each field is.
+//! Settings of techniques and consumers: a struct of typed fields, each of which is a key of specs.
 
 use super::keys::{Key, OneOf, Values, Word, check, word_of};
 use crate::maps::{Filter, FilterKind, OpaqueWay};
@@ -362,7 +362,7 @@ pub(crate) mod tests {
         });
     }
 
-    /// Of each technique.
+    /// Specs and settings agree, for each technique.
     #[test]
     fn specs_and_settings_are_one() {
         let mut seen = vec![all::ray_query::ENTRY.name, all::none::ENTRY.name];

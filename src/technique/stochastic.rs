@@ -1,7 +1,7 @@
 //! Stochastic shadow maps: a few rays per texel, each of which ends by chance where light would. Sources: Enderton et al. 2010;
 //! Filament's and other engines' hashed alpha.
 //!
-//! Right on average, and noise around it: what is averaged, over texels or over frames, comes to the truth.
+//! Answers are right on average, with noise: averages over texels or frames converge to the truth.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }

@@ -1,4 +1,4 @@
-//! What techniques share that keep sums of a ray's optical depth over a range of depths: between which depths, and in how many bits.
+//! What techniques that keep sums of a ray's optical depth share: the range of depths, and how many bits a sum has.
 
 use super::keys::words;
 use super::settings::Setting;

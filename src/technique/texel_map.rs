@@ -1,5 +1,5 @@
-//! What all techniques are that keep one texel a ray, which blending makes, or one workgroup per tile: they differ in their
-//! shaders and what a texel is kept in alone.
+//! What techniques that keep one texel per ray share, built by blending or by one workgroup per tile: they differ only in
+//! their shaders and in the texel's format.
 
 use super::keys::word;
 use super::settings::Setting;

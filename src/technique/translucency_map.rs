@@ -1,7 +1,7 @@
-//! Translucency maps: what all casters on a texel's ray leave of the light, and nothing of where they stand. Sources: Crytek
-//! 2011; Bavoil and Jansen 2013, External Shadows.
+//! Translucency maps: the light that all casters on a texel's ray leave, and no depth. Sources: Crytek 2011; Bavoil and
+//! Jansen 2013, External Shadows.
 //!
-//! One number per texel: what falls behind all the smoke, and nothing of where in it.
+//! One number per texel: right behind all the smoke, unknown within it.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }

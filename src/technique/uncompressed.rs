@@ -1,6 +1,6 @@
 //! The whole list, searched at each look-up: exact at texel centres, the yardstick of Intel's 2010 demonstration of AVSM.
 //!
-//! The yardstick of the others: nothing is thrown away, and nothing is cheap.
+//! The yardstick of the others: it throws nothing away and is slow.
 //!
 //! ```
 //! # mod example { include!(concat!(env!("CARGO_MANIFEST_DIR"), "/src/example.rs")); }

@@ -1,5 +1,6 @@
-//! Voxel grid: rays from the point to the light through a grid of voxels that meshes occupy and smoke and hair fill. The grid is
-//! the world's: all lights ask the same one. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel on the way).
+//! Voxel grid: rays from the point to the light through a grid of voxels that meshes occupy and smoke and hair fill. The grid
+//! belongs to the world: all lights share it. Sources: Pestana 2015 (even steps); Amanatides and Woo 1987 (every voxel on the
+//! way).
 //!
 //! One grid for all lights: rays through it end at meshes and lose light in smoke.
 //!

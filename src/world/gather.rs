@@ -30,7 +30,8 @@ pub struct GatherTotals {
 pub struct Gathered {
     /// Particles, strands, triangles and splats, by the caller's counts: where one is more than the capacity, so many too many.
     pub asked: [u32; 4],
-    /// Of those that there is room for, so many have a number that is not finite, no size, or no vertex: they cast nothing.
+    /// Among those that there is room for, how many have a number that is not finite, no size, or no vertex: they cast
+    /// nothing.
     pub refused: [u32; 4],
 }
 
@@ -149,9 +150,9 @@ impl Counted {
 
 /// The passes, and what they count.
 pub(super) struct Gather {
-    /// Of particles, strands, triangles and splats.
+    /// Counts of particles, strands, triangles and splats.
     counted: [Counted; 4],
-    /// Of particles and strands.
+    /// For particles and for strands.
     casters: [Kernels<CastersPush>; 2],
     triangles: Kernels<TrianglesPush>,
     splats: Kernels<SplatsPush>,

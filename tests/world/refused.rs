@@ -43,7 +43,7 @@ fn what_is_no_caster_casts_nothing() {
                 assert_eq!(theirs.gathered(frame).expect("read"), Some(expected), "{value}");
             }
         }
-        // Of two more than there is room for the last two are left out.
+        // Two more are written than there is room for: the last two are left out.
         let mut world = World::of(context, Capacity { particles: 58, lights: 3, ..Capacity::default() }).expect("room");
         let fewer = Scene { particles: good.particles[..58].to_vec(), meshes: Vec::new(), ..good.clone() };
         let frame = fill(context, &mut world, &Scene { meshes: Vec::new(), ..good.clone() }, true);

@@ -1,9 +1,9 @@
 // A transmittance curve being built: streaming insertion of segments into WORK nodes, and reduction to NODES.
 // Source: Salvi et al. 2010, Fife and Strugar 2013, Compression stage; nudging and the free first node are ours.
 // Twin: reference::twin::avsm::curve.
-// Invariants: depths never fall; transmittance never rises with depth; in front of the first node the light is whole,
-// behind the last it is the product of all segments, whatever was removed, save of those that begin where an optical depth of
-// DARK has been taken: these are left out.
+// Invariants: depths never fall; transmittance never rises with depth; in front of the first node the light is whole; behind
+// the last it is the product of all segments, whatever was removed. Segments that begin behind an optical depth of DARK are
+// left out.
 //
 // The arrays are meant for registers: loops are unrolled, every index is a constant, and a node that is picked at run
 // time is picked by comparison.

@@ -1,8 +1,8 @@
 #version 460
-// Chooses how fine each tile of all maps is, and where its blocks stand, as fine as so many blocks allow. One workgroup.
-// Where edges of a strength E stand per texel, the error falls with about the side to the power of −1 (hair: −0.7), so that a
-// tile's side goes with E to about a third; that edges hide each other makes it a fifth of E / (1 + optical depth).
-// How many blocks there are at each scale follows from where each tile changes its side.
+// Chooses how fine each tile of all maps is, and where its blocks stand, as fine as so many blocks allow. One workgroup. With
+// edges of strength E per texel, the error falls with about the side to the power of −1 (hair: −0.7), so the best side grows
+// as about the third root of E. Since edges hide each other, it is the fifth root of E / (1 + optical depth). How many blocks
+// there are at each scale follows from where each tile changes its side.
 // Inputs: surveys. Outputs: slots, listed, totals. Twin: reference::twin::detail::choose.
 // Invariants: there are never more blocks than were allowed; only whole numbers are computed with, so that the same surveys
 // are the same choice on every device; every block that a caster meets has a place.

@@ -1,7 +1,7 @@
 #version 460
-// Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters: adds up their optical depth in
-// CELLS even cells of each texel's own depth range, then compresses the curve through the cells' ends, which is exact
-// there, and fits the nodes that are left to all of it.
+// Builds the curves of a tile of 8×8 texels, or of half of one, in any order of the casters. It adds up their optical depth
+// in CELLS even cells of each texel's own depth range. The curve through the cells' ends is exact there; it is compressed,
+// and the nodes that are left are fitted to all of it.
 // Inputs: maps, casters, parts, entries. Outputs: nodes of tiles that have casters.
 // Invariants: cells are whole numbers, so the result depends only on the casters, not on the order they come in; where a
 // segment lets nothing through, the first such keeps its own two depths, and what is behind it is left out.
@@ -19,9 +19,9 @@ const uint TEXELS = 64u;
 #else
 const uint TEXELS = 32u;
 #endif
-// Casters that are looked at at the same time, each by one thread per texel; thresholds that are tried at the same time.
-// 4; 8 for 16 nodes, which take so many registers that few workgroups have room; 16 where there are very many casters, for the
-// fullest tiles; 1 where threads of a workgroup do not run at the same time anyway.
+// Threads per texel: so many casters are looked at, and so many thresholds tried, at the same time. It is 4; 8 for 16 nodes,
+// whose registers leave room for few workgroups; 16 for the fullest tiles where there are very many casters; 1 where threads
+// of a workgroup do not run at the same time.
 layout(local_size_x = TEXELS, local_size_y_id = ID_WORKGROUP) in;
 // The same number: what is read of a specialized workgroup size is no constant to every tool.
 CONSTANT(uint, GROUPS, 4u)

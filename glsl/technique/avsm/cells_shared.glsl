@@ -4,10 +4,10 @@
 #ifndef TECHNIQUE_AVSM_CELLS_SHARED_GLSL
 #define TECHNIQUE_AVSM_CELLS_SHARED_GLSL
 
-// Casters that a thread looks at before it goes on with those that it hits, 32 at most: where they are small, the threads of
-// a subgroup then go on together, as often as the busiest of them has hits, and not once for every caster that one of them
-// hits. Not 1: also, casters that reach no farther than what is known of all texels are not looked at; there are at least as many
-// threads as casters in a batch then.
+// Casters that a thread looks at before it goes on with those that it hits, 32 at most. Where casters are small, the threads of a
+// subgroup then go on together, as often as the busiest of them has hits, not once for every caster that one of them hits. Not 1:
+// also, casters that reach no farther than what is known of all texels are not looked at; there are at least as many threads as
+// casters in a batch then.
 CONSTANT(uint, AHEAD, 1u)
 
 // What is known of all texels' segments, for this batch and the next: where the last of them begins and where the first ends, as

@@ -1,7 +1,6 @@
-// Moves the nodes of a compressed curve off the true curve, to where the sums in cells want them: a node's two lines, to
-// the node before and to the node behind, are each turned about their other ends into the best fit of the cells' ends that
-// they pass, and the node goes to where the two meet: a step of Gauss and Newton for least squares of transmittance.
-// Needs, declared before: CELLS and TEXELS, and cells[], each the bits of the optical depth up to a cell's end; FITTED, a shared
+// Moves the nodes of a compressed curve off the true curve, to fit the sums in cells better. A node has two lines, to the node before and to the node behind.
+// Each is turned about its other end into the best fit of the cells' ends that it passes, and the node goes to where the two meet: a Gauss-Newton step for least
+// squares of transmittance. Needs, declared before: CELLS and TEXELS, and cells[], each the bits of the optical depth up to a cell's end; FITTED, a shared
 // vec4[NODES / 2 * TEXELS] or more. All threads of a workgroup take part: nodes of odd and of even number take turns, since a node asks for its neighbours alone.
 // Invariants: depths never fall; nor do optical depths; the last node's stays; nodes from `dark_from` on stay as they are.
 // Source: ours. Twin: reference::twin::avsm::fit.

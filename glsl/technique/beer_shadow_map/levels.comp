@@ -1,6 +1,6 @@
 #version 460
-// Builds levels of detail of Beer shadow maps: behind the farthest back a texel lets through the mean of the four below it, and its front,
-// or its back, stands where the area under its transmittance, from the nearest front to the farthest back, is the mean of theirs. What is
+// Builds levels of detail of Beer shadow maps. Behind the farthest back a texel lets through the mean of the four below it. Its front, or
+// its back, stands where the area under its transmittance, from the nearest front to the farthest back, is the mean of theirs. What is
 // past the map's edge, or has no casters, lets all light through. Source: ours.
 // Inputs: maps, texels. Output: level_words. Twin: reference::twin::beer_shadow_map::merged.
 #define LEVEL_WORDS 3u

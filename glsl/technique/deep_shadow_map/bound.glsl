@@ -8,8 +8,8 @@
 #define TECHNIQUE_DEEP_SHADOW_MAP_BOUND_GLSL
 #include "technique/deep_shadow_map/node.glsl"
 
-// A line is within windows at two points of a straight rise, and windows are bent: a longer rise has some on its way, and the error
-// that is left for what is between two of them is this part of it: the square of RISE over 4.
+// A line that is within the windows at both ends of a straight rise may leave them in between, since windows are bent. A longer
+// rise has windows on its way; the error that is left between two of them is this part of it: the square of RISE over 4.
 const float RISE = 0.25;
 const float BETWEEN = 1.0 / 64.0;
 // How exact the last node is.

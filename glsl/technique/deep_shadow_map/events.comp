@@ -1,6 +1,6 @@
 #version 460
-// Makes of each texel's list of segments that of their ends, sorted by depth: an event is where a segment begins or ends, with its depth
-// in the place of the entry and that of the other end in the place of the exit; a segment of no length is one event.
+// Turns each texel's list of segments into a list of their ends, sorted by depth. An event is where a segment begins or ends: it has its
+// own depth in place of the entry, and that of the other end in place of the exit. A segment of no length is one event.
 // Inputs: heads, segments, counters. Outputs: events; heads, of the events. Twin: reference::twin::deep_shadow_map::events.
 // Invariant: those that tie in all are the same, so that neither the order of capture nor that of the casters counts.
 #include "technique/deep_shadow_map/maps.glsl"

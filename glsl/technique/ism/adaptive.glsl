@@ -1,5 +1,5 @@
-// Which points a light takes where their density follows what it sees: the pool stands in order along a curve over all triangles, so
-// that CLUSTER points after one another lie next to each other, and of each cluster a light takes as many as the cluster is worth to
+// Which points a light takes where their density follows what it sees. The pool stands in order along a curve over all triangles, so
+// that CLUSTER consecutive points lie next to each other. A light takes as many points of each cluster as the cluster is worth to
 // it. Sources: Ritschel et al. 2011, Making imperfect shadow maps view-adaptive; the curve and the clusters are ours. Twin:
 // reference::twin::ism::adapt.
 #ifndef TECHNIQUE_ISM_ADAPTIVE_GLSL

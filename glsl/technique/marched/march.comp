@@ -1,8 +1,8 @@
 #version 460
-// Marches each texel's ray through the density grid of smoke and hair, and keeps a curve of it: a sample where the transmittance has left what the
-// extinction at the last sample says that it would be, by both thresholds; where there are more than WORK samples the cheapest is removed, and in the
-// end all but NODES are. A workgroup per tile of 8×8 texels, the map in z. Sources: Unreal Engine 5, Heterogeneous Volumes (what is kept); Salvi et al.
-// 2010 (what goes); Amanatides and Woo 1987 (the march); that it ends at voxels' sides, and not at even steps, is ours.
+// Marches each texel's ray through the density grid of smoke and hair, and keeps a curve of it. It keeps a sample where the transmittance departs, by
+// both thresholds, from what the extinction at the last sample predicts. Where there are more than WORK samples it removes the cheapest, in the end all
+// but NODES. A workgroup per tile of 8×8 texels, the map in z. Sources: Unreal Engine 5, Heterogeneous Volumes (what is kept); Salvi et al. 2010 (what
+// goes); Amanatides and Woo 1987 (the march); that it ends at voxels' sides, and not at even steps, is ours.
 // Inputs: maps, the grid, its media. Outputs: nodes; counts: of each tile, how many rays meet any. Twin:
 // reference::twin::marched.
 // Invariants: samples stand on what the grid takes; the last has all that it takes, up to an optical depth of DARK; a tile of which

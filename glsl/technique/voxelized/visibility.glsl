@@ -66,10 +66,10 @@ uint shadowed_columns(uint light, ivec2 low, ivec2 high, uint z) {
     return shadowed;
 }
 
-// A point of a surface leaves it along its normal, so far that the surface as columns have it stays behind: the plane through
-// the point, at the middle of any column that is asked, up to PCF / 2 voxels away to either side, and half a voxel for its
-// rounding. With CONSERVATIVE a triangle may stand for any of a column's square with its farthest corner there: half a voxel
-// farther away. The rest is what corners and depths are rounded by.
+// Moves a point off its surface along the normal, so far that the surface stays behind as columns have it: the plane through
+// the point at the middle of any column that is read, up to PCF / 2 voxels to either side, plus half a voxel for rounding.
+// With CONSERVATIVE a triangle may stand for any of a column's square with its farthest corner there: half a voxel farther
+// away. The rest is what corners and depths are rounded by.
 #define TECHNIQUE_RECEIVERS
 vec3 light_receiver(uint light, vec3 position, vec3 normal) {
     float reach = 0.5 * float(PCF) + (CONSERVATIVE ? 0.5 : 0.0);

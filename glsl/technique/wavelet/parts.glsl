@@ -1,5 +1,5 @@
-// What a segment adds to a texel's sums: the means over MEANS even intervals of the range of the optical depth up to each place, which
-// is what Haar wavelets of rank R carry where there are 2^(R + 1) of them; then all of it. Twin: reference::twin::wavelet.
+// What a segment adds to a texel's sums: for MEANS even intervals of the range, the mean of the optical depth up to each place; then
+// the whole of it. Haar wavelets of rank R carry the same where there are 2^(R + 1) intervals. Twin: reference::twin::wavelet.
 #ifndef TECHNIQUE_WAVELET_PARTS_GLSL
 #define TECHNIQUE_WAVELET_PARTS_GLSL
 

@@ -1,4 +1,4 @@
-//! The passes, each of its shader's name.
+//! The passes, each named like its shader.
 
 use crate::Result;
 use crate::gpu::{

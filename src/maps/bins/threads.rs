@@ -1,4 +1,4 @@
-//! How the passes that bin run: threads of a workgroup, casters of a thread, and which of their shaders suit.
+//! How binning passes run: threads per workgroup, casters per thread, and which variants of the shaders.
 
 use crate::gpu::{Constants, Context, groups};
 use crate::maps::detail::SLOTS;

@@ -1,4 +1,4 @@
-//! What bins are for.
+//! What a technique uses bins for.
 
 /// The entries of tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,5 @@
-//! Indirect light of one bounce, path traced in f64: what surfaces turn of the lights directly lights others. It is what virtual
-//! point lights stand for, in the same units: the mean, over directions by the cosine law, of the radiance that is met.
+//! Indirect light of one bounce, path traced in f64: surfaces that the lights reach light others. It is what virtual point
+//! lights stand for, in the same units: the mean, over directions by the cosine law, of the radiance that is met.
 //!
 //! A surface is lit from either side, as in [`picture`](super::picture); it sends light back on the side that the light came to,
 //! as a virtual light does. Meshes alone take part: what is between two of them is free air.

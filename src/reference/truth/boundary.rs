@@ -1,5 +1,5 @@
-//! Points nearer to where an opaque shadow begins or ends than a technique resolves: what is wrong there is the
-//! resolution's, not the method's.
+//! Points nearer to an opaque shadow's edge than a technique resolves: errors there come from the resolution, not from
+//! the method.
 
 use super::casters::Casters;
 use super::shaft::Neighbourhood;
@@ -18,9 +18,9 @@ const APART: f64 = 2.0625;
 const GRAZING: f64 = 0.02;
 
 impl Casters<'_> {
-    /// Whether a point lies in the boundary of an opaque shadow of light `light`: whether a point nearer to it than the
-    /// technique resolves, across the light's rays or along them, is blocked where it is not, or the other way round; or lies
-    /// inside something closed, where the technique may answer anything.
+    /// Whether a point lies in the boundary of an opaque shadow of light `light`. It does if a point nearer to it than the
+    /// technique resolves, across the light's rays or along them, is blocked and it is not, or the other way round; and if it
+    /// lies inside something closed, where the technique may answer anything.
     pub fn in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3) -> bool {
         if resolution.voxel > 0.0 {
             return self.ray_in_boundary(light, resolution, position, None);
@@ -92,9 +92,9 @@ impl Casters<'_> {
             || near.differs(&self.meshes, blocked)
     }
 
-    /// Whether a ray through a grid may find another answer than there is at a point, on a surface with that normal or in space: of a lit
-    /// one, where a surface meets a voxel that the ray may pass; of another, where the ray is free, or of rays that are rounded one so
-    /// far beside it. What looks away from the light is not moved, but where triangles are asked.
+    /// Whether a ray through a grid may find another answer than the true one at a point, on a surface with that normal or in space. For
+    /// a lit point: where a surface meets a voxel that the ray may pass. For a dark one: where the ray is free; or, for rounded rays, one
+    /// so far beside it. What looks away from the light is not moved, but where triangles are asked.
     fn ray_in_boundary(&self, light: usize, resolution: &Resolution, position: DVec3, normal: Option<DVec3>) -> bool {
         // A virtual light stands on a surface, and is asked for off it as receivers are.
         let end = match self.scene.lights[light].kind {

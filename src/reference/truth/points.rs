@@ -274,7 +274,7 @@ mod tests {
     }
 
     /// A lamp that ends: points in space are in reach and as many as are wanted, however little of the bounds that is; a map's
-    /// points go from the begin of its range as far as the lamp does, and there are none where it ends before.
+    /// points go from where its range begins as far as the lamp reaches, and there are none where it ends before.
     #[test]
     fn nobody_asks_beyond_a_light() {
         let mut scene = on_the_axis(&[]);

@@ -78,7 +78,7 @@ pub fn casters(theirs: &[u32], at: &CasterAt, slots: usize, live: usize) -> (Vec
 /// Where a splat has what of it counts, words from its start.
 #[derive(Clone, Copy, Debug)]
 pub struct SplatWords {
-    /// Of the first of them, words from the buffer's.
+    /// Where the first of them is, words from the buffer's start.
     pub start: usize,
     /// From one to the next.
     pub stride: usize,

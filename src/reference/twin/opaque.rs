@@ -1,5 +1,5 @@
 //! CPU twin of glsl/maps/opaque_draw.glsl and glsl/maps/stored.glsl: triangles drawn into a depth map in whole numbers,
-//! the least depth a texel. Bit for bit what the device has: every operation is rounded once, in the same order.
+//! the least depth per texel. Bit for bit what the device has: every operation is rounded once, in the same order.
 
 use super::exact::{cross3, dot3, longest3, reciprocal};
 use crate::scene::{Projection, View};

@@ -127,8 +127,8 @@ impl Soft<'_> {
         sum.sum::<f32>().min(DARK)
     }
 
-    /// What ratio tracking finds of a way on average, and the average of its square, where no voxel takes more than `most`: e to the power of
-    /// minus ∫ σ, and of minus ∫ 2 σ − σ² / most, by steps so short that they are the integrals. Twin: media_ratio.
+    /// The mean of ratio tracking along a way, and the mean of its square, where no voxel takes more than `most`: e to the power of −∫ σ, and
+    /// of −∫ 2 σ − σ² / most, by steps so short that they are the integrals. Twin: media_ratio.
     pub fn ratio(&self, from: [f32; 3], way: [f32; 3], most: f32) -> [f64; 2] {
         let Some([near, far]) = self.media.bits.clipped(from, way) else { return [1.0; 2] };
         let towards = way.map(|w| w / length(way).max(1e-30));

@@ -93,9 +93,9 @@ pub fn drawn<const N: usize>(
 /// Cells of a level's range. Twin: LEVEL_CELLS of glsl/maps/sums/even_cells.glsl.
 pub const EVEN_CELLS: usize = 32;
 
-/// The range of a texel of a level of detail and its sums: at the ends of even cells it has the mean transmittance of the four below, of
-/// which those past the map's edge are none, and those without casters have no optical depth; between two ends it grows as along a
-/// segment. `all` is a texel's optical depth, `optical_depth` that up to a place of its range. Twin: glsl/maps/sums/levels.glsl.
+/// The range of a texel of a level of detail and its sums: at the ends of even cells it has the mean transmittance of the four below;
+/// between two ends it grows as along a segment. Texels past the map's edge do not count, those without casters have no optical depth.
+/// `all` is a texel's optical depth, `optical_depth` that up to a place of its range. Twin: glsl/maps/sums/levels.glsl.
 pub fn merged<const N: usize>(
     below: [Option<([f32; 2], [f32; N])>; 4],
     range: Range,

@@ -1,4 +1,5 @@
-//! Particles of a sequence of files, a file a frame: `smoke.####.ply`, in which `####` stands for the frame's number.
+//! Particles of a sequence of files, one file per frame: `smoke.####.ply`, in which `####` stands for the frame's
+//! number.
 
 use crate::Result;
 use crate::scene::files::placement::Placement;
@@ -21,9 +22,9 @@ pub struct Animation {
 /// One `[[particles]]` of a scene file.
 #[derive(Debug, PartialEq)]
 pub(in crate::scene) enum Part {
-    /// Of one file: they stand still.
+    /// Particles of one file, which stand still.
     Still(Vec<Particle>),
-    /// Of a sequence.
+    /// Particles of a sequence.
     Moving(Sequence),
 }
 
@@ -52,7 +53,7 @@ struct Kept {
 }
 
 impl Animation {
-    /// Of these parts.
+    /// An animation of these parts.
     pub(in crate::scene) fn new(parts: Vec<Part>) -> Self {
         Self { parts }
     }

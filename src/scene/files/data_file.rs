@@ -54,7 +54,7 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
     Ok(contents.scene(input::stem(path), lights, camera))
 }
 
-/// Particles of a file a frame. The camera sees what a few of them hold.
+/// Particles of one file per frame. The camera sees what a few of them hold.
 fn sequence(pattern: &Path) -> Result<Scene> {
     let wrong = |cause: String| input::error(pattern, cause, "give other files, or name them in a scene file");
     let sequence = Sequence::open(pattern, animation::FRAMES_PER_SECOND, Placement::AS_IT_STANDS)?;

@@ -16,7 +16,7 @@ pub struct Rules {
 }
 
 impl Rules {
-    /// Of a fountain between these meshes.
+    /// The law of a fountain between these meshes.
     pub fn of(fountain: &Fountain, meshes: &[Mesh]) -> Self {
         let place = fountain.place();
         let corners = |m: &Mesh| -> Vec<_> {

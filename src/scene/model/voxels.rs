@@ -28,7 +28,7 @@ pub(crate) struct Facet {
 }
 
 impl Facet {
-    /// Of corners in voxels, or in cells of which a voxel's side has so many.
+    /// A triangle whose corners are in voxels, or in cells of which a voxel's side has so many.
     fn of(corners: [[f32; 3]; 3], size: u32, cells: u32) -> Self {
         Self::slack(corners, size, SLACK * cells as f32)
     }
@@ -98,7 +98,7 @@ fn inside_edge(from: [f32; 2], edge: [f32; 2], turn: f32, slack: f32) -> bool {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bits {
     pub(crate) size: u32,
-    /// Levels one behind the other, 64 bits a word.
+    /// Levels one behind the other, 64 bits per word.
     pub words: Vec<u64>,
 }
 
@@ -125,12 +125,12 @@ impl Bits {
         ((at + (z * side + y) * side + x) as usize, bit[0] | bit[1] << 2 | bit[2] << 4)
     }
 
-    /// Of triangles whose corners are in voxels. Twin: glsl/grid/voxelize.comp.
+    /// Voxels of triangles whose corners are in voxels. Twin: glsl/grid/voxelize.comp.
     pub fn voxelize(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32) -> Self {
         Self::voxelize_cells(triangles, size, 1)
     }
 
-    /// Of triangles whose corners are in cells, of which a voxel's side has so many.
+    /// Voxels of triangles whose corners are in cells, of which a voxel's side has so many.
     pub(crate) fn voxelize_cells(triangles: impl Iterator<Item = [[f32; 3]; 3]>, size: u32, cells: u32) -> Self {
         let mut bits = Self::none(size);
         for corners in triangles {

@@ -1,4 +1,4 @@
-//! Where the curves of all texels of all maps stand, and what they say.
+//! The curves of all texels of all maps: their buffers, and how to read them.
 
 use super::settings::{Settings, Storage};
 use crate::gpu::{Bindings, Buffer, Context, Memory};

@@ -1,4 +1,5 @@
-//! What a spec comes to with a device and a scene: the path, how curves are made, the constants of its shaders; or why not.
+//! What a spec means for a device and a scene: the path, how curves are made, the constants of its shaders; or why it is
+//! refused.
 
 use super::ENTRY;
 use super::settings::{Batch, Fit, Resolve, Settings, Way};

@@ -1,4 +1,4 @@
-//! What AVSM promises, and what is run of it where it is not named.
+//! What AVSM promises, and which specs of it run where a command names none.
 
 use super::settings::{Settings, Way};
 use crate::technique::keys::{Name, word_of};

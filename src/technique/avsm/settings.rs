@@ -195,7 +195,7 @@ impl Settings {
         self.storage == Some(Storage::Tight)
     }
 
-    /// Texels a side of a map whose tiles are looked at: the coarsest that they may be.
+    /// Texels per side of a map whose tiles are looked at: the coarsest that they may be.
     pub(super) fn base_size(&self) -> u32 {
         if self.is_adaptive() { self.size.div_ceil(2) } else { self.size }
     }

@@ -1,4 +1,4 @@
-//! Where the nodes of all texels stand, and the passes that make them of the lists.
+//! The nodes of all texels, and the passes that make them from the lists.
 
 use super::lists::Lists;
 use super::settings::{Removal, Settings};

@@ -1,4 +1,4 @@
-//! How a volume is laid out, from what is set. Twin: glsl/technique/psm/constants.glsl.
+//! How the settings lay out a volume. Twin: glsl/technique/psm/constants.glsl.
 
 use super::Settings;
 use crate::Result;

@@ -1,4 +1,4 @@
-//! What a bake works with: how much room there is, where things stand in it, and what the passes are pushed.
+//! The buffers of a bake: their sizes, their layout, and the push constants of the passes.
 
 use super::MAX_LEVELS;
 use crate::Result;

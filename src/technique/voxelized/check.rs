@@ -1,5 +1,5 @@
-//! Whether look-ups stay within the words that a file has. A checksum finds damage, not what was written wrong, and a device
-//! may fail on a pointer that leads elsewhere.
+//! Whether look-ups stay within the words that a file has. A checksum finds damage but not a file that was written wrong,
+//! and a device may fail on a pointer that leads outside.
 
 use super::buffers::Shape;
 use super::settings::Plan;

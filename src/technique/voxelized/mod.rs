@@ -1,6 +1,6 @@
-//! Voxelized shadows: for every voxel of a cube about the meshes whether light reaches it, in an octree, and in the graph that
-//! is left when equal parts of it are one. Baked once for each light, and for each face of one that shines all about. Sources: Sintorn, Kämpe, Olsson and Assarsson
-//! 2014; Kämpe, Sintorn and Assarsson 2013 and 2016; Scandolo, Bauszat and Eisemann 2016.
+//! Voxelized shadows: whether light reaches each voxel of a cube about the meshes, in an octree, or in the graph that is left when equal parts of it are merged.
+//! Baked once per light, and per face of a light that shines all about. Sources: Sintorn, Kämpe, Olsson and Assarsson 2014; Kämpe, Sintorn and Assarsson 2013 and
+//! 2016; Scandolo, Bauszat and Eisemann 2016.
 //!
 //! Baked once, for meshes and lights that stand still; where they move, columns are found anew in whose block something moved.
 //!

@@ -5,7 +5,7 @@ use super::cube::Cubes;
 use crate::scene::{Projection, View};
 use bytemuck::{Pod, Zeroable};
 
-/// Leaves, bricks, and nodes of up to 65,536 voxels a side. Twin: Tree in glsl/technique/voxelized/tree.glsl.
+/// Leaves, bricks, and nodes of up to 65,536 voxels per side. Twin: Tree in glsl/technique/voxelized/tree.glsl.
 pub const MAX_LEVELS: usize = 15;
 
 /// A tree of a light. Twin: Tree in glsl/technique/voxelized/tree.glsl.
@@ -14,7 +14,7 @@ pub const MAX_LEVELS: usize = 15;
 pub struct TreeData {
     /// The corner of the cube, or the light where it has a place; world units.
     pub origin: [f32; 3],
-    /// Voxels a side.
+    /// Voxels per side.
     pub size: u32,
     /// Voxels a world unit along the cube's x; of a light with a place, times the depth in voxels.
     pub right: [f32; 3],
