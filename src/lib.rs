@@ -76,6 +76,7 @@
 //!     particles: vec![Particle { position: [0.0, 0.0, 1.0], radius: 0.5, extinction: 2.0 }],
 //!     strands: vec![],
 //!     gaussians: vec![],
+//!     volumes: vec![],
 //!     meshes: vec![],
 //!     lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],
 //!     camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
@@ -97,26 +98,26 @@
 //!
 //! | Technique | Casts from | Built | What it keeps |
 //! |---|---|---|---|
-//! | avsm | particles, strands, splats, meshes | each frame | a compressed curve of transmittance a texel |
-//! | deep-shadow-map | particles, strands, splats, meshes | each frame | as many nodes of a texel's curve as its error needs |
-//! | psm | particles, strands, splats, meshes | each frame | what is left of the light behind each slice of a volume |
-//! | layers | particles, strands, splats, meshes | each frame | optical depth up to the ends of a texel's layers |
-//! | fourier | particles, strands, splats, meshes | each frame | optical depth as a Fourier series a texel |
-//! | moments | particles, strands, splats, meshes | each frame | moments of the optical depth a texel |
-//! | wavelet | particles, strands, splats, meshes | each frame | optical depth in Haar wavelets a texel |
-//! | beer-shadow-map | particles, strands, splats, meshes | each frame | front, mean extinction and greatest optical depth a texel |
-//! | half-angle | particles, strands, splats, meshes | each frame | the light behind the slices that are painted so far |
-//! | translucency-map | particles, strands, splats, meshes | each frame | one product of transmittances a texel |
-//! | stochastic | particles, strands, splats, meshes | each frame | depths at which a few rays of each texel end by chance |
-//! | uncompressed | particles, strands, splats, meshes | each frame | all segments of each texel: the yardstick |
-//! | marched | particles, strands, meshes | each frame | a curve a texel, marched through a density grid |
-//! | density-grid | particles, strands, meshes | each frame | what smoke and hair take in each voxel, for all lights |
-//! | optical-depth-grid | particles, strands, meshes | each frame | the optical depth to each light in a grid's cells |
-//! | grid-query | particles, strands, splats, meshes | each frame | lists of what casts in each voxel: exact |
-//! | voxel-grid | particles, strands, meshes | each frame | a grid of voxels that rays go through |
+//! | avsm | particles, strands, splats, volumes, meshes | each frame | a compressed curve of transmittance a texel |
+//! | deep-shadow-map | particles, strands, splats, volumes, meshes | each frame | as many nodes of a texel's curve as its error needs |
+//! | psm | particles, strands, splats, volumes, meshes | each frame | what is left of the light behind each slice of a volume |
+//! | layers | particles, strands, splats, volumes, meshes | each frame | optical depth up to the ends of a texel's layers |
+//! | fourier | particles, strands, splats, volumes, meshes | each frame | optical depth as a Fourier series a texel |
+//! | moments | particles, strands, splats, volumes, meshes | each frame | moments of the optical depth a texel |
+//! | wavelet | particles, strands, splats, volumes, meshes | each frame | optical depth in Haar wavelets a texel |
+//! | beer-shadow-map | particles, strands, splats, volumes, meshes | each frame | front, mean extinction and greatest optical depth a texel |
+//! | half-angle | particles, strands, splats, volumes, meshes | each frame | the light behind the slices that are painted so far |
+//! | translucency-map | particles, strands, splats, volumes, meshes | each frame | one product of transmittances a texel |
+//! | stochastic | particles, strands, splats, volumes, meshes | each frame | depths at which a few rays of each texel end by chance |
+//! | uncompressed | particles, strands, splats, volumes, meshes | each frame | all segments of each texel: the yardstick |
+//! | marched | particles, strands, volumes, meshes | each frame | a curve a texel, marched through a density grid |
+//! | density-grid | particles, strands, volumes, meshes | each frame | what smoke and hair take in each voxel, for all lights |
+//! | optical-depth-grid | particles, strands, volumes, meshes | each frame | the optical depth to each light in a grid's cells |
+//! | grid-query | particles, strands, splats, volumes, meshes | each frame | lists of what casts in each voxel: exact |
+//! | voxel-grid | particles, strands, volumes, meshes | each frame | a grid of voxels that rays go through |
 //! | shadow-map | meshes | each frame | the nearest depth a texel |
 //! | ism | meshes | each frame | a small map of points for each virtual light |
-//! | ray-query | particles, strands, splats, meshes | each frame | boxes about what casts: rays ask them |
+//! | ray-query | particles, strands, splats, volumes, meshes | each frame | boxes about what casts: rays ask them |
 //! | none | nothing | each frame | nothing: all light, the row that others are held against |
 //! | voxelized | meshes | once | every voxel lit or shadowed, as an octree or a graph |
 //!

@@ -12,6 +12,9 @@ pub use files::data_file::DATA_ENDINGS;
 #[cfg(feature = "program")]
 pub use files::load::{BUILT_IN, known};
 pub use model::caster::Caster;
+pub use model::field::{Field, MOST_BLOCKS};
+#[cfg(feature = "program")]
+pub(crate) use model::field::{SIDE, trilinear};
 pub use model::fit::{Aim, Casting, gutter_texels};
 pub use model::fog::Fog;
 pub use model::fountain_law::{Body, Fountain, Jet, Law, Place};
@@ -27,6 +30,7 @@ pub use model::resolution::{Moved, Resolution};
 pub use model::sides::{Side, sides};
 pub use model::time::check_time;
 pub use model::view::{FARTHEST, Projection, Ray, View};
+pub use model::volume::{MOST_CELLS, Placed, Volume};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DQuat, DVec3};
@@ -105,6 +109,8 @@ pub struct Kinds {
     pub strands: bool,
     /// Gaussians.
     pub splats: bool,
+    /// Grids of densities.
+    pub volumes: bool,
     /// Opaque triangles.
     pub meshes: bool,
 }
@@ -120,6 +126,8 @@ pub struct Scene {
     pub strands: Vec<Strand>,
     /// Splats: translucent casters too.
     pub gaussians: Vec<Gaussian>,
+    /// Grids of densities: translucent casters too.
+    pub volumes: Vec<Volume>,
     /// Opaque casters and receivers.
     pub meshes: Vec<Mesh>,
     /// At least one.
@@ -166,7 +174,10 @@ pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 impl Scene {
     /// Casters that there are at once, at any time.
     pub fn most_casters(&self) -> usize {
-        self.particles.len().max(self.motion.most_particles()) + self.strands.len() + self.gaussians.len()
+        self.particles.len().max(self.motion.most_particles())
+            + self.strands.len()
+            + self.gaussians.len()
+            + self.cell_count()
     }
 
     /// Whether anything is opaque.
@@ -180,6 +191,7 @@ impl Scene {
             particles: !self.particles.is_empty(),
             strands: !self.strands.is_empty(),
             splats: !self.gaussians.is_empty(),
+            volumes: !self.volumes.is_empty(),
             meshes: !self.meshes.is_empty(),
         }
     }
@@ -208,6 +220,7 @@ pub(crate) mod tests {
             particles: spheres.iter().map(particle).collect(),
             strands: vec![],
             gaussians: vec![],
+            volumes: vec![],
             meshes: vec![],
             motion: Motion::Still,
             lights: vec![Light {

@@ -24,7 +24,13 @@ pub struct Capacity {
 
 impl Capacity {
     pub(super) fn kinds(self) -> Kinds {
-        Kinds { particles: self.particles > 0, strands: self.strands > 0, splats: false, meshes: self.triangles > 0 }
+        Kinds {
+            particles: self.particles > 0,
+            strands: self.strands > 0,
+            splats: false,
+            volumes: false,
+            meshes: self.triangles > 0,
+        }
     }
 }
 
@@ -68,12 +74,13 @@ impl World {
             particle_count: 0,
             strand_count: 0,
             gaussian_count: 0,
+            cell_count: 0,
             triangles: buffer("world.triangles", capacity.triangles, size_of::<TriangleData>())?,
             triangle_capacity: capacity.triangles,
             triangle_count: 0,
             sides: buffer("world.sides", capacity.triangles, size_of::<i32>())?,
             strands: capacity.strands > 0,
-            gaussians: false,
+            packed: false,
             lights: buffer("world.lights", capacity.lights, size_of::<LightData>())?,
             lit: Vec::new(),
             camera: None,

@@ -2,6 +2,7 @@
 
 pub(super) mod contents;
 pub(super) mod data_file;
+pub(super) mod dense_file;
 pub(super) mod file;
 pub(super) mod fitted;
 pub(super) mod gltf_document;
@@ -11,6 +12,7 @@ pub(super) mod hair_file;
 pub(super) mod input;
 pub(super) mod load;
 pub(super) mod mesh_file;
+pub(super) mod nrrd_file;
 pub(super) mod particle_file;
 pub(super) mod placement;
 pub(super) mod ply;
@@ -20,3 +22,4 @@ pub(super) mod spz_file;
 pub(super) mod stage;
 pub(super) mod strand_file;
 pub(super) mod tressfx_file;
+pub(super) mod volume_file;

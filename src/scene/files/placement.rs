@@ -6,7 +6,7 @@ use glam::DVec3;
 
 /// Where the things of a file go in the world.
 pub(in crate::scene) struct Placement {
-    translate: DVec3,
+    pub translate: DVec3,
     /// Greater than 0.
     pub scale: f64,
 }
