@@ -41,7 +41,7 @@ pub(in crate::scene) fn read(file: File, size: u64) -> Result<Grid, String> {
             given => given.unwrap_or(false),
         },
     };
-    let (needed, left) = (dense.bytes()?, size - length);
+    let (needed, left) = (dense.bytes()?, size.saturating_sub(length));
     if !header.zipped && left != needed || header.zipped && needed > left.saturating_mul(MOST_RATIO) {
         return Err(format!("{left} bytes of data, and a grid of {:?} has {needed}", dense.size));
     }

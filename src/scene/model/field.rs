@@ -28,6 +28,7 @@ pub(crate) struct Block {
 pub struct Field {
     blocks: Vec<Block>,
     places: FnvHashMap<[i32; 3], u32>,
+    ends: [[i32; 3]; 2],
 }
 
 impl Block {
@@ -103,6 +104,11 @@ impl Field {
                 if field.blocks.len() == MOST_BLOCKS {
                     return Err(too_many());
                 }
+                let far = at.map(|at| at + SIDE as i32);
+                let [low, high] = if field.blocks.is_empty() { [at, far] } else { field.ends };
+                let each =
+                    |of: fn(i32, i32) -> i32, a: [i32; 3], b: [i32; 3]| [0, 1, 2].map(|axis| of(a[axis], b[axis]));
+                field.ends = [each(i32::min, low, at), each(i32::max, high, far)];
                 field.places.insert(leaf, field.blocks.len() as u32);
                 field.blocks.push(Block { at, samples });
             }
@@ -117,11 +123,7 @@ impl Field {
 
     /// Samples at the lowest and at the highest ends of its cells.
     pub fn range(&self) -> [[i32; 3]; 2] {
-        let ends = |far: i32, of: fn(i32, i32) -> i32| {
-            let all = self.blocks.iter().map(|block| block.at.map(|at| at + far));
-            all.reduce(|a, b| std::array::from_fn(|axis| of(a[axis], b[axis]))).unwrap_or_default()
-        };
-        [ends(0, i32::min), ends(SIDE as i32, i32::max)]
+        self.ends
     }
 
     /// Puts all of it into a checksum.
