@@ -24,6 +24,7 @@ pub fn empty() -> Scene {
         particles: Vec::new(),
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: Vec::new(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::NEG_Z },

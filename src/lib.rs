@@ -76,6 +76,7 @@
 //!     particles: vec![Particle { position: [0.0, 0.0, 1.0], radius: 0.5, extinction: 2.0 }],
 //!     strands: vec![],
 //!     gaussians: vec![],
+//!     volumes: vec![],
 //!     meshes: vec![],
 //!     lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],
 //!     camera: Camera { position: DVec3::ONE, target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },
@@ -98,26 +99,26 @@
 //!
 //! | Technique | Casts from | Built |
 //! |---|---|---|
-//! | avsm | particles, strands, splats, meshes | each frame |
-//! | deep-shadow-map | particles, strands, splats, meshes | each frame |
-//! | psm | particles, strands, splats, meshes | each frame |
-//! | layers | particles, strands, splats, meshes | each frame |
-//! | fourier | particles, strands, splats, meshes | each frame |
-//! | moments | particles, strands, splats, meshes | each frame |
-//! | wavelet | particles, strands, splats, meshes | each frame |
-//! | beer-shadow-map | particles, strands, splats, meshes | each frame |
-//! | half-angle | particles, strands, splats, meshes | each frame |
-//! | translucency-map | particles, strands, splats, meshes | each frame |
-//! | stochastic | particles, strands, splats, meshes | each frame |
-//! | uncompressed | particles, strands, splats, meshes | each frame |
-//! | marched | particles, strands, meshes | each frame |
-//! | density-grid | particles, strands, meshes | each frame |
-//! | optical-depth-grid | particles, strands, meshes | each frame |
-//! | grid-query | particles, strands, splats, meshes | each frame |
-//! | voxel-grid | particles, strands, meshes | each frame |
+//! | avsm | particles, strands, splats, volumes, meshes | each frame |
+//! | deep-shadow-map | particles, strands, splats, volumes, meshes | each frame |
+//! | psm | particles, strands, splats, volumes, meshes | each frame |
+//! | layers | particles, strands, splats, volumes, meshes | each frame |
+//! | fourier | particles, strands, splats, volumes, meshes | each frame |
+//! | moments | particles, strands, splats, volumes, meshes | each frame |
+//! | wavelet | particles, strands, splats, volumes, meshes | each frame |
+//! | beer-shadow-map | particles, strands, splats, volumes, meshes | each frame |
+//! | half-angle | particles, strands, splats, volumes, meshes | each frame |
+//! | translucency-map | particles, strands, splats, volumes, meshes | each frame |
+//! | stochastic | particles, strands, splats, volumes, meshes | each frame |
+//! | uncompressed | particles, strands, splats, volumes, meshes | each frame |
+//! | marched | particles, strands, volumes, meshes | each frame |
+//! | density-grid | particles, strands, volumes, meshes | each frame |
+//! | optical-depth-grid | particles, strands, volumes, meshes | each frame |
+//! | grid-query | particles, strands, splats, volumes, meshes | each frame |
+//! | voxel-grid | particles, strands, volumes, meshes | each frame |
 //! | shadow-map | meshes | each frame |
 //! | ism | meshes | each frame |
-//! | ray-query | particles, strands, splats, meshes | each frame |
+//! | ray-query | particles, strands, splats, volumes, meshes | each frame |
 //! | none | nothing | each frame |
 //! | voxelized | meshes | once |
 //!

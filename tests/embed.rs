@@ -105,6 +105,7 @@ fn scene(particles: &[Particle]) -> Scene {
         particles: particles.iter().map(particle).collect(),
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: Vec::new(),
         lights: vec![Light { kind: sun, radiance: [1.0; 3], radius: f64::INFINITY }],
         camera: Camera {

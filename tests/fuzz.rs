@@ -76,6 +76,8 @@ fuzzed! {
     spec: 1000,
     splat: 1000,
     spz: 1000,
+    nrrd: 1000,
+    volume: 1000,
     tressfx: 1000,
     voxels: 100,
 }

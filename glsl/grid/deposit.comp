@@ -31,6 +31,7 @@ void deposit(uvec3 voxel, uint amount) {
     }
 }
 
+#include "grid/cell.glsl"
 #include "grid/mote.glsl"
 
 // How much there is to do for a caster, and the part of it from `first` on.
@@ -41,6 +42,16 @@ uint deposit_caster(uint i, uint first, uint step, uint most) {
     bool strand = caster_is_strand(caster);
     if (caster_is_gaussian(caster)) {
         return 0u;  // who asks voxels of smoke and hair does not see splats
+    }
+    if (caster_is_cell(caster)) {
+        Slab slab = slab_of(place, radius, caster.axis, caster.density * grid.voxel, grid.size);
+        uvec3 box = uvec3(slab.last - slab.first + 1);
+        uint voxels = box.x * box.y * box.z;
+        for (uint v = first; v < voxels && voxels <= most; v += step) {
+            ivec3 voxel = slab.first + ivec3(v % box.x, v / box.x % box.y, v / (box.x * box.y));
+            deposit(uvec3(voxel), slab_amount(slab, voxel));
+        }
+        return voxels;
     }
     if (!strand && radius >= 1.0) {
         precise float extinction = caster.density * grid.voxel;

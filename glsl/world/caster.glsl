@@ -1,29 +1,37 @@
-// What lets some light pass: a sphere of constant extinction, a Gaussian of it, or a strand, a line segment drawn as a ribbon that
-// faces every ray. Their overlap with a ray and the quad that covers them. Twin: scene::Caster, reference::twin::segment,
+// What lets some light pass: a sphere of constant extinction, a Gaussian of it, a cell of a volume, or a strand, a line segment drawn
+// as a ribbon that faces every ray. Their overlap with a ray and the quad that covers them. Twin: scene::Caster, reference::twin::segment,
 // reference::truth.
 #ifndef WORLD_CASTER_GLSL
 #define WORLD_CASTER_GLSL
+#include "world/cell.glsl"
 #include "world/gaussian.glsl"
 #include "world/view.glsl"
 
 struct Caster {
     vec3 position;  // a sphere's centre, a strand's start
     float radius;   // 0 behind a count that only the device knows: it casts nothing
-    vec3 axis;      // from a strand's start to its end; 0 for a sphere; of a Gaussian bits of its shape
-    float density;  // a sphere's extinction, a Gaussian's at its middle, 1 / world unit; a strand's optical depth
+    vec3 axis;      // from a strand's start to its end; 0 for a sphere; of a Gaussian and of a cell bits of its shape
+    float density;  // a sphere's or a cell's extinction, a Gaussian's at its middle, 1 / world unit; a strand's optical depth
 };
 
 // False: there are none, and their arithmetic is left out.
 CONSTANT(bool, STRANDS, true)
-// False: there are no splats, and their arithmetic is left out.
+// False: there are no splats and no volumes, and their arithmetic is left out.
 CONSTANT(bool, GAUSSIANS, true)
 
 bool caster_is_gaussian(Caster caster) {
     return GAUSSIANS && gaussian_marked(caster.axis);
 }
 
+bool caster_is_cell(Caster caster) {
+    return GAUSSIANS && cell_marked(caster.axis);
+}
+
+// Either: what has a shape packed in its axis.
+bool caster_is_packed(Caster caster) { return caster_is_gaussian(caster) || caster_is_cell(caster); }
+
 bool caster_is_strand(Caster caster) {
-    return STRANDS && any(notEqual(caster.axis, vec3(0.0))) && !caster_is_gaussian(caster);
+    return STRANDS && any(notEqual(caster.axis, vec3(0.0))) && !caster_is_packed(caster);
 }
 
 // From a strand's start to its end; 0 for what has one place.
@@ -103,6 +111,9 @@ bool caster_overlap(Ray ray, Caster caster, out vec3 z) {
     if (caster_is_gaussian(caster)) {
         return gaussian_overlap(ray, caster, z);
     }
+    if (caster_is_cell(caster)) {
+        return cell_overlap(ray, caster.position, caster.radius, caster.axis, z);
+    }
     vec3 offset = caster.position - ray.origin;
     float scale = 1.0 / dot(ray.direction, ray.direction);
     float middle = dot(offset, ray.direction) * scale;
@@ -157,7 +168,7 @@ Caster view_caster(View view, Caster caster) {
     if (caster_is_strand(caster)) {
         caster.axis = view_axes(view, caster.axis);
     }
-    if (caster_is_gaussian(caster)) {
+    if (caster_is_packed(caster)) {
         caster.axis = gaussian_turned(view, caster.axis);
     }
     return caster;
@@ -169,6 +180,9 @@ bool view_caster_bounds(View view, Caster caster, out vec2 low, out vec2 high) {
     vec4 extent = caster_is_gaussian(caster) ? gaussian_extent(view, caster.position, caster.radius, caster.axis)
                                              : sphere_extent(view, caster.position, caster.radius);
     float farthest = caster.position.z;
+    if (caster_is_cell(caster) && view.projection != VIEW_PERSPECTIVE) {
+        extent = cell_extent(caster.position, caster.radius, caster.axis);
+    }
     if (caster_is_strand(caster)) {
         // A strand lies in the hull of the spheres about its ends.
         vec3 end = caster.position + caster.axis;

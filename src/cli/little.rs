@@ -51,6 +51,7 @@ pub(super) fn scene(mut scene: Scene) -> Scene {
         scene.particles.truncate(MOST_CASTERS);
         scene.strands.truncate(MOST_CASTERS);
         scene.gaussians.truncate(MOST_CASTERS);
+        scene.volumes.iter_mut().for_each(|volume| volume.truncate(MOST_CASTERS));
         for mesh in &mut scene.meshes {
             mesh.triangles.truncate(MOST_CASTERS);
             let used = mesh.triangles.iter().flatten().max().map_or(0, |last| *last as usize + 1);

@@ -84,14 +84,16 @@ fn blended(world: &World, camera: &View) -> Result<Vec<u32>> {
     Ok(far_to_near(scene, camera))
 }
 
-/// The place of the first splat among the casters, then the colours of all: words of the buffer `Splats` of glsl/consume/picture_set.glsl.
+/// The place of the first splat or cell among the casters, then the colours of all: words of the buffer `Splats` of glsl/consume/picture_set.glsl.
 fn splat_colors(world: &World) -> Result<Vec<u32>> {
-    if !world.has_gaussians() {
+    if !world.has_packed() {
         return Ok(vec![0; 4]);
     }
     let scene = world.scene()?;
     let first = (scene.particles.len() + scene.strands.len()) as u32;
-    Ok(std::iter::once(first).chain(scene.gaussians.iter().flat_map(|g| g.color.map(f32::to_bits))).collect())
+    let splats = scene.gaussians.iter().map(|g| g.color);
+    let cells = scene.volumes.iter().flat_map(|v| std::iter::repeat_n(v.placed().color, v.cells().len()));
+    Ok(std::iter::once(first).chain(splats.chain(cells).flat_map(|color| color.map(f32::to_bits))).collect())
 }
 
 impl Kernels {

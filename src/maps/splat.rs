@@ -84,7 +84,7 @@ impl Splat {
         };
         let drawn = culled.as_ref().map_or(&order, |c| &c.drawn).clone();
         let set = set::Splat { order: &drawn }.bind(context, "splat")?;
-        let (caster_count, strands, gaussians) = (world.caster_count(), world.has_strands(), world.has_gaussians());
+        let (caster_count, strands, gaussians) = (world.caster_count(), world.has_strands(), world.has_packed());
         Ok(Self { order: sorts, set, culled, capacity, caster_count, size: maps.size(), strands, gaussians })
     }
 
@@ -95,7 +95,7 @@ impl Splat {
     pub fn sorted_by(context: &Context, world: &World, maps: &Maps, order: &Buffer) -> Result<Self> {
         let set = set::Splat { order }.bind(context, "splat")?;
         let capacity = world.caster_capacity().max(1);
-        let (caster_count, strands, gaussians) = (world.caster_count(), world.has_strands(), world.has_gaussians());
+        let (caster_count, strands, gaussians) = (world.caster_count(), world.has_strands(), world.has_packed());
         Ok(Self { order: None, set, culled: None, capacity, caster_count, size: maps.size(), strands, gaussians })
     }
 

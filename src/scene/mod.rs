@@ -14,6 +14,9 @@ pub use files::data_file::DATA_ENDINGS;
 #[cfg(feature = "program")]
 pub use files::load::{BUILT_IN, known};
 pub use model::caster::Caster;
+pub use model::field::{Field, MOST_BLOCKS};
+#[cfg(feature = "program")]
+pub(crate) use model::field::{SIDE, trilinear};
 pub use model::fit::{Aim, Casting, gutter_texels};
 pub use model::fog::Fog;
 pub use model::fountain_law::{Body, Fountain, Jet, Law, Place};
@@ -31,6 +34,7 @@ pub use model::resolution::{Moved, Resolution};
 pub use model::sides::{Side, sides};
 pub use model::time::check_time;
 pub use model::view::{FARTHEST, Projection, Ray, View};
+pub use model::volume::{MOST_CELLS, Placed, Volume};
 #[cfg(feature = "program")]
 pub use model::voxels::Bits;
 #[cfg(feature = "program")]
@@ -113,6 +117,8 @@ pub struct Kinds {
     pub strands: bool,
     /// Gaussians.
     pub splats: bool,
+    /// Grids of densities.
+    pub volumes: bool,
     /// Opaque triangles.
     pub meshes: bool,
 }
@@ -128,6 +134,8 @@ pub struct Scene {
     pub strands: Vec<Strand>,
     /// Splats: translucent casters too.
     pub gaussians: Vec<Gaussian>,
+    /// Grids of densities: translucent casters too.
+    pub volumes: Vec<Volume>,
     /// Opaque casters and receivers.
     pub meshes: Vec<Mesh>,
     /// At least one.
@@ -183,7 +191,10 @@ pub const MAX_OPTICAL_DEPTH: f32 = 80.0;
 impl Scene {
     /// Casters that there are at once, at any time.
     pub fn most_casters(&self) -> usize {
-        self.particles.len().max(self.motion.most_particles()) + self.strands.len() + self.gaussians.len()
+        self.particles.len().max(self.motion.most_particles())
+            + self.strands.len()
+            + self.gaussians.len()
+            + self.cell_count()
     }
 
     /// Whether anything is opaque.
@@ -197,6 +208,7 @@ impl Scene {
             particles: !self.particles.is_empty(),
             strands: !self.strands.is_empty(),
             splats: !self.gaussians.is_empty(),
+            volumes: !self.volumes.is_empty(),
             meshes: !self.meshes.is_empty(),
         }
     }
@@ -225,6 +237,7 @@ pub(crate) mod tests {
             particles: spheres.iter().map(particle).collect(),
             strands: vec![],
             gaussians: vec![],
+            volumes: vec![],
             meshes: vec![],
             motion: Motion::Still,
             lights: vec![Light {

@@ -88,6 +88,7 @@ impl Draw {
             particles,
             strands,
             gaussians: Vec::new(),
+            volumes: Vec::new(),
             meshes,
             lights,
             camera,

@@ -13,6 +13,7 @@ pub(super) fn scene(kind: LightKind, particles: Vec<Particle>, meshes: Vec<Mesh>
         particles,
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes,
         lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],
         camera: Camera { position: DVec3::new(4.0, -5.0, 3.0), target: DVec3::ZERO, up: DVec3::Z, fov_y_degrees: 40.0 },

@@ -101,7 +101,7 @@ impl GridQuery {
         let constants = Constants::new()
             .set(constant::GRID_SIZE, size)
             .set(constant::STRANDS, world.has_strands())
-            .set(constant::GAUSSIANS, world.has_gaussians());
+            .set(constant::GAUSSIANS, world.has_packed());
         Ok(Self { size, grid, resolution: Vec::new(), look_up, constants })
     }
 

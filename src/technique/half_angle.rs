@@ -119,7 +119,7 @@ impl HalfAngle {
             Storage::R32f => Format::R32_SFLOAT,
         };
         let maps = Maps::new(context, world, size, OpaqueMaps::shared(opaque))?;
-        let constants = Constants::new().set(STRANDS, world.has_strands()).set(GAUSSIANS, world.has_gaussians());
+        let constants = Constants::new().set(STRANDS, world.has_strands()).set(GAUSSIANS, world.has_packed());
         let whole = Image::new(context, "half_angle.whole", format, maps.size(), ImageUse::Color)?;
         let splat = Splat::new(context, world, &maps, DrawingOrder::Index, None)?;
         let cut = constants.clone().set(ENDS_AT_MESHES, world.triangle_capacity() > 0);

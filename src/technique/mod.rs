@@ -248,16 +248,18 @@ pub struct Casts {
     pub strands: bool,
     /// Gaussians.
     pub splats: bool,
+    /// Grids of densities.
+    pub volumes: bool,
     /// Opaque triangles.
     pub meshes: bool,
 }
 
 impl Casts {
     /// From all that a scene may have.
-    pub const ALL: Self = Self { particles: true, strands: true, splats: true, meshes: true };
+    pub const ALL: Self = Self { particles: true, strands: true, splats: true, volumes: true, meshes: true };
 
     /// From nothing: of any scene all light is let through.
-    pub const NONE: Self = Self { particles: false, strands: false, splats: false, meshes: false };
+    pub const NONE: Self = Self { particles: false, strands: false, splats: false, volumes: false, meshes: false };
 
     /// From meshes alone.
     pub const MESHES: Self = Self { meshes: true, ..Self::NONE };
@@ -272,15 +274,17 @@ impl Casts {
         has.particles && self.particles
             || has.strands && self.strands
             || has.splats && self.splats
+            || has.volumes && self.volumes
             || has.meshes && self.meshes
     }
 
-    /// What there is that it does not see: `smoke`, `hair`, `splats`, `meshes`.
+    /// What there is that it does not see: `smoke`, `hair`, `splats`, `volumes`, `meshes`.
     pub fn unseen_of(self, has: Kinds) -> Vec<String> {
         let kinds = [
             ("smoke", has.particles, self.particles),
             ("hair", has.strands, self.strands),
             ("splats", has.splats, self.splats),
+            ("volumes", has.volumes, self.volumes),
             ("meshes", has.meshes, self.meshes),
         ];
         kinds.into_iter().filter(|(_, has, sees)| *has && !sees).map(|(name, ..)| name.into()).collect()
@@ -292,6 +296,7 @@ impl Casts {
             (self.particles, "particles"),
             (self.strands, "strands"),
             (self.splats, "splats"),
+            (self.volumes, "volumes"),
             (self.meshes, "meshes"),
         ];
         let all: Vec<_> = names.into_iter().filter(|n| n.0).map(|n| n.1).collect();
@@ -370,7 +375,7 @@ mod tests {
         assert!(Casts::ALL.are_in(smoke) && !Casts::ALL.are_in(nothing) && !meshes.are_in(smoke));
         assert!(Casts::ALL.any_of(smoke) && !meshes.any_of(smoke) && meshes.any_of(nothing));
         assert!(Casts::NONE.any_of(smoke) && Casts::NONE.any_of(nothing) && !Casts::NONE.are_in(smoke));
-        assert_eq!(Casts::ALL.names(), "particles, strands, splats, meshes");
+        assert_eq!(Casts::ALL.names(), "particles, strands, splats, volumes, meshes");
         assert_eq!((Casts::NONE.names(), Casts::NONE.unseen_of(smoke)), ("nothing".into(), vec!["smoke".to_owned()]));
         assert_eq!((meshes.unseen_of(smoke), Casts::ALL.unseen_of(smoke)), (vec!["smoke".to_owned()], vec![]));
     }

@@ -157,7 +157,7 @@ impl RayQuery {
         let constants = Constants::new()
             .set(MEDIA, cast.is_some())
             .set(STRANDS, world.has_strands())
-            .set(GAUSSIANS, world.has_gaussians());
+            .set(GAUSSIANS, world.has_packed());
         let built = Made::of(Parts::MESHES);
         Ok(Self { indices, bottom, top, extent, cast, built, look_up, constants })
     }

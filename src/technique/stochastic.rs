@@ -142,7 +142,7 @@ impl Stochastic {
             .clone()
             .set(SAMPLING, drawn_by)
             .set(STRANDS, world.has_strands())
-            .set(GAUSSIANS, world.has_gaussians());
+            .set(GAUSSIANS, world.has_packed());
         let (label, shader) = match sampling {
             Sampling::Stratified => ("stochastic.quantiles", &shaders::QUANTILES),
             Sampling::Plain | Sampling::Hash => ("stochastic.nearest", &shaders::NEAREST),

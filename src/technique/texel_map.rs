@@ -112,7 +112,7 @@ impl<S: Clone, P: TexelPasses> TexelMap<S, P> {
         let constants = filter
             .constants(constants)
             .set(STRANDS, world.has_strands())
-            .set(GAUSSIANS, world.has_gaussians())
+            .set(GAUSSIANS, world.has_packed())
             .set(LEVELS, levels);
         let texels = make(&maps, way, (skip, filter.reach()), &constants)?;
         let look_up = maps.look_up(context, folder.name, &texels.kept())?;

@@ -39,13 +39,14 @@ pub struct World {
     context: Context,
     name: String,
     generations: Generations,
-    /// [`Caster`]: spheres, then strands, then Gaussians; [`World::caster_count`] of them.
+    /// [`Caster`]: spheres, then strands, then Gaussians, then cells of volumes; [`World::caster_count`] of them.
     pub casters: Buffer,
     caster_capacity: u32,
     /// How many of [`World::casters`] are particles.
     particle_count: u32,
     strand_count: u32,
     gaussian_count: u32,
+    cell_count: u32,
     /// [`TriangleData`].
     pub triangles: Buffer,
     triangle_capacity: u32,
@@ -55,8 +56,8 @@ pub struct World {
     pub sides: Buffer,
     /// Whether there may be strands: without, kernels are compiled for spheres alone.
     strands: bool,
-    /// The same of Gaussians.
-    gaussians: bool,
+    /// The same of Gaussians and cells.
+    packed: bool,
     /// [`LightData`].
     pub lights: Buffer,
     /// The same as the host has them.
@@ -109,7 +110,7 @@ impl World {
     /// Casters that kernels go through: those that there are now, and behind a count that only the device knows some that cast
     /// nothing.
     pub fn caster_count(&self) -> u32 {
-        self.particle_count + self.strand_count + self.gaussian_count
+        self.particle_count + self.strand_count + self.gaussian_count + self.cell_count
     }
 
     /// Whether there are casters of a radius that may cross a view that sees none of their ends.
@@ -122,9 +123,9 @@ impl World {
         self.strands
     }
 
-    /// Whether there may be Gaussians: whether the scene began with some.
-    pub fn has_gaussians(&self) -> bool {
-        self.gaussians
+    /// Whether there may be Gaussians or cells of volumes: whether the scene began with some.
+    pub fn has_packed(&self) -> bool {
+        self.packed
     }
 
     /// Casters that there is room for: as many as the scene has at any time, or began with.

@@ -35,12 +35,13 @@ impl World {
             particle_count: scene.particles.len() as u32,
             strand_count: scene.strands.len() as u32,
             gaussian_count: scene.gaussians.len() as u32,
+            cell_count: scene.cell_count() as u32,
             triangles: Buffer::with_data(context, "world.triangles", &triangles)?,
             triangle_capacity: triangles.len() as u32,
             triangle_count: triangles.len() as u32,
             sides: Buffer::with_data(context, "world.sides", &signs(scene))?,
             strands: !scene.strands.is_empty(),
-            gaussians: !scene.gaussians.is_empty(),
+            packed: !scene.gaussians.is_empty() || !scene.volumes.is_empty(),
             lights: Buffer::with_data(context, "world.lights", &LightData::all(scene))?,
             generations: Generations { lights: vec![0; scene.lights.len()], ..Generations::default() },
             lit: scene.lights.clone(),
@@ -141,7 +142,7 @@ impl World {
         let pass = if changed.on_device() { self.copy(scene, &changed, &casters)? } else { None };
         self.bounds = Some(bounds);
         (self.particle_count, self.strand_count) = (scene.particles.len() as u32, scene.strands.len() as u32);
-        self.gaussian_count = scene.gaussians.len() as u32;
+        (self.gaussian_count, self.cell_count) = (scene.gaussians.len() as u32, scene.cell_count() as u32);
         self.lit.clone_from(&scene.lights);
         self.anchors = scene.aim().anchors;
         self.camera = Some(scene.camera);
@@ -155,15 +156,15 @@ impl World {
 
     /// An error where a scene is no other state of this one.
     fn check(&self, scene: &Scene) -> Result<()> {
-        let casters = scene.particles.len() + scene.strands.len() + scene.gaussians.len();
+        let casters = scene.particles.len() + scene.strands.len() + scene.gaussians.len() + scene.cell_count();
         let triangle_count: usize = scene.meshes.iter().map(|m| m.triangles.len()).sum();
         let maps = |lights: &[Light]| lights.iter().map(Light::map_count).collect::<Vec<_>>();
         let cause = if casters > self.caster_capacity as usize {
             format!("{casters} casters, and the world has room for {}", self.caster_capacity)
         } else if !scene.strands.is_empty() && !self.strands {
             "it has strands, and the world was made without".into()
-        } else if !scene.gaussians.is_empty() && !self.gaussians {
-            "it has splats, and the world was made without".into()
+        } else if !(scene.gaussians.is_empty() && scene.volumes.is_empty()) && !self.packed {
+            "it has splats or volumes, and the world was made without".into()
         } else if triangle_count != self.triangle_count as usize || maps(&scene.lights) != maps(&self.lit) {
             "meshes or lights are others than those that the world was made for".into()
         } else {
@@ -203,7 +204,7 @@ impl World {
 struct Changed {
     meshes: bool,
     particles: bool,
-    /// Or the splats.
+    /// Or the splats, or the volumes.
     strands: bool,
     /// Or their colours.
     lights: bool,
@@ -222,7 +223,8 @@ impl Changed {
             strands: *mixed
                 || *written && has_strands
                 || scene.strands != was.strands
-                || scene.gaussians != was.gaussians,
+                || scene.gaussians != was.gaussians
+                || scene.volumes != was.volumes,
             lights: *mixed || scene.lights != was.lights,
         }
     }

@@ -27,7 +27,13 @@ pub struct Capacity {
 impl Capacity {
     pub(super) fn kinds(self) -> Kinds {
         let Self { particles, strands, splats, triangles, .. } = self;
-        Kinds { particles: particles > 0, strands: strands > 0, splats: splats > 0, meshes: triangles > 0 }
+        Kinds {
+            particles: particles > 0,
+            strands: strands > 0,
+            splats: splats > 0,
+            volumes: false,
+            meshes: triangles > 0,
+        }
     }
 
     /// Whether casters of one kind stand behind the room for another's.
@@ -77,12 +83,13 @@ impl World {
             particle_count: 0,
             strand_count: 0,
             gaussian_count: 0,
+            cell_count: 0,
             triangles: buffer("world.triangles", capacity.triangles, size_of::<TriangleData>())?,
             triangle_capacity: capacity.triangles,
             triangle_count: 0,
             sides: buffer("world.sides", capacity.triangles, size_of::<i32>())?,
             strands: capacity.strands > 0,
-            gaussians: capacity.splats > 0,
+            packed: capacity.splats > 0,
             lights: buffer("world.lights", capacity.lights, size_of::<LightData>())?,
             lit: Vec::new(),
             camera: None,

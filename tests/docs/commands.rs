@@ -21,10 +21,11 @@ const PLACEHOLDERS: [(&str, &str); 8] = [
 ];
 
 /// Files of the reader's own, and what they are here.
-const FILES: [(&str, &str); 5] = [
+const FILES: [(&str, &str); 6] = [
     ("results.json", "results/nvidia-h200/results.json"),
     ("smoke.ply", "fuzz/seeds/ply/ok-particles-ascii.ply"),
     ("garden.splat", "fuzz/seeds/splat/ok-two.splat"),
+    ("smoke.nrrd", "fuzz/seeds/nrrd/ok-bytes.nrrd"),
     ("head.tfx", "fuzz/seeds/tressfx/ok-version-4.tfx"),
     ("town.glb", "fuzz/seeds/gltf/ok-binary.glb"),
 ];

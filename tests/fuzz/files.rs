@@ -14,6 +14,7 @@ const BESIDE: &[(&str, &[u8])] = &[
     ("ground.ply", include_bytes!("../../fuzz/seeds/ply/ok-mesh-ascii.ply")),
     ("lit.glb", include_bytes!("../../fuzz/seeds/gltf/ok-lights-and-camera.gltf")),
     ("garden.splat", include_bytes!("../../fuzz/seeds/splat/ok-two.splat")),
+    ("cloud.nrrd", include_bytes!("../../fuzz/seeds/nrrd/ok-bytes.nrrd")),
     ("head.hair", include_bytes!("../../fuzz/seeds/hair/ok-defaults.hair")),
 ];
 
@@ -71,6 +72,19 @@ pub fn splat(bytes: &[u8]) -> bool {
 /// Splats that are packed and zipped.
 pub fn spz(bytes: &[u8]) -> bool {
     alone_and_placed("input.spz", bytes, &["splats"])
+}
+
+/// Grids with a header.
+pub fn nrrd(bytes: &[u8]) -> bool {
+    alone_and_placed("input.nrrd", bytes, &["volumes"])
+}
+
+/// What names a grid beside; not what could name a file elsewhere.
+pub fn volume(bytes: &[u8]) -> bool {
+    if bytes.iter().any(|byte| matches!(byte, b'/' | b'\\')) {
+        return false;
+    }
+    load("input.volume", bytes, &[("grid.raw", &[0, 1, 2, 4, 8, 16, 32, 64, 128, 255, 0, 0])])
 }
 
 /// TressFX files.

@@ -19,6 +19,7 @@ fn ray() -> View {
         particles: vec![held(-1.0), held(1.0)],
         strands: vec![],
         gaussians: vec![],
+        volumes: vec![],
         meshes: vec![],
         motion: Motion::Still,
         lights: vec![Light { kind: down, radiance: [1.0; 3], radius: f64::INFINITY }],

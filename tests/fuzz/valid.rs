@@ -12,6 +12,7 @@ pub fn assert_valid(scene: &Scene) {
     scene.strands.iter().for_each(strand);
     scene.gaussians.iter().for_each(gaussian);
     scene.casters().iter().for_each(caster);
+    scene.volumes.iter().for_each(|volume| assert!(!volume.cells().is_empty(), "{:?}", volume.placed()));
     scene.meshes.iter().for_each(mesh);
     assert!(!scene.lights.is_empty(), "no light");
     scene.lights.iter().for_each(light);

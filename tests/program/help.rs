@@ -29,7 +29,8 @@ fn no_line_of_help_is_wider_than_a_terminal() {
 #[test]
 fn a_technique_has_a_page() {
     let page = ok(&["help", "avsm"]);
-    for word in ["interlock", "fragmentShaderPixelInterlock", "nodes", "casts from particles, strands, splats, meshes"]
+    for word in
+        ["interlock", "fragmentShaderPixelInterlock", "nodes", "casts from particles, strands, splats, volumes, meshes"]
     {
         assert!(page.contains(word), "{word} is not in:\n{page}");
     }

@@ -99,10 +99,11 @@ fn what_shows_nothing_is_refused() {
     }
     message(Scene::load("/nowhere/absent.ply", 0.0), "/nowhere/absent.ply", "No such file");
     message(
-        Scene::load("smoke.vdb", 0.0),
-        "smoke.vdb",
-        "*.toml), a data file (*.ply, *.hair, *.tfx, *.gltf, *.glb, *.splat, *.spz) or",
+        Scene::load("smoke.xyz", 0.0),
+        "smoke.xyz",
+        "*.toml), a data file (*.ply, *.hair, *.tfx, *.gltf, *.glb, *.splat, *.spz, *.volume, *.nrrd) or",
     );
+    message(Scene::load("smoke.vdb", 0.0), "smoke.vdb", "OpenVDB files are not read");
     message(Scene::load("ply", 0.0), "ply", "no such scene");
 }
 

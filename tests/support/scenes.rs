@@ -12,6 +12,7 @@ pub fn directional(name: &str, direction: [f64; 3], particles: Vec<Particle>) ->
         particles,
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
         lights: vec![Light {

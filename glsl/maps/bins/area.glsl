@@ -95,8 +95,8 @@ bool texel_part(View view, Ray ray, float ray_length, Caster caster, float dark,
     }
     if (AREA) {
         vec2 sides = texel_sides(view, max(caster.position.z, view.near));
-        // A Gaussian's radius says nothing of how thin it is.
-        if (caster.radius < WIDE * max(sides.x, sides.y) || caster_is_gaussian(caster)) {
+        // A Gaussian's radius says nothing of how thin it is, nor does a cell's.
+        if (caster.radius < WIDE * max(sides.x, sides.y) || caster_is_packed(caster)) {
             bool hit = sphere_mean(view, ray, caster, dark, z, taken);
             optical_depth = taken < 0.999999 ? min(optical_depth_of(taken), dark) : dark;
             return hit;

@@ -37,7 +37,7 @@ bool view_meets(View view, Ray ray, float ray_length, Caster caster) {
 
 // Whether a ray is in the caster for as long as its chord: a sphere behind the near plane, where rays are parallel.
 bool plain_sphere(View view, Caster caster) {
-    bool sphere = !caster_is_strand(caster) && !caster_is_gaussian(caster);
+    bool sphere = !caster_is_strand(caster) && !caster_is_packed(caster);
     return view.projection == VIEW_PARALLEL && sphere && caster.position.z - caster.radius >= view.near;
 }
 
@@ -45,7 +45,7 @@ bool plain_sphere(View view, Caster caster) {
 bool view_segment(View view, Ray ray, float ray_length, Caster caster, float dark, out vec2 z, out float optical_depth) {
     bool hit;
     vec3 within;
-    if (view.projection == VIEW_PARALLEL && !caster_is_strand(caster) && !caster_is_gaussian(caster)) {
+    if (view.projection == VIEW_PARALLEL && !caster_is_strand(caster) && !caster_is_packed(caster)) {
         // caster_overlap, where the ray's direction is (0, 0, 1).
         vec2 across = caster.position.xy - ray.origin.xy;
         float half_square = caster.radius * caster.radius - dot(across, across);

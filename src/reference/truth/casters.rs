@@ -5,7 +5,8 @@ use super::grid::Grid;
 use super::meshes::Meshes;
 use super::surface::SurfacePoint;
 use super::true_curve::{Smooth, TrueCurve};
-use crate::scene::{Caster, Projection, REACH, Ray, Scene, View};
+use super::volume;
+use crate::scene::{Caster, Projection, REACH, Ray, Scene, Shape, View};
 use glam::DVec3;
 
 /// Cells per side of the grid over a map's view, or fewer. It only finds candidates: any number gives the same answers.
@@ -20,7 +21,7 @@ const WIDEST: u32 = 4;
 /// All casters of a scene, with a grid over each map's view so that a look-up meets only those near its ray.
 pub struct Casters<'a> {
     pub(super) scene: &'a Scene,
-    /// Spheres, then strands, then Gaussians.
+    /// Spheres, then strands, then Gaussians, then the cells of volumes, which a picture shows and no truth of light asks for.
     pub(in crate::reference) all: Vec<Caster>,
     /// The meshes.
     pub meshes: Meshes,
@@ -32,11 +33,12 @@ impl<'a> Casters<'a> {
     /// Sorts the casters of `scene` for its lights.
     pub fn new(scene: &'a Scene) -> Self {
         let all = scene.casters();
-        let order: Vec<u32> = (0..all.len() as u32).collect();
+        let asked = all.len() - scene.cell_count();
+        let order: Vec<u32> = (0..asked as u32).collect();
         let with_grid = |view: View| {
             let sides = std::iter::successors(Some(CELLS), |side| (*side > 1).then_some(side / 2));
             let mut views = sides.map(|side| View { width: side, height: side, ..view });
-            let few = |view: &View| Grid::members(view, &all) <= MOST_MEMBERS;
+            let few = |view: &View| Grid::members(view, &all[..asked]) <= MOST_MEMBERS;
             let view = views.find(few).unwrap_or(View { width: 1, height: 1, ..view });
             (view, Grid::new(&view, &all, &order))
         };
@@ -68,25 +70,26 @@ impl<'a> Casters<'a> {
             Projection::Parallel => f64::NEG_INFINITY,
             Projection::Perspective => 0.0,
         };
-        self.near(map, position)
-            .iter()
-            .filter_map(|&i| {
-                let caster = &self.all[i as usize];
-                if caster.is_gaussian() {
-                    return soft_depth(&ray, caster, nearest, z);
-                }
-                let (entry, exit) = overlap(&ray, caster)?;
-                let (entry, exit) = (entry.max(nearest), exit.min(z));
-                (exit >= entry).then(|| optical_depth(&ray, caster, entry, exit))
-            })
-            .sum()
+        let volumes =
+            self.scene.volumes.iter().map(|volume| volume::optical_depth(volume, &ray, nearest, z)).sum::<f64>();
+        let near = self.near(map, position).iter().filter_map(|&i| {
+            let caster = &self.all[i as usize];
+            if caster.is_gaussian() {
+                return soft_depth(&ray, caster, nearest, z);
+            }
+            let (entry, exit) = overlap(&ray, caster)?;
+            let (entry, exit) = (entry.max(nearest), exit.min(z));
+            (exit >= entry).then(|| optical_depth(&ray, caster, entry, exit))
+        });
+        volumes + near.sum::<f64>()
     }
 
     /// Casters that [`Casters::visibility`] tries; of boxes and triangles of meshes two take as long as one.
     pub(super) fn tries(&self, light: usize, position: DVec3) -> usize {
         let map = self.scene.first_map(light) + self.scene.lights[light].map_at(position.as_vec3().into());
         let (direction, distance) = self.to_light(light, position);
-        self.near(map, position).len() + self.meshes.tries(position, direction, distance) / 2
+        let volumes: usize = self.scene.volumes.iter().map(volume::tries).sum();
+        volumes + self.near(map, position).len() + self.meshes.tries(position, direction, distance) / 2
     }
 
     /// From `position` to light `light`, and how many times that far the light is.
@@ -179,6 +182,11 @@ impl<'a> Casters<'a> {
                 met += usize::from(along.within(REACH).is_some_and(|(_, exit)| exit > nearest));
             }
         }
+        for volume in &self.scene.volumes {
+            let cells = volume::curve(volume, ray, nearest, |z| view.depth(z));
+            met += cells.len();
+            curve.volumes.push(cells);
+        }
         (curve, met as u32)
     }
 }
@@ -193,6 +201,9 @@ pub(super) fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     let radius = f64::from(caster.radius);
     if caster.is_gaussian() {
         return gaussian::along(ray, caster).within(TRUE_REACH);
+    }
+    if caster.is_cell() {
+        return cell_overlap(ray, caster);
     }
     if caster.is_strand() {
         let axis = DVec3::from(caster.axis.map(f64::from));
@@ -210,6 +221,24 @@ pub(super) fn overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
     let across = offset - middle * ray.direction;
     let half_square = (radius * radius - across.length_squared()) / square;
     (half_square > 0.0).then(|| (middle - half_square.sqrt(), middle + half_square.sqrt()))
+}
+
+/// Where the ray is inside a cell, which is a box.
+fn cell_overlap(ray: &Ray, caster: &Caster) -> Option<(f64, f64)> {
+    let shape = Shape::of_cell(caster);
+    let offset = caster.start() - ray.origin;
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    for (axis, side) in shape.axes.into_iter().zip(shape.deviations) {
+        let (along, from) = (axis.dot(ray.direction), axis.dot(offset));
+        if along == 0.0 && from.abs() > side {
+            return None;
+        }
+        if along != 0.0 {
+            let ends = [(from - side) / along, (from + side) / along];
+            (low, high) = (low.max(ends[0].min(ends[1])), high.min(ends[0].max(ends[1])));
+        }
+    }
+    (high > low).then_some((low, high))
 }
 
 /// What the ray loses in a Gaussian from z `from` to `to`; nothing where it stays out of reach.

@@ -124,6 +124,7 @@ mod tests {
                         depths: [a, b, c].map(|i| curve.depths[i]).to_vec(),
                         optical_depths: [a, b, c].map(|i| curve.optical_depths[i]).to_vec(),
                         smooth: vec![],
+                        volumes: vec![],
                     };
                     let error = (0..DEPTHS)
                         .map(|k| (pick.transmittance(sample(k)) - curve.transmittance(sample(k))).abs())

@@ -14,6 +14,7 @@ mod shaft;
 mod surface;
 mod true_curve;
 mod tube;
+mod volume;
 
 pub use bounce::{Bounce, bounce};
 pub use casters::Casters;

@@ -105,14 +105,25 @@ fn pixel(
     color
 }
 
-/// What a caster sends back of the light: splats have colours of their own.
+/// What a caster sends back of the light: splats and volumes have colours of their own.
 fn albedo(scene: &Scene, index: usize, caster: &Caster) -> DVec3 {
     let splat = index.checked_sub(scene.particles.len() + scene.strands.len()).and_then(|i| scene.gaussians.get(i));
     match splat {
         Some(splat) => DVec3::from(splat.color.map(f64::from)),
+        None if caster.is_cell() => cell_color(scene, index),
         None if caster.is_strand() => STRAND_ALBEDO,
         None => PARTICLE_ALBEDO,
     }
+}
+
+/// The colour of the volume that a cell is of, by the cell's index among all casters.
+fn cell_color(scene: &Scene, index: usize) -> DVec3 {
+    let mut first = scene.particles.len() + scene.strands.len() + scene.gaussians.len();
+    let its = scene.volumes.iter().find(|volume| {
+        first += volume.cells().len();
+        index < first
+    });
+    its.map_or(PARTICLE_ALBEDO, |volume| DVec3::from(volume.placed().color.map(f64::from)))
 }
 
 /// How a mesh looks where a ray meets it.

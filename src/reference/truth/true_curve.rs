@@ -1,7 +1,8 @@
 //! The exact optical depth along one light ray: piecewise linear, since extinction is constant within a sphere,
-//! with steps where it meets strands, and an error function for each splat.
+//! with steps where it meets strands, an error function for each splat, and a quartic for each cell of a volume.
 
 use super::gaussian::share;
+use super::volume::Cubic;
 
 /// Optical depth over depth in the light's range, from the segments of one ray.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,6 +13,8 @@ pub struct TrueCurve {
     pub optical_depths: Vec<f64>,
     /// What is smooth, on top of it.
     pub smooth: Vec<Smooth>,
+    /// Of each volume, its cells along the ray.
+    pub volumes: Vec<Vec<Cubic>>,
 }
 
 /// A Gaussian along the ray, as depths.
@@ -79,7 +82,8 @@ impl TrueCurve {
     /// Optical depth from the light to `depth`; behind a step at that very depth.
     pub fn optical_depth(&self, depth: f64) -> f64 {
         let upto = |s: &Smooth| s.whole * (share((depth - s.middle) / s.deviation) - s.before).max(0.0);
-        self.piecewise(depth) + self.smooth.iter().map(upto).sum::<f64>()
+        let volumes = self.volumes.iter().map(|cells| of_cells(cells, depth));
+        self.piecewise(depth) + self.smooth.iter().map(upto).sum::<f64>() + volumes.sum::<f64>()
     }
 
     fn piecewise(&self, depth: f64) -> f64 {
@@ -98,6 +102,12 @@ impl TrueCurve {
     pub fn transmittance(&self, depth: f64) -> f64 {
         (-self.optical_depth(depth)).exp()
     }
+}
+
+/// Of cells one behind the other.
+fn of_cells(cells: &[Cubic], depth: f64) -> f64 {
+    let entered = cells.partition_point(|cell| cell.entry <= depth);
+    cells[..entered].last().map_or(0.0, |cell| cell.optical_depth(depth))
 }
 
 #[cfg(test)]

@@ -81,7 +81,7 @@ pub fn texel_part(view: &View, texel: [u32; 2], caster: &Caster, dark: f32) -> O
         return Some(Segment { entry: depth, exit: depth, optical_depth });
     }
     let z = Vec3::from(caster.position).dot(view.forward.into());
-    if !caster.is_gaussian() && caster.radius >= WIDE * sides(view, z.max(view.near)).max_element() {
+    if !caster.is_packed() && caster.radius >= WIDE * sides(view, z.max(view.near)).max_element() {
         return segment_at(view, middle, caster).map(|segment| cut(segment, dark));
     }
     let beside =

@@ -1,9 +1,11 @@
 //! What smoke and hair take in the voxels of a grid, and ways through it. Twin of glsl/grid/blob.glsl, deposit.comp, media.glsl
 //! and march.glsl: the same numbers, since nothing in either is fused or put in another order, and only integers are divided.
 
+use super::cell;
 use super::grid::{Bits, Place};
 use super::segment::MAX_OPTICAL_DEPTH;
 use crate::scene::Caster;
+use glam::Vec3;
 use std::array::from_fn;
 use std::f32::consts::PI;
 
@@ -144,6 +146,45 @@ impl Ball {
     }
 }
 
+/// Twin: Slab in glsl/grid/cell.glsl; not to the bit.
+struct Slab {
+    centre: Vec3,
+    axes: [Vec3; 3],
+    halves: Vec3,
+    extinction: f32,
+    first: [u32; 3],
+    last: [u32; 3],
+}
+
+impl Slab {
+    /// Twin: slab_of. `caster` has its place and radius in voxels.
+    fn new(caster: &Caster, extinction: f32, size: u32) -> Self {
+        let (axes, halves) = cell::shape(caster);
+        let centre = Vec3::from(caster.position);
+        let reach: Vec3 = (0..3).map(|i| axes[i].abs() * (halves[i] + 0.5)).sum();
+        let whole = |v: Vec3| v.to_array().map(|v| v.floor().clamp(0.0, (size - 1) as f32) as u32);
+        let (first, last) = (whole(centre - reach - 0.5), whole(centre + reach));
+        Self { centre, axes, halves, extinction, first, last }
+    }
+
+    /// Twin: slab_amount.
+    fn amount(&self, voxel: [u32; 3]) -> u32 {
+        let from = Vec3::from_array(voxel.map(|v| v as f32 + 0.5)) - self.centre;
+        let share = |at: f32, half: f32| (at + half).clamp(-0.5, 0.5) - (at - half).clamp(-0.5, 0.5);
+        let share: f32 = (0..3).map(|i| share(self.axes[i].dot(from), self.halves[i])).product();
+        units(self.extinction * share)
+    }
+}
+
+/// All voxels from one to another.
+fn voxels(first: [u32; 3], last: [u32; 3]) -> impl Iterator<Item = [u32; 3]> {
+    let [x, y, z] = [0, 1, 2].map(|i| first[i]..=last[i]);
+    z.flat_map(move |z| {
+        let x = x.clone();
+        y.clone().flat_map(move |y| x.clone().map(move |x| [x, y, z]))
+    })
+}
+
 /// What a grid's voxels take.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Media {
@@ -161,15 +202,17 @@ impl Media {
         for caster in casters {
             let (at, radius) = (place.voxels(caster.position), caster.radius * place.per_unit);
             let extinction = caster.density * place.voxel;
+            if caster.is_gaussian() {
+                continue;
+            }
+            if caster.is_cell() {
+                let slab = Slab::new(&Caster { position: at, radius, ..*caster }, extinction, size);
+                voxels(slab.first, slab.last).for_each(|voxel| media.add(voxel, slab.amount(voxel)));
+                continue;
+            }
             if !caster.is_strand() && radius >= 1.0 {
                 let ball = Ball::new(at, radius, extinction, size);
-                let [x, y, z] = [0, 1, 2].map(|i| ball.first[i]..=ball.last[i]);
-                for voxel in z.flat_map(|z| {
-                    let x = &x;
-                    y.clone().flat_map(move |y| x.clone().map(move |x| [x, y, z]))
-                }) {
-                    media.add(voxel, ball.amount(voxel));
-                }
+                voxels(ball.first, ball.last).for_each(|voxel| media.add(voxel, ball.amount(voxel)));
                 continue;
             }
             let motes = if caster.is_strand() {

@@ -5,6 +5,7 @@ pub mod area;
 pub mod avsm;
 pub mod beer_shadow_map;
 pub mod bins;
+pub mod cell;
 pub mod compact;
 pub mod cone;
 pub mod deep_shadow_map;

@@ -1,5 +1,6 @@
 //! CPU twin of glsl/maps/segment.glsl: the segment that a caster cuts out of a texel's light ray, in f32.
 
+use super::cell;
 use super::gaussian::{AlongRay, CHORD, turned};
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};
@@ -79,6 +80,13 @@ pub(super) fn segment_at(view: &View, at: Vec2, caster: &Caster) -> Option<Segme
         let caster = Caster { position: axes(caster.position.into()).into(), ..turned(view, caster) };
         return gaussian_segment(view, (axes(origin), axes(direction)), &caster);
     }
+    if caster.is_cell() {
+        let (right, up, forward) = (Vec3::from(view.right), Vec3::from(view.up), Vec3::from(view.forward));
+        let axes = |v: Vec3| Vec3::new(v.dot(right), v.dot(up), v.dot(forward));
+        let caster = Caster { position: axes(caster.position.into()).into(), ..turned(view, caster) };
+        let [low, high, long] = cell::overlap((axes(origin), axes(direction)), &caster)?;
+        return segment_within(view, direction.length(), caster.density, [low, high, long]);
+    }
     let offset = Vec3::from(caster.position) - origin;
     let scale = 1.0 / direction.dot(direction);
     let middle = offset.dot(direction) * scale;
@@ -88,12 +96,17 @@ pub(super) fn segment_at(view: &View, at: Vec2, caster: &Caster) -> Option<Segme
         return None;
     }
     let half = half_square.sqrt();
-    let (low, high) = (middle - half, middle + half);
+    segment_within(view, direction.length(), caster.density, [middle - half, middle + half, 2.0 * half])
+}
+
+/// Of even extinction from z to z, which is so long. Twin: segment_cut.
+fn segment_within(view: &View, ray_length: f32, extinction: f32, [low, high, long]: [f32; 3]) -> Option<Segment> {
+    let depth = |z: f32| (z - view.near) / (view.far - view.near);
     if high <= view.near {
         return None;
     }
-    let (low, long) = if low < view.near { (view.near, high - view.near) } else { (low, 2.0 * half) };
-    let whole = caster.density * long * direction.length();
+    let (low, long) = if low < view.near { (view.near, high - view.near) } else { (low, long) };
+    let whole = extinction * long * ray_length;
     let optical_depth = whole.min(MAX_OPTICAL_DEPTH);
     let high = if whole > MAX_OPTICAL_DEPTH { low + long * (MAX_OPTICAL_DEPTH / whole) } else { high };
     Some(Segment { entry: depth(low), exit: depth(high), optical_depth })

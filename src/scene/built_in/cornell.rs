@@ -33,6 +33,7 @@ pub(in crate::scene) fn cornell() -> Scene {
         particles: Vec::new(),
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: meshes(),
         motion: Motion::Still,
         lights: vec![Light {

@@ -51,6 +51,7 @@ pub(in crate::scene) fn courtyard(name: &str, lights: u32, time_s: f64) -> Resul
         particles: Vec::new(),
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: meshes(),
         motion: Motion::Courtyard,
         lights: lights_at(lights as usize, time_s)?,

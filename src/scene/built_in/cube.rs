@@ -58,6 +58,7 @@ pub(in crate::scene) fn big_8k(name: &str, count: u32) -> Scene {
         particles,
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
         lights: directions.map(light).collect(),

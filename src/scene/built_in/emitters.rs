@@ -189,6 +189,7 @@ pub(in crate::scene) fn three_emitters(time_s: f64) -> Result<Scene> {
         particles,
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: vec![ground(GROUND_HALF_WORLD)],
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.47, 0.3, -0.83).normalize() },

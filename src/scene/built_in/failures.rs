@@ -74,6 +74,7 @@ pub(in crate::scene) fn failures() -> Scene {
         particles,
         strands: (0..HAIRS).map(|_| hair()).collect(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: vec![wall()],
         motion: Motion::Still,
         lights: vec![Light {

@@ -40,6 +40,7 @@ pub(in crate::scene) fn fountain(name: &str, particles: u32, time_s: f64) -> Res
         particles: crate::scene::built_in::fountain::particles(&fountain, time_s)?,
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: meshes(),
         lights: vec![Light {
             kind: LightKind::Directional { direction: DVec3::new(0.52, 0.36, -0.78).normalize() },

@@ -122,6 +122,7 @@ pub(in crate::scene) fn hair(time_s: f64) -> Result<Scene> {
         particles: Vec::new(),
         strands,
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: vec![head(), floor()],
         motion: Motion::Hair,
         lights,

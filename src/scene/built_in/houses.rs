@@ -76,6 +76,7 @@ fn scene(name: &str, light: Light, [position, target]: [DVec3; 2]) -> Scene {
         particles: Vec::new(),
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: vec![ground(), houses],
         lights: vec![light],
         camera: Camera { position, target, up: DVec3::Z, fov_y_degrees: 45.0 },

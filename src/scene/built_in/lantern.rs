@@ -87,6 +87,7 @@ pub(in crate::scene) fn lantern(time_s: f64) -> Result<Scene> {
         particles: particles(time_s)?,
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: std::iter::once(ground(GROUND_HALF_WORLD)).chain(POSTS.map(post)).collect(),
         lights: lights(time_s),
         camera: Camera {

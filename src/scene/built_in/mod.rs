@@ -1,5 +1,6 @@
 //! Names of built-in scenes with numbers of their own: `NAME:key=value,key=value`.
 
+pub(super) mod cloud;
 pub(super) mod cornell;
 pub(super) mod courtyard;
 pub(super) mod courtyard_lights;
@@ -32,9 +33,10 @@ struct Key {
 }
 
 /// All of them.
-const KEYS: [Key; 4] = [
+const KEYS: [Key; 5] = [
     Key { scene: "big-8k", name: "lights", default: 1, most: cube::MOST_LIGHTS },
     Key { scene: "fountain", name: "particles", default: 16_384, most: 4_000_000 },
+    Key { scene: "cloud", name: "samples", default: 40, most: cloud::MOST },
     Key { scene: "splats", name: "count", default: 6_000, most: splats::MOST },
     Key {
         scene: "courtyard",

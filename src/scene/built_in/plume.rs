@@ -65,6 +65,7 @@ pub(in crate::scene) fn plume_1m() -> Result<Scene> {
         particles,
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
         lights: vec![Light {

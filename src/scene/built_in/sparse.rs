@@ -39,6 +39,7 @@ pub(in crate::scene) fn sparse() -> Scene {
         particles,
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
         lights: vec![Light {

@@ -39,6 +39,7 @@ pub(in crate::scene) fn splats(name: &str, count: u32) -> Scene {
         particles: Vec::new(),
         strands: Vec::new(),
         gaussians,
+        volumes: Vec::new(),
         meshes: Vec::new(),
         motion: Motion::Still,
         lights: vec![Light {

@@ -78,6 +78,7 @@ fn of_blocks(blocks: u32) -> Scene {
         particles: Vec::new(),
         strands: Vec::new(),
         gaussians: Vec::new(),
+        volumes: Vec::new(),
         meshes: singles.into_iter().chain(walls).chain(roofs).chain(leaves).collect(),
         motion: Motion::Still,
         lights: vec![Light {

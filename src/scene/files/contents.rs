@@ -1,6 +1,6 @@
 //! What files hold, on the way to a scene.
 
-use crate::scene::{Camera, Gaussian, Light, Mesh, Motion, Particle, Scene, Strand, model::view};
+use crate::scene::{Camera, Gaussian, Light, Mesh, Motion, Particle, Scene, Strand, Volume, model::view};
 use glam::DVec3;
 
 /// What one file or several hold. Lights and camera: what they bring along, if anything.
@@ -9,6 +9,7 @@ pub(in crate::scene) struct Contents {
     pub particles: Vec<Particle>,
     pub strands: Vec<Strand>,
     pub gaussians: Vec<Gaussian>,
+    pub volumes: Vec<Volume>,
     pub meshes: Vec<Mesh>,
     pub lights: Vec<Light>,
     pub camera: Option<Camera>,
@@ -17,7 +18,8 @@ pub(in crate::scene) struct Contents {
 impl Contents {
     /// Spheres (centre, radius) in whose hull everything lies.
     pub(in crate::scene) fn spheres(&self) -> impl Iterator<Item = (DVec3, f64)> {
-        view::mesh_points(&self.meshes).chain(view::caster_spheres(&self.particles, &self.strands, &self.gaussians))
+        let casters = view::caster_spheres(&self.particles, &self.strands, &self.gaussians, &self.volumes);
+        view::mesh_points(&self.meshes).chain(casters)
     }
 
     /// The corners of the box that holds everything; `None` where nothing is.
@@ -28,7 +30,7 @@ impl Contents {
 
     /// The scene of all of it under these lights, before this camera.
     pub(in crate::scene) fn scene(self, name: String, lights: Vec<Light>, camera: Camera) -> Scene {
-        let Self { particles, strands, gaussians, meshes, .. } = self;
-        Scene { name, particles, strands, gaussians, meshes, lights, camera, motion: Motion::Still }
+        let Self { particles, strands, gaussians, volumes, meshes, .. } = self;
+        Scene { name, particles, strands, gaussians, volumes, meshes, lights, camera, motion: Motion::Still }
     }
 }

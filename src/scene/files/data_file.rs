@@ -7,15 +7,15 @@ use crate::scene::files::placement::Placement;
 use crate::scene::files::strand_file::Overrides;
 use crate::scene::{
     Scene, files::fitted, files::input, files::mesh_file, files::particle_file, files::ply, files::splat_file,
-    files::splat_ply, files::strand_file,
+    files::splat_ply, files::strand_file, files::volume_file,
 };
 use glam::DVec3;
 use std::path::Path;
 
 /// Endings of files that are scenes by themselves, in any case.
-pub const DATA_ENDINGS: [&str; 7] = ["ply", "hair", "tfx", "gltf", "glb", "splat", "spz"];
+pub const DATA_ENDINGS: [&str; 9] = ["ply", "hair", "tfx", "gltf", "glb", "splat", "spz", "volume", "nrrd"];
 
-/// Loads a file of particles, hair, splats or meshes, everything where it stands in the file. Light and camera are its own if it
+/// Loads a file of particles, hair, splats, densities or meshes, everything where it stands in the file. Light and camera are its own if it
 /// is glTF and has them, else fitted. Up is +y in glTF, as its specification says, and in TressFX, as its exporters
 /// have it; in other files, which do not say, +z.
 ///
@@ -32,6 +32,10 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
             Contents { strands, ..Contents::default() }
         }
         "splat" | "spz" => splats(path)?,
+        ending if volume_file::ENDINGS.contains(&ending) => {
+            let volumes = vec![volume_file::load(path, &volume_file::Placing::AS_IT_STANDS)?];
+            Contents { volumes, ..Contents::default() }
+        }
         "ply" if splat_ply::is_of_splats(&ply::open(path)?) => splats(path)?,
         "ply" if !ply::open(path)?.has_rows("face") => {
             Contents { particles: particle_file::load(path)?, ..Contents::default() }

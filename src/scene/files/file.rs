@@ -1,4 +1,4 @@
-//! Scene files: TOML that names particle, hair, splat and mesh files, lights and a camera.
+//! Scene files: TOML that names particle, hair, splat, volume and mesh files, lights and a camera.
 //!
 //! ```toml
 //! [[particles]]                 # any number of them
@@ -18,6 +18,15 @@
 //! file = "garden.splat"         # .ply of 3D Gaussian Splatting, also PlayCanvas' compressed one, .splat or .spz
 //! scale = 1.0                   # optional
 //! translate = [0.0, 0.0, 0.0]   # optional
+//!
+//! [[volumes]]                   # any number of them
+//! file = "smoke.nrrd"           # .nrrd, or .volume, which names a raw file (volume_file)
+//! extinction = 4.0              # optional, of density 1, 1 / world unit of the file; replaces the file's
+//! scale = 1.0                   # optional, about the file's origin; optical depths stay as they are
+//! rotate = [0.0, 0.0, 1.0, 90]  # optional, after the scale: an axis and degrees
+//! translate = [0.0, 0.0, 0.0]   # optional, after both
+//! color = [0.9, 0.9, 0.95]      # optional, what it sends back of the light
+//! cells = 1                     # optional, 1, 2, 4 or 8: cells of the file along a side of each that casts
 //!
 //! [[meshes]]                    # any number of them
 //! file = "ground.gltf"          # .ply, .gltf or .glb
@@ -44,11 +53,13 @@ use crate::Result;
 use crate::scene::files::animation::{self, Animation, Part, Sequence};
 use crate::scene::files::contents::Contents;
 use crate::scene::files::placement::Placement;
-use crate::scene::files::stage::{CameraEntry, LightEntry, camera, light, one_or_more};
+use crate::scene::files::stage::{CameraEntry, LightEntry, camera, finite, light, one_or_more, unit};
 use crate::scene::files::strand_file::Overrides;
+use crate::scene::files::volume_file::{self, Placing};
 use crate::scene::{
     Scene, files::input, files::mesh_file, files::particle_file, files::splat_file, files::strand_file,
 };
+use glam::DQuat;
 use serde::Deserialize;
 use std::path::Path;
 
@@ -65,6 +76,8 @@ struct SceneFile {
     hair: Vec<HairEntry>,
     #[serde(default)]
     splats: Vec<SplatsEntry>,
+    #[serde(default)]
+    volumes: Vec<VolumesEntry>,
     #[serde(default)]
     meshes: Vec<MeshesEntry>,
     #[serde(default, deserialize_with = "one_or_more")]
@@ -107,6 +120,26 @@ struct HairEntry {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+struct VolumesEntry {
+    file: String,
+    #[serde(default)]
+    translate: [f64; 3],
+    #[serde(default)]
+    rotate: Option<[f64; 4]>,
+    #[serde(default = "one")]
+    scale: f64,
+    extinction: Option<f64>,
+    color: Option<[f32; 3]>,
+    #[serde(default = "single")]
+    cells: u32,
+}
+
+fn single() -> u32 {
+    1
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct MeshesEntry {
     file: String,
     #[serde(default)]
@@ -136,10 +169,12 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         input::error(path, format!("{line}{}", cause.message()), WAY_OUT)
     })?;
     let wrong = |cause: String| input::error(path, cause, WAY_OUT);
-    let nothing = parsed.particles.is_empty() && parsed.hair.is_empty() && parsed.splats.is_empty();
-    if nothing && parsed.meshes.is_empty() {
+    let nothing =
+        [parsed.particles.is_empty(), parsed.hair.is_empty(), parsed.splats.is_empty(), parsed.volumes.is_empty()];
+    if nothing.into_iter().all(|none| none) && parsed.meshes.is_empty() {
         return Err(wrong(
-            "nothing casts a shadow: no [[particles]], no [[hair]], no [[splats]] and no [[meshes]]".into(),
+            "nothing casts a shadow: no [[particles]], no [[hair]], no [[splats]], no [[volumes]] and no [[meshes]]"
+                .into(),
         ));
     }
     if parsed.light.as_ref().is_some_and(Vec::is_empty) {
@@ -181,6 +216,10 @@ pub(in crate::scene) fn load(path: &Path) -> Result<Scene> {
         let cause = |cause| wrong(format!("splats {}: {cause}", entry.file));
         let placement = Placement::new(entry.translate, entry.scale).map_err(cause)?;
         contents.gaussians.extend(splat_file::load(&folder.join(&entry.file), &placement)?);
+    }
+    for entry in &parsed.volumes {
+        let placing = entry.placing().map_err(|cause| wrong(format!("volumes {}: {cause}", entry.file)))?;
+        contents.volumes.push(volume_file::load(&folder.join(&entry.file), &placing)?);
     }
     for entry in &parsed.meshes {
         let wrong = |cause| wrong(entry.cause(cause));
@@ -225,6 +264,21 @@ impl ParticlesEntry {
 
     fn cause(&self, cause: String) -> String {
         format!("particles {}: {cause}", self.file)
+    }
+}
+
+impl VolumesEntry {
+    fn placing(&self) -> std::result::Result<Placing, String> {
+        let Placement { translate, scale } = Placement::new(self.translate, self.scale)?;
+        let rotate = match self.rotate {
+            None => DQuat::IDENTITY,
+            Some([x, y, z, degrees]) => {
+                let axis = unit(finite("rotate", [x, y, z])?).ok_or("rotate has an axis of no length")?;
+                DQuat::from_axis_angle(axis, finite("rotate", [degrees, 0.0, 0.0])?.x.to_radians())
+            }
+        };
+        let Self { extinction, color, cells: side, .. } = *self;
+        Ok(Placing { translate, rotate, scale, extinction, color, side })
     }
 }
 

@@ -2,15 +2,15 @@
 
 use crate::error::did_you_mean;
 use crate::scene::{
-    DATA_ENDINGS, Motion, Scene, built_in, built_in::cornell, built_in::courtyard, built_in::courtyard_lights,
-    built_in::cube, built_in::embedded, built_in::emitters, built_in::failures, built_in::fountain, built_in::hair,
-    built_in::houses, built_in::lantern, built_in::plume, built_in::sparse, built_in::splats, built_in::town,
-    check_time, files::data_file, files::file, files::input,
+    DATA_ENDINGS, Motion, Scene, built_in, built_in::cloud, built_in::cornell, built_in::courtyard,
+    built_in::courtyard_lights, built_in::cube, built_in::embedded, built_in::emitters, built_in::failures,
+    built_in::fountain, built_in::hair, built_in::houses, built_in::lantern, built_in::plume, built_in::sparse,
+    built_in::splats, built_in::town, check_time, files::data_file, files::file, files::input, files::volume_file,
 };
 use crate::{Error, Result};
 
 /// Names that [`Scene::load`] knows without a file.
-pub const BUILT_IN: [&str; 19] = [
+pub const BUILT_IN: [&str; 20] = [
     "three-emitters",
     "plume_8k",
     "plume_64k",
@@ -29,6 +29,7 @@ pub const BUILT_IN: [&str; 19] = [
     "cornell",
     "fountain",
     "splats",
+    "cloud",
     "failures",
 ];
 
@@ -67,10 +68,12 @@ impl Scene {
             "failures" => Ok(failures::failures()),
             "lantern" => lantern::lantern(time_s),
             "splats" => Ok(splats::splats(&built_in.title, built_in.number("count"))),
+            "cloud" => cloud::cloud(&built_in.title, built_in.number("samples")),
             "courtyard" => courtyard::courtyard(&built_in.title, built_in.number("lights"), time_s),
             "fountain" => fountain::fountain(&built_in.title, built_in.number("particles"), time_s),
             path => match input::ending(path.as_ref()).as_str() {
                 "toml" => begun(file::load(path.as_ref())?, time_s),
+                "vdb" => Err(volume_file::not_read(path.as_ref())),
                 ending if DATA_ENDINGS.contains(&ending) => begun(data_file::load(path.as_ref())?, time_s),
                 _ => {
                     let cause = format!("no such scene{}", did_you_mean(built_in.name, BUILT_IN));
@@ -119,6 +122,7 @@ impl Scene {
             particles,
             strands: self.strands.clone(),
             gaussians: self.gaussians.clone(),
+            volumes: self.volumes.clone(),
             meshes: self.meshes.clone(),
             lights,
             camera: self.camera,

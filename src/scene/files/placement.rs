@@ -7,7 +7,7 @@ use glam::DVec3;
 /// Where the things of a file go in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::scene) struct Placement {
-    translate: DVec3,
+    pub translate: DVec3,
     /// Greater than 0.
     pub scale: f64,
 }

@@ -1,6 +1,6 @@
-//! Particles, strands and splats alike, as the shaders and the reference have them.
+//! Particles, strands, splats and cells of volumes alike, as the shaders and the reference have them.
 
-use crate::scene::{MAX_OPTICAL_DEPTH, Particle, Scene, Strand};
+use crate::scene::{MAX_OPTICAL_DEPTH, Particle, Scene, Strand, Volume};
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
@@ -9,20 +9,25 @@ use glam::DVec3;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Caster {
-    /// A sphere's or a Gaussian's centre or a strand's start, world units.
+    /// A sphere's, a Gaussian's or a cell's centre or a strand's start, world units.
     pub position: [f32; 3],
-    /// World units, > 0; for a Gaussian 3 times the greatest deviation.
+    /// World units, > 0; for a Gaussian 3 times the greatest deviation, for a cell half its diagonal.
     pub radius: f32,
-    /// From a strand's start to its end, world units; 0 for a sphere; for a Gaussian, bits that say its shape.
+    /// From a strand's start to its end, world units; 0 for a sphere; for a Gaussian or a cell, bits that say its shape.
     pub axis: [f32; 3],
-    /// A sphere's extinction, a Gaussian's at its middle, 1 / world unit; a strand's optical depth.
+    /// A sphere's or a cell's extinction, a Gaussian's at its middle, 1 / world unit; a strand's optical depth.
     pub density: f32,
 }
 
 impl Caster {
-    /// Whether it is a strand, and no sphere or Gaussian.
+    /// Whether it is a strand, and no sphere, Gaussian or cell.
     pub fn is_strand(&self) -> bool {
-        self.axis != [0.0; 3] && !self.is_gaussian()
+        self.axis != [0.0; 3] && !self.is_packed()
+    }
+
+    /// Whether its shape is packed in its axis: a Gaussian or a cell.
+    pub fn is_packed(&self) -> bool {
+        self.is_gaussian() || self.is_cell()
     }
 
     /// A centre or a strand's start.
@@ -58,14 +63,21 @@ impl From<&Strand> for Caster {
 }
 
 impl Scene {
-    /// The particles, then the strands, then the splats: the order of all indices of casters.
+    /// The particles, then the strands, then the splats, then the volumes' cells: the order of all indices of casters.
     pub fn casters(&self) -> Vec<Caster> {
         let strands = self.strands.iter().map(Caster::from);
-        self.particles.iter().map(Caster::from).chain(strands).chain(self.gaussians.iter().map(Caster::from)).collect()
+        let cells = self.volumes.iter().flat_map(Volume::cells).copied();
+        let gaussians = self.gaussians.iter().map(Caster::from);
+        self.particles.iter().map(Caster::from).chain(strands).chain(gaussians).chain(cells).collect()
+    }
+
+    /// Cells of all volumes: the last of all casters.
+    pub fn cell_count(&self) -> usize {
+        self.volumes.iter().map(|volume| volume.cells().len()).sum()
     }
 
     /// Whether nothing translucent casts.
     pub fn has_only_meshes(&self) -> bool {
-        self.particles.is_empty() && self.strands.is_empty() && self.gaussians.is_empty()
+        self.particles.is_empty() && self.strands.is_empty() && self.gaussians.is_empty() && self.volumes.is_empty()
     }
 }

@@ -24,6 +24,10 @@ impl Scene {
         if !self.gaussians.is_empty() {
             hasher.update(&(self.gaussians.len() as u64).to_le_bytes());
         }
+        for volume in &self.volumes {
+            hasher.update(format!("{:?}", volume.placed()).as_bytes());
+            volume.field().hash(&mut hasher);
+        }
         // Numbers are written so that each reads back as itself.
         hasher.update(format!("{counts:?} {:?} {:?} {:?}", self.lights, self.camera, self.motion).as_bytes());
         hasher.finalize()

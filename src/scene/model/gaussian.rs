@@ -14,13 +14,13 @@ use glam::{DMat3, DQuat, DVec3};
 pub(crate) const REACH: f64 = 3.0;
 
 /// Octaves that the longest axis may be longer than another: a flatter splat is taken to be so flat. Twin: GAUSSIAN_OCTAVES.
-const OCTAVES: f64 = 12.0;
+pub(super) const OCTAVES: f64 = 12.0;
 
 /// Bits of an axis by which a caster is a Gaussian: the exponent of 2^100, which no strand is as long as. Twin: GAUSSIAN_MARK.
 const MARK: u32 = 0x7180_0000;
 
 /// All bits of an exponent.
-const EXPONENT: u32 = 0x7F80_0000;
+pub(super) const EXPONENT: u32 = 0x7F80_0000;
 
 /// A splat: an anisotropic Gaussian of extinction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,7 @@ impl From<&Gaussian> for Caster {
         axes.sort_by(|a, b| b.0.total_cmp(&a.0));
         let octaves = |i: usize| ((axes[0].0 / axes[i].0).log2() / OCTAVES * 4095.0).round().clamp(0.0, 4095.0) as u32;
         let octaves = [octaves(1), octaves(2)];
-        let axis = packed(axes[2].1, axes[0].1, octaves);
+        let axis = packed(MARK, axes[2].1, axes[0].1, octaves);
         let radius = (REACH * axes[0].0) as f32;
         // ln_1p, because 1 − opacity would round a thin splat's opacity away.
         let depth = (-(-f64::from(gaussian.opacity)).ln_1p()).min(MAX_OPTICAL_DEPTH.into());
@@ -93,15 +93,15 @@ fn across(n: DVec3) -> [DVec3; 2] {
     [DVec3::new(1.0 + n.x * n.x * a, b, -n.x), DVec3::new(b, 1.0 + n.y * n.y * a, -n.y)]
 }
 
-/// The shortest and the longest axis and how much longer that is, in bits of floats that no driver takes for another.
-fn packed(shortest: DVec3, longest: DVec3, octaves: [u32; 2]) -> [f32; 3] {
+/// The shortest and the longest axis and how much longer that is, in bits of floats that no driver takes for another; `mark` says of what.
+pub(super) fn packed(mark: u32, shortest: DVec3, longest: DVec3, octaves: [u32; 2]) -> [f32; 3] {
     let [u, v] = half_octahedron(shortest);
     let [first, second] = across(of_half_octahedron([u, v])).map(|axis| axis.dot(longest));
     // Which end of it is no matter.
     let (first, second) = if second < 0.0 { (-first, -second) } else { (first, second) };
     let turn = ((first / (first.abs() + second) * 0.5 + 0.5) * 65535.0).round().clamp(0.0, 65535.0) as u32;
     let bits = octaves[0] | octaves[1] << 12;
-    let word = |low: u32, high: u32| f32::from_bits((high & 128) << 24 | MARK | (high & 127) << 16 | low);
+    let word = |low: u32, high: u32| f32::from_bits((high & 128) << 24 | mark | (high & 127) << 16 | low);
     [word(u, bits & 255), word(v, bits >> 8 & 255), word(turn, bits >> 16)]
 }
 
@@ -121,6 +121,13 @@ impl Shape {
             axes: [longest, shortest.cross(longest), shortest],
             deviations: [0, octaves & 4095, octaves >> 12].map(|octaves| deviation(caster.radius, octaves)),
         }
+    }
+
+    /// The same of a cell, in place of deviations half of the sides. Twin: cell_shape.
+    pub fn of_cell(caster: &Caster) -> Self {
+        let shape = Self::of(caster);
+        let by = f64::from(caster.radius) / DVec3::from(shape.deviations).length();
+        Self { deviations: shape.deviations.map(|d| d * by), ..shape }
     }
 
     /// Along the axes, in deviations: a unit sphere of what is one deviation away.

@@ -1,6 +1,7 @@
 //! What casts, lights, camera, and in which order casters are drawn.
 
 pub(super) mod caster;
+pub(super) mod field;
 #[cfg(feature = "program")]
 pub(super) mod fingerprint;
 pub(super) mod fit;
@@ -19,5 +20,6 @@ pub(super) mod resolution;
 pub(super) mod sides;
 pub(super) mod time;
 pub(super) mod view;
+pub(super) mod volume;
 #[cfg(feature = "program")]
 pub(super) mod voxels;

@@ -32,6 +32,7 @@ mod tests {
             particles: particles.iter().map(particle).collect(),
             strands: strands.iter().map(strand).collect(),
             gaussians: vec![],
+            volumes: vec![],
             meshes: vec![],
             motion: Motion::Still,
             lights: vec![Light { kind, radiance: [1.0; 3], radius: f64::INFINITY }],

@@ -203,7 +203,7 @@ impl Plan {
             .set(GROUPS, groups)
             .set(WORKGROUP, groups)
             .set(STRANDS, world.has_strands())
-            .set(GAUSSIANS, world.has_gaussians());
+            .set(GAUSSIANS, world.has_packed());
         let constants = settings.filter().constants(constants);
         Ok(Self { settings, way, cells: way_of_cells, lanes, refined, reason, constants })
     }

@@ -51,8 +51,7 @@ impl Lists {
         let list = List::new(context, maps, splat, keep, None)?.with_events(EVENTS);
         let capture = match &bins {
             Some(bins) if is_binned => {
-                let constants =
-                    Constants::new().set(STRANDS, world.has_strands()).set(GAUSSIANS, world.has_gaussians());
+                let constants = Constants::new().set(STRANDS, world.has_strands()).set(GAUSSIANS, world.has_packed());
                 let sets = [maps.scene(), bins.set(), list.set()];
                 Some(Kernel::compute(context, &shaders::CAPTURE, &sets, &constants)?)
             }

@@ -109,7 +109,7 @@ impl Volume {
             .set(LAYERS, self.layers())
             .set(COVERAGE, self.coverage as u32)
             .set(STRANDS, world.has_strands())
-            .set(GAUSSIANS, world.has_gaussians());
+            .set(GAUSSIANS, world.has_packed());
         self.filter.constants(constants)
     }
 

@@ -1,0 +1,136 @@
+//! Grids from NRRD files (Teem's *nearly raw raster data*, versions 1 to 5) of three dimensions, raw or gzip, with their data in the
+//! same file.
+
+use crate::scene::files::dense_file::{Dense, Kind};
+use crate::scene::files::volume_file::Grid;
+use flate2::read::GzDecoder;
+use glam::DVec3;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+
+/// Bytes of a header, at most.
+const MOST_HEADER: u64 = 1 << 16;
+
+/// What deflate makes of a byte, at most.
+const MOST_RATIO: u64 = 1032;
+
+/// What a header says.
+#[derive(Default)]
+struct Header {
+    kind: Option<Kind>,
+    size: Option<[u32; 3]>,
+    zipped: bool,
+    big_endian: Option<bool>,
+    steps: Option<[DVec3; 3]>,
+    origin: Option<DVec3>,
+}
+
+/// Reads one of `size` bytes.
+///
+/// # Errors
+/// In words: no NRRD, another number of dimensions, type or encoding than are read, data elsewhere, truncated.
+pub(in crate::scene) fn read(file: File, size: u64) -> Result<Grid, String> {
+    let mut stream = BufReader::new(file);
+    let (header, length) = header(&mut stream)?;
+    let kind = header.kind.ok_or("its header has no type")?;
+    let dense = Dense {
+        size: header.size.ok_or("its header has no sizes")?,
+        kind,
+        big_endian: match header.big_endian {
+            None if kind != Kind::U8 => return Err("its header has no endian".into()),
+            given => given.unwrap_or(false),
+        },
+    };
+    let (needed, left) = (dense.bytes()?, size.saturating_sub(length));
+    if !header.zipped && left != needed || header.zipped && needed > left.saturating_mul(MOST_RATIO) {
+        return Err(format!("{left} bytes of data, and a grid of {:?} has {needed}", dense.size));
+    }
+    let field = if header.zipped { dense.read(GzDecoder::new(stream))? } else { dense.read(stream)? };
+    let steps = header.steps.unwrap_or([DVec3::X, DVec3::Y, DVec3::Z]);
+    Ok(Grid { field, origin: header.origin.unwrap_or_default(), steps, extinction: 1.0, color: None })
+}
+
+/// The header, and how many bytes it has.
+fn header(stream: &mut impl BufRead) -> Result<(Header, u64), String> {
+    let (mut header, mut length, mut is_first) = (Header::default(), 0, true);
+    loop {
+        let mut line = Vec::new();
+        let read = stream.by_ref().take(MOST_HEADER).read_until(b'\n', &mut line).map_err(|cause| cause.to_string())?;
+        length += read as u64;
+        let line = str::from_utf8(&line).map_err(|_| "its header is no text")?;
+        if is_first && !(line.starts_with("NRRD000") && line.trim_end().len() == 8) {
+            return Err("no NRRD: it does not begin with NRRD0001 to NRRD0005".into());
+        }
+        if length > MOST_HEADER || read == 0 {
+            return Err(format!("no empty line ends its header within {MOST_HEADER} bytes"));
+        }
+        let line = line.trim_end();
+        if line.is_empty() {
+            return Ok((header, length));
+        }
+        // key:=value pairs are anybody's.
+        if !is_first && !line.starts_with('#') && !line.contains(":=") {
+            let (name, value) = line.split_once(": ").ok_or_else(|| format!("{line:?} is no field"))?;
+            header.field(&name.to_lowercase(), value.trim())?;
+        }
+        is_first = false;
+    }
+}
+
+impl Header {
+    fn field(&mut self, name: &str, value: &str) -> Result<(), String> {
+        let wrong = || format!("{name}: {value} is not read");
+        match name {
+            "type" => {
+                self.kind = Some(match value {
+                    "uchar" | "unsigned char" | "uint8" | "uint8_t" => Kind::U8,
+                    "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => Kind::U16,
+                    "float" => Kind::F32,
+                    _ => return Err(format!("{}: give uchar, ushort or float", wrong())),
+                });
+            }
+            "dimension" if value != "3" => return Err(format!("{}: give 3", wrong())),
+            "sizes" => self.size = Some(three(value.split_whitespace()).ok_or_else(wrong)?),
+            "encoding" => {
+                self.zipped = match value {
+                    "raw" => false,
+                    "gzip" | "gz" => true,
+                    _ => return Err(format!("{}: give raw or gzip", wrong())),
+                }
+            }
+            "endian" => {
+                self.big_endian = Some(match value {
+                    "little" => false,
+                    "big" => true,
+                    _ => return Err(wrong()),
+                });
+            }
+            "spacings" => {
+                let [x, y, z]: [f64; 3] = three(value.split_whitespace()).ok_or_else(wrong)?;
+                self.steps = Some([DVec3::X * x, DVec3::Y * y, DVec3::Z * z]);
+            }
+            "space directions" => {
+                self.steps = Some(three_of(value.split_whitespace().map(vector)).ok_or_else(wrong)?);
+            }
+            "space origin" => self.origin = Some(vector(value).ok_or_else(wrong)?),
+            "data file" | "datafile" => return Err("its data is in another file: attach it".into()),
+            "byte skip" | "byteskip" | "line skip" | "lineskip" if value != "0" => return Err(wrong()),
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+fn three<'a, T: std::str::FromStr>(words: impl Iterator<Item = &'a str>) -> Option<[T; 3]> {
+    three_of(words.map(|word| word.parse().ok()))
+}
+
+fn three_of<T>(all: impl Iterator<Item = Option<T>>) -> Option<[T; 3]> {
+    all.collect::<Option<Vec<_>>>()?.try_into().ok()
+}
+
+/// "(1,2,3)".
+fn vector(text: &str) -> Option<DVec3> {
+    let inner = text.strip_prefix('(')?.strip_suffix(')')?;
+    three(inner.split(',').map(str::trim)).map(DVec3::from_array)
+}

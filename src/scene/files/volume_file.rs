@@ -1,0 +1,168 @@
+//! Volumes from files: grids of densities, with where they stand.
+//!
+//! | ending | what it is |
+//! |---|---|
+//! | `.volume` | TOML that names a raw file of a dense grid beside it |
+//! | `.nrrd` | a dense grid with its header ([`nrrd_file`]) |
+//!
+//! ```toml
+//! file = "smoke.raw"            # beside it: samples, x first, then y, then z
+//! size = [64, 64, 96]           # samples along x, y, z
+//! type = "f32"                  # or "u8" or "u16", whose greatest number is density 1
+//! endian = "little"             # optional, or "big"
+//! spacing = [0.1, 0.1, 0.1]     # optional, world units between samples
+//! origin = [0.0, 0.0, 0.0]      # optional, where the first sample is
+//! extinction = 4.0              # optional, of density 1, 1 / world unit
+//! color = [0.9, 0.9, 0.95]      # optional, what it sends back of the light
+//! ```
+
+use crate::Result;
+use crate::scene::files::dense_file::{Dense, Kind};
+use crate::scene::files::{input, nrrd_file, stage::finite};
+use crate::scene::{Field, Placed, Volume};
+use glam::{DQuat, DVec3};
+use serde::Deserialize;
+use std::io::BufReader;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Endings of such files.
+pub(in crate::scene) const ENDINGS: [&str; 2] = ["volume", "nrrd"];
+
+/// Of smoke and of what has no colour in its file.
+const COLOR: [f32; 3] = [0.92, 0.92, 0.95];
+
+/// A field, and where its file says that it stands.
+pub(in crate::scene) struct Grid {
+    pub field: Field,
+    /// Where sample 0, 0, 0 is.
+    pub origin: DVec3,
+    /// From sample to sample.
+    pub steps: [DVec3; 3],
+    /// Of density 1.
+    pub extinction: f64,
+    pub color: Option<[f32; 3]>,
+}
+
+/// What a scene file does with it; by default it stands as its file says.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::scene) struct Placing {
+    pub translate: DVec3,
+    pub rotate: DQuat,
+    pub scale: f64,
+    /// In place of the file's.
+    pub extinction: Option<f64>,
+    pub color: Option<[f32; 3]>,
+    pub side: u32,
+}
+
+impl Placing {
+    pub const AS_IT_STANDS: Self =
+        Self { translate: DVec3::ZERO, rotate: DQuat::IDENTITY, scale: 1.0, extinction: None, color: None, side: 1 };
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Sidecar {
+    file: String,
+    size: [u32; 3],
+    #[serde(rename = "type")]
+    kind: String,
+    #[serde(default = "little")]
+    endian: String,
+    #[serde(default = "ones")]
+    spacing: [f64; 3],
+    #[serde(default)]
+    origin: [f64; 3],
+    #[serde(default = "one")]
+    extinction: f64,
+    color: Option<[f32; 3]>,
+}
+
+fn little() -> String {
+    "little".into()
+}
+
+fn ones() -> [f64; 3] {
+    [1.0; 3]
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// Loads a volume and places it.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input): whatever the file is wrong with; nothing in it; numbers out of range once it is placed.
+pub(in crate::scene) fn load(path: &Path, placing: &Placing) -> Result<Volume> {
+    let grid = match input::ending(path).as_str() {
+        "volume" => sidecar(path)?,
+        "nrrd" => {
+            let (file, size) = input::open(path)?;
+            nrrd_file::read(file, size).map_err(|cause| input::error(path, cause, "check that it was copied whole"))?
+        }
+        "vdb" => return Err(not_read(path)),
+        _ => return Err(input::error(path, "it ends neither in .volume nor in .nrrd", "give such a file")),
+    };
+    let wrong = |cause: String| input::error(path, cause, "correct the file, or where it is placed");
+    if grid.field.is_empty() {
+        return Err(wrong("nothing in it casts a shadow: all densities are 0".into()));
+    }
+    let placed = |v: DVec3| placing.rotate * (v * placing.scale);
+    let color = placing.color.or(grid.color).unwrap_or(COLOR);
+    if !color.iter().all(|c| (0.0..=1.0).contains(c)) {
+        return Err(wrong(format!("color {color:?} is not in [0, 1]")));
+    }
+    let origin = finite("origin", grid.origin.to_array()).map_err(wrong)?;
+    let placed = Placed {
+        origin: placed(origin) + placing.translate,
+        steps: grid.steps.map(placed),
+        // A larger model of the same smoke is as dark as the smaller one.
+        extinction: placing.extinction.unwrap_or(grid.extinction) / placing.scale,
+        color,
+        side: placing.side,
+    };
+    Volume::new(Arc::new(grid.field), placed).map_err(wrong)
+}
+
+/// What a `.volume` file names.
+fn sidecar(path: &Path) -> Result<Grid> {
+    let bytes = input::read(path)?;
+    let text = str::from_utf8(&bytes).map_err(|cause| input::error(path, cause, "save it as UTF-8"))?;
+    let wrong = |cause: String| input::error(path, cause, "correct the file");
+    let parsed: Sidecar = toml::from_str(text).map_err(|cause| wrong(cause.message().into()))?;
+    let kind = match parsed.kind.as_str() {
+        "u8" => Kind::U8,
+        "u16" => Kind::U16,
+        "f32" => Kind::F32,
+        other => return Err(wrong(format!("type {other:?} is none of u8, u16 and f32"))),
+    };
+    let big_endian = match parsed.endian.as_str() {
+        "little" => false,
+        "big" => true,
+        other => return Err(wrong(format!("endian {other:?} is neither little nor big"))),
+    };
+    let dense = Dense { size: parsed.size, kind, big_endian };
+    let needed = dense.bytes().map_err(wrong)?;
+    let data = path.parent().unwrap_or(Path::new("")).join(&parsed.file);
+    let (file, size) = input::open(&data)?;
+    if size != needed {
+        let cause = format!("{size} bytes, and a grid of {:?} of {} has {needed}", parsed.size, parsed.kind);
+        return Err(input::error(&data, cause, format!("correct {}", input::file_name(path))));
+    }
+    let field = dense.read(BufReader::new(file)).map_err(|cause| input::error(&data, cause, "correct the file"))?;
+    let [x, y, z] = parsed.spacing;
+    Ok(Grid {
+        field,
+        origin: parsed.origin.into(),
+        steps: [DVec3::X * x, DVec3::Y * y, DVec3::Z * z],
+        extinction: parsed.extinction,
+        color: parsed.color,
+    })
+}
+
+/// What is said of an OpenVDB file, which nothing here reads yet.
+pub(in crate::scene) fn not_read(path: &Path) -> crate::Error {
+    input::error(path, "OpenVDB files are not read", "write its grid as .nrrd, or as .volume with a raw file")
+}

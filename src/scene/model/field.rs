@@ -1,0 +1,208 @@
+//! A sparse grid of densities: blocks of 8³ cells of those that are not empty. Between its samples density is trilinear; outside
+//! of them it is 0.
+
+use fnv::FnvHashMap;
+
+/// Cells along a side of a block.
+pub(crate) const SIDE: usize = 8;
+
+/// Samples along a side of a block: those of its cells' corners.
+const CORNERS: usize = SIDE + 1;
+
+/// Blocks that there may be, of 2.9 KiB each: some 33 million cells.
+pub const MOST_BLOCKS: usize = 1 << 16;
+
+/// Sample numbers that may be, either side of 0.
+const FARTHEST_SAMPLE: i32 = 1 << 24;
+
+/// 8³ cells.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Block {
+    /// Its lowest sample.
+    pub at: [i32; 3],
+    samples: Box<[f32]>,
+}
+
+/// Densities at whole places; a cell lies between eight of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Field {
+    blocks: Vec<Block>,
+    places: FnvHashMap<[i32; 3], u32>,
+    ends: [[i32; 3]; 2],
+}
+
+impl Block {
+    /// Of the eight corners of a cell, by its place in the block, x first.
+    pub fn corners(&self, [x, y, z]: [usize; 3]) -> [f32; 8] {
+        std::array::from_fn(|i| self.sample([x + (i & 1), y + (i >> 1 & 1), z + (i >> 2)]))
+    }
+
+    fn sample(&self, [x, y, z]: [usize; 3]) -> f32 {
+        self.samples[(z * CORNERS + y) * CORNERS + x]
+    }
+
+    /// Mean density of the cells from `first` on, `side` of them a side.
+    fn mean(&self, first: [usize; 3], side: usize) -> f64 {
+        let mut sum = 0.0;
+        for z in 0..=side {
+            for y in 0..=side {
+                for x in 0..=side {
+                    let sample = f64::from(self.sample([first[0] + x, first[1] + y, first[2] + z]));
+                    // A sample is a corner of so many of these cells.
+                    let cells = [x, y, z].iter().filter(|at| **at > 0 && **at < side).count();
+                    sum += sample * f64::from(1u32 << cells);
+                }
+            }
+        }
+        sum / (8 * side.pow(3)) as f64
+    }
+}
+
+impl Field {
+    /// From samples (place, density) in any order; those that are not given are 0.
+    ///
+    /// # Errors
+    /// In words: a density that is negative or not finite, a place that is too far out, more than [`MOST_BLOCKS`].
+    pub fn new(samples: impl IntoIterator<Item = ([i32; 3], f32)>) -> Result<Self, String> {
+        let mut leaves: FnvHashMap<[i32; 3], Box<[f32]>> = FnvHashMap::default();
+        for (place, density) in samples {
+            if !(density.is_finite() && density >= 0.0) {
+                return Err(format!("density {density} at {place:?} is not finite and at least 0"));
+            }
+            if density == 0.0 {
+                continue;
+            }
+            if place.iter().any(|at| at.abs() > FARTHEST_SAMPLE) {
+                return Err(format!("sample {place:?} is farther than {FARTHEST_SAMPLE} from sample 0"));
+            }
+            let leaf = place.map(|at| at.div_euclid(SIDE as i32));
+            if leaves.len() >= MOST_BLOCKS && !leaves.contains_key(&leaf) {
+                return Err(too_many());
+            }
+            let values = leaves.entry(leaf).or_insert_with(|| vec![0.0; SIDE.pow(3)].into());
+            let [x, y, z] = place.map(|at| at.rem_euclid(SIDE as i32) as usize);
+            values[(z * SIDE + y) * SIDE + x] = density;
+        }
+        // A cell's corners are in its leaf and in those behind it.
+        let mut all: Vec<[i32; 3]> =
+            leaves.keys().flat_map(|leaf| (0..8).map(|i| [0, 1, 2].map(|axis| leaf[axis] - (i >> axis & 1)))).collect();
+        all.sort_unstable_by_key(|[x, y, z]| [*z, *y, *x]);
+        all.dedup();
+        let value = |place: [i32; 3]| {
+            let [x, y, z] = place.map(|at| at.rem_euclid(SIDE as i32) as usize);
+            leaves.get(&place.map(|at| at.div_euclid(SIDE as i32))).map_or(0.0, |leaf| leaf[(z * SIDE + y) * SIDE + x])
+        };
+        let mut field = Self::default();
+        for leaf in all {
+            let at = leaf.map(|at| at * SIDE as i32);
+            let sample = |i: usize| {
+                let offset = [i % CORNERS, i / CORNERS % CORNERS, i / CORNERS / CORNERS];
+                value([0, 1, 2].map(|axis| at[axis] + offset[axis] as i32))
+            };
+            let samples: Box<[f32]> = (0..CORNERS.pow(3)).map(sample).collect();
+            if samples.iter().any(|s| *s > 0.0) {
+                if field.blocks.len() == MOST_BLOCKS {
+                    return Err(too_many());
+                }
+                let far = at.map(|at| at + SIDE as i32);
+                let [low, high] = if field.blocks.is_empty() { [at, far] } else { field.ends };
+                let each =
+                    |of: fn(i32, i32) -> i32, a: [i32; 3], b: [i32; 3]| [0, 1, 2].map(|axis| of(a[axis], b[axis]));
+                field.ends = [each(i32::min, low, at), each(i32::max, high, far)];
+                field.places.insert(leaf, field.blocks.len() as u32);
+                field.blocks.push(Block { at, samples });
+            }
+        }
+        Ok(field)
+    }
+
+    /// Whether all of it is 0.
+    pub fn is_empty(&self) -> bool {
+        self.blocks.is_empty()
+    }
+
+    /// Samples at the lowest and at the highest ends of its cells.
+    pub fn range(&self) -> [[i32; 3]; 2] {
+        self.ends
+    }
+
+    /// Puts all of it into a checksum.
+    #[cfg(feature = "program")]
+    pub(super) fn hash(&self, hasher: &mut crc32fast::Hasher) {
+        for block in &self.blocks {
+            hasher.update(bytemuck::bytes_of(&block.at));
+            hasher.update(bytemuck::cast_slice(&block.samples));
+        }
+    }
+
+    /// The block of that number of blocks along each axis.
+    #[cfg(feature = "program")]
+    pub(crate) fn block(&self, number: [i32; 3]) -> Option<&Block> {
+        self.places.get(&number).map(|place| &self.blocks[*place as usize])
+    }
+
+    /// Cubes of `side` cells a side, 1, 2, 4 or 8, that are not empty: their lowest sample and mean density.
+    pub(crate) fn cubes(&self, side: usize) -> impl Iterator<Item = ([i32; 3], f64)> {
+        let count = SIDE / side;
+        let of_block = move |block: &Block| {
+            let cube = |i: usize| {
+                let first = [i % count, i / count % count, i / count / count].map(|at| at * side);
+                ([0, 1, 2].map(|axis| block.at[axis] + first[axis] as i32), block.mean(first, side))
+            };
+            (0..count.pow(3)).map(cube).filter(|(_, density)| *density > 0.0).collect::<Vec<_>>()
+        };
+        self.blocks.iter().flat_map(of_block)
+    }
+
+    /// Density at a place in samples.
+    #[cfg(test)]
+    pub(crate) fn at(&self, place: [f64; 3]) -> f64 {
+        let whole = place.map(|at| at.floor() as i32);
+        let Some(block) = self.block(whole.map(|at| at.div_euclid(SIDE as i32))) else { return 0.0 };
+        let cell = whole.map(|at| at.rem_euclid(SIDE as i32) as usize);
+        trilinear(&block.corners(cell), [0, 1, 2].map(|axis| place[axis] - f64::from(whole[axis])))
+    }
+}
+
+/// Between eight corners, x first.
+#[cfg(feature = "program")]
+pub(crate) fn trilinear(corners: &[f32; 8], [x, y, z]: [f64; 3]) -> f64 {
+    let along = |i: usize| f64::from(corners[i]) * (1.0 - x) + f64::from(corners[i + 1]) * x;
+    (along(0) * (1.0 - y) + along(2) * y) * (1.0 - z) + (along(4) * (1.0 - y) + along(6) * y) * z
+}
+
+fn too_many() -> String {
+    format!("more than {MOST_BLOCKS} blocks of 8 × 8 × 8 samples are not empty")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        for (density, word) in [(-1.0, "-1"), (f32::NAN, "NaN"), (f32::INFINITY, "inf")] {
+            let error = Field::new([([1, 2, 3], density)]).expect_err(word);
+            assert!(error.contains(word) && error.contains("[1, 2, 3]"), "{error}");
+        }
+        assert!(Field::new([([1 << 25, 0, 0], 1.0)]).expect_err("far").contains("33554432"));
+        let apart = (0..).map(|i| ([8 * i, 0, 0], 1.0)).take(MOST_BLOCKS + 1);
+        assert!(Field::new(apart).expect_err("many").contains("65536 blocks"));
+        assert!(Field::new([([0; 3], 0.0)]).expect("empty").is_empty());
+    }
+
+    /// A lone sample makes eight cells not empty, in eight blocks where it stands at a block's corner, and all cubes together hold as
+    /// much as a trilinear hat does: 1.
+    #[test]
+    fn cubes_hold_what_the_field_does() {
+        for place in [[3, 4, 5], [0, 0, 0], [-8, 7, 16], [-1, -1, -1]] {
+            let field = Field::new([(place, 1.0)]).expect("a field");
+            for side in [1, 2, 4, 8] {
+                let sum: f64 = field.cubes(side).map(|(_, density)| density * (side as f64).powi(3)).sum();
+                assert!((sum - 1.0).abs() < 1e-12, "{place:?} {side}: {sum}");
+            }
+            assert_eq!(field.cubes(1).count(), 8, "{place:?}");
+        }
+        assert_eq!(Field::new([([0; 3], 1.0)]).expect("a field").blocks.len(), 8);
+    }
+}

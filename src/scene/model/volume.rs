@@ -1,0 +1,203 @@
+//! Volumes: a field of densities that is placed in the world, and the cells by which it casts on the device.
+
+use crate::scene::model::gaussian::{EXPONENT, OCTAVES, packed};
+use crate::scene::{Caster, Field};
+use glam::DVec3;
+use std::sync::Arc;
+
+/// Bits of an axis by which a caster is a cell: the exponent of 2^101. Twin: CELL_MARK.
+pub(super) const CELL_MARK: u32 = 0x7200_0000;
+
+/// Cells that a volume casts by, at most: where there would be more, each stands for 2³, 4³ or 8³ of the field's.
+pub const MOST_CELLS: usize = 4_000_000;
+
+/// How much longer the longest side of a cell may be than the shortest.
+const LONGEST: f64 = 1000.0;
+
+/// Where a volume's samples stand, and what they mean.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placed {
+    /// Where sample 0, 0, 0 stands, world units.
+    pub origin: DVec3,
+    /// From a sample to the next along each of its axes, world units: at right angles to each other.
+    pub steps: [DVec3; 3],
+    /// Extinction of density 1, 1 / world unit, finite and > 0.
+    pub extinction: f64,
+    /// What it sends back of the light, red, green, blue, in [0, 1].
+    pub color: [f32; 3],
+    /// Cells of the field along a side of each cell that casts: 1, 2, 4 or 8; more where there would be more than [`MOST_CELLS`].
+    pub side: u32,
+}
+
+/// A field that casts.
+#[derive(Clone, Debug)]
+pub struct Volume {
+    field: Arc<Field>,
+    placed: Placed,
+    cells: Arc<[Caster]>,
+}
+
+impl PartialEq for Volume {
+    fn eq(&self, other: &Self) -> bool {
+        let same_field = Arc::ptr_eq(&self.field, &other.field) || self.field == other.field;
+        self.placed == other.placed && self.cells.len() == other.cells.len() && same_field
+    }
+}
+
+impl Volume {
+    /// A field where it is placed.
+    ///
+    /// # Errors
+    /// In words: steps that are not at right angles, have no length or are too different; a density that is no float's extinction;
+    /// numbers out of range.
+    pub fn new(field: Arc<Field>, placed: Placed) -> Result<Self, String> {
+        let steps = placed.steps;
+        let lengths = steps.map(DVec3::length);
+        if lengths.iter().any(|length| !(1e-12..=1e15).contains(length)) {
+            return Err(format!("steps of {lengths:?} world units are not within 1e-12 and 1e15"));
+        }
+        let longest = lengths.into_iter().fold(0.0, f64::max);
+        if lengths.iter().any(|length| longest > LONGEST * length) {
+            return Err(format!(
+                "steps of {lengths:?} world units are more than {LONGEST} times as long as each other"
+            ));
+        }
+        if (0..3).any(|i| steps[i].dot(steps[(i + 1) % 3]).abs() > 1e-5 * lengths[i] * lengths[(i + 1) % 3]) {
+            return Err(format!("its axes {steps:?} are not at right angles to each other"));
+        }
+        if !(placed.extinction.is_finite() && placed.extinction > 0.0) {
+            return Err(format!("extinction {} is not finite and greater than 0", placed.extinction));
+        }
+        if ![1, 2, 4, 8].contains(&placed.side) {
+            return Err(format!("cells of {} a side: give 1, 2, 4 or 8", placed.side));
+        }
+        let mut side = placed.side;
+        while side < 8 && field.cubes(side as usize).count() > MOST_CELLS {
+            side *= 2;
+        }
+        let mut volume = Self { field, placed, cells: Arc::default() };
+        volume.cells = volume.field.cubes(side as usize).map(|cube| volume.cell(cube, side)).collect();
+        let numbers = |cell: &Caster| cell.position.into_iter().chain([cell.radius, cell.density]);
+        if volume.cells.iter().flat_map(numbers).any(|v| !(v.is_finite() && v.abs() <= 1e18)) {
+            return Err("it reaches farther, or takes more, than 1e18".into());
+        }
+        Ok(volume)
+    }
+
+    /// Its densities.
+    pub fn field(&self) -> &Field {
+        &self.field
+    }
+
+    /// Where it stands.
+    pub fn placed(&self) -> &Placed {
+        &self.placed
+    }
+
+    /// The cells by which it casts on the device, each of its mean density: in f32, rounded once.
+    pub fn cells(&self) -> &[Caster] {
+        &self.cells
+    }
+
+    /// With the first of its cells alone, for tests that do little: its truth stays.
+    #[cfg(feature = "program")]
+    pub(crate) fn truncate(&mut self, most: usize) {
+        self.cells = self.cells.iter().take(most).copied().collect();
+    }
+
+    /// A cube of cells by its lowest sample and mean density.
+    fn cell(&self, (first, density): ([i32; 3], f64), side: u32) -> Caster {
+        let half = 0.5 * f64::from(side);
+        let place = |axis: usize| self.placed.steps[axis] * (f64::from(first[axis]) + half);
+        let centre = self.placed.origin + place(0) + place(1) + place(2);
+        cell(centre, self.placed.steps.map(|step| step * half), density * self.placed.extinction)
+    }
+}
+
+/// A box by its middle and half of its sides, at right angles; sides are rounded by 0.11 % at most where they differ, and what it
+/// takes of light is not.
+pub(crate) fn cell(centre: DVec3, halves: [DVec3; 3], extinction: f64) -> Caster {
+    let mut sides = halves;
+    sides.sort_by(|a, b| b.length_squared().total_cmp(&a.length_squared()));
+    let lengths = sides.map(DVec3::length);
+    let octaves = |i: usize| ((lengths[0] / lengths[i]).log2() / OCTAVES * 4095.0).round().clamp(0.0, 4095.0) as u32;
+    let octaves = [octaves(1), octaves(2)];
+    let shares = [0, octaves[0], octaves[1]].map(|o| (-OCTAVES / 4095.0 * f64::from(o)).exp2());
+    let radius = (lengths[0] * shares.iter().map(|s| s * s).sum::<f64>().sqrt()) as f32;
+    let rounded = lengths[0] * shares[1] / lengths[1] * (lengths[0] * shares[2] / lengths[2]);
+    Caster {
+        position: centre.as_vec3().into(),
+        radius,
+        axis: packed(CELL_MARK, sides[2] / lengths[2], sides[0] / lengths[0], octaves),
+        density: (extinction / rounded) as f32,
+    }
+}
+
+impl Caster {
+    /// Whether it is a cell of a volume.
+    pub fn is_cell(&self) -> bool {
+        self.axis[0].to_bits() & EXPONENT == CELL_MARK
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Shape;
+
+    fn placed() -> Placed {
+        Placed {
+            origin: DVec3::ZERO,
+            steps: [DVec3::X, 2.0 * DVec3::Y, 0.25 * DVec3::Z],
+            extinction: 3.0,
+            color: [1.0; 3],
+            side: 1,
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let field = Arc::new(Field::new([([0; 3], 1.0)]).expect("a field"));
+        let of = |placed: Placed| Volume::new(field.clone(), placed).map(|v| v.cells().len());
+        assert_eq!(of(placed()), Ok(8));
+        let skewed = [DVec3::X, DVec3::new(0.1, 1.0, 0.0), DVec3::Z];
+        for (wrong, word) in [
+            (Placed { steps: skewed, ..placed() }, "right angles"),
+            (Placed { steps: [DVec3::X, DVec3::Y, DVec3::ZERO], ..placed() }, "world units"),
+            (Placed { steps: [DVec3::X, DVec3::Y, 1e-4 * DVec3::Z], ..placed() }, "1000 times"),
+            (Placed { extinction: 0.0, ..placed() }, "extinction 0"),
+            (Placed { extinction: f64::NAN, ..placed() }, "extinction NaN"),
+            (Placed { extinction: 1e30, ..placed() }, "1e18"),
+            (Placed { origin: 1e20 * DVec3::X, ..placed() }, "1e18"),
+            (Placed { side: 3, ..placed() }, "1, 2, 4 or 8"),
+        ] {
+            let error = of(wrong).expect_err(word);
+            assert!(error.contains(word), "{error}");
+        }
+    }
+
+    /// Middles, sides and what all of them take: extinction times volume is what the field has, whatever is rounded.
+    #[test]
+    fn cells_are_boxes_of_what_is_in_them() {
+        let field = Arc::new(Field::new([([1, 1, 1], 2.0)]).expect("a field"));
+        for side in [1, 2, 4, 8] {
+            let volume = Volume::new(field.clone(), Placed { side, ..placed() }).expect("a volume");
+            let mass: f64 = volume
+                .cells()
+                .iter()
+                .map(|cell| {
+                    assert!(cell.is_cell() && !cell.is_gaussian() && !cell.is_strand());
+                    let shape = Shape::of_cell(cell);
+                    let long = f64::from(side);
+                    for (found, expected) in shape.deviations.into_iter().zip([long, 0.5 * long, 0.125 * long]) {
+                        assert!((found / expected - 1.0).abs() < 0.0012, "{found} {expected}");
+                    }
+                    assert!(shape.axes[0].y.abs() > 0.999_999 && shape.axes[2].z.abs() > 0.999_999);
+                    8.0 * shape.deviations.iter().product::<f64>() * f64::from(cell.density)
+                })
+                .sum();
+            // A hat of 2, in cells of 1 × 2 × ¼, times 3.
+            assert!((mass - 3.0).abs() < 1e-4, "{side}: {mass}");
+        }
+    }
+}
