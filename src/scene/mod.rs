@@ -11,6 +11,7 @@ mod model;
 pub use files::data_file::DATA_ENDINGS;
 #[cfg(feature = "program")]
 pub use files::load::{BUILT_IN, known};
+pub use model::backdrop::Backdrop;
 pub use model::caster::Caster;
 pub use model::fit::{Aim, Casting, gutter_texels};
 pub use model::fog::Fog;
@@ -24,7 +25,9 @@ pub use model::picture::{Picture, SKY};
 #[cfg(feature = "program")]
 pub(crate) use model::random::Random;
 pub use model::resolution::{Moved, Resolution};
+pub use model::show::Show;
 pub use model::sides::{Side, sides};
+pub use model::smooth::smooth_normals;
 pub use model::time::check_time;
 pub use model::view::{FARTHEST, Projection, Ray, View};
 
