@@ -1,20 +1,23 @@
 //! The passes of a picture: meshes, what stands behind them, casters.
 
-use super::Renderer;
 use super::kernels::{Casters, Kernels, Meshes, SpacingPush};
+use super::{Lighting, Renderer, Shading};
 use crate::Result;
 use crate::gpu::{Commands, Kernel, Pass, Requirement, Target};
 use crate::scene::{Picture, SKY};
 use crate::shaders::consume as shaders;
 use crate::technique::Answer;
 use std::ops::Range;
-use super::{Lighting, Shading};
+
+/// Casters whose triangles are outlined, at most.
+const OUTLINED: u32 = 60;
 
 impl Renderer {
-    /// Draws the picture and, over each caster, the sides of the triangles that it is made of; what is nearer hides them.
+    /// Draws the picture and, over some casters, the sides of the triangles that they are made of; what is nearer hides them. Of
+    /// many casters only so many have sides that lines do not hide lines.
     ///
     /// # Errors
-    /// [`Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::picture`].
+    /// [`crate::Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::picture`].
     pub fn wireframe(&self, answer: &Answer, shading: Shading, spacing: f32) -> Result<Picture> {
         self.context.features().require(&[Requirement::Tessellation, Requirement::Lines])?;
         let kernels = self.kernels(answer, shading, Lighting::Vertex { spacing })?;
@@ -22,7 +25,9 @@ impl Renderer {
         let lines = self.tessellated(answer, &shaders::WIREFRAME_FRAG, true)?;
         self.frame(&kernels, |commands| {
             commands.pass("consume.wireframe", |pass| {
-                let both = (0..self.caster_count).flat_map(|i| [(&filled, i..i + 1), (&lines, i..i + 1)]);
+                let step = self.caster_count.div_ceil(OUTLINED).max(1);
+                let outlined = |i: u32| (i % step == step / 2).then_some((&lines, i..i + 1));
+                let both = (0..self.caster_count).flat_map(|i| std::iter::once((&filled, i..i + 1)).chain(outlined(i)));
                 self.patches(pass, &SpacingPush { spacing }, both);
             });
         })?;

@@ -249,5 +249,4 @@ impl Renderer {
     pub fn picture_of(&self, technique: &dyn Technique, shading: Shading, lighting: Lighting) -> Result<Picture> {
         self.settled(&self.kernels_of(technique, shading, lighting)?, shading)
     }
-
 }

@@ -5,8 +5,7 @@ use super::Renderer;
 use super::gbuffer::CameraPush;
 use crate::Result;
 use crate::gpu::{
-    Bindings, Blend, Buffer, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Target,
-    push_struct,
+    Blend, Buffer, Commands, Constants, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Target, push_struct,
 };
 use crate::scene::{Backdrop, Picture, Show, smooth_normals};
 use crate::shaders::{consume as shaders, set};
@@ -50,7 +49,7 @@ impl BackdropPush {
 pub(super) struct Shown {
     backdrop: Kernel<BackdropPush>,
     push: BackdropPush,
-    /// Of each triangle's corners; none where no mesh is round anywhere.
+    /// Normals of each triangle's corners; none where no mesh is round anywhere.
     pub(super) normals: Option<Buffer>,
 }
 
@@ -95,8 +94,8 @@ impl Renderer {
             colors: &[(self.color_format, Blend::Over)],
             depth: None,
         };
-        let nothing = Bindings::new(&self.context, "picture.nothing", &[])?;
-        let sets = [&self.scene, &nothing, &self.distances];
+        // It asks no technique, whose set is between these two: something has to be bound there.
+        let sets = [&self.scene, &self.distances, &self.distances];
         let backdrop = Kernel::graphics(&self.context, &state, &sets, &Constants::new())?;
         let normals: Vec<[f32; 3]> = scene.meshes.iter().flat_map(smooth_normals).flatten().collect();
         let is_round = normals.chunks_exact(3).any(|corners| corners[0] != corners[1] || corners[1] != corners[2]);
@@ -128,7 +127,7 @@ pub struct Developed {
 }
 
 impl Developed {
-    /// Of what `renderer` draws, whose picture has so many samples a pixel.
+    /// For what `renderer` draws, whose picture has so many samples a pixel.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.

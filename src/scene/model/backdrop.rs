@@ -40,7 +40,7 @@ pub struct Backdrop {
 }
 
 impl Backdrop {
-    /// Of a scene: its first directional light is the sun, its camera knows the way up.
+    /// The backdrop of a scene: its first directional light is the sun, its camera knows the way up.
     pub fn of(scene: &Scene) -> Self {
         let up = scene.camera.up.normalize_or(DVec3::Z);
         let sun = scene.lights.iter().find_map(|light| match light.kind {
@@ -67,9 +67,9 @@ impl Backdrop {
 /// A box about points: its middle, and half its sides along axes of which the last is up.
 fn extent(points: impl Iterator<Item = DVec3>, axes: [DVec3; 3]) -> Option<(DVec3, DVec3)> {
     let along = |p: DVec3| DVec3::from_array(axes.map(|axis| axis.dot(p)));
-    let bounds = points.map(along).fold(None, |all: Option<(DVec3, DVec3)>, p| {
-        Some(all.map_or((p, p), |(low, high)| (low.min(p), high.max(p))))
-    });
+    let bounds = points
+        .map(along)
+        .fold(None, |all: Option<(DVec3, DVec3)>, p| Some(all.map_or((p, p), |(low, high)| (low.min(p), high.max(p)))));
     let (low, high) = bounds?;
     let middle = 0.5 * (low + high);
     Some((axes[0] * middle.x + axes[1] * middle.y + axes[2] * middle.z, 0.5 * (high - low)))

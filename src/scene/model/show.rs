@@ -21,7 +21,11 @@ impl Show {
     /// [`Error::Input`] for another number of them, or stops that are not from −20 to 20.
     pub fn new(samples: u32, stops: f32) -> Result<Self> {
         let Some((_, grid)) = SAMPLES.into_iter().find(|(count, _)| *count == samples) else {
-            return Err(Error::input(format!("{samples} samples"), "pixels are not divided so", "choose 1, 4, 8 or 16"));
+            return Err(Error::input(
+                format!("{samples} samples"),
+                "pixels are not divided so",
+                "choose 1, 4, 8 or 16",
+            ));
         };
         if !(-20.0..=20.0).contains(&stops) {
             let way_out = "choose a number from -20 to 20";

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 /// Cosine of the angle between two triangles from which on there is an edge between them that is meant: 30°.
 const EDGE: f64 = 0.866;
 
-/// Of each triangle its corners' normals, unit length: the mean of the triangles that meet there and turn less than an edge's angle
+/// The normals of each triangle's corners, unit length: the mean of the triangles that meet there and turn less than an edge's angle
 /// away, by their areas. Where a triangle has no area they are 0.
 pub fn smooth_normals(mesh: &Mesh) -> Vec<[[f32; 3]; 3]> {
     let corners = |t: &[u32; 3]| t.map(|i| mesh.positions.get(i as usize).copied().unwrap_or_default());
@@ -56,7 +56,8 @@ mod tests {
     #[test]
     fn a_ball_is_round() {
         let at = |i: u32, j: u32| {
-            let (theta, phi) = (f64::from(i) * std::f64::consts::PI / 24.0, f64::from(j % 48) * std::f64::consts::PI / 24.0);
+            let (theta, phi) =
+                (f64::from(i) * std::f64::consts::PI / 24.0, f64::from(j % 48) * std::f64::consts::PI / 24.0);
             [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()].map(|c| c as f32)
         };
         let mut ball = mesh(vec![], vec![]);
