@@ -27,7 +27,8 @@ fn shown_pictures_are_their_twins() {
         for (name, samples, text_of) in [("sparse", 4, "uncompressed:size=256"), ("hair", 1, "shadow-map:size=512")] {
             let mut scene = Scene::load(name, 20.0).expect("built in");
             // The horizon is in the picture.
-            scene.camera.target += 0.3 * (scene.camera.position - scene.camera.target).length() * DVec3::Z;
+            let far = (scene.camera.position - scene.camera.target).length();
+            scene.camera.target.z = scene.camera.position.z + 0.1 * far;
             scene.strands.clear();
             let show = Show::new(samples, 0.5).expect("samples");
             let world = World::new(context, &scene).expect("room for the scene");
@@ -64,7 +65,7 @@ fn shown_pictures_are_their_twins() {
                 let at = DVec2::new((i as u32 % camera.width).into(), (i as u32 / camera.width).into()) + 0.5;
                 let ray = camera.ray(at);
                 let height = ray.direction.normalize().dot(DVec3::from(Backdrop::of(&scene).up.map(f64::from)));
-                height > 0.3 && casters.meshes.hit(ray.origin, ray.direction).is_none()
+                height > 0.05 && casters.meshes.hit(ray.origin, ray.direction).is_none()
             };
             let sky: Vec<f64> = (0..apart.len()).filter(|i| sees_sky(*i)).map(|i| apart[i]).collect();
             let same = sky.iter().filter(|a| **a < 1e-3).count();
