@@ -24,7 +24,7 @@ const float SUN_NONE = 0.99965;
 vec3 sky_color(vec3 direction) {
     float height = dot(direction, up);
     float below_zenith = 1.0 - max(height, 0.0);
-    vec3 color = mix(zenith, horizon, below_zenith * below_zenith * below_zenith);
+    vec3 color = mix(zenith, horizon, below_zenith * below_zenith * below_zenith) * (1.0 + 0.5 * min(height, 0.0));
     float towards = max(dot(direction, sun), 0.0);
     float glow = towards * towards;
     glow *= glow;

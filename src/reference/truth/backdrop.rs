@@ -19,7 +19,8 @@ fn smoothstep([low, high]: [f64; 2], at: f64) -> f64 {
 pub fn sky_color(backdrop: &Backdrop, direction: DVec3) -> DVec3 {
     let height = direction.dot(wide(backdrop.up));
     let below_zenith = 1.0 - height.max(0.0);
-    let color = wide(backdrop.zenith).lerp(wide(backdrop.horizon), below_zenith.powi(3));
+    let color =
+        wide(backdrop.zenith).lerp(wide(backdrop.horizon), below_zenith.powi(3)) * (1.0 + 0.5 * height.min(0.0));
     let towards = direction.dot(wide(backdrop.sun)).max(0.0);
     let sun = 0.25 * towards.powi(32) + 4.0 * smoothstep(SUN, towards);
     color + wide(backdrop.sunlight) * smoothstep([-0.02, 0.02], height) * sun

@@ -6,7 +6,7 @@ use crate::scene::{LightKind, Mesh, Scene};
 use glam::DVec3;
 
 /// Sky by day and by night, where no sun shines: at the horizon and above, linear RGB.
-const DAY: [[f32; 3]; 2] = [[0.36, 0.42, 0.50], [0.06, 0.12, 0.24]];
+const DAY: [[f32; 3]; 2] = [[0.15, 0.19, 0.26], [0.03, 0.055, 0.12]];
 const NIGHT: [[f32; 3]; 2] = [[0.055, 0.065, 0.090], [0.008, 0.012, 0.025]];
 
 /// A mesh is a ground if it is no higher than this share of what it reaches to the sides.
@@ -16,7 +16,7 @@ const FLAT: f64 = 0.05;
 const LATEST: f64 = 0.9;
 
 /// Where it begins to fade at the earliest.
-const EARLIEST: f64 = 0.55;
+const EARLIEST: f64 = 0.7;
 
 /// A sky, a sun and a ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +27,7 @@ pub struct Backdrop {
     pub sun: [f32; 3],
     /// Its radiance; black where there is none.
     pub sunlight: [f32; 3],
-    /// The sky's colour at and below the horizon, linear RGB.
+    /// The sky's colour at the horizon, linear RGB; below it grows darker.
     pub horizon: [f32; 3],
     /// Straight above.
     pub zenith: [f32; 3],
@@ -114,10 +114,10 @@ mod tests {
         scene.meshes = vec![cube([0.0; 3], 1.0)];
         assert_eq!(fade(&scene), [0.0; 2]);
         scene.meshes = vec![cube([0.0; 3], 1.0), plate(10.0)];
-        assert_eq!(fade(&scene), [5.5, 10.0]);
+        assert_eq!(fade(&scene), [7.0, 10.0]);
         assert_eq!(Backdrop::of(&scene).middle, [0.0, 0.0, 1.0]);
-        scene.meshes[0] = cube([5.0; 3], 1.0);
-        let far = 1.02 * (2.0 * 6.0_f64.powi(2)).sqrt();
+        scene.meshes[0] = cube([4.5; 3], 1.0);
+        let far = 1.02 * (2.0 * 5.5_f64.powi(2)).sqrt();
         assert!((f64::from(fade(&scene)[0]) - far).abs() < 1e-5, "{:?}", fade(&scene));
         scene.meshes[0] = cube([8.0; 3], 1.0);
         assert_eq!(fade(&scene), [0.0; 2]);
