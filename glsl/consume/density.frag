@@ -13,6 +13,7 @@ layout(push_constant, scalar) uniform DensityPush {
 
 layout(location = 0) out vec4 color;
 
+// Twin: consume::points::DENSITIES.
 const vec3 THIN = vec3(0.04, 0.22, 0.50);
 const vec3 THICK = vec3(0.93, 0.98, 1.0);
 

@@ -1,5 +1,5 @@
 #version 460
-// Shades simulated particles: coloured by speed, lit at their middles. Inputs: lights, the technique. Output: colour.
+// Shades simulated particles: coloured by speed or white, lit at their middles. Inputs: lights, the technique. Output: colour.
 #include "consume/picture_set.glsl"
 #include "consume/shading.glsl"
 #include "visibility.glsl"
@@ -9,7 +9,7 @@ PICTURE_LIGHTS
 #include "consume/ambient.glsl"
 
 layout(push_constant, scalar) uniform PointsPush {
-    float fastest;  // the speed of the last colour
+    float fastest;  // the speed of the last colour; 0 where all are as white as smoke
 };
 
 layout(location = 0) flat in vec3 middle;
@@ -17,7 +17,7 @@ layout(location = 1) flat in float speed;
 layout(location = 2) flat in float z;
 layout(location = 0) out vec4 color;
 
-// From slow to fast.
+// From slow to fast. Twin: consume::points::RAMP.
 const vec3 RAMP[4] = vec3[4](vec3(0.02, 0.10, 0.45), vec3(0.03, 0.55, 0.65), vec3(0.95, 0.80, 0.25), vec3(1.0, 0.22, 0.06));
 
 vec3 ramp(float share) {
@@ -31,5 +31,6 @@ void main() {
     for (uint i = 0u; i < lights.length(); ++i) {
         light += light_radiance(lights[i], middle) * light_visibility(i, middle);
     }
-    color = vec4(shade_surface(ramp(speed / fastest), light), 1.0);
+    vec3 albedo = fastest > 0.0 ? ramp(speed / fastest) : PARTICLE_ALBEDO;
+    color = vec4(shade_surface(albedo, light), 1.0);
 }

@@ -5,6 +5,7 @@ mod baseline;
 mod compare;
 mod curve;
 mod devices;
+mod drawn;
 mod glsl;
 mod help;
 mod hooks;
@@ -20,11 +21,13 @@ mod report;
 mod resume;
 mod sequence;
 mod shell;
+mod silhouette;
 mod slice;
 mod soak;
 mod steps;
 mod stress;
 mod submit;
+mod voxels;
 mod writer;
 
 #[doc(hidden)]
@@ -78,6 +81,8 @@ enum Command {
     /// Paint the distances in one light's map, of ism: dark is near, orange is empty
     #[command(after_long_help = help::techniques())]
     Map(map::Arguments),
+    /// Draw the voxels that a scene's meshes occupy, or the nodes of its shadow's tree
+    Voxels(voxels::Arguments),
     /// Bake a technique of a scene that stands still, once, into a file: --technique voxelized:file=FILE reads it
     #[command(after_long_help = help::techniques())]
     Bake(bake::Arguments),
@@ -357,6 +362,7 @@ pub fn main() -> ExitCode {
         Command::Slice(arguments) => slice::run(&arguments.little()),
         Command::Curve(arguments) => curve::run(&arguments),
         Command::Map(arguments) => map::run(&arguments),
+        Command::Voxels(arguments) => voxels::run(&arguments.little()),
         Command::Bake(arguments) => bake::run(&arguments),
         Command::Stress(arguments) => stress::run(&arguments.little()),
         Command::Submit(arguments) => submit::run(&arguments),

@@ -1,23 +1,29 @@
 //! `gobo render --particles`: simulated particles as their simulation left them.
 
+use super::drawn::spec_alone;
 use super::render::{Arguments, ColoursArgument};
 use super::sequence::Sequence;
-use super::{check_messages, one_spec, say};
-use crate::consume::{Colours, Lighting, Renderer};
-use crate::scene::{Scene, View};
+use super::{check_messages, say};
+use crate::consume::{Colours, Lighting, Pictures};
+use crate::reference::truth::filmic;
+use crate::report::with_scale;
+use crate::scene::{Picture, Scene, Show};
 use crate::simulate::Simulation;
 use crate::technique::{answers_in_space, open};
 use crate::world::World;
 use crate::{Error, Result};
 use std::process::ExitCode;
 
+/// Particles over a pixel at the end of the scale, of those over one that is coloured densely.
+const MOST: f32 = 3.0;
+
 /// Draws `scene` at each of these times.
 pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colours: ColoursArgument) -> Result<ExitCode> {
-    if arguments.technique == "reference" {
+    if arguments.alone("--particles")? == "reference" {
         let way_out = "name a technique, or leave --particles out";
         return Err(Error::input("--technique reference", "it knows of no speeds", way_out));
     }
-    let spec = one_spec(&arguments.technique)?;
+    let spec = spec_alone(arguments, "--particles")?;
     let context = arguments.device.open()?;
     let mut world = World::new(&context, scene)?;
     let Some(mut simulation) = Simulation::of(&context, &world)? else {
@@ -27,13 +33,15 @@ pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colours: Colou
     let fountain = simulation.fountain();
     let colours = match colours {
         ColoursArgument::Speed => Colours::speed(&fountain),
+        ColoursArgument::Colour => Colours::Light,
         ColoursArgument::Density => Colours::density(&fountain),
     };
-    let size = [arguments.width, arguments.height];
+    let (size, show) = (arguments.size(), arguments.show()?);
     let mut opened = open(&context, &world, &spec)?;
     answers_in_space(opened.technique.as_ref())?;
-    let renderer = Renderer::new(&context, &world, &View::camera(&scene.camera, scene, size))?;
-    let mut sequence = Sequence::new(&arguments.out, size, times_s.len() as u32);
+    let pictures = Pictures::new(&context, &world, scene, size, show)?;
+    let renderer = &pictures.renderer;
+    let mut sequence = Sequence::new(&arguments.out, times_s.len() as u32);
     let mut path = "";
     for time_s in times_s {
         simulation.move_to(&mut world, *time_s)?;
@@ -43,9 +51,31 @@ pub fn run(arguments: &Arguments, scene: &Scene, times_s: &[f64], colours: Colou
         let kernels = renderer.kernels(&answer, arguments.shading(&spec), Lighting::Fragment)?;
         let points = renderer.points(&answer, simulation.bodies(), fountain.particles, colours)?;
         renderer.draw_points(&kernels, &points)?;
-        sequence.add(renderer.read()?.to_srgb8())?;
+        let (size, rgb8) = with_legend(&pictures.read()?, colours, show);
+        sequence.add(size, rgb8)?;
     }
     check_messages()?;
     say(format!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// What colours say of numbers, below a picture that is shown.
+fn with_legend(picture: &Picture, colours: Colours, show: Option<Show>) -> ([u32; 2], Vec<u8>) {
+    let size = [picture.width, picture.height];
+    let (last, what, more) = match colours {
+        Colours::Speed { fastest } => (fastest, "speed, world units a step", ""),
+        Colours::Density { many } => (MOST * many, "particles over a pixel", " and more"),
+        Colours::Light => return (size, picture.to_srgb8()),
+    };
+    let Some(show) = show else { return (size, picture.to_srgb8()) };
+    // As under a light of radiance 1.
+    let shown = |share: f64| {
+        let linear = colours.of(last * share as f32).unwrap_or_default();
+        let pixels = vec![linear.map(|c| filmic(f64::from(show.stops).exp2() * f64::from(c)) as f32)];
+        let bytes = Picture { width: 1, height: 1, pixels }.to_srgb8();
+        [bytes[0], bytes[1], bytes[2]]
+    };
+    let ends = ["0".into(), format!("{last:.2}{more}")];
+    let paper = with_scale(&picture.to_srgb8(), size, shown, [&ends[0], what, &ends[1]]);
+    (paper.size, paper.rgb8)
 }

@@ -1,20 +1,23 @@
 //! `gobo render`
 
+use super::drawn::{Drawn, by_reference, by_technique, lines_spacing};
 use super::sequence::Sequence;
-use super::steps::Range;
 use super::{
     DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, little, load, one_spec, particles,
-    place, say,
+    place, say, steps,
 };
-use crate::consume::{Lighting, Renderer, Shading, Tiled};
-use crate::reference::truth::{Casters, fog, picture};
-use crate::scene::{Fog, View};
-use crate::technique::{Spec, answers_in_space, open, usual};
-use crate::world::World;
+use crate::consume::{Lighting, Shading, Tiled};
+use crate::measure::picture_error;
+use crate::report::{Panel, panels};
+use crate::scene::{Fog, Scene, Show};
+use crate::technique::{Spec, usual};
 use crate::{Error, Result};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::process::ExitCode;
+
+/// The name of what is no technique.
+const REFERENCE: &str = "reference";
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Mesh {
@@ -29,6 +32,8 @@ enum Mesh {
 pub(super) enum ColoursArgument {
     /// A triangle per particle, coloured by its speed, lit by the technique
     Speed,
+    /// A triangle a particle, as white as smoke, in the colour of the light that the technique lets through
+    Colour,
     /// How many particles cover each pixel
     Density,
 }
@@ -37,24 +42,40 @@ pub(super) enum ColoursArgument {
 pub struct Arguments {
     /// Scene file, data file or built-in scene
     scene: String,
-    /// Technique spec, or "reference" for the f64 reference on the CPU
-    #[arg(long, default_value = usual::PICTURE, value_name = "SPEC")]
-    pub(super) technique: String,
+    /// Technique spec, or "reference" for the f64 reference on the CPU; several in one picture of panels, with their errors below
+    /// where the reference is one of them
+    #[arg(long = "technique", default_value = usual::PICTURE, value_name = "SPEC")]
+    pub(super) techniques: Vec<String>,
     /// The PNG to write
     #[arg(short, long, default_value = "gobo-render.png")]
     pub(super) out: PathBuf,
-    /// Width of the picture, pixels
+    /// Width of the picture, or of each panel, pixels
     #[arg(long, default_value_t = 1280, value_parser = clap::value_parser!(u32).range(1..=16384))]
     pub(super) width: u32,
-    /// Height of the picture, pixels
+    /// Height of the picture, or of each panel, pixels
     #[arg(long, default_value_t = 720, value_parser = clap::value_parser!(u32).range(1..=16384))]
     pub(super) height: u32,
+    /// Samples a pixel: 1, 4, 8 or 16
+    #[arg(long, default_value_t = 4, value_name = "N")]
+    samples: u32,
+    /// How much brighter, in stops: 1 is twice as bright
+    #[arg(long, default_value_t = 0.0, value_name = "STOPS", allow_hyphen_values = true)]
+    exposure: f32,
+    /// The picture that `compare` measures: one sample, a grey sky, no filmic curve
+    #[arg(long, conflicts_with_all = ["samples", "exposure"])]
+    plain: bool,
+    /// With several techniques: panels in a row [default: as many as make the whole about as wide as high]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64))]
+    columns: Option<u32>,
+    /// With several techniques: measure a frame of each, build and plain picture, and write its device time below
+    #[arg(long)]
+    pub(super) timed: bool,
     /// How meshes are shaded, whatever the spec's shading= says [default: as it says]
     #[arg(long, value_enum)]
     meshes: Option<Mesh>,
-    /// Draw the triangles of lighting=vertex over the casters
+    /// Draw the triangles of lighting=vertex over some of the casters
     #[arg(long)]
-    wireframe: bool,
+    pub(super) wireframe: bool,
     /// Fill the scene with fog of this extinction, 1 / world unit, which the technique lights
     #[arg(long, value_name = "EXTINCTION", allow_hyphen_values = true)]
     fog: Option<f32>,
@@ -101,11 +122,61 @@ impl Arguments {
             (Some(Mesh::Tiled), _) => Shading::Tiled(Tiled::default()),
         }
     }
+
+    /// How it is shown; none of what is measured.
+    pub(super) fn show(&self) -> Result<Option<Show>> {
+        let show = Show::new(self.samples, self.exposure);
+        if self.plain {
+            Ok(None)
+        } else {
+            show.map(Some).map_err(|error| error.with_name(|what| format!("render: {what}")))
+        }
+    }
+
+    /// The scene's name.
+    pub(super) fn scene(&self) -> &str {
+        &self.scene
+    }
+
+    /// What it is loaded with.
+    pub(super) fn load(&self) -> &LoadArguments {
+        &self.load
+    }
+
+    /// Pixels of the picture, or of each panel.
+    pub(super) fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+
+    /// The fog that fills it.
+    pub(super) fn air(&self) -> Result<Option<Fog>> {
+        let air = self.fog.map(|extinction| Fog::new(extinction, self.fog_steps)).transpose();
+        air.map_err(|error| error.with_name(|fog| format!("--fog: {fog}")))
+    }
+
+    /// The one technique of what has no panels.
+    pub(super) fn alone(&self, what: &str) -> Result<&str> {
+        match &self.techniques[..] {
+            [technique] => Ok(technique),
+            _ => Err(Error::input("--technique", format!("{what} is of one technique"), "name one alone")),
+        }
+    }
+}
+
+/// What a picture is lit by.
+enum LitBy {
+    Reference,
+    Technique(Spec),
 }
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     place::check(&arguments.out, "png")?;
-    let scene = load(&arguments.scene, &arguments.load)?;
+    arguments.show()?;
+    run_scene(arguments, load(&arguments.scene, &arguments.load)?)
+}
+
+/// The same of a scene that is there.
+pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode> {
     if let Some(colours) = arguments.particles {
         let mut times_s = arguments.moving.times(&scene, arguments.frames)?;
         if times_s.is_empty() {
@@ -115,95 +186,96 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     let mut states = arguments.moving.states(scene, arguments.frames)?;
     arguments.vpls.check(&states)?;
-    let air = arguments.fog.map(|extinction| Fog::new(extinction, arguments.fog_steps)).transpose();
-    let air = air.map_err(|error| error.with_name(|fog| format!("--fog: {fog}")))?;
-    let size = [arguments.width, arguments.height];
-    let mut sequence = Sequence::new(&arguments.out, size, states.len() as u32);
-    if arguments.technique == "reference" {
-        lines_spacing(arguments, Lighting::Fragment)?;
-        if arguments.steps {
+    arguments.air()?;
+    if arguments.steps {
+        let technique = arguments.alone("--steps")?;
+        if technique == REFERENCE {
             let way_out = "name a technique, or leave --steps out";
             return Err(Error::input("--technique reference", "it takes no steps", way_out));
         }
-        if arguments.vpls.is_given() {
-            arguments.vpls.light(&arguments.device.open()?, &mut states)?;
-        }
-        for scene in &states {
-            let camera = View::camera(&scene.camera, scene, size);
-            let casters = Casters::new(scene);
-            let mut picture = picture(&casters, scene, &camera);
-            if let Some(air) = &air {
-                picture = fog(&casters, &camera, &picture, air, |light, position| casters.arriving(light, position));
-            }
-            sequence.add(picture.to_srgb8())?;
-        }
-        return Ok(ExitCode::SUCCESS);
     }
-    let spec = one_spec(&arguments.technique)?;
-    let lighting = Lighting::of(&spec.settings());
-    let spacing = lines_spacing(arguments, lighting)?;
-    let context = arguments.device.open()?;
-    context.features().require(lighting.requires())?;
-    arguments.vpls.light(&context, &mut states)?;
-    let mut world = World::new(&context, &states[0])?;
-    let mut opened = open(&context, &world, &spec)?;
-    if air.is_some() {
-        answers_in_space(opened.technique.as_ref())?;
-    }
-    let shading = arguments.shading(&spec);
-    let mut renderer = Renderer::new(&context, &world, &View::camera(&states[0].camera, &states[0], size))?;
-    let mut counts = Vec::new();
-    let mut path = "";
-    for (frame, scene) in states.iter().enumerate() {
-        if frame > 0 {
-            world.replace(scene)?;
-        }
-        opened.build(&world)?;
-        path = opened.technique.facts()?.path;
-        renderer.look(&world, &View::camera(&scene.camera, scene, size))?;
-        let answer = opened.technique.answer();
-        if arguments.steps {
-            counts.push(renderer.steps(&answer)?);
-            continue;
-        }
-        let mut picture = match spacing {
-            Some(spacing) => renderer.wireframe(&answer, shading, spacing)?,
-            None if states.len() == 1 => renderer.picture_of(opened.technique.as_ref(), shading, lighting)?,
-            // In a world that moves the frame before is another one.
-            None => {
-                renderer.draw(&renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?)?;
-                renderer.read()?
-            }
+    let lit_by = |text: &String| {
+        let lit_by = if text == REFERENCE { LitBy::Reference } else { LitBy::Technique(one_spec(text)?) };
+        let lighting = match &lit_by {
+            LitBy::Reference => Lighting::Fragment,
+            LitBy::Technique(spec) => Lighting::of(&spec.settings()),
         };
-        if let Some(air) = &air {
-            renderer.fog(&answer, air)?;
-            picture = renderer.read()?;
-        }
-        if let Some(bad) = picture.pixels.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
-            let name = format!("pixel {bad} of picture {frame}");
-            return Err(Error::input(name, "not a number", "report this as a bug, with the scene"));
-        }
-        sequence.add(picture.to_srgb8())?;
+        lines_spacing(arguments, text, lighting)?;
+        Ok(lit_by)
+    };
+    let lit_by: Vec<LitBy> = arguments.techniques.iter().map(lit_by).collect::<Result<_>>()?;
+    // The reference alone needs no device.
+    let needs_device = arguments.vpls.is_given() || lit_by.iter().any(|lit_by| matches!(lit_by, LitBy::Technique(_)));
+    let context = if needs_device { Some(arguments.device.open()?) } else { None };
+    if let Some(context) = &context {
+        arguments.vpls.light(context, &mut states)?;
     }
-    let range = Range::of(&counts);
-    for counts in &counts {
-        sequence.add(Range::paint(range, counts))?;
+    let draw = |lit_by: &LitBy, plain: bool, each: &mut dyn FnMut(Drawn) -> Result<()>| match (lit_by, &context) {
+        (LitBy::Technique(spec), Some(context)) if arguments.steps => {
+            steps::by_technique(arguments, context, spec, &states, each)
+        }
+        (LitBy::Technique(spec), Some(context)) => by_technique(arguments, context, spec, &states, plain, each),
+        _ => by_reference(arguments, &states, plain, each).map(|()| Vec::new()),
+    };
+    if let [lit_by] = &lit_by[..] {
+        let mut sequence = Sequence::new(&arguments.out, states.len() as u32);
+        let said = draw(lit_by, false, &mut |drawn| sequence.add(drawn.size, drawn.rgb8))?;
+        check_messages()?;
+        return said_of(&sequence.names(), &said);
+    }
+    let mut all: Vec<Vec<Drawn>> = Vec::new();
+    let mut said = Vec::new();
+    for lit_by in &lit_by {
+        let mut frames = Vec::new();
+        said.extend(draw(lit_by, true, &mut |drawn| {
+            frames.push(drawn);
+            Ok(())
+        })?);
+        all.push(frames);
     }
     check_messages()?;
-    say(format!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name))?;
-    range.iter().try_for_each(say)?;
+    let reference = lit_by.iter().position(|lit_by| matches!(lit_by, LitBy::Reference));
+    let sequence = in_panels(arguments, &states, &all, reference)?;
+    said_of(&sequence.names(), &said)
+}
+
+/// Says what was written, and by what.
+fn said_of(names: &str, said: &[String]) -> Result<ExitCode> {
+    for (i, line) in said.iter().enumerate() {
+        if i == 0 { say(format!("{names}: {line}"))? } else { say(line)? }
+    }
     Ok(ExitCode::SUCCESS)
 }
 
-/// The spacing of the vertices whose triangles `--wireframe` draws, where it is given.
-fn lines_spacing(arguments: &Arguments, lighting: Lighting) -> Result<Option<f32>> {
-    match lighting {
-        _ if !arguments.wireframe => Ok(None),
-        Lighting::Vertex { spacing } => Ok(Some(spacing)),
-        Lighting::Fragment => Err(Error::input(
-            "--wireframe",
-            format!("--technique {} tessellates nothing", arguments.technique),
-            "name a technique with lighting=vertex, such as avsm:lighting=vertex",
-        )),
+/// One picture a frame of all techniques' frames, with what is known of each below it.
+fn in_panels(
+    arguments: &Arguments,
+    states: &[Scene],
+    all: &[Vec<Drawn>],
+    reference: Option<usize>,
+) -> Result<Sequence> {
+    let size = arguments.size();
+    let mut sequence = Sequence::new(&arguments.out, states.len() as u32);
+    let columns = arguments.columns.unwrap_or_else(|| (1..).find(|c| c * c >= all.len() as u32).unwrap_or(1));
+    for frame in 0..states.len() {
+        let panel = |(i, frames): (usize, &Vec<Drawn>)| {
+            let drawn = &frames[frame];
+            let mut known = Vec::new();
+            known.extend(drawn.frame_ms.map(|ms| format!("{ms:.2} ms")));
+            if let (Some(plain), Some(r)) = (&drawn.plain, reference)
+                && let Some(truth) = all[r][frame].plain.as_ref().filter(|_| r != i)
+            {
+                let error = picture_error(plain, truth);
+                known.push(format!("FLIP {:.4}, RMSE {:.4}", error.flip_mean, error.rmse));
+            }
+            Panel { rgb8: drawn.rgb8.clone(), lines: vec![arguments.techniques[i].clone(), known.join(", ")] }
+        };
+        let mut all_panels: Vec<Panel> = all.iter().enumerate().map(panel).collect();
+        if all_panels.iter().all(|panel| panel.lines[1].is_empty()) {
+            all_panels.iter_mut().for_each(|panel| panel.lines.truncate(1));
+        }
+        let paper = panels(&all_panels, size, columns);
+        sequence.add(paper.size, paper.rgb8)?;
     }
+    Ok(sequence)
 }

@@ -15,7 +15,6 @@ const FRAME_MS: u32 = 80;
 /// One picture, FILE.png; or FILE-00.png, FILE-01.png, … and FILE.gif.
 pub struct Sequence {
     out: PathBuf,
-    size: [u32; 2],
     frames: u32,
     done: u32,
     animation: Option<GifEncoder<Bytes>>,
@@ -38,9 +37,9 @@ impl Write for Bytes {
 }
 
 impl Sequence {
-    /// A sequence of so many pictures of that size.
-    pub fn new(out: &Path, size: [u32; 2], frames: u32) -> Self {
-        Self { out: out.to_path_buf(), size, frames, done: 0, animation: None, gif: Bytes::default() }
+    /// A sequence of so many pictures.
+    pub fn new(out: &Path, frames: u32) -> Self {
+        Self { out: out.to_path_buf(), frames, done: 0, animation: None, gif: Bytes::default() }
     }
 
     /// What is written in all, for people: one file, or the first, the last and the animation.
@@ -56,15 +55,15 @@ impl Sequence {
         self.out.with_extension("gif")
     }
 
-    /// The next picture: rows of three bytes per pixel. It is on the disk when this returns.
+    /// The next picture, of as many pixels as those before: rows of three bytes per pixel. It is on the disk when this returns.
     ///
     /// # Errors
     /// [`Error::Output`] names the file.
-    pub fn add(&mut self, rgb8: Vec<u8>) -> Result<()> {
+    pub fn add(&mut self, size: [u32; 2], rgb8: Vec<u8>) -> Result<()> {
         if self.frames == 1 {
-            return write_png(&self.out, self.size, &rgb8);
+            return write_png(&self.out, size, &rgb8);
         }
-        write_png(&numbered(&self.out, self.done, self.frames), self.size, &rgb8)?;
+        write_png(&numbered(&self.out, self.done, self.frames), size, &rgb8)?;
         self.done += 1;
         let path = self.animation_path();
         let fail = |e: &dyn std::fmt::Display| Error::output(&path, e);
@@ -73,7 +72,7 @@ impl Sequence {
             encoder.set_repeat(Repeat::Infinite).map_err(|e| fail(&e))?;
             self.animation = Some(encoder);
         }
-        let mut image = RgbaImage::new(self.size[0], self.size[1]);
+        let mut image = RgbaImage::new(size[0], size[1]);
         for (pixel, rgb) in image.pixels_mut().zip(rgb8.chunks_exact(3)) {
             *pixel = Rgba([rgb[0], rgb[1], rgb[2], 255]);
         }

@@ -3,6 +3,7 @@
 use super::sequence::Sequence;
 use super::{
     DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, little, load, one_spec, place, say,
+    silhouette,
 };
 use crate::consume::slice;
 use crate::technique::{answers_in_space, open, usual};
@@ -33,6 +34,9 @@ pub struct Arguments {
     /// Pixels per side
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u32).range(1..=8192))]
     size: u32,
+    /// The visibility alone: no silhouette of the casters, no scale
+    #[arg(long)]
+    plain: bool,
     /// The PNG to write
     #[arg(short, long, default_value = "gobo-slice.png")]
     out: PathBuf,
@@ -80,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let mut world = World::new(&context, &states[0])?;
     let mut opened = open(&context, &world, &spec)?;
     let size = [arguments.size; 2];
-    let mut sequence = Sequence::new(&arguments.out, size, frames);
+    let mut sequence = Sequence::new(&arguments.out, frames);
     let mut path = "";
     for frame in 0..frames {
         if frame > 0 && moves {
@@ -96,7 +100,14 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         let sweeps = frames > 1 && !moves;
         let depth = if sweeps { frame as f32 / (frames - 1) as f32 } else { depth };
         let visibility = slice(&context, arguments.map.light, &view, &technique.answer(), depth, size)?;
-        sequence.add(gray(&visibility, size))?;
+        let painted = gray(&visibility, size);
+        if arguments.plain {
+            sequence.add(size, painted)?;
+            continue;
+        }
+        let scene = if moves { &states[frame as usize] } else { &states[0] };
+        let paper = silhouette::shown(scene, &view, depth, arguments.size, painted);
+        sequence.add(paper.size, paper.rgb8)?;
     }
     check_messages()?;
     say(format!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name))?;

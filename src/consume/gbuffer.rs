@@ -3,6 +3,7 @@
 //! reference::twin::gbuffer.
 
 use super::Renderer;
+use super::shown::Smooth;
 use crate::Result;
 use crate::gpu::{Blend, Commands, Constants, Format, Graphics, Image, ImageUse, Kernel, Target, push_struct};
 use crate::scene::View;
@@ -13,7 +14,7 @@ const BLOCK: u32 = 8;
 
 push_struct! {
     /// Twin: CameraPush in glsl/consume/camera_push.glsl.
-    struct CameraPush {
+    pub(super) struct CameraPush {
         origin: [f32; 3],
         scale_x: f32,
         right: [f32; 3],
@@ -39,6 +40,8 @@ pub(super) struct GBuffer {
     pub(super) numbers: Image,
     visible: Kernel<CameraPush>,
     gbuffer: Kernel<CameraPush>,
+    /// Of pictures that are shown.
+    smooth: Option<Smooth>,
 }
 
 impl GBuffer {
@@ -60,7 +63,9 @@ impl GBuffer {
         };
         let visible = Kernel::graphics(context, &state, &[scene], &Constants::new())?;
         let gbuffer = Kernel::compute(context, &shaders::GBUFFER, &[scene, &seen], &Constants::new())?;
-        Ok(Self { numbers, visible, gbuffer })
+        let corners = renderer.shown.as_ref().and_then(|shown| shown.normals.as_ref());
+        let smooth = corners.map(|corners| Smooth::new(renderer, &numbers, corners)).transpose()?;
+        Ok(Self { numbers, visible, gbuffer, smooth })
     }
 
     /// Records both passes.
@@ -68,6 +73,9 @@ impl GBuffer {
         let push = CameraPush::of(&renderer.camera);
         self.visible(commands, renderer, &push);
         self.gbuffer(commands, &push);
+        if let Some(smooth) = &self.smooth {
+            smooth.record(commands, &push);
+        }
     }
 
     fn visible(&self, commands: &mut Commands, renderer: &Renderer, push: &CameraPush) {

@@ -1,25 +1,18 @@
 //! The shaded picture: meshes forward, deferred, in tiles, by a part of the lights or by one per pixel, then casters from far to near. Twin:
 //! reference::truth::picture.
 
-use super::gbuffer::GBuffer;
 use super::half::from_half;
-use super::interleaved::{Interleaved, PartsSeen};
-use super::many_lights::{Asking, ManyLights, Targets, TilesSeen};
-use super::reservoir::Reservoirs;
-use super::sliced::Sliced;
-use super::{Lighting, Shading, Tiled};
-use crate::gpu::{
-    Bindings, Blend, Buffer, Commands, Context, Format, Graphics, Image, ImageUse, Kernel, Memory, Pass, PassTime,
-    Requirement, Shader, Target, Tessellated, push_struct,
-};
-use crate::scene::{Picture, SKY, View, far_to_near};
-use crate::shaders::consume as shaders;
+use super::kernels::{Kernels, Meshes};
+use super::many_lights::ManyLights;
+use super::shown::Shown;
+use super::{Lighting, Shading};
+use crate::gpu::{Bindings, Buffer, Commands, Context, Format, Image, ImageUse, Memory, PassTime};
+use crate::scene::{Picture, View, far_to_near};
 use crate::shaders::set;
 use crate::technique::{Answer, Technique};
 use crate::world::World;
 use crate::{Error, Result};
 use std::cell::RefCell;
-use std::ops::Range;
 use std::rc::Rc;
 
 /// Images and bindings for one scene and size.
@@ -35,43 +28,18 @@ pub struct Renderer {
     pub(super) buffers: Bindings,
     pub(super) distances: Bindings,
     pub(super) color_format: Format,
-    lights: Buffer,
-    light_count: u32,
+    pub(super) lights: Buffer,
+    pub(super) light_count: u32,
     pub(super) camera: View,
     camera_data: Buffer,
     order: Buffer,
     splats: Buffer,
     /// What `shading=tiled` keeps from frame to frame, once it was asked for.
-    tiles: RefCell<Option<Rc<ManyLights>>>,
+    pub(super) tiles: RefCell<Option<Rc<ManyLights>>>,
+    /// What pictures have that a person is shown, and none that is measured.
+    pub(super) shown: Option<Shown>,
     pub(super) triangle_vertices: u32,
     pub(super) caster_count: u32,
-}
-
-push_struct! {
-    /// Twin: SpacingPush in glsl/consume/vertex_lit.tesc.
-    struct SpacingPush { spacing: f32 }
-}
-
-/// What draws a picture, lit by one technique.
-pub struct Kernels {
-    meshes: Meshes,
-    casters: Casters,
-}
-
-/// What draws the meshes.
-enum Meshes {
-    Forward(Kernel),
-    Deferred { gbuffer: GBuffer, deferred: Kernel },
-    Tiled { gbuffer: GBuffer, tiles: Rc<ManyLights>, asking: Asking },
-    Interleaved { gbuffer: GBuffer, interleaved: Interleaved },
-    Reservoir { gbuffer: GBuffer, reservoirs: Reservoirs },
-}
-
-/// What draws the casters.
-enum Casters {
-    Fragment(Kernel),
-    Vertex(Kernel<SpacingPush>, SpacingPush),
-    Sliced(Sliced),
 }
 
 /// The casters in the order in which they are blended.
@@ -94,15 +62,6 @@ fn splat_colors(world: &World) -> Result<Vec<u32>> {
     let splats = scene.gaussians.iter().map(|g| g.color);
     let cells = scene.volumes.iter().flat_map(|v| std::iter::repeat_n(v.placed().color, v.cells().len()));
     Ok(std::iter::once(first).chain(splats.chain(cells).flat_map(|color| color.map(f32::to_bits))).collect())
-}
-
-impl Kernels {
-    /// With `shading=reservoir`, frames are counted from `frame` on, each of which draws other lights, and what was kept is forgotten.
-    pub fn begin_at(&self, frame: u32) {
-        if let Meshes::Reservoir { reservoirs, .. } = &self.meshes {
-            reservoirs.begin_at(frame);
-        }
-    }
 }
 
 impl Renderer {
@@ -157,6 +116,7 @@ impl Renderer {
             order,
             splats,
             tiles: RefCell::default(),
+            shown: None,
             triangle_vertices: 3 * world.triangle_count(),
             caster_count: world.caster_count(),
         })
@@ -178,6 +138,9 @@ impl Renderer {
         self.order.write(&blended(world, camera)?)?;
         self.splats.write(&splat_colors(world)?)?;
         (self.camera, self.caster_count) = (*camera, world.caster_count());
+        if let Some(shown) = &mut self.shown {
+            shown.look(world)?;
+        }
         Ok(())
     }
 
@@ -258,67 +221,6 @@ impl Renderer {
         }
     }
 
-    /// What `shading=tiled` left on the device with the last frame; none where no such kernels were made.
-    ///
-    /// # Errors
-    /// [`Error::Gpu`] where it cannot be read back.
-    pub fn tiles_seen(&self) -> Result<Option<TilesSeen>> {
-        self.tiles.borrow().as_ref().map(|tiles| tiles.seen()).transpose()
-    }
-
-    /// Bytes that `shading=tiled` has between G-buffer and picture; none where no such kernels were made.
-    pub fn tiles_bytes(&self) -> Option<u64> {
-        self.tiles.borrow().as_ref().map(|tiles| tiles.bytes())
-    }
-
-    /// Bytes that `shading=interleaved` or `shading=reservoir` has between G-buffer and picture; none where the kernels are others.
-    pub fn estimates_bytes(&self, kernels: &Kernels) -> Option<u64> {
-        match &kernels.meshes {
-            Meshes::Interleaved { interleaved, .. } => Some(interleaved.gather.estimates.bytes()),
-            Meshes::Reservoir { reservoirs, .. } => Some(reservoirs.bytes()),
-            _ => None,
-        }
-    }
-
-    /// What `shading=interleaved` or `shading=reservoir` left on the device with the last frame of these kernels; none where they are
-    /// others.
-    ///
-    /// # Errors
-    /// [`Error::Gpu`] where it cannot be read back.
-    pub fn parts_seen(&self, kernels: &Kernels) -> Result<Option<PartsSeen>> {
-        let (gbuffer, estimates, reservoirs) = match &kernels.meshes {
-            Meshes::Interleaved { gbuffer, interleaved } => (gbuffer, &interleaved.gather.estimates, Vec::new()),
-            Meshes::Reservoir { gbuffer, reservoirs } => (gbuffer, &reservoirs.gather.estimates, reservoirs.kept()?),
-            _ => return Ok(None),
-        };
-        Ok(Some(PartsSeen {
-            reservoirs,
-            numbers: gbuffer.numbers.read()?,
-            estimates: estimates.read(estimates.bytes() as usize / 12)?,
-            albedo: self.albedo.read()?,
-            normal: self.normal.read()?,
-            z: self.distance.read()?,
-        }))
-    }
-
-    /// Draws the picture and, over each caster, the sides of the triangles that it is made of; what is nearer hides them.
-    ///
-    /// # Errors
-    /// [`Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::picture`].
-    pub fn wireframe(&self, answer: &Answer, shading: Shading, spacing: f32) -> Result<Picture> {
-        self.context.features().require(&[Requirement::Tessellation, Requirement::Lines])?;
-        let kernels = self.kernels(answer, shading, Lighting::Vertex { spacing })?;
-        let filled = self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?;
-        let lines = self.tessellated(answer, &shaders::WIREFRAME_FRAG, true)?;
-        self.frame(&kernels, |commands| {
-            commands.pass("consume.wireframe", |pass| {
-                let both = (0..self.caster_count).flat_map(|i| [(&filled, i..i + 1), (&lines, i..i + 1)]);
-                self.patches(pass, &SpacingPush { spacing }, both);
-            });
-        })?;
-        self.read()
-    }
-
     /// The picture that was drawn last.
     ///
     /// # Errors
@@ -343,191 +245,11 @@ impl Renderer {
         &self.color
     }
 
-    fn sky(&self) -> Option<[f32; 4]> {
-        Some([SKY[0], SKY[1], SKY[2], 1.0])
-    }
-
-    fn meshes(&self, commands: &mut Commands, kernels: &Kernels) -> Result<()> {
-        match &kernels.meshes {
-            Meshes::Forward(forward) => self.forward(commands, forward),
-            Meshes::Deferred { gbuffer, deferred } => {
-                gbuffer.record(commands, self);
-                self.deferred(commands, deferred);
-            }
-            Meshes::Tiled { gbuffer, tiles, asking } => {
-                let push = tiles.begin(&self.camera)?;
-                gbuffer.record(commands, self);
-                tiles.record(commands, asking, &push);
-            }
-            Meshes::Interleaved { gbuffer, interleaved } => {
-                gbuffer.record(commands, self);
-                interleaved.record(commands, &self.camera);
-            }
-            Meshes::Reservoir { gbuffer, reservoirs } => {
-                reservoirs.begin()?;
-                gbuffer.record(commands, self);
-                reservoirs.record(commands, &self.camera);
-            }
-        }
-        Ok(())
-    }
-
-    fn casters(&self, commands: &mut Commands, kernels: &Kernels) {
-        match &kernels.casters {
-            Casters::Fragment(kernel) => self.caster(commands, kernel),
-            Casters::Vertex(kernel, push) => self.vertex_lit(commands, kernel, push),
-            Casters::Sliced(sliced) => sliced.record(commands, self),
-        }
-    }
-
-    fn forward(&self, commands: &mut Commands, kernel: &Kernel) {
-        commands.pass("consume.forward", |pass| {
-            let colors = [
-                Target { image: &self.color, clear: self.sky() },
-                Target { image: &self.distance, clear: Some([self.camera.far; 4]) },
-            ];
-            let depth = Target { image: &self.depth, clear: Some([1.0; 4]) };
-            pass.render(self.color.size(), &colors, Some(depth), |draw| {
-                draw.draw(kernel, &(), self.triangle_vertices, 1);
-            });
-        });
-    }
-
-    fn deferred(&self, commands: &mut Commands, kernel: &Kernel) {
-        commands.pass("consume.deferred", |pass| {
-            let colors = [Target { image: &self.color, clear: self.sky() }];
-            pass.render(self.color.size(), &colors, None, |draw| draw.draw(kernel, &(), 3, 1));
-        });
-    }
-
-    fn caster(&self, commands: &mut Commands, kernel: &Kernel) {
-        commands.pass("consume.caster", |pass| {
-            let colors = [Target { image: &self.color, clear: None }];
-            pass.render(self.color.size(), &colors, None, |draw| draw.draw(kernel, &(), 6 * self.caster_count, 1));
-        });
-    }
-
-    fn vertex_lit(&self, commands: &mut Commands, kernel: &Kernel<SpacingPush>, push: &SpacingPush) {
-        commands.pass("consume.vertex_lit", |pass| self.patches(pass, push, [(kernel, 0..self.caster_count)]));
-    }
-
-    /// Draws casters as patches, with each kernel those of a range from far to near.
-    fn patches<'k>(
-        &self,
-        pass: &mut Pass,
-        push: &SpacingPush,
-        draws: impl IntoIterator<Item = (&'k Kernel<SpacingPush>, Range<u32>)>,
-    ) {
-        let colors = [Target { image: &self.color, clear: None }];
-        pass.render(self.color.size(), &colors, None, |draw| {
-            for (kernel, casters) in draws {
-                draw.draw_patches(kernel, push, casters);
-            }
-        });
-    }
-
-    /// What draws casters as patches, lit at the vertices, or as lines.
-    fn tessellated(&self, answer: &Answer, fragment: &Shader, lines: bool) -> Result<Kernel<SpacingPush>> {
-        let colors = [(self.color_format, Blend::Over)];
-        let state = Graphics { vertex: &shaders::VERTEX_LIT_VERT, fragment, colors: &colors, depth: None };
-        let evaluation = shaders::VERTEX_LIT_TESE.of(answer.folder);
-        let stages = Tessellated { control: &shaders::VERTEX_LIT_TESC, evaluation, lines };
-        let sets = [&self.scene, answer.bindings, &self.distances];
-        Kernel::tessellated(&self.context, &state, &stages, &sets, answer.constants)
-    }
-
-    /// What draws the picture, lit by `answer`.
-    ///
-    /// # Errors
-    /// [`Error::Refused`] where the device lacks what `lighting` needs or room for tiles, [`Error::Input`] where there are
-    /// more lights than a tile has room for, [`Error::Gpu`] where the driver rejects a shader.
-    pub fn kernels(&self, answer: &Answer, shading: Shading, lighting: Lighting) -> Result<Kernels> {
-        self.context.features().require(lighting.requires())?;
-        let make = |vertex, fragment, colors: &[(Format, Blend)], depth, sets: &[&Bindings]| {
-            let state = Graphics { vertex, fragment, colors, depth };
-            Kernel::graphics(&self.context, &state, sets, answer.constants)
-        };
-        let (scene, asked) = (&self.scene, answer.bindings);
-        let color = (self.color_format, Blend::None);
-        let distance = (Format::R32_SFLOAT, Blend::None);
-        let depth = Some(Format::D32_SFLOAT);
-        let surface = &shaders::SURFACE_VERT;
-        let forward = shaders::FORWARD_FRAG.of(answer.folder);
-        let deferred = shaders::DEFERRED_FRAG.of(answer.folder);
-        let lit = [scene, asked, &self.buffers];
-        let gbuffer = || GBuffer::new(self);
-        Ok(Kernels {
-            meshes: match shading {
-                Shading::Forward => {
-                    Meshes::Forward(make(surface, forward, &[color, distance], depth, &[scene, asked])?)
-                }
-                Shading::Deferred => Meshes::Deferred {
-                    gbuffer: gbuffer()?,
-                    deferred: make(&shaders::FULLSCREEN_VERT, deferred, &[color], None, &lit)?,
-                },
-                Shading::Tiled(tiled) => {
-                    let tiles = self.tiles(tiled)?;
-                    Meshes::Tiled { gbuffer: gbuffer()?, asking: tiles.asking(answer)?, tiles }
-                }
-                Shading::Interleaved => {
-                    Meshes::Interleaved { gbuffer: gbuffer()?, interleaved: Interleaved::new(self, answer)? }
-                }
-                Shading::Reservoir => {
-                    Meshes::Reservoir { gbuffer: gbuffer()?, reservoirs: Reservoirs::new(self, answer)? }
-                }
-            },
-            casters: match lighting {
-                Lighting::Fragment => {
-                    let sets = [scene, asked, &self.distances];
-                    let fragment = shaders::CASTER_FRAG.of(answer.folder);
-                    let over = [(self.color_format, Blend::Over)];
-                    Casters::Fragment(make(&shaders::CASTER_VERT, fragment, &over, None, &sets)?)
-                }
-                Lighting::Vertex { spacing } => Casters::Vertex(
-                    self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?,
-                    SpacingPush { spacing },
-                ),
-            },
-        })
-    }
-
-    /// What draws the picture, lit by a technique after a build, or painted by it.
-    ///
-    /// # Errors
-    /// As [`Renderer::kernels`]; [`Error::Refused`] where a technique paints casters that are to be lit at their vertices.
-    pub fn kernels_of(&self, technique: &dyn Technique, shading: Shading, lighting: Lighting) -> Result<Kernels> {
-        let Some(painter) = technique.painter() else { return self.kernels(&technique.answer(), shading, lighting) };
-        if lighting != Lighting::Fragment {
-            return Err(Error::Refused { needs: "lighting=fragment: it paints casters itself".into() });
-        }
-        let kernels = self.kernels(&technique.answer(), shading, lighting)?;
-        Ok(Kernels { casters: Casters::Sliced(Sliced::new(self, &technique.answer(), painter)?), ..kernels })
-    }
-
     /// Draws the picture as [`Renderer::picture`] does, lit by a technique after a build, or painted by it.
     ///
     /// # Errors
     /// As [`Renderer::kernels_of`] and [`Renderer::draw`].
     pub fn picture_of(&self, technique: &dyn Technique, shading: Shading, lighting: Lighting) -> Result<Picture> {
         self.settled(&self.kernels_of(technique, shading, lighting)?, shading)
-    }
-
-    /// Those of the last kernels, or new ones where they were of another kind.
-    fn tiles(&self, tiled: Tiled) -> Result<Rc<ManyLights>> {
-        let mut kept = self.tiles.borrow_mut();
-        if let Some(tiles) = kept.as_ref().filter(|tiles| tiles.tiled == tiled) {
-            return Ok(tiles.clone());
-        }
-        let targets = Targets {
-            context: &self.context,
-            lights: &self.lights,
-            light_count: self.light_count,
-            gbuffer: &self.buffers,
-            color: &self.color,
-            color_format: self.color_format,
-        };
-        let tiles = Rc::new(ManyLights::new(&targets, tiled)?);
-        *kept = Some(tiles.clone());
-        Ok(tiles)
     }
 }

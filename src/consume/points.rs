@@ -19,6 +19,8 @@ pub enum Colours {
         /// The speed of the last colour.
         fastest: f32,
     },
+    /// Nothing: each is as white as smoke, so that only light and shadow are seen.
+    Light,
     /// How many cover a pixel.
     Density {
         /// Over a pixel that is coloured densely.
@@ -26,7 +28,30 @@ pub enum Colours {
     },
 }
 
+/// Colours by speed, from slow to fast, linear RGB. Twin: RAMP in glsl/consume/points.frag.
+const RAMP: [[f32; 3]; 4] = [[0.02, 0.10, 0.45], [0.03, 0.55, 0.65], [0.95, 0.80, 0.25], [1.0, 0.22, 0.06]];
+
+/// Twins: THIN, THICK in glsl/consume/density.frag.
+const DENSITIES: [[f32; 3]; 2] = [[0.04, 0.22, 0.50], [0.93, 0.98, 1.0]];
+
+fn mixed(from: [f32; 3], to: [f32; 3], share: f32) -> [f32; 3] {
+    [0, 1, 2].map(|i| from[i] + share * (to[i] - from[i]))
+}
+
 impl Colours {
+    /// The colour of a speed, or of so many particles over a pixel, linear RGB; none where colours say nothing.
+    pub fn of(self, number: f32) -> Option<[f32; 3]> {
+        match self {
+            Self::Speed { fastest } => {
+                let at = 3.0 * (number / fastest).clamp(0.0, 1.0);
+                let first = (at as usize).min(2);
+                Some(mixed(RAMP[first], RAMP[first + 1], at - first as f32))
+            }
+            Self::Light => None,
+            Self::Density { many } => Some(mixed(DENSITIES[0], DENSITIES[1], 1.0 - (-number / many).exp())),
+        }
+    }
+
     /// Colours by the speeds that a fountain knows.
     pub fn speed(fountain: &Fountain) -> Self {
         Self::Speed { fastest: fountain.law().fastest }
@@ -76,7 +101,8 @@ impl Renderer {
         let sets = [&self.scene, answer.bindings, &set];
         let vertex = &shaders::POINTS_VERT;
         let way = match colours {
-            Colours::Speed { fastest } => {
+            Colours::Speed { .. } | Colours::Light => {
+                let fastest = if let Colours::Speed { fastest } = colours { fastest } else { 0.0 };
                 let colors = [(self.color_format, Blend::None)];
                 let fragment = shaders::POINTS_FRAG.of(answer.folder);
                 let state = Graphics { vertex, fragment, colors: &colors, depth: Some(Format::D32_SFLOAT) };

@@ -2,6 +2,7 @@
 
 use crate::measure::{FOOTPRINTS, Results, Row};
 use crate::report::colours::COLOURS;
+use crate::report::curve::{TEXT, TITLE};
 use crate::report::pareto::scenes;
 use crate::report::series::{range_with_air, ticks};
 use crate::report::wording::{Specs, one_line, shortened};
@@ -39,7 +40,7 @@ fn draw(svg: &mut String, panels: &[(String, Vec<&Row>)], specs: &Specs) -> Resu
         let errors_axis = (range.0..range.1).log_scale().with_key_points(labelled);
         let (area, legend) = area.split_horizontally(WIDTH * 6 / 10);
         let mut chart = ChartBuilder::on(&area)
-            .caption(format!("{scene}: error against what squares see"), ("sans-serif", 16))
+            .caption(format!("{scene}: error against what squares see"), ("sans-serif", TITLE))
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(60)
@@ -51,7 +52,7 @@ fn draw(svg: &mut String, panels: &[(String, Vec<&Row>)], specs: &Specs) -> Resu
             .y_desc("root mean square")
             .x_label_formatter(&|x| if *x < 1.0 { format!("1/{:.0}", 1.0 / x) } else { format!("{x:.0}") })
             .y_label_formatter(&|y| y.to_string())
-            .label_style(("sans-serif", 13))
+            .label_style(("sans-serif", TEXT))
             .draw()?;
         for (i, row) in rows.iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
@@ -64,7 +65,7 @@ fn draw(svg: &mut String, panels: &[(String, Vec<&Row>)], specs: &Specs) -> Resu
             legend.draw(&PathElement::new([(8, y), (30, y)], colour.stroke_width(2)))?;
             legend.draw(&Circle::new((19, y), 4, dot))?;
             let name = shortened(&specs.compact(row), 56);
-            legend.draw(&Text::new(name, (38, y - 6), ("sans-serif", 13)))?;
+            legend.draw(&Text::new(name, (38, y - 8), ("sans-serif", TEXT)))?;
         }
     }
     root.present()?;

@@ -13,6 +13,7 @@ pub use files::animation::Animation;
 pub use files::data_file::DATA_ENDINGS;
 #[cfg(feature = "program")]
 pub use files::load::{BUILT_IN, known};
+pub use model::backdrop::Backdrop;
 pub use model::caster::Caster;
 pub use model::field::{Field, MOST_BLOCKS};
 #[cfg(feature = "program")]
@@ -31,7 +32,9 @@ pub use model::picture::{Picture, SKY};
 #[cfg(feature = "program")]
 pub(crate) use model::random::Random;
 pub use model::resolution::{Moved, Resolution};
+pub use model::show::Show;
 pub use model::sides::{Side, sides};
+pub use model::smooth::smooth_normals;
 pub use model::time::check_time;
 pub use model::view::{FARTHEST, Projection, Ray, View};
 pub use model::volume::{MOST_CELLS, Placed, Volume};

@@ -31,7 +31,7 @@ const FILES: [(&str, &str); 6] = [
 ];
 
 /// Commands that need a scene, and are only spoken of where there is none.
-const OF_A_SCENE: [&str; 5] = ["render", "slice", "curve", "map", "bake"];
+const OF_A_SCENE: [&str; 6] = ["render", "slice", "curve", "map", "bake", "voxels"];
 
 /// Every so many-th command is run in the usual loop.
 const STRIDE: usize = 13;

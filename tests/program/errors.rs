@@ -284,6 +284,7 @@ fn help_says_what_there_is() {
         "curve",
         "map",
         "bake",
+        "voxels",
         "stress",
         "glsl",
         "devices",

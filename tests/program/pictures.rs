@@ -85,7 +85,7 @@ fn render_fills_fog() {
     let folder = folder();
     let render = |name: &str, scene: &str, more: &[&str]| {
         let out = folder.path().join(name);
-        let base = ["render", scene, "--width", "64", "--height", "36", "--validation", "--out", text(&out)];
+        let base = ["render", scene, "--plain", "--width", "64", "--height", "36", "--validation", "--out", text(&out)];
         ok(&[&base, more].concat());
         out
     };
@@ -126,8 +126,8 @@ fn render_draws_lines() {
     let scene = small_scene(folder.path());
     let render = |name: &str, more: &[&str]| {
         let out = folder.path().join(name);
-        let base = ["render", text(&scene), "--width", "160", "--height", "90", "--validation", "--out", text(&out)];
-        ok(&[&base, more].concat());
+        let size = ["--width", "160", "--height", "90", "--validation", "--out", text(&out)];
+        ok(&[&["render", text(&scene), "--plain"][..], &size, more].concat());
         pixels(&bytes(&out))
     };
     let fragment = render("fragment.png", &["--technique", "avsm:size=32"]);
@@ -153,7 +153,7 @@ fn slice_paints_a_sweep() {
     let folder = folder();
     let scene = small_scene(folder.path());
     let out = folder.path().join("sweep.png");
-    let size = ["--size", "40", "--technique", "avsm:size=40", "--validation"];
+    let size = ["--size", "40", "--technique", "avsm:size=40", "--plain", "--validation"];
     ok(&[&["slice", text(&scene), "--frames", "4", "--out", text(&out)][..], &size].concat());
     let frames: Vec<_> = (0..4).map(|i| folder.path().join(format!("sweep-{i}.png"))).collect();
     let mean = |path: &Path| {
@@ -191,7 +191,7 @@ fn slices_and_curves_know_psm() {
     let paint = |path: &str| {
         let out = folder.path().join(format!("{path}.png"));
         let technique = format!("psm:path={path},size=40,slices=32,storage=rgba16f");
-        let more = ["--size", "40", "--depth", "0.7", "--technique", &technique, "--validation"];
+        let more = ["--size", "40", "--depth", "0.7", "--technique", &technique, "--plain", "--validation"];
         ok(&[&["slice", text(&scene), "--out", text(&out)][..], &more].concat());
         pixels(&bytes(&out))
     };

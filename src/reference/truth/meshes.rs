@@ -19,6 +19,8 @@ pub struct Hit {
     pub closed: bool,
     /// The mesh's albedo.
     pub albedo: [f32; 3],
+    /// The number of its triangle, in the order of the meshes.
+    pub triangle: usize,
 }
 
 /// A triangle of a mesh.
@@ -27,6 +29,7 @@ pub(super) struct Triangle {
     albedo: [f32; 3],
     /// [`Side::sign`](crate::scene::Side::sign): 0 where nothing is inside.
     pub side: i32,
+    number: usize,
     node: usize,
 }
 
@@ -89,10 +92,12 @@ impl Meshes {
                     corners: t.map(|i| corner(m, i)),
                     albedo: m.albedo,
                     side: side.sign(),
+                    number: 0,
                     node: 0,
                 })
             })
             .collect();
+        triangles.iter_mut().enumerate().for_each(|(number, triangle)| triangle.number = number);
         let closed = triangles.iter().any(|t| t.side != 0);
         let extent = triangles.iter().flat_map(|t| t.corners).fold(0.0, |e: f64, c| e.max(c.abs().max_element()));
         let corners = || triangles.iter().flat_map(|t| t.corners);
@@ -108,11 +113,22 @@ impl Meshes {
         for (triangle, distance) in self.hits(&way) {
             if nearest.is_none_or(|n| distance < n.distance) {
                 let (normal, closed) = (triangle.normal(), triangle.side != 0);
-                nearest = Some(Hit { distance, normal, closed, albedo: triangle.albedo });
+                nearest = Some(Hit { distance, normal, closed, albedo: triangle.albedo, triangle: triangle.number });
                 way.end.set(distance);
             }
         }
         nearest
+    }
+
+    /// The normal at a point of a triangle whose corners have these, on the side of [`Hit::normal`]; that where they have none.
+    /// Twin: glsl/consume/smooth.comp.
+    pub fn smooth_normal(&self, position: DVec3, hit: &Hit, corners: &[[f32; 3]; 3]) -> DVec3 {
+        let to = self.triangles[hit.triangle].corners.map(|corner| corner - position);
+        let across = (to[1] - to[0]).cross(to[2] - to[0]);
+        let share = |i: usize| to[(i + 1) % 3].cross(to[(i + 2) % 3]).dot(across).max(0.0);
+        let mixed: DVec3 = (0..3).map(|i| share(i) * DVec3::from(corners[i].map(f64::from))).sum();
+        let side = mixed.dot(hit.normal);
+        if side == 0.0 { hit.normal } else { (mixed * side.signum()).normalize() }
     }
 
     /// Whether nothing stands within `distance` (in lengths of `direction`).

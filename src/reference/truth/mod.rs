@@ -1,5 +1,6 @@
 //! The truth: how much of each light reaches each point, in f64, and what techniques are measured against.
 
+mod backdrop;
 mod bounce;
 mod boundary;
 mod casters;
@@ -11,18 +12,21 @@ mod meshes;
 mod picture;
 mod points;
 mod shaft;
+mod shown;
 mod surface;
 mod true_curve;
 mod tube;
 mod volume;
 
+pub use backdrop::{ground_faded, sky_color};
 pub use bounce::{Bounce, bounce};
 pub use casters::Casters;
 pub use fog::fog;
 pub use limit::{LIMIT_TEXELS, limit_mean_abs, limit_steps};
 pub use meshes::{Hit, Meshes};
 pub(super) use picture::{camera_rays, lift, light, lit_surface};
-pub use picture::{picture, picture_tries};
+pub use picture::{picture, picture_tries, shown_picture};
 pub use points::{MAP_DEPTHS, MapTruth, bounds, map_truths, points_outside, points_within, sample_maps, space_points};
+pub use shown::{developed, filmic};
 pub use surface::{SurfacePoint, surface_points};
 pub use true_curve::TrueCurve;

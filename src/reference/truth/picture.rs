@@ -1,9 +1,12 @@
 //! The shaded picture, lit by the truth. Twin: glsl/consume/ with glsl/consume/shading.glsl.
 
+use super::backdrop::{ground_faded, sky_color};
 use super::casters::{Casters, optical_depth, overlap};
 use super::grid::Grid;
 use super::meshes::Hit;
-use crate::scene::{Caster, LightKind, Picture, REACH, Ray, SKY, Scene, Shape, View, far_to_near};
+use crate::scene::{
+    Backdrop, Caster, LightKind, Picture, REACH, Ray, SKY, Scene, Shape, View, far_to_near, smooth_normals,
+};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -27,6 +30,27 @@ pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
     };
     let surface = |position, hit: &Hit| lit_surface(casters, scene, position, hit);
     camera_rays(casters, scene, camera, &far_to_near(scene, camera), caster, surface)
+}
+
+/// As [`picture`], with what a person is shown: smooth normals, and a sky into which the ground fades. Twin:
+/// consume::Renderer::show.
+pub fn shown_picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
+    let caster = |_, index: u32, position| {
+        let lifted = |towards| lift(&casters.all[index as usize], towards);
+        light(casters, scene, position, lifted, |_| 1.0)
+    };
+    let normals: Vec<_> = scene.meshes.iter().flat_map(smooth_normals).collect();
+    let backdrop = Backdrop::of(scene);
+    let surface = |position: DVec3, hit: &Hit| {
+        let normal = casters.meshes.smooth_normal(position, hit, &normals[hit.triangle]);
+        let share = ground_faded(&backdrop, position);
+        let towards = position - DVec3::from(camera.origin.map(f64::from));
+        let lit =
+            if share < 1.0 { lit_surface(casters, scene, position, &Hit { normal, ..*hit }) } else { DVec3::ZERO };
+        lit.lerp(sky_color(&backdrop, towards.normalize()), share)
+    };
+    let sky = |direction: DVec3| sky_color(&backdrop, direction.normalize());
+    rays(casters, scene, camera, &far_to_near(scene, camera), caster, surface, sky)
 }
 
 /// How many casters [`picture`] would try against rays to the lights, meshes included, by a coarse picture of the same view and
@@ -57,6 +81,19 @@ pub(in crate::reference) fn camera_rays(
     light: impl Fn(DVec2, u32, DVec3) -> DVec3 + Sync,
     surface: impl Fn(DVec3, &Hit) -> DVec3 + Sync,
 ) -> Picture {
+    rays(casters, scene, camera, order, light, surface, |_| DVec3::from(SKY.map(f64::from)))
+}
+
+/// With a sky, by the direction of the ray that sees it.
+fn rays(
+    casters: &Casters,
+    scene: &Scene,
+    camera: &View,
+    order: &[u32],
+    light: impl Fn(DVec2, u32, DVec3) -> DVec3 + Sync,
+    surface: impl Fn(DVec3, &Hit) -> DVec3 + Sync,
+    sky: impl Fn(DVec3) -> DVec3 + Sync,
+) -> Picture {
     let cells =
         View { width: camera.width.div_ceil(CELL_PIXELS), height: camera.height.div_ceil(CELL_PIXELS), ..*camera };
     let grid = Grid::new(&cells, &casters.all, order);
@@ -67,10 +104,27 @@ pub(in crate::reference) fn camera_rays(
         .map(|i| {
             let at = DVec2::new(f64::from(i % camera.width) + 0.5, f64::from(i / camera.width) + 0.5);
             let light = |index, position| light(at, index, position);
-            pixel(casters, scene, camera, &camera.ray(at), grid.at(at * share), light, &surface).as_vec3().into()
+            let ray = camera.ray(at);
+            let behind = meshes(casters, camera, &ray, &surface, &sky);
+            pixel(casters, scene, camera, &ray, grid.at(at * share), light, behind).as_vec3().into()
         })
         .collect();
     Picture { width: camera.width, height: camera.height, pixels }
+}
+
+/// What a ray sees behind all casters, and how far away.
+fn meshes(
+    casters: &Casters,
+    camera: &View,
+    ray: &Ray,
+    surface: impl Fn(DVec3, &Hit) -> DVec3,
+    sky: impl Fn(DVec3) -> DVec3,
+) -> (DVec3, f64) {
+    let far = f64::from(camera.far);
+    match casters.meshes.hit(ray.origin, ray.direction).filter(|hit| hit.distance < far) {
+        Some(hit) => (surface(ray.at(hit.distance), &hit), hit.distance),
+        None => (sky(ray.direction), far),
+    }
 }
 
 fn pixel(
@@ -80,16 +134,8 @@ fn pixel(
     ray: &Ray,
     candidates: &[u32],
     light: impl Fn(u32, DVec3) -> DVec3,
-    surface: impl Fn(DVec3, &Hit) -> DVec3,
+    (mut color, farthest): (DVec3, f64),
 ) -> DVec3 {
-    let mut color = DVec3::from(SKY.map(f64::from));
-    let mut farthest = f64::from(camera.far);
-    if let Some(hit) = casters.meshes.hit(ray.origin, ray.direction)
-        && hit.distance < farthest
-    {
-        farthest = hit.distance;
-        color = surface(ray.at(hit.distance), &hit);
-    }
     for &i in candidates {
         let caster = &casters.all[i as usize];
         let Some((entry, exit)) = overlap(ray, caster) else { continue };

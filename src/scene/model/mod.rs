@@ -1,5 +1,6 @@
 //! What casts, lights, camera, and in which order casters are drawn.
 
+pub(super) mod backdrop;
 pub(super) mod caster;
 pub(super) mod field;
 #[cfg(feature = "program")]
@@ -17,7 +18,9 @@ pub(super) mod picture;
 #[cfg(feature = "program")]
 pub(super) mod random;
 pub(super) mod resolution;
+pub(super) mod show;
 pub(super) mod sides;
+pub(super) mod smooth;
 pub(super) mod time;
 pub(super) mod view;
 pub(super) mod volume;

@@ -1,4 +1,8 @@
-//! Pictures of the documentation, made again by the command that stands beside them.
+//! Pictures of the documentation, made again by the command that stands beside them. All of them are written anew by
+//!
+//!     GOBO_WRITE_PICTURES=1 cargo test --release --test compare figures
+//!
+//! With `GOBO_WRITE_PICTURES=fog,hair.png` those whose names begin so.
 
 use super::plot::Plot;
 use super::rgb8;
@@ -11,7 +15,7 @@ use std::path::{Path, PathBuf};
 struct Figure(&'static str, &'static str, &'static str, u32);
 
 /// The quick ones first.
-const FIGURES: [Figure; 43] = [
+const FIGURES: [Figure; 53] = [
     Figure("curve.svg", "docs/notebook/avsm.md", "gobo curve plume_8k", 0),
     Figure("three-emitters-slice.png", "docs/results.md", "gobo slice three-emitters", 0),
     Figure(
@@ -95,21 +99,30 @@ const FIGURES: [Figure; 43] = [
     Figure("failures-avsm.png", "docs/notebook/failures.md", "gobo render failures --technique avsm", 0),
     Figure("failures-marched.png", "docs/notebook/failures.md", "gobo render failures --technique marched", 0),
     Figure("failures-reference.png", "docs/notebook/failures.md", "gobo render failures --technique reference", 0),
+    Figure("indirect-cornell.png", "docs/notebook/ism.md", "gobo render cornell --vpls 256", 0),
+    Figure("indirect-courtyard.png", "docs/notebook/ism.md", "gobo render courtyard --vpls 256", 0),
+    Figure("many-lights.png", "docs/notebook/many-lights.md", "gobo render courtyard --columns", 0),
+    Figure(
+        "plume-stochastic-stratified.png",
+        "docs/notebook/stochastic.md",
+        "gobo render plume_8k --technique stochastic:samples=16,sampling=stratified",
+        0,
+    ),
+    Figure(
+        "plume-stochastic-hash.png",
+        "docs/notebook/stochastic.md",
+        "gobo render plume_8k --technique stochastic:samples=16,sampling=hash",
+        0,
+    ),
+    Figure("fountain-colour.png", "docs/guide/gallery.md", "gobo render fountain:particles=300000", 0),
+    Figure("voxels.png", "docs/guide/gallery.md", "gobo voxels town", 0),
+    Figure("tree.png", "docs/guide/gallery.md", "gobo voxels houses", 0),
+    Figure("panels.png", "docs/guide/gallery.md", "gobo render three-emitters --width", 0),
+    Figure("town.png", "docs/guide/gallery.md", "gobo render town", 0),
 ];
 
-/// Those that no one command of a page makes: put together from pictures of several, made by examples/embed, or by a command that
-/// differs from another figure's by a word.
-const PUT_TOGETHER: [&str; 9] = [
-    "devices.png",
-    "embed.png",
-    "hair-levels.png",
-    "indirect-cornell.png",
-    "indirect-courtyard.png",
-    "many-lights.png",
-    "plume-stochastic-hash.png",
-    "plume-stochastic-stratified.png",
-    "report.png",
-];
+/// Those that no one command of a page makes: put together from pictures of several, or made by examples/embed.
+const PUT_TOGETHER: [&str; 4] = ["devices.png", "embed.png", "hair-levels.png", "report.png"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -195,6 +208,23 @@ fn same_pictures(picture: &str, (shown, made): (&Path, &Path), from: u32) {
     assert!(mean < 0.5 && far < 0.01, "{picture}: {mean} of 255 in the mean, {} % by more than 8", 100.0 * far);
 }
 
+/// Writes pictures in the place of those that there are; of one that shows two, both.
+fn write(names: &str, folder: &Path) {
+    let wanted = |figure: &&Figure| names == "1" || names.split(',').any(|name| figure.0.starts_with(name));
+    for figure in FIGURES.iter().filter(wanted) {
+        let Some(out) = made(figure, folder) else { continue };
+        let place = root().join("results/pictures").join(figure.0);
+        if figure.0 != "ism-map.png" {
+            std::fs::copy(&out, &place).unwrap_or_else(|e| panic!("{}: {e}", figure.0));
+            println!("{} is written", figure.0);
+            continue;
+        }
+        let mut both = image::open(&place).expect("two pictures").to_rgb8();
+        image::imageops::replace(&mut both, &image::open(&out).expect("one").to_rgb8(), figure.3.into(), 0);
+        both.save(&place).expect("written");
+    }
+}
+
 /// Each shows what its command makes.
 #[test]
 fn figures_are_what_their_commands_make() {
@@ -205,6 +235,9 @@ fn figures_are_what_their_commands_make() {
     }
     log("exercised", NAME, &device);
     let folder = folder();
+    if let Some(names) = std::env::var_os("GOBO_WRITE_PICTURES") {
+        return write(&names.into_string().expect("names"), folder.path());
+    }
     for figure in some(&FIGURES, 3) {
         let Some(out) = made(figure, folder.path()) else { continue };
         let shown = root().join("results/pictures").join(figure.0);

@@ -4,6 +4,7 @@ mod curve;
 mod figures;
 mod map;
 mod plot;
+mod shown;
 mod slice;
 mod steps;
 mod wireframe;

@@ -57,7 +57,8 @@ fn slices_are_the_truth() {
             let map = scene.first_map(light) + place;
             let (size, light_text) = (SIZE.to_string(), light.to_string());
             let technique = format!("uncompressed:size={size}");
-            let mut slice = vec!["slice", name, "--technique", &technique, "--size", &size, "--light", &light_text];
+            let mut slice =
+                vec!["slice", name, "--plain", "--technique", &technique, "--size", &size, "--light", &light_text];
             slice.extend(face.into_iter().flat_map(|face| ["--face", face]));
             let (one, sweep) = (folder.path().join("one.png"), folder.path().join("sweep.png"));
             ok(&[&slice[..], &["--depth", "0.62", "--out", text(&one)]].concat());

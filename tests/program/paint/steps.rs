@@ -36,7 +36,7 @@ fn colours_are_counts() {
         let out = folder.path().join("steps.png");
         let [width, height] = SIZE.map(|side| side.to_string());
         let size = ["--width", &width, "--height", &height, "--out", text(&out)];
-        let said = ok(&[&["render", "town", "--technique", text_of, "--steps"][..], &size].concat());
+        let said = ok(&[&["render", "town", "--technique", text_of, "--steps", "--plain"][..], &size].concat());
         let printed = said.lines().last().expect("the range").split_once(": ").expect("numbers").1;
         let numbers: Vec<f64> = printed.split(' ').filter_map(|word| word.parse().ok()).collect();
         let [least, most, mean] = numbers[..] else { panic!("{said}") };

@@ -24,7 +24,7 @@ fn lines_are_where_triangles_meet() {
     let file = write_scene(folder.path(), "three", &rows.map(|row| row.map(|v: f64| v.to_string()).join(" ")));
     let out = folder.path().join("lines.png");
     let [width, height] = SIZE.map(|side| side.to_string());
-    let technique = ["--technique", "avsm:path=binned,size=32,lighting=vertex", "--wireframe"];
+    let technique = ["--plain", "--technique", "avsm:path=binned,size=32,lighting=vertex", "--wireframe"];
     let size = ["--width", &width, "--height", &height, "--out", text(&out)];
     ok(&[&["render", text(&file)][..], &technique, &size].concat());
 

@@ -1,0 +1,182 @@
+//! Pictures of a scene as `gobo render` shows them, frame by frame.
+
+use super::one_spec;
+use super::render::Arguments;
+use crate::consume::{Kernels, Lighting, Pictures, Renderer, Shading};
+use crate::gpu::{Context, PassTime};
+use crate::reference::truth::{Casters, developed, fog, picture, shown_picture};
+use crate::scene::{Fog, Picture, Scene, View};
+use crate::technique::{Opened, Spec, answers_in_space, open};
+use crate::world::World;
+use crate::{Error, Result};
+
+/// Frames of which the median is a frame's time.
+const TIMED: usize = 9;
+
+/// A frame.
+pub(super) struct Drawn {
+    /// Pixels.
+    pub size: [u32; 2],
+    /// What is shown: three bytes a pixel, rows from the top.
+    pub rgb8: Vec<u8>,
+    /// What is measured, where it was asked for.
+    pub plain: Option<Picture>,
+    /// The device's time for a build and a plain picture, where it was asked for and the device has timestamps.
+    pub frame_ms: Option<f64>,
+}
+
+impl Drawn {
+    /// A picture that is as it is shown.
+    pub(super) fn of(picture: &Picture) -> Self {
+        Self::of_bytes([picture.width, picture.height], picture.to_srgb8())
+    }
+
+    /// Bytes as they are written.
+    pub(super) fn of_bytes(size: [u32; 2], rgb8: Vec<u8>) -> Self {
+        Self { size, rgb8, plain: None, frame_ms: None }
+    }
+}
+
+/// Draws each state by the f64 reference.
+pub(super) fn by_reference(
+    arguments: &Arguments,
+    states: &[Scene],
+    plain: bool,
+    each: &mut dyn FnMut(Drawn) -> Result<()>,
+) -> Result<()> {
+    let (show, air, size) = (arguments.show()?, arguments.air()?, arguments.size());
+    let with_air = |casters: &Casters, camera: &View, picture: Picture, air: &Option<Fog>| match air {
+        Some(air) => fog(casters, camera, &picture, air, |light, position| casters.arriving(light, position)),
+        None => picture,
+    };
+    for scene in states {
+        let casters = Casters::new(scene);
+        let measured = || {
+            let camera = View::camera(&scene.camera, scene, size);
+            with_air(&casters, &camera, picture(&casters, scene, &camera), &air)
+        };
+        let mut drawn = match &show {
+            None => Drawn::of(&measured()),
+            Some(show) => {
+                let camera = View::camera(&scene.camera, scene, show.sampled(size));
+                let samples = with_air(&casters, &camera, shown_picture(&casters, scene, &camera), &air);
+                Drawn::of(&developed(&samples, show))
+            }
+        };
+        drawn.plain = plain.then(measured);
+        each(drawn)?;
+    }
+    Ok(())
+}
+
+/// Draws each state, lit by a technique. Returns what is to be said of it.
+pub(super) fn by_technique(
+    arguments: &Arguments,
+    context: &Context,
+    spec: &Spec,
+    states: &[Scene],
+    plain: bool,
+    each: &mut dyn FnMut(Drawn) -> Result<()>,
+) -> Result<Vec<String>> {
+    let lighting = Lighting::of(&spec.settings());
+    context.features().require(lighting.requires())?;
+    let (show, air, size) = (arguments.show()?, arguments.air()?, arguments.size());
+    let mut world = World::new(context, &states[0])?;
+    let mut opened = open(context, &world, spec)?;
+    if air.is_some() {
+        answers_in_space(opened.technique.as_ref())?;
+    }
+    let draws = Draws { spacing: arguments.wireframe.then_some(lighting), air, still: states.len() == 1 };
+    let shading = arguments.shading(spec);
+    let mut shown = Pictures::new(context, &world, &states[0], size, show)?;
+    let mut measured = match plain || arguments.timed {
+        true => Some(Pictures::new(context, &world, &states[0], size, None)?),
+        false => None,
+    };
+    let mut path = "";
+    for (frame, scene) in states.iter().enumerate() {
+        if frame > 0 {
+            world.replace(scene)?;
+        }
+        opened.build(&world)?;
+        path = opened.technique.facts()?.path;
+        shown.look(&world, scene)?;
+        let picture = draws.picture(&shown, &opened, shading, lighting)?;
+        if let Some(bad) = picture.pixels.iter().position(|p| p.iter().any(|c| !c.is_finite())) {
+            let name = format!("pixel {bad} of picture {frame}");
+            return Err(Error::input(name, "not a number", "report this as a bug, with the scene"));
+        }
+        let mut drawn = Drawn::of(&picture);
+        if let Some(measured) = &mut measured {
+            measured.look(&world, scene)?;
+            drawn.plain = plain.then(|| draws.picture(measured, &opened, shading, lighting)).transpose()?;
+            if arguments.timed {
+                drawn.frame_ms = frame_ms(&mut opened, &world, &measured.renderer, shading, lighting)?;
+            }
+        }
+        each(drawn)?;
+    }
+    Ok(vec![format!("{spec} on {}, path {path}", context.features().name)])
+}
+
+/// How a frame is drawn.
+struct Draws {
+    /// How far apart the vertices are whose triangles are drawn.
+    spacing: Option<Lighting>,
+    air: Option<Fog>,
+    /// In a world that moves the frame before is another one.
+    still: bool,
+}
+
+impl Draws {
+    fn picture(&self, pictures: &Pictures, opened: &Opened, shading: Shading, lighting: Lighting) -> Result<Picture> {
+        let (renderer, technique) = (&pictures.renderer, opened.technique.as_ref());
+        let answer = technique.answer();
+        match self.spacing {
+            Some(Lighting::Vertex { spacing }) => drop(renderer.wireframe(&answer, shading, spacing)?),
+            _ if self.still => drop(renderer.picture_of(technique, shading, lighting)?),
+            _ => drop(renderer.draw(&renderer.kernels_of(technique, shading, lighting)?)?),
+        }
+        if let Some(air) = &self.air {
+            renderer.fog(&answer, air)?;
+        }
+        pictures.read()
+    }
+}
+
+/// The median of some frames: a build of all and the picture.
+fn frame_ms(
+    opened: &mut Opened,
+    world: &World,
+    renderer: &Renderer,
+    shading: Shading,
+    lighting: Lighting,
+) -> Result<Option<f64>> {
+    let kernels: Kernels = renderer.kernels_of(opened.technique.as_ref(), shading, lighting)?;
+    let mut frames_ms = Vec::new();
+    for _ in 0..TIMED {
+        let Some(build_ns) = opened.rebuild(world)?.device_ns else { return Ok(None) };
+        let passes: Vec<PassTime> = renderer.draw(&kernels)?;
+        let draw_ns = passes.iter().map(|pass| pass.end_ns).fold(0.0, f64::max);
+        frames_ms.push(1e-6 * (build_ns + draw_ns));
+    }
+    frames_ms.sort_by(f64::total_cmp);
+    Ok(Some(frames_ms[TIMED / 2]))
+}
+
+/// Whether `--wireframe` has triangles to draw.
+pub(super) fn lines_spacing(arguments: &Arguments, technique: &str, lighting: Lighting) -> Result<()> {
+    match lighting {
+        Lighting::Fragment if arguments.wireframe => Err(Error::input(
+            "--wireframe",
+            format!("--technique {technique} tessellates nothing"),
+            "name a technique with lighting=vertex, such as avsm:lighting=vertex",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// The spec of the only technique.
+pub(super) fn spec_alone(arguments: &Arguments, what: &str) -> Result<Spec> {
+    one_spec(arguments.alone(what)?)
+}

@@ -1,0 +1,151 @@
+//! What draws a picture, by how meshes are shaded and where casters are lit.
+
+use super::gbuffer::GBuffer;
+use super::interleaved::Interleaved;
+use super::many_lights::{Asking, ManyLights, Targets};
+use super::reservoir::Reservoirs;
+use super::sliced::Sliced;
+use super::{Lighting, Renderer, Shading, Tiled};
+use crate::gpu::{Bindings, Blend, Format, Graphics, Kernel, Shader, Tessellated, push_struct};
+use crate::shaders::consume as shaders;
+use crate::technique::{Answer, Technique};
+use crate::{Error, Result};
+use std::rc::Rc;
+
+push_struct! {
+    /// Twin: SpacingPush in glsl/consume/vertex_lit.tesc.
+    pub(super) struct SpacingPush { spacing: f32 }
+}
+
+/// What draws a picture, lit by one technique.
+pub struct Kernels {
+    pub(super) meshes: Meshes,
+    pub(super) casters: Casters,
+}
+
+/// What draws the meshes.
+pub(super) enum Meshes {
+    Forward(Kernel),
+    Deferred { gbuffer: GBuffer, deferred: Kernel },
+    Tiled { gbuffer: GBuffer, tiles: Rc<ManyLights>, asking: Asking },
+    Interleaved { gbuffer: GBuffer, interleaved: Interleaved },
+    Reservoir { gbuffer: GBuffer, reservoirs: Reservoirs },
+}
+
+/// What draws the casters.
+pub(super) enum Casters {
+    Fragment(Kernel),
+    Vertex(Kernel<SpacingPush>, SpacingPush),
+    Sliced(Sliced),
+}
+
+impl Kernels {
+    /// With `shading=reservoir`, frames are counted from `frame` on, each of which draws other lights, and what was kept is forgotten.
+    pub fn begin_at(&self, frame: u32) {
+        if let Meshes::Reservoir { reservoirs, .. } = &self.meshes {
+            reservoirs.begin_at(frame);
+        }
+    }
+}
+
+impl Renderer {
+    /// What draws casters as patches, lit at the vertices, or as lines.
+    pub(super) fn tessellated(&self, answer: &Answer, fragment: &Shader, lines: bool) -> Result<Kernel<SpacingPush>> {
+        let colors = [(self.color_format, Blend::Over)];
+        let state = Graphics { vertex: &shaders::VERTEX_LIT_VERT, fragment, colors: &colors, depth: None };
+        let evaluation = shaders::VERTEX_LIT_TESE.of(answer.folder);
+        let stages = Tessellated { control: &shaders::VERTEX_LIT_TESC, evaluation, lines };
+        let sets = [&self.scene, answer.bindings, &self.distances];
+        Kernel::tessellated(&self.context, &state, &stages, &sets, answer.constants)
+    }
+
+    /// What draws the picture, lit by `answer`.
+    ///
+    /// # Errors
+    /// [`Error::Refused`] where the device lacks what `lighting` needs or room for tiles, [`Error::Input`] where there are
+    /// more lights than a tile has room for, [`Error::Gpu`] where the driver rejects a shader.
+    pub fn kernels(&self, answer: &Answer, shading: Shading, lighting: Lighting) -> Result<Kernels> {
+        self.context.features().require(lighting.requires())?;
+        let make = |vertex, fragment, colors: &[(Format, Blend)], depth, sets: &[&Bindings]| {
+            let state = Graphics { vertex, fragment, colors, depth };
+            Kernel::graphics(&self.context, &state, sets, answer.constants)
+        };
+        let (scene, asked) = (&self.scene, answer.bindings);
+        let color = (self.color_format, Blend::None);
+        let distance = (Format::R32_SFLOAT, Blend::None);
+        let depth = Some(Format::D32_SFLOAT);
+        let surface = &shaders::SURFACE_VERT;
+        let forward = shaders::FORWARD_FRAG.of(answer.folder);
+        let deferred = shaders::DEFERRED_FRAG.of(answer.folder);
+        let lit = [scene, asked, &self.buffers];
+        let gbuffer = || GBuffer::new(self);
+        let is_round = self.shown.as_ref().is_some_and(|shown| shown.normals.is_some());
+        // Smooth normals are put into the G-buffer; else both draw the same.
+        let shading = if is_round && shading == Shading::Forward { Shading::Deferred } else { shading };
+        Ok(Kernels {
+            meshes: match shading {
+                Shading::Forward => {
+                    Meshes::Forward(make(surface, forward, &[color, distance], depth, &[scene, asked])?)
+                }
+                Shading::Deferred => Meshes::Deferred {
+                    gbuffer: gbuffer()?,
+                    deferred: make(&shaders::FULLSCREEN_VERT, deferred, &[color], None, &lit)?,
+                },
+                Shading::Tiled(tiled) => {
+                    let tiles = self.tiles(tiled)?;
+                    Meshes::Tiled { gbuffer: gbuffer()?, asking: tiles.asking(answer)?, tiles }
+                }
+                Shading::Interleaved => {
+                    Meshes::Interleaved { gbuffer: gbuffer()?, interleaved: Interleaved::new(self, answer)? }
+                }
+                Shading::Reservoir => {
+                    Meshes::Reservoir { gbuffer: gbuffer()?, reservoirs: Reservoirs::new(self, answer)? }
+                }
+            },
+            casters: match lighting {
+                Lighting::Fragment => {
+                    let sets = [scene, asked, &self.distances];
+                    let fragment = shaders::CASTER_FRAG.of(answer.folder);
+                    let over = [(self.color_format, Blend::Over)];
+                    Casters::Fragment(make(&shaders::CASTER_VERT, fragment, &over, None, &sets)?)
+                }
+                Lighting::Vertex { spacing } => Casters::Vertex(
+                    self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?,
+                    SpacingPush { spacing },
+                ),
+            },
+        })
+    }
+
+    /// What draws the picture, lit by a technique after a build, or painted by it.
+    ///
+    /// # Errors
+    /// As [`Renderer::kernels`]; [`Error::Refused`] where a technique paints casters that are to be lit at their vertices.
+    pub fn kernels_of(&self, technique: &dyn Technique, shading: Shading, lighting: Lighting) -> Result<Kernels> {
+        let Some(painter) = technique.painter() else { return self.kernels(&technique.answer(), shading, lighting) };
+        if lighting != Lighting::Fragment {
+            return Err(Error::Refused { needs: "lighting=fragment: it paints casters itself".into() });
+        }
+        let kernels = self.kernels(&technique.answer(), shading, lighting)?;
+        Ok(Kernels { casters: Casters::Sliced(Sliced::new(self, &technique.answer(), painter)?), ..kernels })
+    }
+
+    /// Those of the last kernels, or new ones where they were of another kind.
+    pub(super) fn tiles(&self, tiled: Tiled) -> Result<Rc<ManyLights>> {
+        let mut kept = self.tiles.borrow_mut();
+        if let Some(tiles) = kept.as_ref().filter(|tiles| tiles.tiled == tiled) {
+            return Ok(tiles.clone());
+        }
+        let targets = Targets {
+            context: &self.context,
+            lights: &self.lights,
+            light_count: self.light_count,
+            gbuffer: &self.buffers,
+            color: &self.color,
+            color_format: self.color_format,
+        };
+        let tiles = Rc::new(ManyLights::new(&targets, tiled)?);
+        *kept = Some(tiles.clone());
+        Ok(tiles)
+    }
+}

@@ -1,0 +1,120 @@
+//! The passes of a picture: meshes, what stands behind them, casters.
+
+use super::kernels::{Casters, Kernels, Meshes, SpacingPush};
+use super::{Lighting, Renderer, Shading};
+use crate::Result;
+use crate::gpu::{Commands, Kernel, Pass, Requirement, Target};
+use crate::scene::{Picture, SKY};
+use crate::shaders::consume as shaders;
+use crate::technique::Answer;
+use std::ops::Range;
+
+/// Casters whose triangles are outlined, at most.
+const OUTLINED: u32 = 60;
+
+impl Renderer {
+    /// Draws the picture and, over some casters, the sides of the triangles that they are made of; what is nearer hides them. Of
+    /// many casters only so many have sides that lines do not hide lines.
+    ///
+    /// # Errors
+    /// [`crate::Error::Refused`] where the device lacks tessellation or lines, else as [`Renderer::picture`].
+    pub fn wireframe(&self, answer: &Answer, shading: Shading, spacing: f32) -> Result<Picture> {
+        self.context.features().require(&[Requirement::Tessellation, Requirement::Lines])?;
+        let kernels = self.kernels(answer, shading, Lighting::Vertex { spacing })?;
+        let filled = self.tessellated(answer, &shaders::VERTEX_LIT_FRAG, false)?;
+        let lines = self.tessellated(answer, &shaders::WIREFRAME_FRAG, true)?;
+        self.frame(&kernels, |commands| {
+            commands.pass("consume.wireframe", |pass| {
+                let step = self.caster_count.div_ceil(OUTLINED).max(1);
+                let outlined = |i: u32| (i % step == step / 2).then_some((&lines, i..i + 1));
+                let both = (0..self.caster_count).flat_map(|i| std::iter::once((&filled, i..i + 1)).chain(outlined(i)));
+                self.patches(pass, &SpacingPush { spacing }, both);
+            });
+        })?;
+        self.read()
+    }
+
+    pub(super) fn meshes(&self, commands: &mut Commands, kernels: &Kernels) -> Result<()> {
+        match &kernels.meshes {
+            Meshes::Forward(forward) => self.forward(commands, forward),
+            Meshes::Deferred { gbuffer, deferred } => {
+                gbuffer.record(commands, self);
+                self.deferred(commands, deferred);
+            }
+            Meshes::Tiled { gbuffer, tiles, asking } => {
+                let push = tiles.begin(&self.camera)?;
+                gbuffer.record(commands, self);
+                tiles.record(commands, asking, &push);
+            }
+            Meshes::Interleaved { gbuffer, interleaved } => {
+                gbuffer.record(commands, self);
+                interleaved.record(commands, &self.camera);
+            }
+            Meshes::Reservoir { gbuffer, reservoirs } => {
+                reservoirs.begin()?;
+                gbuffer.record(commands, self);
+                reservoirs.record(commands, &self.camera);
+            }
+        }
+        self.backdrop(commands);
+        Ok(())
+    }
+
+    pub(super) fn casters(&self, commands: &mut Commands, kernels: &Kernels) {
+        match &kernels.casters {
+            Casters::Fragment(kernel) => self.caster(commands, kernel),
+            Casters::Vertex(kernel, push) => self.vertex_lit(commands, kernel, push),
+            Casters::Sliced(sliced) => sliced.record(commands, self),
+        }
+    }
+
+    pub(super) fn forward(&self, commands: &mut Commands, kernel: &Kernel) {
+        commands.pass("consume.forward", |pass| {
+            let colors = [
+                Target { image: &self.color, clear: self.sky() },
+                Target { image: &self.distance, clear: Some([self.camera.far; 4]) },
+            ];
+            let depth = Target { image: &self.depth, clear: Some([1.0; 4]) };
+            pass.render(self.color.size(), &colors, Some(depth), |draw| {
+                draw.draw(kernel, &(), self.triangle_vertices, 1);
+            });
+        });
+    }
+
+    pub(super) fn deferred(&self, commands: &mut Commands, kernel: &Kernel) {
+        commands.pass("consume.deferred", |pass| {
+            let colors = [Target { image: &self.color, clear: self.sky() }];
+            pass.render(self.color.size(), &colors, None, |draw| draw.draw(kernel, &(), 3, 1));
+        });
+    }
+
+    pub(super) fn caster(&self, commands: &mut Commands, kernel: &Kernel) {
+        commands.pass("consume.caster", |pass| {
+            let colors = [Target { image: &self.color, clear: None }];
+            pass.render(self.color.size(), &colors, None, |draw| draw.draw(kernel, &(), 6 * self.caster_count, 1));
+        });
+    }
+
+    pub(super) fn vertex_lit(&self, commands: &mut Commands, kernel: &Kernel<SpacingPush>, push: &SpacingPush) {
+        commands.pass("consume.vertex_lit", |pass| self.patches(pass, push, [(kernel, 0..self.caster_count)]));
+    }
+
+    /// Draws casters as patches, with each kernel those of a range from far to near.
+    pub(super) fn patches<'k>(
+        &self,
+        pass: &mut Pass,
+        push: &SpacingPush,
+        draws: impl IntoIterator<Item = (&'k Kernel<SpacingPush>, Range<u32>)>,
+    ) {
+        let colors = [Target { image: &self.color, clear: None }];
+        pass.render(self.color.size(), &colors, None, |draw| {
+            for (kernel, casters) in draws {
+                draw.draw_patches(kernel, push, casters);
+            }
+        });
+    }
+
+    pub(super) fn sky(&self) -> Option<[f32; 4]> {
+        Some([SKY[0], SKY[1], SKY[2], 1.0])
+    }
+}

@@ -1,0 +1,57 @@
+//! Pictures of a scene as a person is shown them, or as they are measured: one way for every program that has either.
+
+use super::{Developed, Renderer};
+use crate::gpu::Context;
+use crate::scene::{Picture, Scene, Show, View};
+use crate::world::World;
+use crate::{Error, Result};
+
+/// What draws a world by [`Pictures::renderer`], and reads what is to be seen.
+pub struct Pictures {
+    /// Draws all samples.
+    pub renderer: Renderer,
+    size: [u32; 2],
+    developed: Option<(Show, Developed)>,
+}
+
+impl Pictures {
+    /// For pictures of that size, of a scene that fills the world; without `show` as they are measured.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where the device has no images of so many samples, else as [`Renderer::new`] and [`Renderer::show`].
+    pub fn new(context: &Context, world: &World, scene: &Scene, size: [u32; 2], show: Option<Show>) -> Result<Self> {
+        let sampled = show.map_or(size, |show| show.sampled(size));
+        let most = context.features().max_image_dimension_2d;
+        if show.is_some() && sampled.iter().any(|side| *side > most) && size.iter().all(|side| *side <= most) {
+            let cause = format!("a picture of {} × {} samples, of at most {most} a side", sampled[0], sampled[1]);
+            return Err(Error::input("--samples", cause, "take fewer samples, or a smaller picture"));
+        }
+        let mut renderer = Renderer::new(context, world, &View::camera(&scene.camera, scene, sampled))?;
+        let Some(show) = show else { return Ok(Self { renderer, size, developed: None }) };
+        renderer.show(world)?;
+        let developed = Some((show, Developed::new(&renderer, &show)?));
+        Ok(Self { renderer, size, developed })
+    }
+
+    /// Sees the world as it is now, by the camera of `scene`.
+    ///
+    /// # Errors
+    /// As [`Renderer::look`].
+    pub fn look(&mut self, world: &World, scene: &Scene) -> Result<()> {
+        let sampled = self.developed.as_ref().map_or(self.size, |(show, _)| show.sampled(self.size));
+        self.renderer.look(world, &View::camera(&scene.camera, scene, sampled))
+    }
+
+    /// What makes the picture that is shown of what was drawn; none where it is measured.
+    pub fn developed(&self) -> Option<&Developed> {
+        self.developed.as_ref().map(|(_, developed)| developed)
+    }
+
+    /// The picture that was drawn last.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device is lost.
+    pub fn read(&self) -> Result<Picture> {
+        self.developed().map_or_else(|| self.renderer.read(), Developed::picture)
+    }
+}

@@ -1,0 +1,52 @@
+//! What passes left on the device, for whoever holds it against its twin.
+
+use super::Renderer;
+use super::interleaved::PartsSeen;
+use super::kernels::{Kernels, Meshes};
+use super::many_lights::TilesSeen;
+use crate::Result;
+
+impl Renderer {
+    /// What `shading=tiled` left on the device with the last frame; none where no such kernels were made.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where it cannot be read back.
+    pub fn tiles_seen(&self) -> Result<Option<TilesSeen>> {
+        self.tiles.borrow().as_ref().map(|tiles| tiles.seen()).transpose()
+    }
+
+    /// Bytes that `shading=tiled` has between G-buffer and picture; none where no such kernels were made.
+    pub fn tiles_bytes(&self) -> Option<u64> {
+        self.tiles.borrow().as_ref().map(|tiles| tiles.bytes())
+    }
+
+    /// Bytes that `shading=interleaved` or `shading=reservoir` has between G-buffer and picture; none where the kernels are others.
+    pub fn estimates_bytes(&self, kernels: &Kernels) -> Option<u64> {
+        match &kernels.meshes {
+            Meshes::Interleaved { interleaved, .. } => Some(interleaved.gather.estimates.bytes()),
+            Meshes::Reservoir { reservoirs, .. } => Some(reservoirs.bytes()),
+            _ => None,
+        }
+    }
+
+    /// What `shading=interleaved` or `shading=reservoir` left on the device with the last frame of these kernels; none where they are
+    /// others.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where it cannot be read back.
+    pub fn parts_seen(&self, kernels: &Kernels) -> Result<Option<PartsSeen>> {
+        let (gbuffer, estimates, reservoirs) = match &kernels.meshes {
+            Meshes::Interleaved { gbuffer, interleaved } => (gbuffer, &interleaved.gather.estimates, Vec::new()),
+            Meshes::Reservoir { gbuffer, reservoirs } => (gbuffer, &reservoirs.gather.estimates, reservoirs.kept()?),
+            _ => return Ok(None),
+        };
+        Ok(Some(PartsSeen {
+            reservoirs,
+            numbers: gbuffer.numbers.read()?,
+            estimates: estimates.read(estimates.bytes() as usize / 12)?,
+            albedo: self.albedo.read()?,
+            normal: self.normal.read()?,
+            z: self.distance.read()?,
+        }))
+    }
+}

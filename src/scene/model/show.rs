@@ -1,0 +1,58 @@
+//! How a picture is shown to a person, whatever it shows. What is measured knows none of it.
+
+use crate::{Error, Result};
+
+/// Samples of a pixel that there may be, and how they lie in it: columns, then rows.
+const SAMPLES: [(u32, [u32; 2]); 4] = [(1, [1, 1]), (4, [2, 2]), (8, [4, 2]), (16, [4, 4])];
+
+/// What is made of samples to show them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Show {
+    /// Columns and rows of a pixel's samples, all of which weigh the same.
+    pub grid: [u32; 2],
+    /// How much brighter, in powers of two.
+    pub stops: f32,
+}
+
+impl Show {
+    /// With 1, 4, 8 or 16 samples a pixel.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for another number of them, or stops that are not from −20 to 20.
+    pub fn new(samples: u32, stops: f32) -> Result<Self> {
+        let Some((_, grid)) = SAMPLES.into_iter().find(|(count, _)| *count == samples) else {
+            return Err(Error::input(
+                format!("{samples} samples"),
+                "pixels are not divided so",
+                "choose 1, 4, 8 or 16",
+            ));
+        };
+        if !(-20.0..=20.0).contains(&stops) {
+            let way_out = "choose a number from -20 to 20";
+            return Err(Error::input(format!("an exposure of {stops} stops"), "nothing would be seen", way_out));
+        }
+        Ok(Self { grid, stops })
+    }
+
+    /// Pixels of the picture of all samples.
+    pub fn sampled(&self, size: [u32; 2]) -> [u32; 2] {
+        [0, 1].map(|i| size[i] * self.grid[i])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_are_as_many_as_asked_for() {
+        for samples in [1, 4, 8, 16] {
+            let grid = Show::new(samples, 0.0).expect("a grid").grid;
+            assert_eq!(grid[0] * grid[1], samples);
+        }
+        for samples in [0, 2, 3, 32] {
+            assert!(Show::new(samples, 0.0).is_err());
+        }
+        assert!(Show::new(4, f32::NAN).is_err() && Show::new(4, 21.0).is_err() && Show::new(4, -1.5).is_ok());
+    }
+}
