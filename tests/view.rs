@@ -148,7 +148,7 @@ fn pictures_stand_side_by_side() {
 fn it_goes_on_for_long() {
     let Some(screen) = screen("it_goes_on_for_long") else { return };
     let folder = folder();
-    let script = "set show wipe\nset runs on\nframes 40\norbit 0.2 0.1\nset runs off\nset time 2\nscreenshot first.png\nreport\nset runs on\n\
+    let script = "set panel off\nresize 64 48\nset show wipe\nset runs on\nframes 40\norbit 0.2 0.1\nset runs off\nset time 2\nscreenshot first.png\nreport\nset runs on\n\
                   frames 260\nset runs off\nset time 2\nscreenshot last.png\nreport\nquit\n";
     let specs = ["--technique", "avsm:size=32", "--against", "psm:size=32,slices=16"];
     let small = ["--width", "64", "--height", "48", "--validation"];

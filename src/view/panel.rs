@@ -212,7 +212,8 @@ fn number(ui: &mut Ui, key: &Key, value: &mut String, (low, high): (u32, u32), s
     if let Some(dragged) = ui.data(|data| data.get_temp(id)) {
         number = dragged;
     }
-    let drag = DragValue::new(&mut number).range(low..=high).speed(f64::from(step).max(f64::from(number) / 64.0));
+    let speed = f64::from(step).max(f64::from(number) / 64.0);
+    let drag = DragValue::new(&mut number).range(low..=high).speed(speed);
     let response = ui.add(drag.update_while_editing(false));
     if response.dragged() {
         ui.data_mut(|data| data.insert_temp(id, number));

@@ -138,7 +138,7 @@ impl View {
 
     fn frame_of(&mut self, open: &mut Open) -> Result<()> {
         let start = Instant::now();
-        let seconds = if self.script.is_some() { FRAME_S } else { (start - self.last).as_secs_f64() };
+        let seconds = if self.script.is_some() { FRAME_S } else { (start - self.last).as_secs_f64().min(0.1) };
         self.last = start;
         if self.state.runs {
             self.state.time_s += seconds;
@@ -164,7 +164,7 @@ impl View {
                 Ok(()) => self.good = self.state.clone(),
                 Err(error @ Error::Input { .. }) => {
                     self.tell(error.to_string());
-                    self.state = self.good.clone();
+                    self.state = State { runs: false, ..self.good.clone() };
                 }
                 Err(error) => return Err(error),
             }
@@ -385,6 +385,12 @@ impl View {
         }
     }
 
+    /// Whether the pointer is not over the panel.
+    fn is_over_picture(&self, open: &Open) -> bool {
+        let window: [u32; 2] = open.window.inner_size().into();
+        self.pointer[0] < f64::from(self.picture(window, open.window.scale_factor())[0])
+    }
+
     /// What the mouse does to the camera.
     fn mouse(&mut self, [x, y]: [f64; 2], open: &Open) {
         let (right, down) = (x - self.pointer[0], y - self.pointer[1]);
@@ -444,13 +450,14 @@ impl ApplicationHandler for View {
                 self.wants = true;
             }
             WindowEvent::MouseInput { state, button, .. } => {
-                self.dragged = (state == ElementState::Pressed && !taken.consumed).then_some(button);
+                let is_ours = state == ElementState::Pressed && self.is_over_picture(&open);
+                self.dragged = is_ours.then_some(button);
             }
             WindowEvent::CursorMoved { position, .. } => {
                 self.mouse([position.x, position.y], &open);
                 self.wants |= self.dragged.is_some();
             }
-            WindowEvent::MouseWheel { delta, .. } if !taken.consumed => {
+            WindowEvent::MouseWheel { delta, .. } if self.is_over_picture(&open) => {
                 let lines = match delta {
                     MouseScrollDelta::LineDelta(_, y) => f64::from(y),
                     MouseScrollDelta::PixelDelta(pixels) => pixels.y / 40.0,

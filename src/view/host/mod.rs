@@ -214,7 +214,7 @@ impl Host {
         }
         if !ui.textures.free.is_empty() {
             self.device.wait();
-            for id in ui.textures.free {
+            for id in ui.textures.free.drain() {
                 self.ui
                     .as_mut()
                     .map_or(Ok(()), |panel| panel.free_texture(id))

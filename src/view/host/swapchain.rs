@@ -108,11 +108,6 @@ impl Swapchain {
         Ok(Some(chain))
     }
 
-    /// Whether the bytes of a pixel begin with blue.
-    pub fn is_blue_first(&self) -> bool {
-        self.format == vk::Format::B8G8R8A8_UNORM
-    }
-
     /// The next image to draw to; `acquired` is signalled once that may begin.
     pub fn acquire(&self, acquired: vk::Semaphore) -> Result<Turn<usize>> {
         // SAFETY: the semaphore is of this device, and nothing waits for it.
