@@ -91,7 +91,7 @@ fn what_is_seen_is_what_the_command_makes() {
         "key w",
         "set time 4",
         "set a.path fused",
-        "set a voxel-grid:size=32",
+        "set a voxel-grid:size=64",
         "key f6",
         "set a avsm:size=32\nkey f5",
         "set depth 0.3",

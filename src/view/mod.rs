@@ -69,10 +69,13 @@ pub fn open(options: Options, state: State) -> Result<()> {
 }
 
 fn no_display(cause: impl ToString) -> Error {
+    let cause = cause.to_string().replace('\n', " ");
+    // Where winit says it from is nobody's business.
+    let said = cause.split_once(".rs:").and_then(|(_, line)| line.split_once(": ")).map_or(&*cause, |(_, said)| said);
     Error::Gpu {
         operation: "open",
         name: "a window".into(),
-        cause: cause.to_string().replace('\n', " "),
+        cause: said.trim_end_matches('.').into(),
         way_out: "run it where there is a display, or under xvfb-run".into(),
     }
 }

@@ -149,6 +149,14 @@ impl State {
         (self.eye, self.target, self.direction, self.extinction) = (None, None, None, 1.0);
     }
 
+    /// The scene of `good`, as that has it, and no time that runs: this one's cannot be.
+    pub fn go_back_to(&mut self, good: &Self) {
+        self.choose(&good.scene);
+        (self.lights, self.time_s, self.runs) = (good.lights, good.time_s, false);
+        (self.eye, self.target) = (good.eye, good.target);
+        (self.direction, self.extinction) = (good.direction, good.extinction);
+    }
+
     /// Sets what `key` names: `scene`, `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `depth`, `eye`, `target`,
     /// `direction`, `extinction`, `time`, `runs`, `panel`.
     ///

@@ -164,7 +164,7 @@ impl View {
                 Ok(()) => self.good = self.state.clone(),
                 Err(error @ Error::Input { .. }) => {
                     self.tell(error.to_string());
-                    self.state = State { runs: false, ..self.good.clone() };
+                    self.state.go_back_to(&self.good);
                 }
                 Err(error) => return Err(error),
             }
@@ -200,7 +200,7 @@ impl View {
             Err(error) if open.stage.is_none() || is_lost(&error) => return Err(error),
             Err(error) => {
                 self.tell(error.to_string());
-                self.state = self.good.clone();
+                self.state.go_back_to(&self.good);
             }
         }
         Ok(())
