@@ -172,7 +172,7 @@ fn what_goes_wrong_is_a_line() {
     let folder = folder();
     std::fs::write(folder.path().join("broken.toml"), "particles = 3\n").expect("written");
     let script = "screenshot a.png\nresize 0 0\nframes 3\nresize 200 120\nscreenshot b.png\ndrop broken.toml\nscreenshot c.png\n\
-                  set a ism\nframes 3\nset a avsm:size=32\nset direction 0,0,0\nframes 2\nscreenshot d.png\ndrop houses\n\
+                  set a ism\nframes 3\nset a avsm:size=32\nset direction 0,0,0\nframes 2\nscreenshot d.png\ndrop shafts\n\
                   screenshot e.png\nset direction 0,0,1\nframes 2\nscreenshot f.png\nquit\n";
     let output =
         view(&screen, folder.path(), &[&["plume_8k", "--technique", "avsm:size=32"], &SMALL[..]].concat(), script);

@@ -306,7 +306,7 @@ fn help_says_what_there_is() {
 #[test]
 fn a_scene_that_is_otherwise() {
     for command in ["render", "slice"] {
-        fails(&[command, "houses", "--direction", "0,0,-1"], &["houses", "none of its lights has a direction"]);
+        fails(&[command, "shafts", "--direction", "0,0,-1"], &["shafts", "none of its lights has a direction"]);
         fails(&[command, "plume_8k", "--direction", "0,0,0"], &["plume_8k", "of no length"]);
         fails(&[command, "plume_8k", "--extinction", "-1"], &["plume_8k", "an extinction below 0"]);
     }
