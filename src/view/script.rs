@@ -4,6 +4,7 @@ use crate::{Error, Result};
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use winit::keyboard::{Key, NamedKey};
 
 /// A line.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,6 +78,16 @@ fn step(line: &str) -> std::result::Result<Step, String> {
     step.ok_or_else(|| format!("write one of: {known}"))
 }
 
+/// A key as a script has it.
+pub fn key_name(key: &Key) -> String {
+    match key {
+        Key::Named(NamedKey::Space) => "space".into(),
+        Key::Named(named) => format!("{named:?}").to_lowercase(),
+        Key::Character(text) => text.to_lowercase(),
+        _ => String::new(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -100,6 +111,13 @@ mod tests {
         for line in ["set a", "frames", "frames -1", "frames 1.5", "resize 1", "quit now", "jump", "screenshot"] {
             assert!(step(line).is_err_and(|known| known.contains("screenshot FILE")), "{line}");
         }
+    }
+
+    #[test]
+    fn keys_have_names() {
+        let named = [NamedKey::Space, NamedKey::F12, NamedKey::Escape].map(|key| key_name(&Key::Named(key)));
+        assert_eq!(named, ["space", "f12", "escape"]);
+        assert_eq!(key_name(&Key::Character("C".into())), "c");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::chart::Chart;
 use super::host::{Host, Said, Ui};
 use super::panel::{self, Pressed, Told};
-use super::script::{Script, Step};
+use super::script::{Script, Step, key_name};
 use super::stage::{Stage, is_lost};
 use super::state::{Show, State};
 use super::{Options, camera, no_display};
@@ -17,7 +17,6 @@ use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
-use winit::keyboard::{Key, NamedKey};
 use winit::window::{Window, WindowId};
 
 /// How often the window looks whether the reference has got on.
@@ -409,16 +408,6 @@ fn panel_pixels(state: &State, scale: f64) -> u32 {
     if state.panel { (f64::from(panel::WIDTH) * scale).ceil() as u32 } else { 0 }
 }
 
-/// A key as a script has it.
-fn name(key: &Key) -> String {
-    match key {
-        Key::Named(NamedKey::Space) => "space".into(),
-        Key::Named(named) => format!("{named:?}").to_lowercase(),
-        Key::Character(text) => text.to_lowercase(),
-        _ => String::new(),
-    }
-}
-
 impl ApplicationHandler for View {
     fn resumed(&mut self, events: &ActiveEventLoop) {
         if self.open.is_none() {
@@ -446,7 +435,7 @@ impl ApplicationHandler for View {
                 self.wants = true;
             }
             WindowEvent::KeyboardInput { event, .. } if event.state == ElementState::Pressed && !taken.consumed => {
-                self.key(&name(&event.logical_key), &mut open);
+                self.key(&key_name(&event.logical_key), &mut open);
                 self.wants = true;
             }
             WindowEvent::MouseInput { state, button, .. } => {
