@@ -3,8 +3,8 @@
 use super::drawn::{Drawn, by_reference, by_technique, lines_spacing};
 use super::sequence::Sequence;
 use super::{
-    DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, little, load, one_spec, particles,
-    place, say, steps,
+    ChangeArguments, DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, little, load,
+    one_spec, particles, place, say, steps,
 };
 use crate::consume::{Lighting, Shading, Tiled};
 use crate::measure::picture_error;
@@ -86,7 +86,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["fog", "wireframe"])]
     steps: bool,
     /// Draw simulated particles (of fountain) as the simulation left them: nothing of them leaves the device
-    #[arg(long, value_enum, conflicts_with_all = ["fog", "wireframe", "steps", "vpls"])]
+    #[arg(long, value_enum, conflicts_with_all = ["fog", "wireframe", "steps", "vpls", "eye", "target", "direction", "extinction"])]
     particles: Option<ColoursArgument>,
     /// With --moving: how many pictures, FILE-00.png, FILE-01.png, … and an animated FILE.gif
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(2..=1000))]
@@ -95,6 +95,8 @@ pub struct Arguments {
     moving: MovingArgument,
     #[command(flatten)]
     load: LoadArguments,
+    #[command(flatten)]
+    change: ChangeArguments,
     #[command(flatten)]
     vpls: VplArgument,
     #[command(flatten)]
@@ -185,6 +187,9 @@ pub(super) fn run_scene(arguments: &Arguments, scene: Scene) -> Result<ExitCode>
         return particles::run(arguments, &scene, &times_s, colours);
     }
     let mut states = arguments.moving.states(scene, arguments.frames)?;
+    for state in &mut states {
+        *state = arguments.change.change().of(state)?;
+    }
     arguments.vpls.check(&states)?;
     arguments.air()?;
     if arguments.steps {

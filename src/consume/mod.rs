@@ -35,3 +35,4 @@ pub use settings::{DitherKind, KEYS, LightingKind, ShadingKind, ShadingSettings,
 pub use shading::{Shading, Tiled};
 pub use shown::Developed;
 pub use slice::{Slice, slice};
+pub use steps::StepsKernel;

@@ -15,6 +15,8 @@ pub use files::data_file::DATA_ENDINGS;
 pub use files::load::{BUILT_IN, known};
 pub use model::backdrop::Backdrop;
 pub use model::caster::Caster;
+#[cfg(feature = "program")]
+pub use model::change::SceneChange;
 pub use model::field::{Field, MOST_BLOCKS};
 #[cfg(feature = "program")]
 pub(crate) use model::field::{SIDE, trilinear};

@@ -9,6 +9,7 @@ use crate::scene::{
 };
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Twin: PARTICLE_ALBEDO.
@@ -24,12 +25,19 @@ const CELL_PIXELS: u32 = 8;
 /// Renders `scene` as `camera` sees it. Casters are blended from far to near by the z of their middles, as the
 /// device draws them.
 pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
+    let pixels = picture_rows(casters, scene, camera, 0..camera.height);
+    Picture { width: camera.width, height: camera.height, pixels }
+}
+
+/// Some rows of [`picture`], from the top.
+pub fn picture_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range<u32>) -> Vec<[f32; 3]> {
     let caster = |_, index: u32, position| {
         let lifted = |towards| lift(&casters.all[index as usize], towards);
         light(casters, scene, position, lifted, |_| 1.0)
     };
     let surface = |position, hit: &Hit| lit_surface(casters, scene, position, hit);
-    camera_rays(casters, scene, camera, &far_to_near(scene, camera), caster, surface)
+    let sky = |_| DVec3::from(SKY.map(f64::from));
+    camera_rows(casters, scene, camera, rows, &far_to_near(scene, camera), caster, surface, sky)
 }
 
 /// As [`picture`], with what a person is shown: smooth normals, and a sky into which the ground fades. Twin:
@@ -94,12 +102,28 @@ fn rays(
     surface: impl Fn(DVec3, &Hit) -> DVec3 + Sync,
     sky: impl Fn(DVec3) -> DVec3 + Sync,
 ) -> Picture {
+    let pixels = camera_rows(casters, scene, camera, 0..camera.height, order, light, surface, sky);
+    Picture { width: camera.width, height: camera.height, pixels }
+}
+
+/// These rows of it.
+#[expect(clippy::too_many_arguments, reason = "what a ray meets, and how each looks")]
+fn camera_rows(
+    casters: &Casters,
+    scene: &Scene,
+    camera: &View,
+    rows: Range<u32>,
+    order: &[u32],
+    light: impl Fn(DVec2, u32, DVec3) -> DVec3 + Sync,
+    surface: impl Fn(DVec3, &Hit) -> DVec3 + Sync,
+    sky: impl Fn(DVec3) -> DVec3 + Sync,
+) -> Vec<[f32; 3]> {
     let cells =
         View { width: camera.width.div_ceil(CELL_PIXELS), height: camera.height.div_ceil(CELL_PIXELS), ..*camera };
     let grid = Grid::new(&cells, &casters.all, order);
     let share =
         DVec2::new(cells.width.into(), cells.height.into()) / DVec2::new(camera.width.into(), camera.height.into());
-    let pixels = (0..camera.width * camera.height)
+    (camera.width * rows.start..camera.width * rows.end)
         .into_par_iter()
         .map(|i| {
             let at = DVec2::new(f64::from(i % camera.width) + 0.5, f64::from(i / camera.width) + 0.5);
@@ -108,8 +132,7 @@ fn rays(
             let behind = meshes(casters, camera, &ray, &surface, &sky);
             pixel(casters, scene, camera, &ray, grid.at(at * share), light, behind).as_vec3().into()
         })
-        .collect();
-    Picture { width: camera.width, height: camera.height, pixels }
+        .collect()
 }
 
 /// What a ray sees behind all casters, and how far away.

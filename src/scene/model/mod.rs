@@ -4,6 +4,8 @@ pub(super) mod backdrop;
 pub(super) mod caster;
 pub(super) mod field;
 #[cfg(feature = "program")]
+pub(super) mod change;
+#[cfg(feature = "program")]
 pub(super) mod fingerprint;
 pub(super) mod fit;
 pub(super) mod fog;

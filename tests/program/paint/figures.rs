@@ -121,8 +121,8 @@ const FIGURES: [Figure; 53] = [
     Figure("town.png", "docs/guide/gallery.md", "gobo render town", 0),
 ];
 
-/// Those that no one command of a page makes: put together from pictures of several, or made by examples/embed.
-const PUT_TOGETHER: [&str; 4] = ["devices.png", "embed.png", "hair-levels.png", "report.png"];
+/// Those that no one command of a page makes: put together from pictures of several, made by examples/embed, or taken from a screen.
+const PUT_TOGETHER: [&str; 5] = ["devices.png", "embed.png", "hair-levels.png", "report.png", "view.png"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
