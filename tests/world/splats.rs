@@ -46,11 +46,11 @@ fn any(random: &mut Random, count: usize) -> Vec<Gaussian> {
     let one = |i: usize| {
         let long = 10f32.powf(random.between(-2.0, 1.0));
         let mut deviations =
-            [0; 3].map(|_| long * 2f32.powf(-random.between(0.0, if i % 3 == 0 { 14.0 } else { 4.0 })));
-        if i % 5 == 0 {
+            [0; 3].map(|_| long * 2f32.powf(-random.between(0.0, if i.is_multiple_of(3) { 14.0 } else { 4.0 })));
+        if i.is_multiple_of(5) {
             deviations[i % 3] = deviations[(i + 1) % 3];
         }
-        let scale = if i % 4 == 0 { 1.0 } else { 10f32.powf(random.between(-3.0, 3.0)) };
+        let scale = if i.is_multiple_of(4) { 1.0 } else { 10f32.powf(random.between(-3.0, 3.0)) };
         let rotation = match i % 7 {
             0 => [0.0, 0.0, 0.0, scale],
             1 => [scale, 0.0, 0.0, scale],
