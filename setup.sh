@@ -178,6 +178,11 @@ setup_apt() {
   if ! have chromium && ! have chromium-browser && ! have google-chrome; then
     apt_install chromium || say "could not install chromium (${apt_error:-apt-get failed}); going on without"
   fi
+  # The window's tests open it in a virtual X server, with what opens windows in one.
+  mapfile -t need < <(missing_packages xvfb libxkbcommon-x11-0 libxcursor1 libxi6 libxrandr2 libx11-xcb1)
+  if [ "${#need[@]}" != 0 ]; then
+    apt_install "${need[@]}" || say "could not install ${need[*]} (${apt_error:-apt-get failed}); going on without"
+  fi
   if ! shaderc_ready; then
     mapfile -t need < <(missing_packages libshaderc-dev glslang-dev spirv-tools)
     if [ "${#need[@]}" != 0 ]; then

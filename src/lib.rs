@@ -159,6 +159,8 @@ pub mod simulate;
 #[cfg(feature = "program")]
 pub mod stress;
 pub mod technique;
+#[cfg(feature = "view")]
+mod view;
 pub mod world;
 
 #[cfg(feature = "program")]

@@ -21,8 +21,8 @@ const ARROWS: [(&str, &[&str]); 17] = [
     ("consume", &["gpu", "maps", "scene", "shaders", "technique", "world"]),
     ("measure", &["consume", "gpu", "maps", "reference", "scene", "shaders", "simulate", "technique", "world"]),
     ("stress", &["consume", "gpu", "measure", "reference", "scene", "technique", "world"]),
-    ("view", &["consume", "gpu", "measure", "scene", "technique", "world"]),
     ("report", &["consume", "gpu", "measure", "stress", "technique"]),
+    ("view", &["consume", "gpu", "reference", "report", "scene", "shaders", "technique", "world"]),
     (
         "cli",
         &[

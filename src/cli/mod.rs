@@ -2,6 +2,7 @@
 
 mod bake;
 mod baseline;
+mod change;
 mod compare;
 mod curve;
 mod devices;
@@ -22,13 +23,14 @@ mod sequence;
 mod shell;
 mod slice;
 mod soak;
-mod steps;
 mod stress;
 mod submit;
+mod view;
 
 #[doc(hidden)]
 pub use hooks::test_hooks;
 
+use self::change::ChangeArguments;
 use crate::advice::advised;
 use crate::consume::parse;
 use crate::gpu::{Context, Messages, Options, fault};
@@ -68,6 +70,9 @@ enum Command {
     /// Draw a scene, lit by one technique or by the reference
     #[command(after_long_help = help::techniques())]
     Render(render::Arguments),
+    /// Open a window: techniques side by side, every setting a control (a build with the feature `view`)
+    #[command(after_long_help = help::techniques())]
+    View(view::Arguments),
     /// Paint visibility at one depth of the light's range over the light's view, or a sweep through all depths
     #[command(after_long_help = help::techniques())]
     Slice(slice::Arguments),
@@ -352,6 +357,7 @@ pub fn main() -> ExitCode {
         Command::Recommend(arguments) => recommend::run(&arguments.little()),
         Command::Report(arguments) => report::run(&arguments),
         Command::Render(arguments) => render::run(&arguments.little()),
+        Command::View(arguments) => view::run(&arguments),
         Command::Slice(arguments) => slice::run(&arguments.little()),
         Command::Curve(arguments) => curve::run(&arguments),
         Command::Map(arguments) => map::run(&arguments),

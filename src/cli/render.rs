@@ -1,13 +1,13 @@
 //! `gobo render`
 
 use super::sequence::Sequence;
-use super::steps::Range;
 use super::{
-    DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, little, load, one_spec, particles,
-    place, say,
+    ChangeArguments, DeviceArguments, LoadArguments, MovingArgument, VplArgument, check_messages, little, load,
+    one_spec, particles, place, say,
 };
 use crate::consume::{Lighting, Renderer, Shading, Tiled};
 use crate::reference::truth::{Casters, fog, picture};
+use crate::report::StepRange;
 use crate::scene::{Fog, View};
 use crate::technique::{Spec, answers_in_space, open, usual};
 use crate::world::World;
@@ -65,7 +65,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["fog", "wireframe"])]
     steps: bool,
     /// Draw simulated particles (of fountain) as the simulation left them: nothing of them leaves the device
-    #[arg(long, value_enum, conflicts_with_all = ["fog", "wireframe", "steps", "vpls"])]
+    #[arg(long, value_enum, conflicts_with_all = ["fog", "wireframe", "steps", "vpls", "eye", "target", "direction", "extinction"])]
     particles: Option<ColoursArgument>,
     /// With --moving: how many pictures, FILE-00.png, FILE-01.png, … and an animated FILE.gif
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u32).range(2..=1000))]
@@ -74,6 +74,8 @@ pub struct Arguments {
     moving: MovingArgument,
     #[command(flatten)]
     load: LoadArguments,
+    #[command(flatten)]
+    change: ChangeArguments,
     #[command(flatten)]
     vpls: VplArgument,
     #[command(flatten)]
@@ -114,6 +116,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         return particles::run(arguments, &scene, &times_s, colours);
     }
     let mut states = arguments.moving.states(scene, arguments.frames)?;
+    for state in &mut states {
+        *state = arguments.change.change().of(state)?;
+    }
     arguments.vpls.check(&states)?;
     let air = arguments.fog.map(|extinction| Fog::new(extinction, arguments.fog_steps)).transpose();
     let air = air.map_err(|error| error.with_name(|fog| format!("--fog: {fog}")))?;
@@ -185,9 +190,9 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
         }
         sequence.add(picture.to_srgb8())?;
     }
-    let range = Range::of(&counts);
+    let range = StepRange::of(&counts);
     for counts in &counts {
-        sequence.add(Range::paint(range, counts))?;
+        sequence.add(StepRange::paint(range, counts))?;
     }
     check_messages()?;
     say(format!("{}: {spec} on {}, path {path}", sequence.names(), context.features().name))?;

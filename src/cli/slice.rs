@@ -2,7 +2,8 @@
 
 use super::sequence::Sequence;
 use super::{
-    DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, little, load, one_spec, place, say,
+    ChangeArguments, DeviceArguments, LoadArguments, MapArguments, MovingArgument, check_messages, little, load,
+    one_spec, place, say,
 };
 use crate::consume::slice;
 use crate::technique::{answers_in_space, open, usual};
@@ -38,6 +39,8 @@ pub struct Arguments {
     out: PathBuf,
     #[command(flatten)]
     load: LoadArguments,
+    #[command(flatten)]
+    change: ChangeArguments,
     #[command(flatten)]
     device: DeviceArguments,
 }
@@ -75,7 +78,10 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let map = arguments.map.of(&scene)?;
     let spec = one_spec(&arguments.technique)?;
     let frames = arguments.frames.unwrap_or(if moves { FRAMES } else { 1 });
-    let states = arguments.moving.states(scene, frames)?;
+    let mut states = arguments.moving.states(scene, frames)?;
+    for state in &mut states {
+        *state = arguments.change.change().of(state)?;
+    }
     let context = arguments.device.open()?;
     let mut world = World::new(&context, &states[0])?;
     let mut opened = open(&context, &world, &spec)?;

@@ -27,3 +27,4 @@ pub use reservoir::ReservoirData;
 pub use settings::{DitherKind, KEYS, LightingKind, ShadingKind, ShadingSettings, ShadowsKind, keys, parse, runs};
 pub use shading::{Shading, Tiled};
 pub use slice::{Slice, slice};
+pub use steps::StepsKernel;

@@ -76,7 +76,7 @@ pub(super) fn creation<T>(make: impl FnOnce() -> VkResult<T>) -> VkResult<T> {
 }
 
 /// Commands that are handed over by `submit`.
-pub(super) fn submission(submit: impl FnOnce() -> VkResult<()>) -> VkResult<()> {
+pub(crate) fn submission(submit: impl FnOnce() -> VkResult<()>) -> VkResult<()> {
     if fails(Call::Submission) { Err(vk::Result::ERROR_DEVICE_LOST) } else { submit() }
 }
 

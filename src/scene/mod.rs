@@ -12,6 +12,8 @@ pub use files::data_file::DATA_ENDINGS;
 #[cfg(feature = "program")]
 pub use files::load::{BUILT_IN, known};
 pub use model::caster::Caster;
+#[cfg(feature = "program")]
+pub use model::change::SceneChange;
 pub use model::fit::{Aim, Casting, gutter_texels};
 pub use model::fog::Fog;
 pub use model::fountain_law::{Body, Fountain, Jet, Law, Place};

@@ -123,6 +123,24 @@ impl World {
     /// copy fails; [`Error::Refused`] as [`World::scene`].
     pub fn replace(&mut self, scene: &Scene) -> Result<Moved> {
         let start = Instant::now();
+        let context = self.context.clone();
+        let moved = self.change(scene, |copies| {
+            let pass = context.try_submit(|commands| copies.record(commands))?.into_iter().next();
+            Ok(Moved { pass, host_ns: start.elapsed().as_nanos() as f64 })
+        })?;
+        Ok(moved.unwrap_or_else(|| Moved { pass: None, host_ns: start.elapsed().as_nanos() as f64 }))
+    }
+
+    /// The same, recorded: what follows sees it.
+    ///
+    /// # Errors
+    /// As [`World::replace`].
+    pub fn replace_in(&mut self, commands: &mut Commands, scene: &Scene) -> Result<()> {
+        self.change(scene, |copies| copies.record(commands)).map(|_| ())
+    }
+
+    /// Puts another state in the scene's place; `copy` brings to the device what of it has changed, if anything has.
+    fn change<T>(&mut self, scene: &Scene, copy: impl FnOnce(&Copies) -> Result<T>) -> Result<Option<T>> {
         self.check(scene)?;
         let has_strands = self.strands;
         let staged = self.staged()?;
@@ -138,7 +156,8 @@ impl World {
         self.raise(scene, &changed, mixed);
         self.generations.bounds += u64::from(mixed || written || whole(bounds) != whole(known));
         self.staged()?.mixed = true;
-        let pass = if changed.on_device() { self.copy(scene, &changed, &casters)? } else { None };
+        let copies = Copies { world: self, scene, changed: &changed, casters: &casters };
+        let copied = if changed.on_device() { Some(copy(&copies)?) } else { None };
         self.bounds = Some(bounds);
         (self.particle_count, self.strand_count) = (scene.particles.len() as u32, scene.strands.len() as u32);
         self.gaussian_count = scene.gaussians.len() as u32;
@@ -148,9 +167,8 @@ impl World {
         self.name.clone_from(&scene.name);
         let staged = self.staged()?;
         (staged.written, staged.mixed) = (false, false);
-        let host_ns = start.elapsed().as_nanos() as f64;
         staged.scene.clone_from(scene);
-        Ok(Moved { pass, host_ns })
+        Ok(copied)
     }
 
     /// An error where a scene is no other state of this one.
@@ -180,22 +198,29 @@ impl World {
         raise_lights(now, &scene.lights, &self.lit, mixed);
         now.camera += u64::from(Some(scene.camera) != self.camera);
     }
+}
 
-    /// Copies what has changed to the device.
-    fn copy(&self, scene: &Scene, changed: &Changed, casters: &[Caster]) -> Result<Option<PassTime>> {
-        let passes = self.context.try_submit(|commands| {
-            let mut staged = vec![commands.stage(&self.casters, casters)?];
-            if changed.lights {
-                staged.push(commands.stage(&self.lights, &LightData::all(scene))?);
-            }
-            if changed.meshes {
-                staged.push(commands.stage(&self.triangles, &triangles(scene))?);
-                staged.push(commands.stage(&self.sides, &signs(scene))?);
-            }
-            commands.pass("world.move", |pass| staged.iter().flatten().for_each(|staged| pass.copy_staged(staged)));
-            Ok(())
-        })?;
-        Ok(passes.into_iter().next())
+/// What has changed, on its way to the device.
+struct Copies<'a> {
+    world: &'a World,
+    scene: &'a Scene,
+    changed: &'a Changed,
+    casters: &'a [Caster],
+}
+
+impl Copies<'_> {
+    fn record(&self, commands: &mut Commands) -> Result<()> {
+        let Self { world, scene, .. } = self;
+        let mut staged = vec![commands.stage(&world.casters, self.casters)?];
+        if self.changed.lights {
+            staged.push(commands.stage(&world.lights, &LightData::all(scene))?);
+        }
+        if self.changed.meshes {
+            staged.push(commands.stage(&world.triangles, &triangles(scene))?);
+            staged.push(commands.stage(&world.sides, &signs(scene))?);
+        }
+        commands.pass("world.move", |pass| staged.iter().flatten().for_each(|staged| pass.copy_staged(staged)));
+        Ok(())
     }
 }
 

@@ -301,3 +301,23 @@ fn help_says_what_there_is() {
     }
     assert!(ok(&["--version"]).contains(env!("CARGO_PKG_VERSION")));
 }
+
+/// What a scene cannot be.
+#[test]
+fn a_scene_that_is_otherwise() {
+    for command in ["render", "slice"] {
+        fails(&[command, "shafts", "--direction", "0,0,-1"], &["shafts", "none of its lights has a direction"]);
+        fails(&[command, "plume_8k", "--direction", "0,0,0"], &["plume_8k", "of no length"]);
+        fails(&[command, "plume_8k", "--extinction", "-1"], &["plume_8k", "an extinction below 0"]);
+    }
+    fails(
+        &["render", "plume_8k", "--eye", "1,2,3", "--target", "1,2,3"],
+        &["plume_8k", "looks along its up, or nowhere"],
+    );
+}
+
+#[cfg(not(feature = "view"))]
+#[test]
+fn a_window_needs_its_feature() {
+    fails(&["view", "plume_8k"], &["gobo view", "no window", "rebuild with --features view"]);
+}

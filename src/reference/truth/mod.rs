@@ -21,7 +21,7 @@ pub use fog::fog;
 pub use limit::{LIMIT_TEXELS, limit_mean_abs, limit_steps};
 pub use meshes::{Hit, Meshes};
 pub(super) use picture::{camera_rays, lift, light, lit_surface};
-pub use picture::{picture, picture_tries};
+pub use picture::{picture, picture_rows, picture_tries};
 pub use points::{MAP_DEPTHS, MapTruth, bounds, map_truths, points_outside, points_within, sample_maps, space_points};
 pub use surface::{SurfacePoint, surface_points};
 pub use true_curve::TrueCurve;

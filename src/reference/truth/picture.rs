@@ -6,6 +6,7 @@ use super::meshes::Hit;
 use crate::scene::{Caster, LightKind, Picture, REACH, Ray, SKY, Scene, Shape, View, far_to_near};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Twin: PARTICLE_ALBEDO.
@@ -21,12 +22,18 @@ const CELL_PIXELS: u32 = 8;
 /// Renders `scene` as `camera` sees it. Casters are blended from far to near by the z of their middles, as the
 /// device draws them.
 pub fn picture(casters: &Casters, scene: &Scene, camera: &View) -> Picture {
+    let pixels = picture_rows(casters, scene, camera, 0..camera.height);
+    Picture { width: camera.width, height: camera.height, pixels }
+}
+
+/// Some rows of [`picture`], from the top.
+pub fn picture_rows(casters: &Casters, scene: &Scene, camera: &View, rows: Range<u32>) -> Vec<[f32; 3]> {
     let caster = |_, index: u32, position| {
         let lifted = |towards| lift(&casters.all[index as usize], towards);
         light(casters, scene, position, lifted, |_| 1.0)
     };
     let surface = |position, hit: &Hit| lit_surface(casters, scene, position, hit);
-    camera_rays(casters, scene, camera, &far_to_near(scene, camera), caster, surface)
+    camera_rows(casters, scene, camera, rows, &far_to_near(scene, camera), caster, surface)
 }
 
 /// How many casters [`picture`] would try against rays to the lights, meshes included, by a coarse picture of the same view and
@@ -57,20 +64,32 @@ pub(in crate::reference) fn camera_rays(
     light: impl Fn(DVec2, u32, DVec3) -> DVec3 + Sync,
     surface: impl Fn(DVec3, &Hit) -> DVec3 + Sync,
 ) -> Picture {
+    let pixels = camera_rows(casters, scene, camera, 0..camera.height, order, light, surface);
+    Picture { width: camera.width, height: camera.height, pixels }
+}
+
+fn camera_rows(
+    casters: &Casters,
+    scene: &Scene,
+    camera: &View,
+    rows: Range<u32>,
+    order: &[u32],
+    light: impl Fn(DVec2, u32, DVec3) -> DVec3 + Sync,
+    surface: impl Fn(DVec3, &Hit) -> DVec3 + Sync,
+) -> Vec<[f32; 3]> {
     let cells =
         View { width: camera.width.div_ceil(CELL_PIXELS), height: camera.height.div_ceil(CELL_PIXELS), ..*camera };
     let grid = Grid::new(&cells, &casters.all, order);
     let share =
         DVec2::new(cells.width.into(), cells.height.into()) / DVec2::new(camera.width.into(), camera.height.into());
-    let pixels = (0..camera.width * camera.height)
+    (camera.width * rows.start..camera.width * rows.end)
         .into_par_iter()
         .map(|i| {
             let at = DVec2::new(f64::from(i % camera.width) + 0.5, f64::from(i / camera.width) + 0.5);
             let light = |index, position| light(at, index, position);
             pixel(casters, scene, camera, &camera.ray(at), grid.at(at * share), light, &surface).as_vec3().into()
         })
-        .collect();
-    Picture { width: camera.width, height: camera.height, pixels }
+        .collect()
 }
 
 fn pixel(

@@ -2,6 +2,8 @@
 
 pub(super) mod caster;
 #[cfg(feature = "program")]
+pub(super) mod change;
+#[cfg(feature = "program")]
 pub(super) mod fingerprint;
 pub(super) mod fit;
 pub(super) mod fog;

@@ -84,9 +84,9 @@ const FIGURES: [Figure; 35] = [
     Figure("failures-reference.png", "docs/notebook/failures.md", "gobo render failures --technique reference", 0),
 ];
 
-/// Those that no one command of a page makes: put together from pictures of several, made by examples/embed, or by a command that
-/// differs from another figure's by a word.
-const PUT_TOGETHER: [&str; 9] = [
+/// Those that no one command of a page makes: put together from pictures of several, made by examples/embed, photographed off a
+/// screen, or by a command that differs from another figure's by a word.
+const PUT_TOGETHER: [&str; 10] = [
     "devices.png",
     "embed.png",
     "hair-levels.png",
@@ -96,6 +96,7 @@ const PUT_TOGETHER: [&str; 9] = [
     "plume-stochastic-hash.png",
     "plume-stochastic-stratified.png",
     "report.png",
+    "view.png",
 ];
 
 fn root() -> &'static Path {

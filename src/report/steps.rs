@@ -1,4 +1,4 @@
-//! `gobo render --steps`: how many steps look-ups take, as colours.
+//! How many steps look-ups take, as colours.
 
 /// Counts of one picture, rows from the top; none where no mesh is.
 pub type Counts = Vec<Option<u32>>;
@@ -11,13 +11,13 @@ const NOTHING: [u8; 3] = [0; 3];
 
 /// The least, the mean and the greatest of all counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Range {
+pub struct StepRange {
     least: u32,
     mean: f64,
     most: u32,
 }
 
-impl Range {
+impl StepRange {
     /// Of several pictures; none where they show no mesh.
     pub fn of(pictures: &[Counts]) -> Option<Self> {
         let all = || pictures.iter().flatten().flatten().copied();
@@ -38,7 +38,7 @@ impl Range {
     }
 }
 
-impl std::fmt::Display for Range {
+impl std::fmt::Display for StepRange {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { least, mean, most } = self;
         write!(f, "steps of a pixel's look-ups: {least} (dark blue) to {most} (yellow), {mean:.2} in the mean")
@@ -52,12 +52,12 @@ mod tests {
     #[test]
     fn dark_blue_to_yellow() {
         let pictures = [vec![Some(2), None], vec![Some(10), Some(6)]];
-        let range = Range::of(&pictures).expect("counts");
+        let range = StepRange::of(&pictures).expect("counts");
         assert_eq!(range, Range { least: 2, mean: 6.0, most: 10 });
-        assert_eq!(Range::paint(Some(range), &pictures[0]), [0, 32, 77, 0, 0, 0]);
-        assert_eq!(Range::paint(Some(range), &pictures[1]), [255, 234, 70, 124, 123, 120]);
-        assert_eq!(Range::of(&[vec![None]]), None);
-        assert_eq!(Range::paint(None, &[None]), [0, 0, 0]);
-        assert_eq!(Range::paint(Range::of(&[vec![Some(3)]]), &[Some(3)]), [0, 32, 77]);
+        assert_eq!(StepRange::paint(Some(range), &pictures[0]), [0, 32, 77, 0, 0, 0]);
+        assert_eq!(StepRange::paint(Some(range), &pictures[1]), [255, 234, 70, 124, 123, 120]);
+        assert_eq!(StepRange::of(&[vec![None]]), None);
+        assert_eq!(StepRange::paint(None, &[None]), [0, 0, 0]);
+        assert_eq!(StepRange::paint(StepRange::of(&[vec![Some(3)]]), &[Some(3)]), [0, 32, 77]);
     }
 }

@@ -1,0 +1,82 @@
+#version 460
+// The window's picture in bytes: one of two pictures, both with a wipe between them, how far apart they are, or what the host or a slice
+// says. Inputs: two pictures in linear light, the least number of each of sRGB's 256 bytes, values of the host's or of a slice. Output: a
+// byte a channel, four a pixel, rows from the top. Twin: view::present::bytes.
+// Invariant: the bytes are those that scene::Picture::to_srgb8 has, since both find the last level that a number reaches.
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_samplerless_texture_functions : require
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+// set 0: view_present
+layout(set = 0, binding = 0) uniform texture2D first_picture;
+layout(set = 0, binding = 1) uniform texture2D second_picture;
+layout(set = 0, binding = 2, scalar) readonly buffer Levels { float levels[]; };
+layout(set = 0, binding = 3, scalar) readonly buffer Values { float values[]; };
+layout(set = 0, binding = 4, scalar) writeonly buffer Shown { uint shown[]; };
+
+// Twins: view::present::Show.
+const uint FIRST = 0u, SECOND = 1u, WIPE = 2u, DIFFERENCE = 3u, SLICE = 4u, PAINTED = 5u;
+
+// In the place of a picture that nobody has.
+const uvec3 NOBODY = uvec3(40u);
+
+layout(push_constant, scalar) uniform PresentPush {
+    uint width;
+    uint height;
+    uint show;
+    uint wipe;    // the first column of the second picture
+    uint gain;    // differences times so much
+    uint sources;        // of the first picture bits 0 and 1, of the second 2 and 3: the values have it; nobody has it
+    uint blue_first;     // 1: bytes in the order blue, green, red
+};
+
+uint level(float value) {
+    uint at = 0u;
+    for (uint half_of = 128u; half_of > 0u; half_of >>= 1u) {
+        at += value >= levels[at + half_of] ? half_of : 0u;
+    }
+    return at;
+}
+
+uvec3 bytes(vec3 color) {
+    return uvec3(level(color.r), level(color.g), level(color.b));
+}
+
+uvec3 picture(bool second, uvec2 pixel) {
+    uint source = second ? sources >> 2 : sources;
+    if ((source & 2u) != 0u) {
+        return NOBODY;
+    }
+    if ((source & 1u) != 0u) {
+        uint at = 3u * (pixel.y * width + pixel.x);
+        return bytes(vec3(values[at], values[at + 1u], values[at + 2u]));
+    }
+    return bytes(second ? texelFetch(second_picture, ivec2(pixel), 0).rgb
+                        : texelFetch(first_picture, ivec2(pixel), 0).rgb);
+}
+
+void main() {
+    uvec2 pixel = gl_GlobalInvocationID.xy;
+    if (pixel.x >= width || pixel.y >= height) {
+        return;
+    }
+    uint at = pixel.y * width + pixel.x;
+    uvec3 is;
+    if (show == SLICE) {
+        // A square, in the upper left.
+        uint side = min(width, height);
+        bool inside = pixel.x < side && pixel.y < side;
+        is = inside ? bytes(vec3(values[pixel.y * side + pixel.x])) : uvec3(0u);
+    } else if (show == PAINTED) {
+        uint painted = floatBitsToUint(values[at]);
+        is = uvec3(painted, painted >> 8, painted >> 16) & 255u;
+    } else if (show == DIFFERENCE) {
+        ivec3 apart = abs(ivec3(picture(false, pixel)) - ivec3(picture(true, pixel)));
+        is = min(uvec3(apart) * gain, uvec3(255u));
+    } else {
+        is = picture(show == SECOND || show == WIPE && pixel.x >= wipe, pixel);
+    }
+    is = blue_first == 1u ? is.bgr : is.rgb;
+    shown[at] = is.r | is.g << 8 | is.b << 16 | 255u << 24;
+}

@@ -1,0 +1,65 @@
+//! `gobo view`
+
+use super::{ChangeArguments, DeviceArguments, LoadArguments};
+use crate::Result;
+use crate::technique::usual;
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+#[derive(Args)]
+#[cfg_attr(not(feature = "view"), allow(dead_code))]
+pub struct Arguments {
+    /// Scene files, data files or built-in scenes, to choose from in the window; the first is shown
+    #[arg(required = true, value_name = "SCENE")]
+    scenes: Vec<String>,
+    /// Technique spec A
+    #[arg(long, default_value = usual::PICTURE, value_name = "SPEC")]
+    technique: String,
+    /// Technique spec B, or "reference" for the f64 reference, which fills in while the window stands still
+    #[arg(long, default_value = "reference", value_name = "SPEC")]
+    against: String,
+    /// Width of the picture, pixels; the panel stands beside it
+    #[arg(long, default_value_t = 960, value_parser = clap::value_parser!(u32).range(1..=8192))]
+    width: u32,
+    /// Height of the picture, pixels
+    #[arg(long, default_value_t = 720, value_parser = clap::value_parser!(u32).range(1..=8192))]
+    height: u32,
+    /// Do what the lines of this file say, in place of keys and mouse: set KEY VALUE, key NAME, frames N, screenshot FILE, …
+    #[arg(long, value_name = "FILE")]
+    script: Option<PathBuf>,
+    #[command(flatten)]
+    load: LoadArguments,
+    #[command(flatten)]
+    change: ChangeArguments,
+    #[command(flatten)]
+    device: DeviceArguments,
+}
+
+#[cfg(not(feature = "view"))]
+pub fn run(_: &Arguments) -> Result<ExitCode> {
+    Err(crate::Error::input("gobo view", "this build has no window", "rebuild with --features view"))
+}
+
+#[cfg(feature = "view")]
+pub fn run(arguments: &Arguments) -> Result<ExitCode> {
+    use crate::view::{Options, Side, State, open};
+    let change = arguments.change.change();
+    let mut state = State::new(&arguments.scenes[0], arguments.load.time, arguments.load.lights);
+    (state.eye, state.target) = (change.eye, change.target);
+    (state.direction, state.extinction) = (change.direction, change.extinction);
+    let named = |option: &str, text: &str| {
+        Side::read(text).map_err(|error| error.with_name(|spec| format!("--{option} {spec}")))
+    };
+    state.sides = [named("technique", &arguments.technique)?, named("against", &arguments.against)?];
+    let options = Options {
+        scenes: arguments.scenes.clone(),
+        size: [arguments.width, arguments.height],
+        script: arguments.script.clone(),
+        device: arguments.device.device.clone(),
+        validation: arguments.device.validation,
+        messages: super::MESSAGES.clone(),
+    };
+    open(options, state)?;
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,99 @@
+//! A camera that goes round what it looks at, and flies.
+
+use super::state::State;
+use crate::scene::Camera;
+use glam::{DQuat, DVec3};
+
+/// How near the camera comes to looking along its up, radians.
+const POLE: f64 = 0.02;
+
+/// The camera that `state` has, of a scene's own.
+pub fn camera(state: &State, scene: &Camera) -> Camera {
+    let position = state.eye.unwrap_or(scene.position);
+    Camera { position, target: state.target.unwrap_or(scene.target), ..*scene }
+}
+
+/// Goes round what it looks at, by so many radians to the right and up.
+pub fn orbit(state: &mut State, scene: &Camera, right: f64, up: f64) {
+    let is = camera(state, scene);
+    let offset = is.position - is.target;
+    let axis = is.up.normalize();
+    // The angle to the up after it, kept from both poles.
+    let angle = offset.angle_between(axis);
+    let tilt = (angle - up).clamp(POLE, std::f64::consts::PI - POLE) - angle;
+    let side = axis.cross(offset).normalize_or(DVec3::X);
+    let turned = DQuat::from_axis_angle(axis, -right) * DQuat::from_axis_angle(side, tilt) * offset;
+    state.eye = Some(is.target + turned);
+}
+
+/// Nearer to what it looks at, or farther from it: the distance times `factor`.
+pub fn zoom(state: &mut State, scene: &Camera, factor: f64) {
+    let is = camera(state, scene);
+    state.eye = Some(is.target + (is.position - is.target) * factor);
+}
+
+/// Moves the camera and what it looks at by so much to the right, up and forward, in shares of their distance.
+pub fn fly(state: &mut State, scene: &Camera, [right, up, forward]: [f64; 3]) {
+    let is = camera(state, scene);
+    let offset = is.target - is.position;
+    let ahead = offset.normalize_or(DVec3::X);
+    let side = ahead.cross(is.up).normalize_or(DVec3::X);
+    let way = (side * right + side.cross(ahead) * up + ahead * forward) * offset.length();
+    (state.eye, state.target) = (Some(is.position + way), Some(is.target + way));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CAMERA: Camera = Camera {
+        position: DVec3::new(3.0, -4.0, 2.0),
+        target: DVec3::new(0.0, 0.0, 1.0),
+        up: DVec3::Z,
+        fov_y_degrees: 40.0,
+    };
+
+    fn state() -> State {
+        State::new("plume_8k", 0.0, None)
+    }
+
+    #[test]
+    fn an_orbit_keeps_its_distance_and_its_poles() {
+        let mut state = state();
+        let distance = CAMERA.position.distance(CAMERA.target);
+        for (right, up) in [(0.3, 0.0), (0.0, 0.2), (-7.0, 9.0), (1.0, -20.0)] {
+            orbit(&mut state, &CAMERA, right, up);
+            let is = camera(&state, &CAMERA);
+            assert!((is.position.distance(is.target) - distance).abs() < 1e-9);
+            assert!((is.position - is.target).cross(is.up).length() > 0.01 * distance, "not along its up");
+        }
+        assert_eq!(state.target, None, "what it looks at stays");
+    }
+
+    /// Up is up, and to the right is to the right.
+    #[test]
+    fn an_orbit_goes_where_it_is_sent() {
+        let mut state = state();
+        orbit(&mut state, &CAMERA, 0.0, 0.1);
+        assert!(state.eye.expect("moved").z > CAMERA.position.z);
+        let forward = (CAMERA.target - CAMERA.position).normalize();
+        let mut state = self::state();
+        orbit(&mut state, &CAMERA, -0.1, 0.0);
+        assert!((state.eye.expect("moved") - CAMERA.position).dot(forward.cross(CAMERA.up)) > 0.0);
+    }
+
+    #[test]
+    fn flying_takes_the_target_along() {
+        let mut state = state();
+        fly(&mut state, &CAMERA, [0.1, -0.2, 0.5]);
+        let is = camera(&state, &CAMERA);
+        let before = CAMERA.target - CAMERA.position;
+        assert!((is.target - is.position - before).length() < 1e-9);
+        let way = is.position - CAMERA.position;
+        assert!((way.dot(before.normalize()) - 0.5 * before.length()).abs() < 1e-9, "forward is forward");
+        assert!(way.dot(before.cross(CAMERA.up)) > 0.0, "and right is right");
+        zoom(&mut state, &CAMERA, 0.5);
+        let is = camera(&state, &CAMERA);
+        assert!((is.position.distance(is.target) - 0.5 * before.length()).abs() < 1e-9);
+    }
+}

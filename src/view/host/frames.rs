@@ -1,0 +1,225 @@
+//! Frames in flight: while the device works on one, the host records the next.
+
+use super::device::Device;
+use super::failed;
+use super::swapchain::Swapchain;
+use crate::Result;
+use crate::gpu::{Buffer, fault};
+use ash::vk;
+
+pub const FRAMES_IN_FLIGHT: u32 = 2;
+
+/// What a frame needs for itself until the device is done with it.
+struct Slot {
+    pool: vk::CommandPool,
+    commands: vk::CommandBuffer,
+    acquired: vk::Semaphore,
+    done: vk::Fence,
+}
+
+pub struct Frames {
+    device: ash::Device,
+    slots: Vec<Slot>,
+    /// For copies between frames.
+    pool: vk::CommandPool,
+}
+
+/// What lies behind the picture, where it does not reach.
+const BEHIND: [f32; 4] = [0.1, 0.1, 0.1, 1.0];
+
+impl Frames {
+    pub fn new(device: &Device) -> Result<Self> {
+        let handle = device.handle.clone();
+        let mut frames = Self { device: handle.clone(), slots: Vec::new(), pool: vk::CommandPool::null() };
+        let fail = failed("make", "frames");
+        let pool = vk::CommandPoolCreateInfo::default().queue_family_index(device.queue_family);
+        // Signalled: nothing has to be waited for before the first frame.
+        let fence = vk::FenceCreateInfo::default().flags(vk::FenceCreateFlags::SIGNALED);
+        // SAFETY: the family is the one that the device was opened with.
+        frames.pool = unsafe { handle.create_command_pool(&pool, None) }.map_err(&fail)?;
+        for _ in 0..FRAMES_IN_FLIGHT {
+            // SAFETY: as above, and each handle is kept at once.
+            unsafe {
+                frames.slots.push(Slot {
+                    pool: handle.create_command_pool(&pool, None).map_err(&fail)?,
+                    commands: vk::CommandBuffer::null(),
+                    acquired: vk::Semaphore::null(),
+                    done: vk::Fence::null(),
+                });
+                let Some(slot) = frames.slots.last_mut() else { continue };
+                let commands = vk::CommandBufferAllocateInfo::default().command_pool(slot.pool).command_buffer_count(1);
+                slot.commands = handle.allocate_command_buffers(&commands).map_err(&fail)?[0];
+                slot.acquired = handle.create_semaphore(&vk::SemaphoreCreateInfo::default(), None).map_err(&fail)?;
+                slot.done = handle.create_fence(&fence, None).map_err(&fail)?;
+            }
+        }
+        Ok(frames)
+    }
+
+    fn slot(&self, frame: u64) -> &Slot {
+        &self.slots[(frame % u64::from(FRAMES_IN_FLIGHT)) as usize]
+    }
+
+    /// For copies between frames.
+    pub fn pool(&self) -> vk::CommandPool {
+        self.pool
+    }
+
+    /// Signalled once the frame's image may be drawn to.
+    pub fn acquired(&self, frame: u64) -> vk::Semaphore {
+        self.slot(frame).acquired
+    }
+
+    /// Waits until the device is done with the frame that last had the place of this one.
+    pub fn wait(&self, frame: u64) -> Result<()> {
+        // SAFETY: the fence is of this device.
+        let waited = unsafe { self.device.wait_for_fences(&[self.slot(frame).done], true, u64::MAX) };
+        waited.map_err(failed("wait for", "a frame of the window"))
+    }
+
+    /// Begins to record; the frame that had its place is over.
+    pub fn begin(&self, frame: u64) -> Result<vk::CommandBuffer> {
+        let (slot, fail) = (self.slot(frame), failed("record", "a frame of the window"));
+        let once = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: the frame that used these before is over.
+        unsafe {
+            self.device.reset_command_pool(slot.pool, vk::CommandPoolResetFlags::empty()).map_err(&fail)?;
+            self.device.begin_command_buffer(slot.commands, &once).map_err(&fail)?;
+        }
+        Ok(slot.commands)
+    }
+
+    /// Clears the window's image and copies the picture to its upper left, as far as it reaches.
+    pub fn copy(
+        &self,
+        commands: vk::CommandBuffer,
+        chain: &Swapchain,
+        index: usize,
+        picture: Option<(&Buffer, [u32; 2])>,
+    ) {
+        let (image, layout) = (chain.images[index], vk::ImageLayout::TRANSFER_DST_OPTIMAL);
+        let transfer = (vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::TRANSFER_WRITE);
+        let nothing = (vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::NONE);
+        self.barrier(commands, image, [vk::ImageLayout::UNDEFINED, layout], nothing, transfer);
+        let color = vk::ClearColorValue { float32: BEHIND };
+        // SAFETY: the image is the window's, in this layout, and acquired.
+        unsafe { self.device.cmd_clear_color_image(commands, image, layout, &color, &[RANGE]) };
+        self.barrier(commands, image, [layout, layout], transfer, transfer);
+        let Some((buffer, size)) = picture else { return };
+        let extent = |i: usize| size[i].min(chain.size[i]);
+        let regions = [vk::BufferImageCopy::default()
+            .buffer_row_length(size[0])
+            .buffer_image_height(size[1])
+            .image_subresource(vk::ImageSubresourceLayers::default().aspect_mask(RANGE.aspect_mask).layer_count(1))
+            .image_extent(vk::Extent3D { width: extent(0), height: extent(1), depth: 1 })];
+        if buffer.bytes() >= u64::from(size[0]) * u64::from(size[1]) * 4 {
+            // SAFETY: the buffer has four bytes a pixel, and `Host` keeps it until the frame is over. What Gobo recorded before
+            // ended with a barrier for all that follows.
+            unsafe { self.device.cmd_copy_buffer_to_image(commands, buffer.handle(), image, layout, &regions) };
+        }
+    }
+
+    /// Draws over the window's image, and makes it ready to be shown.
+    pub fn over(
+        &self,
+        commands: vk::CommandBuffer,
+        chain: &Swapchain,
+        index: usize,
+        draw: impl FnOnce(vk::CommandBuffer) -> Result<()>,
+    ) -> Result<()> {
+        let (image, layout) = (chain.images[index], vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL);
+        let copied = (vk::PipelineStageFlags2::ALL_TRANSFER, vk::AccessFlags2::TRANSFER_WRITE);
+        let drawn = (
+            vk::PipelineStageFlags2::COLOR_ATTACHMENT_OUTPUT,
+            vk::AccessFlags2::COLOR_ATTACHMENT_READ | vk::AccessFlags2::COLOR_ATTACHMENT_WRITE,
+        );
+        self.barrier(commands, image, [vk::ImageLayout::TRANSFER_DST_OPTIMAL, layout], copied, drawn);
+        let colors = [vk::RenderingAttachmentInfo::default()
+            .image_view(chain.views[index])
+            .image_layout(layout)
+            .load_op(vk::AttachmentLoadOp::LOAD)
+            .store_op(vk::AttachmentStoreOp::STORE)];
+        let extent = vk::Extent2D { width: chain.size[0], height: chain.size[1] };
+        let info = vk::RenderingInfo::default()
+            .render_area(vk::Rect2D { extent, ..Default::default() })
+            .layer_count(1)
+            .color_attachments(&colors);
+        // SAFETY: the image is in this layout, and the render is ended below whatever comes of drawing.
+        unsafe { self.device.cmd_begin_rendering(commands, &info) };
+        let outcome = draw(commands);
+        // SAFETY: begun above.
+        unsafe { self.device.cmd_end_rendering(commands) };
+        let shown = (vk::PipelineStageFlags2::NONE, vk::AccessFlags2::NONE);
+        self.barrier(commands, image, [layout, vk::ImageLayout::PRESENT_SRC_KHR], drawn, shown);
+        outcome
+    }
+
+    fn barrier(
+        &self,
+        commands: vk::CommandBuffer,
+        image: vk::Image,
+        [from, to]: [vk::ImageLayout; 2],
+        before: (vk::PipelineStageFlags2, vk::AccessFlags2),
+        after: (vk::PipelineStageFlags2, vk::AccessFlags2),
+    ) {
+        let barriers = [vk::ImageMemoryBarrier2::default()
+            .image(image)
+            .subresource_range(RANGE)
+            .old_layout(from)
+            .new_layout(to)
+            .src_stage_mask(before.0)
+            .src_access_mask(before.1)
+            .dst_stage_mask(after.0)
+            .dst_access_mask(after.1)
+            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)];
+        let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+        // SAFETY: the commands are being recorded, outside a render.
+        unsafe { self.device.cmd_pipeline_barrier2(commands, &info) };
+    }
+
+    /// Submits the frame. Where it draws to an image of the window, `drawn` is signalled then.
+    pub fn submit(&self, queue: vk::Queue, frame: u64, drawn: Option<vk::Semaphore>) -> Result<()> {
+        let (slot, fail) = (self.slot(frame), failed("submit", "a frame of the window"));
+        let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(slot.commands)];
+        let waits = [vk::SemaphoreSubmitInfo::default()
+            .semaphore(slot.acquired)
+            .stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)];
+        let signals = [vk::SemaphoreSubmitInfo::default()
+            .semaphore(drawn.unwrap_or_default())
+            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
+        let mut submit = vk::SubmitInfo2::default().command_buffer_infos(&buffers);
+        if drawn.is_some() {
+            submit = submit.wait_semaphore_infos(&waits).signal_semaphore_infos(&signals);
+        }
+        // SAFETY: the frame is recorded, and all that it uses lives until its fence is signalled.
+        unsafe {
+            self.device.end_command_buffer(slot.commands).map_err(&fail)?;
+            self.device.reset_fences(&[slot.done]).map_err(&fail)?;
+            fault::submission(|| self.device.queue_submit2(queue, &[submit], slot.done)).map_err(&fail)
+        }
+    }
+}
+
+/// All of an image of the window.
+const RANGE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
+    aspect_mask: vk::ImageAspectFlags::COLOR,
+    base_mip_level: 0,
+    level_count: 1,
+    base_array_layer: 0,
+    layer_count: 1,
+};
+
+impl Drop for Frames {
+    fn drop(&mut self) {
+        // SAFETY: nothing runs (`Host::drop` waited); null handles are ignored.
+        unsafe {
+            self.device.destroy_command_pool(self.pool, None);
+            for slot in &self.slots {
+                self.device.destroy_fence(slot.done, None);
+                self.device.destroy_semaphore(slot.acquired, None);
+                self.device.destroy_command_pool(slot.pool, None);
+            }
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! The window's renderer: its own device, frames in flight and images to show. Gobo records into its command buffers, as into any
+//! engine's. All of the window's `unsafe` is in this folder; what it hands out is safe to call in any order.
+
+mod device;
+mod frames;
+mod swapchain;
+
+pub use device::Said;
+
+use self::device::Device;
+use self::frames::{FRAMES_IN_FLIGHT, Frames};
+use self::swapchain::{Swapchain, Turn};
+use crate::gpu::{Adopt, Buffer, Commands, Context, Messages};
+use crate::{Error, Result};
+use ash::vk;
+use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer, allocator::GpuAllocator};
+use std::sync::Arc;
+use winit::window::Window;
+
+/// An error of the window's own.
+fn error(operation: &'static str, name: &str, cause: impl ToString) -> Error {
+    let way_out = "run `gobo devices`, update the driver, or choose another device with --device".into();
+    Error::Gpu { operation, name: name.into(), cause: cause.to_string(), way_out }
+}
+
+/// Makes one of what Vulkan says.
+fn failed(operation: &'static str, name: &'static str) -> impl Fn(vk::Result) -> Error {
+    move |result| error(operation, name, format!("{result:?}"))
+}
+
+/// What egui has to draw.
+pub struct Ui {
+    pub textures: egui::TexturesDelta,
+    pub primitives: Vec<egui::ClippedPrimitive>,
+    pub pixels_per_point: f32,
+}
+
+/// A frame being recorded.
+pub struct Frame {
+    pub number: u64,
+    commands: vk::CommandBuffer,
+    /// Of the window's images; none where it has no area.
+    image: Option<usize>,
+}
+
+/// Fields are dropped in this order: what was made from the device before it.
+pub struct Host {
+    context: Context,
+    ui: Option<Renderer<GpuAllocator>>,
+    ui_format: vk::Format,
+    frames: Frames,
+    swapchain: Option<Swapchain>,
+    /// Of the window, pixels.
+    size: [u32; 2],
+    is_stale: bool,
+    /// What each frame in flight copies its picture from.
+    copied: [Option<Buffer>; FRAMES_IN_FLIGHT as usize],
+    /// The next that is recorded.
+    next: u64,
+    device: Device,
+}
+
+impl Host {
+    /// Opens a device for the window, and Gobo on it.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] and [`Error::Input`] where there is none, [`Error::Refused`] where it is below the floor.
+    pub fn open(
+        window: &Arc<Window>,
+        wanted: Option<&str>,
+        validation: bool,
+        said: &Said,
+        messages: &Messages,
+    ) -> Result<Self> {
+        let device = Device::open(window, wanted, validation, said)?;
+        let (entry, instance) = device.origin();
+        let adopt = Adopt {
+            entry,
+            instance,
+            physical_device: device.physical,
+            device: device.handle.clone(),
+            queue_family: device.queue_family,
+            enabled: device.enabled,
+            allocator: device.allocator(),
+            frames_in_flight: FRAMES_IN_FLIGHT,
+            messages: messages.clone(),
+        };
+        // SAFETY: all of these belong together, the device was opened with `enabled`, and it goes after the context and all that was
+        // made on it: `Host` is dropped last of what the window has.
+        let context = unsafe { Context::adopt(adopt) }?;
+        let frames = Frames::new(&device)?;
+        let size = window.inner_size().into();
+        let swapchain = Swapchain::new(&device, size, None)?;
+        let ui_format = swapchain.as_ref().map_or(vk::Format::B8G8R8A8_UNORM, |chain| chain.format);
+        let copied = Default::default();
+        let mut host =
+            Self { context, ui: None, ui_format, frames, swapchain, size, is_stale: false, copied, next: 0, device };
+        host.ui = Some(host.panel()?);
+        Ok(host)
+    }
+
+    /// What draws the panel.
+    fn panel(&self) -> Result<Renderer<GpuAllocator>> {
+        let allocator =
+            self.device.allocator().ok_or_else(|| error("make", "the panel", "the device is being closed"))?;
+        let mode = RenderMode::DynamicRendering(DynamicRendering {
+            color_attachment_format: self.ui_format,
+            depth_attachment_format: None,
+            stencil_attachment_format: None,
+        });
+        let options = Options { in_flight_frames: FRAMES_IN_FLIGHT as usize, ..Options::default() };
+        Renderer::with_gpu_allocator(allocator, self.device.handle.clone(), mode, options)
+            .map_err(|cause| error("make", "the panel", cause))
+    }
+
+    /// Gobo on the device.
+    pub fn context(&self) -> &Context {
+        &self.context
+    }
+
+    /// Frames that may run at the same time.
+    pub fn frames_in_flight(&self) -> u64 {
+        FRAMES_IN_FLIGHT.into()
+    }
+
+    /// Bytes of the device's memory that are held.
+    pub fn allocated_bytes(&self) -> u64 {
+        self.device.allocated_bytes()
+    }
+
+    /// Whether bytes of pixels begin with blue.
+    pub fn is_blue_first(&self) -> bool {
+        self.ui_format == vk::Format::B8G8R8A8_UNORM
+    }
+
+    /// The window is as large as that from now on; 0 × 0 where it is minimized.
+    pub fn resize(&mut self, size: [u32; 2]) {
+        self.is_stale |= size != self.size;
+        self.size = size;
+    }
+
+    /// Begins the next frame: the one as many frames before it as are in flight is over by then.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device is lost.
+    pub fn begin(&mut self) -> Result<Frame> {
+        let number = self.next;
+        self.frames.wait(number)?;
+        let mut image = None;
+        // Twice: images of the new size may be stale too, where the window is being dragged.
+        for _ in 0..2 {
+            if self.is_stale {
+                self.remake()?;
+            }
+            let Some(chain) = &self.swapchain else { break };
+            match chain.acquire(self.frames.acquired(number))? {
+                Turn::Done(index) => {
+                    image = Some(index);
+                    break;
+                }
+                Turn::Stale => self.is_stale = true,
+            }
+        }
+        let commands = self.frames.begin(number)?;
+        Ok(Frame { number, commands, image })
+    }
+
+    fn remake(&mut self) -> Result<()> {
+        self.device.wait();
+        let old = self.swapchain.take();
+        self.is_stale = false;
+        if !self.size.contains(&0) {
+            self.swapchain = Swapchain::new(&self.device, self.size, old)?;
+        }
+        Ok(())
+    }
+
+    /// Has `record` record passes into the frame.
+    ///
+    /// # Errors
+    /// As [`Commands::on`], and those of `record`.
+    pub fn record<T>(&self, frame: &Frame, record: impl FnOnce(&mut Commands) -> Result<T>) -> Result<T> {
+        // SAFETY: the command buffer is the frame's own, is being recorded outside a render, and is submitted once, in order;
+        // `begin` waited for the frame that is `FRAMES_IN_FLIGHT` before.
+        let mut commands = unsafe { Commands::on(&self.context, frame.commands, frame.number) }?;
+        record(&mut commands)
+    }
+
+    /// Ends and submits the frame: `picture`, `size` pixels of four bytes, in the upper left of the window, and the panel over it.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device is lost.
+    pub fn end(&mut self, frame: Frame, picture: Option<(&Buffer, [u32; 2])>, mut ui: Ui) -> Result<()> {
+        self.textures(&mut ui)?;
+        self.copied[(frame.number % u64::from(FRAMES_IN_FLIGHT)) as usize] = picture.map(|(buffer, _)| buffer.clone());
+        if let (Some(image), Some(chain)) = (frame.image, &self.swapchain) {
+            self.frames.copy(frame.commands, chain, image, picture);
+            let extent = vk::Extent2D { width: chain.size[0], height: chain.size[1] };
+            let panel = &mut self.ui;
+            self.frames.over(frame.commands, chain, image, |commands| match panel {
+                Some(panel) => panel
+                    .cmd_draw(commands, extent, ui.pixels_per_point, &ui.primitives)
+                    .map_err(|cause| error("draw", "the panel", cause)),
+                None => Ok(()),
+            })?;
+        }
+        let shown = self.swapchain.as_ref().zip(frame.image);
+        self.frames.submit(self.device.queue, frame.number, shown.map(|(chain, image)| chain.drawn[image]))?;
+        self.next += 1;
+        if let Some((chain, image)) = shown
+            && let Turn::Stale = chain.present(self.device.queue, image)?
+        {
+            self.is_stale = true;
+        }
+        if !ui.textures.free.is_empty() {
+            self.device.wait();
+            for id in ui.textures.free.drain() {
+                self.ui
+                    .as_mut()
+                    .map_or(Ok(()), |panel| panel.free_texture(id))
+                    .map_err(|e| error("free", "text", e))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Copies what text needs that was not shown before. It waits for the device, and is rare.
+    fn textures(&mut self, ui: &mut Ui) -> Result<()> {
+        let (Some(panel), false) = (&mut self.ui, ui.textures.set.is_empty()) else { return Ok(()) };
+        // What the frames before draw from is replaced.
+        self.device.wait();
+        for (id, deltas) in ui.textures.set.drain() {
+            for delta in deltas {
+                let copied = panel.set_texture(self.device.queue, self.frames.pool(), id, &delta);
+                copied.map_err(|cause| error("copy", "text", cause))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Host {
+    fn drop(&mut self) {
+        self.device.wait();
+        // They free into the allocator, before that goes.
+        (self.ui, self.copied) = (None, Default::default());
+    }
+}

@@ -1,0 +1,143 @@
+//! The images that the window shows one after the other.
+
+use super::device::Device;
+use super::failed;
+use crate::{Error, Result};
+use ash::{khr, vk};
+
+/// The window's images, of one size.
+pub struct Swapchain {
+    device: ash::Device,
+    loader: khr::swapchain::Device,
+    pub handle: vk::SwapchainKHR,
+    pub format: vk::Format,
+    pub size: [u32; 2],
+    pub images: Vec<vk::Image>,
+    pub views: Vec<vk::ImageView>,
+    /// Of each image: it is drawn.
+    pub drawn: Vec<vk::Semaphore>,
+}
+
+/// What came of asking for an image, or showing it.
+pub enum Turn<T> {
+    Done(T),
+    /// The window is of another size: make the images anew.
+    Stale,
+}
+
+impl Swapchain {
+    /// Images for a window of `size` pixels, in the place of `old` ones that nothing uses any more; none where the window has no area.
+    pub fn new(device: &Device, size: [u32; 2], old: Option<Self>) -> Result<Option<Self>> {
+        let (surfaces, surface) = device.surface();
+        let fail = failed("make", "the window's images");
+        // SAFETY: device and surface belong together.
+        let (can, formats) = unsafe {
+            let can = surfaces.get_physical_device_surface_capabilities(device.physical, surface);
+            (
+                can.map_err(&fail)?,
+                surfaces.get_physical_device_surface_formats(device.physical, surface).map_err(&fail)?,
+            )
+        };
+        // Where it is all ones, the window is as large as its images.
+        let own = can.current_extent.width != u32::MAX;
+        let (least, most) = (can.min_image_extent, can.max_image_extent);
+        let size = match own {
+            true => [can.current_extent.width, can.current_extent.height],
+            false => [size[0].clamp(least.width, most.width), size[1].clamp(least.height, most.height)],
+        };
+        if size.contains(&0) {
+            return Ok(None);
+        }
+        // Bytes are written as they are seen, so that nothing of the device's encodes them again.
+        let plain = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM];
+        let is_plain = |format: &&vk::SurfaceFormatKHR| {
+            plain.contains(&format.format) && format.color_space == vk::ColorSpaceKHR::SRGB_NONLINEAR
+        };
+        let usage = vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::COLOR_ATTACHMENT;
+        let Some(format) = formats.iter().find(is_plain).filter(|_| can.supported_usage_flags.contains(usage)) else {
+            return Err(Error::Refused { needs: "a window of 8 bits a channel that pictures can be copied to".into() });
+        };
+        let most = if can.max_image_count == 0 { u32::MAX } else { can.max_image_count };
+        let alpha = [vk::CompositeAlphaFlagsKHR::OPAQUE, vk::CompositeAlphaFlagsKHR::INHERIT];
+        let alpha = alpha.into_iter().find(|flag| can.supported_composite_alpha.contains(*flag));
+        let info = vk::SwapchainCreateInfoKHR::default()
+            .surface(surface)
+            .min_image_count((can.min_image_count + 1).min(most))
+            .image_format(format.format)
+            .image_color_space(format.color_space)
+            .image_extent(vk::Extent2D { width: size[0], height: size[1] })
+            .image_array_layers(1)
+            .image_usage(usage)
+            .pre_transform(can.current_transform)
+            .composite_alpha(alpha.unwrap_or(vk::CompositeAlphaFlagsKHR::OPAQUE))
+            .present_mode(vk::PresentModeKHR::FIFO)
+            .clipped(true)
+            .old_swapchain(old.as_ref().map_or(vk::SwapchainKHR::null(), |old| old.handle));
+        let loader = khr::swapchain::Device::new(&device.origin().1, &device.handle);
+        // SAFETY: `info` is complete, and the old images are of this surface.
+        let handle = unsafe { loader.create_swapchain(&info, None) }.map_err(&fail)?;
+        let mut chain = Self {
+            device: device.handle.clone(),
+            loader,
+            handle,
+            format: format.format,
+            size,
+            images: Vec::new(),
+            views: Vec::new(),
+            drawn: Vec::new(),
+        };
+        // SAFETY: the chain was just made.
+        chain.images = unsafe { chain.loader.get_swapchain_images(handle) }.map_err(&fail)?;
+        for image in &chain.images {
+            let range = vk::ImageSubresourceRange::default()
+                .aspect_mask(vk::ImageAspectFlags::COLOR)
+                .level_count(1)
+                .layer_count(1);
+            let info = vk::ImageViewCreateInfo::default()
+                .image(*image)
+                .view_type(vk::ImageViewType::TYPE_2D)
+                .format(format.format)
+                .subresource_range(range);
+            // SAFETY: the image is of this format; both handles are kept at once.
+            unsafe {
+                chain.views.push(device.handle.create_image_view(&info, None).map_err(&fail)?);
+                let semaphore = device.handle.create_semaphore(&vk::SemaphoreCreateInfo::default(), None);
+                chain.drawn.push(semaphore.map_err(&fail)?);
+            }
+        }
+        Ok(Some(chain))
+    }
+
+    /// The next image to draw to; `acquired` is signalled once that may begin.
+    pub fn acquire(&self, acquired: vk::Semaphore) -> Result<Turn<usize>> {
+        // SAFETY: the semaphore is of this device, and nothing waits for it.
+        match unsafe { self.loader.acquire_next_image(self.handle, u64::MAX, acquired, vk::Fence::null()) } {
+            Ok((image, _)) => Ok(Turn::Done(image as usize)),
+            Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(Turn::Stale),
+            Err(result) => Err(failed("ask for", "the window's next image")(result)),
+        }
+    }
+
+    /// Shows an image once it is drawn.
+    pub fn present(&self, queue: vk::Queue, image: usize) -> Result<Turn<()>> {
+        let (chains, images, drawn) = ([self.handle], [image as u32], [self.drawn[image]]);
+        let info = vk::PresentInfoKHR::default().swapchains(&chains).image_indices(&images).wait_semaphores(&drawn);
+        // SAFETY: the image was acquired, and its semaphore will be signalled by what was submitted.
+        match unsafe { self.loader.queue_present(queue, &info) } {
+            Ok(false) => Ok(Turn::Done(())),
+            Ok(true) | Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => Ok(Turn::Stale),
+            Err(result) => Err(failed("show", "the window's image")(result)),
+        }
+    }
+}
+
+impl Drop for Swapchain {
+    fn drop(&mut self) {
+        // SAFETY: whoever drops it has waited until nothing uses the images.
+        unsafe {
+            self.views.iter().for_each(|view| self.device.destroy_image_view(*view, None));
+            self.drawn.iter().for_each(|semaphore| self.device.destroy_semaphore(*semaphore, None));
+            self.loader.destroy_swapchain(self.handle, None);
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! A technique in the window, open, and the picture that it lights.
+
+use crate::Result;
+use crate::consume::{Kernels, Lighting, Renderer, Shading, StepsKernel};
+use crate::gpu::{Commands, Context};
+use crate::scene::View;
+use crate::technique::{Settled, Spec, Technique, open};
+use crate::world::{Generations, World};
+
+pub struct Lit {
+    pub spec: Spec,
+    pub technique: Box<dyn Technique>,
+    pub renderer: Renderer,
+    /// What counts its steps, once they were asked for.
+    pub steps: Option<StepsKernel>,
+    kernels: Kernels,
+    /// The world that it was built for.
+    built: Option<Generations>,
+    /// The frame that recorded its last build, until that is over.
+    building: Option<u64>,
+    /// What the picture shows: which state of the world, and by which camera.
+    seen: (u64, View),
+    /// How often the picture is to be drawn until it is at rest.
+    left: usize,
+}
+
+/// What a frame is, of a side.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Recorded {
+    /// It is built or seen otherwise than before.
+    pub changed: bool,
+    /// Its picture is drawn again.
+    pub drawn: bool,
+}
+
+impl Lit {
+    /// Opens a technique for the world in state `seen.0`, seen by the camera `seen.1`.
+    ///
+    /// # Errors
+    /// As [`open`] and [`Renderer::kernels_of`].
+    pub fn open(context: &Context, world: &World, spec: &Spec, seen: (u64, View)) -> Result<Self> {
+        let settings = spec.settings();
+        let lighting = Lighting::of(&settings);
+        context.features().require(lighting.requires())?;
+        let technique = open(context, world, spec)?.technique;
+        let renderer = Renderer::new(context, world, &seen.1)?;
+        let shading = Shading::of(&settings);
+        Ok(Self {
+            kernels: renderer.kernels_of(technique.as_ref(), shading, lighting)?,
+            spec: spec.clone(),
+            technique,
+            renderer,
+            steps: None,
+            built: None,
+            building: None,
+            seen,
+            left: shading.frames_to_settle(),
+        })
+    }
+
+    /// Takes what frame `over` says, which is over: what did not fit has room from now on, and is built again.
+    ///
+    /// # Errors
+    /// As [`Technique::settle`].
+    pub fn settle(&mut self, over: u64) -> Result<()> {
+        if self.technique.settle(over)? != Settled::Done {
+            self.built = None;
+        }
+        if self.building == Some(over) {
+            self.building = None;
+        }
+        Ok(())
+    }
+
+    /// Whether its build stands, as far as that is known.
+    pub fn stands(&self, world: &World) -> bool {
+        let parts = self.technique.made_of();
+        self.building.is_none() && self.built.as_ref().is_some_and(|built| built.agree(world.generations(), parts))
+    }
+
+    /// Whether its picture is at rest too.
+    pub fn is_drawn(&self) -> bool {
+        self.left == 0
+    }
+
+    /// Records what has changed: the build and, where it is wanted, the picture. `seen` is as for
+    /// [`Lit::open`].
+    ///
+    /// # Errors
+    /// As [`Technique::record`] and [`Renderer::record`].
+    pub fn record(
+        &mut self,
+        commands: &mut Commands,
+        world: &World,
+        seen: (u64, View),
+        pictured: bool,
+    ) -> Result<Recorded> {
+        let parts = self.technique.made_of();
+        let builds = !self.built.as_ref().is_some_and(|built| built.agree(world.generations(), parts));
+        if builds {
+            self.technique.record(commands, world)?;
+            (self.built, self.building) = (Some(world.generations().clone()), Some(commands.frame()));
+        }
+        let changed = builds || seen != self.seen;
+        if seen != self.seen {
+            self.renderer.look(world, &seen.1)?;
+            self.seen = seen;
+        }
+        if changed {
+            self.left = Shading::of(&self.spec.settings()).frames_to_settle();
+        }
+        let drawn = pictured && self.left > 0;
+        if drawn {
+            self.renderer.record(commands, &self.kernels)?;
+            self.left -= 1;
+        }
+        Ok(Recorded { changed, drawn })
+    }
+}

@@ -1,0 +1,81 @@
+//! `gobo view`: a window with techniques side by side. It uses the core as any engine does: its own device, frames in flight, and
+//! passes that are only recorded.
+
+mod camera;
+mod chart;
+#[allow(unsafe_code)]
+mod host;
+mod lit;
+mod panel;
+mod present;
+mod script;
+mod stage;
+mod state;
+mod truth;
+mod window;
+
+pub use state::{Side, State};
+
+use crate::gpu::Messages;
+use crate::{Error, Result};
+use host::Said;
+use script::Script;
+use std::path::PathBuf;
+use std::sync::PoisonError;
+use window::View;
+use winit::event_loop::EventLoop;
+
+/// What a window is opened with.
+pub struct Options {
+    /// To choose from.
+    pub scenes: Vec<String>,
+    /// Of the picture, pixels; the panel stands beside it.
+    pub size: [u32; 2],
+    /// In place of keys and mouse.
+    pub script: Option<PathBuf>,
+    /// Index or part of the name.
+    pub device: Option<String>,
+    /// Run under the validation layer.
+    pub validation: bool,
+    /// Where it is said that something was never freed.
+    pub messages: Messages,
+}
+
+/// Opens a window that shows `state`, and comes back when it is closed.
+///
+/// # Errors
+/// [`Error::Gpu`] where there is no display or device, or that is lost; [`Error::Input`] where the scene or the script cannot be used;
+/// [`Error::Output`] where a picture cannot be written.
+pub fn open(options: Options, state: State) -> Result<()> {
+    let script = options.script.as_deref().map(Script::read).transpose()?;
+    // Before a window stands there for nothing.
+    state.change().of(&state.load()?)?;
+    let events = EventLoop::new().map_err(no_display)?;
+    let said = Said::default();
+    let mut view = View::new(options, state, script, said.clone());
+    events.run_app(&mut view).map_err(no_display)?;
+    let outcome = view.close();
+    // The device is closed by now, of which the layer may have had something to say.
+    let all = said.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    outcome.and(match all.first() {
+        None => Ok(()),
+        Some(first) => Err(Error::Gpu {
+            operation: "show",
+            name: format!("{} messages of the validation layer", all.len()),
+            cause: first.replace('\n', " "),
+            way_out: "report this as a bug, with the driver's version".into(),
+        }),
+    })
+}
+
+fn no_display(cause: impl ToString) -> Error {
+    let cause = cause.to_string().replace('\n', " ");
+    // Where winit says it from is nobody's business.
+    let said = cause.split_once(".rs:").and_then(|(_, line)| line.split_once(": ")).map_or(&*cause, |(_, said)| said);
+    Error::Gpu {
+        operation: "open",
+        name: "a window".into(),
+        cause: said.trim_end_matches('.').into(),
+        way_out: "run it where there is a display, or under xvfb-run".into(),
+    }
+}

@@ -1,0 +1,224 @@
+//! The panel: a control for all that a state has.
+
+use super::chart::Chart;
+use super::stage::Stage;
+use super::state::{Show, Side, State};
+use crate::consume::KEYS;
+use crate::scene::{LightKind, Motion};
+use crate::technique::{Key, REGISTRY, Spec, Values};
+use egui::{ComboBox, DragValue, Slider, Ui};
+use glam::DVec3;
+
+/// Points.
+pub const WIDTH: f32 = 340.0;
+
+/// What the panel shows beside the state.
+pub struct Told<'a> {
+    pub scenes: &'a [String],
+    pub stage: Option<&'a Stage>,
+    pub chart: &'a Chart,
+    /// What went wrong last.
+    pub lines: &'a [String],
+    /// Milliseconds that the host takes for a frame.
+    pub host_ms: f64,
+}
+
+/// What was asked for by a button.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pressed {
+    Copy,
+    Screenshot,
+}
+
+/// Draws the panel. What is set in it is set in `state`.
+pub fn panel(ui: &mut Ui, state: &mut State, told: &Told) -> Option<Pressed> {
+    let mut pressed = None;
+    egui::Panel::right("panel").exact_size(WIDTH).resizable(false).show(ui, |ui| {
+        egui::ScrollArea::vertical().show(ui, |ui| {
+            ui.spacing_mut().slider_width = 130.0;
+            ui.horizontal(|ui| {
+                for (button, what) in [("copy as command (C)", Pressed::Copy), ("PNG (F12)", Pressed::Screenshot)] {
+                    if ui.button(button).clicked() {
+                        pressed = Some(what);
+                    }
+                }
+            });
+            lines(ui, state, told);
+            scene(ui, state, told);
+            shown(ui, state, told);
+            for (i, name) in ["A", "B"].into_iter().enumerate() {
+                let path = told.stage.and_then(|stage| stage.path(i)).map(|path| format!(", path {path}"));
+                egui::CollapsingHeader::new(format!("{name}: {}{}", state.sides[i].text(), path.unwrap_or_default()))
+                    .id_salt(name)
+                    .default_open(i == 0)
+                    .show(ui, |ui| side(ui, &mut state.sides[i]));
+            }
+            egui::CollapsingHeader::new("Passes").default_open(true).show(ui, |ui| {
+                told.chart.show(ui);
+                ui.label(format!("the host's part of a frame {:.2} ms", told.host_ms));
+            });
+        });
+    });
+    pressed
+}
+
+/// What went wrong, and how far the reference is.
+fn lines(ui: &mut Ui, state: &State, told: &Told) {
+    let Some(stage) = told.stage else { return };
+    let red = ui.visuals().error_fg_color;
+    for line in stage.refused().chain(told.lines.iter().map(String::as_str)) {
+        ui.colored_label(red, line);
+    }
+    if let Some([rows, all]) = stage.truth(state).filter(|[rows, all]| rows < all) {
+        ui.add(egui::ProgressBar::new(rows as f32 / all as f32).text(format!("reference: {rows} of {all} rows")));
+    }
+}
+
+fn scene(ui: &mut Ui, state: &mut State, told: &Told) {
+    ui.separator();
+    let mut chosen = state.scene.clone();
+    ComboBox::from_label("scene").selected_text(&state.scene).width(200.0).show_ui(ui, |ui| {
+        for scene in told.scenes {
+            ui.selectable_value(&mut chosen, scene.clone(), scene);
+        }
+    });
+    if chosen != state.scene {
+        state.choose(&chosen);
+    }
+    let Some(stage) = told.stage else { return };
+    let direction = stage.base().lights.iter().find_map(|light| match light.kind {
+        LightKind::Directional { direction } | LightKind::Spot { direction, .. } => Some(direction),
+        LightKind::Point { .. } | LightKind::Virtual { .. } => None,
+    });
+    if let Some(direction) = direction {
+        light(ui, state, direction);
+    }
+    let kinds = stage.base().kinds();
+    if kinds.particles || kinds.strands || kinds.splats {
+        ui.add(Slider::new(&mut state.extinction, 0.01..=100.0).logarithmic(true).text("extinction ×"));
+    }
+    if stage.base().motion != Motion::Still {
+        ui.horizontal(|ui| {
+            ui.add(Slider::new(&mut state.time_s, 0.0..=60.0).text("time, s"));
+            ui.checkbox(&mut state.runs, "runs");
+        });
+    }
+}
+
+/// The way that the light travels, as the place where it stands in the sky.
+fn light(ui: &mut Ui, state: &mut State, of_scene: DVec3) {
+    let to = -state.direction.unwrap_or(of_scene).normalize();
+    let (mut azimuth, mut elevation) = (to.y.atan2(to.x).to_degrees(), to.z.asin().to_degrees());
+    let turned = ui.add(Slider::new(&mut azimuth, -180.0..=180.0).text("light's azimuth, °")).changed();
+    let raised = ui.add(Slider::new(&mut elevation, -89.0..=89.0).text("elevation, °")).changed();
+    if turned || raised {
+        let (azimuth, elevation) = (azimuth.to_radians(), elevation.to_radians());
+        let flat = elevation.cos();
+        state.direction = Some(-DVec3::new(flat * azimuth.cos(), flat * azimuth.sin(), elevation.sin()));
+    }
+}
+
+fn shown(ui: &mut Ui, state: &mut State, told: &Told) {
+    ui.separator();
+    ui.horizontal_wrapped(|ui| {
+        for (word, show) in Show::ALL {
+            ui.selectable_value(&mut state.show, show, word);
+        }
+    });
+    match state.show {
+        Show::Wipe => drop(ui.add(Slider::new(&mut state.wipe, 0.0..=1.0).text("wipe"))),
+        Show::Difference => drop(ui.add(Slider::new(&mut state.gain, 1..=64).text("difference ×"))),
+        Show::Slice => drop(ui.add(Slider::new(&mut state.depth, 0.0..=1.0).text("depth in light 0's range"))),
+        Show::Steps => {
+            if let Some(steps) = told.stage.and_then(Stage::steps) {
+                ui.label(steps.to_string());
+            }
+        }
+        Show::A | Show::B => {}
+    }
+}
+
+/// Who lights a side, and a control for each key of its spec.
+fn side(ui: &mut Ui, side: &mut Side) {
+    let name = |side: &Side| match side {
+        Side::Reference => "reference",
+        Side::Technique(spec) => spec.entry.name,
+    };
+    let is = name(side);
+    let mut chosen = is;
+    ComboBox::from_label("technique").selected_text(is).show_ui(ui, |ui| {
+        ui.selectable_value(&mut chosen, "reference", "reference");
+        for entry in REGISTRY {
+            ui.selectable_value(&mut chosen, entry.name, entry.name);
+        }
+    });
+    if chosen != is {
+        let entry = REGISTRY.iter().find(|entry| entry.name == chosen);
+        *side = entry.map_or(Side::Reference, |entry| Side::Technique(Spec::new(entry, KEYS)));
+    }
+    let Side::Technique(spec) = side else { return };
+    let keys: Vec<&'static Key> = spec.keys().filter(|key| !spec.text(*key).is_empty()).collect();
+    for key in keys {
+        control(ui, spec, key);
+    }
+}
+
+/// A control of what a key may be.
+fn control(ui: &mut Ui, spec: &mut Spec, key: &'static Key) {
+    let is = spec.text(key).to_owned();
+    let mut value = is.clone();
+    ui.horizontal(|ui| {
+        match key.values {
+            Values::OneOf(words) => {
+                let default = Some(&key.default).filter(|default| !words.contains(default));
+                ComboBox::from_id_salt(key.name).selected_text(&value).width(110.0).show_ui(ui, |ui| {
+                    for word in default.into_iter().chain(words) {
+                        ui.selectable_value(&mut value, (*word).to_owned(), *word);
+                    }
+                });
+            }
+            Values::Number(low, high) => number(ui, key, &mut value, (low, high), 1),
+            Values::Multiple(step, low, high) => number(ui, key, &mut value, (low, high), step),
+            Values::Path(_) => {
+                let mut text = value.clone();
+                // A file is looked for once its name is there.
+                if ui.add(egui::TextEdit::singleline(&mut text).desired_width(110.0)).lost_focus() {
+                    value = text;
+                }
+            }
+        }
+        ui.label(key.name).on_hover_text(key.about);
+    });
+    if value != is {
+        spec.set(key, &value);
+    }
+}
+
+/// A number, or the word in its place.
+fn number(ui: &mut Ui, key: &Key, value: &mut String, (low, high): (u32, u32), step: u32) {
+    let is_word = key.default.parse::<u32>().is_err();
+    let mut number = value.parse::<u32>().unwrap_or(low);
+    if is_word {
+        let mut auto = *value == key.default;
+        if ui.checkbox(&mut auto, key.default).changed() {
+            *value = if auto { key.default.to_owned() } else { number.to_string() };
+        }
+        if auto {
+            return;
+        }
+    }
+    // While it is dragged nothing is opened anew: that is for the number where it is let go.
+    let id = ui.id().with(key.name);
+    if let Some(dragged) = ui.data(|data| data.get_temp(id)) {
+        number = dragged;
+    }
+    let speed = f64::from(step).max(f64::from(number) / 64.0);
+    let drag = DragValue::new(&mut number).range(low..=high).speed(speed);
+    let response = ui.add(drag.update_while_editing(false));
+    if response.dragged() {
+        ui.data_mut(|data| data.insert_temp(id, number));
+    } else if response.changed() || response.drag_stopped() {
+        ui.data_mut(|data| data.remove::<u32>(id));
+        *value = (number / step * step).max(low).to_string();
+    }
+}

@@ -1,0 +1,147 @@
+//! From pictures in linear light to the bytes that the window shows, which are those of `gobo render`.
+
+use super::state::Show;
+use crate::Result;
+use crate::gpu::{Buffer, Commands, Context, Image, Kernel, Memory, push_struct};
+use crate::scene::Picture;
+use crate::shaders::{set, view as shaders};
+
+push_struct! {
+    /// Twin: PresentPush in glsl/view/present.comp.
+    pub struct PresentPush {
+        width: u32,
+        height: u32,
+        show: u32,
+        wipe: u32,
+        gain: u32,
+        sources: u32,
+        blue_first: u32,
+    }
+}
+
+/// Where a picture comes from. Twins: the bits of glsl/view/present.comp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// Its image.
+    Image = 0,
+    /// Values that the host wrote.
+    Values = 1,
+    /// Nobody has it.
+    Nobody = 2,
+}
+
+/// What is shown, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shown {
+    pub show: Show,
+    /// The first column of B.
+    pub wipe: u32,
+    pub gain: u32,
+    /// Where A and B come from.
+    pub sources: [Source; 2],
+    pub blue_first: bool,
+}
+
+/// What makes the bytes of one pair of pictures.
+pub struct Present {
+    kernel: Kernel<PresentPush>,
+    size: [u32; 2],
+    /// Three floats a pixel of the reference, or one of a slice, or bytes that the host painted.
+    values: Buffer,
+    shown: Buffer,
+}
+
+impl Present {
+    /// Of pictures A and B of `size` pixels.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where memory runs out.
+    pub fn new(context: &Context, a: &Image, b: &Image, size: [u32; 2]) -> Result<Self> {
+        let pixels = u64::from(size[0]) * u64::from(size[1]);
+        let values = Buffer::zeroed(context, "view.values", 12 * pixels)?;
+        let shown = Buffer::new(context, "view.shown", 4 * pixels, Memory::Device)?;
+        let levels = Buffer::with_data(context, "view.levels", &levels())?;
+        let bindings =
+            set::ViewPresent { first_picture: a, second_picture: b, levels: &levels, values: &values, shown: &shown }
+                .bind(context, "view.present")?;
+        let constants = crate::gpu::Constants::new();
+        let kernel = Kernel::compute(context, &shaders::PRESENT, &[&bindings], &constants)?;
+        Ok(Self { kernel, size, values, shown })
+    }
+
+    /// What the host or a slice says.
+    pub fn values(&self) -> &Buffer {
+        &self.values
+    }
+
+    /// Four bytes a pixel, rows from the top.
+    pub fn shown(&self) -> &Buffer {
+        &self.shown
+    }
+
+    /// Records the pass.
+    pub fn record(&self, commands: &mut Commands, is: Shown) {
+        let [width, height] = self.size;
+        let push = PresentPush {
+            width,
+            height,
+            show: is.show as u32,
+            wipe: is.wipe,
+            gain: is.gain,
+            sources: is.sources[0] as u32 | (is.sources[1] as u32) << 2,
+            blue_first: is.blue_first.into(),
+        };
+        let groups = [width.div_ceil(8), height.div_ceil(8), 1];
+        commands.pass("view.present", |pass| pass.dispatch(&self.kernel, &push, groups));
+    }
+}
+
+/// A byte of a file of `render`.
+fn byte(value: f32) -> u8 {
+    Picture { width: 1, height: 1, pixels: vec![[value; 3]] }.to_srgb8()[0]
+}
+
+/// For each byte the least number that has it: by halving, since numbers of 0 and more are ordered as their bits are.
+fn levels() -> [f32; 256] {
+    let least = |byte_wanted: usize| {
+        let (mut below, mut reached) = (0, 1f32.to_bits());
+        while reached - below > 1 {
+            let middle = below + (reached - below) / 2;
+            let has = usize::from(byte(f32::from_bits(middle))) >= byte_wanted;
+            *(if has { &mut reached } else { &mut below }) = middle;
+        }
+        f32::from_bits(reached)
+    };
+    std::array::from_fn(|i| if i == 0 { f32::NEG_INFINITY } else { least(i) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Twin: level in glsl/view/present.comp.
+    fn level(levels: &[f32; 256], value: f32) -> u8 {
+        let mut at = 0;
+        for step in [128, 64, 32, 16, 8, 4, 2, 1] {
+            at += if value >= levels[at + step] { step } else { 0 };
+        }
+        at as u8
+    }
+
+    /// All numbers about each level, where rounding could tell them apart, and any others.
+    #[test]
+    fn levels_are_the_bytes_of_files() {
+        let levels = levels();
+        for least in &levels[1..] {
+            let bits = least.to_bits();
+            for value in (bits.saturating_sub(300)..bits + 300).map(f32::from_bits) {
+                assert_eq!(level(&levels, value), byte(value), "{value}");
+            }
+        }
+        for value in [0.0, -0.0, -1.0, 1.0, 2.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN, f32::MIN_POSITIVE, 1e-45] {
+            assert_eq!(level(&levels, value), byte(value), "{value}");
+        }
+        proptest!(|(value in -0.1f32..1.2)| prop_assert_eq!(level(&levels, value), byte(value)));
+    }
+}

@@ -1,0 +1,134 @@
+//! What a file says in place of keys and mouse: a line after the other, each once what it waits for is so.
+
+use crate::{Error, Result};
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use winit::keyboard::{Key, NamedKey};
+
+/// A line.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step {
+    /// As [`super::State::set`].
+    Set(String, String),
+    /// A key by its name.
+    Key(String),
+    /// Goes round, radians to the right and up.
+    Orbit(f64, f64),
+    /// Waits so long.
+    Wait(Duration),
+    /// Draws so many frames.
+    Frames(u64),
+    /// A PNG of what is seen once that is whole.
+    Screenshot(PathBuf),
+    /// The picture is of so many pixels; 0 × 0 as if the window were minimized.
+    Resize([u32; 2]),
+    /// A file is dropped onto the window.
+    Drop(String),
+    /// Prints the frames so far, and the bytes of device memory that are held.
+    Report,
+    /// Closes the window.
+    Quit,
+}
+
+/// Lines that are still to come, with their numbers.
+pub struct Script(VecDeque<Step>);
+
+impl Script {
+    /// Reads a file: a line a step, `#` begins a comment.
+    ///
+    /// # Errors
+    /// [`Error::Input`] that names the line.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path);
+        let text = text.map_err(|cause| Error::input(path.display().to_string(), cause, "name a file of lines"))?;
+        let steps = text.lines().enumerate().filter_map(|(number, line)| {
+            let line = line.split('#').next().unwrap_or_default().trim();
+            let place = format!("{}:{}: {line}", path.display(), number + 1);
+            (!line.is_empty()).then(|| step(line).map_err(|known| Error::input(place, "no such line", known)))
+        });
+        Ok(Self(steps.collect::<Result<_>>()?))
+    }
+
+    /// The next line.
+    pub fn next(&mut self) -> Option<Step> {
+        self.0.pop_front()
+    }
+}
+
+/// What a line says, else what it may be.
+fn step(line: &str) -> std::result::Result<Step, String> {
+    let (word, rest) = line.split_once(' ').map_or((line, ""), |(word, rest)| (word, rest.trim()));
+    let numbers = || rest.split_whitespace().map(str::parse).collect::<std::result::Result<Vec<f64>, _>>().ok();
+    let whole = |n: f64| (n >= 0.0 && n.fract() == 0.0 && n <= 1e6).then_some(n as u32);
+    let step = match (word, numbers().as_deref()) {
+        ("set", _) => rest.split_once(' ').map(|(key, value)| Step::Set(key.into(), value.trim().into())),
+        ("key", _) => (!rest.is_empty()).then(|| Step::Key(rest.to_lowercase())),
+        ("orbit", Some([right, up])) => Some(Step::Orbit(*right, *up)),
+        ("wait", Some([ms])) => whole(*ms).map(|ms| Step::Wait(Duration::from_millis(ms.into()))),
+        ("frames", Some([count])) => whole(*count).map(|count| Step::Frames(count.into())),
+        ("screenshot", _) => (!rest.is_empty()).then(|| Step::Screenshot(rest.into())),
+        ("resize", Some([width, height])) => whole(*width).zip(whole(*height)).map(|(w, h)| Step::Resize([w, h])),
+        ("drop", _) => (!rest.is_empty()).then(|| Step::Drop(rest.into())),
+        ("report", Some([])) => Some(Step::Report),
+        ("quit", Some([])) => Some(Step::Quit),
+        _ => None,
+    };
+    let known = "set KEY VALUE, key NAME, orbit RIGHT UP, wait MILLISECONDS, frames N, screenshot FILE, resize W H, drop FILE, report, quit";
+    step.ok_or_else(|| format!("write one of: {known}"))
+}
+
+/// A key as a script has it.
+pub fn key_name(key: &Key) -> String {
+    match key {
+        Key::Named(NamedKey::Space) => "space".into(),
+        Key::Named(named) => format!("{named:?}").to_lowercase(),
+        Key::Character(text) => text.to_lowercase(),
+        _ => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_steps() {
+        for (line, is) in [
+            ("set a.nodes 4", Step::Set("a.nodes".into(), "4".into())),
+            ("set scene my file.toml", Step::Set("scene".into(), "my file.toml".into())),
+            ("key F12", Step::Key("f12".into())),
+            ("orbit -0.5 0.25", Step::Orbit(-0.5, 0.25)),
+            ("wait 20", Step::Wait(Duration::from_millis(20))),
+            ("frames 300", Step::Frames(300)),
+            ("screenshot a b.png", Step::Screenshot("a b.png".into())),
+            ("resize 64 0", Step::Resize([64, 0])),
+            ("report", Step::Report),
+            ("quit", Step::Quit),
+        ] {
+            assert_eq!(step(line), Ok(is), "{line}");
+        }
+        for line in ["set a", "frames", "frames -1", "frames 1.5", "resize 1", "quit now", "jump", "screenshot"] {
+            assert!(step(line).is_err_and(|known| known.contains("screenshot FILE")), "{line}");
+        }
+    }
+
+    #[test]
+    fn keys_have_names() {
+        let named = [NamedKey::Space, NamedKey::F12, NamedKey::Escape].map(|key| key_name(&Key::Named(key)));
+        assert_eq!(named, ["space", "f12", "escape"]);
+        assert_eq!(key_name(&Key::Character("C".into())), "c");
+    }
+
+    #[test]
+    fn a_file_names_its_wrong_line() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("script");
+        std::fs::write(&path, "# first\nquit # last\n").expect("written");
+        let mut script = Script::read(&path).expect("right");
+        assert_eq!((script.next(), script.next()), (Some(Step::Quit), None));
+        std::fs::write(&path, "quit\n\njump 3\n").expect("written");
+        let error = Script::read(&path).map(|_| ()).expect_err("wrong").to_string();
+        assert!(error.contains("script:3: jump 3: no such line") && !error.contains('\n'), "{error}");
+    }
+}

@@ -1,0 +1,373 @@
+//! What is drawn: a scene, the techniques that light it, their pictures. What has not changed is not built and not drawn again.
+
+use super::host::Host;
+use super::lit::Lit;
+use super::present::{Present, Shown, Source};
+use super::state::{Show, Side, State};
+use super::truth::Truth;
+use crate::consume::{Slice, StepsKernel};
+use crate::gpu::{Buffer, Commands, Context, Format, Image, ImageUse, Memory, ReadBack};
+use crate::report::StepRange;
+use crate::scene::{Scene, SceneChange, View};
+use crate::world::World;
+use crate::{Error, Result};
+
+/// Counts of steps on their way to the host.
+struct Counting {
+    read: ReadBack,
+    pixels: usize,
+    frame: u64,
+}
+
+/// What the values of [`Present`] are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Values {
+    Nothing,
+    Reference,
+    /// At that depth.
+    Slice(f32),
+    Steps,
+}
+
+/// The scene, A and B.
+pub struct Stage {
+    /// As its file says, at the time.
+    base: Scene,
+    /// What of the state `base` was made of.
+    of: (String, f64, Option<usize>),
+    /// What of it is otherwise in the world.
+    change: SceneChange,
+    world: World,
+    /// Rises whenever the world changes.
+    version: u64,
+    sides: [Option<Lit>; 2],
+    /// Specs that cannot be shown, and why.
+    refused: [Option<(String, String)>; 2],
+    truth: Truth,
+    present: Option<Present>,
+    values: Values,
+    counting: Option<Counting>,
+    steps: Option<StepRange>,
+    /// What the window's bytes show; none where that is no longer so.
+    shown: Option<Shown>,
+    size: [u32; 2],
+    context: Context,
+}
+
+impl Stage {
+    /// The scene that `state` names, to be drawn in pictures of `size` pixels.
+    ///
+    /// # Errors
+    /// As [`Scene::load`], [`SceneChange::of`] and [`World::new`].
+    pub fn new(context: &Context, state: &State, size: [u32; 2]) -> Result<Self> {
+        let base = state.load()?;
+        let world = World::new(context, &state.change().of(&base)?)?;
+        Ok(Self {
+            base,
+            of: (state.scene.clone(), state.time_s, state.lights),
+            change: state.change(),
+            world,
+            version: 0,
+            sides: [None, None],
+            refused: [None, None],
+            truth: Truth::new(),
+            present: None,
+            values: Values::Nothing,
+            counting: None,
+            steps: None,
+            shown: None,
+            size: size.map(|side| side.max(1)),
+            context: context.clone(),
+        })
+    }
+
+    /// Whether it is of the scene that `state` names.
+    pub fn is_of(&self, state: &State) -> bool {
+        (&self.of.0, self.of.2) == (&state.scene, state.lights)
+    }
+
+    /// The scene as its file says.
+    pub fn base(&self) -> &Scene {
+        &self.base
+    }
+
+    /// Pixels of the picture.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Pixels of a file of what is seen: of a slice those of its square.
+    pub fn pictured(&self, state: &State) -> [u32; 2] {
+        if state.show == Show::Slice { [self.size[0].min(self.size[1]); 2] } else { self.size }
+    }
+
+    /// Another size of the pictures.
+    pub fn resize(&mut self, size: [u32; 2]) {
+        let size = size.map(|side| side.max(1));
+        if size != self.size {
+            (self.size, self.sides) = (size, [None, None]);
+            self.forget();
+        }
+    }
+
+    /// The pictures are others, of other images.
+    fn forget(&mut self) {
+        (self.present, self.values, self.counting, self.shown) = (None, Values::Nothing, None, None);
+    }
+
+    /// What cannot be shown of A and B, a line each.
+    pub fn refused(&self) -> impl Iterator<Item = &str> {
+        self.refused.iter().flatten().map(|(_, cause)| cause.as_str())
+    }
+
+    /// The range of the steps that are painted.
+    pub fn steps(&self) -> Option<&StepRange> {
+        self.steps.as_ref()
+    }
+
+    /// Rows of the reference that are there, and all of them; none where it is not seen.
+    pub fn truth(&self, state: &State) -> Option<[u32; 2]> {
+        has_reference(state).then(|| self.truth.rows())
+    }
+
+    /// The path that A or B runs.
+    pub fn path(&self, side: usize) -> Option<&'static str> {
+        self.sides[side].as_ref().and_then(|lit| lit.technique.facts().ok()).map(|facts| facts.path)
+    }
+
+    /// The window's bytes.
+    pub fn bytes(&self) -> Option<&Buffer> {
+        self.present.as_ref().map(Present::shown)
+    }
+
+    /// Whether all that is seen is as it will be, for as long as nobody changes anything.
+    pub fn is_whole(&self, state: &State) -> bool {
+        self.is_drawn(state) && (!has_reference(state) || self.truth.is_whole())
+    }
+
+    /// The same but for the reference, which gets on by itself.
+    pub fn is_drawn(&self, state: &State) -> bool {
+        let side = |i: usize| match (&state.sides[i], &self.sides[i]) {
+            _ if !state.show.draws()[i] || self.refused[i].is_some() => true,
+            (Side::Reference, _) => true,
+            (Side::Technique(_), Some(lit)) => lit.stands(&self.world) && (lit.is_drawn() || !state.show.is_picture()),
+            (Side::Technique(_), None) => false,
+        };
+        let is_answered = match state.show {
+            Show::Slice => self.values == Values::Slice(state.depth),
+            Show::Steps => self.values == Values::Steps,
+            Show::A | Show::B | Show::Wipe | Show::Difference => true,
+        };
+        side(0) && side(1) && (is_answered || self.refused[0].is_some()) && self.shown.is_some()
+    }
+
+    /// Records the frame of `state`. Nothing of it waits.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] where the device is lost or has no room; [`Error::Input`] where the scene cannot be so.
+    pub fn record(&mut self, host: &Host, commands: &mut Commands, state: &State) -> Result<()> {
+        if let Some(over) = commands.frame().checked_sub(host.frames_in_flight()) {
+            for lit in self.sides.iter_mut().flatten() {
+                lit.settle(over)?;
+            }
+            self.paint_steps(over)?;
+        }
+        self.move_world(commands, state)?;
+        let scene = self.world.scene()?;
+        let camera = View::camera(&scene.camera, scene, self.size);
+        if has_reference(state) {
+            self.truth.see(self.version, scene, &camera);
+        } else {
+            self.truth.rest();
+        }
+        for i in 0..2 {
+            self.open(i, state, &camera)?;
+        }
+        for (i, lit) in self.sides.iter_mut().enumerate() {
+            let Some(lit) = lit else { continue };
+            if !state.show.draws()[i] {
+                continue;
+            }
+            let recorded = lit.record(commands, &self.world, (self.version, camera), state.show.is_picture())?;
+            if recorded.changed && self.values != Values::Reference {
+                (self.values, self.counting) = (Values::Nothing, None);
+            }
+            if recorded.changed || recorded.drawn {
+                self.shown = None;
+            }
+        }
+        self.show(commands, state, host.is_blue_first())
+    }
+
+    /// Moves the world to where `state` has it.
+    fn move_world(&mut self, commands: &mut Commands, state: &State) -> Result<()> {
+        let change = state.change();
+        if (self.of.1, self.change) == (state.time_s, change) {
+            return Ok(());
+        }
+        let later = if self.of.1 == state.time_s { None } else { Some(self.base.at(state.time_s)?) };
+        let scene = change.of(later.as_ref().unwrap_or(&self.base))?;
+        self.world.replace_in(commands, &scene)?;
+        if let Some(later) = later {
+            self.base = later;
+        }
+        (self.of.1, self.change) = (state.time_s, change);
+        self.version += 1;
+        Ok(())
+    }
+
+    /// Opens A or B where it is another than before. That it cannot be is a line, and no error.
+    fn open(&mut self, i: usize, state: &State, camera: &View) -> Result<()> {
+        let wanted = match &state.sides[i] {
+            Side::Technique(spec) if state.show.draws()[i] => spec,
+            Side::Technique(_) => return Ok(()),
+            Side::Reference => {
+                if self.sides[i].take().is_some() {
+                    self.forget();
+                }
+                self.refused[i] = None;
+                return Ok(());
+            }
+        };
+        let text = wanted.to_string();
+        let is = |lit: &Lit| lit.spec.to_string() == text;
+        if self.sides[i].as_ref().is_some_and(is) || self.refused[i].as_ref().is_some_and(|(of, _)| *of == text) {
+            return Ok(());
+        }
+        (self.sides[i], self.refused[i]) = (None, None);
+        self.forget();
+        match Lit::open(&self.context, &self.world, wanted, (self.version, *camera)) {
+            Ok(lit) => self.sides[i] = Some(lit),
+            Err(error) if is_lost(&error) => return Err(error),
+            Err(error) => self.refused[i] = Some((text, error.to_string())),
+        }
+        Ok(())
+    }
+
+    /// A cannot be shown so.
+    fn refuse(&mut self, error: &Error) {
+        let spec = self.sides[0].as_ref().map(|lit| lit.spec.to_string()).unwrap_or_default();
+        self.refused[0] = Some((spec, error.to_string()));
+    }
+
+    /// Records what makes the window's bytes, where they are others than before.
+    fn show(&mut self, commands: &mut Commands, state: &State, blue_first: bool) -> Result<()> {
+        if self.present.is_none() {
+            let none = Image::new(&self.context, "view.none", Format::R8G8B8A8_UNORM, [1; 2], ImageUse::Storage)?;
+            let image = |i: usize| self.sides[i].as_ref().map_or(&none, |lit| lit.renderer.image());
+            self.present = Some(Present::new(&self.context, image(0), image(1), self.size)?);
+        }
+        let is_answered = match state.show {
+            Show::Slice => self.slice(commands, state.depth)?,
+            Show::Steps => self.count_steps(commands)?,
+            Show::A | Show::B | Show::Wipe | Show::Difference => self.fill_in(state)?,
+        };
+        let source = |i: usize| match (&state.sides[i], &self.sides[i]) {
+            (Side::Reference, _) if self.values == Values::Reference => Source::Values,
+            (Side::Technique(_), Some(_)) => Source::Image,
+            _ => Source::Nobody,
+        };
+        let is = Shown {
+            // What has no answer is shown as a picture that nobody has.
+            show: if is_answered { state.show } else { Show::A },
+            wipe: (state.wipe * f64::from(self.size[0])).round() as u32,
+            gain: state.gain,
+            sources: if is_answered { [source(0), source(1)] } else { [Source::Nobody; 2] },
+            blue_first,
+        };
+        if let Some(present) = self.present.as_ref().filter(|_| self.shown != Some(is)) {
+            present.record(commands, is);
+            self.shown = Some(is);
+        }
+        Ok(())
+    }
+
+    /// Takes what is new of the reference.
+    fn fill_in(&mut self, state: &State) -> Result<bool> {
+        self.counting = None;
+        let Some(present) = self.present.as_ref().filter(|_| has_reference(state)) else { return Ok(true) };
+        if let Some(picture) = self.truth.news(self.values != Values::Reference) {
+            present.values().write(&picture.pixels)?;
+            (self.values, self.shown) = (Values::Reference, None);
+        }
+        Ok(true)
+    }
+
+    /// Asks A about a slice, once its maps stand. Returns whether the values have it.
+    fn slice(&mut self, commands: &mut Commands, depth: f32) -> Result<bool> {
+        if self.values == Values::Slice(depth) {
+            return Ok(true);
+        }
+        let (Some(lit), Some(present)) = (&self.sides[0], &self.present) else { return Ok(false) };
+        if !lit.stands(&self.world) {
+            return Ok(false);
+        }
+        let Some(view) = lit.technique.maps().first().map(|map| map.volume) else {
+            let error =
+                Error::input(lit.spec.entry.name, "it has no maps to slice", "choose one that has, such as avsm");
+            self.refuse(&error);
+            return Ok(false);
+        };
+        let size = [self.size[0].min(self.size[1]); 2];
+        let slice = Slice::new(&self.context, 0, &view, &lit.technique.answer(), depth, size)?;
+        slice.record(commands);
+        let bytes = slice.buffer().bytes();
+        commands.pass("view.copy", |pass| pass.copy(slice.buffer(), present.values(), bytes));
+        (self.values, self.shown) = (Values::Slice(depth), None);
+        Ok(true)
+    }
+
+    /// Has A count its steps, once its build stands. Returns whether the values have them.
+    fn count_steps(&mut self, commands: &mut Commands) -> Result<bool> {
+        if self.values == Values::Steps || self.counting.is_some() {
+            return Ok(self.values == Values::Steps);
+        }
+        let Some(lit) = self.sides[0].as_mut().filter(|lit| lit.stands(&self.world)) else { return Ok(false) };
+        if lit.steps.is_none() {
+            match lit.renderer.steps_kernel(&lit.technique.answer()) {
+                Ok(kernel) => lit.steps = Some(kernel),
+                Err(error) if is_lost(&error) => return Err(error),
+                Err(error) => {
+                    self.refuse(&error);
+                    return Ok(false);
+                }
+            }
+        }
+        let Some(kernel) = &lit.steps else { return Ok(false) };
+        lit.renderer.record_steps(commands, kernel);
+        let pixels = self.size[0] as usize * self.size[1] as usize;
+        let copy = Buffer::new(&self.context, "view.steps", 4 * pixels as u64, Memory::Device)?;
+        let read = ReadBack::new(&self.context, "view.steps", 4 * pixels as u64)?;
+        commands.pass("view.copy", |pass| pass.copy_image(kernel.image(), &copy));
+        commands.read_back(&copy, &read);
+        self.counting = Some(Counting { read, pixels, frame: commands.frame() });
+        Ok(false)
+    }
+
+    /// Paints the steps that a frame counted, which is over.
+    fn paint_steps(&mut self, over: u64) -> Result<()> {
+        let Some(counting) = self.counting.take_if(|counting| counting.frame <= over) else { return Ok(()) };
+        let (Some(present), Some(counts)) =
+            (&self.present, counting.read.read::<f32>(counting.frame, counting.pixels)?)
+        else {
+            return Ok(());
+        };
+        let counts: Vec<_> = counts.into_iter().map(StepsKernel::count).collect();
+        self.steps = StepRange::of(std::slice::from_ref(&counts));
+        let painted = StepRange::paint(self.steps, &counts);
+        let packed = |rgb: &[u8]| u32::from_le_bytes([rgb[0], rgb[1], rgb[2], 0]);
+        present.values().write(&painted.chunks_exact(3).map(packed).collect::<Vec<_>>())?;
+        (self.values, self.shown) = (Values::Steps, None);
+        Ok(())
+    }
+}
+
+/// Whether the reference is seen.
+fn has_reference(state: &State) -> bool {
+    (0..2).any(|i| state.show.draws()[i] && matches!(state.sides[i], Side::Reference))
+}
+
+/// Whether nothing can go on.
+pub fn is_lost(error: &Error) -> bool {
+    matches!(error, Error::Gpu { cause, .. } if cause.contains("DEVICE_LOST"))
+}

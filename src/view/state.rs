@@ -1,0 +1,313 @@
+//! What the window shows: all that a control, a key or a line of a script sets. It knows of no device.
+
+use crate::consume::parse;
+use crate::scene::{Scene, SceneChange};
+use crate::technique::Spec;
+use crate::technique::keys::check;
+use crate::{Error, Result};
+use glam::DVec3;
+
+/// Who lights a picture.
+#[derive(Clone, Debug)]
+pub enum Side {
+    /// A technique.
+    Technique(Spec),
+    /// The f64 reference on the CPU.
+    Reference,
+}
+
+impl Side {
+    /// A spec, or `reference`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where it is neither, or a sweep.
+    pub fn read(text: &str) -> Result<Self> {
+        if text == "reference" {
+            return Ok(Self::Reference);
+        }
+        let mut specs = parse(text)?;
+        match (specs.pop(), specs.is_empty()) {
+            (Some(spec), true) => Ok(Self::Technique(spec)),
+            _ => Err(Error::input(text, "a sweep", "name one value a key, or use compare")),
+        }
+    }
+
+    /// As options have it.
+    pub fn text(&self) -> String {
+        match self {
+            Self::Technique(spec) => spec.short(),
+            Self::Reference => "reference".into(),
+        }
+    }
+}
+
+/// What of A and B is shown. Twins: the numbers of glsl/view/present.comp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Show {
+    A = 0,
+    B = 1,
+    /// A left of a line, B right of it.
+    Wipe = 2,
+    /// How far they are apart, in steps of 255.
+    Difference = 3,
+    /// What A answers at one depth of a light's range.
+    Slice = 4,
+    /// How many steps A's look-ups take.
+    Steps = 5,
+}
+
+impl Show {
+    /// Their words, in the order of their keys, F1 to F6.
+    pub const ALL: [(&str, Self); 6] = [
+        ("a", Self::A),
+        ("b", Self::B),
+        ("wipe", Self::Wipe),
+        ("difference", Self::Difference),
+        ("slice", Self::Slice),
+        ("steps", Self::Steps),
+    ];
+
+    /// Whether pictures of A and B are seen.
+    pub fn is_picture(self) -> bool {
+        !matches!(self, Self::Slice | Self::Steps)
+    }
+
+    /// Whether A or B has a part in it.
+    pub fn draws(self) -> [bool; 2] {
+        [self != Self::B, matches!(self, Self::B | Self::Wipe | Self::Difference)]
+    }
+}
+
+/// All that decides what is seen.
+#[derive(Clone, Debug)]
+pub struct State {
+    pub scene: String,
+    /// As `--time`.
+    pub time_s: f64,
+    /// As `--lights`.
+    pub lights: Option<usize>,
+    pub eye: Option<DVec3>,
+    pub target: Option<DVec3>,
+    pub direction: Option<DVec3>,
+    pub extinction: f64,
+    /// A and B.
+    pub sides: [Side; 2],
+    pub show: Show,
+    /// Where the wipe stands, 0 left to 1 right.
+    pub wipe: f64,
+    /// Differences are shown so many times as large.
+    pub gain: u32,
+    /// Of the slice, 0 nearest to the light.
+    pub depth: f32,
+    /// Whether time runs.
+    pub runs: bool,
+    /// Whether the panel is there.
+    pub panel: bool,
+}
+
+impl State {
+    /// A scene as it is, lit by the usual technique.
+    pub fn new(scene: &str, time_s: f64, lights: Option<usize>) -> Self {
+        Self {
+            scene: scene.into(),
+            time_s,
+            lights,
+            eye: None,
+            target: None,
+            direction: None,
+            extinction: 1.0,
+            sides: [Side::Reference, Side::Reference],
+            show: Show::A,
+            wipe: 0.5,
+            gain: 8,
+            depth: 0.5,
+            runs: false,
+            panel: true,
+        }
+    }
+
+    /// What of the scene is otherwise.
+    pub fn change(&self) -> SceneChange {
+        SceneChange { eye: self.eye, target: self.target, direction: self.direction, extinction: self.extinction }
+    }
+
+    /// The scene as its name says, at the time.
+    ///
+    /// # Errors
+    /// As [`Scene::load`] and [`Scene::with_lights`].
+    pub fn load(&self) -> Result<Scene> {
+        let scene = Scene::load(&self.scene, self.time_s)?;
+        match self.lights {
+            Some(lights) => scene.with_lights(lights, self.time_s),
+            None => Ok(scene),
+        }
+    }
+
+    /// Another scene, seen and lit as its file says.
+    pub fn choose(&mut self, scene: &str) {
+        (self.scene, self.lights) = (scene.into(), None);
+        (self.eye, self.target, self.direction, self.extinction) = (None, None, None, 1.0);
+    }
+
+    /// The scene of `good`, as that has it, and no time that runs: this one's cannot be.
+    pub fn go_back_to(&mut self, good: &Self) {
+        self.choose(&good.scene);
+        (self.lights, self.time_s, self.runs) = (good.lights, good.time_s, false);
+        (self.eye, self.target) = (good.eye, good.target);
+        (self.direction, self.extinction) = (good.direction, good.extinction);
+    }
+
+    /// Sets what `key` names: `scene`, `a`, `b`, `a.KEY` and `b.KEY` of a spec, `show`, `wipe`, `gain`, `depth`, `eye`, `target`,
+    /// `direction`, `extinction`, `time`, `runs`, `panel`.
+    ///
+    /// # Errors
+    /// [`Error::Input`] where there is no such key, or the value is none of its.
+    pub fn set(&mut self, key: &str, value: &str) -> Result<()> {
+        let wrong = |known: &str| Error::input(format!("{key} {value}"), "is not known", format!("give {known}"));
+        let number = |low: f64, high: f64| {
+            let number = value.parse().ok().filter(|n| (low..=high).contains(n));
+            number.ok_or_else(|| wrong(&format!("a number from {low} to {high}")))
+        };
+        let vector = || {
+            let numbers: Vec<f64> = value.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+            let three = <[f64; 3]>::try_from(numbers).ok().filter(|v| v.iter().all(|n| n.is_finite()));
+            three.map(DVec3::from).map(Some).ok_or_else(|| wrong("three numbers, X,Y,Z"))
+        };
+        let switch = || match value {
+            "on" => Ok(true),
+            "off" => Ok(false),
+            _ => Err(wrong("on or off")),
+        };
+        match key {
+            "scene" => self.choose(value),
+            "a" => self.sides[0] = Side::read(value)?,
+            "b" => self.sides[1] = Side::read(value)?,
+            "show" => {
+                let word = Show::ALL.iter().find(|(word, _)| *word == value);
+                self.show = word.ok_or_else(|| wrong(&Show::ALL.map(|(word, _)| word).join(", ")))?.1;
+            }
+            "wipe" => self.wipe = number(0.0, 1.0)?,
+            "gain" => self.gain = number(1.0, 255.0)? as u32,
+            "depth" => self.depth = number(0.0, 1.0)? as f32,
+            "eye" => self.eye = vector()?,
+            "target" => self.target = vector()?,
+            "direction" => self.direction = vector()?,
+            "extinction" => self.extinction = number(0.0, 1e6)?,
+            "time" => self.time_s = number(0.0, 1e6)?,
+            "runs" => self.runs = switch()?,
+            "panel" => self.panel = switch()?,
+            _ => match key.split_once('.') {
+                Some(("a", key)) => set_key(&mut self.sides[0], key, value)?,
+                Some(("b", key)) => set_key(&mut self.sides[1], key, value)?,
+                _ => {
+                    let known = "a, b, a.KEY, b.KEY, scene, show, wipe, gain, depth, eye, target, direction, extinction, time, runs, panel";
+                    return Err(Error::input(format!("set {key}"), "no such key", format!("choose one of: {known}")));
+                }
+            },
+        }
+        Ok(())
+    }
+
+    /// The commands that make what is seen, a line a picture; `size` is the picture's. `faces`: light 0 has six maps.
+    pub fn commands(&self, size: [u32; 2], faces: bool) -> Vec<String> {
+        let line = |side: &Side, command: &str, more: String| {
+            let mut line = format!("gobo {command} {} --technique {}", quoted(&self.scene), quoted(&side.text()));
+            line += &format!("{more} --time {}", self.time_s);
+            if let Some(lights) = self.lights {
+                line += &format!(" --lights {lights}");
+            }
+            for (name, value) in [("eye", self.eye), ("target", self.target), ("direction", self.direction)] {
+                if let Some(DVec3 { x, y, z }) = value {
+                    line += &format!(" --{name} {x},{y},{z}");
+                }
+            }
+            if self.extinction != 1.0 {
+                line += &format!(" --extinction {}", self.extinction);
+            }
+            line
+        };
+        let [a, b] = &self.sides;
+        let pixels = format!(" --width {} --height {}", size[0], size[1]);
+        match self.show {
+            Show::A => vec![line(a, "render", pixels)],
+            Show::B => vec![line(b, "render", pixels)],
+            Show::Wipe | Show::Difference => [a, b].map(|side| line(side, "render", pixels.clone())).to_vec(),
+            Show::Slice => {
+                let face = if faces { " --face +x" } else { "" };
+                vec![line(a, "slice", format!(" --size {} --depth {}{face}", size[0].min(size[1]), self.depth))]
+            }
+            Show::Steps => vec![line(a, "render", pixels + " --steps")],
+        }
+    }
+}
+
+/// Sets a key of a spec.
+fn set_key(side: &mut Side, key: &str, value: &str) -> Result<()> {
+    let Side::Technique(spec) = side else {
+        return Err(Error::input(format!("set {key}"), "the reference has no keys", "choose a technique first"));
+    };
+    let Some(known) = spec.keys().find(|known| known.name == key && !spec.text(*known).is_empty()) else {
+        let keys: Vec<_> = spec.keys().filter(|key| !spec.text(*key).is_empty()).map(|key| key.name).collect();
+        return Err(Error::input(format!("set {key}"), "no such key", format!("choose one of: {}", keys.join(", "))));
+    };
+    check(known, value).map_err(|known| Error::input(format!("{key}={value}"), "is not known", known))?;
+    spec.set(known, value);
+    Ok(())
+}
+
+/// For a shell.
+fn quoted(text: &str) -> String {
+    let plain = |c: char| c.is_alphanumeric() || "-_./:=,".contains(c);
+    if text.chars().all(plain) { text.into() } else { format!("'{}'", text.replace('\'', r"'\''")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state() -> State {
+        let sides = ["avsm:size=32", "psm"].map(|text| Side::read(text).expect(text));
+        State { sides, ..State::new("plume_8k", 20.0, None) }
+    }
+
+    #[test]
+    fn a_command_says_all_that_was_set() {
+        let mut state = state();
+        for (key, value) in [
+            ("a.nodes", "4"),
+            ("eye", "1,2,3.5"),
+            ("direction", "0,0.1,-1"),
+            ("extinction", "0.25"),
+            ("time", "3"),
+            ("show", "wipe"),
+        ] {
+            state.set(key, value).expect(key);
+        }
+        let rest = "--width 64 --height 48 --time 3 --eye 1,2,3.5 --direction 0,0.1,-1 --extinction 0.25";
+        let lines =
+            ["avsm:nodes=4,size=32", "psm"].map(|spec| format!("gobo render plume_8k --technique {spec} {rest}"));
+        assert_eq!(state.commands([64, 48], false), lines);
+        state.choose("a file's.toml");
+        assert!(state.commands([1, 1], false)[0].starts_with(r"gobo render 'a file'\''s.toml' --technique"));
+    }
+
+    #[test]
+    fn what_is_no_value_is_refused_in_one_line() {
+        let mut state = state();
+        for (key, value, words) in [
+            ("a.nodes", "5", "4, 8, 16"),
+            ("a.knots", "5", "nodes"),
+            ("show", "c", "wipe"),
+            ("depth", "2", "from 0 to 1"),
+            ("eye", "1,2", "X,Y,Z"),
+            ("runs", "yes", "on or off"),
+            ("b", "vsm", "avsm"),
+            ("b", "avsm:nodes=4|8", "sweep"),
+            ("light", "1", "extinction"),
+        ] {
+            let error = state.set(key, value).expect_err(value).to_string();
+            assert!(error.contains(words) && !error.contains('\n'), "{error}");
+        }
+        assert_eq!(state.sides[0].text(), "avsm:size=32", "what is refused changes nothing");
+    }
+}
