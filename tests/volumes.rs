@@ -63,7 +63,7 @@ fn volumes_fill_voxels_as_their_twin() {
             let apart = |(a, b): (&u32, &u32)| f64::from(a.abs_diff(*b)) / f64::from(UNITS);
             let off = voxels.iter().zip(&twin.voxels).map(apart).fold(0.0, f64::max);
             let volume = &scene.volumes[0];
-            // Of a placed field the mass is a sum over samples: each is a hat of a cell's volume.
+            // The mass of a placed field is a sum over samples: each is a hat of a cell's volume.
             let cell = volume.placed().steps.map(DVec3::length).into_iter().product::<f64>();
             let middle = 0.5 * f64::from(count - 1);
             let samples = (0..count.pow(3)).map(|i| [i % count, i / count % count, i / count / count]);

@@ -31,7 +31,7 @@ float slab_share(float at, float half_side) {
     return clamp(at + half_side, -0.5, 0.5) - clamp(at - half_side, -0.5, 0.5);
 }
 
-// Of one voxel.
+// For one voxel.
 uint slab_amount(Slab slab, ivec3 voxel) {
     vec3 from = vec3(voxel) + 0.5 - slab.centre;
     float share = 1.0;

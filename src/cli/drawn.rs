@@ -17,7 +17,7 @@ const TIMED: usize = 9;
 pub(super) struct Drawn {
     /// Pixels.
     pub size: [u32; 2],
-    /// What is shown: three bytes a pixel, rows from the top.
+    /// What is shown: three bytes per pixel, rows from the top.
     pub rgb8: Vec<u8>,
     /// What is measured, where it was asked for.
     pub plain: Option<Picture>,

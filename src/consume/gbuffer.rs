@@ -40,7 +40,7 @@ pub(super) struct GBuffer {
     pub(super) numbers: Image,
     visible: Kernel<CameraPush>,
     gbuffer: Kernel<CameraPush>,
-    /// Of pictures that are shown.
+    /// For pictures that are shown.
     smooth: Option<Smooth>,
 }
 

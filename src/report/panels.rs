@@ -15,7 +15,7 @@ const GAP: u32 = 6;
 const PAPER: [u8; 3] = [250, 250, 248];
 const INK: [u8; 3] = [28, 30, 36];
 
-/// Three bytes a pixel, rows from the top.
+/// Three bytes per pixel, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Paper {
     /// Pixels across and down.
@@ -27,7 +27,7 @@ pub struct Paper {
 /// A picture and the lines of words below it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
-    /// sRGB, three bytes a pixel, rows from the top.
+    /// sRGB, three bytes per pixel, rows from the top.
     pub rgb8: Vec<u8>,
     /// From the top.
     pub lines: Vec<String>,

@@ -13,7 +13,7 @@ pub struct TrueCurve {
     pub optical_depths: Vec<f64>,
     /// What is smooth, on top of it.
     pub smooth: Vec<Smooth>,
-    /// Of each volume, its cells along the ray.
+    /// Per volume, its cells along the ray.
     pub volumes: Vec<Vec<Cubic>>,
 }
 
@@ -104,7 +104,7 @@ impl TrueCurve {
     }
 }
 
-/// Of cells one behind the other.
+/// For cells one behind the other.
 fn of_cells(cells: &[Cubic], depth: f64) -> f64 {
     let entered = cells.partition_point(|cell| cell.entry <= depth);
     cells[..entered].last().map_or(0.0, |cell| cell.optical_depth(depth))

@@ -19,7 +19,7 @@ pub struct Cubic {
     pub exit: f64,
     /// Optical depth before it.
     pub before: f64,
-    /// Of its extinction times its length, over the share of its length, by powers of it.
+    /// Its extinction times its length, over the share of its length, by powers of it.
     pub powers: [f64; 4],
 }
 

@@ -99,7 +99,7 @@ pub(super) fn segment_at(view: &View, at: Vec2, caster: &Caster) -> Option<Segme
     segment_within(view, direction.length(), caster.density, [middle - half, middle + half, 2.0 * half])
 }
 
-/// Of even extinction from z to z, which is so long. Twin: segment_cut.
+/// A segment of even extinction from z to z, which is so long. Twin: segment_cut.
 fn segment_within(view: &View, ray_length: f32, extinction: f32, [low, high, long]: [f32; 3]) -> Option<Segment> {
     let depth = |z: f32| (z - view.near) / (view.far - view.near);
     if high <= view.near {

@@ -29,7 +29,7 @@ use std::sync::Arc;
 /// Endings of such files.
 pub(in crate::scene) const ENDINGS: [&str; 2] = ["volume", "nrrd"];
 
-/// Of smoke and of what has no colour in its file.
+/// For smoke and for what has no colour in its file.
 const COLOR: [f32; 3] = [0.92, 0.92, 0.95];
 
 /// A field, and where its file says that it stands.
@@ -39,7 +39,7 @@ pub(in crate::scene) struct Grid {
     pub origin: DVec3,
     /// From sample to sample.
     pub steps: [DVec3; 3],
-    /// Of density 1.
+    /// For density 1.
     pub extinction: f64,
     pub color: Option<[f32; 3]>,
 }

@@ -32,7 +32,7 @@ pub struct Field {
 }
 
 impl Block {
-    /// Of the eight corners of a cell, by its place in the block, x first.
+    /// Values at the eight corners of a cell, by its place in the block, x first.
     pub fn corners(&self, [x, y, z]: [usize; 3]) -> [f32; 8] {
         std::array::from_fn(|i| self.sample([x + (i & 1), y + (i >> 1 & 1), z + (i >> 2)]))
     }
@@ -141,7 +141,7 @@ impl Field {
         self.places.get(&number).map(|place| &self.blocks[*place as usize])
     }
 
-    /// Cubes of `side` cells a side, 1, 2, 4 or 8, that are not empty: their lowest sample and mean density.
+    /// Cubes of `side` cells per side, 1, 2, 4 or 8, that are not empty: their lowest sample and mean density.
     pub(crate) fn cubes(&self, side: usize) -> impl Iterator<Item = ([i32; 3], f64)> {
         let count = SIDE / side;
         let of_block = move |block: &Block| {
