@@ -33,8 +33,7 @@ pub(super) fn by_technique(
     }
     let path = opened.technique.facts()?.path;
     let range = StepRange::of(&counts);
-    let ends =
-        range.map_or(["no mesh".into(), String::new()], |range| range.ends().map(|n| n.to_string()));
+    let ends = range.map_or(["no mesh".into(), String::new()], |range| range.ends().map(|n| n.to_string()));
     for counts in &counts {
         let painted = StepRange::paint(range, counts);
         if arguments.show()?.is_none() {

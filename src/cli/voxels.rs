@@ -80,7 +80,7 @@ fn empty(name: String, albedo: [f32; 3]) -> Mesh {
 
 /// The occupied voxels of a grid about all meshes: their sides towards what is empty.
 fn grid(scene: &Scene, size: u32) -> Result<Vec<Mesh>> {
-    if size % 4 != 0 {
+    if !size.is_multiple_of(4) {
         return Err(Error::input(format!("--size {size}"), "a grid has a multiple of 4", "choose 32, 64 or 128"));
     }
     let corner = |mesh: &Mesh, i: u32| mesh.positions.get(i as usize).copied().unwrap_or_default();

@@ -64,7 +64,7 @@ pub use passes::passes;
 pub use plot::plots;
 pub use recommend::{Limits, Recommendation, best_and_extremes, is_hopeless, recommend, to_be_sized};
 pub use soak::soak_page;
-pub use steps::StepRange;
+pub use steps::{StepRange, step_colour};
 pub use store::Store;
 pub use stress::{stress_csv, stress_device, stress_page, stress_table};
 pub use submission::submission_table;

@@ -211,7 +211,8 @@ impl State {
     /// The commands that make what is seen, a line a picture; `size` is the picture's. `faces`: light 0 has six maps.
     pub fn commands(&self, size: [u32; 2], faces: bool) -> Vec<String> {
         let line = |side: &Side, command: &str, more: String| {
-            let mut line = format!("gobo {command} {} --plain --technique {}", quoted(&self.scene), quoted(&side.text()));
+            let mut line =
+                format!("gobo {command} {} --plain --technique {}", quoted(&self.scene), quoted(&side.text()));
             line += &format!("{more} --time {}", self.time_s);
             if let Some(lights) = self.lights {
                 line += &format!(" --lights {lights}");
@@ -284,8 +285,8 @@ mod tests {
             state.set(key, value).expect(key);
         }
         let rest = "--width 64 --height 48 --time 3 --eye 1,2,3.5 --direction 0,0.1,-1 --extinction 0.25";
-        let lines =
-            ["avsm:nodes=4,size=32", "psm"].map(|spec| format!("gobo render plume_8k --plain --technique {spec} {rest}"));
+        let lines = ["avsm:nodes=4,size=32", "psm"]
+            .map(|spec| format!("gobo render plume_8k --plain --technique {spec} {rest}"));
         assert_eq!(state.commands([64, 48], false), lines);
         state.choose("a file's.toml");
         assert!(state.commands([1, 1], false)[0].starts_with(r"gobo render 'a file'\''s.toml' --plain --technique"));

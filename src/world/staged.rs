@@ -181,7 +181,7 @@ impl World {
             format!("{casters} casters, and the world has room for {}", self.caster_capacity)
         } else if !scene.strands.is_empty() && !self.strands {
             "it has strands, and the world was made without".into()
-        } else if !(scene.gaussians.is_empty() && scene.volumes.is_empty()) && !self.packed {
+        } else if !(self.packed || scene.gaussians.is_empty() && scene.volumes.is_empty()) {
             "it has splats or volumes, and the world was made without".into()
         } else if triangle_count != self.triangle_count as usize || maps(&scene.lights) != maps(&self.lit) {
             "meshes or lights are others than those that the world was made for".into()

@@ -2,9 +2,9 @@
 
 pub(super) mod backdrop;
 pub(super) mod caster;
-pub(super) mod field;
 #[cfg(feature = "program")]
 pub(super) mod change;
+pub(super) mod field;
 #[cfg(feature = "program")]
 pub(super) mod fingerprint;
 pub(super) mod fit;
