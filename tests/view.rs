@@ -127,13 +127,13 @@ fn what_is_seen_is_what_the_command_makes() {
 fn pictures_stand_side_by_side() {
     let Some(screen) = screen("pictures_stand_side_by_side") else { return };
     let folder = folder();
-    let script = "key f1\nscreenshot a.png\nkey f2\nscreenshot b.png\nkey f3\nset wipe 0.25\nscreenshot wipe.png\nkey f4\nset gain 3\n\
+    let script = "key f1\nscreenshot a.png\nkey f2\nscreenshot b.png\nkey f3\nset wipe 0.5\nscreenshot wipe.png\nkey f4\nset gain 3\n\
                   screenshot difference.png\nset show b\nset b reference\nscreenshot truth.png\nset show difference\nscreenshot error.png\nquit\n";
     let specs = ["--technique", "avsm:size=16,nodes=4", "--against", "avsm:size=64"];
     lines(&view(&screen, folder.path(), &[&["plume_8k"], &specs[..], &SMALL].concat(), script));
     let [a, b, wipe, difference, truth, error] = ["a", "b", "wipe", "difference", "truth", "error"]
         .map(|name| pixels(&folder.path().join(format!("{name}.png"))).1);
-    let left = |i: usize| i / 3 % 200 < 50;
+    let left = |i: usize| i / 3 % 200 < 100;
     assert!((0..a.len()).all(|i| wipe[i] == if left(i) { a[i] } else { b[i] }));
     assert!(a != b && wipe != a && wipe != b);
     let apart = |a: &[u8], b: &[u8], i: usize| (u32::from(a[i].abs_diff(b[i])) * 3).min(255);

@@ -1,4 +1,4 @@
-//! What of a scene is otherwise than its file has it.
+//! Options that change a scene once its file is read.
 
 use crate::scene::SceneChange;
 use clap::Args;

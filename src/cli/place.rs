@@ -32,7 +32,7 @@ mod tests {
     #[test]
     fn a_place_is_a_folder_and_an_ending() {
         for (out, words) in [
-            ("a.jpg", "a.jpg: it would be a PNG, and not a jpg; name a.png"),
+            ("a.jpg", "a.jpg: it would become a PNG, not a jpg; name a.png"),
             ("a.b.gif", "name a.b.png"),
             ("no/dir/a.png", "cannot write no/dir/a.png: there is no folder no/dir; make it"),
         ] {

@@ -43,7 +43,7 @@ impl Arguments {
     /// What is run of it.
     pub fn little(mut self) -> Self {
         if little::is_asked() {
-            self.size = if self.tree { 64 } else { 16 };
+            self.size = 64;
         }
         Self { picture: self.picture.little(), ..self }
     }
@@ -80,8 +80,9 @@ fn empty(name: String, albedo: [f32; 3]) -> Mesh {
 
 /// The occupied voxels of a grid about all meshes: their sides towards what is empty.
 fn grid(scene: &Scene, size: u32) -> Result<Vec<Mesh>> {
-    if !size.is_multiple_of(4) {
-        return Err(Error::input(format!("--size {size}"), "a grid has a multiple of 4", "choose 32, 64 or 128"));
+    // Three levels of bits, each a quarter of the one below.
+    if !size.is_multiple_of(64) {
+        return Err(Error::input(format!("--size {size}"), "a grid has a multiple of 64", "choose 64, 128 or 192"));
     }
     let corner = |mesh: &Mesh, i: u32| mesh.positions.get(i as usize).copied().unwrap_or_default();
     let triangles: Vec<[[f32; 3]; 3]> =

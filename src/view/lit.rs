@@ -27,7 +27,7 @@ pub struct Lit {
 /// What a frame is, of a side.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Recorded {
-    /// It is built or seen otherwise than before.
+    /// What is built, or how it is seen, has changed.
     pub changed: bool,
     /// Its picture is drawn again.
     pub drawn: bool,

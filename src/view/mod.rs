@@ -29,7 +29,7 @@ use winit::event_loop::EventLoop;
 pub struct Options {
     /// To choose from.
     pub scenes: Vec<String>,
-    /// Of the picture, pixels; the panel stands beside it.
+    /// The picture's size, pixels; the panel stands beside it.
     pub size: [u32; 2],
     /// In place of keys and mouse.
     pub script: Option<PathBuf>,

@@ -52,7 +52,7 @@ pub struct Present {
 }
 
 impl Present {
-    /// Of pictures A and B of `size` pixels.
+    /// Presents pictures A and B of `size` pixels.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] where memory runs out.
@@ -74,7 +74,7 @@ impl Present {
         &self.values
     }
 
-    /// Four bytes a pixel, rows from the top.
+    /// Four bytes per pixel, rows from the top.
     pub fn shown(&self) -> &Buffer {
         &self.shown
     }

@@ -97,7 +97,7 @@ pub struct State {
     pub wipe: f64,
     /// Differences are shown so many times as large.
     pub gain: u32,
-    /// Of the slice, 0 nearest to the light.
+    /// The depth of the slice, 0 nearest to the light.
     pub depth: f32,
     /// Whether time runs.
     pub runs: bool,
@@ -126,7 +126,7 @@ impl State {
         }
     }
 
-    /// What of the scene is otherwise.
+    /// What changes in the scene.
     pub fn change(&self) -> SceneChange {
         SceneChange { eye: self.eye, target: self.target, direction: self.direction, extinction: self.extinction }
     }

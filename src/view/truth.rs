@@ -49,7 +49,7 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Of nothing yet.
+    /// A reference that has begun no picture.
     pub fn new() -> Self {
         Self { job: None }
     }

@@ -1,10 +1,10 @@
-//! A scene otherwise than its file has it: seen from elsewhere, lit from elsewhere, thicker or thinner.
+//! Changes to a scene that its file does not have: another camera, another light, thicker or thinner smoke.
 
 use crate::scene::{Light, LightKind, Scene};
 use crate::{Error, Result};
 use glam::DVec3;
 
-/// What of a scene is otherwise; what is none stays as it is.
+/// What changes in a scene; what is none stays as it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneChange {
     /// Where the camera stands, world units.

@@ -113,7 +113,7 @@ impl Frames {
             .image_subresource(vk::ImageSubresourceLayers::default().aspect_mask(RANGE.aspect_mask).layer_count(1))
             .image_extent(vk::Extent3D { width: extent(0), height: extent(1), depth: 1 })];
         if buffer.bytes() >= u64::from(size[0]) * u64::from(size[1]) * 4 {
-            // SAFETY: the buffer has four bytes a pixel, and `Host` keeps it until the frame is over. What Gobo recorded before
+            // SAFETY: the buffer has four bytes per pixel, and `Host` keeps it until the frame is over. What Gobo recorded before
             // ended with a barrier for all that follows.
             unsafe { self.device.cmd_copy_buffer_to_image(commands, buffer.handle(), image, layout, &regions) };
         }

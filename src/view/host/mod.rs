@@ -39,7 +39,7 @@ pub struct Ui {
 pub struct Frame {
     pub number: u64,
     commands: vk::CommandBuffer,
-    /// Of the window's images; none where it has no area.
+    /// The size of the window's images; none where it has no area.
     image: Option<usize>,
 }
 
@@ -50,7 +50,7 @@ pub struct Host {
     ui_format: vk::Format,
     frames: Frames,
     swapchain: Option<Swapchain>,
-    /// Of the window, pixels.
+    /// The window's size, pixels.
     size: [u32; 2],
     is_stale: bool,
     /// What each frame in flight copies its picture from.

@@ -14,7 +14,7 @@ pub struct Swapchain {
     pub size: [u32; 2],
     pub images: Vec<vk::Image>,
     pub views: Vec<vk::ImageView>,
-    /// Of each image: it is drawn.
+    /// One per image: it is drawn.
     pub drawn: Vec<vk::Semaphore>,
 }
 
