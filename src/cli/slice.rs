@@ -78,13 +78,13 @@ pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     }
     place::check(&arguments.out, "png")?;
     let scene = load(&arguments.scene, &arguments.load)?;
-    let map = arguments.map.of(&scene)?;
     let spec = one_spec(&arguments.technique)?;
     let frames = arguments.frames.unwrap_or(if moves { FRAMES } else { 1 });
     let mut states = arguments.moving.states(scene, frames)?;
     for state in &mut states {
         *state = arguments.change.change().of(state)?;
     }
+    let map = arguments.map.of(&states[0])?;
     let context = arguments.device.open()?;
     let mut world = World::new(&context, &states[0])?;
     let mut opened = open(&context, &world, &spec)?;

@@ -73,7 +73,11 @@ fn a_file_that_cannot_be_opened() {
     let other = folder.path().join("other.toml");
     let turned = std::fs::read_to_string(&scene).expect("there").replace("0.5, 0.3,", "0.5, 0.4,");
     std::fs::write(&other, turned).expect("written");
-    render(&other, &spec, &["small.gobo", "other meshes or lights than other has", "gobo bake"]);
+    render(
+        &other,
+        &spec,
+        &["small.gobo", "baked from a scene whose meshes or lights differ from those of other now", "gobo bake"],
+    );
     for (key, was) in [
         ("size=512", "size=64"),
         ("structure=svo", "structure=dag"),

@@ -208,7 +208,7 @@ fn a_file_is_of_its_scene() {
             world.replace(&other).expect("as many of all");
             for result in [opened.build(&world).map(|_| ()), open(context, &world, &file, 1).map(|_| ())] {
                 let error = result.expect_err("another scene").to_string();
-                assert!(error.contains("other meshes or lights") && error.contains("bake.gobo"), "{error}");
+                assert!(error.contains("meshes or lights differ") && error.contains("bake.gobo"), "{error}");
             }
         }
     });

@@ -70,10 +70,12 @@ fn shown_pictures_are_their_twins() {
             let sky: Vec<f64> = (0..apart.len()).filter(|i| sees_sky(*i)).map(|i| apart[i]).collect();
             let same = sky.iter().filter(|a| **a < 1e-3).count();
             assert!(sky.len() > 20 && same > sky.len() / 2, "{name}: {same} of {} samples of the sky", sky.len());
-            assert!(drawn.pixels.iter().all(|p| *p != SKY), "{name}: nothing of the measured sky is left");
-
             assert!(before == measured(), "{name}: what is measured has changed");
-            assert!(before.pixels.contains(&SKY), "{name}: the measured sky is of one colour");
+            // As the device rounds it.
+            let is_sky = |pixel: &&[f32; 3]| (0..3).all(|i| (pixel[i] - SKY[i]).abs() < 1e-3);
+            let measured_sky = before.pixels.iter().find(is_sky);
+            let measured_sky = measured_sky.unwrap_or_else(|| panic!("{name}: no sky in {:?}", before.pixels[0]));
+            assert!(drawn.pixels.iter().all(|p| p != measured_sky), "{name}: the measured sky is left");
         }
     });
 }
