@@ -121,6 +121,10 @@ const FIGURES: [Figure; 53] = [
     Figure("town.png", "docs/guide/gallery.md", "gobo render town", 0),
 ];
 
+/// Those that a software driver draws for a minute, which no run of tests compares.
+const MINUTES: [&str; 5] =
+    ["courtyard.png", "fountain.gif", "fountain-speed.png", "indirect-courtyard.png", "many-lights.png"];
+
 /// Those that no one command of a page makes: put together from pictures of several, made by examples/embed, or taken from a screen.
 const PUT_TOGETHER: [&str; 5] = ["devices.png", "embed.png", "hair-levels.png", "report.png", "view.png"];
 
@@ -239,6 +243,10 @@ fn figures_are_what_their_commands_make() {
         return write(&names.into_string().expect("names"), folder.path());
     }
     for figure in some(&FIGURES, 3) {
+        if MINUTES.contains(&figure.0) {
+            skipped(NAME, &format!("{} takes a minute on a software driver", figure.0));
+            continue;
+        }
         let Some(out) = made(figure, folder.path()) else { continue };
         let shown = root().join("results/pictures").join(figure.0);
         match figure.0.ends_with(".svg") {
