@@ -112,7 +112,10 @@ fn a_toy_technique_is_found_and_stressed() {
         assert!(output.status.success(), "{command:?}\n{told}\n{}", String::from_utf8_lossy(&output.stderr));
         told
     };
-    run(Command::new(env!("CARGO")).args(["build", "--release", "--offline"]).env_remove("CARGO_TARGET_DIR"));
+    // With the features of this build, so that what others made is not made again.
+    let features = if cfg!(feature = "view") { "program,view" } else { "program" };
+    let build = ["build", "--release", "--offline", "--features", features];
+    run(Command::new(env!("CARGO")).args(build).env_remove("CARGO_TARGET_DIR"));
     let toy_program = toy.join("target/release/gobo");
     let gobo = |arguments: &str| {
         let mut gobo = match std::env::var_os("GOBO_RUNNER") {

@@ -1,5 +1,7 @@
 //! `gobo view` under a virtual X server, by scripts: what its files show is what the commands make that it copies.
 
+#![cfg(feature = "view")]
+
 use std::collections::HashSet;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

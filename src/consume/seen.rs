@@ -10,7 +10,7 @@ impl Renderer {
     /// What `shading=tiled` left on the device with the last frame; none where no such kernels were made.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where it cannot be read back.
+    /// [`crate::Error::Gpu`] where it cannot be read back.
     pub fn tiles_seen(&self) -> Result<Option<TilesSeen>> {
         self.tiles.borrow().as_ref().map(|tiles| tiles.seen()).transpose()
     }
@@ -33,7 +33,7 @@ impl Renderer {
     /// others.
     ///
     /// # Errors
-    /// [`Error::Gpu`] where it cannot be read back.
+    /// [`crate::Error::Gpu`] where it cannot be read back.
     pub fn parts_seen(&self, kernels: &Kernels) -> Result<Option<PartsSeen>> {
         let (gbuffer, estimates, reservoirs) = match &kernels.meshes {
             Meshes::Interleaved { gbuffer, interleaved } => (gbuffer, &interleaved.gather.estimates, Vec::new()),

@@ -54,6 +54,7 @@ impl Fault {
 }
 
 /// Whether a call is to fail.
+#[cfg(feature = "program")]
 pub(crate) fn is_asked() -> bool {
     testing().fault.is_some()
 }

@@ -33,6 +33,7 @@ pub struct Field {
 
 impl Block {
     /// Values at the eight corners of a cell, by its place in the block, x first.
+    #[cfg(feature = "program")]
     pub fn corners(&self, [x, y, z]: [usize; 3]) -> [f32; 8] {
         std::array::from_fn(|i| self.sample([x + (i & 1), y + (i >> 1 & 1), z + (i >> 2)]))
     }
