@@ -79,7 +79,7 @@ pub fn picture_tries(casters: &Casters, scene: &Scene, camera: &View) -> f64 {
     all.into_inner() as f64 * step as f64 * camera.texels() as f64 / small.texels() as f64
 }
 
-/// A ray a pixel through casters in this order; what arrives at a caster is `light` of the pixel, the caster's index and
+/// A ray per pixel through casters in this order; what arrives at a caster is `light` of the pixel, the caster's index and
 /// the middle of what the ray sees of it. A mesh looks as `surface` says of where the ray meets it.
 pub(in crate::reference) fn camera_rays(
     casters: &Casters,
