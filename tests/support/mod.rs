@@ -96,9 +96,11 @@ static KEPT: Mutex<Vec<(Context, Messages)>> = Mutex::new(Vec::new());
 /// Whether a test leaves its device to the next one of its program: where GOBO_TEST_KEEP says so (0 is no), or it says nothing and not
 /// [`all`] cases run. A driver that compiles on the processor then makes each pipeline once per thread and not once per test. A device is kept
 /// only where nothing was said about it and what it holds is what it held before; any other is closed, which is watched. Objects
-/// without memory that leak are found by runs without it.
+/// without memory that leak are found by runs without it. A layer that checks in shaders (GOBO_TEST_VALIDATION) has threads for each
+/// device, and aborts where the process ends before the device.
 fn keeps_devices() -> bool {
-    std::env::var_os("GOBO_TEST_KEEP").map_or(!all(), |value| value != "0")
+    let keep = std::env::var_os("GOBO_TEST_KEEP").map_or(!all(), |value| value != "0");
+    keep && std::env::var_os("GOBO_TEST_VALIDATION").is_none()
 }
 
 /// Bytes of the device's memory that are held when all that was recorded is over, where it is asked for.
