@@ -1,7 +1,7 @@
 //! `compare --baseline`: what has changed since an earlier run, and whether that fails this one.
 
 use super::{complain, say, say_json};
-use crate::measure::{Change, Margins, Results, Row, change_of, changes};
+use crate::measure::{Change, Margins, Results, Row, change_of, changes, together};
 use crate::report::{Fails, bencher, changes_json, changes_table, junit, write_whole};
 use crate::{Error, Result};
 use clap::Args;
@@ -11,9 +11,10 @@ use std::path::PathBuf;
 /// What a run is held against, and what other tools are told of it.
 #[derive(Args)]
 pub struct BaselineArguments {
-    /// Say what has changed since an earlier run of the same command: its results.json
+    /// Say what has changed since an earlier run of the same command: its results.json. With several --baseline a time's noise is
+    /// also that between the runs
     #[arg(long, value_name = "RESULTS.JSON")]
-    baseline: Option<PathBuf>,
+    baseline: Vec<PathBuf>,
     /// Fail where a time is longer than in the baseline, beyond its noise and by more than this [5% where none is given]
     #[arg(long, value_name = "SHARE", requires = "baseline", num_args = 0..=1, default_missing_value = "5%", value_parser = share)]
     fail_slower: Option<f64>,
@@ -46,6 +47,9 @@ struct Document<'a> {
 /// What a run is held against.
 pub struct Baseline<'a> {
     arguments: &'a BaselineArguments,
+    /// One after another, as they were given.
+    runs: Vec<Results>,
+    /// All of them as one.
     before: Option<Results>,
     margins: Margins,
     fails: Fails,
@@ -57,12 +61,12 @@ impl BaselineArguments {
     /// # Errors
     /// Those of [`Results::read`].
     pub fn read(&self) -> Result<Baseline<'_>> {
-        let before = self.baseline.as_ref().map(|path| Results::read(path)).transpose()?;
+        let runs = self.baseline.iter().map(|path| Results::read(path)).collect::<Result<Vec<_>>>()?;
         let usual = Margins::default();
         let margins =
             Margins { time: self.fail_slower.unwrap_or(usual.time), error: self.fail_worse.unwrap_or(usual.error) };
         let fails = Fails { slower: self.fail_slower.is_some(), worse: self.fail_worse.is_some() };
-        Ok(Baseline { arguments: self, before, margins, fails })
+        Ok(Baseline { arguments: self, before: together(&runs), runs, margins, fails })
     }
 }
 
@@ -72,22 +76,25 @@ impl Baseline<'_> {
     /// # Errors
     /// [`Error::Input`] where it is of another device or driver, was measured otherwise, or is of another scene.
     pub fn check(&self, now: &Results) -> Result<()> {
-        let Some(before) = &self.before else { return Ok(()) };
         let device = |results: &Results| {
             let device = &results.device;
             [("device", device.name.clone()), ("driver", device.driver.clone())]
                 .map(|(name, value)| (name.to_owned(), value))
         };
         let all = |results: &Results| device(results).into_iter().chain(results.conditions.clone()).collect::<Vec<_>>();
-        let was = all(before);
-        let differs = |(name, new): (String, String)| {
-            let old = was.iter().find(|(other, _)| *other == name)?;
-            (old.1 != new).then(|| (name, old.1.clone(), new))
-        };
-        let Some((what, old, new)) = all(now).into_iter().find_map(differs) else { return Ok(()) };
-        let name = self.arguments.baseline.as_ref().map(|path| path.display().to_string()).unwrap_or_default();
-        let cause = format!("it was measured with {what} {old}, and this is {new}");
-        Err(Error::input(format!("--baseline {name}"), cause, "measure it again there, or repeat its command"))
+        for (path, before) in self.arguments.baseline.iter().zip(&self.runs) {
+            let was = all(before);
+            let differs = |(name, new): (String, String)| {
+                let old = was.iter().find(|(other, _)| *other == name)?;
+                (old.1 != new).then(|| (name, old.1.clone(), new))
+            };
+            if let Some((what, old, new)) = all(now).into_iter().find_map(differs) {
+                let cause = format!("it was measured with {what} {old}, and this is {new}");
+                let name = format!("--baseline {}", path.display());
+                return Err(Error::input(name, cause, "measure it again there, or repeat its command"));
+            }
+        }
+        Ok(())
     }
 
     /// Whether a row that was just measured is slower: then it is measured again, since something else may have run.

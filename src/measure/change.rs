@@ -163,6 +163,28 @@ pub fn change_of<'a>(before: &'a Results, now: &'a Row, margins: Margins) -> Opt
     place(before.rows.iter(), now).map(|place| change(&before.rows[place], now, margins))
 }
 
+/// Several runs of one command as one: the first, and each time has the band about those of all runs and the median of their
+/// medians, since a process differs from the next by more than its own samples from each other. Nothing without a run.
+pub fn together(runs: &[Results]) -> Option<Results> {
+    let (first, others) = runs.split_first()?;
+    let mut all = first.clone();
+    for row in &mut all.rows {
+        let same: Vec<&Row> = others.iter().filter_map(|run| Some(&run.rows[place(run.rows.iter(), row)?])).collect();
+        let with = |of: fn(&Row) -> Option<Timing>, first: Option<Timing>| {
+            let timings: Vec<Timing> = first.into_iter().chain(same.iter().filter_map(|row| of(row))).collect();
+            let medians = Timing::of(&timings.iter().map(|timing| timing.median).collect::<Vec<_>>())?;
+            let p05 = timings.iter().map(|timing| timing.p05).fold(f64::INFINITY, f64::min);
+            let p95 = timings.iter().map(|timing| timing.p95).fold(f64::NEG_INFINITY, f64::max);
+            let samples = timings.iter().map(|timing| timing.samples).sum();
+            Some(Timing { median: medians.median, p05, p95, samples })
+        };
+        row.build_ns = with(|row| row.build_ns, row.build_ns);
+        row.lookup_ns_per_million = with(|row| row.lookup_ns_per_million, row.lookup_ns_per_million);
+        row.draw_ns = with(|row| row.draw_ns, row.draw_ns);
+    }
+    Some(all)
+}
+
 /// Which of them the row is: the first that says the same in the same words, else in other words.
 fn place<'a>(before: impl Iterator<Item = &'a Row> + Clone, now: &Row) -> Option<usize> {
     let in_words = |old: &Row| old.variant.iter().all(|(key, value)| now.variant.get(key).is_none_or(|is| is == value));
@@ -335,6 +357,23 @@ mod tests {
         ));
         let both = [row("full", "even", 0.1), row("auto", "even", 0.2)];
         assert_eq!(errors(&both, &[both[1].clone(), both[0].clone()]), [Some(0.2), Some(0.1)]);
+    }
+
+    /// A build of 13 is slower than one of 10, and no slower than runs of 10, 12.9 and 11 beside each other.
+    #[test]
+    fn several_runs_have_one_band() {
+        let runs = [10.0, 12.9, 11.0].map(|build| results(&[row("8", timing(build, 0.2), 0.1)]));
+        let now = results(&[row("8", timing(13.0, 0.2), 0.1), row("16", timing(1.0, 0.1), 0.1)]);
+        let slower = |before: &[Results]| {
+            let before = together(before).expect("a run");
+            changes(&before, &now, Margins::default())[0].is_slower()
+        };
+        assert!(slower(&runs[..1]) && slower(&[runs[0].clone(), runs[2].clone()]) && !slower(&runs));
+        let all = together(&runs).expect("runs").rows[0].build_ns.expect("timed");
+        let each = runs.each_ref().map(|run| run.rows[0].build_ns.expect("timed"));
+        assert_eq!((all.median, all.p05, all.p95), (11.0, each[0].p05, each[1].p95));
+        assert_eq!(all.samples, each.iter().map(|timing| timing.samples).sum::<usize>());
+        assert!(together(&[]).is_none());
     }
 
     #[test]

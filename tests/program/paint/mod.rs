@@ -7,6 +7,7 @@ mod plot;
 mod shown;
 mod slice;
 mod steps;
+mod voxels;
 mod wireframe;
 
 use std::path::Path;

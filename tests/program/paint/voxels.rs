@@ -1,0 +1,162 @@
+//! `gobo voxels`: of a cuboid alone, whose voxels and shadow have closed forms.
+
+use super::rgb8;
+use crate::support::log;
+use crate::{folder, ok, runs, text};
+use glam::{DVec2, DVec3};
+use gobo::scene::{Scene, View};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+const SIZE: [u32; 2] = [720, 480];
+/// Corners of the cuboid.
+const LOW: DVec3 = DVec3::new(-0.913, -0.527, 0.311);
+const HIGH: DVec3 = DVec3::new(0.741, 0.633, 1.127);
+/// A plate in its shadow, so that the shadow's volume goes on below it.
+const PLATE: f64 = -1.03;
+
+/// The scene, seen and lit from `camera` and along `light`; with the plate or without.
+fn write(folder: &Path, camera: [f64; 3], light: [f64; 3], plate: bool) -> PathBuf {
+    let head = |vertices: usize, faces: usize| {
+        let properties = ["x", "y", "z"].map(|p| format!("property float {p}\n")).concat();
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex {vertices}\n{properties}element face {faces}\n\
+             property list uchar int vertex_indices\nend_header\n"
+        )
+    };
+    let corner = |i: usize| [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { HIGH[axis] } else { LOW[axis] });
+    let row = |p: [f64; 3]| format!("{} {} {}\n", p[0], p[1], p[2]);
+    let corners: String = (0..8).map(|i| row(corner(i))).collect();
+    let faces = "4 0 4 6 2\n4 1 3 7 5\n4 0 1 5 4\n4 2 6 7 3\n4 0 2 3 1\n4 4 5 7 6\n";
+    std::fs::write(folder.join("cuboid.ply"), head(8, 6) + &corners + faces).expect("written");
+    let square: String = [[-0.2, -0.2], [0.2, -0.2], [0.2, 0.2], [-0.2, 0.2]].map(|[x, y]| row([x, y, PLATE])).concat();
+    std::fs::write(folder.join("plate.ply"), head(4, 1) + &square + "4 0 1 2 3\n").expect("written");
+    let more = if plate { "[[meshes]]\nfile = \"plate.ply\"\n" } else { "" };
+    let scene = format!(
+        "[[meshes]]\nfile = \"cuboid.ply\"\n{more}[light]\nkind = \"directional\"\ndirection = {light:?}\n[camera]\n\
+         position = {camera:?}\ntarget = [0.0, 0.0, 0.2]\nup = [0.0, 0.0, 1.0]\nfov_y_degrees = 40.0\n"
+    );
+    let path = folder.join("cuboid.toml");
+    std::fs::write(&path, scene).expect("written");
+    path
+}
+
+/// Where a ray enters a box: the axis of the side that it enters through, and the distance.
+fn enters(origin: DVec3, direction: DVec3, low: DVec3, high: DVec3) -> Option<(usize, f64)> {
+    let (a, b) = ((low - origin) / direction, (high - origin) / direction);
+    let (near, far) = (a.min(b), a.max(b));
+    let axis = (0..3).max_by(|i, j| near[*i].total_cmp(&near[*j])).expect("three");
+    (near[axis] <= far.min_element() && near[axis] > 0.0).then_some((axis, near[axis]))
+}
+
+/// What all rays about a pixel's middle agree on.
+fn agreed<T: PartialEq>(camera: &View, i: usize, of: impl Fn(DVec3, DVec3) -> T) -> Option<T> {
+    let at = DVec2::new((i as u32 % SIZE[0]).into(), (i as u32 / SIZE[0]).into()) + 0.5;
+    let [middle, others @ ..] = [[0.0, 0.0], [-0.6, -0.6], [0.6, -0.6], [-0.6, 0.6], [0.6, 0.6]].map(|offset| {
+        let ray = camera.ray(at + DVec2::from(offset));
+        of(ray.origin, ray.direction)
+    });
+    others.iter().all(|other| *other == middle).then_some(middle)
+}
+
+/// The picture that `gobo voxels` makes of `scene`, as it is measured, and the camera.
+fn painted(scene: &Path, out: &Path, more: &[&str]) -> (View, Vec<[u8; 3]>) {
+    let [width, height] = SIZE.map(|side| side.to_string());
+    let common = ["--plain", "--technique", "none", "--width", &width, "--height", &height, "--out", text(out)];
+    ok(&[&["voxels", text(scene), "--size", "64"][..], &common, more].concat());
+    let loaded = Scene::load(text(scene), 20.0).expect("written");
+    let (size, pixels) = rgb8(out);
+    assert_eq!(size, SIZE);
+    (View::camera(&loaded.camera, &loaded, SIZE), pixels)
+}
+
+/// The voxels that a cuboid's sides meet look like one box from outside, cut at the borders of voxels, as a board of chess.
+#[test]
+fn voxels_are_those_that_the_cuboid_meets() {
+    log("exercised", "voxels_are_those_that_the_cuboid_meets", &runs("beer-shadow-map", "binned").0);
+    let folder = folder();
+    let scene = write(folder.path(), [2.9, -3.4, 2.6], [-0.3, 0.5, -0.8], false);
+    let (camera, pixels) = painted(&scene, &folder.path().join("voxels.png"), &[]);
+    // The widest axis, x, has 62 of 64 voxels, and the cuboid is in their middle.
+    let voxel = (HIGH - LOW).max_element() / 62.0;
+    let origin = 0.5 * (LOW + HIGH) - 32.0 * voxel;
+    let (first, last) = (((LOW - origin) / voxel).floor(), ((HIGH - origin) / voxel).floor());
+    // The sides across x lie on borders: whether the voxels beyond them meet them is a matter of rounding.
+    let boxes = [[0.0, 64.0], [1.0, 64.0], [0.0, 63.0], [1.0, 63.0]].map(|[low, high]| {
+        let (low, high) = (DVec3::new(low, first.y, first.z), DVec3::new(high, last.y + 1.0, last.z + 1.0));
+        (origin + low * voxel, origin + high * voxel)
+    });
+    // The side and the voxel that a ray meets.
+    let meets = |origin_of: DVec3, direction: DVec3| {
+        boxes.map(|(low, high)| {
+            let (axis, at) = enters(origin_of, direction, low, high)?;
+            let mut voxel = ((origin_of + at * direction - origin) / voxel).floor();
+            let outer = if direction[axis] < 0.0 { last[axis] } else { first[axis] };
+            voxel[axis] = outer;
+            Some((axis, voxel.as_i64vec3()))
+        })
+    };
+    let (sky, mut colours, mut compared) = (pixels[0], BTreeMap::<_, BTreeMap<[u8; 3], usize>>::new(), [0; 2]);
+    for (i, pixel) in pixels.iter().enumerate() {
+        let Some(met) = agreed(&camera, i, meets) else { continue };
+        if met.iter().any(|other| *other != met[0]) {
+            continue;
+        }
+        assert_eq!(met[0].is_none(), *pixel == sky, "pixel {i}: {pixel:?}, and a ray meets {:?}", met[0]);
+        compared[usize::from(met[0].is_some())] += 1;
+        if let Some((axis, voxel)) = met[0] {
+            *colours.entry((axis, voxel.element_sum() % 2)).or_default().entry(*pixel).or_default() += 1;
+        }
+    }
+    println!("{compared:?} pixels of sky and of voxels, {colours:?}");
+    assert!(compared[0] > 1000 && compared[1] > 3000, "{compared:?}");
+    // Each side has two colours, one a parity, the same all over it.
+    for axis in [1, 2] {
+        let [even, odd] = [0, 1].map(|parity| &colours[&(axis, parity)]);
+        assert!(even.len() == 1 && odd.len() == 1, "{axis}: {even:?}, {odd:?}");
+        let [even, odd] = [even, odd].map(|of| *of.first_key_value().expect("one").0);
+        assert!(even[0] > odd[0] + 5, "{axis}: {even:?} and {odd:?}: the even ones are lighter");
+    }
+}
+
+/// Below a cuboid and above a plate in its shadow all is dark: the nodes fill that volume, and nothing beside it, in more than one
+/// size.
+#[test]
+fn nodes_fill_the_shadow() {
+    log("exercised", "nodes_fill_the_shadow", &runs("beer-shadow-map", "binned").0);
+    let folder = folder();
+    let scene = write(folder.path(), [3.1, -4.2, 0.3], [0.0, 0.0, -1.0], true);
+    let (camera, pixels) = painted(&scene, &folder.path().join("tree.png"), &["--tree"]);
+    // No voxel is larger than the longest side of all by so many, with a margin about them.
+    let voxel = 2.0 * (HIGH - DVec3::new(LOW.x, LOW.y, PLATE)).max_element() / 64.0;
+    let shadow = (DVec3::new(LOW.x, LOW.y, PLATE), DVec3::new(HIGH.x, HIGH.y, LOW.z));
+    let all = (shadow.0 - voxel, HIGH + voxel);
+    let inside = (shadow.0 + voxel, shadow.1 - voxel);
+    let (sky, mut compared, mut colours) = (pixels[0], [0; 2], BTreeSet::new());
+    // Meshes are grey.
+    let is_node =
+        |pixel: &[u8; 3]| *pixel != sky && pixel.iter().max().expect("three") - pixel.iter().min().expect("three") > 20;
+    for (i, pixel) in pixels.iter().enumerate() {
+        // Below its shadow's end the volume of the tree goes on in the dark.
+        let meets = |origin: DVec3, direction: DVec3| {
+            let meets = |(low, high): (DVec3, DVec3)| enters(origin, direction, low, high).map(|(_, at)| at);
+            let endless = (all.0 - DVec3::Z * 3.0, all.1);
+            let cuboid = meets((LOW - voxel, HIGH + voxel));
+            (meets(endless).is_some(), meets(inside).is_some() && cuboid.is_none())
+        };
+        match agreed(&camera, i, meets) {
+            Some((false, _)) => {
+                assert_eq!(*pixel, sky, "pixel {i}: beside all that is dark");
+                compared[0] += 1;
+            }
+            Some((_, true)) => {
+                assert!(is_node(pixel), "pixel {i}: {pixel:?}, in the middle of a shadow");
+                colours.insert(*pixel);
+                compared[1] += 1;
+            }
+            _ => {}
+        }
+    }
+    println!("{compared:?} pixels beside and in the shadow, in {} colours", colours.len());
+    assert!(compared[0] > 1000 && compared[1] > 300 && colours.len() > 1, "{compared:?}, {colours:?}");
+}
