@@ -145,23 +145,27 @@ fn pictures_stand_side_by_side() {
     assert_eq!(truth, pixels(&made).1, "the reference fills in to what render makes");
 }
 
-/// 300 frames in which smoke and camera move, under the validation layer, with as much memory at the end as near the beginning.
+/// 300 frames, 100 in the usual loop, in which smoke and camera move, under the validation layer, with as much memory at the end as near the beginning.
 #[test]
 fn it_goes_on_for_long() {
     let Some(screen) = screen("it_goes_on_for_long") else { return };
     let folder = folder();
-    let script = "set panel off\nresize 64 48\nset show wipe\nset runs on\nframes 40\norbit 0.2 0.1\nset runs off\nset time 2\nscreenshot first.png\nreport\nset runs on\n\
-                  frames 260\nset runs off\nset time 2\nscreenshot last.png\nreport\nquit\n";
+    let frames = if std::env::var_os("GOBO_TEST_ALL").is_some_and(|value| !value.is_empty()) { 300 } else { 100 };
+    let script = format!(
+        "set panel off\nresize 64 48\nset show wipe\nset runs on\nframes 40\norbit 0.2 0.1\nset runs off\nset time 2\nscreenshot first.png\nreport\nset runs on\n\
+                  frames {}\nset runs off\nset time 2\nscreenshot last.png\nreport\nquit\n",
+        frames - 40
+    );
     let specs = ["--technique", "avsm:size=32", "--against", "psm:size=32,slices=16"];
     let small = ["--width", "64", "--height", "48", "--validation"];
-    let lines = lines(&view(&screen, folder.path(), &[&["three-emitters"], &specs[..], &small].concat(), script));
+    let lines = lines(&view(&screen, folder.path(), &[&["three-emitters"], &specs[..], &small].concat(), &script));
     let reports: Vec<Vec<u64>> = lines
         .iter()
         .filter(|line| line.contains("bytes of device memory"))
         .map(|line| line.split(' ').filter_map(|word| word.parse().ok()).collect())
         .collect();
     println!("{reports:?}");
-    assert!(reports[1][0] >= 300, "frames: {reports:?}");
+    assert!(reports[1][0] >= frames, "frames: {reports:?}");
     assert_eq!(reports[0][1], reports[1][1], "bytes: {reports:?}");
     let [first, last] = ["first.png", "last.png"].map(|name| pixels(&folder.path().join(name)));
     assert!(first == last, "the same state is the same picture, whatever was before");

@@ -22,6 +22,7 @@ use spirq::var::Variable;
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::offset_of;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 /// A field of a Rust struct: name, offset, type.
 type Field = (&'static str, usize, &'static str);
@@ -167,9 +168,17 @@ fn glsl() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("glsl")
 }
 
+/// [`read_source`] of every shader, each read once.
+static SOURCES: LazyLock<BTreeMap<&str, String>> =
+    LazyLock::new(|| ALL.iter().map(|shader| (shader.name, read_source(shader.name))).collect());
+
+fn source(shader: &str) -> &'static str {
+    &SOURCES[shader]
+}
+
 /// The GLSL of a shader with all that it includes, comments removed, and bindings that it takes of a set by their names written
 /// out.
-fn source(shader: &str) -> String {
+fn read_source(shader: &str) -> String {
     let (glsl, (file, technique)) = (glsl(), place(shader));
     let (mut text, mut seen, mut open) = (String::new(), BTreeSet::new(), vec![file.to_owned()]);
     let mut bindings = BTreeMap::new();
@@ -322,8 +331,8 @@ fn check(what: &str, glsl: &str, ty: &Type, seen: &mut BTreeMap<String, usize>) 
 /// The members of a GLSL struct, wherever it is declared.
 fn struct_source(name: &str) -> Members {
     let head = format!("struct {name} {{");
-    let text = ALL.iter().map(|s| source(s.name)).find(|t| t.contains(&head)).expect("some shader declares it");
-    members(&text, text.find(&head).expect("found above"))
+    let text = SOURCES.values().find(|text| text.contains(&head)).expect("some shader declares it");
+    members(text, text.find(&head).expect("found above"))
 }
 
 fn variables(shader: &Shader) -> Vec<Variable> {
@@ -336,7 +345,7 @@ fn variables(shader: &Shader) -> Vec<Variable> {
 fn structs_lie_as_the_shaders_read_them() {
     let mut seen = BTreeMap::new();
     for shader in ALL {
-        let blocks = blocks(&source(shader.name));
+        let blocks = blocks(source(shader.name));
         for variable in variables(shader) {
             let Variable::Descriptor { desc_bind, ty: Type::Struct(block), .. } = &variable else { continue };
             let place = (desc_bind.set(), desc_bind.bind());

@@ -33,7 +33,7 @@ enum Walk {
 
 /// Fewer in the loop of edit and test.
 fn usual() -> Walk {
-    Walk::Some(if all() { 12 } else { 2 })
+    Walk::Some(if all() { 12 } else { 1 })
 }
 
 impl Walk {

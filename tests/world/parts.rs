@@ -1,7 +1,7 @@
 //! What did not change is not built: the passes of a build after each kind of change, for every path of every technique, and the
 //! answers are those of a technique that is opened then.
 
-use crate::support::{every_path, gpu_test, scenes, skipped, spec};
+use crate::support::{all, every_path, gpu_test, scenes, skipped, spec};
 use crate::{answers, build, is_exact, largest_difference, names, opened, points, world};
 use glam::DVec3;
 use gobo::Error;
@@ -190,6 +190,10 @@ fn what_did_not_change_is_not_built() {
                 counts.push(passes.len());
                 assert!(build(&mut moved, &world, &what).passes.is_empty(), "{what}: once more");
 
+                // What an earlier change left out is missing at the last one too.
+                if part != Box && !all() {
+                    continue;
+                }
                 let new_world = World::new(context, &scene).expect("room for the scene");
                 let mut fresh = opened(context, &new_world, &spec);
                 build(&mut fresh, &new_world, &what);
