@@ -46,7 +46,7 @@ fn views_are_aimed_as_the_host_aims() {
                 }
             })
         };
-        let lights: Vec<_> = (0..60).map(&mut any).collect();
+        let lights: Vec<_> = (0..25).map(&mut any).collect();
         let scene = Scene { lights, ..scene(6, 30) };
         let spec = spec("beer-shadow-map:size=8");
         let [host, device] = [From::Host, From::Buffer { counts_itself: false }].map(|from| {
@@ -117,7 +117,7 @@ fn lights_of_a_buffer_equal_their_twin() {
         for (slots, live) in some([(300, 260), (64, 64), (1, 0), (65, 70)], 3) {
             let lights: Vec<_> = (0..slots as u32).map(|i| random_light(&mut random, i)).collect();
             let mut words = laid_out(&lights);
-            let odd = words.len() / 40;
+            let odd = words.len() / 12;
             for _ in 0..odd {
                 let at = FIRST + random.bits() as usize % (words.len() - FIRST);
                 words[at] = word(&mut random, false);
