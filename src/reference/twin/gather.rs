@@ -224,7 +224,7 @@ pub struct GatheredLight {
     pub position: [f32; 3],
     /// 0 for a point light.
     pub direction: [f32; 3],
-    /// Of a spot light; 0 of a virtual one, −2 of the others.
+    /// That of a spot light; 0 of a virtual one, −2 of the others.
     pub cos_cone: f32,
     /// Linear RGB.
     pub radiance: [f32; 3],
