@@ -9,8 +9,6 @@ mod support;
 mod ahead;
 #[path = "avsm/detail.rs"]
 mod detail;
-#[path = "avsm/grazed.rs"]
-mod grazed;
 #[path = "avsm/lanes.rs"]
 mod lanes;
 #[path = "avsm/levels.rs"]

@@ -1,6 +1,6 @@
 //! Casters that a ray passes so closely that rounding decides whether it meets them.
 
-use crate::twin::Twins;
+use super::Twins;
 use glam::DVec2;
 use gobo::reference::twin::gaussian::AlongRay;
 use gobo::scene::{Caster, Ray};

@@ -1,5 +1,8 @@
 //! What the CPU twins say about a scene: each texel's curve, and whether rounding alone could make another one.
 
+#[path = "grazed.rs"]
+mod grazed;
+
 use crate::support::scenes::{self, Random};
 use crate::support::{gpu_test, views};
 use glam::DVec2;
@@ -193,10 +196,10 @@ pub fn curve(segments: &[Segment], bound: Option<u64>, build: Build) -> Curve {
 /// The twins of one map of a scene at one size.
 pub struct Twins<'a> {
     scene: &'a Scene,
-    pub casters: Vec<Caster>,
+    casters: Vec<Caster>,
     pub view: View,
     /// Whether a texel stands for all rays through it.
-    pub area: bool,
+    area: bool,
     /// Where each caster stands in the drawing order.
     places: Vec<u32>,
     /// Where each caster stands among all by what it is; the same for those that are the same.
