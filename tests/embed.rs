@@ -8,12 +8,12 @@
 mod engine;
 mod support;
 
-use engine::{Choice, Engine, How, MOST_POINTS, Optional, Options, PARTICLES, Particle, TO_SUN};
+use engine::{Choice, Engine, How, MOST_POINTS, Optional, Options, PARTICLES, Particle, Sun, TO_SUN, TURN_PER_S};
 use gobo::consume::Query;
 use gobo::gpu::{Buffer, Commands, Context, Features};
 use gobo::scene::{Camera, Light, LightKind, Motion, Scene};
 use gobo::technique::{Avsm, BeerShadowMap, Opened, Psm, Technique, avsm, beer_shadow_map, psm};
-use gobo::world::{Capacity, Count, Source, SphereAt, World};
+use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt, World};
 use support::{all, gpu_test, log, skipped, some};
 
 /// Small ones of each.
@@ -27,7 +27,7 @@ fn hows() -> [(&'static str, How); 3] {
 
 fn options(how: How, optional: Optional, timestamps: bool) -> Options {
     let choice = Choice { device: None, validation: true, optional, timestamps };
-    Options { how, choice, size: [48, 36] }
+    Options { how, choice, device_light: false, size: [48, 36] }
 }
 
 /// Runs an engine under the validation layer, which has said nothing by the time that it is closed.
@@ -118,9 +118,21 @@ fn scene(particles: &[Particle]) -> Scene {
     }
 }
 
+/// The one light, which the host knows or a buffer has.
+#[derive(Clone, Copy)]
+enum Shines {
+    Host(Light),
+    Buffer(Sun),
+}
+
 /// A world of the same particles in a buffer, as the engine's is, on the program's own device. Its views measure from the middle of
 /// the box.
-fn of_a_buffer(context: &Context, particles: &[Particle], light: Light, boxed: Option<([f32; 3], [f32; 3])>) -> World {
+fn of_a_buffer(
+    context: &Context,
+    particles: &[Particle],
+    shines: Shines,
+    boxed: Option<([f32; 3], [f32; 3])>,
+) -> World {
     let count = particles.len() as u32;
     let capacity = Capacity { particles: count, lights: 1, ..Capacity::default() };
     let mut world = World::of(context, capacity).expect("room");
@@ -130,7 +142,17 @@ fn of_a_buffer(context: &Context, particles: &[Particle], light: Light, boxed: O
     let buffer = Buffer::with_data(context, "particles", particles).expect("room");
     let source = Source { buffer, offset: 0, stride: size_of::<Particle>() as u32, count: Count::Host(count) };
     let record = |commands: &mut Commands| {
-        world.lights(commands, &[light]).expect("recorded");
+        match shines {
+            Shines::Host(light) => world.lights(commands, &[light]),
+            Shines::Buffer(sun) => {
+                let buffer = Buffer::with_data(context, "sun", &[sun]).expect("room");
+                let source = Source { buffer, offset: 0, stride: size_of::<Sun>() as u32, count: Count::Host(1) };
+                let none = Number::Is(1.0);
+                let at = LightAt { position: 0, direction: 0, radiance: 12, radius: none, cos_cone: none };
+                world.lights_of_buffer(commands, &source, at, &[LightType::Directional])
+            }
+        }
+        .expect("recorded");
         world.particles(commands, &source, SphereAt::PARTICLE).expect("recorded");
     };
     context.submit(record).expect("submitted");
@@ -183,7 +205,7 @@ fn answers_are_the_programs() {
         let points = points();
         for (name, how) in hows() {
             let (ours, mut particles) = answers(name, &options(how.clone(), Optional::All, true));
-            let sun = scene(&particles).lights[0];
+            let sun = Shines::Host(scene(&particles).lights[0]);
             let alike = program(context, &how, &of_a_buffer(context, &particles, sun, None), &points);
             assert_eq!(differing(&ours, &alike), 0, "{name}: the same world on the program's own device");
             let shadowed = ours.iter().filter(|answer| **answer < 0.5).count();
@@ -195,6 +217,35 @@ fn answers_are_the_programs() {
             let scene = World::new(context, &scene(&particles)).expect("room");
             assert_eq!(differing(&buffer, &program(context, &how, &scene, &points)), 0, "{name}: a scene");
             assert!(differing(&buffer, &alike) > 0, "{name}: another caster changes nothing");
+        }
+    });
+}
+
+/// A light that the renderer's own shader turns, and that the host never sees: answers are those of such a light on the program's own device,
+/// to the bit, and others than those of the light that stands.
+#[test]
+fn a_light_that_the_device_turns() {
+    const TEST: &str = "a_light_that_the_device_turns";
+    gpu_test(TEST, |context| {
+        let points = points();
+        for (name, how) in some(hows(), 2) {
+            let options = Options { device_light: true, ..options(how.clone(), Optional::All, true) };
+            engine_test(TEST, &options, |engine| {
+                let time_s = frames(engine, 5);
+                let (ours, particles, sun) = (
+                    engine.ask(&points).expect("answers"),
+                    engine.particles().expect("read"),
+                    engine.sun().expect("read"),
+                );
+                assert_eq!(engine.shadows().calls(), 0, "Gobo submits nothing and waits for nothing");
+                let turned = glam::Quat::from_rotation_z(TURN_PER_S * time_s) * -TO_SUN.normalize();
+                // Sines of shaders are good to 2⁻¹¹.
+                assert!((glam::Vec3::from(sun.direction) - turned).length() < 2e-3, "{sun:?}, not {turned}");
+                let is = |shines| program(context, &how, &of_a_buffer(context, &particles, shines, None), &points);
+                assert_eq!(differing(&ours, &is(Shines::Buffer(sun))), 0, "{name}: such a light of the program's");
+                let stands = is(Shines::Host(scene(&particles).lights[0]));
+                assert!(differing(&ours, &stands) > points.len() / 50, "{name}: the light has not turned");
+            });
         }
     });
 }

@@ -13,6 +13,10 @@ mod failed;
 mod gathered;
 #[path = "world/lights.rs"]
 mod lights;
+#[path = "world/lights_gathered.rs"]
+mod lights_gathered;
+#[path = "world/lights_of_buffers.rs"]
+mod lights_of_buffers;
 #[path = "world/parts.rs"]
 mod parts;
 #[path = "world/refused.rs"]

@@ -10,6 +10,7 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 usage: embed avsm|psm|beer-shadow-map [options]
   -o FILE             the picture, a PNG (smoke.png)
+  --device-light      the device turns the sun, and the host does not know where it is
   --frames N          frames before it, 60 a second (180)
   --size WIDTHxHEIGHT pixels (640x480)
   --device NAME       part of the device's name
@@ -50,7 +51,7 @@ fn arguments() -> Result<Run> {
         _ => return Err(USAGE.into()),
     };
     let choice = Choice { timestamps: true, ..Choice::default() };
-    let options = Options { how, choice, size: [640, 480] };
+    let options = Options { how, choice, device_light: false, size: [640, 480] };
     let mut run = Run { options, output: "smoke.png".into(), answers: None, frames: None, times_host: false };
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or_else(|| format!("{word} needs a value"));
@@ -61,6 +62,7 @@ fn arguments() -> Result<Run> {
             "--frames" => run.frames = Some(value()?.parse::<u64>()?.max(1)),
             "--size" => options.size = size(&value()?).ok_or("--size is as in 640x480")?,
             "--device" => options.choice.device = Some(value()?),
+            "--device-light" => options.device_light = true,
             "--validation" => options.choice.validation = true,
             "--no-interlock" => options.choice.optional = Optional::NoInterlock,
             "--nothing-optional" => options.choice.optional = Optional::Nothing,
@@ -101,6 +103,9 @@ fn render(run: &Run) -> Result<()> {
     println!("{}: {width}x{height} pixels, after {frames} frames", run.output);
     if let Some(file) = &run.answers {
         std::fs::write(file, answers(&mut engine)?)?;
+    }
+    if run.options.device_light {
+        println!("the sun shines along {:?}", engine.sun()?.direction);
     }
     for (i, step) in ["move and sort", "shadow", "draw"].into_iter().enumerate() {
         let mut step_times: Vec<_> = times.iter().map(|times| times[i]).collect();

@@ -4,7 +4,7 @@
 use super::Map;
 use crate::Result;
 use crate::gpu::{Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, push_struct};
-use crate::shaders::maps::{BOUNDS, FIT};
+use crate::shaders::maps::{AIM, BOUNDS, FIT};
 use crate::shaders::set;
 use crate::world::World;
 use bytemuck::{Pod, Zeroable};
@@ -29,6 +29,16 @@ pub struct Extents {
 impl Extents {
     /// Extents of nothing.
     pub const NONE: Self = Self { low: [u32::MAX; 6], high: [0; 6] };
+}
+
+push_struct! {
+    /// Twin: AimPush in glsl/maps/aim.comp.
+    struct AimPush {
+        light_count: u32,
+        map_count: u32,
+        /// Maps of all lights, once for each cascade.
+        cascade_maps: u32,
+    }
 }
 
 push_struct! {
@@ -60,6 +70,9 @@ push_struct! {
 
 /// The passes that fit.
 pub(super) struct Fit {
+    context: Context,
+    /// For lights that the device alone knows, once there are any.
+    aim: Option<Kernel<AimPush>>,
     /// [`Extents`] of each map.
     extents: Buffer,
     bounds: Kernel<BoundsPush>,
@@ -68,26 +81,50 @@ pub(super) struct Fit {
 
 impl Fit {
     /// Passes for `maps`, which stand in set 0, `scene`, too.
-    pub(super) fn new(context: &Context, maps: &Buffer, scene: &Bindings, count: u32) -> Result<Self> {
+    pub(super) fn new(context: &Context, world: &World, maps: &Buffer, scene: &Bindings, count: u32) -> Result<Self> {
         let bytes = size_of::<Extents>() as u64 * u64::from(count);
         let extents = Buffer::new(context, "maps.extents", bytes, Memory::Device)?;
         let reduced = set::MapsBounds { extents: &extents }.bind(context, "maps.bounds")?;
         let fitted = set::MapsFit { maps, extents: &extents }.bind(context, "maps.fit")?;
         let none = Constants::new();
         Ok(Self {
+            context: context.clone(),
+            aim: if world.knows_lights() { None } else { Some(aim(context, world, maps)?) },
             bounds: Kernel::compute(context, &BOUNDS, &[scene, &reduced], &none)?,
             fit: Kernel::compute(context, &FIT, &[&fitted], &none)?,
             extents,
         })
     }
 
-    /// Fits `maps` to the world as it is now, so many of its casters; `aimed` is what they are before ([`Map::aimed`]).
-    pub(super) fn record(&self, commands: &mut Commands, world: &World, casters: u32, maps: &Buffer, aimed: &[Map]) {
+    /// Fits `maps` to the world as it is now, so many of its casters; `aimed` is what they are before ([`Map::aimed`]), as far as the
+    /// host knows the lights.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] where the device has no room for what aims them.
+    pub(super) fn record(
+        &mut self,
+        commands: &mut Commands,
+        world: &World,
+        casters: u32,
+        maps: &Buffer,
+        aimed: &[Map],
+    ) -> Result<()> {
         let count = aimed.len() as u32;
         commands.pass("maps.aim", |pass| {
             pass.update(maps, aimed);
             pass.update(&self.extents, &vec![Extents::NONE; aimed.len()]);
         });
+        if !world.knows_lights() {
+            let kernel = match self.aim.take() {
+                Some(kernel) => kernel,
+                None => aim(&self.context, world, maps)?,
+            };
+            let kernel = self.aim.insert(kernel);
+            let (light_count, cascade_maps) = (world.light_count(), world.map_count() as u32);
+            let push = AimPush { light_count, map_count: count, cascade_maps };
+            let groups = [light_count.div_ceil(64), 1, 1];
+            commands.pass("maps.aim", |pass| pass.dispatch(kernel, &push, groups));
+        }
         let triangles = world.triangle_count();
         let things = u64::from(casters.max(triangles));
         let groups = things.div_ceil(64 * PER_THREAD).clamp(1, MOST_GROUPS) as u32;
@@ -107,5 +144,12 @@ impl Fit {
             ahead: ahead.normalize_or(DVec3::X).as_vec3().into(),
         };
         commands.pass("maps.fit", |pass| pass.dispatch(&self.fit, &push, [count.div_ceil(64), 1, 1]));
+        Ok(())
     }
+}
+
+/// What aims maps by the lights of a world, as the device has them.
+fn aim(context: &Context, world: &World, maps: &Buffer) -> Result<Kernel<AimPush>> {
+    let set = set::MapsAim { maps, lights: &world.lights }.bind(context, "maps.aim")?;
+    Kernel::compute(context, &AIM, &[&set], &Constants::new())
 }

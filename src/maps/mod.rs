@@ -166,7 +166,7 @@ impl Maps {
         let scene = scene.bind(context, "maps.scene")?;
         let (opaque_size, cascades) = (opaque.size, opaque.cascades);
         let opaque = Opaque::new(context, image, &scene, opaque, one, count as u32)?;
-        let fit = Fit::new(context, &buffer, &scene, count as u32)?;
+        let fit = Fit::new(context, world, &buffer, &scene, count as u32)?;
         let lights = world.lights.clone();
         Ok(Self {
             all,
@@ -264,14 +264,15 @@ impl Maps {
     /// do.
     ///
     /// # Errors
-    /// [`Error::Input`] where the world has other lights than they were made for.
+    /// [`Error::Input`] where the world has other lights than they were made for, [`Error::Gpu`] where memory runs out.
     pub fn fit(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
         world.has_maps(self.all.len() / self.cascades as usize)?;
         (self.fits, self.moves) = (self.views.make(world), self.orders.make(world));
         if self.fits {
             let aimed = Map::aimed(&world.aim(), self.size, self.opaque_size, self.cascades);
             let casters = if self.sees_casters { world.caster_count() } else { 0 };
-            self.fit.record(commands, world, casters, &self.buffer, &aimed);
+            let recorded = self.fit.record(commands, world, casters, &self.buffer, &aimed);
+            recorded.inspect_err(|_| self.views.forget())?;
             commands.read_back(&self.buffer, &self.fitted);
         }
         Ok(())

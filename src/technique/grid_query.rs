@@ -122,7 +122,8 @@ impl Technique for GridQuery {
     }
 
     fn record(&mut self, commands: &mut Commands, world: &World) -> Result<()> {
-        let stood = Stood::known(world, self.size).filter(|_| world.aim().has_triangles);
+        let is_known = world.aim().has_triangles && world.knows_lights();
+        let stood = Stood::known(world, self.size).filter(|_| is_known);
         self.resolution = stood.map_or(Vec::new(), |stood| {
             let views = View::aimed(&world.aim(), 1, Casting::Opaque).into_iter();
             views.map(|view| Resolution::of_triangles(view, stood.rounding())).collect()

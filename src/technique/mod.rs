@@ -142,7 +142,7 @@ pub trait Technique {
     fn maps(&self) -> &[Map];
 
     /// How finely it knows where opaque shadows begin and end, one for each map of all lights; none where it knows it
-    /// exactly, or the host does not know the meshes. By default what its opaque maps resolve.
+    /// exactly, or the host does not know the meshes or the lights. By default what its opaque maps resolve.
     fn resolution(&self) -> Vec<Resolution> {
         self.maps().iter().map(|map| OpaqueMaps::SHARED.resolution(map.opaque)).collect()
     }

@@ -268,9 +268,10 @@ impl VoxelGrid {
 /// glsl/grid/overlap.glsl.
 const SLACK: f64 = 1e-4;
 
-/// How finely the grid knows the meshes, one for each map of all lights.
+/// How finely the grid knows the meshes, one for each map of all lights, where the host knows these.
 fn resolution(world: &World, plan: &Plan) -> Vec<Resolution> {
-    let Some(stood) = Stood::known(world, plan.size).filter(|_| world.aim().has_triangles) else { return Vec::new() };
+    let is_known = world.aim().has_triangles && world.knows_lights();
+    let Some(stood) = Stood::known(world, plan.size).filter(|_| is_known) else { return Vec::new() };
     let voxel = stood.voxel;
     let cell = if plan.masks { voxel * (0.25 + SLACK) } else { voxel };
     let of = |view| match plan.voxelizer {

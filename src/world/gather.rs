@@ -1,6 +1,7 @@
-//! The passes that make casters and triangles of the caller's buffers. Twin: [`crate::reference::twin::gather`].
+//! The passes that make casters, triangles and lights of the caller's buffers. Twin: [`crate::reference::twin::gather`].
 
-use super::source::{Corners, NOWHERE, Source, SphereAt, SplatAt, StrandAt, held, words};
+use super::LightData;
+use super::source::{Corners, LightAt, NOWHERE, Source, SphereAt, SplatAt, StrandAt, held, words};
 use crate::Result;
 use crate::gpu::{
     Bindings, Buffer, Commands, Constants, Context, Kernel, Memory, Push, ReadBack, Shader, groups, push_struct,
@@ -28,11 +29,11 @@ pub struct GatherTotals {
 /// What there was in the caller's buffers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Gathered {
-    /// Particles, strands, triangles and splats, by the caller's counts: where one is more than the capacity, so many too many.
-    pub asked: [u32; 4],
+    /// Particles, strands, triangles, splats and lights, by the caller's counts: where one is more than the capacity, so many too many.
+    pub asked: [u32; 5],
     /// Among those that there is room for, how many have a number that is not finite, no size, or no vertex: they cast
-    /// nothing.
-    pub refused: [u32; 4],
+    /// nothing; and lights whose numbers are not as [`LightAt`] says: they are dark.
+    pub refused: [u32; 5],
 }
 
 push_struct! {
@@ -82,6 +83,24 @@ push_struct! {
         indices_at: u32,
         albedo: [f32; 3],
         place: [f32; 3],
+    }
+}
+
+push_struct! {
+    /// Twin: LightsPush in glsl/world/gather_lights.comp.
+    struct LightsPush {
+        slots: u32,
+        most: u32,
+        count_at: u32,
+        start: u32,
+        stride: u32,
+        position: u32,
+        direction: u32,
+        radiance: u32,
+        radius: u32,
+        radius_is: f32,
+        cos_cone: u32,
+        cos_cone_is: f32,
     }
 }
 
@@ -150,27 +169,32 @@ impl Counted {
 
 /// The passes, and what they count.
 pub(super) struct Gather {
-    /// Counts of particles, strands, triangles and splats.
-    counted: [Counted; 4],
+    /// Counts of particles, strands, triangles, splats and lights.
+    counted: [Counted; 5],
     /// For particles and for strands.
     casters: [Kernels<CastersPush>; 2],
     triangles: Kernels<TrianglesPush>,
     splats: Kernels<SplatsPush>,
+    lights: Kernels<LightsPush>,
 }
 
 impl Gather {
     pub(super) fn new(context: &Context) -> Result<Self> {
-        let counted = [Counted::new(context)?, Counted::new(context)?, Counted::new(context)?, Counted::new(context)?];
+        let one = || Counted::new(context);
+        let counted = [one()?, one()?, one()?, one()?, one()?];
         let casters = [(); 2].map(|()| Kernels { shader: &shaders::GATHER, all: Vec::new() });
         let triangles = Kernels { shader: &shaders::GATHER_TRIANGLES, all: Vec::new() };
         let splats = Kernels { shader: &shaders::GATHER_SPLATS, all: Vec::new() };
-        Ok(Self { counted, casters, triangles, splats })
+        let lights = Kernels { shader: &shaders::GATHER_LIGHTS, all: Vec::new() };
+        Ok(Self { counted, casters, triangles, splats, lights })
     }
 
     /// What a frame came to.
     pub(super) fn read(&self, frame: u64) -> Result<Option<Gathered>> {
-        let [particles, strands, triangles, splats] = &self.counted;
-        let all = [particles.read(frame)?, strands.read(frame)?, triangles.read(frame)?, splats.read(frame)?];
+        let mut all = [None; 5];
+        for (one, counted) in all.iter_mut().zip(&self.counted) {
+            *one = counted.read(frame)?;
+        }
         let counts = all.map(Option::unwrap_or_default);
         let gathered = Gathered { asked: counts.map(|c| c.asked), refused: counts.map(|c| c.refused) };
         Ok(all.iter().any(Option::is_some).then_some(gathered))
@@ -266,6 +290,46 @@ impl Gather {
             opacity_is,
         };
         self.counted[3].record(commands, &kernel, &push, slots.count);
+        Ok(())
+    }
+
+    /// Lights become ours: `slots` of them are written, as many of theirs as were told at most; where they stood otherwise, from
+    /// `stand_ins`.
+    pub(super) fn lights(
+        &mut self,
+        context: &Context,
+        commands: &mut Commands,
+        (lights, slots, told): (&Buffer, u32, u32),
+        stand_ins: Option<&[LightData]>,
+        (source, at): (&Source, LightAt),
+    ) -> Result<()> {
+        let what = "lights";
+        let three = at.position.max(at.direction).max(at.radiance).saturating_add(12);
+        let bytes = three.max(at.radius.end()).max(at.cos_cone.end());
+        let ((radius, radius_is), (cos_cone, cos_cone_is)) = (at.radius.pushed(what)?, at.cos_cone.pushed(what)?);
+        let holds = held(&source.buffer, source.offset, source.stride, bytes);
+        let found = source.count.counted(what, told, holds)?;
+        let (theirs, counts) = (&source.buffer, source.count.buffer(&source.buffer));
+        let set = set::GatherLights { theirs, counts, lights, counted: &self.counted[4].counts };
+        let kernel = self.lights.of(context, &[theirs, counts], || set.bind(context, "world.gather"))?;
+        let push = LightsPush {
+            slots,
+            most: found.most,
+            count_at: found.at,
+            start: words(what, source.offset)?,
+            stride: words(what, source.stride.into())?,
+            position: words(what, at.position.into())?,
+            direction: words(what, at.direction.into())?,
+            radiance: words(what, at.radiance.into())?,
+            radius,
+            radius_is,
+            cos_cone,
+            cos_cone_is,
+        };
+        if let Some(stand_ins) = stand_ins {
+            commands.pass("world.lights", |pass| pass.update(lights, stand_ins));
+        }
+        self.counted[4].record(commands, &kernel, &push, slots);
         Ok(())
     }
 

@@ -5,6 +5,7 @@ mod bounds;
 mod gather;
 mod generations;
 mod light;
+mod lit;
 mod source;
 mod staged;
 mod theirs;
@@ -12,7 +13,7 @@ mod theirs;
 pub use gather::{GatherTotals, Gathered};
 pub use generations::{Generations, Made, Parts};
 pub use light::LightData;
-pub use source::{Corners, Count, Number, Source, SphereAt, SplatAt, StrandAt};
+pub use source::{Corners, Count, LightAt, LightType, Number, Source, SphereAt, SplatAt, StrandAt};
 pub use staged::Moved;
 pub use theirs::Capacity;
 
@@ -62,6 +63,8 @@ pub struct World {
     pub lights: Buffer,
     /// The same as the host has them.
     lit: Vec<Light>,
+    /// Whether these are they: else they are stand-ins of the same types.
+    knows_lights: bool,
     camera: Option<Camera>,
     /// See [`Aim::anchors`].
     anchors: [DVec3; 2],
@@ -151,9 +154,14 @@ impl World {
         }
     }
 
-    /// The lights, as the host has them.
+    /// The lights, as the host has them: where the device alone knows them ([`World::lights_of_buffer`]), dark ones of the same types.
     pub fn all_lights(&self) -> &[Light] {
         &self.lit
+    }
+
+    /// Whether the host knows where the lights are.
+    pub fn knows_lights(&self) -> bool {
+        self.knows_lights
     }
 
     /// Lights.
@@ -187,7 +195,7 @@ impl World {
         self.lit.iter().any(|light| light.map_count() > 1)
     }
 
-    /// What views of its lights are aimed by.
+    /// What views of its lights are aimed by, where the host knows the lights.
     pub fn aim(&self) -> Aim<'_> {
         Aim { lights: &self.lit, anchors: self.anchors, has_triangles: self.triangle_capacity > 0 }
     }

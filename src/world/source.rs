@@ -1,7 +1,9 @@
 //! Where things of the caller's stand on the device: buffers of theirs, and how these are laid out.
 
 use crate::gpu::Buffer;
+use crate::scene::{Light, LightKind};
 use crate::{Error, Result};
+use glam::DVec3;
 
 /// Things of one layout in a buffer of the caller's ([`Buffer::adopt`]), one behind the other.
 #[derive(Clone)]
@@ -83,6 +85,51 @@ pub struct SplatAt {
     pub rotation: u32,
     /// What it takes of a ray along its shortest axis through its middle, in [0, 1].
     pub opacity: Number,
+}
+
+/// Where a light has what of it counts, bytes from its start, multiples of 4. All of these lie in the buffer, also those that its type does
+/// not have, which are not read for anything.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightAt {
+    /// Three floats, world units: where it is; not of a directional light.
+    pub position: u32,
+    /// Three floats, unit length up to a thousandth: the way a directional light travels, the axis of a spot light, the normal of a
+    /// virtual one; not of a point light.
+    pub direction: u32,
+    /// Three floats, linear RGB, ≥ 0: see [`Light::radiance`].
+    pub radiance: u32,
+    /// World units, at least 1e-18: where a spot or a point light ends, infinite where it does not; of a virtual light the distance
+    /// nearer than which it shines no more; not of a directional light.
+    pub radius: Number,
+    /// Cosine of half the full opening angle of a spot light, < 1, and at least that of half 170°.
+    pub cos_cone: Number,
+}
+
+/// What a light is, which decides how many maps it has: six of a point or a virtual light, one of any other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightType {
+    /// As [`LightKind::Directional`].
+    Directional,
+    /// As [`LightKind::Spot`].
+    Spot,
+    /// As [`LightKind::Point`].
+    Point,
+    /// As [`LightKind::Virtual`].
+    Virtual,
+}
+
+impl LightType {
+    /// A dark light of that type, for what the host has to know of one that the device alone knows.
+    pub(super) fn stand_in(self) -> Light {
+        let (position, direction) = (DVec3::ZERO, DVec3::NEG_Z);
+        let kind = match self {
+            Self::Directional => LightKind::Directional { direction },
+            Self::Spot => LightKind::Spot { position, direction, cone_degrees: 90.0 },
+            Self::Point => LightKind::Point { position },
+            Self::Virtual => LightKind::Virtual { position, normal: direction, nearest: 1.0 },
+        };
+        Light { kind, radiance: [0.0; 3], radius: f64::INFINITY }
+    }
 }
 
 /// Triangles of the caller's.

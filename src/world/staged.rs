@@ -45,6 +45,7 @@ impl World {
             lights: Buffer::with_data(context, "world.lights", &LightData::all(scene))?,
             generations: Generations { lights: vec![0; scene.lights.len()], ..Generations::default() },
             lit: scene.lights.clone(),
+            knows_lights: true,
             camera: Some(scene.camera),
             anchors: scene.aim().anchors,
             bounds: Some([Bounds::of_meshes(&scene.meshes), Bounds::of_casters(&casters)]),

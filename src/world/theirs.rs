@@ -2,10 +2,9 @@
 
 use super::gather::{Gather, Slots};
 use super::source::{Corners, Count, Source, SphereAt, SplatAt, StrandAt};
-use super::staged::raise_lights;
 use super::{Bounds, Filled, Gathered, Generations, LightData, TriangleData, World};
 use crate::gpu::{Buffer, Commands, Context, Memory};
-use crate::scene::{Camera, Caster, Kinds, Light, LightKind};
+use crate::scene::{Camera, Caster, Kinds};
 use crate::{Error, Result};
 use glam::{DVec3, Vec3};
 
@@ -45,7 +44,7 @@ impl Capacity {
 /// What fills a world from the caller's buffers.
 pub(super) struct Theirs {
     pub capacity: Capacity,
-    gather: Gather,
+    pub gather: Gather,
     /// Casters that were not written have radius 0.
     cleared: bool,
 }
@@ -92,6 +91,7 @@ impl World {
             packed: capacity.splats > 0,
             lights: buffer("world.lights", capacity.lights, size_of::<LightData>())?,
             lit: Vec::new(),
+            knows_lights: true,
             camera: None,
             anchors: [DVec3::ZERO; 2],
             bounds: None,
@@ -99,7 +99,7 @@ impl World {
         })
     }
 
-    fn theirs(&mut self) -> Result<&mut Theirs> {
+    pub(super) fn theirs(&mut self) -> Result<&mut Theirs> {
         match &mut self.filled {
             Filled::Theirs(theirs) => Ok(theirs),
             Filled::Scene(_) => Err(of_a_scene(&self.name)),
@@ -189,39 +189,6 @@ impl World {
         Ok(())
     }
 
-    /// Its lights are now those: records their copy where any is another, and says which of them stand otherwise. Techniques are
-    /// opened for as many as there have been. Where there are fewer now, those that went stay where they stood and are dark; where
-    /// there are more than ever, techniques that keep something of each light refuse to be recorded and are opened anew.
-    ///
-    /// # Errors
-    /// [`Error::Input`] where there are more than there is room for, a number of one is out of range, or one has not as many maps as
-    /// the one before it in its place: six of a point light, one of any other.
-    pub fn lights(&mut self, commands: &mut Commands, lights: &[Light]) -> Result<()> {
-        let theirs = self.theirs()?;
-        let room = theirs.capacity.lights as usize;
-        let other_maps = |(is, was): (&Light, &Light)| is.map_count() != was.map_count();
-        let cause = if lights.len() > room {
-            format!("{} lights, and the world has room for {room}", lights.len())
-        } else if let Some(i) = lights.iter().zip(&self.lit).position(other_maps) {
-            format!("light {i} has another number of maps than the one before it")
-        } else if let Some(i) = lights.iter().position(|light| !is_light(light)) {
-            format!("light {i} has a number that is not finite or out of range")
-        } else {
-            let gone = self.lit.iter().skip(lights.len()).map(|light| Light { radiance: [0.0; 3], ..*light });
-            let all: Vec<_> = lights.iter().copied().chain(gone).collect();
-            if self.lit == all {
-                return Ok(());
-            }
-            let data = LightData::of(&all, self.triangle_capacity > 0);
-            commands.pass("world.lights", |pass| pass.update(&self.lights, &data));
-            raise_lights(&mut self.generations, &all, &self.lit, false);
-            self.generations.lights.resize(all.len(), 0);
-            self.lit = all;
-            return Ok(());
-        };
-        Err(Error::input(self.name.clone(), cause, "make a new world, and open its techniques anew"))
-    }
-
     /// Who looks: what adapts to that asks for it.
     pub fn set_camera(&mut self, camera: Camera) {
         self.generations.camera += u64::from(self.camera != Some(camera));
@@ -278,19 +245,4 @@ fn shown(count: &Count, capacity: u32, others_behind: bool) -> u32 {
         Count::Host(count) if !others_behind => (*count).min(capacity),
         _ => capacity,
     }
-}
-
-/// Whether its numbers are as [`Light`] says.
-fn is_light(light: &Light) -> bool {
-    let is_unit = |v: DVec3| (v.length() - 1.0).abs() < 1e-3;
-    let stands = light.position().is_none_or(DVec3::is_finite);
-    let kind = match light.kind {
-        LightKind::Directional { direction } => is_unit(direction),
-        LightKind::Spot { direction, cone_degrees, .. } => {
-            is_unit(direction) && cone_degrees > 0.0 && cone_degrees <= 170.0
-        }
-        LightKind::Point { .. } => true,
-        LightKind::Virtual { normal, nearest, .. } => is_unit(normal) && nearest > 0.0 && nearest.is_finite(),
-    };
-    stands && kind && light.radius > 0.0 && light.radiance.iter().all(|c| c.is_finite() && *c >= 0.0)
 }

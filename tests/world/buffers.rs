@@ -141,11 +141,11 @@ pub fn record(context: &Context, pass: impl FnOnce(&mut Commands) -> gobo::Resul
     frame
 }
 
-pub fn refused_in(world: &World, frame: u64) -> [u32; 4] {
+pub fn refused_in(world: &World, frame: u64) -> [u32; 5] {
     world.gathered(frame).expect("read").expect("the last that gathered").refused
 }
 
-fn specs(test: &str, context: &Context) -> Vec<Spec> {
+pub fn specs(test: &str, context: &Context) -> Vec<Spec> {
     let mut specs = every_path(test, context);
     // Virtual lights and a box are not in the scene.
     let fits = |spec: &Spec| spec.entry.lifetime == Lifetime::Frame && !["ism", "ray-query"].contains(&spec.entry.name);

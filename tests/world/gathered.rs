@@ -8,7 +8,7 @@ use gobo::scene::Caster;
 use gobo::world::{Capacity, Corners, Number, Source, SphereAt, StrandAt, World};
 
 /// Numbers that a buffer may hold.
-fn word(random: &mut Random, all: bool) -> u32 {
+pub fn word(random: &mut Random, all: bool) -> u32 {
     let odd = [NAN, 0xFFFF_FFFF, 0x7F80_0000, 0xFF80_0000, 0x7F7F_FFFF, 0xFF7F_FFFF, 0x8000_0000, 0];
     let small = [1, 0x8000_0001, 0x0080_0000];
     match random.bits() % 40 {

@@ -38,7 +38,7 @@ fn what_is_no_caster_casts_nothing() {
                 });
                 assert!(answers[0] == answers[1], "{text}, {value}");
                 let triangles = good.meshes.iter().map(|m| m.triangles.len() as u32).sum::<u32>();
-                let expected = Gathered { asked: [63, 0, triangles + 2, 0], refused: [3, 0, 2, 0] };
+                let expected = Gathered { asked: [63, 0, triangles + 2, 0, 0], refused: [3, 0, 2, 0, 0] };
                 let frame = fill(context, &mut theirs, &mixed, true);
                 assert_eq!(theirs.gathered(frame).expect("read"), Some(expected), "{value}");
             }
@@ -47,7 +47,7 @@ fn what_is_no_caster_casts_nothing() {
         let mut world = World::of(context, Capacity { particles: 58, lights: 3, ..Capacity::default() }).expect("room");
         let fewer = Scene { particles: good.particles[..58].to_vec(), meshes: Vec::new(), ..good.clone() };
         let frame = fill(context, &mut world, &Scene { meshes: Vec::new(), ..good.clone() }, true);
-        assert_eq!(world.gathered(frame).expect("read"), Some(Gathered { asked: [60, 0, 0, 0], refused: [0; 4] }));
+        assert_eq!(world.gathered(frame).expect("read"), Some(Gathered { asked: [60, 0, 0, 0, 0], refused: [0; 5] }));
         assert_eq!(world.casters.read::<Caster>(58).expect("read"), fewer.casters());
     });
 }

@@ -34,6 +34,9 @@ pub const MOST_POINTS: usize = 4096;
 /// The way from the ground to the sun.
 pub const TO_SUN: Vec3 = Vec3::new(-0.64, -0.32, 0.7);
 
+/// By how much the device turns the sun about z, radians per second, where it does.
+pub const TURN_PER_S: f32 = 0.4;
+
 /// Bytes of a particle as the shaders have it. Twin: Particle in shaders/scene.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -45,6 +48,14 @@ pub struct Particle {
     pub age: f32,
 }
 
+/// The light as the device has it. Twin: Sun in shaders/scene.glsl.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Sun {
+    pub direction: [f32; 3],
+    pub radiance: [f32; 3],
+}
+
 /// A frame's numbers. Twin: Push in shaders/scene.glsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -53,6 +64,7 @@ pub struct Push {
     eye: Vec3,
     time_s: f32,
     to_light: Vec3,
+    turn_per_s: f32,
 }
 
 /// How a renderer is opened.
@@ -60,6 +72,8 @@ pub struct Push {
 pub struct Options {
     pub how: How,
     pub choice: Choice,
+    /// The device turns the sun, and the host does not know where it is.
+    pub device_light: bool,
     /// The picture's width and height, pixels.
     pub size: [u32; 2],
 }
@@ -76,11 +90,13 @@ pub struct Engine {
     layout: vk::PipelineLayout,
     set: Set,
     particles: Buffer,
+    sun: Buffer,
     points: Buffer,
     answers: Buffer,
     /// Where the host reads what the device has: particles or pixels.
     copy: Buffer,
     target: Target,
+    turn_per_s: f32,
     /// The next that is recorded.
     frame: u64,
     /// The last that has shadows.
@@ -99,11 +115,13 @@ impl Engine {
         let points = Buffer::new(gpu, "points", MOST_POINTS * 12, MemoryLocation::CpuToGpu)?;
         let answers = Buffer::new(gpu, "answers", MOST_POINTS * 4, MemoryLocation::GpuToCpu)?;
         let pixel_bytes = options.size.map(|side| side as usize).iter().product::<usize>() * 4;
-        let set = Set::of_buffers(gpu, &[&particles, &order, &points, &answers])?;
+        let sun = Buffer::new(gpu, "sun", size_of::<Sun>(), MemoryLocation::GpuOnly)?;
+        let set = Set::of_buffers(gpu, &[&particles, &order, &points, &answers, &sun])?;
         // Frame 0 tells the device of the light.
         let mut frames = Frames::new(gpu)?;
         let commands = frames.begin(0)?;
-        let shadows = Shadows::new(gpu, &options.how, &particles, commands, 0)?;
+        let theirs = (&particles, options.device_light.then_some(&sun));
+        let shadows = Shadows::new(gpu, &options.how, theirs, commands, 0)?;
         frames.submit(0, false)?;
 
         let layout = pipelines::layout(gpu, &[set.layout, shadows.layout()])?;
@@ -123,10 +141,12 @@ impl Engine {
             layout,
             set,
             particles,
+            sun,
             points,
             answers,
             copy: Buffer::new(gpu, "copy", PARTICLE_BYTES.max(pixel_bytes), MemoryLocation::GpuToCpu)?,
             target: Target::new(gpu, options.size)?,
+            turn_per_s: if options.device_light { TURN_PER_S } else { 0.0 },
             frame: 1,
             shadowed: 0,
             recording: Duration::ZERO,
@@ -196,7 +216,8 @@ impl Engine {
         let (eye, middle) = (Vec3::new(0.8, -5.2, 1.9), Vec3::new(0.35, 0.0, 0.95));
         let aspect = self.target.size[0] as f32 / self.target.size[1] as f32;
         let clip = perspective(0.7, aspect, 0.1, 200.0) * look_at_mat4(eye, middle, Vec3::Z);
-        Push { clip: clip.to_cols_array_2d(), eye, time_s, to_light: TO_SUN.normalize() }
+        let to_light = TO_SUN.normalize();
+        Push { clip: clip.to_cols_array_2d(), eye, time_s, to_light, turn_per_s: self.turn_per_s }
     }
 
     fn bind(&self, commands: vk::CommandBuffer, push: &Push, sets: &[vk::DescriptorSet]) {
@@ -284,16 +305,25 @@ impl Engine {
 
     /// The particles of the last frame.
     pub fn particles(&mut self) -> Result<Vec<Particle>> {
+        self.copied(|engine| &engine.particles)
+    }
+
+    /// The sun of the last frame.
+    pub fn sun(&mut self) -> Result<Sun> {
+        Ok(self.copied(|engine| &engine.sun)?[0])
+    }
+
+    /// What the device has in a buffer.
+    fn copied<T: Pod>(&mut self, which: impl Fn(&Self) -> &Buffer) -> Result<Vec<T>> {
         self.run(|engine, commands| {
-            let region = vk::BufferCopy::default().size(engine.particles.bytes);
-            // SAFETY: both buffers are as large.
-            unsafe {
-                engine.gpu.device.cmd_copy_buffer(commands, engine.particles.handle, engine.copy.handle, &[region])
-            };
+            let from = which(engine);
+            let region = vk::BufferCopy::default().size(from.bytes);
+            // SAFETY: what is copied to has room for it.
+            unsafe { engine.gpu.device.cmd_copy_buffer(commands, from.handle, engine.copy.handle, &[region]) };
         })?;
-        let mut particles = self.copy.read::<u8>()?;
-        particles.truncate(PARTICLE_BYTES);
-        Ok(bytemuck::pod_collect_to_vec(&particles))
+        let mut bytes = self.copy.read::<u8>()?;
+        bytes.truncate(which(self).bytes as usize);
+        Ok(bytemuck::pod_collect_to_vec(&bytes))
     }
 
     /// How much of the sun reaches each point, at most [`MOST_POINTS`], by the shadows of the last frame.

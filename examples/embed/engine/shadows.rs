@@ -3,12 +3,12 @@
 
 use super::memory::Buffer;
 use super::pipelines::{Constants, Set};
-use super::{FRAMES_IN_FLIGHT, Gpu, PARTICLES, Particle, Result, TO_SUN};
+use super::{FRAMES_IN_FLIGHT, Gpu, PARTICLES, Particle, Result, Sun, TO_SUN};
 use ash::vk;
 use gobo::gpu::{Adopt, Commands, Context, Messages, PassTime};
 use gobo::scene::{Light, LightKind};
 use gobo::technique::{Avsm, BeerShadowMap, Psm, Settled, Technique, avsm, beer_shadow_map, psm};
-use gobo::world::{Capacity, Count, Source, SphereAt, World};
+use gobo::world::{Capacity, Count, LightAt, LightType, Number, Source, SphereAt, World};
 
 /// Which technique casts the shadows, and how.
 #[derive(Clone, Debug)]
@@ -23,6 +23,8 @@ pub struct Shadows {
     technique: Box<dyn Technique>,
     world: World,
     particles: Source,
+    /// Where the device alone knows it.
+    sun: Option<Source>,
     context: Context,
     /// One for each frame in flight: a set that the device may be reading is not written.
     sets: Vec<Set>,
@@ -31,8 +33,15 @@ pub struct Shadows {
 }
 
 impl Shadows {
-    /// Opens Gobo on the renderer's device. `commands` are being recorded as frame `frame`.
-    pub fn new(gpu: &mut Gpu, how: &How, particles: &Buffer, commands: vk::CommandBuffer, frame: u64) -> Result<Self> {
+    /// Opens Gobo on the renderer's device, for its particles and, where the device alone knows it, its sun. `commands` are being
+    /// recorded as frame `frame`.
+    pub fn new(
+        gpu: &mut Gpu,
+        how: &How,
+        (particles, sun): (&Buffer, Option<&Buffer>),
+        commands: vk::CommandBuffer,
+        frame: u64,
+    ) -> Result<Self> {
         let (entry, instance) = gpu.origin();
         let adopt = Adopt {
             entry,
@@ -51,10 +60,19 @@ impl Shadows {
         let capacity = Capacity { particles: PARTICLES, lights: 1, ..Capacity::default() };
         let mut world = World::of(&context, capacity)?;
 
+        // SAFETY: the buffers are the device's, are as large, are made for storage, and are kept longer than Gobo.
+        let adopt = |name, of: &Buffer| unsafe { gobo::gpu::Buffer::adopt(&context, name, of.handle, of.bytes) };
+        let stride = size_of::<Particle>() as u32;
+        let particles =
+            Source { buffer: adopt("particles", particles)?, offset: 0, stride, count: Count::Host(PARTICLES) };
+        let sun = sun.map(|sun| adopt("sun", sun)).transpose()?;
+        let stride = size_of::<Sun>() as u32;
+        let sun = sun.map(|buffer| Source { buffer, offset: 0, stride, count: Count::Host(1) });
+
         // The lights come before the technique, which is opened for so many.
         // SAFETY: the commands are being recorded, outside a render, for this frame; no frame came before it.
         let mut commands = unsafe { Commands::on(&context, commands, frame) }?;
-        world.lights(&mut commands, &[sun()])?;
+        shine(&mut world, &mut commands, sun.as_ref())?;
         commands.end();
         let technique: Box<dyn Technique> = match how {
             How::Avsm(settings) => Box::new(Avsm::new(&context, &world, settings)?),
@@ -62,13 +80,9 @@ impl Shadows {
             How::BeerShadowMap(settings) => Box::new(BeerShadowMap::new(&context, &world, settings)?),
         };
 
-        // SAFETY: the buffer is the device's, is as large, is made for storage, and is kept longer than Gobo.
-        let buffer = unsafe { gobo::gpu::Buffer::adopt(&context, "particles", particles.handle, particles.bytes) }?;
-        let stride = size_of::<Particle>() as u32;
-        let particles = Source { buffer, offset: 0, stride, count: Count::Host(PARTICLES) };
         let bindings = technique.answer().layout(0);
         let sets = (0..FRAMES_IN_FLIGHT).map(|_| Set::new(gpu, &bindings)).collect::<Result<_>>()?;
-        Ok(Self { technique, world, particles, context, sets, grew: 0 })
+        Ok(Self { technique, world, particles, sun, context, sets, grew: 0 })
     }
 
     /// The layout of the set that [`Shadows::set`] hands out.
@@ -98,6 +112,7 @@ impl Shadows {
         // SAFETY: the commands are being recorded, outside a render, for this frame, are submitted once and in order, and
         // `Frames::begin` waited for the frame that is `FRAMES_IN_FLIGHT` before.
         let mut commands = unsafe { Commands::on(&self.context, commands, frame) }?;
+        shine(&mut self.world, &mut commands, self.sun.as_ref())?;
         self.world.particles(&mut commands, &self.particles, SphereAt::PARTICLE)?;
         self.technique.record(&mut commands, &self.world)?;
         commands.end();
@@ -129,8 +144,21 @@ impl Shadows {
     }
 }
 
+/// Where the device's sun has what Gobo reads; a sun is nowhere.
+const SUN_AT: LightAt =
+    LightAt { position: 0, direction: 0, radiance: 12, radius: Number::Is(f32::INFINITY), cos_cone: Number::Is(0.0) };
+
+/// Records the renderer's light, which the device knows or the host.
+fn shine(world: &mut World, commands: &mut Commands, sun: Option<&Source>) -> Result<()> {
+    let recorded = match sun {
+        Some(source) => world.lights_of_buffer(commands, source, SUN_AT, &[LightType::Directional]),
+        None => world.lights(commands, &[host_sun()]),
+    };
+    recorded.map_err(Into::into)
+}
+
 /// The renderer's one light.
-pub fn sun() -> Light {
+fn host_sun() -> Light {
     let direction = -TO_SUN.as_dvec3().normalize();
     Light { kind: LightKind::Directional { direction }, radiance: [1.0; 3], radius: f64::INFINITY }
 }

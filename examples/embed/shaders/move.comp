@@ -1,11 +1,12 @@
 #version 460
-// Moves the smoke: one particle a thread. Puffs of 64 particles rise, widen and thin out; each place is a function of the
+// Moves the smoke, one particle a thread, and the sun. Puffs of 64 particles rise, widen and thin out; each place is a function of the
 // particle's number and the time alone, so that nothing is kept from frame to frame.
 #extension GL_GOOGLE_include_directive : require
 #include "scene.glsl"
 
 layout(local_size_x = 64) in;
 layout(set = 0, binding = 0, scalar) writeonly buffer Particles { Particle particles[]; };
+layout(set = 0, binding = 4, scalar) writeonly buffer Suns { Sun sun; };
 
 // The same for the same number, evenly in [0, 1). PCG: Jarzynski and Olano 2020, Hash Functions for GPU Rendering.
 float evenly(uint number) {
@@ -16,6 +17,11 @@ float evenly(uint number) {
 
 void main() {
     uint i = gl_GlobalInvocationID.x, puff = i / 64u;
+    if (i == 0u) {
+        float by = frame.turn_per_s * frame.time_s, c = cos(by), s = sin(by);
+        vec3 l = frame.to_light;
+        sun = Sun(-normalize(vec3(c * l.x - s * l.y, s * l.x + c * l.y, l.z)), SUN);
+    }
     float age = fract(frame.time_s * 0.125 + float(puff) * 0.015625);
     float turn = 6.2831853 * evenly(puff), reach = 0.05 + 0.3 * age;
     vec3 centre = vec3(reach * cos(turn) + 0.45 * age * age, reach * sin(turn), 0.25 + 1.9 * age);

@@ -9,6 +9,7 @@ layout(push_constant, scalar) uniform Push {
     vec3 eye;
     float time_s;
     vec3 to_light;
+    float turn_per_s;  // of the sun about z, radians
 } frame;
 
 // Twin: Particle in engine/mod.rs. Gobo reads the first four members.
@@ -17,6 +18,12 @@ struct Particle {
     float radius;
     float extinction;
     float age;
+};
+
+// Twin: Sun in engine/mod.rs. Gobo reads it where the device turns the sun.
+struct Sun {
+    vec3 direction;  // the way its light travels
+    vec3 radiance;
 };
 
 const vec3 SUN = vec3(1.0, 0.93, 0.82) * 2.4;

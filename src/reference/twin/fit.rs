@@ -1,8 +1,38 @@
-//! CPU twin of glsl/maps/bounds.comp and fit.comp: views fitted to what they see, in f32.
+//! CPU twin of glsl/maps/aim.comp, bounds.comp and fit.comp: views aimed by lights and fitted to what they see, in f32.
 
 use super::order::{float_of_order, float_order};
 use crate::scene::{Caster, Projection, View};
 use glam::{Vec2, Vec3};
+
+/// A light as the device has it, of which views are aimed.
+#[derive(Clone, Copy, Debug)]
+pub struct Aiming {
+    /// None for a directional light.
+    pub position: Option<[f32; 3]>,
+    /// None for a light with six maps.
+    pub direction: Option<[f32; 3]>,
+    /// Cosine of half the cone of a spot light.
+    pub cos_cone: Option<f32>,
+}
+
+/// A view of a light of the same kind, aimed by this one. Twin: glsl/maps/aim.comp.
+pub fn aim(mut view: View, light: &Aiming) -> View {
+    view.origin = light.position.unwrap_or(view.origin);
+    let Some(direction) = light.direction else { return view };
+    let forward = Vec3::from(direction);
+    let across = if forward.z.abs() < 0.99 {
+        Vec3::new(forward.y, -forward.x, 0.0)
+    } else {
+        Vec3::new(-forward.z, 0.0, forward.x)
+    };
+    let right = across / across.dot(across).sqrt();
+    (view.right, view.up, view.forward) = (right.into(), right.cross(forward).into(), direction);
+    if let Some(cosine) = light.cos_cone {
+        let scale = cosine / ((1.0 - cosine) * (1.0 + cosine)).sqrt();
+        (view.scale_x, view.scale_y) = (scale, scale);
+    }
+    view
+}
 
 /// Low and high along a view's right, up and forward; low above high where there is nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,6 @@
-//! Twin of glsl/world/gather.comp, gather_splats.comp and gather_triangles.comp: what the caller's buffers become, to the bit but for
-//! axes of strands so short that a device may flush them, and for what roots, logarithms and powers round of splats.
+//! Twin of glsl/world/gather.comp, gather_splats.comp, gather_triangles.comp and gather_lights.comp: what the caller's buffers become, to
+//! the bit but for axes of strands so short that a device may flush them, for what roots, logarithms and powers round of splats, and for
+//! what quotients round of lights.
 
 use super::gaussian::{OCTAVES, REACH, ROOT_TWO_PI, axes_packed};
 use super::segment::MAX_OPTICAL_DEPTH;
@@ -199,4 +200,66 @@ impl Vertices<'_> {
         let all = (0..slots).map(triangle).collect();
         (all, refused)
     }
+}
+
+/// Where a light has what of it counts, words from its start.
+#[derive(Clone, Copy, Debug)]
+pub struct LightWords {
+    /// Three floats.
+    pub position: usize,
+    /// Three floats.
+    pub direction: usize,
+    /// Three floats.
+    pub radiance: usize,
+    /// Or of all.
+    pub radius: Result<usize, f32>,
+    /// Or of all.
+    pub cos_cone: Result<usize, f32>,
+}
+
+/// A light as it was gathered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GatheredLight {
+    /// 0 for a directional light.
+    pub position: [f32; 3],
+    /// 0 for a point light.
+    pub direction: [f32; 3],
+    /// That of a spot light; 0 of a virtual one, −2 of the others.
+    pub cos_cone: f32,
+    /// Linear RGB.
+    pub radiance: [f32; 3],
+    /// 1 / radius², 0 of what does not end.
+    pub falloff: f32,
+}
+
+/// Twins: UNIT, LEAST_RADIUS, MOST_RADIUS and WIDEST.
+const UNIT: f32 = 2e-3;
+const LEAST_RADIUS: f32 = 1e-18;
+const MOST_RADIUS: f32 = 1e18;
+const WIDEST: f32 = 0.087_155_7;
+
+/// The light of that kind (0 directional, 1 spot, 2 point, 3 virtual) whose first word is `from`; none where a number of it is not finite
+/// or out of range. Twin: gather_lights.comp.
+pub fn light(theirs: &[u32], from: usize, at: &LightWords, kind: u32) -> Option<GatheredLight> {
+    let vector = |word: usize| three(theirs, from + word).map(f32::from_bits);
+    let number = |n: Result<usize, f32>| n.map_or_else(|is| is, |word| f32::from_bits(theirs[from + word]));
+    let (position, direction, radiance) = (vector(at.position), vector(at.direction), vector(at.radiance));
+    let (radius, cos_cone) = (number(at.radius), number(at.cos_cone));
+    let square: f32 = direction.iter().map(|d| d * d).sum();
+    let place = position.iter().all(|p| p.is_finite()) && radius >= LEAST_RADIUS && (kind != 3 || radius.is_finite());
+    let way = (square - 1.0).abs() <= UNIT;
+    let cone = (WIDEST..1.0).contains(&cos_cone);
+    let (has_place, has_way) = (kind != 0, kind != 2);
+    let shines = radiance.iter().all(|c| is_not_negative(c.to_bits()));
+    if !(shines && (place || !has_place) && (way || !has_way) && (cone || kind != 1)) {
+        return None;
+    }
+    let falloff = if has_place && radius < MOST_RADIUS { 1.0 / (radius * radius) } else { 0.0 };
+    Some(GatheredLight {
+        position: if has_place { position } else { [0.0; 3] },
+        direction: if has_way { direction } else { [0.0; 3] },
+        cos_cone: [-2.0, cos_cone, -2.0, 0.0][kind as usize],
+        radiance,
+        falloff,
+    })
 }

@@ -151,9 +151,13 @@ impl Ism {
     }
 }
 
-/// How finely a map knows the meshes, the same for each face of the cube about a light: as finely as its texels lie, where it is asked.
+/// How finely a map knows the meshes, the same for each face of the cube about a light: as finely as its texels lie, where it is asked;
+/// where the host knows the lights.
 /// Twin: light_visibility.
 fn resolution(world: &World, settings: &Settings) -> Vec<Resolution> {
+    if !world.knows_lights() {
+        return Vec::new();
+    }
     let maps = |light: &Light| {
         let LightKind::Virtual { position, normal, .. } = light.kind else { return Vec::new() };
         let view = View::paraboloid(position, normal, settings.size);

@@ -1,9 +1,9 @@
 //! The voxels of a light: a cube fitted to the meshes, its z along the light, or a pyramid whose tip the light is.
 
 use super::Plan;
-use crate::Result;
 use crate::scene::{Casting, Light, LightKind, Moved, Projection, Resolution, View};
 use crate::world::World;
+use crate::{Error, Result};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -25,8 +25,11 @@ impl Cubes {
     /// About the meshes as they are now. Source: Sintorn et al. 2014, section 3.
     ///
     /// # Errors
-    /// [`Error::Refused`](crate::Error::Refused) where the host knows no box about the triangles.
+    /// [`Error::Refused`] where the host knows no box about the triangles, or not where the lights are.
     pub fn new(world: &World, size: u32) -> Result<Self> {
+        if !world.knows_lights() {
+            return Err(Error::Refused { needs: "lights that the host knows (World::lights)".into() });
+        }
         let mut aimed = View::aimed(&world.aim(), size, Casting::Opaque).into_iter();
         let (mut views, mut lights) = (Vec::new(), Vec::new());
         for light in world.all_lights() {

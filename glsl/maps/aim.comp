@@ -1,0 +1,56 @@
+#version 460
+// The views of all maps, aimed by lights that the device alone knows. Twin: reference::twin::fit::aim; View::aimed in f64 is the truth of
+// it. A thread per light. Inputs: lights; maps, aimed by lights of the same kinds that stand elsewhere. Output: maps: where their views
+// begin, which way they look, and how wide a spot light's are.
+#include "world/light.glsl"
+
+layout(local_size_x = 64) in;
+
+// set 0: maps_aim
+layout(set = 0, binding = 0, scalar) buffer Maps { Map maps[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer AimLights { Light lights[]; };
+
+layout(push_constant, scalar) uniform AimPush {
+    uint light_count;
+    uint map_count;
+    uint cascade_maps;  // maps of all lights, of which there are as many once more for each cascade
+};
+
+void aim(inout View view, Light light) {
+    if (light.kind != LIGHT_DIRECTIONAL) {
+        view.origin = light.position;
+    }
+    // The faces of a cube look along the world's axes.
+    if (light.map_count != 1u) {
+        return;
+    }
+    vec3 forward = light.direction;
+    // Across it and some other axis of the world.
+    vec3 right = abs(forward.z) < 0.99 ? vec3(forward.y, -forward.x, 0.0) : vec3(-forward.z, 0.0, forward.x);
+    // Not `normalize`: this is exact where one of the two is 0, wherever roots and quotients are.
+    right /= sqrt(dot(right, right));
+    view.right = right;
+    view.up = cross(right, forward);
+    view.forward = forward;
+    if (light.kind == LIGHT_SPOT) {
+        float cosine = light.cos_cone;
+        view.scale_x = cosine / sqrt((1.0 - cosine) * (1.0 + cosine));
+        view.scale_y = view.scale_x;
+    }
+}
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    if (i >= light_count) {
+        return;
+    }
+    Light light = lights[i];
+    for (uint first = light.first_map; first < map_count; first += cascade_maps) {
+        for (uint face = 0u; face < light.map_count; ++face) {
+            Map map = maps[first + face];
+            aim(map.volume, light);
+            aim(map.opaque, light);
+            maps[first + face] = map;
+        }
+    }
+}

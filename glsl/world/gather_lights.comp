@@ -1,0 +1,87 @@
+#version 460
+// Lights of the caller's buffer become ours, one thread per light. What is told by the host stands already: the kind and the maps. A light
+// behind the count, and one with a number that is not finite or out of range, stays where it stood and is dark. Source: ours.
+// Inputs: their buffer, the count's, lights. Outputs: lights, what there was. Twin: reference::twin::gather::light.
+layout(local_size_x = 64) in;
+#include "world/gather.glsl"
+#include "world/light.glsl"
+
+layout(push_constant, scalar) uniform LightsPush {
+    uint slots;     // so many lights are written
+    uint most;      // of theirs, no more count
+    uint count_at;  // word of `counts`; NOWHERE: `most` is the count
+    uint start;     // words
+    uint stride;
+    uint position;  // words from the start of each
+    uint direction;
+    uint radiance;
+    uint radius;  // NOWHERE: of all it is
+    float radius_is;
+    uint cos_cone;
+    float cos_cone_is;
+};
+
+// set 0: gather_lights
+layout(set = 0, binding = 0, scalar) readonly buffer GatherTheirs { uint theirs[]; };
+layout(set = 0, binding = 1, scalar) readonly buffer GatherCounts { uint counts[]; };
+layout(set = 0, binding = 2, scalar) buffer GatherLights { Light lights[]; };
+layout(set = 0, binding = 3, scalar) buffer GatherCounted { GatherTotals counted; };
+
+// By how much the square of a unit vector's length may be off 1. Twin: UNIT.
+const float UNIT = 2e-3;
+// 1 / radius² of less has no float, and that of more is 0. Twins: LEAST_RADIUS, MOST_RADIUS.
+const float LEAST_RADIUS = 1e-18;
+const float MOST_RADIUS = 1e18;
+// Cosine of half a cone of 170°. Twin: WIDEST.
+const float WIDEST = 0.0871557;
+
+uvec3 three(uint at) { return uvec3(theirs[at], theirs[at + 1u], theirs[at + 2u]); }
+
+bool is_unit(uvec3 bits) {
+    vec3 v = uintBitsToFloat(bits);
+    return is_finite(bits) && abs(dot(v, v) - 1.0) <= UNIT;
+}
+
+void main() {
+    uint i = 64u * (gl_WorkGroupID.x + gl_WorkGroupID.y * gl_NumWorkGroups.x) + gl_LocalInvocationIndex;
+    uint asked = count_at == NOWHERE ? most : counts[count_at];
+    if (i == 0u) {
+        counted.asked = asked;
+    }
+    if (i >= slots) {
+        return;
+    }
+    if (i >= min(asked, most)) {
+        lights[i].radiance = vec3(0.0);
+        return;
+    }
+    uint at = start + i * stride, kind = lights[i].kind;
+    uvec3 place = three(at + position), way = three(at + direction), colour = three(at + radiance);
+    uint size = radius == NOWHERE ? floatBitsToUint(radius_is) : theirs[at + radius];
+    uint cone = cos_cone == NOWHERE ? floatBitsToUint(cos_cone_is) : theirs[at + cos_cone];
+    bool has_place = kind != LIGHT_DIRECTIONAL, has_way = kind != LIGHT_POINT, has_cone = kind == LIGHT_SPOT;
+    // An infinite radius is that of a light that does not end.
+    bool ends = size < 0x7F800000u, is_size = size >= floatBitsToUint(LEAST_RADIUS) && size <= 0x7F800000u;
+    bool stands = is_not_negative(colour.x) && is_not_negative(colour.y) && is_not_negative(colour.z);
+    stands = stands && (!has_place || is_finite(place) && is_size && (ends || kind != LIGHT_VIRTUAL));
+    stands = stands && (!has_way || is_unit(way));
+    float cosine = uintBitsToFloat(cone);
+    stands = stands && (!has_cone || is_positive(cone) && cosine >= WIDEST && cosine < 1.0);
+    if (!stands) {
+        lights[i].radiance = vec3(0.0);
+        atomicAdd(counted.refused, 1u);
+        return;
+    }
+    lights[i].radiance = uintBitsToFloat(colour);
+    if (has_place) {
+        float reach = uintBitsToFloat(size);
+        lights[i].position = uintBitsToFloat(place);
+        lights[i].falloff = size < floatBitsToUint(MOST_RADIUS) ? 1.0 / (reach * reach) : 0.0;
+    }
+    if (has_way) {
+        lights[i].direction = uintBitsToFloat(way);
+    }
+    if (has_cone) {
+        lights[i].cos_cone = cosine;
+    }
+}
