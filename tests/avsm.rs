@@ -246,7 +246,7 @@ fn area(name: &str, scene: &Scene, size: u32) {
     });
 }
 
-twin_tests!(areas_equal_their_twin area random 12, strands 20, bundles 20, splats 20, locks 12, inside 4);
+twin_tests!(areas_equal_their_twin area random 12, strands 20, bundles 20, splats 20, locks 16, inside 4);
 
 /// In perspective a texel's square is the larger the farther.
 #[test]
